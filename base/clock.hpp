@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time for everybody: production code never names steady_clock, sleep_for or steady_timer.
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+
+#include "base/result.hpp"
+
+namespace lcrig {
+
+namespace asio = boost::asio;
+
+// A coroutine. Its parameters are values, or references owned by App (house style 5).
+template <class T = void>
+using Task = asio::awaitable<T>;
+
+using Duration = std::chrono::nanoseconds;
+// Monotonic time of the run's clock, ns; in the database as `_mono_ns`.
+struct MonoTag {
+  using rep = std::int64_t;
+  using period = std::nano;
+  using duration = Duration;
+};
+using MonoTime = std::chrono::time_point<MonoTag, Duration>;
+
+constexpr Duration from_seconds(double s) {
+  return Duration(static_cast<std::int64_t>(s * 1e9 + (s < 0 ? -0.5 : 0.5)));
+}
+constexpr double to_seconds(Duration d) {
+  return static_cast<double>(d.count()) * 1e-9;
+}
+
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  virtual MonoTime now() const = 0;
+  virtual std::int64_t unix_ns() const = 0;  // wall clock, to anchor a run once
+  // True when the time came, false when the wait was cancelled. Never throws, honours terminal
+  // cancellation, so it may stand on either side of `||`.
+  virtual Task<bool> wait_until(MonoTime t) = 0;
+  Task<bool> wait_for(Duration d) { return wait_until(now() + d); }
+};
+
+class RealClock final : public Clock {
+ public:
+  MonoTime now() const override;
+  std::int64_t unix_ns() const override;
+  Task<bool> wait_until(MonoTime t) override;
+};
+
+// Deterministic time for rehearsals and tests: stands still while anything can run, then jumps to
+// the earliest deadline. Used from one thread. Works over socketpairs, never over ptys (the kernel
+// delivers pty bytes later; see docs/decisions/0002).
+class VirtualClock final : public Clock {
+ public:
+  explicit VirtualClock(std::int64_t unix_start_ns = 1'767'225'600'000'000'000);  // 2026-01-01
+
+  MonoTime now() const override { return now_; }
+  std::int64_t unix_ns() const override;
+  Task<bool> wait_until(MonoTime t) override;
+
+  // Steps the wall clock without touching monotonic time (an NTP step).
+  void step_wall_clock(Duration d) { unix_offset_ns_ += d.count(); }
+  std::size_t pending() const { return waiters_.size(); }
+  bool advance_to_next();  // false when nobody waits
+
+  // While a Hold lives, time does not advance: somebody waits for another thread (a commit).
+  class Hold {
+   public:
+    explicit Hold(VirtualClock& clock) : clock_(&clock) { ++clock_->holds_; }
+    ~Hold() { --clock_->holds_; }
+    Hold(const Hold&) = delete;
+    Hold& operator=(const Hold&) = delete;
+
+   private:
+    VirtualClock* clock_;
+  };
+
+  // Pumps `io` (poll until idle, then jump to the earliest deadline) until `done`, or until nothing
+  // is left that could ever run. True when `done`.
+  bool run(asio::io_context& io, const std::function<bool()>& done);
+  void run_for(asio::io_context& io, Duration d);
+
+ private:
+  struct Waiter;
+  bool pump(asio::io_context& io, const std::function<bool()>& done, MonoTime end);
+
+  MonoTime now_{};
+  std::int64_t unix_offset_ns_;
+  int holds_ = 0;
+  std::multimap<MonoTime, Waiter*> waiters_;
+};
+
+}  // namespace lcrig

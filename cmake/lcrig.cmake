@@ -1,0 +1,56 @@
+# Flags and small functions shared by every folder.
+
+set(LCRIG_SANITIZE "" CACHE STRING "address (ASan+UBSan), thread, or empty")
+option(LCRIG_WERROR "Warnings are errors" ON)
+
+add_library(lcrig_flags INTERFACE)
+target_compile_options(lcrig_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
+if(LCRIG_WERROR)
+  target_compile_options(lcrig_flags INTERFACE -Werror)
+endif()
+target_include_directories(lcrig_flags INTERFACE ${CMAKE_SOURCE_DIR})
+# Asio: one thread runs each io_context; no Boost library is linked.
+target_compile_definitions(lcrig_flags INTERFACE BOOST_ASIO_NO_DEPRECATED
+  LCRIG_VERSION="${PROJECT_VERSION}")
+if(LCRIG_SANITIZE STREQUAL "address")
+  target_compile_options(lcrig_flags INTERFACE -fsanitize=address,undefined
+    -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(lcrig_flags INTERFACE -fsanitize=address,undefined)
+  target_compile_definitions(lcrig_flags INTERFACE _GLIBCXX_ASSERTIONS)
+elseif(LCRIG_SANITIZE STREQUAL "thread")
+  # -Wno-tsan: Asio's fences are not modelled by TSan and would warn in every file.
+  target_compile_options(lcrig_flags INTERFACE -fsanitize=thread)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(lcrig_flags INTERFACE -Wno-tsan)
+  endif()
+  target_link_options(lcrig_flags INTERFACE -fsanitize=thread)
+endif()
+
+# lcrig_library(name SOURCES ... LINK ...): a static library with the project's flags.
+function(lcrig_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_library(${name} STATIC ${ARG_SOURCES})
+  target_link_libraries(${name} PUBLIC lcrig_flags ${ARG_LINK})
+endfunction()
+
+# lcrig_program(name SOURCES ... LINK ...)
+function(lcrig_program name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE lcrig_flags ${ARG_LINK})
+endfunction()
+
+# lcrig_test(name SOURCES ... LINK ... [LABEL slow]): a GoogleTest program.
+function(lcrig_test name)
+  cmake_parse_arguments(ARG "" "LABEL" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE lcrig_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  if(ARG_LABEL)
+    set(properties PROPERTIES LABELS ${ARG_LABEL} TIMEOUT 300)
+  else()
+    set(properties PROPERTIES TIMEOUT 120)
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST ${properties}
+    WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+endfunction()

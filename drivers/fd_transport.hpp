@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// A transport over any stream file descriptor: tty, pty, socketpair, connected TCP socket.
+#pragma once
+
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <functional>
+#include <utility>
+
+#include "drivers/transport.hpp"
+
+namespace lcrig {
+
+class FdTransport final : public Transport {
+ public:
+  // Takes ownership of `fd`. `closer` gets the descriptor after it was released from Asio and
+  // closes it (libserialport wants to do that itself); by default ::close.
+  FdTransport(asio::any_io_executor executor, Clock& clock, int fd, std::string name,
+              std::function<void(int)> closer = {});
+  ~FdTransport() override;
+
+  Task<Result<std::size_t>> read_some(std::span<char> buffer, MonoTime deadline) override;
+  Task<Result<>> write_all(std::string_view bytes, MonoTime deadline) override;
+  void close() override;
+  const std::string& name() const override { return name_; }
+
+ private:
+  asio::posix::stream_descriptor descriptor_;
+  Clock& clock_;
+  std::string name_;
+  std::function<void(int)> closer_;
+};
+
+// Two transports back to back: a driver on one end, a simulator on the other.
+struct TransportPair {
+  std::unique_ptr<Transport> near, far;
+};
+Result<TransportPair> make_socketpair(asio::any_io_executor executor, Clock& clock,
+                                      const std::string& name);
+
+}  // namespace lcrig

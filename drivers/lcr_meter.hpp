@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the rest of the program knows of an LCR meter. Capabilities are data.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "base/quantity.hpp"
+#include "base/result.hpp"
+
+namespace lcrig {
+
+struct Identity {
+  std::string maker, model, firmware, serial;
+  std::string text;  // the reply as the instrument sent it
+};
+
+// Impedance functions of the LCR-6000 dialect that measure a capacitance or what a rig needs beside
+// it (reference manual: FUNCtion). The name is the instrument's own word, "Cp-D".
+enum class LcrFunction { CsRs, CsD, CpRp, CpD, RX, ZThr, ZThd };
+std::string_view to_string(LcrFunction f);
+std::optional<LcrFunction> parse_lcr_function(std::string_view word);  // case ignored
+
+enum class Aperture { fast, medium, slow };
+std::string_view to_string(Aperture a);  // "fast", "medium", "slow": the words of a protocol file
+std::optional<Aperture> parse_aperture(std::string_view word);
+
+// bus: one conversion per request (*TRG), known to be newer than the request.
+// internal: the meter converts all the time and is polled (FETC?); fastest.
+enum class LcrTrigger { bus, internal };
+std::string_view to_string(LcrTrigger t);
+
+struct LcrSettings {
+  LcrSettings() = default;
+  LcrFunction function = LcrFunction::CpD;
+  Frequency frequency = Frequency::from_si(1000);
+  Voltage level = Voltage::from_si(1);
+  std::optional<Voltage> bias;  // absent: OFF
+  Aperture aperture = Aperture::medium;
+  int average = 1;
+  LcrTrigger trigger = LcrTrigger::bus;
+  // Internal trigger only: the pause between polls. Absent: the driver follows the meter's pace.
+  std::optional<Duration> poll_interval;
+  bool operator==(const LcrSettings&) const = default;
+};
+
+struct LcrCapabilities {
+  std::vector<LcrFunction> functions;
+  Frequency frequency_min, frequency_max;
+  Voltage level_min, level_max;
+  Voltage bias_min, bias_max;
+  int average_max = 1;
+  // Time of one conversion without averaging, by aperture (fast, medium, slow).
+  Duration conversion[3] = {};
+  Duration conversion_time(const LcrSettings& s) const;  // with averaging
+};
+
+namespace lcr_flag {
+constexpr std::uint32_t kPrimaryOverload = 1U << 0U;  // primary is NULL
+constexpr std::uint32_t kSecondaryOverload = 1U << 1U;  // secondary is NULL
+constexpr std::uint32_t kAfterResync = 1U << 2U;  // first reading after the line was resynchronised
+}  // namespace lcr_flag
+
+struct LcrReading {
+  LcrReading() = default;
+  std::optional<double> primary;  // coherent SI: F for the C functions, ohm for R-X and Z
+  std::optional<double>
+      secondary;  // coherent SI: 1 for D, ohm for R, X; rad for thr, degree for thd
+  LcrFunction function = LcrFunction::CpD;
+  std::uint32_t flags = 0;
+  bool fresh = true;  // false: the meter repeated its last value (internal trigger)
+  std::string status;  // comparator words as sent ("OUT ,AUX-NG,NG"); they are not validity
+  MonoTime asked, first_byte, last_byte;
+};
+
+class LcrMeter {
+ public:
+  virtual ~LcrMeter() = default;
+  virtual const LcrCapabilities& capabilities() const = 0;
+  virtual Task<Result<Identity>> identify() = 0;
+  // Sends every setting, reads each back, retries lost ones, and refuses with the difference.
+  // Returns what was read back.
+  virtual Task<Result<LcrSettings>> configure(LcrSettings settings) = 0;
+  // One reading under the settings in force: a new conversion (bus), or the next answer to a poll
+  // (internal; look at `fresh`).
+  virtual Task<Result<LcrReading>> measure() = 0;
+  // Open or short correction with the fixture prepared by a person; minutes.
+  enum class Correction { open, short_circuit };
+  virtual Task<Result<>> correct(Correction kind) = 0;
+  // After a cancelled or failed exchange: nothing that was asked before can be taken for an answer.
+  virtual Task<Result<>> resync() = 0;
+  // Leaves the meter as a person wants to find it: continuous trigger, keys unlocked.
+  virtual Task<Result<>> make_safe() = 0;
+  virtual void close() = 0;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// A byte stream to an instrument. Every wait has a deadline.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "base/clock.hpp"
+#include "base/result.hpp"
+
+namespace lcrig {
+
+class Transport {
+ public:
+  virtual ~Transport() = default;
+  Transport() = default;
+  Transport(const Transport&) = delete;
+  Transport& operator=(const Transport&) = delete;
+
+  // Reads at least one byte. Errors: no_reply (deadline), disconnected (end of file, unplug), io.
+  virtual Task<Result<std::size_t>> read_some(std::span<char> buffer, MonoTime deadline) = 0;
+  // Writes everything. Errors: io (deadline: the other side does not drain), disconnected.
+  // `bytes` must stay alive until the task ends.
+  virtual Task<Result<>> write_all(std::string_view bytes, MonoTime deadline) = 0;
+  // Ends every wait with `disconnected`, now and from now on. Idempotent.
+  virtual void close() = 0;
+  // What a person calls this port: "serial:/dev/ttyUSB0", "tcp:127.0.0.1:4711", "sim:lcr".
+  virtual const std::string& name() const = 0;
+};
+
+}  // namespace lcrig

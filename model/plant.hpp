@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a simulated instrument asks of the world. One Plant is shared by the meter and the frame.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "base/clock.hpp"
+
+namespace lcrig {
+
+// The specimen as the bench sees it: whatever model level was chosen, tabulated once.
+class SpecimenResponse {
+ public:
+  virtual ~SpecimenResponse() = default;
+  // Quasi-static answer to a compressive force >= 0, N (dead load over the disc area).
+  virtual double shortening_m(double force_N) const = 0;  // of the whole stack, grows with force
+  virtual double capacitance_F(double force_N) const = 0;
+  virtual double c0_F() const = 0;
+};
+
+// Everything a bench file may say about instruments and mounting. SI.
+struct PlantConfig {
+  double contact_travel_m = 0;  // machine travel at which the probe touches
+  double frame_stiffness_N_m = 1e6;  // frame, cell and fixture in series with the specimen
+  double drive_lag_s = 0.001;  // reaction of the device's own stop
+  double deceleration_m_s2 = 0.05;
+  double force_noise_N = 0.0005;  // standard deviation of a sample
+  double force_resolution_N = 0.0001;
+  double force_offset_N = 0;  // of the untared cell
+  double travel_resolution_m = 1e-7;
+  double force_nominal_N = 20;
+  double travel_min_m = -0.1, travel_max_m = 0.1;
+  double speed_max_m_s = 0.01;
+  // Meter: conversion time without averaging, and standard deviation of one conversion at 1 kHz and
+  // 1 V; scales with 1/(f V) and 1/sqrt(average) (LCR reference 4.4 and 7). By aperture.
+  std::array<double, 3> conversion_s{0.065, 0.120, 0.380};
+  std::array<double, 3> capacitance_noise_F{60e-15, 44e-15, 25e-15};
+  double dissipation = 0.004;
+  double stray_capacitance_F = 0;  // left after open correction
+  double thermal_drift_F_per_s = 0;
+  std::uint64_t seed = 1;
+};
+
+struct Electrical {
+  double capacitance_F = 0;  // parallel
+  double dissipation = 0;
+};
+
+// Times never run backwards between calls that change the drive; queries may look at any time since
+// the last change. All values are free of noise; the simulated instruments add theirs.
+class Plant {
+ public:
+  Plant(const SpecimenResponse& specimen, PlantConfig config);
+
+  const PlantConfig& config() const { return config_; }
+
+  double travel_m(MonoTime t) const;  // of the drive; includes frame compliance under force
+  double force_N(MonoTime t) const;  // on the specimen, >= 0
+  Electrical electrical(MonoTime t) const;
+
+  // Changes of the drive, from time t on.
+  void move_to(MonoTime t, double travel_m, double speed_m_s);  // constant speed
+  void ramp_force(MonoTime t, double force_N, double rate_N_s);  // force control, then held
+  void halt(MonoTime t);  // decelerates, holds travel
+  void put_load(MonoTime t, double force_N);  // dead weight on a rod
+  // When the present motion ends by itself; nullopt while standing.
+  std::optional<MonoTime> arrival() const;
+  // First time in [from, to] at which the force passes `force_N`; the drive is monotonic between
+  // changes.
+  std::optional<MonoTime> force_crossing(double force_N, MonoTime from, MonoTime to) const;
+  // Static equilibrium of specimen and frame in series.
+  double force_at_travel_N(double travel_m) const;
+  double travel_at_force_m(double force_N) const;
+
+ private:
+  // Travel or force as a function of time: start, rate, end; a halt adds a braking parabola.
+  enum class Control { travel, force };
+  double profile(MonoTime t) const;
+
+  const SpecimenResponse& specimen_;
+  PlantConfig config_;
+  Control control_ = Control::travel;
+  MonoTime start_{};
+  double value0_ = 0, target_ = 0, rate_ = 0;  // m or N; per s, signed
+  double brake_ = 0;  // m/s2 while halting, 0 otherwise
+};
+
+}  // namespace lcrig

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run hands out: rows to store and a status to show. The recorder implements the sink.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "base/clock.hpp"
+#include "drivers/lcr_meter.hpp"
+#include "drivers/load_frame.hpp"
+
+namespace lcrig {
+
+// One `measure` step as it is executed: a load level whose readings belong together.
+struct Level {
+  Level() = default;
+  std::int64_t level = 0;  // 1, 2, ... within the run
+  std::string step_id;
+  std::int64_t repeat = 0;  // of the outermost `repeat` around it, from 1; 0: none
+  std::int64_t index = 0;  // of the level within that repeat, from 1
+  std::optional<double> target_force_N;
+  std::optional<double> target_pressure_Pa;
+  std::int64_t planned_readings = 0;
+  MonoTime begin;
+};
+
+struct ReadingTag {
+  ReadingTag() = default;
+  std::string step_id;
+  std::int64_t repeat = 0;
+  std::int64_t level = 0;  // 0: not one of a `measure` step
+  std::int64_t index = 0;  // within the level, from 1; 0 for a repeated (not fresh) value
+  std::optional<MonoTime> planned;  // the instant at which it was due
+};
+
+// An event row. `kind` is one of docs/protocol-file.md's list ("step_begin", "limit", "gap", ...).
+struct RunEvent {
+  RunEvent() = default;
+  RunEvent(MonoTime at, std::string k, std::string step, std::string text)
+      : t(at), kind(std::move(k)), step_id(std::move(step)), detail(std::move(text)) {}
+  MonoTime t;
+  std::string kind;
+  std::string step_id;
+  std::string detail;
+};
+
+class RunSink {
+ public:
+  virtual ~RunSink() = default;
+  // Queue a row. They never block; a sink that cannot take any more reports it through `fault`.
+  virtual void reading(const LcrReading& reading, const ReadingTag& tag) = 0;
+  virtual void samples(std::span<const FrameSample> samples) = 0;
+  virtual void level(const Level& level) = 0;
+  virtual void event(const RunEvent& event) = 0;
+  // Returns when everything queued before is committed; the error that made it impossible
+  // otherwise.
+  virtual Task<Result<>> flush() = 0;
+};
+
+enum class RunState { preparing, running, paused, waiting_for_operator, finishing, ended };
+std::string_view to_string(RunState s);
+
+// Everything a live line, `lcrig status` or a page shows. Values are those of acknowledged rows.
+struct RunStatus {
+  RunStatus() = default;
+  std::int64_t run = 0;
+  std::string protocol, specimen;
+  RunState state = RunState::preparing;
+  std::string step_id, step_kind, prompt;
+  std::int64_t repeat = 0, repeats = 0;
+  double elapsed_s = 0, planned_s = 0;
+  std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;
+  std::optional<double> capacitance_F, secondary, force_N, travel_m, gap_m, pressure_Pa;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/clock.hpp"
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <vector>
+
+#include "tests/support/run_task.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using namespace asio::experimental::awaitable_operators;
+
+Task<> note_at(Clock& clock, Duration d, std::vector<int>& order, int id) {
+  co_await clock.wait_for(d);
+  order.push_back(id);
+}
+
+TEST(VirtualClock, WakesInOrderOfDeadlines) {
+  asio::io_context io;
+  VirtualClock clock;
+  std::vector<int> order;
+  asio::co_spawn(io, note_at(clock, 2h, order, 2), asio::detached);
+  asio::co_spawn(io, note_at(clock, 1s, order, 1), asio::detached);
+  EXPECT_FALSE(clock.run(io, [] { return false; }));
+  EXPECT_EQ(order, (std::vector<int>{1, 2}));
+  EXPECT_EQ(clock.now().time_since_epoch(), 2h);
+  EXPECT_EQ(clock.pending(), 0U);
+}
+
+Task<> race(Clock& clock, bool& short_won) {
+  auto r = co_await (clock.wait_for(1s) || clock.wait_for(1h));
+  short_won = r.index() == 0;
+}
+
+TEST(VirtualClock, TheLoserOfARaceLeavesNoWaiter) {
+  asio::io_context io;
+  VirtualClock clock;
+  bool short_won = false;
+  asio::co_spawn(io, race(clock, short_won), asio::detached);
+  clock.run(io, [] { return false; });
+  EXPECT_TRUE(short_won);
+  EXPECT_EQ(clock.pending(), 0U);
+  EXPECT_EQ(clock.now().time_since_epoch(), 1s);
+}
+
+TEST(VirtualClock, RunForStopsAtItsEnd) {
+  asio::io_context io;
+  VirtualClock clock;
+  std::vector<int> order;
+  asio::co_spawn(io, note_at(clock, 2s, order, 2), asio::detached);
+  clock.run_for(io, 1s);
+  EXPECT_EQ(clock.now().time_since_epoch(), 1s);
+  EXPECT_TRUE(order.empty());
+  clock.run_for(io, 1s);
+  EXPECT_EQ(order, std::vector<int>{2});
+}
+
+TEST(VirtualClock, AWallClockStepLeavesMonotonicTimeAlone) {
+  VirtualClock clock;
+  const auto before = clock.unix_ns();
+  clock.step_wall_clock(-1h);
+  EXPECT_EQ(before - clock.unix_ns(), Duration(1h).count());
+  EXPECT_EQ(clock.now().time_since_epoch(), 0s);
+}
+
+TEST(RealClock, WaitsAtLeastUntilTheDeadline) {
+  asio::io_context io;
+  RealClock clock;
+  const MonoTime begin = clock.now();
+  EXPECT_TRUE(run_task(io, clock.wait_for(5ms)));
+  EXPECT_GE(clock.now() - begin, 5ms);
+}
+
+}  // namespace
+}  // namespace lcrig
