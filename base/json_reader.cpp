@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/log.hpp"
+#include "base/strict_json.hpp"
+
+namespace lcrig {
+
+using nlohmann::json;
+
+struct JsonReader::State {
+  explicit State(JsonDocument d) : document(std::move(d)) {}
+  JsonDocument document;
+  std::optional<Error> error;
+};
+
+struct JsonReader::Known {
+  std::vector<std::string> keys;  // may stand in the object
+  std::vector<std::string> shown;  // as a message names them
+};
+
+namespace {
+
+// What a reader looks at after a failure.
+const json& nothing() {
+  static const json kNothing;
+  return kNothing;
+}
+
+std::string escaped(std::string_view key) {
+  json::json_pointer p;
+  p.push_back(std::string(key));
+  return p.to_string();
+}
+
+// "thickness_(um|mm|m)": how a list of known keys names a quantity.
+std::string key_pattern(std::string_view stem, Dimension d) {
+  std::string out;
+  for (const Unit& unit : all_units()) {
+    if (unit.dimension == d) out += fmt::format("{}{}", out.empty() ? "" : "|", unit.suffix);
+  }
+  return fmt::format("{}_({})", stem, out);
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string out;
+  for (const auto& w : words) out += (out.empty() ? "" : ", ") + w;
+  return out;
+}
+
+std::string range_words(const Range& r, double unit = 1) {
+  const bool low = r.min > -1e299, high = r.max < 1e299;
+  const double min = r.min / unit, max = r.max / unit;
+  if (low && high && !r.open_min) return fmt::format("from {:.6g} to {:.6g}", min, max);
+  if (low && high) return fmt::format("greater than {:.6g}, at most {:.6g}", min, max);
+  if (low && r.open_min) return fmt::format("greater than {:.6g}", min);
+  if (low) return fmt::format("at least {:.6g}", min);
+  return fmt::format("at most {:.6g}", max);
+}
+
+bool inside(double v, const Range& r) {
+  return v <= r.max && (r.open_min ? v > r.min : v >= r.min);
+}
+
+}  // namespace
+
+JsonReader::JsonReader(const JsonDocument& document)
+    : state_(std::make_shared<State>(document)),
+      value_(&state_->document.root()),
+      known_(std::make_shared<Known>()) {}
+
+JsonReader::JsonReader(std::shared_ptr<State> state, const json& value, std::string pointer)
+    : state_(std::move(state)),
+      value_(&value),
+      pointer_(std::move(pointer)),
+      known_(std::make_shared<Known>()) {}
+
+JsonReader JsonReader::child(const json& value, std::string_view key) const {
+  return JsonReader(state_, value, pointer_ + escaped(key));
+}
+
+bool JsonReader::ok() const {
+  return !state_->error;
+}
+
+Result<> JsonReader::result() const {
+  if (state_->error) return fail(*state_->error);
+  return {};
+}
+
+std::string JsonReader::last_key() const {
+  return pointer_.empty() ? std::string() : json::json_pointer(pointer_).back();
+}
+
+namespace {
+std::string located(const JsonDocument& doc, TextPosition at, const std::string& pointer,
+                    const std::string& what) {
+  return fmt::format("{}:{}:{} {}: {}", doc.name(), at.line, at.column,
+                     pointer.empty() ? "/" : printable(pointer), what);
+}
+}  // namespace
+
+void JsonReader::refuse(const std::string& what) const {
+  if (state_->error) return;
+  const JsonDocument& doc = state_->document;
+  state_->error =
+      Error(Errc::invalid_request, located(doc, doc.value_position(pointer_), pointer_, what));
+}
+
+void JsonReader::refuse_key(const std::string& what) const {
+  if (state_->error) return;
+  const JsonDocument& doc = state_->document;
+  state_->error =
+      Error(Errc::invalid_request, located(doc, doc.key_position(pointer_), pointer_, what));
+}
+
+// The value as a message shows it: short, and safe for a terminal.
+std::string JsonReader::shown() const {
+  if (is_object()) return "an object";
+  if (is_array()) return "an array";
+  std::string text = value_->dump(-1, ' ', false, json::error_handler_t::replace);
+  if (text.size() > 60) text = text.substr(0, 57) + "...";
+  return printable(text);
+}
+
+bool JsonReader::is_object() const {
+  return value_->is_object();
+}
+bool JsonReader::is_array() const {
+  return value_->is_array();
+}
+bool JsonReader::is_string() const {
+  return value_->is_string();
+}
+bool JsonReader::is_number() const {
+  return value_->is_number();
+}
+bool JsonReader::is_boolean() const {
+  return value_->is_boolean();
+}
+bool JsonReader::is_null() const {
+  return value_->is_null();
+}
+
+double JsonReader::number(const Range& range) const {
+  if (!is_number()) {
+    refuse(fmt::format("{}, expected a number", shown()));
+    return 0;
+  }
+  const double v = value_->get<double>();
+  if (!inside(v, range)) refuse(fmt::format("{}, expected {}", shown(), range_words(range)));
+  return v;
+}
+
+std::int64_t JsonReader::integer(std::int64_t min, std::int64_t max) const {
+  const auto expected = [&] {
+    return fmt::format("expected a whole number from {} to {}", min, max);
+  };
+  const double v = is_number() ? value_->get<double>() : std::nan("");
+  // 2^53: beyond it a double is no longer a count.
+  if (!(std::abs(v) <= 9007199254740992.0) || v != std::floor(v)) {
+    refuse(fmt::format("{}, {}", shown(), expected()));
+    return 0;
+  }
+  const auto n = static_cast<std::int64_t>(v);
+  if (n < min || n > max) refuse(fmt::format("{}, {}", shown(), expected()));
+  return n;
+}
+
+bool JsonReader::boolean() const {
+  if (is_boolean()) return value_->get<bool>();
+  refuse(fmt::format("{}, expected true or false", shown()));
+  return false;
+}
+
+std::string JsonReader::string() const {
+  if (is_string()) return value_->get<std::string>();
+  refuse(fmt::format("{}, expected a string", shown()));
+  return {};
+}
+
+std::string JsonReader::nonempty_string(std::size_t max_bytes) const {
+  std::string text = string();
+  if (is_string() && (text.empty() || text.size() > max_bytes)) {
+    refuse(fmt::format("a string of {} bytes, expected 1 to {}", text.size(), max_bytes));
+  }
+  return text;
+}
+
+std::vector<JsonReader> JsonReader::items(std::size_t min, std::size_t max) const {
+  std::vector<JsonReader> out;
+  if (!is_array()) {
+    refuse(fmt::format("{}, expected an array", shown()));
+    return out;
+  }
+  if (value_->size() < min || value_->size() > max) {
+    refuse(max == SIZE_MAX ? fmt::format("{} items, expected at least {}", value_->size(), min)
+                           : fmt::format("{} items, expected {} to {}", value_->size(), min, max));
+    return out;
+  }
+  std::size_t i = 0;
+  for (const json& item : *value_) out.push_back(child(item, std::to_string(i++)));
+  return out;
+}
+
+std::size_t JsonReader::word_index(std::span<const std::string> words) const {
+  const std::string text = string();
+  const auto it = std::ranges::find(words, text);
+  if (it != words.end()) return static_cast<std::size_t>(it - words.begin());
+  if (is_string()) {
+    refuse(fmt::format("{}{} expected one of {}", shown(),
+                       nearest_word(text, words) ? did_you_mean(text, words) : ",",
+                       joined({words.begin(), words.end()})));
+  }
+  return 0;
+}
+
+void JsonReader::know(std::string_view key, std::string display) const {
+  known_->keys.emplace_back(key);
+  if (std::ranges::find(known_->shown, display) == known_->shown.end()) {
+    known_->shown.push_back(std::move(display));
+  }
+}
+
+bool JsonReader::has(std::string_view key) const {
+  return find(key).has_value();
+}
+
+std::vector<std::string> JsonReader::keys() const {
+  std::vector<std::string> out;
+  if (!is_object()) return out;
+  for (const auto& [key, value] : value_->items()) out.push_back(key);
+  return out;
+}
+
+std::optional<JsonReader> JsonReader::find(std::string_view key) const {
+  know(key, std::string(key));
+  if (!is_object()) {
+    refuse(fmt::format("{}, expected an object", shown()));
+    return std::nullopt;
+  }
+  const auto it = value_->find(std::string(key));
+  if (it == value_->end()) return std::nullopt;
+  return child(*it, key);
+}
+
+void JsonReader::missing(const std::string& what) const {
+  refuse(fmt::format("{} is missing{}{}", what, value_->empty() ? "" : ", found ", joined(keys())));
+}
+
+JsonReader JsonReader::at(std::string_view key) const {
+  if (auto found = find(key)) return *found;
+  missing(fmt::format("the key `{}`", key));
+  return JsonReader(state_, nothing(), pointer_ + escaped(key));
+}
+
+JsonReader JsonReader::object(std::string_view key) const {
+  JsonReader r = at(key);
+  if (!r.is_object()) r.refuse(fmt::format("{}, expected an object", r.shown()));
+  return r;
+}
+
+std::vector<JsonReader> JsonReader::members() const {
+  std::vector<JsonReader> out;
+  if (!is_object()) {
+    refuse(fmt::format("{}, expected an object", shown()));
+    return out;
+  }
+  for (const auto& [key, value] : value_->items()) {
+    know(key, key);
+    out.push_back(child(value, key));
+  }
+  return out;
+}
+
+double JsonReader::number(std::string_view key, const Range& range) const {
+  return at(key).number(range);
+}
+std::int64_t JsonReader::integer(std::string_view key, std::int64_t min, std::int64_t max) const {
+  return at(key).integer(min, max);
+}
+bool JsonReader::boolean(std::string_view key) const {
+  return at(key).boolean();
+}
+std::string JsonReader::string(std::string_view key) const {
+  return at(key).string();
+}
+std::optional<double> JsonReader::optional_number(std::string_view key, const Range& r) const {
+  const auto v = find(key);
+  return v ? std::optional(v->number(r)) : std::nullopt;
+}
+std::optional<std::int64_t> JsonReader::optional_integer(std::string_view key, std::int64_t min,
+                                                         std::int64_t max) const {
+  const auto v = find(key);
+  return v ? std::optional(v->integer(min, max)) : std::nullopt;
+}
+std::optional<bool> JsonReader::optional_boolean(std::string_view key) const {
+  const auto v = find(key);
+  return v ? std::optional(v->boolean()) : std::nullopt;
+}
+std::optional<std::string> JsonReader::optional_string(std::string_view key) const {
+  const auto v = find(key);
+  return v ? std::optional(v->string()) : std::nullopt;
+}
+
+std::optional<QuantityField> JsonReader::find_quantity(std::string_view stem, Dimension d) const {
+  for (const Unit& unit : all_units()) {
+    if (unit.dimension == d) know(fmt::format("{}_{}", stem, unit.suffix), key_pattern(stem, d));
+  }
+  std::optional<QuantityField> found;
+  for (const std::string& key : keys()) {
+    const KeyParts parts = split_key(key);
+    if (!parts.unit || parts.stem != stem || parts.dimension() != d) continue;
+    JsonReader value = child((*value_)[key], key);
+    if (found) {
+      value.refuse_key(fmt::format("`{}` beside `{}`, expected only one of them", key, found->key));
+    }
+    found = QuantityField{std::move(value), key, *parts.unit};
+  }
+  return found;
+}
+
+std::optional<double> JsonReader::optional_quantity(std::string_view stem, Dimension d,
+                                                    const Range& range) const {
+  const auto field = find_quantity(stem, d);
+  if (!field) return std::nullopt;
+  const double si = field->value.number() * field->unit.to_si;
+  if (ok() && !inside(si, range)) {
+    field->value.refuse(fmt::format("{}, expected {}", field->value.shown(),
+                                    range_words(range, field->unit.to_si)));
+  }
+  return si;
+}
+
+double JsonReader::quantity(std::string_view stem, Dimension d, const Range& range) const {
+  if (const auto v = optional_quantity(stem, d, range)) return *v;
+  for (const std::string& key : keys()) {
+    const KeyParts parts = split_key(key);
+    if (key != stem && !key.starts_with(std::string(stem) + "_")) continue;
+    child((*value_)[key], key)
+        .refuse_key(fmt::format("{}, expected `{}` with a unit of {}: {}",
+                                parts.unit ? fmt::format("a {}", to_string(parts.dimension()))
+                                           : std::string("no known unit"),
+                                stem, to_string(d), suffixes_of(d)));
+    return 0;
+  }
+  missing(fmt::format("`{}` with a unit of {} ({})", stem, to_string(d), suffixes_of(d)));
+  return 0;
+}
+
+void JsonReader::no_other_keys() const {
+  for (const std::string& key : keys()) {
+    if (std::ranges::find(known_->keys, key) != known_->keys.end()) continue;
+    child((*value_)[key], key)
+        .refuse_key(
+            fmt::format("unknown key `{}`{} expected {}", printable(key),
+                        nearest_word(key, known_->keys) ? did_you_mean(key, known_->keys) : ",",
+                        joined(known_->shown)));
+    return;
+  }
+}
+
+void JsonReader::expect_format(std::string_view expected) const {
+  const JsonReader format = at("format");
+  if (format.string() != expected && format.is_string()) {
+    format.refuse(fmt::format("{}, expected \"{}\"", format.shown(), expected));
+  }
+}
+
+}  // namespace lcrig

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/strict_json.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <unordered_map>
+
+#include "base/log.hpp"
+
+namespace lcrig {
+
+using nlohmann::json;
+
+namespace {
+
+std::string escape_pointer(std::string_view key) {
+  std::string out;
+  for (const char c : key) {
+    if (c == '~') {
+      out += "~0";
+    } else if (c == '/') {
+      out += "~1";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+// Walks over text that the parser has already accepted and counts lines. nlohmann's SAX interface
+// says what a value is but not where; each of its events is one token, so we follow token by token.
+class TokenFollower {
+ public:
+  explicit TokenFollower(std::string_view text) : text_(text) {
+    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
+  }
+
+  // Start of the next value or key; the follower then stands behind it.
+  TextPosition next() {
+    skip_between();
+    const TextPosition start = here_;
+    if (at_ >= text_.size()) return start;
+    const char c = text_[at_];
+    if (c == '"') {
+      skip_string();
+    } else if (c == '{' || c == '[') {
+      step();
+    } else {
+      while (at_ < text_.size() && !std::strchr(" \t\r\n,:{}[]\"/", text_[at_])) step();
+    }
+    return start;
+  }
+
+  TextPosition position_of(std::size_t byte) const {
+    TextPosition p;
+    for (std::size_t i = 0; i < byte && i < text_.size(); ++i) advance(p, text_[i]);
+    return p;
+  }
+
+  // nlohmann also accepts C comments; the format has `//` only.
+  const std::optional<TextPosition>& block_comment() const { return block_comment_; }
+  void skip_between() {
+    while (at_ < text_.size()) {
+      if (text_.substr(at_, 2) == "//") {
+        while (at_ < text_.size() && text_[at_] != '\n') step();
+      } else if (text_.substr(at_, 2) == "/*") {
+        if (!block_comment_) block_comment_ = here_;
+        const auto end = text_.find("*/", at_ + 2);
+        while (at_ < text_.size() && at_ < end + 2) step();
+      } else if (std::strchr(" \t\r\n,:}]", text_[at_])) {
+        step();
+      } else {
+        return;
+      }
+    }
+  }
+
+ private:
+  static void advance(TextPosition& p, char c) {
+    if (c == '\n') {
+      ++p.line;
+      p.column = 1;
+    } else if ((static_cast<unsigned char>(c) & 0xC0U) != 0x80U) {  // not inside a UTF-8 character
+      ++p.column;
+    }
+  }
+  void step() { advance(here_, text_[at_++]); }
+  void skip_string() {
+    step();
+    while (at_ < text_.size() && text_[at_] != '"') {
+      if (text_[at_] == '\\') step();
+      if (at_ < text_.size()) step();
+    }
+    if (at_ < text_.size()) step();
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+  TextPosition here_;
+  std::optional<TextPosition> block_comment_;
+};
+
+// "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error ..." -> the rest.
+std::string without_prefix(std::string what) {
+  if (const auto at = what.find("] "); at != std::string::npos) what.erase(0, at + 2);
+  if (what.starts_with("parse error at")) {
+    if (const auto at = what.find(": "); at != std::string::npos) what.erase(0, at + 2);
+  }
+  return printable(what);
+}
+
+}  // namespace
+
+struct JsonDocument::Data {
+  struct Place {
+    TextPosition key, value;
+  };
+  json root;
+  std::string name;
+  std::unordered_map<std::string, Place> places;
+};
+
+class JsonParser final : public nlohmann::json_sax<json> {
+ public:
+  JsonParser(std::string_view text, JsonDocument::Data& data)
+      : text_(text), follower_(text), data_(data) {}
+
+  Result<> run() {
+    const bool good = json::sax_parse(text_, this, json::input_format_t::json, true, true);
+    follower_.skip_between();
+    if (error_.empty() && follower_.block_comment()) {
+      refuse(*follower_.block_comment(), "a /* comment, expected `//` comments only");
+    }
+    if (!error_.empty()) return fail(Errc::invalid_request, "{}", error_);
+    if (!good) return fail(Errc::bug, "{}: refused without a reason", data_.name);
+    return {};
+  }
+
+  static JsonDocument document(std::shared_ptr<const JsonDocument::Data> data) {
+    JsonDocument out;
+    out.data_ = std::move(data);
+    return out;
+  }
+
+  bool null() override { return value(nullptr); }
+  bool boolean(bool v) override { return value(v); }
+  bool number_integer(number_integer_t v) override { return value(v); }
+  bool number_unsigned(number_unsigned_t v) override { return value(v); }
+  bool number_float(number_float_t v, const string_t&) override { return value(v); }
+  bool string(string_t& v) override { return value(std::move(v)); }
+  bool binary(binary_t&) override { return false; }
+  bool start_object(std::size_t) override { return open(json::object()); }
+  bool start_array(std::size_t) override { return open(json::array()); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+
+  bool key(string_t& v) override {
+    Level& level = levels_.back();
+    const TextPosition at = follower_.next();
+    level.key = v;
+    const std::string pointer = next_pointer();
+    if (!level.keys.insert(v).second) {
+      const TextPosition first = data_.places[pointer].key;
+      return refuse(at, fmt::format("the key `{}` for the second time, expected once (first in "
+                                    "line {})",
+                                    printable(v), first.line));
+    }
+    data_.places[pointer].key = at;
+    return true;
+  }
+
+  bool parse_error(std::size_t position, const std::string&,
+                   const json::exception& error) override {
+    const std::size_t byte = position > 0 ? position - 1 : 0;
+    return refuse(follower_.position_of(byte), without_prefix(error.what()));
+  }
+
+ private:
+  struct Level {
+    json* container = nullptr;
+    std::string pointer;
+    std::string key;
+    std::set<std::string> keys;
+  };
+
+  std::string next_pointer() const {
+    if (levels_.empty()) return {};
+    const Level& level = levels_.back();
+    if (level.container->is_array()) {
+      return fmt::format("{}/{}", level.pointer, level.container->size());
+    }
+    return level.pointer + "/" + escape_pointer(level.key);
+  }
+
+  json* place(json v) {
+    const std::string pointer = next_pointer();
+    data_.places[pointer].value = follower_.next();
+    if (levels_.empty()) return &(data_.root = std::move(v));
+    json& container = *levels_.back().container;
+    if (container.is_array()) return &container.emplace_back(std::move(v));
+    return &(container[levels_.back().key] = std::move(v));
+  }
+
+  template <class V>
+  bool value(V&& v) {
+    place(json(std::forward<V>(v)));
+    return true;
+  }
+
+  bool open(json container) {
+    Level level;
+    level.pointer = next_pointer();
+    level.container = place(std::move(container));
+    if (levels_.size() >= kJsonDepthMax) {
+      return refuse(data_.places[level.pointer].value,
+                    fmt::format("more than {} levels of nesting", kJsonDepthMax));
+    }
+    levels_.push_back(std::move(level));
+    return true;
+  }
+
+  bool close() {
+    levels_.pop_back();
+    return true;
+  }
+
+  bool refuse(TextPosition at, const std::string& why) {
+    if (!error_.empty()) return false;
+    const std::string pointer = levels_.empty() ? "" : levels_.back().pointer;
+    error_ = fmt::format("{}:{}:{} {}: {}", data_.name, at.line, at.column,
+                         pointer.empty() ? "/" : printable(pointer), why);
+    return false;
+  }
+
+  std::string_view text_;
+  TokenFollower follower_;
+  JsonDocument::Data& data_;
+  std::vector<Level> levels_;
+  std::string error_;
+};
+
+Result<JsonDocument> JsonDocument::parse(std::string_view text, std::string name) {
+  if (text.size() > kJsonSizeMax) {
+    return fail(Errc::invalid_request, "{}:1:1 /: {} bytes, expected at most {}", name, text.size(),
+                kJsonSizeMax);
+  }
+  auto data = std::make_shared<Data>();
+  data->name = std::move(name);
+  JsonParser parser(text, *data);
+  if (auto r = parser.run(); !r) return fail(r.error());
+  return JsonParser::document(std::move(data));
+}
+
+const json& JsonDocument::root() const {
+  return data_->root;
+}
+const std::string& JsonDocument::name() const {
+  return data_->name;
+}
+TextPosition JsonDocument::value_position(const std::string& pointer) const {
+  const auto it = data_->places.find(pointer);
+  return it == data_->places.end() ? TextPosition{} : it->second.value;
+}
+TextPosition JsonDocument::key_position(const std::string& pointer) const {
+  const auto it = data_->places.find(pointer);
+  return it == data_->places.end() ? TextPosition{} : it->second.key;
+}
+
+Result<std::string> read_text_file(const std::string& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"),
+                                                             &std::fclose);
+  if (!file) return fail(Errc::io, "{}: cannot open: {}", path, std::strerror(errno));
+  std::string text;
+  char buffer[16384];
+  while (const std::size_t n = std::fread(buffer, 1, sizeof buffer, file.get())) {
+    text.append(buffer, n);
+    if (text.size() > kJsonSizeMax) {
+      return fail(Errc::invalid_request, "{}: more than {} bytes", path, kJsonSizeMax);
+    }
+  }
+  if (std::ferror(file.get())) {
+    return fail(Errc::io, "{}: cannot read: {}", path, std::strerror(errno));
+  }
+  return text;
+}
+
+Result<JsonDocument> load_json(const std::string& path) {
+  const auto text = read_text_file(path);
+  if (!text) return fail(text.error());
+  return JsonDocument::parse(*text, path);
+}
+
+}  // namespace lcrig

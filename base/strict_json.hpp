@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// Strict JSON with positions. The fifth thing in base, on purpose: every file format of lcrig
+// (protocol, specimen, bench, config) is strict JSON, and a wrong file of any of them is refused in
+// the same words: `FILE:LINE:COLUMN /json/pointer: what was found, what was expected`.
+//
+// Strict: `//` comments are the only addition to JSON. Duplicate keys, numbers beyond double,
+// nesting beyond 64, more than 4 MiB and anything after the value are refused.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/result.hpp"
+#include "base/units.hpp"
+
+namespace lcrig {
+
+struct TextPosition {
+  int line = 1, column = 1;  // of characters, not bytes
+};
+
+inline constexpr std::size_t kJsonSizeMax = 4 << 20;  // bytes
+inline constexpr int kJsonDepthMax = 64;
+
+// A parsed file; immutable and cheap to copy.
+class JsonDocument {
+ public:
+  // Every error is invalid_request. `name` is what messages call the text.
+  static Result<JsonDocument> parse(std::string_view text, std::string name);
+
+  const nlohmann::json& root() const;
+  const std::string& name() const;
+  // Where the value (or the key in front of it) that `pointer` names begins.
+  TextPosition value_position(const std::string& pointer) const;
+  TextPosition key_position(const std::string& pointer) const;
+
+ private:
+  struct Data;
+  friend class JsonParser;
+  std::shared_ptr<const Data> data_;
+};
+
+// Reads a whole file of at most kJsonSizeMax. Errors: io (with the path and the reason).
+Result<std::string> read_text_file(const std::string& path);
+// read_text_file and JsonDocument::parse.
+Result<JsonDocument> load_json(const std::string& path);
+
+// Closed interval; `si` quantities are compared in SI.
+struct Range {
+  double min = -1e300, max = 1e300;
+  bool open_min = false;  // min itself is refused ("greater than 0")
+};
+inline constexpr Range kAnyNumber{};
+inline constexpr Range kPositive{0, 1e300, true};
+inline constexpr Range kNotNegative{0, 1e300, false};
+
+struct QuantityField;
+
+// A typed look at one value of a document. The first failure is kept and shared by all readers of
+// the document: read everything, then ask `result()` before using anything that was read. After a
+// failure the functions return harmless values (0, "", empty), which must not be used.
+class JsonReader {
+ public:
+  explicit JsonReader(const JsonDocument& document);
+
+  bool ok() const;  // nothing failed so far, anywhere in the document
+  Result<> result() const;
+  const std::string& pointer() const { return pointer_; }
+  std::string last_key() const;  // last part of the pointer, unescaped
+
+  // Refuses this value: `found_and_expected` follows "FILE:LINE:COL /pointer: ".
+  void refuse(const std::string& found_and_expected) const;
+  void refuse_key(const std::string& found_and_expected) const;  // position of the key
+
+  bool is_object() const;
+  bool is_array() const;
+  bool is_string() const;
+  bool is_number() const;
+  bool is_boolean() const;
+  bool is_null() const;
+
+  // This value as ... ; refused when it is something else.
+  double number(const Range& range = kAnyNumber) const;
+  std::int64_t integer(std::int64_t min, std::int64_t max) const;  // 5.0 is one, 5.5 is not
+  bool boolean() const;
+  std::string string() const;
+  std::string nonempty_string(std::size_t max_bytes = 200) const;
+  std::vector<JsonReader> items(std::size_t min = 0, std::size_t max = SIZE_MAX) const;
+  template <class E>
+  E word(std::span<const std::pair<std::string_view, E>> table) const;
+
+  // Members of this object. Asking for a key makes it known.
+  bool has(std::string_view key) const;
+  std::vector<std::string> keys() const;
+  std::optional<JsonReader> find(std::string_view key) const;
+  JsonReader at(std::string_view key) const;  // refused when absent
+  JsonReader object(std::string_view key) const;
+  std::vector<JsonReader> members() const;  // all, for objects whose keys are names
+
+  double number(std::string_view key, const Range& range = kAnyNumber) const;
+  std::int64_t integer(std::string_view key, std::int64_t min, std::int64_t max) const;
+  bool boolean(std::string_view key) const;
+  std::string string(std::string_view key) const;
+  std::optional<double> optional_number(std::string_view key, const Range& r = kAnyNumber) const;
+  std::optional<std::int64_t> optional_integer(std::string_view key, std::int64_t min,
+                                               std::int64_t max) const;
+  std::optional<bool> optional_boolean(std::string_view key) const;
+  std::optional<std::string> optional_string(std::string_view key) const;
+  template <class E>
+  E word(std::string_view key, std::span<const std::pair<std::string_view, E>> table) const {
+    return at(key).word(table);
+  }
+
+  // A number whose key ends in a unit: quantity("thickness", Dimension::length) takes
+  // "thickness_um" or "thickness_mm" and returns metres. `range` is SI. At most one such key.
+  double quantity(std::string_view stem, Dimension d, const Range& range = kAnyNumber) const;
+  std::optional<double> optional_quantity(std::string_view stem, Dimension d,
+                                          const Range& range = kAnyNumber) const;
+  // The member itself, for values that are not plain numbers.
+  std::optional<QuantityField> find_quantity(std::string_view stem, Dimension d) const;
+
+  // Last call on an object: refuses every key that was not asked for, with the list of known ones.
+  void no_other_keys() const;
+  // Refuses unless "format" is `expected` ("specimen/1"); names the version it found.
+  void expect_format(std::string_view expected) const;
+
+ private:
+  struct State;
+  struct Known;
+  JsonReader(std::shared_ptr<State> state, const nlohmann::json& value, std::string pointer);
+  JsonReader child(const nlohmann::json& value, std::string_view key) const;
+  void missing(const std::string& what) const;
+  std::size_t word_index(std::span<const std::string> words) const;
+  std::string shown() const;
+  void know(std::string_view key, std::string display) const;
+
+  std::shared_ptr<State> state_;
+  const nlohmann::json* value_;
+  std::string pointer_;
+  std::shared_ptr<Known> known_;
+};
+
+struct QuantityField {
+  JsonReader value;
+  std::string key;
+  Unit unit;
+};
+
+template <class E>
+E JsonReader::word(std::span<const std::pair<std::string_view, E>> table) const {
+  std::vector<std::string> words;
+  for (const auto& [text, value] : table) words.emplace_back(text);
+  return table[word_index(words)].second;
+}
+
+}  // namespace lcrig

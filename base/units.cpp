@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/units.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "base/log.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr Unit kUnits[] = {
+    {"count", Dimension::none, 1},
+    {"percent", Dimension::none, 1e-2},
+    {"um", Dimension::length, 1e-6},
+    {"mm", Dimension::length, 1e-3},
+    {"m", Dimension::length, 1},
+    {"mm2", Dimension::area, 1e-6},
+    {"m2", Dimension::area, 1},
+    {"mg", Dimension::mass, 1e-6},
+    {"g", Dimension::mass, 1e-3},
+    {"kg", Dimension::mass, 1},
+    {"us", Dimension::time, 1e-6},
+    {"ms", Dimension::time, 1e-3},
+    {"s", Dimension::time, 1},
+    {"min", Dimension::time, 60},
+    {"h", Dimension::time, 3600},
+    {"um_s", Dimension::speed, 1e-6},
+    {"mm_s", Dimension::speed, 1e-3},
+    {"mm_min", Dimension::speed, 1e-3 / 60},
+    {"m_s", Dimension::speed, 1},
+    {"mm_s2", Dimension::acceleration, 1e-3},
+    {"m_s2", Dimension::acceleration, 1},
+    {"mN", Dimension::force, 1e-3},
+    {"N", Dimension::force, 1},
+    {"kN", Dimension::force, 1e3},
+    {"mN_s", Dimension::force_rate, 1e-3},
+    {"N_s", Dimension::force_rate, 1},
+    {"N_min", Dimension::force_rate, 1.0 / 60},
+    {"N_m", Dimension::stiffness, 1},
+    {"N_mm", Dimension::stiffness, 1e3},
+    {"N_um", Dimension::stiffness, 1e6},
+    {"Pa", Dimension::pressure, 1},
+    {"kPa", Dimension::pressure, 1e3},
+    {"MPa", Dimension::pressure, 1e6},
+    {"kPa_s", Dimension::pressure_rate, 1e3},
+    {"Hz", Dimension::frequency, 1},
+    {"kHz", Dimension::frequency, 1e3},
+    {"mV", Dimension::voltage, 1e-3},
+    {"V", Dimension::voltage, 1},
+    {"fF", Dimension::capacitance, 1e-15},
+    {"pF", Dimension::capacitance, 1e-12},
+    {"nF", Dimension::capacitance, 1e-9},
+    {"uF", Dimension::capacitance, 1e-6},
+    {"F", Dimension::capacitance, 1},
+    {"fF_s", Dimension::capacitance_rate, 1e-15},
+    {"pF_s", Dimension::capacitance_rate, 1e-12},
+    {"F_s", Dimension::capacitance_rate, 1},
+    {"ohm", Dimension::resistance, 1},
+    {"kohm", Dimension::resistance, 1e3},
+    {"Mohm", Dimension::resistance, 1e6},
+    {"K", Dimension::temperature_difference, 1},
+};
+
+// Levenshtein distance; the words are short.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substitute = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({substitute, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+}  // namespace
+
+std::string_view to_string(Dimension d) {
+  switch (d) {
+    case Dimension::none: return "pure number";
+    case Dimension::length: return "length";
+    case Dimension::area: return "area";
+    case Dimension::mass: return "mass";
+    case Dimension::time: return "time";
+    case Dimension::speed: return "speed";
+    case Dimension::acceleration: return "acceleration";
+    case Dimension::force: return "force";
+    case Dimension::force_rate: return "force rate";
+    case Dimension::stiffness: return "stiffness";
+    case Dimension::pressure: return "pressure";
+    case Dimension::pressure_rate: return "pressure rate";
+    case Dimension::frequency: return "frequency";
+    case Dimension::voltage: return "voltage";
+    case Dimension::capacitance: return "capacitance";
+    case Dimension::capacitance_rate: return "capacitance rate";
+    case Dimension::resistance: return "resistance";
+    case Dimension::temperature_difference: return "temperature difference";
+  }
+  return "pure number";
+}
+
+std::span<const Unit> all_units() {
+  return kUnits;
+}
+
+const Unit* find_unit(std::string_view suffix) {
+  const auto* it = std::ranges::find(kUnits, suffix, &Unit::suffix);
+  return it == std::end(kUnits) ? nullptr : it;
+}
+
+KeyParts split_key(std::string_view key) {
+  // From the left, so that the longest suffix wins: speed_mm_s is not in seconds.
+  for (auto at = key.find('_', 1); at != std::string_view::npos; at = key.find('_', at + 1)) {
+    if (const Unit* unit = find_unit(key.substr(at + 1))) return {key.substr(0, at), unit};
+  }
+  return {key, nullptr};
+}
+
+std::string suffixes_of(Dimension d) {
+  std::string out;
+  for (const Unit& unit : kUnits) {
+    if (unit.dimension != d) continue;
+    out += fmt::format("{}_{}", out.empty() ? "" : ", ", unit.suffix);
+  }
+  return out;
+}
+
+std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known) {
+  std::optional<std::string> best;
+  std::size_t best_distance = std::max<std::size_t>(1, std::min<std::size_t>(3, word.size() / 3));
+  for (const std::string& candidate : known) {
+    if (candidate.size() > word.size() + 3 || word.size() > candidate.size() + 3) continue;
+    const std::size_t distance = edit_distance(word, candidate);
+    if (distance > best_distance || (best && distance == best_distance)) continue;
+    best = candidate;
+    best_distance = distance;
+  }
+  return best;
+}
+
+std::string did_you_mean(std::string_view word, std::span<const std::string> known) {
+  const auto best = nearest_word(word, known);
+  return best ? fmt::format(", did you mean `{}`?", printable(*best)) : std::string();
+}
+
+}  // namespace lcrig

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one table from unit suffix to dimension and SI factor. At every edge (files, flags, CSV) the
+// unit is in the name: `speed_mm_s`; inside the program values are SI.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace lcrig {
+
+enum class Dimension {
+  none,
+  length,
+  area,
+  mass,
+  time,
+  speed,
+  acceleration,
+  force,
+  force_rate,
+  stiffness,
+  pressure,
+  pressure_rate,
+  frequency,
+  voltage,
+  capacitance,
+  capacitance_rate,
+  resistance,
+  temperature_difference,
+};
+std::string_view to_string(Dimension d);  // "length", "force rate"; none: "pure number"
+
+struct Unit {
+  std::string_view suffix;  // "mm_s"
+  Dimension dimension = Dimension::none;
+  double to_si = 1;  // value in SI = value in this unit * to_si
+};
+
+std::span<const Unit> all_units();
+const Unit* find_unit(std::string_view suffix);  // nullptr: not in the table
+
+// "speed_mm_s" -> "speed" and mm_s (the longest suffix that is in the table). A key without a known
+// suffix is all stem, and `unit` is nullptr.
+struct KeyParts {
+  std::string_view stem;
+  const Unit* unit = nullptr;
+  Dimension dimension() const { return unit ? unit->dimension : Dimension::none; }
+  double to_si() const { return unit ? unit->to_si : 1.0; }
+};
+KeyParts split_key(std::string_view key);
+
+// "_um, _mm, _m": what a message names when the suffix is wrong.
+std::string suffixes_of(Dimension d);
+
+// The nearest of `known` to `word`, when it is near enough to be a slip of the fingers.
+std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known);
+// ", did you mean `force_N`?" or nothing.
+std::string did_you_mean(std::string_view word, std::span<const std::string> known);
+
+}  // namespace lcrig

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/strict_json.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace lcrig {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+std::string error_of(const std::string& text) {
+  const auto r = JsonDocument::parse(text, "f.json");
+  return r ? "accepted" : r.error().what;
+}
+
+JsonDocument parsed(const std::string& text) {
+  auto r = JsonDocument::parse(text, "f.json");
+  if (!r) throw std::runtime_error(r.error().what);
+  return *r;
+}
+
+TEST(StrictJson, PositionsOfKeysAndValuesAreKept) {
+  const auto d = parsed(
+      "// a comment with \"quotes\" and {\n{ \"a\": [1, -2.5e3,\n   true, \"x\\\"]\"],\n"
+      " \"µ/~\" : {\"b\":null} }  // end");
+  EXPECT_EQ(d.key_position("/a").line, 2);
+  EXPECT_EQ(d.key_position("/a").column, 3);
+  EXPECT_EQ(d.value_position("/a/1").column, 12);
+  EXPECT_EQ(d.value_position("/a/2").line, 3);
+  EXPECT_EQ(d.value_position("/a/3").column, 10);
+  EXPECT_EQ(d.key_position("/µ~1~0").line, 4);
+  EXPECT_EQ(d.value_position("/µ~1~0").column, 10);  // characters, not bytes
+  EXPECT_EQ(d.value_position("/µ~1~0/b").column, 15);
+  EXPECT_TRUE(d.root()["µ/~"]["b"].is_null());
+}
+
+TEST(StrictJson, ADuplicateKeyIsRefusedWithBothPlaces) {
+  EXPECT_EQ(error_of("{\"a\": {\n\"b\": 1,\n \"b\": 2}}"),
+            "f.json:3:2 /a: the key `b` for the second time, expected once (first in line 2)");
+}
+
+TEST(StrictJson, TheSameKeyInTwoObjectsIsFine) {
+  EXPECT_EQ(error_of("[{\"a\":1},{\"a\":2,\"b\":{\"a\":3}}]"), "accepted");
+}
+
+TEST(StrictJson, SyntaxErrorsNameThePlace) {
+  EXPECT_THAT(error_of("{\"a\": 1,\n  \"b\" 2}"), StartsWith("f.json:2:7 /: syntax error"));
+  EXPECT_THAT(error_of(""), StartsWith("f.json:1:1 /: syntax error"));
+  EXPECT_THAT(error_of("[1,]"), HasSubstr("syntax error"));
+  EXPECT_THAT(error_of("{} x"), HasSubstr("expected end of input"));
+  EXPECT_THAT(error_of("[NaN]"), HasSubstr("syntax error"));
+  EXPECT_THAT(error_of("[Infinity]"), HasSubstr("syntax error"));
+  EXPECT_THAT(error_of("[01]"), HasSubstr("syntax error"));
+  EXPECT_THAT(error_of("[\"\xff\"]"), HasSubstr("UTF-8"));
+  EXPECT_THAT(error_of("{\"a\": \"x"), HasSubstr("missing closing quote"));
+}
+
+TEST(StrictJson, NumbersBeyondDoubleAreRefused) {
+  EXPECT_THAT(error_of("{\"a\": 1e999}"), HasSubstr("number overflow"));
+}
+
+TEST(StrictJson, BlockCommentsAreRefused) {
+  EXPECT_THAT(error_of("{ \"a\": /* no */ 1 }"), StartsWith("f.json:1:8 /: a /* comment"));
+  EXPECT_THAT(error_of("{} /* no */"), HasSubstr("a /* comment"));
+  EXPECT_EQ(error_of("{ \"a\": \"/* text */\" } // /* fine */"), "accepted");
+}
+
+TEST(StrictJson, DepthAndSizeAreLimited) {
+  const auto nested = [](std::size_t n) { return std::string(n, '[') + std::string(n, ']'); };
+  EXPECT_EQ(error_of(nested(64)), "accepted");
+  EXPECT_THAT(error_of(nested(65)), HasSubstr("more than 64 levels"));
+  EXPECT_THAT(error_of(nested(1'000'000)), HasSubstr("more than 64 levels"));
+  EXPECT_THAT(error_of(std::string(kJsonSizeMax + 1, ' ')), HasSubstr("expected at most 4194304"));
+}
+
+TEST(StrictJson, AByteOrderMarkIsSkipped) {
+  EXPECT_EQ(parsed("\xEF\xBB\xBF[7]").value_position("/0").column, 2);
+}
+
+template <class F>
+std::string read_error(const std::string& text, F read) {
+  const auto d = parsed(text);
+  const JsonReader r(d);
+  read(r);
+  return r.ok() ? "ok" : r.result().error().what;
+}
+
+TEST(JsonReader, TypesAreChecked) {
+  const auto number = [](const JsonReader& r) { (void)r.number("a"); };
+  EXPECT_EQ(read_error("{\"a\": \"1\"}", number), "f.json:1:7 /a: \"1\", expected a number");
+  EXPECT_EQ(read_error("{\"a\": null}", number), "f.json:1:7 /a: null, expected a number");
+  EXPECT_EQ(read_error("{\"b\": 1}", number), "f.json:1:1 /: the key `a` is missing, found b");
+  EXPECT_EQ(read_error("[]", number), "f.json:1:1 /: an array, expected an object");
+}
+
+TEST(JsonReader, IntegersAreNotTruncated) {
+  const auto integer = [](const JsonReader& r) { (void)r.integer("a", 1, 5); };
+  EXPECT_EQ(read_error("{\"a\": 5.0}", integer), "ok");
+  EXPECT_EQ(read_error("{\"a\": 2.7}", integer),
+            "f.json:1:7 /a: 2.7, expected a whole number from 1 to 5");
+  EXPECT_NE(read_error("{\"a\": 6}", integer), "ok");
+  EXPECT_NE(read_error("{\"a\": 18446744073709551615}", integer), "ok");
+  EXPECT_NE(read_error("{\"a\": 1e300}", integer), "ok");
+}
+
+TEST(JsonReader, RangesAreChecked) {
+  const auto positive = [](const JsonReader& r) { (void)r.number("a", kPositive); };
+  EXPECT_EQ(read_error("{\"a\": 0}", positive), "f.json:1:7 /a: 0, expected greater than 0");
+  const auto range = [](const JsonReader& r) { (void)r.number("a", Range{0, 0.5}); };
+  EXPECT_EQ(read_error("{\"a\": 0.6}", range), "f.json:1:7 /a: 0.6, expected from 0 to 0.5");
+}
+
+TEST(JsonReader, UnknownKeysAreRefusedWithTheKnownOnes) {
+  const auto read = [](const JsonReader& r) {
+    (void)r.number("speed");
+    (void)r.optional_quantity("force", Dimension::force);
+    r.no_other_keys();
+  };
+  EXPECT_EQ(read_error("{\"speed\": 1, \"force_N\": 2}", read), "ok");
+  EXPECT_EQ(read_error("{\"speed\": 1, \"forse_N\": 2}", read),
+            "f.json:1:14 /forse_N: unknown key `forse_N`, did you mean `force_N`? expected speed, "
+            "force_(mN|N|kN)");
+  EXPECT_THAT(read_error("{\"speed\": 1, \"banana\": 2}", read),
+              HasSubstr("unknown key `banana`, expected speed"));
+}
+
+TEST(JsonReader, QuantitiesAreConvertedByTheirSuffix) {
+  const auto d = parsed("{\"thickness_um\": 25, \"speed_mm_s\": 16, \"wait_ms\": 10}");
+  const JsonReader r(d);
+  EXPECT_DOUBLE_EQ(r.quantity("thickness", Dimension::length, Range{0, 1e-4}), 25e-6);
+  EXPECT_DOUBLE_EQ(r.quantity("speed", Dimension::speed), 16e-3);
+  EXPECT_DOUBLE_EQ(*r.optional_quantity("wait", Dimension::time), 0.01);
+  EXPECT_FALSE(r.optional_quantity("width", Dimension::length));
+  r.no_other_keys();
+  EXPECT_TRUE(r.ok()) << r.result().error().what;
+}
+
+TEST(JsonReader, WrongUnitsAreRefusedWithTheRightOnes) {
+  const auto read = [](const JsonReader& r) {
+    (void)r.quantity("force", Dimension::force, Range{0, 5});
+  };
+  EXPECT_EQ(read_error("{\"force_mm\": 1}", read),
+            "f.json:1:2 /force_mm: a length, expected `force` with a unit of force: _mN, _N, _kN");
+  EXPECT_THAT(read_error("{\"force_lbf\": 1}", read), HasSubstr("no known unit, expected `force`"));
+  EXPECT_THAT(read_error("{\"force\": 1}", read), HasSubstr("no known unit, expected `force`"));
+  EXPECT_THAT(read_error("{}", read), HasSubstr("is missing"));
+  EXPECT_EQ(read_error("{\"force_mN\": 5001}", read),
+            "f.json:1:14 /force_mN: 5001, expected from 0 to 5000");
+  EXPECT_THAT(read_error("{\"force_N\": 1, \"force_mN\": 1}", read),
+              HasSubstr("expected only one of them"));
+}
+
+TEST(JsonReader, WordsComeFromTheTable) {
+  static constexpr std::pair<std::string_view, int> kTable[] = {{"fast", 1}, {"slow", 2}};
+  const auto word = [](const JsonReader& r) { (void)r.word<int>("a", kTable); };
+  EXPECT_EQ(JsonReader(parsed("\"slow\"")).word<int>(kTable), 2);
+  EXPECT_EQ(read_error("{\"a\": \"fasst\"}", word),
+            "f.json:1:7 /a: \"fasst\", did you mean `fast`? expected one of fast, slow");
+  EXPECT_EQ(read_error("{\"a\": 3}", word), "f.json:1:7 /a: 3, expected a string");
+}
+
+TEST(JsonReader, TheFirstFailureIsKept) {
+  const auto d = parsed("{\"a\": \"x\", \"b\": \"y\"}");
+  const JsonReader r(d);
+  (void)r.number("a");
+  (void)r.number("b");
+  EXPECT_THAT(r.result().error().what, HasSubstr("/a:"));
+  EXPECT_EQ(r.result().error().code, Errc::invalid_request);
+}
+
+TEST(JsonReader, ControlCharactersDoNotReachTheTerminal) {
+  const std::string text = "{\"\\u001b[2J\": 1}";
+  const auto read = [](const JsonReader& r) { r.no_other_keys(); };
+  EXPECT_EQ(read_error(text, read).find('\x1b'), std::string::npos);
+}
+
+TEST(LoadJson, AMissingFileSaysWhy) {
+  const auto r = load_json("/nonexistent/x.json");
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Errc::io);
+  EXPECT_THAT(r.error().what, HasSubstr("No such file"));
+}
+
+TEST(Units, TheLongestSuffixWins) {
+  EXPECT_EQ(split_key("speed_mm_s").stem, "speed");
+  EXPECT_EQ(split_key("speed_mm_s").dimension(), Dimension::speed);
+  EXPECT_EQ(split_key("poll_interval_ms").stem, "poll_interval");
+  EXPECT_EQ(split_key("cycles").unit, nullptr);
+  EXPECT_EQ(split_key("_mm").unit, nullptr);
+  EXPECT_EQ(split_key("").unit, nullptr);
+}
+
+TEST(Units, EverySuffixIsUniqueAndFindsItself) {
+  for (const Unit& unit : all_units()) {
+    EXPECT_EQ(find_unit(unit.suffix), &unit) << unit.suffix;
+    EXPECT_EQ(split_key("x_" + std::string(unit.suffix)).unit, &unit) << unit.suffix;
+  }
+}
+
+TEST(Units, SlipsOfTheFingersAreRecognised) {
+  const std::vector<std::string> known{"force_N", "speed_mm_s", "id"};
+  EXPECT_EQ(nearest_word("force_n", known), "force_N");
+  EXPECT_EQ(nearest_word("sped_mm_s", known), "speed_mm_s");
+  EXPECT_FALSE(nearest_word("colour", known));
+}
+
+}  // namespace
+}  // namespace lcrig
