@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The words of lcr_meter.hpp and load_frame.hpp.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -74,6 +76,15 @@ std::string_view to_string(MotionEnd e) {
     case MotionEnd::fault: return "fault";
   }
   return "fault";
+}
+
+std::string to_json_text(const LcrSettings& s) {
+  return fmt::format(
+      R"({{"function":"{}","frequency_Hz":{},"level_V":{},"bias_V":{},"aperture":"{}",)"
+      R"("average":{},"trigger":"{}"}})",
+      to_string(s.function), s.frequency.si(), s.level.si(),
+      s.bias ? fmt::format("{}", s.bias->si()) : "null", to_string(s.aperture), s.average,
+      to_string(s.trigger));
 }
 
 Duration LcrCapabilities::conversion_time(const LcrSettings& s) const {

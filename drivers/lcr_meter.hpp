@@ -47,6 +47,8 @@ struct LcrSettings {
   std::optional<Duration> poll_interval;
   bool operator==(const LcrSettings&) const = default;
 };
+// As a JSON object with units in the keys, for run rows and events.
+std::string to_json_text(const LcrSettings& s);
 
 struct LcrCapabilities {
   std::vector<LcrFunction> functions;

@@ -14,8 +14,8 @@
 namespace lcrig {
 
 // One `measure` step as it is executed: a load level whose readings belong together.
-struct Level {
-  Level() = default;
+struct LoadLevel {
+  LoadLevel() = default;
   std::int64_t level = 0;  // 1, 2, ... within the run
   std::string step_id;
   std::int64_t repeat = 0;  // of the outermost `repeat` around it, from 1; 0: none
@@ -52,7 +52,7 @@ class RunSink {
   // Queue a row. They never block; a sink that cannot take any more reports it through `fault`.
   virtual void reading(const LcrReading& reading, const ReadingTag& tag) = 0;
   virtual void samples(std::span<const FrameSample> samples) = 0;
-  virtual void level(const Level& level) = 0;
+  virtual void level(const LoadLevel& level) = 0;
   virtual void event(const RunEvent& event) = 0;
   // Returns when everything queued before is committed; the error that made it impossible
   // otherwise.

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+// The frame of a run: preparation, the loop over steps, interrupts, `finally`. What each step does
+// is in run_steps.cpp.
+#include "protocols/run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <utility>
+#include <variant>
+
+namespace lcrig {
+
+namespace {
+
+using namespace asio::experimental::awaitable_operators;
+using namespace std::chrono_literals;
+constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
+
+// Silence of the sample stream that stops a moving frame: three periods, but never less than two
+// batches of the link (100 ms each) and their jitter.
+Duration stale_after(double rate_Hz) {
+  return std::max<Duration>(from_seconds(3.0 / rate_Hz), 500ms);
+}
+
+GuardWindow window_of(const Limits& limits, const Environment& env) {
+  GuardWindow w;
+  w.force_min_N = env.get(limits.force_min);
+  w.force_max_N = env.get(limits.force_max);
+  if (limits.travel_min) w.travel_min_m = env.get(*limits.travel_min);
+  if (limits.travel_max) w.travel_max_m = env.get(*limits.travel_max);
+  return w;
+}
+
+FrameLimits device_limits(const Limits& limits, const Environment& env,
+                          const FrameCapabilities& caps) {
+  const GuardWindow w = window_of(limits, env);
+  FrameLimits f;
+  f.force_min = Force::from_si(w.force_min_N);
+  f.force_max = Force::from_si(w.force_max_N);
+  f.travel_min = Length::from_si(w.travel_min_m.value_or(caps.travel_min.si()));
+  f.travel_max = Length::from_si(w.travel_max_m.value_or(caps.travel_max.si()));
+  f.speed_max = limits.speed_max ? Velocity::from_si(env.get(*limits.speed_max)) : caps.speed_max;
+  return f;
+}
+
+// A step that failed is an interrupt that nobody asked for.
+InterruptRequest request_for(const Error& error) {
+  switch (error.code) {
+    case Errc::limit_tripped: return InterruptRequest(Interrupt::limit, error);
+    case Errc::aborted: return InterruptRequest(Interrupt::abort, error);
+    default: return InterruptRequest(Interrupt::fault, error);
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(Interrupt i) {
+  switch (i) {
+    case Interrupt::pause: return "pause";
+    case Interrupt::abort: return "abort";
+    case Interrupt::freeze: return "freeze";
+    case Interrupt::limit: return "limit";
+    case Interrupt::fault: return "fault";
+  }
+  return "fault";
+}
+
+InterruptRequest::InterruptRequest(Interrupt k, std::string w)
+    : kind(k),
+      code(k == Interrupt::limit ? Errc::limit_tripped : Errc::aborted),
+      why(std::move(w)) {}
+
+Run::Run(asio::any_io_executor executor, RunSetup setup)
+    : executor_(executor),
+      setup_(std::move(setup)),
+      guard_(window_of(setup_.protocol.limits, setup_.environment),
+             stale_after(setup_.protocol.sample.frame_rate_Hz)),
+      sampler_(executor, setup_.clock, setup_.lcr, setup_.lcr_settings, sampler_hooks()),
+      interrupts_(executor, 8),
+      resumes_(executor, 1) {
+  status_.run = setup_.run;
+  status_.protocol = setup_.protocol.name;
+  status_.specimen = setup_.specimen;
+  status_.planned_s = setup_.planned_s;
+}
+
+Run::~Run() {
+  setup_.frame.set_listener(nullptr);
+}
+
+Sampler::Hooks Run::sampler_hooks() {
+  Sampler::Hooks hooks;
+  hooks.tag = [this] {
+    ReadingTag tag;
+    if (step_ != nullptr) tag.step_id = step_->id;
+    tag.repeat = repeat_;
+    return tag;
+  };
+  hooks.taken = [this](const LcrReading& r, const ReadingTag& tag) { on_reading(r, tag); };
+  hooks.event = [this](std::string kind, std::string detail) {
+    event(std::move(kind), std::move(detail));
+  };
+  hooks.lost = [this](Error e) {
+    event("loss", e.what);
+    interrupt(InterruptRequest(Interrupt::fault, std::move(e)));
+  };
+  return hooks;
+}
+
+void Run::event(std::string kind, std::string detail) {
+  const RunEvent row(setup_.clock.now(), std::move(kind), step_ != nullptr ? step_->id : "",
+                     std::move(detail));
+  setup_.sink.event(row);
+}
+
+void Run::on_reading(const LcrReading& reading, const ReadingTag& tag) {
+  setup_.sink.reading(reading, tag);
+  ++status_.lcr_readings;
+  if (tag.index > 0) ++status_.measure_readings;
+  status_.capacitance_F = reading.primary;
+  status_.secondary = reading.secondary;
+}
+
+void Run::on_samples(std::span<const FrameSample> samples) {
+  setup_.sink.samples(samples);
+  status_.frame_samples += static_cast<std::int64_t>(samples.size());
+  for (const FrameSample& s : samples) {
+    if (s.force_N) force_sum_N_ += *s.force_N, ++force_count_;
+    if (auto why = guard_.check(s); why && !stop_pending_) {
+      event("limit", *why);
+      interrupt(InterruptRequest(Interrupt::limit, std::move(*why)));
+    }
+  }
+  const FrameSample& last = samples.back();
+  status_.force_N = last.force_N;
+  status_.travel_m = last.travel_m;
+  if (last.force_N) status_.pressure_Pa = *last.force_N / setup_.probe_area_m2;
+  if (last.travel_m && contact_travel_m_) status_.gap_m = *contact_travel_m_ - *last.travel_m;
+}
+
+void Run::on_frame_event(std::string kind, std::string detail) {
+  event(std::move(kind), std::move(detail));
+}
+
+void Run::on_frame_lost(Error error) {
+  event("loss", error.what);
+  interrupt(InterruptRequest(Interrupt::fault, std::move(error)));
+}
+
+void Run::interrupt(InterruptRequest request) {
+  if (over_) return;
+  const bool stops = request.kind != Interrupt::pause;
+  // Once `finally` runs only what makes it dangerous may end it: a second abort never does.
+  if (finishing_ && (request.kind == Interrupt::pause || request.kind == Interrupt::abort)) return;
+  if (stops && request.kind != Interrupt::freeze && stop_pending_) return;
+  stop_pending_ = stop_pending_ || stops;
+  standing_ = false;
+  if (request.kind != Interrupt::limit) event(std::string(to_string(request.kind)), request.why);
+  interrupts_.try_send(boost::system::error_code(), std::move(request));
+}
+
+bool Run::resume() {
+  return status_.state == RunState::paused && resumes_.try_send(boost::system::error_code());
+}
+
+Task<RunResult> Run::execute() {
+  start_ = setup_.clock.now();
+  setup_.frame.set_listener(this);
+  RunResult result;
+  std::optional<InterruptRequest> stop;
+  auto ready = co_await prepare();
+  if (ready) {
+    status_.state = RunState::running;
+    sampler_.start(setup_.protocol.sample.lcr_continuous);
+    stop = co_await run_steps(setup_.protocol.steps);
+  } else {
+    stop = InterruptRequest(Interrupt::fault, ready.error());
+  }
+  co_await finish(std::move(stop), result);
+  result.peak_force_N = guard_.peak_force_N();
+  co_return result;
+}
+
+Task<Result<>> Run::prepare() {
+  const FrameCapabilities& caps = setup_.frame.capabilities();
+  if (caps.motion) {
+    const FrameLimits limits = device_limits(setup_.protocol.limits, setup_.environment, caps);
+    auto armed = co_await setup_.frame.arm(limits);
+    if (!armed) co_return armed;
+  }
+  auto rate = co_await setup_.frame.set_sample_rate(setup_.protocol.sample.frame_rate_Hz);
+  if (!rate) co_return rate;
+  guard_.restart_age(setup_.clock.now());
+  guard_.set_watch_age(caps.motion);
+  co_return Result<>();
+}
+
+// The next thing that must interrupt the step: a request, or samples that stopped coming.
+Task<InterruptRequest> Run::next_interrupt() {
+  for (;;) {
+    auto r = co_await (interrupts_.async_receive(kAsResult) || setup_.clock.wait_for(250ms));
+    if (r.index() == 0) co_return std::get<1>(std::get<0>(r));
+    auto why = guard_.check_age(setup_.clock.now());
+    if (!why || stop_pending_) continue;
+    event("limit", *why);
+    co_return InterruptRequest(Interrupt::limit, std::move(*why));
+  }
+}
+
+Task<std::optional<InterruptRequest>> Run::run_steps(const Steps& steps) {
+  StepCursor cursor(steps, setup_.environment);
+  std::optional<InterruptRequest> stop;
+  while (const Step* step = cursor.next()) {
+    repeat_ = cursor.repeat();
+    status_.repeat = repeat_;
+    status_.repeats = cursor.repeats();
+    stop = co_await run_step(*step);
+    if (stop) break;
+  }
+  co_return stop;
+}
+
+Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
+  step_ = &step;
+  status_.step_id = step.id;
+  status_.step_kind = kind_of(step);
+  status_.elapsed_s = to_seconds(setup_.clock.now() - start_);
+  event("step_begin", std::string(status_.step_kind));
+  Progress progress;
+  std::optional<InterruptRequest> stop;
+  for (bool done = false; !done && !stop;) {
+    auto r = co_await (execute_step(step, progress) || next_interrupt());
+    if (r.index() == 0) {
+      done = true;
+      if (const auto& result = std::get<0>(r); !result) stop = request_for(result.error());
+    } else if (std::get<1>(r).kind == Interrupt::pause) {
+      stop = co_await stay_paused(progress);
+    } else {
+      stop = std::move(std::get<1>(r));
+    }
+  }
+  event("step_end", stop ? std::string(to_string(stop->kind)) : "done");
+  step_ = nullptr;
+  co_return stop;
+}
+
+Task<> Run::stop_frame() {
+  if (!setup_.frame.capabilities().motion) {
+    standing_ = true;
+    co_return;
+  }
+  auto stopped = co_await setup_.frame.stop();
+  standing_ = stopped.has_value();
+  event(stopped ? "stopped" : "stop_failed", stopped ? "" : stopped.error().what);
+}
+
+// Holds travel and keeps recording until somebody resumes or stops the run.
+Task<std::optional<InterruptRequest>> Run::stay_paused(Progress& progress) {
+  if (progress.begin) progress.spent += setup_.clock.now() - *progress.begin;
+  progress.begin.reset();
+  const RunState before = std::exchange(status_.state, RunState::paused);
+  co_await stop_frame();
+  std::optional<InterruptRequest> stop;
+  for (bool resumed = false; !resumed && !stop;) {
+    auto r = co_await (resumes_.async_receive(kAsResult) || next_interrupt());
+    resumed = r.index() == 0;
+    if (!resumed && std::get<1>(r).kind != Interrupt::pause) stop = std::move(std::get<1>(r));
+  }
+  if (stop) co_return stop;
+  status_.state = before;
+  event("resume", "");
+  if (held_force_N_) {
+    auto held = co_await setup_.frame.hold_force(Force::from_si(*held_force_N_));
+    if (!held) stop = request_for(held.error());
+  }
+  co_return stop;
+}
+
+Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
+  finishing_ = true;
+  stop_pending_ = false;
+  status_.state = RunState::finishing;
+  interrupts_.cancel();
+  while (interrupts_.try_receive([](auto&&...) {})) {
+  }
+  co_await stop_frame();
+  result.exit_status = "success";
+  if (stop) {
+    const bool wanted = stop->kind == Interrupt::abort || stop->kind == Interrupt::freeze;
+    result.exit_status = wanted ? "abort" : "fail";
+    result.reason = fmt::format("{}: {}", to_string(stop->kind), stop->why);
+    result.code = stop->code;
+    if (stop->kind == Interrupt::limit) guard_.allow_return();
+    auto line = co_await setup_.frame.resync();
+    if (!line) event("retry", line.error().what);
+  }
+  if (!stop || stop->kind != Interrupt::freeze) co_await run_finally(result);
+  co_await stop_frame();
+  co_await sampler_.stop();
+  auto safe = co_await setup_.lcr.make_safe();
+  if (!safe) event("retry", safe.error().what);
+  setup_.frame.set_listener(nullptr);
+  over_ = true;
+  status_.state = RunState::ended;
+}
+
+// Runs whatever happened before; has its own deadline, after which the frame stays where it is.
+Task<> Run::run_finally(RunResult& result) {
+  const MonoTime deadline = setup_.clock.now() + setup_.protocol.finally_timeout;
+  auto r = co_await (run_steps(setup_.protocol.finally_steps) || setup_.clock.wait_until(deadline));
+  std::string why;
+  if (r.index() == 1) {
+    why = fmt::format("`finally` did not end in {:.0f} s; the frame was stopped where it stood",
+                      to_seconds(setup_.protocol.finally_timeout));
+  } else if (const auto& stop = std::get<0>(r)) {
+    why = fmt::format("in `finally`: {}", stop->why);
+  }
+  if (why.empty()) co_return;
+  event("fault", why);
+  if (result.exit_status == "success") result.exit_status = "fail";
+  result.reason += (result.reason.empty() ? "" : "; ") + why;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// Executes a protocol on two instruments: steps, limits, the three grades of stop, `finally`.
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/experimental/channel.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/clock.hpp"
+#include "drivers/lcr_meter.hpp"
+#include "drivers/load_frame.hpp"
+#include "protocols/expand.hpp"
+#include "protocols/guard.hpp"
+#include "protocols/protocol.hpp"
+#include "protocols/run_sink.hpp"
+#include "protocols/sampler.hpp"
+
+namespace lcrig {
+
+// pause: hold travel, go on later. abort: stop now, then `finally`. freeze: stop now and stay.
+// limit and fault are aborts that nobody asked for; the run has failed.
+enum class Interrupt { pause, abort, freeze, limit, fault };
+std::string_view to_string(Interrupt i);
+
+struct InterruptRequest {
+  InterruptRequest() = default;
+  InterruptRequest(Interrupt k, std::string w);
+  InterruptRequest(Interrupt k, Error e) : kind(k), code(e.code), why(std::move(e.what)) {}
+  Interrupt kind = Interrupt::abort;
+  Errc code = Errc::aborted;
+  std::string why;
+};
+
+struct RunResult {
+  RunResult() = default;
+  std::string exit_status;  // "success", "abort", "fail"
+  std::string reason;  // empty on success
+  std::optional<Errc> code;  // why, when it was no success
+  double peak_force_N = 0;
+};
+
+// What the run works on. Everything outlives it.
+struct RunSetup {
+  RunSetup(Clock& c, LcrMeter& l, LoadFrame& f, RunSink& s, const Protocol& p)
+      : clock(c), lcr(l), frame(f), sink(s), protocol(p) {}
+  Clock& clock;
+  LcrMeter& lcr;  // identified and configured
+  LoadFrame& frame;  // identified
+  RunSink& sink;
+  const Protocol& protocol;
+  Environment environment;  // parameters bound
+  LcrSettings lcr_settings;  // as read back
+  double probe_area_m2 = 0;  // force = pressure times this
+  double gravity_m_s2 = 9.80665;  // local
+  double planned_s = 0;  // of the plan, for the progress bar
+  std::int64_t run = 0;
+  std::string specimen;
+  // `record until confirmed` waits for this.
+  Operator* person = nullptr;
+};
+
+class Run final : private LoadFrame::Listener {
+ public:
+  Run(asio::any_io_executor executor, RunSetup setup);
+  ~Run() override;
+
+  // Runs everything including `finally`. Never cancelled from outside: interrupts are events.
+  Task<RunResult> execute();
+
+  // From the io thread, at any time. An interrupt acts within a step and is never queued behind
+  // one.
+  void interrupt(InterruptRequest request);
+  bool resume();  // false: not paused
+  // The frame confirmed standstill after the last interrupt.
+  bool standing() const { return standing_; }
+  const RunStatus& status() const { return status_; }
+
+ private:
+  using InterruptChannel =
+      asio::experimental::channel<void(boost::system::error_code, InterruptRequest)>;
+  using ResumeChannel = asio::experimental::channel<void(boost::system::error_code)>;
+
+  // What survives a pause in the middle of a step.
+  struct Progress {
+    std::optional<MonoTime> begin;
+    Duration spent{};
+    std::int64_t readings = 0;
+    std::optional<LoadLevel> level;
+    bool moved = false;
+  };
+
+  void on_samples(std::span<const FrameSample> samples) override;
+  void on_frame_event(std::string kind, std::string detail) override;
+  void on_frame_lost(Error error) override;
+
+  Task<Result<>> prepare();
+  Task<std::optional<InterruptRequest>> run_steps(const Steps& steps);
+  Task<std::optional<InterruptRequest>> run_step(const Step& step);
+  Task<InterruptRequest> next_interrupt();
+  Task<std::optional<InterruptRequest>> stay_paused(Progress& progress);
+  Task<Result<>> execute_step(const Step& step, Progress& progress);
+  Task<> finish(std::optional<InterruptRequest> stop, RunResult& result);
+  Task<> stop_frame();
+  Task<> run_finally(RunResult& result);
+  Sampler::Hooks sampler_hooks();
+  void on_reading(const LcrReading& reading, const ReadingTag& tag);
+
+  Task<Result<>> execute(const ZeroStep& step, Progress& progress);
+  Task<Result<>> execute(const FindContactStep& step, Progress& progress);
+  Task<Result<>> execute(const RampStep& step, Progress& progress);
+  Task<Result<>> execute(const MoveUntilStep& step, Progress& progress);
+  Task<Result<>> execute(const HoldStep& step, Progress& progress);
+  Task<Result<>> execute(const MeasureStep& step, Progress& progress);
+  Task<Result<>> execute(const PlaceWeightStep& step, Progress& progress);
+  Task<Result<>> execute(const RecordStep& step, Progress& progress);
+  Task<Result<>> execute(const SetLcrStep& step, Progress& progress);
+  Task<Result<>> execute(const MarkStep& step, Progress& progress);
+  Task<Result<>> execute(const RepeatStep& step, Progress& progress);
+  Task<Result<>> execute(const SweepStep& step, Progress& progress);
+
+  // A motion within its time; anything but `target` is an error. Writes the motion's event.
+  Task<Result<MotionOutcome>> timed(Task<Result<MotionOutcome>> motion, double timeout_s);
+  Task<Result<>> move_to_travel(double travel_m, double speed_m_s, double timeout_s);
+  Task<Result<>> move_to_force(double force_N, double speed_m_s, double timeout_s);
+  Task<Result<double>> rest_force();  // N; mean of half a second at rest
+  Task<Result<>> wait_out(double duration_s, Progress& progress);
+  Result<double> travel_of(const Target& target) const;  // m; travel and gap targets
+  double force_of(const Target& target) const;  // N; force and pressure targets
+  void aim_at(const std::optional<Target>& target);  // labels the levels that follow
+  LoadLevel next_level(std::int64_t count);
+  void event(std::string kind, std::string detail);
+
+  asio::any_io_executor executor_;
+  RunSetup setup_;
+  RunStatus status_;
+  Guard guard_;
+  Sampler sampler_;
+  InterruptChannel interrupts_;
+  ResumeChannel resumes_;
+  MonoTime start_{};
+  const Step* step_ = nullptr;
+  bool finishing_ = false;
+  bool stop_pending_ = false;
+  bool over_ = false;
+  bool standing_ = false;
+  std::optional<double> contact_travel_m_;
+  std::optional<double> held_force_N_;  // force control to return to after a pause
+  std::optional<double> target_force_N_;  // of the last load step: the level's label
+  std::optional<double> target_pressure_Pa_;
+  std::int64_t levels_ = 0;
+  std::int64_t level_in_repeat_ = 0, level_repeat_ = -1;
+  std::int64_t repeat_ = 0, repeats_ = 0;
+  double force_sum_N_ = 0;  // of the samples since `force_count_` was set to 0
+  std::int64_t force_count_ = 0;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: Apache-2.0
+// What each step of a protocol does.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "protocols/run.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace asio::experimental::awaitable_operators;
+using namespace std::chrono_literals;
+
+std::string describe(const MotionOutcome& o) {
+  std::string text = fmt::format(R"({{"reason":"{}")", to_string(o.reason));
+  if (o.force_N) text += fmt::format(R"(,"force_N":{})", *o.force_N);
+  if (o.travel_m) text += fmt::format(R"(,"travel_m":{})", *o.travel_m);
+  return text + "}";
+}
+
+// Everything but `target` keeps the protocol from going on.
+Result<MotionOutcome> judge(const std::string& step, MotionOutcome outcome) {
+  const std::string& detail = outcome.detail;
+  switch (outcome.reason) {
+    case MotionEnd::target: return outcome;
+    case MotionEnd::force_limit:
+      return fail(Errc::limit_tripped, "step {}: the frame stopped at its force limit {}", step,
+                  detail);
+    case MotionEnd::travel_limit:
+      return fail(Errc::limit_tripped, "step {}: the frame stopped at its travel limit {}", step,
+                  detail);
+    case MotionEnd::stopped:
+      return fail(Errc::aborted, "step {}: the frame was stopped at the machine {}", step, detail);
+    case MotionEnd::fault: break;
+  }
+  return fail(Errc::refused, "step {}: the frame reports a fault {}", step, detail);
+}
+
+bool is_load(TargetKind kind) {
+  return kind == TargetKind::force || kind == TargetKind::pressure;
+}
+
+}  // namespace
+
+Task<Result<>> Run::execute_step(const Step& step, Progress& progress) {
+  auto task = std::visit([&](const auto& s) { return execute(s, progress); }, step.action);
+  auto result = co_await std::move(task);
+  co_return result;
+}
+
+Task<Result<MotionOutcome>> Run::timed(Task<Result<MotionOutcome>> motion, double timeout_s) {
+  held_force_N_.reset();
+  const MonoTime deadline = setup_.clock.now() + from_seconds(timeout_s);
+  auto r = co_await (std::move(motion) || setup_.clock.wait_until(deadline));
+  if (r.index() == 1) {
+    co_return fail(Errc::no_reply, "step {}: the motion did not end within {} s", step_->id,
+                   timeout_s);
+  }
+  auto& outcome = std::get<0>(r);
+  if (!outcome) co_return fail(outcome.error());
+  event("motion", describe(*outcome));
+  co_return judge(step_->id, std::move(*outcome));
+}
+
+Task<Result<>> Run::move_to_travel(double travel_m, double speed_m_s, double timeout_s) {
+  auto motion = setup_.frame.move_to(Length::from_si(travel_m), Velocity::from_si(speed_m_s));
+  auto outcome = co_await timed(std::move(motion), timeout_s);
+  if (!outcome) co_return fail(outcome.error());
+  co_return Result<>();
+}
+
+// Towards the specimen when the force has to grow, away from it otherwise.
+Task<Result<>> Run::move_to_force(double force_N, double speed_m_s, double timeout_s) {
+  const bool press = force_N >= status_.force_N.value_or(0);
+  const FrameCapabilities& caps = setup_.frame.capabilities();
+  const Limits& limits = setup_.protocol.limits;
+  const auto& bound = press ? limits.travel_max : limits.travel_min;
+  const Length machine = press ? caps.travel_max : caps.travel_min;
+  const Length guard = bound ? Length::from_si(setup_.environment.get(*bound)) : machine;
+  const Velocity speed = Velocity::from_si(press ? speed_m_s : -speed_m_s);
+  auto motion = setup_.frame.move_until_force(Force::from_si(force_N), speed, guard);
+  auto outcome = co_await timed(std::move(motion), timeout_s);
+  if (!outcome) co_return fail(outcome.error());
+  co_return Result<>();
+}
+
+Result<double> Run::travel_of(const Target& target) const {
+  const double value = setup_.environment.get(target.value);
+  if (target.kind == TargetKind::travel) return value;
+  if (!contact_travel_m_) {
+    return fail(Errc::invalid_request, "step {}: a gap exists only after find_contact", step_->id);
+  }
+  return *contact_travel_m_ - value;
+}
+
+double Run::force_of(const Target& target) const {
+  const double value = setup_.environment.get(target.value);
+  return target.kind == TargetKind::pressure ? value * setup_.probe_area_m2 : value;
+}
+
+void Run::aim_at(const std::optional<Target>& target) {
+  target_force_N_.reset();
+  target_pressure_Pa_.reset();
+  if (!target || !is_load(target->kind)) return;
+  target_force_N_ = force_of(*target);
+  target_pressure_Pa_ = *target_force_N_ / setup_.probe_area_m2;
+}
+
+Task<Result<double>> Run::rest_force() {
+  force_sum_N_ = 0;
+  force_count_ = 0;
+  for (int half_seconds = 0; half_seconds < 6 && force_count_ < 3; ++half_seconds) {
+    co_await setup_.clock.wait_for(500ms);
+  }
+  if (force_count_ == 0) {
+    co_return fail(Errc::no_reply, "step {}: the frame sends no force", step_->id);
+  }
+  co_return force_sum_N_ / static_cast<double>(force_count_);
+}
+
+Task<Result<>> Run::execute(const ZeroStep& step, Progress& /*progress*/) {
+  auto rest = co_await rest_force();
+  if (!rest) co_return fail(rest.error());
+  if (step.max_offset && std::abs(*rest) > setup_.environment.get(*step.max_offset)) {
+    co_return fail(Errc::limit_tripped,
+                   "step {}: {:.4f} N at rest before zeroing, {:.4f} N allowed: the probe may "
+                   "already touch; move it away or zero the cell at the machine",
+                   step_->id, *rest, setup_.environment.get(*step.max_offset));
+  }
+  auto zeroed = co_await setup_.frame.zero(step.force, step.travel);
+  if (!zeroed) co_return zeroed;
+  if (step.travel) contact_travel_m_.reset();
+  event("zero", fmt::format(R"({{"force_before_N":{}}})", *rest));
+  co_return Result<>();
+}
+
+Task<Result<>> Run::execute(const FindContactStep& step, Progress& /*progress*/) {
+  const Environment& env = setup_.environment;
+  aim_at(std::nullopt);
+  auto rest = co_await rest_force();
+  if (!rest) co_return fail(rest.error());
+  const auto& bound = setup_.protocol.limits.travel_max;
+  const Length guard =
+      bound ? Length::from_si(env.get(*bound)) : setup_.frame.capabilities().travel_max;
+  const double speed = env.get(step.speed);
+  auto motion = setup_.frame.move_until_force(Force::from_si(*rest + env.get(step.force)),
+                                              Velocity::from_si(speed), guard);
+  auto touched = co_await timed(std::move(motion), env.get(step.timeout));
+  if (!touched) co_return fail(touched.error());
+  if (!touched->travel_m) {
+    co_return fail(Errc::refused, "step {}: the frame reports no travel at contact", step_->id);
+  }
+  contact_travel_m_ = *touched->travel_m;
+  event("contact", fmt::format(R"({{"travel_m":{},"force_N":{},"rest_force_N":{}}})",
+                               *contact_travel_m_, touched->force_N.value_or(0), *rest));
+  const double clear = *contact_travel_m_ - env.get(step.back_off);
+  auto result = co_await move_to_travel(clear, speed, env.get(step.timeout));
+  co_return result;
+}
+
+Task<Result<>> Run::execute(const RampStep& step, Progress& /*progress*/) {
+  const Environment& env = setup_.environment;
+  aim_at(step.to);
+  const double timeout_s = env.get(step.timeout);
+  if (!is_load(step.to.kind)) {
+    auto travel = travel_of(step.to);
+    if (!travel) co_return fail(travel.error());
+    auto moved = co_await move_to_travel(*travel, env.get(*step.speed), timeout_s);
+    co_return moved;
+  }
+  const double force_N = force_of(step.to);
+  if (step.speed) {
+    auto moved = co_await move_to_force(force_N, env.get(*step.speed), timeout_s);
+    co_return moved;
+  }
+  auto motion = setup_.frame.ramp_force(Force::from_si(force_N),
+                                        ForceRate::from_si(env.get(*step.force_rate)));
+  auto outcome = co_await timed(std::move(motion), timeout_s);
+  if (!outcome) co_return fail(outcome.error());
+  held_force_N_ = force_N;
+  co_return Result<>();
+}
+
+Task<Result<>> Run::execute(const MoveUntilStep& step, Progress& /*progress*/) {
+  const Environment& env = setup_.environment;
+  aim_at(step.until);
+  const double timeout_s = env.get(step.timeout);
+  if (!is_load(step.until.kind)) {
+    auto travel = travel_of(step.until);
+    if (!travel) co_return fail(travel.error());
+    auto moved = co_await move_to_travel(*travel, env.get(step.speed), timeout_s);
+    co_return moved;
+  }
+  const double force_N = force_of(step.until);
+  double speed = env.get(step.speed);
+  if (step.final_speed) {
+    auto near = co_await move_to_force(force_N * env.get(*step.final_from), speed, timeout_s);
+    if (!near) co_return near;
+    speed = env.get(*step.final_speed);
+  }
+  auto moved = co_await move_to_force(force_N, speed, timeout_s);
+  if (!moved || !step.overshoot) co_return moved;
+  const double beyond = status_.force_N.value_or(force_N) - force_N;
+  if (beyond > env.get(*step.overshoot)) {
+    co_return fail(Errc::limit_tripped, "step {}: overshoot of {:.4f} N, {:.4f} N allowed",
+                   step_->id, beyond, env.get(*step.overshoot));
+  }
+  co_return Result<>();
+}
+
+Task<Result<>> Run::wait_out(double duration_s, Progress& progress) {
+  progress.begin = setup_.clock.now();
+  const Duration rest = from_seconds(duration_s) - progress.spent;
+  if (rest > Duration::zero()) co_await setup_.clock.wait_for(rest);
+  co_return Result<>();
+}
+
+Task<Result<>> Run::execute(const HoldStep& step, Progress& progress) {
+  if (step.at) aim_at(step.at);
+  if (!progress.moved) {
+    Result<> held;
+    held_force_N_.reset();
+    if (step.mode == HoldMode::travel) {
+      held = co_await setup_.frame.hold_travel();
+    } else {
+      const double force_N = step.at ? force_of(*step.at) : status_.force_N.value_or(0);
+      held = co_await setup_.frame.hold_force(Force::from_si(force_N));
+      held_force_N_ = force_N;
+    }
+    if (!held) co_return held;
+    progress.moved = true;
+  }
+  auto done = co_await wait_out(setup_.environment.get(step.duration), progress);
+  co_return done;
+}
+
+LoadLevel Run::next_level(std::int64_t count) {
+  level_in_repeat_ = repeat_ == level_repeat_ ? level_in_repeat_ + 1 : 1;
+  level_repeat_ = repeat_;
+  LoadLevel level;
+  level.level = ++levels_;
+  level.step_id = step_->id;
+  level.repeat = repeat_;
+  level.index = level_in_repeat_;
+  level.target_force_N = target_force_N_;
+  level.target_pressure_Pa = target_pressure_Pa_;
+  level.planned_readings = count;
+  level.begin = setup_.clock.now();
+  return level;
+}
+
+Task<Result<>> Run::execute(const MeasureStep& step, Progress& progress) {
+  const auto count = static_cast<std::int64_t>(std::llround(setup_.environment.get(step.count)));
+  if (!progress.level) {
+    progress.level = next_level(count);
+    setup_.sink.level(*progress.level);
+  }
+  Sampler::Plan plan;
+  plan.level = *progress.level;
+  plan.within = from_seconds(setup_.environment.get(step.within));
+  auto taken = co_await sampler_.take(plan, progress.readings);
+  co_return taken;
+}
+
+Task<Result<>> Run::execute(const PlaceWeightStep& step, Progress& /*progress*/) {
+  double mass_kg = 0;
+  if (step.mass) {
+    mass_kg = setup_.environment.get(*step.mass);
+    aim_at(std::nullopt);
+    target_force_N_ = mass_kg * setup_.gravity_m_s2;
+    target_pressure_Pa_ = *target_force_N_ / setup_.probe_area_m2;
+  } else {
+    aim_at(step.load);
+    mass_kg = *target_force_N_ / setup_.gravity_m_s2;
+  }
+  status_.state = finishing_ ? RunState::finishing : RunState::waiting_for_operator;
+  auto placed = co_await setup_.frame.place_mass(Mass::from_si(mass_kg));
+  if (!finishing_) status_.state = RunState::running;
+  if (!placed) co_return fail(placed.error());
+  event("confirm", describe(*placed));
+  co_return Result<>();
+}
+
+Task<Result<>> Run::execute(const RecordStep& step, Progress& progress) {
+  const Environment& env = setup_.environment;
+  if (!step.until_confirmed) {
+    auto done = co_await wait_out(env.get(*step.duration), progress);
+    co_return done;
+  }
+  const MonoTime deadline = setup_.clock.now() + from_seconds(env.get(step.timeout));
+  auto r = co_await (setup_.person->confirm("Recording. Confirm to end the recording.") ||
+                     setup_.clock.wait_until(deadline));
+  if (r.index() == 0) co_return std::get<0>(r);
+  event("late", "nobody confirmed the end of the recording; it ended by its time-out");
+  co_return Result<>();
+}
+
+Task<Result<>> Run::execute(const SetLcrStep& step, Progress& /*progress*/) {
+  const Environment& env = setup_.environment;
+  LcrSettings s = sampler_.settings();
+  if (step.frequency) s.frequency = Frequency::from_si(env.get(*step.frequency));
+  if (step.level) s.level = Voltage::from_si(env.get(*step.level));
+  if (step.average) s.average = static_cast<int>(std::lround(env.get(*step.average)));
+  if (step.bias) s.bias = Voltage::from_si(env.get(*step.bias));
+  if (step.bias_off) s.bias.reset();
+  if (step.aperture) s.aperture = *step.aperture;
+  if (step.function) s.function = *step.function;
+  if (step.trigger) s.trigger = *step.trigger;
+  auto set = co_await sampler_.configure(std::move(s));
+  if (!set) co_return set;
+  event("settings", to_json_text(sampler_.settings()));
+  co_return Result<>();
+}
+
+Task<Result<>> Run::execute(const MarkStep& step, Progress& /*progress*/) {
+  event("mark", step.text);
+  co_return Result<>();
+}
+
+// RepeatStep and SweepStep never reach a run: StepCursor yields leaves.
+Task<Result<>> Run::execute(const RepeatStep& /*step*/, Progress& /*progress*/) {
+  co_return fail(Errc::bug, "a loop reached the run");
+}
+Task<Result<>> Run::execute(const SweepStep& /*step*/, Progress& /*progress*/) {
+  co_return fail(Errc::bug, "a loop reached the run");
+}
+
+}  // namespace lcrig
