@@ -33,23 +33,26 @@ function(lcrig_library name)
   target_link_libraries(${name} PUBLIC lcrig_flags ${ARG_LINK})
 endfunction()
 
-# lcrig_program(name SOURCES ... LINK ...)
+# lcrig_program(name SOURCES ... LINK ...): an installed program.
 function(lcrig_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE lcrig_flags ${ARG_LINK})
+  install(TARGETS ${name})
 endfunction()
 
-# lcrig_test(name SOURCES ... LINK ... [LABEL slow]): a GoogleTest program.
+# lcrig_test(name SOURCES ... LINK ... [LABEL word]): a GoogleTest program; `slow` gets more time.
 function(lcrig_test name)
   cmake_parse_arguments(ARG "" "LABEL" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE lcrig_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  set(properties PROPERTIES TIMEOUT 120)
+  if(ARG_LABEL STREQUAL "slow")
+    set(properties PROPERTIES TIMEOUT 300)
+  endif()
   if(ARG_LABEL)
-    set(properties PROPERTIES LABELS ${ARG_LABEL} TIMEOUT 300)
-  else()
-    set(properties PROPERTIES TIMEOUT 120)
+    list(APPEND properties LABELS ${ARG_LABEL})
   endif()
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST ${properties}
     WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})

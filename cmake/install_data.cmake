@@ -1,0 +1,10 @@
+# The files that the programs read at run time: PREFIX/share/lcrig/{protocols,specimens,benches,schema}.
+set(LCRIG_DATA_DIR ${CMAKE_INSTALL_DATADIR}/lcrig)
+install(DIRECTORY protocols/library/ DESTINATION ${LCRIG_DATA_DIR}/protocols
+  FILES_MATCHING PATTERN "*.json")
+file(GLOB specimens CONFIGURE_DEPENDS model/library/*.json model/library/specimens/*.json)
+file(GLOB benches CONFIGURE_DEPENDS model/library/benches/*.json)
+install(FILES ${specimens} DESTINATION ${LCRIG_DATA_DIR}/specimens)
+install(FILES ${benches} DESTINATION ${LCRIG_DATA_DIR}/benches)
+file(GLOB schemas CONFIGURE_DEPENDS schema/*.schema.json)
+install(FILES ${schemas} DESTINATION ${LCRIG_DATA_DIR}/schema)
