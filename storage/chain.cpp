@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/chain.hpp"
+
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <vector>
+
+namespace lcrig {
+
+namespace {
+
+// What the chain covers. A column that a later migration adds is not among these: a new tag is.
+struct TableSpec {
+  std::string_view name;
+  char tag;
+  std::string_view columns;
+};
+constexpr std::array<TableSpec, 7> kTables{{
+    {"level", 'L',
+     "run_id,seq,level,step_id,repeat,level_index,target_force_N,target_pressure_Pa,"
+     "planned_readings,begin_mono_ns"},
+    {"event", 'E', "run_id,seq,at_mono_ns,kind,step_id,detail"},
+    {"lcr_reading", 'R',
+     "run_id,seq,asked_mono_ns,first_byte_mono_ns,last_byte_mono_ns,planned_mono_ns,step_id,repeat,"
+     "level,reading_index,fresh,flags,function,status,capacitance_F,dissipation,resistance_ohm,"
+     "reactance_ohm,impedance_ohm,phase_rad,phase_deg"},
+    {"frame_sample", 'F',
+     "run_id,seq,received_mono_ns,device_seq,device_time_s,force_N,travel_m,flags"},
+    {"run_note", 'N', "run_id,seq,operator,text,added_unix_ns"},
+    {"run", 'S',
+     "id,protocol_name,protocol_text,protocol_sha256,parameters_json,specimen_id,specimen_name,"
+     "specimen_text,probe_diameter_m,lcr_identity,frame_identity,lcr_settings_json,"
+     "frame_capabilities_json,frame_limits_json,correction_json,bench_name,bench_text,simulated,"
+     "seed,model_level,model_error_json,software_version,operator,note,started_unix_ns,"
+     "started_mono_ns,boot_id"},
+    {"run_end", 'Z', "run_id,exit_status,reason,ended_mono_ns,ended_unix_ns"},
+}};
+constexpr std::size_t kRunSpec = 5, kEndSpec = 6;
+
+const TableSpec& spec_of(std::string_view table) {
+  const auto* it = std::ranges::find(kTables, table, &TableSpec::name);
+  assert(it != kTables.end());
+  return *it;
+}
+
+std::string placeholders(std::string_view columns) {
+  std::string out = "?";
+  for (const char c : columns) {
+    if (c == ',') out += ",?";
+  }
+  return out;
+}
+
+void hash_row(RowHash& hash, char tag, const Statement& row) {
+  hash.row(tag);
+  for (int i = 0; i < row.columns(); ++i) {
+    switch (sqlite3_column_type(row.handle(), i)) {
+      case SQLITE_INTEGER: hash.integer(row.integer(i)); break;
+      case SQLITE_FLOAT: hash.real(row.real(i)); break;
+      case SQLITE_NULL: hash.null(); break;
+      default: hash.text(row.text(i)); break;  // no covered column is a blob
+    }
+  }
+}
+
+}  // namespace
+
+Result<RowWriter> RowWriter::prepare(const Database& db, std::string_view table) {
+  const TableSpec& spec = spec_of(table);
+  auto statement = db.prepare(fmt::format("INSERT INTO {} ({}) VALUES ({})", spec.name,
+                                          spec.columns, placeholders(spec.columns)));
+  if (!statement) return fail(statement.error());
+  RowWriter writer;
+  writer.statement_ = std::move(*statement);
+  writer.tag_ = spec.tag;
+  return writer;
+}
+
+RowWriter& RowWriter::begin(RowHash& hash) {
+  hash_ = &hash;
+  next_ = 0;
+  hash.row(tag_);
+  return *this;
+}
+
+RowWriter& RowWriter::add(std::int64_t value) {
+  statement_.bind(next_++, value);
+  hash_->integer(value);
+  return *this;
+}
+
+RowWriter& RowWriter::add(double value) {
+  if (std::isnan(value)) return null();  // as SQLite stores it
+  value += 0.0;  // SQLite stores -0.0 as 0.0
+  statement_.bind(next_++, value);
+  hash_->real(value);
+  return *this;
+}
+
+RowWriter& RowWriter::add(std::string_view text) {
+  statement_.bind(next_++, text);
+  hash_->text(text);
+  return *this;
+}
+
+RowWriter& RowWriter::add(std::optional<double> value) {
+  return value ? add(*value) : null();
+}
+RowWriter& RowWriter::add(std::optional<std::int64_t> value) {
+  return value ? add(*value) : null();
+}
+RowWriter& RowWriter::null() {
+  statement_.bind_null(next_++);
+  hash_->null();
+  return *this;
+}
+Result<> RowWriter::insert() {
+  return statement_.run();
+}
+
+Result<ChainWriter> ChainWriter::prepare(const Database& db) {
+  auto head = db.prepare(
+      "SELECT seq, level_seq, event_seq, lcr_reading_seq, frame_sample_seq, run_note_seq, run_end,"
+      " sha256 FROM chain WHERE run_id = ? ORDER BY seq DESC LIMIT 1");
+  if (!head) return fail(head.error());
+  auto append = db.prepare("INSERT INTO chain VALUES (?,?,?,?,?,?,?,?,?)");
+  if (!append) return fail(append.error());
+  ChainWriter writer;
+  writer.head_ = std::move(*head);
+  writer.append_ = std::move(*append);
+  return writer;
+}
+
+Result<ChainHead> ChainWriter::head(std::int64_t run) {
+  ChainHead out;
+  out.run = run;
+  head_.bind(0, run);
+  auto row = head_.step();
+  if (!row) return fail(row.error());
+  if (*row) {
+    out.seq = head_.integer(0);
+    for (std::size_t i = 0; i < kRunTables; ++i)
+      out.last[i] = head_.integer(static_cast<int>(i) + 1);
+    out.ended = head_.integer(6) != 0;
+    std::ranges::copy(head_.blob(7), out.hash.begin());
+  }
+  head_.reset();
+  return out;
+}
+
+Result<> ChainWriter::append(ChainHead& head, RowHash& rows) {
+  const Sha256 hash = rows.finish();
+  append_.bind(0, head.run);
+  append_.bind(1, head.seq + 1);
+  for (std::size_t i = 0; i < kRunTables; ++i) append_.bind(static_cast<int>(i) + 2, head.last[i]);
+  append_.bind(7, std::int64_t{head.ended ? 1 : 0});
+  append_.bind_blob(8, hash);
+  if (auto r = append_.run(); !r) return r;
+  ++head.seq;
+  head.hash = hash;
+  return {};
+}
+
+namespace {
+
+// Walks the chain of one run and hashes the stored rows again, in the order of their keys.
+class Verifier {
+ public:
+  Verifier(const Database& db, std::int64_t run) : db_(db), run_(run) {}
+  Result<ChainReport> verify();
+
+ private:
+  Result<> prepare();
+  Result<> check_link(const Statement& link);
+  Result<> hash_single(const TableSpec& spec, std::string_view key);
+  Result<> hash_range(std::size_t table, std::int64_t to);
+  Result<> check_rest();
+  void find(std::string finding) {
+    if (report_.finding.empty()) report_.finding = std::move(finding);
+  }
+
+  const Database& db_;
+  std::int64_t run_;
+  std::vector<Statement> rows_;  // by RunTable; each stands at the next row of its table
+  std::array<std::int64_t, kRunTables> last_{};
+  RowHash hash_;
+  Sha256 previous_{};
+  ChainReport report_;
+};
+
+Result<> Verifier::prepare() {
+  for (std::size_t i = 0; i < kRunTables; ++i) {
+    auto s = db_.prepare(fmt::format("SELECT {} FROM {} WHERE run_id = ? ORDER BY seq",
+                                     kTables[i].columns, kTables[i].name));
+    if (!s) return fail(s.error());
+    s->bind(0, run_);
+    rows_.push_back(std::move(*s));
+  }
+  return {};
+}
+
+Result<> Verifier::hash_single(const TableSpec& spec, std::string_view key) {
+  auto s = db_.prepare(fmt::format("SELECT {} FROM {} WHERE {} = ?", spec.columns, spec.name, key));
+  if (!s) return fail(s.error());
+  s->bind(0, run_);
+  auto row = s->step();
+  if (!row) return fail(row.error());
+  if (!*row) {
+    find(fmt::format("the {} row is missing", spec.name));
+    return {};
+  }
+  hash_row(hash_, spec.tag, *s);
+  ++report_.rows;
+  return {};
+}
+
+Result<> Verifier::hash_range(std::size_t table, std::int64_t to) {
+  if (to < last_[table]) find(fmt::format("{} rows run backwards", kTables[table].name));
+  for (std::int64_t seq = last_[table] + 1; seq <= to; ++seq) {
+    auto row = rows_[table].step();
+    if (!row) return fail(row.error());
+    if (!*row || rows_[table].integer(1) != seq) {
+      find(fmt::format("{} {} is missing", kTables[table].name, seq));
+      return {};
+    }
+    hash_row(hash_, kTables[table].tag, rows_[table]);
+    ++report_.rows;
+  }
+  last_[table] = std::max(last_[table], to);
+  return {};
+}
+
+// Columns: seq, five last seqs, run_end, sha256.
+Result<> Verifier::check_link(const Statement& link) {
+  ++report_.links;
+  if (link.integer(0) != report_.links) {
+    find(fmt::format("link {} is missing", report_.links));
+    return {};
+  }
+  hash_.start(previous_);
+  if (report_.links == 1) {
+    if (auto r = hash_single(kTables[kRunSpec], "id"); !r) return r;
+  }
+  for (std::size_t i = 0; i < kRunTables && report_.finding.empty(); ++i) {
+    if (auto r = hash_range(i, link.integer(static_cast<int>(i) + 1)); !r) return r;
+  }
+  const bool ended = link.integer(6) != 0;
+  if (ended && !report_.ended) {
+    if (auto r = hash_single(kTables[kEndSpec], "run_id"); !r) return r;
+  }
+  report_.ended = ended;
+  previous_ = hash_.finish();
+  report_.last_hash = to_hex(previous_);
+  if (!std::ranges::equal(link.blob(7), previous_)) {
+    find(fmt::format("link {} does not match its rows: a value was changed", report_.links));
+  }
+  return {};
+}
+
+// Rows that no link covers.
+Result<> Verifier::check_rest() {
+  for (std::size_t i = 0; i < kRunTables; ++i) {
+    auto row = rows_[i].step();
+    if (!row) return fail(row.error());
+    if (*row) find(fmt::format("{} {} is in no link", kTables[i].name, rows_[i].integer(1)));
+  }
+  if (report_.ended) return {};
+  auto ends = db_.integer(fmt::format("SELECT count(*) FROM run_end WHERE run_id = {}", run_));
+  if (!ends) return fail(ends.error());
+  if (*ends != 0) find("the run_end row is in no link");
+  return {};
+}
+
+Result<ChainReport> Verifier::verify() {
+  if (auto r = prepare(); !r) return fail(r.error());
+  auto links = db_.prepare(
+      "SELECT seq, level_seq, event_seq, lcr_reading_seq, frame_sample_seq, run_note_seq, run_end,"
+      " sha256 FROM chain WHERE run_id = ? ORDER BY seq");
+  if (!links) return fail(links.error());
+  links->bind(0, run_);
+  while (report_.finding.empty()) {
+    auto row = links->step();
+    if (!row) return fail(row.error());
+    if (!*row) break;
+    if (auto r = check_link(*links); !r) return fail(r.error());
+  }
+  if (report_.links == 0) find("the run has no chain");
+  if (report_.finding.empty()) {
+    if (auto r = check_rest(); !r) return fail(r.error());
+  }
+  report_.intact = report_.finding.empty();
+  return report_;
+}
+
+}  // namespace
+
+Result<ChainReport> verify_chain(const Database& db, std::int64_t run) {
+  auto snapshot = Transaction::begin_read(db);
+  if (!snapshot) return fail(snapshot.error());
+  auto runs = db.integer(fmt::format("SELECT count(*) FROM run WHERE id = {}", run));
+  if (!runs) return fail(runs.error());
+  auto links = db.integer(fmt::format("SELECT count(*) FROM chain WHERE run_id = {}", run));
+  if (!links) return fail(links.error());
+  if (*runs == 0 && *links == 0) {
+    return fail(Errc::invalid_request, "{}: no run {}; see `lcrig runs`", db.path(), run);
+  }
+  return Verifier(db, run).verify();
+}
+
+}  // namespace lcrig

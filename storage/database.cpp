@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/database.hpp"
+
+#include <sqlite3.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "storage/migrations.hpp"
+
+namespace lcrig {
+
+namespace {
+
+enum class Content { empty, current, older };
+
+// What is in the file, before anything is written to it.
+Result<Content> inspect(const Database& db) {
+  auto application = db.integer("PRAGMA application_id");
+  if (!application) return fail(application.error());
+  auto version = db.integer("PRAGMA user_version");
+  if (!version) return fail(version.error());
+  auto tables = db.integer("SELECT count(*) FROM sqlite_schema");
+  if (!tables) return fail(tables.error());
+  if (*application == 0 && *version == 0 && *tables == 0) return Content::empty;
+  if (*application != kApplicationId) {
+    return fail(Errc::invalid_request,
+                "{}: an SQLite database of another program (application id {}); give another --db",
+                db.path(), *application);
+  }
+  const int ours = shipped_migrations().back().version;
+  if (*version > ours) {
+    return fail(Errc::invalid_request,
+                "{}: schema {} is newer than this lcrig knows ({}); install a newer lcrig",
+                db.path(), *version, ours);
+  }
+  return *version == ours ? Content::current : Content::older;
+}
+
+Result<> configure(const Database& db) {
+  // 5 s: longer than any writer of ours; a backup copies without blocking a writer.
+  if (auto r = db.execute("PRAGMA busy_timeout = 5000"); !r) return r;
+  if (auto r = db.execute("PRAGMA foreign_keys = ON"); !r) return r;
+  // Else INSERT OR REPLACE would delete without asking the triggers.
+  return db.execute("PRAGMA recursive_triggers = ON");
+}
+
+// SQLite opens a file that it may not write read-only without a word.
+Result<> require_writable(const Database& db) {
+  const std::filesystem::path file(db.path());
+  std::error_code ignored;
+  const bool exists = std::filesystem::exists(file, ignored);
+  const auto folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+  if ((exists && ::access(file.c_str(), W_OK) != 0) || ::access(folder.c_str(), W_OK) != 0) {
+    return fail(Errc::io,
+                "{}: not writable; change the rights of the file and its folder, or give another "
+                "--db",
+                db.path());
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Database> open_read_write(const std::string& path) {
+  auto db = Database::open(path, Database::Mode::read_write_create);
+  if (!db) return fail(db.error());
+  if (auto r = require_writable(*db); !r) return fail(r.error());
+  if (auto r = configure(*db); !r) return fail(r.error());
+  if (auto content = inspect(*db); !content) return fail(content.error());
+  if (auto r = db->execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL"); !r) {
+    return fail(r.error());
+  }
+  if (auto r = migrate(*db); !r) return fail(r.error());
+  return db;
+}
+
+Result<Database> open_read_only(const std::string& path) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) {
+    return fail(Errc::invalid_request, "{}: no such database; give --db, or record a run first",
+                path);
+  }
+  auto db = Database::open(path, Database::Mode::read_only);
+  if (!db) return fail(db.error());
+  if (auto r = configure(*db); !r) return fail(r.error());
+  auto content = inspect(*db);
+  if (!content && db->error_code() == SQLITE_CANTOPEN &&
+      !std::filesystem::exists(path + "-wal", ignored)) {
+    // WAL needs its -shm file, which a read-only folder does not take.
+    db = Database::open(path, Database::Mode::immutable);
+    if (!db) return fail(db.error());
+    content = inspect(*db);
+  }
+  if (!content) return fail(content.error());
+  if (*content != Content::current) {
+    return fail(Errc::invalid_request, "{}: {}; start lcrigd or record a run with it first", path,
+                *content == Content::empty ? "an empty database" : "an older schema");
+  }
+  return db;
+}
+
+}  // namespace lcrig

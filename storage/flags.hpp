@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bits of the `flags` columns and the words that exports show for them. Part of the schema:
+// bits are added, never reused. drivers/ has the same constants; daemon/recorder.cpp asserts it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+namespace lcrig {
+
+// By bit, from bit 0.
+constexpr std::array<std::string_view, 3> kLcrFlagWords{"overload_primary", "overload_secondary",
+                                                        "after_resync"};
+constexpr std::array<std::string_view, 4> kFrameFlagWords{"moving", "force_control",
+                                                          "force_overload", "after_gap"};
+constexpr std::int64_t kFrameAfterGap = 1 << 3;
+
+}  // namespace lcrig

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/migrations.hpp"
+
+#include "storage/database.hpp"
+
+namespace lcrig {
+
+namespace {
+
+Result<> apply(const Database& db, const Migration& m) {
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  // Another process may have been faster while this one waited for the lock.
+  auto version = db.integer("PRAGMA user_version");
+  if (!version) return fail(version.error());
+  if (*version >= m.version) return {};
+  const auto describe = [&](const Error& e) {
+    return fail(e.code, "{} (migration {}; nothing was changed)", e.what, m.name);
+  };
+  if (auto r = db.execute(std::string(m.sql)); !r) return describe(r.error());
+  const auto pragmas = fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}",
+                                   kApplicationId, m.version);
+  if (auto r = db.execute(pragmas); !r) return describe(r.error());
+  if (auto r = transaction->commit(); !r) return describe(r.error());
+  return {};
+}
+
+}  // namespace
+
+Result<> migrate(const Database& db, std::span<const Migration> migrations) {
+  auto version = db.integer("PRAGMA user_version");
+  if (!version) return fail(version.error());
+  for (const Migration& m : migrations) {
+    if (m.version <= *version) continue;
+    if (auto r = apply(db, m); !r) return r;
+  }
+  return {};
+}
+
+}  // namespace lcrig

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forward-only schema changes, schema/sql/NNNN_*.sql, embedded at build time.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "storage/sqlite.hpp"
+
+namespace lcrig {
+
+struct Migration {
+  int version;  // 1, 2, ... without holes; becomes user_version
+  std::string_view name;
+  std::string_view sql;
+};
+
+std::span<const Migration> shipped_migrations();
+
+// Runs what `db` lacks, each migration in one transaction that also raises user_version.
+Result<> migrate(const Database& db, std::span<const Migration> migrations = shipped_migrations());
+
+}  // namespace lcrig

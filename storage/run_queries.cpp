@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/runs.hpp"
+
+namespace lcrig {
+
+namespace {
+
+// Numbers of rows are the last seqs of the last link: no counting, however long the run.
+constexpr std::string_view kListing =
+    "SELECT run.id, protocol_name, specimen_name, operator, simulated, started_unix_ns,"
+    " exit_status, coalesce(reason, ''), ended_unix_ns, lcr_reading_seq, frame_sample_seq,"
+    " level_seq, event_seq FROM run LEFT JOIN run_end ON run_end.run_id = run.id"
+    " JOIN chain ON chain.run_id = run.id"
+    " AND chain.seq = (SELECT max(seq) FROM chain AS c WHERE c.run_id = run.id)";
+
+RunListing read_listing(const Statement& s) {
+  RunListing out;
+  out.run = s.integer(0);
+  out.protocol_name = s.text(1);
+  out.specimen_name = s.text(2);
+  out.operator_name = s.text(3);
+  out.simulated = s.integer(4) != 0;
+  out.started_unix_ns = s.integer(5);
+  if (!s.is_null(6)) out.exit_status.emplace(s.text(6));
+  out.reason = s.text(7);
+  out.ended_unix_ns = s.optional_integer(8);
+  out.lcr_readings = s.integer(9);
+  out.frame_samples = s.integer(10);
+  out.levels = s.integer(11);
+  out.events = s.integer(12);
+  return out;
+}
+
+Error no_run(const Database& db, std::int64_t run) {
+  return Error(Errc::invalid_request,
+               fmt::format("{}: no run {}; see `lcrig runs`", db.path(), run));
+}
+
+std::optional<std::string> optional_text(const Statement& s, int column) {
+  if (s.is_null(column)) return std::nullopt;
+  return std::string(s.text(column));
+}
+
+RunRow read_run(const Statement& s) {
+  RunRow r;
+  r.protocol_name = s.text(0);
+  r.protocol_text = s.text(1);
+  r.parameters_json = s.text(2);
+  r.specimen_id = s.optional_integer(3);
+  r.specimen_name = s.text(4);
+  r.specimen_text = s.text(5);
+  r.probe_diameter_m = s.optional_real(6);
+  r.lcr_identity = s.text(7);
+  r.frame_identity = s.text(8);
+  r.lcr_settings_json = s.text(9);
+  r.frame_capabilities_json = s.text(10);
+  r.frame_limits_json = s.text(11);
+  r.correction_json = s.text(12);
+  r.bench_name = s.text(13);
+  r.bench_text = s.text(14);
+  r.simulated = s.integer(15) != 0;
+  r.seed = s.optional_integer(16);
+  r.model_level = optional_text(s, 17);
+  r.model_error_json = optional_text(s, 18);
+  r.software_version = s.text(19);
+  r.operator_name = s.text(20);
+  r.note = s.text(21);
+  r.started_unix_ns = s.integer(22);
+  r.started = MonoTime(Duration(s.integer(23)));
+  r.boot_id = s.text(24);
+  return r;
+}
+
+}  // namespace
+
+Result<std::vector<RunListing>> list_runs(const Database& db) {
+  auto s = db.prepare(fmt::format("{} ORDER BY run.id DESC", kListing));
+  if (!s) return fail(s.error());
+  std::vector<RunListing> out;
+  for (;;) {
+    auto row = s->step();
+    if (!row) return fail(row.error());
+    if (!*row) return out;
+    out.push_back(read_listing(*s));
+  }
+}
+
+Result<RunListing> get_run_listing(const Database& db, std::int64_t run) {
+  auto s = db.prepare(fmt::format("{} WHERE run.id = ?", kListing));
+  if (!s) return fail(s.error());
+  s->bind(0, run);
+  auto row = s->step();
+  if (!row) return fail(row.error());
+  if (!*row) return fail(no_run(db, run));
+  return read_listing(*s);
+}
+
+Result<RunRow> get_run(const Database& db, std::int64_t run) {
+  auto s = db.prepare(
+      "SELECT protocol_name, protocol_text, parameters_json, specimen_id, specimen_name,"
+      " specimen_text, probe_diameter_m, lcr_identity, frame_identity, lcr_settings_json,"
+      " frame_capabilities_json, frame_limits_json, correction_json, bench_name, bench_text,"
+      " simulated, seed, model_level, model_error_json, software_version, operator, note,"
+      " started_unix_ns, started_mono_ns, boot_id FROM run WHERE id = ?");
+  if (!s) return fail(s.error());
+  s->bind(0, run);
+  auto row = s->step();
+  if (!row) return fail(row.error());
+  if (!*row) return fail(no_run(db, run));
+  return read_run(*s);
+}
+
+Result<std::vector<RunNote>> get_run_notes(const Database& db, std::int64_t run) {
+  auto s = db.prepare(
+      "SELECT seq, operator, text, added_unix_ns FROM run_note WHERE run_id = ? ORDER BY seq");
+  if (!s) return fail(s.error());
+  s->bind(0, run);
+  std::vector<RunNote> out;
+  for (;;) {
+    auto row = s->step();
+    if (!row) return fail(row.error());
+    if (!*row) return out;
+    RunNote note;
+    note.seq = s->integer(0);
+    note.operator_name = s->text(1);
+    note.text = s->text(2);
+    note.added_unix_ns = s->integer(3);
+    out.push_back(std::move(note));
+  }
+}
+
+}  // namespace lcrig

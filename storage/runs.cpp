@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/runs.hpp"
+
+#include <charconv>
+#include <fstream>
+
+#include "storage/chain.hpp"
+
+namespace lcrig {
+
+namespace {
+
+Result<> write_run(const Database& db, std::int64_t id, const RunRow& r, RowHash& hash) {
+  auto writer = RowWriter::prepare(db, "run");
+  if (!writer) return fail(writer.error());
+  const std::string sha256 = sha256_hex(r.protocol_text);
+  const auto optional_text = [&](const std::optional<std::string>& text) {
+    if (text) {
+      writer->add(std::string_view(*text));
+    } else {
+      writer->add(std::optional<std::int64_t>());
+    }
+  };
+  writer->begin(hash).add(id).add(r.protocol_name).add(r.protocol_text).add(sha256);
+  writer->add(r.parameters_json).add(r.specimen_id).add(r.specimen_name).add(r.specimen_text);
+  writer->add(r.probe_diameter_m).add(r.lcr_identity).add(r.frame_identity);
+  writer->add(r.lcr_settings_json).add(r.frame_capabilities_json).add(r.frame_limits_json);
+  writer->add(r.correction_json).add(r.bench_name).add(r.bench_text);
+  writer->add(std::int64_t{r.simulated ? 1 : 0}).add(r.seed);
+  optional_text(r.model_level);
+  optional_text(r.model_error_json);
+  writer->add(r.software_version).add(r.operator_name).add(r.note).add(r.started_unix_ns);
+  writer->add(std::int64_t{r.started.time_since_epoch().count()}).add(r.boot_id);
+  return writer->insert();
+}
+
+std::optional<std::int64_t> mono_ns(const std::optional<MonoTime>& t) {
+  if (!t) return std::nullopt;
+  return t->time_since_epoch().count();
+}
+
+// Adds rows to a run: begins after its last link, `write(head, hash)` inserts, one new link.
+template <class Write>
+Result<> append_link(const Database& db, std::int64_t run, Write write) {
+  auto chain = ChainWriter::prepare(db);
+  if (!chain) return fail(chain.error());
+  auto head = chain->head(run);
+  if (!head) return fail(head.error());
+  if (head->seq == 0) {
+    return fail(Errc::invalid_request, "{}: no run {}; see `lcrig runs`", db.path(), run);
+  }
+  RowHash hash;
+  hash.start(head->hash);
+  if (Result<> r = write(*head, hash); !r) return r;
+  return chain->append(*head, hash);
+}
+
+}  // namespace
+
+std::string_view to_string(ExitStatus s) {
+  switch (s) {
+    case ExitStatus::success: return "success";
+    case ExitStatus::abort: return "abort";
+    case ExitStatus::fail: return "fail";
+    case ExitStatus::interrupted: return "interrupted";
+  }
+  return "fail";
+}
+
+std::string read_boot_id() {
+  std::ifstream file("/proc/sys/kernel/random/boot_id");
+  std::string id;
+  std::getline(file, id);
+  return id;
+}
+
+Result<std::int64_t> insert_run(const Database& db, const RunRow& row) {
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  // AUTOINCREMENT would choose the same; the hash needs the number before the row exists.
+  auto id =
+      db.integer("SELECT coalesce((SELECT seq FROM sqlite_sequence WHERE name='run'), 0) + 1");
+  if (!id) return fail(id.error());
+  RowHash hash;
+  hash.start(Sha256{});
+  if (auto r = write_run(db, *id, row, hash); !r) return fail(r.error());
+  auto chain = ChainWriter::prepare(db);
+  if (!chain) return fail(chain.error());
+  ChainHead head;
+  head.run = *id;
+  if (auto r = chain->append(head, hash); !r) return fail(r.error());
+  if (auto r = transaction->commit(); !r) return fail(r.error());
+  return *id;
+}
+
+Result<> insert_run_end(const Database& db, std::int64_t run, const RunEnd& end) {
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  auto writer = RowWriter::prepare(db, "run_end");
+  if (!writer) return fail(writer.error());
+  auto r = append_link(db, run, [&](ChainHead& head, RowHash& hash) {
+    head.ended = true;
+    writer->begin(hash).add(run).add(to_string(end.status)).add(end.reason);
+    writer->add(mono_ns(end.ended)).add(end.ended_unix_ns);
+    return writer->insert();
+  });
+  if (!r) return r;
+  return transaction->commit();
+}
+
+Result<> add_run_note(const Database& db, std::int64_t run, std::string_view operator_name,
+                      std::string_view text, std::int64_t now_unix_ns) {
+  if (text.empty()) return fail(Errc::invalid_request, "a note needs a text");
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  auto writer = RowWriter::prepare(db, "run_note");
+  if (!writer) return fail(writer.error());
+  auto r = append_link(db, run, [&](ChainHead& head, RowHash& hash) {
+    const std::int64_t seq = ++head.last_of(RunTable::run_note);
+    writer->begin(hash).add(run).add(seq).add(operator_name).add(text).add(now_unix_ns);
+    return writer->insert();
+  });
+  if (!r) return r;
+  return transaction->commit();
+}
+
+Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db,
+                                                      std::int64_t now_unix_ns) {
+  std::vector<std::int64_t> orphans;
+  {
+    auto s = db.prepare("SELECT id FROM run WHERE id NOT IN (SELECT run_id FROM run_end)");
+    if (!s) return fail(s.error());
+    for (;;) {
+      auto row = s->step();
+      if (!row) return fail(row.error());
+      if (!*row) break;
+      orphans.push_back(s->integer(0));
+    }
+  }
+  RunEnd end;
+  end.status = ExitStatus::interrupted;
+  end.reason = "the daemon ended without closing the run; found at the next start";
+  end.ended_unix_ns = now_unix_ns;
+  for (const std::int64_t run : orphans) {
+    if (auto r = insert_run_end(db, run, end); !r) return fail(r.error());
+  }
+  return orphans;
+}
+
+Result<std::int64_t> find_run(const Database& db, std::string_view text) {
+  std::int64_t wanted = 0;
+  if (text == "last") {
+    auto last = db.integer("SELECT coalesce(max(id), 0) FROM run");
+    if (!last) return fail(last.error());
+    wanted = *last;
+    if (wanted == 0) return fail(Errc::invalid_request, "{}: holds no run yet", db.path());
+    return wanted;
+  }
+  const auto [end, ec] = std::from_chars(text.data(), text.data() + text.size(), wanted);
+  if (ec != std::errc() || end != text.data() + text.size()) {
+    return fail(Errc::invalid_request, "\"{}\": a run is a number or `last`; see `lcrig runs`",
+                text);
+  }
+  auto found = db.integer(fmt::format("SELECT count(*) FROM run WHERE id = {}", wanted));
+  if (!found) return fail(found.error());
+  if (*found == 0) {
+    return fail(Errc::invalid_request, "{}: no run {}; see `lcrig runs`", db.path(), wanted);
+  }
+  return wanted;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs: what is known before the first sample, how they ended, notes, and queries for lists.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "storage/sqlite.hpp"
+
+namespace lcrig {
+
+// Everything known before data. `*_json` are JSON texts; "{}" says that nothing is known.
+struct RunRow {
+  RunRow() = default;
+  std::string protocol_name, protocol_text;
+  std::string parameters_json = "{}";
+  std::optional<std::int64_t> specimen_id;  // StoredSpecimen::id
+  std::string specimen_name, specimen_text;
+  std::optional<double> probe_diameter_m;
+  std::string lcr_identity, frame_identity;  // the replies as the instruments sent them
+  std::string lcr_settings_json = "{}";  // as read back
+  std::string frame_capabilities_json = "{}", frame_limits_json = "{}";
+  std::string correction_json = "{}";
+  std::string bench_name, bench_text;
+  bool simulated = false;
+  std::optional<std::int64_t> seed;
+  std::optional<std::string> model_level, model_error_json;  // of a simulated run
+  std::string software_version = LCRIG_VERSION;
+  std::string operator_name, note;
+  std::int64_t started_unix_ns = 0;  // the same instant on both clocks
+  MonoTime started;
+  std::string boot_id;
+};
+
+enum class ExitStatus { success, abort, fail, interrupted };
+std::string_view to_string(ExitStatus s);
+
+struct RunEnd {
+  RunEnd() = default;
+  ExitStatus status = ExitStatus::success;
+  std::string reason;
+  std::optional<MonoTime> ended;  // absent: not known (interrupted)
+  std::int64_t ended_unix_ns = 0;
+};
+
+struct RunNote {
+  std::int64_t seq = 0;
+  std::string operator_name, text;
+  std::int64_t added_unix_ns = 0;
+};
+
+// One line of `lcrig runs`. Counts are those of the last commit.
+struct RunListing {
+  std::int64_t run = 0;
+  std::string protocol_name, specimen_name, operator_name;
+  bool simulated = false;
+  std::int64_t started_unix_ns = 0;
+  std::optional<std::string> exit_status;  // absent: still going on
+  std::string reason;
+  std::optional<std::int64_t> ended_unix_ns;
+  std::int64_t lcr_readings = 0, frame_samples = 0, levels = 0, events = 0;
+};
+
+// The kernel's id of this boot; empty where there is none.
+std::string read_boot_id();
+
+// Writers. Each is one transaction and one link of the run's hash chain.
+Result<std::int64_t> insert_run(const Database& db, const RunRow& row);
+Result<> insert_run_end(const Database& db, std::int64_t run, const RunEnd& end);
+Result<> add_run_note(const Database& db, std::int64_t run, std::string_view operator_name,
+                      std::string_view text, std::int64_t now_unix_ns);
+// Closes runs without an end as `interrupted`; for the only writer, when no run can be going on.
+Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db, std::int64_t now_unix_ns);
+
+// "12" or "last". Errors: no such run, not a number.
+Result<std::int64_t> find_run(const Database& db, std::string_view text);
+Result<std::vector<RunListing>> list_runs(const Database& db);  // newest first
+Result<RunListing> get_run_listing(const Database& db, std::int64_t run);
+Result<RunRow> get_run(const Database& db, std::int64_t run);
+Result<std::vector<RunNote>> get_run_notes(const Database& db, std::int64_t run);
+
+}  // namespace lcrig

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/specimens.hpp"
+
+#include "storage/row_hash.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr std::string_view kColumns = "id, name, version, sha256, text, added_unix_ns";
+
+StoredSpecimen read_row(const Statement& s) {
+  StoredSpecimen out;
+  out.id = s.integer(0);
+  out.name = s.text(1);
+  out.version = s.integer(2);
+  out.sha256 = s.text(3);
+  out.text = s.text(4);
+  out.added_unix_ns = s.integer(5);
+  return out;
+}
+
+Result<> insert(const Database& db, StoredSpecimen& specimen) {
+  auto s = db.prepare(
+      "INSERT INTO specimen (name, version, sha256, text, added_unix_ns) VALUES (?,?,?,?,?)");
+  if (!s) return fail(s.error());
+  s->bind(0, specimen.name);
+  s->bind(1, specimen.version);
+  s->bind(2, specimen.sha256);
+  s->bind(3, specimen.text);
+  s->bind(4, specimen.added_unix_ns);
+  if (auto r = s->run(); !r) return r;
+  specimen.id = db.last_insert_id();
+  return {};
+}
+
+}  // namespace
+
+Result<StoredSpecimen> add_specimen(const Database& db, const std::string& name,
+                                    const std::string& text, std::int64_t now_unix_ns) {
+  if (name.empty()) return fail(Errc::invalid_request, "a specimen needs a name");
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  auto newest = find_specimen(db, name);
+  if (!newest) return fail(newest.error());
+  StoredSpecimen specimen;
+  specimen.sha256 = sha256_hex(text);
+  if (*newest && (*newest)->sha256 == specimen.sha256) return **newest;
+  specimen.name = name;
+  specimen.version = *newest ? (*newest)->version + 1 : 1;
+  specimen.text = text;
+  specimen.added_unix_ns = now_unix_ns;
+  if (auto r = insert(db, specimen); !r) return fail(r.error());
+  if (auto r = transaction->commit(); !r) return fail(r.error());
+  return specimen;
+}
+
+Result<std::optional<StoredSpecimen>> find_specimen(const Database& db, std::string_view name) {
+  auto s = db.prepare(fmt::format(
+      "SELECT {} FROM specimen WHERE name = ? ORDER BY version DESC LIMIT 1", kColumns));
+  if (!s) return fail(s.error());
+  s->bind(0, name);
+  auto row = s->step();
+  if (!row) return fail(row.error());
+  if (!*row) return std::optional<StoredSpecimen>();
+  return std::optional<StoredSpecimen>(read_row(*s));
+}
+
+Result<std::vector<StoredSpecimen>> list_specimens(const Database& db) {
+  auto s = db.prepare(
+      fmt::format("SELECT {} FROM specimen AS a WHERE version ="
+                  " (SELECT max(version) FROM specimen AS b WHERE b.name = a.name) ORDER BY name",
+                  kColumns));
+  if (!s) return fail(s.error());
+  std::vector<StoredSpecimen> out;
+  for (;;) {
+    auto row = s->step();
+    if (!row) return fail(row.error());
+    if (!*row) return out;
+    out.push_back(read_row(*s));
+  }
+}
+
+}  // namespace lcrig

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/database.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "storage/migrations.hpp"
+#include "tests/support/temp_dir.hpp"
+
+namespace lcrig {
+namespace {
+
+using testing::HasSubstr;
+
+Database raw(const std::string& path) {
+  auto db = Database::open(path, Database::Mode::read_write_create);
+  EXPECT_TRUE(db) << db.error().what;
+  return std::move(*db);
+}
+
+std::int64_t integer(const Database& db, std::string_view sql) {
+  auto r = db.integer(sql);
+  EXPECT_TRUE(r) << r.error().what;
+  return r.value_or(-1);
+}
+
+TEST(OpenReadWrite, CreatesADurableDatabaseOfOurs) {
+  TempDir dir;
+  auto db = open_read_write(dir.file("a.db"));
+  ASSERT_TRUE(db) << db.error().what;
+  EXPECT_EQ(integer(*db, "PRAGMA application_id"), kApplicationId);
+  EXPECT_EQ(integer(*db, "PRAGMA user_version"), shipped_migrations().back().version);
+  EXPECT_EQ(integer(*db, "PRAGMA synchronous"), 2);
+  EXPECT_EQ(integer(*db, "PRAGMA foreign_keys"), 1);
+  EXPECT_EQ(integer(*db, "SELECT journal_mode = 'wal' FROM pragma_journal_mode"), 1);
+  EXPECT_EQ(integer(*db,
+                    "SELECT count(*) FROM pragma_table_list WHERE schema = 'main' AND"
+                    " name NOT LIKE 'sqlite_%' AND NOT strict"),
+            0);
+}
+
+TEST(OpenReadWrite, RefusesAFileThatIsNoDatabase) {
+  TempDir dir;
+  std::ofstream(dir.file("a.db")) << std::string(4096, 'x');
+  auto db = open_read_write(dir.file("a.db"));
+  ASSERT_FALSE(db);
+  EXPECT_EQ(db.error().code, Errc::invalid_request);
+  EXPECT_THAT(db.error().what, HasSubstr("not a database"));
+  EXPECT_THAT(db.error().what, HasSubstr("--db"));
+}
+
+TEST(OpenReadWrite, RefusesAnotherProgramsDatabaseUnchanged) {
+  TempDir dir;
+  ASSERT_TRUE(raw(dir.file("a.db")).execute("CREATE TABLE song (title TEXT)"));
+  auto db = open_read_write(dir.file("a.db"));
+  ASSERT_FALSE(db);
+  EXPECT_THAT(db.error().what, HasSubstr("another program"));
+  const Database after = raw(dir.file("a.db"));
+  EXPECT_EQ(integer(after, "SELECT count(*) FROM sqlite_schema"), 1);
+  EXPECT_EQ(integer(after, "PRAGMA application_id"), 0);
+}
+
+TEST(OpenReadWrite, RefusesANewerSchema) {
+  TempDir dir;
+  ASSERT_TRUE(open_read_write(dir.file("a.db")));
+  ASSERT_TRUE(raw(dir.file("a.db")).execute("PRAGMA user_version = 9999"));
+  for (const auto& db : {open_read_write(dir.file("a.db")), open_read_only(dir.file("a.db"))}) {
+    ASSERT_FALSE(db);
+    EXPECT_EQ(db.error().code, Errc::invalid_request);
+    EXPECT_THAT(db.error().what, HasSubstr("newer"));
+  }
+}
+
+TEST(OpenReadWrite, RefusesAFolderThatDoesNotExist) {
+  auto db = open_read_write("/nowhere/a.db");
+  ASSERT_FALSE(db);
+  EXPECT_EQ(db.error().code, Errc::io);
+  EXPECT_THAT(db.error().what, HasSubstr("/nowhere/a.db"));
+}
+
+TEST(OpenReadWrite, RefusesAFolderThatIsNotWritable) {
+  if (::geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+  TempDir dir;
+  ::chmod(dir.path().c_str(), 0500);
+  auto db = open_read_write(dir.file("a.db"));
+  ::chmod(dir.path().c_str(), 0700);
+  ASSERT_FALSE(db);
+  EXPECT_EQ(db.error().code, Errc::io);
+}
+
+TEST(OpenReadOnly, RefusesAMissingAndAnEmptyFile) {
+  TempDir dir;
+  EXPECT_THAT(open_read_only(dir.file("a.db")).error().what, HasSubstr("no such database"));
+  EXPECT_FALSE(std::filesystem::exists(dir.file("a.db")));
+  std::ofstream(dir.file("b.db")).flush();
+  EXPECT_THAT(open_read_only(dir.file("b.db")).error().what, HasSubstr("empty"));
+}
+
+TEST(OpenReadOnly, DoesNotWrite) {
+  TempDir dir;
+  ASSERT_TRUE(open_read_write(dir.file("a.db")));
+  auto db = open_read_only(dir.file("a.db"));
+  ASSERT_TRUE(db) << db.error().what;
+  EXPECT_FALSE(db->execute("CREATE TABLE t (x INTEGER)"));
+}
+
+TEST(Migrate, AFailingMigrationRollsBackWithItsVersion) {
+  TempDir dir;
+  const Database db = raw(dir.file("a.db"));
+  const Migration migrations[] = {
+      {1, "0001_good.sql", "CREATE TABLE a (x INTEGER) STRICT;"},
+      {2, "0002_bad.sql", "CREATE TABLE b (x INTEGER) STRICT; INSERT INTO nowhere VALUES (1);"}};
+  auto r = migrate(db, migrations);
+  ASSERT_FALSE(r);
+  EXPECT_THAT(r.error().what, HasSubstr("0002_bad.sql"));
+  EXPECT_EQ(integer(db, "PRAGMA user_version"), 1);
+  EXPECT_EQ(integer(db, "SELECT count(*) FROM sqlite_schema WHERE name = 'a'"), 1);
+  EXPECT_EQ(integer(db, "SELECT count(*) FROM sqlite_schema WHERE name = 'b'"), 0);
+  EXPECT_FALSE(db.in_transaction());
+}
+
+TEST(Migrate, RunsOnlyWhatIsMissing) {
+  TempDir dir;
+  const Database db = raw(dir.file("a.db"));
+  const Migration migrations[] = {{1, "0001_a.sql", "CREATE TABLE a (x INTEGER) STRICT;"},
+                                  {2, "0002_b.sql", "CREATE TABLE b (x INTEGER) STRICT;"}};
+  ASSERT_TRUE(migrate(db, std::span(migrations).first(1)));
+  ASSERT_TRUE(migrate(db, migrations));
+  ASSERT_TRUE(migrate(db, migrations));
+  EXPECT_EQ(integer(db, "PRAGMA user_version"), 2);
+}
+
+TEST(Transaction, RollsBackWhatIsNotCommitted) {
+  TempDir dir;
+  const Database db = raw(dir.file("a.db"));
+  ASSERT_TRUE(db.execute("CREATE TABLE a (x INTEGER) STRICT"));
+  {
+    auto t = Transaction::begin(db);
+    ASSERT_TRUE(t);
+    ASSERT_TRUE(db.execute("INSERT INTO a VALUES (1)"));
+  }
+  EXPECT_EQ(integer(db, "SELECT count(*) FROM a"), 0);
+  EXPECT_FALSE(db.in_transaction());
+}
+
+}  // namespace
+}  // namespace lcrig
