@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// One line of the control socket to one call of the handler and one line back.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "daemon/control_handler.hpp"
+
+namespace lcrig {
+
+struct ControlCall {
+  ControlCall() = default;
+  nlohmann::json id;  // string or number; null with `wants_answer` false
+  bool wants_answer = false;  // false: a notification, never answered
+  std::string method;
+  nlohmann::json params = nlohmann::json::object();
+};
+
+// A call, or the error line that answers `line`.
+tl::expected<ControlCall, std::string> parse_control_call(std::string_view line);
+
+// Runs the call. nullopt for a notification. `handler` outlives the task.
+Task<std::optional<std::string>> answer_control_call(ControlHandler& handler, ControlCall call,
+                                                     PeerCredentials peer);
+
+}  // namespace lcrig

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// One client of the control socket.
+#pragma once
+
+#include <boost/asio/experimental/channel.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "daemon/control_handler.hpp"
+
+namespace lcrig {
+
+struct ControlOptions {
+  ControlOptions() = default;
+  std::size_t max_clients = 64;
+  std::size_t max_calls = 16;  // of one client at the same time
+  std::size_t max_queue_bytes = std::size_t{4} << 20U;  // of one client, waiting to be sent
+  Duration write_timeout = std::chrono::seconds(10);  // a client that does not read is cut off
+  double calls_per_s = 200;  // a client that asks more is read more slowly, down to this
+  double burst = 400;
+};
+
+// Shared with the calls that it has under way: a call outlives its client, because a run that was
+// asked for must not depend on who is still connected. `handler` and `clock` outlive it.
+struct ControlCall;
+
+class ControlSession : public std::enable_shared_from_this<ControlSession> {
+ public:
+  using Socket = asio::local::stream_protocol::socket;
+
+  ControlSession(Socket socket, Clock& clock, ControlHandler& handler, PeerCredentials peer,
+                 ControlOptions options);
+
+  Task<> run();  // until the client goes, is cut off, or `close`
+  // A watcher that is slow sees fewer of these, only the newest waits.
+  void send_status(const std::string& line);
+  void send(std::string line);
+  void forget_status() { status_.reset(); }  // the run ended: a waiting status is history
+  // Reads no more; ends when everything queued and under way is answered.
+  void finish();
+  void close();  // now
+  bool watching() const { return watching_; }
+
+ private:
+  Task<> read_loop();
+  Task<> write_loop();
+  Task<bool> take_lines();  // false: end the connection after what is queued
+  Task<> slow_down();
+  void on_line(std::string_view line);
+  void start_call(std::string_view line);
+  Task<> answer(ControlCall call);
+  bool idle() const { return queue_.empty() && !status_ && calls_ == 0; }
+  void wake();
+
+  Socket socket_;
+  Clock& clock_;
+  ControlHandler& handler_;
+  PeerCredentials peer_;
+  ControlOptions options_;
+  std::string in_;
+  std::size_t scanned_ = 0;  // bytes of in_ known to hold no newline
+  std::deque<std::string> queue_;
+  std::size_t queued_bytes_ = 0;
+  std::optional<std::string> status_;
+  std::size_t calls_ = 0;
+  double tokens_;
+  MonoTime refilled_;
+  bool watching_ = false, finishing_ = false, closed_ = false;
+  asio::experimental::channel<void(boost::system::error_code)> wake_;
+};
+
+}  // namespace lcrig
