@@ -1,0 +1,570 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/zwick/codec.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "base/log.hpp"
+
+namespace lcrig::frame_link {
+
+namespace {
+
+constexpr std::array<std::pair<MotionEnd, std::string_view>, 5> kReasons{{
+    {MotionEnd::target, "target"},
+    {MotionEnd::force_limit, "force_limit"},
+    {MotionEnd::travel_limit, "travel_limit"},
+    {MotionEnd::stopped, "stop"},
+    {MotionEnd::fault, "fault"},
+}};
+
+// Millimetres to a picometre, so that a decimal travel survives the way through metres.
+double to_mm(double metres) {
+  return std::round(metres * 1e12) / 1e9;
+}
+double from_mm(double mm) {
+  return mm / 1e3;
+}
+
+std::string_view excerpt(std::string_view text) {
+  return text.substr(0, 60);
+}
+
+Result<double> parse_number(std::string_view text) {
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  double value = 0;
+  const auto r = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (r.ec != std::errc() || r.ptr != text.data() + text.size() || !std::isfinite(value)) {
+    return fail(Errc::garbled, "'{}' is not a finite decimal number", printable(excerpt(text)));
+  }
+  return value;
+}
+
+std::optional<std::int64_t> parse_integer(std::string_view text) {
+  std::int64_t value = 0;
+  const auto r = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (r.ec != std::errc() || r.ptr != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+void append_number(std::string& out, double value) {
+  assert(std::isfinite(value));
+  char buffer[32];
+  const auto r = std::to_chars(buffer, buffer + sizeof buffer, value);
+  out.append(buffer, r.ptr);
+}
+
+void append_integer(std::string& out, std::int64_t value) {
+  char buffer[24];
+  const auto r = std::to_chars(buffer, buffer + sizeof buffer, value);
+  out.append(buffer, r.ptr);
+}
+
+// Builds one line; text that needs it is quoted, control characters become blanks.
+class Writer {
+ public:
+  explicit Writer(std::string_view word) : out_(word) {}
+  Writer(std::int64_t number, std::string_view word) : out_("#") {
+    append_integer(out_, number);
+    out_.append(" ").append(word);
+  }
+  Writer(std::string_view word, std::int64_t number) : out_(word) {
+    out_ += " #";
+    append_integer(out_, number);
+  }
+  Writer& number(std::string_view key, double value) {
+    append_number(begin(key), value);
+    return *this;
+  }
+  Writer& number(std::string_view key, std::optional<double> value) {
+    return value ? number(key, *value) : *this;
+  }
+  Writer& integer(std::string_view key, std::int64_t value) {
+    append_integer(begin(key), value);
+    return *this;
+  }
+  Writer& flag(std::string_view key, bool value) { return integer(key, value ? 1 : 0); }
+  Writer& text(std::string_view key, std::string_view value) {
+    std::string& out = begin(key);
+    out += '"';
+    for (const char c : value.substr(0, 1000)) {
+      if (c == '"' || c == '\\') out += '\\';
+      out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+    }
+    out += '"';
+    return *this;
+  }
+  std::string line() { return std::move(out_ += '\n'); }
+
+ private:
+  std::string& begin(std::string_view key) { return out_.append(" ").append(key).append("="); }
+  std::string out_;
+};
+
+// The end of the token that starts at `from`: a blank outside quotes. npos: a quote is not closed.
+std::size_t token_end(std::string_view text, std::size_t from) {
+  bool quoted = false;
+  for (std::size_t i = from; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quoted && c == '\\') {
+      ++i;
+    } else if (c == '"') {
+      quoted = !quoted;
+    } else if (c == ' ' && !quoted) {
+      return i;
+    }
+  }
+  return quoted ? std::string_view::npos : text.size();
+}
+
+// Takes the next token off the front of `text`; empty at the end, nullopt for an open quote.
+std::optional<std::string_view> take_token(std::string_view& text) {
+  const auto begin = std::min(text.find_first_not_of(' '), text.size());
+  const auto end = token_end(text, begin);
+  if (end == std::string_view::npos) return std::nullopt;
+  const auto token = text.substr(begin, end - begin);
+  text.remove_prefix(end);
+  return token;
+}
+
+Result<std::int64_t> command_number(std::string_view token) {
+  const auto value = parse_integer(token.substr(1));
+  if (!value || *value < 0) {
+    return fail(Errc::garbled, "'{}' is not a command number", printable(excerpt(token)));
+  }
+  return *value;
+}
+
+Result<> add_field(Line& line, std::string_view token) {
+  const auto equals = token.find('=');
+  if (equals == 0 || equals == std::string_view::npos) {
+    return fail(Errc::garbled, "'{}' is not key=value", printable(excerpt(token)));
+  }
+  const auto key = token.substr(0, equals);
+  if (line.find(key)) return fail(Errc::garbled, "'{}' twice", printable(excerpt(key)));
+  line.fields.emplace_back(key, token.substr(equals + 1));
+  return {};
+}
+
+Result<> add_token(Line& line, std::string_view token) {
+  if (!token.starts_with('#')) {
+    if (!line.word.empty()) return add_field(line, token);
+    line.word = token;
+    return {};
+  }
+  if (line.number || !line.fields.empty()) {
+    return fail(Errc::garbled, "a second command number '{}'", printable(excerpt(token)));
+  }
+  auto number = command_number(token);
+  if (!number) return fail(number.error());
+  line.number = *number;
+  return {};
+}
+
+}  // namespace
+
+std::optional<std::string_view> Line::find(std::string_view key) const {
+  for (const auto& [k, v] : fields) {
+    if (k == key) return v;
+  }
+  return std::nullopt;
+}
+
+std::string Line::text(std::string_view key) const {
+  const auto raw = find(key).value_or(std::string_view());
+  std::string out;
+  out.reserve(raw.size());
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    if (raw[i] == '"') continue;
+    if (raw[i] == '\\' && i + 1 < raw.size()) ++i;
+    out += raw[i];
+  }
+  return out;
+}
+
+Result<double> Line::number_of(std::string_view key) const {
+  const auto raw = find(key);
+  if (!raw) return fail(Errc::garbled, "{} lacks {}", printable(excerpt(word)), key);
+  auto value = parse_number(*raw);
+  if (!value) return fail(Errc::garbled, "{}: {}", key, value.error().what);
+  return value;
+}
+
+Result<std::optional<double>> Line::optional_number(std::string_view key) const {
+  if (!find(key)) return std::optional<double>();
+  auto value = number_of(key);
+  if (!value) return fail(value.error());
+  return std::optional<double>(*value);
+}
+
+Result<Line> parse_line(std::string_view text) {
+  if (text.size() >= kMaxLine) return fail(Errc::garbled, "a line of {} bytes", text.size());
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  if (std::ranges::any_of(text, is_control)) {
+    return fail(Errc::garbled, "control characters in '{}'", printable(excerpt(text)));
+  }
+  Line line;
+  for (auto rest = text;;) {
+    const auto token = take_token(rest);
+    if (!token) return fail(Errc::garbled, "an open quote in '{}'", printable(excerpt(text)));
+    if (token->empty()) break;
+    auto added = add_token(line, *token);
+    if (!added) return fail(added.error());
+  }
+  if (line.word.empty()) return fail(Errc::garbled, "a line without a word");
+  return line;
+}
+
+std::optional<std::string_view> LineSplitter::next() {
+  for (;;) {
+    const auto end = buffer_.find('\n', std::max(begin_, searched_));
+    if (end == std::string::npos) break;
+    std::string_view line(buffer_.data() + begin_, end - begin_);
+    begin_ = searched_ = end + 1;
+    const bool was_skipping = std::exchange(skipping_, false);
+    if (was_skipping) continue;
+    if (line.size() >= kMaxLine) {
+      ++dropped_;
+      continue;
+    }
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    return line;
+  }
+  buffer_.erase(0, begin_);
+  begin_ = 0;
+  if (buffer_.size() >= kMaxLine) {
+    if (!skipping_) ++dropped_;
+    skipping_ = true;
+    buffer_.clear();
+  }
+  searched_ = buffer_.size();
+  return std::nullopt;
+}
+
+std::string format_hello(const Hello& hello) {
+  Writer w("HELLO");
+  w.integer("proto", hello.protocol).text("side", hello.side);
+  w.text("maker", hello.identity.maker).text("model", hello.identity.model);
+  return w.text("serial", hello.identity.serial).text("version", hello.identity.firmware).line();
+}
+
+Result<Hello> parse_hello(const Line& line) {
+  const auto protocol = parse_integer(line.find("proto").value_or(std::string_view()));
+  if (!protocol || *protocol < 1 || *protocol > 1'000'000) {
+    return fail(Errc::garbled, "HELLO lacks a protocol number (proto=1)");
+  }
+  Hello hello;
+  hello.protocol = static_cast<int>(*protocol);
+  hello.side = line.text("side");
+  hello.identity.maker = line.text("maker");
+  hello.identity.model = line.text("model");
+  hello.identity.serial = line.text("serial");
+  hello.identity.firmware = line.text("version");
+  return hello;
+}
+
+std::string format_caps(const FrameCapabilities& c) {
+  Writer w("CAPS");
+  w.flag("motion", c.motion).flag("force_hold", c.force_hold).flag("device_stop", c.device_stop);
+  w.flag("force", c.force_channel).flag("travel", c.travel_channel);
+  w.flag("zero_force", c.zero_force).flag("zero_travel", c.zero_travel);
+  w.number("force_max_N", c.force_max.si());
+  w.number("speed_min_mm_s", to_mm(c.speed_min.si()));
+  w.number("speed_max_mm_s", to_mm(c.speed_max.si()));
+  w.number("travel_min_mm", to_mm(c.travel_min.si()));
+  w.number("travel_max_mm", to_mm(c.travel_max.si()));
+  w.number("rate_max_hz", c.sample_rate_max_Hz);
+  w.number("reaction_s", to_seconds(c.reaction));
+  return w.number("deceleration_mm_s2", to_mm(c.deceleration.si())).line();
+}
+
+Result<FrameCapabilities> parse_caps(const Line& line) {
+  constexpr std::array<std::string_view, 8> kKeys{
+      "force_max_N",   "speed_min_mm_s", "speed_max_mm_s", "travel_min_mm",
+      "travel_max_mm", "rate_max_hz",    "reaction_s",     "deceleration_mm_s2"};
+  std::array<double, 8> v{};
+  for (std::size_t i = 0; i < kKeys.size(); ++i) {
+    const auto value = line.number_of(kKeys[i]);
+    if (!value) return fail(value.error());
+    v[i] = *value;
+  }
+  if (v[0] < 0 || v[1] < 0 || v[2] < v[1] || v[4] < v[3] || v[5] <= 0 || v[6] < 0 || v[6] > 60 ||
+      v[7] <= 0) {
+    return fail(Errc::garbled, "CAPS with a range that is empty or negative");
+  }
+  FrameCapabilities c;
+  c.motion = line.flag("motion");
+  c.force_hold = line.flag("force_hold");
+  c.device_stop = line.flag("device_stop");
+  c.force_channel = line.flag("force");
+  c.travel_channel = line.flag("travel");
+  c.zero_force = line.flag("zero_force");
+  c.zero_travel = line.flag("zero_travel");
+  c.force_max = Force::from_si(v[0]);
+  c.speed_min = Velocity::from_si(from_mm(v[1]));
+  c.speed_max = Velocity::from_si(from_mm(v[2]));
+  c.travel_min = Length::from_si(from_mm(v[3]));
+  c.travel_max = Length::from_si(from_mm(v[4]));
+  c.sample_rate_max_Hz = v[5];
+  c.reaction = from_seconds(v[6]);
+  c.deceleration = Acceleration::from_si(from_mm(v[7]));
+  return c;
+}
+
+std::string format_limits(std::int64_t number, const FrameLimits& l) {
+  Writer w(number, "LIMITS");
+  w.number("force_min_N", l.force_min.si()).number("force_max_N", l.force_max.si());
+  w.number("travel_min_mm", to_mm(l.travel_min.si()));
+  w.number("travel_max_mm", to_mm(l.travel_max.si()));
+  return w.number("speed_max_mm_s", to_mm(l.speed_max.si())).line();
+}
+
+Result<FrameLimits> parse_limits(const Line& line) {
+  constexpr std::array<std::string_view, 5> kKeys{"force_min_N", "force_max_N", "travel_min_mm",
+                                                  "travel_max_mm", "speed_max_mm_s"};
+  std::array<double, 5> v{};
+  for (std::size_t i = 0; i < kKeys.size(); ++i) {
+    const auto value = line.number_of(kKeys[i]);
+    if (!value) return fail(value.error());
+    v[i] = *value;
+  }
+  FrameLimits l;
+  l.force_min = Force::from_si(v[0]);
+  l.force_max = Force::from_si(v[1]);
+  l.travel_min = Length::from_si(from_mm(v[2]));
+  l.travel_max = Length::from_si(from_mm(v[3]));
+  l.speed_max = Velocity::from_si(from_mm(v[4]));
+  return l;
+}
+
+std::string format_move(std::int64_t number, Length travel, Velocity speed) {
+  Writer w(number, "MOVE");
+  return w.number("travel_mm", to_mm(travel.si())).number("speed_mm_s", to_mm(speed.si())).line();
+}
+std::string format_move_until(std::int64_t number, Force force, Velocity speed, Length guard) {
+  Writer w(number, "MOVEF");
+  w.number("force_N", force.si()).number("speed_mm_s", to_mm(speed.si()));
+  return w.number("guard_mm", to_mm(guard.si())).line();
+}
+std::string format_ramp(std::int64_t number, Force force, ForceRate rate) {
+  return Writer(number, "RAMPF").number("force_N", force.si()).number("rate_N_s", rate.si()).line();
+}
+std::string format_hold_travel(std::int64_t number) {
+  Writer w(number, "HOLD mode=travel");
+  return w.line();
+}
+std::string format_hold_force(std::int64_t number, Force force) {
+  return Writer(number, "HOLD mode=force").number("force_N", force.si()).line();
+}
+std::string format_zero(std::int64_t number, bool force, bool travel) {
+  return Writer(number, "ZERO").flag("force", force).flag("travel", travel).line();
+}
+std::string format_rate(std::int64_t number, double rate_Hz) {
+  return Writer(number, "RATE").number("hz", rate_Hz).line();
+}
+std::string format_status(std::int64_t number) {
+  return Writer(number, "STATUS").line();
+}
+
+Result<Length> length_of(const Line& line, std::string_view key) {
+  auto mm = line.number_of(key);
+  if (!mm) return fail(mm.error());
+  return Length::from_si(from_mm(*mm));
+}
+Result<Velocity> speed_of(const Line& line) {
+  auto mm_s = line.number_of("speed_mm_s");
+  if (!mm_s) return fail(mm_s.error());
+  return Velocity::from_si(from_mm(*mm_s));
+}
+Result<Force> force_of(const Line& line) {
+  auto newton = line.number_of("force_N");
+  if (!newton) return fail(newton.error());
+  return Force::from_si(*newton);
+}
+
+namespace {
+
+std::optional<double> mm_of(std::optional<double> metres) {
+  return metres ? std::optional<double>(to_mm(*metres)) : std::nullopt;
+}
+
+// A column of a sample line: n values, comma separated; an empty one is a missing value.
+template <class Get>
+void append_column(std::string& out, std::string_view key, std::span<const FrameSample> samples,
+                   Get get) {
+  const auto has = [&](const FrameSample& s) { return get(s).has_value(); };
+  if (std::ranges::none_of(samples, has)) return;
+  out.append(" ").append(key);
+  char separator = '=';
+  for (const auto& s : samples) {
+    out += std::exchange(separator, ',');
+    if (const auto value = get(s)) append_number(out, *value);
+  }
+}
+
+constexpr std::array<std::pair<char, std::uint32_t>, 3> kFlags{{
+    {'M', frame_flag::kMoving},
+    {'F', frame_flag::kForceControl},
+    {'O', frame_flag::kForceOverload},
+}};
+
+void append_flag_word(std::string& out, std::uint32_t flags) {
+  const auto before = out.size();
+  for (const auto& [letter, bit] : kFlags) {
+    if ((flags & bit) != 0) out += letter;
+  }
+  if (out.size() == before) out += '-';
+}
+
+void append_flags(std::string& out, std::span<const FrameSample> samples) {
+  const auto same = [&](const FrameSample& s) { return s.flags == samples[0].flags; };
+  const bool one = std::ranges::all_of(samples, same);
+  out += " flags=";
+  append_flag_word(out, samples[0].flags);
+  if (one) return;
+  for (const auto& s : samples.subspan(1)) {
+    out += ',';
+    append_flag_word(out, s.flags);
+  }
+}
+
+// Unknown letters are ignored, as unknown fields are.
+std::uint32_t parse_flag_word(std::string_view word) {
+  std::uint32_t flags = 0;
+  for (const auto& [letter, bit] : kFlags) {
+    if (word.find(letter) != std::string_view::npos) flags |= bit;
+  }
+  return flags;
+}
+
+std::string_view take_cell(std::string_view& column) {
+  const auto end = std::min(column.find(','), column.size());
+  const auto cell = column.substr(0, end);
+  column.remove_prefix(std::min(end + 1, column.size()));
+  return cell;
+}
+
+std::size_t cells(std::string_view column) {
+  return 1 + static_cast<std::size_t>(std::ranges::count(column, ','));
+}
+
+template <class Set>
+Result<> parse_column(const Line& line, std::string_view key, std::span<FrameSample> samples,
+                      Set set) {
+  auto column = line.find(key);
+  if (!column) return {};
+  if (cells(*column) != samples.size()) {
+    return fail(Errc::garbled, "S: {} has {} values, n={}", key, cells(*column), samples.size());
+  }
+  for (auto& s : samples) {
+    const auto cell = take_cell(*column);
+    if (cell.empty()) continue;
+    const auto value = parse_number(cell);
+    if (!value) return fail(Errc::garbled, "S: {}: {}", key, value.error().what);
+    set(s, *value);
+  }
+  return {};
+}
+
+Result<> parse_flags(const Line& line, std::span<FrameSample> samples) {
+  auto column = line.find("flags");
+  if (!column) return {};
+  const auto n = cells(*column);
+  if (n != 1 && n != samples.size()) {
+    return fail(Errc::garbled, "S: flags has {} values, n={}", n, samples.size());
+  }
+  const bool one = n == 1;
+  const auto all = one ? parse_flag_word(*column) : 0;
+  for (auto& s : samples) s.flags = one ? all : parse_flag_word(take_cell(*column));
+  return {};
+}
+
+Result<> parse_columns(const Line& line, std::span<FrameSample> samples) {
+  auto r = parse_column(line, "t_s", samples, [](auto& s, double v) { s.device_time_s = v; });
+  if (!r) return r;
+  r = parse_column(line, "force_N", samples, [](auto& s, double v) { s.force_N = v; });
+  if (!r) return r;
+  r = parse_column(line, "travel_mm", samples, [](auto& s, double v) { s.travel_m = from_mm(v); });
+  if (!r) return r;
+  return parse_flags(line, samples);
+}
+
+}  // namespace
+
+std::string format_ok(std::int64_t number) {
+  return Writer("OK", number).line();
+}
+std::string format_err(std::int64_t number, std::string_view code, std::string_view text) {
+  return Writer("ERR", number).text("code", code).text("text", text).line();
+}
+std::string format_done(std::int64_t number, const MotionOutcome& o) {
+  Writer w("DONE", number);
+  const auto reason = std::ranges::find(kReasons, o.reason, [](const auto& r) { return r.first; });
+  w.text("reason", reason->second).number("force_N", o.force_N);
+  return w.number("travel_mm", mm_of(o.travel_m)).text("text", o.detail).line();
+}
+std::string format_stopped(std::int64_t stops, const MotionOutcome& o) {
+  Writer w("STOPPED");
+  w.integer("stops", stops).number("force_N", o.force_N);
+  return w.number("travel_mm", mm_of(o.travel_m)).line();
+}
+std::string format_event(std::string_view kind, std::string_view text) {
+  return Writer("EVENT").text("kind", kind).text("text", text).line();
+}
+std::string format_heartbeat(double device_time_s) {
+  return Writer("HB").number("t_s", device_time_s).line();
+}
+
+void append_samples(std::string& out, std::span<const FrameSample> samples) {
+  assert(!samples.empty());
+  out += "S seq=";
+  append_integer(out, samples[0].device_seq);
+  out += " n=";
+  append_integer(out, static_cast<std::int64_t>(samples.size()));
+  append_column(out, "t_s", samples, [](const auto& s) { return s.device_time_s; });
+  append_column(out, "force_N", samples, [](const auto& s) { return s.force_N; });
+  append_column(out, "travel_mm", samples, [](const auto& s) { return mm_of(s.travel_m); });
+  append_flags(out, samples);
+  out += '\n';
+}
+
+MotionOutcome parse_done(const Line& line) {
+  MotionOutcome o;
+  const auto word = line.text("reason");
+  const auto reason = std::ranges::find(kReasons, word, [](const auto& r) { return r.second; });
+  o.detail = line.text("text");
+  if (reason == kReasons.end()) {
+    o.reason = MotionEnd::fault;
+    o.detail = "unknown reason '" + printable(excerpt(word)) + "' " + o.detail;
+  } else {
+    o.reason = reason->first;
+  }
+  if (const auto force = line.number_of("force_N")) o.force_N = *force;
+  if (const auto travel = line.number_of("travel_mm")) o.travel_m = from_mm(*travel);
+  return o;
+}
+
+Result<> parse_samples(const Line& line, std::vector<FrameSample>& out) {
+  const auto seq = parse_integer(line.find("seq").value_or(std::string_view()));
+  const auto n = parse_integer(line.find("n").value_or(std::string_view()));
+  constexpr std::int64_t kMaxSamples = 10'000;  // more do not fit into a line
+  constexpr std::int64_t kMaxSeq = std::numeric_limits<std::int64_t>::max() - kMaxSamples;
+  if (!seq || *seq < 0 || *seq > kMaxSeq || !n || *n < 1 || *n > kMaxSamples) {
+    return fail(Errc::garbled, "S without a usable seq and n");
+  }
+  const auto before = out.size();
+  out.resize(before + static_cast<std::size_t>(*n));
+  const auto samples = std::span(out).subspan(before);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i].device_seq = *seq + static_cast<std::int64_t>(i);
+  }
+  auto parsed = parse_columns(line, samples);
+  if (!parsed) out.resize(before);
+  return parsed;
+}
+
+}  // namespace lcrig::frame_link

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// frame-link/1, text to values and back. Pure functions; docs/frame-link.md is the specification.
+//
+//   HELLO proto=1 side=gateway maker=... model=... serial=... version=...
+//   #17 MOVEF force_N=1 speed_mm_s=0.016 guard_mm=3      OK #17      DONE #17 reason=target ...
+//   S seq=101 n=2 t_s=4.02,4.04 force_N=0.1213,0.1229 travel_mm=2.5003,2.5006 flags=M
+//
+// Reader: unknown fields are ignored, CR before LF and a leading '+' are forgiven; a number that is
+// not finite, a duplicate key, a control character or a line beyond 64 kB is not. Writer: strict.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/result.hpp"
+#include "drivers/load_frame.hpp"
+
+namespace lcrig::frame_link {
+
+constexpr int kProtocol = 1;
+constexpr std::size_t kMaxLine = 65536;  // bytes, LF included
+constexpr Duration kHeartbeat = std::chrono::milliseconds(250);
+constexpr Duration kSilence = std::chrono::seconds(1);
+constexpr Duration kMaxBatch = std::chrono::milliseconds(100);
+
+// One message. Views point into the text that was parsed.
+struct Line {
+  Line() = default;
+  std::optional<std::int64_t> number;  // of "#17 MOVE" and of "OK #17"
+  std::string_view word;
+  std::vector<std::pair<std::string_view, std::string_view>> fields;  // values still quoted
+
+  std::optional<std::string_view> find(std::string_view key) const;
+  std::string text(std::string_view key) const;  // unquoted; empty when absent
+  // Errors: garbled (absent, or not a finite decimal number).
+  Result<double> number_of(std::string_view key) const;
+  // nullopt when absent. Errors: garbled.
+  Result<std::optional<double>> optional_number(std::string_view key) const;
+  bool flag(std::string_view key) const { return find(key) == "1"; }
+};
+
+// Errors: garbled. `text` is one line without its LF.
+Result<Line> parse_line(std::string_view text);
+
+// Cuts a byte stream into lines. A line longer than kMaxLine is dropped up to its LF and counted.
+class LineSplitter {
+ public:
+  void feed(std::string_view bytes) { buffer_.append(bytes); }
+  // The next complete line without LF or CR LF; valid until the next call of any member.
+  std::optional<std::string_view> next();
+  std::size_t dropped() const { return dropped_; }
+
+ private:
+  std::string buffer_;
+  std::size_t begin_ = 0;  // of the first byte not handed out
+  std::size_t searched_ = 0;  // no LF before this
+  std::size_t dropped_ = 0;
+  bool skipping_ = false;
+};
+
+struct Hello {
+  Hello() = default;
+  int protocol = kProtocol;
+  std::string side;  // "host" or "gateway"
+  Identity identity;  // firmware: the gateway's version
+};
+std::string format_hello(const Hello& hello);
+Result<Hello> parse_hello(const Line& line);
+
+std::string format_caps(const FrameCapabilities& caps);
+Result<FrameCapabilities> parse_caps(const Line& line);
+
+// Commands, daemon to gateway. Every value must be finite.
+std::string format_limits(std::int64_t number, const FrameLimits& limits);
+std::string format_move(std::int64_t number, Length travel, Velocity speed);
+std::string format_move_until(std::int64_t number, Force force, Velocity speed, Length guard);
+std::string format_ramp(std::int64_t number, Force force, ForceRate rate);
+std::string format_hold_travel(std::int64_t number);
+std::string format_hold_force(std::int64_t number, Force force);
+std::string format_zero(std::int64_t number, bool force, bool travel);
+std::string format_rate(std::int64_t number, double rate_Hz);
+std::string format_status(std::int64_t number);
+constexpr std::string_view kStop = "STOP\n";
+constexpr std::string_view kHostHeartbeat = "HB\n";
+
+Result<FrameLimits> parse_limits(const Line& line);
+Result<Length> length_of(const Line& line, std::string_view key);  // a key in mm
+Result<Velocity> speed_of(const Line& line);  // speed_mm_s
+Result<Force> force_of(const Line& line);  // force_N
+
+// Answers and reports, gateway to daemon.
+std::string format_ok(std::int64_t number);
+std::string format_err(std::int64_t number, std::string_view code, std::string_view text);
+std::string format_done(std::int64_t number, const MotionOutcome& outcome);
+std::string format_stopped(std::int64_t stops, const MotionOutcome& standing);
+std::string format_event(std::string_view kind, std::string_view text);
+std::string format_heartbeat(double device_time_s);
+// Appends one line for at least one sample, to `out`.
+void append_samples(std::string& out, std::span<const FrameSample> samples);
+
+MotionOutcome parse_done(const Line& line);  // an unknown reason is a fault
+// Appends the samples of a line, `received` left unset. Errors: garbled, and `out` is unchanged.
+Result<> parse_samples(const Line& line, std::vector<FrameSample>& out);
+
+}  // namespace lcrig::frame_link
