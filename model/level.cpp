@@ -58,9 +58,8 @@ Result<std::unique_ptr<LevelModel>> make_level_model(const Specimen& specimen,
   }
   switch (settings.level) {
     case Level::linear:
-      return make_layered_model(specimen, [](const Material& m, double, Pressure p) {
-        return linear_strain(m, p);
-      });
+      return make_layered_model(
+          specimen, [](const Material& m, double, Pressure p) { return linear_strain(m, p); });
     case Level::hyperelastic:
       return make_layered_model(specimen, [settings](const Material& m, double, Pressure p) {
         return hyperelastic_strain(m, p, settings);

@@ -55,7 +55,7 @@ class TableBuilder {
   Result<Sample> sample(double force_N);
   Result<> halve();
   double step() const { return max_force_N_ / static_cast<double>(samples_.size() - 1); }
-  MonotoneTable table(double Sample::*member) const;
+  MonotoneTable table(double Sample::* member) const;
   double worst_error(const std::vector<Sample>& exact) const;
 
   LevelModel& model_;
@@ -78,10 +78,13 @@ Result<Sample> TableBuilder::sample(double force_N) {
 Result<> TableBuilder::reach(double max_force_N) {
   const double tiny = 1e-7 * max_force_N;
   auto first = sample(tiny);
-  if (!first) {
-    return fail(first.error());
+  auto second = sample(2 * tiny);
+  if (!first || !second) {
+    return fail(first ? second.error() : first.error());
   }
-  initial_slope_ = {first->shortening_m / tiny, first->delta_F / tiny};
+  const auto at_zero = [&](double f1, double f2) { return (2 * f1 - f2 / 2) / tiny; };
+  initial_slope_ = {at_zero(first->shortening_m, second->shortening_m),
+                    at_zero(first->delta_F, second->delta_F)};
   Error why;
   for (double top = max_force_N; top > 1e-3 * max_force_N; top *= 0.9) {
     auto last = sample(top);
@@ -139,7 +142,7 @@ Result<> TableBuilder::refine() {
   return {};
 }
 
-MonotoneTable TableBuilder::table(double Sample::*member) const {
+MonotoneTable TableBuilder::table(double Sample::* member) const {
   std::vector<double> values;
   values.reserve(samples_.size());
   for (const auto& s : samples_) {
@@ -200,9 +203,8 @@ Result<std::unique_ptr<TabulatedResponse>> make_response(const Specimen& specime
   if (auto ok = builder.refine(); !ok) {
     return fail(ok.error());
   }
-  return std::make_unique<TabulatedResponse>(specimen.c0_F(), builder.shortening(),
-                                             builder.delta(), builder.max_force_N(),
-                                             builder.error());
+  return std::make_unique<TabulatedResponse>(specimen.c0_F(), builder.shortening(), builder.delta(),
+                                             builder.max_force_N(), builder.error());
 }
 
 }  // namespace lcrig

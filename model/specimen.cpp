@@ -35,8 +35,8 @@ Result<> check_material(const Material& m) {
     return {};
   }
   if (!positive(m.youngs_modulus_Pa)) {
-    return fail(Errc::invalid_request, "material {}: Young's modulus {} Pa must be positive", m.name,
-                m.youngs_modulus_Pa);
+    return fail(Errc::invalid_request, "material {}: Young's modulus {} Pa must be positive",
+                m.name, m.youngs_modulus_Pa);
   }
   if (!(m.poisson_ratio >= 0 && m.poisson_ratio <= 0.5)) {
     return fail(Errc::invalid_request, "material {}: Poisson ratio {} must be in 0 to 0.5", m.name,
@@ -52,7 +52,8 @@ Result<> check_material(const Material& m) {
 Result<> check_capacitor(const Specimen& s, std::size_t index) {
   const auto& layers = s.capacitors[index].layers;
   if (layers.empty()) {
-    return fail(Errc::invalid_request, "specimen {}: capacitor {} has no layers", s.name, index + 1);
+    return fail(Errc::invalid_request, "specimen {}: capacitor {} has no layers", s.name,
+                index + 1);
   }
   for (std::size_t i = 0; i < layers.size(); ++i) {
     if (layers[i].material >= s.materials.size()) {

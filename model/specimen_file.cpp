@@ -30,12 +30,12 @@ Material read_material(const JsonReader& reader) {
   const auto poisson = reader.optional_number("poisson_ratio", kPoisson);
   m.given_shear_modulus_Pa =
       reader.optional_quantity("shear_modulus", Dimension::pressure, kModulus);
+  reader.no_other_keys();
   if (!m.rigid && (!youngs || !poisson)) {
     reader.refuse("has neither `rigid`: true nor both of `youngs_modulus_kPa` and `poisson_ratio`");
   }
   m.youngs_modulus_Pa = youngs.value_or(0);
   m.poisson_ratio = poisson.value_or(0);
-  reader.no_other_keys();
   return m;
 }
 
