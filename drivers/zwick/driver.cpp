@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/zwick/driver.hpp"
+
+#include <cmath>
+#include <initializer_list>
+
+#include "drivers/zwick/codec.hpp"
+#include "drivers/zwick/link.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using frame_link::Link;
+
+constexpr Duration kAnswerTime = std::chrono::seconds(1);
+constexpr Duration kStopTime = std::chrono::seconds(1);
+constexpr Duration kHelloTime = std::chrono::seconds(1);  // twice
+
+Result<> check_finite(const Link& link, std::initializer_list<double> values) {
+  for (const double v : values) {
+    if (!std::isfinite(v)) {
+      return fail(Errc::invalid_request, "{}: a command with a value that is not finite",
+                  link.name());
+    }
+  }
+  return {};
+}
+
+// Sends `line` and waits for OK or ERR.
+Task<Result<>> answer_to(Link::Exchange& exchange, std::string line) {
+  Link& link = exchange.waiting.link();
+  if (link.lost()) co_return fail(*link.lost());
+  if (!link.is_greeted()) co_return fail(Errc::disconnected, "{}: not identified yet", link.name());
+  link.send(line);
+  const MonoTime deadline = link.clock().now() + kAnswerTime;
+  while (!exchange.answer) {
+    if (link.clock().now() >= deadline) {
+      line.pop_back();
+      co_return fail(Errc::no_reply, "{}: {} -> no answer in 1 s", link.name(), line);
+    }
+    auto waited = co_await exchange.waiting.next(deadline);
+    if (!waited) co_return fail(waited.error());
+  }
+  co_return *exchange.answer;
+}
+
+Task<Result<MotionOutcome>> done_of(Link::Exchange& exchange) {
+  while (!exchange.done) {
+    auto waited = co_await exchange.waiting.next(std::nullopt);
+    if (!waited) co_return fail(waited.error());
+  }
+  co_return *exchange.done;
+}
+
+// `make_line` gets the command number.
+template <class MakeLine>
+Task<Result<>> command(std::shared_ptr<Link> link, MakeLine make_line) {
+  Link::Exchange exchange(link);
+  std::string line = make_line(exchange.number);
+  auto answer = co_await answer_to(exchange, std::move(line));
+  co_return answer;
+}
+
+template <class MakeLine>
+Task<Result<MotionOutcome>> motion(std::shared_ptr<Link> link, MakeLine make_line) {
+  Link::Exchange exchange(link);
+  std::string line = make_line(exchange.number);
+  auto answer = co_await answer_to(exchange, std::move(line));
+  if (!answer) {
+    // It may have started, or may start yet.
+    if (answer.error().code == Errc::no_reply) link->send_stop();
+    co_return fail(answer.error());
+  }
+  auto outcome = co_await done_of(exchange);
+  co_return outcome;
+}
+
+// Waits until the gateway said HELLO and CAPS, or the deadline.
+Task<Result<>> greeting(Link::Waiting& waiting) {
+  Link& link = waiting.link();
+  const MonoTime deadline = link.clock().now() + kHelloTime;
+  link.send_hello();
+  while (!link.is_greeted() && link.clock().now() < deadline) {
+    auto waited = co_await waiting.next(deadline);
+    if (!waited) co_return fail(waited.error());
+    if (link.hello() && link.hello()->protocol != frame_link::kProtocol) co_return Result<>();
+  }
+  co_return Result<>();
+}
+
+Result<Identity> identity_of(const Link& link) {
+  if (link.hello() && link.hello()->protocol != frame_link::kProtocol) {
+    return fail(Errc::refused, "{}: the gateway speaks frame-link/{}, we speak frame-link/{}",
+                link.name(), link.hello()->protocol, frame_link::kProtocol);
+  }
+  if (link.is_greeted()) {
+    Identity identity = link.hello()->identity;
+    identity.text = frame_link::format_hello(*link.hello());
+    identity.text.pop_back();
+    return identity;
+  }
+  if (link.last_garbage().empty() && !link.hello()) {
+    return fail(Errc::no_reply, "{}: HELLO -> no answer in 2 s; is the gateway running?",
+                link.name());
+  }
+  return fail(Errc::garbled, "{}: HELLO -> '{}'; this is no frame-link/1 gateway", link.name(),
+              link.last_garbage());
+}
+
+}  // namespace
+
+ZwickLink::ZwickLink(std::unique_ptr<Transport> transport, Clock& clock,
+                     asio::any_io_executor executor)
+    : link_(std::make_shared<Link>(std::move(transport), clock, std::move(executor))) {}
+
+ZwickLink::~ZwickLink() {
+  link_->set_listener(nullptr);
+  link_->close();
+}
+
+void ZwickLink::close() {
+  link_->close();
+}
+
+void ZwickLink::set_listener(Listener* listener) {
+  link_->set_listener(listener);
+}
+
+Task<Result<Identity>> ZwickLink::identify() {
+  const auto link = link_;
+  if (!link->is_greeted()) {
+    link->start();
+    Link::Waiting waiting(link);
+    for (int attempt = 0; attempt < 2 && !link->is_greeted(); ++attempt) {
+      auto greeted = co_await greeting(waiting);
+      if (!greeted) co_return fail(greeted.error());
+      if (link->hello() && link->hello()->protocol != frame_link::kProtocol) break;
+    }
+  }
+  if (link->lost()) co_return fail(*link->lost());
+  if (link->caps()) capabilities_ = *link->caps();
+  co_return identity_of(*link);
+}
+
+Task<Result<>> ZwickLink::arm(FrameLimits limits) {
+  auto finite =
+      check_finite(*link_, {limits.force_min.si(), limits.force_max.si(), limits.travel_min.si(),
+                            limits.travel_max.si(), limits.speed_max.si()});
+  if (!finite) co_return fail(finite.error());
+  const auto line = [limits](std::int64_t n) { return frame_link::format_limits(n, limits); };
+  auto answer = co_await command(link_, line);
+  co_return answer;
+}
+
+Task<Result<>> ZwickLink::set_sample_rate(double rate_Hz) {
+  auto finite = check_finite(*link_, {rate_Hz});
+  if (!finite) co_return fail(finite.error());
+  const auto line = [rate_Hz](std::int64_t n) { return frame_link::format_rate(n, rate_Hz); };
+  auto answer = co_await command(link_, line);
+  co_return answer;
+}
+
+Task<Result<MotionOutcome>> ZwickLink::move_to(Length travel, Velocity speed) {
+  auto finite = check_finite(*link_, {travel.si(), speed.si()});
+  if (!finite) co_return fail(finite.error());
+  const auto line = [=](std::int64_t n) { return frame_link::format_move(n, travel, speed); };
+  auto outcome = co_await motion(link_, line);
+  co_return outcome;
+}
+
+Task<Result<MotionOutcome>> ZwickLink::move_until_force(Force force, Velocity speed, Length guard) {
+  auto finite = check_finite(*link_, {force.si(), speed.si(), guard.si()});
+  if (!finite) co_return fail(finite.error());
+  const auto line = [=](std::int64_t n) {
+    return frame_link::format_move_until(n, force, speed, guard);
+  };
+  auto outcome = co_await motion(link_, line);
+  co_return outcome;
+}
+
+Task<Result<MotionOutcome>> ZwickLink::ramp_force(Force force, ForceRate rate) {
+  auto finite = check_finite(*link_, {force.si(), rate.si()});
+  if (!finite) co_return fail(finite.error());
+  const auto line = [=](std::int64_t n) { return frame_link::format_ramp(n, force, rate); };
+  auto outcome = co_await motion(link_, line);
+  co_return outcome;
+}
+
+Task<Result<>> ZwickLink::hold_travel() {
+  auto answer = co_await command(link_, &frame_link::format_hold_travel);
+  co_return answer;
+}
+
+Task<Result<>> ZwickLink::hold_force(Force force) {
+  auto finite = check_finite(*link_, {force.si()});
+  if (!finite) co_return fail(finite.error());
+  const auto line = [force](std::int64_t n) { return frame_link::format_hold_force(n, force); };
+  auto answer = co_await command(link_, line);
+  co_return answer;
+}
+
+Task<Result<>> ZwickLink::zero(bool force, bool travel) {
+  const auto line = [=](std::int64_t n) { return frame_link::format_zero(n, force, travel); };
+  auto answer = co_await command(link_, line);
+  co_return answer;
+}
+
+Task<Result<>> ZwickLink::resync() {
+  // Numbered answers cannot be mixed up; one exchange shows that the gateway still obeys.
+  auto answer = co_await command(link_, &frame_link::format_status);
+  co_return answer;
+}
+
+Task<Result<MotionOutcome>> ZwickLink::place_mass(Mass) {
+  co_return fail(Errc::refused, "{}: a load frame carries no dead weights", link_->name());
+}
+
+Task<Result<>> ZwickLink::stop() {
+  const auto link = link_;
+  link->start();
+  Link::Waiting waiting(link);
+  std::int64_t first = 0;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    if (link->lost()) co_return fail(*link->lost());
+    const auto sent = link->send_stop();
+    if (attempt == 0) first = sent;
+    const MonoTime deadline = link->clock().now() + kStopTime;
+    while (!link->is_stopped(first) && link->clock().now() < deadline) {
+      auto waited = co_await waiting.next(deadline);
+      if (!waited) co_return fail(waited.error());
+    }
+    if (link->is_stopped(first)) co_return Result<>();
+  }
+  co_return fail(Errc::no_reply, "{}: STOP twice -> not confirmed; use the E-stop if it moves",
+                 link->name());
+}
+
+}  // namespace lcrig

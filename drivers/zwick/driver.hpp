@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// A load frame behind a frame-link/1 gateway: ZwickRoell beside testXpert, DOLI EDC, or the
+// simulator.
+#pragma once
+
+#include <memory>
+
+#include "drivers/load_frame.hpp"
+#include "drivers/transport.hpp"
+
+namespace lcrig {
+
+namespace frame_link {
+class Link;
+}
+
+// One session over one transport. When the link is lost (1 s of silence, closed port, restarted
+// gateway) every wait ends with `disconnected`, the listener hears it once, and the object is done:
+// reconnect with a new one. Destroying it closes the link. The Clock must outlive the io_context.
+class ZwickLink final : public LoadFrame {
+ public:
+  ZwickLink(std::unique_ptr<Transport> transport, Clock& clock, asio::any_io_executor executor);
+  ~ZwickLink() override;
+
+  const FrameCapabilities& capabilities() const override { return capabilities_; }
+  // Starts the link. Errors: no_reply, garbled (something else answers), refused (other protocol).
+  Task<Result<Identity>> identify() override;
+  Task<Result<>> arm(FrameLimits limits) override;
+  Task<Result<>> set_sample_rate(double rate_Hz) override;
+  // A motion whose command is not answered within 1 s is stopped, in case it did start.
+  Task<Result<MotionOutcome>> move_to(Length travel, Velocity speed) override;
+  Task<Result<MotionOutcome>> move_until_force(Force force, Velocity speed, Length guard) override;
+  Task<Result<MotionOutcome>> ramp_force(Force force, ForceRate rate) override;
+  Task<Result<>> hold_travel() override;
+  Task<Result<>> hold_force(Force force) override;
+  Task<Result<>> zero(bool force, bool travel) override;
+  Task<Result<MotionOutcome>> place_mass(Mass mass) override;
+  // Errors: no_reply (two STOPs, 1 s each, unconfirmed), disconnected.
+  Task<Result<>> stop() override;
+  Task<Result<>> resync() override;
+  void close() override;
+  void set_listener(Listener* listener) override;
+
+ private:
+  std::shared_ptr<frame_link::Link> link_;
+  FrameCapabilities capabilities_;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/zwick/link.hpp"
+
+#include <algorithm>
+#include <array>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <cmath>
+
+#include "base/log.hpp"
+
+namespace lcrig::frame_link {
+
+namespace {
+
+constexpr Duration kWriteTime = std::chrono::seconds(1);
+constexpr Duration kGarbageReports = std::chrono::seconds(1);  // at most one event per this
+constexpr double kClockTolerance_s = 0.5;  // a batch may be late by less than the silence limit
+
+// Commands lead to few codes; all of them but `busy` mean that the machine said no.
+Errc errc_of(std::string_view code) {
+  return code == "busy" ? Errc::busy : Errc::refused;
+}
+
+}  // namespace
+
+Link::Link(std::unique_ptr<Transport> transport, Clock& clock, asio::any_io_executor executor)
+    : transport_(std::move(transport)), clock_(clock), executor_(executor), writer_(executor) {}
+
+Link::Waiting::Waiting(std::shared_ptr<Link> link)
+    : link_(std::move(link)), wakeup_(link_->executor_) {
+  link_->waiting_.push_back(&wakeup_);
+}
+Link::Waiting::~Waiting() {
+  std::erase(link_->waiting_, &wakeup_);
+}
+
+Task<Result<>> Link::Waiting::next(std::optional<MonoTime> deadline) {
+  if (link_->lost_) co_return fail(*link_->lost_);
+  if (deadline) {
+    co_await wakeup_.wait_until(link_->clock_, *deadline);
+  } else {
+    co_await wakeup_.wait();
+  }
+  const auto state = co_await asio::this_coro::cancellation_state;
+  if (state.cancelled() != asio::cancellation_type::none) {
+    co_return fail(Errc::aborted, "{}: the wait was given up", link_->name());
+  }
+  co_return Result<>();
+}
+
+Link::Exchange::Exchange(std::shared_ptr<Link> link) : number(++link->last_number_), waiting(link) {
+  link->exchanges_.emplace(number, this);
+}
+Link::Exchange::~Exchange() {
+  waiting.link().exchanges_.erase(number);
+}
+
+void Link::start() {
+  if (started_ || lost_) return;
+  started_ = true;
+  heard_ = sent_ = clock_.now();
+  const auto on_end = [self = shared_from_this()](std::exception_ptr error) {
+    if (!error) return;
+    self->lose(Error(Errc::bug, self->name() + ": an exception escaped from the frame link"));
+  };
+  asio::co_spawn(executor_, [self = shared_from_this()] { return self->read(); }, on_end);
+  asio::co_spawn(executor_, [self = shared_from_this()] { return self->write(); }, on_end);
+}
+
+void Link::close() {
+  end(Error(Errc::disconnected, name() + ": closed"));
+}
+
+void Link::end(Error error) {
+  if (!lost_) lost_ = std::move(error);
+  transport_->close();
+  writer_.notify();
+  knock();
+}
+
+void Link::lose(Error error) {
+  if (lost_) return;
+  end(error);
+  if (listener_ != nullptr) listener_->on_frame_lost(std::move(error));
+}
+
+void Link::queue(std::string_view line) {
+  queue_ += line;
+  writer_.notify();
+}
+
+void Link::send_hello() {
+  Hello hello;
+  hello.side = "host";
+  hello.identity.maker = "lcrig";
+  hello.identity.model = "lcrigd";
+  hello.identity.firmware = LCRIG_VERSION;
+  ++hellos_owed_;
+  stops_sent_ = stopped_ = 0;
+  // The LF ends whatever a predecessor left unfinished in the gateway's buffer.
+  queue("\n" + format_hello(hello));
+}
+
+std::int64_t Link::send_stop() {
+  urgent_ += kStop;
+  writer_.notify();
+  return ++stops_sent_;
+}
+
+void Link::knock() {
+  for (Wakeup* w : waiting_) w->notify();
+}
+
+void Link::event(std::string kind, std::string detail) {
+  if (listener_ != nullptr) listener_->on_frame_event(std::move(kind), std::move(detail));
+}
+
+Task<> Link::write() {
+  while (!lost_) {
+    const MonoTime due = sent_ + kHeartbeat;
+    if (urgent_.empty() && queue_.empty() && clock_.now() < due) {
+      co_await writer_.wait_until(clock_, due);
+      continue;
+    }
+    std::string bytes = std::exchange(urgent_, {});
+    bytes += std::exchange(queue_, {});
+    sent_ = clock_.now();
+    if (bytes.empty() && is_greeted()) bytes = kHostHeartbeat;
+    if (bytes.empty()) continue;
+    auto written = co_await transport_->write_all(bytes, sent_ + kWriteTime);
+    if (!written) lose(written.error());
+  }
+}
+
+Task<> Link::read() {
+  while (!lost_) {
+    auto n = co_await transport_->read_some(buffer_, heard_ + kSilence);
+    if (lost_) co_return;
+    if (n) {
+      splitter_.feed(std::string_view(buffer_.data(), *n));
+      while (const auto text = splitter_.next()) dispatch(*text);
+      const auto dropped = splitter_.dropped();
+      if (std::exchange(dropped_, dropped) != dropped) on_garbage("", "a line beyond 64 kB");
+    } else if (n.error().code != Errc::no_reply) {
+      lose(n.error());
+    } else if (is_greeted()) {
+      lose(Error(Errc::disconnected, name() + ": the gateway was silent for 1 s"));
+    } else {
+      heard_ = clock_.now();
+    }
+    // Garbage is no life sign, but it keeps the port awake.
+    if (!lost_ && is_greeted() && clock_.now() - heard_ >= kSilence) {
+      lose(Error(Errc::disconnected, name() + ": no valid line from the gateway for 1 s"));
+    }
+  }
+}
+
+void Link::dispatch(std::string_view text) {
+  if (lost_ || text.empty()) return;
+  auto line = parse_line(text);
+  if (!line) return on_garbage(text, line.error().what);
+  if (line->word == "HELLO") return on_hello(*line);
+  if (line->word == "STOPPED") return on_stopped(*line);
+  if (!identity_) return on_garbage(text, "before HELLO");  // of an older session
+  heard_ = clock_.now();
+  if (line->word == "S") return on_samples(*line);
+  if (line->word == "HB") return;
+  if (line->word == "CAPS") return on_caps(*line);
+  dispatch_report(*line);
+}
+
+void Link::dispatch_report(const Line& line) {
+  if (line.word == "EVENT") return event("device_" + line.text("kind"), line.text("text"));
+  const bool is_answer = line.word == "OK" || line.word == "ERR";
+  if (!is_answer && line.word != "DONE") return on_garbage(line.word, "unknown message");
+  if (!line.number) return on_garbage(line.word, "an answer without a number");
+  if (is_answer) {
+    on_answer(line);
+  } else {
+    on_done(line);
+  }
+  knock();
+}
+
+void Link::on_hello(const Line& line) {
+  auto hello = parse_hello(line);
+  if (!hello) return on_garbage("HELLO", hello.error().what);
+  if (hellos_owed_ == 0) {
+    if (!identity_) return;  // of an older session; ours is not yet asked for
+    return lose(Error(Errc::disconnected, name() + ": the gateway was restarted"));
+  }
+  --hellos_owed_;
+  heard_ = clock_.now();
+  identity_ = *hello;
+  next_seq_.reset();
+  device_time_s_.reset();
+  knock();
+}
+
+void Link::on_caps(const Line& line) {
+  auto caps = parse_caps(line);
+  if (!caps) return on_garbage("CAPS", caps.error().what);
+  if (!caps_) caps_ = *caps;  // fixed for the life of this object
+  knock();
+}
+
+void Link::on_answer(const Line& line) {
+  const auto it = exchanges_.find(*line.number);
+  if (it == exchanges_.end() || it->second->answer) {
+    return event("late_answer", fmt::format("{} #{}", line.word, *line.number));
+  }
+  if (line.word == "OK") {
+    it->second->answer = Result<>();
+    return;
+  }
+  const auto code = line.text("code");
+  it->second->answer = fail(errc_of(code), "{}: refused: {} ({})", name(),
+                            printable(line.text("text")), printable(code));
+}
+
+void Link::on_done(const Line& line) {
+  const auto it = exchanges_.find(*line.number);
+  if (it == exchanges_.end()) return;  // its task was cancelled; the samples show the rest
+  if (!it->second->answer) it->second->answer = Result<>();
+  it->second->done = parse_done(line);
+}
+
+void Link::on_stopped(const Line& line) {
+  const auto stops = line.number_of("stops");
+  const bool known = stops && identity_;
+  const double count = known ? *stops : static_cast<double>(stops_sent_);
+  heard_ = clock_.now();
+  stopped_ = std::max(stopped_, static_cast<std::int64_t>(std::clamp(count, 0.0, 1e15)));
+  knock();
+}
+
+void Link::on_samples(const Line& line) {
+  batch_.clear();
+  const auto parsed = parse_samples(line, batch_);
+  if (!parsed) return on_garbage("S", parsed.error().what);
+  for (auto& s : batch_) s.received = clock_.now();
+  check_sequence();
+  if (batch_.empty()) return;
+  check_device_clock();
+  if (listener_ != nullptr) listener_->on_samples(batch_);
+}
+
+void Link::check_sequence() {
+  const auto first = batch_.front().device_seq;
+  const auto expected = next_seq_.value_or(first);
+  if (first > expected) {
+    batch_.front().flags |= frame_flag::kAfterGap;
+    event("gap",
+          fmt::format("{}: {} samples missing before seq {}", name(), first - expected, first));
+  } else if (first < expected) {
+    // Never twice: (run, seq) is a key of the recording.
+    const auto n = std::erase_if(batch_, [&](const auto& s) { return s.device_seq < expected; });
+    event("repeated_samples", fmt::format("{}: {} samples from seq {} again", name(), n, first));
+  }
+  if (!batch_.empty()) next_seq_ = batch_.back().device_seq + 1;
+}
+
+void Link::check_device_clock() {
+  const auto& last = batch_.back();
+  if (!last.device_time_s) return;
+  if (device_time_s_) {
+    const double device_s = *last.device_time_s - *device_time_s_;
+    const double host_s = to_seconds(last.received - device_time_received_);
+    if (device_s < 0 || std::abs(device_s - host_s) > kClockTolerance_s) {
+      event("device_clock_jump",
+            fmt::format("{}: device clock went {:.3f} s in {:.3f} s", name(), device_s, host_s));
+    }
+  }
+  device_time_s_ = last.device_time_s;
+  device_time_received_ = last.received;
+}
+
+void Link::on_garbage(std::string_view text, std::string_view why) {
+  garbage_ = printable(text.substr(0, 60));
+  ++garbage_count_;
+  knock();
+  const bool first = garbage_reported_ == MonoTime();
+  if (!is_greeted() || (!first && clock_.now() < garbage_reported_ + kGarbageReports)) return;
+  garbage_reported_ = clock_.now();
+  event("garbled", fmt::format("{}: {} lines, last '{}': {}", name(), garbage_count_, garbage_,
+                               printable(why)));
+  garbage_count_ = 0;
+}
+
+}  // namespace lcrig::frame_link

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon's end of frame-link/1: one coroutine reads and dispatches lines, one writes and keeps
+// the life sign. What a command means is in driver.cpp.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/load_frame.hpp"
+#include "drivers/transport.hpp"
+#include "drivers/wakeup.hpp"
+#include "drivers/zwick/codec.hpp"
+
+namespace lcrig::frame_link {
+
+// Owned by ZwickLink and by its two running coroutines, so that neither outlives its data.
+// The Clock must outlive the io_context.
+class Link : public std::enable_shared_from_this<Link> {
+ public:
+  Link(std::unique_ptr<Transport> transport, Clock& clock, asio::any_io_executor executor);
+
+  // A wait for lines of the link; while it lives, the link knocks after every line that may matter.
+  class Waiting {
+   public:
+    explicit Waiting(std::shared_ptr<Link> link);
+    ~Waiting();
+    Waiting(const Waiting&) = delete;
+    Waiting& operator=(const Waiting&) = delete;
+    // Waits for the next line, the deadline or the loss of the link. Errors: disconnected (lost),
+    // aborted (the calling task was cancelled).
+    Task<Result<>> next(std::optional<MonoTime> deadline);
+    Link& link() { return *link_; }
+
+   private:
+    std::shared_ptr<Link> link_;
+    Wakeup wakeup_;
+  };
+
+  // One numbered command. An answer to a number that nobody waits for any more is dropped.
+  class Exchange {
+   public:
+    explicit Exchange(std::shared_ptr<Link> link);
+    ~Exchange();
+    Exchange(const Exchange&) = delete;
+    Exchange& operator=(const Exchange&) = delete;
+
+    const std::int64_t number;
+    Waiting waiting;
+    std::optional<Result<>> answer;  // OK or ERR
+    std::optional<MotionOutcome> done;
+  };
+
+  void start();  // idempotent
+  void close();  // idempotent; ends both coroutines and every wait
+  void send(std::string_view line) { queue(line); }
+  void send_hello();
+  // Sends STOP before anything that is queued. Returns how many were sent in this session.
+  std::int64_t send_stop();
+  bool is_stopped(std::int64_t stops) const { return stopped_ >= stops; }
+
+  bool is_greeted() const { return identity_ && caps_; }
+  const std::optional<Hello>& hello() const { return identity_; }
+  const std::optional<FrameCapabilities>& caps() const { return caps_; }
+  const std::string& last_garbage() const { return garbage_; }  // printable; empty: none
+  const std::optional<Error>& lost() const { return lost_; }
+  const std::string& name() const { return transport_->name(); }
+  Clock& clock() { return clock_; }
+  void set_listener(LoadFrame::Listener* listener) { listener_ = listener; }
+
+ private:
+  Task<> read();
+  Task<> write();
+  void lose(Error error);
+  void end(Error error);
+  void queue(std::string_view line);
+  void knock();
+  void event(std::string kind, std::string detail);
+
+  void dispatch(std::string_view text);
+  void dispatch_report(const Line& line);
+  void on_hello(const Line& line);
+  void on_caps(const Line& line);
+  void on_answer(const Line& line);
+  void on_done(const Line& line);
+  void on_stopped(const Line& line);
+  void on_samples(const Line& line);
+  void on_garbage(std::string_view text, std::string_view why);
+  void check_sequence();
+  void check_device_clock();
+
+  std::unique_ptr<Transport> transport_;
+  Clock& clock_;
+  asio::any_io_executor executor_;
+  LoadFrame::Listener* listener_ = nullptr;
+  bool started_ = false;
+  std::optional<Error> lost_;  // also set by close()
+
+  Wakeup writer_;
+  std::string queue_;  // complete lines
+  std::string urgent_;  // STOPs
+  MonoTime sent_, heard_;
+  std::array<char, 8192> buffer_{};
+  LineSplitter splitter_;
+  std::size_t dropped_ = 0;
+
+  std::optional<Hello> identity_;
+  std::optional<FrameCapabilities> caps_;
+  int hellos_owed_ = 0;
+  std::string garbage_;
+  MonoTime garbage_reported_;
+  std::int64_t garbage_count_ = 0;  // since the last report
+
+  std::vector<Wakeup*> waiting_;
+  std::map<std::int64_t, Exchange*> exchanges_;
+  std::int64_t last_number_ = 0;
+  std::int64_t stops_sent_ = 0, stopped_ = 0;
+
+  std::vector<FrameSample> batch_;
+  std::optional<std::int64_t> next_seq_;
+  std::optional<double> device_time_s_;  // of the last sample ...
+  MonoTime device_time_received_;  // ... and when it came
+};
+
+}  // namespace lcrig::frame_link

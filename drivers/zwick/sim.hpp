@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// The reference frame-link/1 gateway: answers the grammar of docs/frame-link.md from a scene.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/load_frame.hpp"
+#include "drivers/transport.hpp"
+#include "drivers/wakeup.hpp"
+#include "drivers/zwick/codec.hpp"
+#include "model/plant.hpp"
+
+namespace lcrig {
+
+// What the simulated machine asks of the world: exactly the calls of Plant that a frame needs.
+class FrameScene {
+ public:
+  virtual ~FrameScene() = default;
+  virtual const PlantConfig& config() const = 0;
+  virtual double travel_m(MonoTime t) const = 0;
+  virtual double force_N(MonoTime t) const = 0;
+  virtual void move_to(MonoTime t, double travel_m, double speed_m_s) = 0;
+  virtual void ramp_force(MonoTime t, double force_N, double rate_N_s) = 0;
+  virtual void halt(MonoTime t) = 0;
+  virtual std::optional<MonoTime> arrival() const = 0;
+  virtual std::optional<MonoTime> force_crossing(double force_N, MonoTime from,
+                                                 MonoTime to) const = 0;
+  virtual double force_at_travel_N(double travel_m) const = 0;
+};
+
+// The plant must outlive the scene.
+class PlantScene final : public FrameScene {
+ public:
+  explicit PlantScene(Plant& plant) : plant_(plant) {}
+  const PlantConfig& config() const override { return plant_.config(); }
+  double travel_m(MonoTime t) const override { return plant_.travel_m(t); }
+  double force_N(MonoTime t) const override { return plant_.force_N(t); }
+  void move_to(MonoTime t, double travel_m, double speed_m_s) override {
+    plant_.move_to(t, travel_m, speed_m_s);
+  }
+  void ramp_force(MonoTime t, double force_N, double rate_N_s) override {
+    plant_.ramp_force(t, force_N, rate_N_s);
+  }
+  void halt(MonoTime t) override { plant_.halt(t); }
+  std::optional<MonoTime> arrival() const override { return plant_.arrival(); }
+  std::optional<MonoTime> force_crossing(double force_N, MonoTime from,
+                                         MonoTime to) const override {
+    return plant_.force_crossing(force_N, from, to);
+  }
+  double force_at_travel_N(double travel_m) const override {
+    return plant_.force_at_travel_N(travel_m);
+  }
+
+ private:
+  Plant& plant_;
+};
+
+// One row of a recording; an absent value stays absent.
+struct RecordedRow {
+  RecordedRow() = default;
+  double t_s = 0;  // ascending
+  std::optional<double> travel_m, force_N;
+};
+
+struct ZwickSimSettings {
+  ZwickSimSettings() = default;
+  std::string serial = "simulated";
+  double rate_max_Hz = 500;
+  bool force_hold = true;
+  double speed_min_m_s = 1e-7;
+  double approach_m_s = 1e-4;  // of RAMPF before contact
+  double device_clock_start_s = 0;
+  double device_clock_ppm = 0;  // fast by this
+  std::uint64_t seed = 1;  // noise
+};
+
+// Not reachable over the grammar. Every fault is off until set; counters count down.
+struct ZwickSimFaults {
+  ZwickSimFaults() = default;
+  bool silent = false;  // sends nothing any more, HB included
+  bool deaf = false;  // hears nothing any more, the line stays open
+  std::int64_t lose_samples = 0;  // the next n samples are lost; their numbers are not
+  double clock_jump_s = 0;  // added to the device clock
+  std::string refuse_next;  // error code for the next command
+  bool never_complete = false;  // motions end, but the gateway thinks that they go on
+  int lose_done = 0;  // the next n DONE lines are lost
+  int lose_answers = 0;  // the next n OK or ERR lines are lost
+  int lose_stopped = 0;  // the next n STOPPED lines are lost
+  std::string say;  // sent verbatim at once, then cleared
+};
+
+namespace frame_link {
+class SimMachine;
+}
+
+// One session over one transport. `run` serves until the transport closes, then stops the machine.
+// Clock, scene and this object must outlive `run`.
+class ZwickSim {
+ public:
+  ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, asio::any_io_executor executor,
+           FrameScene& scene, ZwickSimSettings settings = ZwickSimSettings());
+  // Plays `rows` as samples, verbatim, from start_recording() on; has no motion and takes any RATE.
+  ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, asio::any_io_executor executor,
+           std::vector<RecordedRow> rows, ZwickSimSettings settings = ZwickSimSettings());
+  ~ZwickSim();
+
+  Task<> run();
+  void close();  // ends `run`; idempotent
+
+  void start_recording();
+  bool is_recording_over() const { return recording_ && next_row_ >= recording_->size(); }
+
+  // Changes take effect after poke().
+  ZwickSimFaults faults;
+  void poke() { wakeup_.notify(); }
+  void stall();  // the drive stops moving, nobody notices
+  bool is_moving() const;
+  bool is_armed() const;
+
+ private:
+  Task<> read();
+  Task<> serve();
+  void catch_up(MonoTime now);
+  void take_sample(MonoTime t);
+  void take_row(MonoTime t);
+  void flush();
+  void finish_batch();
+  void finish_motion();
+  void supervise(MonoTime now);
+  void open_session();
+  void on_line(std::string_view text);
+  void on_command(const frame_link::Line& line);
+  void on_stop();
+  void answer_stops();
+  void set_rate(const frame_link::Line& line);
+  void say(std::string_view line);
+  double device_time_s(MonoTime t) const;
+  MonoTime sample_time(std::int64_t k) const;
+  std::optional<MonoTime> next_sample() const;
+  MonoTime next_due() const;
+
+  std::unique_ptr<Transport> transport_;
+  Clock& clock_;
+  ZwickSimSettings settings_;
+  std::unique_ptr<frame_link::SimMachine> machine_;  // none while a recording is played
+  std::optional<std::vector<RecordedRow>> recording_;
+  std::optional<MonoTime> recording_start_;
+  std::size_t next_row_ = 0;
+
+  Wakeup wakeup_;
+  bool closed_ = false;
+  bool session_ = false;
+  bool watchdog_tripped_ = false;
+  std::string out_;
+  std::array<char, 8192> buffer_{};
+  frame_link::LineSplitter splitter_;
+  MonoTime power_on_, heard_, said_;
+  std::int64_t stops_ = 0;  // received in this session
+  bool stop_owed_ = false;
+
+  double rate_Hz_ = 0;
+  MonoTime rate_start_;
+  std::int64_t rate_index_ = 0;  // of the next sample on the grid
+  std::int64_t seq_ = 1;  // of the next sample
+  std::vector<FrameSample> batch_;
+};
+
+}  // namespace lcrig

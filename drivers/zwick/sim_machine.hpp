@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// The machine behind the simulated gateway: limits, motion with device-side stops, tare, noise.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <string>
+
+#include "drivers/load_frame.hpp"
+#include "drivers/zwick/sim.hpp"
+
+namespace lcrig::frame_link {
+
+struct Refusal {
+  Refusal(std::string c, std::string t) : code(std::move(c)), text(std::move(t)) {}
+  std::string code, text;  // as in ERR
+};
+using Verdict = std::optional<Refusal>;  // nullopt: accepted
+
+// A motion that ended. Without a number nobody asked to be told.
+struct FinishedMotion {
+  FinishedMotion() = default;
+  std::optional<std::int64_t> number;
+  MotionOutcome outcome;
+};
+
+// Values are as the samples show them (tared) unless a name says raw. Times never run backwards;
+// the owner handles every next_event() before it commands anything later.
+class SimMachine {
+ public:
+  SimMachine(FrameScene& scene, const ZwickSimSettings& settings);
+
+  FrameCapabilities capabilities() const;
+  Verdict set_limits(MonoTime t, const FrameLimits& limits);
+  void disarm() { limits_.reset(); }
+  bool is_armed() const { return limits_.has_value(); }
+
+  Verdict move(MonoTime t, std::int64_t number, double travel_m, double speed_m_s);
+  Verdict move_until(MonoTime t, std::int64_t number, double force_N, double speed_m_s,
+                     double guard_m);
+  Verdict ramp(MonoTime t, std::int64_t number, double force_N, double rate_N_s);
+  Verdict hold_force(MonoTime t, double force_N);
+  Verdict zero(MonoTime t, bool force, bool travel);
+  // Brakes; the motion that was cut ends with `reason`. Also leaves force control.
+  void halt(MonoTime t, MotionEnd reason, std::string text);
+  void stall(MonoTime t);
+  void set_never_complete(bool on) { never_complete_ = on; }
+
+  bool is_moving() const { return phase_ != Phase::standing; }
+  std::optional<MonoTime> next_event() const;
+  // Handles the event that is due.
+  void advance();
+  std::optional<FinishedMotion> take_finished() { return std::exchange(finished_, std::nullopt); }
+
+  FrameSample sample(MonoTime t);  // without number and device time
+
+ private:
+  enum class Phase { standing, moving, braking, hung };
+  enum class Cause { arrived, goal, force_limit, travel_limit, contact };
+
+  Verdict check_motion(double target_m, double speed_m_s) const;
+  Verdict check_force_target(MonoTime t, double force_N) const;
+  Verdict check_direction(MonoTime t, double direction) const;
+  void begin(MonoTime t, std::int64_t number, double direction);
+  void begin_approach(MonoTime t, double force_N, double rate_N_s);
+  void begin_ramp(MonoTime t, double force_N, double rate_N_s);
+  void consider(std::optional<MonoTime> at, Cause cause);
+  void consider_force_limits(MonoTime t);
+  void finish(MonoTime t, MotionEnd reason);
+  void brake(MonoTime t, MotionEnd reason);
+  double raw_force(double shown_N) const { return shown_N + tare_N_ - offset_N_; }
+  double gauss(double sigma);
+  double contact_N() const;
+
+  FrameScene& scene_;
+  const ZwickSimSettings& settings_;
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+
+  std::optional<FrameLimits> limits_;
+  double offset_N_ = 0, tare_N_ = 0;
+  double travel_zero_m_ = 0;
+
+  Phase phase_ = Phase::standing;
+  bool force_control_ = false;
+  bool never_complete_ = false;
+  std::optional<std::int64_t> number_;
+  double direction_ = 0;  // +1 towards the specimen
+  MonoTime event_;
+  Cause cause_ = Cause::arrived;
+  MotionEnd arrival_reason_ = MotionEnd::target;  // when the drive arrives by itself
+  MotionEnd reason_ = MotionEnd::target;  // after braking
+  std::string text_;
+  double ramp_target_N_ = 0, ramp_rate_N_s_ = 0;  // raw, while approaching
+  std::optional<FinishedMotion> finished_;
+};
+
+}  // namespace lcrig::frame_link
