@@ -10,7 +10,7 @@ namespace lcrig {
 namespace {
 
 constexpr double kLoadedReadings = 15;  // fewer do not resolve the peak of a cycle
-constexpr std::int64_t kVisitsMax = 5'000'000;
+constexpr std::int64_t kVisitsMax = 2'000'000;
 
 // The tightest demand on one conversion, s, and its arithmetic.
 struct Demand {

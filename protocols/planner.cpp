@@ -14,7 +14,7 @@ constexpr double kAssumedGap_m = 3e-3;
 constexpr double kOperator_s = 15;  // to place a mass and confirm
 constexpr double kZero_s = 1;
 constexpr double kSetLcr_s = 0.5;  // settings, each read back
-constexpr std::int64_t kVisitsMax = 5'000'000;
+constexpr std::int64_t kVisitsMax = 2'000'000;
 
 void add_note(std::string& note, const std::string& text) {
   note += (note.empty() ? "" : "; ") + text;

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/expand.hpp"
+
+#include <gtest/gtest.h>
+
+namespace lcrig {
+namespace {
+
+Step leaf(const std::string& id) {
+  Step s;
+  s.id = id;
+  s.action = MarkStep{id};
+  return s;
+}
+Step repeat(double count, Steps steps) {
+  Step s;
+  RepeatStep r;
+  r.count = Number(count);
+  r.steps = std::move(steps);
+  s.action = std::move(r);
+  return s;
+}
+Step sweep(const std::string& name, std::vector<double> values, Steps steps) {
+  Step s;
+  SweepStep w;
+  w.name = name;
+  for (const double v : values) w.values.emplace_back(v);
+  w.steps = std::move(steps);
+  s.action = std::move(w);
+  return s;
+}
+Steps list(std::initializer_list<Step> steps) {
+  return Steps(steps);
+}
+
+TEST(StepCursor, YieldsLeavesInOrderOfExecution) {
+  Environment env;
+  const Steps steps = list({leaf("a"), repeat(2, list({leaf("b"), leaf("c")})), leaf("d")});
+  StepCursor cursor(steps, env);
+  std::string seen;
+  while (const Step* s = cursor.next()) seen += s->id + std::to_string(cursor.repeat()) + " ";
+  EXPECT_EQ(seen, "a0 b1 c1 b2 c2 d0 ");
+  EXPECT_EQ(cursor.next(), nullptr);
+}
+
+TEST(StepCursor, TheOutermostRepeatIsReported) {
+  Environment env;
+  const Steps steps =
+      list({sweep("x", {1, 2}, list({repeat(3, list({repeat(2, list({leaf("a")}))}))}))});
+  StepCursor cursor(steps, env);
+  std::string seen;
+  while (cursor.next()) seen += std::to_string(cursor.repeat());
+  EXPECT_EQ(seen, "112233112233");
+}
+
+TEST(StepCursor, SweepVariablesLiveAsLongAsTheirLoop) {
+  Environment env;
+  const Steps steps = list({sweep("p_kPa", {10e3, 20e3}, list({leaf("a")})), leaf("b")});
+  StepCursor cursor(steps, env);
+  cursor.next();
+  EXPECT_EQ(env.values().at("p_kPa"), 10e3);
+  cursor.next();
+  EXPECT_EQ(env.values().at("p_kPa"), 20e3);
+  EXPECT_EQ(cursor.loops().back().index, 2);
+  cursor.next();
+  EXPECT_TRUE(env.values().empty());
+}
+
+TEST(StepCursor, ALinearSweepEndsExactlyAtItsEnd) {
+  Environment env;
+  SweepStep s;
+  s.from = Number(10e3);
+  s.to = Number(100e3);
+  s.count = Number(14);
+  EXPECT_EQ(sweep_value(s, 1, env), 10e3);
+  EXPECT_NEAR(sweep_value(s, 2, env), 10e3 + 90e3 / 13, 1e-9);
+  EXPECT_EQ(sweep_value(s, 14, env), 100e3);
+}
+
+TEST(StepCursor, AnInnerCountMayFollowAnOuterVariable) {
+  Environment env;
+  Step inner = repeat(0, list({leaf("a")}));
+  std::get<RepeatStep>(inner.action).count.name = "n";
+  const Steps steps = list({sweep("n", {1, 3}, list({inner}))});
+  StepCursor cursor(steps, env);
+  int seen = 0;
+  while (cursor.next()) ++seen;
+  EXPECT_EQ(seen, 4);
+}
+
+TEST(StepCursor, AHundredThousandCyclesNeedNoList) {
+  Environment env;
+  const Steps steps = list({repeat(100'000, list({leaf("a"), leaf("b")}))});
+  StepCursor cursor(steps, env);
+  std::int64_t seen = 0;
+  while (cursor.next()) ++seen;
+  EXPECT_EQ(seen, 200'000);
+}
+
+}  // namespace
+}  // namespace lcrig
