@@ -116,8 +116,6 @@ Planner::Outcome Planner::visit(const Step& step) {
   return std::visit([this](const auto& action) { return on(action); }, step.action);
 }
 
-// --- the specimen as far as it is known
-
 double Planner::travel_at(double force) const {
   return contact_ + (rig_.compression_m && force > 0 ? rig_.compression_m(force) : 0);
 }
@@ -145,8 +143,6 @@ std::optional<double> loaded_time_s(double force, double speed, const Rig& rig) 
   if (!rig.compression_m || force <= 0) return std::nullopt;
   return rig.compression_m(force) / speed;
 }
-
-// --- motion
 
 void Planner::go_to_travel(double travel, Outcome& out) {
   if (!out.why) out.why = check_travel(travel, limits_, rig_);
@@ -298,8 +294,6 @@ Planner::Outcome Planner::on(const MoveUntilStep& s) {
   check_timeout(s.timeout, out);
   return out;
 }
-
-// --- everything that does not move
 
 Planner::Outcome Planner::on(const HoldStep& s) {
   Outcome out;

@@ -78,5 +78,13 @@ TEST(ProtocolCorpus, TheShippedLibraryIsAcceptedAndNamedLikeItsFiles) {
   }
 }
 
+TEST(ProtocolCorpus, TheDocumentedExampleIsAccepted) {
+  const auto page = read_text_file("docs/protocol-file.md");
+  ASSERT_TRUE(page) << page.error().what;
+  const auto begin = page->find("```json\n") + 8;
+  const auto r = parse_protocol(page->substr(begin, page->find("```", begin) - begin), "doc.json");
+  EXPECT_TRUE(r) << r.error().what;
+}
+
 }  // namespace
 }  // namespace lcrig
