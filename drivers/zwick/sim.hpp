@@ -26,7 +26,7 @@ class FrameScene {
   virtual double force_N(MonoTime t) const = 0;
   virtual void move_to(MonoTime t, double travel_m, double speed_m_s) = 0;
   virtual void ramp_force(MonoTime t, double force_N, double rate_N_s) = 0;
-  virtual void halt(MonoTime t) = 0;
+  virtual void halt(MonoTime t) = 0;  // reacts after drive_lag_s, then decelerates; holds travel
   virtual std::optional<MonoTime> arrival() const = 0;
   virtual std::optional<MonoTime> force_crossing(double force_N, MonoTime from,
                                                  MonoTime to) const = 0;

@@ -121,15 +121,10 @@ void SimMachine::begin(MonoTime t, std::int64_t number, double direction) {
   cause_ = Cause::arrived;
 }
 
-// The device reacts `drive_lag_s` after a crossing, except that contact only changes the mode.
 void SimMachine::consider(std::optional<MonoTime> at, Cause cause) {
-  if (!at) return;
-  const bool reacts = cause != Cause::contact;
-  const MonoTime when = *at + (reacts ? from_seconds(scene_.config().drive_lag_s) : Duration());
-  if (when < event_ || (cause_ == Cause::arrived && *at <= event_)) {
-    event_ = when;
-    cause_ = cause;
-  }
+  if (!at || *at > event_ || (*at == event_ && cause_ != Cause::arrived)) return;
+  event_ = *at;
+  cause_ = cause;
 }
 
 void SimMachine::consider_force_limits(MonoTime t) {
@@ -248,7 +243,6 @@ void SimMachine::halt(MonoTime t, MotionEnd reason, std::string text) {
   if (phase_ == Phase::standing && !force_control_) return;
   if (phase_ == Phase::braking) return;  // what began to brake says why
   text_ = std::move(text);
-  never_complete_ = false;
   brake(t, reason);
 }
 
@@ -284,7 +278,8 @@ void SimMachine::advance() {
 }
 
 void SimMachine::finish(MonoTime t, MotionEnd reason) {
-  if (never_complete_) {
+  const bool cut = phase_ == Phase::braking && reason_ != MotionEnd::target;
+  if (never_complete_ && !cut) {
     phase_ = Phase::hung;
     return;
   }

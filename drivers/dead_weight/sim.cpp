@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/dead_weight/sim.hpp"
+
+namespace lcrig {
+
+Task<Result<>> SimOperator::confirm(std::string prompt) {
+  const bool came = co_await clock_.wait_for(delay_);
+  if (!came) co_return fail(Errc::aborted, "the prompt was withdrawn: {}", prompt);
+  if (act_) act_(prompt);
+  co_return Result<>();
+}
+
+}  // namespace lcrig

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// A person for rehearsals.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "drivers/load_frame.hpp"
+
+namespace lcrig {
+
+// Confirms every prompt after `delay`. `act` is called just before, to do what the prompt says:
+// with dead weights, plant.put_load(clock.now(), frame.pending_force().si()).
+class SimOperator final : public Operator {
+ public:
+  SimOperator(Clock& clock, Duration delay) : clock_(clock), delay_(delay) {}
+  void set_act(std::function<void(const std::string& prompt)> act) { act_ = std::move(act); }
+  // Errors: aborted (cancelled).
+  Task<Result<>> confirm(std::string prompt) override;
+
+ private:
+  Clock& clock_;
+  Duration delay_;
+  std::function<void(const std::string&)> act_;
+};
+
+}  // namespace lcrig

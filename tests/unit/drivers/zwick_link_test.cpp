@@ -1,0 +1,450 @@
+// SPDX-License-Identifier: Apache-2.0
+// Driver and simulated gateway together, over a socketpair in virtual time.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <ctime>
+
+#include "drivers/overshoot.hpp"
+#include "tests/support/frame_bench.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+TEST(ZwickLink, IdentifiesAndTakesOverTheCapabilities) {
+  FrameBench b;
+  const auto identity = b.run(b.frame->identify());
+  ASSERT_TRUE(identity) << identity.error().what;
+  EXPECT_EQ(identity->model, "simulated frame");
+  EXPECT_THAT(identity->text, HasSubstr("HELLO proto=1"));
+  const auto& c = b.frame->capabilities();
+  EXPECT_TRUE(c.motion && c.device_stop && c.force_hold && c.force_channel);
+  EXPECT_EQ(c.force_max, 20.0_N);
+  EXPECT_EQ(c.reaction, 1ms);
+}
+
+TEST(ZwickLink, MovesToATravelInTheTimeItTakes) {
+  FrameBench b;
+  b.armed();
+  const MonoTime begin = b.clock.now();
+  const auto done = b.run(b.frame->move_to(0.5_mm, 0.1_mm_s));
+  ASSERT_TRUE(done) << done.error().what;
+  EXPECT_EQ(done->reason, MotionEnd::target);
+  EXPECT_EQ(done->travel_m, 0.5e-3);
+  EXPECT_NEAR(to_seconds(b.clock.now() - begin), 5.0, 1e-3);
+}
+
+TEST(ZwickLink, StopsAtAForceInTheDeviceAndOvershootsAsPredicted) {
+  FrameBench b;
+  b.armed();
+  const auto& c = b.frame->capabilities();
+  const auto done = b.run(b.frame->move_until_force(1.0_N, 0.5_mm_s, 3.0_mm));
+  ASSERT_TRUE(done) << done.error().what;
+  EXPECT_EQ(done->reason, MotionEnd::target);
+  const Force predicted = predicted_overshoot(10.0_N_mm, 0.5_mm_s, c.reaction, c.deceleration);
+  EXPECT_GT(predicted, 0.02_N);
+  EXPECT_NEAR(done->force_N.value(), 1.0 + predicted.si(), 2e-4);
+  EXPECT_EQ(b.scene.halts, 1);
+}
+
+TEST(ZwickLink, ReleasesDownToAForceFromAbove) {
+  FrameBench b;
+  b.armed();
+  ASSERT_TRUE(b.run(b.frame->move_until_force(1.0_N, 0.5_mm_s, 3.0_mm)));
+  const auto half = b.run(b.frame->move_until_force(0.5_N, -0.01_mm_s, -2.0_mm));
+  ASSERT_TRUE(half);
+  EXPECT_EQ(half->reason, MotionEnd::target);
+  EXPECT_NEAR(half->force_N.value(), 0.5, 2e-3);
+  const auto off = b.run(b.frame->move_until_force(Force(), -0.5_mm_s, -2.0_mm));
+  ASSERT_TRUE(off);
+  EXPECT_EQ(off->reason, MotionEnd::target);
+  EXPECT_EQ(off->force_N, 0.0);
+  EXPECT_NEAR(off->travel_m.value(), 1e-3, 1e-5);
+}
+
+TEST(ZwickLink, TheGuardEndsAMotionThatFindsNoForce) {
+  FrameBench b;
+  b.armed();
+  const auto done = b.run(b.frame->move_until_force(1.0_N, 0.5_mm_s, 0.9_mm));
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->reason, MotionEnd::travel_limit);
+  EXPECT_EQ(done->travel_m, 0.9e-3);
+}
+
+TEST(ZwickLink, TheDeviceEndsAMotionAtTheForceLimit) {
+  FrameBench b;
+  b.armed();
+  auto limits = wide_limits();
+  limits.force_max = 2.0_N;
+  ASSERT_TRUE(b.run(b.frame->arm(limits)));
+  const auto done = b.run(b.frame->move_to(3.0_mm, 0.1_mm_s));
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->reason, MotionEnd::force_limit);
+  EXPECT_NEAR(done->force_N.value(), 2.0, 0.01);
+  const auto deeper = b.run(b.frame->move_to(3.0_mm, 0.1_mm_s));
+  ASSERT_FALSE(deeper);
+  EXPECT_EQ(deeper.error().code, Errc::refused);
+  EXPECT_TRUE(b.run(b.frame->move_to(0.0_mm, 1.0_mm_s)));
+}
+
+TEST(ZwickLink, RampsTheForceAfterFeelingForContact) {
+  FrameBench b;
+  b.armed();
+  ASSERT_TRUE(b.run(b.frame->move_to(0.95_mm, 1.0_mm_s)));
+  const auto done = b.run(b.frame->ramp_force(1.0_N, 0.5_N_s));
+  ASSERT_TRUE(done) << done.error().what;
+  EXPECT_EQ(done->reason, MotionEnd::target);
+  EXPECT_EQ(done->force_N, 1.0);
+  ASSERT_TRUE(b.run(b.frame->set_sample_rate(50)));
+  b.pass(200ms);
+  EXPECT_EQ(b.listener.samples.back().flags, frame_flag::kForceControl);
+  ASSERT_TRUE(b.run(b.frame->hold_travel()));
+  b.pass(200ms);
+  EXPECT_EQ(b.listener.samples.back().flags, 0U);
+}
+
+TEST(ZwickLink, ARampThatWouldLeaveTheTravelWindowEndsThere) {
+  FrameBench b;
+  b.armed();
+  auto limits = wide_limits();
+  limits.travel_max = 1.05_mm;
+  ASSERT_TRUE(b.run(b.frame->arm(limits)));
+  const auto done = b.run(b.frame->ramp_force(1.0_N, 0.5_N_s));
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->reason, MotionEnd::travel_limit);
+  EXPECT_NEAR(done->travel_m.value(), 1.05e-3, 1e-6);
+}
+
+TEST(ZwickLink, SamplesAreContinuousAndCarryDeviceTimeAndFlags) {
+  FrameBench b;
+  b.armed();
+  ASSERT_TRUE(b.run(b.frame->set_sample_rate(50)));
+  ASSERT_TRUE(b.run(b.frame->move_to(0.2_mm, 0.1_mm_s)));
+  b.pass(1s);
+  const auto& s = b.listener.samples;
+  ASSERT_GE(s.size(), 145U);
+  EXPECT_LE(s.size(), 150U);
+  for (std::size_t i = 1; i < s.size(); ++i) {
+    ASSERT_EQ(s[i].device_seq, s[i - 1].device_seq + 1);
+    ASSERT_NEAR(*s[i].device_time_s - *s[i - 1].device_time_s, 0.02, 1e-6);
+    ASSERT_LE(to_seconds(s[i].received.time_since_epoch()) - *s[i].device_time_s, 0.1);
+  }
+  EXPECT_EQ(s[10].flags, frame_flag::kMoving);
+  EXPECT_EQ(s.back().flags, 0U);
+  EXPECT_NEAR(static_cast<double>(b.listener.batches), static_cast<double>(s.size()) / 5, 2);
+  EXPECT_TRUE(b.listener.events.empty()) << b.listener.events.front();
+}
+
+TEST(ZwickLink, LostSamplesAreAGapWithItsSize) {
+  FrameBench b;
+  b.armed();
+  ASSERT_TRUE(b.run(b.frame->set_sample_rate(50)));
+  b.pass(500ms);
+  b.sim->faults.lose_samples = 7;
+  b.pass(500ms);
+  EXPECT_TRUE(b.listener.has_event("gap: sim:frame: 7 samples missing"));
+  const auto gaps = std::ranges::count_if(
+      b.listener.samples, [](const auto& s) { return (s.flags & frame_flag::kAfterGap) != 0; });
+  EXPECT_EQ(gaps, 1);
+}
+
+TEST(ZwickLink, AJumpOfTheDeviceClockIsAnEvent) {
+  FrameBench b;
+  b.armed();
+  ASSERT_TRUE(b.run(b.frame->set_sample_rate(50)));
+  b.pass(500ms);
+  b.sim->faults.clock_jump_s = -3600;
+  b.pass(500ms);
+  EXPECT_TRUE(b.listener.has_event("device_clock_jump"));
+}
+
+TEST(ZwickLink, ForceBeyondTheCellIsAbsentAndFlagged) {
+  FrameBench b;
+  b.armed();
+  ASSERT_TRUE(b.run(b.frame->set_sample_rate(50)));
+  b.scene.move_to(b.clock.now(), 3.5e-3, 1.0);  // somebody leans on it: 25 N on a 20 N cell
+  b.pass(300ms);
+  const auto& s = b.listener.samples.back();
+  EXPECT_FALSE(s.force_N);
+  EXPECT_NE(s.flags & frame_flag::kForceOverload, 0U);
+}
+
+TEST(ZwickLink, ZeroMovesTheOriginOfForceAndTravel) {
+  FrameBench b;
+  b.armed();
+  ASSERT_TRUE(b.run(b.frame->move_to(1.1_mm, 1.0_mm_s)));
+  ASSERT_TRUE(b.run(b.frame->zero(true, true)));
+  ASSERT_TRUE(b.run(b.frame->set_sample_rate(10)));
+  b.pass(500ms);
+  EXPECT_EQ(b.listener.samples.back().force_N, 0.0);
+  EXPECT_EQ(b.listener.samples.back().travel_m, 0.0);
+  const auto done = b.run(b.frame->move_to(0.1_mm, 1.0_mm_s));
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->travel_m, 0.1e-3);
+  EXPECT_NEAR(done->force_N.value(), 1.0, 1e-6);
+}
+
+TEST(ZwickLink, ALinkThatGoesSilentIsLostAfterOneSecondAndOnlyOnce) {
+  FrameBench b;
+  b.armed();
+  const auto move = b.begin(b.frame->move_to(4.0_mm, 0.01_mm_s));
+  b.pass(1s);
+  b.sim->faults.silent = true;
+  const MonoTime begin = b.clock.now();
+  const auto r = b.await(*move);
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Errc::disconnected);
+  EXPECT_LE(b.clock.now() - begin, 1s);
+  EXPECT_GT(b.clock.now() - begin, 700ms);
+  EXPECT_EQ(b.listener.lost.size(), 1U);
+  EXPECT_FALSE(b.run(b.frame->hold_travel()));
+  EXPECT_FALSE(b.run(b.frame->stop()));
+  EXPECT_EQ(b.listener.lost.size(), 1U);
+  b.settle();
+  EXPECT_FALSE(b.sim->is_moving() && !b.sim_ended);
+}
+
+TEST(ZwickSim, StopsAndDisarmsWhenTheHostIsSilent) {
+  FrameBench b;
+  b.armed();
+  const auto move = b.begin(b.frame->move_to(4.0_mm, 0.1_mm_s));
+  b.pass(1s);
+  b.sim->faults.deaf = true;
+  const auto r = b.await(*move);
+  ASSERT_TRUE(r);
+  EXPECT_EQ(r->reason, MotionEnd::fault);
+  EXPECT_EQ(r->detail, "host silent");
+  EXPECT_FALSE(b.sim->is_armed());
+  b.pass(100ms);
+  EXPECT_TRUE(b.listener.has_event("device_watchdog"));
+  b.sim->faults.deaf = false;
+  b.pass(1s);
+  EXPECT_FALSE(b.run(b.frame->move_to(4.0_mm, 0.1_mm_s)));
+}
+
+TEST(ZwickSim, StopsWhenTheConnectionCloses) {
+  FrameBench b;
+  b.armed();
+  const auto move = b.begin(b.frame->move_to(4.0_mm, 0.1_mm_s));
+  b.pass(1s);
+  b.frame->close();
+  const auto r = b.await(*move);
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Errc::disconnected);
+  EXPECT_TRUE(b.listener.lost.empty()) << "closing on purpose is no loss";
+  b.settle();
+  EXPECT_TRUE(b.sim_ended);
+  const double travel = b.scene.travel_m(b.clock.now() + 1s);
+  EXPECT_NEAR(travel, 0.1e-3, 1e-5);
+  EXPECT_EQ(b.clock.pending(), 0U);
+}
+
+TEST(ZwickLink, ARefusalNamesTheReasonAndTheDevice) {
+  FrameBench b;
+  b.armed();
+  b.sim->faults.refuse_next = "not_ready";
+  const auto r = b.run(b.frame->move_to(1.0_mm, 0.1_mm_s));
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Errc::refused);
+  EXPECT_THAT(r.error().what, HasSubstr("sim:frame"));
+  EXPECT_THAT(r.error().what, HasSubstr("not_ready"));
+}
+
+TEST(ZwickLink, AnUnansweredMotionIsStopped) {
+  FrameBench b;
+  b.armed();
+  b.sim->faults.lose_answers = 1;
+  const auto r = b.run(b.frame->move_to(4.0_mm, 0.1_mm_s));
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Errc::no_reply);
+  EXPECT_THAT(r.error().what, HasSubstr("MOVE travel_mm=4"));
+  b.pass(100ms);
+  EXPECT_FALSE(b.sim->is_moving());
+}
+
+TEST(ZwickLink, AnswersToOlderNumbersMatchNothing) {
+  FrameBench b;
+  b.armed();
+  const auto move = b.begin(b.frame->move_to(4.0_mm, 0.1_mm_s));
+  b.pass(100ms);
+  b.sim->faults.say = "OK #1\nDONE #1 reason=target\nERR #2 code=busy\nDONE #99 reason=target\n";
+  b.sim->poke();
+  b.pass(1s);
+  EXPECT_FALSE(move->done());
+  EXPECT_EQ(b.run(b.frame->stop()).has_value(), true);
+  EXPECT_EQ(b.await(*move)->reason, MotionEnd::stopped);
+}
+
+TEST(ZwickLink, ALostCompletionEndsWithStop) {
+  FrameBench b;
+  b.armed();
+  b.sim->faults.lose_done = 1;
+  const auto move = b.begin(b.frame->move_to(0.1_mm, 0.1_mm_s));
+  b.pass(10s);
+  EXPECT_FALSE(move->done());
+  EXPECT_TRUE(b.run(b.frame->stop()));
+}
+
+TEST(ZwickLink, AStalledOrEndlessMotionEndsWithStop) {
+  for (const bool stall : {false, true}) {
+    FrameBench b;
+    b.armed();
+    b.sim->faults.never_complete = !stall;
+    const auto move = b.begin(b.frame->move_to(0.1_mm, 0.1_mm_s));
+    b.pass(500ms);
+    if (stall) b.sim->stall();
+    b.pass(10s);
+    EXPECT_FALSE(move->done());
+    EXPECT_TRUE(b.run(b.frame->stop()));
+    EXPECT_EQ(b.await(*move)->reason, MotionEnd::stopped);
+  }
+}
+
+TEST(ZwickLink, StopIsSentAgainWhenItsAnswerIsLost) {
+  FrameBench b;
+  b.armed();
+  b.sim->faults.lose_stopped = 1;
+  const MonoTime begin = b.clock.now();
+  EXPECT_TRUE(b.run(b.frame->stop()));
+  EXPECT_GE(b.clock.now() - begin, 1s);
+  b.sim->faults.lose_stopped = 2;
+  const auto r = b.run(b.frame->stop());
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Errc::no_reply);
+  EXPECT_TRUE(b.run(b.frame->stop()));
+}
+
+TEST(ZwickLink, GarbageAndUnknownMessagesAreReportedAndIgnored) {
+  FrameBench b;
+  b.armed();
+  b.sim->faults.say = "\x01\x02\nNEWS a=1\nS seq=x\nOK\n";
+  b.sim->poke();
+  b.pass(3s);
+  EXPECT_TRUE(b.listener.has_event("garbled"));
+  EXPECT_TRUE(b.listener.lost.empty());
+  EXPECT_TRUE(b.run(b.frame->resync()));
+}
+
+TEST(ZwickLink, AGatewayThatRestartsIsALostLink) {
+  FrameBench b;
+  b.armed();
+  b.sim->faults.say = "HELLO proto=1 side=gateway\n";
+  b.sim->poke();
+  b.pass(100ms);
+  ASSERT_EQ(b.listener.lost.size(), 1U);
+  EXPECT_THAT(b.listener.lost[0].what, HasSubstr("restarted"));
+}
+
+TEST(ZwickLink, TwoMotionsAtOnceAreRefusedAndTheFirstGoesOn) {
+  FrameBench b;
+  b.armed();
+  const auto move = b.begin(b.frame->move_to(1.0_mm, 0.1_mm_s));
+  const auto second = b.run(b.frame->move_to(0.0_mm, 0.1_mm_s));
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().code, Errc::busy);
+  EXPECT_EQ(b.await(*move)->reason, MotionEnd::target);
+}
+
+// A far end that answers only what the test says.
+struct MuteBench {
+  MuteBench() {
+    auto ends = make_socketpair(io.get_executor(), clock, "tcp:gateway");
+    far = std::move(ends->far);
+    frame = std::make_unique<ZwickLink>(std::move(ends->near), clock, io.get_executor());
+  }
+  VirtualClock clock;
+  asio::io_context io;
+  std::unique_ptr<Transport> far;
+  std::unique_ptr<ZwickLink> frame;
+};
+
+TEST(ZwickLink, SilenceAtTheStartBecomesNoReply) {
+  MuteBench b;
+  const auto r = run_task(b.io, b.clock, b.frame->identify());
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Errc::no_reply);
+  EXPECT_EQ(b.clock.now().time_since_epoch(), 2s);
+}
+
+TEST(ZwickLink, AnotherInstrumentIsRecognisedAsSuch) {
+  MuteBench b;
+  ASSERT_TRUE(run_task(b.io, b.clock, b.far->write_all("GW Instek,LCR-6100\r\n", MonoTime() + 1s)));
+  const auto r = run_task(b.io, b.clock, b.frame->identify());
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Errc::garbled);
+  EXPECT_THAT(r.error().what, HasSubstr("GW Instek"));
+}
+
+TEST(ZwickLink, AnotherProtocolVersionIsRefused) {
+  MuteBench b;
+  ASSERT_TRUE(run_task(b.io, b.clock, b.far->write_all("HELLO proto=2\n", MonoTime() + 1s)));
+  const auto r = run_task(b.io, b.clock, b.frame->identify());
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Errc::no_reply) << "said before we asked: of an older session";
+}
+
+TEST(ZwickLink, IsDestroyedSafelyInTheMiddleOfASession) {
+  auto b = std::make_unique<FrameBench>();
+  b->armed();
+  b->pass(1s);
+  b->frame.reset();
+  b->settle();
+  EXPECT_TRUE(b->sim_ended);
+  EXPECT_EQ(b->clock.pending(), 0U);
+  auto unpolled = std::make_unique<FrameBench>();
+  unpolled->armed();
+  unpolled.reset();
+}
+
+TEST(ZwickReplay, PlaysRowsVerbatimAndRefusesMotion) {
+  std::vector<RecordedRow> rows(3);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].t_s = 10.0 + 0.1 * static_cast<double>(i);
+    rows[i].force_N = 0.123457 * static_cast<double>(i + 1);
+    rows[i].travel_m = (1.2345 + static_cast<double>(i)) / 1e3;
+  }
+  rows[1].force_N.reset();
+  FrameBench b(rows);
+  ASSERT_TRUE(b.run(b.frame->identify()));
+  EXPECT_FALSE(b.frame->capabilities().motion);
+  EXPECT_FALSE(b.run(b.frame->arm(wide_limits())));
+  EXPECT_FALSE(b.run(b.frame->move_to(1.0_mm, 1.0_mm_s)));
+  EXPECT_TRUE(b.run(b.frame->set_sample_rate(50)));
+  b.pass(1s);
+  EXPECT_TRUE(b.listener.samples.empty());
+  b.sim->start_recording();
+  b.pass(1s);
+  ASSERT_EQ(b.listener.samples.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(b.listener.samples[i].force_N, rows[i].force_N);
+    EXPECT_EQ(b.listener.samples[i].travel_m, rows[i].travel_m);
+    EXPECT_EQ(b.listener.samples[i].device_time_s, rows[i].t_s);
+  }
+  EXPECT_TRUE(b.sim->is_recording_over());
+  EXPECT_TRUE(b.listener.has_event("device_recording_end"));
+  EXPECT_TRUE(b.run(b.frame->stop()));
+}
+
+TEST(ZwickLink, ARehearsalOfTwentySixMinutesIsCheap) {
+  FrameBench b;
+  b.armed();
+  ASSERT_TRUE(b.run(b.frame->set_sample_rate(50)));
+  const std::clock_t begin = std::clock();
+  b.pass(26min);
+  const double cpu_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  EXPECT_NEAR(static_cast<double>(b.listener.samples.size()), 78'000, 10);
+  RecordProperty("cpu_ms", static_cast<int>(cpu_s * 1e3));
+  EXPECT_LT(cpu_s, 30) << "sanitizers included";
+}
+
+TEST(Overshoot, AgreesWithTheReferenceTable) {
+  // k 100 N/mm, 60 mm/min, 1 ms and 20 ms, a = 50 mm/s2: 1.1 N and 3.0 N.
+  EXPECT_NEAR(predicted_overshoot(100.0_N_mm, 1.0_mm_s, 1ms, 0.05_m_s2).si(), 1.1, 0.01);
+  EXPECT_NEAR(predicted_overshoot(100.0_N_mm, -1.0_mm_s, 20ms, 0.05_m_s2).si(), 3.0, 0.01);
+}
+
+}  // namespace
+}  // namespace lcrig
