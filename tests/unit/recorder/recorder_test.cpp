@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/recorder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <fstream>
+
+#include "tests/support/run_task.hpp"
+#include "tests/support/temp_dir.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+LcrReading reading_at(std::int64_t ms, double farads) {
+  LcrReading r;
+  r.primary = farads;
+  r.secondary = 0.004;
+  r.asked = MonoTime(ms * 1ms);
+  r.first_byte = r.asked + 60ms;
+  r.last_byte = r.asked + 61ms;
+  return r;
+}
+
+RunRow some_run() {
+  RunRow row;
+  row.protocol_name = "static-frame";
+  row.protocol_text = "{}";
+  row.specimen_name = "paper-2";
+  row.probe_diameter_m = 0.004;
+  row.simulated = true;
+  row.started_unix_ns = 1;
+  return row;
+}
+
+class RecorderTest : public testing::Test {
+ protected:
+  void open(Recorder::Options options) {
+    auto r = Recorder::open(io_, clock_, std::move(options));
+    ASSERT_TRUE(r) << r.error().what;
+    recorder_ = std::move(*r);
+    recorder_->on_committed([this](const Committed& c) { acknowledged_ += c.readings; });
+    recorder_->on_fault([this](const Error& e) { faults_.push_back(e.what); });
+  }
+  void open() { open(Recorder::Options(path_)); }
+  std::int64_t begin() {
+    auto run = run_task(io_, clock_, recorder_->begin_run(some_run()));
+    EXPECT_TRUE(run) << run.error().what;
+    return run.value_or(0);
+  }
+  void end(ExitStatus status, const std::string& reason) {
+    auto r = run_task(io_, clock_, recorder_->end_run(status, reason));
+    EXPECT_TRUE(r) << r.error().what;
+  }
+  void push_readings(int count) {
+    for (int i = 0; i < count; ++i) recorder_->reading(reading_at(i, 1e-12), ReadingTag());
+  }
+  std::int64_t integer(const std::string& sql) {
+    auto db = open_read_only(path_);
+    EXPECT_TRUE(db) << db.error().what;
+    auto r = db->integer(sql);
+    EXPECT_TRUE(r) << r.error().what;
+    return r.value_or(-1);
+  }
+  RunListing listing(std::int64_t run) {
+    auto db = open_read_only(path_);
+    EXPECT_TRUE(db);
+    auto r = get_run_listing(*db, run);
+    EXPECT_TRUE(r) << r.error().what;
+    return r.value_or(RunListing());
+  }
+  ChainReport chain(std::int64_t run) {
+    auto db = open_read_only(path_);
+    EXPECT_TRUE(db);
+    auto r = verify_chain(*db, run);
+    EXPECT_TRUE(r) << r.error().what;
+    return r.value_or(ChainReport());
+  }
+
+  TempDir dir_;
+  std::string path_ = dir_.file("a.db");
+  asio::io_context io_;
+  VirtualClock clock_;
+  std::size_t acknowledged_ = 0;
+  std::vector<std::string> faults_;
+  std::unique_ptr<Recorder> recorder_;
+};
+
+TEST_F(RecorderTest, StoresEveryKindOfRowAndItsChainHolds) {
+  open();
+  const auto run = begin();
+  Level level;
+  level.level = 1;
+  level.target_pressure_Pa = 10e3;
+  recorder_->level(level);
+  ReadingTag tag;
+  tag.level = 1;
+  tag.index = 1;
+  recorder_->reading(reading_at(5, 1.84249e-12), tag);
+  auto overload = reading_at(70, 0);
+  overload.primary = std::nullopt;
+  overload.flags = lcr_flag::kPrimaryOverload;
+  recorder_->reading(overload, ReadingTag());
+  FrameSample sample;
+  sample.force_N = -0.0;
+  recorder_->samples(std::span(&sample, 1));
+  recorder_->event(RunEvent(MonoTime(9ms), "mark", "s", "hello"));
+  end(ExitStatus::success, "");
+  EXPECT_EQ(integer("SELECT count(*) FROM lcr_reading WHERE capacitance_F = 1.84249e-12 AND"
+                    " dissipation = 0.004 AND level = 1 AND reading_index = 1"),
+            1);
+  EXPECT_EQ(integer("SELECT count(*) FROM lcr_reading WHERE capacitance_F IS NULL AND flags = 1"
+                    " AND level IS NULL"),
+            1);
+  EXPECT_EQ(integer("SELECT count(*) FROM event WHERE kind = 'mark' AND detail = 'hello'"), 1);
+  const auto listed = listing(run);
+  EXPECT_EQ(listed.exit_status, "success");
+  EXPECT_EQ(listed.lcr_readings, 2);
+  EXPECT_EQ(listed.frame_samples, 1);
+  const auto report = chain(run);
+  EXPECT_TRUE(report.intact) << report.finding;
+  EXPECT_TRUE(report.ended);
+  EXPECT_EQ(report.rows, 7);
+  EXPECT_EQ(acknowledged_, 2U);
+}
+
+TEST_F(RecorderTest, TheRunRowIsCommittedBeforeBeginReturns) {
+  open();
+  const auto run = begin();
+  EXPECT_EQ(integer(fmt::format("SELECT id FROM run WHERE simulated = 1 AND id = {}", run)), run);
+}
+
+TEST_F(RecorderTest, FlushReturnsAfterTheRowsAreOnDiskAndAcknowledged) {
+  open();
+  begin();
+  push_readings(1000);
+  ASSERT_TRUE(run_task(io_, clock_, recorder_->flush()));
+  EXPECT_EQ(integer("SELECT count(*) FROM lcr_reading"), 1000);
+  EXPECT_EQ(acknowledged_, 1000U);
+  EXPECT_THAT(faults_, IsEmpty());
+}
+
+TEST_F(RecorderTest, RowsOutsideARunAreNotStored) {
+  open();
+  push_readings(3);
+  begin();
+  end(ExitStatus::success, "");
+  push_readings(3);
+  ASSERT_TRUE(run_task(io_, clock_, recorder_->flush()));
+  EXPECT_EQ(integer("SELECT count(*) FROM lcr_reading"), 0);
+}
+
+TEST_F(RecorderTest, ASecondWriterIsRefusedWithItsOwner) {
+  open();
+  auto second = Recorder::open(io_, clock_, Recorder::Options(path_));
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().code, Errc::busy);
+  EXPECT_THAT(second.error().what, HasSubstr(std::to_string(::getpid())));
+  recorder_.reset();
+  EXPECT_TRUE(Recorder::open(io_, clock_, Recorder::Options(path_)));
+}
+
+TEST_F(RecorderTest, AnOrphanedRunIsClosedAsInterruptedAtTheNextOpen) {
+  open();
+  const auto run = begin();
+  push_readings(2);
+  recorder_.reset();  // the daemon goes without closing the run
+  EXPECT_FALSE(listing(run).exit_status);
+  EXPECT_EQ(listing(run).lcr_readings, 2);  // what was queued is stored all the same
+  open();
+  EXPECT_THAT(recorder_->interrupted_runs(), ElementsAre(run));
+  EXPECT_EQ(listing(run).exit_status, "interrupted");
+  EXPECT_TRUE(chain(run).intact) << chain(run).finding;
+}
+
+Task<> push_in_virtual_time(Recorder& recorder, Clock& clock, int count) {
+  for (int i = 0; i < count; ++i) {
+    recorder.reading(reading_at(i, 1e-12), ReadingTag());
+    co_await clock.wait_for(1ms);
+  }
+}
+
+TEST_F(RecorderTest, VirtualTimeWaitsForTheDiskInsteadOfOverflowing) {
+  Recorder::Options options(path_);
+  options.max_queued_rows = 64;
+  open(std::move(options));
+  begin();
+  bool done = false;
+  asio::co_spawn(io_, push_in_virtual_time(*recorder_, clock_, 20'000),
+                 [&](std::exception_ptr) { done = true; });
+  EXPECT_TRUE(clock_.run(io_, [&] { return done; }));
+  end(ExitStatus::success, "");
+  EXPECT_THAT(faults_, IsEmpty());
+  EXPECT_EQ(integer("SELECT count(*) FROM lcr_reading"), 20'000);
+}
+
+TEST_F(RecorderTest, AFullQueueFailsTheRunAndSaysHowMuchIsMissing) {
+  Recorder::Options options(path_);
+  options.max_queued_rows = 10;
+  open(std::move(options));
+  const auto run = begin();
+  std::vector<FrameSample> burst(11);
+  recorder_->samples(burst);  // more than the queue can ever hold
+  push_readings(2);
+  EXPECT_FALSE(run_task(io_, clock_, recorder_->flush()));
+  ASSERT_EQ(faults_.size(), 1U);
+  EXPECT_THAT(faults_[0], HasSubstr("too slow"));
+  end(ExitStatus::success, "all done");
+  EXPECT_EQ(listing(run).exit_status, "fail");
+  EXPECT_THAT(listing(run).reason, HasSubstr("11 rows were lost"));
+  EXPECT_EQ(listing(run).lcr_readings, 2);
+  EXPECT_TRUE(chain(run).intact) << chain(run).finding;
+}
+
+// The kernel refuses to let a file grow: EFBIG, an I/O error to SQLite.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit now = before_;
+    now.rlim_cur = bytes;
+    ::setrlimit(RLIMIT_FSIZE, &now);
+  }
+  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST_F(RecorderTest, AnIoErrorIsReportedOnceAndTheEndStoresWhatWasInMemory) {
+  open();
+  const auto run = begin();
+  {
+    const FileSizeLimit limit(std::filesystem::file_size(path_ + "-wal") + 20'000);
+    push_readings(1000);
+    EXPECT_FALSE(run_task(io_, clock_, recorder_->flush()));
+    push_readings(10);
+    EXPECT_FALSE(run_task(io_, clock_, recorder_->flush()));
+  }
+  EXPECT_EQ(faults_.size(), 1U);
+  end(ExitStatus::fail, "disk");
+  EXPECT_EQ(listing(run).lcr_readings, 1010);
+  EXPECT_EQ(listing(run).exit_status, "fail");
+  EXPECT_EQ(acknowledged_, 1010U);
+  EXPECT_TRUE(chain(run).intact) << chain(run).finding;
+  const auto next = begin();  // the recorder is usable again
+  push_readings(1);
+  end(ExitStatus::success, "");
+  EXPECT_EQ(listing(next).lcr_readings, 1);
+}
+
+TEST_F(RecorderTest, ARunThatCannotBeClosedIsInterruptedWhenTheDiskIsBack) {
+  open();
+  const auto run = begin();
+  {
+    const FileSizeLimit limit(4000);  // less than a page: not even a new log can begin
+    push_readings(10);
+    EXPECT_FALSE(run_task(io_, clock_, recorder_->end_run(ExitStatus::fail, "disk")));
+    EXPECT_FALSE(run_task(io_, clock_, recorder_->begin_run(some_run())));
+  }
+  const auto next = begin();
+  EXPECT_EQ(listing(run).exit_status, "interrupted");
+  end(ExitStatus::success, "");
+  EXPECT_EQ(listing(next).exit_status, "success");
+}
+
+TEST_F(RecorderTest, AFullDiskStillTakesTheEndOfTheRun) {
+  const auto disk = dir_.path() / "disk";
+  std::filesystem::create_directory(disk);
+  if (::mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=6m") != 0) {
+    GTEST_SKIP() << "needs the right to mount a small tmpfs";
+  }
+  path_ = (disk / "a.db").string();
+  open();
+  const auto run = begin();
+  for (int i = 0; i < 200 && faults_.empty(); ++i) {
+    push_readings(1000);
+    static_cast<void>(run_task(io_, clock_, recorder_->flush()));
+  }
+  ASSERT_EQ(faults_.size(), 1U);
+  EXPECT_THAT(faults_[0], HasSubstr("free some space"));
+  const auto acknowledged_before_end = static_cast<std::int64_t>(acknowledged_);
+  end(ExitStatus::fail, "the disk is full");
+  EXPECT_EQ(listing(run).exit_status, "fail");
+  EXPECT_GE(listing(run).lcr_readings, acknowledged_before_end);
+  EXPECT_TRUE(chain(run).intact) << chain(run).finding;
+  auto refused = run_task(io_, clock_, recorder_->begin_run(some_run()));
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, HasSubstr("free some space"));
+  recorder_.reset();
+  ::umount2(disk.c_str(), MNT_DETACH);
+}
+
+TEST(LatencyHistogram, PercentilesAreWithinOneBucket) {
+  LatencyHistogram h;
+  for (int us = 1; us <= 1000; ++us) h.add(us * 1us);
+  EXPECT_NEAR(to_seconds(h.percentile(0.5)), 500e-6, 500e-6 / 16);
+  EXPECT_NEAR(to_seconds(h.percentile(0.99)), 990e-6, 990e-6 / 16);
+  EXPECT_EQ(h.max(), 1ms);
+  EXPECT_EQ(h.percentile(1), 1ms);
+  EXPECT_EQ(LatencyHistogram().percentile(0.5), 0ns);
+}
+
+}  // namespace
+}  // namespace lcrig
