@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// CSV as RFC 4180 has it: comma, CRLF, quotes doubled. Writes to a file descriptor in big pieces.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/result.hpp"
+
+namespace lcrig {
+
+// A text cell that begins with = + - @ TAB or CR would be a formula to a spreadsheet: it gets a
+// leading apostrophe, which spreadsheets do not show. Cells with comma, quote or line end are
+// quoted.
+void append_text_cell(std::string& out, std::string_view text);
+
+class CsvWriter {
+ public:
+  // Writes to `fd`, which stays the caller's; `name` stands in messages.
+  CsvWriter(int fd, std::string name) : fd_(fd), name_(std::move(name)) { out_.reserve(kBuffer); }
+
+  void text(std::string_view cell) { append_text_cell(separate(), cell); }
+  // One of our own words: nothing in it needs quotes.
+  void word(std::string_view cell) { separate().append(cell); }
+  void integer(std::int64_t value);
+  void integer(std::optional<std::int64_t> value);
+  void number(std::optional<double> value, int power = 0);  // times 10^power, digits unchanged
+  void decimal(std::int64_t value, int power);
+  void empty() { separate(); }
+  Result<> end_row();
+  Result<> flush();
+
+ private:
+  static constexpr std::size_t kBuffer = 1 << 18;
+  std::string& separate();
+  int fd_;
+  std::string name_;
+  std::string out_;
+  bool row_begun_ = false;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/export.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "analysis/export_context.hpp"
+
+namespace lcrig {
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct LayoutName {
+  std::string_view word, file;
+};
+// In the order of Layout.
+constexpr std::array<LayoutName, 5> kLayouts{{{"readings", "lcr.csv"},
+                                              {"frame", "frame.csv"},
+                                              {"levels", "levels.csv"},
+                                              {"events", "events.csv"},
+                                              {"aligned", "aligned.csv"}}};
+constexpr const char* kPackage = "datapackage.json";
+
+// What tells one run from all others, also across databases.
+json identity_of(const ExportContext& c) {
+  return {{"run", c.id},
+          {"started_unix_ns", c.run.started_unix_ns},
+          {"started_mono_ns", c.start_ns},
+          {"protocol", c.run.protocol_name},
+          {"specimen", c.run.specimen_name}};
+}
+
+bool holds_same_run(const fs::path& folder, const ExportContext& c) {
+  std::ifstream file(folder / kPackage);
+  const json j = json::parse(file, nullptr, false);
+  return j.is_object() && j.contains("lcrig") && j["lcrig"].is_object() &&
+         j["lcrig"].value("identity", json()) == identity_of(c);
+}
+
+Result<> prepare_folder(const fs::path& folder, const ExportContext& c, bool force) {
+  std::error_code ec;
+  fs::create_directories(folder, ec);
+  if (ec) return fail(Errc::io, "{}: {}; give another -o", folder.string(), ec.message());
+  const bool empty = fs::is_empty(folder, ec);
+  if (ec) return fail(Errc::io, "{}: {}; give another -o", folder.string(), ec.message());
+  if (empty || force || holds_same_run(folder, c)) return {};
+  return fail(Errc::invalid_request,
+              "{}: holds other files; give an empty folder, or --force to replace {}, frame.csv, "
+              "levels.csv, events.csv, aligned.csv and {}",
+              folder.string(), kLayouts[0].file, kPackage);
+}
+
+// Complete or not there: written beside `target`, synced, then renamed.
+Result<> write_file(const fs::path& target, const std::function<Result<>(int fd)>& write) {
+  const std::string temporary = target.string() + ".part";
+  const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (fd < 0) return fail(Errc::io, "{}: {}", temporary, std::strerror(errno));
+  Result<> r = write(fd);
+  if (r && ::fsync(fd) != 0) r = fail(Errc::io, "{}: {}", temporary, std::strerror(errno));
+  if (::close(fd) != 0 && r) r = fail(Errc::io, "{}: {}", temporary, std::strerror(errno));
+  if (r && ::rename(temporary.c_str(), target.c_str()) != 0) {
+    r = fail(Errc::io, "{}: {}", target.string(), std::strerror(errno));
+  }
+  if (!r) ::unlink(temporary.c_str());
+  return r;
+}
+
+json fields_of(const ExportContext& c, Layout layout) {
+  json fields = json::array();
+  for (const Column& column : columns_of(c, layout)) {
+    json field = {
+        {"name", column.name}, {"type", column.type}, {"description", column.description}};
+    if (!column.unit.empty()) field["unit"] = column.unit;
+    fields.push_back(std::move(field));
+  }
+  return fields;
+}
+
+json resource_of(const ExportContext& c, Layout layout) {
+  const auto& [word, file] = kLayouts[static_cast<std::size_t>(layout)];
+  return {{"name", word},
+          {"path", file},
+          {"profile", "tabular-data-resource"},
+          {"format", "csv"},
+          {"mediatype", "text/csv"},
+          {"encoding", "utf-8"},
+          {"dialect", {{"delimiter", ","}, {"lineTerminator", "\r\n"}, {"header", true}}},
+          {"schema", {{"fields", fields_of(c, layout)}, {"missingValues", json::array({""})}}}};
+}
+
+json json_or_text(const std::string& text) {
+  json j = json::parse(text, nullptr, false);
+  return j.is_discarded() ? json(text) : j;
+}
+
+json metadata_of(const ExportContext& c, const RunListing& listing) {
+  const RunRow& r = c.run;
+  json j = {{"identity", identity_of(c)},
+            {"simulated", r.simulated},
+            {"parameters", json_or_text(r.parameters_json)},
+            {"lcr_identity", r.lcr_identity},
+            {"frame_identity", r.frame_identity},
+            {"lcr_settings", json_or_text(r.lcr_settings_json)},
+            {"frame_capabilities", json_or_text(r.frame_capabilities_json)},
+            {"frame_limits", json_or_text(r.frame_limits_json)},
+            {"correction", json_or_text(r.correction_json)},
+            {"bench", r.bench_name},
+            {"software_version", r.software_version},
+            {"operator", r.operator_name},
+            {"note", r.note},
+            {"protocol_text", r.protocol_text},
+            {"specimen_text", r.specimen_text},
+            {"exit_status", nullptr},  // null: the run was still going on
+            {"reason", listing.reason}};
+  if (listing.exit_status) j["exit_status"] = *listing.exit_status;
+  if (r.probe_diameter_m) j["probe_diameter_m"] = *r.probe_diameter_m;
+  if (r.seed) j["seed"] = *r.seed;
+  if (r.model_level) j["model_level"] = *r.model_level;
+  if (r.model_error_json) j["model_error"] = json_or_text(*r.model_error_json);
+  return j;
+}
+
+}  // namespace
+
+std::optional<Layout> parse_layout(std::string_view word) {
+  for (std::size_t i = 0; i < kLayouts.size(); ++i) {
+    if (kLayouts[i].word == word) return static_cast<Layout>(i);
+  }
+  return std::nullopt;
+}
+
+std::string_view file_name(Layout layout) {
+  return kLayouts[static_cast<std::size_t>(layout)].file;
+}
+
+std::string data_package(const ExportContext& c, const RunListing& listing) {
+  json resources = json::array();
+  for (std::size_t i = 0; i < kLayouts.size(); ++i) {
+    resources.push_back(resource_of(c, static_cast<Layout>(i)));
+  }
+  const json j = {{"name", fmt::format("lcrig-run-{}", c.id)},
+                  {"title", fmt::format("{}run {}: {} on {}", c.run.simulated ? "SIMULATED " : "",
+                                        c.id, c.run.protocol_name, c.run.specimen_name)},
+                  {"profile", "tabular-data-package"},
+                  {"resources", std::move(resources)},
+                  {"lcrig", metadata_of(c, listing)}};
+  return j.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+Result<> export_layout(const Database& db, std::int64_t run, Layout layout, int fd,
+                       const std::string& name) {
+  auto snapshot = Transaction::begin_read(db);
+  if (!snapshot) return fail(snapshot.error());
+  auto context = load_context(db, run);
+  if (!context) return fail(context.error());
+  CsvWriter out(fd, name);
+  return write_layout(db, *context, layout, out);
+}
+
+Result<std::vector<std::string>> export_run(const Database& db, std::int64_t run,
+                                            const ExportOptions& options) {
+  auto snapshot = Transaction::begin_read(db);
+  if (!snapshot) return fail(snapshot.error());
+  auto context = load_context(db, run);
+  if (!context) return fail(context.error());
+  auto listing = get_run_listing(db, run);
+  if (!listing) return fail(listing.error());
+  const fs::path folder(options.directory);
+  if (auto r = prepare_folder(folder, *context, options.force); !r) return fail(r.error());
+  std::vector<std::string> files;
+  const auto write = [&](std::string_view file, auto fill) -> Result<> {
+    files.push_back((folder / file).string());
+    return write_file(files.back(), [&](int fd) {
+      CsvWriter out(fd, files.back());
+      return fill(out);
+    });
+  };
+  // First, so that an export that was cut short is known as ours.
+  auto package = write(kPackage, [&](CsvWriter& out) -> Result<> {
+    out.word(data_package(*context, *listing));
+    return out.flush();
+  });
+  if (!package) return fail(package.error());
+  for (std::size_t i = 0; i < kLayouts.size(); ++i) {
+    auto r = write(kLayouts[i].file, [&](CsvWriter& out) {
+      return write_layout(db, *context, static_cast<Layout>(i), out);
+    });
+    if (!r) return fail(r.error());
+  }
+  return files;
+}
+
+}  // namespace lcrig

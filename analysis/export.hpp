@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// A run as CSV files (RFC 4180) and a Frictionless Data Package. Streams: memory does not grow with
+// the run. docs/export.md describes every column.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "storage/sqlite.hpp"
+
+namespace lcrig {
+
+enum class Layout { readings, frame, levels, events, aligned };
+// "readings", "frame", "levels", "events", "aligned".
+std::optional<Layout> parse_layout(std::string_view word);
+// "lcr.csv", "frame.csv", ...
+std::string_view file_name(Layout layout);
+
+// One layout to `fd`, which stays the caller's; `name` stands in messages.
+Result<> export_layout(const Database& db, std::int64_t run, Layout layout, int fd,
+                       const std::string& name);
+
+struct ExportOptions {
+  std::string directory;  // made if it is not there
+  bool force = false;  // replace files of another run or another program
+};
+// Every layout and datapackage.json. Each file is written under another name and renamed when it is
+// complete. A folder that holds other files than an earlier export of the same run is refused,
+// unless `force`. Returns the files' paths.
+Result<std::vector<std::string>> export_run(const Database& db, std::int64_t run,
+                                            const ExportOptions& options);
+
+}  // namespace lcrig

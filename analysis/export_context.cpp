@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/export_context.hpp"
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace lcrig {
+
+namespace {
+
+using nlohmann::json;
+
+struct ValueColumn {
+  std::string_view sql;
+  Column column;
+  int power;
+  std::string_view functions;  // those that fill it, each between spaces
+};
+constexpr std::array<ValueColumn, 7> kValues{{
+    {"capacitance_F",
+     {"capacitance_pF", "number", "pF", "capacitance"},
+     12,
+     " Cs-Rs Cs-D Cp-Rp Cp-D "},
+    {"dissipation", {"dissipation", "number", "1", "dissipation factor D"}, 0, " Cs-D Cp-D "},
+    {"resistance_ohm", {"resistance_ohm", "number", "ohm", "resistance"}, 0, " Cs-Rs Cp-Rp R-X "},
+    {"reactance_ohm", {"reactance_ohm", "number", "ohm", "reactance"}, 0, " R-X "},
+    {"impedance_ohm",
+     {"impedance_ohm", "number", "ohm", "modulus of the impedance"},
+     0,
+     " Z-thr Z-thd "},
+    {"phase_rad", {"phase_rad", "number", "rad", "phase of the impedance"}, 0, " Z-thr "},
+    {"phase_deg", {"phase_deg", "number", "deg", "phase of the impedance"}, 0, " Z-thd "},
+}};
+
+// Capacitance always; the others when a function of the run fills them.
+Result<> load_value_columns(const Database& db, ExportContext& c) {
+  auto s = db.prepare("SELECT DISTINCT function FROM lcr_reading WHERE run_id = ?");
+  if (!s) return fail(s.error());
+  s->bind(0, c.id);
+  std::array<bool, kValues.size()> used{true};
+  for (;;) {
+    auto row = s->step();
+    if (!row) return fail(row.error());
+    if (!*row) break;
+    const std::string function = fmt::format(" {} ", s->text(0));
+    for (std::size_t i = 0; i < kValues.size(); ++i) {
+      if (kValues[i].functions.find(function) != std::string_view::npos) used[i] = true;
+    }
+  }
+  for (std::size_t i = 0; i < kValues.size(); ++i) {
+    if (!used[i]) continue;
+    c.value_columns.push_back(kValues[i].column);
+    c.value_powers.push_back(kValues[i].power);
+    c.value_sql += fmt::format(", {}", kValues[i].sql);
+  }
+  return {};
+}
+
+std::optional<double> number_in(std::string_view text, const char* key) {
+  const json j = json::parse(text, nullptr, false);
+  if (!j.is_object()) return std::nullopt;
+  const auto it = j.find(key);
+  if (it == j.end() || !it->is_number()) return std::nullopt;
+  return it->get<double>();
+}
+
+// Events whose detail is a JSON object with this number. Another detail is a text for people.
+Result<> load_since(const Database& db, std::int64_t run, std::string_view kind, const char* key,
+                    std::vector<Since>& out) {
+  auto s =
+      db.prepare("SELECT at_mono_ns, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq");
+  if (!s) return fail(s.error());
+  s->bind(0, run);
+  s->bind(1, kind);
+  for (;;) {
+    auto row = s->step();
+    if (!row) return fail(row.error());
+    if (!*row) return {};
+    if (const auto value = number_in(s->text(1), key)) out.push_back({s->integer(0), *value});
+  }
+}
+
+void read_settings(ExportContext& c) {
+  const json settings = json::parse(c.run.lcr_settings_json, nullptr, false);
+  if (const auto f = number_in(c.run.lcr_settings_json, "frequency_Hz")) {
+    c.frequencies.push_back({INT64_MIN, *f});
+  }
+  const auto conversion = number_in(c.run.lcr_settings_json, "conversion_time_s");
+  const bool internal = settings.is_object() && settings.value("trigger", json()) == "internal";
+  if (internal && conversion) c.conversion_ns = from_seconds(*conversion).count();
+  const json frame = json::parse(c.run.frame_capabilities_json, nullptr, false);
+  c.hold_force = frame.is_object() && frame.value("weights", json()) == true;
+}
+
+}  // namespace
+
+Result<ExportContext> load_context(const Database& db, std::int64_t run) {
+  auto row = get_run(db, run);
+  if (!row) return fail(row.error());
+  ExportContext c;
+  c.id = run;
+  c.run = std::move(*row);
+  c.start_ns = c.run.started.time_since_epoch().count();
+  if (c.run.probe_diameter_m) {
+    c.area_m2 = std::numbers::pi / 4 * *c.run.probe_diameter_m * *c.run.probe_diameter_m;
+  }
+  read_settings(c);
+  if (auto r = load_value_columns(db, c); !r) return fail(r.error());
+  if (auto r = load_since(db, run, "contact", "travel_m", c.contacts); !r) return fail(r.error());
+  if (auto r = load_since(db, run, "lcr_settings", "frequency_Hz", c.frequencies); !r) {
+    return fail(r.error());
+  }
+  return c;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every exported table needs to know of its run; private to export.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analysis/csv.hpp"
+#include "analysis/export.hpp"
+#include "storage/runs.hpp"
+
+namespace lcrig {
+
+struct Column {
+  std::string_view name, type, unit, description;  // type: Frictionless
+};
+
+// A value that holds from an instant on.
+struct Since {
+  std::int64_t mono_ns = 0;
+  double value = 0;
+};
+
+struct ExportContext {
+  std::int64_t id = 0;
+  RunRow run;
+  std::int64_t start_ns = 0;  // monotonic
+  std::optional<double> area_m2;  // of the probe
+  bool hold_force = false;  // dead weights: a sample is valid until the next
+  std::int64_t conversion_ns = 0;  // before the request, with the internal trigger; else 0
+  std::vector<Since> contacts;  // travel, m
+  std::vector<Since> frequencies;  // Hz
+  std::vector<Column> value_columns;  // of the functions that the run used, as lab units
+  std::vector<int> value_powers;  // decimal shift of each
+  std::string value_sql;  // ", capacitance_F, dissipation"
+};
+Result<ExportContext> load_context(const Database& db, std::int64_t run);
+
+std::vector<Column> columns_of(const ExportContext& context, Layout layout);
+Result<> write_layout(const Database& db, const ExportContext& context, Layout layout,
+                      CsvWriter& out);
+std::string data_package(const ExportContext& context, const RunListing& listing);
+
+}  // namespace lcrig

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tables of an export: their columns and how a stored row becomes a line.
+#include <cmath>
+#include <span>
+
+#include "analysis/export_context.hpp"
+#include "analysis/frame_track.hpp"
+#include "storage/flags.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr Column kSeq{"seq", "integer", "", "number of the row within the run, from 1"};
+constexpr Column kTime{"t_s", "number", "s", "time since the start of the run"};
+constexpr Column kForce{"force_N", "number", "N", "force, compression positive"};
+constexpr Column kTravel{"travel_mm", "number", "mm",
+                         "machine travel, positive towards the specimen"};
+constexpr Column kGap{"gap_mm", "number", "mm",
+                      "distance of the probe from the last contact point, positive away from it"};
+constexpr Column kPressure{"pressure_kPa", "number", "kPa", "force over the area of the probe"};
+constexpr Column kStep{"step", "string", "", "id of the protocol step"};
+constexpr Column kRepeat{"repeat", "integer", "", "of the outermost repeat, from 1; 0: none"};
+constexpr Column kLevel{"level", "integer", "", "load level within the run, from 1"};
+constexpr Column kFlags{"flags", "string", "", "words, separated by spaces"};
+
+// The value in force at an instant that never runs backwards.
+class Follow {
+ public:
+  explicit Follow(const std::vector<Since>& values) : values_(values) {}
+  std::optional<double> at(std::int64_t mono_ns) {
+    while (next_ < values_.size() && values_[next_].mono_ns <= mono_ns) ++next_;
+    if (next_ == 0) return std::nullopt;
+    return values_[next_ - 1].value;
+  }
+
+ private:
+  const std::vector<Since>& values_;
+  std::size_t next_ = 0;
+};
+
+void append_flags(CsvWriter& out, std::string& scratch, std::int64_t flags,
+                  std::span<const std::string_view> words) {
+  scratch.clear();
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if ((flags >> i & 1) == 0) continue;
+    if (!scratch.empty()) scratch += ' ';
+    scratch += words[i];
+  }
+  out.word(scratch);
+}
+
+// On a grid of 1 pm, so that a difference shows no digits that the travels do not have.
+void append_gap(CsvWriter& out, std::optional<double> travel_m, std::optional<double> contact_m) {
+  if (!travel_m || !contact_m) return out.empty();
+  out.decimal(std::llround((*contact_m - *travel_m) * 1e12), -9);
+}
+
+void append_pressure(CsvWriter& out, const ExportContext& c, std::optional<double> force_N) {
+  if (!force_N || !c.area_m2) return out.empty();
+  out.number(*force_N / *c.area_m2, -3);
+}
+
+void append_values(CsvWriter& out, const ExportContext& c, const Statement& row, int first) {
+  for (std::size_t i = 0; i < c.value_powers.size(); ++i) {
+    out.number(row.optional_real(first + static_cast<int>(i)), c.value_powers[i]);
+  }
+}
+
+// Steps through `sql` (one parameter: the run) and writes one line per row.
+template <class Line>
+Result<> for_each_row(const Database& db, const ExportContext& c, const std::string& sql,
+                      CsvWriter& out, Line line) {
+  auto rows = db.prepare(sql);
+  if (!rows) return fail(rows.error());
+  rows->bind(0, c.id);
+  for (;;) {
+    auto row = rows->step();
+    if (!row) return fail(row.error());
+    if (!*row) return {};
+    if (Result<> r = line(*rows); !r) return r;
+    if (c.run.simulated) out.word("true");
+    if (auto r = out.end_row(); !r) return r;
+  }
+}
+
+Result<> write_readings(const Database& db, const ExportContext& c, CsvWriter& out) {
+  const auto sql = fmt::format(
+      "SELECT seq, last_byte_mono_ns, asked_mono_ns, first_byte_mono_ns, step_id, repeat, level,"
+      " reading_index, fresh, flags, function, status{} FROM lcr_reading WHERE run_id = ?"
+      " ORDER BY seq",
+      c.value_sql);
+  Follow frequency(c.frequencies);
+  std::string scratch;
+  return for_each_row(db, c, sql, out, [&](const Statement& row) -> Result<> {
+    out.integer(row.integer(0));
+    for (int i = 1; i <= 3; ++i) out.decimal(row.integer(i) - c.start_ns, -9);
+    out.text(row.text(4));
+    out.integer(row.integer(5));
+    out.integer(row.optional_integer(6));
+    out.integer(row.optional_integer(7));
+    out.word(row.integer(8) != 0 ? "true" : "false");
+    append_flags(out, scratch, row.integer(9), kLcrFlagWords);
+    out.word(row.text(10));
+    out.number(frequency.at(row.integer(2)));
+    append_values(out, c, row, 12);
+    out.text(row.text(11));
+    return {};
+  });
+}
+
+Result<> write_frame(const Database& db, const ExportContext& c, CsvWriter& out) {
+  Follow contact(c.contacts);
+  std::string scratch;
+  return for_each_row(
+      db, c,
+      "SELECT seq, received_mono_ns, device_time_s, force_N, travel_m, flags FROM frame_sample"
+      " WHERE run_id = ? ORDER BY seq",
+      out, [&](const Statement& row) -> Result<> {
+        const auto force = row.optional_real(3);
+        const auto travel = row.optional_real(4);
+        out.integer(row.integer(0));
+        out.decimal(row.integer(1) - c.start_ns, -9);
+        out.number(row.optional_real(2));
+        out.number(force);
+        out.number(travel, 3);
+        append_gap(out, travel, contact.at(row.integer(1)));
+        append_pressure(out, c, force);
+        append_flags(out, scratch, row.integer(5), kFrameFlagWords);
+        return {};
+      });
+}
+
+Result<> write_events(const Database& db, const ExportContext& c, CsvWriter& out) {
+  return for_each_row(
+      db, c,
+      "SELECT seq, at_mono_ns, kind, step_id, detail FROM event WHERE run_id = ? ORDER BY seq", out,
+      [&](const Statement& row) -> Result<> {
+        out.integer(row.integer(0));
+        out.decimal(row.integer(1) - c.start_ns, -9);
+        for (int i = 2; i <= 4; ++i) out.text(row.text(i));
+        return {};
+      });
+}
+
+// The window in which the meter measured, and the load in its middle.
+struct Aligned {
+  std::int64_t middle_ns = 0;
+  FrameState state;
+  double uncertainty_s = 0;
+};
+
+// Standard uncertainty of the instant: rectangular over the window and over the samples' spacing.
+Result<Aligned> align(FrameTrack& track, const ExportContext& c, std::int64_t asked_ns,
+                      std::int64_t first_byte_ns) {
+  const std::int64_t begin = asked_ns - c.conversion_ns;
+  Aligned out;
+  out.middle_ns = begin + (first_byte_ns - begin) / 2;
+  auto state = track.at(out.middle_ns);
+  if (!state) return fail(state.error());
+  out.state = *state;
+  const double window = static_cast<double>(first_byte_ns - begin) * 1e-9;
+  const double spacing = static_cast<double>(out.state.spacing_ns) * 1e-9;
+  out.uncertainty_s = std::sqrt((window * window + spacing * spacing) / 12);
+  return out;
+}
+
+// To the nanosecond: more digits would be noise.
+void append_uncertainty(CsvWriter& out, const Aligned& a) {
+  if (!a.state.force_N && !a.state.travel_m) {
+    out.empty();
+    return out.empty();
+  }
+  out.decimal(std::llround(a.uncertainty_s * 1e9), -9);
+  out.decimal(std::llround(std::abs(a.state.force_rate_N_s) * a.uncertainty_s * 1e9), -9);
+}
+
+Result<> write_aligned(const Database& db, const ExportContext& c, CsvWriter& out) {
+  const auto sql = fmt::format(
+      "SELECT seq, asked_mono_ns, first_byte_mono_ns, step_id, repeat, level, reading_index, "
+      "flags{}"
+      " FROM lcr_reading WHERE run_id = ? AND fresh = 1 ORDER BY seq",
+      c.value_sql);
+  auto track = FrameTrack::open(db, c.id, c.hold_force);
+  if (!track) return fail(track.error());
+  Follow contact(c.contacts);
+  std::string scratch;
+  return for_each_row(db, c, sql, out, [&](const Statement& row) -> Result<> {
+    auto a = align(*track, c, row.integer(1), row.integer(2));
+    if (!a) return fail(a.error());
+    out.integer(row.integer(0));
+    out.decimal(a->middle_ns - c.start_ns, -9);
+    out.text(row.text(3));
+    out.integer(row.integer(4));
+    out.integer(row.optional_integer(5));
+    out.integer(row.optional_integer(6));
+    append_flags(out, scratch, row.integer(7), kLcrFlagWords);
+    append_values(out, c, row, 8);
+    out.number(a->state.force_N);
+    out.number(a->state.travel_m, 3);
+    append_gap(out, a->state.travel_m, contact.at(a->middle_ns));
+    append_pressure(out, c, a->state.force_N);
+    append_uncertainty(out, *a);
+    return {};
+  });
+}
+
+Result<> write_levels(const Database& db, const ExportContext& c, CsvWriter& out) {
+  const auto sql = fmt::format(
+      "SELECT r.seq, r.asked_mono_ns, r.first_byte_mono_ns, l.step_id, l.repeat, r.level,"
+      " l.level_index, r.reading_index, l.target_force_N, l.target_pressure_Pa, r.flags{}"
+      " FROM lcr_reading AS r JOIN level AS l ON l.run_id = r.run_id AND l.level = r.level"
+      " WHERE r.run_id = ? AND r.reading_index IS NOT NULL ORDER BY r.seq",
+      c.value_sql);
+  auto track = FrameTrack::open(db, c.id, c.hold_force);
+  if (!track) return fail(track.error());
+  std::string scratch;
+  return for_each_row(db, c, sql, out, [&](const Statement& row) -> Result<> {
+    auto a = align(*track, c, row.integer(1), row.integer(2));
+    if (!a) return fail(a.error());
+    out.integer(row.integer(0));
+    out.decimal(a->middle_ns - c.start_ns, -9);
+    out.text(row.text(3));
+    for (int i = 4; i <= 7; ++i) out.integer(row.integer(i));
+    out.number(row.optional_real(8));
+    out.number(row.optional_real(9), -3);
+    out.number(a->state.force_N);
+    append_pressure(out, c, a->state.force_N);
+    append_values(out, c, row, 11);
+    append_flags(out, scratch, row.integer(10), kLcrFlagWords);
+    return {};
+  });
+}
+
+void add(std::vector<Column>& to, const std::vector<Column>& more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
+
+}  // namespace
+
+std::vector<Column> columns_of(const ExportContext& c, Layout layout) {
+  constexpr Column kReading{"reading", "integer", "", "fresh reading within the level, from 1"};
+  std::vector<Column> out{kSeq, kTime};
+  switch (layout) {
+    case Layout::readings:
+      add(out, {{"t_asked_s", "number", "s", "when the reading was requested"},
+                {"t_first_byte_s", "number", "s", "when the answer began"},
+                kStep,
+                kRepeat,
+                kLevel,
+                kReading,
+                {"fresh", "boolean", "", "false: the meter repeated its last value"},
+                kFlags,
+                {"function", "string", "", "impedance function of the meter"},
+                {"frequency_Hz", "number", "Hz", "test frequency"}});
+      add(out, c.value_columns);
+      add(out, {{"status", "string", "", "comparator words as the meter sent them"}});
+      break;
+    case Layout::frame:
+      add(out, {{"device_time_s", "number", "s", "the frame's own clock"},
+                kForce,
+                kTravel,
+                kGap,
+                kPressure,
+                kFlags});
+      break;
+    case Layout::levels:
+      add(out, {kStep,
+                kRepeat,
+                kLevel,
+                {"index", "integer", "", "of the level within the repeat, from 1"},
+                kReading,
+                {"target_force_N", "number", "N", "force asked for"},
+                {"target_pressure_kPa", "number", "kPa", "pressure asked for"},
+                kForce,
+                kPressure});
+      add(out, c.value_columns);
+      add(out, {kFlags});
+      break;
+    case Layout::events:
+      add(out, {{"kind", "string", "", "what happened"},
+                kStep,
+                {"detail", "string", "", "text, or JSON for kinds that carry numbers"}});
+      break;
+    case Layout::aligned:
+      add(out, {kStep, kRepeat, kLevel, kReading, kFlags});
+      add(out, c.value_columns);
+      add(out, {kForce,
+                kTravel,
+                kGap,
+                kPressure,
+                {"alignment_uncertainty_s", "number", "s", "standard uncertainty of the instant"},
+                {"alignment_uncertainty_N", "number", "N", "the same times the rate of force"}});
+      break;
+  }
+  if (c.run.simulated) {
+    out.push_back(
+        {"simulated", "boolean", "", "true: the bench was simulated, nothing was measured"});
+  }
+  return out;
+}
+
+Result<> write_layout(const Database& db, const ExportContext& c, Layout layout, CsvWriter& out) {
+  for (const Column& column : columns_of(c, layout)) out.word(column.name);
+  if (auto r = out.end_row(); !r) return r;
+  Result<> written;
+  switch (layout) {
+    case Layout::readings: written = write_readings(db, c, out); break;
+    case Layout::frame: written = write_frame(db, c, out); break;
+    case Layout::levels: written = write_levels(db, c, out); break;
+    case Layout::events: written = write_events(db, c, out); break;
+    case Layout::aligned: written = write_aligned(db, c, out); break;
+  }
+  if (!written) return written;
+  return out.flush();
+}
+
+}  // namespace lcrig

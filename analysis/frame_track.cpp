@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/frame_track.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "storage/flags.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr std::int64_t kDelayWindow_ns = 10'000'000'000;
+
+std::optional<double> between(std::optional<double> a, std::optional<double> b, double fraction) {
+  if (!a || !b) return std::nullopt;
+  return *a + (*b - *a) * fraction;
+}
+
+}  // namespace
+
+Result<FrameTrack> FrameTrack::open(const Database& db, std::int64_t run, bool hold) {
+  auto rows = db.prepare(
+      "SELECT received_mono_ns, device_seq, device_time_s, force_N, travel_m, flags"
+      " FROM frame_sample WHERE run_id = ? ORDER BY seq");
+  if (!rows) return fail(rows.error());
+  rows->bind(0, run);
+  return FrameTrack(std::move(*rows), hold);
+}
+
+std::int64_t FrameTrack::sample_time(std::int64_t received_ns,
+                                     std::optional<double> device_time_s) {
+  if (!device_time_s) return received_ns;
+  const auto device_ns = static_cast<std::int64_t>(std::llround(*device_time_s * 1e9));
+  const std::int64_t delay = received_ns - device_ns;
+  while (!delays_.empty() && delays_.back().delay_ns >= delay) delays_.pop_back();
+  delays_.push_back({received_ns, delay});
+  while (delays_.front().received_ns < received_ns - kDelayWindow_ns) delays_.pop_front();
+  return device_ns + delays_.front().delay_ns;
+}
+
+Result<> FrameTrack::advance() {
+  auto row = rows_.step();
+  if (!row) return fail(row.error());
+  before_ = after_;
+  after_.reset();
+  exhausted_ = !*row;
+  if (exhausted_) return {};
+  Sample s;
+  s.t_ns = sample_time(rows_.integer(0), rows_.optional_real(2));
+  if (before_) s.t_ns = std::max(s.t_ns, before_->t_ns);
+  s.device_seq = rows_.integer(1);
+  s.after_gap = (rows_.integer(5) & kFrameAfterGap) != 0;
+  s.force_N = rows_.optional_real(3);
+  s.travel_m = rows_.optional_real(4);
+  after_ = s;
+  return {};
+}
+
+Result<FrameState> FrameTrack::at(std::int64_t mono_ns) {
+  while (!exhausted_ && (!after_ || after_->t_ns < mono_ns)) {
+    if (auto r = advance(); !r) return fail(r.error());
+  }
+  FrameState out;
+  if (after_ && after_->t_ns == mono_ns && (hold_ || !before_)) {
+    out.force_N = after_->force_N;
+    out.travel_m = after_->travel_m;
+    return out;
+  }
+  if (!before_ || before_->t_ns > mono_ns) return out;
+  if (hold_) {
+    out.force_N = before_->force_N;
+    out.travel_m = before_->travel_m;
+    return out;
+  }
+  if (!after_ || after_->after_gap || after_->device_seq != before_->device_seq + 1) return out;
+  out.spacing_ns = after_->t_ns - before_->t_ns;
+  const double span = static_cast<double>(out.spacing_ns);
+  const double fraction = span > 0 ? static_cast<double>(mono_ns - before_->t_ns) / span : 1.0;
+  out.force_N = between(before_->force_N, after_->force_N, fraction);
+  out.travel_m = between(before_->travel_m, after_->travel_m, fraction);
+  if (out.force_N && span > 0) {
+    out.force_rate_N_s = (*after_->force_N - *before_->force_N) / (span * 1e-9);
+  }
+  return out;
+}
+
+}  // namespace lcrig

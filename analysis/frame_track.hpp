@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Force and travel at any instant of a run, interpolated between the frame's samples; streaming.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "storage/sqlite.hpp"
+
+namespace lcrig {
+
+struct FrameState {
+  std::optional<double> force_N, travel_m;
+  // Time between the two samples around it, ns; 0 when held (dead weights).
+  std::int64_t spacing_ns = 0;
+  double force_rate_N_s = 0;
+};
+
+// Samples arrive in batches, so the time of arrival is later than that of the sample. Device times
+// are put on the run's clock with the smallest delay of arrival of the last 10 s: the clocks'
+// offset plus the shortest way. Memory is that window's, however long the run.
+class FrameTrack {
+ public:
+  // `hold`: a sample is valid until the next one (dead weights); else linear between samples.
+  static Result<FrameTrack> open(const Database& db, std::int64_t run, bool hold);
+  // Instants must not run backwards. Empty values: before the first sample, after the last, across
+  // a gap (device samples missing), or where a sample has none.
+  Result<FrameState> at(std::int64_t mono_ns);
+
+ private:
+  struct Sample {
+    std::int64_t t_ns = 0;
+    std::int64_t device_seq = 0;
+    bool after_gap = false;
+    std::optional<double> force_N, travel_m;
+  };
+  FrameTrack(Statement statement, bool hold) : rows_(std::move(statement)), hold_(hold) {}
+  Result<> advance();
+  std::int64_t sample_time(std::int64_t received_ns, std::optional<double> device_time_s);
+
+  Statement rows_;
+  bool hold_;
+  bool exhausted_ = false;
+  std::optional<Sample> before_, after_;
+  struct Delay {
+    std::int64_t received_ns, delay_ns;
+  };
+  std::deque<Delay> delays_;  // growing; the front is the smallest of the window
+};
+
+}  // namespace lcrig
