@@ -108,7 +108,7 @@ Result<ExportContext> load_context(const Database& db, std::int64_t run) {
   read_settings(c);
   if (auto r = load_value_columns(db, c); !r) return fail(r.error());
   if (auto r = load_since(db, run, "contact", "travel_m", c.contacts); !r) return fail(r.error());
-  if (auto r = load_since(db, run, "lcr_settings", "frequency_Hz", c.frequencies); !r) {
+  if (auto r = load_since(db, run, "settings", "frequency_Hz", c.frequencies); !r) {
     return fail(r.error());
   }
   return c;
