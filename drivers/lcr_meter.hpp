@@ -65,6 +65,8 @@ namespace lcr_flag {
 constexpr std::uint32_t kPrimaryOverload = 1U << 0U;  // primary is NULL
 constexpr std::uint32_t kSecondaryOverload = 1U << 1U;  // secondary is NULL
 constexpr std::uint32_t kAfterResync = 1U << 2U;  // first reading after the line was resynchronised
+constexpr std::uint32_t kAfterSetUp = 1U << 3U;  // first reading after a set-up that the driver
+                                                 // sent again by itself (the meter had become slow)
 }  // namespace lcr_flag
 
 struct LcrReading {

@@ -197,6 +197,12 @@ Task<Result<>> ScpiLink::drain(Duration quiet) {
   co_return Result<>();
 }
 
+Task<Result<>> ScpiLink::flush() {
+  auto drained = co_await drain(kQuiet);
+  if (drained) dirty_ = false;
+  co_return drained;
+}
+
 // True when the answers to all sentinels came (or those that are missing are lost).
 Task<Result<bool>> ScpiLink::await_identity() {
   MonoTime deadline = clock_.now() + patience_;

@@ -36,6 +36,8 @@ class ScpiLink {
 
   // Makes the line clean, also when it seems to be. Errors as in query.
   Task<Result<>> resync();
+  // Throws away what is there and starts afresh; only before the identity is known.
+  Task<Result<>> flush();
   // The last answer made no sense: do not trust what follows either.
   void mark_dirty() { dirty_ = true; }
   bool dirty() const { return dirty_; }

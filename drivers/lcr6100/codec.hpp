@@ -55,7 +55,8 @@ enum class SettingId {
   frequency,
   aperture,
   average,
-  trigger
+  trigger,
+  correction
 };
 
 // One line of the set-up: what is sent, how it is asked back, and what must come.

@@ -84,6 +84,7 @@ bool matches(const Setting& setting, std::string_view reply) {
   }
   if (setting.id == SettingId::aperture) return same_word(field(reply, 0), setting.wanted);
   if (setting.id == SettingId::average) return field(reply, 1) == setting.wanted;
+  if (setting.id == SettingId::correction && reply == "1") return setting.wanted == "ON";
   if (setting.id == SettingId::page) return same_word(reply.substr(0, 4), setting.wanted);
   return same_word(reply, setting.wanted);
 }

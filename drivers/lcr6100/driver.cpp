@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/lcr6100/driver.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+#include "base/log.hpp"
+
+namespace lcrig::lcr6100 {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kAfterOpen = 500ms;  // the meter's USB bridge needs it
+constexpr Duration kPace = 150ms;  // after a set command, else some are lost
+constexpr Duration kReplyTime = 1s;
+constexpr Duration kCorrectionTime = 120s;
+constexpr int kTries = 3;
+constexpr int kSlowReadings = 5;
+// FAST at 1 kHz and more gives 15 readings a second; far fewer mean that the meter fell into its
+// slow state, which ends when the set-up is sent again.
+constexpr double kFastFrom = 1000;  // Hz
+constexpr double kSlowFactor = 2.2;
+
+bool is_fatal(Errc code) {
+  return code != Errc::no_reply && code != Errc::reply_cut_off && code != Errc::garbled;
+}
+
+}  // namespace
+
+Lcr6100::Lcr6100(std::unique_ptr<Transport> transport, Clock& clock, std::string expected_serial)
+    : link_(std::move(transport), clock),
+      clock_(clock),
+      expected_serial_(std::move(expected_serial)),
+      capabilities_(lcr6100::capabilities()),
+      opened_(clock.now()) {}
+
+Task<> Lcr6100::wake() {
+  if (awake_) co_return;
+  if (clock_.now() < opened_ + kAfterOpen) co_await clock_.wait_until(opened_ + kAfterOpen);
+  awake_ = true;
+}
+
+Task<Result<>> Lcr6100::set(std::string_view command) {
+  auto sent = co_await link_.send(command);
+  if (sent) co_await clock_.wait_for(kPace);
+  co_return sent;
+}
+
+// The first line after opening may be garbage, and nothing is known of the other side yet: asked up
+// to three times, on a line that was emptied before.
+Task<Result<Reply>> Lcr6100::ask_identity() {
+  Result<Reply> reply = fail(Errc::no_reply, "{}: not asked", link_.name());
+  for (int i = 0; i < kTries; ++i) {
+    auto flushed = co_await link_.flush();
+    if (!flushed) co_return fail(flushed.error());
+    reply = co_await link_.query("*IDN?", kReplyTime);
+    if (reply && parse_identity(reply->text)) {
+      link_.set_identity(reply->text);
+      if (i == 0) co_return reply;
+      auto clean = co_await link_.resync();
+      if (!clean) co_return fail(clean.error());
+      co_return reply;
+    }
+    if (!reply && is_fatal(reply.error().code)) break;
+  }
+  co_return reply;
+}
+
+Task<Result<Identity>> Lcr6100::identify() {
+  co_await wake();
+  auto reply = co_await ask_identity();
+  if (!reply && reply.error().code == Errc::no_reply) {
+    co_return fail(Errc::no_reply,
+                   "{}; check power and cable, and that the meter's system menu has this port "
+                   "chosen (RS-232 or USB: only one of them answers)",
+                   reply.error().what);
+  }
+  if (!reply) co_return fail(reply.error());
+  auto identity = parse_identity(reply->text);
+  if (!identity || !is_supported_model(identity->model)) {
+    co_return fail(Errc::refused, "{}: \"{}\" answered; expected a GW Instek LCR-6000 or LCR-76000",
+                   link_.name(), printable(reply->text));
+  }
+  if (!expected_serial_.empty() && identity->serial != expected_serial_) {
+    co_return fail(Errc::refused, "{}: the meter with serial number {} answered; expected {}",
+                   link_.name(), printable(identity->serial), expected_serial_);
+  }
+  auto quiet = co_await quieten();
+  if (!quiet) co_return fail(quiet.error());
+  co_return identity;
+}
+
+// Result codes off; echo and unasked readings off too when the meter was seen to send them.
+Task<Result<>> Lcr6100::quieten() {
+  auto sent = co_await set("SYST:CODE OFF");
+  if (!sent) co_return sent;
+  auto probe = co_await link_.query("*IDN?", kReplyTime);
+  if (!probe && is_fatal(probe.error().code)) co_return fail(probe.error());
+  if (link_.take_echo_seen()) {
+    sent = co_await set("SYST:SHAK OFF");
+    if (!sent) co_return sent;
+  }
+  if (link_.take_stray_seen()) {
+    sent = co_await set("SYST:RES FETCH");
+    if (!sent) co_return sent;
+  }
+  co_return sent;
+}
+
+Result<> Lcr6100::check(const LcrSettings& s) const {
+  const auto& c = capabilities_;
+  const auto refuse = [this](std::string_view what, double value, double min, double max) {
+    return fail(Errc::invalid_request, "{}: {} {} is out of range ({} to {})", link_.name(), what,
+                value, min, max);
+  };
+  if (s.frequency < c.frequency_min || s.frequency > c.frequency_max) {
+    return refuse("frequency_Hz", s.frequency.si(), c.frequency_min.si(), c.frequency_max.si());
+  }
+  if (s.level < c.level_min || s.level > c.level_max) {
+    return refuse("level_V", s.level.si(), c.level_min.si(), c.level_max.si());
+  }
+  if (s.bias && (*s.bias < c.bias_min || *s.bias > c.bias_max)) {
+    return refuse("bias_V", s.bias->si(), c.bias_min.si(), c.bias_max.si());
+  }
+  if (s.average < 1 || s.average > c.average_max) {
+    return refuse("average", s.average, 1, c.average_max);
+  }
+  return {};
+}
+
+// Sends one setting until its read-back says that it was taken.
+Task<Result<>> Lcr6100::establish(const Setting& setting, LcrSettings& got) {
+  Result<Reply> reply = fail(Errc::bug, "{}: not asked", link_.name());
+  for (int i = 0; i < kTries; ++i) {
+    auto sent = co_await set(setting.set);
+    if (!sent) co_return sent;
+    reply = co_await link_.query(setting.query, kReplyTime);
+    if (reply && matches(setting, reply->text)) {
+      apply(setting, reply->text, got);
+      co_return Result<>();
+    }
+    if (!reply && is_fatal(reply.error().code)) break;
+  }
+  if (!reply) co_return fail(reply.error());
+  co_return fail(Errc::refused, "{}: the meter does not take the {}: wanted {}, got {}",
+                 link_.name(), setting.name, setting.wanted, printable(reply->text));
+}
+
+Task<Result<LcrSettings>> Lcr6100::configure(LcrSettings settings) {
+  auto valid = check(settings);
+  if (!valid) co_return fail(valid.error());
+  co_await wake();
+  auto got = co_await set_up(settings);
+  co_return got;
+}
+
+Task<Result<LcrSettings>> Lcr6100::set_up(LcrSettings settings) {
+  LcrSettings got = settings;
+  configured_ = false;
+  const auto table = settings_for(settings);
+  for (const Setting& setting : table) {
+    auto taken = co_await establish(setting, got);
+    if (!taken) co_return fail(taken.error());
+  }
+  settings_ = settings;
+  conversion_ = capabilities_.conversion_time(settings);
+  link_.set_patience(std::max<Duration>(2s, conversion_ + conversion_ / 2));
+  pace_.restart(clock_.now(), conversion_);
+  last_poll_ = clock_.now() + conversion_ - settings.poll_interval.value_or(Duration{});
+  last_values_.clear();
+  last_fresh_ = MonoTime{};
+  slow_ = 0;
+  configured_ = true;
+  co_return got;
+}
+
+// Five readings in a row, each far slower than the setting allows.
+void Lcr6100::note_duration(Duration d) {
+  const bool fast = settings_.aperture == Aperture::fast && settings_.frequency.si() >= kFastFrom;
+  const bool slow = to_seconds(d) > kSlowFactor * to_seconds(conversion_);
+  slow_ = fast && slow ? slow_ + 1 : 0;
+}
+
+Result<LcrReading> Lcr6100::reading(const Reply& reply, std::string_view command, bool& fresh) {
+  const auto line = parse_reading(reply.text);
+  if (!line || line->numbers < 2) {
+    link_.mark_dirty();
+    return fail(Errc::garbled, "{}: {} -> \"{}\" is not a reading", link_.name(), command,
+                printable(reply.text));
+  }
+  fresh = line->values != last_values_;
+  if (fresh) last_values_ = line->values;
+  LcrReading out;
+  out.primary = line->primary;
+  out.secondary = line->secondary;
+  out.function = settings_.function;
+  out.flags = line->flags;
+  out.fresh = fresh;
+  out.status = line->status;
+  out.asked = reply.asked;
+  out.first_byte = reply.first_byte;
+  out.last_byte = reply.last_byte;
+  if (link_.take_resynced()) out.flags |= lcr_flag::kAfterResync;
+  if (std::exchange(set_up_again_, false)) out.flags |= lcr_flag::kAfterSetUp;
+  return out;
+}
+
+Task<Result<LcrReading>> Lcr6100::measure() {
+  if (!configured_) {
+    co_return fail(Errc::invalid_request, "{}: the meter is not configured", link_.name());
+  }
+  if (slow_ >= kSlowReadings) {
+    spdlog::warn("{}: the meter became slow; the set-up is sent again", link_.name());
+    auto again = co_await set_up(settings_);
+    if (!again) co_return fail(again.error());
+    set_up_again_ = true;
+  }
+  if (settings_.trigger == LcrTrigger::bus) {
+    auto once = co_await trigger();
+    co_return once;
+  }
+  auto polled = co_await poll();
+  co_return polled;
+}
+
+// *TRG answers by itself; FETC? after it would leave a line behind.
+Task<Result<LcrReading>> Lcr6100::trigger() {
+  const Duration timeout = std::max<Duration>(5s, 3 * conversion_);
+  auto reply = co_await link_.query("*TRG", timeout);
+  if (!reply) co_return fail(reply.error());
+  note_duration(reply->last_byte - reply->asked);
+  bool changed = true;
+  auto out = reading(*reply, "*TRG", changed);
+  if (out) out->fresh = true;
+  co_return out;
+}
+
+MonoTime Lcr6100::next_poll(MonoTime now) const {
+  if (!settings_.poll_interval) return pace_.next_poll(now);
+  return std::max(now, last_poll_ + std::max<Duration>(1ms, *settings_.poll_interval));
+}
+
+Task<Result<LcrReading>> Lcr6100::poll() {
+  const MonoTime begin = clock_.now();
+  const MonoTime give_up = begin + 3 * conversion_;
+  // Only readings that follow each other without a pause tell the meter's speed.
+  if (begin - last_poll_ > conversion_) last_fresh_ = MonoTime{};
+  const Duration timeout = std::max<Duration>(kReplyTime, 2 * conversion_);
+  while (true) {
+    const MonoTime now = clock_.now();
+    const MonoTime at = next_poll(now);
+    if (at > now) co_await clock_.wait_until(at);
+    last_poll_ = clock_.now();
+    auto reply = co_await link_.query("FETC?", timeout);
+    if (!reply) co_return fail(reply.error());
+    bool fresh = false;
+    auto out = reading(*reply, "FETC?", fresh);
+    if (!out) co_return out;
+    if (fresh) {
+      pace_.fresh(reply->asked, reply->first_byte);
+      if (last_fresh_ != MonoTime{}) note_duration(reply->first_byte - last_fresh_);
+      last_fresh_ = reply->first_byte;
+      co_return out;
+    }
+    pace_.stale(reply->asked);
+    if (reply->asked >= give_up) co_return out;
+  }
+}
+
+// Text lines, the last of which says `pass` or `fail`.
+Task<Result<>> Lcr6100::await_verdict(std::string_view command) {
+  const MonoTime end = clock_.now() + kCorrectionTime;
+  auto line = co_await link_.query(command, kCorrectionTime);
+  while (line) {
+    std::string word = line->text;
+    std::ranges::transform(word, word.begin(), [](char c) {
+      return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    });
+    if (word.find("pass") != word.npos) co_return Result<>();
+    if (word.find("fail") != word.npos) {
+      co_return fail(Errc::refused, "{}: {} -> \"{}\"; check fixture and leads, then repeat it",
+                     link_.name(), command, printable(line->text));
+    }
+    line = co_await link_.next_line(command, end - clock_.now());
+  }
+  link_.mark_dirty();
+  co_return fail(line.error());
+}
+
+Task<Result<>> Lcr6100::correct(Correction kind) {
+  co_await wake();
+  const std::string node = kind == Correction::open ? "CORR:OPEN" : "CORR:SHOR";
+  const std::string command = node + ":LCR";
+  link_.set_patience(kCorrectionTime);
+  auto verdict = co_await await_verdict(command);
+  // A meter that gave no verdict may still be busy with it.
+  const bool answered = verdict || verdict.error().code == Errc::refused;
+  if (answered) link_.set_patience(std::max<Duration>(2s, conversion_ + conversion_ / 2));
+  if (!verdict) co_return verdict;
+  const Setting state(SettingId::correction, "correction state", node + ":STAT", "ON");
+  LcrSettings unused;
+  auto on = co_await establish(state, unused);
+  co_return on;
+}
+
+Task<Result<>> Lcr6100::resync() {
+  auto clean = co_await link_.resync();
+  co_return clean;
+}
+
+Task<Result<>> Lcr6100::make_safe() {
+  co_await wake();
+  configured_ = false;
+  auto internal = co_await set("TRIG:SOUR INT");
+  if (!internal) co_return internal;
+  auto unlocked = co_await set("UNLOCK");
+  co_return unlocked;
+}
+
+}  // namespace lcrig::lcr6100

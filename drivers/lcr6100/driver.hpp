@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// GW Instek LCR-6000 series over its serial dialect (codec.hpp).
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "drivers/lcr6100/codec.hpp"
+#include "drivers/lcr6100/pace.hpp"
+#include "drivers/lcr_meter.hpp"
+#include "drivers/scpi.hpp"
+
+namespace lcrig::lcr6100 {
+
+class Lcr6100 final : public LcrMeter {
+ public:
+  // The port was opened just now. With a serial number, identify() refuses any other meter.
+  Lcr6100(std::unique_ptr<Transport> transport, Clock& clock, std::string expected_serial = "");
+
+  const LcrCapabilities& capabilities() const override { return capabilities_; }
+  Task<Result<Identity>> identify() override;
+  Task<Result<LcrSettings>> configure(LcrSettings settings) override;
+  Task<Result<LcrReading>> measure() override;
+  Task<Result<>> correct(Correction kind) override;
+  Task<Result<>> resync() override;
+  Task<Result<>> make_safe() override;
+  void close() override { link_.close(); }
+
+ private:
+  Task<> wake();
+  Task<Result<Reply>> ask_identity();
+  Task<Result<>> quieten();
+  Task<Result<>> set(std::string_view command);
+  Task<Result<>> establish(const Setting& setting, LcrSettings& got);
+  Task<Result<LcrSettings>> set_up(LcrSettings settings);
+  Task<Result<LcrReading>> trigger();
+  Task<Result<LcrReading>> poll();
+  Task<Result<>> await_verdict(std::string_view command);
+  Result<> check(const LcrSettings& settings) const;
+  Result<LcrReading> reading(const Reply& reply, std::string_view command, bool& fresh);
+  MonoTime next_poll(MonoTime now) const;
+  void note_duration(Duration d);
+
+  ScpiLink link_;
+  Clock& clock_;
+  std::string expected_serial_;
+  LcrCapabilities capabilities_;
+  LcrSettings settings_;  // as asked for, in force
+  Duration conversion_{};
+  MonoTime opened_;
+  bool awake_ = false, configured_ = false;
+
+  Pace pace_;
+  std::string last_values_;  // numbers of the last answer, as sent
+  MonoTime last_poll_{};
+  MonoTime last_fresh_{};
+  int slow_ = 0;  // readings in a row that took far too long
+  bool set_up_again_ = false;  // for the flag of the next reading
+};
+
+}  // namespace lcrig::lcr6100

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// When to ask a meter that converts by itself, so that nearly every question finds a new value and
+// none is missed. The meter finishes conversions on a grid whose phase and period are not known
+// exactly; both are kept as intervals that every answer narrows: an old value says that the edge
+// was not before the question, a new one that it was not after the answer.
+#pragma once
+
+#include "base/clock.hpp"
+
+namespace lcrig::lcr6100 {
+
+class Pace {
+ public:
+  // A new grid begins at about `now`; `nominal` is the expected period.
+  void restart(MonoTime now, Duration nominal);
+  // Never earlier than now; at least 1 ms after the last answer that was old.
+  MonoTime next_poll(MonoTime now) const;
+  void fresh(MonoTime asked, MonoTime answered);
+  void stale(MonoTime asked);
+  Duration period() const { return (period_min_ + period_max_) / 2; }
+
+ private:
+  void lose_phase(MonoTime asked, MonoTime answered);
+  void late(MonoTime asked, MonoTime answered);
+  void narrow_period(std::int64_t steps);
+  void widen_period(double below, double above);
+
+  Duration nominal_{};
+  Duration period_min_{}, period_max_{};
+  bool started_ = false;  // an edge was seen
+  MonoTime first_poll_{};
+  MonoTime lo_{}, hi_{};  // the newest edge that was seen lies in (lo_, hi_]
+  MonoTime stale_at_{};  // the newest question that was answered with an old value
+  MonoTime anchor_lo_{}, anchor_hi_{};  // an older edge, for the period
+  std::int64_t since_anchor_ = 0;  // edges
+  int unverified_ = 0;  // early polls in a row that found a new value already
+};
+
+}  // namespace lcrig::lcr6100

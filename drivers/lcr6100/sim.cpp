@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/lcr6100/sim.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "drivers/lcr6100/sim_values.hpp"
+
+namespace lcrig::lcr6100 {
+
+namespace {
+using namespace std::chrono_literals;
+
+constexpr std::string_view kWords = ",OUT ,AUX-NG,NG";  // no limits are set
+constexpr std::size_t kMaxLine = 1000;  // receive buffer of the relative AT381x
+constexpr Duration kWriteTime = 5s;
+constexpr Duration kCorrectionTime = 20s;
+}  // namespace
+
+Lcr6100Sim::Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimConfig config,
+                       Source source)
+    : transport_(std::move(transport)),
+      clock_(clock),
+      config_(std::move(config)),
+      source_(std::move(source)),
+      grid_start_(clock.now()) {
+  reset();
+}
+
+Lcr6100Sim::Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimConfig config,
+                       Recording recording)
+    : Lcr6100Sim(std::move(transport), clock, std::move(config), Source()) {
+  recording_ = std::move(recording);
+}
+
+Task<> Lcr6100Sim::run() {
+  std::array<char, 512> chunk{};
+  while (true) {
+    const bool streaming = faults_.streaming && internal();
+    const MonoTime deadline = streaming ? next_edge() : MonoTime::max();
+    auto n = co_await transport_->read_some(chunk, deadline);
+    if (n) {
+      co_await take(std::string_view(chunk.data(), *n));
+    } else if (n.error().code == Errc::no_reply) {
+      co_await stream();
+    } else {
+      co_return;
+    }
+  }
+}
+
+Task<> Lcr6100Sim::take(std::string_view bytes) {
+  in_ += bytes;
+  std::size_t begin = 0;
+  for (auto end = in_.find('\n'); end != in_.npos; end = in_.find('\n', begin)) {
+    std::string_view text = std::string_view(in_).substr(begin, end - begin);
+    if (text.ends_with('\r')) text.remove_suffix(1);
+    begin = end + 1;
+    co_await line(text);
+  }
+  in_.erase(0, begin);
+  if (in_.size() > kMaxLine) {
+    in_.clear();
+    fail_with("*E04");
+  }
+}
+
+// One message: commands joined by ';', each on the path of the one before.
+Task<> Lcr6100Sim::line(std::string_view text) {
+  path_.clear();
+  if (value("SYST:SHAK").word == "ON" && !text.empty()) co_await answer(std::string(text));
+  while (!text.empty()) {
+    const auto end = std::min(text.find(';'), text.size());
+    co_await command(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (value("SYST:CODE").word == "ON") co_await answer(error_);
+  }
+}
+
+// Sends one line, or does to it what the back door asked for.
+Task<> Lcr6100Sim::answer(std::string text) {
+  if (faults_.silent) co_return;
+  SimFaults::Reply fault(SimFaults::Kind::none);
+  if (!faults_.replies.empty()) {
+    fault = faults_.replies.front();
+    faults_.replies.pop_front();
+  }
+  using Kind = SimFaults::Kind;
+  if (fault.kind == Kind::drop) co_return;
+  if (fault.delay > 0s) co_await clock_.wait_for(fault.delay);
+  out_.clear();
+  if (!std::exchange(garbage_sent_, true)) out_ = faults_.first_line;
+  if (fault.kind == Kind::garble) {
+    for (std::size_t i = 1; i < text.size(); i += 3) text[i] = static_cast<char>(text[i] ^ 0x41);
+  }
+  if (fault.kind == Kind::echo) out_.append("FETC?\r\n");
+  if (fault.kind == Kind::cut) {
+    out_.append(text, 0, text.size() / 2);
+  } else {
+    out_.append(text).append("\r\n");
+  }
+  if (fault.kind == Kind::twice) out_.append(text).append("\r\n");
+  auto written = co_await transport_->write_all(out_, clock_.now() + kWriteTime);
+  static_cast<void>(written);  // nobody listens: a meter does not care
+}
+
+bool Lcr6100Sim::internal() const {
+  return value("TRIG:SOUR").word == "INT";
+}
+
+Duration Lcr6100Sim::conversion() const {
+  const double once = config_.conversion_s[static_cast<std::size_t>(aperture_)];
+  return from_seconds(once * average_ * faults_.slow_factor);
+}
+
+std::int64_t Lcr6100Sim::finished() const {
+  return (clock_.now() - grid_start_) / conversion();
+}
+
+MonoTime Lcr6100Sim::next_edge() const {
+  return grid_start_ + (finished() + 1) * conversion();
+}
+
+// A setting changed: what was finished stays readable until the first conversion under the new one
+// ends, as in the meter.
+void Lcr6100Sim::restart_grid() {
+  if (!recording_ && internal() && finished() > 0 && finished() != computed_) {
+    compute(grid_start_ + finished() * conversion() - conversion() / 2, finished());
+  }
+  grid_start_ = clock_.now();
+  computed_ = 0;
+  streamed_ = 0;
+  ++epoch_;
+}
+
+double Lcr6100Sim::sigma(double frequency, double volt) const {
+  const double once = config_.capacitance_noise_F[static_cast<std::size_t>(aperture_)];
+  return once * (1000 / frequency) / volt / std::sqrt(average_);
+}
+
+// The conversion whose window has its middle there.
+void Lcr6100Sim::compute(MonoTime middle, std::int64_t index) {
+  computed_ = index;
+  if (faults_.stuck && !reading_.empty()) return;
+  const double frequency = value("FREQ").number;
+  const double volt = value("LEV:VOLT").number;
+  Electrical e = source_(middle);
+  const auto [first, second] = noise_pair(config_.seed, epoch_, index);
+  const double noise = sigma(frequency, volt);
+  if (e.capacitance_F > 0) e.dissipation += noise / e.capacitance_F * second;
+  e.capacitance_F += noise * first;
+  if (faults_.overload) e.capacitance_F = std::nan("");
+  const Impedance z(e.capacitance_F, e.dissipation, frequency);
+  const std::string_view function = value("FUNC").word;
+  const auto dash = function.find('-');
+  reading_.clear();
+  append_value(reading_, function.substr(0, dash), z.value(function.substr(0, dash)));
+  if (dash != function.npos) {
+    reading_ += ',';
+    append_value(reading_, function.substr(dash + 1), z.value(function.substr(dash + 1)));
+  }
+  monitors_.clear();
+  for (const char* header : {"FUNC:MON1", "FUNC:MON2"}) {
+    const std::string& word = value(header).word;
+    if (word == "OFF") continue;
+    monitors_ += ',';
+    double shown = z.value(word);
+    if (word == "VAC") shown = volt;
+    if (word == "IAC") shown = volt / z.value("Z");
+    append_value(monitors_, word, shown);
+  }
+}
+
+void Lcr6100Sim::compute_recorded() {
+  if (!play_start_) play_start_ = clock_.now();
+  auto row = recording_(clock_.now() - *play_start_);
+  if (row) reading_ = std::move(*row);
+}
+
+// FETC? in its forms: the latest finished conversion; the first one is waited for.
+Task<> Lcr6100Sim::fetch(std::string_view what) {
+  ++fetches_;
+  if (recording_) {
+    compute_recorded();
+  } else if (internal()) {
+    if (reading_.empty() && finished() == 0) co_await clock_.wait_until(next_edge());
+    const std::int64_t k = finished();
+    if (k > 0 && k != computed_) compute(grid_start_ + k * conversion() - conversion() / 2, k);
+  }
+  if (reading_.empty()) co_return;  // BUS, and nothing was triggered yet
+  if (what == ":MON") {
+    if (monitors_.empty()) co_return;
+    std::string text = monitors_.substr(1);
+    co_await answer(std::move(text));
+    co_return;
+  }
+  std::string text = reading_;
+  if (what == ":IMP") text += monitors_;
+  if (what != ":MAIN") text += text.find(',') == text.npos ? ",OUT ,OK" : kWords;
+  co_await answer(std::move(text));
+}
+
+Task<> Lcr6100Sim::trigger(bool answered) {
+  if (internal()) {
+    fail_with("*E02");
+    co_return;
+  }
+  const MonoTime begin = clock_.now();
+  const Duration time = conversion();
+  co_await clock_.wait_until(begin + time);
+  if (recording_) {
+    compute_recorded();
+  } else {
+    compute(begin + time / 2, computed_ + 1);
+  }
+  if (!answered || reading_.empty()) co_return;
+  std::string text = reading_;
+  text += text.find(',') == text.npos ? ",OUT ,OK" : kWords;
+  co_await answer(std::move(text));
+}
+
+Task<> Lcr6100Sim::stream() {
+  const std::int64_t k = finished();
+  if (k <= streamed_ || recording_) co_return;
+  streamed_ = k;
+  compute(grid_start_ + k * conversion() - conversion() / 2, k);
+  co_await answer(reading_ + std::string(kWords));
+}
+
+Task<> Lcr6100Sim::correct(std::string state_header) {
+  co_await answer("Correction running");
+  co_await clock_.wait_for(kCorrectionTime);
+  const bool failed = faults_.correction_fails;
+  if (!failed) set(state_header, "ON");
+  co_await answer(failed ? "fail" : "pass");
+  restart_grid();
+}
+
+}  // namespace lcrig::lcr6100

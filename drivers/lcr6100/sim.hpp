@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// A simulated LCR-6100: answers the bytes that the real one would, from a source of electrical
+// values or from recorded readings.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/transport.hpp"
+#include "model/plant.hpp"
+
+namespace lcrig::lcr6100 {
+
+struct SimConfig {
+  SimConfig() = default;
+  std::string identity = "LCR-6100,REV E8.13,SIM000001,Good Will Instrument Co., Ltd.";
+  // By aperture (fast, medium, slow), without averaging.
+  std::array<double, 3> conversion_s{0.065, 0.120, 0.380};
+  // Standard deviation of one conversion at 1 kHz and 1 V; scales with 1/(f V sqrt(average)).
+  std::array<double, 3> capacitance_noise_F{60e-15, 44e-15, 25e-15};
+  std::uint64_t seed = 1;
+};
+
+// The back door: not reachable over the instrument's grammar.
+struct SimFaults {
+  enum class Kind { none, delay, drop, cut, twice, garble, echo };
+  struct Reply {
+    explicit Reply(Kind k, Duration d = {}) : kind(k), delay(d) {}
+    Kind kind;
+    Duration delay;
+  };
+  std::deque<Reply> replies;  // what happens to the next answers, one each
+  int lose_sets = 0;  // so many set commands are lost
+  std::string first_line;  // bytes sent before the first answer
+  bool silent = false;
+  bool streaming = false;  // sends every reading unasked, until SYST:RES FETCH
+  bool stuck = false;  // repeats its last reading
+  bool overload = false;
+  double slow_factor = 1;  // of the conversion time, until the aperture is set again
+  bool correction_fails = false;
+};
+
+class Lcr6100Sim {
+ public:
+  // Value at a time; asked for with times that never run backwards by more than one conversion.
+  using Source = std::function<Electrical(MonoTime)>;
+  // Playing back: "primary,secondary" as the meter sent it, newest at this time since the first
+  // FETC? or *TRG; nullopt: nothing yet. Conversion times, settings and noise play no part then.
+  using Recording = std::function<std::optional<std::string>(Duration)>;
+
+  Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimConfig config, Source source);
+  Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimConfig config,
+             Recording recording);
+
+  // Answers until the transport closes. The object outlives the task.
+  Task<> run();
+  void close() { transport_->close(); }
+  SimFaults& faults() { return faults_; }
+  // Counted for tests: FETC? in all its forms.
+  std::int64_t fetches() const { return fetches_; }
+
+ private:
+  // sim.cpp: bytes, answers, conversions
+  Task<> take(std::string_view bytes);
+  Task<> answer(std::string text);
+  Task<> line(std::string_view text);
+  Task<> stream();
+  Task<> fetch(std::string_view what);
+  Task<> trigger(bool answered);
+  Task<> correct(std::string state_header);
+  MonoTime next_edge() const;
+  Duration conversion() const;
+  double sigma(double frequency, double volt) const;
+  bool internal() const;
+  std::int64_t finished() const;
+  void restart_grid();
+  void compute(MonoTime middle, std::int64_t index);
+  void compute_recorded();
+  // sim_commands.cpp: grammar
+  struct Parameter;
+  struct Value {
+    std::string word;
+    double number = 0;
+  };
+  static const std::vector<Parameter>& parameters();
+  std::string resolve(std::string_view header);
+  Task<> command(std::string_view text);
+  Task<> ask(std::string header);
+  void assign(const Parameter& p, Value& value, std::string_view argument);
+  void assign_aperture(std::string_view argument);
+  bool set(const std::string& header, std::string_view argument);
+  std::optional<std::string> read(std::string_view header) const;
+  const Value& value(std::string_view header) const;
+  void reset();
+  void fail_with(std::string_view code) { error_ = code; }
+
+  std::unique_ptr<Transport> transport_;
+  Clock& clock_;
+  SimConfig config_;
+  Source source_;
+  Recording recording_;
+  SimFaults faults_;
+
+  std::vector<Value> values_;  // in the order of parameters()
+  int aperture_ = 2, average_ = 1;
+  std::string error_ = "*E00";
+  std::string path_;  // of the message that is being read
+  std::string in_, out_;
+  bool garbage_sent_ = false;
+
+  MonoTime grid_start_{};
+  std::uint64_t epoch_ = 0;  // of the grid
+  std::int64_t computed_ = 0;  // conversion of this epoch that `reading_` is
+  std::int64_t streamed_ = 0;
+  std::string reading_;  // numbers of the latest conversion that was looked at; may be empty
+  std::string monitors_;
+  std::optional<MonoTime> play_start_;
+  std::int64_t fetches_ = 0;
+};
+
+}  // namespace lcrig::lcr6100

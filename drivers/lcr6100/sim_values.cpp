@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/lcr6100/sim_values.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+
+namespace lcrig::lcr6100 {
+
+namespace {
+
+constexpr double kMaxResistance = 99.9999e6;  // ohm, the limit of the display
+constexpr double kOverload = 1e20;
+
+bool same_word(std::string_view a, std::string_view b) {
+  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
+  return std::ranges::equal(a, b, {}, lower, lower);
+}
+
+// splitmix64 (public domain, S. Vigna).
+std::uint64_t mix(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15U;
+  x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9U;
+  x = (x ^ (x >> 27U)) * 0x94d049bb133111ebU;
+  return x ^ (x >> 31U);
+}
+
+// In (0, 1].
+double unit(std::uint64_t bits) {
+  return (static_cast<double>(bits >> 11U) + 1.0) * 0x1p-53;
+}
+
+}  // namespace
+
+// Y = w Cp (D + j), Z = 1/Y.
+Impedance::Impedance(double parallel_F, double dissipation, double frequency_Hz)
+    : cp_(parallel_F), d_(dissipation), omega_(2 * std::numbers::pi * frequency_Hz) {
+  const double b = omega_ * cp_;
+  const double y2 = b * b * (1 + d_ * d_);
+  r_ = b * d_ / y2;
+  x_ = -b / y2;
+  z2_ = 1 / y2;
+}
+
+double Impedance::value(std::string_view word) const {
+  const auto is = [word](std::string_view w) { return same_word(word, w); };
+  if (is("Cp")) return cp_;
+  if (is("D")) return d_;
+  if (is("Q")) return 1 / d_;
+  if (is("Cs")) return cp_ * (1 + d_ * d_);
+  if (is("Rs") || is("R")) return r_;
+  if (is("Rp")) return z2_ / r_;
+  if (is("X")) return x_;
+  if (is("Z")) return std::sqrt(z2_);
+  if (is("thr")) return std::atan2(x_, r_);
+  if (is("thd")) return std::atan2(x_, r_) * 180 / std::numbers::pi;
+  if (is("Ls")) return x_ / omega_;
+  if (is("Lp")) return z2_ / x_ / omega_;
+  if (is("G")) return r_ / z2_;
+  if (is("B")) return -x_ / z2_;
+  if (is("Y")) return 1 / std::sqrt(z2_);
+  if (is("DCR")) return kOverload;  // a capacitor does not conduct
+  return 0;  // deviations (ABS, PER) without a nominal value
+}
+
+std::pair<double, double> noise_pair(std::uint64_t seed, std::uint64_t epoch, std::int64_t index) {
+  const std::uint64_t key = mix(mix(seed) ^ mix(epoch) ^ static_cast<std::uint64_t>(index));
+  const double radius = std::sqrt(-2 * std::log(unit(mix(key))));
+  const double angle = 2 * std::numbers::pi * unit(mix(key ^ 0x5851f42d4c957f2dU));
+  return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+void append_value(std::string& line, std::string_view word, double value) {
+  const char first = word.empty() ? ' ' : word.front();
+  const bool resistance = first == 'R' || first == 'r' || first == 'X' || first == 'x' ||
+                          first == 'Z' || first == 'z' || same_word(word, "DCR");
+  if (!std::isfinite(value) || (resistance && std::abs(value) > kMaxResistance)) value = kOverload;
+  fmt::format_to(std::back_inserter(line), "{:+.5e}", value);
+}
+
+}  // namespace lcrig::lcr6100

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// The drivers, in one table per kind of instrument: adding one is one line.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "drivers/lcr_meter.hpp"
+#include "drivers/transport.hpp"
+
+namespace lcrig {
+
+// Takes an open port; `serial` is the serial number to insist on, empty for any.
+using MakeMeter = std::unique_ptr<LcrMeter> (*)(std::unique_ptr<Transport> transport, Clock& clock,
+                                                std::string serial);
+std::unique_ptr<LcrMeter> make_lcr6100(std::unique_ptr<Transport> transport, Clock& clock,
+                                       std::string serial);
+
+struct MeterDriver {
+  std::string_view name;  // in the configuration
+  std::string_view instrument;  // for people
+  MakeMeter make;
+};
+
+inline constexpr std::array kMeterDrivers{
+    MeterDriver{"lcr6100", "GW Instek LCR-6000 series", make_lcr6100},
+};
+
+// nullptr: no such driver.
+const MeterDriver* find_meter_driver(std::string_view name);
+
+}  // namespace lcrig

@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/lcr6100/driver.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "tests/support/meter_bench.hpp"
+
+namespace lcrig::lcr6100 {
+namespace {
+
+using namespace std::chrono_literals;
+using support::MeterBench;
+using Fault = SimFaults::Reply;
+using Kind = SimFaults::Kind;
+
+LcrSettings fast_polling() {
+  LcrSettings s;
+  s.aperture = Aperture::fast;
+  s.trigger = LcrTrigger::internal;
+  return s;
+}
+
+TEST(Lcr6100, IdentifiesAndConfigures) {
+  MeterBench bench;
+  const auto id = bench.run(bench.meter->identify());
+  ASSERT_TRUE(id) << id.error().what;
+  EXPECT_EQ(id->model, "LCR-6100");
+  EXPECT_EQ(id->serial, "SIM000001");
+  LcrSettings wanted;
+  wanted.frequency = Frequency::from_si(20e3);
+  wanted.bias = Voltage::from_si(-1.25);
+  wanted.average = 4;
+  const auto got = bench.run(bench.meter->configure(wanted));
+  ASSERT_TRUE(got) << got.error().what;
+  EXPECT_EQ(*got, wanted);
+}
+
+TEST(Lcr6100, GarbageAfterOpeningIsSurvived) {
+  MeterBench bench;
+  bench.sim->faults().first_line = std::string("\x00\xff#NG\r\n", 7);
+  const auto id = bench.run(bench.meter->identify());
+  ASSERT_TRUE(id) << id.error().what;
+  EXPECT_EQ(id->model, "LCR-6100");
+}
+
+TEST(Lcr6100, ASilentMeterNamesTheFrontPanelChoice) {
+  MeterBench bench;
+  bench.sim->faults().silent = true;
+  const auto id = bench.run(bench.meter->identify());
+  ASSERT_FALSE(id);
+  EXPECT_EQ(id.error().code, Errc::no_reply);
+  EXPECT_NE(id.error().what.find("RS-232 or USB"), std::string::npos) << id.error().what;
+  EXPECT_LT(bench.seconds(), 10);
+}
+
+TEST(Lcr6100, AnotherInstrumentIsRefusedByName) {
+  SimConfig config;
+  config.identity = "Keysight Technologies,E4980A,MY46,A.06";
+  MeterBench bench("", config);
+  const auto id = bench.run(bench.meter->identify());
+  ASSERT_FALSE(id);
+  EXPECT_EQ(id.error().code, Errc::refused);
+  EXPECT_NE(id.error().what.find("E4980A"), std::string::npos) << id.error().what;
+}
+
+TEST(Lcr6100, AnotherSerialNumberIsRefused) {
+  MeterBench bench("GEZ883880");
+  const auto id = bench.run(bench.meter->identify());
+  ASSERT_FALSE(id);
+  EXPECT_EQ(id.error().code, Errc::refused);
+  EXPECT_NE(id.error().what.find("SIM000001"), std::string::npos);
+}
+
+TEST(Lcr6100, ALostSettingIsSentAgain) {
+  for (int lost = 1; lost <= 2; ++lost) {
+    MeterBench bench;
+    ASSERT_TRUE(bench.run(bench.meter->identify()));
+    bench.sim->faults().lose_sets = lost;
+    const auto got = bench.run(bench.meter->configure(LcrSettings()));
+    ASSERT_TRUE(got) << got.error().what;
+  }
+}
+
+TEST(Lcr6100, ASettingThatIsNeverTakenIsRefusedWithTheDifference) {
+  MeterBench bench;
+  ASSERT_TRUE(bench.run(bench.meter->identify()));
+  bench.sim->faults().lose_sets = 3;
+  const auto got = bench.run(bench.meter->configure(LcrSettings()));
+  ASSERT_FALSE(got);
+  EXPECT_EQ(got.error().code, Errc::refused);
+  EXPECT_EQ(got.error().what,
+            "sim:lcr: the meter does not take the display page: wanted MEAS, got syst");
+  const auto reading = bench.run(bench.meter->measure());
+  ASSERT_FALSE(reading);
+  EXPECT_EQ(reading.error().code, Errc::invalid_request);
+}
+
+TEST(Lcr6100, SettingsOutOfRangeAreRefusedBeforeAnythingIsSent) {
+  MeterBench bench;
+  LcrSettings s;
+  s.frequency = Frequency::from_si(200e3);
+  const auto got = bench.run(bench.meter->configure(s));
+  ASSERT_FALSE(got);
+  EXPECT_EQ(got.error().code, Errc::invalid_request);
+  EXPECT_EQ(bench.seconds(), 0);
+}
+
+TEST(Lcr6100, ATriggeredReadingIsNewerThanItsRequest) {
+  MeterBench bench;
+  LcrSettings s;
+  s.aperture = Aperture::slow;
+  ASSERT_TRUE(bench.run(bench.meter->configure(s)));
+  std::set<double> values;
+  for (int i = 0; i < 20; ++i) {
+    const auto r = bench.run(bench.meter->measure());
+    ASSERT_TRUE(r) << r.error().what;
+    EXPECT_EQ(r->last_byte - r->asked, 380ms);
+    EXPECT_TRUE(r->fresh);
+    EXPECT_EQ(r->flags, 0U);
+    EXPECT_EQ(r->status, "OUT ,AUX-NG,NG");
+    ASSERT_TRUE(r->primary && r->secondary);
+    EXPECT_NEAR(*r->primary, 7.2914e-12, 6 * 25e-15);
+    EXPECT_NEAR(*r->secondary, 0.004, 6 * 25e-15 / 7.2914e-12);
+    values.insert(*r->primary);
+  }
+  EXPECT_GT(values.size(), 15U);
+}
+
+TEST(Lcr6100, OverloadBecomesNullAndFlag) {
+  MeterBench bench;
+  LcrSettings s;
+  s.function = LcrFunction::CpRp;  // 22 Mohm reactance, D 0.004: Rp is beyond 99.9999 Mohm
+  ASSERT_TRUE(bench.run(bench.meter->configure(s)));
+  auto r = bench.run(bench.meter->measure());
+  ASSERT_TRUE(r);
+  EXPECT_TRUE(r->primary);
+  EXPECT_EQ(r->secondary, std::nullopt);
+  EXPECT_EQ(r->flags, lcr_flag::kSecondaryOverload);
+  bench.sim->faults().overload = true;
+  r = bench.run(bench.meter->measure());
+  ASSERT_TRUE(r);
+  EXPECT_EQ(r->primary, std::nullopt);
+  EXPECT_TRUE(r->flags & lcr_flag::kPrimaryOverload);
+}
+
+TEST(Lcr6100, PollingFindsEveryConversionOnceAndQuickly) {
+  for (const Aperture aperture : {Aperture::fast, Aperture::medium, Aperture::slow}) {
+    MeterBench bench;
+    LcrSettings s = fast_polling();
+    s.aperture = aperture;
+    ASSERT_TRUE(bench.run(bench.meter->configure(s)));
+    const auto first = bench.run(bench.meter->measure());
+    ASSERT_TRUE(first) << first.error().what;
+    const auto polls = bench.sim->fetches();
+    MonoTime last = first->asked;
+    constexpr int kReadings = 1000;
+    for (int i = 0; i < kReadings; ++i) {
+      const auto r = bench.run(bench.meter->measure());
+      ASSERT_TRUE(r) << r.error().what;
+      ASSERT_TRUE(r->fresh);
+      last = r->asked;
+    }
+    const double period = SimConfig().conversion_s[static_cast<std::size_t>(aperture)];
+    EXPECT_NEAR(to_seconds(last - first->asked) / period, kReadings, 1.0);
+    EXPECT_LE(static_cast<double>(bench.sim->fetches() - polls), 1.5 * kReadings);
+  }
+}
+
+TEST(Lcr6100, PollingFollowsAMeterThatIsSlowerOrFasterThanItsDataSheet) {
+  for (const double period : {0.055, 0.0623, 0.0671, 0.080}) {
+    SimConfig config;
+    config.conversion_s[0] = period;
+    MeterBench bench("", config);
+    ASSERT_TRUE(bench.run(bench.meter->configure(fast_polling())));
+    const auto first = bench.run(bench.meter->measure());
+    ASSERT_TRUE(first);
+    const auto polls = bench.sim->fetches();
+    MonoTime last;
+    for (int i = 0; i < 1000; ++i) last = bench.run(bench.meter->measure())->asked;
+    EXPECT_NEAR(to_seconds(last - first->asked) / period, 1000, 2) << period;
+    EXPECT_LE(static_cast<double>(bench.sim->fetches() - polls), 1600) << period;
+  }
+}
+
+TEST(Lcr6100, AStuckMeterIsReportedAsNotFresh) {
+  MeterBench bench;
+  ASSERT_TRUE(bench.run(bench.meter->configure(fast_polling())));
+  ASSERT_TRUE(bench.run(bench.meter->measure())->fresh);
+  bench.sim->faults().stuck = true;
+  const double begin = bench.seconds();
+  const auto polls = bench.sim->fetches();
+  const auto r = bench.run(bench.meter->measure());
+  ASSERT_TRUE(r);
+  EXPECT_FALSE(r->fresh);
+  EXPECT_GE(bench.seconds() - begin, 3 * 0.065);
+  EXPECT_LE(bench.seconds() - begin, 4 * 0.065);
+  EXPECT_LE(bench.sim->fetches() - polls, 60);
+}
+
+TEST(Lcr6100, ALateAnswerNeverBecomesAReading) {
+  MeterBench bench;
+  ASSERT_TRUE(bench.run(bench.meter->configure(fast_polling())));
+  ASSERT_TRUE(bench.run(bench.meter->measure()));
+  bench.sim->faults().replies = {Fault(Kind::delay, 1500ms)};
+  const auto late = bench.run(bench.meter->measure());
+  ASSERT_FALSE(late);
+  EXPECT_EQ(late.error().code, Errc::no_reply);
+  const auto next = bench.run(bench.meter->measure());
+  ASSERT_TRUE(next) << next.error().what;
+  EXPECT_TRUE(next->flags & lcr_flag::kAfterResync);
+  EXPECT_LE(next->last_byte - next->asked, 1ms);
+}
+
+TEST(Lcr6100, EveryDamagedAnswerIsAnErrorThenTheMeterIsInStepAgain) {
+  MeterBench bench;
+  ASSERT_TRUE(bench.run(bench.meter->configure(LcrSettings())));
+  const std::vector<std::pair<Kind, Errc>> cases{{Kind::drop, Errc::no_reply},
+                                                 {Kind::cut, Errc::reply_cut_off},
+                                                 {Kind::garble, Errc::garbled}};
+  for (const auto& [kind, code] : cases) {
+    bench.sim->faults().replies = {Fault(kind)};
+    const auto bad = bench.run(bench.meter->measure());
+    ASSERT_FALSE(bad);
+    EXPECT_EQ(bad.error().code, code) << bad.error().what;
+    const auto good = bench.run(bench.meter->measure());
+    ASSERT_TRUE(good) << good.error().what;
+    EXPECT_EQ(good->last_byte - good->asked, 120ms);
+  }
+}
+
+TEST(Lcr6100, AStreamingMeterIsSilenced) {
+  MeterBench bench;
+  bench.sim->faults().streaming = true;
+  bench.clock.run_for(bench.io, 1s);
+  const auto id = bench.run(bench.meter->identify());
+  ASSERT_TRUE(id) << id.error().what;
+  ASSERT_TRUE(bench.run(bench.meter->configure(LcrSettings())));
+  EXPECT_TRUE(bench.run(bench.meter->measure()));
+}
+
+TEST(Lcr6100, AMeterThatBecameSlowIsSetUpAgain) {
+  MeterBench bench;
+  ASSERT_TRUE(bench.run(bench.meter->configure(fast_polling())));
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(bench.run(bench.meter->measure()));
+  bench.sim->faults().slow_factor = 5;
+  int again = 0;
+  for (int i = 0; i < 60; ++i) {
+    const auto r = bench.run(bench.meter->measure());
+    ASSERT_TRUE(r);
+    again += r->flags & lcr_flag::kAfterSetUp ? 1 : 0;
+  }
+  EXPECT_EQ(again, 1);
+  EXPECT_EQ(bench.sim->faults().slow_factor, 1);
+}
+
+TEST(Lcr6100, CorrectionsEndWithPassOrWithTheMetersWord) {
+  MeterBench bench;
+  ASSERT_TRUE(bench.run(bench.meter->identify()));
+  EXPECT_TRUE(bench.run(bench.meter->correct(LcrMeter::Correction::open)));
+  EXPECT_TRUE(bench.run(bench.meter->correct(LcrMeter::Correction::short_circuit)));
+  bench.sim->faults().correction_fails = true;
+  const auto failed = bench.run(bench.meter->correct(LcrMeter::Correction::open));
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().code, Errc::refused);
+  EXPECT_TRUE(bench.run(bench.meter->configure(LcrSettings())));
+}
+
+TEST(Lcr6100, RecordedReadingsComeBackDigitForDigit) {
+  const std::vector<std::string> rows{"+1.84249e-12,+1.00000e+20", "+1.83986e-12,-9.98700e+07",
+                                      "+1.83005e-12,+1.00000e+20"};
+  MeterBench bench([&rows](Duration t) -> std::optional<std::string> {
+    const auto i = static_cast<std::size_t>(t / 70ms);
+    return rows[std::min(i, rows.size() - 1)];
+  });
+  LcrSettings s = fast_polling();
+  s.function = LcrFunction::CpRp;
+  s.poll_interval = 5ms;
+  ASSERT_TRUE(bench.run(bench.meter->configure(s)));
+  EXPECT_EQ(bench.run(bench.meter->measure())->primary, 1.84249e-12);
+  const auto second = bench.run(bench.meter->measure());
+  EXPECT_EQ(second->primary, 1.83986e-12);
+  EXPECT_EQ(second->secondary, -9.98700e+07);
+  EXPECT_EQ(bench.run(bench.meter->measure())->primary, 1.83005e-12);
+  EXPECT_FALSE(bench.run(bench.meter->measure())->fresh);
+}
+
+TEST(Lcr6100, TheSameSeedGivesTheSameReadingsHoweverTheyAreAsked) {
+  const auto readings = [](std::uint64_t seed, Duration interval) {
+    SimConfig config;
+    config.seed = seed;
+    MeterBench bench("", config);
+    LcrSettings s = fast_polling();
+    s.poll_interval = interval;
+    static_cast<void>(bench.run(bench.meter->configure(s)));
+    std::vector<double> out;
+    for (int i = 0; i < 40; ++i) out.push_back(bench.run(bench.meter->measure())->primary.value());
+    return out;
+  };
+  EXPECT_EQ(readings(1, 5ms), readings(1, 5ms));
+  EXPECT_NE(readings(1, 5ms), readings(2, 5ms));
+}
+
+TEST(Lcr6100Sim, NoiseHasTheConfiguredWidth) {
+  MeterBench bench;
+  LcrSettings s = fast_polling();
+  s.frequency = Frequency::from_si(20e3);
+  ASSERT_TRUE(bench.run(bench.meter->configure(s)));
+  double sum = 0, squares = 0;
+  constexpr int kReadings = 2000;
+  for (int i = 0; i < kReadings; ++i) {
+    const double c = *bench.run(bench.meter->measure())->primary - 7.2914e-12;
+    sum += c;
+    squares += c * c;
+  }
+  const double sigma = std::sqrt(squares / kReadings);
+  EXPECT_NEAR(sigma, 3e-15, 0.2e-15);
+  EXPECT_LT(std::abs(sum / kReadings), 3 * 3e-15 / std::sqrt(kReadings));
+}
+
+}  // namespace
+}  // namespace lcrig::lcr6100
