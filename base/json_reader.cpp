@@ -50,7 +50,9 @@ std::string joined(const std::vector<std::string>& words) {
   return out;
 }
 
-std::string range_words(const Range& r, double unit = 1) {
+}  // namespace
+
+std::string range_words(const Range& r, double unit) {
   const bool low = r.min > -1e299, high = r.max < 1e299;
   const double min = r.min / unit, max = r.max / unit;
   if (low && high && !r.open_min) return fmt::format("from {:.6g} to {:.6g}", min, max);
@@ -60,11 +62,9 @@ std::string range_words(const Range& r, double unit = 1) {
   return fmt::format("at most {:.6g}", max);
 }
 
-bool inside(double v, const Range& r) {
+bool contains(const Range& r, double v) {
   return v <= r.max && (r.open_min ? v > r.min : v >= r.min);
 }
-
-}  // namespace
 
 JsonReader::JsonReader(const JsonDocument& document)
     : state_(std::make_shared<State>(document)),
@@ -145,12 +145,16 @@ bool JsonReader::is_null() const {
 }
 
 double JsonReader::number(const Range& range) const {
+  return number_in(1, range);
+}
+
+double JsonReader::number_in(double to_si, const Range& si) const {
   if (!is_number()) {
     refuse(fmt::format("{}, expected a number", shown()));
     return 0;
   }
-  const double v = value_->get<double>();
-  if (!inside(v, range)) refuse(fmt::format("{}, expected {}", shown(), range_words(range)));
+  const double v = value_->get<double>() * to_si;
+  if (!contains(si, v)) refuse(fmt::format("{}, expected {}", shown(), range_words(si, to_si)));
   return v;
 }
 
@@ -326,12 +330,7 @@ std::optional<double> JsonReader::optional_quantity(std::string_view stem, Dimen
                                                     const Range& range) const {
   const auto field = find_quantity(stem, d);
   if (!field) return std::nullopt;
-  const double si = field->value.number() * field->unit.to_si;
-  if (ok() && !inside(si, range)) {
-    field->value.refuse(fmt::format("{}, expected {}", field->value.shown(),
-                                    range_words(range, field->unit.to_si)));
-  }
-  return si;
+  return field->value.number_in(field->unit.to_si, range);
 }
 
 double JsonReader::quantity(std::string_view stem, Dimension d, const Range& range) const {

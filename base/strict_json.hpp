@@ -57,6 +57,9 @@ struct Range {
   double min = -1e300, max = 1e300;
   bool open_min = false;  // min itself is refused ("greater than 0")
 };
+bool contains(const Range& range, double v);
+// "from 0 to 5"; the bounds are divided by `unit`.
+std::string range_words(const Range& range, double unit = 1);
 inline constexpr Range kAnyNumber{};
 inline constexpr Range kPositive{0, 1e300, true};
 inline constexpr Range kNotNegative{0, 1e300, false};
@@ -88,6 +91,7 @@ class JsonReader {
 
   // This value as ... ; refused when it is something else.
   double number(const Range& range = kAnyNumber) const;
+  double number_in(double to_si, const Range& si) const;  // in a unit; returns SI
   std::int64_t integer(std::int64_t min, std::int64_t max) const;  // 5.0 is one, 5.5 is not
   bool boolean() const;
   std::string string() const;

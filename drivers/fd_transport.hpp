@@ -24,10 +24,15 @@ class FdTransport final : public Transport {
   const std::string& name() const override { return name_; }
 
  private:
+  Result<std::size_t> read_now(std::span<char> buffer);  // 0: nothing there yet
+  Result<> write_now(std::string_view& bytes);
+
   asio::posix::stream_descriptor descriptor_;
   Clock& clock_;
   std::string name_;
   std::function<void(int)> closer_;
+  bool is_socket_;
+  unsigned eager_reads_ = 0;
 };
 
 // Two transports back to back: a driver on one end, a simulator on the other.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "base/clock.hpp"
 
@@ -26,6 +27,7 @@ struct PlantConfig {
   double frame_stiffness_N_m = 1e6;  // frame, cell and fixture in series with the specimen
   double drive_lag_s = 0.001;  // reaction of the device's own stop
   double deceleration_m_s2 = 0.05;
+  double force_approach_speed_m_s = 0.001;  // of force control while nothing is touched
   double force_noise_N = 0.0005;  // standard deviation of a sample
   double force_resolution_N = 0.0001;
   double force_offset_N = 0;  // of the untared cell
@@ -75,16 +77,34 @@ class Plant {
   double travel_at_force_m(double force_N) const;
 
  private:
-  // Travel or force as a function of time: start, rate, end; a halt adds a braking parabola.
   enum class Control { travel, force };
-  double profile(MonoTime t) const;
+  // Travel or force against time: a straight part, then an optional braking parabola, then rest.
+  struct Profile {
+    MonoTime start{};
+    double value = 0;  // at start; m or N
+    double rate = 0;  // per s, signed
+    double straight_s = 0;
+    double brake = 0;  // m/s2 against the rate after the straight part; 0: no parabola
+    double end = 0;  // final value, exactly
+
+    double at(MonoTime t) const;
+    double braking_s() const;
+    MonoTime finish() const;
+    MonoTime time_of(double v) const;  // of a value between the first and the last
+  };
+  static Profile straight(MonoTime t, double from, double to, double speed);
+  bool approaching(MonoTime t) const;  // the approach precedes the force ramp
+  double shortening_m(double force_N) const;  // of specimen and frame
+  double solve_force(double shortening_m) const;
 
   const SpecimenResponse& specimen_;
   PlantConfig config_;
   Control control_ = Control::travel;
-  MonoTime start_{};
-  double value0_ = 0, target_ = 0, rate_ = 0;  // m or N; per s, signed
-  double brake_ = 0;  // m/s2 while halting, 0 otherwise
+  Profile motion_;  // in the unit of control_
+  std::optional<Profile> approach_;  // travel, m; force control before contact
+  double compliance_m_N_ = 0;  // of the frame; 0: rigid
+  double grid_N_ = 1;  // force step of grid_m_
+  std::vector<double> grid_m_;  // shortening at multiples of grid_N_: first guesses
 };
 
 }  // namespace lcrig

@@ -98,13 +98,18 @@ struct MarkStep {
   std::string text;
 };
 
+using Action =
+    std::variant<ZeroStep, FindContactStep, RampStep, MoveUntilStep, HoldStep, MeasureStep,
+                 PlaceWeightStep, RecordStep, SetLcrStep, RepeatStep, SweepStep, MarkStep>;
+
 struct Step {
   std::string id;  // unique in the file
   std::string pointer;  // JSON pointer, for messages
-  std::variant<ZeroStep, FindContactStep, RampStep, MoveUntilStep, HoldStep, MeasureStep,
-               PlaceWeightStep, RecordStep, SetLcrStep, RepeatStep, SweepStep, MarkStep>
-      action;
+  Action action;
 };
+
+// The word after "do": "find_contact".
+std::string_view kind_of(const Step& step);
 
 struct Parameter {
   double default_value = 0, min = 0, max = 0;  // in the unit of the name's suffix
@@ -122,6 +127,7 @@ struct Limits {
 
 struct Sampling {
   LcrSettings lcr;
+  bool aperture_auto = false;  // "auto": the plan chooses and says why; lcr.aperture is not meant
   bool lcr_continuous = true;  // record between `measure` steps too
   double frame_rate_Hz = 50;
 };

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bench file `bench/1`: the simulated instruments, their mounting and the error that the scene may
+// have. docs/bench-file.md describes it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "base/clock.hpp"
+#include "base/result.hpp"
+#include "base/strict_json.hpp"
+#include "model/plant.hpp"
+
+namespace lcrig {
+
+// What carries the force: pressure = force / area of the probe tip.
+struct Fixture {
+  double probe_diameter_m = 4e-3;
+  double local_gravity_m_s2 = 9.80665;
+  double probe_area_m2() const;
+};
+// The `fixture` object of a bench or config file.
+Fixture parse_fixture(const JsonReader& fixture);
+
+struct Bench {
+  std::string name, text;
+  Fixture fixture;
+  double error_tolerance = 1e-3;  // relative, of the change in capacitance
+  PlantConfig plant;
+  Duration operator_reaction = std::chrono::seconds(2);
+};
+Result<Bench> parse_bench(std::string_view text, const std::string& name);
+
+}  // namespace lcrig

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/config.hpp"
+
+#include <array>
+#include <utility>
+
+namespace lcrig {
+
+namespace {
+
+constexpr std::array<std::pair<std::string_view, FrameDriver>, 2> kFrameDrivers{
+    {{"zwick", FrameDriver::zwick}, {"dead_weight", FrameDriver::dead_weight}}};
+constexpr std::array<std::pair<std::string_view, int>, 1> kMeterDrivers{{{"lcr6100", 0}}};
+constexpr std::array<std::pair<std::string_view, int>, 6> kLevels{
+    {{"trace", 0}, {"debug", 1}, {"info", 2}, {"warn", 3}, {"error", 4}, {"off", 5}}};
+
+void read_meter(const JsonReader& r, Config& c) {
+  r.word<int>("driver", kMeterDrivers);
+  c.meter_port = r.string("port");
+  if (c.meter_port.empty()) r.refuse("an empty port, expected for example \"serial:2184:005f\"");
+  c.meter_serial_number = r.optional_string("serial_number").value_or("");
+  r.no_other_keys();
+}
+
+void read_frame(const JsonReader& r, Config& c) {
+  c.frame_driver = r.word<FrameDriver>("driver", kFrameDrivers);
+  if (c.frame_driver == FrameDriver::zwick) c.frame_port = r.string("port");
+  r.no_other_keys();
+}
+
+void read_rig(const JsonReader& root, Config& c) {
+  if (root.has("bench")) {
+    c.bench = root.string("bench");
+    if (root.has("meter") || root.has("frame")) {
+      root.refuse("`bench` beside `meter` or `frame`, expected the simulated bench or instruments");
+    }
+    return;
+  }
+  read_meter(root.object("meter"), c);
+  read_frame(root.object("frame"), c);
+  c.fixture = parse_fixture(root.object("fixture"));
+}
+
+}  // namespace
+
+Result<Config> parse_config(std::string_view text, const std::string& name) {
+  auto document = JsonDocument::parse(text, name);
+  if (!document) return fail(document.error());
+  const JsonReader root(*document);
+  root.expect_format("lcrigd-config/1");
+  Config c;
+  if (auto v = root.optional_string("database")) c.database = *v;
+  if (auto v = root.optional_string("socket")) c.socket = *v;
+  if (root.has("log_level")) {
+    root.word<int>("log_level", kLevels);
+    c.log_level = root.string("log_level");
+  }
+  read_rig(root, c);
+  root.no_other_keys();
+  if (auto ok = root.result(); !ok) return fail(ok.error());
+  return c;
+}
+
+Result<Config> load_config(const std::string& path) {
+  auto text = read_text_file(path);
+  if (!text) return fail(text.error());
+  return parse_config(*text, path);
+}
+
+}  // namespace lcrig

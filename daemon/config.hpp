@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon's config file `lcrigd-config/1`; docs/config-file.md and schema/config.schema.json.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "daemon/bench.hpp"
+
+namespace lcrig {
+
+enum class FrameDriver { zwick, dead_weight };
+
+struct Config {
+  std::string database = "/var/lib/lcrigd/lcrig.db";
+  std::string socket = "/run/lcrigd/control.sock";
+  std::string log_level = "info";
+  // Real instruments ...
+  std::string meter_port;  // "serial:2184:005f"
+  std::string meter_serial_number;  // refuse another one; empty: any
+  FrameDriver frame_driver = FrameDriver::zwick;
+  std::string frame_port;  // "tcp://192.168.5.2:4710"; dead weights have none
+  Fixture fixture;
+  // ... or the simulated bench, in real time. Its fixture comes from the bench file.
+  std::optional<std::string> bench;  // name or path
+};
+
+Result<Config> parse_config(std::string_view text, const std::string& name);
+Result<Config> load_config(const std::string& path);
+
+}  // namespace lcrig

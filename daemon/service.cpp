@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/service.hpp"
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+
+#include "base/log.hpp"
+
+namespace lcrig {
+
+ServiceNotifier::ServiceNotifier() {
+  if (const char* path = std::getenv("NOTIFY_SOCKET")) path_ = path;
+  if (const char* usec = std::getenv("WATCHDOG_USEC")) {
+    std::int64_t value = 0;
+    const auto r = std::from_chars(usec, usec + std::strlen(usec), value);
+    if (r.ec == std::errc() && value > 0) interval_ = std::chrono::microseconds(value / 2);
+  }
+}
+
+void ServiceNotifier::status(std::string_view text) const {
+  send("STATUS=" + printable(text));
+}
+
+void ServiceNotifier::send(std::string_view state) const {
+  sockaddr_un address{};
+  if (path_.empty() || path_.size() >= sizeof address.sun_path) return;
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path, path_.data(), path_.size());
+  if (path_.front() == '@') address.sun_path[0] = '\0';  // abstract name space
+  const int fd = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return;
+  const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path_.size());
+  ::sendto(fd, state.data(), state.size(), MSG_NOSIGNAL,
+           reinterpret_cast<const sockaddr*>(&address), length);
+  ::close(fd);
+}
+
+}  // namespace lcrig

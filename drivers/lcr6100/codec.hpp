@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// The LCR-6000 dialect, bytes <-> values; pure. Manual of the series, PDF p.98 ff. (commands, line
+// ends, numbers), behaviour as seen on real meters.
+//
+// Reading line: `<primary>,<secondary>[,<mon1>,<mon2>],<bin>,<aux>,<total>` CR LF, for example
+// `+4.64627e-10,+3.88413e-03,OUT ,AUX-NG,NG`; DCR has one number and no <aux>. Numbers are C
+// "%+.5e" in SI units; 1e20 is an overload. The words judge a comparator and say nothing about
+// validity.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/lcr_meter.hpp"
+
+namespace lcrig::lcr6100 {
+
+struct ReadingLine {
+  ReadingLine() = default;
+  std::optional<double> primary, secondary;  // SI
+  std::uint32_t flags = 0;  // lcr_flag
+  int numbers = 0;  // on the line, overloads included: 1 to 4
+  std::string_view values;  // the numbers as sent
+  std::string_view status;  // the words as sent
+};
+// The views point into `line`. Errors: garbled.
+Result<ReadingLine> parse_reading(std::string_view line);
+
+// `LCR-6100,REV E8.13,GEZ883880,Good Will Instrument Co., Ltd.` Errors: garbled.
+Result<Identity> parse_identity(std::string_view line);
+bool is_supported_model(std::string_view model);
+
+// A number in the meter's output format, "%+.5e".
+std::string format_number(double value);
+// A number as a parameter, shortest form that reads back the same.
+std::string format_parameter(double value);
+// `1.000000e+03`, `1.000e-01V`, `+2.50V`, `12ms`, `100`: value in SI. nullopt: not a number with a
+// known unit.
+std::optional<double> parse_with_unit(std::string_view text);
+
+enum class SettingId {
+  page,
+  function,
+  auto_function,
+  auto_range,
+  monitor1,
+  monitor2,
+  source_resistance,
+  level,
+  alc,
+  bias,
+  comparator,
+  frequency,
+  aperture,
+  average,
+  trigger
+};
+
+// One line of the set-up: what is sent, how it is asked back, and what must come.
+struct Setting {
+  Setting(SettingId i, std::string_view n, std::string h, std::string v)
+      : id(i), name(n), set(h + " " + v), query(std::move(h) + "?"), wanted(std::move(v)) {}
+  SettingId id;
+  std::string_view name;  // for messages
+  std::string set, query;  // command lines
+  std::string wanted;
+};
+// In the order in which they are to be sent; the trigger is the last.
+std::vector<Setting> settings_for(const LcrSettings& s);
+// True when the read-back says what was wanted: words in any case, numbers within the meter's
+// resolution. A reply that does not parse is no match.
+bool matches(const Setting& setting, std::string_view reply);
+// Writes a read-back that matches into `s`, with the meter's own digits.
+void apply(const Setting& setting, std::string_view reply, LcrSettings& s);
+
+// Ranges and conversion times of the LCR-6100.
+LcrCapabilities capabilities();
+
+}  // namespace lcrig::lcr6100

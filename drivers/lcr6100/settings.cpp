@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// The set-up of the meter as a table: commands, wanted values, read-backs.
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+
+#include "drivers/lcr6100/codec.hpp"
+
+namespace lcrig::lcr6100 {
+
+namespace {
+
+constexpr std::array<std::string_view, 3> kRates{"FAST", "MED", "SLOW"};
+
+bool same_word(std::string_view a, std::string_view b) {
+  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
+  return std::ranges::equal(a, b, {}, lower, lower);
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto begin = text.find_first_not_of(" \t\r");
+  if (begin == text.npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+// `APER?` -> `FAST,1`.
+std::string_view field(std::string_view reply, int index) {
+  const auto comma = reply.find(',');
+  if (index == 0) return trimmed(reply.substr(0, comma));
+  return comma == reply.npos ? std::string_view() : trimmed(reply.substr(comma + 1));
+}
+
+// Half a step of what the read-back can show: three decimals of the mantissa for the level, two of
+// a volt for the bias, six of the mantissa for the frequency.
+double tolerance(SettingId id, double wanted) {
+  switch (id) {
+    case SettingId::level: return 0.6e-3 * std::abs(wanted);
+    case SettingId::bias: return 0.006;
+    case SettingId::frequency: return 1e-6 * std::abs(wanted);
+    default: return 0;
+  }
+}
+
+bool is_number(SettingId id) {
+  return id == SettingId::level || id == SettingId::bias || id == SettingId::frequency ||
+         id == SettingId::source_resistance;
+}
+
+}  // namespace
+
+std::vector<Setting> settings_for(const LcrSettings& s) {
+  using Id = SettingId;
+  std::vector<Setting> out;
+  out.reserve(15);
+  const auto add = [&out](Id id, std::string_view name, const char* header, std::string value) {
+    out.emplace_back(id, name, header, std::move(value));
+  };
+  add(Id::page, "display page", "DISP:PAGE", "MEAS");
+  add(Id::function, "function", "FUNC", std::string(to_string(s.function)));
+  add(Id::auto_function, "automatic function", "FUNC:IMP:AUTO", "OFF");
+  add(Id::auto_range, "range", "FUNC:RANG:AUTO", "AUTO");
+  add(Id::monitor1, "monitor 1", "FUNC:MON1", "OFF");
+  add(Id::monitor2, "monitor 2", "FUNC:MON2", "OFF");
+  add(Id::source_resistance, "source resistance", "LEV:SRES", "100");
+  add(Id::level, "level", "LEV:VOLT", format_parameter(s.level.si()));
+  add(Id::alc, "level control", "LEV:ALC", "OFF");
+  add(Id::bias, "bias", "BIAS", s.bias ? format_parameter(s.bias->si()) : "OFF");
+  add(Id::comparator, "comparator", "COMP:STAT", "OFF");
+  add(Id::frequency, "frequency", "FREQ", format_parameter(s.frequency.si()));
+  add(Id::aperture, "aperture", "APER", std::string(kRates[static_cast<std::size_t>(s.aperture)]));
+  add(Id::average, "average", "APER", std::to_string(s.average));
+  add(Id::trigger, "trigger", "TRIG:SOUR", s.trigger == LcrTrigger::bus ? "BUS" : "INT");
+  return out;
+}
+
+bool matches(const Setting& setting, std::string_view reply) {
+  reply = trimmed(reply);
+  const auto wanted = parse_with_unit(setting.wanted);
+  if (is_number(setting.id) && wanted) {
+    const auto got = parse_with_unit(reply);
+    return got && std::abs(*got - *wanted) <= tolerance(setting.id, *wanted);
+  }
+  if (setting.id == SettingId::aperture) return same_word(field(reply, 0), setting.wanted);
+  if (setting.id == SettingId::average) return field(reply, 1) == setting.wanted;
+  if (setting.id == SettingId::page) return same_word(reply.substr(0, 4), setting.wanted);
+  return same_word(reply, setting.wanted);
+}
+
+void apply(const Setting& setting, std::string_view reply, LcrSettings& s) {
+  const auto value = parse_with_unit(reply);
+  if (!value) return;  // words matched exactly
+  if (setting.id == SettingId::level) s.level = Voltage::from_si(*value);
+  if (setting.id == SettingId::frequency) s.frequency = Frequency::from_si(*value);
+  if (setting.id == SettingId::bias) s.bias = Voltage::from_si(*value);
+}
+
+}  // namespace lcrig::lcr6100

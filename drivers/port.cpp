@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/port.hpp"
+
+#include <boost/asio/this_coro.hpp>
+
+#include "drivers/port_url.hpp"
+#include "drivers/tcp_transport.hpp"
+
+namespace lcrig {
+
+namespace {
+constexpr Duration kConnectTime = std::chrono::seconds(5);
+}
+
+Task<Result<std::unique_ptr<Transport>>> open_port(std::string url, SerialSettings settings,
+                                                   Clock& clock) {
+  const auto parsed = parse_port_url(url);
+  if (!parsed) co_return fail(parsed.error());
+  if (parsed->kind == PortKind::tcp) {
+    const MonoTime deadline = clock.now() + kConnectTime;
+    auto connected = co_await open_tcp(parsed->host, parsed->tcp_port, clock, deadline);
+    co_return connected;
+  }
+  const auto executor = co_await asio::this_coro::executor;
+  if (parsed->kind == PortKind::pty || (parsed->kind == PortKind::path && is_pty(parsed->path))) {
+    co_return open_pty(executor, clock, parsed->path);
+  }
+  co_return open_serial(executor, clock, *parsed, settings);
+}
+
+}  // namespace lcrig

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Opens a port by its name (port_url.hpp). Only opening differs between the kinds of ports.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "drivers/serial_transport.hpp"
+#include "drivers/transport.hpp"
+
+namespace lcrig {
+
+// A path that leads to a pty is opened as one by itself. Errors: those of parse_port_url,
+// open_serial, open_pty and open_tcp (connect within 5 s).
+Task<Result<std::unique_ptr<Transport>>> open_port(std::string url, SerialSettings settings,
+                                                   Clock& clock);
+
+}  // namespace lcrig

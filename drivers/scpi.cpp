@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/scpi.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+#include "base/log.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::size_t kMaxLine = 1000;  // bytes; the longest known answer has 70
+constexpr Duration kWriteTime = 2s;
+constexpr Duration kQuiet = 50ms;  // nothing for so long: the line is drained
+constexpr Duration kDrainAtMost = 1s;  // a meter that sends unasked is never quiet
+constexpr std::string_view kSentinel = "*IDN?";
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r\n";
+  const auto begin = text.find_first_not_of(kBlank);
+  if (begin == text.npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
+}
+
+bool is_letter(char c) {
+  return std::isalpha(static_cast<unsigned char>(c)) != 0;
+}
+
+}  // namespace
+
+ScpiLink::ScpiLink(std::unique_ptr<Transport> transport, Clock& clock)
+    : transport_(std::move(transport)), clock_(clock) {
+  in_.reserve(2 * kMaxLine);
+  out_.reserve(128);
+}
+
+bool ScpiLink::take_resynced() {
+  return std::exchange(resynced_, false);
+}
+bool ScpiLink::take_echo_seen() {
+  return std::exchange(echo_seen_, false);
+}
+bool ScpiLink::take_stray_seen() {
+  return std::exchange(stray_seen_, false);
+}
+
+bool ScpiLink::is_identity(std::string_view line) const {
+  // A line whose beginning was cut off runs into the next one.
+  if (!identity_.empty()) return line.ends_with(identity_);
+  return line.size() > 2 && is_letter(line[0]) && is_letter(line[1]) &&
+         std::ranges::count(line, ',') >= 3;
+}
+
+tl::unexpected<Error> ScpiLink::named(std::string_view command, const Error& error,
+                                      Duration timeout) const {
+  if (error.code == Errc::no_reply) {
+    return fail(Errc::no_reply, "{}: {} -> no reply in {} ms", name(), command, timeout / 1ms);
+  }
+  if (error.code == Errc::reply_cut_off || error.code == Errc::garbled) {
+    return fail(error.code, "{}: {} -> {}", name(), command, error.what);
+  }
+  return fail(error.code, "{} (during {})", error.what, command);
+}
+
+Task<Result<std::size_t>> ScpiLink::fill(MonoTime deadline) {
+  auto n = co_await transport_->read_some(chunk_, deadline);
+  if (!n) co_return n;
+  last_byte_ = clock_.now();
+  if (in_.empty()) first_byte_ = last_byte_;
+  in_.append(chunk_.data(), *n);
+  co_return n;
+}
+
+// The next line that is not blank; false when there is none yet.
+bool ScpiLink::take_line(std::string& out) {
+  while (true) {
+    const auto end = in_.find('\n');
+    if (end == in_.npos) return false;
+    out = trimmed(std::string_view(in_).substr(0, end));
+    in_.erase(0, end + 1);
+    if (!out.empty()) return true;
+  }
+}
+
+Task<Result<Reply>> ScpiLink::read_line(MonoTime deadline) {
+  Reply reply;
+  while (!take_line(reply.text)) {
+    if (in_.size() > kMaxLine) co_return fail(Errc::garbled, "a line of more than 1000 bytes");
+    auto n = co_await fill(deadline);
+    if (n) continue;
+    if (n.error().code == Errc::no_reply && !trimmed(in_).empty()) {
+      co_return fail(Errc::reply_cut_off, "reply cut off after \"{}\"", printable(in_));
+    }
+    co_return fail(n.error());
+  }
+  reply.first_byte = first_byte_;
+  reply.last_byte = last_byte_;
+  co_return reply;
+}
+
+Task<Result<>> ScpiLink::write_line(std::string_view command) {
+  out_.assign(command);
+  out_ += '\n';
+  last_sent_ = command;
+  auto written = co_await transport_->write_all(out_, clock_.now() + kWriteTime);
+  co_return written;
+}
+
+// Complete lines that repeat what was sent: the meter's handshake is on.
+bool ScpiLink::only_echo() {
+  std::string_view rest = in_;
+  while (!rest.empty()) {
+    const auto end = rest.find('\n');
+    if (end == rest.npos || trimmed(rest.substr(0, end)) != last_sent_) return false;
+    rest.remove_prefix(end + 1);
+  }
+  return true;
+}
+
+// Before a question the line must be silent: whatever is there now was not asked for by it.
+Task<Result<>> ScpiLink::prepare() {
+  if (!dirty_) {
+    auto stray = co_await fill(clock_.now());
+    while (stray && *stray == chunk_.size()) stray = co_await fill(clock_.now());
+    if (!stray && stray.error().code != Errc::no_reply) co_return fail(stray.error());
+    if (in_.empty()) co_return Result<>();
+    if (only_echo()) {
+      echo_seen_ = true;
+      in_.clear();
+      co_return Result<>();
+    }
+    stray_seen_ = true;
+  }
+  auto clean = co_await resync();
+  co_return clean;
+}
+
+Task<Result<Reply>> ScpiLink::exchange(std::string_view command, Duration timeout) {
+  dirty_ = true;  // until the answer is complete; also when this coroutine is cancelled
+  const bool identity = command == kSentinel;
+  if (identity) ++open_identities_;
+  const MonoTime asked = clock_.now();
+  auto written = co_await write_line(command);
+  if (!written) co_return fail(written.error());
+  auto reply = co_await read_line(asked + timeout);
+  if (reply && reply->text == command) {
+    echo_seen_ = true;
+    reply = co_await read_line(asked + timeout);
+  }
+  if (!reply) co_return reply;
+  reply->asked = asked;
+  if (identity) --open_identities_;
+  if (!in_.empty()) stray_seen_ = true;
+  dirty_ = !in_.empty();
+  co_return reply;
+}
+
+Task<Result<Reply>> ScpiLink::query(std::string_view command, Duration timeout) {
+  auto ready = co_await prepare();
+  if (!ready) co_return fail(ready.error());
+  auto reply = co_await exchange(command, timeout);
+  if (!reply) co_return named(command, reply.error(), timeout);
+  co_return reply;
+}
+
+Task<Result<Reply>> ScpiLink::next_line(std::string_view command, Duration timeout) {
+  const MonoTime asked = clock_.now();
+  dirty_ = true;
+  auto reply = co_await read_line(asked + timeout);
+  if (!reply) co_return named(command, reply.error(), timeout);
+  reply->asked = asked;
+  dirty_ = !in_.empty();
+  co_return reply;
+}
+
+Task<Result<>> ScpiLink::send(std::string_view command) {
+  auto written = co_await write_line(command);
+  if (written) co_return written;
+  dirty_ = true;
+  co_return named(command, written.error(), kWriteTime);
+}
+
+Task<Result<>> ScpiLink::drain(Duration quiet) {
+  const MonoTime end = clock_.now() + kDrainAtMost;
+  while (clock_.now() < end) {
+    in_.clear();
+    auto n = co_await fill(std::min(end, clock_.now() + quiet));
+    if (n) continue;
+    if (n.error().code != Errc::no_reply) co_return fail(n.error());
+    break;
+  }
+  in_.clear();
+  co_return Result<>();
+}
+
+// True when the answers to all sentinels came (or those that are missing are lost).
+Task<Result<bool>> ScpiLink::await_identity() {
+  MonoTime deadline = clock_.now() + patience_;
+  bool seen = false;
+  while (true) {
+    auto line = co_await read_line(deadline);
+    if (line) {
+      if (!is_identity(line->text)) continue;
+      seen = true;
+      if (--open_identities_ <= 0) co_return true;
+      deadline = clock_.now() + patience_;
+      continue;
+    }
+    const Errc code = line.error().code;
+    in_.clear();
+    if (code == Errc::garbled) continue;
+    if (code != Errc::no_reply && code != Errc::reply_cut_off) co_return fail(line.error());
+    co_return seen;
+  }
+}
+
+Task<Result<>> ScpiLink::resync() {
+  dirty_ = true;
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    auto drained = co_await drain(kQuiet);
+    if (!drained) co_return drained;
+    ++open_identities_;
+    // A command may have been cut off in the middle: the second try ends it first.
+    const std::string_view sentinel = attempt == 0 ? "*IDN?" : "\n*IDN?";
+    auto written = co_await write_line(sentinel);
+    if (!written) co_return written;
+    auto found = co_await await_identity();
+    if (!found) co_return fail(found.error());
+    if (!*found) continue;
+    drained = co_await drain(kQuiet);
+    if (!drained) co_return drained;
+    open_identities_ = 0;
+    dirty_ = false;
+    resynced_ = true;
+    co_return Result<>();
+  }
+  co_return fail(Errc::no_reply, "{}: *IDN? -> no reply; the line cannot be resynchronised",
+                 name());
+}
+
+}  // namespace lcrig

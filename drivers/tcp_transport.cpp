@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/tcp_transport.hpp"
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <vector>
+
+#include "drivers/fd_transport.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace asio::experimental::awaitable_operators;
+using asio::ip::tcp;
+constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
+
+tl::unexpected<Error> silent(const std::string& name) {
+  return fail(Errc::no_reply, "{}: the host does not answer; check its address and the network",
+              name);
+}
+
+// A numeric address needs no name server, and no deadline.
+Task<Result<std::vector<tcp::endpoint>>> find_endpoints(std::string host, std::uint16_t port,
+                                                        std::string name, Clock& clock,
+                                                        MonoTime deadline) {
+  std::vector<tcp::endpoint> out;
+  boost::system::error_code ec;
+  const auto address = asio::ip::make_address(host, ec);
+  if (!ec) {
+    out.emplace_back(address, port);
+    co_return out;
+  }
+  tcp::resolver resolver(co_await asio::this_coro::executor);
+  const std::string service = std::to_string(port);
+  auto r =
+      co_await (resolver.async_resolve(host, service, kAsResult) || clock.wait_until(deadline));
+  if (r.index() == 1) co_return silent(name);
+  const auto& [error, found] = std::get<0>(r);
+  if (error) {
+    co_return fail(Errc::invalid_request, "{}: no such host ({})", name, error.message());
+  }
+  for (const auto& entry : found) out.push_back(entry.endpoint());
+  co_return out;
+}
+
+}  // namespace
+
+Task<Result<std::unique_ptr<Transport>>> open_tcp(std::string host, std::uint16_t port,
+                                                  Clock& clock, MonoTime deadline) {
+  const std::string name = fmt::format("tcp:{}:{}", host, port);
+  auto endpoints = co_await find_endpoints(host, port, name, clock, deadline);
+  if (!endpoints) co_return fail(endpoints.error());
+  const auto executor = co_await asio::this_coro::executor;
+  tcp::socket socket(executor);
+  auto r =
+      co_await (asio::async_connect(socket, *endpoints, kAsResult) || clock.wait_until(deadline));
+  if (r.index() == 1) co_return silent(name);
+  const auto& error = std::get<0>(std::get<0>(r));
+  if (error)
+    co_return fail(Errc::disconnected, "{}: {}; is the program there running?", name,
+                   error.message());
+  boost::system::error_code ignored;
+  socket.set_option(tcp::no_delay(true), ignored);
+  socket.set_option(asio::socket_base::keep_alive(true), ignored);
+  const int fd = socket.release();
+  co_return std::make_unique<FdTransport>(executor, clock, fd, name);
+}
+
+}  // namespace lcrig

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The levels of the stack model behind one interface: pressure in, shortening and capacitance out.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/quantity.hpp"
+#include "base/result.hpp"
+#include "model/specimen.hpp"
+#include "model/stretch.hpp"
+
+namespace lcrig {
+
+enum class Level { linear, hyperelastic };  // cheapest first
+std::string_view to_string(Level level);
+std::optional<Level> parse_level(std::string_view text);
+
+struct LevelSettings {
+  Level level = Level::hyperelastic;
+  EnergyForm form = EnergyForm::a;  // hyperelastic only
+  Lateral lateral = Lateral::free;  // hyperelastic only
+  PressureKind pressure_kind = PressureKind::dead;
+};
+
+// The stack under load. SI.
+struct StackState {
+  double pressure_Pa = 0;
+  double shortening_m = 0;  // of the whole stack
+  double delta_capacitance_F = 0;  // from the thickness change, never C - C0
+  std::vector<double> capacitor_delta_F;  // base to top
+};
+
+// A specimen prepared at one level. The specimen is copied. Not thread-safe: solvers keep state.
+class LevelModel {
+ public:
+  virtual ~LevelModel() = default;
+  // Compressive pressure >= 0 over the disc. Errors: no equilibrium, beyond the level's validity.
+  virtual Result<StackState> at_pressure(Pressure pressure) = 0;
+};
+
+// Errors: the specimen is wrong, or the level cannot describe it (says why).
+Result<std::unique_ptr<LevelModel>> make_level_model(const Specimen& specimen,
+                                                     const LevelSettings& settings);
+
+// C0 k e / (1 - k e) for a stack of series dielectrics: gap and closing in m of t/eps_r.
+double delta_capacitance_F(double c0_F, double gap_m, double closing_m);
+
+}  // namespace lcrig

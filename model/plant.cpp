@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/plant.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lcrig {
+namespace {
+
+constexpr std::size_t kGridCells = 256;
+
+// Times of events are rounded up, so that at the returned instant the event has happened.
+Duration seconds_up(double s) {
+  return Duration(static_cast<std::int64_t>(std::ceil(s * 1e9)));
+}
+
+}  // namespace
+
+Plant::Plant(const SpecimenResponse& specimen, PlantConfig config)
+    : specimen_(specimen), config_(config) {
+  compliance_m_N_ = std::isfinite(config_.frame_stiffness_N_m) && config_.frame_stiffness_N_m > 0
+                        ? 1 / config_.frame_stiffness_N_m
+                        : 0;
+  grid_N_ = std::max(config_.force_nominal_N, 1e-3) / kGridCells;
+  for (std::size_t i = 0; i <= kGridCells; ++i) {
+    grid_m_.push_back(shortening_m(grid_N_ * static_cast<double>(i)));
+  }
+}
+
+double Plant::shortening_m(double force_N) const {
+  return specimen_.shortening_m(force_N) + force_N * compliance_m_N_;
+}
+
+// Regula falsi with the Illinois weights: shortening rises, so the bracket always closes.
+double Plant::solve_force(double target_m) const {
+  double low = 0, high = grid_N_;
+  double low_m = 0, high_m = grid_m_[1];
+  if (target_m < grid_m_.back()) {
+    const auto above = std::upper_bound(grid_m_.begin() + 1, grid_m_.end(), target_m);
+    high = grid_N_ * static_cast<double>(above - grid_m_.begin());
+    low = high - grid_N_;
+    high_m = *above;
+    low_m = *(above - 1);
+  } else {
+    low = grid_N_ * kGridCells;
+    low_m = grid_m_.back();
+    high = 2 * low;
+    while ((high_m = shortening_m(high)) < target_m && high < 1e12) {
+      low = high;
+      low_m = high_m;
+      high *= 2;
+    }
+  }
+  const double close_enough = 1e-13 * target_m;
+  double low_error = low_m - target_m;
+  double high_error = high_m - target_m;
+  double force = low;
+  int side = 0;
+  for (int i = 0; i < 100 && high_error > low_error; ++i) {
+    force = (low * high_error - high * low_error) / (high_error - low_error);
+    const double error = shortening_m(force) - target_m;
+    if (std::abs(error) <= close_enough || high - low <= 1e-15 * high) {
+      break;
+    }
+    if (error > 0) {
+      high = force;
+      high_error = error;
+      low_error = side == 1 ? low_error / 2 : low_error;
+      side = 1;
+    } else {
+      low = force;
+      low_error = error;
+      high_error = side == -1 ? high_error / 2 : high_error;
+      side = -1;
+    }
+  }
+  return force;
+}
+
+double Plant::force_at_travel_N(double travel_m) const {
+  const double pressed_m = travel_m - config_.contact_travel_m;
+  return pressed_m > 0 ? solve_force(pressed_m) : 0;
+}
+
+double Plant::travel_at_force_m(double force_N) const {
+  return config_.contact_travel_m + (force_N > 0 ? shortening_m(force_N) : 0);
+}
+
+Plant::Profile Plant::straight(MonoTime t, double from, double to, double speed) {
+  Profile p;
+  p.start = t;
+  p.value = from;
+  p.end = to;
+  if (from != to && speed > 0) {
+    p.rate = to > from ? speed : -speed;
+    p.straight_s = (to - from) / p.rate;
+  } else {
+    p.end = speed > 0 ? to : from;  // no speed, no motion
+    p.value = p.end;
+  }
+  return p;
+}
+
+double Plant::Profile::braking_s() const {
+  return brake > 0 ? std::abs(rate) / brake : 0;
+}
+
+MonoTime Plant::Profile::finish() const {
+  return start + seconds_up(straight_s + braking_s());
+}
+
+double Plant::Profile::at(MonoTime t) const {
+  if (t >= finish()) {
+    return end;
+  }
+  const double s = std::max(to_seconds(t - start), 0.0);
+  const double braked_s = std::max(s - straight_s, 0.0);
+  const double v = value + rate * s - std::copysign(brake / 2 * braked_s * braked_s, rate);
+  return rate > 0 ? std::min(v, end) : std::max(v, end);
+}
+
+MonoTime Plant::Profile::time_of(double v) const {
+  if (rate == 0) {
+    return start;
+  }
+  double s = (v - value) / rate;
+  if (s > straight_s && brake > 0) {
+    const double speed = std::abs(rate);
+    const double beyond = (s - straight_s) * speed;  // distance into the parabola
+    const double root = std::max(speed * speed - 2 * brake * beyond, 0.0);
+    s = straight_s + (speed - std::sqrt(root)) / brake;
+  }
+  return start + seconds_up(s);
+}
+
+bool Plant::approaching(MonoTime t) const {
+  return approach_ && t < approach_->finish();
+}
+
+double Plant::travel_m(MonoTime t) const {
+  if (approaching(t)) {
+    return approach_->at(t);
+  }
+  return control_ == Control::travel ? motion_.at(t) : travel_at_force_m(motion_.at(t));
+}
+
+double Plant::force_N(MonoTime t) const {
+  if (approaching(t)) {
+    return 0;
+  }
+  return control_ == Control::force ? motion_.at(t) : force_at_travel_N(motion_.at(t));
+}
+
+Electrical Plant::electrical(MonoTime t) const {
+  const double seconds = to_seconds(t.time_since_epoch());
+  return {specimen_.capacitance_F(force_N(t)) + config_.stray_capacitance_F +
+              config_.thermal_drift_F_per_s * seconds,
+          config_.dissipation};
+}
+
+void Plant::move_to(MonoTime t, double travel_m, double speed_m_s) {
+  const double from = this->travel_m(t);
+  motion_ = straight(t, from, std::clamp(travel_m, config_.travel_min_m, config_.travel_max_m),
+                     std::min(std::abs(speed_m_s), config_.speed_max_m_s));
+  control_ = Control::travel;
+  approach_.reset();
+}
+
+void Plant::ramp_force(MonoTime t, double force_N, double rate_N_s) {
+  const double from_m = travel_m(t);
+  const double from_N = this->force_N(t);
+  approach_.reset();
+  MonoTime begin = t;
+  if (from_m < config_.contact_travel_m) {
+    approach_ = straight(t, from_m, config_.contact_travel_m, config_.force_approach_speed_m_s);
+    begin = approach_->finish();
+  }
+  motion_ = straight(begin, from_N, std::max(force_N, 0.0), std::abs(rate_N_s));
+  control_ = Control::force;
+}
+
+void Plant::put_load(MonoTime t, double force_N) {
+  approach_.reset();
+  motion_ = Profile{};
+  motion_.start = t;
+  motion_.value = motion_.end = std::max(force_N, 0.0);
+  control_ = Control::force;
+}
+
+void Plant::halt(MonoTime t) {
+  const double from = travel_m(t);
+  const Profile& before = approaching(t) ? *approach_ : motion_;
+  double rate = t < before.finish() ? before.rate : 0;  // braking already: the parabola starts anew
+  if (t < before.finish() && before.brake > 0) {
+    const double braked_s = std::max(to_seconds(t - before.start) - before.straight_s, 0.0);
+    rate -= std::copysign(std::min(before.brake * braked_s, std::abs(rate)), rate);
+  }
+  if (control_ == Control::force && !approaching(t)) {
+    const double force = force_N(t);
+    const double step = 1e-6 * std::max(force, grid_N_);
+    rate *= (shortening_m(force + step) - shortening_m(force)) / step;
+  }
+  motion_ = Profile{};
+  motion_.start = t;
+  motion_.value = motion_.end = from;
+  control_ = Control::travel;
+  approach_.reset();
+  if (rate != 0) {
+    motion_.rate = rate;
+    motion_.straight_s = config_.drive_lag_s;
+    motion_.brake = config_.deceleration_m_s2;
+    motion_.end = from + rate * (config_.drive_lag_s + motion_.braking_s() / 2);
+  }
+}
+
+std::optional<MonoTime> Plant::arrival() const {
+  const bool moves = motion_.rate != 0 || approach_;
+  return moves ? std::optional(motion_.finish()) : std::nullopt;
+}
+
+std::optional<MonoTime> Plant::force_crossing(double force_N, MonoTime from, MonoTime to) const {
+  const double first = this->force_N(from);
+  const double last = this->force_N(to);
+  if (first == force_N) {
+    return from;
+  }
+  const bool rising = first < force_N;
+  const auto passed = [&](double force) { return rising ? force >= force_N : force <= force_N; };
+  if (!passed(last)) {
+    return std::nullopt;
+  }
+  const double value = control_ == Control::force ? force_N : travel_at_force_m(force_N);
+  MonoTime t = std::clamp(motion_.time_of(value), from, to);
+  while (t < to && !passed(this->force_N(t))) {  // rounding of the inverse: a nanosecond or two
+    t += Duration(1);
+  }
+  return t;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// A level of the model tabulated once into a monotone interpolant: what the bench evaluates.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "model/level.hpp"
+#include "model/plant.hpp"
+
+namespace lcrig {
+
+// Monotone cubic through samples of a function that rises from 0 at 0, over a uniform grid.
+// Beyond the last sample it goes on as a straight line with the last slope.
+class MonotoneTable {
+ public:
+  MonotoneTable() = default;
+  // values[0] == 0, rising; initial_slope is the slope at 0.
+  MonotoneTable(double step, const std::vector<double>& values, double initial_slope);
+  double operator()(double x) const;
+
+ private:
+  struct Node {
+    double value, slope;
+  };
+  double step_ = 1;
+  std::vector<Node> nodes_;
+};
+
+class TabulatedResponse final : public SpecimenResponse {
+ public:
+  TabulatedResponse(double c0_F, MonotoneTable shortening, MonotoneTable delta, double max_force_N,
+                    double relative_error)
+      : c0_F_(c0_F),
+        shortening_(std::move(shortening)),
+        delta_(std::move(delta)),
+        max_force_N_(max_force_N),
+        relative_error_(relative_error) {}
+
+  double shortening_m(double force_N) const override { return shortening_(force_N); }
+  double capacitance_F(double force_N) const override { return c0_F_ + delta_(force_N); }
+  double delta_capacitance_F(double force_N) const { return delta_(force_N); }
+  double c0_F() const override { return c0_F_; }
+  double max_force_N() const { return max_force_N_; }  // beyond it both curves go on straight
+  double relative_error() const { return relative_error_; }  // of the table against its level
+
+ private:
+  double c0_F_;
+  MonotoneTable shortening_, delta_;
+  double max_force_N_, relative_error_;
+};
+
+// Table of `settings` from 0 to max_force (over the disc area, dead load) whose shortening and
+// delta C are within tolerance/10 of the level, relative, at every force; verified while building.
+// The table ends earlier, at the last force it could solve, when the level finds no equilibrium
+// (max_force_N() says where). Errors: as make_level_model; tolerance out of 1e-6 to 1; not even a
+// thousandth of max_force can be carried.
+Result<std::unique_ptr<TabulatedResponse>> make_response(const Specimen& specimen,
+                                                         const LevelSettings& settings,
+                                                         Force max_force, double tolerance);
+
+}  // namespace lcrig

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/specimen.hpp"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace lcrig {
+namespace {
+
+constexpr std::array kFacesNames{"free", "bonded_base", "bonded_laminate"};
+constexpr std::array kTopNames{"pressure", "plate", "bonded_plate"};
+constexpr std::size_t kMostLayers = 1000;
+
+template <class Enum, std::size_t N>
+std::optional<Enum> find_name(const std::array<const char*, N>& names, std::string_view text) {
+  for (std::size_t i = 0; i < N; ++i) {
+    if (text == names[i]) {
+      return static_cast<Enum>(i);
+    }
+  }
+  return std::nullopt;
+}
+
+bool positive(double value) {
+  return std::isfinite(value) && value > 0;
+}
+
+Result<> check_material(const Material& m) {
+  if (!std::isfinite(m.relative_permittivity) || m.relative_permittivity < 1) {
+    return fail(Errc::invalid_request, "material {}: relative permittivity {} must be at least 1",
+                m.name, m.relative_permittivity);
+  }
+  if (m.rigid) {
+    return {};
+  }
+  if (!positive(m.youngs_modulus_Pa)) {
+    return fail(Errc::invalid_request, "material {}: Young's modulus {} Pa must be positive",
+                m.name, m.youngs_modulus_Pa);
+  }
+  if (!(m.poisson_ratio >= 0 && m.poisson_ratio <= 0.5)) {
+    return fail(Errc::invalid_request, "material {}: Poisson ratio {} must be in 0 to 0.5", m.name,
+                m.poisson_ratio);
+  }
+  if (m.given_shear_modulus_Pa && !positive(*m.given_shear_modulus_Pa)) {
+    return fail(Errc::invalid_request, "material {}: shear modulus {} Pa must be positive", m.name,
+                *m.given_shear_modulus_Pa);
+  }
+  return {};
+}
+
+Result<> check_capacitor(const Specimen& s, std::size_t index) {
+  const auto& layers = s.capacitors[index].layers;
+  if (layers.empty()) {
+    return fail(Errc::invalid_request, "specimen {}: capacitor {} has no layers", s.name,
+                index + 1);
+  }
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    if (layers[i].material >= s.materials.size()) {
+      return fail(Errc::invalid_request, "specimen {}: capacitor {}, layer {}: unknown material",
+                  s.name, index + 1, i + 1);
+    }
+    if (!positive(layers[i].thickness_m)) {
+      return fail(Errc::invalid_request,
+                  "specimen {}: capacitor {}, layer {}: thickness {} m must be positive", s.name,
+                  index + 1, i + 1, layers[i].thickness_m);
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string_view to_string(Faces faces) {
+  return kFacesNames[static_cast<std::size_t>(faces)];
+}
+std::optional<Faces> parse_faces(std::string_view text) {
+  return find_name<Faces>(kFacesNames, text);
+}
+std::string_view to_string(Top top) {
+  return kTopNames[static_cast<std::size_t>(top)];
+}
+std::optional<Top> parse_top(std::string_view text) {
+  return find_name<Top>(kTopNames, text);
+}
+
+double Material::shear_modulus_Pa() const {
+  return given_shear_modulus_Pa.value_or(youngs_modulus_Pa / (2 * (1 + poisson_ratio)));
+}
+
+double Specimen::area_m2() const {
+  return std::numbers::pi / 4 * disc_diameter_m * disc_diameter_m;
+}
+
+double Specimen::dielectric_gap_m(const Capacitor& capacitor) const {
+  double gap = 0;
+  for (const auto& layer : capacitor.layers) {
+    gap += layer.thickness_m / material(layer).relative_permittivity;
+  }
+  return gap;
+}
+
+double Specimen::c0_F(const Capacitor& capacitor) const {
+  return kVacuumPermittivity_F_m * area_m2() / dielectric_gap_m(capacitor);
+}
+
+double Specimen::c0_F() const {
+  double sum = 0;
+  for (const auto& capacitor : capacitors) {
+    sum += c0_F(capacitor);
+  }
+  return sum;
+}
+
+std::size_t Specimen::layer_count() const {
+  std::size_t count = 0;
+  for (const auto& capacitor : capacitors) {
+    count += capacitor.layers.size();
+  }
+  return count;
+}
+
+Result<> check_specimen(const Specimen& s) {
+  if (!positive(s.disc_diameter_m)) {
+    return fail(Errc::invalid_request, "specimen {}: disc diameter {} m must be positive", s.name,
+                s.disc_diameter_m);
+  }
+  if (s.capacitors.empty()) {
+    return fail(Errc::invalid_request, "specimen {}: no capacitors", s.name);
+  }
+  if (s.layer_count() > kMostLayers) {
+    return fail(Errc::invalid_request, "specimen {}: {} layers, at most {} are allowed", s.name,
+                s.layer_count(), kMostLayers);
+  }
+  for (const auto& material : s.materials) {
+    if (auto ok = check_material(material); !ok) {
+      return ok;
+    }
+  }
+  for (std::size_t i = 0; i < s.capacitors.size(); ++i) {
+    if (auto ok = check_capacitor(s, i); !ok) {
+      return ok;
+    }
+  }
+  return {};
+}
+
+}  // namespace lcrig

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is pressed: a stack of disc capacitors, each a stack of layers, listed from base to top.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/quantity.hpp"
+#include "base/result.hpp"
+
+namespace lcrig {
+
+inline constexpr double kVacuumPermittivity_F_m = 8.8541878128e-12;  // CODATA 2018
+
+// How the layers are held sideways. It decides everything: 100 kPa strains a 25 um layer seventeen
+// times more when its faces slide than when they are bonded.
+enum class Faces {
+  free,  // every face slides without friction: uniaxial stress
+  bonded_base,  // lowest face fixed to the base, layers stick to each other
+  bonded_laminate,  // as bonded_base, and every soft layer lies between stiff films it is bonded to
+};
+std::string_view to_string(Faces faces);
+std::optional<Faces> parse_faces(std::string_view text);
+
+// What presses on the top face (matters for the FEM levels only).
+enum class Top { pressure, plate, bonded_plate };  // uniform pressure; frictionless; bonded
+std::string_view to_string(Top top);
+std::optional<Top> parse_top(std::string_view text);
+
+struct Material {
+  std::string name;
+  double relative_permittivity = 1;
+  bool rigid = false;  // does not strain at all; the elastic constants are then unused
+  double youngs_modulus_Pa = 0;
+  double poisson_ratio = 0;  // 0 to 0.5
+  std::optional<double> given_shear_modulus_Pa;  // for the finite-strain levels
+
+  // mu of the finite-strain levels: as given, else E/(2(1+nu)), Pa.
+  double shear_modulus_Pa() const;
+};
+
+struct Layer {
+  std::size_t material = 0;  // index into Specimen::materials
+  double thickness_m = 0;
+};
+
+struct Capacitor {
+  std::vector<Layer> layers;  // base to top; electrodes below the first and above the last
+};
+
+struct Specimen {
+  std::string name;
+  double disc_diameter_m = 0;
+  Faces faces = Faces::free;
+  Top top = Top::pressure;
+  std::vector<Material> materials;
+  std::vector<Capacitor> capacitors;
+
+  double area_m2() const;
+  const Material& material(const Layer& layer) const { return materials[layer.material]; }
+  // t / eps_r summed over the dielectric between two electrodes, m.
+  double dielectric_gap_m(const Capacitor& capacitor) const;
+  double c0_F(const Capacitor& capacitor) const;
+  double c0_F() const;  // capacitors in parallel
+  std::size_t layer_count() const;
+};
+
+// Empty stack, sizes that are not finite and positive, moduli and ratios out of range, too many
+// layers: invalid_request with the place. Everything in model/ may rely on a specimen that passed.
+Result<> check_specimen(const Specimen& specimen);
+
+}  // namespace lcrig

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/specimen_file.hpp"
+
+#include <array>
+#include <utility>
+
+#include "base/strict_json.hpp"
+
+namespace lcrig {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, Faces>, 3> kFaces{
+    {{"free", Faces::free},
+     {"bonded_base", Faces::bonded_base},
+     {"bonded_laminate", Faces::bonded_laminate}}};
+constexpr std::array<std::pair<std::string_view, Top>, 3> kTops{
+    {{"pressure", Top::pressure}, {"plate", Top::plate}, {"bonded_plate", Top::bonded_plate}}};
+
+constexpr Range kPermittivity{1, 1e6, false};
+constexpr Range kModulus{0, 1e15, true};  // Pa
+constexpr Range kPoisson{0, 0.5, false};
+constexpr Range kSize{0, 10, true};  // m
+
+Material read_material(const JsonReader& reader) {
+  Material m;
+  m.name = reader.last_key();
+  m.relative_permittivity = reader.number("relative_permittivity", kPermittivity);
+  m.rigid = reader.optional_boolean("rigid").value_or(false);
+  const auto youngs = reader.optional_quantity("youngs_modulus", Dimension::pressure, kModulus);
+  const auto poisson = reader.optional_number("poisson_ratio", kPoisson);
+  m.given_shear_modulus_Pa =
+      reader.optional_quantity("shear_modulus", Dimension::pressure, kModulus);
+  reader.no_other_keys();
+  if (!m.rigid && (!youngs || !poisson)) {
+    reader.refuse("has neither `rigid`: true nor both of `youngs_modulus_kPa` and `poisson_ratio`");
+  }
+  m.youngs_modulus_Pa = youngs.value_or(0);
+  m.poisson_ratio = poisson.value_or(0);
+  return m;
+}
+
+Layer read_layer(const JsonReader& reader, const Specimen& specimen) {
+  Layer layer;
+  const JsonReader field = reader.at("material");
+  const std::string name = field.nonempty_string();
+  layer.thickness_m = reader.quantity("thickness", Dimension::length, kSize);
+  reader.no_other_keys();
+  std::vector<std::string> known;
+  for (const auto& material : specimen.materials) {
+    if (material.name == name) {
+      layer.material = known.size();
+      return layer;
+    }
+    known.push_back(material.name);
+  }
+  field.refuse("unknown material \"" + name + "\", expected one of `materials`" +
+               did_you_mean(name, known));
+  return layer;
+}
+
+Specimen read_specimen(const JsonReader& reader) {
+  Specimen s;
+  reader.expect_format("specimen/1");
+  s.name = reader.at("name").nonempty_string();
+  s.disc_diameter_m = reader.quantity("disc_diameter", Dimension::length, kSize);
+  s.faces = reader.word<Faces>("faces", kFaces);
+  if (const auto top = reader.find("top")) {
+    s.top = top->word<Top>(kTops);
+  }
+  for (const auto& material : reader.object("materials").members()) {
+    s.materials.push_back(read_material(material));
+  }
+  for (const auto& item : reader.at("capacitors").items(1)) {
+    Capacitor capacitor;
+    for (const auto& layer : item.at("layers").items(1)) {
+      capacitor.layers.push_back(read_layer(layer, s));
+    }
+    item.no_other_keys();
+    s.capacitors.push_back(std::move(capacitor));
+  }
+  reader.no_other_keys();
+  return s;
+}
+
+Result<Specimen> from_document(const JsonDocument& document) {
+  const JsonReader reader(document);
+  Specimen specimen = read_specimen(reader);
+  if (auto ok = reader.result(); !ok) {
+    return fail(ok.error());
+  }
+  if (auto ok = check_specimen(specimen); !ok) {
+    return fail(ok.error().code, "{}: {}", document.name(), ok.error().what);
+  }
+  return specimen;
+}
+
+}  // namespace
+
+Result<Specimen> parse_specimen(std::string_view text, const std::string& source) {
+  auto document = JsonDocument::parse(text, source);
+  if (!document) {
+    return fail(document.error());
+  }
+  return from_document(*document);
+}
+
+Result<Specimen> load_specimen(const std::string& path) {
+  auto document = load_json(path);
+  if (!document) {
+    return fail(document.error());
+  }
+  return from_document(*document);
+}
+
+}  // namespace lcrig

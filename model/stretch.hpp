@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// One homogeneous layer under compression: pressure to stretch for every strain-energy form.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "base/quantity.hpp"
+#include "base/result.hpp"
+
+namespace lcrig {
+
+// Strain energies, I1 = tr(F^T F). `a` is the default and the only form of fem_finite.
+enum class EnergyForm {
+  incompressible,  // mu/2 (I1 - 3), J = 1
+  a,  // mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2
+  b,  // mu/2 (J^(-2/3) I1 - 3) + K/2 (J - 1)^2
+  c,  // mu/2 (I1 - 3 - 2 ln J) + lambda/2 (J - 1)^2
+  d,  // mu/2 (J^(-2/3) I1 - 3) + K/4 (J^2 - 1 - 2 ln J)
+  e,  // mu/2 (I1 - 3 - 2 ln J) + lambda/4 (J^2 - 1 - 2 ln J)
+};
+std::string_view to_string(EnergyForm form);  // "I", "A" to "E"
+std::optional<EnergyForm> parse_energy_form(std::string_view text);
+
+enum class Lateral { free, confined };  // uniaxial stress; uniaxial strain
+enum class PressureKind { dead, true_area };  // force over reference or over current area
+std::string_view to_string(PressureKind kind);  // "dead", "true"
+std::optional<PressureKind> parse_pressure_kind(std::string_view text);
+
+struct Stretch {
+  double strain = 0;  // e = 1 - lambda_z, to full relative precision at any pressure
+  double log_lambda_z = 0;
+  double log_lambda_r = 0;
+  double log_j = 0;  // ln of the volume ratio
+};
+
+// Neo-Hookean layer with shear modulus mu and Poisson ratio 0 <= nu <= 0.5 (forms A to E turn into
+// the incompressible one at 0.5). pressure >= 0. Errors: bad input; no equilibrium (form B beyond
+// its largest pressure).
+Result<Stretch> solve_stretch(Pressure shear_modulus, double poisson_ratio, EnergyForm form,
+                              Lateral lateral, PressureKind kind, Pressure pressure);
+
+}  // namespace lcrig

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one interpreter of loops: yields the leaf steps of a protocol one at a time, in the order of
+// execution. Plan and run use it alike, so what is planned is what runs.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "protocols/protocol.hpp"
+
+namespace lcrig {
+
+// Both references must outlive the cursor. Sweep variables are set in the environment while their
+// loop runs and removed behind it.
+class StepCursor {
+ public:
+  struct Loop {
+    const Step* step = nullptr;  // its action is a RepeatStep or a SweepStep
+    std::int64_t index = 1;  // from 1
+    std::int64_t count = 0;
+    std::size_t at = 0;  // next step inside
+  };
+
+  StepCursor(const Steps& steps, Environment& environment);
+
+  // The next leaf step (never a repeat or sweep); nullptr at the end, and from then on.
+  const Step* next();
+  // The outermost `repeat` around the step last returned; 0 when there is none.
+  std::int64_t repeat() const;
+  std::int64_t repeats() const;
+  // Outermost first.
+  const std::vector<Loop>& loops() const { return loops_; }
+
+ private:
+  void enter(const Step& step);
+  void set_variable(const Loop& loop);
+  bool again();
+  const Steps& inner() const;
+
+  const Steps& steps_;
+  Environment& environment_;
+  std::size_t at_ = 0;
+  std::vector<Loop> loops_;
+};
+
+// The steps inside a repeat or sweep; nullptr for a leaf.
+const Steps* steps_inside(const Step& step);
+// Passes of a repeat or sweep under this environment.
+std::int64_t passes(const Step& step, const Environment& environment);
+// SI value of a sweep's variable in pass `index` (from 1).
+double sweep_value(const SweepStep& sweep, std::int64_t index, const Environment& environment);
+
+}  // namespace lcrig

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// load-protocol/1 (docs/protocol-file.md) -> Protocol, strictly.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "base/result.hpp"
+#include "protocols/protocol.hpp"
+
+namespace lcrig {
+
+// `name` is what messages call the text (a path). Errors: invalid_request,
+// "FILE:LINE:COL /json/pointer: what was found, what was expected".
+Result<Protocol> parse_protocol(std::string_view text, const std::string& name);
+// Reads the file first. Errors: also io.
+Result<Protocol> load_protocol(const std::string& path);
+
+// Defaults, replaced by `overrides` (name -> number as typed, in the unit of the name's suffix).
+// Errors: invalid_request for an unknown name, no number, a fraction of a count, out of range.
+Result<Environment> bind_parameters(const Protocol& protocol,
+                                    const std::map<std::string, std::string>& overrides);
+
+}  // namespace lcrig

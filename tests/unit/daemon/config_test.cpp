@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/config.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace lcrig {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kReal = R"({ "format": "lcrigd-config/1",
+  "meter": { "driver": "lcr6100", "port": "serial:2184:005f" },
+  "frame": { "driver": "zwick", "port": "tcp://192.0.2.1:4710" },
+  "fixture": { "probe_diameter_mm": 4.0 } })";
+
+TEST(Config, ARealRigIsRead) {
+  const auto c = parse_config(kReal, "c.json");
+  ASSERT_TRUE(c) << c.error().what;
+  EXPECT_EQ(c->meter_port, "serial:2184:005f");
+  EXPECT_NEAR(c->fixture.probe_area_m2(), 12.566e-6, 1e-9);
+  EXPECT_FALSE(c->bench);
+}
+
+TEST(Config, ABenchExcludesInstruments) {
+  std::string text(kReal);
+  text.insert(text.size() - 1, R"(, "bench": "paper" )");
+  const auto c = parse_config(text, "c.json");
+  ASSERT_FALSE(c);
+  EXPECT_EQ(c.error().code, Errc::invalid_request);
+  EXPECT_THAT(c.error().what, HasSubstr("bench"));
+}
+
+TEST(Config, AMissingPortNamesItsPlace) {
+  const auto c = parse_config(R"({ "format": "lcrigd-config/1", "meter": { "driver": "lcr6100" },
+    "frame": { "driver": "dead_weight" }, "fixture": {} })",
+                              "c.json");
+  ASSERT_FALSE(c);
+  EXPECT_THAT(c.error().what, HasSubstr("/meter"));
+  EXPECT_THAT(c.error().what, HasSubstr("port"));
+}
+
+TEST(Config, AnUnknownKeyIsRefused) {
+  const auto c =
+      parse_config(R"({ "format": "lcrigd-config/1", "bench": "paper", "soket": "/x" })", "c.json");
+  ASSERT_FALSE(c);
+  EXPECT_THAT(c.error().what, HasSubstr("soket"));
+}
+
+TEST(Bench, TheShippedOneIsRead) {
+  const auto text = read_text_file("daemon/benches/paper.json");
+  ASSERT_TRUE(text) << text.error().what;
+  const auto b = parse_bench(*text, "paper.json");
+  ASSERT_TRUE(b) << b.error().what;
+  EXPECT_DOUBLE_EQ(b->plant.contact_travel_m, 3.2e-3);
+  EXPECT_DOUBLE_EQ(b->plant.frame_stiffness_N_m, 200e3);
+  EXPECT_DOUBLE_EQ(b->plant.capacitance_noise_F[0], 60e-15);
+}
+
+TEST(Bench, ANegativeStiffnessIsRefused) {
+  const auto b = parse_bench(R"({ "format": "bench/1", "name": "x", "error_tolerance": 1e-3,
+    "fixture": {}, "frame": { "stiffness_N_mm": -1 }, "meter": {} })",
+                             "b.json");
+  ASSERT_FALSE(b);
+  EXPECT_THAT(b.error().what, HasSubstr("/frame/stiffness_N_mm"));
+}
+
+}  // namespace
+}  // namespace lcrig

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/auto_level.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "reference.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace literals;
+
+TEST(AutoLevel, TakesTheCheapestThatMeetsTheTolerance) {
+  const Specimen s = shipped("paper-1");
+  EXPECT_EQ(choose_level(s, 1e-3, 100.0_kPa)->settings.level, Level::hyperelastic);
+  const auto rough = choose_level(s, 0.5, 1.0_kPa);
+  ASSERT_TRUE(rough);
+  EXPECT_EQ(rough->settings.level, Level::linear);
+  EXPECT_LE(rough->error_estimate, 0.5);
+}
+
+TEST(AutoLevel, SaysWhatWasLeftOut) {
+  const auto choice = choose_level(shipped("paper-1"), 1e-3, 100.0_kPa);
+  ASSERT_TRUE(choice);
+  const auto json = to_json(*choice);
+  EXPECT_EQ(json["level"], "hyperelastic");
+  ASSERT_GE(json["left_out"].size(), 5U);
+  EXPECT_EQ(json["left_out"][0]["effect"], "fringe field");
+  EXPECT_NEAR(json["left_out"][0]["relative_size"], 0.030, 0.003);
+  EXPECT_THAT(to_text(*choice), testing::HasSubstr("lateral friction"));
+}
+
+TEST(AutoLevel, RefusesSenselessRequests) {
+  EXPECT_FALSE(choose_level(shipped("paper-1"), 0, 100.0_kPa));
+  EXPECT_FALSE(choose_level(shipped("paper-1"), 1e-3, 0.0_kPa));
+  EXPECT_FALSE(choose_level(shipped("paper-1"), std::nan(""), 1.0_kPa));
+}
+
+}  // namespace
+}  // namespace lcrig

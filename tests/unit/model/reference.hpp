@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reference tables that live beside the source tree; tests skip with a message where they are not.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <charconv>
+#include <fstream>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "model/specimen_file.hpp"
+
+namespace lcrig {
+
+struct ReferenceRow {
+  std::vector<std::string> cells;
+  const std::string& operator[](std::size_t i) const { return cells.at(i); }
+  double number(std::size_t i) const {
+    double value = 0;
+    const auto& text = cells.at(i);
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    EXPECT_TRUE(error == std::errc() && end == text.data() + text.size()) << text;
+    return value;
+  }
+};
+
+// Rows below the header of a CSV file; empty when the file is not there.
+inline std::vector<ReferenceRow> read_reference(const std::string& name) {
+  std::ifstream file("../shared/reference/" + name);
+  std::vector<ReferenceRow> rows;
+  std::string line;
+  for (bool header = true; std::getline(file, line); header = false) {
+    ReferenceRow row;
+    row.cells.emplace_back();
+    bool quoted = false;
+    for (const char c : line) {
+      if (c == '"') {
+        quoted = !quoted;
+      } else if (c == ',' && !quoted) {
+        row.cells.emplace_back();
+      } else if (c != '\r') {
+        row.cells.back() += c;
+      }
+    }
+    if (!header) rows.push_back(row);
+  }
+  return rows;
+}
+
+#define LCRIG_NEED_REFERENCE(rows, name)  \
+  const auto rows = read_reference(name); \
+  if (rows.empty()) GTEST_SKIP() << "no ../shared/reference/" << (name) << " beside the source"
+
+inline Specimen shipped(std::string_view name) {
+  for (const auto& s : shipped_specimens()) {
+    if (s.name == name) {
+      auto specimen = parse_specimen(s.text, std::string(name));
+      if (!specimen) throw std::runtime_error(specimen.error().what);
+      return *specimen;
+    }
+  }
+  throw std::runtime_error("no such shipped specimen");
+}
+
+// `count` equal capacitors of soft layers: thickness_m each, of one material.
+inline Specimen soft_stack(const std::vector<double>& thickness_m) {
+  Specimen s = shipped("paper-1");
+  s.name = "soft";
+  s.capacitors.clear();
+  for (const double t : thickness_m) s.capacitors.push_back({{{0, t}}});
+  return s;
+}
+
+inline void expect_relative(double value, double expected, double tolerance,
+                            const std::string& what = {}) {
+  EXPECT_LE(std::abs(value - expected), tolerance * std::abs(expected))
+      << what << ": " << value << " instead of " << expected << ", relative "
+      << (value - expected) / expected;
+}
+
+}  // namespace lcrig
