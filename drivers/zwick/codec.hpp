@@ -20,49 +20,14 @@
 
 #include "base/result.hpp"
 #include "drivers/load_frame.hpp"
+#include "drivers/zwick/line.hpp"
 
 namespace lcrig::frame_link {
 
 constexpr int kProtocol = 1;
-constexpr std::size_t kMaxLine = 65536;  // bytes, LF included
 constexpr Duration kHeartbeat = std::chrono::milliseconds(250);
 constexpr Duration kSilence = std::chrono::seconds(1);
 constexpr Duration kMaxBatch = std::chrono::milliseconds(100);
-
-// One message. Views point into the text that was parsed.
-struct Line {
-  Line() = default;
-  std::optional<std::int64_t> number;  // of "#17 MOVE" and of "OK #17"
-  std::string_view word;
-  std::vector<std::pair<std::string_view, std::string_view>> fields;  // values still quoted
-
-  std::optional<std::string_view> find(std::string_view key) const;
-  std::string text(std::string_view key) const;  // unquoted; empty when absent
-  // Errors: garbled (absent, or not a finite decimal number).
-  Result<double> number_of(std::string_view key) const;
-  // nullopt when absent. Errors: garbled.
-  Result<std::optional<double>> optional_number(std::string_view key) const;
-  bool flag(std::string_view key) const { return find(key) == "1"; }
-};
-
-// Errors: garbled. `text` is one line without its LF.
-Result<Line> parse_line(std::string_view text);
-
-// Cuts a byte stream into lines. A line longer than kMaxLine is dropped up to its LF and counted.
-class LineSplitter {
- public:
-  void feed(std::string_view bytes) { buffer_.append(bytes); }
-  // The next complete line without LF or CR LF; valid until the next call of any member.
-  std::optional<std::string_view> next();
-  std::size_t dropped() const { return dropped_; }
-
- private:
-  std::string buffer_;
-  std::size_t begin_ = 0;  // of the first byte not handed out
-  std::size_t searched_ = 0;  // no LF before this
-  std::size_t dropped_ = 0;
-  bool skipping_ = false;
-};
 
 struct Hello {
   Hello() = default;

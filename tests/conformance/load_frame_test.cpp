@@ -100,10 +100,10 @@ struct Maker {
 
 class EveryLoadFrame : public testing::TestWithParam<Maker> {
  protected:
+  support::Outcome<Result<MotionOutcome>> out_;  // outlives the tasks of the bench
   std::unique_ptr<Bench> bench_ = GetParam().make();
   Bench& b = *bench_;
 
-  support::Outcome<Result<MotionOutcome>> out_;
   void start_long_motion() {
     b.arm();
     support::spawn(b.io, b.long_motion(), out_);

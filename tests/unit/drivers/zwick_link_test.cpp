@@ -380,10 +380,15 @@ TEST(ZwickLink, AnotherInstrumentIsRecognisedAsSuch) {
 
 TEST(ZwickLink, AnotherProtocolVersionIsRefused) {
   MuteBench b;
-  ASSERT_TRUE(run_task(b.io, b.clock, b.far->write_all("HELLO proto=2\n", MonoTime() + 1s)));
-  const auto r = run_task(b.io, b.clock, b.frame->identify());
+  support::Outcome<Result<Identity>> out;
+  support::spawn(b.io, b.frame->identify(), out);
+  b.clock.run_for(b.io, 100ms);
+  ASSERT_TRUE(run_task(b.io, b.clock, b.far->write_all("HELLO proto=2\n", b.clock.now() + 1s)));
+  b.clock.run(b.io, [&] { return out.done; });
+  const auto r = support::take(out);
   ASSERT_FALSE(r);
-  EXPECT_EQ(r.error().code, Errc::no_reply) << "said before we asked: of an older session";
+  EXPECT_EQ(r.error().code, Errc::refused);
+  EXPECT_THAT(r.error().what, HasSubstr("frame-link/2"));
 }
 
 TEST(ZwickLink, IsDestroyedSafelyInTheMiddleOfASession) {
@@ -404,7 +409,7 @@ TEST(ZwickReplay, PlaysRowsVerbatimAndRefusesMotion) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows[i].t_s = 10.0 + 0.1 * static_cast<double>(i);
     rows[i].force_N = 0.123457 * static_cast<double>(i + 1);
-    rows[i].travel_m = (1.2345 + static_cast<double>(i)) / 1e3;
+    rows[i].travel_m = static_cast<double>(12345 + 10000 * i) / 1e4 / 1e3;
   }
   rows[1].force_N.reset();
   FrameBench b(rows);
