@@ -98,7 +98,7 @@ Result<> BatchWriter::write(const Database& db, std::int64_t run, const Batch& b
 }
 
 Result<> BatchWriter::write_rows(std::int64_t run, const Batch& batch, ChainHead& head) {
-  for (const Level& row : batch.levels) {
+  for (const LoadLevel& row : batch.levels) {
     if (auto r = write_level(run, ++head.last_of(RunTable::level), row); !r) return r;
   }
   for (const RunEvent& row : batch.events) {
@@ -113,7 +113,7 @@ Result<> BatchWriter::write_rows(std::int64_t run, const Batch& batch, ChainHead
   return {};
 }
 
-Result<> BatchWriter::write_level(std::int64_t run, std::int64_t seq, const Level& l) {
+Result<> BatchWriter::write_level(std::int64_t run, std::int64_t seq, const LoadLevel& l) {
   levels_->begin(hash_).add(run).add(seq).add(l.level).add(l.step_id).add(l.repeat).add(l.index);
   levels_->add(l.target_force_N).add(l.target_pressure_Pa).add(l.planned_readings).add(ns(l.begin));
   return levels_->insert();

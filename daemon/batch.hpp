@@ -16,7 +16,7 @@ struct Batch {
     LcrReading reading;
     ReadingTag tag;
   };
-  std::vector<Level> levels;
+  std::vector<LoadLevel> levels;
   std::vector<RunEvent> events;
   std::vector<TaggedReading> readings;
   std::vector<FrameSample> samples;
@@ -41,7 +41,7 @@ class BatchWriter {
 
  private:
   Result<> write_rows(std::int64_t run, const Batch& batch, ChainHead& head);
-  Result<> write_level(std::int64_t run, std::int64_t seq, const Level& level);
+  Result<> write_level(std::int64_t run, std::int64_t seq, const LoadLevel& level);
   Result<> write_event(std::int64_t run, std::int64_t seq, const RunEvent& event);
   Result<> write_reading(std::int64_t run, std::int64_t seq, const Batch::TaggedReading& row);
   Result<> write_sample(std::int64_t run, std::int64_t seq, const FrameSample& sample);

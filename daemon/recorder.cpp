@@ -116,7 +116,7 @@ void Recorder::reading(const LcrReading& reading, const ReadingTag& tag) {
 void Recorder::samples(std::span<const FrameSample> rows) {
   push(rows.size(), [&](Batch& b) { b.samples.insert(b.samples.end(), rows.begin(), rows.end()); });
 }
-void Recorder::level(const Level& level) {
+void Recorder::level(const LoadLevel& level) {
   push(1, [&](Batch& b) { b.levels.push_back(level); });
 }
 void Recorder::event(const RunEvent& event) {
@@ -205,7 +205,7 @@ void Recorder::commit_taken() {
 Result<> Recorder::commit(const Batch& batch, const RunEnd* end) {
   const MonoTime begin = RealClock().now();
   if (auto r = writer_->write(owned_.db, run_, batch, end); !r) {
-    fault_code_ = owned_.db.error_code();
+    reopen_first_ = owned_.db.needs_reopening();
     return r;
   }
   const MonoTime done = RealClock().now();

@@ -72,7 +72,7 @@ class Recorder final : public RunSink {
   // Rows outside a run are not stored.
   void reading(const LcrReading& reading, const ReadingTag& tag) override;
   void samples(std::span<const FrameSample> samples) override;
-  void level(const Level& level) override;
+  void level(const LoadLevel& level) override;
   void event(const RunEvent& event) override;
   Task<Result<>> flush() override;
 
@@ -137,7 +137,7 @@ class Recorder final : public RunSink {
   std::optional<BatchWriter> writer_;
   Batch writing_;  // taken from the queue, not committed yet
   std::int64_t run_ = 0;
-  int fault_code_ = 0;  // SQLite's extended code
+  bool reopen_first_ = false;  // the last failed commit was an I/O error
   std::thread thread_;
 };
 

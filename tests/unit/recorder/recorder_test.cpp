@@ -97,7 +97,7 @@ class RecorderTest : public testing::Test {
 TEST_F(RecorderTest, StoresEveryKindOfRowAndItsChainHolds) {
   open();
   const auto run = begin();
-  Level level;
+  LoadLevel level;
   level.level = 1;
   level.target_pressure_Pa = 10e3;
   recorder_->level(level);
