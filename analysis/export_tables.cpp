@@ -22,6 +22,7 @@ constexpr Column kPressure{"pressure_kPa", "number", "kPa", "force over the area
 constexpr Column kStep{"step", "string", "", "id of the protocol step"};
 constexpr Column kRepeat{"repeat", "integer", "", "of the outermost repeat, from 1; 0: none"};
 constexpr Column kLevel{"level", "integer", "", "load level within the run, from 1"};
+constexpr Column kReading{"reading", "integer", "", "fresh reading within the level, from 1"};
 constexpr Column kFlags{"flags", "string", "", "words, separated by spaces"};
 
 // The value in force at an instant that never runs backwards.
@@ -236,26 +237,27 @@ void add(std::vector<Column>& to, const std::vector<Column>& more) {
   to.insert(to.end(), more.begin(), more.end());
 }
 
+void add_reading_columns(std::vector<Column>& out, const ExportContext& c) {
+  add(out, {{"t_asked_s", "number", "s", "when the reading was requested"},
+            {"t_first_byte_s", "number", "s", "when the answer began"},
+            kStep,
+            kRepeat,
+            kLevel,
+            kReading,
+            {"fresh", "boolean", "", "false: the meter repeated its last value"},
+            kFlags,
+            {"function", "string", "", "impedance function of the meter"},
+            {"frequency_Hz", "number", "Hz", "test frequency"}});
+  add(out, c.value_columns);
+  add(out, {{"status", "string", "", "comparator words as the meter sent them"}});
+}
+
 }  // namespace
 
 std::vector<Column> columns_of(const ExportContext& c, Layout layout) {
-  constexpr Column kReading{"reading", "integer", "", "fresh reading within the level, from 1"};
   std::vector<Column> out{kSeq, kTime};
   switch (layout) {
-    case Layout::readings:
-      add(out, {{"t_asked_s", "number", "s", "when the reading was requested"},
-                {"t_first_byte_s", "number", "s", "when the answer began"},
-                kStep,
-                kRepeat,
-                kLevel,
-                kReading,
-                {"fresh", "boolean", "", "false: the meter repeated its last value"},
-                kFlags,
-                {"function", "string", "", "impedance function of the meter"},
-                {"frequency_Hz", "number", "Hz", "test frequency"}});
-      add(out, c.value_columns);
-      add(out, {{"status", "string", "", "comparator words as the meter sent them"}});
-      break;
+    case Layout::readings: add_reading_columns(out, c); break;
     case Layout::frame:
       add(out, {{"device_time_s", "number", "s", "the frame's own clock"},
                 kForce,

@@ -1,18 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 // Readings per second of the recorder in a burst, and the latency of single commits, each against
 // plain SQLite inserts of the same columns. Prints one JSON object. Usage: recorder_bench [FOLDER]
+#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 
 #include "daemon/recorder.hpp"
-#include "tests/support/run_task.hpp"
 
 namespace lcrig {
 namespace {
 
 constexpr int kSingles = 2000;
 constexpr int kBatches = 30, kPerBatch = 10'000;  // 100,000 readings/s in batches of 100 ms
+
+template <class T>
+T run_task(asio::io_context& io, Task<T> task) {
+  std::optional<T> out;
+  asio::co_spawn(io, std::move(task), [&](std::exception_ptr, T value) { out = std::move(value); });
+  io.restart();
+  while (!out && io.run_one() > 0) {
+  }
+  return std::move(*out);
+}
 
 LcrReading some_reading() {
   LcrReading r;

@@ -205,7 +205,7 @@ void Recorder::commit_taken() {
 Result<> Recorder::commit(const Batch& batch, const RunEnd* end) {
   const MonoTime begin = RealClock().now();
   if (auto r = writer_->write(owned_.db, run_, batch, end); !r) {
-    fault_code_ = owned_.db.error_code();
+    reopen_first_ = owned_.db.needs_reopening();
     return r;
   }
   const MonoTime done = RealClock().now();

@@ -137,7 +137,7 @@ class Recorder final : public RunSink {
   std::optional<BatchWriter> writer_;
   Batch writing_;  // taken from the queue, not committed yet
   std::int64_t run_ = 0;
-  int fault_code_ = 0;  // SQLite's extended code
+  bool reopen_first_ = false;  // the last failed commit was an I/O error
   std::thread thread_;
 };
 

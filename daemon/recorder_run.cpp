@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The recorder's writer thread: how a run begins and ends, and what is done after a fault.
 #include <fcntl.h>
-#include <sqlite3.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstring>
 
 #include "daemon/recorder.hpp"
@@ -94,7 +94,8 @@ Result<> Recorder::store_end_alone(RunEnd end, const Error& why) {
 // view of the file is not to be trusted; a new one recovers from the log on the disk.
 Result<> Recorder::repair() {
   free_reserve();
-  if ((fault_code_ & 0xff) == SQLITE_IOERR || (fault_code_ & 0xff) == SQLITE_CORRUPT) {
+  if (reopen_first_) {
+    reopen_first_ = false;
     if (auto r = reopen(); !r) return r;
   }
   // A checkpoint would use up the freed space for the main file; the end goes into the log.

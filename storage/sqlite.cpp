@@ -196,6 +196,11 @@ int Database::error_code() const {
   return handle_ ? sqlite3_extended_errcode(handle_.get()) : SQLITE_NOMEM;
 }
 
+bool Database::needs_reopening() const {
+  const int code = error_code() & 0xff;
+  return code == SQLITE_IOERR || code == SQLITE_CORRUPT;
+}
+
 Error Database::error(std::string_view doing) const {
   return make_error(handle_.get(), path_, doing);
 }

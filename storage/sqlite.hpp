@@ -73,6 +73,8 @@ class Database {
   const std::string& path() const { return path_; }
   // Extended result code of the last call that failed (SQLITE_FULL, SQLITE_IOERR_FSYNC, ...).
   int error_code() const;
+  // The last failed call left a connection that is not to be trusted: reopen the file.
+  bool needs_reopening() const;
   // The last failed call as an Error: what happened to which file and what to do.
   Error error(std::string_view doing) const;
 
