@@ -77,4 +77,19 @@ Result<Bench> parse_bench(std::string_view text, const std::string& name) {
   return b;
 }
 
+Result<Bench> find_bench(const std::string& what) {
+  if (what.find('/') != std::string::npos || what.ends_with(".json")) {
+    auto text = read_text_file(what);
+    if (!text) return fail(text.error());
+    return parse_bench(*text, what);
+  }
+  std::vector<std::string> names;
+  for (const ShippedBench& b : shipped_benches()) {
+    if (b.name == what) return parse_bench(b.text, what);
+    names.emplace_back(b.name);
+  }
+  return fail(Errc::invalid_request, "no bench `{}`{}; shipped: {}, or give a file", what,
+              did_you_mean(what, names), fmt::join(names, ", "));
+}
+
 }  // namespace lcrig

@@ -5,6 +5,8 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "base/clock.hpp"
 #include "base/result.hpp"
@@ -30,5 +32,13 @@ struct Bench {
   Duration operator_reaction = std::chrono::seconds(2);
 };
 Result<Bench> parse_bench(std::string_view text, const std::string& name);
+
+// The benches that ship with the program, by name.
+struct ShippedBench {
+  std::string_view name, text;
+};
+const std::vector<ShippedBench>& shipped_benches();
+// A file (a path, or a name that ends in .json), or the name of a shipped bench.
+Result<Bench> find_bench(const std::string& what);
 
 }  // namespace lcrig

@@ -101,4 +101,12 @@ std::int64_t StepCursor::repeats() const {
   return loop ? loop->count : 0;
 }
 
+bool places_weights(const Steps& steps) {
+  return std::ranges::any_of(steps, [](const Step& step) {
+    if (std::holds_alternative<PlaceWeightStep>(step.action)) return true;
+    const Steps* inner = steps_inside(step);
+    return inner != nullptr && places_weights(*inner);
+  });
+}
+
 }  // namespace lcrig

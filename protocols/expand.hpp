@@ -49,5 +49,7 @@ const Steps* steps_inside(const Step& step);
 std::int64_t passes(const Step& step, const Environment& environment);
 // SI value of a sweep's variable in pass `index` (from 1).
 double sweep_value(const SweepStep& sweep, std::int64_t index, const Environment& environment);
+// Whether any of them is a place_weight: the rig must be a rod with dead weights.
+bool places_weights(const Steps& steps);
 
 }  // namespace lcrig

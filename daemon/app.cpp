@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/app.hpp"
+
+#include <boost/asio/co_spawn.hpp>
+#include <exception>
+#include <utility>
+
+#include "base/log.hpp"
+#include "model/specimen_file.hpp"
+#include "storage/database.hpp"
+#include "storage/specimens.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+// An exception that leaves a coroutine of ours is a bug: say so and die; the gateway's watchdog and
+// the next start make the frame safe.
+void die_on_bug(std::exception_ptr error) {
+  if (error) std::rethrow_exception(error);
+}
+
+constexpr Duration kStatusInterval = 100ms;
+
+}  // namespace
+
+App::App(asio::io_context& io, Clock& clock, Config config)
+    : io_(io), clock_(clock), config_(std::move(config)), person_(io.get_executor()) {}
+
+App::~App() = default;
+
+Result<> App::start() {
+  auto recorder = Recorder::open(io_, clock_, Recorder::Options(config_.database));
+  if (!recorder) return fail(recorder.error());
+  recorder_ = std::move(*recorder);
+  for (const auto& orphan : recorder_->interrupted_runs()) {
+    spdlog::warn("run {} had not ended when the last daemon died: closed as interrupted", orphan);
+  }
+  control_ = std::make_unique<ControlServer>(io_.get_executor(), clock_, *this);
+  if (auto listening = control_->listen(config_.socket); !listening) return listening;
+  asio::co_spawn(io_, heartbeat(), die_on_bug);
+  notifier_.ready();
+  notifier_.status("idle");
+  spdlog::info("lcrigd {}: database {}, socket {}", LCRIG_VERSION, config_.database,
+               config_.socket);
+  return {};
+}
+
+// Status to watchers and systemd, and the watchdog, from the thread that does the work.
+Task<> App::heartbeat() {
+  MonoTime watchdog_due = clock_.now();
+  const Duration watchdog = notifier_.watchdog_interval().value_or(1h);
+  while (!shutting_down_ || session_) {
+    publish();
+    if (clock_.now() >= watchdog_due) {
+      notifier_.watchdog();
+      watchdog_due = clock_.now() + watchdog;
+    }
+    co_await clock_.wait_for(std::min(kStatusInterval, watchdog));
+  }
+}
+
+void App::publish() {
+  if (!live_run()) return;
+  const RunStatus s = session_->status();
+  control_->publish_status(s);
+}
+
+Run* App::live_run() const {
+  return session_ ? session_->run() : nullptr;
+}
+
+Task<Result<RunStarted>> App::start_run(StartRunRequest request, PeerCredentials peer) {
+  if (shutting_down_) co_return fail(Errc::busy, "the daemon is shutting down");
+  if (preparing_ || session_) {
+    co_return fail(Errc::busy,
+                   "run {} is going on: one run at a time; `lcrig watch` shows it, "
+                   "`lcrig abort` ends it",
+                   live_run() ? live_run()->status().run : 0);
+  }
+  if (request.operator_name.empty()) request.operator_name = peer.user;
+  preparing_ = true;
+  auto started = co_await prepare_and_start(std::move(request));
+  preparing_ = false;
+  if (!started) session_.reset();
+  co_return started;
+}
+
+Task<Result<RunStarted>> App::prepare_and_start(StartRunRequest request) {
+  SessionRequest wanted;
+  wanted.protocol_name = request.protocol;
+  wanted.protocol_text = request.protocol_text;
+  wanted.specimen_name = request.specimen;
+  wanted.specimen_text = request.specimen_text;
+  wanted.operator_name = request.operator_name;
+  wanted.note = request.note;
+  for (const auto& [name, value] : request.parameters) {
+    wanted.parameters[name] = fmt::format("{}", value);
+  }
+  auto specimen = find_text(wanted);
+  if (!specimen) co_return fail(specimen.error());
+  auto prepared = prepare_run(std::move(wanted));
+  if (!prepared) co_return fail(prepared.error());
+  auto instruments = co_await open_instruments(*prepared);
+  if (!instruments) co_return fail(instruments.error());
+  session_ = std::make_unique<Session>(io_.get_executor(), clock_, *recorder_,
+                                       std::move(*instruments), std::move(*prepared));
+  auto run = co_await session_->open();
+  if (!run) {
+    co_await session_->close();
+    co_return fail(run.error());
+  }
+  asio::co_spawn(io_, run_to_its_end(), die_on_bug);
+  RunStarted started;
+  started.run = *run;
+  co_return started;
+}
+
+// Clients send texts; a specimen may also be one of the database or one that ships.
+Result<> App::find_text(SessionRequest& wanted) const {
+  if (wanted.protocol_text.empty()) {
+    return fail(Errc::invalid_request, "`protocol_text` is missing: send the text of the file");
+  }
+  if (!wanted.specimen_text.empty()) return {};
+  auto db = open_read_only(config_.database);
+  if (!db) return fail(db.error());
+  auto stored = find_specimen(*db, wanted.specimen_name);
+  if (!stored) return fail(stored.error());
+  if (*stored) {
+    wanted.specimen_text = (*stored)->text;
+    return {};
+  }
+  for (const ShippedSpecimen& s : shipped_specimens()) {
+    if (s.name == wanted.specimen_name) wanted.specimen_text = std::string(s.text);
+  }
+  if (!wanted.specimen_text.empty()) return {};
+  return fail(Errc::invalid_request,
+              "no specimen `{}`: `lcrig specimen list` shows the known ones, `lcrig specimen add "
+              "FILE` stores one",
+              wanted.specimen_name);
+}
+
+Task<Result<std::unique_ptr<Instruments>>> App::open_instruments(const PreparedRun& prepared) {
+  const auto executor = io_.get_executor();
+  if (!config_.bench) {
+    auto opened = co_await open_real_instruments(executor, clock_, config_, person_);
+    co_return opened;
+  }
+  if (const auto directory = replay_directory(*config_.bench)) {
+    co_return make_replay_instruments(executor, clock_, *directory);
+  }
+  auto bench = find_bench(*config_.bench);
+  if (!bench) co_return fail(bench.error());
+  SimRequest sim;
+  sim.bench = std::move(*bench);
+  sim.specimen = *prepared.specimen;
+  sim.weights = prepared.places_weights;
+  sim.max_force_N = prepared.max_force_N;
+  sim.person = &person_;
+  co_return make_sim_instruments(executor, clock_, sim);
+}
+
+Task<> App::run_to_its_end() {
+  notifier_.status(
+      fmt::format("run {} {}", session_->run()->status().run, session_->run()->status().protocol));
+  const MonoTime begin = clock_.now();
+  const RunResult result = co_await session_->execute();
+  const RunStatus last = session_->status();
+  co_await session_->close();
+  RunEnded ended;
+  ended.run = last.run;
+  ended.exit_status = result.exit_status;
+  ended.reason = result.reason;
+  ended.code = result.code;
+  ended.lcr_readings = last.lcr_readings;
+  ended.measure_readings = last.measure_readings;
+  ended.frame_samples = last.frame_samples;
+  ended.duration_s = to_seconds(clock_.now() - begin);
+  ended.wall_s = ended.duration_s;
+  publish();
+  session_.reset();
+  last_run_ = ended;
+  control_->publish_run_ended(ended);
+  notifier_.status("idle");
+  spdlog::info("run {} ended: {} {}", ended.run, ended.exit_status, printable(ended.reason));
+}
+
+Task<Result<>> App::pause(PeerCredentials peer) {
+  Run* run = live_run();
+  if (run == nullptr) co_return fail(Errc::invalid_request, "no run is going on");
+  run->interrupt(InterruptRequest(Interrupt::pause, "by " + peer.user));
+  co_return Result<>();
+}
+
+Task<Result<>> App::resume(std::optional<std::int64_t> run, PeerCredentials /*peer*/) {
+  Run* live = live_run();
+  if (live == nullptr || (run && *run != live->status().run)) {
+    co_return fail(Errc::invalid_request, "no such run is paused");
+  }
+  if (!live->resume()) {
+    co_return fail(Errc::invalid_request, "run {} is not paused", live->status().run);
+  }
+  co_return Result<>();
+}
+
+Task<Result<>> App::stop_run(Interrupt kind, std::string why, const PeerCredentials& peer) {
+  Run* run = live_run();
+  if (run == nullptr) co_return fail(Errc::invalid_request, "no run is going on");
+  const std::string reason = why.empty() ? "by " + peer.user : why + " (by " + peer.user + ")";
+  run->interrupt(InterruptRequest(kind, reason));
+  const MonoTime limit = clock_.now() + 3s;
+  while (live_run() == run && !run->standing() && clock_.now() < limit) {
+    co_await clock_.wait_for(2ms);
+  }
+  if (live_run() == run && !run->standing()) {
+    co_return fail(Errc::no_reply, "the frame did not confirm standstill in 3 s: use the E-stop");
+  }
+  co_return Result<>();
+}
+
+Task<Result<>> App::abort(std::string why, PeerCredentials peer) {
+  auto stopped = co_await stop_run(Interrupt::abort, std::move(why), peer);
+  co_return stopped;
+}
+
+Task<Result<>> App::freeze(std::string why, PeerCredentials peer) {
+  auto stopped = co_await stop_run(Interrupt::freeze, std::move(why), peer);
+  co_return stopped;
+}
+
+Task<Result<>> App::confirm(PeerCredentials /*peer*/) {
+  if (!person_.confirmed()) co_return fail(Errc::invalid_request, "nothing waits for confirmation");
+  co_return Result<>();
+}
+
+Task<Result<std::string>> App::add_specimen(std::string text, PeerCredentials /*peer*/) {
+  auto specimen = parse_specimen(text, "specimen");
+  if (!specimen) co_return fail(specimen.error());
+  auto db = open_read_write(config_.database);
+  if (!db) co_return fail(db.error());
+  auto stored = lcrig::add_specimen(*db, specimen->name, text, clock_.unix_ns());
+  if (!stored) co_return fail(stored.error());
+  co_return specimen->name;
+}
+
+DaemonStatus App::status() const {
+  DaemonStatus s;
+  s.version = LCRIG_VERSION;
+  s.database = config_.database;
+  if (live_run() != nullptr) s.run = session_->status();
+  s.last_run = last_run_;
+  return s;
+}
+
+Task<> App::shut_down(std::string why) {
+  if (std::exchange(shutting_down_, true)) co_return;
+  notifier_.stopping();
+  while (preparing_) co_await clock_.wait_for(10ms);
+  if (Run* run = live_run()) run->interrupt(InterruptRequest(Interrupt::abort, why));
+  while (session_) co_await clock_.wait_for(10ms);
+  co_await control_->close(1s);
+  recorder_.reset();
+}
+
+}  // namespace lcrig

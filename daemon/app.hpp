@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon: owns recorder, control socket and the rig of the run that is going on.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/clock.hpp"
+#include "daemon/config.hpp"
+#include "daemon/control.hpp"
+#include "daemon/control_handler.hpp"
+#include "daemon/recorder.hpp"
+#include "daemon/instruments.hpp"
+#include "daemon/service.hpp"
+#include "daemon/session.hpp"
+
+namespace lcrig {
+
+class App final : public ControlHandler {
+ public:
+  App(asio::io_context& io, Clock& clock, Config config);
+  ~App() override;
+
+  // Database open, orphaned runs closed, socket listening, systemd told. Errors: as the parts say.
+  Result<> start();
+  // SIGTERM, SIGINT: stops the run (abort, then `finally`), closes everything. A second call while
+  // the first is under way changes nothing.
+  Task<> shut_down(std::string why);
+
+  Task<Result<RunStarted>> start_run(StartRunRequest request, PeerCredentials peer) override;
+  Task<Result<>> pause(PeerCredentials peer) override;
+  Task<Result<>> resume(std::optional<std::int64_t> run, PeerCredentials peer) override;
+  Task<Result<>> abort(std::string why, PeerCredentials peer) override;
+  Task<Result<>> freeze(std::string why, PeerCredentials peer) override;
+  Task<Result<>> confirm(PeerCredentials peer) override;
+  Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
+  DaemonStatus status() const override;
+
+ private:
+  Task<Result<RunStarted>> prepare_and_start(StartRunRequest request);
+  Result<> find_text(SessionRequest& wanted) const;
+  Task<Result<std::unique_ptr<Instruments>>> open_instruments(const PreparedRun& prepared);
+  Task<> run_to_its_end();
+  Task<Result<>> stop_run(Interrupt kind, std::string why, const PeerCredentials& peer);
+  Task<> heartbeat();
+  void publish();
+  Run* live_run() const;
+
+  asio::io_context& io_;
+  Clock& clock_;
+  Config config_;
+  ServiceNotifier notifier_;
+  RemoteOperator person_;
+  std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<ControlServer> control_;
+  std::unique_ptr<Session> session_;
+  bool preparing_ = false;  // between start_run and the run row
+  bool shutting_down_ = false;
+  bool heartbeat_on_ = false;
+  std::optional<RunEnded> last_run_;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/session.hpp"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <variant>
+
+#include "model/specimen_file.hpp"
+#include "protocols/parse.hpp"
+
+namespace lcrig {
+
+using nlohmann::json;
+
+namespace {
+
+std::string capabilities_json(const FrameCapabilities& c) {
+  const json out{{"motion", c.motion},
+                 {"force_hold", c.force_hold},
+                 {"device_stop", c.device_stop},
+                 {"weights", c.weights},
+                 {"force_max_N", c.force_max.si()},
+                 {"speed_max_m_s", c.speed_max.si()},
+                 {"travel_min_m", c.travel_min.si()},
+                 {"travel_max_m", c.travel_max.si()},
+                 {"reaction_s", to_seconds(c.reaction)},
+                 {"deceleration_m_s2", c.deceleration.si()}};
+  return out.dump();
+}
+
+std::string limits_json(const BoundLimits& l) {
+  json out{{"force_min_N", l.force_min}, {"force_max_N", l.force_max}};
+  if (l.travel_min) out["travel_min_m"] = *l.travel_min;
+  if (l.travel_max) out["travel_max_m"] = *l.travel_max;
+  if (l.speed_max) out["speed_max_m_s"] = *l.speed_max;
+  return out.dump();
+}
+
+// Parameters as they were bound, SI.
+std::string parameters_json(const Environment& environment) {
+  json out = json::object();
+  for (const auto& [name, value] : environment.values()) out[name + " (SI)"] = value;
+  return out.dump();
+}
+
+ExitStatus exit_status(const std::string& word) {
+  if (word == "success") return ExitStatus::success;
+  return word == "abort" ? ExitStatus::abort : ExitStatus::fail;
+}
+
+}  // namespace
+
+Result<PreparedRun> prepare_run(SessionRequest request) {
+  PreparedRun out;
+  auto protocol = parse_protocol(request.protocol_text, request.protocol_name);
+  if (!protocol) return fail(protocol.error());
+  out.protocol = std::move(*protocol);
+  auto environment = bind_parameters(out.protocol, request.parameters);
+  if (!environment) return fail(environment.error());
+  out.environment = std::move(*environment);
+  if (!request.specimen_text.empty()) {
+    auto specimen = parse_specimen(request.specimen_text, request.specimen_name);
+    if (!specimen) return fail(specimen.error());
+    out.specimen = std::move(*specimen);
+  }
+  out.places_weights = places_weights(out.protocol.steps);
+  out.max_force_N = out.environment.get(out.protocol.limits.force_max);
+  out.request = std::move(request);
+  return out;
+}
+
+Rig describe_rig(Instruments& instruments) {
+  const InstrumentsInfo& info = instruments.info();
+  Rig rig;
+  rig.lcr = instruments.meter().capabilities();
+  rig.frame = instruments.frame().capabilities();
+  rig.probe_area = Area::from_si(info.fixture.probe_area_m2());
+  rig.gravity_m_s2 = info.fixture.local_gravity_m_s2;
+  rig.compression_m = info.compression_m;
+  rig.contact_travel = info.contact_travel;
+  return rig;
+}
+
+Session::Session(asio::any_io_executor executor, Clock& clock, Recorder& recorder,
+                 std::unique_ptr<Instruments> instruments, PreparedRun prepared)
+    : executor_(std::move(executor)),
+      clock_(clock),
+      recorder_(recorder),
+      instruments_(std::move(instruments)),
+      prepared_(std::move(prepared)) {}
+
+Task<Result<>> Session::identify() {
+  auto meter = co_await instruments_->meter().identify();
+  if (!meter) co_return fail(meter.error());
+  meter_identity_ = std::move(*meter);
+  auto frame = co_await instruments_->frame().identify();
+  if (!frame) co_return fail(frame.error());
+  frame_identity_ = std::move(*frame);
+  co_return Result<>();
+}
+
+Result<> Session::plan() {
+  const Rig rig = describe_rig(*instruments_);
+  auto plan = make_plan(prepared_.protocol, prepared_.environment, rig);
+  if (!plan) return fail(plan.error());
+  plan_ = std::move(*plan);
+  return {};
+}
+
+RunRow Session::make_row() const {
+  const InstrumentsInfo& info = instruments_->info();
+  const SessionRequest& request = prepared_.request;
+  RunRow row;
+  row.protocol_name = prepared_.protocol.name;
+  row.protocol_text = request.protocol_text;
+  row.parameters_json = parameters_json(prepared_.environment);
+  row.specimen_name = request.specimen_name;
+  row.specimen_text = request.specimen_text;
+  row.probe_diameter_m = info.fixture.probe_diameter_m;
+  row.lcr_identity = meter_identity_.text;
+  row.frame_identity = frame_identity_.text;
+  row.lcr_settings_json = to_json_text(settings_);
+  row.frame_capabilities_json = capabilities_json(instruments_->frame().capabilities());
+  if (auto limits = bind_limits(prepared_.protocol, prepared_.environment)) {
+    row.frame_limits_json = limits_json(*limits);
+  }
+  row.bench_name = info.bench_name;
+  row.bench_text = info.bench_text;
+  row.simulated = info.simulated;
+  row.seed = info.seed;
+  row.model_level = info.model_level;
+  row.model_error_json = info.model_json;
+  row.operator_name = request.operator_name;
+  row.note = request.note;
+  row.started_unix_ns = clock_.unix_ns();
+  row.started = clock_.now();
+  row.boot_id = read_boot_id();
+  return row;
+}
+
+Task<Result<std::int64_t>> Session::open() {
+  auto identified = co_await identify();
+  if (!identified) co_return fail(identified.error());
+  if (auto planned = plan(); !planned) co_return fail(planned.error());
+  auto configured = co_await instruments_->meter().configure(plan_.lcr);
+  if (!configured) co_return fail(configured.error());
+  settings_ = std::move(*configured);
+  auto row = make_row();
+  auto number = co_await recorder_.begin_run(std::move(row));
+  if (!number) co_return fail(number.error());
+  const InstrumentsInfo& info = instruments_->info();
+  RunSetup setup(clock_, instruments_->meter(), instruments_->frame(), recorder_,
+                 prepared_.protocol);
+  setup.environment = prepared_.environment;
+  setup.lcr_settings = settings_;
+  setup.probe_area_m2 = info.fixture.probe_area_m2();
+  setup.gravity_m_s2 = info.fixture.local_gravity_m_s2;
+  setup.planned_s = plan_.duration_s;
+  setup.run = *number;
+  setup.specimen = prepared_.request.specimen_name;
+  setup.person = &instruments_->person();
+  run_ = std::make_unique<Run>(executor_, std::move(setup));
+  recorder_.on_fault([this](const Error& e) {
+    run_->interrupt(InterruptRequest(Interrupt::fault, e));
+  });
+  co_return *number;
+}
+
+Task<RunResult> Session::execute() {
+  RunResult result = co_await run_->execute();
+  std::string reason = result.reason;
+  auto closed = co_await recorder_.end_run(exit_status(result.exit_status), std::move(reason));
+  recorder_.on_fault({});
+  if (!closed) {
+    result.exit_status = "fail";
+    result.code = closed.error().code;
+    result.reason += (result.reason.empty() ? "" : "; ") + closed.error().what;
+  }
+  co_return result;
+}
+
+Task<> Session::close() {
+  co_await instruments_->close();
+}
+
+RunStatus Session::status() const {
+  RunStatus s = run_ ? run_->status() : RunStatus();
+  return s;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// One run from request to closed row: the same for the daemon and for a rehearsal.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/clock.hpp"
+#include "daemon/instruments.hpp"
+#include "daemon/recorder.hpp"
+#include "model/specimen.hpp"
+#include "protocols/plan.hpp"
+#include "protocols/protocol.hpp"
+#include "protocols/run.hpp"
+
+namespace lcrig {
+
+struct SessionRequest {
+  SessionRequest() = default;
+  std::string protocol_name, protocol_text;
+  std::map<std::string, std::string> parameters;  // as typed
+  std::string specimen_name, specimen_text;       // empty text: nothing known (a replay)
+  std::string operator_name, note;
+};
+
+// A request whose files are right. No instrument has been asked for anything yet.
+struct PreparedRun {
+  PreparedRun() = default;
+  SessionRequest request;
+  Protocol protocol;
+  Environment environment;
+  std::optional<Specimen> specimen;
+  bool places_weights = false;
+  double max_force_N = 0;  // of the limits
+};
+// Errors: invalid_request with file position and JSON pointer.
+Result<PreparedRun> prepare_run(SessionRequest request);
+
+// What a plan needs to know of identified instruments.
+Rig describe_rig(Instruments& instruments);
+
+class Session {
+ public:
+  Session(asio::any_io_executor executor, Clock& clock, Recorder& recorder,
+          std::unique_ptr<Instruments> instruments, PreparedRun prepared);
+
+  // Identifies both instruments, plans against what they can do, configures the meter, writes the
+  // run row. Everything that can be refused is refused here; nothing has moved when it fails.
+  Task<Result<std::int64_t>> open();
+  // Runs to the end and closes the run row. Call `close` after it, and after a failed `open`.
+  Task<RunResult> execute();
+  Task<> close();
+
+  Run* run() { return run_.get(); }  // nullptr before `open` succeeded
+  const Run* run() const { return run_.get(); }
+  RunStatus status() const;  // with the operator's prompt
+
+ private:
+  Task<Result<>> identify();
+  Result<> plan();
+  RunRow make_row() const;
+
+  asio::any_io_executor executor_;
+  Clock& clock_;
+  Recorder& recorder_;
+  std::unique_ptr<Instruments> instruments_;
+  PreparedRun prepared_;
+  Identity meter_identity_, frame_identity_;
+  Plan plan_;
+  LcrSettings settings_;  // as read back
+  std::unique_ptr<Run> run_;
+};
+
+}  // namespace lcrig

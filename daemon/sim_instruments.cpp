@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+// The simulated and the replayed bench: drivers on one end of a socketpair, simulators on the other.
+#include <fmt/format.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <exception>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "daemon/instruments.hpp"
+#include "daemon/recording.hpp"
+#include "drivers/dead_weight/driver.hpp"
+#include "drivers/dead_weight/sim.hpp"
+#include "drivers/fd_transport.hpp"
+#include "drivers/lcr6100/driver.hpp"
+#include "drivers/lcr6100/sim.hpp"
+#include "drivers/zwick/driver.hpp"
+#include "drivers/zwick/sim.hpp"
+#include "model/auto_level.hpp"
+#include "model/plant.hpp"
+#include "model/response.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+// Confirms as another operator does, and then does what the prompt said.
+class ActingOperator final : public Operator {
+ public:
+  ActingOperator(Operator& inner, std::function<void()> act)
+      : inner_(inner), act_(std::move(act)) {}
+  Task<Result<>> confirm(std::string prompt) override {
+    auto done = co_await inner_.confirm(std::move(prompt));
+    if (done) act_();
+    co_return done;
+  }
+
+ private:
+  Operator& inner_;
+  std::function<void()> act_;
+};
+
+// Drivers and simulators, joined by socketpairs.
+class SimulatedInstruments : public Instruments {
+ public:
+  SimulatedInstruments(asio::any_io_executor executor, Clock& clock)
+      : executor_(std::move(executor)), clock_(clock) {}
+  LcrMeter& meter() override { return *meter_; }
+  LoadFrame& frame() override { return *frame_; }
+  Operator& person() override { return *person_; }
+  Task<> close() override {
+    meter_->close();
+    frame_->close();
+    meter_sim_->close();
+    if (frame_sim_) frame_sim_->close();
+    while (running_ > 0) co_await clock_.wait_for(1ms);
+  }
+
+ protected:
+  // A simulator's task is counted, so that nothing it uses is destroyed under it.
+  void start(Task<> task) {
+    ++running_;
+    asio::co_spawn(executor_, std::move(task), [this](std::exception_ptr error) {
+      --running_;
+      if (error) std::rethrow_exception(error);
+    });
+  }
+  Result<TransportPair> wire(const char* name) {
+    return make_socketpair(executor_, clock_, name);
+  }
+
+  asio::any_io_executor executor_;
+  Clock& clock_;
+  int running_ = 0;
+  std::unique_ptr<Operator> simulated_person_, acting_person_;
+  Operator* person_ = nullptr;
+  std::unique_ptr<lcr6100::Lcr6100Sim> meter_sim_;
+  std::unique_ptr<ZwickSim> frame_sim_;
+  std::unique_ptr<LcrMeter> meter_;
+  std::unique_ptr<LoadFrame> frame_;
+};
+
+class BenchInstruments final : public SimulatedInstruments {
+ public:
+  using SimulatedInstruments::SimulatedInstruments;
+
+  Result<> build(const SimRequest& request) {
+    if (auto pressed = build_plant(request); !pressed) return pressed;
+    simulated_person_ = std::make_unique<SimOperator>(clock_, request.bench.operator_reaction);
+    person_ = request.person != nullptr ? request.person : simulated_person_.get();
+    if (auto built = build_meter(request); !built) return built;
+    return request.weights ? build_rod(request) : build_frame(request);
+  }
+
+ private:
+  Result<> build_plant(const SimRequest& request) {
+    const Force max_force = Force::from_si(request.max_force_N);
+    const Pressure max_pressure =
+        Pressure::from_si(request.max_force_N / request.specimen.area_m2());
+    auto choice = choose_level(request.specimen, request.bench.error_tolerance, max_pressure);
+    if (!choice) return fail(choice.error());
+    auto response = make_response(request.specimen, choice->settings, max_force,
+                                  request.bench.error_tolerance);
+    if (!response) return fail(response.error());
+    response_ = std::move(*response);
+    config_ = request.bench.plant;
+    config_.seed = static_cast<std::uint64_t>(request.seed);
+    if (request.weights) config_.contact_travel_m = 0;
+    plant_ = std::make_unique<Plant>(*response_, config_);
+    info_.fixture = request.bench.fixture;
+    info_.bench_name = request.bench.name;
+    info_.bench_text = request.bench.text;
+    info_.simulated = true;
+    info_.seed = request.seed;
+    info_.model_level = std::string(to_string(choice->settings.level));
+    info_.model_json = to_json(*choice).dump();
+    // By value: a plan may outlive the instruments.
+    info_.compression_m = [specimen = response_, k = config_.frame_stiffness_N_m](double force_N) {
+      return specimen->shortening_m(force_N) + force_N / k;
+    };
+    info_.contact_travel = Length::from_si(config_.contact_travel_m);
+    return {};
+  }
+
+  Result<> build_meter(const SimRequest& request) {
+    auto pair = wire("sim:lcr");
+    if (!pair) return fail(pair.error());
+    lcr6100::SimConfig config;
+    config.conversion_s = request.bench.plant.conversion_s;
+    config.capacitance_noise_F = request.bench.plant.capacitance_noise_F;
+    config.seed = config_.seed;
+    const auto source = [this](MonoTime t) { return plant_->electrical(t); };
+    meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(
+        std::move(pair->far), clock_, config, lcr6100::Lcr6100Sim::Source(source));
+    meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
+    start(meter_sim_->run());
+    return {};
+  }
+
+  Result<> build_frame(const SimRequest& request) {
+    auto pair = wire("sim:frame");
+    if (!pair) return fail(pair.error());
+    scene_ = std::make_unique<PlantScene>(*plant_);
+    ZwickSimSettings settings;
+    settings.seed = static_cast<std::uint64_t>(request.seed) + 1;
+    frame_sim_ =
+        std::make_unique<ZwickSim>(std::move(pair->far), clock_, executor_, *scene_, settings);
+    frame_ = std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_);
+    start(frame_sim_->run());
+    return {};
+  }
+
+  Result<> build_rod(const SimRequest& request) {
+    acting_person_ = std::make_unique<ActingOperator>(
+        *person_, [this] { plant_->put_load(clock_.now(), rod_->pending_force().si()); });
+    person_ = acting_person_.get();
+    DeadWeightSettings settings;
+    settings.g_m_s2 = request.bench.fixture.local_gravity_m_s2;
+    settings.probe_area = Area::from_si(request.bench.fixture.probe_area_m2());
+    auto rod = std::make_unique<DeadWeightFrame>(*person_, clock_, executor_, settings);
+    rod_ = rod.get();
+    frame_ = std::move(rod);
+    return {};
+  }
+
+  std::shared_ptr<const TabulatedResponse> response_;
+  PlantConfig config_;
+  std::unique_ptr<Plant> plant_;
+  std::unique_ptr<PlantScene> scene_;
+  DeadWeightFrame* rod_ = nullptr;
+};
+
+class ReplayInstruments final : public SimulatedInstruments {
+ public:
+  using SimulatedInstruments::SimulatedInstruments;
+
+  Result<> build(const std::string& directory) {
+    auto recording = load_recording(directory);
+    if (!recording) return fail(recording.error());
+    recording_ = std::move(*recording);
+    info_.bench_name = "replay:" + directory;
+    info_.simulated = true;
+    // Whoever has to confirm the end of a recording does so when it is over.
+    simulated_person_ =
+        std::make_unique<SimOperator>(clock_, from_seconds(recording_.duration_s() + 1));
+    person_ = simulated_person_.get();
+    if (auto built = build_meter(); !built) return built;
+    return build_frame();
+  }
+
+ private:
+  Result<> build_meter() {
+    auto pair = wire("replay:lcr");
+    if (!pair) return fail(pair.error());
+    const auto play = [this](Duration t) { return reading_at(to_seconds(t)); };
+    meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(std::move(pair->far), clock_,
+                                                       lcr6100::SimConfig(),
+                                                       lcr6100::Lcr6100Sim::Recording(play));
+    meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
+    start(meter_sim_->run());
+    return {};
+  }
+
+  Result<> build_frame() {
+    auto pair = wire("replay:frame");
+    if (!pair) return fail(pair.error());
+    std::vector<RecordedRow> rows;
+    rows.reserve(recording_.samples.size());
+    for (const RecordedSample& s : recording_.samples) {
+      RecordedRow row;
+      row.t_s = s.t_s;
+      row.travel_m = s.travel_m;
+      row.force_N = s.force_N;
+      rows.push_back(row);
+    }
+    frame_sim_ =
+        std::make_unique<ZwickSim>(std::move(pair->far), clock_, executor_, std::move(rows));
+    frame_ = std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_);
+    start(frame_sim_->run());
+    return {};
+  }
+
+  // The newest reading at this time, with the meter's own format; the first question starts both
+  // instruments.
+  std::optional<std::string> reading_at(double t_s) {
+    if (!playing_) frame_sim_->start_recording();
+    playing_ = true;
+    const auto& rows = recording_.readings;
+    while (next_ < rows.size() && rows[next_].t_s <= t_s) ++next_;
+    if (next_ == 0) return std::nullopt;
+    return fmt::format("{:+.5e},{:+.5e}", rows[next_ - 1].primary, rows[next_ - 1].secondary);
+  }
+
+  Recording recording_;
+  std::size_t next_ = 0;  // first reading that is not due yet
+  bool playing_ = false;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor executor,
+                                                          Clock& clock, const SimRequest& request) {
+  auto bench = std::make_unique<BenchInstruments>(executor, clock);
+  if (auto built = bench->build(request); !built) return fail(built.error());
+  return std::unique_ptr<Instruments>(std::move(bench));
+}
+
+Result<std::unique_ptr<Instruments>> make_replay_instruments(asio::any_io_executor executor,
+                                                             Clock& clock,
+                                                             const std::string& directory) {
+  auto replay = std::make_unique<ReplayInstruments>(executor, clock);
+  if (auto built = replay->build(directory); !built) return fail(built.error());
+  return std::unique_ptr<Instruments>(std::move(replay));
+}
+
+std::optional<std::string> replay_directory(const std::string& bench) {
+  constexpr std::string_view kPrefix = "replay:";
+  if (!bench.starts_with(kPrefix)) return std::nullopt;
+  return bench.substr(kPrefix.size());
+}
+
+}  // namespace lcrig

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/run_summary.hpp"
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+namespace lcrig {
+
+namespace {
+
+// First column of the only row; nullopt for NULL or no row.
+Result<std::optional<double>> real(const Database& db, std::string_view sql,
+                                   std::initializer_list<std::int64_t> values) {
+  auto statement = db.prepare(sql);
+  if (!statement) return fail(statement.error());
+  int parameter = 0;
+  for (const std::int64_t v : values) statement->bind(parameter++, v);
+  auto row = statement->step();
+  if (!row) return fail(row.error());
+  return *row ? statement->optional_real(0) : std::nullopt;
+}
+
+// The instants of largest force, one for each excursion above half of the peak.
+Result<std::vector<std::int64_t>> peaks(const Database& db, std::int64_t run, double peak_N) {
+  auto samples = db.prepare(
+      "SELECT received_mono_ns, force_N FROM frame_sample WHERE run_id = ? AND force_N IS NOT NULL "
+      "ORDER BY seq");
+  if (!samples) return fail(samples.error());
+  samples->bind(0, run);
+  std::vector<std::int64_t> out;
+  double highest = 0;  // of the excursion under way; 0: none
+  for (;;) {
+    auto row = samples->step();
+    if (!row) return fail(row.error());
+    if (!*row) return out;
+    const double force = samples->real(1);
+    if (force < peak_N / 2) {
+      highest = 0;
+    } else if (force > highest) {
+      if (highest == 0) out.push_back(0);
+      out.back() = samples->integer(0);
+      highest = force;
+    }
+  }
+}
+
+// Mean over `instants` of the reading whose exchange was under way or nearest, within 0.2 s.
+Result<std::optional<double>> mean_near(const Database& db, std::int64_t run,
+                                        const std::vector<std::int64_t>& instants) {
+  constexpr std::int64_t kNear_ns = 200'000'000;
+  auto readings = db.prepare(
+      "SELECT (asked_mono_ns + last_byte_mono_ns) / 2, capacitance_F FROM lcr_reading "
+      "WHERE run_id = ? AND fresh AND capacitance_F IS NOT NULL ORDER BY seq");
+  if (!readings) return fail(readings.error());
+  readings->bind(0, run);
+  double sum = 0;
+  int count = 0;
+  std::size_t next = 0;
+  std::optional<std::pair<std::int64_t, double>> before;
+  while (next < instants.size()) {
+    auto row = readings->step();
+    if (!row) return fail(row.error());
+    if (!*row) break;
+    const std::pair<std::int64_t, double> here(readings->integer(0), readings->real(1));
+    for (; next < instants.size() && instants[next] <= here.first; ++next) {
+      const std::int64_t t = instants[next];
+      const bool earlier = before && t - before->first < here.first - t;
+      const auto& nearest = earlier ? *before : here;
+      if (std::abs(nearest.first - t) > kNear_ns) continue;
+      sum += nearest.second;
+      ++count;
+    }
+    before = here;
+  }
+  return count > 0 ? std::optional<double>(sum / count) : std::nullopt;
+}
+
+Result<std::optional<double>> capacitance_at_peak(const Database& db, std::int64_t run,
+                                                  double peak_N) {
+  auto level = real(db,
+                    "SELECT AVG(capacitance_F) FROM lcr_reading JOIN level USING (run_id, level) "
+                    "WHERE run_id = ?1 AND reading_index IS NOT NULL AND target_force_N > 0.999 * "
+                    "(SELECT MAX(target_force_N) FROM level WHERE run_id = ?1)",
+                    {run});
+  if (!level || *level) return level;
+  auto instants = peaks(db, run, peak_N);
+  if (!instants) return fail(instants.error());
+  return mean_near(db, run, *instants);
+}
+
+Result<> add_counts(const Database& db, std::int64_t run, RunSummary& out) {
+  auto counts = db.prepare(
+      "SELECT (SELECT COUNT(*) FROM lcr_reading WHERE run_id = ?1 AND fresh),"
+      " (SELECT COUNT(reading_index) FROM lcr_reading WHERE run_id = ?1),"
+      " (SELECT COUNT(*) FROM frame_sample WHERE run_id = ?1)");
+  if (!counts) return fail(counts.error());
+  counts->bind(0, run);
+  auto row = counts->step();
+  if (!row) return fail(row.error());
+  out.lcr_readings = counts->integer(0);
+  out.measure_readings = counts->integer(1);
+  out.frame_samples = counts->integer(2);
+  return {};
+}
+
+}  // namespace
+
+Result<RunSummary> summarise_run(const Database& db, std::int64_t run) {
+  RunSummary out;
+  if (auto counted = add_counts(db, run, out); !counted) return fail(counted.error());
+  auto duration = real(db,
+                       "SELECT (ended_mono_ns - started_mono_ns) * 1e-9 FROM run JOIN run_end "
+                       "ON run_id = id WHERE id = ?",
+                       {run});
+  if (!duration) return fail(duration.error());
+  out.duration_s = *duration;
+  auto c0 = real(db,
+                 "SELECT AVG(capacitance_F) FROM lcr_reading WHERE run_id = ?1 AND fresh AND "
+                 "last_byte_mono_ns < (SELECT MIN(at_mono_ns) - 1000000000 FROM event "
+                 "WHERE run_id = ?1 AND kind IN ('contact', 'confirm'))",
+                 {run});
+  if (!c0) return fail(c0.error());
+  out.c0_F = *c0;
+  auto peak = real(db, "SELECT MAX(force_N) FROM frame_sample WHERE run_id = ?", {run});
+  if (!peak) return fail(peak.error());
+  out.peak_force_N = *peak;
+  if (!out.c0_F || !out.peak_force_N) return out;
+  auto top = capacitance_at_peak(db, run, *out.peak_force_N);
+  if (!top) return fail(top.error());
+  if (*top) out.delta_at_peak_F = **top - *out.c0_F;
+  return out;
+}
+
+}  // namespace lcrig
