@@ -46,4 +46,14 @@ struct RehearseResult {
 // and failed is a result, not an error.
 Result<RehearseResult> rehearse(const RehearseRequest& request);
 
+// For `lcrig protocol plan`: what that bench's instruments can do, and, with a specimen, what it
+// will take to press it. Same errors.
+struct BenchRequest {
+  BenchRequest() = default;
+  std::string bench = "paper", bench_text;  // as in RehearseRequest
+  std::string specimen_name, specimen_text;  // empty: no estimates of the specimen
+};
+struct Rig;  // protocols/check.hpp
+Result<Rig> bench_rig(const BenchRequest& request);
+
 }  // namespace lcrig

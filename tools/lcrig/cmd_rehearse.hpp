@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The seam to the daemon's App: everything else of the command line does without it.
+// The seam to the daemon's App (daemon/rehearse.hpp): everything else of the command line does
+// without it, and main.cpp alone names the real functions.
 #pragma once
 
 #include "base/result.hpp"
@@ -8,10 +9,16 @@ namespace lcrig {
 
 struct RehearseRequest;
 struct RehearseResult;
-Result<RehearseResult> rehearse(const RehearseRequest& request);  // daemon/rehearse.hpp
+struct BenchRequest;
+struct Rig;
+Result<RehearseResult> rehearse(const RehearseRequest& request);
+Result<Rig> bench_rig(const BenchRequest& request);
 
 namespace cli {
-using RehearseFunction = Result<RehearseResult> (*)(const RehearseRequest&);
-}
+struct DaemonParts {
+  Result<RehearseResult> (*rehearse)(const RehearseRequest&) = nullptr;
+  Result<Rig> (*bench_rig)(const BenchRequest&) = nullptr;
+};
+}  // namespace cli
 
 }  // namespace lcrig

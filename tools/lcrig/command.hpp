@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -42,17 +43,18 @@ class ArgumentList {
 
 // What a command works with. References outlive it.
 struct Context {
-  Context(Console& c, const ProcessEnv& e, const Clock& k, RehearseFunction r)
-      : console(c), env(e), clock(k), rehearse(r) {}
+  Context(Console& c, const ProcessEnv& e, const Clock& k, DaemonParts d)
+      : console(c), env(e), clock(k), daemon(d) {}
   Console& console;
   const ProcessEnv& env;
   const Clock& clock;
-  RehearseFunction rehearse;
+  DaemonParts daemon;
   GlobalOptions global;
 
   // --db, else "database" of --config, else the default of ProcessEnv.
   Outcome<std::string> db_path() const;
   Outcome<std::string> socket_path() const;  // likewise
+  bool prefers_daemon_db() const;  // nothing was given and the daemon's database exists
 };
 
 class Command {
@@ -67,6 +69,10 @@ class Command {
 
 // Every command of `lcrig`, in the order of the help.
 std::vector<std::unique_ptr<Command>> make_commands();
+
+// "name=value" of every -p. Failure: usage.
+Outcome<std::map<std::string, std::string>> parse_assignments(const std::vector<std::string>& words);
+std::string login_name();
 
 // Runs the program. `args` without its name. Prints failures; returns the exit code.
 int run_cli(const std::vector<std::string>& args, Context& context);

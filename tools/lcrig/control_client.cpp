@@ -45,7 +45,9 @@ Failure failure_of(const json& error) {
   const auto word = data->value("errc", "");
   for (int i = 0; i <= static_cast<int>(Errc::bug); ++i) {
     const auto errc = static_cast<Errc>(i);
-    if (to_string(errc) == word) out.code = exit_code_of(errc);
+    if (to_string(errc) != word) continue;
+    out.code = exit_code_of(errc);
+    out.refused_request = errc == Errc::invalid_request;
   }
   return out;
 }

@@ -34,6 +34,7 @@ struct Failure {
   ExitCode code = kFailed;
   std::string what;
   std::string next;  // empty: nothing to suggest
+  bool refused_request = false;  // the daemon called the request itself wrong
 };
 
 template <class T>
