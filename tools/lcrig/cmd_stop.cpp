@@ -24,16 +24,41 @@ struct Verb {
   bool takes_run;
 };
 
-constexpr Verb kPause{"pause", "run.pause", "Hold travel now and keep recording", "lcrig pause",
-                      "paused; lcrig resume goes on", false, false};
-constexpr Verb kResume{"resume", "run.resume", "Go on after a pause, or with an interrupted run",
-                       "lcrig resume", "goes on", false, true};
-constexpr Verb kAbort{"abort", "run.abort", "Stop now, then unload (`finally`)",
-                      "lcrig abort --why \"wrong specimen\"", "stopped", true, false};
-constexpr Verb kFreeze{"freeze", "run.freeze", "Stop now and stay where it is", "lcrig freeze",
-                       "stopped; the frame stays where it is", true, false};
-constexpr Verb kConfirm{"confirm", "run.confirm", "Tell the run that what it asked for is done",
-                        "lcrig confirm", "confirmed", false, false};
+constexpr Verb kPause{"pause",
+                      "run.pause",
+                      "Hold travel now and keep recording",
+                      "lcrig pause",
+                      "paused; lcrig resume goes on",
+                      false,
+                      false};
+constexpr Verb kResume{"resume",
+                       "run.resume",
+                       "Go on after a pause, or with an interrupted run",
+                       "lcrig resume",
+                       "goes on",
+                       false,
+                       true};
+constexpr Verb kAbort{"abort",
+                      "run.abort",
+                      "Stop now, then unload (`finally`)",
+                      "lcrig abort --why \"wrong specimen\"",
+                      "stopped",
+                      true,
+                      false};
+constexpr Verb kFreeze{"freeze",
+                       "run.freeze",
+                       "Stop now and stay where it is",
+                       "lcrig freeze",
+                       "stopped; the frame stays where it is",
+                       true,
+                       false};
+constexpr Verb kConfirm{"confirm",
+                        "run.confirm",
+                        "Tell the run that what it asked for is done",
+                        "lcrig confirm",
+                        "confirmed",
+                        false,
+                        false};
 
 class VerbCommand final : public Command {
  public:

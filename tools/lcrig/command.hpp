@@ -36,8 +36,8 @@ class ArgumentList {
   virtual void options(const char* names, std::vector<std::string>& out, const char* metavar,
                        const char* help) = 0;  // may be repeated
   virtual void seed(const char* names, std::optional<std::uint64_t>& out, const char* help) = 0;
-  virtual void one_of(const char* names, std::string& out,
-                      const std::vector<std::string>& choices, const char* help) = 0;
+  virtual void one_of(const char* names, std::string& out, const std::vector<std::string>& choices,
+                      const char* help) = 0;
   virtual void flag(const char* names, bool& out, const char* help) = 0;
 };
 
@@ -71,7 +71,8 @@ class Command {
 std::vector<std::unique_ptr<Command>> make_commands();
 
 // "name=value" of every -p. Failure: usage.
-Outcome<std::map<std::string, std::string>> parse_assignments(const std::vector<std::string>& words);
+Outcome<std::map<std::string, std::string>> parse_assignments(
+    const std::vector<std::string>& words);
 std::string login_name();
 
 // Runs the program. `args` without its name. Prints failures; returns the exit code.

@@ -55,10 +55,9 @@ Outcome<std::map<std::string, std::string>> parse_assignments(
   for (const auto& word : words) {
     const auto equals = word.find('=');
     if (equals == 0 || equals == std::string::npos || equals + 1 == word.size()) {
-      return tl::unexpected(Failure(kUsage,
-                                    fmt::format("-p {}: expected name=value, like -p cycles=5",
-                                                word),
-                                    "lcrig protocol show PROTOCOL   (lists its parameters)"));
+      return tl::unexpected(
+          Failure(kUsage, fmt::format("-p {}: expected name=value, like -p cycles=5", word),
+                  "lcrig protocol show PROTOCOL   (lists its parameters)"));
     }
     const auto name = word.substr(0, equals);
     if (!out.emplace(name, word.substr(equals + 1)).second) {

@@ -28,10 +28,10 @@ Failure unreachable(const std::string& path, const std::string& why) {
 }
 
 Failure no_access(const std::string& path) {
-  return Failure(kUnreachable,
-                 fmt::format("cannot reach the daemon at {}: you are not in the group of the socket",
-                             path),
-                 "sudo adduser $USER lcrig   (then log in again)");
+  return Failure(
+      kUnreachable,
+      fmt::format("cannot reach the daemon at {}: you are not in the group of the socket", path),
+      "sudo adduser $USER lcrig   (then log in again)");
 }
 
 // The daemon's words, the daemon's hint, our exit code.

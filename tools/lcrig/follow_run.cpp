@@ -68,7 +68,8 @@ class Follower {
     while (!ended_) {
       if (auto ok = drain(); !ok) return tl::unexpected(lost(ok.error()));
       if (ended_) break;
-      std::array<pollfd, 3> wanted{pollfd{client_.fd(), POLLIN, 0}, pollfd{signals_.fd(), POLLIN, 0},
+      std::array<pollfd, 3> wanted{pollfd{client_.fd(), POLLIN, 0},
+                                   pollfd{signals_.fd(), POLLIN, 0},
                                    pollfd{typing_ ? STDIN_FILENO : -1, POLLIN, 0}};
       if (::poll(wanted.data(), wanted.size(), -1) < 0 && errno != EINTR) {
         return tl::unexpected(Failure(kFailed, std::strerror(errno), ""));
@@ -113,8 +114,8 @@ class Follower {
     if (!ours(note.run)) return;
     // Steps are in the live line; the rest is worth a line of its own.
     if (note.event.kind == "step_begin" || note.event.kind == "step_end") return;
-    line_.say(printable(fmt::format("{} {}: {}", note.event.kind, note.event.step_id,
-                                    note.event.detail)));
+    line_.say(printable(
+        fmt::format("{} {}: {}", note.event.kind, note.event.step_id, note.event.detail)));
   }
   void on(RunEnded& ended) {
     if (ours(ended.run)) ended_ = std::move(ended);

@@ -103,10 +103,10 @@ Failure LibraryPath::unknown(LibraryKind kind, const std::string& what,
   const auto known = names.empty() ? std::string("none is installed; set LCRIG_DATA")
                                    : "known: " + join_words(names);
   const auto code = kind == LibraryKind::protocol ? kProtocol : kFailed;
-  return Failure(code,
-                 fmt::format("no {} is called '{}'{} ({})", row.noun, what,
-                             did_you_mean(what, names), known),
-                 fmt::format("{}   (or give a path to a .json file)", row.list_command));
+  return Failure(
+      code,
+      fmt::format("no {} is called '{}'{} ({})", row.noun, what, did_you_mean(what, names), known),
+      fmt::format("{}   (or give a path to a .json file)", row.list_command));
 }
 
 Outcome<LibraryFile> LibraryPath::get(LibraryKind kind, const std::string& what,

@@ -147,9 +147,9 @@ Outcome<Command*> Parser::find(const std::vector<std::string>& args) {
     if (asks_for(args, "--help", "-h") || asks_for(args, "--version", "")) return nullptr;
     for (const auto& arg : args) {
       if (known_option(app, arg) != nullptr || arg == "--") continue;
-      return tl::unexpected(usage(
-          fmt::format("unknown option {}{}", arg, did_you_mean(arg, option_names(app))),
-          "lcrig --help"));
+      return tl::unexpected(
+          usage(fmt::format("unknown option {}{}", arg, did_you_mean(arg, option_names(app))),
+                "lcrig --help"));
     }
     return tl::unexpected(usage("a command is missing", "lcrig --help"));
   }
@@ -158,9 +158,8 @@ Outcome<Command*> Parser::find(const std::vector<std::string>& args) {
   for (const auto& command : all) {
     if (word == command->name()) return check_options(command.get(), args);
   }
-  return tl::unexpected(
-      usage(fmt::format("unknown command '{}'{}", word, did_you_mean(word, top_words)),
-            "lcrig --help"));
+  return tl::unexpected(usage(
+      fmt::format("unknown command '{}'{}", word, did_you_mean(word, top_words)), "lcrig --help"));
 }
 
 Outcome<Command*> Parser::find_in_group(const std::string& group, std::size_t at,
@@ -213,8 +212,8 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
                                               did_you_mean(arg, option_names(sub))),
                                   fmt::format("lcrig {} --help", command->name())));
     }
-    const bool attached = arg.find('=') != std::string::npos ||
-                          (!arg.starts_with("--") && arg.size() > 2);
+    const bool attached =
+        arg.find('=') != std::string::npos || (!arg.starts_with("--") && arg.size() > 2);
     value = option->get_items_expected_max() > 0 && !attached;
   }
   return command;
@@ -222,9 +221,10 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
 
 std::string Parser::help_of(const Command* command, const std::string& group) const {
   if (command != nullptr) {
-    return fmt::format("Example: {}\n\n{}\nEverywhere: --db FILE, --socket PATH, --config FILE, "
-                       "--json\n",
-                       command->example(), apps.at(command)->help("lcrig"));
+    return fmt::format(
+        "Example: {}\n\n{}\nEverywhere: --db FILE, --socket PATH, --config FILE, "
+        "--json\n",
+        command->example(), apps.at(command)->help("lcrig"));
   }
   if (!group.empty()) {
     for (const auto& one : all) {
@@ -259,8 +259,8 @@ Outcome<ExitCode> parse_and_run(Parser& parser, const std::vector<std::string>& 
     return kOk;
   } catch (const CLI::ParseError& e) {  // its exit codes 105 to 110 mean nothing to a script
     const std::string name = *command == nullptr ? "" : std::string(" ") + (*command)->name();
-    return tl::unexpected(usage(fmt::format("lcrig{}: {}", name, e.what()),
-                                fmt::format("lcrig{} --help", name)));
+    return tl::unexpected(
+        usage(fmt::format("lcrig{}: {}", name, e.what()), fmt::format("lcrig{} --help", name)));
   }
   if (*command == nullptr) return tl::unexpected(usage("a command is missing", "lcrig --help"));
   return (*command)->run(context);
