@@ -7,6 +7,7 @@
 #include "protocols/parse.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
+#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -40,7 +41,7 @@ class ListCommand final : public Command {
     }
     json all = json::object();
     all["protocols"] = std::move(rows);
-    if (context.global.json) context.console.out << all.dump() << '\n';
+    if (context.global.json) print_json(context.console.out, all);
     return kOk;
   }
 };
@@ -70,7 +71,7 @@ class ShowCommand final : public Command {
     out["description"] = protocol->description;
     out["path"] = file->path.string();
     out["parameters"] = std::move(parameters);
-    context.console.out << out.dump() << '\n';
+    print_json(context.console.out, out);
     return kOk;
   }
 

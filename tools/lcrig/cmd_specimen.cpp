@@ -12,6 +12,7 @@
 #include "storage/specimens.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
@@ -117,7 +118,7 @@ Outcome<ExitCode> ListCommand::run(Context& context) {
   }
   json all = json::object();
   all["specimens"] = std::move(rows);
-  if (context.global.json) context.console.out << all.dump() << '\n';
+  if (context.global.json) print_json(context.console.out, all);
   return kOk;
 }
 
