@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -44,6 +45,7 @@ class FakeHandler : public ControlHandler {
     if (next_error) co_return fail(*next_error);
     RunStarted started;
     started.run = 7;
+    if (after_start) after_start();
     co_return started;
   }
   Task<Result<>> pause(PeerCredentials) override { co_return done("pause"); }
@@ -71,6 +73,7 @@ class FakeHandler : public ControlHandler {
   DaemonStatus state;
   std::optional<Error> next_error;
   bool hold_start = false;
+  std::function<void()> after_start;  // before the answer goes out
   RealClock clock;
 
  private:

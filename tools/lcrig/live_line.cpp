@@ -103,12 +103,15 @@ std::string format_live_line(const RunStatus& s, int width) {
   enum { kStep, kRepeat, kCapacitance, kLoad, kBar, kPercent, kLeft };
   std::vector<std::string> parts{step_part(s), repeat_part(s),  capacitance_part(s), load_part(s),
                                  "",           percent_part(s), left_part(s)};
+  bool whole = true;
   for (const int victim : {kPercent, kRepeat, kLeft, kLoad}) {
     if (join(parts).size() <= room) break;
     parts[static_cast<std::size_t>(victim)].clear();
+    whole = false;
   }
+  // A picture of the numbers, never in place of one.
   const auto used = join(parts).size();
-  if (const auto done = fraction(s); done && used + 2 + kBarMin <= room) {
+  if (const auto done = fraction(s); whole && done && used + 2 + kBarMin <= room) {
     const auto columns = std::min(static_cast<int>(room - used) - 2, kBarMax);
     parts[kBar] = bar(*done, columns);
   }

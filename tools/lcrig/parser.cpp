@@ -3,6 +3,7 @@
 // before it parses; its exit codes become ours.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <map>
 
 #include "tools/lcrig/command.hpp"
@@ -34,7 +35,17 @@ class Cli11Arguments final : public ArgumentList {
         ->option_text(std::string(metavar) + " ...");
   }
   void seed(const char* names, std::optional<std::uint64_t>& out, const char* help) override {
-    app_.add_option(names, out, help)->option_text("N");
+    // CLI11 would take -1 for 2^64 - 1.
+    const auto parse = [&out](const std::string& text) {
+      std::uint64_t value = 0;
+      const auto* end = text.data() + text.size();
+      const auto r = std::from_chars(text.data(), end, value);
+      if (r.ec != std::errc() || r.ptr != end) {
+        throw CLI::ValidationError("--seed", "'" + text + "' is not a whole number from 0 on");
+      }
+      out = value;
+    };
+    app_.add_option_function<std::string>(names, parse, help)->option_text("N");
   }
   void one_of(const char* names, std::string& out, const std::vector<std::string>& choices,
               const char* help) override {
@@ -146,7 +157,7 @@ Outcome<Command*> Parser::find(const std::vector<std::string>& args) {
   if (at == args.size()) {
     if (asks_for(args, "--help", "-h") || asks_for(args, "--version", "")) return nullptr;
     for (const auto& arg : args) {
-      if (known_option(app, arg) != nullptr || arg == "--") continue;
+      if (!arg.starts_with('-') || arg == "--" || known_option(app, arg) != nullptr) continue;
       return tl::unexpected(
           usage(fmt::format("unknown option {}{}", arg, did_you_mean(arg, option_names(app))),
                 "lcrig --help"));

@@ -157,7 +157,8 @@ TEST_F(Rehearse, JsonIsTheOnlyLineOfStandardOutput) {
   EXPECT_EQ(cli.run({"rehearse", "press", "-s", "paper-1", "--json"}), 0);
   EXPECT_THAT(cli.out.str(), AllOf(StartsWith("{"), HasSubstr("\"exit_status\":\"success\""),
                                    HasSubstr("\"run\":3"), HasSubstr("\"reason\":\"\"")));
-  EXPECT_EQ(std::count(cli.out.str().begin(), cli.out.str().end(), '\n'), 1);
+  const auto text = cli.out.str();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
 }
 
 TEST_F(Rehearse, NeverUsesTheDaemonsDatabase) {

@@ -4,6 +4,7 @@
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <future>
 #include <nlohmann/json.hpp>
@@ -19,33 +20,13 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// Ends the run as soon as it was started, so that `lcrig run` has something to follow.
-class Handler final : public support::FakeHandler {
- public:
-  Task<Result<RunStarted>> start_run(StartRunRequest request, PeerCredentials peer) override {
-    auto started = co_await FakeHandler::start_run(std::move(request), std::move(peer));
-    if (!started) co_return started;
-    if (server != nullptr) {
-      RunStatus status;
-      status.run = 7;
-      status.state = RunState::running;
-      status.step_id = "load";
-      server->publish_status(status);
-      server->publish_run_ended(ended);
-    }
-    co_return started;
-  }
-  ControlServer* server = nullptr;
-  RunEnded ended;
-};
-
 class Served : public ::testing::Test {
  protected:
   void SetUp() override {
     handler.state.version = "9.9";
-    handler.ended.run = 7;
-    handler.ended.exit_status = "success";
-    handler.server = &server;
+    ended.run = 7;
+    ended.exit_status = "success";
+    handler.after_start = [this] { end_run(); };
     cli.env.daemon_socket = path;
     cli.add_data("protocols/press.json", "{}");
     const auto listening = server.listen(path);
@@ -59,6 +40,14 @@ class Served : public ::testing::Test {
     closed.get_future().wait();
     work.reset();
     thread.join();
+  }
+  // At once, so that `lcrig run` has something to follow.
+  void end_run() {
+    RunEventNote note;
+    note.run = 7;
+    note.event = RunEvent(MonoTime(), "mark", "load", "half way");
+    server.publish_event(note);
+    server.publish_run_ended(ended);
   }
   // Runs `f` where the server runs, and waits.
   template <class F>
@@ -76,7 +65,8 @@ class Served : public ::testing::Test {
   asio::io_context io;
   asio::executor_work_guard<asio::io_context::executor_type> work = asio::make_work_guard(io);
   RealClock clock;
-  Handler handler;
+  support::FakeHandler handler;
+  RunEnded ended;
   ControlServer server{io.get_executor(), clock, handler};
   std::thread thread;
 };
@@ -119,7 +109,7 @@ TEST_F(Served, RunFollowsToTheEndAndPrintsTheResultLast) {
   const auto result = nlohmann::json::parse(cli.out.str());
   EXPECT_EQ(result["run"], 7);
   EXPECT_EQ(result["exit_status"], "success");
-  EXPECT_THAT(cli.err.str(), HasSubstr("load"));
+  EXPECT_THAT(cli.err.str(), HasSubstr("mark load: half way"));
   on_server([this] {
     EXPECT_EQ(handler.last_start.parameters.at("cycles"), "2");
     EXPECT_EQ(handler.last_start.protocol_text, "{}");
@@ -130,9 +120,9 @@ TEST_F(Served, RunFollowsToTheEndAndPrintsTheResultLast) {
 
 TEST_F(Served, ATrippedLimitIsFive) {
   on_server([this] {
-    handler.ended.exit_status = "fail";
-    handler.ended.code = Errc::limit_tripped;
-    handler.ended.reason = "force 1.6 N";
+    ended.exit_status = "fail";
+    ended.code = Errc::limit_tripped;
+    ended.reason = "force 1.6 N";
   });
   EXPECT_EQ(cli.run({"run", "press", "--specimen", "paper-1"}), cli::kStopped);
   EXPECT_THAT(cli.out.str(), HasSubstr("force 1.6 N"));
@@ -145,7 +135,7 @@ TEST_F(Served, ARefusedProtocolIsSix) {
 }
 
 TEST_F(Served, DetachReturnsAtOnce) {
-  on_server([this] { handler.server = nullptr; });  // a run that does not end
+  on_server([this] { handler.after_start = nullptr; });  // a run that does not end
   EXPECT_EQ(cli.run({"run", "press", "--specimen", "paper-1", "--detach", "--json"}), 0);
   EXPECT_EQ(nlohmann::json::parse(cli.out.str())["run"], 7);
 }

@@ -68,7 +68,7 @@ TEST(LiveLine, NeverWrapsAndNeverCarriesControlCharacters) {
 
 TEST(LiveLine, PressureStandsForForceWhenItIsKnown) {
   auto s = cycle();
-  s.pressure_Pa = 42345;
+  s.pressure_Pa = 42350;
   EXPECT_THAT(format_live_line(s, 80), AllOf(HasSubstr("P 42.35 kPa"), Not(HasSubstr("F 0.5"))));
 }
 
@@ -126,8 +126,9 @@ TEST_F(Shown, OnATerminalOneLineIsRewritten) {
     line.show(s);
     clock.at += std::chrono::milliseconds(10);
   }
-  EXPECT_EQ(std::count(err.str().begin(), err.str().end(), '\n'), 0);
-  EXPECT_EQ(std::count(err.str().begin(), err.str().end(), '\r'), 20);  // one in 50 ms
+  const auto text = err.str();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 0);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\r'), 20);  // one in 50 ms
 }
 
 TEST_F(Shown, APromptIsSaidOnceWithHowToConfirm) {
