@@ -2,12 +2,19 @@
 #include "daemon/control_dispatch.hpp"
 
 #include <array>
+#include <nlohmann/json.hpp>
 
 #include "daemon/control_params.hpp"
 
 namespace lcrig {
 
 using nlohmann::json;
+
+ControlCall::ControlCall()
+    : id(std::make_unique<json>()), params(std::make_unique<json>(json::object())) {}
+ControlCall::~ControlCall() = default;
+ControlCall::ControlCall(ControlCall&&) noexcept = default;
+ControlCall& ControlCall::operator=(ControlCall&&) noexcept = default;
 
 namespace {
 
@@ -151,19 +158,21 @@ tl::expected<ControlCall, std::string> call_of(const json& message) {
     if (!id->is_string() && !id->is_number()) {
       return tl::unexpected(refuse(nullptr, "/id: expected a string or a number"));
     }
-    call.id = *id;
+    *call.id = *id;
     call.wants_answer = true;
   }
   const auto version = message.find("jsonrpc");
   if (version == message.end() || *version != "2.0") {
-    return tl::unexpected(refuse(call.id, "/jsonrpc: expected \"2.0\""));
+    return tl::unexpected(refuse(*call.id, "/jsonrpc: expected \"2.0\""));
   }
   const auto method = message.find("method");
   if (method == message.end() || !method->is_string()) {
-    return tl::unexpected(refuse(call.id, "/method: expected a string"));
+    return tl::unexpected(refuse(*call.id, "/method: expected a string"));
   }
   call.method = method->get<std::string>();
-  if (const auto params = message.find("params"); params != message.end()) call.params = *params;
+  if (const auto params = message.find("params"); params != message.end()) {
+    *call.params = *params;
+  }
   return call;
 }
 
@@ -197,12 +206,12 @@ Task<std::optional<std::string>> answer_control_call(ControlHandler& handler, Co
   const Method* method = find_method(call.method);
   std::string line;
   if (method == nullptr) {
-    line = error_line(call.id, RpcError(rpc_code::kMethodNotFound,
+    line = error_line(*call.id, RpcError(rpc_code::kMethodNotFound,
                                         fmt::format("unknown method '{}'", call.method),
                                         "methods: " + method_names()));
   } else {
-    auto answer = co_await method->run(handler, std::move(call.params), std::move(peer));
-    line = line_of_answer(call.id, answer);
+    auto answer = co_await method->run(handler, std::move(*call.params), std::move(peer));
+    line = line_of_answer(*call.id, answer);
   }
   if (!call.wants_answer) co_return std::nullopt;
   co_return line;

@@ -2,7 +2,8 @@
 // One line of the control socket to one call of the handler and one line back.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,11 +13,14 @@
 namespace lcrig {
 
 struct ControlCall {
-  ControlCall() = default;
-  nlohmann::json id;  // string or number; null with `wants_answer` false
+  ControlCall();
+  ~ControlCall();
+  ControlCall(ControlCall&&) noexcept;
+  ControlCall& operator=(ControlCall&&) noexcept;
   bool wants_answer = false;  // false: a notification, never answered
   std::string method;
-  nlohmann::json params = nlohmann::json::object();
+  std::unique_ptr<nlohmann::json> id;  // string or number; null without `wants_answer`
+  std::unique_ptr<nlohmann::json> params;
 };
 
 // A call, or the error line that answers `line`.

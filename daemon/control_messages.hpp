@@ -30,7 +30,7 @@ struct StartRunRequest {
   StartRunRequest() = default;
   std::string protocol;  // name, for messages and the run row
   std::string protocol_text;  // empty: the daemon looks `protocol` up in its library
-  std::map<std::string, double> parameters;  // in the unit of the name's suffix
+  std::map<std::string, std::string> parameters;  // as typed, in the unit of the name's suffix
   std::string specimen;
   std::string specimen_text;  // empty: the daemon looks `specimen` up
   std::string operator_name;  // empty: the peer's user name

@@ -73,16 +73,16 @@ void ParamsReader::quantity(const char* key, std::optional<double>& out, int pow
   out = shift_decimal(value->get<double>(), power);
 }
 
-void ParamsReader::numbers(const char* key, std::map<std::string, double>& out) {
+void ParamsReader::numbers(const char* key, std::map<std::string, std::string>& out) {
   const auto* value = member(key);
   if (value == nullptr) return;
   if (!value->is_object()) return expected(key, "an object of numbers", *value);
   for (const auto& [name, number] : value->items()) {
-    if (!number.is_number()) {
+    if (!number.is_number() && !number.is_string()) {
       const std::string inner = std::string(key) + "/" + printable(name);
       return expected(inner.c_str(), "a number", number);
     }
-    out[name] = number.get<double>();
+    out[name] = number.is_string() ? number.get<std::string>() : number.dump();
   }
 }
 

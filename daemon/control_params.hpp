@@ -26,7 +26,8 @@ class ParamsReader {
   void number(const char* key, double& out, bool required = false);
   // null and absent are both "no value". `power` converts to SI: 10^power.
   void quantity(const char* key, std::optional<double>& out, int power);
-  void numbers(const char* key, std::map<std::string, double>& out);
+  // An object of numbers, or of strings that hold one as somebody typed it.
+  void numbers(const char* key, std::map<std::string, std::string>& out);
   // The member for the caller to read, or nullptr when it is absent or null.
   const nlohmann::json* member(const char* key);
   std::string pointer(const char* key) const { return where_ + "/" + key; }

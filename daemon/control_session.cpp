@@ -8,6 +8,7 @@
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "base/log.hpp"
@@ -127,7 +128,7 @@ void ControlSession::on_line(std::string_view line) {
   if (!call) return send(std::move(call.error()));
   if (calls_ >= options_.max_calls) {
     return send(error_line(
-        call->id, RpcError(rpc_code::kTooManyCalls, "too many calls of this client are under way",
+        *call->id, RpcError(rpc_code::kTooManyCalls, "too many calls of this client are under way",
                            "wait for their answers")));
   }
   if (call->method == "watch") watching_ = true;

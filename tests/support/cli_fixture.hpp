@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command line in this process: arguments in, exit code and both outputs back.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "daemon/rehearse.hpp"
+#include "protocols/check.hpp"
+#include "tests/support/control_fixture.hpp"
+#include "tools/lcrig/command.hpp"
+
+namespace lcrig::support {
+
+// What the fake `rehearse` was asked, and what it answers.
+struct FakeRehearsal {
+  static inline RehearseRequest last;
+  static inline Result<RehearseResult> answer = RehearseResult();
+  static Result<RehearseResult> run(const RehearseRequest& request) {
+    last = request;
+    RunStatus status;
+    status.run = 1;
+    status.state = RunState::running;
+    status.step_id = "load";
+    if (request.progress) request.progress(status);
+    return answer;
+  }
+};
+
+class Cli {
+ public:
+  Cli() {
+    env.variable = [this](const char* name) -> std::optional<std::string> {
+      const auto it = variables.find(name);
+      if (it == variables.end() || it->second.empty()) return std::nullopt;
+      return it->second;
+    };
+    env.executable = dir.file("nowhere/bin/lcrig");
+    env.daemon_db = dir.file("no-daemon.db");
+    env.daemon_socket = dir.file("no-daemon.sock");
+    variables["HOME"] = dir.file("home");
+  }
+
+  int run(const std::vector<std::string>& args) {
+    out.str("");
+    err.str("");
+    cli::Console console(out, err);
+    console.err_tty = tty;
+    console.in_tty = tty;
+    console.color = tty && !variables.contains("NO_COLOR");
+    console.width = [] { return 80; };
+    cli::DaemonParts daemon;
+    daemon.rehearse = &FakeRehearsal::run;
+    daemon.bench_rig = bench_rig;
+    cli::Context context(console, env, clock, daemon);
+    return cli::run_cli(args, context);
+  }
+  // Library of protocols and specimens; $LCRIG_DATA.
+  void add_data(const std::string& name, const std::string& text) {
+    const auto path = std::filesystem::path(dir.file("data")) / name;
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream(path) << text;
+    variables["LCRIG_DATA"] = dir.file("data");
+  }
+
+  TempDir dir;
+  std::map<std::string, std::string> variables;
+  cli::ProcessEnv env;
+  RealClock clock;
+  std::ostringstream out, err;
+  bool tty = false;
+  Result<Rig> (*bench_rig)(const BenchRequest&) = nullptr;
+};
+
+}  // namespace lcrig::support

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/live_line.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace lcrig::cli {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class FixedClock final : public Clock {
+ public:
+  MonoTime now() const override { return at; }
+  std::int64_t unix_ns() const override { return 0; }
+  Task<bool> wait_until(MonoTime) override { co_return false; }
+  MonoTime at{};
+};
+
+RunStatus cycle() {
+  RunStatus s;
+  s.run = 1;
+  s.state = RunState::running;
+  s.step_id = "load";
+  s.repeat = 3;
+  s.repeats = 5;
+  s.capacitance_F = 1.84249e-11;
+  s.force_N = 0.5321;
+  s.elapsed_s = 50;
+  s.planned_s = 200;
+  return s;
+}
+
+TEST(LiveLine, ShowsEverythingAtEightyColumns) {
+  const auto line = format_live_line(cycle(), 80);
+  EXPECT_THAT(line, HasSubstr("load  3/5  C 18.4249 pF  F 0.532 N  ["));
+  EXPECT_THAT(line, EndsWith("]  25%  left 2:30"));
+  EXPECT_LE(line.size(), 79U);
+}
+
+TEST(LiveLine, KeepsStepAndCapacitanceAtFortyColumns) {
+  const auto line = format_live_line(cycle(), 40);
+  EXPECT_LE(line.size(), 39U);
+  EXPECT_THAT(line, AllOf(HasSubstr("load"), HasSubstr("C 18.4249 pF"), HasSubstr("F 0.532 N"),
+                          Not(HasSubstr("["))));
+}
+
+TEST(LiveLine, TheBarDoesNotGrowWithoutEnd) {
+  const auto line = format_live_line(cycle(), 200);
+  EXPECT_LT(line.size(), 110U);
+  EXPECT_EQ(std::count(line.begin(), line.end(), '#'), 9);  // a quarter of 38
+}
+
+TEST(LiveLine, NeverWrapsAndNeverCarriesControlCharacters) {
+  auto s = cycle();
+  s.step_id = "x\x1b[31m\xc2\xb5\n" + std::string(300, 'y');
+  for (int width = 0; width <= 250; ++width) {
+    const auto line = format_live_line(s, width);
+    EXPECT_LT(static_cast<int>(line.size()), std::max(width, 2));
+    EXPECT_TRUE(std::all_of(line.begin(), line.end(), [](char c) { return c >= 32 && c < 127; }));
+  }
+}
+
+TEST(LiveLine, PressureStandsForForceWhenItIsKnown) {
+  auto s = cycle();
+  s.pressure_Pa = 42350;
+  EXPECT_THAT(format_live_line(s, 80), AllOf(HasSubstr("P 42.35 kPa"), Not(HasSubstr("F 0.5"))));
+}
+
+TEST(LiveLine, LeavesOutWhatIsNotKnown) {
+  RunStatus s;
+  EXPECT_EQ(format_live_line(s, 80), "preparing");
+  s.state = RunState::paused;
+  s.step_id = "hold";
+  EXPECT_EQ(format_live_line(s, 80), "PAUSED at hold");
+}
+
+TEST(LiveLine, LongerThanPlannedIsFull) {
+  auto s = cycle();
+  s.elapsed_s = 900;
+  EXPECT_THAT(format_live_line(s, 80), AllOf(HasSubstr("100%"), EndsWith("left 0:00")));
+}
+
+TEST(LiveLine, TimesAreReadable) {
+  EXPECT_EQ(format_time(0), "0:00");
+  EXPECT_EQ(format_time(185.4), "3:05");
+  EXPECT_EQ(format_time(3727), "1:02:07");
+  EXPECT_EQ(format_time(-3), "0:00");
+}
+
+class Shown : public ::testing::Test {
+ protected:
+  std::ostringstream out, err;
+  Console console{out, err};
+  FixedClock clock;
+};
+
+TEST_F(Shown, OffTheTerminalALineASecondOrAStepWithoutEscapeCodes) {
+  LiveLine line(console, clock);
+  auto s = cycle();
+  for (int i = 0; i < 100; ++i) {  // 2.5 s of 25 ms
+    line.show(s);
+    clock.at += std::chrono::milliseconds(25);
+  }
+  s.step_id = "unload";
+  line.show(s);
+  line.finish();
+  const auto text = err.str();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 4);  // at 0, 1 and 2 s, and the step
+  EXPECT_THAT(text, AllOf(Not(HasSubstr("\x1b")), Not(HasSubstr("\r")), HasSubstr("unload")));
+  EXPECT_EQ(out.str(), "");
+}
+
+TEST_F(Shown, OnATerminalOneLineIsRewritten) {
+  console.err_tty = true;
+  console.width = [] { return 60; };
+  LiveLine line(console, clock);
+  auto s = cycle();
+  for (int i = 0; i < 100; ++i) {
+    s.step_id = "step" + std::to_string(i);
+    line.show(s);
+    clock.at += std::chrono::milliseconds(10);
+  }
+  const auto text = err.str();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 0);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\r'), 20);  // one in 50 ms
+}
+
+TEST_F(Shown, APromptIsSaidOnceWithHowToConfirm) {
+  LiveLine line(console, clock);
+  auto s = cycle();
+  s.state = RunState::waiting_for_operator;
+  s.prompt = "place 50 g on the rod";
+  line.show(s);
+  line.show(s);
+  const auto text = err.str();
+  EXPECT_THAT(text, HasSubstr("place 50 g on the rod  (type: lcrig confirm when done)"));
+  EXPECT_EQ(text.find("place 50 g"), text.rfind("place 50 g"));
+}
+
+}  // namespace
+}  // namespace lcrig::cli

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include "tests/support/cli_fixture.hpp"
+#include "tools/lcrig/did_you_mean.hpp"
+#include "tools/lcrig/library_path.hpp"
+
+namespace lcrig::cli {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(DidYouMean, FindsTyposSwapsAndBeginnings) {
+  const std::vector<std::string> known{"run", "runs", "rehearse", "dynamic-cycles", "plan"};
+  EXPECT_EQ(nearest_word("rnu", known), "run");
+  EXPECT_EQ(nearest_word("reherse", known), "rehearse");
+  EXPECT_EQ(nearest_word("dyn", known), "dynamic-cycles");
+  EXPECT_EQ(nearest_word("dynamic_cycles", known), "dynamic-cycles");
+  EXPECT_EQ(nearest_word("xyzzy", known), std::nullopt);
+  EXPECT_EQ(nearest_word("", known), std::nullopt);
+  EXPECT_EQ(nearest_word(std::string(100'000, 'r'), known), std::nullopt);
+}
+
+class Lookup : public ::testing::Test {
+ protected:
+  support::Cli cli;
+  LibraryPath library() const { return LibraryPath(cli.env); }
+};
+
+TEST_F(Lookup, DataFolderFirstThenSourceTreeThenInstalled) {
+  const std::filesystem::path root = cli.dir.file("tree");
+  cli.env.executable = root / "build/bin/lcrig";
+  const auto write = [](const std::filesystem::path& path, const std::string& text) {
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream(path) << text;
+  };
+  write(root / "build/share/lcrig/protocols/a.json", "installed");
+  EXPECT_EQ(library().get(LibraryKind::protocol, "a")->text, "installed");
+  write(root / "protocols/library/a.json", "source");
+  EXPECT_EQ(library().get(LibraryKind::protocol, "a")->text, "installed");  // no build tree
+  write(root / "build/CMakeCache.txt", "");
+  EXPECT_EQ(library().get(LibraryKind::protocol, "a")->text, "source");
+  cli.add_data("protocols/a.json", "data");
+  EXPECT_EQ(library().get(LibraryKind::protocol, "a")->text, "data");
+  EXPECT_EQ(library().list(LibraryKind::protocol).size(), 1U);
+}
+
+TEST_F(Lookup, APathIsTakenAsItIs) {
+  const auto path = cli.dir.file("mine.json");
+  EXPECT_FALSE(library().get(LibraryKind::protocol, path));
+  std::ofstream(path) << "text";
+  const auto file = library().get(LibraryKind::protocol, path);
+  ASSERT_TRUE(file);
+  EXPECT_EQ(file->name, "mine");
+  EXPECT_EQ(file->text, "text");
+}
+
+TEST_F(Lookup, AMissingFileIsNamed) {
+  const auto file = library().get(LibraryKind::protocol, cli.dir.file("gone.json"));
+  ASSERT_FALSE(file);
+  EXPECT_THAT(file.error().what, HasSubstr("gone.json"));
+}
+
+TEST_F(Lookup, AFileOfAnotherKindInTheFolderIsNotListed) {
+  cli.add_data("specimens/s.json", R"({"format":"specimen/1"})");
+  cli.add_data("specimens/b.json", R"({"format":"bench/1"})");
+  ASSERT_EQ(library().list(LibraryKind::specimen).size(), 1U);
+  EXPECT_EQ(library().list(LibraryKind::specimen)[0].name, "s");
+  EXPECT_FALSE(library().get(LibraryKind::specimen, "b"));
+}
+
+TEST_F(Lookup, NothingInstalledSaysSo) {
+  const auto failure = library().unknown(LibraryKind::protocol, "x");
+  EXPECT_EQ(failure.code, kProtocol);
+  EXPECT_THAT(failure.what, HasSubstr("LCRIG_DATA"));
+}
+
+constexpr auto kSpecimen = R"({ "format": "specimen/1", "name": "mine", "disc_diameter_mm": 4.0,
+  "faces": "free", "materials": { "PDMS": { "relative_permittivity": 2.75,
+    "youngs_modulus_kPa": 200, "poisson_ratio": 0.49, "shear_modulus_kPa": 42 } },
+  "capacitors": [ { "layers": [ { "material": "PDMS", "thickness_um": 25 } ] } ] })";
+
+TEST_F(Lookup, AnAddedSpecimenIsFoundListedAndShown) {
+  const auto file = cli.dir.file("mine.json");
+  const auto db = cli.dir.file("x.db");
+  std::ofstream(file) << kSpecimen;
+  ASSERT_EQ(cli.run({"specimen", "add", file, "--db", db}), 0) << cli.err.str();
+  ASSERT_EQ(cli.run({"specimen", "list", "--db", db}), 0) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), HasSubstr("mine"));
+  EXPECT_THAT(cli.out.str(), HasSubstr("paper-1"));
+  ASSERT_EQ(cli.run({"specimen", "show", "mine", "--db", db}), 0) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), HasSubstr("disc_diameter_mm"));
+}
+
+TEST_F(Lookup, AWrongSpecimenIsRefusedAndNothingIsStored) {
+  const auto file = cli.dir.file("bad.json");
+  std::ofstream(file) << R"({ "format": "specimen/1", "name": 3 })";
+  EXPECT_EQ(cli.run({"specimen", "add", file, "--db", cli.dir.file("y.db")}), kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("bad.json"));
+  EXPECT_FALSE(std::filesystem::exists(cli.dir.file("y.db")));
+}
+
+TEST_F(Lookup, AnInvalidProtocolIsSix) {
+  cli.add_data("protocols/bad.json", R"({"format":"load-protocol/1"})");
+  EXPECT_EQ(cli.run({"protocol", "check", "bad"}), kProtocol);
+  EXPECT_THAT(cli.err.str(), HasSubstr("docs/protocol-file.md"));
+  EXPECT_EQ(cli.run({"protocol", "show", "bad"}), kProtocol);
+}
+
+}  // namespace
+}  // namespace lcrig::cli

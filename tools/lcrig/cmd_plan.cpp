@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// protocol plan: what a protocol will do, without instruments.
+#include <fmt/ostream.h>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/rehearse.hpp"
+#include "protocols/parse.hpp"
+#include "protocols/plan.hpp"
+#include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/library_path.hpp"
+#include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/specimen_lookup.hpp"
+
+namespace lcrig::cli {
+
+namespace {
+
+Failure refused(const Error& error, const std::string& protocol) {
+  Failure out(error,
+              fmt::format("lcrig protocol show {}   (its parameters: -p NAME=VALUE)", protocol));
+  if (error.code == Errc::invalid_request) out.code = kProtocol;
+  return out;
+}
+
+void print_text(std::ostream& out, const Plan& plan) {
+  fmt::print(out, "{:20} {:14} {:>6} {:>10}  {}\n", "step", "kind", "times", "total", "note");
+  for (const auto& s : plan.steps) {
+    fmt::print(out, "{:20} {:14} {:>6} {:>10}  {}\n", s.id, s.kind, s.times, format_time(s.total_s),
+               s.in_finally ? "finally. " + s.note : s.note);
+  }
+  fmt::print(out, "\nduration      {}\n", format_time(plan.duration_s));
+  fmt::print(out, "readings      {} of measure steps, about {} recorded in all\n",
+             plan.measure_readings, plan.lcr_readings);
+  fmt::print(out, "peak force    {:.4g} N, overshoot at most {:.2g} N\n", plan.peak_force_N,
+             plan.overshoot_N);
+  fmt::print(out, "travel        {:.4g} to {:.4g} mm\n", plan.travel_min_m * 1e3,
+             plan.travel_max_m * 1e3);
+  fmt::print(out, "database      about {:.1f} MB\n", static_cast<double>(plan.bytes) * 1e-6);
+  if (!plan.aperture_note.empty()) fmt::print(out, "aperture      {}\n", plan.aperture_note);
+  for (const auto& assumption : plan.assumptions) fmt::print(out, "assumed       {}\n", assumption);
+}
+
+class PlanCommand final : public Command {
+ public:
+  const char* name() const override { return "protocol plan"; }
+  const char* summary() const override { return "Steps, time, readings, forces, without moving"; }
+  const char* example() const override { return "lcrig protocol plan dynamic-cycles -p cycles=20"; }
+  void declare(ArgumentList& list) override {
+    list.positional("PROTOCOL", protocol_, "Name or file");
+    list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
+    list.option("-s,--specimen", specimen_, "S", "For better estimates: what will be pressed");
+    list.option("--bench", bench_, "B", "Instruments and fixture (default: paper)");
+  }
+  Outcome<ExitCode> run(Context& context) override;
+
+ private:
+  Outcome<BenchRequest> bench_request(const Context& context, const LibraryPath& library) const;
+
+  std::string protocol_, specimen_, bench_ = "paper";
+  std::vector<std::string> parameters_;
+};
+
+Outcome<BenchRequest> PlanCommand::bench_request(const Context& context,
+                                                 const LibraryPath& library) const {
+  BenchRequest out;
+  out.bench = bench_;
+  if (!bench_.starts_with("replay:")) {
+    auto bench = library.find(LibraryKind::bench, bench_);
+    if (!bench) return tl::unexpected(bench.error());
+    if (*bench) out.bench_text = std::move((*bench)->text);
+  }
+  if (specimen_.empty()) return out;
+  auto db = context.db_path();
+  if (!db) return tl::unexpected(db.error());
+  auto specimen = find_specimen_text(context, *db, specimen_);
+  if (!specimen) return tl::unexpected(specimen.error());
+  out.specimen_name = specimen->name;
+  out.specimen_text = std::move(specimen->text);
+  return out;
+}
+
+Outcome<ExitCode> PlanCommand::run(Context& context) {
+  auto parameters = parse_assignments(parameters_);
+  if (!parameters) return tl::unexpected(parameters.error());
+  const LibraryPath library(context.env);
+  auto file = library.get(LibraryKind::protocol, protocol_);
+  if (!file) return tl::unexpected(file.error());
+  auto protocol = parse_protocol(file->text, file->path.string());
+  if (!protocol) return tl::unexpected(refused(protocol.error(), protocol_));
+  auto bound = bind_parameters(*protocol, *parameters);
+  if (!bound) return tl::unexpected(refused(bound.error(), protocol_));
+  auto request = bench_request(context, library);
+  if (!request) return tl::unexpected(request.error());
+  auto rig = context.daemon.bench_rig(*request);
+  if (!rig) return tl::unexpected(Failure(rig.error(), "lcrig rehearse --help"));
+  auto plan = make_plan(*protocol, *bound, *rig);
+  if (!plan) return tl::unexpected(refused(plan.error(), protocol_));
+  if (context.global.json) {
+    context.console.out << to_json(*plan).dump() << '\n';
+  } else {
+    print_text(context.console.out, *plan);
+    fmt::print(context.console.err, "  next: lcrig rehearse {} --specimen paper-1\n", protocol_);
+  }
+  return kOk;
+}
+
+}  // namespace
+
+std::unique_ptr<Command> make_protocol_plan_command() {
+  return std::make_unique<PlanCommand>();
+}
+
+}  // namespace lcrig::cli

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/cmd_rehearse.hpp"
+
+#include <fmt/ostream.h>
+
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "base/log.hpp"
+#include "daemon/rehearse.hpp"
+#include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/library_path.hpp"
+#include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/specimen_lookup.hpp"
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+namespace {
+
+json number_or_null(const std::optional<double>& value) {
+  if (!value) return nullptr;
+  return *value;
+}
+
+json to_json(const RehearseResult& r) {
+  json out{{"run", r.run},
+           {"exit_status", r.exit_status},
+           {"reason", r.reason},
+           {"lcr_readings", r.lcr_readings},
+           {"measure_readings", r.measure_readings},
+           {"frame_samples", r.frame_samples},
+           {"duration_s", r.duration_s},
+           {"wall_s", r.wall_s},
+           {"db", r.db_path}};
+  out["code"] = r.code ? json(to_string(*r.code)) : json(nullptr);
+  out["c0_pF"] = number_or_null(r.c0_pF);
+  out["peak_force_N"] = number_or_null(r.peak_force_N);
+  out["delta_C_fF_at_peak"] = number_or_null(r.delta_C_fF_at_peak);
+  return out;
+}
+
+void print_text(Console& console, const RehearseResult& r) {
+  fmt::print(console.out, "run {}: {}{} (simulated)\n", r.run, r.exit_status,
+             r.reason.empty() ? "" : " (" + printable(r.reason) + ")");
+  fmt::print(console.out, "{} LCR readings ({} of measure steps), {} frame samples\n",
+             r.lcr_readings, r.measure_readings, r.frame_samples);
+  fmt::print(console.out, "{} of rig time in {:.2f} s\n", format_time(r.duration_s), r.wall_s);
+  if (r.c0_pF) fmt::print(console.out, "C0 {:.4f} pF\n", *r.c0_pF);
+  if (r.peak_force_N) fmt::print(console.out, "peak force {:.4f} N\n", *r.peak_force_N);
+  if (r.delta_C_fF_at_peak) {
+    fmt::print(console.out, "delta C there {:.3f} fF\n", *r.delta_C_fF_at_peak);
+  }
+  fmt::print(console.err, "  next: lcrig export {} --db {} -o results\n", r.run, r.db_path);
+}
+
+class RehearseCommand final : public Command {
+ public:
+  const char* name() const override { return "rehearse"; }
+  const char* summary() const override {
+    return "The same run on the simulated bench, in virtual time, without a daemon";
+  }
+  const char* example() const override { return "lcrig rehearse static-frame --specimen paper-1"; }
+  void declare(ArgumentList& list) override {
+    list.positional("PROTOCOL", protocol_, "Name or file");
+    list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
+    list.option("-s,--specimen", specimen_, "S",
+                "Name or file of what is on the bench (not needed with replay:DIR)");
+    list.option("--bench", bench_, "B", "Name or file of a bench, or replay:DIR (default: paper)");
+    list.seed("--seed", seed_, "Noise of the simulated instruments");
+    list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
+    list.option("--note", note_, "TEXT", "Stored with the run");
+  }
+  Outcome<ExitCode> run(Context& context) override;
+
+ private:
+  Outcome<RehearseRequest> request(const Context& context) const;
+  Outcome<std::string> database(const Context& context) const;
+
+  std::string protocol_, specimen_, bench_ = "paper", operator_, note_;
+  std::vector<std::string> parameters_;
+  std::optional<std::uint64_t> seed_;
+};
+
+// Never the daemon's: a rehearsal is not a measurement.
+Outcome<std::string> RehearseCommand::database(const Context& context) const {
+  if (!context.global.db.empty()) return context.global.db;
+  const auto given = context.env.get("LCRIG_DB");
+  const auto path = given ? std::filesystem::path(*given) : context.env.user_db();
+  std::error_code ec;
+  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ec);
+  if (ec) {
+    return tl::unexpected(Failure(
+        kFailed, fmt::format("cannot create {}: {}", path.parent_path().string(), ec.message()),
+        "lcrig rehearse ... --db FILE"));
+  }
+  return path.string();
+}
+
+Outcome<RehearseRequest> RehearseCommand::request(const Context& context) const {
+  RehearseRequest out;
+  auto parameters = parse_assignments(parameters_);
+  if (!parameters) return tl::unexpected(parameters.error());
+  out.parameters = std::move(*parameters);
+  const LibraryPath library(context.env);
+  auto protocol = library.get(LibraryKind::protocol, protocol_);
+  if (!protocol) return tl::unexpected(protocol.error());
+  out.protocol_name = protocol->name;
+  out.protocol_text = std::move(protocol->text);
+  auto db = database(context);
+  if (!db) return tl::unexpected(db.error());
+  out.db_path = std::move(*db);
+  out.bench = bench_;
+  const bool replay = bench_.starts_with("replay:");
+  if (specimen_.empty() && !replay) {
+    return tl::unexpected(
+        Failure(kUsage, "lcrig rehearse: --specimen is missing",
+                "lcrig specimen list   (paper-1, paper-2, paper-3 ship with it)"));
+  }
+  if (!specimen_.empty()) {
+    auto specimen = find_specimen_text(context, out.db_path, specimen_);
+    if (!specimen) return tl::unexpected(specimen.error());
+    out.specimen_name = specimen->name;
+    out.specimen_text = std::move(specimen->text);
+  }
+  if (!replay) {
+    auto bench = library.find(LibraryKind::bench, bench_);
+    if (!bench) return tl::unexpected(bench.error());
+    if (*bench) out.bench_text = std::move((*bench)->text);
+  }
+  out.seed = seed_;
+  out.operator_name = operator_.empty() ? login_name() : operator_;
+  out.note = note_;
+  return out;
+}
+
+Outcome<ExitCode> RehearseCommand::run(Context& context) {
+  auto wanted = request(context);
+  if (!wanted) return tl::unexpected(wanted.error());
+  LiveLine line(context.console, context.clock);
+  wanted->progress = [&line](const RunStatus& status) { line.show(status); };
+  auto result = context.daemon.rehearse(*wanted);
+  line.finish();
+  if (!result) {
+    Failure failure(result.error(), fmt::format("lcrig protocol plan {}", protocol_));
+    if (result.error().code == Errc::invalid_request) failure.code = kProtocol;
+    return tl::unexpected(std::move(failure));
+  }
+  if (context.global.json) {
+    context.console.out << to_json(*result).dump(-1, ' ', false, json::error_handler_t::replace)
+                        << '\n';
+  } else {
+    print_text(context.console, *result);
+  }
+  return exit_code_of_run(result->exit_status, result->code);
+}
+
+}  // namespace
+
+std::unique_ptr<Command> make_rehearse_command() {
+  return std::make_unique<RehearseCommand>();
+}
+
+}  // namespace lcrig::cli

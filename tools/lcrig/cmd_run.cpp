@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/ostream.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/follow_run.hpp"
+#include "tools/lcrig/library_path.hpp"
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+namespace {
+
+class RunCommand final : public Command {
+ public:
+  const char* name() const override { return "run"; }
+  const char* summary() const override { return "Run a protocol on the rig and record it"; }
+  const char* example() const override {
+    return "lcrig run dynamic-cycles -p cycles=5 --specimen paper-1";
+  }
+  void declare(ArgumentList& list) override {
+    list.positional("PROTOCOL", protocol_, "Name or file");
+    list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
+    list.option("-s,--specimen", specimen_, "S", "Name or file of what is on the rig", true);
+    list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
+    list.option("--note", note_, "TEXT", "Stored with the run");
+    list.flag("--detach", detach_, "Return as soon as the run goes on");
+  }
+  Outcome<ExitCode> run(Context& context) override;
+
+ private:
+  Outcome<StartRunRequest> request(const Context& context) const;
+  Outcome<ExitCode> follow(Context& context, ControlClient& client, StopSignals& signals,
+                           std::int64_t run);
+
+  std::string protocol_, specimen_, operator_, note_;
+  std::vector<std::string> parameters_;
+  bool detach_ = false;
+};
+
+// The daemon may not read our files: it gets their texts. A name that we do not know may be one of
+// its database.
+Outcome<StartRunRequest> RunCommand::request(const Context& context) const {
+  StartRunRequest out;
+  auto parameters = parse_assignments(parameters_);
+  if (!parameters) return tl::unexpected(parameters.error());
+  out.parameters = std::move(*parameters);
+  const LibraryPath library(context.env);
+  auto protocol = library.get(LibraryKind::protocol, protocol_);
+  if (!protocol) return tl::unexpected(protocol.error());
+  out.protocol = protocol->name;
+  out.protocol_text = std::move(protocol->text);
+  auto specimen = library.find(LibraryKind::specimen, specimen_);
+  if (!specimen) return tl::unexpected(specimen.error());
+  out.specimen = *specimen ? (*specimen)->name : specimen_;
+  if (*specimen) out.specimen_text = std::move((*specimen)->text);
+  out.operator_name = operator_;
+  out.note = note_;
+  return out;
+}
+
+Outcome<ExitCode> RunCommand::run(Context& context) {
+  auto start = request(context);
+  if (!start) return tl::unexpected(start.error());
+  auto socket = context.socket_path();
+  if (!socket) return tl::unexpected(socket.error());
+  StopSignals signals;
+  auto client = ControlClient::connect(*socket, context.clock);
+  if (!client) return tl::unexpected(client.error());
+  // First, so that nothing of the run is missed.
+  if (!detach_) {
+    auto watching = client->call("watch", json::object());
+    if (!watching) return tl::unexpected(watching.error());
+  }
+  // Instruments are identified and configured before the answer.
+  constexpr auto kPatience = std::chrono::minutes(2);
+  auto started = client->call("run.start", to_json(*start), kPatience);
+  if (!started) {
+    auto failure = started.error();
+    if (failure.refused_request) failure.code = kProtocol;
+    return tl::unexpected(std::move(failure));
+  }
+  const auto run = started->is_object() ? started->value("run", std::int64_t{0}) : 0;
+  return follow(context, *client, signals, run);
+}
+
+Outcome<ExitCode> RunCommand::follow(Context& context, ControlClient& client, StopSignals& signals,
+                                     std::int64_t run) {
+  if (detach_) {
+    if (context.global.json) {
+      context.console.out << json{{"run", run}}.dump() << '\n';
+    } else {
+      fmt::print(context.console.out, "run {} goes on\n", run);
+      fmt::print(context.console.err, "  next: lcrig watch\n");
+    }
+    return kOk;
+  }
+  FollowOptions options;
+  options.run = run;
+  options.owner = true;
+  auto end = follow_run(context, client, signals, options);
+  if (!end) return tl::unexpected(end.error());
+  const auto code = print_run_end(context, end->run);
+  return end->interrupted ? kInterrupted : code;
+}
+
+}  // namespace
+
+std::unique_ptr<Command> make_run_command() {
+  return std::make_unique<RunCommand>();
+}
+
+}  // namespace lcrig::cli

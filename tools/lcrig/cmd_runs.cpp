@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// runs list, show, note.
+#include <fmt/ostream.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/log.hpp"
+#include "storage/runs.hpp"
+#include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/run_database.hpp"
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+namespace {
+
+// Text from a database may hold anything.
+std::string dump(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+json listing_json(const RunListing& r) {
+  json out{{"run", r.run},
+           {"protocol", r.protocol_name},
+           {"specimen", r.specimen_name},
+           {"operator", r.operator_name},
+           {"simulated", r.simulated},
+           {"started", format_utc(r.started_unix_ns)},
+           {"reason", r.reason},
+           {"lcr_readings", r.lcr_readings},
+           {"frame_samples", r.frame_samples},
+           {"levels", r.levels},
+           {"events", r.events}};
+  out["exit_status"] = r.exit_status ? json(*r.exit_status) : json(nullptr);
+  out["ended"] = r.ended_unix_ns ? json(format_utc(*r.ended_unix_ns)) : json(nullptr);
+  return out;
+}
+
+class ListCommand final : public Command {
+ public:
+  const char* name() const override { return "runs list"; }
+  const char* summary() const override { return "The runs of the database, newest first"; }
+  const char* example() const override { return "lcrig runs"; }
+  Outcome<ExitCode> run(Context& context) override {
+    auto db = open_runs(context);
+    if (!db) return tl::unexpected(db.error());
+    auto runs = list_runs(*db);
+    if (!runs) return tl::unexpected(Failure(runs.error()));
+    if (context.global.json) {
+      json all = json::object();
+      all["runs"] = json::array();
+      for (const auto& r : *runs) all["runs"].push_back(listing_json(r));
+      context.console.out << dump(all) << '\n';
+      return kOk;
+    }
+    fmt::print(context.console.out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}\n", "run", "started",
+               "protocol", "specimen", "status", "readings", "samples");
+    for (const auto& r : *runs) {
+      fmt::print(context.console.out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}{}\n", r.run,
+                 format_utc(r.started_unix_ns), printable(r.protocol_name),
+                 printable(r.specimen_name), r.exit_status.value_or("running"), r.lcr_readings,
+                 r.frame_samples, r.simulated ? "  simulated" : "");
+    }
+    return kOk;
+  }
+};
+
+class ShowCommand final : public Command {
+ public:
+  const char* name() const override { return "runs show"; }
+  const char* summary() const override { return "Everything known about a run"; }
+  const char* example() const override { return "lcrig runs show last"; }
+  void declare(ArgumentList& list) override { list.positional("RUN", run_, "A number, or `last`"); }
+  Outcome<ExitCode> run(Context& context) override;
+
+ private:
+  std::string run_;
+};
+
+json parsed(const std::string& text) {
+  auto value = json::parse(text, nullptr, false);
+  return value.is_discarded() ? json(text) : value;
+}
+
+json show_json(const RunListing& listing, const RunRow& row, const std::vector<RunNote>& notes) {
+  json out = listing_json(listing);
+  out["parameters"] = parsed(row.parameters_json);
+  out["lcr_identity"] = row.lcr_identity;
+  out["frame_identity"] = row.frame_identity;
+  out["lcr_settings"] = parsed(row.lcr_settings_json);
+  out["bench"] = row.bench_name;
+  out["seed"] = row.seed ? json(*row.seed) : json(nullptr);
+  out["model_level"] = row.model_level ? json(*row.model_level) : json(nullptr);
+  out["software_version"] = row.software_version;
+  out["note"] = row.note;
+  out["notes"] = json::array();
+  for (const auto& n : notes) {
+    out["notes"].push_back(json{
+        {"operator", n.operator_name}, {"added", format_utc(n.added_unix_ns)}, {"text", n.text}});
+  }
+  return out;
+}
+
+Outcome<ExitCode> ShowCommand::run(Context& context) {
+  auto db = open_runs(context);
+  if (!db) return tl::unexpected(db.error());
+  auto number = named_run(*db, run_);
+  if (!number) return tl::unexpected(number.error());
+  auto listing = get_run_listing(*db, *number);
+  if (!listing) return tl::unexpected(Failure(listing.error()));
+  auto row = get_run(*db, *number);
+  if (!row) return tl::unexpected(Failure(row.error()));
+  auto notes = get_run_notes(*db, *number);
+  if (!notes) return tl::unexpected(Failure(notes.error()));
+  const auto all = show_json(*listing, *row, *notes);
+  if (context.global.json) {
+    context.console.out << dump(all) << '\n';
+    return kOk;
+  }
+  for (const auto& [key, value] : all.items()) {
+    const auto text = value.is_string() ? value.get<std::string>() : dump(value);
+    fmt::print(context.console.out, "{:18} {}\n", key, printable(text));
+  }
+  return kOk;
+}
+
+class NoteCommand final : public Command {
+ public:
+  const char* name() const override { return "runs note"; }
+  const char* summary() const override { return "Add a note to a run that ended"; }
+  const char* example() const override { return "lcrig runs note last \"probe was dusty\""; }
+  void declare(ArgumentList& list) override {
+    list.positional("RUN", run_, "A number, or `last`");
+    list.positional("TEXT", text_, "The note");
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    auto db = open_runs(context, true);
+    if (!db) return tl::unexpected(db.error());
+    auto number = named_run(*db, run_);
+    if (!number) return tl::unexpected(number.error());
+    auto listing = get_run_listing(*db, *number);
+    if (!listing) return tl::unexpected(Failure(listing.error()));
+    if (!listing->exit_status) {  // the recorder is the only writer while it goes on
+      return tl::unexpected(Failure(kFailed, fmt::format("run {} is still going on", *number),
+                                    "lcrig watch   (then add the note)"));
+    }
+    auto added = add_run_note(*db, *number, login_name(), text_, context.clock.unix_ns());
+    if (!added) return tl::unexpected(Failure(added.error()));
+    if (context.global.json) {
+      context.console.out << json{{"run", *number}}.dump() << '\n';
+    } else {
+      fmt::print(context.console.out, "noted with run {}\n", *number);
+    }
+    return kOk;
+  }
+
+ private:
+  std::string run_, text_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_runs_list_command() {
+  return std::make_unique<ListCommand>();
+}
+std::unique_ptr<Command> make_runs_show_command() {
+  return std::make_unique<ShowCommand>();
+}
+std::unique_ptr<Command> make_runs_note_command() {
+  return std::make_unique<NoteCommand>();
+}
+
+}  // namespace lcrig::cli

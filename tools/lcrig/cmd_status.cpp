@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/ostream.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/log.hpp"
+#include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/live_line.hpp"
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+namespace {
+
+void print_status(std::ostream& out, const DaemonStatus& s) {
+  fmt::print(out, "lcrigd {}  database {}\n", s.version, s.database);
+  for (const auto& i : s.instruments) {
+    fmt::print(out, "{:6} {:8} {}  {}\n", i.name, i.state, i.port, printable(i.identity));
+  }
+  if (s.run) {
+    fmt::print(out, "run {}  {} on {}  {}\n", s.run->run, s.run->protocol, s.run->specimen,
+               state_word(s.run->state));
+    fmt::print(out, "{}\n", format_plain_line(*s.run));
+    if (!s.run->prompt.empty()) fmt::print(out, "waits for: {}\n", printable(s.run->prompt));
+    return;
+  }
+  fmt::print(out, "no run goes on\n");
+  if (!s.last_run) return;
+  const auto& last = *s.last_run;
+  fmt::print(out, "last: run {} {} {}\n", last.run, last.exit_status, printable(last.reason));
+}
+
+class StatusCommand final : public Command {
+ public:
+  const char* name() const override { return "status"; }
+  const char* summary() const override { return "What the rig is doing"; }
+  const char* example() const override { return "lcrig status --json"; }
+  Outcome<ExitCode> run(Context& context) override {
+    auto socket = context.socket_path();
+    if (!socket) return tl::unexpected(socket.error());
+    auto client = ControlClient::connect(*socket, context.clock);
+    if (!client) return tl::unexpected(client.error());
+    auto answer = client->call("status", json::object());
+    if (!answer) return tl::unexpected(answer.error());
+    if (context.global.json) {
+      context.console.out << answer->dump() << '\n';
+      return kOk;
+    }
+    auto status = parse_daemon_status(*answer);
+    if (!status) return tl::unexpected(Failure(status.error()));
+    print_status(context.console.out, *status);
+    return kOk;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Command> make_status_command() {
+  return std::make_unique<StatusCommand>();
+}
+
+}  // namespace lcrig::cli

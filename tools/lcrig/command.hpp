@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// One subcommand: what it takes, as data, and what it does. Only parser.cpp knows CLI11.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "tools/lcrig/cmd_rehearse.hpp"
+#include "tools/lcrig/console.hpp"
+#include "tools/lcrig/process_env.hpp"
+
+namespace lcrig::cli {
+
+// Options that every command takes.
+struct GlobalOptions {
+  GlobalOptions() = default;
+  std::string db, socket, config;  // empty: not given
+  bool json = false;
+};
+
+// Where a command declares what it takes. Names as CLI11 writes them ("-p,--parameter"); the
+// variables must live until the command ran.
+class ArgumentList {
+ public:
+  virtual ~ArgumentList() = default;
+  virtual void positional(const char* name, std::string& out, const char* help,
+                          bool required = true) = 0;
+  virtual void words(const char* name, std::vector<std::string>& out, const char* help) = 0;
+  virtual void option(const char* names, std::string& out, const char* metavar, const char* help,
+                      bool required = false) = 0;
+  virtual void options(const char* names, std::vector<std::string>& out, const char* metavar,
+                       const char* help) = 0;  // may be repeated
+  virtual void seed(const char* names, std::optional<std::uint64_t>& out, const char* help) = 0;
+  virtual void one_of(const char* names, std::string& out, const std::vector<std::string>& choices,
+                      const char* help) = 0;
+  virtual void flag(const char* names, bool& out, const char* help) = 0;
+};
+
+// What a command works with. References outlive it.
+struct Context {
+  Context(Console& c, const ProcessEnv& e, const Clock& k, DaemonParts d)
+      : console(c), env(e), clock(k), daemon(d) {}
+  Console& console;
+  const ProcessEnv& env;
+  const Clock& clock;
+  DaemonParts daemon;
+  GlobalOptions global;
+
+  // --db, else "database" of --config, else the default of ProcessEnv.
+  Outcome<std::string> db_path() const;
+  Outcome<std::string> socket_path() const;  // likewise
+  bool prefers_daemon_db() const;  // nothing was given and the daemon's database exists
+};
+
+class Command {
+ public:
+  virtual ~Command() = default;
+  virtual const char* name() const = 0;  // "run", "protocol list"
+  virtual const char* summary() const = 0;
+  virtual const char* example() const = 0;
+  virtual void declare(ArgumentList&) {}
+  virtual Outcome<ExitCode> run(Context& context) = 0;
+};
+
+// Every command of `lcrig`, in the order of the help.
+std::vector<std::unique_ptr<Command>> make_commands();
+
+// "name=value" of every -p. Failure: usage.
+Outcome<std::map<std::string, std::string>> parse_assignments(
+    const std::vector<std::string>& words);
+std::string login_name();
+
+// Runs the program. `args` without its name. Prints failures; returns the exit code.
+int run_cli(const std::vector<std::string>& args, Context& context);
+
+}  // namespace lcrig::cli

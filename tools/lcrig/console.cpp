@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/console.hpp"
+
+#include <fmt/ostream.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <iostream>
+
+namespace lcrig::cli {
+
+void Console::print(const Failure& failure) {
+  const char* red = color ? "\x1b[31m" : "";
+  const char* plain = color ? "\x1b[0m" : "";
+  fmt::print(err, "{}lcrig: {}{}\n", red, failure.what, plain);
+  if (!failure.next.empty()) fmt::print(err, "  next: {}\n", failure.next);
+  err.flush();
+}
+
+namespace {
+int terminal_width() {
+  constexpr int kUnknown = 80;
+  winsize size{};
+  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return kUnknown;
+  return size.ws_col;
+}
+}  // namespace
+
+Console real_console(const ProcessEnv& env) {
+  Console console(std::cout, std::cerr);
+  console.in_tty = ::isatty(STDIN_FILENO) == 1;
+  const auto term = env.get("TERM");
+  console.err_tty = ::isatty(STDERR_FILENO) == 1 && term != "dumb";
+  console.color = console.err_tty && !env.get("NO_COLOR");
+  console.width = terminal_width;
+  return console;
+}
+
+}  // namespace lcrig::cli

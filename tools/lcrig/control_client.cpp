@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/control_client.hpp"
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <nlohmann/json.hpp>
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr auto kNoDaemon =
+    "systemctl status lcrigd   (no rig at hand? lcrig rehearse static-frame --specimen paper-1)";
+
+Failure unreachable(const std::string& path, const std::string& why) {
+  return Failure(kUnreachable, fmt::format("cannot reach the daemon at {}: {}", path, why),
+                 kNoDaemon);
+}
+
+Failure no_access(const std::string& path) {
+  return Failure(
+      kUnreachable,
+      fmt::format("cannot reach the daemon at {}: you are not in the group of the socket", path),
+      "sudo adduser $USER lcrig   (then log in again)");
+}
+
+// The daemon's words, the daemon's hint, our exit code.
+Failure failure_of(const json& error) {
+  Failure out;
+  out.what = error.value("message", "the daemon refused without a reason");
+  out.code = kFailed;
+  const auto data = error.find("data");
+  if (data == error.end() || !data->is_object()) return out;
+  out.next = data->value("hint", "");
+  const auto word = data->value("errc", "");
+  for (int i = 0; i <= static_cast<int>(Errc::bug); ++i) {
+    const auto errc = static_cast<Errc>(i);
+    if (to_string(errc) != word) continue;
+    out.code = exit_code_of(errc);
+    out.refused_request = errc == Errc::invalid_request;
+  }
+  return out;
+}
+
+Outcome<std::optional<ControlNews>> notification(const std::string& path, const json& message) {
+  const auto method = message.value("method", "");
+  const json params = message.value("params", json::object());
+  const auto wrap = [&](auto parsed) -> Outcome<std::optional<ControlNews>> {
+    if (parsed) return ControlNews(std::move(*parsed));
+    return tl::unexpected(unreachable(path, "it speaks another language: " + parsed.error().what));
+  };
+  if (method == "status") return wrap(parse_run_status(params));
+  if (method == "event") return wrap(parse_run_event(params));
+  if (method == "run_ended") return wrap(parse_run_ended(params));
+  return std::optional<ControlNews>();  // of a newer daemon
+}
+
+}  // namespace
+
+struct ControlClient::State {
+  State(std::string p, const Clock& c) : path(std::move(p)), clock(c) {}
+  ~State() {
+    if (fd >= 0) ::close(fd);
+  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+
+  Outcome<std::int64_t> send(std::string_view method, const json& params);
+  Outcome<bool> receive();  // what is there now; false: nothing was
+  Outcome<bool> wait(MonoTime end);  // false: time is over
+  Outcome<json> parse(const std::string& line) const;
+  std::optional<json> take_answer(std::int64_t id);
+
+  std::string path;
+  const Clock& clock;
+  int fd = -1;
+  std::int64_t last_id = 0;
+  std::string in;
+  std::deque<json> backlog;
+};
+
+Outcome<std::int64_t> ControlClient::State::send(std::string_view method, const json& params) {
+  const auto line = request_line(++last_id, method, params);
+  std::string_view rest = line;
+  while (!rest.empty()) {
+    const auto n = ::send(fd, rest.data(), rest.size(), MSG_NOSIGNAL);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return tl::unexpected(unreachable(path, std::strerror(errno)));
+    rest.remove_prefix(static_cast<std::size_t>(n));
+  }
+  return last_id;
+}
+
+Outcome<json> ControlClient::State::parse(const std::string& line) const {
+  auto message = json::parse(line, nullptr, false);
+  if (message.is_object()) return message;
+  return tl::unexpected(unreachable(path, "it does not speak JSON-RPC; is this lcrigd's socket?"));
+}
+
+Outcome<bool> ControlClient::State::receive() {
+  std::array<char, 65536> buffer;
+  const auto n = ::recv(fd, buffer.data(), buffer.size(), MSG_DONTWAIT);
+  if (n < 0 && (errno == EAGAIN || errno == EINTR)) return false;
+  if (n < 0) return tl::unexpected(unreachable(path, std::strerror(errno)));
+  if (n == 0) return tl::unexpected(unreachable(path, "it closed the connection"));
+  in.append(buffer.data(), static_cast<std::size_t>(n));
+  for (auto end = in.find('\n'); end != std::string::npos; end = in.find('\n')) {
+    auto message = parse(in.substr(0, end));
+    in.erase(0, end + 1);
+    if (!message) return tl::unexpected(message.error());
+    backlog.push_back(std::move(*message));
+  }
+  return true;
+}
+
+Outcome<bool> ControlClient::State::wait(MonoTime end) {
+  const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - clock.now());
+  if (left.count() <= 0) return false;
+  pollfd wanted{fd, POLLIN, 0};
+  const int n = ::poll(&wanted, 1, static_cast<int>(left.count()) + 1);
+  if (n < 0 && errno != EINTR) return tl::unexpected(unreachable(path, std::strerror(errno)));
+  return true;
+}
+
+std::optional<json> ControlClient::State::take_answer(std::int64_t id) {
+  const auto it = std::find_if(backlog.begin(), backlog.end(), [id](const json& message) {
+    const auto found = message.find("id");
+    if (found == message.end()) return false;
+    // null: the daemon refuses the connection itself.
+    return *found == id || (found->is_null() && message.contains("error"));
+  });
+  if (it == backlog.end()) return std::nullopt;
+  json message = std::move(*it);
+  backlog.erase(it);
+  return message;
+}
+
+ControlClient::ControlClient(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ControlClient::ControlClient(ControlClient&&) noexcept = default;
+ControlClient::~ControlClient() = default;
+
+int ControlClient::fd() const {
+  return state_->fd;
+}
+
+Outcome<ControlClient> ControlClient::connect(const std::string& path, const Clock& clock) {
+  auto state = std::make_unique<State>(path, clock);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path) {
+    return tl::unexpected(Failure(kUsage, fmt::format("--socket {}: the path is too long", path),
+                                  "a socket path has at most 107 characters"));
+  }
+  path.copy(address.sun_path, path.size());
+  state->fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (state->fd < 0) return tl::unexpected(unreachable(path, std::strerror(errno)));
+  if (::connect(state->fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    if (errno == EACCES || errno == EPERM) return tl::unexpected(no_access(path));
+    return tl::unexpected(unreachable(path, std::strerror(errno)));
+  }
+  return ControlClient(std::move(state));
+}
+
+Outcome<json> ControlClient::call(std::string_view method, const json& params, Duration timeout) {
+  const MonoTime end = state_->clock.now() + timeout;
+  auto id = state_->send(method, params);
+  // A daemon that refuses the connection says why before it closes.
+  for (;;) {
+    if (auto answer = state_->take_answer(id.value_or(0))) {
+      if (const auto error = answer->find("error"); error != answer->end()) {
+        return tl::unexpected(failure_of(*error));
+      }
+      return answer->value("result", json());
+    }
+    auto got = state_->receive();
+    if (!got) return tl::unexpected(id ? got.error() : id.error());
+    if (*got) continue;
+    auto in_time = state_->wait(end);
+    if (!in_time) return tl::unexpected(in_time.error());
+    if (!*in_time) {
+      return tl::unexpected(unreachable(
+          state_->path, fmt::format("{}: no answer in {} s", method, to_seconds(timeout))));
+    }
+  }
+}
+
+Outcome<std::int64_t> ControlClient::post(std::string_view method, const json& params) {
+  return state_->send(method, params);
+}
+
+Outcome<std::optional<ControlNews>> ControlClient::take() {
+  if (state_->backlog.empty()) {
+    auto got = state_->receive();
+    if (!got) return tl::unexpected(got.error());
+    if (state_->backlog.empty()) return std::optional<ControlNews>();
+  }
+  const json message = std::move(state_->backlog.front());
+  state_->backlog.pop_front();
+  if (message.contains("method")) return notification(state_->path, message);
+  ControlAnswer answer;
+  const auto id = message.find("id");
+  if (id != message.end() && id->is_number_integer()) answer.id = id->get<std::int64_t>();
+  if (const auto error = message.find("error"); error != message.end()) {
+    answer.failure = failure_of(*error);
+  }
+  return ControlNews(std::move(answer));
+}
+
+}  // namespace lcrig::cli

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command line's end of the control socket. Blocking; one thread.
+#pragma once
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "base/clock.hpp"
+#include "daemon/control_messages.hpp"
+#include "tools/lcrig/exit_code.hpp"
+
+namespace lcrig::cli {
+
+// The answer to a `post`.
+struct ControlAnswer {
+  ControlAnswer() = default;
+  std::int64_t id = 0;
+  std::optional<Failure> failure;
+};
+using ControlNews = std::variant<RunStatus, RunEventNote, RunEnded, ControlAnswer>;
+
+class ControlClient {
+ public:
+  // `clock` outlives the client. Failure: unreachable, with what to do about it.
+  static Outcome<ControlClient> connect(const std::string& path, const Clock& clock);
+  ControlClient(ControlClient&&) noexcept;
+  ~ControlClient();
+
+  // Waits for the answer; what else arrives meanwhile is kept for `take`.
+  Outcome<nlohmann::json> call(std::string_view method, const nlohmann::json& params,
+                               Duration timeout = std::chrono::seconds(15));
+  // Does not wait: the answer comes out of `take`.
+  Outcome<std::int64_t> post(std::string_view method, const nlohmann::json& params);
+  // The next thing that arrived, without waiting for one. Failure: unreachable, when the daemon
+  // closed the connection.
+  Outcome<std::optional<ControlNews>> take();
+  int fd() const;  // readable when `take` may have something new
+
+ private:
+  struct State;
+  explicit ControlClient(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lcrig::cli

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/exit_code.hpp"
+
+namespace lcrig::cli {
+
+ExitCode exit_code_of(Errc code) {
+  switch (code) {
+    case Errc::no_reply:
+    case Errc::reply_cut_off:
+    case Errc::garbled:
+    case Errc::refused:
+    case Errc::disconnected: return kInstrument;
+    case Errc::limit_tripped:
+    case Errc::aborted: return kStopped;
+    case Errc::busy:
+    case Errc::invalid_request:
+    case Errc::io:
+    case Errc::bug: return kFailed;
+  }
+  return kFailed;
+}
+
+ExitCode exit_code_of_run(const std::string& exit_status, std::optional<Errc> code) {
+  if (exit_status == "success") return kOk;
+  if (exit_status == "abort") return kStopped;
+  if (!code) return kFailed;
+  // A run that could not be planned under the instruments' true capabilities.
+  if (*code == Errc::invalid_request) return kProtocol;
+  return exit_code_of(*code);
+}
+
+}  // namespace lcrig::cli

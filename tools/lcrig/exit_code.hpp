@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Exit codes are a promise to scripts (docs/cli-json.md).
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "base/result.hpp"
+
+namespace lcrig::cli {
+
+enum ExitCode : int {
+  kOk = 0,
+  kFailed = 1,
+  kUsage = 2,
+  kUnreachable = 3,  // no daemon
+  kInstrument = 4,
+  kStopped = 5,  // aborted, or a limit tripped
+  kProtocol = 6,  // the protocol is invalid or cannot be done
+  kInterrupted = 130,
+};
+
+ExitCode exit_code_of(Errc code);
+// Of a run that ended: exit_status "success", "abort" or "fail", and why.
+ExitCode exit_code_of_run(const std::string& exit_status, std::optional<Errc> code);
+
+// What went wrong, and the next command to type.
+struct Failure {
+  Failure() = default;
+  Failure(ExitCode c, std::string w, std::string n)
+      : code(c), what(std::move(w)), next(std::move(n)) {}
+  explicit Failure(const Error& error, std::string n = {})
+      : code(exit_code_of(error.code)), what(error.what), next(std::move(n)) {}
+  ExitCode code = kFailed;
+  std::string what;
+  std::string next;  // empty: nothing to suggest
+  bool refused_request = false;  // the daemon called the request itself wrong
+};
+
+template <class T>
+using Outcome = tl::expected<T, Failure>;
+
+}  // namespace lcrig::cli

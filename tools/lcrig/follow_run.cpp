@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/follow_run.hpp"
+
+#include <fmt/ostream.h>
+#include <poll.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "base/log.hpp"
+#include "tools/lcrig/live_line.hpp"
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+namespace {
+sigset_t stop_set() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  return set;
+}
+}  // namespace
+
+StopSignals::StopSignals() {
+  const auto set = stop_set();
+  ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  fd_ = ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+StopSignals::~StopSignals() {
+  if (fd_ >= 0) ::close(fd_);
+  const auto set = stop_set();
+  ::pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
+}
+
+void StopSignals::take() {
+  signalfd_siginfo info{};
+  [[maybe_unused]] const auto n = ::read(fd_, &info, sizeof info);
+}
+
+namespace {
+
+class Follower {
+ public:
+  Follower(Context& context, ControlClient& client, StopSignals& signals, FollowOptions options)
+      : context_(context),
+        client_(client),
+        signals_(signals),
+        options_(options),
+        line_(context.console, context.clock) {}
+
+  Outcome<FollowEnd> run() {
+    auto end = loop();
+    line_.finish();
+    return end;
+  }
+
+ private:
+  Outcome<FollowEnd> loop() {
+    while (!ended_) {
+      if (auto ok = drain(); !ok) return tl::unexpected(lost(ok.error()));
+      if (ended_) break;
+      std::array<pollfd, 3> wanted{pollfd{client_.fd(), POLLIN, 0},
+                                   pollfd{signals_.fd(), POLLIN, 0},
+                                   pollfd{typing_ ? STDIN_FILENO : -1, POLLIN, 0}};
+      if (::poll(wanted.data(), wanted.size(), -1) < 0 && errno != EINTR) {
+        return tl::unexpected(Failure(kFailed, std::strerror(errno), ""));
+      }
+      if (wanted[1].revents != 0) {
+        if (auto ok = on_signal(); !ok) return tl::unexpected(ok.error());
+      }
+      if (wanted[2].revents != 0) {
+        if (auto ok = on_key(); !ok) return tl::unexpected(ok.error());
+      }
+    }
+    FollowEnd end;
+    end.run = std::move(*ended_);
+    end.interrupted = stops_ > 0;
+    return end;
+  }
+
+  Failure lost(Failure failure) const {
+    if (run_ > 0) failure.what += fmt::format(" (run {} was going on)", run_);
+    return failure;
+  }
+
+  Outcome<std::int64_t> drain() {
+    for (;;) {
+      auto news = client_.take();
+      if (!news) return tl::unexpected(news.error());
+      if (!*news) return 0;
+      std::visit([this](auto& what) { on(what); }, **news);
+      if (ended_) return 0;
+    }
+  }
+
+  bool ours(std::int64_t run) const { return options_.run == 0 || run == options_.run; }
+
+  void on(const RunStatus& status) {
+    if (!ours(status.run)) return;
+    run_ = status.run;
+    prompted_ = !status.prompt.empty();
+    line_.show(status);
+  }
+  void on(const RunEventNote& note) {
+    if (!ours(note.run)) return;
+    // Steps are in the live line; the rest is worth a line of its own.
+    if (note.event.kind == "step_begin" || note.event.kind == "step_end") return;
+    line_.say(printable(
+        fmt::format("{} {}: {}", note.event.kind, note.event.step_id, note.event.detail)));
+  }
+  void on(RunEnded& ended) {
+    if (ours(ended.run)) ended_ = std::move(ended);
+  }
+  void on(const ControlAnswer& answer) {
+    if (!answer.failure) return;
+    line_.say("lcrig: " + printable(answer.failure->what));
+  }
+
+  Outcome<std::int64_t> on_signal() {
+    signals_.take();
+    ++stops_;
+    if (!options_.owner || stops_ > 1) {
+      const auto next = options_.owner ? "lcrig status   (the run is still being stopped)"
+                                       : "lcrig status   (the run goes on)";
+      return tl::unexpected(Failure(kInterrupted, "interrupted", next));
+    }
+    line_.say("stopping the run, then its `finally` part; Ctrl-C again leaves it alone");
+    const json params{{"why", "Ctrl-C in lcrig run"}};
+    return client_.post("run.abort", params);
+  }
+
+  Outcome<std::int64_t> on_key() {
+    std::array<char, 256> buffer{};
+    const auto n = ::read(STDIN_FILENO, buffer.data(), buffer.size());
+    if (n <= 0) {  // the terminal is gone
+      typing_ = false;
+      return 0;
+    }
+    if (!prompted_ || std::memchr(buffer.data(), '\n', static_cast<std::size_t>(n)) == nullptr) {
+      return 0;
+    }
+    prompted_ = false;  // one Enter, one confirmation
+    return client_.post("run.confirm", json::object());
+  }
+
+  Context& context_;
+  ControlClient& client_;
+  StopSignals& signals_;
+  FollowOptions options_;
+  LiveLine line_;
+  std::optional<RunEnded> ended_;
+  std::int64_t run_ = 0;
+  int stops_ = 0;
+  bool prompted_ = false;
+  bool typing_ = options_.owner && context_.console.in_tty;
+};
+
+}  // namespace
+
+Outcome<FollowEnd> follow_run(Context& context, ControlClient& client, StopSignals& signals,
+                              FollowOptions options) {
+  Follower follower(context, client, signals, options);
+  return follower.run();
+}
+
+ExitCode print_run_end(Context& context, const RunEnded& e) {
+  auto& out = context.console.out;
+  if (context.global.json) {
+    out << to_json(e).dump(-1, ' ', false, json::error_handler_t::replace) << '\n';
+  } else {
+    fmt::print(out, "run {}: {}{}\n", e.run, e.exit_status,
+               e.reason.empty() ? "" : " (" + printable(e.reason) + ")");
+    fmt::print(out, "{} LCR readings ({} of measure steps), {} frame samples in {}\n",
+               e.lcr_readings, e.measure_readings, e.frame_samples, format_time(e.duration_s));
+    fmt::print(context.console.err, "  next: lcrig export {}\n", e.run);
+  }
+  return exit_code_of_run(e.exit_status, e.code);
+}
+
+}  // namespace lcrig::cli

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shows a run of the daemon until it ends; Enter confirms, Ctrl-C stops.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "tools/lcrig/command.hpp"
+#include "tools/lcrig/control_client.hpp"
+
+namespace lcrig::cli {
+
+struct FollowOptions {
+  FollowOptions() = default;
+  std::int64_t run = 0;  // 0: whichever goes on
+  // `lcrig run`: Enter confirms a prompt, the first Ctrl-C aborts the run and waits for its end,
+  // the second one leaves. Otherwise (`lcrig watch`) Ctrl-C just leaves.
+  bool owner = false;
+};
+
+// SIGINT and SIGTERM become readable instead of deadly while this lives.
+class StopSignals {
+ public:
+  StopSignals();
+  ~StopSignals();
+  StopSignals(const StopSignals&) = delete;
+  StopSignals& operator=(const StopSignals&) = delete;
+  int fd() const { return fd_; }
+  void take();  // one that is pending
+
+ private:
+  int fd_ = -1;
+};
+
+struct FollowEnd {
+  FollowEnd() = default;
+  RunEnded run;
+  bool interrupted = false;  // by Ctrl-C here
+};
+
+// `client` has called `watch`. Failure: unreachable; interrupted, when left before the end.
+Outcome<FollowEnd> follow_run(Context& context, ControlClient& client, StopSignals& signals,
+                              FollowOptions options);
+// Summary (or the JSON line) of a run that ended.
+ExitCode print_run_end(Context& context, const RunEnded& ended);
+
+}  // namespace lcrig::cli

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/library_path.hpp"
+
+#include <algorithm>
+#include <map>
+#include <system_error>
+
+#include "base/strict_json.hpp"
+#include "tools/lcrig/did_you_mean.hpp"
+
+namespace lcrig::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct KindRow {
+  const char* noun;
+  const char* folder;  // below $LCRIG_DATA and the installed data directory
+  const char* source;  // in the source tree
+  std::string_view format;  // prefix of "format" in the file
+  const char* list_command;
+};
+
+const KindRow& row_of(LibraryKind kind) {
+  static constexpr KindRow kRows[] = {
+      {"protocol", "protocols", "protocols/library", "load-protocol/", "lcrig protocol list"},
+      {"specimen", "specimens", "model/library", "specimen/", "lcrig specimen list"},
+      {"bench", "benches", "daemon/benches", "bench/", "lcrig rehearse --help"},
+  };
+  return kRows[static_cast<std::size_t>(kind)];
+}
+
+bool looks_like_a_path(const std::string& what) {
+  return what.find('/') != std::string::npos || what.ends_with(".json");
+}
+
+// A folder may hold several kinds of files.
+bool has_format(const fs::path& path, std::string_view prefix) {
+  auto document = load_json(path.string());
+  if (!document) return true;  // broken: shown by name, refused with the reason when used
+  const JsonReader reader(*document);
+  if (!reader.is_object() || !reader.has("format") || !reader.at("format").is_string()) return true;
+  return reader.string("format").starts_with(prefix);
+}
+
+Outcome<LibraryFile> load(const fs::path& path) {
+  LibraryFile file;
+  file.name = path.stem().string();
+  file.path = path;
+  auto text = read_text_file(path.string());
+  if (!text) return tl::unexpected(Failure(text.error(), "check the path"));
+  file.text = std::move(*text);
+  return file;
+}
+
+}  // namespace
+
+LibraryPath::LibraryPath(const ProcessEnv& env) {
+  if (const auto data = env.get("LCRIG_DATA")) data_ = *data;
+  const auto bin = env.executable.parent_path();  // build/bin, or /usr/bin
+  std::error_code ignored;
+  if (fs::exists(bin.parent_path() / "CMakeCache.txt", ignored)) {
+    source_ = bin.parent_path().parent_path();
+  }
+  installed_ = bin.parent_path() / "share" / "lcrig";
+}
+
+std::vector<fs::path> LibraryPath::folders(LibraryKind kind) const {
+  const auto& row = row_of(kind);
+  std::vector<fs::path> out;
+  if (data_) out.push_back(*data_ / row.folder);
+  if (!source_.empty()) out.push_back(source_ / row.source);
+  out.push_back(installed_ / row.folder);
+  return out;
+}
+
+Outcome<std::optional<LibraryFile>> LibraryPath::find(LibraryKind kind,
+                                                      const std::string& what) const {
+  std::error_code ignored;
+  if (looks_like_a_path(what) || fs::is_regular_file(what, ignored)) {
+    auto file = load(what);
+    if (!file) return tl::unexpected(file.error());
+    return std::optional<LibraryFile>(std::move(*file));
+  }
+  for (const auto& folder : folders(kind)) {
+    const auto path = folder / (what + ".json");
+    if (!fs::is_regular_file(path, ignored) || !has_format(path, row_of(kind).format)) continue;
+    auto file = load(path);
+    if (!file) return tl::unexpected(file.error());
+    return std::optional<LibraryFile>(std::move(*file));
+  }
+  return std::optional<LibraryFile>();
+}
+
+Failure LibraryPath::unknown(LibraryKind kind, const std::string& what,
+                             const std::vector<std::string>& also) const {
+  const auto& row = row_of(kind);
+  std::vector<std::string> names = also;
+  for (const auto& file : list(kind)) names.push_back(file.name);
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  const auto known = names.empty() ? std::string("none is installed; set LCRIG_DATA")
+                                   : "known: " + join_words(names);
+  const auto code = kind == LibraryKind::protocol ? kProtocol : kFailed;
+  return Failure(
+      code,
+      fmt::format("no {} is called '{}'{} ({})", row.noun, what, did_you_mean(what, names), known),
+      fmt::format("{}   (or give a path to a .json file)", row.list_command));
+}
+
+Outcome<LibraryFile> LibraryPath::get(LibraryKind kind, const std::string& what,
+                                      const std::vector<std::string>& also) const {
+  auto found = find(kind, what);
+  if (!found) return tl::unexpected(found.error());
+  if (*found) return std::move(**found);
+  return tl::unexpected(unknown(kind, what, also));
+}
+
+std::vector<LibraryFile> LibraryPath::list(LibraryKind kind) const {
+  std::map<std::string, LibraryFile> by_name;
+  for (const auto& folder : folders(kind)) {
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+      if (entry.path().extension() != ".json") continue;
+      if (!has_format(entry.path(), row_of(kind).format)) continue;
+      LibraryFile file;
+      file.name = entry.path().stem().string();
+      file.path = entry.path();
+      by_name.emplace(file.name, std::move(file));
+    }
+  }
+  std::vector<LibraryFile> out;
+  for (auto& [name, file] : by_name) out.push_back(std::move(file));
+  return out;
+}
+
+}  // namespace lcrig::cli

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/live_line.hpp"
+
+#include <fmt/ostream.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "daemon/control_messages.hpp"
+
+namespace lcrig::cli {
+
+namespace {
+
+constexpr int kBarMin = 8, kBarMax = 40;
+
+// Text from elsewhere: one column per character, nothing a terminal would obey.
+std::string ascii(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    const auto u = static_cast<unsigned char>(c);
+    if ((u & 0xc0U) == 0x80U) continue;  // the rest of a UTF-8 character
+    out += u >= 0x20 && u < 0x7f ? c : '?';
+  }
+  return out;
+}
+
+std::string step_part(const RunStatus& s) {
+  switch (s.state) {
+    case RunState::paused: return "PAUSED at " + ascii(s.step_id);
+    case RunState::waiting_for_operator: return "WAITING at " + ascii(s.step_id);
+    case RunState::finishing: return "finishing: " + ascii(s.step_id);
+    case RunState::preparing: return "preparing";
+    case RunState::ended: return "ended";
+    case RunState::running: break;
+  }
+  return ascii(s.step_id);
+}
+
+std::string repeat_part(const RunStatus& s) {
+  if (s.repeats <= 0) return "";
+  return fmt::format("{}/{}", s.repeat, s.repeats);
+}
+
+std::string capacitance_part(const RunStatus& s) {
+  if (!s.capacitance_F) return "";
+  return fmt::format("C {:.4f} pF", *s.capacitance_F * 1e12);
+}
+
+std::string load_part(const RunStatus& s) {
+  if (s.pressure_Pa) return fmt::format("P {:.2f} kPa", *s.pressure_Pa * 1e-3);
+  if (s.force_N) return fmt::format("F {:.3f} N", *s.force_N);
+  return "";
+}
+
+std::optional<double> fraction(const RunStatus& s) {
+  if (!(s.planned_s > 0)) return std::nullopt;
+  return std::clamp(s.elapsed_s / s.planned_s, 0.0, 1.0);
+}
+
+std::string left_part(const RunStatus& s) {
+  if (!(s.planned_s > 0)) return "";
+  return "left " + format_time(std::max(0.0, s.planned_s - s.elapsed_s));
+}
+
+std::string percent_part(const RunStatus& s) {
+  const auto done = fraction(s);
+  return done ? fmt::format("{:.0f}%", std::floor(*done * 100)) : std::string();
+}
+
+std::string bar(double done, int columns) {
+  const int inner = columns - 2;
+  const int full = static_cast<int>(std::floor(done * inner));
+  return "[" + std::string(static_cast<std::size_t>(full), '#') +
+         std::string(static_cast<std::size_t>(inner - full), '.') + "]";
+}
+
+std::string join(const std::vector<std::string>& parts) {
+  std::string out;
+  for (const auto& part : parts) {
+    if (part.empty()) continue;
+    if (!out.empty()) out += "  ";
+    out += part;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string format_time(double seconds) {
+  const auto all = static_cast<std::int64_t>(std::llround(std::max(0.0, seconds)));
+  const auto h = all / 3600;
+  const auto m = all / 60 % 60;
+  const auto s = all % 60;
+  if (h > 0) return fmt::format("{}:{:02}:{:02}", h, m, s);
+  return fmt::format("{}:{:02}", m, s);
+}
+
+std::string format_live_line(const RunStatus& s, int width) {
+  const auto room = static_cast<std::size_t>(std::max(1, width - 1));
+  enum { kStep, kRepeat, kCapacitance, kLoad, kBar, kPercent, kLeft };
+  std::vector<std::string> parts{step_part(s), repeat_part(s),  capacitance_part(s), load_part(s),
+                                 "",           percent_part(s), left_part(s)};
+  bool whole = true;
+  for (const int victim : {kPercent, kRepeat, kLeft, kLoad}) {
+    if (join(parts).size() <= room) break;
+    parts[static_cast<std::size_t>(victim)].clear();
+    whole = false;
+  }
+  // A picture of the numbers, never in place of one.
+  const auto used = join(parts).size();
+  if (const auto done = fraction(s); whole && done && used + 2 + kBarMin <= room) {
+    const auto columns = std::min(static_cast<int>(room - used) - 2, kBarMax);
+    parts[kBar] = bar(*done, columns);
+  }
+  return join(parts).substr(0, room);
+}
+
+std::string format_plain_line(const RunStatus& s) {
+  return join({format_time(s.elapsed_s), step_part(s), repeat_part(s), capacitance_part(s),
+               load_part(s), percent_part(s), left_part(s)});
+}
+
+bool LiveLine::due(const RunStatus& s) {
+  const bool news = !last_ || s.step_id != last_step_ || s.repeat != last_repeat_ ||
+                    s.state != last_state_ || s.prompt != last_prompt_;
+  const MonoTime now = clock_.now();
+  const auto pause = console_.err_tty ? std::chrono::milliseconds(50) : std::chrono::seconds(1);
+  // A rehearsal passes steps faster than anybody reads: on a terminal only time counts.
+  const bool wanted = console_.err_tty ? !last_ || s.state != last_state_ : news;
+  if (!wanted && now - *last_ < pause) return false;
+  last_ = now;
+  last_step_ = s.step_id;
+  last_repeat_ = s.repeat;
+  last_state_ = s.state;
+  return true;
+}
+
+void LiveLine::show_prompt(const RunStatus& s) {
+  if (s.prompt == last_prompt_) return;
+  last_prompt_ = s.prompt;
+  if (s.prompt.empty()) return;
+  const char* how = console_.in_tty ? "press Enter" : "type: lcrig confirm";
+  say(fmt::format("{}  ({} when done)", ascii(s.prompt), how));
+}
+
+void LiveLine::show(const RunStatus& s) {
+  const bool now = due(s);
+  show_prompt(s);
+  if (!now) return;
+  if (!console_.err_tty) {
+    fmt::print(console_.err, "{}\n", format_plain_line(s));
+    console_.err.flush();
+    return;
+  }
+  drawn_ = format_live_line(s, console_.width ? console_.width() : 80);
+  fmt::print(console_.err, "\r{}\x1b[K", drawn_);
+  console_.err.flush();
+}
+
+void LiveLine::say(const std::string& text) {
+  if (console_.err_tty && !drawn_.empty()) {
+    fmt::print(console_.err, "\r\x1b[K{}\n{}", text, drawn_);
+  } else {
+    fmt::print(console_.err, "{}\n", text);
+  }
+  console_.err.flush();
+}
+
+void LiveLine::finish() {
+  if (console_.err_tty && !drawn_.empty()) fmt::print(console_.err, "\r\x1b[K");
+  drawn_.clear();
+  console_.err.flush();
+}
+
+}  // namespace lcrig::cli

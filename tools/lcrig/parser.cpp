@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+// Arguments with CLI11. What CLI11 2.1 says badly (unknown subcommand, unknown option) is found
+// before it parses; its exit codes become ours.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <map>
+
+#include "tools/lcrig/command.hpp"
+#include "tools/lcrig/did_you_mean.hpp"
+
+namespace lcrig::cli {
+
+namespace {
+
+class Cli11Arguments final : public ArgumentList {
+ public:
+  explicit Cli11Arguments(CLI::App& app) : app_(app) {}
+  void positional(const char* name, std::string& out, const char* help, bool required) override {
+    app_.add_option(name, out, help)->required(required)->option_text(required ? "" : "[optional]");
+  }
+  void words(const char* name, std::vector<std::string>& out, const char* help) override {
+    app_.add_option(name, out, help)->required()->option_text("...");
+  }
+  void option(const char* names, std::string& out, const char* metavar, const char* help,
+              bool required) override {
+    app_.add_option(names, out, help)->required(required)->option_text(metavar);
+  }
+  void options(const char* names, std::vector<std::string>& out, const char* metavar,
+               const char* help) override {
+    // One value each, so that what follows stays a positional.
+    app_.add_option(names, out, help)
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+        ->option_text(std::string(metavar) + " ...");
+  }
+  void seed(const char* names, std::optional<std::uint64_t>& out, const char* help) override {
+    // CLI11 would take -1 for 2^64 - 1.
+    const auto parse = [&out](const std::string& text) {
+      std::uint64_t value = 0;
+      const auto* end = text.data() + text.size();
+      const auto r = std::from_chars(text.data(), end, value);
+      if (r.ec != std::errc() || r.ptr != end) {
+        throw CLI::ValidationError("--seed", "'" + text + "' is not a whole number from 0 on");
+      }
+      out = value;
+    };
+    app_.add_option_function<std::string>(names, parse, help)->option_text("N");
+  }
+  void one_of(const char* names, std::string& out, const std::vector<std::string>& choices,
+              const char* help) override {
+    std::string text;
+    for (const auto& choice : choices) text += (text.empty() ? "" : "|") + choice;
+    app_.add_option(names, out, help)->check(CLI::IsMember(choices))->option_text(text);
+  }
+  void flag(const char* names, bool& out, const char* help) override {
+    app_.add_flag(names, out, help);
+  }
+
+ private:
+  CLI::App& app_;
+};
+
+using Commands = std::vector<std::unique_ptr<Command>>;
+
+// "protocol list" -> {"protocol", "list"}
+std::vector<std::string> name_words(const Command& command) {
+  std::vector<std::string> words;
+  for (const auto& word : CLI::detail::split(command.name(), ' ')) words.push_back(word);
+  return words;
+}
+
+struct Parser {
+  Parser(Commands& commands, GlobalOptions& global);
+
+  Outcome<Command*> find(const std::vector<std::string>& args);
+  Outcome<Command*> find_in_group(const std::string& group, std::size_t at,
+                                  const std::vector<std::string>& args);
+  Outcome<Command*> check_options(Command* command, const std::vector<std::string>& args);
+  const CLI::Option* known_option(const CLI::App& app, const std::string& token) const;
+  std::vector<std::string> option_names(const CLI::App& app) const;
+  std::size_t first_word(const std::vector<std::string>& args, std::size_t from) const;
+  std::string help_of(const Command* command, const std::string& group) const;
+
+  CLI::App app{"Runs and records characterizations of capacitive sensors.", "lcrig"};
+  std::map<std::string, CLI::App*> groups;  // "protocol"
+  std::map<const Command*, CLI::App*> apps;
+  std::vector<std::string> top_words;
+  Commands& all;
+  std::string group_for_help;
+};
+
+Parser::Parser(Commands& commands, GlobalOptions& global) : all(commands) {
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("lcrig " LCRIG_VERSION));
+  app.add_option("--db", global.db, "Database file (default: $LCRIG_DB, the daemon's, yours)")
+      ->option_text("FILE");
+  app.add_option("--socket", global.socket, "The daemon's control socket")->option_text("PATH");
+  app.add_option("--config", global.config, "Take both from the daemon's configuration file")
+      ->option_text("FILE");
+  app.add_flag("--json", global.json, "Print results as JSON (docs/cli-json.md)");
+  for (const auto& command : commands) {
+    const auto words = name_words(*command);
+    CLI::App* parent = &app;
+    if (words.size() > 1) {
+      auto& group = groups[words[0]];
+      if (group == nullptr) {
+        group = app.add_subcommand(words[0], "lcrig " + words[0] + " --help lists what it can do");
+        group->require_subcommand(1)->fallthrough();
+        top_words.push_back(words[0]);
+      }
+      parent = group;
+    } else {
+      top_words.push_back(words[0]);
+    }
+    auto* sub = parent->add_subcommand(words.back(), command->summary());
+    sub->fallthrough();
+    Cli11Arguments arguments(*sub);
+    command->declare(arguments);
+    apps[command.get()] = sub;
+  }
+}
+
+const CLI::Option* Parser::known_option(const CLI::App& sub, const std::string& token) const {
+  auto name = token.substr(0, token.find('='));
+  // "-pname=value" and "-o-" carry their value.
+  if (!name.starts_with("--") && name.size() > 2) name.resize(2);
+  if (const auto* option = sub.get_option_no_throw(name)) return option;
+  return app.get_option_no_throw(name);
+}
+
+// The first argument that is no option and no option's value.
+std::size_t Parser::first_word(const std::vector<std::string>& args, std::size_t from) const {
+  std::size_t i = from;
+  while (i < args.size() && args[i].starts_with('-') && args[i].size() > 1) {
+    const auto* option = known_option(app, args[i]);
+    const bool takes_next = option != nullptr && option->get_expected_max() > 0 &&
+                            option->get_items_expected_max() > 0 &&
+                            args[i].find('=') == std::string::npos;
+    i += takes_next ? 2 : 1;
+  }
+  return std::min(i, args.size());
+}
+
+bool asks_for(const std::vector<std::string>& args, const char* a, const char* b) {
+  return std::any_of(args.begin(), args.end(),
+                     [=](const std::string& word) { return word == a || word == b; });
+}
+
+Failure usage(std::string what, std::string next) {
+  return Failure(kUsage, std::move(what), std::move(next));
+}
+
+// nullptr: help for everything or for a group, or --version; CLI11 finds out.
+Outcome<Command*> Parser::find(const std::vector<std::string>& args) {
+  const auto at = first_word(args, 0);
+  if (at == args.size()) {
+    if (asks_for(args, "--help", "-h") || asks_for(args, "--version", "")) return nullptr;
+    for (const auto& arg : args) {
+      if (!arg.starts_with('-') || arg == "--" || known_option(app, arg) != nullptr) continue;
+      return tl::unexpected(
+          usage(fmt::format("unknown option {}{}", arg, did_you_mean(arg, option_names(app))),
+                "lcrig --help"));
+    }
+    return tl::unexpected(usage("a command is missing", "lcrig --help"));
+  }
+  const auto& word = args[at];
+  if (groups.contains(word)) return find_in_group(word, at, args);
+  for (const auto& command : all) {
+    if (word == command->name()) return check_options(command.get(), args);
+  }
+  return tl::unexpected(usage(
+      fmt::format("unknown command '{}'{}", word, did_you_mean(word, top_words)), "lcrig --help"));
+}
+
+Outcome<Command*> Parser::find_in_group(const std::string& group, std::size_t at,
+                                        const std::vector<std::string>& args) {
+  std::vector<std::string> verbs;
+  const auto verb_at = first_word(args, at + 1);
+  for (const auto& command : all) {
+    const auto words = name_words(*command);
+    if (words.size() < 2 || words[0] != group) continue;
+    verbs.push_back(words[1]);
+    if (verb_at < args.size() && args[verb_at] == words[1]) {
+      return check_options(command.get(), args);
+    }
+  }
+  group_for_help = group;
+  if (verb_at == args.size() && asks_for(args, "--help", "-h")) return nullptr;
+  const auto next = fmt::format("lcrig {} --help   (it knows: {})", group, join_words(verbs));
+  if (verb_at == args.size()) {
+    return tl::unexpected(usage(fmt::format("lcrig {}: what? a verb is missing", group), next));
+  }
+  return tl::unexpected(usage(fmt::format("unknown command '{} {}'{}", group, args[verb_at],
+                                          did_you_mean(args[verb_at], verbs)),
+                              next));
+}
+
+std::vector<std::string> Parser::option_names(const CLI::App& sub) const {
+  std::vector<std::string> names;
+  for (const auto* part : {&sub, &app}) {
+    for (const auto* option : part->get_options()) {
+      for (const auto& name : option->get_lnames()) names.push_back("--" + name);
+    }
+  }
+  return names;
+}
+
+// CLI11 blames the positional when an unknown option stands before it.
+Outcome<Command*> Parser::check_options(Command* command, const std::vector<std::string>& args) {
+  const auto& sub = *apps.at(command);
+  bool value = false;  // of the option before
+  for (const auto& arg : args) {
+    if (value) {
+      value = false;
+      continue;
+    }
+    if (arg == "--") break;
+    if (!arg.starts_with('-') || arg.size() < 2) continue;
+    const auto* option = known_option(sub, arg);
+    if (option == nullptr) {
+      return tl::unexpected(usage(fmt::format("lcrig {}: unknown option {}{}", command->name(), arg,
+                                              did_you_mean(arg, option_names(sub))),
+                                  fmt::format("lcrig {} --help", command->name())));
+    }
+    const bool attached =
+        arg.find('=') != std::string::npos || (!arg.starts_with("--") && arg.size() > 2);
+    value = option->get_items_expected_max() > 0 && !attached;
+  }
+  return command;
+}
+
+std::string Parser::help_of(const Command* command, const std::string& group) const {
+  if (command != nullptr) {
+    return fmt::format(
+        "Example: {}\n\n{}\nEverywhere: --db FILE, --socket PATH, --config FILE, "
+        "--json\n",
+        command->example(), apps.at(command)->help("lcrig"));
+  }
+  if (!group.empty()) {
+    for (const auto& one : all) {
+      if (name_words(*one)[0] != group) continue;
+      return fmt::format("Example: {}\n\n{}", one->example(), groups.at(group)->help("lcrig"));
+    }
+  }
+  return fmt::format("Example: lcrig rehearse static-frame --specimen paper-1\n\n{}", app.help());
+}
+
+// `lcrig runs` lists them.
+std::vector<std::string> with_default_verb(const Parser& parser, std::vector<std::string> args) {
+  const auto at = parser.first_word(args, 0);
+  if (at == args.size() || args[at] != "runs" || asks_for(args, "--help", "-h")) return args;
+  if (parser.first_word(args, at + 1) < args.size()) return args;
+  args.insert(args.begin() + static_cast<std::ptrdiff_t>(at) + 1, "list");
+  return args;
+}
+
+Outcome<ExitCode> parse_and_run(Parser& parser, const std::vector<std::string>& args,
+                                Context& context) {
+  auto command = parser.find(args);
+  if (!command) return tl::unexpected(command.error());
+  try {
+    std::vector<std::string> reversed(args.rbegin(), args.rend());  // CLI11 pops from the back
+    parser.app.parse(std::move(reversed));
+  } catch (const CLI::CallForHelp&) {
+    context.console.out << parser.help_of(*command, parser.group_for_help);
+    return kOk;
+  } catch (const CLI::CallForVersion& e) {
+    context.console.out << e.what() << '\n';
+    return kOk;
+  } catch (const CLI::ParseError& e) {  // its exit codes 105 to 110 mean nothing to a script
+    const std::string name = *command == nullptr ? "" : std::string(" ") + (*command)->name();
+    return tl::unexpected(
+        usage(fmt::format("lcrig{}: {}", name, e.what()), fmt::format("lcrig{} --help", name)));
+  }
+  if (*command == nullptr) return tl::unexpected(usage("a command is missing", "lcrig --help"));
+  return (*command)->run(context);
+}
+
+}  // namespace
+
+int run_cli(const std::vector<std::string>& args, Context& context) {
+  auto commands = make_commands();
+  Parser parser(commands, context.global);
+  auto code = parse_and_run(parser, with_default_verb(parser, args), context);
+  context.console.out.flush();
+  if (!code) {
+    context.console.print(code.error());
+    return code.error().code;
+  }
+  if (!context.console.out) {
+    context.console.print(Failure(kFailed, "cannot write to standard output", "df -h"));
+    return kFailed;
+  }
+  return *code;
+}
+
+}  // namespace lcrig::cli

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/process_env.hpp"
+
+#include <cstdlib>
+#include <system_error>
+
+namespace lcrig::cli {
+
+namespace fs = std::filesystem;
+
+fs::path ProcessEnv::user_db() const {
+  const auto data = get("XDG_DATA_HOME");
+  // The specification says that a relative path there is to be ignored.
+  if (data && fs::path(*data).is_absolute()) return fs::path(*data) / "lcrig" / "lcrig.db";
+  const auto home = get("HOME");
+  return fs::path(home.value_or(".")) / ".local" / "share" / "lcrig" / "lcrig.db";
+}
+
+fs::path ProcessEnv::default_db() const {
+  if (auto given = get("LCRIG_DB")) return *given;
+  std::error_code ignored;
+  if (fs::exists(daemon_db, ignored)) return daemon_db;
+  return user_db();
+}
+
+fs::path ProcessEnv::default_socket() const {
+  if (auto given = get("LCRIG_SOCKET")) return *given;
+  return daemon_socket;
+}
+
+ProcessEnv real_process_env() {
+  ProcessEnv env;
+  env.variable = [](const char* name) -> std::optional<std::string> {
+    const char* value = std::getenv(name);
+    if (value == nullptr || *value == '\0') return std::nullopt;
+    return value;
+  };
+  std::error_code ignored;
+  env.executable = fs::read_symlink("/proc/self/exe", ignored);
+  return env;
+}
+
+}  // namespace lcrig::cli

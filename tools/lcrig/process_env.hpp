@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the program runs: environment variables and files, replaceable in tests.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace lcrig::cli {
+
+struct ProcessEnv {
+  ProcessEnv() = default;
+  // Empty values count as absent.
+  std::function<std::optional<std::string>(const char*)> variable;
+  std::filesystem::path executable;
+  std::filesystem::path daemon_db = "/var/lib/lcrig/lcrig.db";  // as systemd/lcrigd.service says
+  std::filesystem::path daemon_socket = "/run/lcrig/control.sock";
+
+  std::optional<std::string> get(const char* name) const {
+    return variable ? variable(name) : std::nullopt;
+  }
+  // The user's own database: ${XDG_DATA_HOME:-~/.local/share}/lcrig/lcrig.db
+  std::filesystem::path user_db() const;
+  // $LCRIG_DB, else the daemon's if it exists, else the user's.
+  std::filesystem::path default_db() const;
+  std::filesystem::path default_socket() const;  // $LCRIG_SOCKET, else the daemon's
+};
+
+ProcessEnv real_process_env();
+
+}  // namespace lcrig::cli

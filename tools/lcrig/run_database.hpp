@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Opening the database and finding the run that a command names.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "storage/database.hpp"
+#include "tools/lcrig/command.hpp"
+
+namespace lcrig::cli {
+
+Outcome<Database> open_runs(const Context& context, bool writable = false);
+// `text`: a number or "last".
+Outcome<std::int64_t> named_run(const Database& db, const std::string& text);
+// "2026-01-31T12:00:00Z"
+std::string format_utc(std::int64_t unix_ns);
+
+}  // namespace lcrig::cli

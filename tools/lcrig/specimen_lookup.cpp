@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/specimen_lookup.hpp"
+
+#include <system_error>
+
+#include "model/specimen_file.hpp"
+#include "storage/database.hpp"
+#include "storage/specimens.hpp"
+
+namespace lcrig::cli {
+
+namespace {
+
+// Names of the database; `wanted` becomes the text of `what` when it is there.
+Outcome<std::vector<std::string>> look_in_database(const std::string& db_path,
+                                                   const std::string& what, LibraryFile& wanted) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  if (!std::filesystem::exists(db_path, ignored)) return names;
+  auto db = open_read_only(db_path);
+  if (!db) return tl::unexpected(Failure(db.error(), "give another --db"));
+  auto stored = list_specimens(*db);
+  if (!stored) return tl::unexpected(Failure(stored.error()));
+  for (const auto& specimen : *stored) {
+    names.push_back(specimen.name);
+    if (specimen.name != what) continue;
+    wanted.name = specimen.name;
+    wanted.text = specimen.text;
+  }
+  return names;
+}
+
+Outcome<LibraryFile> checked(LibraryFile file) {
+  const auto source = file.path.empty() ? "specimen " + file.name : file.path.string();
+  auto specimen = parse_specimen(file.text, source);
+  if (specimen) return file;
+  return tl::unexpected(Failure(specimen.error(),
+                                "correct the file; `lcrig specimen show paper-1` "
+                                "prints a good one"));
+}
+
+}  // namespace
+
+Outcome<LibraryFile> find_specimen_text(const Context& context, const std::string& db_path,
+                                        const std::string& what) {
+  const LibraryPath library(context.env);
+  LibraryFile wanted;
+  const bool path = what.find('/') != std::string::npos || what.ends_with(".json");
+  std::vector<std::string> names;
+  if (!path) {  // what was added under a name comes before what ships
+    auto stored = look_in_database(db_path, what, wanted);
+    if (!stored) return tl::unexpected(stored.error());
+    if (!wanted.text.empty()) return checked(std::move(wanted));
+    names = std::move(*stored);
+  }
+  auto found = library.find(LibraryKind::specimen, what);
+  if (!found) return tl::unexpected(found.error());
+  if (*found) return checked(std::move(**found));
+  for (const auto& shipped : shipped_specimens()) {
+    names.emplace_back(shipped.name);
+    if (shipped.name != what) continue;
+    wanted.name = what;
+    wanted.text = shipped.text;
+    return checked(std::move(wanted));
+  }
+  return tl::unexpected(library.unknown(LibraryKind::specimen, what, names));
+}
+
+}  // namespace lcrig::cli
