@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/rehearse.hpp"
+#include "protocols/expand.hpp"
 #include "protocols/parse.hpp"
 #include "protocols/plan.hpp"
 #include "tools/lcrig/commands.hpp"
@@ -92,6 +93,7 @@ Outcome<ExitCode> PlanCommand::run(Context& context) {
   if (!bound) return tl::unexpected(refused(bound.error(), protocol_));
   auto request = bench_request(context, library);
   if (!request) return tl::unexpected(request.error());
+  request->weights = places_weights(protocol->steps);
   auto rig = context.daemon.bench_rig(*request);
   if (!rig) return tl::unexpected(Failure(rig.error(), "lcrig rehearse --help"));
   auto plan = make_plan(*protocol, *bound, *rig);

@@ -35,7 +35,7 @@ json to_json(const RehearseResult& r) {
            {"wall_s", r.wall_s},
            {"db", r.db_path}};
   out["code"] = r.code ? json(to_string(*r.code)) : json(nullptr);
-  out["c0_pF"] = number_or_null(r.c0_pF);
+  out["C0_pF"] = number_or_null(r.c0_pF);
   out["peak_force_N"] = number_or_null(r.peak_force_N);
   out["delta_C_fF_at_peak"] = number_or_null(r.delta_C_fF_at_peak);
   return out;
