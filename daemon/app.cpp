@@ -40,7 +40,9 @@ Result<> App::start() {
   }
   control_ = std::make_unique<ControlServer>(io_.get_executor(), clock_, *this);
   if (auto listening = control_->listen(config_.socket); !listening) return listening;
+  name_instruments();
   asio::co_spawn(io_, heartbeat(), die_on_bug);
+  asio::co_spawn(io_, probe(), die_on_bug);
   notifier_.ready();
   notifier_.status("idle");
   spdlog::info("lcrigd {}: database {}, socket {}", LCRIG_VERSION, config_.database,
@@ -62,10 +64,66 @@ Task<> App::heartbeat() {
   }
 }
 
+// What `status` calls the instruments before they were asked.
+void App::name_instruments() {
+  meter_state_.name = "lcr";
+  frame_state_.name = "frame";
+  meter_state_.port = config_.bench ? "sim" : config_.meter_port;
+  frame_state_.port = config_.bench ? "sim" : config_.frame_port;
+  if (!config_.bench && config_.frame_driver == FrameDriver::dead_weight) {
+    frame_state_.port = "dead weights";
+  }
+  meter_state_.state = frame_state_.state = config_.bench ? "ready" : "unknown";
+}
+
+// Asks both instruments who they are while nothing runs; an absent one is a state, not a failure.
+// Saying hello also stops a frame that a dead daemon left moving.
+Task<> App::probe() {
+  while (!config_.bench && !shutting_down_) {
+    if (!preparing_ && !session_) {
+      preparing_ = true;
+      co_await probe_once();
+      preparing_ = false;
+    }
+    co_await clock_.wait_for(instruments_ready() ? 60s : 10s);
+  }
+}
+
+Task<> App::probe_once() {
+  auto opened = co_await open_real_instruments(io_.get_executor(), clock_, config_, person_);
+  if (!opened) {
+    // The port that failed is named in the message.
+    meter_state_.state = frame_state_.state = "absent: " + opened.error().what;
+    co_return;
+  }
+  auto meter = co_await (*opened)->meter().identify();
+  meter_state_.identity = meter ? meter->text : "";
+  meter_state_.state = meter ? "ready" : "absent: " + meter.error().what;
+  auto frame = co_await (*opened)->frame().identify();
+  frame_state_.identity = frame ? frame->text : "";
+  frame_state_.state = frame ? "ready" : "absent: " + frame.error().what;
+  if (frame) {
+    auto stopped = co_await (*opened)->frame().stop();
+    if (!stopped) frame_state_.state = "fault: " + stopped.error().what;
+  }
+  co_await (*opened)->close();
+}
+
+bool App::instruments_ready() const {
+  return meter_state_.state == "ready" && frame_state_.state == "ready";
+}
+
 void App::publish() {
   if (!live_run()) return;
   const RunStatus s = session_->status();
   control_->publish_status(s);
+}
+
+void App::publish_event(const RunEvent& event) {
+  RunEventNote note;
+  note.run = live_run() != nullptr ? live_run()->status().run : 0;
+  note.event = event;
+  control_->publish_event(note);
 }
 
 Run* App::live_run() const {
@@ -74,6 +132,8 @@ Run* App::live_run() const {
 
 Task<Result<RunStarted>> App::start_run(StartRunRequest request, PeerCredentials peer) {
   if (shutting_down_) co_return fail(Errc::busy, "the daemon is shutting down");
+  const MonoTime patience = clock_.now() + 30s;
+  while (preparing_ && !session_ && clock_.now() < patience) co_await clock_.wait_for(20ms);
   if (preparing_ || session_) {
     co_return fail(Errc::busy,
                    "run {} is going on: one run at a time; `lcrig watch` shows it, "
@@ -107,6 +167,9 @@ Task<Result<RunStarted>> App::prepare_and_start(StartRunRequest request) {
   if (!instruments) co_return fail(instruments.error());
   session_ = std::make_unique<Session>(io_.get_executor(), clock_, *recorder_,
                                        std::move(*instruments), std::move(*prepared));
+  session_->on_events([this](const std::vector<RunEvent>& events) {
+    for (const RunEvent& event : events) publish_event(event);
+  });
   auto run = co_await session_->open();
   if (!run) {
     co_await session_->close();
@@ -251,6 +314,7 @@ DaemonStatus App::status() const {
   s.database = config_.database;
   if (live_run() != nullptr) s.run = session_->status();
   s.last_run = last_run_;
+  s.instruments = {meter_state_, frame_state_};
   return s;
 }
 

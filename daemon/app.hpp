@@ -11,8 +11,8 @@
 #include "daemon/config.hpp"
 #include "daemon/control.hpp"
 #include "daemon/control_handler.hpp"
-#include "daemon/recorder.hpp"
 #include "daemon/instruments.hpp"
+#include "daemon/recorder.hpp"
 #include "daemon/service.hpp"
 #include "daemon/session.hpp"
 
@@ -45,6 +45,11 @@ class App final : public ControlHandler {
   Task<> run_to_its_end();
   Task<Result<>> stop_run(Interrupt kind, std::string why, const PeerCredentials& peer);
   Task<> heartbeat();
+  void name_instruments();
+  Task<> probe();
+  Task<> probe_once();
+  bool instruments_ready() const;
+  void publish_event(const RunEvent& event);
   void publish();
   Run* live_run() const;
 
@@ -56,7 +61,8 @@ class App final : public ControlHandler {
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<ControlServer> control_;
   std::unique_ptr<Session> session_;
-  bool preparing_ = false;  // between start_run and the run row
+  bool preparing_ = false;  // between start_run and the run row, or while probing
+  InstrumentState meter_state_, frame_state_;
   bool shutting_down_ = false;
   bool heartbeat_on_ = false;
   std::optional<RunEnded> last_run_;

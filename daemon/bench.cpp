@@ -44,13 +44,14 @@ void read_meter(const JsonReader& r, PlantConfig& p) {
 
 }  // namespace
 
-double Fixture::probe_area_m2() const {
-  return std::numbers::pi / 4 * probe_diameter_m * probe_diameter_m;
+std::optional<double> Fixture::probe_area_m2() const {
+  if (!probe_diameter_m) return std::nullopt;
+  return std::numbers::pi / 4 * *probe_diameter_m * *probe_diameter_m;
 }
 
 Fixture parse_fixture(const JsonReader& fixture) {
   Fixture f;
-  read(fixture, "probe_diameter", Dimension::length, f.probe_diameter_m, kPositive);
+  f.probe_diameter_m = fixture.quantity("probe_diameter", Dimension::length, kPositive);
   read(fixture, "local_gravity", Dimension::acceleration, f.local_gravity_m_s2, Range{9.7, 9.9});
   fixture.no_other_keys();
   return f;

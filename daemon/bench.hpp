@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,9 +18,9 @@ namespace lcrig {
 
 // What carries the force: pressure = force / area of the probe tip.
 struct Fixture {
-  double probe_diameter_m = 4e-3;
+  std::optional<double> probe_diameter_m;  // absent: not known, there are no pressures
   double local_gravity_m_s2 = 9.80665;
-  double probe_area_m2() const;
+  std::optional<double> probe_area_m2() const;
 };
 // The `fixture` object of a bench or config file.
 Fixture parse_fixture(const JsonReader& fixture);

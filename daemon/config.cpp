@@ -39,6 +39,7 @@ void read_rig(const JsonReader& root, Config& c) {
   read_meter(root.object("meter"), c);
   read_frame(root.object("frame"), c);
   c.fixture = parse_fixture(root.object("fixture"));
+  if (auto v = root.optional_string("wire_log_directory")) c.wire_log_directory = *v;
 }
 
 }  // namespace

@@ -12,8 +12,8 @@ namespace lcrig {
 enum class FrameDriver { zwick, dead_weight };
 
 struct Config {
-  std::string database = "/var/lib/lcrigd/lcrig.db";
-  std::string socket = "/run/lcrigd/control.sock";
+  std::string database = "/var/lib/lcrig/lcrig.db";
+  std::string socket = "/run/lcrig/control.sock";
   std::string log_level = "info";
   // Real instruments ...
   std::string meter_port;  // "serial:2184:005f"
@@ -21,6 +21,7 @@ struct Config {
   FrameDriver frame_driver = FrameDriver::zwick;
   std::string frame_port;  // "tcp://192.168.5.2:4710"; dead weights have none
   Fixture fixture;
+  std::string wire_log_directory;  // every byte of a run's ports goes there; empty: nowhere
   // ... or the simulated bench, in real time. Its fixture comes from the bench file.
   std::optional<std::string> bench;  // name or path
 };

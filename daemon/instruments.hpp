@@ -70,8 +70,8 @@ struct SimRequest {
   Bench bench;
   Specimen specimen;
   std::int64_t seed = 1;
-  bool weights = false;      // the protocol places weights: a rod instead of a frame
-  double max_force_N = 1;    // of the table of the specimen
+  bool weights = false;  // the protocol places weights: a rod instead of a frame
+  double max_force_N = 1;  // of the table of the specimen
   Operator* person = nullptr;  // nullptr: one who confirms after the bench's reaction time
 };
 // Errors: no model level describes the specimen within the bench's tolerance.

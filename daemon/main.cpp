@@ -15,7 +15,7 @@ namespace {
 
 using namespace lcrig;
 
-constexpr const char* kDefaultConfig = "/etc/lcrigd/lcrigd.json";
+constexpr const char* kDefaultConfig = "/etc/lcrig/lcrigd.json";
 
 struct Options {
   std::string config = kDefaultConfig;

@@ -7,6 +7,7 @@
 #include "drivers/dead_weight/driver.hpp"
 #include "drivers/lcr6100/driver.hpp"
 #include "drivers/port.hpp"
+#include "drivers/recording_transport.hpp"
 #include "drivers/zwick/driver.hpp"
 
 namespace lcrig {
@@ -53,26 +54,53 @@ bool RemoteOperator::confirmed() {
   return !prompt_.empty() && confirmations_.try_send(boost::system::error_code());
 }
 
-Task<Result<std::unique_ptr<Instruments>>> open_real_instruments(asio::any_io_executor executor,
-                                                                 Clock& clock, const Config& config,
-                                                                 RemoteOperator& person) {
-  auto meter_port = co_await open_port(config.meter_port, SerialSettings(), clock);
-  if (!meter_port) co_return fail(meter_port.error());
-  auto meter = std::make_unique<lcr6100::Lcr6100>(std::move(*meter_port), clock,
-                                                  config.meter_serial_number);
+namespace {
+
+// Opens a port; with a wire log directory every byte is written down there.
+Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::string instrument,
+                                                     const Config& config, Clock& clock) {
+  auto port = co_await open_port(std::move(url), SerialSettings(), clock);
+  if (!port || config.wire_log_directory.empty()) co_return port;
+  WireLogHeader header;
+  header.instrument = instrument;
+  header.date = fmt::format("{} ns since 1970", clock.unix_ns());
+  const std::string path =
+      fmt::format("{}/{}-{}.wire", config.wire_log_directory, instrument, clock.unix_ns());
+  auto logged = make_recording(std::move(*port), clock, path, header);
+  co_return logged;
+}
+
+Task<Result<std::unique_ptr<LoadFrame>>> open_frame(asio::any_io_executor executor, Clock& clock,
+                                                    const Config& config, RemoteOperator& person) {
   std::unique_ptr<LoadFrame> frame;
   if (config.frame_driver == FrameDriver::dead_weight) {
     DeadWeightSettings settings;
     settings.g_m_s2 = config.fixture.local_gravity_m_s2;
-    settings.probe_area = Area::from_si(config.fixture.probe_area_m2());
+    if (const auto area_m2 = config.fixture.probe_area_m2()) {
+      settings.probe_area = Area::from_si(*area_m2);
+    }
     frame = std::make_unique<DeadWeightFrame>(person, clock, executor, settings);
-  } else {
-    auto frame_port = co_await open_port(config.frame_port, SerialSettings(), clock);
-    if (!frame_port) co_return fail(frame_port.error());
-    frame = std::make_unique<ZwickLink>(std::move(*frame_port), clock, executor);
+    co_return frame;
   }
-  std::unique_ptr<Instruments> all = std::make_unique<RealInstruments>(
-      config, std::move(meter), std::move(frame), person);
+  auto port = co_await open_logged(config.frame_port, "frame", config, clock);
+  if (!port) co_return fail(port.error());
+  frame = std::make_unique<ZwickLink>(std::move(*port), clock, executor);
+  co_return frame;
+}
+
+}  // namespace
+
+Task<Result<std::unique_ptr<Instruments>>> open_real_instruments(asio::any_io_executor executor,
+                                                                 Clock& clock, const Config& config,
+                                                                 RemoteOperator& person) {
+  auto port = co_await open_logged(config.meter_port, "lcr", config, clock);
+  if (!port) co_return fail(port.error());
+  auto meter =
+      std::make_unique<lcr6100::Lcr6100>(std::move(*port), clock, config.meter_serial_number);
+  auto frame = co_await open_frame(executor, clock, config, person);
+  if (!frame) co_return fail(frame.error());
+  std::unique_ptr<Instruments> all =
+      std::make_unique<RealInstruments>(config, std::move(meter), std::move(*frame), person);
   co_return all;
 }
 

@@ -212,7 +212,7 @@ Result<> Recorder::commit(const Batch& batch, const RunEnd* end) {
   Committed summary;
   summary.run = run_;
   summary.levels = batch.levels.size();
-  summary.events = batch.events.size();
+  summary.events = batch.events;
   summary.readings = batch.readings.size();
   summary.samples = batch.samples.size();
   for (const auto& row : batch.readings) summary.measure_readings += row.tag.index > 0 ? 1 : 0;

@@ -30,8 +30,9 @@ namespace lcrig {
 struct Committed {
   Committed() = default;
   std::int64_t run = 0;
-  std::size_t levels = 0, events = 0, readings = 0, samples = 0;
+  std::size_t levels = 0, readings = 0, samples = 0;
   std::size_t measure_readings = 0;  // readings that a `measure` step counted
+  std::vector<RunEvent> events;
   std::optional<LcrReading> last_reading;
   std::optional<FrameSample> last_sample;
 };

@@ -182,10 +182,11 @@ Result<Rig> bench_rig(const BenchRequest& request) {
   auto instruments = make_sim_instruments(io.get_executor(), clock, sim);
   if (!instruments) return fail(instruments.error());
   std::optional<Result<Rig>> rig;
-  asio::co_spawn(io, identified_rig(**instruments), [&rig](std::exception_ptr error, Result<Rig> r) {
-    if (error) std::rethrow_exception(error);
-    rig = std::move(r);
-  });
+  asio::co_spawn(io, identified_rig(**instruments),
+                 [&rig](std::exception_ptr error, Result<Rig> r) {
+                   if (error) std::rethrow_exception(error);
+                   rig = std::move(r);
+                 });
   clock.run(io, [&rig] { return rig.has_value(); });
   if (!rig) return fail(Errc::bug, "the simulated instruments did not answer");
   if (*rig && !known) (*rig)->compression_m = {};

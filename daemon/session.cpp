@@ -74,7 +74,7 @@ Rig describe_rig(Instruments& instruments) {
   Rig rig;
   rig.lcr = instruments.meter().capabilities();
   rig.frame = instruments.frame().capabilities();
-  rig.probe_area = Area::from_si(info.fixture.probe_area_m2());
+  rig.probe_area = Area::from_si(info.fixture.probe_area_m2().value_or(0));
   rig.gravity_m_s2 = info.fixture.local_gravity_m_s2;
   rig.compression_m = info.compression_m;
   rig.contact_travel = info.contact_travel;
@@ -100,6 +100,12 @@ Task<Result<>> Session::identify() {
 }
 
 Result<> Session::plan() {
+  if (!instruments_->info().fixture.probe_area_m2() && aims_at_pressure(prepared_.protocol.steps)) {
+    return fail(Errc::invalid_request,
+                "{}: aims at a pressure, but the area of the probe tip is not known: set "
+                "fixture.probe_diameter_mm in the bench or config file",
+                prepared_.protocol.name);
+  }
   const Rig rig = describe_rig(*instruments_);
   auto plan = make_plan(prepared_.protocol, prepared_.environment, rig);
   if (!plan) return fail(plan.error());
@@ -119,7 +125,8 @@ RunRow Session::make_row() const {
   row.probe_diameter_m = info.fixture.probe_diameter_m;
   row.lcr_identity = meter_identity_.text;
   row.frame_identity = frame_identity_.text;
-  row.lcr_settings_json = to_json_text(settings_);
+  const Duration conversion = instruments_->meter().capabilities().conversion_time(settings_);
+  row.lcr_settings_json = to_json_text(settings_, conversion);
   row.frame_capabilities_json = capabilities_json(instruments_->frame().capabilities());
   if (auto limits = bind_limits(prepared_.protocol, prepared_.environment)) {
     row.frame_limits_json = limits_json(*limits);
@@ -136,6 +143,26 @@ RunRow Session::make_row() const {
   row.started = clock_.now();
   row.boot_id = read_boot_id();
   return row;
+}
+
+// Nothing is shown before it is stored.
+void Session::acknowledge(const Committed& c) {
+  RunStatus& s = acknowledged_;
+  s.lcr_readings += static_cast<std::int64_t>(c.readings);
+  s.measure_readings += static_cast<std::int64_t>(c.measure_readings);
+  s.frame_samples += static_cast<std::int64_t>(c.samples);
+  if (c.last_reading) {
+    s.capacitance_F = c.last_reading->primary;
+    s.secondary = c.last_reading->secondary;
+  }
+  if (c.last_sample) {
+    s.force_N = c.last_sample->force_N;
+    s.travel_m = c.last_sample->travel_m;
+    const auto area_m2 = instruments_->info().fixture.probe_area_m2();
+    s.pressure_Pa.reset();
+    if (s.force_N && area_m2) s.pressure_Pa = *s.force_N / *area_m2;
+  }
+  if (on_events_) on_events_(c.events);
 }
 
 Task<Result<std::int64_t>> Session::open() {
@@ -160,9 +187,9 @@ Task<Result<std::int64_t>> Session::open() {
   setup.specimen = prepared_.request.specimen_name;
   setup.person = &instruments_->person();
   run_ = std::make_unique<Run>(executor_, std::move(setup));
-  recorder_.on_fault([this](const Error& e) {
-    run_->interrupt(InterruptRequest(Interrupt::fault, e));
-  });
+  recorder_.on_committed([this](const Committed& c) { acknowledge(c); });
+  recorder_.on_fault(
+      [this](const Error& e) { run_->interrupt(InterruptRequest(Interrupt::fault, e)); });
   co_return *number;
 }
 
@@ -171,6 +198,7 @@ Task<RunResult> Session::execute() {
   std::string reason = result.reason;
   auto closed = co_await recorder_.end_run(exit_status(result.exit_status), std::move(reason));
   recorder_.on_fault({});
+  recorder_.on_committed({});
   if (!closed) {
     result.exit_status = "fail";
     result.code = closed.error().code;
@@ -185,6 +213,17 @@ Task<> Session::close() {
 
 RunStatus Session::status() const {
   RunStatus s = run_ ? run_->status() : RunStatus();
+  s.lcr_readings = acknowledged_.lcr_readings;
+  s.measure_readings = acknowledged_.measure_readings;
+  s.frame_samples = acknowledged_.frame_samples;
+  s.capacitance_F = acknowledged_.capacitance_F;
+  s.secondary = acknowledged_.secondary;
+  s.force_N = acknowledged_.force_N;
+  s.travel_m = acknowledged_.travel_m;
+  s.pressure_Pa = acknowledged_.pressure_Pa;
+  s.gap_m.reset();
+  if (run_ && s.travel_m && run_->contact_travel_m())
+    s.gap_m = *run_->contact_travel_m() - *s.travel_m;
   return s;
 }
 

@@ -22,7 +22,7 @@ struct SessionRequest {
   SessionRequest() = default;
   std::string protocol_name, protocol_text;
   std::map<std::string, std::string> parameters;  // as typed
-  std::string specimen_name, specimen_text;       // empty text: nothing known (a replay)
+  std::string specimen_name, specimen_text;  // empty text: nothing known (a replay)
   std::string operator_name, note;
 };
 
@@ -56,12 +56,18 @@ class Session {
 
   Run* run() { return run_.get(); }  // nullptr before `open` succeeded
   const Run* run() const { return run_.get(); }
-  RunStatus status() const;  // with the operator's prompt
+  // Of acknowledged rows only.
+  RunStatus status() const;
+  // Called with the events of each commit.
+  void on_events(std::function<void(const std::vector<RunEvent>&)> callback) {
+    on_events_ = std::move(callback);
+  }
 
  private:
   Task<Result<>> identify();
   Result<> plan();
   RunRow make_row() const;
+  void acknowledge(const Committed& committed);
 
   asio::any_io_executor executor_;
   Clock& clock_;
@@ -71,6 +77,8 @@ class Session {
   Identity meter_identity_, frame_identity_;
   Plan plan_;
   LcrSettings settings_;  // as read back
+  RunStatus acknowledged_;  // only the counts and values that commits carry
+  std::function<void(const std::vector<RunEvent>&)> on_events_;
   std::unique_ptr<Run> run_;
 };
 

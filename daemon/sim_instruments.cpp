@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated and the replayed bench: drivers on one end of a socketpair, simulators on the other.
+// The simulated and the replayed bench: drivers on one end of a socketpair, simulators on the
+// other.
 #include <fmt/format.h>
 
 #include <boost/asio/co_spawn.hpp>
@@ -67,9 +68,7 @@ class SimulatedInstruments : public Instruments {
       if (error) std::rethrow_exception(error);
     });
   }
-  Result<TransportPair> wire(const char* name) {
-    return make_socketpair(executor_, clock_, name);
-  }
+  Result<TransportPair> wire(const char* name) { return make_socketpair(executor_, clock_, name); }
 
   asio::any_io_executor executor_;
   Clock& clock_;
@@ -101,8 +100,8 @@ class BenchInstruments final : public SimulatedInstruments {
         Pressure::from_si(request.max_force_N / request.specimen.area_m2());
     auto choice = choose_level(request.specimen, request.bench.error_tolerance, max_pressure);
     if (!choice) return fail(choice.error());
-    auto response = make_response(request.specimen, choice->settings, max_force,
-                                  request.bench.error_tolerance);
+    auto response =
+        make_response(request.specimen, choice->settings, max_force, request.bench.error_tolerance);
     if (!response) return fail(response.error());
     response_ = std::move(*response);
     config_ = request.bench.plant;
@@ -132,8 +131,8 @@ class BenchInstruments final : public SimulatedInstruments {
     config.capacitance_noise_F = request.bench.plant.capacitance_noise_F;
     config.seed = config_.seed;
     const auto source = [this](MonoTime t) { return plant_->electrical(t); };
-    meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(
-        std::move(pair->far), clock_, config, lcr6100::Lcr6100Sim::Source(source));
+    meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(std::move(pair->far), clock_, config,
+                                                       lcr6100::Lcr6100Sim::Source(source));
     meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
     start(meter_sim_->run());
     return {};
@@ -158,7 +157,9 @@ class BenchInstruments final : public SimulatedInstruments {
     person_ = acting_person_.get();
     DeadWeightSettings settings;
     settings.g_m_s2 = request.bench.fixture.local_gravity_m_s2;
-    settings.probe_area = Area::from_si(request.bench.fixture.probe_area_m2());
+    if (const auto area_m2 = request.bench.fixture.probe_area_m2()) {
+      settings.probe_area = Area::from_si(*area_m2);
+    }
     auto rod = std::make_unique<DeadWeightFrame>(*person_, clock_, executor_, settings);
     rod_ = rod.get();
     frame_ = std::move(rod);
@@ -195,9 +196,8 @@ class ReplayInstruments final : public SimulatedInstruments {
     auto pair = wire("replay:lcr");
     if (!pair) return fail(pair.error());
     const auto play = [this](Duration t) { return reading_at(to_seconds(t)); };
-    meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(std::move(pair->far), clock_,
-                                                       lcr6100::SimConfig(),
-                                                       lcr6100::Lcr6100Sim::Recording(play));
+    meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(
+        std::move(pair->far), clock_, lcr6100::SimConfig(), lcr6100::Lcr6100Sim::Recording(play));
     meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
     start(meter_sim_->run());
     return {};

@@ -78,13 +78,17 @@ std::string_view to_string(MotionEnd e) {
   return "fault";
 }
 
-std::string to_json_text(const LcrSettings& s) {
+std::string to_json_text(const LcrSettings& s, std::optional<Duration> conversion_time) {
+  std::string conversion;
+  if (conversion_time) {
+    conversion = fmt::format(R"(,"conversion_time_s":{})", to_seconds(*conversion_time));
+  }
   return fmt::format(
       R"({{"function":"{}","frequency_Hz":{},"level_V":{},"bias_V":{},"aperture":"{}",)"
-      R"("average":{},"trigger":"{}"}})",
+      R"("average":{},"trigger":"{}"{}}})",
       to_string(s.function), s.frequency.si(), s.level.si(),
       s.bias ? fmt::format("{}", s.bias->si()) : "null", to_string(s.aperture), s.average,
-      to_string(s.trigger));
+      to_string(s.trigger), conversion);
 }
 
 Duration LcrCapabilities::conversion_time(const LcrSettings& s) const {

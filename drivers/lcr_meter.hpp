@@ -47,8 +47,10 @@ struct LcrSettings {
   std::optional<Duration> poll_interval;
   bool operator==(const LcrSettings&) const = default;
 };
-// As a JSON object with units in the keys, for run rows and events.
-std::string to_json_text(const LcrSettings& s);
+// As a JSON object with units in the keys, for run rows and events; analysis needs the conversion
+// time to know the window of a polled reading.
+std::string to_json_text(const LcrSettings& s,
+                         std::optional<Duration> conversion_time = std::nullopt);
 
 struct LcrCapabilities {
   std::vector<LcrFunction> functions;

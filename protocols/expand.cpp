@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace lcrig {
 
@@ -101,11 +102,33 @@ std::int64_t StepCursor::repeats() const {
   return loop ? loop->count : 0;
 }
 
-bool places_weights(const Steps& steps) {
-  return std::ranges::any_of(steps, [](const Step& step) {
-    if (std::holds_alternative<PlaceWeightStep>(step.action)) return true;
+namespace {
+
+bool any_step(const Steps& steps, const std::function<bool(const Step&)>& holds) {
+  return std::ranges::any_of(steps, [&](const Step& step) {
     const Steps* inner = steps_inside(step);
-    return inner != nullptr && places_weights(*inner);
+    return inner != nullptr ? any_step(*inner, holds) : holds(step);
+  });
+}
+
+bool is_pressure(const std::optional<Target>& target) {
+  return target && target->kind == TargetKind::pressure;
+}
+
+}  // namespace
+
+bool places_weights(const Steps& steps) {
+  return any_step(
+      steps, [](const Step& step) { return std::holds_alternative<PlaceWeightStep>(step.action); });
+}
+
+bool aims_at_pressure(const Steps& steps) {
+  return any_step(steps, [](const Step& step) {
+    if (const auto* s = std::get_if<RampStep>(&step.action)) return is_pressure(s->to);
+    if (const auto* s = std::get_if<MoveUntilStep>(&step.action)) return is_pressure(s->until);
+    if (const auto* s = std::get_if<HoldStep>(&step.action)) return is_pressure(s->at);
+    const auto* s = std::get_if<PlaceWeightStep>(&step.action);
+    return s != nullptr && is_pressure(s->load);
   });
 }
 

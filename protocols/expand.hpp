@@ -51,5 +51,7 @@ std::int64_t passes(const Step& step, const Environment& environment);
 double sweep_value(const SweepStep& sweep, std::int64_t index, const Environment& environment);
 // Whether any of them is a place_weight: the rig must be a rod with dead weights.
 bool places_weights(const Steps& steps);
+// Whether any of them aims at a pressure, which needs the area of the probe tip.
+bool aims_at_pressure(const Steps& steps);
 
 }  // namespace lcrig

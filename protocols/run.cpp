@@ -120,15 +120,10 @@ void Run::event(std::string kind, std::string detail) {
 
 void Run::on_reading(const LcrReading& reading, const ReadingTag& tag) {
   setup_.sink.reading(reading, tag);
-  ++status_.lcr_readings;
-  if (tag.index > 0) ++status_.measure_readings;
-  status_.capacitance_F = reading.primary;
-  status_.secondary = reading.secondary;
 }
 
 void Run::on_samples(std::span<const FrameSample> samples) {
   setup_.sink.samples(samples);
-  status_.frame_samples += static_cast<std::int64_t>(samples.size());
   for (const FrameSample& s : samples) {
     if (s.force_N) force_sum_N_ += *s.force_N, ++force_count_;
     if (auto why = guard_.check(s); why && !stop_pending_) {
@@ -136,11 +131,7 @@ void Run::on_samples(std::span<const FrameSample> samples) {
       interrupt(InterruptRequest(Interrupt::limit, std::move(*why)));
     }
   }
-  const FrameSample& last = samples.back();
-  status_.force_N = last.force_N;
-  status_.travel_m = last.travel_m;
-  if (last.force_N) status_.pressure_Pa = *last.force_N / setup_.probe_area_m2;
-  if (last.travel_m && contact_travel_m_) status_.gap_m = *contact_travel_m_ - *last.travel_m;
+  force_N_ = samples.back().force_N;
 }
 
 void Run::on_frame_event(std::string kind, std::string detail) {

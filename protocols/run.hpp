@@ -53,7 +53,7 @@ struct RunSetup {
   const Protocol& protocol;
   Environment environment;  // parameters bound
   LcrSettings lcr_settings;  // as read back
-  double probe_area_m2 = 0;  // force = pressure times this
+  std::optional<double> probe_area_m2;  // force = pressure times this
   double gravity_m_s2 = 9.80665;  // local
   double planned_s = 0;  // of the plan, for the progress bar
   std::int64_t run = 0;
@@ -76,7 +76,10 @@ class Run final : private LoadFrame::Listener {
   bool resume();  // false: not paused
   // The frame confirmed standstill after the last interrupt.
   bool standing() const { return standing_; }
+  // Step, state and progress. Counts and values are the recorder's to show: it knows what is
+  // stored.
   const RunStatus& status() const { return status_; }
+  std::optional<double> contact_travel_m() const { return contact_travel_m_; }
 
  private:
   using InterruptChannel =
@@ -153,6 +156,7 @@ class Run final : private LoadFrame::Listener {
   std::int64_t levels_ = 0;
   std::int64_t level_in_repeat_ = 0, level_repeat_ = -1;
   std::int64_t repeat_ = 0, repeats_ = 0;
+  std::optional<double> force_N_;  // latest
   double force_sum_N_ = 0;  // of the samples since `force_count_` was set to 0
   std::int64_t force_count_ = 0;
 };

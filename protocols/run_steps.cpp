@@ -79,7 +79,7 @@ Task<Result<>> Run::move_to_travel(double travel_m, double speed_m_s, double tim
 
 // Towards the specimen when the force has to grow, away from it otherwise.
 Task<Result<>> Run::move_to_force(double force_N, double speed_m_s, double timeout_s) {
-  const bool press = force_N >= status_.force_N.value_or(0);
+  const bool press = force_N >= force_N_.value_or(0);
   const FrameCapabilities& caps = setup_.frame.capabilities();
   const Limits& limits = setup_.protocol.limits;
   const auto& bound = press ? limits.travel_max : limits.travel_min;
@@ -103,7 +103,8 @@ Result<double> Run::travel_of(const Target& target) const {
 
 double Run::force_of(const Target& target) const {
   const double value = setup_.environment.get(target.value);
-  return target.kind == TargetKind::pressure ? value * setup_.probe_area_m2 : value;
+  // The plan refused a pressure without a probe area.
+  return target.kind == TargetKind::pressure ? value * setup_.probe_area_m2.value() : value;
 }
 
 void Run::aim_at(const std::optional<Target>& target) {
@@ -111,7 +112,7 @@ void Run::aim_at(const std::optional<Target>& target) {
   target_pressure_Pa_.reset();
   if (!target || !is_load(target->kind)) return;
   target_force_N_ = force_of(*target);
-  target_pressure_Pa_ = *target_force_N_ / setup_.probe_area_m2;
+  if (setup_.probe_area_m2) target_pressure_Pa_ = *target_force_N_ / *setup_.probe_area_m2;
 }
 
 Task<Result<double>> Run::rest_force() {
@@ -171,6 +172,10 @@ Task<Result<>> Run::execute(const RampStep& step, Progress& /*progress*/) {
   aim_at(step.to);
   const double timeout_s = env.get(step.timeout);
   if (!is_load(step.to.kind)) {
+    if (finishing_ && step.to.kind == TargetKind::gap && !contact_travel_m_) {
+      event("skipped", "no contact was found, so there is nothing to move away from");
+      co_return Result<>();
+    }
     auto travel = travel_of(step.to);
     if (!travel) co_return fail(travel.error());
     auto moved = co_await move_to_travel(*travel, env.get(*step.speed), timeout_s);
@@ -208,7 +213,7 @@ Task<Result<>> Run::execute(const MoveUntilStep& step, Progress& /*progress*/) {
   }
   auto moved = co_await move_to_force(force_N, speed, timeout_s);
   if (!moved || !step.overshoot) co_return moved;
-  const double beyond = status_.force_N.value_or(force_N) - force_N;
+  const double beyond = force_N_.value_or(force_N) - force_N;
   if (beyond > env.get(*step.overshoot)) {
     co_return fail(Errc::limit_tripped, "step {}: overshoot of {:.4f} N, {:.4f} N allowed",
                    step_->id, beyond, env.get(*step.overshoot));
@@ -231,7 +236,7 @@ Task<Result<>> Run::execute(const HoldStep& step, Progress& progress) {
     if (step.mode == HoldMode::travel) {
       held = co_await setup_.frame.hold_travel();
     } else {
-      const double force_N = step.at ? force_of(*step.at) : status_.force_N.value_or(0);
+      const double force_N = step.at ? force_of(*step.at) : force_N_.value_or(0);
       held = co_await setup_.frame.hold_force(Force::from_si(force_N));
       held_force_N_ = force_N;
     }
@@ -276,7 +281,7 @@ Task<Result<>> Run::execute(const PlaceWeightStep& step, Progress& /*progress*/)
     mass_kg = setup_.environment.get(*step.mass);
     aim_at(std::nullopt);
     target_force_N_ = mass_kg * setup_.gravity_m_s2;
-    target_pressure_Pa_ = *target_force_N_ / setup_.probe_area_m2;
+    if (setup_.probe_area_m2) target_pressure_Pa_ = *target_force_N_ / *setup_.probe_area_m2;
   } else {
     aim_at(step.load);
     mass_kg = *target_force_N_ / setup_.gravity_m_s2;
@@ -296,8 +301,8 @@ Task<Result<>> Run::execute(const RecordStep& step, Progress& progress) {
     co_return done;
   }
   const MonoTime deadline = setup_.clock.now() + from_seconds(env.get(step.timeout));
-  auto r = co_await (setup_.person->confirm("Recording. Confirm to end the recording.") ||
-                     setup_.clock.wait_until(deadline));
+  const std::string prompt = "Recording. Confirm to end the recording.";
+  auto r = co_await (setup_.person->confirm(prompt) || setup_.clock.wait_until(deadline));
   if (r.index() == 0) co_return std::get<0>(r);
   event("late", "nobody confirmed the end of the recording; it ended by its time-out");
   co_return Result<>();
@@ -316,7 +321,8 @@ Task<Result<>> Run::execute(const SetLcrStep& step, Progress& /*progress*/) {
   if (step.trigger) s.trigger = *step.trigger;
   auto set = co_await sampler_.configure(std::move(s));
   if (!set) co_return set;
-  event("settings", to_json_text(sampler_.settings()));
+  const Duration conversion = setup_.lcr.capabilities().conversion_time(sampler_.settings());
+  event("settings", to_json_text(sampler_.settings(), conversion));
   co_return Result<>();
 }
 

@@ -11,7 +11,7 @@ namespace lcrig {
 
 struct RunSummary {
   RunSummary() = default;
-  std::int64_t lcr_readings = 0;      // fresh ones
+  std::int64_t lcr_readings = 0;  // fresh ones
   std::int64_t measure_readings = 0;  // that a `measure` step counted
   std::int64_t frame_samples = 0;
   std::optional<double> duration_s;

@@ -18,7 +18,7 @@ TEST(Config, ARealRigIsRead) {
   const auto c = parse_config(kReal, "c.json");
   ASSERT_TRUE(c) << c.error().what;
   EXPECT_EQ(c->meter_port, "serial:2184:005f");
-  EXPECT_NEAR(c->fixture.probe_area_m2(), 12.566e-6, 1e-9);
+  EXPECT_NEAR(*c->fixture.probe_area_m2(), 12.566e-6, 1e-9);
   EXPECT_FALSE(c->bench);
 }
 
@@ -59,7 +59,7 @@ TEST(Bench, TheShippedOneIsRead) {
 
 TEST(Bench, ANegativeStiffnessIsRefused) {
   const auto b = parse_bench(R"({ "format": "bench/1", "name": "x", "error_tolerance": 1e-3,
-    "fixture": {}, "frame": { "stiffness_N_mm": -1 }, "meter": {} })",
+    "fixture": { "probe_diameter_mm": 4 }, "frame": { "stiffness_N_mm": -1 }, "meter": {} })",
                              "b.json");
   ASSERT_FALSE(b);
   EXPECT_THAT(b.error().what, HasSubstr("/frame/stiffness_N_mm"));
