@@ -207,8 +207,8 @@ Task<std::optional<std::string>> answer_control_call(ControlHandler& handler, Co
   std::string line;
   if (method == nullptr) {
     line = error_line(*call.id, RpcError(rpc_code::kMethodNotFound,
-                                        fmt::format("unknown method '{}'", call.method),
-                                        "methods: " + method_names()));
+                                         fmt::format("unknown method '{}'", call.method),
+                                         "methods: " + method_names()));
   } else {
     auto answer = co_await method->run(handler, std::move(*call.params), std::move(peer));
     line = line_of_answer(*call.id, answer);

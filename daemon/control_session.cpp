@@ -129,7 +129,7 @@ void ControlSession::on_line(std::string_view line) {
   if (calls_ >= options_.max_calls) {
     return send(error_line(
         *call->id, RpcError(rpc_code::kTooManyCalls, "too many calls of this client are under way",
-                           "wait for their answers")));
+                            "wait for their answers")));
   }
   if (call->method == "watch") watching_ = true;
   ++calls_;
