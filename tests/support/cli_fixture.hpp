@@ -11,7 +11,7 @@
 
 #include "daemon/rehearse.hpp"
 #include "protocols/check.hpp"
-#include "tests/support/control_fixture.hpp"
+#include "tests/support/temp_dir.hpp"
 #include "tools/lcrig/command.hpp"
 
 namespace lcrig::support {

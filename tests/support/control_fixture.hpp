@@ -1,39 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// A control handler that remembers, and a directory for its socket.
+// A control handler that remembers what it was asked.
 #pragma once
 
-#include <stdlib.h>
-
 #include <chrono>
-#include <cstdlib>
-#include <filesystem>
 #include <functional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "daemon/control_handler.hpp"
 
 namespace lcrig::support {
-
-class TempDir {
- public:
-  TempDir() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "lcrig-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-    path_ = pattern;
-  }
-  ~TempDir() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TempDir(const TempDir&) = delete;
-  TempDir& operator=(const TempDir&) = delete;
-  std::string file(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
-};
 
 class FakeHandler : public ControlHandler {
  public:

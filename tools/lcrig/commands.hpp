@@ -27,6 +27,7 @@ std::unique_ptr<Command> make_specimen_show_command();
 std::unique_ptr<Command> make_runs_list_command();
 std::unique_ptr<Command> make_runs_show_command();
 std::unique_ptr<Command> make_runs_note_command();
+std::unique_ptr<Command> make_export_command();
 std::unique_ptr<Command> make_verify_command();
 
 }  // namespace lcrig::cli

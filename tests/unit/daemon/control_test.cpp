@@ -16,6 +16,7 @@
 
 #include "tests/support/control_fixture.hpp"
 #include "tests/support/run_task.hpp"
+#include "tests/support/temp_dir.hpp"
 
 namespace lcrig {
 namespace {
@@ -126,7 +127,7 @@ class Control : public ::testing::Test {
     return R"({"jsonrpc":"2.0","id":1,"method":")" + method + R"(","params":)" + params + "}";
   }
 
-  support::TempDir dir;
+  TempDir dir;
   std::string path = dir.file("control.sock");
   asio::io_context io;
   RealClock clock;

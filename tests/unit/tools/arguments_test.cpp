@@ -49,6 +49,8 @@ TEST(Arguments, EveryMistakeIsUsageAndSaysWhatToTypeNext) {
       {{"resume", "yesterday"}, "not the number of a run"},
       {{"resume", "0"}, "not the number of a run"},
       {{"verify"}, "RUN"},
+      {{"export", "1", "-o", "-", "--layout", "colums"}, "layout"},
+      {{"export", "1", "-o", "x", "--layout", "frame"}, "--layout is for -o -"},
   };
   Cli cli;
   for (const auto& mistake : mistakes) {
@@ -80,8 +82,9 @@ TEST(Arguments, HelpStartsWithAnExampleAndIsAResult) {
 TEST(Arguments, HelpNamesEveryCommand) {
   Cli cli;
   cli.run({"--help"});
-  for (const auto* word : {"run", "rehearse", "status", "watch", "pause", "resume", "abort",
-                           "freeze", "confirm", "protocol", "specimen", "runs", "verify"}) {
+  for (const auto* word :
+       {"run", "rehearse", "status", "watch", "pause", "resume", "abort", "freeze", "confirm",
+        "protocol", "specimen", "runs", "export", "verify"}) {
     EXPECT_THAT(cli.out.str(), HasSubstr(word));
   }
 }

@@ -12,6 +12,7 @@
 
 #include "daemon/control.hpp"
 #include "tests/support/cli_fixture.hpp"
+#include "tests/support/control_fixture.hpp"
 
 namespace lcrig {
 namespace {
