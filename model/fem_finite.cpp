@@ -36,7 +36,8 @@ Result<std::unique_ptr<FemFinite>> FemFinite::make(const Specimen& specimen,
   if (!space) {
     return fail(space.error());
   }
-  std::unique_ptr<FemFinite> model(new FemFinite(std::move(*space), settings.electrode_area));
+  std::unique_ptr<FemFinite> model(
+      new FemFinite(std::move(*space), settings.electrode_area, specimen.c0_F()));
   model->known_[0] = model->system_.rest();
   return model;
 }

@@ -19,6 +19,7 @@ class FemLinear final : public LevelModel {
   static Result<std::unique_ptr<FemLinear>> make(const Specimen& specimen,
                                                  const LevelSettings& settings);
   Result<StackState> at_pressure(Pressure pressure) override;
+  double c0_F() const override { return c0_F_; }
   // The same block cut into other capacitors: thicknesses from base to top, m, which must add up to
   // the block's. Errors: not one block of one soft material; wrong sum.
   Result<StackState> at_pressure(Pressure pressure, const std::vector<double>& partition_m);
@@ -26,11 +27,13 @@ class FemLinear final : public LevelModel {
   int unknowns() const { return space_.equations(); }
 
  private:
-  FemLinear(StackSpace space, ElectrodeArea area) : space_(std::move(space)), area_(area) {}
+  FemLinear(StackSpace space, ElectrodeArea area, double c0_F)
+      : space_(std::move(space)), area_(area), c0_F_(c0_F) {}
   Result<StackState> state(Pressure pressure, const std::vector<StackSpace::Capacitor>& capacitors);
 
   StackSpace space_;
   ElectrodeArea area_;
+  double c0_F_;
   std::vector<double> u_;  // per Pa
   FemSystem::Newton report_;
 };
@@ -43,6 +46,7 @@ class FemFinite final : public LevelModel {
                                                  const LevelSettings& settings);
   // Errors: the solution was lost on the way; the message gives the last converged load and why.
   Result<StackState> at_pressure(Pressure pressure) override;
+  double c0_F() const override { return c0_F_; }
   Pressure last_converged() const { return Pressure::from_si(largest_Pa_); }
   int iterations() const { return iterations_; }  // of Newton's method, since the beginning
   const FemSystem::Newton& report() const { return report_; }  // of the last step
@@ -50,8 +54,8 @@ class FemFinite final : public LevelModel {
   bool stable() const { return system_.stable(); }
 
  private:
-  FemFinite(StackSpace space, ElectrodeArea area)
-      : space_(std::move(space)), area_(area), system_(space_, Kinematics::finite) {}
+  FemFinite(StackSpace space, ElectrodeArea area, double c0_F)
+      : space_(std::move(space)), area_(area), c0_F_(c0_F), system_(space_, Kinematics::finite) {}
   FemState guess(double pressure_Pa) const;
   bool step_to(double pressure_Pa);
   Result<> reach(double pressure_Pa);
@@ -59,6 +63,7 @@ class FemFinite final : public LevelModel {
 
   StackSpace space_;
   ElectrodeArea area_;
+  double c0_F_;
   FemSystem system_;
   std::map<double, FemState> known_;  // by pressure, Pa
   double largest_Pa_ = 0;

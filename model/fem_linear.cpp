@@ -25,7 +25,8 @@ Result<std::unique_ptr<FemLinear>> FemLinear::make(const Specimen& specimen,
   if (!space) {
     return fail(space.error());
   }
-  std::unique_ptr<FemLinear> model(new FemLinear(std::move(*space), settings.electrode_area));
+  std::unique_ptr<FemLinear> model(
+      new FemLinear(std::move(*space), settings.electrode_area, specimen.c0_F()));
   FemSystem system(model->space_, Kinematics::linear);
   FemState state = system.rest();
   model->report_ = system.solve(1.0, state, true);

@@ -60,8 +60,10 @@ ElasticLaw elastic_law(const Material& m, bool finite) {
 
 class SpaceBuilder {
  public:
-  SpaceBuilder(const Specimen& specimen, const MeshSettings& mesh, bool finite)
+  SpaceBuilder(const Specimen& specimen, const MeshSettings& mesh, bool finite,
+               const SpaceVariation& variation)
       : s_(specimen),
+        variation_(variation),
         mesh_(mesh),
         finite_(finite),
         bonded_(specimen.faces != Faces::free),
@@ -72,6 +74,7 @@ class SpaceBuilder {
 
  private:
   void measure();
+  void add_radii();
   void add_block(const Block& block);
   void add_rigid();
   int add_line();
@@ -82,6 +85,7 @@ class SpaceBuilder {
   std::size_t unknowns() const { return 2 * space_.r_.size() * lines_.size(); }
 
   const Specimen& s_;
+  const SpaceVariation& variation_;
   const MeshSettings& mesh_;
   bool finite_, bonded_;
   std::vector<Block> blocks_;
@@ -130,7 +134,9 @@ void SpaceBuilder::add_rigid() {
 void SpaceBuilder::add_block(const Block& block) {
   const Material& m = s_.materials[block.material];
   const bool stiff = m.youngs_modulus_Pa >= kStiffContrast * softest_Pa_;
-  const auto z = axial_edges(block.z0, block.z1, thinnest_m_, stiff, style_);
+  const auto z = variation_.uniform_cells > 0
+                     ? graded(block.z0, block.z1, variation_.uniform_cells, Fine::nowhere, 1)
+                     : axial_edges(block.z0, block.z1, thinnest_m_, stiff, style_);
   int bottom = below_;
   if (on_base_ || tie_below_ >= 0 || !bonded_) {
     bottom = add_line();
@@ -172,7 +178,8 @@ void SpaceBuilder::number() {
   for (std::size_t l = 0; l < lines_.size(); ++l) {
     const Line& line = lines_[l];
     for (std::size_t i = 0; i < nodes; ++i) {
-      if (i > 0 && !line.radial_fixed) {
+      const bool at_wall = variation_.wall && i + 1 == nodes;
+      if (i > 0 && !line.radial_fixed && !at_wall) {
         space_.equation_[0][l * nodes + i] = next++;
       }
       int& axial = space_.equation_[1][l * nodes + i];
@@ -193,22 +200,29 @@ void SpaceBuilder::number() {
   space_.equations_ = next;
 }
 
-// Consistent nodal forces: the integral of 2 pi R N over each cell, by Simpson's exact weights for
-// a quadratic times R.
+// Consistent nodal forces: the integral of 2 pi R N times the profile, by five Gauss points.
 void SpaceBuilder::add_load() {
   space_.unit_load_.assign(static_cast<std::size_t>(space_.equations_), 0);
   if (below_ < 0) {
     return;
   }
+  constexpr double kX[] = {-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831,
+                           0.9061798459386640};
+  constexpr double kW[] = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
+                           0.4786286704993665, 0.2369268850561891};
   const auto& r = space_.r_;
   for (std::size_t i = 0; i + 2 < r.size(); i += 2) {
-    const double width = r[i + 2] - r[i];
-    const double weights[3] = {r[i] / 6, 2 * r[i + 1] / 3, r[i + 2] / 6};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const int eq = space_.equation(below_, static_cast<int>(i + k), 1);
-      if (eq >= 0) {
-        space_.unit_load_[static_cast<std::size_t>(eq)] -=
-            2 * std::numbers::pi * width * weights[k];
+    for (std::size_t q = 0; q < 5; ++q) {
+      const double x = kX[q];
+      const double radius = r[i + 1] + x * (r[i + 2] - r[i]) / 2;
+      const double force = std::numbers::pi * radius * (r[i + 2] - r[i]) * kW[q] *
+                           (variation_.load ? variation_.load(radius) : 1);
+      const double shape[] = {x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const int eq = space_.equation(below_, static_cast<int>(i + k), 1);
+        if (eq >= 0) {
+          space_.unit_load_[static_cast<std::size_t>(eq)] -= force * shape[k];
+        }
       }
     }
   }
@@ -233,6 +247,18 @@ void SpaceBuilder::add_slabs() {
   }
 }
 
+void SpaceBuilder::add_radii() {
+  const double radius = s_.disc_diameter_m / 2;
+  const auto edges = variation_.uniform_cells > 0
+                         ? graded(0, radius, 2 * variation_.uniform_cells, Fine::nowhere, 1)
+                         : radial_edges(radius, std::min(thinnest_m_, radius), style_);
+  space_.r_ = {edges[0]};
+  for (std::size_t i = 1; i < edges.size(); ++i) {
+    space_.r_.push_back((edges[i - 1] + edges[i]) / 2);
+    space_.r_.push_back(edges[i]);
+  }
+}
+
 Result<StackSpace> SpaceBuilder::build() {
   if (!bonded_ && s_.top == Top::bonded_plate) {
     return fail(Errc::invalid_request,
@@ -244,16 +270,7 @@ Result<StackSpace> SpaceBuilder::build() {
   }
   measure();
   space_.area_m2_ = s_.area_m2();
-  space_.r_ = [&] {
-    const auto edges =
-        radial_edges(s_.disc_diameter_m / 2, std::min(thinnest_m_, s_.disc_diameter_m), style_);
-    std::vector<double> nodes{edges[0]};
-    for (std::size_t i = 1; i < edges.size(); ++i) {
-      nodes.push_back((edges[i - 1] + edges[i]) / 2);
-      nodes.push_back(edges[i]);
-    }
-    return nodes;
-  }();
+  add_radii();
   for (const Block& block : blocks_) {
     if (block.rigid) {
       add_rigid();
@@ -274,9 +291,9 @@ Result<StackSpace> SpaceBuilder::build() {
   return std::move(space_);
 }
 
-Result<StackSpace> StackSpace::make(const Specimen& specimen, const MeshSettings& mesh,
-                                    bool finite) {
-  return SpaceBuilder(specimen, mesh, finite).build();
+Result<StackSpace> StackSpace::make(const Specimen& specimen, const MeshSettings& mesh, bool finite,
+                                    const SpaceVariation& variation) {
+  return SpaceBuilder(specimen, mesh, finite, variation).build();
 }
 
 Height StackSpace::height(double z) const {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "base/result.hpp"
@@ -26,6 +27,13 @@ struct Height {
   double zeta = 0;
 };
 
+// For verification against solutions that no specimen describes.
+struct SpaceVariation {
+  int uniform_cells = 0;  // per block height, twice as many along the radius; 0: the graded mesh
+  bool wall = false;  // the rim slides along a rigid wall
+  std::function<double(double r_m)> load;  // pressure profile over the top; empty: 1
+};
+
 class StackSpace {
  public:
   struct Row {
@@ -41,7 +49,8 @@ class StackSpace {
   };
 
   // Errors: more unknowns than allowed; faces and top contradict each other.
-  static Result<StackSpace> make(const Specimen& specimen, const MeshSettings& mesh, bool finite);
+  static Result<StackSpace> make(const Specimen& specimen, const MeshSettings& mesh, bool finite,
+                                 const SpaceVariation& variation = {});
 
   const std::vector<double>& radii() const { return r_; }  // nodes, m
   const std::vector<Row>& rows() const { return rows_; }

@@ -228,7 +228,7 @@ FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, bool kee
     const bool small = residual.force <= tolerance && residual.defect <= kDefectTolerance;
     const bool rounding = residual.force > previous / 2 && residual.force <= kAcceptable;
     previous = residual.force;
-    if (small || (rounding && residual.defect <= kAcceptable)) {
+    if (small || (rounding && residual.defect <= kDefectTolerance)) {
       report.converged = true;
       state = std::move(at);
       return report;

@@ -6,6 +6,7 @@
 
 #include "model/bonded.hpp"
 #include "model/fem_levels.hpp"
+#include "model/fringe_level.hpp"
 #include "model/layered.hpp"
 
 namespace lcrig {
@@ -70,6 +71,23 @@ Result<std::unique_ptr<LevelModel>> make_bonded(const Specimen& specimen, bool n
   });
 }
 
+Result<std::unique_ptr<LevelModel>> make_plain(const Specimen& specimen,
+                                               const LevelSettings& settings) {
+  switch (settings.level) {
+    case Level::linear:
+      return make_layered_model(
+          specimen, [](const Material& m, double, Pressure p) { return linear_strain(m, p); });
+    case Level::hyperelastic:
+      return make_layered_model(specimen, [settings](const Material& m, double, Pressure p) {
+        return hyperelastic_strain(m, p, settings);
+      });
+    case Level::bonded: return make_bonded(specimen, settings.nonlinear);
+    case Level::fem_linear: return make_fem_linear(specimen, settings);
+    case Level::fem_finite: return make_fem_finite(specimen, settings);
+  }
+  return fail(Errc::bug, "unknown level");
+}
+
 }  // namespace
 
 std::string_view to_string(Level level) {
@@ -97,19 +115,11 @@ Result<std::unique_ptr<LevelModel>> make_level_model(const Specimen& specimen,
   if (auto ok = check_applies(specimen, settings); !ok) {
     return fail(ok.error());
   }
-  switch (settings.level) {
-    case Level::linear:
-      return make_layered_model(
-          specimen, [](const Material& m, double, Pressure p) { return linear_strain(m, p); });
-    case Level::hyperelastic:
-      return make_layered_model(specimen, [settings](const Material& m, double, Pressure p) {
-        return hyperelastic_strain(m, p, settings);
-      });
-    case Level::bonded: return make_bonded(specimen, settings.nonlinear);
-    case Level::fem_linear: return make_fem_linear(specimen, settings);
-    case Level::fem_finite: return make_fem_finite(specimen, settings);
+  auto model = make_plain(specimen, settings);
+  if (!model || !settings.fringe) {
+    return model;
   }
-  return fail(Errc::bug, "unknown level");
+  return with_fringe(specimen, std::move(*model));
 }
 
 }  // namespace lcrig

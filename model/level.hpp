@@ -29,6 +29,7 @@ struct LevelSettings {
   bool nonlinear = true;  // bonded only: confined neo-Hookean strain instead of P/E_a
   MeshSettings mesh;  // FEM levels only
   ElectrodeArea electrode_area = ElectrodeArea::reference;  // FEM levels only
+  bool fringe = false;  // multiply each capacitor by Love's factor: one medium, no shielding
 };
 
 // The stack under load. SI.
@@ -45,6 +46,7 @@ class LevelModel {
   virtual ~LevelModel() = default;
   // Compressive pressure >= 0 over the disc. Errors: no equilibrium, beyond the level's validity.
   virtual Result<StackState> at_pressure(Pressure pressure) = 0;
+  virtual double c0_F() const = 0;  // unloaded, with the same options (fringe)
 };
 
 // Errors: the specimen is wrong, or the level cannot describe it (says why).
