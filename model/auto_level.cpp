@@ -6,13 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
+
+#include "model/error_estimate.hpp"
+#include "model/fringe.hpp"
 
 namespace lcrig {
 namespace {
 
-// Kirchhoff's edge correction for a disc capacitor whose dielectric ends at the rim (the air part
-// of the fringe only), relative to C0. Good to 10 % up to a gap of an eighth of the radius.
+// Of the capacitor with the widest gap, relative to its C0.
 double fringe_size(const Specimen& s) {
   double worst = 0;
   for (const auto& capacitor : s.capacitors) {
@@ -20,10 +21,8 @@ double fringe_size(const Specimen& s) {
     for (const auto& layer : capacitor.layers) {
       d += layer.thickness_m;
     }
-    const double a = s.disc_diameter_m / 2;
-    const double kirchhoff =
-        d / (std::numbers::pi * a) * (std::log(16 * std::numbers::pi * a / d) - 1);
-    worst = std::max(worst, kirchhoff * s.dielectric_gap_m(capacitor) / d);
+    const double permittivity = d / s.dielectric_gap_m(capacitor);
+    worst = std::max(worst, fringe_in_air(d / (s.disc_diameter_m / 2), permittivity));
   }
   return worst;
 }
@@ -59,7 +58,7 @@ Result<double> delta_at(const Specimen& s, const LevelSettings& settings, Pressu
 std::vector<Omission> list_omissions(const Specimen& s, Pressure pressure, double delta_F) {
   LevelSettings held;
   held.lateral = Lateral::confined;
-  const auto confined = delta_at(s, held, pressure);
+  const auto confined = s.faces == Faces::free ? delta_at(s, held, pressure) : Result<double>(0);
   std::vector<Omission> list;
   list.push_back({"fringe field", fringe_size(s),
                   "of C0, Kirchhoff's formula with the dielectric ending at the rim; nearly "
@@ -77,40 +76,75 @@ std::vector<Omission> list_omissions(const Specimen& s, Pressure pressure, doubl
 
 }  // namespace
 
+namespace {
+
+// Cheapest first; what cannot describe the faces drops out by its error estimate.
+std::vector<LevelSettings> candidates(const Specimen& s) {
+  std::vector<LevelSettings> list;
+  const auto add = [&](Level level, int refinement) {
+    LevelSettings settings;
+    settings.level = level;
+    settings.mesh.refinement = refinement;
+    list.push_back(settings);
+  };
+  if (s.faces == Faces::free) {
+    add(Level::linear, 1);
+    add(Level::hyperelastic, 1);
+    return list;
+  }
+  if (s.faces == Faces::bonded_laminate) {
+    add(Level::bonded, 1);
+  }
+  for (const Level level : {Level::fem_linear, Level::fem_finite}) {
+    for (int refinement = 0; refinement <= (level == Level::fem_finite ? 1 : kFinestMesh);
+         ++refinement) {
+      add(level, refinement);  // finite strain: finer corners fold over before they help
+    }
+  }
+  return list;
+}
+
+std::string name_of(const LevelSettings& settings) {
+  std::string name(to_string(settings.level));
+  if (settings.level >= Level::fem_linear) {
+    name += fmt::format(" (mesh {})", settings.mesh.refinement);
+  }
+  return name;
+}
+
+}  // namespace
+
 Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance,
                                  Pressure max_pressure) {
-  if (!(tolerance > 0) || !(max_pressure.si() > 0)) {
+  if (!(tolerance > 0) || !(max_pressure.si() > 0) || !std::isfinite(max_pressure.si())) {
     return fail(Errc::invalid_request, "tolerance {} and largest pressure {} Pa must be positive",
                 tolerance, max_pressure.si());
   }
   if (auto ok = check_specimen(specimen); !ok) {
     return fail(ok.error());
   }
-  if (specimen.faces != Faces::free) {
-    return fail(Errc::invalid_request, "specimen {}: no level here describes faces `{}`",
-                specimen.name, to_string(specimen.faces));
+  std::string rejected;
+  for (const LevelSettings& settings : candidates(specimen)) {
+    const auto error = estimate_error(specimen, settings, max_pressure);
+    if (error && *error <= tolerance) {
+      LevelChoice choice;
+      choice.settings = settings;
+      choice.error_estimate = *error;
+      choice.reason =
+          fmt::format("faces `{}`, up to {:.4g} kPa: {} errs by {:.2g} of the {:.2g} allowed{}{}",
+                      to_string(specimen.faces), max_pressure.si() / 1e3, name_of(settings), *error,
+                      tolerance, rejected.empty() ? "" : "; cheaper: ", rejected);
+      const auto delta = delta_at(specimen, settings, max_pressure);
+      choice.left_out = list_omissions(specimen, max_pressure, delta.value_or(0));
+      return choice;
+    }
+    rejected += fmt::format("{}{} {}", rejected.empty() ? "" : ", ", name_of(settings),
+                            error ? fmt::format("{:.2g}", *error) : "not applicable");
   }
-  LevelChoice choice;
-  const auto best = delta_at(specimen, choice.settings, max_pressure);
-  if (!best) {
-    return fail(best.error());
-  }
-  choice.left_out = list_omissions(specimen, max_pressure, *best);
-  LevelSettings linear;
-  linear.level = Level::linear;
-  const auto simple = delta_at(specimen, linear, max_pressure);
-  const double error = simple && *best > 0 ? std::abs(*simple / *best - 1) : 1;
-  if (error <= tolerance) {
-    choice.settings = linear;
-    choice.error_estimate = error;
-    choice.reason = fmt::format("free faces, linear within {:.2g} of hyperelastic", error);
-  } else {
-    choice.error_estimate = 1e-13;
-    choice.reason =
-        fmt::format("free faces: hyperelastic is exact there; linear would err by {:.2g} at {} kPa",
-                    error, max_pressure.si() / 1e3);
-  }
-  return choice;
+  return fail(
+      Errc::invalid_request,
+      "specimen {}: no level meets a tolerance of {:.2g} at {:.4g} kPa; estimated errors: {}",
+      specimen.name, tolerance, max_pressure.si() / 1e3, rejected);
 }
 
 nlohmann::json to_json(const LevelChoice& choice) {
@@ -120,6 +154,7 @@ nlohmann::json to_json(const LevelChoice& choice) {
         {{"effect", o.effect}, {"relative_size", o.relative_size}, {"note", o.note}});
   }
   return {{"level", to_string(choice.settings.level)},
+          {"mesh", choice.settings.mesh.refinement},
           {"form", to_string(choice.settings.form)},
           {"pressure_kind", to_string(choice.settings.pressure_kind)},
           {"error_estimate", choice.error_estimate},

@@ -18,6 +18,7 @@ class LayeredModel final : public LevelModel {
   }
 
   Result<StackState> at_pressure(Pressure pressure) override;
+  double c0_F() const override { return specimen_.c0_F(); }
 
  private:
   struct Part {

@@ -4,12 +4,15 @@
 #include <array>
 #include <cmath>
 
+#include "model/bonded.hpp"
+#include "model/fem_levels.hpp"
+#include "model/fringe_level.hpp"
 #include "model/layered.hpp"
 
 namespace lcrig {
 namespace {
 
-constexpr std::array kLevelNames{"linear", "hyperelastic"};
+constexpr std::array kLevelNames{"linear", "hyperelastic", "bonded", "fem_linear", "fem_finite"};
 
 Result<double> linear_strain(const Material& m, Pressure pressure) {
   const double strain = pressure.si() / m.youngs_modulus_Pa;
@@ -30,6 +33,59 @@ Result<double> hyperelastic_strain(const Material& m, Pressure pressure,
     return fail(stretch.error().code, "hyperelastic, {}: {}", m.name, stretch.error().what);
   }
   return stretch->strain;
+}
+
+Result<double> bonded_layer_strain(const Material& m, double shape_factor, Pressure pressure,
+                                   bool nonlinear) {
+  const double linear_mu = m.youngs_modulus_Pa / (2 * (1 + m.poisson_ratio));
+  if (!nonlinear) {
+    const double strain =
+        pressure.si() / bonded_modulus_Pa(linear_mu, m.poisson_ratio, shape_factor);
+    if (strain >= 1) {
+      return fail(Errc::invalid_request, "bonded: {} kPa would close a layer of {}",
+                  pressure.si() / 1e3, m.name);
+    }
+    return strain;
+  }
+  return bonded_strain(Pressure::from_si(m.shear_modulus_Pa()), m.poisson_ratio, shape_factor,
+                       pressure);
+}
+
+Result<> check_applies(const Specimen& s, const LevelSettings& settings) {
+  const Level level = settings.level;
+  if (level == Level::bonded && s.faces != Faces::bonded_laminate) {
+    return fail(Errc::invalid_request,
+                "specimen {}: level `bonded` needs faces `bonded_laminate`, not `{}`", s.name,
+                to_string(s.faces));
+  }
+  if (level > Level::hyperelastic && settings.pressure_kind == PressureKind::true_area) {
+    return fail(Errc::invalid_request, "level `{}` knows dead pressure only", to_string(level));
+  }
+  return {};
+}
+
+Result<std::unique_ptr<LevelModel>> make_bonded(const Specimen& specimen, bool nonlinear) {
+  const double radius = specimen.disc_diameter_m / 2;
+  return make_layered_model(specimen, [radius, nonlinear](const Material& m, double t, Pressure p) {
+    return bonded_layer_strain(m, radius / (2 * t), p, nonlinear);
+  });
+}
+
+Result<std::unique_ptr<LevelModel>> make_plain(const Specimen& specimen,
+                                               const LevelSettings& settings) {
+  switch (settings.level) {
+    case Level::linear:
+      return make_layered_model(
+          specimen, [](const Material& m, double, Pressure p) { return linear_strain(m, p); });
+    case Level::hyperelastic:
+      return make_layered_model(specimen, [settings](const Material& m, double, Pressure p) {
+        return hyperelastic_strain(m, p, settings);
+      });
+    case Level::bonded: return make_bonded(specimen, settings.nonlinear);
+    case Level::fem_linear: return make_fem_linear(specimen, settings);
+    case Level::fem_finite: return make_fem_finite(specimen, settings);
+  }
+  return fail(Errc::bug, "unknown level");
 }
 
 }  // namespace
@@ -56,16 +112,14 @@ Result<std::unique_ptr<LevelModel>> make_level_model(const Specimen& specimen,
   if (auto ok = check_specimen(specimen); !ok) {
     return fail(ok.error());
   }
-  switch (settings.level) {
-    case Level::linear:
-      return make_layered_model(
-          specimen, [](const Material& m, double, Pressure p) { return linear_strain(m, p); });
-    case Level::hyperelastic:
-      return make_layered_model(specimen, [settings](const Material& m, double, Pressure p) {
-        return hyperelastic_strain(m, p, settings);
-      });
+  if (auto ok = check_applies(specimen, settings); !ok) {
+    return fail(ok.error());
   }
-  return fail(Errc::bug, "unknown level");
+  auto model = make_plain(specimen, settings);
+  if (!model || !settings.fringe) {
+    return model;
+  }
+  return with_fringe(specimen, std::move(*model));
 }
 
 }  // namespace lcrig

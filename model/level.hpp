@@ -10,12 +10,14 @@
 
 #include "base/quantity.hpp"
 #include "base/result.hpp"
+#include "model/electrode.hpp"
+#include "model/fem_mesh.hpp"
 #include "model/specimen.hpp"
 #include "model/stretch.hpp"
 
 namespace lcrig {
 
-enum class Level { linear, hyperelastic };  // cheapest first
+enum class Level { linear, hyperelastic, bonded, fem_linear, fem_finite };  // cheapest first
 std::string_view to_string(Level level);
 std::optional<Level> parse_level(std::string_view text);
 
@@ -23,7 +25,11 @@ struct LevelSettings {
   Level level = Level::hyperelastic;
   EnergyForm form = EnergyForm::a;  // hyperelastic only
   Lateral lateral = Lateral::free;  // hyperelastic only
-  PressureKind pressure_kind = PressureKind::dead;
+  PressureKind pressure_kind = PressureKind::dead;  // FEM and bonded levels: dead only
+  bool nonlinear = true;  // bonded only: confined neo-Hookean strain instead of P/E_a
+  MeshSettings mesh;  // FEM levels only
+  ElectrodeArea electrode_area = ElectrodeArea::reference;  // FEM levels only
+  bool fringe = false;  // multiply each capacitor by Love's factor: one medium, no shielding
 };
 
 // The stack under load. SI.
@@ -40,6 +46,7 @@ class LevelModel {
   virtual ~LevelModel() = default;
   // Compressive pressure >= 0 over the disc. Errors: no equilibrium, beyond the level's validity.
   virtual Result<StackState> at_pressure(Pressure pressure) = 0;
+  virtual double c0_F() const = 0;  // unloaded, with the same options (fringe)
 };
 
 // Errors: the specimen is wrong, or the level cannot describe it (says why).

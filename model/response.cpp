@@ -203,8 +203,9 @@ Result<std::unique_ptr<TabulatedResponse>> make_response(const Specimen& specime
   if (auto ok = builder.refine(); !ok) {
     return fail(ok.error());
   }
-  return std::make_unique<TabulatedResponse>(specimen.c0_F(), builder.shortening(), builder.delta(),
-                                             builder.max_force_N(), builder.error());
+  return std::make_unique<TabulatedResponse>((*model)->c0_F(), builder.shortening(),
+                                             builder.delta(), builder.max_force_N(),
+                                             builder.error());
 }
 
 }  // namespace lcrig

@@ -69,18 +69,14 @@ Point free_coupled(const Law& law, double j) {
           log_r2 / 2};
 }
 
-// Root w of (1+w)^3 - 1 = d (1+w)^2, d >= 0, w to full relative precision.
+// Root w of (1+w)^3 - 1 = d (1+w)^2, d >= 0, to full relative precision: Cardano's root of y = 1+w
+// has only positive terms, one Newton step in w restores the digits that y - 1 loses.
 double cubic_root(double d) {
-  double w = d < 1 ? d / 3 : d;
-  for (int i = 0; i < 60; ++i) {
-    const double y = 1 + w;
-    const double step = (w * (3 + w * (3 + w)) - d * y * y) / (3 * y * y - 2 * d * y);
-    w -= step;
-    if (std::abs(step) <= 1e-16 * w) {
-      break;
-    }
-  }
-  return w;
+  const double d3 = d * d * d / 27;
+  const double u = std::cbrt(d3 + 0.5 + std::sqrt(d3 + 0.25));
+  const double w = d / 3 + d * d / (9 * u) + (u - 1);
+  const double y = 1 + w;
+  return w - (w * (3 + w * (3 + w)) - d * y * y) / (3 * y * y - 2 * d * y);
 }
 
 // Isochoric forms: with y = (lambda_r/lambda_z)^(2/3), zero radial stress is y - y^-2 = -3 h.

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/fem_capacitance.hpp"
+
+#include <array>
+#include <numbers>
+
+namespace lcrig {
+namespace {
+
+constexpr std::size_t kPoints = 5;
+constexpr std::array<double, kPoints> kX{-0.9061798459386640, -0.5384693101056831, 0,
+                                         0.5384693101056831, 0.9061798459386640};
+constexpr std::array<double, kPoints> kW{0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
+                                         0.4786286704993665, 0.2369268850561891};
+
+// Value and slope (per unit of xi) of a quadratic through three nodes.
+struct Quadratic {
+  double value, slope;
+};
+Quadratic quadratic(const double* nodes, double x) {
+  return {nodes[0] * (x * (x - 1) / 2) + nodes[1] * (1 - x * x) + nodes[2] * (x * (x + 1) / 2),
+          nodes[0] * (x - 0.5) - 2 * nodes[1] * x + nodes[2] * (x + 0.5)};
+}
+
+// Per capacitor, by radial node: closing of the dielectric (sum of thickness loss over eps_r) and
+// radial displacement of the upper electrode, m.
+struct Profile {
+  double gap_m = 0;
+  std::vector<double> closing, radial;
+};
+
+Profile profile_of(const StackSpace& space, const StackSpace::Capacitor& slabs,
+                   const std::vector<double>& u, double scale) {
+  Profile profile;
+  profile.closing.assign(space.radii().size(), 0);
+  profile.radial.assign(space.radii().size(), 0);
+  for (const auto& slab : slabs) {
+    profile.gap_m += slab.thickness_m / slab.relative_permittivity;
+    if (slab.rigid) {
+      continue;
+    }
+    const auto low = space.displacement(u, slab.bottom, 1);
+    const auto high = space.displacement(u, slab.top, 1);
+    for (std::size_t i = 0; i < low.size(); ++i) {
+      profile.closing[i] += scale * (low[i] - high[i]) / slab.relative_permittivity;
+    }
+  }
+  if (!slabs.back().rigid) {
+    profile.radial = space.displacement(u, slabs.back().top, 0);
+    for (double& value : profile.radial) {
+      value *= scale;
+    }
+  }
+  return profile;
+}
+
+Result<double> change_of(const StackSpace& space, const Profile& profile, ElectrodeArea area) {
+  const auto& r = space.radii();
+  double sum = 0;  // of (r dr/gap - R dR/gap0), m
+  for (std::size_t i = 0; i + 2 < r.size(); i += 2) {
+    for (std::size_t q = 0; q < kPoints; ++q) {
+      const auto R = quadratic(&r[i], kX[q]);
+      const double closing = quadratic(&profile.closing[i], kX[q]).value;
+      double stretch = 0;  // r dr - R dR
+      if (area == ElectrodeArea::deformed) {
+        const auto ur = quadratic(&profile.radial[i], kX[q]);
+        stretch = ur.value * R.slope + R.value * ur.slope + ur.value * ur.slope;
+      }
+      const double gap = profile.gap_m - closing;
+      if (!(gap > 0)) {
+        return fail(Errc::invalid_request, "a layer has closed at radius {} mm", R.value * 1e3);
+      }
+      sum +=
+          kW[q] * (stretch * profile.gap_m + R.value * R.slope * closing) / (gap * profile.gap_m);
+    }
+  }
+  return kVacuumPermittivity_F_m * 2 * std::numbers::pi * sum;
+}
+
+}  // namespace
+
+std::string_view to_string(ElectrodeArea area) {
+  return area == ElectrodeArea::reference ? "reference" : "deformed";
+}
+std::optional<ElectrodeArea> parse_electrode_area(std::string_view text) {
+  if (text == "reference") {
+    return ElectrodeArea::reference;
+  }
+  return text == "deformed" ? std::optional(ElectrodeArea::deformed) : std::nullopt;
+}
+
+Result<std::vector<double>> capacitance_changes(
+    const StackSpace& space, const std::vector<StackSpace::Capacitor>& capacitors,
+    const std::vector<double>& u, double scale, ElectrodeArea area) {
+  std::vector<double> changes;
+  for (const auto& slabs : capacitors) {
+    auto change = change_of(space, profile_of(space, slabs, u, scale), area);
+    if (!change) {
+      return fail(change.error());
+    }
+    changes.push_back(*change);
+  }
+  return changes;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Capacitance of deformed layers: local parallel plates, integrated over the electrode.
+#pragma once
+
+#include <vector>
+
+#include "base/result.hpp"
+#include "model/electrode.hpp"
+#include "model/fem_space.hpp"
+
+namespace lcrig {
+
+// Change of each capacitor, F, from the thickness changes themselves. u by equation, multiplied by
+// `scale` (linear problems are solved once). Errors: a layer has closed somewhere.
+Result<std::vector<double>> capacitance_changes(
+    const StackSpace& space, const std::vector<StackSpace::Capacitor>& capacitors,
+    const std::vector<double>& u, double scale, ElectrodeArea area);
+
+}  // namespace lcrig

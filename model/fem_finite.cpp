@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "model/fem_capacitance.hpp"
+#include "model/fem_levels.hpp"
+
+namespace lcrig {
+namespace {
+
+constexpr double kFirstSteps = 8;  // more only where needed, fewer where it goes well
+constexpr double kLeastStep = 1.0 / 256;  // of the load asked for: smaller steps mean it is lost
+constexpr std::size_t kMostKept = 40;  // converged loads
+
+// Lagrange weights of the points x at t.
+std::vector<double> weights_at(const std::vector<double>& x, double t) {
+  std::vector<double> w(x.size(), 1.0);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      w[i] *= i == j ? 1 : (t - x[j]) / (x[i] - x[j]);
+    }
+  }
+  return w;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FemFinite>> FemFinite::make(const Specimen& specimen,
+                                                   const LevelSettings& settings) {
+  if (settings.form != EnergyForm::a) {
+    return fail(Errc::invalid_request, "fem_finite knows strain-energy form A only");
+  }
+  auto space = StackSpace::make(specimen, settings.mesh, true);
+  if (!space) {
+    return fail(space.error());
+  }
+  std::unique_ptr<FemFinite> model(
+      new FemFinite(std::move(*space), settings.electrode_area, specimen.c0_F()));
+  model->known_[0] = model->system_.rest();
+  return model;
+}
+
+// On the line through the two known loads nearest to the one asked for. A parabola through three
+// is a worse start: the corner cells do not follow it.
+FemState FemFinite::guess(double pressure_Pa) const {
+  std::vector<std::pair<double, const FemState*>> near;
+  for (const auto& [p, state] : known_) {
+    near.emplace_back(p, &state);
+  }
+  std::sort(near.begin(), near.end(), [&](const auto& a, const auto& b) {
+    return std::abs(a.first - pressure_Pa) < std::abs(b.first - pressure_Pa);
+  });
+  const double reach = std::abs(near.front().first - pressure_Pa);
+  std::vector<double> at;
+  for (const auto& [p, state] : near) {
+    const bool helps = at.empty() || std::abs(p - near.front().first) >= reach / 3;
+    if (helps && at.size() < 2) {
+      at.push_back(p);
+    }
+  }
+  const auto w = weights_at(at, pressure_Pa);
+  FemState result = system_.rest();
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    const FemState& state = known_.at(at[k]);
+    for (std::size_t i = 0; i < result.u.size(); ++i) {
+      result.u[i] += w[k] * state.u[i];
+    }
+    for (std::size_t i = 0; i < result.p.size(); ++i) {
+      result.p[i] += w[k] * state.p[i];
+    }
+  }
+  return result;
+}
+
+void FemFinite::keep(double pressure_Pa, FemState state) {
+  if (known_.size() >= kMostKept) {  // drop the one that its neighbours replace best
+    auto least = std::next(known_.begin());
+    double least_gap = 1e300;
+    for (auto it = std::next(known_.begin()); std::next(it) != known_.end(); ++it) {
+      const double gap = std::next(it)->first - std::prev(it)->first;
+      if (gap < least_gap) {
+        least_gap = gap;
+        least = it;
+      }
+    }
+    known_.erase(least);
+  }
+  known_[pressure_Pa] = std::move(state);
+  largest_Pa_ = std::max(largest_Pa_, pressure_Pa);
+}
+
+bool FemFinite::step_to(double pressure_Pa) {
+  FemState state = guess(pressure_Pa);
+  report_ = system_.solve(pressure_Pa, state);
+  iterations_ += report_.iterations;
+  if (!report_.converged) {  // an extrapolation may start worse than where it came from
+    const auto above = known_.upper_bound(pressure_Pa);
+    state = std::prev(above)->second;
+    report_ = system_.solve(pressure_Pa, state);
+    iterations_ += report_.iterations;
+  }
+  if (report_.converged) {
+    keep(pressure_Pa, std::move(state));
+  }
+  return report_.converged;
+}
+
+Result<> FemFinite::reach(double pressure_Pa) {
+  double from = std::prev(known_.upper_bound(pressure_Pa))->first;
+  // Not in one go, even where Newton's method could: it might land on another branch.
+  double step = pressure_Pa / kFirstSteps;
+  while (from < pressure_Pa) {
+    const double next = from + step >= pressure_Pa * (1 - 1e-12) ? pressure_Pa : from + step;
+    if (step_to(next)) {
+      from = next;
+      step = report_.iterations <= 5 ? 1.5 * step : step;
+      continue;
+    }
+    step = (next - from) / 2;
+    if (step < kLeastStep * pressure_Pa) {
+      return fail(Errc::invalid_request,
+                  "fem_finite: no equilibrium found beyond {:.5g} kPa (asked for {:.5g} kPa): {}; "
+                  "smallest volume ratio there {:.3g}. At a bonded rim the surface folds onto its "
+                  "neighbour, and contact is not modelled",
+                  from / 1e3, pressure_Pa / 1e3, report_.why, report_.min_j);
+    }
+  }
+  return {};
+}
+
+Result<StackState> FemFinite::at_pressure(Pressure pressure) {
+  const double p = pressure.si();
+  if (!std::isfinite(p) || p < 0) {
+    return fail(Errc::invalid_request, "pressure {} Pa must be finite and compressive (>= 0)", p);
+  }
+  if (!known_.contains(p)) {
+    if (auto ok = reach(p); !ok) {
+      return fail(ok.error());
+    }
+  }
+  const FemState& state = known_.at(p);
+  auto changes = capacitance_changes(space_, space_.capacitors(), state.u, 1, area_);
+  if (!changes) {
+    return fail(changes.error().code, "fem_finite: {}", changes.error().what);
+  }
+  StackState result;
+  result.pressure_Pa = p;
+  result.shortening_m = -space_.top_displacement(state.u);
+  result.delta_capacitance_F = std::accumulate(changes->begin(), changes->end(), 0.0);
+  result.capacitor_delta_F = std::move(*changes);
+  return result;
+}
+
+Result<std::unique_ptr<LevelModel>> make_fem_finite(const Specimen& specimen,
+                                                    const LevelSettings& settings) {
+  auto model = FemFinite::make(specimen, settings);
+  if (!model) {
+    return fail(model.error());
+  }
+  return std::unique_ptr<LevelModel>(std::move(*model));
+}
+
+}  // namespace lcrig

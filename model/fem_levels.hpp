@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// The two finite-element levels.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "model/fem_system.hpp"
+#include "model/level.hpp"
+
+namespace lcrig {
+
+// Linear elasticity: solved once for unit pressure, then every pressure and, for a block of one
+// material, every partition of it is a sum over the same field.
+class FemLinear final : public LevelModel {
+ public:
+  static Result<std::unique_ptr<FemLinear>> make(const Specimen& specimen,
+                                                 const LevelSettings& settings);
+  Result<StackState> at_pressure(Pressure pressure) override;
+  double c0_F() const override { return c0_F_; }
+  // The same block cut into other capacitors: thicknesses from base to top, m, which must add up to
+  // the block's. Errors: not one block of one soft material; wrong sum.
+  Result<StackState> at_pressure(Pressure pressure, const std::vector<double>& partition_m);
+  const FemSystem::Newton& report() const { return report_; }
+  int unknowns() const { return space_.equations(); }
+
+ private:
+  FemLinear(StackSpace space, ElectrodeArea area, double c0_F)
+      : space_(std::move(space)), area_(area), c0_F_(c0_F) {}
+  Result<StackState> state(Pressure pressure, const std::vector<StackSpace::Capacitor>& capacitors);
+
+  StackSpace space_;
+  ElectrodeArea area_;
+  double c0_F_;
+  std::vector<double> u_;  // per Pa
+  FemSystem::Newton report_;
+};
+
+// Finite strain, neo-Hooke form A, dead pressure. Loads are reached in steps as large as Newton's
+// method can take; converged loads are kept and the next ones start from them.
+class FemFinite final : public LevelModel {
+ public:
+  static Result<std::unique_ptr<FemFinite>> make(const Specimen& specimen,
+                                                 const LevelSettings& settings);
+  // Errors: the solution was lost on the way; the message gives the last converged load and why.
+  Result<StackState> at_pressure(Pressure pressure) override;
+  double c0_F() const override { return c0_F_; }
+  Pressure last_converged() const { return Pressure::from_si(largest_Pa_); }
+  int iterations() const { return iterations_; }  // of Newton's method, since the beginning
+  const FemSystem::Newton& report() const { return report_; }  // of the last step
+  int unknowns() const { return space_.equations(); }
+  bool stable() const { return system_.stable(); }
+
+ private:
+  FemFinite(StackSpace space, ElectrodeArea area, double c0_F)
+      : space_(std::move(space)), area_(area), c0_F_(c0_F), system_(space_, Kinematics::finite) {}
+  FemState guess(double pressure_Pa) const;
+  bool step_to(double pressure_Pa);
+  Result<> reach(double pressure_Pa);
+  void keep(double pressure_Pa, FemState state);
+
+  StackSpace space_;
+  ElectrodeArea area_;
+  double c0_F_;
+  FemSystem system_;
+  std::map<double, FemState> known_;  // by pressure, Pa
+  double largest_Pa_ = 0;
+  int iterations_ = 0;
+  FemSystem::Newton report_;
+};
+
+Result<std::unique_ptr<LevelModel>> make_fem_linear(const Specimen& specimen,
+                                                    const LevelSettings& settings);
+Result<std::unique_ptr<LevelModel>> make_fem_finite(const Specimen& specimen,
+                                                    const LevelSettings& settings);
+
+}  // namespace lcrig

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stack as a finite-element space: biquadratic displacement on a tensor grid, with the
+// equations of fixed, tied and sliding nodes already worked out.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "base/result.hpp"
+#include "model/fem_mesh.hpp"
+#include "model/specimen.hpp"
+
+namespace lcrig {
+
+// Elastic constants of one row of cells. SI.
+struct ElasticLaw {
+  double mu = 0;  // Pa
+  double inverse_lambda = 0;  // 1/Pa; 0: incompressible
+};
+// finite: mu and nu; otherwise E and nu.
+ElasticLaw elastic_law(const Material& material, bool finite);
+
+// Height in the mesh: a row of cells and the place in it, -1 bottom to 1 top.
+struct Height {
+  int row = -1;  // -1: on a rigid layer or the base; see `line`
+  double zeta = 0;
+};
+
+// For verification against solutions that no specimen describes.
+struct SpaceVariation {
+  int uniform_cells = 0;  // per block height, twice as many along the radius; 0: the graded mesh
+  bool wall = false;  // the rim slides along a rigid wall
+  std::function<double(double r_m)> load;  // pressure profile over the top; empty: 1
+};
+
+class StackSpace {
+ public:
+  struct Row {
+    std::array<int, 3> line;  // node lines: bottom, middle, top
+    double z0, z1;  // m
+    ElasticLaw law;
+  };
+  // A layer of the stack, for the capacitance.
+  struct Slab {
+    double thickness_m, relative_permittivity;
+    bool rigid;
+    Height bottom, top;  // unused when rigid
+  };
+
+  // Errors: more unknowns than allowed; faces and top contradict each other.
+  static Result<StackSpace> make(const Specimen& specimen, const MeshSettings& mesh, bool finite,
+                                 const SpaceVariation& variation = {});
+
+  const std::vector<double>& radii() const { return r_; }  // nodes, m
+  const std::vector<Row>& rows() const { return rows_; }
+  using Capacitor = std::vector<Slab>;  // base to top
+  const std::vector<Capacitor>& capacitors() const { return capacitors_; }
+  int cells_per_row() const { return static_cast<int>(r_.size() - 1) / 2; }
+  int equations() const { return equations_; }
+  // Equation of a node's displacement (component 0: radial, 1: axial); -1: fixed.
+  int equation(int line, int node, int component) const {
+    return equation_[static_cast<std::size_t>(component)]
+                    [static_cast<std::size_t>(line) * r_.size() + static_cast<std::size_t>(node)];
+  }
+  // Nodal forces of a unit dead pressure on the top face, by equation: N per Pa.
+  const std::vector<double>& unit_load() const { return unit_load_; }
+  double radius_m() const { return r_.back(); }
+  // Position of a height z (m, undeformed) measured through a block of soft layers.
+  Height height(double z) const;
+  // The block cut into other capacitors. Errors: not one block of one soft material; the
+  // thicknesses (m, base to top) do not add up to it.
+  Result<std::vector<Capacitor>> partition(const std::vector<double>& thickness_m) const;
+  // u (by equation) at the nodes of a height.
+  std::vector<double> displacement(const std::vector<double>& u, Height h, int component) const;
+  // Mean axial displacement of the top face, weighted by area (that of the rigid top, if it is).
+  double top_displacement(const std::vector<double>& u) const;
+
+ private:
+  friend class SpaceBuilder;
+  std::vector<double> r_;
+  std::vector<Row> rows_;
+  std::vector<Capacitor> capacitors_;
+  std::array<std::vector<int>, 2> equation_;
+  int equations_ = 0;
+  std::vector<double> unit_load_;
+  double area_m2_ = 0;
+};
+
+}  // namespace lcrig

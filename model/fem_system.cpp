@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/fem_system.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lcrig {
+namespace {
+
+constexpr double kLinearTolerance = 1e-11;  // one factorization, cheap refinement
+constexpr double kFiniteTolerance = 1e-9;
+constexpr double kDefectTolerance = 1e-10;
+// Stiff thin cells far up the stack are carried along by displacements whose last digit is already
+// a force; where the residual stops falling below this, that is what is left.
+constexpr double kAcceptable = 1e-7;
+constexpr double kLeastStep = 1.0 / 64;
+constexpr double kRise = 2;
+constexpr double kSmallResidual = 1e-3;  // below this the residual may wander
+constexpr int kMostIterations = 20;
+
+double norm(const std::vector<double>& v) {
+  double sum = 0;
+  for (const double x : v) {
+    sum += x * x;
+  }
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+FemSystem::FemSystem(const StackSpace& space, Kinematics kinematics)
+    : space_(space), kinematics_(kinematics) {
+  const int columns = space.cells_per_row();
+  for (const auto& row : space.rows()) {
+    for (int c = 0; c < columns; ++c) {
+      const auto left = static_cast<std::size_t>(2 * c);
+      geometry_.push_back({space.radii()[left], space.radii()[left + 2], row.z0, row.z1});
+      laws_.push_back(row.law);
+      auto& eq = equations_.emplace_back();
+      for (std::size_t a = 0; a < kCellNodes; ++a) {
+        const int node = 2 * c + static_cast<int>(a % 3);
+        eq[2 * a] = space.equation(row.line[a / 3], node, 0);
+        eq[2 * a + 1] = space.equation(row.line[a / 3], node, 1);
+      }
+    }
+  }
+  condensed_.resize(geometry_.size());
+  build_pattern();
+}
+
+void FemSystem::build_pattern() {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const auto& eq : equations_) {
+    for (const int i : eq) {
+      for (const int j : eq) {
+        if (i >= j && j >= 0) {
+          entries.emplace_back(i, j, 0.0);
+        }
+      }
+    }
+  }
+  const auto n = static_cast<Eigen::Index>(space_.equations());
+  matrix_.resize(n, n);
+  matrix_.setFromTriplets(entries.begin(), entries.end());
+  matrix_.makeCompressed();
+  slots_.resize(equations_.size());
+  for (std::size_t c = 0; c < equations_.size(); ++c) {
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < kCellDofs; ++i) {
+      for (std::size_t j = 0; j <= i; ++j) {
+        const int row = std::max(equations_[c][i], equations_[c][j]);
+        const int column = std::min(equations_[c][i], equations_[c][j]);
+        slots_[c][k++] =
+            column < 0 ? -1 : static_cast<int>(&matrix_.coeffRef(row, column) - matrix_.valuePtr());
+      }
+    }
+  }
+  if (n > 0) {
+    solver_.analyze(matrix_);
+  }
+}
+
+FemState FemSystem::rest() const {
+  return {std::vector<double>(static_cast<std::size_t>(space_.equations()), 0.0),
+          std::vector<double>(static_cast<std::size_t>(kCellPressures) * geometry_.size(), 0.0)};
+}
+
+void FemSystem::gather(const FemState& state, std::size_t cell, std::array<double, kCellDofs>& u,
+                       std::array<double, kCellPressures>& p) const {
+  const auto& eq = equations_[cell];
+  for (std::size_t i = 0; i < kCellDofs; ++i) {
+    u[i] = eq[i] >= 0 ? state.u[static_cast<std::size_t>(eq[i])] : 0;
+  }
+  for (std::size_t k = 0; k < kCellPressures; ++k) {
+    p[k] = state.p[kCellPressures * cell + k];
+  }
+}
+
+void FemSystem::add_stiffness(std::size_t cell, const CellResult& result) {
+  const auto& eq = equations_[cell];
+  const auto& slots = slots_[cell];
+  double* values = matrix_.valuePtr();
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < kCellDofs; ++i) {
+    for (std::size_t j = 0; j <= i; ++j, ++k) {
+      if (slots[k] >= 0) {
+        // nodes of one cell that share an equation meet on the diagonal from both sides
+        const bool twice = i != j && eq[i] == eq[j];
+        values[slots[k]] += (twice ? 2 : 1) * result.stiffness[i][j];
+      }
+    }
+  }
+}
+
+FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_Pa, bool tangent) {
+  Residual result;
+  residual_ = space_.unit_load();
+  for (double& force : residual_) {
+    force *= pressure_Pa;
+  }
+  std::vector<double> plain = residual_;  // of the equations as they are, pressures not eliminated
+  const double load = norm(plain);
+  if (tangent) {
+    std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
+  }
+  CellResult out;
+  std::array<double, kCellDofs> u;
+  std::array<double, kCellPressures> p;
+  double lack = 0, scale = 0;
+  for (std::size_t cell = 0; cell < geometry_.size(); ++cell) {
+    gather(state, cell, u, p);
+    if (!evaluate_cell(kinematics_, geometry_[cell], laws_[cell], u, p, tangent, out)) {
+      return result;
+    }
+    condensed_[cell] = {out.coupling, out.lack, out.gain};
+    result.min_j = std::min(result.min_j, out.min_j);
+    lack += std::abs(out.lack[0]) + std::abs(out.lack[1]) + std::abs(out.lack[2]);
+    scale += out.lack_scale;
+    for (std::size_t i = 0; i < kCellDofs; ++i) {
+      if (const int eq = equations_[cell][i]; eq >= 0) {
+        residual_[static_cast<std::size_t>(eq)] -= out.condensed_force[i];
+        plain[static_cast<std::size_t>(eq)] -= out.force[i];
+      }
+    }
+    if (tangent) {
+      add_stiffness(cell, out);
+    }
+  }
+  result.valid = true;
+  result.force = load > 0 ? norm(plain) / load : norm(plain);
+  result.defect = scale > 0 ? lack / scale : 0;
+  return result;
+}
+
+std::vector<double> FemSystem::pressure_step(const std::vector<double>& du) const {
+  std::vector<double> dp(kCellPressures * condensed_.size());
+  for (std::size_t c = 0; c < condensed_.size(); ++c) {
+    auto volume = condensed_[c].lack;
+    for (std::size_t i = 0; i < kCellDofs; ++i) {
+      const int eq = equations_[c][i];
+      const double move = eq >= 0 ? du[static_cast<std::size_t>(eq)] : 0;
+      for (std::size_t k = 0; k < kCellPressures; ++k) {
+        volume[k] += condensed_[c].coupling[i][k] * move;
+      }
+    }
+    for (std::size_t k = 0; k < kCellPressures; ++k) {
+      const auto& g = condensed_[c].gain[k];
+      dp[kCellPressures * c + k] = g[0] * volume[0] + g[1] * volume[1] + g[2] * volume[2];
+    }
+  }
+  return dp;
+}
+
+// The longest of 1, 1/2, 1/4 ... of the step that turns no cell inside out and does not make the
+// residual much worse. The residual of a mixed method may rise a little before it falls.
+FemSystem::Residual FemSystem::line_search(double pressure_Pa, bool tangent, const Step& step,
+                                           double start, FemState& state) {
+  const double allowed = kRise * std::max(start, kSmallResidual);
+  for (double length = 1; length >= kLeastStep; length /= 2) {
+    FemState next = state;
+    for (std::size_t i = 0; i < next.u.size(); ++i) {
+      next.u[i] += length * step.du[i];
+    }
+    for (std::size_t i = 0; i < next.p.size(); ++i) {
+      next.p[i] += length * step.dp[i];
+    }
+    const Residual residual = assemble(next, pressure_Pa, tangent);
+    if (residual.valid && residual.force <= allowed) {
+      state = std::move(next);
+      return residual;
+    }
+  }
+  return {};
+}
+
+std::optional<FemSystem::Step> FemSystem::direction(bool refactor) {
+  if (refactor) {
+    factored_ = solver_.factorize(matrix_);
+  }
+  if (!factored_) {
+    return std::nullopt;
+  }
+  Step step{solver_.solve(residual_), {}};
+  step.dp = pressure_step(step.du);
+  return std::isfinite(norm(step.du)) ? std::optional(std::move(step)) : std::nullopt;
+}
+
+FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, bool keep_factor) {
+  Newton report;
+  FemState at = state;
+  bool tangent = !(keep_factor && factored_);
+  Residual residual = assemble(at, pressure_Pa, tangent);
+  double previous = 1e300;
+  const double tolerance = kinematics_ == Kinematics::linear ? kLinearTolerance : kFiniteTolerance;
+  for (;; ++report.iterations) {
+    if (!residual.valid) {
+      report.why = report.iterations == 0
+                       ? "the starting point has a cell turned inside out"
+                       : "no step along Newton's direction keeps the residual down";
+      return report;
+    }
+    report.residual = residual.force;
+    report.defect = residual.defect;
+    report.min_j = residual.min_j;
+    report.history.push_back(residual.force);
+    const bool small = residual.force <= tolerance && residual.defect <= kDefectTolerance;
+    const bool rounding = residual.force > previous / 2 && residual.force <= kAcceptable;
+    previous = residual.force;
+    if (small || (rounding && residual.defect <= kDefectTolerance)) {
+      report.converged = true;
+      state = std::move(at);
+      return report;
+    }
+    if (report.iterations == kMostIterations) {
+      report.why =
+          fmt::format("Newton's method did not converge in {} iterations (residual {:.2g})",
+                      kMostIterations, residual.force);
+      return report;
+    }
+    const auto step = direction(tangent);
+    if (!step) {
+      report.why = "the tangent stiffness is singular";
+      return report;
+    }
+    tangent = !keep_factor;
+    const double start = report.iterations == 0 ? 1e300 : residual.force;
+    residual = line_search(pressure_Pa, tangent, *step, start, at);
+  }
+}
+
+}  // namespace lcrig

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Assembly over the stack, the sparse factorization, and Newton's method on top.
+#pragma once
+
+#include <Eigen/Sparse>
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/fem_cell.hpp"
+#include "model/fem_solver.hpp"
+#include "model/fem_space.hpp"
+
+namespace lcrig {
+
+// Displacements by equation, m, and pressures by cell, Pa.
+struct FemState {
+  std::vector<double> u;
+  std::vector<double> p;
+};
+
+class FemSystem {
+ public:
+  FemSystem(const StackSpace& space, Kinematics kinematics);
+
+  FemState rest() const;  // undeformed
+  struct Newton {
+    bool converged = false;
+    int iterations = 0;
+    double residual = 0;  // displacement equations, relative to the load
+    double defect = 0;  // volume equations, relative to their terms
+    double min_j = 1;
+    std::string why;  // of not converging
+    std::vector<double> history;  // residual by iteration
+  };
+  // From `state` to equilibrium under the pressure (Pa, dead). state is changed only on success.
+  // keep_factor: go on with the factorization at hand (linear problems).
+  Newton solve(double pressure_Pa, FemState& state, bool keep_factor = false);
+
+  // Smallest pivot sign: false when the tangent of the last solve was not positive definite.
+  bool stable() const { return solver_.positive(); }
+
+ private:
+  struct Residual {
+    bool valid = false;
+    double force = 0;  // relative to the load
+    double defect = 0;  // of the volume equations, relative to their terms
+    double min_j = 1;
+  };
+  struct Step {
+    std::vector<double> du, dp;
+  };
+  void gather(const FemState& state, std::size_t cell, std::array<double, kCellDofs>& u,
+              std::array<double, kCellPressures>& p) const;
+  // Fills residual_, condensed_ and, if asked, matrix_.
+  Residual assemble(const FemState& state, double pressure_Pa, bool tangent);
+  void add_stiffness(std::size_t cell, const CellResult& result);
+  std::optional<Step> direction(bool refactor);
+  std::vector<double> pressure_step(const std::vector<double>& du) const;
+  Residual line_search(double pressure_Pa, bool tangent, const Step& step, double start,
+                       FemState& state);
+  void build_pattern();
+
+  const StackSpace& space_;
+  Kinematics kinematics_;
+  std::vector<std::array<int, kCellDofs>> equations_;  // by cell
+  std::vector<std::array<int, kCellDofs*(kCellDofs + 1) / 2>> slots_;  // into the matrix values
+  std::vector<CellGeometry> geometry_;
+  std::vector<ElasticLaw> laws_;
+  Eigen::SparseMatrix<double> matrix_;  // lower triangle
+  std::vector<double> residual_;  // load minus internal force, pressures eliminated, N
+  struct Condensed {  // what pressure_step needs of a cell
+    std::array<std::array<double, kCellPressures>, kCellDofs> coupling;
+    std::array<double, kCellPressures> lack;
+    std::array<std::array<double, kCellPressures>, kCellPressures> gain;
+  };
+  std::vector<Condensed> condensed_;
+  SparseSolver solver_;
+  bool factored_ = false;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/fem_cell.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace lcrig {
+namespace {
+
+constexpr CellGeometry kCell{0.7, 1.1, 0.2, 0.5};
+constexpr ElasticLaw kSoft{42, 1.0 / 2058};
+
+struct CellState {
+  std::array<double, kCellDofs> u{};
+  std::array<double, kCellPressures> p{};
+};
+
+CellState some_state(double size, unsigned seed = 1) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> any(-size, size);
+  CellState state;
+  for (double& x : state.u) x = any(random);
+  for (double& x : state.p) x = 100 * any(random);
+  return state;
+}
+
+CellResult evaluate(Kinematics kinematics, const CellState& s, const ElasticLaw& law = kSoft) {
+  CellResult result{};
+  EXPECT_TRUE(evaluate_cell(kinematics, kCell, law, s.u, s.p, true, result));
+  return result;
+}
+
+class CellLaws : public testing::TestWithParam<Kinematics> {};
+
+TEST_P(CellLaws, ForceIsDerivativeOfEnergy) {
+  const CellState at = some_state(0.03);
+  const CellResult here = evaluate(GetParam(), at);
+  const double h = 1e-6;
+  for (std::size_t i = 0; i < kCellDofs; ++i) {
+    CellState up = at, down = at;
+    up.u[i] += h;
+    down.u[i] -= h;
+    const double slope =
+        (evaluate(GetParam(), up).energy - evaluate(GetParam(), down).energy) / (2 * h);
+    EXPECT_NEAR(here.force[i], slope, 1e-6) << i;
+  }
+  for (std::size_t k = 0; k < kCellPressures; ++k) {
+    CellState up = at, down = at;
+    up.p[k] += h;
+    down.p[k] -= h;
+    const double slope =
+        (evaluate(GetParam(), up).energy - evaluate(GetParam(), down).energy) / (2 * h);
+    EXPECT_NEAR(here.lack[k], slope, 1e-8) << k;
+  }
+}
+
+// With the pressure following the displacements, du changes the force by the condensed stiffness.
+TEST_P(CellLaws, TangentIsDerivativeOfForce) {
+  const CellState at = some_state(0.03);
+  const CellResult here = evaluate(GetParam(), at);
+  const double h = 1e-6;
+  for (std::size_t j = 0; j < kCellDofs; ++j) {
+    const auto moved = [&](double by) {
+      CellState s = at;
+      s.u[j] += by;
+      for (std::size_t k = 0; k < kCellPressures; ++k) {
+        for (std::size_t l = 0; l < kCellPressures; ++l) {
+          s.p[k] += here.gain[k][l] * here.coupling[j][l] * by;
+        }
+      }
+      return evaluate(GetParam(), s);
+    };
+    const CellResult up = moved(h), down = moved(-h);
+    for (std::size_t i = 0; i < kCellDofs; ++i) {
+      const double slope = (up.force[i] - down.force[i]) / (2 * h);
+      EXPECT_NEAR(here.stiffness[i][j], slope, 2e-5 * (1 + std::abs(slope))) << i << " " << j;
+    }
+  }
+}
+
+TEST_P(CellLaws, UndeformedStateIsStressFree) {
+  const CellResult rest = evaluate(GetParam(), CellState{});
+  for (std::size_t i = 0; i < kCellDofs; ++i) {
+    EXPECT_EQ(rest.force[i], 0);
+    for (std::size_t j = 0; j < kCellDofs; ++j) {
+      EXPECT_EQ(rest.stiffness[i][j], rest.stiffness[j][i]);
+    }
+  }
+  EXPECT_EQ(rest.energy, 0);
+}
+
+// The only rigid motion of an axisymmetric body is along its axis: it changes nothing.
+TEST_P(CellLaws, RigidMotionCostsNothing) {
+  CellState at = some_state(0.03);
+  const CellResult before = evaluate(GetParam(), at);
+  for (std::size_t a = 0; a < kCellNodes; ++a) at.u[2 * a + 1] += 5;
+  const CellResult after = evaluate(GetParam(), at);
+  for (std::size_t i = 0; i < kCellDofs; ++i) {
+    EXPECT_NEAR(before.force[i], after.force[i], 1e-11);
+  }
+  double total = 0;
+  for (std::size_t a = 0; a < kCellNodes; ++a) total += after.force[2 * a + 1];
+  EXPECT_NEAR(total, 0, 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, CellLaws, testing::Values(Kinematics::linear, Kinematics::finite),
+                         [](const auto& which) {
+                           return which.param == Kinematics::linear ? "Linear" : "Finite";
+                         });
+
+TEST(Cell, SmallStrainOfTheFiniteLawIsTheLinearLaw) {
+  CellState tiny = some_state(1e-9);
+  const CellResult linear = evaluate(Kinematics::linear, tiny);
+  const CellResult finite = evaluate(Kinematics::finite, tiny);
+  for (std::size_t i = 0; i < kCellDofs; ++i) {
+    EXPECT_NEAR(finite.force[i], linear.force[i], 1e-6 * std::abs(linear.force[i]) + 1e-13);
+  }
+}
+
+// Mirror in z: the response of the mirrored state is the mirrored response.
+TEST(Cell, MirroredStateGivesMirroredForce) {
+  const CellState at = some_state(0.05);
+  CellState mirrored;
+  for (std::size_t a = 0; a < kCellNodes; ++a) {
+    const std::size_t b = 3 * (2 - a / 3) + a % 3;
+    mirrored.u[2 * b] = at.u[2 * a];
+    mirrored.u[2 * b + 1] = -at.u[2 * a + 1];
+  }
+  mirrored.p = {at.p[0], at.p[1], -at.p[2]};
+  const CellResult one = evaluate(Kinematics::finite, at);
+  const CellResult two = evaluate(Kinematics::finite, mirrored);
+  for (std::size_t a = 0; a < kCellNodes; ++a) {
+    const std::size_t b = 3 * (2 - a / 3) + a % 3;
+    EXPECT_NEAR(one.force[2 * a], two.force[2 * b], 1e-12);
+    EXPECT_NEAR(one.force[2 * a + 1], -two.force[2 * b + 1], 1e-12);
+  }
+}
+
+TEST(Cell, TurnedInsideOutIsNoticed) {
+  CellState at;
+  for (std::size_t a = 6; a < kCellNodes; ++a) at.u[2 * a + 1] = -1;  // top below bottom
+  CellResult result{};
+  EXPECT_FALSE(evaluate_cell(Kinematics::finite, kCell, kSoft, at.u, at.p, true, result));
+}
+
+TEST(Cell, IncompressibleIsNothingSpecial) {
+  const CellState at = some_state(0.01);
+  const CellResult result = evaluate(Kinematics::finite, at, ElasticLaw{42, 0});
+  for (const auto& row : result.stiffness) {
+    for (const double value : row) EXPECT_TRUE(std::isfinite(value));
+  }
+}
+
+}  // namespace
+}  // namespace lcrig
