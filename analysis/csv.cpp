@@ -7,7 +7,7 @@
 #include <charconv>
 #include <cstring>
 
-#include "analysis/decimal.hpp"
+#include "base/decimal.hpp"
 
 namespace lcrig {
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control_messages.hpp"
 
+#include "base/decimal.hpp"
+
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -83,23 +85,6 @@ RpcError rpc_error_of(const Error& error) {
   const auto& row = row_of(error.code);
   RpcError out(row.code, error.what, std::string(row.hint));
   out.errc = error.code;
-  return out;
-}
-
-double shift_decimal(double value, int power) {
-  if (value == 0 || !std::isfinite(value)) return value;
-  std::array<char, 40> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value,
-                                 std::chars_format::scientific)
-                       .ptr;
-  const std::string_view text(digits.data(), static_cast<std::size_t>(end - digits.data()));
-  const auto mark = text.find('e');
-  int exponent = 0;
-  const char* first = text.data() + mark + (text[mark + 1] == '+' ? 2 : 1);
-  std::from_chars(first, end, exponent);
-  const auto shifted = fmt::format("{}e{}", text.substr(0, mark), exponent + power);
-  double out = value;
-  std::from_chars(shifted.data(), shifted.data() + shifted.size(), out);
   return out;
 }
 

@@ -121,7 +121,4 @@ std::string notification_line(std::string_view method, const nlohmann::json& par
 // Word of a state on the wire: "waiting_for_operator".
 std::string_view state_word(RunState state);
 
-// value * 10^power with the digits kept: 1.84249e-11 and 12 give 18.4249, never 18.424900000000003.
-double shift_decimal(double value, int power);
-
 }  // namespace lcrig

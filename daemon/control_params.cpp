@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/decimal.hpp"
 #include "base/log.hpp"
 #include "daemon/control_messages.hpp"
 

@@ -9,6 +9,8 @@
 #include <span>
 #include <string_view>
 
+#include "base/decimal.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -106,7 +108,7 @@ Result<Recording> load_recording(const std::string& directory) {
   if (!read) return fail(read.error());
   ColumnReader frame(directory + "/frame.csv", {"t_s", "travel_mm", "force_N"});
   read = frame.read([&](std::span<const double> v) {
-    recording.samples.push_back(RecordedSample(v[0], v[1] * 1e-3, v[2]));
+    recording.samples.push_back(RecordedSample(v[0], shift_decimal(v[1], -3), v[2]));
   });
   if (!read) return fail(read.error());
   if (recording.readings.empty()) {

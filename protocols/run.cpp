@@ -118,8 +118,14 @@ void Run::event(std::string kind, std::string detail) {
   setup_.sink.event(row);
 }
 
+// A repeated value is no reading: it is not stored, but that it repeats is told once.
 void Run::on_reading(const LcrReading& reading, const ReadingTag& tag) {
-  setup_.sink.reading(reading, tag);
+  if (reading.fresh) {
+    setup_.sink.reading(reading, tag);
+  } else if (!repeating_) {
+    event("repeated", "the meter repeats its last value");
+  }
+  repeating_ = !reading.fresh;
 }
 
 void Run::on_samples(std::span<const FrameSample> samples) {
@@ -179,7 +185,7 @@ Task<RunResult> Run::execute() {
 
 Task<Result<>> Run::prepare() {
   const FrameCapabilities& caps = setup_.frame.capabilities();
-  if (caps.motion) {
+  if (caps.motion || caps.weights) {
     const FrameLimits limits = device_limits(setup_.protocol.limits, setup_.environment, caps);
     auto armed = co_await setup_.frame.arm(limits);
     if (!armed) co_return armed;

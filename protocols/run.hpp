@@ -156,6 +156,7 @@ class Run final : private LoadFrame::Listener {
   std::int64_t levels_ = 0;
   std::int64_t level_in_repeat_ = 0, level_repeat_ = -1;
   std::int64_t repeat_ = 0, repeats_ = 0;
+  bool repeating_ = false;  // the meter's last answer was the one before
   std::optional<double> force_N_;  // latest
   double force_sum_N_ = 0;  // of the samples since `force_count_` was set to 0
   std::int64_t force_count_ = 0;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/decimal.hpp"
 #include "base/log.hpp"
 
 namespace lcrig::frame_link {
@@ -23,10 +24,10 @@ constexpr std::array<std::pair<MotionEnd, std::string_view>, 5> kReasons{{
 
 // Millimetres to a picometre, so that a decimal travel survives the way through metres.
 double to_mm(double metres) {
-  return std::round(metres * 1e12) / 1e9;
+  return shift_decimal(std::round(metres * 1e12) / 1e12, 3);
 }
 double from_mm(double mm) {
-  return mm / 1e3;
+  return shift_decimal(mm, -3);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/decimal.hpp"
 #include "daemon/control.hpp"
 
 #include <gmock/gmock.h>

@@ -15,6 +15,10 @@ void append_decimal_shift(std::string& out, double value, int power);
 // The same for an integer: 1234500000 and -9 give 1.2345.
 void append_decimal_shift(std::string& out, std::int64_t value, int power);
 
+// The double nearest to (shortest digits of `value`) * 10^power: 0.065 and -3 give 6.5e-05, which
+// 0.065 / 1000 misses. What is not finite stays as it is.
+double shift_decimal(double value, int power);
+
 inline std::string decimal_shift(double value, int power) {
   std::string out;
   append_decimal_shift(out, value, power);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/decimal.hpp"
+#include "base/decimal.hpp"
 
 #include <gtest/gtest.h>
 

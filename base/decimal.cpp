@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/decimal.hpp"
+#include "base/decimal.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <string_view>
@@ -73,6 +74,20 @@ void append_decimal_shift(std::string& out, std::int64_t value, int power) {
     s.remove_prefix(1);
   }
   append_digits(out, s, static_cast<int>(s.size()) - 1 + power);
+}
+
+double shift_decimal(double value, int power) {
+  if (value == 0 || !std::isfinite(value)) return value;
+  char text[48];
+  const auto form = std::chars_format::scientific;
+  char* end = std::to_chars(text, text + 40, value, form).ptr;
+  char* mark = std::find(text, end, 'e');
+  int exponent = 0;
+  std::from_chars(mark + (mark[1] == '+' ? 2 : 1), end, exponent);
+  end = std::to_chars(mark + 1, text + sizeof text, exponent + power).ptr;
+  double out = value;
+  std::from_chars(text, end, out);
+  return out;
 }
 
 }  // namespace lcrig
