@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// A whole run in virtual time: recorder, session, simulated instruments, and an event when a step
+// begins, so that a test can act in the middle of it.
+#pragma once
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/session.hpp"
+#include "model/specimen_file.hpp"
+#include "storage/database.hpp"
+#include "tests/support/temp_dir.hpp"
+
+namespace lcrig {
+
+class SessionWorld {
+ public:
+  // `act` runs in the middle of the run, `after` into the step of this id.
+  struct Act {
+    std::string step_id;
+    Duration after{};
+    std::function<void(SessionWorld&)> act;
+  };
+
+  explicit SessionWorld(std::string protocol_text) : text_(std::move(protocol_text)) {}
+
+  Bench bench = *find_bench("paper");
+  std::map<std::string, std::string> parameters;
+  std::vector<Act> acts;
+
+  // The outcome, or why the run never began.
+  Result<RunResult> run() {
+    SessionRequest request;
+    request.protocol_name = "test";
+    request.protocol_text = text_;
+    request.parameters = parameters;
+    request.specimen_name = "paper-1";
+    request.specimen_text = std::string(shipped_specimens().front().text);
+    auto prepared = prepare_run(std::move(request));
+    if (!prepared) return fail(prepared.error());
+    SimRequest sim;
+    sim.bench = bench;
+    sim.specimen = *prepared->specimen;
+    sim.weights = prepared->places_weights;
+    sim.max_force_N = prepared->max_force_N;
+    auto instruments = make_sim_instruments(io.get_executor(), clock, sim);
+    if (!instruments) return fail(instruments.error());
+    auto recorder = Recorder::open(io, clock, Recorder::Options(database()));
+    if (!recorder) return fail(recorder.error());
+    recorder_ = std::move(*recorder);
+    session = std::make_unique<Session>(io.get_executor(), clock, *recorder_,
+                                        std::move(*instruments), std::move(*prepared));
+    asio::co_spawn(io, play(), [](std::exception_ptr e) {
+      if (e) std::rethrow_exception(e);
+    });
+    clock.run(io, [this] { return outcome_.has_value() && clock.pending() == 0; });
+    recorder_.reset();
+    if (!outcome_) return fail(Errc::bug, "the run never ended");
+    return *outcome_;
+  }
+
+  std::string database() const { return dir_.file("t.db"); }
+  Database open() const {
+    auto db = open_read_only(database());
+    if (!db) throw std::runtime_error(db.error().what);
+    return std::move(*db);
+  }
+  // First column of a query on the finished run.
+  std::int64_t count(const std::string& sql) const {
+    const Database db = open();
+    return db.integer(sql).value();
+  }
+  double real(const std::string& sql) const {
+    const Database db = open();
+    auto s = db.prepare(sql).value();
+    if (!s.step().value()) throw std::runtime_error("no row: " + sql);
+    return s.real(0);
+  }
+  std::string text(const std::string& sql) const {
+    const Database db = open();
+    auto s = db.prepare(sql).value();
+    if (!s.step().value()) return "";
+    return std::string(s.text(0));
+  }
+  void interrupt(Interrupt kind, const std::string& why = "test") {
+    session->run()->interrupt(InterruptRequest(kind, why));
+  }
+
+ private:
+  TempDir dir_;
+
+ public:
+  VirtualClock clock;
+  asio::io_context io{1};
+  std::unique_ptr<Session> session;
+
+ private:
+  Task<> play() {
+    auto opened = co_await session->open();
+    if (opened) {
+      for (Act& act : acts) {
+        asio::co_spawn(io, wait_and_act(act), [](std::exception_ptr e) {
+          if (e) std::rethrow_exception(e);
+        });
+      }
+      RunResult ended = co_await session->execute();
+      outcome_.emplace(std::move(ended));
+    } else {
+      outcome_.emplace(fail(opened.error()));
+    }
+    co_await session->close();
+  }
+
+  Task<> wait_and_act(Act& act) {
+    while (session->run()->status().step_id != act.step_id) {
+      if (outcome_) co_return;
+      co_await clock.wait_for(std::chrono::milliseconds(1));
+    }
+    co_await clock.wait_for(act.after);
+    act.act(*this);
+  }
+
+  std::string text_;
+  std::unique_ptr<Recorder> recorder_;
+  std::optional<Result<RunResult>> outcome_;
+};
+
+}  // namespace lcrig
