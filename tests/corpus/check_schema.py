@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the protocol corpus and the shipped library through schema/protocol.schema.json.
+"""Runs the corpora and the shipped protocols through the schemas.
 
 reject/ holds what the schema and the parser both refuse; reject_semantic/ what only the parser can
 see, so the schema must accept it (or it is no JSON at all).
@@ -21,22 +21,31 @@ def load(path):
     return json.loads(TOKEN.sub(lambda m: m[0] if m[0][0] == '"' else "", text))
 
 
-def main():
-    schema = json.loads((ROOT / "schema/protocol.schema.json").read_text(encoding="utf-8"))
-    jsonschema.Draft202012Validator.check_schema(schema)
-    validator = jsonschema.Draft202012Validator(schema)
-    corpus = ROOT / "tests/corpus/protocol"
-    good = sorted(corpus.glob("accept/*.json")) + sorted(ROOT.glob("protocols/library/*.json"))
-    bad = sorted(corpus.glob("reject/*.json"))
+def check(name, good, bad, at_least_bad):
+    schema = json.loads((ROOT / f"schema/{name}.schema.json").read_text(encoding="utf-8"))
+    jsonschema.validators.validator_for(schema).check_schema(schema)
+    validator = jsonschema.validators.validator_for(schema)(schema)
     wrong = []
     for path in good:
         error = jsonschema.exceptions.best_match(validator.iter_errors(load(path)))
         if error:
             wrong.append(f"{path}: refused: {error.json_path}: {error.message[:200]}")
     wrong += [f"{p}: accepted, expected a refusal" for p in bad if validator.is_valid(load(p))]
-    if len(good) < 10 or len(bad) < 40:
-        wrong.append(f"only {len(good)} good and {len(bad)} bad files: is the corpus complete?")
-    print("\n".join(wrong) or f"schema: {len(good)} accepted, {len(bad)} refused")
+    if len(good) < 3 or len(bad) < at_least_bad:
+        wrong.append(f"{name}: only {len(good)} good and {len(bad)} bad files: incomplete?")
+    print(f"{name}: {len(good)} to accept, {len(bad)} to refuse, {len(wrong)} wrong")
+    return wrong
+
+
+def main():
+    corpus = ROOT / "tests/corpus"
+    wrong = check("protocol",
+                  sorted(corpus.glob("protocol/accept/*.json"))
+                  + sorted(ROOT.glob("protocols/library/*.json")),
+                  sorted(corpus.glob("protocol/reject/*.json")), 40)
+    wrong += check("config", sorted(corpus.glob("config/accept/*.json")),
+                   sorted(corpus.glob("config/reject/*.json")), 12)
+    print("\n".join(wrong))
     return 1 if wrong else 0
 
 

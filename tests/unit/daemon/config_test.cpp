@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/corpus.hpp"
+
 namespace lcrig {
 namespace {
 
@@ -22,29 +24,17 @@ TEST(Config, ARealRigIsRead) {
   EXPECT_FALSE(c->bench);
 }
 
-TEST(Config, ABenchExcludesInstruments) {
-  std::string text(kReal);
-  text.insert(text.size() - 1, R"(, "bench": "paper" )");
-  const auto c = parse_config(text, "c.json");
-  ASSERT_FALSE(c);
-  EXPECT_EQ(c.error().code, Errc::invalid_request);
-  EXPECT_THAT(c.error().what, HasSubstr("bench"));
+TEST(ConfigCorpus, EveryBadFileIsRefusedWithPointerAndReason) {
+  corpus::expect_all_refused("tests/corpus/config/reject", 12, parse_config);
 }
 
-TEST(Config, AMissingPortNamesItsPlace) {
-  const auto c = parse_config(R"({ "format": "lcrigd-config/1", "meter": { "driver": "lcr6100" },
-    "frame": { "driver": "dead_weight" }, "fixture": {} })",
-                              "c.json");
-  ASSERT_FALSE(c);
-  EXPECT_THAT(c.error().what, HasSubstr("/meter"));
-  EXPECT_THAT(c.error().what, HasSubstr("port"));
-}
-
-TEST(Config, AnUnknownKeyIsRefused) {
-  const auto c =
-      parse_config(R"({ "format": "lcrigd-config/1", "bench": "paper", "soket": "/x" })", "c.json");
-  ASSERT_FALSE(c);
-  EXPECT_THAT(c.error().what, HasSubstr("soket"));
+TEST(ConfigCorpus, EveryGoodFileIsAccepted) {
+  const auto good = corpus::files("tests/corpus/config/accept");
+  EXPECT_GE(good.size(), 3U);
+  for (const auto& path : good) {
+    const auto config = load_config(path);
+    EXPECT_TRUE(config) << config.error().what;
+  }
 }
 
 TEST(Bench, TheShippedOneIsRead) {

@@ -3,62 +3,22 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
-
-#include "base/strict_json.hpp"
 #include "protocols/parse.hpp"
+#include "tests/support/corpus.hpp"
 
 namespace lcrig {
 namespace {
 
-namespace fs = std::filesystem;
-
-std::vector<fs::path> files(const std::string& folder) {
-  std::vector<fs::path> out;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path().extension() == ".json") out.push_back(entry.path());
-  }
-  std::sort(out.begin(), out.end());
-  return out;
-}
-
-// "// expect: WORDS" in the first line.
-std::string expectation(const std::string& text) {
-  static const std::string kMark = "// expect: ";
-  if (!text.starts_with(kMark)) return {};
-  return text.substr(kMark.size(), text.find('\n') - kMark.size());
-}
-
-void expect_all_refused(const std::string& folder, std::size_t at_least) {
-  const auto all = files(folder);
-  EXPECT_GE(all.size(), at_least);
-  for (const auto& path : all) {
-    const auto text = read_text_file(path);
-    ASSERT_TRUE(text);
-    const std::string expected = expectation(*text);
-    ASSERT_FALSE(expected.empty()) << path << " does not say what to expect";
-    const auto r = parse_protocol(*text, path.filename());
-    if (r) {
-      ADD_FAILURE() << path << ": accepted";
-      continue;
-    }
-    EXPECT_EQ(r.error().code, Errc::invalid_request) << path;
-    EXPECT_THAT(r.error().what, testing::HasSubstr(expected)) << path;
-    EXPECT_THAT(r.error().what, testing::ContainsRegex("^[a-z_0-9]+\\.json:[0-9]+:[0-9]+ /"))
-        << path;
-  }
-}
-
 TEST(ProtocolCorpus, EveryBadFileIsRefusedWithPointerAndReason) {
-  expect_all_refused("tests/corpus/protocol/reject", 40);
+  corpus::expect_all_refused("tests/corpus/protocol/reject", 40, parse_protocol);
 }
 
 TEST(ProtocolCorpus, WhatOnlySemanticsSeeIsRefusedToo) {
-  expect_all_refused("tests/corpus/protocol/reject_semantic", 20);
+  corpus::expect_all_refused("tests/corpus/protocol/reject_semantic", 20, parse_protocol);
 }
 
 TEST(ProtocolCorpus, EveryGoodFileIsAccepted) {
-  const auto all = files("tests/corpus/protocol/accept");
+  const auto all = corpus::files("tests/corpus/protocol/accept");
   EXPECT_GE(all.size(), 5U);
   for (const auto& path : all) {
     const auto r = load_protocol(path);
@@ -67,7 +27,7 @@ TEST(ProtocolCorpus, EveryGoodFileIsAccepted) {
 }
 
 TEST(ProtocolCorpus, TheShippedLibraryIsAcceptedAndNamedLikeItsFiles) {
-  const auto all = files("protocols/library");
+  const auto all = corpus::files("protocols/library");
   EXPECT_GE(all.size(), 6U);
   for (const auto& path : all) {
     const auto r = load_protocol(path);
