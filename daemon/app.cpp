@@ -85,7 +85,8 @@ Task<> App::probe() {
       co_await probe_once();
       preparing_ = false;
     }
-    co_await clock_.wait_for(instruments_ready() ? 60s : 10s);
+    const Duration pause = instruments_ready() ? 60s : 10s;
+    co_await clock_.wait_for(pause);
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The instruments of one run. Here alone is chosen between a serial port and a simulator; the
-// drivers are the same in both cases.
+// The instruments of one run. App alone chooses between a serial port (app_real.cpp) and a
+// simulator (app_sim.cpp); the drivers are the same in both cases.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>

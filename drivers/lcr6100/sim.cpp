@@ -233,7 +233,8 @@ Task<> Lcr6100Sim::correct(std::string state_header) {
   co_await clock_.wait_for(kCorrectionTime);
   const bool failed = faults_.correction_fails;
   if (!failed) set(state_header, "ON");
-  co_await answer(failed ? "fail" : "pass");
+  const std::string verdict = failed ? "fail" : "pass";
+  co_await answer(verdict);
   restart_grid();
 }
 

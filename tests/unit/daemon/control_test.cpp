@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/decimal.hpp"
 #include "daemon/control.hpp"
+#include "base/decimal.hpp"
 
 #include <gmock/gmock.h>
 #include <sys/socket.h>

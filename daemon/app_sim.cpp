@@ -120,8 +120,8 @@ class BenchInstruments final : public SimulatedInstruments {
     config.capacitance_noise_F = request.bench.plant.capacitance_noise_F;
     config.seed = static_cast<std::uint64_t>(request.seed);
     const auto source = [this](MonoTime t) { return world_->plant().electrical(t); };
-    meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(
-        std::move(pair->far), clock_, config, lcr6100::Lcr6100Sim::Source(source));
+    meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(std::move(pair->far), clock_, config,
+                                                       lcr6100::Lcr6100Sim::Source(source));
     meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
     start(meter_sim_->run());
     return {};
