@@ -150,15 +150,17 @@ void add_t4(Rows& rows) {
                             : "linear, free faces, E 200 kPa: no model proportional to N gives it");
   }
   auto s = paper_stack(1);
-  auto model = s ? make_level_model(*s, level(Level::hyperelastic)) : fail(s.error());
+  auto model = s ? make_level_model(*s, level(Level::hyperelastic, PressureKind::true_area))
+                 : fail(s.error());
   if (!model) {
     return rows.note(model.error());
   }
   const auto state = (*model)->at_pressure(Pressure::from_si(1 / s->area_m2()));
   for (std::size_t n = 1; n <= 3 && state; ++n) {
-    rows.add("T4", fmt::format("dC/C0 at 1 N, N = {}", n), "%", kRange[n - 1],
-             100 * state->delta_capacitance_F / s->c0_F(),
-             "free faces, dead load; no model makes it depend on N: not reproducible");
+    rows.add(
+        "T4", fmt::format("dC/C0 at 1 N, N = {}", n), "%", kRange[n - 1],
+        100 * state->delta_capacitance_F / s->c0_F(),
+        "free faces, pressure per current area; no model makes it depend on N: not reproducible");
   }
 }
 

@@ -147,7 +147,7 @@ Result<StackState> FemFinite::at_pressure(Pressure pressure) {
   }
   StackState result;
   result.pressure_Pa = p;
-  result.shortening_m = -space_.top_displacement(state.u);
+  result.shortening_m = space_.shortening_m(state.u);
   result.delta_capacitance_F = std::accumulate(changes->begin(), changes->end(), 0.0);
   result.capacitor_delta_F = std::move(*changes);
   return result;
