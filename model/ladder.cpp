@@ -76,7 +76,7 @@ LadderRow* find_reference(const Specimen& s, std::vector<LadderRow>& rows) {
   return best;
 }
 
-constexpr double kWidth = 720, kHeight = 440, kLeft = 70, kBottom = 390, kRight = 690, kTop = 30;
+constexpr double kWidth = 900, kHeight = 440, kLeft = 70, kBottom = 390, kRight = 690, kTop = 30;
 
 double place(double value, double low, double high, double from, double to) {
   return from + (std::log10(value) - low) / (high - low) * (to - from);
@@ -91,6 +91,13 @@ std::string_view color_of(Level level) {
     case Level::fem_finite: return "#b03030";
   }
   return "#000000";
+}
+
+std::string numbered_dot(double x, double y, int number, std::string_view color) {
+  return fmt::format(
+      "<circle cx='{0:.1f}' cy='{1:.1f}' r='8' fill='{2}'/>"
+      "<text x='{0:.1f}' y='{3:.1f}' text-anchor='middle' font-size='10' fill='white'>{4}</text>\n",
+      x, y, color, y + 3.5, number);
 }
 
 std::string grid_lines(double x0, double x1, double y0, double y1) {
@@ -196,14 +203,16 @@ std::string to_svg(const Ladder& ladder) {
   if (x1 > x0 && y1 > y0) {
     svg += grid_lines(x0, x1, y0, y1);
   }
+  int number = 0;
   for (const LadderRow* row : shown) {
+    ++number;
     const double x = place(row->seconds, x0, std::max(x1, x0 + 1), kLeft, kRight);
     const double y = place(row->relative_error, y0, std::max(y1, y0 + 1), kBottom, kTop);
-    svg += fmt::format(
-        "<circle cx='{:.1f}' cy='{:.1f}' r='4' fill='{}'/><text x='{:.1f}' y='{:.1f}'>{}, "
-        "{}</text>\n",
-        x, y, color_of(row->settings.level), x + 7, y - 5, to_string(row->settings.level),
-        row->setting);
+    svg += numbered_dot(x, y, number, color_of(row->settings.level));
+    const double line = kTop + 22 * number;
+    svg += numbered_dot(kRight + 24, line, number, color_of(row->settings.level));
+    svg += fmt::format("<text x='{:.1f}' y='{:.1f}'>{}, {}</text>\n", kRight + 40, line + 4,
+                       to_string(row->settings.level), row->setting);
   }
   svg += fmt::format(
       "<text x='{}' y='{}' text-anchor='middle'>seconds</text>"
