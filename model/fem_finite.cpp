@@ -11,7 +11,8 @@ namespace lcrig {
 namespace {
 
 constexpr double kFirstSteps = 8;  // more only where needed, fewer where it goes well
-constexpr double kLeastStep = 1.0 / 256;  // of the load asked for: smaller steps mean it is lost
+// Steps below both mean that the solution is lost: of the load reached, and of the one asked for.
+constexpr double kLeastStep = 1.0 / 32, kLeastStart = 1.0 / 4096;
 constexpr std::size_t kMostKept = 40;  // converged loads
 
 // Lagrange weights of the points x at t.
@@ -119,7 +120,7 @@ Result<> FemFinite::reach(double pressure_Pa) {
       continue;
     }
     step = (next - from) / 2;
-    if (step < kLeastStep * pressure_Pa) {
+    if (step < std::max(kLeastStep * from, kLeastStart * pressure_Pa)) {
       return fail(Errc::invalid_request,
                   "fem_finite: no equilibrium found beyond {:.5g} kPa (asked for {:.5g} kPa): {}; "
                   "smallest volume ratio there {:.3g}. At a bonded rim the surface folds onto its "
@@ -147,7 +148,7 @@ Result<StackState> FemFinite::at_pressure(Pressure pressure) {
   }
   StackState result;
   result.pressure_Pa = p;
-  result.shortening_m = -space_.top_displacement(state.u);
+  result.shortening_m = space_.shortening_m(state.u);
   result.delta_capacitance_F = std::accumulate(changes->begin(), changes->end(), 0.0);
   result.capacitor_delta_F = std::move(*changes);
   return result;

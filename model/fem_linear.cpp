@@ -51,7 +51,7 @@ Result<StackState> FemLinear::state(Pressure pressure,
   }
   StackState result;
   result.pressure_Pa = pressure.si();
-  result.shortening_m = -pressure.si() * space_.top_displacement(u_);
+  result.shortening_m = pressure.si() * space_.shortening_m(u_);
   result.delta_capacitance_F = std::accumulate(changes->begin(), changes->end(), 0.0);
   result.capacitor_delta_F = std::move(*changes);
   return result;

@@ -355,10 +355,10 @@ std::vector<double> StackSpace::displacement(const std::vector<double>& u, Heigh
   return values;
 }
 
-double StackSpace::top_displacement(const std::vector<double>& u) const {
+double StackSpace::shortening_m(const std::vector<double>& u) const {
   double work = 0;  // the work of a unit pressure is the area times the mean
   for (std::size_t i = 0; i < unit_load_.size(); ++i) {
-    work -= unit_load_[i] * u[i];
+    work += unit_load_[i] * u[i];
   }
   return work / area_m2_;
 }

@@ -73,8 +73,8 @@ class StackSpace {
   Result<std::vector<Capacitor>> partition(const std::vector<double>& thickness_m) const;
   // u (by equation) at the nodes of a height.
   std::vector<double> displacement(const std::vector<double>& u, Height h, int component) const;
-  // Mean axial displacement of the top face, weighted by area (that of the rigid top, if it is).
-  double top_displacement(const std::vector<double>& u) const;
+  // How far the top face went down, mean over its area (of the rigid top, if it is), m.
+  double shortening_m(const std::vector<double>& u) const;
 
  private:
   friend class SpaceBuilder;

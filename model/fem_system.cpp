@@ -18,7 +18,7 @@ constexpr double kAcceptable = 1e-7;
 constexpr double kLeastStep = 1.0 / 64;
 constexpr double kRise = 2;
 constexpr double kSmallResidual = 1e-3;  // below this the residual may wander
-constexpr int kMostIterations = 20;
+constexpr int kMostIterations = 30;
 
 double norm(const std::vector<double>& v) {
   double sum = 0;

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// C(P) of a specimen at one level: what `lcrig model curve` prints.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "model/auto_level.hpp"
+
+namespace lcrig {
+
+inline constexpr std::size_t kMostPressures = 100'000;
+
+// "0:100:10" (from, to, step) or "0,5,20" in kPa, rising, at most kMostPressures; the end belongs
+// to the list when the step reaches it.
+Result<std::vector<Pressure>> parse_pressures_kPa(std::string_view text);
+
+struct CurvePoint {
+  double pressure_Pa = 0, capacitance_F = 0, delta_capacitance_F = 0, shortening_m = 0;
+};
+
+struct Curve {
+  LevelSettings settings;
+  double error_estimate = 0;  // relative, of delta C at the last pressure
+  std::optional<LevelChoice> choice;  // when the level was chosen here
+  std::vector<CurvePoint> points;
+};
+
+// With `settings` empty the cheapest level within `tolerance` is taken. Errors: as choose_level and
+// the level itself; the message names the pressure.
+Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSettings>& settings,
+                         double tolerance, const std::vector<Pressure>& pressures);
+
+nlohmann::json to_json(const Curve& curve);  // docs/cli-json.md, "model curve"
+
+// Least-squares slope of delta C over pressure, F/Pa, centred sums; at least two points.
+double fit_slope(const std::vector<CurvePoint>& points);
+
+}  // namespace lcrig

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// The best partition of a soft block into capacitors: what `lcrig model design` prints.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "base/quantity.hpp"
+#include "model/specimen.hpp"
+
+namespace lcrig {
+
+struct DesignRequest {
+  int capacitors = 4;
+  Length total = Length::from_si(1e-3);
+  Length least_layer = Length::from_si(0.1e-3);
+  Length disc_diameter = Length::from_si(4e-3);
+  Faces faces = Faces::bonded_base;  // laminate: every layer between films, as free but stiffer
+  Top top = Top::pressure;
+  Material material{"PDMS", 2.75, false, 200e3, 0.49, {}};
+  Pressure max_pressure = Pressure::from_si(100e3);  // for the fitted sensitivity
+};
+
+struct DesignOption {
+  std::string placement;
+  std::vector<double> thickness_m;  // base to top
+  double c0_F = 0;
+  double initial_F_Pa = 0;  // sensitivity at zero pressure
+  double fitted_F_Pa = 0;  // straight line through 11 points up to max_pressure; 0: out of reach
+  double gain = 0;  // initial sensitivity over that of equal layers, minus 1
+};
+
+struct Design {
+  std::vector<DesignOption> options;  // best first
+  std::string method;  // closed form or computation, and why
+};
+
+// Errors: capacitors * least_layer > total; sizes out of range.
+Result<Design> design_partition(const DesignRequest& request);
+
+nlohmann::json to_json(const Design& design);
+
+}  // namespace lcrig

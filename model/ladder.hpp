@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time against error of every level and mesh for one scene: what `lcrig model ladder` prints.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "model/level.hpp"
+
+namespace lcrig {
+
+struct LadderRow {
+  LevelSettings settings;
+  std::string setting;  // "mesh 1, 2328 unknowns"
+  double seconds = 0;  // from the specimen to the answer, best of three where it is quick
+  double relative_error = 0;  // of delta C against the reference row
+  double error_estimate = 0;  // what `auto` believes
+  std::string failure;  // why there is no answer; empty otherwise
+  bool reference = false;
+};
+
+struct Ladder {
+  Pressure pressure;
+  double delta_capacitance_F = 0;  // of the reference
+  std::vector<LadderRow> rows;  // cheapest first
+};
+
+// `seconds_now` is a clock for the timing (the model has none). Errors: the specimen is wrong; no
+// level at all can answer.
+Result<Ladder> climb_ladder(const Specimen& specimen, Pressure pressure,
+                            const std::function<double()>& seconds_now);
+
+nlohmann::json to_json(const Ladder& ladder);
+std::string to_table(const Ladder& ladder);
+// Logarithmic picture, self-contained SVG.
+std::string to_svg(const Ladder& ladder);
+
+}  // namespace lcrig

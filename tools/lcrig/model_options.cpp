@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/model_options.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "model/specimen_file.hpp"
+#include "tools/lcrig/specimen_lookup.hpp"
+
+namespace lcrig::cli {
+
+void ModelOptions::declare_specimen(ArgumentList& list) {
+  list.option("-s,--specimen", specimen_, "S", "What is pressed: a name or a specimen file", true);
+  list.one_of("--faces", faces_, {"free", "bonded_base", "bonded_laminate"},
+              "Other faces than the specimen's");
+  list.one_of("--top", top_, {"pressure", "plate", "bonded_plate"},
+              "Other top than the specimen's");
+}
+
+void ModelOptions::declare_level(ArgumentList& list) {
+  list.one_of("--level", level_,
+              {"auto", "linear", "hyperelastic", "bonded", "fem_linear", "fem_finite"},
+              "Level of the model (default: the cheapest within the tolerance)");
+  list.one_of("--pressure-kind", kind_, {"dead", "true"},
+              "Force over the reference or the current area");
+  list.one_of("--form", form_, {"I", "A", "B", "C", "D", "E"}, "Strain energy (hyperelastic)");
+  list.one_of("--area", area_, {"reference", "deformed"}, "Electrode area (FEM levels)");
+  list.one_of("--mesh", mesh_, {"0", "1", "2", "3"}, "Refinement, 0 coarse to 3 (FEM levels)");
+  list.flag("--fringe", fringe_, "Add the field outside the gap (Love)");
+}
+
+Outcome<Specimen> ModelOptions::specimen(const Context& context) const {
+  auto path = context.db_path();
+  if (!path) return tl::unexpected(path.error());
+  auto text = find_specimen_text(context, *path, specimen_);
+  if (!text) return tl::unexpected(text.error());
+  auto specimen = parse_specimen(text->text, text->name);
+  if (!specimen) return tl::unexpected(Failure(specimen.error()));
+  if (!faces_.empty()) specimen->faces = parse_faces(faces_).value_or(specimen->faces);
+  if (!top_.empty()) specimen->top = parse_top(top_).value_or(specimen->top);
+  return *specimen;
+}
+
+Outcome<std::optional<LevelSettings>> ModelOptions::settings() const {
+  LevelSettings settings;
+  settings.form = parse_energy_form(form_).value_or(settings.form);
+  settings.pressure_kind = parse_pressure_kind(kind_).value_or(settings.pressure_kind);
+  settings.electrode_area = parse_electrode_area(area_).value_or(settings.electrode_area);
+  settings.mesh.refinement = mesh_.front() - '0';
+  settings.fringe = fringe_;
+  if (const auto level = parse_level(level_)) {
+    settings.level = *level;
+    return settings;
+  }
+  const bool varied =
+      form_ != "A" || kind_ != "dead" || area_ != "reference" || mesh_ != "1" || fringe_;
+  if (varied) {
+    return tl::unexpected(
+        Failure(kUsage, "--form, --pressure-kind, --area, --mesh and --fringe belong to a --level",
+                "lcrig model curve --help"));
+  }
+  return std::optional<LevelSettings>();
+}
+
+Outcome<double> parse_number(const char* option, const std::string& text) {
+  double value = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stop != end || !std::isfinite(value)) {
+    return tl::unexpected(
+        Failure(kUsage, fmt::format("{} \"{}\": expected a number", option, text), ""));
+  }
+  return value;
+}
+
+}  // namespace lcrig::cli

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the `model` commands have in common: a specimen and how to describe it.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "model/level.hpp"
+#include "tools/lcrig/command.hpp"
+
+namespace lcrig::cli {
+
+class ModelOptions {
+ public:
+  void declare_specimen(ArgumentList& list);  // --specimen, --faces, --top
+  void declare_level(ArgumentList& list);  // --level and what a level can vary
+
+  // The specimen with --faces and --top applied. Failure: unknown name, bad file.
+  Outcome<Specimen> specimen(const Context& context) const;
+  // Nothing when --level was not given or is `auto`. Failure: usage.
+  Outcome<std::optional<LevelSettings>> settings() const;
+
+ private:
+  std::string specimen_, faces_, top_;
+  std::string level_ = "auto", kind_ = "dead", form_ = "A", area_ = "reference", mesh_ = "1";
+  bool fringe_ = false;
+};
+
+// A number in an option. Failure: usage, naming the option.
+Outcome<double> parse_number(const char* option, const std::string& text);
+
+}  // namespace lcrig::cli
