@@ -17,9 +17,7 @@
 #include "drivers/lcr6100/sim.hpp"
 #include "drivers/zwick/driver.hpp"
 #include "drivers/zwick/sim.hpp"
-#include "model/auto_level.hpp"
-#include "model/plant.hpp"
-#include "model/response.hpp"
+#include "model/bench_world.hpp"
 
 namespace lcrig {
 
@@ -86,7 +84,7 @@ class BenchInstruments final : public SimulatedInstruments {
   using SimulatedInstruments::SimulatedInstruments;
 
   Result<> build(const SimRequest& request) {
-    if (auto pressed = build_plant(request); !pressed) return pressed;
+    if (auto built = build_world(request); !built) return built;
     simulated_person_ = std::make_unique<SimOperator>(clock_, request.bench.operator_reaction);
     person_ = request.person != nullptr ? request.person : simulated_person_.get();
     if (auto built = build_meter(request); !built) return built;
@@ -94,32 +92,23 @@ class BenchInstruments final : public SimulatedInstruments {
   }
 
  private:
-  Result<> build_plant(const SimRequest& request) {
-    const Force max_force = Force::from_si(request.max_force_N);
-    const Pressure max_pressure =
-        Pressure::from_si(request.max_force_N / request.specimen.area_m2());
-    auto choice = choose_level(request.specimen, request.bench.error_tolerance, max_pressure);
-    if (!choice) return fail(choice.error());
-    auto response =
-        make_response(request.specimen, choice->settings, max_force, request.bench.error_tolerance);
-    if (!response) return fail(response.error());
-    response_ = std::move(*response);
-    config_ = request.bench.plant;
-    config_.seed = static_cast<std::uint64_t>(request.seed);
-    if (request.weights) config_.contact_travel_m = 0;
-    plant_ = std::make_unique<Plant>(*response_, config_);
+  Result<> build_world(const SimRequest& request) {
+    PlantConfig mounting = request.bench.plant;
+    mounting.seed = static_cast<std::uint64_t>(request.seed);
+    if (request.weights) mounting.contact_travel_m = 0;
+    auto world = BenchWorld::make(request.specimen, request.bench.error_tolerance,
+                                  Force::from_si(request.max_force_N), mounting);
+    if (!world) return fail(world.error());
+    world_ = std::move(*world);
     info_.fixture = request.bench.fixture;
     info_.bench_name = request.bench.name;
     info_.bench_text = request.bench.text;
     info_.simulated = true;
     info_.seed = request.seed;
-    info_.model_level = std::string(to_string(choice->settings.level));
-    info_.model_json = to_json(*choice).dump();
-    // By value: a plan may outlive the instruments.
-    info_.compression_m = [specimen = response_, k = config_.frame_stiffness_N_m](double force_N) {
-      return specimen->shortening_m(force_N) + force_N / k;
-    };
-    info_.contact_travel = Length::from_si(config_.contact_travel_m);
+    info_.model_level = std::string(to_string(world_->level().settings.level));
+    info_.model_json = to_json(world_->level()).dump();
+    info_.compression_m = world_->compression_m();
+    info_.contact_travel = Length::from_si(mounting.contact_travel_m);
     return {};
   }
 
@@ -129,8 +118,8 @@ class BenchInstruments final : public SimulatedInstruments {
     lcr6100::SimConfig config;
     config.conversion_s = request.bench.plant.conversion_s;
     config.capacitance_noise_F = request.bench.plant.capacitance_noise_F;
-    config.seed = config_.seed;
-    const auto source = [this](MonoTime t) { return plant_->electrical(t); };
+    config.seed = static_cast<std::uint64_t>(request.seed);
+    const auto source = [this](MonoTime t) { return world_->plant().electrical(t); };
     meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(std::move(pair->far), clock_, config,
                                                        lcr6100::Lcr6100Sim::Source(source));
     meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
@@ -141,7 +130,7 @@ class BenchInstruments final : public SimulatedInstruments {
   Result<> build_frame(const SimRequest& request) {
     auto pair = wire("sim:frame");
     if (!pair) return fail(pair.error());
-    scene_ = std::make_unique<PlantScene>(*plant_);
+    scene_ = std::make_unique<PlantScene>(world_->plant());
     ZwickSimSettings settings;
     settings.seed = static_cast<std::uint64_t>(request.seed) + 1;
     frame_sim_ =
@@ -153,7 +142,7 @@ class BenchInstruments final : public SimulatedInstruments {
 
   Result<> build_rod(const SimRequest& request) {
     acting_person_ = std::make_unique<ActingOperator>(
-        *person_, [this] { plant_->put_load(clock_.now(), rod_->pending_force().si()); });
+        *person_, [this] { world_->plant().put_load(clock_.now(), rod_->pending_force().si()); });
     person_ = acting_person_.get();
     DeadWeightSettings settings;
     settings.g_m_s2 = request.bench.fixture.local_gravity_m_s2;
@@ -166,9 +155,7 @@ class BenchInstruments final : public SimulatedInstruments {
     return {};
   }
 
-  std::shared_ptr<const TabulatedResponse> response_;
-  PlantConfig config_;
-  std::unique_ptr<Plant> plant_;
+  std::unique_ptr<BenchWorld> world_;
   std::unique_ptr<PlantScene> scene_;
   DeadWeightFrame* rod_ = nullptr;
 };

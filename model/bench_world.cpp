@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/bench_world.hpp"
+
+#include <utility>
+
+namespace lcrig {
+
+Result<std::unique_ptr<BenchWorld>> BenchWorld::make(const Specimen& specimen, double tolerance,
+                                                     Force max_force, PlantConfig mounting) {
+  const Pressure max_pressure = Pressure::from_si(max_force.si() / specimen.area_m2());
+  auto choice = choose_level(specimen, tolerance, max_pressure);
+  if (!choice) return fail(choice.error());
+  auto response = make_response(specimen, choice->settings, max_force, tolerance);
+  if (!response) return fail(response.error());
+  return std::unique_ptr<BenchWorld>(
+      new BenchWorld(std::move(*choice), std::move(*response), mounting));
+}
+
+BenchWorld::BenchWorld(LevelChoice level, std::shared_ptr<const TabulatedResponse> response,
+                       PlantConfig mounting)
+    : level_(std::move(level)), response_(std::move(response)), plant_(*response_, mounting) {}
+
+std::function<double(double force_N)> BenchWorld::compression_m() const {
+  return [specimen = response_, k = plant_.config().frame_stiffness_N_m](double force_N) {
+    return specimen->shortening_m(force_N) + force_N / k;
+  };
+}
+
+}  // namespace lcrig

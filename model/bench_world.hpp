@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// The world behind a simulated bench: a specimen under a probe, shared by all its instruments.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "model/auto_level.hpp"
+#include "model/plant.hpp"
+#include "model/response.hpp"
+
+namespace lcrig {
+
+class BenchWorld {
+ public:
+  // Tabulates the specimen from 0 to max_force at the cheapest level whose error in delta C is
+  // within `tolerance` (relative), and mounts it as `mounting` says. Errors: as choose_level and
+  // make_response.
+  static Result<std::unique_ptr<BenchWorld>> make(const Specimen& specimen, double tolerance,
+                                                  Force max_force, PlantConfig mounting);
+
+  Plant& plant() { return plant_; }
+  const LevelChoice& level() const { return level_; }
+  const TabulatedResponse& response() const { return *response_; }
+  // Drive travel beyond contact that produces a force, m. May outlive the world.
+  std::function<double(double force_N)> compression_m() const;
+
+ private:
+  BenchWorld(LevelChoice level, std::shared_ptr<const TabulatedResponse> response,
+             PlantConfig mounting);
+
+  LevelChoice level_;
+  std::shared_ptr<const TabulatedResponse> response_;
+  Plant plant_;
+};
+
+}  // namespace lcrig
