@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// The back door: a Unix socket on which a person or a test breaks the bench. docs/simulator.md
+#pragma once
+
+#include <boost/asio/local/stream_protocol.hpp>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/clock.hpp"
+#include "tools/lcrig-sim/frame_port.hpp"
+#include "tools/lcrig-sim/meter_port.hpp"
+
+namespace lcrig::sim {
+
+// What the commands act on; frame is nullptr with a rod.
+struct Bench {
+  Clock& clock;
+  Plant& plant;
+  MeterPort& meter;
+  FramePort* frame;
+};
+
+// One command line in, the bench's state or the reason why not out.
+Result<nlohmann::json> obey(Bench& bench, std::string_view line);
+
+// The drive, whoever commands it or no longer does.
+bool is_moving(const Bench& bench);
+
+class BackDoor {
+ public:
+  BackDoor(asio::any_io_executor executor, Bench bench);
+  ~BackDoor();
+  // Replaces a socket that a predecessor left behind. Errors: io.
+  Result<> listen(const std::string& path);
+  void close();
+  bool is_idle() const { return running_ == 0; }
+
+ private:
+  using Socket = asio::local::stream_protocol::socket;
+  Task<> accept();
+  Task<> serve(Socket socket);
+  Task<> settle();
+  void start(Task<> task);
+
+  asio::any_io_executor executor_;
+  Bench bench_;
+  std::string path_;
+  asio::local::stream_protocol::acceptor acceptor_;
+  int running_ = 0;
+};
+
+}  // namespace lcrig::sim

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig-sim/frame_port.hpp"
+
+#include <unistd.h>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <exception>
+#include <utility>
+
+#include "base/log.hpp"
+#include "drivers/fd_transport.hpp"
+
+namespace lcrig::sim {
+
+namespace {
+
+using namespace std::chrono_literals;
+using asio::ip::tcp;
+constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
+
+// A client that was killed is gone a moment before its end of file arrives here.
+constexpr Duration kPatience = 500ms;
+
+}  // namespace
+
+FramePort::FramePort(asio::any_io_executor executor, Clock& clock, FrameScene& scene,
+                     ZwickSimSettings settings)
+    : executor_(std::move(executor)),
+      clock_(clock),
+      scene_(scene),
+      settings_(std::move(settings)),
+      power_on_(clock.now()),
+      acceptor_(executor_) {}
+
+Result<> FramePort::listen(std::uint16_t tcp_port) {
+  tcp_port_ = tcp_port;
+  auto bound = bind();
+  if (!bound) return bound;
+  url_ = fmt::format("tcp://127.0.0.1:{}", tcp_port_);
+  return {};
+}
+
+Result<> FramePort::bind() {
+  boost::system::error_code ec;
+  const tcp::endpoint here(asio::ip::address_v4::loopback(), tcp_port_);
+  acceptor_.open(here.protocol(), ec);
+  if (!ec) acceptor_.set_option(tcp::acceptor::reuse_address(true), ec);
+  if (!ec) acceptor_.bind(here, ec);
+  if (!ec) acceptor_.listen(asio::socket_base::max_listen_connections, ec);
+  if (ec) {
+    acceptor_.close();
+    return fail(Errc::io, "127.0.0.1:{}: {}; give another --frame-port", tcp_port_, ec.message());
+  }
+  tcp_port_ = acceptor_.local_endpoint().port();
+  start(accept());
+  return {};
+}
+
+Result<> FramePort::open_pty() {
+  auto pty = Pty::open();
+  if (!pty) return fail(pty.error());
+  pty_ = std::move(*pty);
+  url_ = "pty:" + pty_->path();
+  serve(pty_->release_master(), "sim:" + url_);
+  return {};
+}
+
+void FramePort::unplug() {
+  boost::system::error_code ignored;
+  acceptor_.close(ignored);
+  pty_.reset();
+  if (gateway_) gateway_->close();
+}
+
+Result<> FramePort::plug() {
+  if (acceptor_.is_open() || pty_) return {};
+  return tcp_port_ == 0 ? open_pty() : bind();
+}
+
+Task<> FramePort::accept() {
+  while (acceptor_.is_open()) {
+    auto r = co_await acceptor_.async_accept(kAsResult);
+    auto& [ec, socket] = r;
+    if (!ec) {
+      boost::system::error_code ignored;
+      socket.set_option(tcp::no_delay(true), ignored);
+      start(admit(socket.release()));
+    } else if (acceptor_.is_open()) {
+      spdlog::warn("{}: {}", url_, ec.message());
+      co_await clock_.wait_for(100ms);
+    }
+  }
+}
+
+Task<> FramePort::admit(int fd) {
+  const MonoTime limit = clock_.now() + kPatience;
+  while (gateway_ && clock_.now() < limit) co_await clock_.wait_for(1ms);
+  if (gateway_ || !acceptor_.is_open()) {
+    spdlog::warn("{}: a second client is sent away", url_);
+    ::close(fd);
+    co_return;
+  }
+  serve(fd, "sim:" + url_);
+}
+
+void FramePort::serve(int fd, const std::string& name) {
+  ZwickSimSettings settings = settings_;
+  settings.device_clock_start_s += to_seconds(clock_.now() - power_on_);
+  auto wire = std::make_unique<FdTransport>(executor_, clock_, fd, name);
+  gateway_ = std::make_shared<ZwickSim>(std::move(wire), clock_, executor_, scene_, settings);
+  ++running_;
+  const auto ended = [this, mine = gateway_](std::exception_ptr error) {
+    --running_;
+    if (gateway_ == mine) gateway_.reset();
+    if (error) std::rethrow_exception(error);
+  };
+  asio::co_spawn(executor_, gateway_->run(), ended);
+}
+
+void FramePort::start(Task<> task) {
+  ++running_;
+  asio::co_spawn(executor_, std::move(task), [this](std::exception_ptr error) {
+    --running_;
+    if (error) std::rethrow_exception(error);
+  });
+}
+
+}  // namespace lcrig::sim

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// The simulated load frame behind its gateway: frame-link/1 on loopback TCP, or on a pty.
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "drivers/zwick/sim.hpp"
+#include "tools/lcrig-sim/pty.hpp"
+
+namespace lcrig::sim {
+
+class FramePort {
+ public:
+  // The scene outlives the port.
+  FramePort(asio::any_io_executor executor, Clock& clock, FrameScene& scene,
+            ZwickSimSettings settings);
+
+  // One of the two, once. 0: any free port. Errors: the port is taken, no pty.
+  Result<> listen(std::uint16_t tcp_port);
+  Result<> open_pty();
+  const std::string& url() const { return url_; }  // "tcp://127.0.0.1:40123", "pty:/dev/pts/6"
+
+  // Cuts the line; TCP refuses new clients. plug() takes them again on the same port.
+  void unplug();
+  Result<> plug();
+  ZwickSim* gateway() { return gateway_.get(); }  // nullptr: nobody is connected
+  bool is_idle() const { return running_ == 0; }  // every task has ended
+
+ private:
+  Result<> bind();
+  Task<> accept();
+  Task<> admit(int fd);
+  void serve(int fd, const std::string& name);
+  void start(Task<> task);
+
+  asio::any_io_executor executor_;
+  Clock& clock_;
+  FrameScene& scene_;
+  ZwickSimSettings settings_;
+  MonoTime power_on_;
+  std::string url_;
+  std::uint16_t tcp_port_ = 0;
+  asio::ip::tcp::acceptor acceptor_;
+  std::optional<Pty> pty_;
+  std::shared_ptr<ZwickSim> gateway_;
+  int running_ = 0;
+};
+
+}  // namespace lcrig::sim

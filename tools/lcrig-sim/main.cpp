@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+// lcrig-sim: the simulated bench as a process of its own, in real time. docs/simulator.md
+#include <CLI/CLI.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "base/log.hpp"
+#include "daemon/bench.hpp"
+#include "model/bench_world.hpp"
+#include "model/specimen_file.hpp"
+#include "tools/lcrig-sim/back_door.hpp"
+
+namespace lcrig::sim {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+struct Options {
+  std::string bench = "paper", specimen = "paper-1", log_level = "info";
+  std::string lcr_link, lcr_identity, ready_file, control;
+  std::uint16_t frame_port = 0;
+  std::uint64_t seed = 1;
+  double max_force_N = 5;
+  bool frame_pty = false, weights = false;
+};
+
+Result<Specimen> find_specimen(const std::string& what) {
+  if (what.find('/') != std::string::npos || what.ends_with(".json")) return load_specimen(what);
+  std::string names;
+  for (const ShippedSpecimen& s : shipped_specimens()) {
+    if (s.name == what) return parse_specimen(s.text, what);
+    names += (names.empty() ? "" : ", ") + std::string(s.name);
+  }
+  return fail(Errc::invalid_request, "no specimen `{}`; shipped: {}, or give a file", what, names);
+}
+
+// Everything on the bench. Lives until its tasks have ended.
+class SimBench {
+ public:
+  SimBench(asio::io_context& io, Clock& clock, Options options)
+      : io_(io), clock_(clock), options_(std::move(options)) {}
+
+  Result<> start() {
+    if (auto built = build(); !built) return built;
+    if (auto plugged = meter_->plug(); !plugged) return plugged;
+    if (frame_) {
+      auto open = options_.frame_pty ? frame_->open_pty() : frame_->listen(options_.frame_port);
+      if (!open) return open;
+    }
+    Bench bench{clock_, world_->plant(), *meter_, frame_.get()};
+    door_ = std::make_unique<BackDoor>(io_.get_executor(), bench);
+    if (!options_.control.empty()) {
+      if (auto open = door_->listen(options_.control); !open) return open;
+    }
+    return announce();
+  }
+
+  Task<> close() {
+    meter_->unplug();
+    if (frame_) frame_->unplug();
+    door_->close();
+    const MonoTime limit = clock_.now() + 1s;
+    while (!is_idle() && clock_.now() < limit) co_await clock_.wait_for(1ms);
+  }
+
+ private:
+  Result<> build() {
+    auto bench = find_bench(options_.bench);
+    if (!bench) return fail(bench.error());
+    auto specimen = find_specimen(options_.specimen);
+    if (!specimen) return fail(specimen.error());
+    PlantConfig mounting = bench->plant;
+    mounting.seed = options_.seed;
+    if (options_.weights) mounting.contact_travel_m = 0;
+    auto world = BenchWorld::make(*specimen, bench->error_tolerance,
+                                  Force::from_si(options_.max_force_N), mounting);
+    if (!world) return fail(world.error());
+    world_ = std::move(*world);
+    build_instruments(mounting);
+    return {};
+  }
+
+  void build_instruments(const PlantConfig& mounting) {
+    lcr6100::SimConfig meter;
+    meter.conversion_s = mounting.conversion_s;
+    meter.capacitance_noise_F = mounting.capacitance_noise_F;
+    meter.seed = options_.seed;
+    if (!options_.lcr_identity.empty()) meter.identity = options_.lcr_identity;
+    const auto source = [this](MonoTime t) { return world_->plant().electrical(t); };
+    meter_ =
+        std::make_unique<MeterPort>(io_.get_executor(), clock_, meter, source, options_.lcr_link);
+    if (options_.weights) return;
+    scene_ = std::make_unique<PlantScene>(world_->plant());
+    ZwickSimSettings frame;
+    frame.seed = options_.seed + 1;
+    frame_ = std::make_unique<FramePort>(io_.get_executor(), clock_, *scene_, frame);
+  }
+
+  Result<> announce() const {
+    json ready{{"lcr", meter_->url()}, {"frame", nullptr}, {"control", nullptr}};
+    if (frame_) ready["frame"] = frame_->url();
+    if (!options_.control.empty()) ready["control"] = options_.control;
+    const std::string line = ready.dump() + "\n";
+    std::cout << line << std::flush;
+    if (options_.ready_file.empty()) return {};
+    // Whoever waits for the file never sees half of it.
+    const std::string half = options_.ready_file + ".part";
+    std::ofstream file(half);
+    file << line;
+    file.close();
+    std::error_code error;
+    if (file) std::filesystem::rename(half, options_.ready_file, error);
+    if (!file || error) return fail(Errc::io, "cannot write {}", options_.ready_file);
+    return {};
+  }
+
+  bool is_idle() const {
+    return meter_->is_idle() && door_->is_idle() && (!frame_ || frame_->is_idle());
+  }
+
+  asio::io_context& io_;
+  Clock& clock_;
+  Options options_;
+  std::unique_ptr<BenchWorld> world_;
+  std::unique_ptr<PlantScene> scene_;
+  std::unique_ptr<MeterPort> meter_;
+  std::unique_ptr<FramePort> frame_;
+  std::unique_ptr<BackDoor> door_;
+};
+
+Task<> end_on_signal(asio::io_context& io, SimBench& bench) {
+  asio::signal_set signals(io, SIGTERM, SIGINT);
+  const int number = co_await signals.async_wait(asio::use_awaitable);
+  spdlog::debug("signal {}", number);
+  co_await bench.close();
+  io.stop();
+}
+
+int serve(Options options) {
+  RealClock clock;
+  asio::io_context io(1);
+  SimBench bench(io, clock, std::move(options));
+  if (auto started = bench.start(); !started) {
+    spdlog::error("{}", started.error().what);
+    return started.error().code == Errc::invalid_request ? 2 : 1;
+  }
+  asio::co_spawn(io, end_on_signal(io, bench), [](std::exception_ptr error) {
+    if (error) std::rethrow_exception(error);
+  });
+  io.run();
+  return 0;
+}
+
+void declare(CLI::App& cli, Options& o) {
+  cli.add_option("--bench", o.bench, "Name or file of the bench")->capture_default_str();
+  cli.add_option("--specimen", o.specimen, "Name or file of the specimen")->capture_default_str();
+  cli.add_option("--max-force-N", o.max_force_N, "Largest force that the specimen is tabulated for")
+      ->check(CLI::Range(0.001, 1e4))
+      ->capture_default_str();
+  cli.add_option("--seed", o.seed, "Of all noise")->capture_default_str();
+  cli.add_option("--lcr-link", o.lcr_link, "Symbolic link to the meter's pty");
+  cli.add_option("--lcr-identity", o.lcr_identity, "What the meter answers to *IDN?");
+  auto* port = cli.add_option("--frame-port", o.frame_port, "TCP port on 127.0.0.1 (0: any)");
+  auto* pty = cli.add_flag("--frame-pty", o.frame_pty, "Frame link on a pty instead of TCP");
+  port->excludes(pty);
+  cli.add_flag("--weights", o.weights, "Dead weights on a rod, no frame; `load` on --control")
+      ->excludes(port)
+      ->excludes(pty);
+  cli.add_option("--control", o.control, "Unix socket for faults (docs/simulator.md)");
+  cli.add_option("--ready-file", o.ready_file, "Gets the line of standard output");
+  cli.add_option("--log-level", o.log_level, "trace, debug, info, warn, error, off")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
+  cli.set_version_flag("--version", LCRIG_VERSION);
+  cli.footer("Example: lcrig-sim --specimen paper-1 --lcr-link /tmp/lcr --frame-port 4710");
+}
+
+}  // namespace
+}  // namespace lcrig::sim
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a client that went away is an error code
+  lcrig::sim::Options options;
+  CLI::App cli{"lcrig-sim: the simulated meter and load frame on a pty and TCP, in real time"};
+  lcrig::sim::declare(cli, options);
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return cli.exit(e) == 0 ? 0 : 2;
+  }
+  lcrig::set_up_logging(options.log_level);
+  return lcrig::sim::serve(std::move(options));
+}

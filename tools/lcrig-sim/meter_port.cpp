@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig-sim/meter_port.hpp"
+
+#include <boost/asio/co_spawn.hpp>
+#include <exception>
+#include <filesystem>
+#include <utility>
+
+#include "drivers/fd_transport.hpp"
+
+namespace lcrig::sim {
+
+namespace fs = std::filesystem;
+
+namespace {
+constexpr Duration kClientCheck = std::chrono::milliseconds(100);
+}
+
+MeterPort::MeterPort(asio::any_io_executor executor, Clock& clock, lcr6100::SimConfig config,
+                     lcr6100::Lcr6100Sim::Source source, std::string link)
+    : executor_(std::move(executor)),
+      clock_(clock),
+      config_(std::move(config)),
+      source_(std::move(source)),
+      link_(std::move(link)) {}
+
+MeterPort::~MeterPort() {
+  unplug();
+}
+
+Result<> MeterPort::plug() {
+  if (pty_) return {};
+  auto pty = Pty::open();
+  if (!pty) return fail(pty.error());
+  pty_ = std::move(*pty);
+  if (auto linked = make_link(); !linked) {
+    pty_.reset();
+    return linked;
+  }
+  auto wire =
+      std::make_unique<FdTransport>(executor_, clock_, pty_->release_master(), "sim:" + url());
+  meter_ = std::make_shared<lcr6100::Lcr6100Sim>(std::move(wire), clock_, config_, source_);
+  running_ += 2;
+  const auto ended = [this, kept = meter_](std::exception_ptr error) {
+    --running_;
+    if (error) std::rethrow_exception(error);
+  };
+  asio::co_spawn(executor_, meter_->run(), ended);
+  asio::co_spawn(executor_, watch_clients(), ended);
+  return {};
+}
+
+void MeterPort::unplug() {
+  if (!pty_) return;
+  std::error_code ignored;
+  if (!link_.empty()) fs::remove(link_, ignored);
+  pty_.reset();
+  meter_->close();
+  meter_.reset();
+}
+
+Result<> MeterPort::make_link() const {
+  if (link_.empty()) return {};
+  std::error_code error;
+  if (fs::is_symlink(link_, error)) fs::remove(link_, error);
+  fs::create_symlink(pty_->path(), link_, error);
+  if (error) return fail(Errc::io, "link {}: {}", link_, error.message());
+  return {};
+}
+
+Task<> MeterPort::watch_clients() {
+  const auto mine = meter_;
+  while (meter_ == mine) {
+    pty_->forget_dead_client();
+    co_await clock_.wait_for(kClientCheck);
+  }
+}
+
+}  // namespace lcrig::sim

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// The simulated LCR-6100 on a pty, with a plug that can be pulled.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "drivers/lcr6100/sim.hpp"
+#include "tools/lcrig-sim/pty.hpp"
+
+namespace lcrig::sim {
+
+class MeterPort {
+ public:
+  // `link`: a symbolic link to the pty, replaced at every plug(); empty: none.
+  MeterPort(asio::any_io_executor executor, Clock& clock, lcr6100::SimConfig config,
+            lcr6100::Lcr6100Sim::Source source, std::string link);
+  ~MeterPort();
+
+  // Errors: no pty, or something that is no link stands where the link should.
+  Result<> plug();
+  void unplug();  // idempotent
+  bool is_plugged() const { return pty_.has_value(); }
+  std::string url() const { return pty_ ? "pty:" + pty_->path() : ""; }
+  lcr6100::Lcr6100Sim* meter() { return meter_.get(); }  // nullptr: unplugged
+  bool is_idle() const { return running_ == 0; }  // every task has ended
+
+ private:
+  Result<> make_link() const;
+  Task<> watch_clients();
+
+  asio::any_io_executor executor_;
+  Clock& clock_;
+  lcr6100::SimConfig config_;
+  lcr6100::Lcr6100Sim::Source source_;
+  std::string link_;
+  std::optional<Pty> pty_;
+  std::shared_ptr<lcr6100::Lcr6100Sim> meter_;
+  int running_ = 0;
+};
+
+}  // namespace lcrig::sim
