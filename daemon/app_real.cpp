@@ -56,11 +56,18 @@ bool RemoteOperator::confirmed() {
 
 namespace {
 
+// `busy` tells a client that a run goes on; a port that another program holds is a fault of the rig.
+Error as_rig_fault(Error error) {
+  if (error.code == Errc::busy) error.code = Errc::disconnected;
+  return error;
+}
+
 // Opens a port; with a wire log directory every byte is written down there.
 Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::string instrument,
                                                      const Config& config, Clock& clock) {
   auto port = co_await open_port(std::move(url), SerialSettings(), clock);
-  if (!port || config.wire_log_directory.empty()) co_return port;
+  if (!port) co_return fail(as_rig_fault(port.error()));
+  if (config.wire_log_directory.empty()) co_return port;
   WireLogHeader header;
   header.instrument = instrument;
   header.date = fmt::format("{} ns since 1970", clock.unix_ns());

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+// From an abort on the control socket to the frame's STOP on the wire, and to the answer
+// (standstill confirmed). Three threads in real time: client, daemon, and simulators behind
+// loopback TCP. Usage: abort_latency_bench [ABORTS]
+#include <poll.h>
+#include <stdlib.h>
+
+#include <atomic>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <stdexcept>
+#include <thread>
+
+#include "base/log.hpp"
+#include "daemon/app.hpp"
+#include "daemon/latency.hpp"
+#include "drivers/fd_transport.hpp"
+#include "drivers/lcr6100/sim.hpp"
+#include "drivers/zwick/sim.hpp"
+#include "model/bench_world.hpp"
+#include "model/specimen_file.hpp"
+#include "tools/lcrig/control_client.hpp"
+
+namespace lcrig {
+namespace {
+
+using asio::ip::tcp;
+using nlohmann::json;
+
+constexpr const char* kProtocol = R"({ "format": "load-protocol/1", "name": "abort-latency",
+  "limits": { "force_N": [-1, 1], "travel_mm": [-20, 1] },
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1.0,
+      "aperture": "fast", "trigger": "internal" }, "frame": { "rate_Hz": 50 } },
+  "steps": [ { "id": "away", "do": "ramp", "to": { "travel_mm": -10 }, "speed_mm_s": 0.05,
+    "timeout_s": 300 } ],
+  "finally": [ { "id": "back", "do": "ramp", "to": { "travel_mm": 0 }, "speed_mm_s": 5,
+    "timeout_s": 10 } ] })";
+
+template <class T>
+T must(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().what);
+  return std::move(*result);
+}
+template <class T>
+T must(cli::Outcome<T> outcome) {
+  if (!outcome) throw std::runtime_error(outcome.error().what);
+  return std::move(*outcome);
+}
+
+// Notes when a STOP that is waited for arrives at the gateway.
+class StopWatch final : public Transport {
+ public:
+  StopWatch(std::unique_ptr<Transport> inner, std::atomic<std::int64_t>& stop_ns)
+      : inner_(std::move(inner)), stop_ns_(stop_ns) {}
+  Task<Result<std::size_t>> read_some(std::span<char> buffer, MonoTime deadline) override {
+    auto n = co_await inner_->read_some(buffer, deadline);
+    if (n && std::string_view(buffer.data(), *n).find("STOP\n") != std::string_view::npos) {
+      std::int64_t none = 0;
+      stop_ns_.compare_exchange_strong(none, clock_.now().time_since_epoch().count());
+    }
+    co_return n;
+  }
+  Task<Result<>> write_all(std::string_view bytes, MonoTime deadline) override {
+    auto written = co_await inner_->write_all(bytes, deadline);
+    co_return written;
+  }
+  void close() override { inner_->close(); }
+  const std::string& name() const override { return inner_->name(); }
+
+ private:
+  std::unique_ptr<Transport> inner_;
+  RealClock clock_;
+  std::atomic<std::int64_t>& stop_ns_;
+};
+
+void rethrow(std::exception_ptr error) {
+  if (error) std::rethrow_exception(error);
+}
+
+// Both instruments, each serving one client after the other.
+class Simulators {
+ public:
+  Simulators() : world_(make_world()), scene_(world_->plant()), meter_(io_), frame_(io_) {
+    for (auto* acceptor : {&meter_, &frame_}) {
+      acceptor->open(tcp::v4());
+      acceptor->bind(tcp::endpoint(asio::ip::address_v4::loopback(), 0));
+      acceptor->listen();
+    }
+    asio::co_spawn(io_, serve_meter(), rethrow);
+    asio::co_spawn(io_, serve_frame(), rethrow);
+    thread_ = std::thread([this] { io_.run(); });
+  }
+  ~Simulators() {
+    io_.stop();
+    thread_.join();
+  }
+  static std::string url(const tcp::acceptor& acceptor) {
+    return fmt::format("tcp://127.0.0.1:{}", acceptor.local_endpoint().port());
+  }
+  std::string meter_url() const { return url(meter_); }
+  std::string frame_url() const { return url(frame_); }
+
+  std::atomic<std::int64_t> stop_ns{0};  // of the first STOP since it was set to 0
+
+ private:
+  static std::unique_ptr<BenchWorld> make_world() {
+    const ShippedSpecimen& first = shipped_specimens().front();
+    const Specimen specimen = must(parse_specimen(first.text, std::string(first.name)));
+    PlantConfig mounting;
+    mounting.contact_travel_m = 5e-3;
+    return must(BenchWorld::make(specimen, 0.01, Force::from_si(2), mounting));
+  }
+  Task<std::unique_ptr<Transport>> next_client(tcp::acceptor& acceptor) {
+    auto socket = co_await acceptor.async_accept(asio::use_awaitable);
+    socket.set_option(tcp::no_delay(true));
+    const int fd = socket.release();
+    co_return std::make_unique<FdTransport>(io_.get_executor(), clock_, fd, "sim");
+  }
+  Task<> serve_meter() {
+    for (;;) {
+      auto wire = co_await next_client(meter_);
+      const auto source = [this](MonoTime t) { return world_->plant().electrical(t); };
+      lcr6100::Lcr6100Sim sim(std::move(wire), clock_, lcr6100::SimConfig(),
+                              lcr6100::Lcr6100Sim::Source(source));
+      co_await sim.run();
+    }
+  }
+  Task<> serve_frame() {
+    for (;;) {
+      auto wire = co_await next_client(frame_);
+      auto watch = std::make_unique<StopWatch>(std::move(wire), stop_ns);
+      ZwickSim sim(std::move(watch), clock_, io_.get_executor(), scene_);
+      co_await sim.run();
+    }
+  }
+
+  RealClock clock_;
+  asio::io_context io_{1};
+  std::unique_ptr<BenchWorld> world_;
+  PlantScene scene_;
+  tcp::acceptor meter_, frame_;
+  std::thread thread_;
+};
+
+class Daemon {
+ public:
+  explicit Daemon(Config config) : app_(io_, clock_, std::move(config)) {
+    if (auto started = app_.start(); !started) throw std::runtime_error(started.error().what);
+    thread_ = std::thread([this] { io_.run(); });
+  }
+  ~Daemon() {
+    asio::co_spawn(io_, end(), rethrow);
+    thread_.join();
+  }
+
+ private:
+  Task<> end() {
+    co_await app_.shut_down("the bench is over");
+    io_.stop();
+  }
+  RealClock clock_;
+  asio::io_context io_{1};
+  App app_;
+  std::thread thread_;
+};
+
+class Client {
+ public:
+  explicit Client(const std::string& socket)
+      : client_(must(cli::ControlClient::connect(socket, clock_))) {
+    must(client_.call("watch", json::object()));
+  }
+  void start() {
+    const json run{
+        {"protocol", "abort-latency"}, {"protocol_text", kProtocol}, {"specimen", "paper-1"}};
+    must(client_.call("run.start", run));
+    wait([](const cli::ControlNews& news) {
+      const auto* status = std::get_if<RunStatus>(&news);
+      return status != nullptr && status->step_id == "away" && status->lcr_readings > 0;
+    });
+  }
+  // Call and answer.
+  std::pair<MonoTime, MonoTime> abort() {
+    const MonoTime begin = clock_.now();
+    must(client_.call("run.abort", json{{"why", "bench"}}));
+    return {begin, clock_.now()};
+  }
+  void wait_for_end() {
+    wait([](const cli::ControlNews& news) { return std::holds_alternative<RunEnded>(news); });
+  }
+  // So that aborts fall anywhere between samples and conversions.
+  void let_pass(int ms) { ::poll(nullptr, 0, ms); }
+
+ private:
+  template <class Wanted>
+  void wait(Wanted wanted) {
+    for (;;) {
+      const auto news = must(client_.take());
+      if (news && wanted(*news)) return;
+      pollfd readable{client_.fd(), POLLIN, 0};
+      if (!news && ::poll(&readable, 1, 20'000) <= 0) throw std::runtime_error("no news for 20 s");
+    }
+  }
+  RealClock clock_;
+  cli::ControlClient client_;
+};
+
+void print_row(const char* what, const LatencyHistogram& h) {
+  const auto ms = [](Duration d) { return to_seconds(d) * 1e3; };
+  fmt::print("{:<36} {:>8} {:>8.3f} {:>8.3f} {:>8.3f}\n", what, h.count(), ms(h.percentile(0.5)),
+             ms(h.percentile(0.99)), ms(h.max()));
+}
+
+void measure(const std::string& folder, int aborts) {
+  Simulators sims;
+  Config config;
+  config.database = folder + "/bench.db";
+  config.socket = folder + "/bench.sock";
+  config.log_level = "warn";
+  config.meter_port = sims.meter_url();
+  config.frame_port = sims.frame_url();
+  const Daemon daemon(config);
+  Client client(config.socket);
+  LatencyHistogram to_stop, to_answer;
+  std::mt19937 random(1);
+  for (int i = 0; i < aborts; ++i) {
+    client.start();
+    client.let_pass(static_cast<int>(random() % 70));
+    sims.stop_ns = 0;
+    const auto [begin, answered] = client.abort();
+    client.wait_for_end();
+    if (sims.stop_ns == 0) throw std::runtime_error("no STOP arrived");
+    to_stop.add(Duration(sims.stop_ns) - begin.time_since_epoch());
+    to_answer.add(answered - begin);
+  }
+  fmt::print("{:<36} {:>8} {:>8} {:>8} {:>8}\n", "ms", "n", "p50", "p99", "max");
+  print_row("abort to STOP at the gateway", to_stop);
+  print_row("abort to answer (standstill)", to_answer);
+}
+
+}  // namespace
+}  // namespace lcrig
+
+int main(int argc, char** argv) {
+  std::string folder = (std::filesystem::temp_directory_path() / "lcrig-bench-XXXXXX").string();
+  if (::mkdtemp(folder.data()) == nullptr) return 1;
+  lcrig::set_up_logging("warn");
+  int code = 0;
+  try {
+    lcrig::measure(folder, argc > 1 ? std::atoi(argv[1]) : 100);
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    code = 1;
+  }
+  std::filesystem::remove_all(folder);
+  return code;
+}

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/e2e/rig.hpp"
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+
+#include "base/clock.hpp"
+
+namespace lcrig::e2e {
+
+namespace {
+
+constexpr const char* kBench = R"({ "format": "bench/1", "name": "quick", "error_tolerance": 0.01,
+  "fixture": { "probe_diameter_mm": 4.0 },
+  "frame": { "contact_travel_mm": 0.3, "stiffness_N_mm": 200, "force_nominal_N": 20,
+    "travel_min_mm": -20, "travel_max_mm": 20, "speed_max_mm_s": 10 },
+  "meter": {} })";
+
+// Where a daemon says that it is ready (sd_notify).
+class ReadySocket {
+ public:
+  explicit ReadySocket(const std::string& path) : fd_(::socket(AF_UNIX, SOCK_DGRAM, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::memcpy(address.sun_path, path.data(), path.size());
+    if (::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+      throw std::runtime_error("bind " + path);
+    }
+  }
+  ~ReadySocket() { ::close(fd_); }
+  ReadySocket(const ReadySocket&) = delete;
+  ReadySocket& operator=(const ReadySocket&) = delete;
+
+  bool wait(Timeout timeout) const {
+    std::array<char, 512> text;
+    while (readable(fd_, timeout)) {
+      const ssize_t n = ::recv(fd_, text.data(), text.size(), 0);
+      if (n <= 0) return false;
+      const std::string_view got(text.data(), static_cast<std::size_t>(n));
+      if (got.find("READY=1") != got.npos) return true;
+    }
+    return false;
+  }
+
+ private:
+  int fd_;
+};
+
+}  // namespace
+
+const char* const kQuickProtocol = R"({ "format": "load-protocol/1", "name": "quick",
+  "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-5, 5], "speed_mm_s": 2 },
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1.0,
+      "aperture": "fast", "trigger": "internal" }, "frame": { "rate_Hz": 50 } },
+  "steps": [
+    { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
+    { "id": "contact", "do": "find_contact", "speed_mm_s": 0.5, "force_N": 0.05,
+      "back_off_mm": 0.05, "timeout_s": 20 },
+    { "id": "load", "do": "move_until", "until": { "force_N": 0.3 }, "speed_mm_s": 0.05,
+      "overshoot_N": 0.1, "timeout_s": 20 },
+    { "id": "unload", "do": "ramp", "to": { "gap_mm": 0.2 }, "speed_mm_s": 1, "timeout_s": 20 } ],
+  "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 0.5 }, "speed_mm_s": 1,
+    "timeout_s": 20 } ] })";
+
+const char* const kSlowProtocol = R"({ "format": "load-protocol/1", "name": "slow",
+  "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-5, 5], "speed_mm_s": 2 },
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1.0,
+      "aperture": "fast", "trigger": "internal" }, "frame": { "rate_Hz": 50 } },
+  "steps": [
+    { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
+    { "id": "contact", "do": "find_contact", "speed_mm_s": 0.5, "force_N": 0.05,
+      "back_off_mm": 0.2, "timeout_s": 20 },
+    { "id": "away", "do": "ramp", "to": { "gap_mm": 3.2 }, "speed_mm_s": 0.05,
+      "timeout_s": 120 } ],
+  "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 1 }, "speed_mm_s": 2,
+    "timeout_s": 20 } ] })";
+
+std::optional<json> Control::next(Timeout timeout) {
+  const auto line = client_.next(timeout);
+  if (!line) return std::nullopt;
+  return json::parse(*line);
+}
+
+json Control::call(const std::string& method, const json& params) {
+  const int id = ++id_;
+  client_.send(json{{"jsonrpc", "2.0"}, {"id", id}, {"method", method}, {"params", params}}.dump());
+  while (auto message = next(20s)) {
+    if (message->contains("id")) return *message;
+    kept_.push_back(std::move(*message));
+  }
+  ADD_FAILURE() << "no answer to " << method;
+  return json::object();
+}
+
+json Control::wait_for(const std::string& method, const std::function<bool(const json&)>& fits,
+                       Timeout timeout) {
+  const RealClock clock;
+  const MonoTime limit = clock.now() + timeout;
+  for (;;) {
+    for (auto it = kept_.begin(); it != kept_.end(); ++it) {
+      if (it->value("method", "") != method || !fits(it->at("params"))) continue;
+      json found = it->at("params");
+      kept_.erase(kept_.begin(), it + 1);
+      return found;
+    }
+    kept_.clear();
+    const auto left = std::chrono::duration_cast<Timeout>(limit - clock.now());
+    auto message = left > 0ms ? next(left) : std::nullopt;
+    if (!message) {
+      ADD_FAILURE() << "no such `" << method << "` in " << timeout.count() << " ms";
+      return json::object();
+    }
+    kept_.push_back(std::move(*message));
+  }
+}
+
+json Control::run_ended(Timeout timeout) {
+  return wait_for("run_ended", [](const json&) { return true; }, timeout);
+}
+
+std::vector<json> Control::drain() {
+  while (auto message = next(5s)) kept_.push_back(std::move(*message));
+  return std::exchange(kept_, {});
+}
+
+json Ended::last_line() const {
+  std::string text = out;
+  while (text.ends_with('\n')) text.pop_back();
+  const auto begin = text.rfind('\n');
+  return json::parse(begin == std::string::npos ? text : text.substr(begin + 1), nullptr, false);
+}
+
+void Rig::SetUp() {
+  write("bench.json", kBench);
+}
+
+void Rig::TearDown() {
+  for (auto& daemon : daemons_) {
+    daemon->signal(SIGTERM);
+    EXPECT_TRUE(daemon->wait(20s)) << "lcrigd does not end on SIGTERM";
+    if (HasFailure()) std::cerr << "--- lcrigd\n" << daemon->log();
+  }
+  if (sim_) {
+    sim_->signal(SIGTERM);
+    EXPECT_EQ(sim_->wait(10s), 0) << "lcrig-sim does not end well on SIGTERM";
+    if (HasFailure()) std::cerr << "--- lcrig-sim\n" << sim_->log();
+  }
+  daemons_.clear();
+  sim_.reset();
+  EXPECT_TRUE(::waitpid(-1, nullptr, WNOHANG) < 0 && errno == ECHILD) << "a process is left";
+}
+
+void Rig::write(const std::string& name, const std::string& text) const {
+  std::ofstream out(file(name));
+  out << text;
+}
+
+void Rig::start_sim(const std::vector<std::string>& options) {
+  std::vector<std::string> command{LCRIG_BIN "/lcrig-sim", "--bench", file("bench.json"),
+                                   "--control", file("sim.sock")};
+  command.insert(command.end(), options.begin(), options.end());
+  sim_ = std::make_unique<Child>(command, file("sim.log"));
+  const auto line = sim_->out().next(20s);
+  ASSERT_TRUE(line) << "lcrig-sim does not start: " << sim_->log();
+  ports_ = json::parse(*line);
+  back_door_ = std::make_unique<LineClient>(file("sim.sock"));
+}
+
+json Rig::sim(const std::string& command) {
+  back_door_->send(command);
+  const auto line = back_door_->next(15s);
+  const json answer = line ? json::parse(*line) : json::object();
+  EXPECT_TRUE(answer.value("ok", false)) << command << ": " << answer;
+  return answer;
+}
+
+void Rig::wait_until_standing() {
+  EXPECT_FALSE(sim("settle").value("moving", true)) << "the drive does not stop";
+}
+
+json Rig::config() const {
+  return json{{"format", "lcrigd-config/1"},
+              {"database", file("lcrig.db")},
+              {"socket", file("control.sock")},
+              {"meter", {{"driver", "lcr6100"}, {"port", ports_.value("lcr", "")}}},
+              {"frame", {{"driver", "zwick"}, {"port", ports_.value("frame", "")}}},
+              {"fixture", {{"probe_diameter_mm", 4.0}}}};
+}
+
+Child& Rig::launch_daemon(const json& config, const std::string& name) {
+  write(name + ".json", config.dump());
+  const std::vector<std::string> command{LCRIG_BIN "/lcrigd", "--config", file(name + ".json")};
+  const Child::Variables variables{{"NOTIFY_SOCKET", file(name + ".notify")}};
+  daemons_.push_back(std::make_unique<Child>(command, file(name + ".log"), variables));
+  return *daemons_.back();
+}
+
+Child& Rig::start_daemon(const json& config, const std::string& name) {
+  const ReadySocket ready(file(name + ".notify"));
+  Child& daemon = launch_daemon(config, name);
+  EXPECT_TRUE(ready.wait(20s)) << "lcrigd is not ready: " << daemon.log();
+  ::unlink(file(name + ".notify").c_str());
+  return daemon;
+}
+
+Ended Rig::lcrig(std::vector<std::string> arguments, Timeout timeout) {
+  arguments.insert(arguments.begin(), LCRIG_BIN "/lcrig");
+  const Child::Variables variables{{"HOME", file("home")}};
+  Child child(arguments, file("lcrig" + std::to_string(++commands_) + ".log"), variables);
+  Ended ended;
+  ended.out = child.out().rest(timeout);
+  ended.code = child.wait(timeout).value_or(-1);
+  ended.err = child.log();
+  return ended;
+}
+
+json Rig::start_run(Control& control, const std::string& protocol_text) const {
+  return control.call(
+      "run.start",
+      json{{"protocol", "e2e"}, {"protocol_text", protocol_text}, {"specimen", "paper-1"}});
+}
+
+std::string Rig::query(const std::string& sql) const {
+  auto db = open_read_only(file("lcrig.db"));
+  if (!db) throw std::runtime_error(db.error().what);
+  auto rows = db->prepare(sql);
+  if (!rows) throw std::runtime_error(rows.error().what);
+  std::string out;
+  while (rows->step().value_or(false)) out += std::string(rows->text(0)) + "\n";
+  return out;
+}
+
+double Rig::number(const std::string& sql) const {
+  return std::stod(query(sql));
+}
+
+}  // namespace lcrig::e2e

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// A run on ptys and TCP from the first command to the CSV, and the stops that a person asks for.
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "tests/e2e/rig.hpp"
+
+namespace lcrig::e2e {
+namespace {
+
+using testing::HasSubstr;
+
+const auto in_step = [](const char* id) {
+  return [id](const json& status) { return status.value("step", "") == id; };
+};
+const auto in_state = [](const char* state) {
+  return [state](const json& status) { return status.value("state", "") == state; };
+};
+
+std::int64_t lines_of(const std::string& path) {
+  std::ifstream file(path);
+  return std::count(std::istreambuf_iterator<char>(file), {}, '\n');
+}
+
+TEST_F(Rig, DaemonRunsAProtocolOnPtyAndTcp) {
+  start_sim();
+  start_daemon(config());
+  write("quick.json", kQuickProtocol);
+  const Ended run = lcrig({"run", file("quick.json"), "--specimen", "paper-1", "--json", "--socket",
+                           file("control.sock")});
+  EXPECT_EQ(run.code, 0) << run.err;
+  const json end = run.last_line();
+  ASSERT_TRUE(end.is_object()) << run.out;
+  EXPECT_EQ(end.value("exit_status", ""), "success") << end;
+  EXPECT_GT(end.value("lcr_readings", 0), 10);
+  EXPECT_GT(end.value("frame_samples", 0), 50);
+  EXPECT_EQ(number("SELECT count(*) FROM lcr_reading"), end.value("lcr_readings", 0));
+  EXPECT_NEAR(number("SELECT max(force_N) FROM frame_sample"), 0.3, 0.03);
+  const Ended exported = lcrig({"export", "last", "--db", file("lcrig.db"), "-o", file("csv")});
+  EXPECT_EQ(exported.code, 0) << exported.err;
+  EXPECT_EQ(lines_of(file("csv/lcr.csv")), 1 + end.value("lcr_readings", 0));
+  EXPECT_EQ(lines_of(file("csv/frame.csv")), 1 + end.value("frame_samples", 0));
+}
+
+TEST_F(Rig, TheNextRunFindsTheSamePorts) {
+  start_sim({"--lcr-link", file("lcr")});
+  json by_link = config();
+  by_link["meter"]["port"] = file("lcr");
+  start_daemon(by_link);
+  for (int run = 1; run <= 2; ++run) {
+    Control client = control();
+    client.call("watch");
+    const json started = start_run(client, kQuickProtocol);
+    ASSERT_TRUE(started.contains("result")) << started;
+    EXPECT_EQ(client.run_ended(20s).value("exit_status", ""), "success");
+  }
+}
+
+TEST_F(Rig, PauseResumeAbort) {
+  start_sim();
+  start_daemon(config());
+  Control client = control();
+  client.call("watch");
+  ASSERT_TRUE(start_run(client, kSlowProtocol).contains("result"));
+  client.wait_for("status", in_step("away"));
+
+  EXPECT_TRUE(client.call("run.pause").contains("result"));
+  client.wait_for("status", in_state("paused"));
+  wait_until_standing();
+  const double paused_mm = sim("status").value("travel_mm", 0.0);
+
+  EXPECT_TRUE(client.call("run.resume").contains("result"));
+  client.wait_for("status", in_state("running"));
+  client.wait_for(
+      "status", [=](const json& s) { return s.value("travel_mm", paused_mm) < paused_mm - 0.02; });
+
+  EXPECT_TRUE(client.call("run.abort", {{"why", "enough"}}).contains("result"));
+  const json end = client.run_ended();
+  EXPECT_EQ(end.value("exit_status", ""), "abort");
+  EXPECT_THAT(end.value("reason", ""), HasSubstr("enough"));
+  EXPECT_EQ(query("SELECT exit_status FROM run_end"), "abort\n");
+  EXPECT_EQ(number("SELECT count(*) FROM event WHERE kind = 'step_begin' AND step_id = 'clear'"), 1)
+      << "`finally` did not run";
+}
+
+TEST_F(Rig, FreezeStaysWhereItIs) {
+  start_sim();
+  start_daemon(config());
+  Control client = control();
+  client.call("watch");
+  ASSERT_TRUE(start_run(client, kSlowProtocol).contains("result"));
+  client.wait_for("status", in_step("away"));
+  EXPECT_TRUE(client.call("run.freeze", {{"why", "look"}}).contains("result"));
+  wait_until_standing();
+  const double frozen_mm = sim("status").value("travel_mm", 0.0);
+  EXPECT_EQ(client.run_ended().value("exit_status", ""), "abort");
+  EXPECT_EQ(sim("status").value("travel_mm", 0.0), frozen_mm);
+  EXPECT_EQ(number("SELECT count(*) FROM event WHERE step_id = 'clear'"), 0);
+}
+
+TEST_F(Rig, TermInTheMiddleOfAStepStopsTheFrameAndClosesTheRun) {
+  start_sim();
+  Child& daemon = start_daemon(config());
+  Control client = control();
+  client.call("watch");
+  ASSERT_TRUE(start_run(client, kSlowProtocol).contains("result"));
+  client.wait_for("status", in_step("away"));
+  ASSERT_TRUE(sim("status").value("moving", false));
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(15s), 0) << daemon.log();
+  EXPECT_EQ(query("SELECT exit_status FROM run_end"), "abort\n");
+  EXPECT_THAT(query("SELECT reason FROM run_end"), HasSubstr("SIGTERM"));
+  EXPECT_GE(number("SELECT count(*) FROM event WHERE kind = 'stopped'"), 1);
+  EXPECT_EQ(query("SELECT detail FROM event WHERE kind = 'step_end' AND step_id = 'clear'"),
+            "done\n");
+  EXPECT_FALSE(sim("settle").value("moving", true));
+}
+
+TEST_F(Rig, KillNineLeavesNothingLost) {
+  start_sim();
+  Child& daemon = start_daemon(config());
+  Control client = control();
+  client.call("watch");
+  ASSERT_TRUE(start_run(client, kSlowProtocol).contains("result"));
+  client.wait_for("status", [](const json& s) {
+    return s.value("step", "") == "away" && s.value("lcr_readings", 0) >= 30;
+  });
+  daemon.signal(SIGKILL);
+  EXPECT_EQ(daemon.wait(5s), 128 + SIGKILL);
+  std::int64_t readings = 30, samples = 0;
+  for (const json& news : client.drain()) {
+    if (news.value("method", "") != "status") continue;
+    readings = news["params"].value("lcr_readings", readings);
+    samples = news["params"].value("frame_samples", samples);
+  }
+  EXPECT_FALSE(sim("settle").value("moving", true)) << "the gateway does not miss its host";
+  const Child& next = start_daemon(config(), "d2");
+  EXPECT_THAT(next.log(), HasSubstr("interrupted"));
+  EXPECT_EQ(query("SELECT exit_status FROM run_end"), "interrupted\n");
+  EXPECT_GE(number("SELECT count(*) FROM lcr_reading"), readings);
+  EXPECT_GE(number("SELECT count(*) FROM frame_sample"), samples);
+  // The ports of the dead are free again.
+  Control again = control();
+  again.call("watch");
+  ASSERT_TRUE(start_run(again, kQuickProtocol).contains("result"));
+  EXPECT_EQ(again.run_ended(20s).value("exit_status", ""), "success");
+}
+
+}  // namespace
+}  // namespace lcrig::e2e
