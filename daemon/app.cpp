@@ -135,6 +135,7 @@ Task<Result<RunStarted>> App::start_run(StartRunRequest request, PeerCredentials
   if (shutting_down_) co_return fail(Errc::busy, "the daemon is shutting down");
   const MonoTime patience = clock_.now() + 30s;
   while (preparing_ && !session_ && clock_.now() < patience) co_await clock_.wait_for(20ms);
+  if (shutting_down_) co_return fail(Errc::busy, "the daemon is shutting down");
   if (preparing_ || session_) {
     co_return fail(Errc::busy,
                    "run {} is going on: one run at a time; `lcrig watch` shows it, "

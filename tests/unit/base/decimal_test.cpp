@@ -9,8 +9,6 @@
 #include <limits>
 #include <random>
 
-#include "analysis/csv.hpp"
-
 namespace lcrig {
 namespace {
 
@@ -77,28 +75,12 @@ TEST(DecimalShift, ShiftingOnlyMovesThePoint) {
   }
 }
 
-std::string cell(std::string_view text) {
-  std::string out;
-  append_text_cell(out, text);
-  return out;
-}
-
-TEST(TextCell, IsQuotedAsRfc4180HasIt) {
-  EXPECT_EQ(cell("plain text"), "plain text");
-  EXPECT_EQ(cell("a,b"), "\"a,b\"");
-  EXPECT_EQ(cell("say \"no\""), "\"say \"\"no\"\"\"");
-  EXPECT_EQ(cell("two\r\nlines"), "\"two\r\nlines\"");
-  EXPECT_EQ(cell("OUT ,AUX-NG,NG"), "\"OUT ,AUX-NG,NG\"");
-  EXPECT_EQ(cell(""), "");
-}
-
-TEST(TextCell, IsNeverAFormula) {
-  EXPECT_EQ(cell("=1+1"), "'=1+1");
-  EXPECT_EQ(cell("@SUM(A1)"), "'@SUM(A1)");
-  EXPECT_EQ(cell("-2"), "'-2");
-  EXPECT_EQ(cell("+2"), "'+2");
-  EXPECT_EQ(cell("=HYPERLINK(\"a\",\"b\")"), "\"'=HYPERLINK(\"\"a\"\",\"\"b\"\")\"");
-  EXPECT_EQ(cell("a=b"), "a=b");
+TEST(ShiftDecimal, GivesTheDoubleThatTheDigitsMean) {
+  EXPECT_EQ(shift_decimal(0.065, -3), 6.5e-05);  // 0.065 / 1000 is another double
+  EXPECT_EQ(shift_decimal(1.84249e-12, 12), 1.84249);
+  EXPECT_EQ(shift_decimal(-2.5, 3), -2500);
+  EXPECT_EQ(shift_decimal(0, 5), 0);
+  EXPECT_TRUE(std::isinf(shift_decimal(INFINITY, -3)));
 }
 
 }  // namespace
