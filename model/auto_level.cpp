@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "model/error_estimate.hpp"
@@ -124,6 +125,7 @@ Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance,
     return fail(ok.error());
   }
   std::string rejected;
+  double least = std::numeric_limits<double>::infinity();
   for (const LevelSettings& settings : candidates(specimen)) {
     const auto error = estimate_error(specimen, settings, max_pressure);
     if (error && *error <= tolerance) {
@@ -138,6 +140,7 @@ Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance,
       choice.left_out = list_omissions(specimen, max_pressure, delta.value_or(0));
       return choice;
     }
+    least = std::min(least, error.value_or(least));
     rejected += fmt::format("{}{} {}", rejected.empty() ? "" : ", ", name_of(settings),
                             error ? fmt::format("{:.2g}", *error) : "not applicable");
   }

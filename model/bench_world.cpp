@@ -8,6 +8,10 @@ namespace lcrig {
 Result<std::unique_ptr<BenchWorld>> BenchWorld::make(const Specimen& specimen, double tolerance,
                                                      Force max_force, PlantConfig mounting) {
   const Pressure max_pressure = Pressure::from_si(max_force.si() / specimen.area_m2());
+  if (specimen.creep) {
+    mounting.creep_fraction = specimen.creep->fraction;
+    mounting.creep_time_s = specimen.creep->time_s;
+  }
   auto choice = choose_level(specimen, tolerance, max_pressure);
   if (!choice) return fail(choice.error());
   auto response = make_response(specimen, choice->settings, max_force, tolerance);

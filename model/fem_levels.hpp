@@ -47,7 +47,7 @@ class FemFinite final : public LevelModel {
   // Errors: the solution was lost on the way; the message gives the last converged load and why.
   Result<StackState> at_pressure(Pressure pressure) override;
   double c0_F() const override { return c0_F_; }
-  Pressure last_converged() const { return Pressure::from_si(largest_Pa_); }
+  std::optional<Pressure> last_converged() const override { return Pressure::from_si(largest_Pa_); }
   int iterations() const { return iterations_; }  // of Newton's method, since the beginning
   const FemSystem::Newton& report() const { return report_; }  // of the last step
   int unknowns() const { return space_.equations(); }

@@ -65,6 +65,7 @@ class FringeModel final : public LevelModel {
     }
   }
 
+  std::optional<Pressure> last_converged() const override { return model_->last_converged(); }
   double c0_F() const override {
     double sum = 0;
     for (const auto& part : parts_) {

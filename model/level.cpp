@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "model/bonded.hpp"
+#include "model/contact_gap.hpp"
 #include "model/fem_levels.hpp"
 #include "model/fringe_level.hpp"
 #include "model/layered.hpp"
@@ -116,10 +117,13 @@ Result<std::unique_ptr<LevelModel>> make_level_model(const Specimen& specimen,
     return fail(ok.error());
   }
   auto model = make_plain(specimen, settings);
-  if (!model || !settings.fringe) {
-    return model;
+  if (model && settings.fringe) {
+    model = with_fringe(specimen, std::move(*model));
   }
-  return with_fringe(specimen, std::move(*model));
+  if (model && specimen.contact_gap) {
+    return with_contact_gap(specimen, std::move(*model));
+  }
+  return model;
 }
 
 }  // namespace lcrig

@@ -46,6 +46,8 @@ class LevelModel {
   virtual ~LevelModel() = default;
   // Compressive pressure >= 0 over the disc. Errors: no equilibrium, beyond the level's validity.
   virtual Result<StackState> at_pressure(Pressure pressure) = 0;
+  // After a failure: the largest pressure that has an answer; nothing: not known.
+  virtual std::optional<Pressure> last_converged() const { return std::nullopt; }
   virtual double c0_F() const = 0;  // unloaded, with the same options (fringe)
 };
 

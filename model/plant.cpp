@@ -8,6 +8,8 @@ namespace lcrig {
 namespace {
 
 constexpr std::size_t kGridCells = 256;
+constexpr double kCreepSteps = 50;  // per creep time
+constexpr int kSearchSteps = 200;
 
 // Times of events are rounded up, so that at the returned instant the event has happened.
 Duration seconds_up(double s) {
@@ -137,29 +139,79 @@ bool Plant::approaching(MonoTime t) const {
   return approach_ && t < approach_->finish();
 }
 
+Plant::Load Plant::load_at(MonoTime t, double q_N) const {
+  const double memory = config_.creep_fraction * q_N;
+  if (approaching(t)) {
+    return {0, memory};
+  }
+  if (control_ == Control::force) {
+    const double force = motion_.at(t);
+    return {force, force + memory};
+  }
+  if (memory == 0) {
+    const double force = force_at_travel_N(motion_.at(t));
+    return {force, force};
+  }
+  // s(elastic) + (elastic - memory)/k = travel - contact; lifted off where that leaves no force
+  const double pressed_m = motion_.at(t) - config_.contact_travel_m + memory * compliance_m_N_;
+  const double elastic = pressed_m > 0 ? solve_force(pressed_m) : 0;
+  return elastic > memory ? Load{elastic - memory, elastic} : Load{0, memory};
+}
+
+// One step of q with the force of its middle, exactly integrated.
+double Plant::creep_step(MonoTime from, Duration step, double q_N) const {
+  const double force = load_at(from + step / 2, q_N).force_N;
+  return q_N + (force - q_N) * -std::expm1(-to_seconds(step) / config_.creep_time_s);
+}
+
+// Whole steps are counted from the last change and remembered, so that the answer does not depend
+// on which instants were asked for before.
+double Plant::creep_N(MonoTime t) const {
+  if (config_.creep_fraction <= 0) {
+    return 0;
+  }
+  const Duration step = std::max(from_seconds(config_.creep_time_s / kCreepSteps), Duration(2));
+  if (t < latest_.t) {
+    latest_ = changed_;
+  }
+  while (t - latest_.t >= step) {
+    latest_.q_N = creep_step(latest_.t, step, latest_.q_N);
+    latest_.t += step;
+  }
+  return t > latest_.t ? creep_step(latest_.t, t - latest_.t, latest_.q_N) : latest_.q_N;
+}
+
+void Plant::change_at(MonoTime t) {
+  changed_ = latest_ = {t, creep_N(t)};
+}
+
 double Plant::travel_m(MonoTime t) const {
   if (approaching(t)) {
     return approach_->at(t);
   }
-  return control_ == Control::travel ? motion_.at(t) : travel_at_force_m(motion_.at(t));
+  if (control_ == Control::travel) {
+    return motion_.at(t);
+  }
+  const Load now = load(t);
+  return config_.contact_travel_m +
+         (now.elastic_N > 0 ? specimen_.shortening_m(now.elastic_N) + now.force_N * compliance_m_N_
+                            : 0);
 }
 
 double Plant::force_N(MonoTime t) const {
-  if (approaching(t)) {
-    return 0;
-  }
-  return control_ == Control::force ? motion_.at(t) : force_at_travel_N(motion_.at(t));
+  return load(t).force_N;
 }
 
 Electrical Plant::electrical(MonoTime t) const {
   const double seconds = to_seconds(t.time_since_epoch());
-  return {specimen_.capacitance_F(force_N(t)) + config_.stray_capacitance_F +
+  return {specimen_.capacitance_F(load(t).elastic_N) + config_.stray_capacitance_F +
               config_.thermal_drift_F_per_s * seconds,
           config_.dissipation};
 }
 
 void Plant::move_to(MonoTime t, double travel_m, double speed_m_s) {
   const double from = this->travel_m(t);
+  change_at(t);
   motion_ = straight(t, from, std::clamp(travel_m, config_.travel_min_m, config_.travel_max_m),
                      std::min(std::abs(speed_m_s), config_.speed_max_m_s));
   control_ = Control::travel;
@@ -169,6 +221,7 @@ void Plant::move_to(MonoTime t, double travel_m, double speed_m_s) {
 void Plant::ramp_force(MonoTime t, double force_N, double rate_N_s) {
   const double from_m = travel_m(t);
   const double from_N = this->force_N(t);
+  change_at(t);
   approach_.reset();
   MonoTime begin = t;
   if (from_m < config_.contact_travel_m) {
@@ -180,6 +233,7 @@ void Plant::ramp_force(MonoTime t, double force_N, double rate_N_s) {
 }
 
 void Plant::put_load(MonoTime t, double force_N) {
+  change_at(t);
   approach_.reset();
   motion_ = Profile{};
   motion_.start = t;
@@ -200,6 +254,7 @@ void Plant::halt(MonoTime t) {
     const double step = 1e-6 * std::max(force, grid_N_);
     rate *= (shortening_m(force + step) - shortening_m(force)) / step;
   }
+  change_at(t);
   motion_ = Profile{};
   motion_.start = t;
   motion_.value = motion_.end = from;
@@ -229,12 +284,38 @@ std::optional<MonoTime> Plant::force_crossing(double force_N, MonoTime from, Mon
   if (!passed(last)) {
     return std::nullopt;
   }
+  if (config_.creep_fraction > 0 && control_ == Control::travel) {
+    return creeping_crossing(force_N, from, to);
+  }
   const double value = control_ == Control::force ? force_N : travel_at_force_m(force_N);
   MonoTime t = std::clamp(motion_.time_of(value), from, to);
   while (t < to && !passed(this->force_N(t))) {  // rounding of the inverse: a nanosecond or two
     t += Duration(1);
   }
   return t;
+}
+
+// With creep the way from travel to force depends on the past: search forward, then halve.
+std::optional<MonoTime> Plant::creeping_crossing(double force_N, MonoTime from, MonoTime to) const {
+  const bool rising = this->force_N(from) < force_N;
+  const auto passed = [&](MonoTime t) {
+    return rising ? this->force_N(t) >= force_N : this->force_N(t) <= force_N;
+  };
+  const Duration stride = std::max((to - from) / kSearchSteps, Duration(1));
+  MonoTime before = from;
+  MonoTime after = std::min(from + stride, to);
+  while (!passed(after)) {
+    if (after == to) {
+      return std::nullopt;
+    }
+    before = after;
+    after = std::min(after + stride, to);
+  }
+  while (after - before > Duration(1)) {
+    const MonoTime middle = before + (after - before) / 2;
+    (passed(middle) ? after : before) = middle;
+  }
+  return after;
 }
 
 }  // namespace lcrig

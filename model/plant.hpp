@@ -42,6 +42,10 @@ struct PlantConfig {
   double dissipation = 0.004;
   double stray_capacitance_F = 0;  // left after open correction
   double thermal_drift_F_per_s = 0;
+  // One Prony term, off by default: under a held force the specimen gives way as if the force were
+  // (1 + fraction) times as large in the end; under held travel the force relaxes.
+  double creep_fraction = 0;
+  double creep_time_s = 10;
   std::uint64_t seed = 1;
 };
 
@@ -96,6 +100,16 @@ class Plant {
   bool approaching(MonoTime t) const;  // the approach precedes the force ramp
   double shortening_m(double force_N) const;  // of specimen and frame
   double solve_force(double shortening_m) const;
+  // With creep the specimen answers to force + fraction * q, q' = (force - q)/time.
+  struct Load {
+    double force_N, elastic_N;  // pressed with; answered to
+  };
+  Load load_at(MonoTime t, double q_N) const;
+  double creep_step(MonoTime from, Duration step, double q_N) const;
+  double creep_N(MonoTime t) const;  // q
+  Load load(MonoTime t) const { return load_at(t, creep_N(t)); }
+  void change_at(MonoTime t);  // fixes q where a new motion begins
+  std::optional<MonoTime> creeping_crossing(double force_N, MonoTime from, MonoTime to) const;
 
   const SpecimenResponse& specimen_;
   PlantConfig config_;
@@ -105,6 +119,12 @@ class Plant {
   double compliance_m_N_ = 0;  // of the frame; 0: rigid
   double grid_N_ = 1;  // force step of grid_m_
   std::vector<double> grid_m_;  // shortening at multiples of grid_N_: first guesses
+  struct Memory {
+    MonoTime t{};
+    double q_N = 0;
+  };
+  Memory changed_;  // at the last change of the drive
+  mutable Memory latest_;  // some whole steps later; queries mostly go forward
 };
 
 }  // namespace lcrig

@@ -94,6 +94,9 @@ Result<> TableBuilder::reach(double max_force_N) {
       return {};
     }
     why = last.error();
+    if (const auto reached = model_.last_converged()) {
+      top = std::min(top, reached->si() * area_m2_ / 0.9);  // the next try is there
+    }
   }
   return fail(std::move(why));
 }

@@ -137,6 +137,13 @@ Result<> check_specimen(const Specimen& s) {
       return ok;
     }
   }
+  if (s.contact_gap &&
+      !(positive(s.contact_gap->height_m) && positive(s.contact_gap->half_pressure_Pa))) {
+    return fail(Errc::invalid_request, "specimen {}: contact gap must have positive sizes", s.name);
+  }
+  if (s.creep && !(positive(s.creep->fraction) && positive(s.creep->time_s))) {
+    return fail(Errc::invalid_request, "specimen {}: creep must have positive sizes", s.name);
+  }
   for (std::size_t i = 0; i < s.capacitors.size(); ++i) {
     if (auto ok = check_capacitor(s, i); !ok) {
       return ok;

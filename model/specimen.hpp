@@ -51,6 +51,20 @@ struct Capacitor {
   std::vector<Layer> layers;  // base to top; electrodes below the first and above the last
 };
 
+// Air that stays under each electrode until it is pressed out: roughness, partial contact. Height
+// under pressure P is height/(1 + P/half_pressure). Empirical; no physics behind it.
+struct ContactGap {
+  double height_m = 0;
+  double half_pressure_Pa = 0;
+};
+
+// One Prony term: under a held force the layers strain as if it were (1 + fraction) times larger in
+// the end, approached with this time. Only the simulated bench has time; the levels ignore it.
+struct Creep {
+  double fraction = 0;
+  double time_s = 0;
+};
+
 struct Specimen {
   std::string name;
   double disc_diameter_m = 0;
@@ -58,12 +72,14 @@ struct Specimen {
   Top top = Top::pressure;
   std::vector<Material> materials;
   std::vector<Capacitor> capacitors;
+  std::optional<ContactGap> contact_gap;  // off by default, a parameter of the user
+  std::optional<Creep> creep;  // likewise
 
   double area_m2() const;
   const Material& material(const Layer& layer) const { return materials[layer.material]; }
   // t / eps_r summed over the dielectric between two electrodes, m.
   double dielectric_gap_m(const Capacitor& capacitor) const;
-  double c0_F(const Capacitor& capacitor) const;
+  double c0_F(const Capacitor& capacitor) const;  // without contact gap and fringe
   double c0_F() const;  // capacitors in parallel
   std::size_t layer_count() const;
 };

@@ -19,6 +19,7 @@ constexpr std::array<std::pair<std::string_view, Top>, 3> kTops{
 constexpr Range kPermittivity{1, 1e6, false};
 constexpr Range kModulus{0, 1e15, true};  // Pa
 constexpr Range kPoisson{0, 0.5, false};
+constexpr Range kFraction{0, 10, true};
 constexpr Range kSize{0, 10, true};  // m
 
 Material read_material(const JsonReader& reader) {
@@ -58,6 +59,19 @@ Layer read_layer(const JsonReader& reader, const Specimen& specimen) {
   return layer;
 }
 
+void read_options(const JsonReader& reader, Specimen& s) {
+  if (const auto gap = reader.find("contact_gap")) {
+    s.contact_gap = ContactGap{gap->quantity("height", Dimension::length, kSize),
+                               gap->quantity("half_pressure", Dimension::pressure, kModulus)};
+    gap->no_other_keys();
+  }
+  if (const auto creep = reader.find("creep")) {
+    s.creep = Creep{creep->number("fraction", kFraction),
+                    creep->quantity("time", Dimension::time, kPositive)};
+    creep->no_other_keys();
+  }
+}
+
 Specimen read_specimen(const JsonReader& reader) {
   Specimen s;
   reader.expect_format("specimen/1");
@@ -78,6 +92,7 @@ Specimen read_specimen(const JsonReader& reader) {
     item.no_other_keys();
     s.capacitors.push_back(std::move(capacitor));
   }
+  read_options(reader, s);
   reader.no_other_keys();
   return s;
 }

@@ -78,6 +78,20 @@ TEST(Curve, FringeRaisesC0AndChange) {
   }
 }
 
+// With the air all pressed out the stack is the one without it.
+TEST(Curve, ContactGapAddsAirThatIsPressedOut) {
+  const auto pressures = parse_pressures_kPa("0,0.001,100").value();
+  Specimen s = shipped("paper-2");
+  const auto plain = calc_curve(s, LevelSettings{}, 1, pressures).value();
+  s.contact_gap = ContactGap{5e-6, 1.0};
+  const auto loose = calc_curve(s, LevelSettings{}, 1, pressures).value();
+  const double area = s.area_m2();
+  const double gap = s.dielectric_gap_m(s.capacitors[0]) + 5e-6;
+  expect_relative(loose.points[0].capacitance_F, 2 * kVacuumPermittivity_F_m * area / gap, 1e-14);
+  EXPECT_NEAR(loose.points[1].shortening_m - plain.points[1].shortening_m, 2 * 2.5e-6, 1e-15);
+  expect_relative(loose.points[2].capacitance_F, plain.points[2].capacitance_F, 1e-4);
+}
+
 TEST(Design, FreeFacesFollowTheClosedForm) {
   DesignRequest request;
   request.faces = Faces::free;

@@ -133,6 +133,41 @@ TEST_F(PlantTest, DeadWeightActsAtOnce) {
   EXPECT_NEAR(plant_->electrical(at_s(1)).capacitance_F, response_->c0_F(), 1e-24);
 }
 
+TEST_F(PlantTest, CreepFollowsItsPronyTermUnderHeldForce) {
+  config_.creep_fraction = 0.03;
+  config_.creep_time_s = 10;
+  Plant plant(*response_, config_);
+  plant.put_load(at_s(0), 0.5);
+  EXPECT_EQ(plant.electrical(at_s(0)).capacitance_F, response_->capacitance_F(0.5));
+  for (const double t : {1.0, 10.0, 30.0, 1000.0}) {
+    const double q = 0.5 * -std::expm1(-t / 10);
+    EXPECT_NEAR(plant.electrical(at_s(t)).capacitance_F, response_->capacitance_F(0.5 + 0.03 * q),
+                1e-9 * response_->c0_F());
+    EXPECT_EQ(plant.force_N(at_s(t)), 0.5);
+  }
+  plant.put_load(at_s(1000), 0);  // recovers the same way
+  EXPECT_NEAR(plant.electrical(at_s(1010)).capacitance_F,
+              response_->capacitance_F(0.03 * 0.5 * std::exp(-1)), 1e-9 * response_->c0_F());
+}
+
+TEST_F(PlantTest, CreepRelaxesForceUnderHeldTravel) {
+  config_.creep_fraction = 0.05;
+  config_.creep_time_s = 5;
+  Plant plant(*response_, config_);
+  plant.move_to(at_s(0), 2.5e-3 + 5e-6, 1e-3);
+  const auto touched = plant.force_crossing(0.1, at_s(0), at_s(10));
+  ASSERT_TRUE(touched);
+  EXPECT_NEAR(plant.force_N(*touched), 0.1, 1e-6);
+  const double fresh = plant.force_N(at_s(2.6));
+  const double late = plant.force_N(at_s(100));
+  EXPECT_LT(late, fresh);
+  // In the end the specimen answers to 1.05 times the force, the frame to the force itself.
+  EXPECT_NEAR(response_->shortening_m(1.05 * late) + late / 1e6, 5e-6, 1e-12);
+  const double c_fresh = plant.electrical(at_s(2.6)).capacitance_F;
+  EXPECT_NEAR(plant.electrical(at_s(100)).capacitance_F, c_fresh, 1e-3 * c_fresh);
+  EXPECT_EQ(plant.force_N(at_s(2.6)), fresh);  // looking back gives the same
+}
+
 TEST_F(PlantTest, StrayAndDriftAdd) {
   config_.stray_capacitance_F = 1e-14;
   config_.thermal_drift_F_per_s = 1e-17;

@@ -58,6 +58,20 @@ TEST(TabulatedResponse, EndsWhereTheLevelEnds) {
   EXPECT_GT(response->shortening_m(5), response->shortening_m(2.5));
 }
 
+TEST(TabulatedResponse, AnyLevelCanBeTabulated) {
+  Specimen s = shipped("paper-1");
+  s.faces = Faces::bonded_laminate;
+  LevelSettings settings;
+  settings.level = Level::fem_finite;
+  settings.mesh.refinement = 0;
+  const auto response = make_response(s, settings, 2.0_N, 1e-2);
+  ASSERT_TRUE(response) << response.error().what;
+  auto model = make_level_model(s, settings).value();
+  const double exact =
+      model->at_pressure(Pressure::from_si(0.7 / s.area_m2()))->delta_capacitance_F;
+  expect_relative((*response)->delta_capacitance_F(0.7), exact, 1e-3);
+}
+
 TEST(TabulatedResponse, RefusesSenselessRequests) {
   EXPECT_FALSE(make_response(shipped("paper-1"), LevelSettings{}, 0.0_N, 1e-3));
   EXPECT_FALSE(make_response(shipped("paper-1"), LevelSettings{}, 1.0_N, 0));

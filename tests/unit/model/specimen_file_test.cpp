@@ -65,6 +65,22 @@ TEST(SpecimenFile, RefusesBadInput) {
   expect_refused("2.75", "0.5", "/materials/PDMS/relative_permittivity");
 }
 
+TEST(SpecimenFile, GapAndCreepAreOffUnlessAsked) {
+  EXPECT_FALSE(shipped("paper-1").contact_gap);
+  EXPECT_FALSE(shipped("paper-1").creep);
+  const std::string faces = "\"faces\": \"free\",";
+  const auto s = parse_specimen(
+      text_with(faces, faces + " \"contact_gap\": { \"height_um\": 5, \"half_pressure_kPa\": 10 },"
+                               " \"creep\": { \"fraction\": 0.03, \"time_s\": 10 },"),
+      "disc.json");
+  ASSERT_TRUE(s) << s.error().what;
+  EXPECT_DOUBLE_EQ(s->contact_gap->height_m, 5e-6);
+  EXPECT_DOUBLE_EQ(s->contact_gap->half_pressure_Pa, 10e3);
+  EXPECT_DOUBLE_EQ(s->creep->fraction, 0.03);
+  EXPECT_DOUBLE_EQ(s->creep->time_s, 10);
+  expect_refused(faces, faces + " \"creep\": { \"fraction\": -1, \"time_s\": 10 },", "/creep");
+}
+
 TEST(SpecimenFile, RefusesEmptyStacks) {
   const std::string layers =
       "[ { \"material\": \"PDMS\", \"thickness_um\": 25 }, { \"material\": \"kapton\", "
