@@ -122,7 +122,12 @@ Result<RunSummary> summarise_run(const Database& db, std::int64_t run) {
                  {run});
   if (!c0) return fail(c0.error());
   out.c0_F = *c0;
-  auto peak = real(db, "SELECT MAX(force_N) FROM frame_sample WHERE run_id = ?", {run});
+  // The device's report at the end of a motion may hold a peak that lies between two samples.
+  auto peak = real(db,
+                   "SELECT MAX(f) FROM (SELECT MAX(force_N) AS f FROM frame_sample WHERE run_id = "
+                   "?1 UNION ALL SELECT MAX(json_extract(detail, '$.force_N')) FROM event WHERE "
+                   "run_id = ?1 AND kind = 'motion')",
+                   {run});
   if (!peak) return fail(peak.error());
   out.peak_force_N = *peak;
   if (!out.c0_F || !out.peak_force_N) return out;

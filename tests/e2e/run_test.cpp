@@ -36,7 +36,10 @@ TEST_F(Rig, DaemonRunsAProtocolOnPtyAndTcp) {
   EXPECT_GT(end.value("lcr_readings", 0), 10);
   EXPECT_GT(end.value("frame_samples", 0), 50);
   EXPECT_EQ(number("SELECT count(*) FROM lcr_reading"), end.value("lcr_readings", 0));
-  EXPECT_NEAR(number("SELECT max(force_N) FROM frame_sample"), 0.3, 0.03);
+  // What the device reports at the turn; 50 samples a second may miss the peak.
+  EXPECT_NEAR(number("SELECT json_extract(detail, '$.force_N') FROM event "
+                     "WHERE step_id = 'load' AND kind = 'motion'"),
+              0.3, 0.03);
   const Ended exported = lcrig({"export", "last", "--db", file("lcrig.db"), "-o", file("csv")});
   EXPECT_EQ(exported.code, 0) << exported.err;
   EXPECT_EQ(lines_of(file("csv/lcr.csv")), 1 + end.value("lcr_readings", 0));
