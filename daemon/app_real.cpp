@@ -56,7 +56,8 @@ bool RemoteOperator::confirmed() {
 
 namespace {
 
-// `busy` tells a client that a run goes on; a port that another program holds is a fault of the rig.
+// `busy` tells a client that a run goes on; a port that another program holds is a fault of the
+// rig.
 Error as_rig_fault(Error error) {
   if (error.code == Errc::busy) error.code = Errc::disconnected;
   return error;
