@@ -41,7 +41,7 @@ TEST(ParseProtocol, SamplingOfFollowPollsEveryTenMilliseconds) {
   EXPECT_DOUBLE_EQ(p.sample.lcr.frequency.si(), 20e3);
   EXPECT_EQ(p.sample.lcr.trigger, LcrTrigger::internal);
   EXPECT_EQ(*p.sample.lcr.poll_interval, std::chrono::milliseconds(10));
-  EXPECT_EQ(p.on_loss, OnLoss::wait);
+  EXPECT_EQ(p.on_loss, OnLoss::abort);
 }
 
 TEST(ParseProtocol, AutoApertureIsKeptForThePlan) {
