@@ -5,7 +5,6 @@
 
 #include "daemon/instruments.hpp"
 #include "drivers/dead_weight/driver.hpp"
-#include "drivers/lcr6100/driver.hpp"
 #include "drivers/port.hpp"
 #include "drivers/recording_transport.hpp"
 #include "drivers/zwick/driver.hpp"
@@ -103,8 +102,7 @@ Task<Result<std::unique_ptr<Instruments>>> open_real_instruments(asio::any_io_ex
                                                                  RemoteOperator& person) {
   auto port = co_await open_logged(config.meter_port, "lcr", config, clock);
   if (!port) co_return fail(port.error());
-  auto meter =
-      std::make_unique<lcr6100::Lcr6100>(std::move(*port), clock, config.meter_serial_number);
+  auto meter = config.meter_driver->make(std::move(*port), clock, config.meter_serial_number);
   auto frame = co_await open_frame(executor, clock, config, person);
   if (!frame) co_return fail(frame.error());
   std::unique_ptr<Instruments> all =

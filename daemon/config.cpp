@@ -3,6 +3,7 @@
 
 #include <array>
 #include <utility>
+#include <vector>
 
 namespace lcrig {
 
@@ -10,12 +11,13 @@ namespace {
 
 constexpr std::array<std::pair<std::string_view, FrameDriver>, 2> kFrameDrivers{
     {{"zwick", FrameDriver::zwick}, {"dead_weight", FrameDriver::dead_weight}}};
-constexpr std::array<std::pair<std::string_view, int>, 1> kMeterDrivers{{{"lcr6100", 0}}};
 constexpr std::array<std::pair<std::string_view, int>, 6> kLevels{
     {{"trace", 0}, {"debug", 1}, {"info", 2}, {"warn", 3}, {"error", 4}, {"off", 5}}};
 
 void read_meter(const JsonReader& r, Config& c) {
-  r.word<int>("driver", kMeterDrivers);
+  std::vector<std::pair<std::string_view, const MeterDriver*>> drivers;
+  for (const MeterDriver& driver : kMeterDrivers) drivers.emplace_back(driver.name, &driver);
+  c.meter_driver = r.word<const MeterDriver*>("driver", drivers);
   c.meter_port = r.string("port");
   if (c.meter_port.empty()) r.refuse("an empty port, expected for example \"serial:2184:005f\"");
   c.meter_serial_number = r.optional_string("serial_number").value_or("");

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "daemon/bench.hpp"
+#include "drivers/registry.hpp"
 
 namespace lcrig {
 
@@ -16,6 +17,7 @@ struct Config {
   std::string socket = "/run/lcrig/control.sock";
   std::string log_level = "info";
   // Real instruments ...
+  const MeterDriver* meter_driver = nullptr;  // of drivers/registry.hpp
   std::string meter_port;  // "serial:2184:005f"
   std::string meter_serial_number;  // refuse another one; empty: any
   FrameDriver frame_driver = FrameDriver::zwick;

@@ -144,8 +144,8 @@ Result<Design> design_partition(const DesignRequest& r) {
         design.options.empty() ? 0 : option->initial_F_Pa / design.options.front().initial_F_Pa - 1;
     design.options.push_back(std::move(*option));
   }
-  std::stable_sort(design.options.begin(), design.options.end(),
-                   [](const auto& a, const auto& b) { return a.initial_F_Pa > b.initial_F_Pa; });
+  std::sort(design.options.begin(), design.options.end(),
+            [](const auto& a, const auto& b) { return a.initial_F_Pa > b.initial_F_Pa; });
   return design;
 }
 

@@ -140,7 +140,7 @@ Result<Ladder> climb_ladder(const Specimen& specimen, Pressure pressure,
   for (auto& row : ladder.rows) {
     row.relative_error = std::abs(row.relative_error / ladder.delta_capacitance_F - 1);
   }
-  std::stable_sort(ladder.rows.begin(), ladder.rows.end(), [](const auto& a, const auto& b) {
+  std::sort(ladder.rows.begin(), ladder.rows.end(), [](const auto& a, const auto& b) {
     return a.failure.empty() != b.failure.empty() ? a.failure.empty() : a.seconds < b.seconds;
   });
   return ladder;
