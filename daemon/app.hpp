@@ -64,7 +64,6 @@ class App final : public ControlHandler {
   bool preparing_ = false;  // between start_run and the run row, or while probing
   InstrumentState meter_state_, frame_state_;
   bool shutting_down_ = false;
-  bool heartbeat_on_ = false;
   std::optional<RunEnded> last_run_;
 };
 
