@@ -211,7 +211,9 @@ Result<> write_levels(const Database& db, const ExportContext& c, CsvWriter& out
       "SELECT r.seq, r.asked_mono_ns, r.first_byte_mono_ns, l.step_id, l.repeat, r.level,"
       " l.level_index, r.reading_index, l.target_force_N, l.target_pressure_Pa, r.flags{}"
       " FROM lcr_reading AS r JOIN level AS l ON l.run_id = r.run_id AND l.level = r.level"
-      " WHERE r.run_id = ? AND r.reading_index IS NOT NULL ORDER BY r.seq",
+      " WHERE r.run_id = ? AND r.reading_index IS NOT NULL AND NOT EXISTS (SELECT 1 FROM event AS e"
+      " WHERE e.run_id = r.run_id AND e.kind = 'level_abandoned'"
+      " AND json_extract(e.detail, '$.level') = r.level) ORDER BY r.seq",
       c.value_sql);
   auto track = FrameTrack::open(db, c.id, c.hold_force);
   if (!track) return fail(track.error());

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // From an abort on the control socket to the frame's STOP on the wire, and to the answer
 // (standstill confirmed). Three threads in real time: client, daemon, and simulators behind
-// loopback TCP. Usage: abort_latency_bench [ABORTS]
+// loopback TCP. Then the same from a SIGTERM to lcrigd, a process of its own (the one beside this
+// program). Usage: abort_latency_bench [ABORTS [SIGTERMS]]
 #include <poll.h>
+#include <signal.h>
 #include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <boost/asio/as_tuple.hpp>
@@ -13,6 +17,7 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <stdexcept>
@@ -224,6 +229,7 @@ void measure(const std::string& folder, int aborts) {
   config.database = folder + "/bench.db";
   config.socket = folder + "/bench.sock";
   config.log_level = "warn";
+  config.meter_driver = find_meter_driver("lcr6100");
   config.meter_port = sims.meter_url();
   config.frame_port = sims.frame_url();
   const Daemon daemon(config);
@@ -245,6 +251,76 @@ void measure(const std::string& folder, int aborts) {
   print_row("abort to answer (standstill)", to_answer);
 }
 
+// lcrigd as systemd starts and ends it.
+class DaemonProcess {
+ public:
+  explicit DaemonProcess(const std::string& config) {
+    const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "lcrigd";
+    pid_ = ::fork();
+    if (pid_ != 0) return;
+    ::execl(program.c_str(), "lcrigd", "--config", config.c_str(), "--log-level", "error", nullptr);
+    ::_exit(127);
+  }
+  ~DaemonProcess() {
+    if (pid_ > 0) ::kill(pid_, SIGKILL);
+    end();
+  }
+  DaemonProcess(const DaemonProcess&) = delete;
+  DaemonProcess& operator=(const DaemonProcess&) = delete;
+  void terminate() const { ::kill(pid_, SIGTERM); }
+  int end() {
+    int status = -1;
+    if (pid_ > 0) ::waitpid(std::exchange(pid_, -1), &status, 0);
+    return status;
+  }
+
+ private:
+  pid_t pid_ = -1;
+};
+
+void write_config(const std::string& path, const std::string& folder, const Simulators& sims) {
+  const json config{{"format", "lcrigd-config/1"},
+                    {"database", folder + "/term.db"},
+                    {"socket", folder + "/term.sock"},
+                    {"meter", {{"driver", "lcr6100"}, {"port", sims.meter_url()}}},
+                    {"frame", {{"driver", "zwick"}, {"port", sims.frame_url()}}},
+                    {"fixture", {{"probe_diameter_mm", 4.0}}}};
+  std::ofstream(path) << config.dump();
+}
+
+void wait_for_socket(const std::string& path) {
+  for (int i = 0; i < 2000; ++i) {
+    if (std::filesystem::exists(path)) return;
+    ::poll(nullptr, 0, 10);
+  }
+  throw std::runtime_error("lcrigd does not start");
+}
+
+void measure_sigterm(const std::string& folder, int signals) {
+  Simulators sims;
+  const RealClock clock;
+  const std::string config = folder + "/term.json";
+  write_config(config, folder, sims);
+  LatencyHistogram to_stop, to_exit;
+  std::mt19937 random(2);
+  for (int i = 0; i < signals; ++i) {
+    DaemonProcess daemon(config);
+    wait_for_socket(folder + "/term.sock");
+    Client client(folder + "/term.sock");
+    client.start();
+    client.let_pass(static_cast<int>(random() % 70));
+    sims.stop_ns = 0;
+    const MonoTime begin = clock.now();
+    daemon.terminate();
+    if (daemon.end() != 0) throw std::runtime_error("lcrigd did not end well");
+    if (sims.stop_ns == 0) throw std::runtime_error("no STOP arrived");
+    to_stop.add(Duration(sims.stop_ns) - begin.time_since_epoch());
+    to_exit.add(clock.now() - begin);
+  }
+  print_row("SIGTERM to STOP at the gateway", to_stop);
+  print_row("SIGTERM to the end of lcrigd", to_exit);
+}
+
 }  // namespace
 }  // namespace lcrig
 
@@ -255,6 +331,7 @@ int main(int argc, char** argv) {
   int code = 0;
   try {
     lcrig::measure(folder, argc > 1 ? std::atoi(argv[1]) : 100);
+    if (argc > 2) lcrig::measure_sigterm(folder, std::atoi(argv[2]));
   } catch (const std::exception& e) {
     fmt::print(stderr, "{}\n", e.what());
     code = 1;

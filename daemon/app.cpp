@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "base/log.hpp"
+#include "daemon/continuation.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
+#include "storage/runs.hpp"
 #include "storage/specimens.hpp"
 
 namespace lcrig {
@@ -23,6 +25,7 @@ void die_on_bug(std::exception_ptr error) {
 }
 
 constexpr Duration kStatusInterval = 100ms;
+constexpr Duration kTolerableLag = 200ms;
 
 }  // namespace
 
@@ -41,8 +44,9 @@ Result<> App::start() {
   control_ = std::make_unique<ControlServer>(io_.get_executor(), clock_, *this);
   if (auto listening = control_->listen(config_.socket); !listening) return listening;
   name_instruments();
-  asio::co_spawn(io_, heartbeat(), die_on_bug);
+  preparing_ = !config_.bench;  // no run before the frame was made safe
   asio::co_spawn(io_, probe(), die_on_bug);
+  asio::co_spawn(io_, heartbeat(), die_on_bug);
   notifier_.ready();
   notifier_.status("idle");
   spdlog::info("lcrigd {}: database {}, socket {}", LCRIG_VERSION, config_.database,
@@ -50,18 +54,75 @@ Result<> App::start() {
   return {};
 }
 
+// Longer than any honest wait: the runner wakes four times a second, but closes a run with bounded
+// waits (STOP 2 s, a last conversion 5 s, a frame that vanished 5 s); a commit waits 5 s for a lock.
+constexpr Duration kRunnerPatience = 20s;
+constexpr Duration kSamplerPatience = 1s;  // beyond the longest exchange
+constexpr Duration kRecorderPatience = 10s;
+
+void App::watch_parts() {
+  using Beats = std::optional<std::uint64_t>;
+  liveness_.watch("the runner", kRunnerPatience, [this]() -> Beats {
+    const Run* run = live_run();
+    if (run == nullptr) return std::nullopt;
+    return run->beats();
+  });
+  liveness_.watch("the sampler", kSamplerPatience, [this]() -> Beats {
+    const Run* run = live_run();
+    if (run == nullptr) return std::nullopt;
+    return run->sampler().overdue(clock_.now());
+  });
+  liveness_.watch("the recorder", kRecorderPatience, [this] { return recorder_->beats(); });
+}
+
+// A part that hangs is told once; the run is stopped while it still can be.
+bool App::is_working() {
+  auto stuck = liveness_.check(clock_.now());
+  if (stuck.empty() == stuck_.empty()) {
+    stuck_ = std::move(stuck);
+    return stuck_.empty();
+  }
+  stuck_ = std::move(stuck);
+  if (stuck_.empty()) {
+    spdlog::info("every part moves again");
+    return true;
+  }
+  spdlog::critical("{}; systemd's watchdog is not fed any more", stuck_.front());
+  notifier_.status("stuck: " + stuck_.front());
+  if (Run* run = live_run()) {
+    run->interrupt(InterruptRequest(Interrupt::fault, Error(Errc::bug, stuck_.front())));
+  }
+  return false;
+}
+
 // Status to watchers and systemd, and the watchdog, from the thread that does the work.
 Task<> App::heartbeat() {
+  watch_parts();
+  LoopLag lag(kTolerableLag);
   MonoTime watchdog_due = clock_.now();
   const Duration watchdog = notifier_.watchdog_interval().value_or(1h);
   while (!shutting_down_ || session_) {
     publish();
-    if (clock_.now() >= watchdog_due) {
+    const bool working = is_working();
+    if (clock_.now() >= watchdog_due && working) {
       notifier_.watchdog();
       watchdog_due = clock_.now() + watchdog;
     }
-    co_await clock_.wait_for(std::min(kStatusInterval, watchdog));
+    const MonoTime due = clock_.now() + std::min(kStatusInterval, watchdog);
+    co_await clock_.wait_until(due);
+    if (const auto late = lag.note(due, clock_.now())) tell_lag(*late);
   }
+}
+
+// At most one in ten seconds: a machine that swaps is late all the time.
+void App::tell_lag(Duration late) {
+  const MonoTime now = clock_.now();
+  if (now - lag_told_ < 10s && lag_told_ != MonoTime()) return;
+  lag_told_ = now;
+  const std::string text = fmt::format("the event loop was {:.0f} ms late", to_seconds(late) * 1e3);
+  spdlog::warn("{}", text);
+  if (live_run() == nullptr) return;
+  recorder_->event(RunEvent(now, "lag", "", text));
 }
 
 // What `status` calls the instruments before they were asked.
@@ -76,38 +137,62 @@ void App::name_instruments() {
   meter_state_.state = frame_state_.state = config_.bench ? "ready" : "unknown";
 }
 
-// Asks both instruments who they are while nothing runs; an absent one is a state, not a failure.
-// Saying hello also stops a frame that a dead daemon left moving.
+// Makes the frame safe, then asks the instruments who they are whenever nothing runs; an absent one
+// is a state, not a failure.
 Task<> App::probe() {
-  while (!config_.bench && !shutting_down_) {
-    if (!preparing_ && !session_) {
-      preparing_ = true;
-      co_await probe_once();
-      preparing_ = false;
-    }
+  if (config_.bench) co_return;
+  while (!shutting_down_) {
+    preparing_ = true;
+    co_await make_frame_safe();
+    co_await probe_meter();
+    preparing_ = false;
     const Duration pause = instruments_ready() ? 60s : 10s;
     co_await clock_.wait_for(pause);
+    while (preparing_ || session_) co_await clock_.wait_for(100ms);
   }
 }
 
-Task<> App::probe_once() {
-  auto opened = co_await open_real_instruments(io_.get_executor(), clock_, config_, person_);
-  if (!opened) {
-    // The port that failed is named in the message.
-    meter_state_.state = frame_state_.state = "absent: " + opened.error().what;
+// A dead daemon may have left it moving: stop first, whatever else is wrong on this rig.
+Task<> App::make_frame_safe() {
+  auto frame = co_await open_real_frame(io_.get_executor(), clock_, config_, person_);
+  if (!frame) {
+    frame_state_.state = "absent: " + frame.error().what;
     co_return;
   }
-  auto meter = co_await (*opened)->meter().identify();
-  meter_state_.identity = meter ? meter->text : "";
-  meter_state_.state = meter ? "ready" : "absent: " + meter.error().what;
-  auto frame = co_await (*opened)->frame().identify();
-  frame_state_.identity = frame ? frame->text : "";
-  frame_state_.state = frame ? "ready" : "absent: " + frame.error().what;
-  if (frame) {
-    auto stopped = co_await (*opened)->frame().stop();
+  auto identity = co_await (*frame)->identify();
+  frame_state_.identity = identity ? identity->text : "";
+  frame_state_.state = identity ? "ready" : "absent: " + identity.error().what;
+  if (identity) {
+    auto stopped = co_await (*frame)->stop();
     if (!stopped) frame_state_.state = "fault: " + stopped.error().what;
+    if (stopped && !std::exchange(frame_made_safe_, true)) {
+      note_interrupted("lcrigd was restarted: the frame confirmed standstill");
+    }
   }
-  co_await (*opened)->close();
+  (*frame)->close();
+}
+
+void App::note_interrupted(const std::string& text) {
+  if (recorder_->interrupted_runs().empty()) return;
+  spdlog::info("{}", text);
+  auto db = open_read_write(config_.database);
+  if (!db) return spdlog::warn("{}", printable(db.error().what));
+  for (const std::int64_t run : recorder_->interrupted_runs()) {
+    auto noted = add_run_note(*db, run, "lcrigd", text, clock_.unix_ns());
+    if (!noted) spdlog::warn("run {}: {}", run, printable(noted.error().what));
+  }
+}
+
+Task<> App::probe_meter() {
+  auto meter = co_await open_real_meter(clock_, config_);
+  if (!meter) {
+    meter_state_.state = "absent: " + meter.error().what;
+    co_return;
+  }
+  auto identity = co_await (*meter)->identify();
+  meter_state_.identity = identity ? identity->text : "";
+  meter_state_.state = identity ? "ready" : "absent: " + identity.error().what;
+  (*meter)->close();
 }
 
 bool App::instruments_ready() const {
@@ -116,8 +201,14 @@ bool App::instruments_ready() const {
 
 void App::publish() {
   if (!live_run()) return;
-  const RunStatus s = session_->status();
+  const RunStatus s = live_status();
   control_->publish_status(s);
+}
+
+RunStatus App::live_status() const {
+  RunStatus s = session_->status();
+  s.prompt = person_.prompt();
+  return s;
 }
 
 void App::publish_event(const RunEvent& event) {
@@ -131,8 +222,8 @@ Run* App::live_run() const {
   return session_ ? session_->run() : nullptr;
 }
 
-Task<Result<RunStarted>> App::start_run(StartRunRequest request, PeerCredentials peer) {
-  if (shutting_down_) co_return fail(Errc::busy, "the daemon is shutting down");
+// One run at a time; sets preparing_ when it succeeds.
+Task<Result<>> App::claim_start() {
   const MonoTime patience = clock_.now() + 30s;
   while (preparing_ && !session_ && clock_.now() < patience) co_await clock_.wait_for(20ms);
   if (shutting_down_) co_return fail(Errc::busy, "the daemon is shutting down");
@@ -142,8 +233,14 @@ Task<Result<RunStarted>> App::start_run(StartRunRequest request, PeerCredentials
                    "`lcrig abort` ends it",
                    live_run() ? live_run()->status().run : 0);
   }
-  if (request.operator_name.empty()) request.operator_name = peer.user;
   preparing_ = true;
+  co_return Result<>();
+}
+
+Task<Result<RunStarted>> App::start_run(StartRunRequest request, PeerCredentials peer) {
+  auto claimed = co_await claim_start();
+  if (!claimed) co_return fail(claimed.error());
+  if (request.operator_name.empty()) request.operator_name = peer.user;
   auto started = co_await prepare_and_start(std::move(request));
   preparing_ = false;
   if (!started) session_.reset();
@@ -165,10 +262,15 @@ Task<Result<RunStarted>> App::prepare_and_start(StartRunRequest request) {
   if (!specimen) co_return fail(specimen.error());
   auto prepared = prepare_run(std::move(wanted));
   if (!prepared) co_return fail(prepared.error());
-  auto instruments = co_await open_instruments(*prepared);
+  auto started = co_await start_prepared(std::move(*prepared));
+  co_return started;
+}
+
+Task<Result<RunStarted>> App::start_prepared(PreparedRun prepared) {
+  auto instruments = co_await open_instruments(prepared);
   if (!instruments) co_return fail(instruments.error());
   session_ = std::make_unique<Session>(io_.get_executor(), clock_, *recorder_,
-                                       std::move(*instruments), std::move(*prepared));
+                                       std::move(*instruments), std::move(prepared));
   session_->on_events([this](const std::vector<RunEvent>& events) {
     for (const RunEvent& event : events) publish_event(event);
   });
@@ -259,15 +361,42 @@ Task<Result<>> App::pause(PeerCredentials peer) {
   co_return Result<>();
 }
 
-Task<Result<>> App::resume(std::optional<std::int64_t> run, PeerCredentials /*peer*/) {
+Task<Result<RunStarted>> App::resume(std::optional<std::int64_t> run, bool confirmed,
+                                     PeerCredentials peer) {
   Run* live = live_run();
+  if (live == nullptr && run) {
+    auto continued = co_await continue_run(*run, confirmed, peer.user);
+    co_return continued;
+  }
   if (live == nullptr || (run && *run != live->status().run)) {
     co_return fail(Errc::invalid_request, "no such run is paused");
   }
   if (!live->resume()) {
     co_return fail(Errc::invalid_request, "run {} is not paused", live->status().run);
   }
-  co_return Result<>();
+  RunStarted going;
+  going.run = live->status().run;
+  co_return going;
+}
+
+Task<Result<RunStarted>> App::continue_run(std::int64_t run, bool confirmed,
+                                           std::string operator_name) {
+  auto db = open_read_write(config_.database);
+  if (!db) co_return fail(db.error());
+  auto prepared = prepare_continuation(*db, run);
+  if (!prepared) co_return fail(prepared.error());
+  prepared->continues->confirmed = confirmed;
+  prepared->request.operator_name = std::move(operator_name);
+  auto claimed = co_await claim_start();
+  if (!claimed) co_return fail(claimed.error());
+  auto started = co_await start_prepared(std::move(*prepared));
+  preparing_ = false;
+  if (!started) session_.reset();
+  if (!started) co_return started;
+  auto noted = add_run_note(*db, run, "lcrigd", fmt::format("continued by run {}", started->run),
+                            clock_.unix_ns());
+  if (!noted) spdlog::warn("run {}: {}", run, printable(noted.error().what));
+  co_return started;
 }
 
 Task<Result<>> App::stop_run(Interrupt kind, std::string why, const PeerCredentials& peer) {
@@ -314,7 +443,7 @@ DaemonStatus App::status() const {
   DaemonStatus s;
   s.version = LCRIG_VERSION;
   s.database = config_.database;
-  if (live_run() != nullptr) s.run = session_->status();
+  if (live_run() != nullptr) s.run = live_status();
   s.last_run = last_run_;
   s.instruments = {meter_state_, frame_state_};
   return s;

@@ -6,12 +6,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/clock.hpp"
 #include "daemon/config.hpp"
 #include "daemon/control.hpp"
 #include "daemon/control_handler.hpp"
 #include "daemon/instruments.hpp"
+#include "daemon/liveness.hpp"
 #include "daemon/recorder.hpp"
 #include "daemon/service.hpp"
 #include "daemon/session.hpp"
@@ -31,7 +33,8 @@ class App final : public ControlHandler {
 
   Task<Result<RunStarted>> start_run(StartRunRequest request, PeerCredentials peer) override;
   Task<Result<>> pause(PeerCredentials peer) override;
-  Task<Result<>> resume(std::optional<std::int64_t> run, PeerCredentials peer) override;
+  Task<Result<RunStarted>> resume(std::optional<std::int64_t> run, bool confirmed,
+                                  PeerCredentials peer) override;
   Task<Result<>> abort(std::string why, PeerCredentials peer) override;
   Task<Result<>> freeze(std::string why, PeerCredentials peer) override;
   Task<Result<>> confirm(PeerCredentials peer) override;
@@ -40,17 +43,26 @@ class App final : public ControlHandler {
 
  private:
   Task<Result<RunStarted>> prepare_and_start(StartRunRequest request);
+  Task<Result<RunStarted>> continue_run(std::int64_t run, bool confirmed, std::string operator_name);
+  Task<Result<RunStarted>> start_prepared(PreparedRun prepared);
+  Task<Result<>> claim_start();
   Result<> find_text(SessionRequest& wanted) const;
   Task<Result<std::unique_ptr<Instruments>>> open_instruments(const PreparedRun& prepared);
   Task<> run_to_its_end();
   Task<Result<>> stop_run(Interrupt kind, std::string why, const PeerCredentials& peer);
   Task<> heartbeat();
+  void watch_parts();
+  bool is_working();
+  void tell_lag(Duration late);
   void name_instruments();
   Task<> probe();
-  Task<> probe_once();
+  Task<> probe_meter();
+  Task<> make_frame_safe();
+  void note_interrupted(const std::string& text);
   bool instruments_ready() const;
   void publish_event(const RunEvent& event);
   void publish();
+  RunStatus live_status() const;
   Run* live_run() const;
 
   asio::io_context& io_;
@@ -62,8 +74,12 @@ class App final : public ControlHandler {
   std::unique_ptr<ControlServer> control_;
   std::unique_ptr<Session> session_;
   bool preparing_ = false;  // between start_run and the run row, or while probing
+  Liveness liveness_;
+  std::vector<std::string> stuck_;
+  MonoTime lag_told_;
   InstrumentState meter_state_, frame_state_;
   bool shutting_down_ = false;
+  bool frame_made_safe_ = false;  // since this daemon started
   std::optional<RunEnded> last_run_;
 };
 

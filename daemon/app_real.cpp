@@ -7,6 +7,7 @@
 #include "drivers/dead_weight/driver.hpp"
 #include "drivers/port.hpp"
 #include "drivers/recording_transport.hpp"
+#include "drivers/reopening.hpp"
 #include "drivers/zwick/driver.hpp"
 
 namespace lcrig {
@@ -77,7 +78,26 @@ Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::strin
   co_return logged;
 }
 
-Task<Result<std::unique_ptr<LoadFrame>>> open_frame(asio::any_io_executor executor, Clock& clock,
+}  // namespace
+
+Task<Result<std::unique_ptr<LcrMeter>>> open_real_meter(Clock& clock, const Config& config) {
+  auto port = co_await open_logged(config.meter_port, "lcr", config, clock);
+  if (!port) co_return fail(port.error());
+  co_return config.meter_driver->make(std::move(*port), clock, config.meter_serial_number);
+}
+
+namespace {
+
+Task<Result<std::unique_ptr<LoadFrame>>> open_link(asio::any_io_executor executor, Clock& clock,
+                                                   const Config& config) {
+  auto port = co_await open_logged(config.frame_port, "frame", config, clock);
+  if (!port) co_return fail(port.error());
+  co_return std::make_unique<ZwickLink>(std::move(*port), clock, executor);
+}
+
+}  // namespace
+
+Task<Result<std::unique_ptr<LoadFrame>>> open_real_frame(asio::any_io_executor executor, Clock& clock,
                                                     const Config& config, RemoteOperator& person) {
   std::unique_ptr<LoadFrame> frame;
   if (config.frame_driver == FrameDriver::dead_weight) {
@@ -89,21 +109,21 @@ Task<Result<std::unique_ptr<LoadFrame>>> open_frame(asio::any_io_executor execut
     frame = std::make_unique<DeadWeightFrame>(person, clock, executor, settings);
     co_return frame;
   }
-  auto port = co_await open_logged(config.frame_port, "frame", config, clock);
-  if (!port) co_return fail(port.error());
-  frame = std::make_unique<ZwickLink>(std::move(*port), clock, executor);
+  auto link = co_await open_link(executor, clock, config);
+  if (!link) co_return link;
+  const auto again = [executor, &clock, &config] { return open_link(executor, clock, config); };
+  frame = std::make_unique<ReopeningFrame>(std::move(*link), again);
   co_return frame;
 }
-
-}  // namespace
 
 Task<Result<std::unique_ptr<Instruments>>> open_real_instruments(asio::any_io_executor executor,
                                                                  Clock& clock, const Config& config,
                                                                  RemoteOperator& person) {
-  auto port = co_await open_logged(config.meter_port, "lcr", config, clock);
-  if (!port) co_return fail(port.error());
-  auto meter = config.meter_driver->make(std::move(*port), clock, config.meter_serial_number);
-  auto frame = co_await open_frame(executor, clock, config, person);
+  auto first = co_await open_real_meter(clock, config);
+  if (!first) co_return fail(first.error());
+  const auto again = [&clock, &config] { return open_real_meter(clock, config); };
+  auto meter = std::make_unique<ReopeningMeter>(std::move(*first), again);
+  auto frame = co_await open_real_frame(executor, clock, config, person);
   if (!frame) co_return fail(frame.error());
   std::unique_ptr<Instruments> all =
       std::make_unique<RealInstruments>(config, std::move(meter), std::move(*frame), person);

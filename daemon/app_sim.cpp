@@ -15,6 +15,7 @@
 #include "drivers/fd_transport.hpp"
 #include "drivers/lcr6100/driver.hpp"
 #include "drivers/lcr6100/sim.hpp"
+#include "drivers/reopening.hpp"
 #include "drivers/zwick/driver.hpp"
 #include "drivers/zwick/sim.hpp"
 #include "model/bench_world.hpp"
@@ -42,7 +43,7 @@ class ActingOperator final : public Operator {
 };
 
 // Drivers and simulators, joined by socketpairs.
-class SimulatedInstruments : public Instruments {
+class SimulatedInstruments : public Instruments, private BenchDoor {
  public:
   SimulatedInstruments(asio::any_io_executor executor, Clock& clock)
       : executor_(std::move(executor)), clock_(clock) {}
@@ -54,23 +55,67 @@ class SimulatedInstruments : public Instruments {
     frame_->close();
     meter_sim_->close();
     if (frame_sim_) frame_sim_->close();
-    while (running_ > 0) co_await clock_.wait_for(1ms);
+    while (meters_ + frames_ > 0) co_await clock_.wait_for(1ms);
   }
+  BenchDoor* door() override { return this; }
 
  protected:
   // A simulator's task is counted, so that nothing it uses is destroyed under it.
-  void start(Task<> task) {
-    ++running_;
-    asio::co_spawn(executor_, std::move(task), [this](std::exception_ptr error) {
-      --running_;
+  void start(Task<> task, int& count) {
+    ++count;
+    asio::co_spawn(executor_, std::move(task), [&count](std::exception_ptr error) {
+      --count;
       if (error) std::rethrow_exception(error);
     });
+  }
+  lcr6100::Lcr6100Sim& meter_sim() override { return *meter_sim_; }
+  ZwickSim* frame_sim() override { return frame_sim_.get(); }
+  void unplug_meter() override {
+    meter_plugged_ = false;
+    meter_sim_->close();
+  }
+  void plug_meter() override { meter_plugged_ = true; }
+  void unplug_frame() override {
+    frame_plugged_ = false;
+    if (frame_sim_) frame_sim_->close();
+  }
+  void plug_frame() override { frame_plugged_ = true; }
+
+  // The simulated instruments again, on a new wire, as a port is opened again after an unplug.
+  Task<Result<std::unique_ptr<LcrMeter>>> open_meter() {
+    if (!meter_plugged_) co_return fail(Errc::disconnected, "sim:lcr: no such port");
+    meter_sim_->close();
+    while (meters_ > 0) co_await clock_.wait_for(1ms);
+    auto pair = wire("sim:lcr");
+    if (!pair) co_return fail(pair.error());
+    meter_sim_->attach(std::move(pair->far));
+    start(meter_sim_->run(), meters_);
+    co_return std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
+  }
+  Task<Result<std::unique_ptr<LoadFrame>>> open_frame() {
+    if (!frame_plugged_) co_return fail(Errc::disconnected, "sim:frame: nobody listens");
+    frame_sim_->close();
+    while (frames_ > 0) co_await clock_.wait_for(1ms);
+    auto pair = wire("sim:frame");
+    if (!pair) co_return fail(pair.error());
+    frame_sim_->attach(std::move(pair->far));
+    start(frame_sim_->run(), frames_);
+    co_return std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_);
+  }
+  void use_meter(std::unique_ptr<LcrMeter> meter) {
+    meter_ = std::make_unique<ReopeningMeter>(std::move(meter), [this] { return open_meter(); });
+    start(meter_sim_->run(), meters_);
+  }
+  void use_frame(std::unique_ptr<LoadFrame> frame) {
+    frame_ = std::make_unique<ReopeningFrame>(std::move(frame), [this] { return open_frame(); });
+    start(frame_sim_->run(), frames_);
   }
   Result<TransportPair> wire(const char* name) { return make_socketpair(executor_, clock_, name); }
 
   asio::any_io_executor executor_;
   Clock& clock_;
-  int running_ = 0;
+  int meters_ = 0, frames_ = 0;  // running simulators
+  bool meter_plugged_ = true, frame_plugged_ = true;
   std::unique_ptr<Operator> simulated_person_, acting_person_;
   Operator* person_ = nullptr;
   std::unique_ptr<lcr6100::Lcr6100Sim> meter_sim_;
@@ -122,8 +167,7 @@ class BenchInstruments final : public SimulatedInstruments {
     const auto source = [this](MonoTime t) { return world_->plant().electrical(t); };
     meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(std::move(pair->far), clock_, config,
                                                        lcr6100::Lcr6100Sim::Source(source));
-    meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
-    start(meter_sim_->run());
+    use_meter(std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_));
     return {};
   }
 
@@ -135,8 +179,7 @@ class BenchInstruments final : public SimulatedInstruments {
     settings.seed = static_cast<std::uint64_t>(request.seed) + 1;
     frame_sim_ =
         std::make_unique<ZwickSim>(std::move(pair->far), clock_, executor_, *scene_, settings);
-    frame_ = std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_);
-    start(frame_sim_->run());
+    use_frame(std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_));
     return {};
   }
 
@@ -186,7 +229,7 @@ class ReplayInstruments final : public SimulatedInstruments {
     meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(
         std::move(pair->far), clock_, lcr6100::SimConfig(), lcr6100::Lcr6100Sim::Recording(play));
     meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
-    start(meter_sim_->run());
+    start(meter_sim_->run(), meters_);
     return {};
   }
 
@@ -205,7 +248,7 @@ class ReplayInstruments final : public SimulatedInstruments {
     frame_sim_ =
         std::make_unique<ZwickSim>(std::move(pair->far), clock_, executor_, std::move(rows));
     frame_ = std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_);
-    start(frame_sim_->run());
+    start(frame_sim_->run(), frames_);
     return {};
   }
 

@@ -75,12 +75,17 @@ Answer on_resume(ControlHandler& handler, json params, PeerCredentials peer) {
   ParamsReader in(params, "/params");
   const bool given = in.member("run") != nullptr;
   if (given) in.integer("run", run);
+  bool confirmed = false;
+  in.boolean("confirm_specimen", confirmed);
   in.refuse_unknown();
   if (auto ok = in.finish(); !ok) co_return fail(ok.error());
   std::optional<std::int64_t> which;
   if (given) which = run;
-  auto done = co_await handler.resume(which, std::move(peer));
-  co_return nothing_or(done);
+  auto going = co_await handler.resume(which, confirmed, std::move(peer));
+  if (!going) co_return fail(going.error());
+  json out = json::object();
+  out["run"] = going->run;
+  co_return out;
 }
 
 Answer on_abort(ControlHandler& handler, json params, PeerCredentials peer) {

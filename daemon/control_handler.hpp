@@ -21,8 +21,11 @@ class ControlHandler {
   // (protocol, parameters, specimen), whatever the instruments said.
   virtual Task<Result<RunStarted>> start_run(StartRunRequest request, PeerCredentials peer) = 0;
   virtual Task<Result<>> pause(PeerCredentials peer) = 0;
-  // Goes on after a pause, or (with `run`) resumes an interrupted run at its step.
-  virtual Task<Result<>> resume(std::optional<std::int64_t> run, PeerCredentials peer) = 0;
+  // Goes on after a pause, or (with `run`) continues an interrupted run at its step, in a new run:
+  // `confirmed` says that a person found the specimen untouched; without it the run asks first.
+  // Returns the run that goes on.
+  virtual Task<Result<RunStarted>> resume(std::optional<std::int64_t> run, bool confirmed,
+                                          PeerCredentials peer) = 0;
   // Return when the frame confirmed standstill.
   virtual Task<Result<>> abort(std::string why, PeerCredentials peer) = 0;
   virtual Task<Result<>> freeze(std::string why, PeerCredentials peer) = 0;

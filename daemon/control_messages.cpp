@@ -20,11 +20,12 @@ struct StateName {
   RunState state;
   std::string_view word;
 };
-constexpr std::array<StateName, 6> kStates{
+constexpr std::array<StateName, 7> kStates{
     {{RunState::preparing, "preparing"},
      {RunState::running, "running"},
      {RunState::paused, "paused"},
      {RunState::waiting_for_operator, "waiting_for_operator"},
+     {RunState::waiting_for_instrument, "waiting_for_instrument"},
      {RunState::finishing, "finishing"},
      {RunState::ended, "ended"}}};
 

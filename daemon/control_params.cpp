@@ -60,6 +60,13 @@ void ParamsReader::integer(const char* key, std::int64_t& out, bool required) {
   out = value->get<std::int64_t>();
 }
 
+void ParamsReader::boolean(const char* key, bool& out) {
+  const auto* value = find(key, false);
+  if (value == nullptr) return;
+  if (!value->is_boolean()) return expected(key, "true or false", *value);
+  out = value->get<bool>();
+}
+
 void ParamsReader::number(const char* key, double& out, bool required) {
   const auto* value = find(key, required);
   if (value == nullptr) return;

@@ -24,6 +24,7 @@ class ParamsReader {
   void text(const char* key, std::string& out, bool required = false);
   void integer(const char* key, std::int64_t& out, bool required = false);
   void number(const char* key, double& out, bool required = false);
+  void boolean(const char* key, bool& out);
   // null and absent are both "no value". `power` converts to SI: 10^power.
   void quantity(const char* key, std::optional<double>& out, int power);
   // An object of numbers, or of strings that hold one as somebody typed it.

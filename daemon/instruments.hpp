@@ -13,6 +13,7 @@
 
 #include "base/clock.hpp"
 #include "daemon/bench.hpp"
+#include "daemon/bench_door.hpp"
 #include "daemon/config.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
@@ -42,6 +43,8 @@ class Instruments {
   const InstrumentsInfo& info() const { return info_; }
   // Closes the ports; returns when every task of drivers and simulators has ended.
   virtual Task<> close() = 0;
+  // For drills and tests; nullptr on a real rig.
+  virtual BenchDoor* door() { return nullptr; }
 
  protected:
   InstrumentsInfo info_;
@@ -60,10 +63,17 @@ class RemoteOperator final : public Operator {
   std::string prompt_;
 };
 
-// Opens the ports of the config file. Errors: as open_port.
+// Opens the ports of the config file, which must outlive them: a port that goes away is opened
+// again by it. Errors: as open_port.
 Task<Result<std::unique_ptr<Instruments>>> open_real_instruments(asio::any_io_executor executor,
                                                                  Clock& clock, const Config& config,
                                                                  RemoteOperator& person);
+
+// One of them alone.
+Task<Result<std::unique_ptr<LcrMeter>>> open_real_meter(Clock& clock, const Config& config);
+Task<Result<std::unique_ptr<LoadFrame>>> open_real_frame(asio::any_io_executor executor,
+                                                         Clock& clock, const Config& config,
+                                                         RemoteOperator& person);
 
 struct SimRequest {
   SimRequest() = default;

@@ -67,6 +67,13 @@ CommitStats Recorder::stats() const {
   return stats_;
 }
 
+std::optional<std::uint64_t> Recorder::beats() const {
+  const std::lock_guard lock(mutex_);
+  if (queued_ == 0 && requests_.empty()) return std::nullopt;
+  if (fault_) return std::nullopt;  // told already; the run ends by it
+  return stats_.commits;
+}
+
 // `f` runs on the io_context's thread, unless the recorder is gone by then.
 template <class F>
 void Recorder::post(F f) {

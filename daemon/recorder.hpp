@@ -78,6 +78,8 @@ class Recorder final : public RunSink {
   Task<Result<>> flush() override;
 
   CommitStats stats() const;
+  // For the watchdog: commits so far; nullopt while nothing waits to be committed.
+  std::optional<std::uint64_t> beats() const;
   const std::string& path() const { return options_.path; }
 
  private:

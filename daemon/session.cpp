@@ -162,6 +162,12 @@ void Session::acknowledge(const Committed& c) {
     s.pressure_Pa.reset();
     if (s.force_N && area_m2) s.pressure_Pa = *s.force_N / *area_m2;
   }
+  // A level that is begun anew counts once.
+  for (const RunEvent& event : c.events) {
+    if (event.kind != "level_abandoned") continue;
+    const json detail = json::parse(event.detail, nullptr, false);
+    if (detail.is_object()) s.measure_readings -= detail.value("readings", std::int64_t{0});
+  }
   if (on_events_) on_events_(c.events);
 }
 
@@ -186,6 +192,7 @@ Task<Result<std::int64_t>> Session::open() {
   setup.run = *number;
   setup.specimen = prepared_.request.specimen_name;
   setup.person = &instruments_->person();
+  setup.continues = prepared_.continues;
   run_ = std::make_unique<Run>(executor_, std::move(setup));
   recorder_.on_committed([this](const Committed& c) { acknowledge(c); });
   recorder_.on_fault(

@@ -35,6 +35,7 @@ struct PreparedRun {
   std::optional<Specimen> specimen;
   bool places_weights = false;
   double max_force_N = 0;  // of the limits
+  std::optional<Continuation> continues;  // of an interrupted run
 };
 // Errors: invalid_request with file position and JSON pointer.
 Result<PreparedRun> prepare_run(SessionRequest request);
@@ -54,6 +55,7 @@ class Session {
   Task<RunResult> execute();
   Task<> close();
 
+  Instruments& instruments() { return *instruments_; }
   Run* run() { return run_.get(); }  // nullptr before `open` succeeded
   const Run* run() const { return run_.get(); }
   // Of acknowledged rows only.

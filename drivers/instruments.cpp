@@ -91,6 +91,19 @@ std::string to_json_text(const LcrSettings& s, std::optional<Duration> conversio
       to_string(s.trigger), conversion);
 }
 
+Task<Result<LcrSettings>> LcrMeter::restore(LcrSettings settings) {
+  auto got = co_await configure(std::move(settings));
+  co_return got;
+}
+
+Task<Result<LcrSettings>> LcrMeter::reconnect() {
+  co_return fail(Errc::invalid_request, "the meter has no port that could be opened again");
+}
+
+Task<Result<Identity>> LoadFrame::reconnect() {
+  co_return fail(Errc::invalid_request, "the frame has no port that could be opened again");
+}
+
 Duration LcrCapabilities::conversion_time(const LcrSettings& s) const {
   return conversion[static_cast<std::size_t>(s.aperture)] * s.average;
 }

@@ -69,6 +69,7 @@ constexpr std::uint32_t kSecondaryOverload = 1U << 1U;  // secondary is NULL
 constexpr std::uint32_t kAfterResync = 1U << 2U;  // first reading after the line was resynchronised
 constexpr std::uint32_t kAfterSetUp = 1U << 3U;  // first reading after a set-up that the driver
                                                  // sent again by itself (the meter had become slow)
+constexpr std::uint32_t kAfterGap = 1U << 4U;  // first reading after the meter was away
 }  // namespace lcr_flag
 
 struct LcrReading {
@@ -91,6 +92,9 @@ class LcrMeter {
   // Sends every setting, reads each back, retries lost ones, and refuses with the difference.
   // Returns what was read back.
   virtual Task<Result<LcrSettings>> configure(LcrSettings settings) = 0;
+  // As configure, for a meter that was configured before: may send only what differs, but reads
+  // everything back.
+  virtual Task<Result<LcrSettings>> restore(LcrSettings settings);
   // One reading under the settings in force: a new conversion (bus), or the next answer to a poll
   // (internal; look at `fresh`).
   virtual Task<Result<LcrReading>> measure() = 0;
@@ -101,6 +105,10 @@ class LcrMeter {
   virtual Task<Result<>> resync() = 0;
   // Leaves the meter as a person wants to find it: continuous trigger, keys unlocked.
   virtual Task<Result<>> make_safe() = 0;
+  // One attempt to bring a lost meter back under the settings in force (reopening.hpp). Errors:
+  // refused (another instrument answers), invalid_request (nothing to open again), anything else:
+  // not there yet.
+  virtual Task<Result<LcrSettings>> reconnect();
   virtual void close() = 0;
 };
 

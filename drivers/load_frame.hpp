@@ -35,6 +35,7 @@ struct FrameCapabilities {
   // For the predicted overshoot (load-frame reference, section 2): reaction time and deceleration.
   Duration reaction{};
   Acceleration deceleration;
+  bool operator==(const FrameCapabilities&) const = default;
 };
 
 // Accepted by the device before any motion.
@@ -108,6 +109,9 @@ class LoadFrame {
   // the device confirmed standstill.
   virtual Task<Result<>> stop() = 0;
   virtual Task<Result<>> resync() = 0;
+  // One attempt to bring a lost frame back (reopening.hpp). It stands, is not armed, sends no
+  // samples. Errors as LcrMeter::reconnect.
+  virtual Task<Result<Identity>> reconnect();
   virtual void close() = 0;
 
   // Called for every batch that arrived, and once when the link is lost.

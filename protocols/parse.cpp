@@ -176,6 +176,9 @@ void parse_top(const JsonReader& top, Protocol& out) {
   out.limits = parse_limits(top.object("limits"), scope);
   out.sample = parse_sample(top.object("sample"));
   out.on_loss = parse_on_loss(top);
+  if (const auto t = top.optional_quantity("on_loss_timeout", Dimension::time, Range{1, 604800})) {
+    out.on_loss_timeout = from_seconds(*t);
+  }
   if (const auto t = top.optional_quantity("finally_timeout", Dimension::time, Range{1, 86400})) {
     out.finally_timeout = from_seconds(*t);
   }

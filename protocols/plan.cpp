@@ -43,12 +43,6 @@ void estimate_size(const Protocol& protocol, const Rig& rig, Plan& plan) {
 }  // namespace
 
 Result<Plan> make_plan(const Protocol& protocol, const Environment& environment, const Rig& rig) {
-  if (protocol.on_loss != OnLoss::abort) {
-    return fail(Errc::invalid_request,
-                "{}: /on_loss: this version cannot wait for a lost instrument to come back; "
-                "\"abort\" is what it can do",
-                protocol.name);
-  }
   const auto limits = bind_limits(protocol, environment);
   if (!limits) return fail(limits.error());
   const ApertureChoice choice = choose_aperture(protocol, environment, rig);

@@ -141,6 +141,7 @@ struct Protocol {
   Limits limits;
   Sampling sample;
   OnLoss on_loss = OnLoss::abort;
+  Duration on_loss_timeout = std::chrono::minutes(10);  // longest absence of an instrument
   Duration finally_timeout = std::chrono::minutes(5);
   Steps steps, finally_steps;
 };

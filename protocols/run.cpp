@@ -66,6 +66,7 @@ std::string_view to_string(Interrupt i) {
     case Interrupt::freeze: return "freeze";
     case Interrupt::limit: return "limit";
     case Interrupt::fault: return "fault";
+    case Interrupt::loss: return "loss";
   }
   return "fault";
 }
@@ -105,10 +106,7 @@ Sampler::Hooks Run::sampler_hooks() {
   hooks.event = [this](std::string kind, std::string detail) {
     event(std::move(kind), std::move(detail));
   };
-  hooks.lost = [this](Error e) {
-    event("loss", e.what);
-    interrupt(InterruptRequest(Interrupt::fault, std::move(e)));
-  };
+  hooks.lost = [this](Error e) { lose_meter(std::move(e)); };
   return hooks;
 }
 
@@ -126,10 +124,14 @@ void Run::on_reading(const LcrReading& reading, const ReadingTag& tag) {
     event("repeated", "the meter repeats its last value");
   }
   repeating_ = !reading.fresh;
+  last_reading_ = reading.last_byte;
 }
 
 void Run::on_samples(std::span<const FrameSample> samples) {
   setup_.sink.samples(samples);
+  memory_.feed(samples);
+  samples_seen_ += std::ssize(samples);
+  last_sample_ = setup_.clock.now();
   for (const FrameSample& s : samples) {
     if (s.force_N) force_sum_N_ += *s.force_N, ++force_count_;
     if (auto why = guard_.check(s); why && !stop_pending_) {
@@ -145,8 +147,7 @@ void Run::on_frame_event(std::string kind, std::string detail) {
 }
 
 void Run::on_frame_lost(Error error) {
-  event("loss", error.what);
-  interrupt(InterruptRequest(Interrupt::fault, std::move(error)));
+  lose_frame(std::move(error));
 }
 
 void Run::interrupt(InterruptRequest request) {
@@ -174,7 +175,7 @@ Task<RunResult> Run::execute() {
   if (ready) {
     status_.state = RunState::running;
     sampler_.start(setup_.protocol.sample.lcr_continuous);
-    stop = co_await run_steps(setup_.protocol.steps);
+    stop = co_await run_protocol();
   } else {
     stop = InterruptRequest(Interrupt::fault, ready.error());
   }
@@ -184,6 +185,11 @@ Task<RunResult> Run::execute() {
 }
 
 Task<Result<>> Run::prepare() {
+  auto armed = co_await arm_frame();
+  co_return armed;
+}
+
+Task<Result<>> Run::arm_frame() {
   const FrameCapabilities& caps = setup_.frame.capabilities();
   if (caps.motion || caps.weights) {
     const FrameLimits limits = device_limits(setup_.protocol.limits, setup_.environment, caps);
@@ -200,17 +206,31 @@ Task<Result<>> Run::prepare() {
 // The next thing that must interrupt the step: a request, or samples that stopped coming.
 Task<InterruptRequest> Run::next_interrupt() {
   for (;;) {
+    ++beats_;
     auto r = co_await (interrupts_.async_receive(kAsResult) || setup_.clock.wait_for(250ms));
     if (r.index() == 0) co_return std::get<1>(std::get<0>(r));
-    auto why = guard_.check_age(setup_.clock.now());
-    if (!why || stop_pending_) continue;
-    event("limit", *why);
-    co_return InterruptRequest(Interrupt::limit, std::move(*why));
+    const MonoTime now = setup_.clock.now();
+    // Instruments that are there but say nothing are as lost as those that are not there.
+    if (auto why = guard_.check_age(now); why && !stop_pending_) {
+      lose_frame(Error(Errc::no_reply, std::move(*why)));
+    }
+    if (auto why = sampler_.check_age(now)) lose_meter(Error(Errc::no_reply, std::move(*why)));
   }
 }
 
-Task<std::optional<InterruptRequest>> Run::run_steps(const Steps& steps) {
-  StepCursor cursor(steps, setup_.environment);
+Task<std::optional<InterruptRequest>> Run::run_protocol() {
+  StepCursor cursor(setup_.protocol.steps, setup_.environment);
+  if (setup_.continues) {
+    auto stop = co_await confirm_specimen();
+    if (stop) co_return stop;
+    auto taken = co_await take_over(cursor);
+    if (!taken) co_return request_for(taken.error());
+  }
+  auto stop = co_await run_steps(cursor);
+  co_return stop;
+}
+
+Task<std::optional<InterruptRequest>> Run::run_steps(StepCursor& cursor) {
   std::optional<InterruptRequest> stop;
   while (const Step* step = cursor.next()) {
     repeat_ = cursor.repeat();
@@ -218,6 +238,7 @@ Task<std::optional<InterruptRequest>> Run::run_steps(const Steps& steps) {
     status_.repeats = cursor.repeats();
     stop = co_await run_step(*step);
     if (stop) break;
+    ++steps_done_;
   }
   co_return stop;
 }
@@ -227,22 +248,40 @@ Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   status_.step_id = step.id;
   status_.step_kind = kind_of(step);
   status_.elapsed_s = to_seconds(setup_.clock.now() - start_);
+  // First, so that a crash right after `step_begin` finds it.
+  if (!finishing_) event("state", to_json_text(point()));
   event("step_begin", std::string(status_.step_kind));
   Progress progress;
   std::optional<InterruptRequest> stop;
   for (bool done = false; !done && !stop;) {
     auto r = co_await (execute_step(step, progress) || next_interrupt());
-    if (r.index() == 0) {
+    InterruptRequest request;
+    if (r.index() == 1) {
+      request = std::move(std::get<1>(r));
+    } else if (const auto& result = std::get<0>(r); result) {
       done = true;
-      if (const auto& result = std::get<0>(r); !result) stop = request_for(result.error());
-    } else if (std::get<1>(r).kind == Interrupt::pause) {
-      stop = co_await stay_paused(progress);
+      continue;
     } else {
-      stop = std::move(std::get<1>(r));
+      request = request_for(result.error());
+      if (is_of_loss(step, result.error())) request.kind = Interrupt::loss;
     }
+    stop = co_await handle(std::move(request), progress);
   }
   event("step_end", stop ? std::string(to_string(stop->kind)) : "done");
   step_ = nullptr;
+  co_return stop;
+}
+
+Task<std::optional<InterruptRequest>> Run::handle(InterruptRequest request, Progress& progress) {
+  std::optional<InterruptRequest> stop;
+  if (request.kind == Interrupt::pause) {
+    stop = co_await stay_paused(progress);
+  } else if (request.kind != Interrupt::loss) {
+    stop = std::move(request);
+  } else if (is_away()) {  // else it came back before anybody looked
+    stop = co_await survive_loss(progress);
+    if (!stop && std::exchange(pause_wanted_, false)) stop = co_await stay_paused(progress);
+  }
   co_return stop;
 }
 
@@ -266,15 +305,15 @@ Task<std::optional<InterruptRequest>> Run::stay_paused(Progress& progress) {
   for (bool resumed = false; !resumed && !stop;) {
     auto r = co_await (resumes_.async_receive(kAsResult) || next_interrupt());
     resumed = r.index() == 0;
-    if (!resumed && std::get<1>(r).kind != Interrupt::pause) stop = std::move(std::get<1>(r));
+    if (resumed || std::get<1>(r).kind == Interrupt::pause) continue;
+    stop = co_await handle(std::move(std::get<1>(r)), progress);
+    status_.state = RunState::paused;
   }
   if (stop) co_return stop;
   status_.state = before;
   event("resume", "");
-  if (held_force_N_) {
-    auto held = co_await setup_.frame.hold_force(Force::from_si(*held_force_N_));
-    if (!held) stop = request_for(held.error());
-  }
+  auto held = co_await restore_hold();
+  if (!held) stop = request_for(held.error());
   co_return stop;
 }
 
@@ -286,6 +325,7 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   while (interrupts_.try_receive([](auto&&...) {})) {
   }
   co_await stop_frame();
+  if (frame_away_) co_await recover_frame_for_finally();
   result.exit_status = "success";
   if (stop) {
     const bool wanted = stop->kind == Interrupt::abort || stop->kind == Interrupt::freeze;
@@ -296,11 +336,18 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
     auto line = co_await setup_.frame.resync();
     if (!line) event("retry", line.error().what);
   }
-  if (!stop || stop->kind != Interrupt::freeze) co_await run_finally(result);
+  const bool frozen = stop && stop->kind == Interrupt::freeze;
+  if (frame_away_ && !frozen) {
+    result.reason += "; `finally` did not run: the frame is not there";
+  } else if (!frozen) {
+    co_await run_finally(result);
+  }
   co_await stop_frame();
   co_await sampler_.stop();
-  auto safe = co_await setup_.lcr.make_safe();
-  if (!safe) event("retry", safe.error().what);
+  if (!meter_away_) {
+    auto safe = co_await setup_.lcr.make_safe();
+    if (!safe) event("retry", safe.error().what);
+  }
   setup_.frame.set_listener(nullptr);
   over_ = true;
   status_.state = RunState::ended;
@@ -309,7 +356,8 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
 // Runs whatever happened before; has its own deadline, after which the frame stays where it is.
 Task<> Run::run_finally(RunResult& result) {
   const MonoTime deadline = setup_.clock.now() + setup_.protocol.finally_timeout;
-  auto r = co_await (run_steps(setup_.protocol.finally_steps) || setup_.clock.wait_until(deadline));
+  StepCursor cursor(setup_.protocol.finally_steps, setup_.environment);
+  auto r = co_await (run_steps(cursor) || setup_.clock.wait_until(deadline));
   std::string why;
   if (r.index() == 1) {
     why = fmt::format("`finally` did not end in {:.0f} s; the frame was stopped where it stood",

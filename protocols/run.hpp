@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/clock.hpp"
 #include "drivers/lcr_meter.hpp"
@@ -15,6 +16,7 @@
 #include "protocols/expand.hpp"
 #include "protocols/guard.hpp"
 #include "protocols/protocol.hpp"
+#include "protocols/run_point.hpp"
 #include "protocols/run_sink.hpp"
 #include "protocols/sampler.hpp"
 
@@ -22,7 +24,8 @@ namespace lcrig {
 
 // pause: hold travel, go on later. abort: stop now, then `finally`. freeze: stop now and stay.
 // limit and fault are aborts that nobody asked for; the run has failed.
-enum class Interrupt { pause, abort, freeze, limit, fault };
+// loss: an instrument vanished; the protocol's `on_loss` decides.
+enum class Interrupt { pause, abort, freeze, limit, fault, loss };
 std::string_view to_string(Interrupt i);
 
 struct InterruptRequest {
@@ -60,6 +63,8 @@ struct RunSetup {
   std::string specimen;
   // `record until confirmed` waits for this.
   Operator* person = nullptr;
+  // Begin there, after a person confirmed the specimen, instead of at the first step.
+  std::optional<Continuation> continues;
 };
 
 class Run final : private LoadFrame::Listener {
@@ -80,6 +85,9 @@ class Run final : private LoadFrame::Listener {
   // stored.
   const RunStatus& status() const { return status_; }
   std::optional<double> contact_travel_m() const { return contact_travel_m_; }
+  // For the watchdog: grow while the runner, and the sampler, are alive.
+  std::uint64_t beats() const { return beats_; }
+  const Sampler& sampler() const { return sampler_; }
 
  private:
   using InterruptChannel =
@@ -93,6 +101,18 @@ class Run final : private LoadFrame::Listener {
     std::int64_t readings = 0;
     std::optional<LoadLevel> level;
     bool moved = false;
+    std::optional<double> start_travel_m;  // where a search for contact began
+  };
+
+  // An instrument that vanished.
+  struct Away {
+    Away(Error e, MonoTime t, MonoTime d)
+        : why(std::move(e)), since(t), reported(t), data(d) {}
+    Error why;
+    MonoTime since, reported;
+    MonoTime data;  // of its last reading or sample
+    std::int64_t attempts = 0;
+    std::string last;  // what the last attempt said
   };
 
   void on_samples(std::span<const FrameSample> samples) override;
@@ -100,14 +120,45 @@ class Run final : private LoadFrame::Listener {
   void on_frame_lost(Error error) override;
 
   Task<Result<>> prepare();
-  Task<std::optional<InterruptRequest>> run_steps(const Steps& steps);
+  Task<Result<>> arm_frame();
+  Task<std::optional<InterruptRequest>> run_protocol();
+  Task<std::optional<InterruptRequest>> run_steps(StepCursor& cursor);
   Task<std::optional<InterruptRequest>> run_step(const Step& step);
+  Task<std::optional<InterruptRequest>> handle(InterruptRequest request, Progress& progress);
   Task<InterruptRequest> next_interrupt();
   Task<std::optional<InterruptRequest>> stay_paused(Progress& progress);
   Task<Result<>> execute_step(const Step& step, Progress& progress);
   Task<> finish(std::optional<InterruptRequest> stop, RunResult& result);
   Task<> stop_frame();
   Task<> run_finally(RunResult& result);
+
+  // run_loss.cpp: an instrument vanished
+  void lose_meter(Error error);
+  void lose_frame(Error error);
+  void lose(std::optional<Away>& away, const std::optional<MonoTime>& data, Error error);
+  bool is_of_loss(const Step& step, const Error& error) const;
+  bool keeps_vanishing();
+  void note_attempt(Away& away, const Error& error);
+  bool is_away() const { return meter_away_ || frame_away_; }
+  Task<std::optional<InterruptRequest>> survive_loss(Progress& progress);
+  Task<std::optional<InterruptRequest>> wait_for_return(Duration patience);
+  Task<Result<>> bring_back();
+  Task<Result<>> try_meter();
+  Task<Result<>> try_frame();
+  Task<Result<>> rejoin_frame();
+  Task<Result<>> await_samples();
+  void welcome(std::optional<Away>& away, const char* instrument);
+  void begin_again(Progress& progress);
+  Task<Result<>> restore_hold();
+  Result<> compare_with(const FrameMemory& before) const;
+  Task<> recover_frame_for_finally();
+
+  // run_resume.cpp: a run that was interrupted goes on
+  Task<Result<>> take_over(StepCursor& cursor);
+  Task<std::optional<InterruptRequest>> confirm_specimen();
+  void pass_over(const Step& step, LcrSettings& settings);
+  RunPoint point() const;
+
   Sampler::Hooks sampler_hooks();
   void on_reading(const LcrReading& reading, const ReadingTag& tag);
 
@@ -133,6 +184,8 @@ class Run final : private LoadFrame::Listener {
   Result<double> travel_of(const Target& target) const;  // m; travel and gap targets
   double force_of(const Target& target) const;  // N; force and pressure targets
   void aim_at(const std::optional<Target>& target);  // labels the levels that follow
+  double aim_at_mass(const PlaceWeightStep& step);  // kg
+  static void apply_settings(const SetLcrStep& step, const Environment& env, LcrSettings& s);
   LoadLevel next_level(std::int64_t count);
   void event(std::string kind, std::string detail);
 
@@ -156,6 +209,15 @@ class Run final : private LoadFrame::Listener {
   std::int64_t levels_ = 0;
   std::int64_t level_in_repeat_ = 0, level_repeat_ = -1;
   std::int64_t repeat_ = 0, repeats_ = 0;
+  std::int64_t steps_done_ = 0;
+  std::optional<Away> meter_away_, frame_away_;
+  FrameMemory memory_;
+  std::optional<FrameMemory> memory_at_loss_;
+  std::optional<MonoTime> last_reading_, last_sample_;
+  std::vector<MonoTime> losses_;  // of the last minute
+  bool pause_wanted_ = false;  // asked for while an instrument was away
+  std::int64_t samples_seen_ = 0;
+  std::uint64_t beats_ = 0;
   bool repeating_ = false;  // the meter's last answer was the one before
   std::optional<double> force_N_;  // latest
   double force_sum_N_ = 0;  // of the samples since `force_count_` was set to 0

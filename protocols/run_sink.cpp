@@ -9,6 +9,7 @@ std::string_view to_string(RunState s) {
     case RunState::running: return "running";
     case RunState::paused: return "paused";
     case RunState::waiting_for_operator: return "waiting_for_operator";
+    case RunState::waiting_for_instrument: return "waiting_for_instrument";
     case RunState::finishing: return "finishing";
     case RunState::ended: return "ended";
   }

@@ -59,7 +59,15 @@ class RunSink {
   virtual Task<Result<>> flush() = 0;
 };
 
-enum class RunState { preparing, running, paused, waiting_for_operator, finishing, ended };
+enum class RunState {
+  preparing,
+  running,
+  paused,
+  waiting_for_operator,
+  waiting_for_instrument,
+  finishing,
+  ended
+};
 std::string_view to_string(RunState s);
 
 // Everything a live line, `lcrig status` or a page shows. Values are those of acknowledged rows.

@@ -138,16 +138,24 @@ Task<Result<>> Run::execute(const ZeroStep& step, Progress& /*progress*/) {
   }
   auto zeroed = co_await setup_.frame.zero(step.force, step.travel);
   if (!zeroed) co_return zeroed;
+  memory_.zeroed = true;
   if (step.travel) contact_travel_m_.reset();
   event("zero", fmt::format(R"({{"force_before_N":{}}})", *rest));
   co_return Result<>();
 }
 
-Task<Result<>> Run::execute(const FindContactStep& step, Progress& /*progress*/) {
+Task<Result<>> Run::execute(const FindContactStep& step, Progress& progress) {
   const Environment& env = setup_.environment;
   aim_at(std::nullopt);
+  // A search that begins again may already touch: what it would take for the force at rest is not.
+  if (progress.start_travel_m && memory_.travel_m.value_or(0) > *progress.start_travel_m) {
+    auto back =
+        co_await move_to_travel(*progress.start_travel_m, env.get(step.speed), env.get(step.timeout));
+    if (!back) co_return back;
+  }
   auto rest = co_await rest_force();
   if (!rest) co_return fail(rest.error());
+  if (!progress.start_travel_m) progress.start_travel_m = memory_.travel_m;
   const auto& bound = setup_.protocol.limits.travel_max;
   const Length guard =
       bound ? Length::from_si(env.get(*bound)) : setup_.frame.capabilities().travel_max;
@@ -275,17 +283,17 @@ Task<Result<>> Run::execute(const MeasureStep& step, Progress& progress) {
   co_return taken;
 }
 
+double Run::aim_at_mass(const PlaceWeightStep& step) {
+  aim_at(step.load);
+  if (!step.mass) return *target_force_N_ / setup_.gravity_m_s2;
+  const double mass_kg = setup_.environment.get(*step.mass);
+  target_force_N_ = mass_kg * setup_.gravity_m_s2;
+  if (setup_.probe_area_m2) target_pressure_Pa_ = *target_force_N_ / *setup_.probe_area_m2;
+  return mass_kg;
+}
+
 Task<Result<>> Run::execute(const PlaceWeightStep& step, Progress& /*progress*/) {
-  double mass_kg = 0;
-  if (step.mass) {
-    mass_kg = setup_.environment.get(*step.mass);
-    aim_at(std::nullopt);
-    target_force_N_ = mass_kg * setup_.gravity_m_s2;
-    if (setup_.probe_area_m2) target_pressure_Pa_ = *target_force_N_ / *setup_.probe_area_m2;
-  } else {
-    aim_at(step.load);
-    mass_kg = *target_force_N_ / setup_.gravity_m_s2;
-  }
+  const double mass_kg = aim_at_mass(step);
   status_.state = finishing_ ? RunState::finishing : RunState::waiting_for_operator;
   auto placed = co_await setup_.frame.place_mass(Mass::from_si(mass_kg));
   if (!finishing_) status_.state = RunState::running;
@@ -308,9 +316,7 @@ Task<Result<>> Run::execute(const RecordStep& step, Progress& progress) {
   co_return Result<>();
 }
 
-Task<Result<>> Run::execute(const SetLcrStep& step, Progress& /*progress*/) {
-  const Environment& env = setup_.environment;
-  LcrSettings s = sampler_.settings();
+void Run::apply_settings(const SetLcrStep& step, const Environment& env, LcrSettings& s) {
   if (step.frequency) s.frequency = Frequency::from_si(env.get(*step.frequency));
   if (step.level) s.level = Voltage::from_si(env.get(*step.level));
   if (step.average) s.average = static_cast<int>(std::lround(env.get(*step.average)));
@@ -319,6 +325,11 @@ Task<Result<>> Run::execute(const SetLcrStep& step, Progress& /*progress*/) {
   if (step.aperture) s.aperture = *step.aperture;
   if (step.function) s.function = *step.function;
   if (step.trigger) s.trigger = *step.trigger;
+}
+
+Task<Result<>> Run::execute(const SetLcrStep& step, Progress& /*progress*/) {
+  LcrSettings s = sampler_.settings();
+  apply_settings(step, setup_.environment, s);
   auto set = co_await sampler_.configure(std::move(s));
   if (!set) co_return set;
   const Duration conversion = setup_.lcr.capabilities().conversion_time(sampler_.settings());

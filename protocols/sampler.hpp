@@ -40,6 +40,15 @@ class Sampler {
   // up to date, so that a cancelled call can go on where it stopped. Errors: why it could not.
   Task<Result<>> take(const Plan& plan, std::int64_t& taken);
   Task<Result<>> configure(LcrSettings settings);
+  // One attempt after `lost`; then `start` goes on. Errors as LcrMeter::reconnect.
+  Task<Result<>> reconnect();
+  // Somebody has been waiting for a reading for longer than any answer can take.
+  std::optional<std::string> check_age(MonoTime now) const;
+  // Ends an exchange of the background readings under way.
+  void interrupt();
+  bool is_running() const { return running_; }  // in the background
+  // For the watchdog: exchanges so far while one takes longer than any time-out of a driver.
+  std::optional<std::uint64_t> overdue(MonoTime now) const;
   const LcrSettings& settings() const { return settings_; }
 
  private:
@@ -61,7 +70,15 @@ class Sampler {
   Token ended_;
   asio::cancellation_signal cancel_;
   bool running_ = false, ending_ = false;
+  Result<> lose(Error error);
+
   int failures_ = 0;  // in a row
+  std::optional<MonoTime> waiting_;  // since the last good reading, while somebody reads
+  bool interrupted_ = false;
+  bool half_set_ = false;  // a configuration was cut off: no reading would mean anything
+  bool after_gap_ = false;  // for the flag of the next reading
+  std::uint64_t exchanges_ = 0;
+  std::optional<MonoTime> exchange_;  // begin of the one under way
 };
 
 }  // namespace lcrig

@@ -10,8 +10,8 @@
 namespace lcrig {
 
 // By bit, from bit 0.
-constexpr std::array<std::string_view, 3> kLcrFlagWords{"overload_primary", "overload_secondary",
-                                                        "after_resync"};
+constexpr std::array<std::string_view, 5> kLcrFlagWords{
+    "overload_primary", "overload_secondary", "after_resync", "after_set_up", "after_gap"};
 constexpr std::array<std::string_view, 4> kFrameFlagWords{"moving", "force_control",
                                                           "force_overload", "after_gap"};
 constexpr std::int64_t kFrameAfterGap = 1 << 3;

@@ -80,7 +80,9 @@ Result<std::optional<double>> capacitance_at_peak(const Database& db, std::int64
                                                   double peak_N) {
   auto level = real(db,
                     "SELECT AVG(capacitance_F) FROM lcr_reading JOIN level USING (run_id, level) "
-                    "WHERE run_id = ?1 AND reading_index IS NOT NULL AND target_force_N > 0.999 * "
+                    "WHERE run_id = ?1 AND reading_index IS NOT NULL AND level NOT IN (SELECT "
+                    "json_extract(detail, '$.level') FROM event WHERE run_id = ?1 AND kind = "
+                    "'level_abandoned') AND target_force_N > 0.999 * "
                     "(SELECT MAX(target_force_N) FROM level WHERE run_id = ?1)",
                     {run});
   if (!level || *level) return level;
@@ -92,7 +94,10 @@ Result<std::optional<double>> capacitance_at_peak(const Database& db, std::int64
 Result<> add_counts(const Database& db, std::int64_t run, RunSummary& out) {
   auto counts = db.prepare(
       "SELECT (SELECT COUNT(*) FROM lcr_reading WHERE run_id = ?1 AND fresh),"
-      " (SELECT COUNT(reading_index) FROM lcr_reading WHERE run_id = ?1),"
+      // Of levels that were begun anew only the last counts.
+      " (SELECT COUNT(reading_index) FROM lcr_reading WHERE run_id = ?1 AND (level IS NULL OR level"
+      "  NOT IN (SELECT json_extract(detail, '$.level') FROM event WHERE run_id = ?1 AND kind ="
+      "  'level_abandoned'))),"
       " (SELECT COUNT(*) FROM frame_sample WHERE run_id = ?1)");
   if (!counts) return fail(counts.error());
   counts->bind(0, run);

@@ -153,15 +153,36 @@ Task<Result<LcrSettings>> Lcr6100::configure(LcrSettings settings) {
   auto valid = check(settings);
   if (!valid) co_return fail(valid.error());
   co_await wake();
-  auto got = co_await set_up(settings);
+  auto got = co_await set_up(settings, false);
   co_return got;
 }
 
-Task<Result<LcrSettings>> Lcr6100::set_up(LcrSettings settings) {
+Task<Result<LcrSettings>> Lcr6100::restore(LcrSettings settings) {
+  auto valid = check(settings);
+  if (!valid) co_return fail(valid.error());
+  co_await wake();
+  auto got = co_await set_up(settings, true);
+  co_return got;
+}
+
+Task<Result<bool>> Lcr6100::is_established(const Setting& setting, LcrSettings& got) {
+  auto reply = co_await link_.query(setting.query, kReplyTime);
+  if (!reply && is_fatal(reply.error().code)) co_return fail(reply.error());
+  if (!reply || !matches(setting, reply->text)) co_return false;
+  apply(setting, reply->text, got);
+  co_return true;
+}
+
+Task<Result<LcrSettings>> Lcr6100::set_up(LcrSettings settings, bool look_first) {
   LcrSettings got = settings;
   configured_ = false;
   const auto table = settings_for(settings);
   for (const Setting& setting : table) {
+    if (look_first) {
+      auto there = co_await is_established(setting, got);
+      if (!there) co_return fail(there.error());
+      if (*there) continue;
+    }
     auto taken = co_await establish(setting, got);
     if (!taken) co_return fail(taken.error());
   }
@@ -214,7 +235,7 @@ Task<Result<LcrReading>> Lcr6100::measure() {
   }
   if (slow_ >= kSlowReadings) {
     spdlog::warn("{}: the meter became slow; the set-up is sent again", link_.name());
-    auto again = co_await set_up(settings_);
+    auto again = co_await set_up(settings_, false);
     if (!again) co_return fail(again.error());
     set_up_again_ = true;
   }

@@ -34,6 +34,32 @@ Lcr6100Sim::Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimCo
   recording_ = std::move(recording);
 }
 
+void Lcr6100Sim::attach(std::unique_ptr<Transport> transport) {
+  transport_ = std::move(transport);
+  in_.clear();
+}
+
+void Lcr6100Sim::keep_settings_of(const Lcr6100Sim& before) {
+  values_ = before.values_;
+  aperture_ = before.aperture_;
+  average_ = before.average_;
+  error_ = before.error_;
+  garbage_sent_ = before.garbage_sent_;
+  epoch_ = before.epoch_ + 1;
+}
+
+void Lcr6100Sim::power_on(std::string identity) {
+  if (!identity.empty()) config_.identity = std::move(identity);
+  reset();
+  aperture_ = 2;
+  average_ = 1;
+  error_ = "*E00";
+  reading_.clear();
+  monitors_.clear();
+  garbage_sent_ = false;
+  restart_grid();
+}
+
 Task<> Lcr6100Sim::run() {
   std::array<char, 512> chunk{};
   while (true) {

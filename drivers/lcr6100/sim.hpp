@@ -61,6 +61,12 @@ class Lcr6100Sim {
   // Answers until the transport closes. The object outlives the task.
   Task<> run();
   void close() { transport_->close(); }
+  // The cable is plugged in again, after `run` has ended: settings are as they were. run() anew.
+  void attach(std::unique_ptr<Transport> transport);
+  // Takes over what another object of this meter had been set to: only its cable was pulled.
+  void keep_settings_of(const Lcr6100Sim& before);
+  // As after a power cut: factory settings, nothing measured yet. Another identity is another meter.
+  void power_on(std::string identity = "");
   SimFaults& faults() { return faults_; }
   // Counted for tests: FETC? in all its forms.
   std::int64_t fetches() const { return fetches_; }

@@ -117,6 +117,13 @@ void ZwickSim::close() {
   wakeup_.notify();
 }
 
+void ZwickSim::attach(std::unique_ptr<Transport> transport) {
+  transport_ = std::move(transport);
+  closed_ = session_ = false;
+  splitter_ = frame_link::LineSplitter();
+  out_.clear();
+}
+
 void ZwickSim::start_recording() {
   if (!recording_start_) recording_start_ = clock_.now();
   wakeup_.notify();

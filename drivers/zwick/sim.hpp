@@ -111,6 +111,8 @@ class ZwickSim {
 
   Task<> run();
   void close();  // ends `run`; idempotent
+  // A new connection after `run` has ended; the machine keeps position, tare and clock. run() anew.
+  void attach(std::unique_ptr<Transport> transport);
 
   void start_recording();
   bool is_recording_over() const { return recording_ && next_row_ >= recording_->size(); }

@@ -127,6 +127,17 @@ json Control::run_ended(Timeout timeout) {
   return wait_for("run_ended", [](const json&) { return true; }, timeout);
 }
 
+std::vector<json> Control::listen(Timeout time) {
+  const RealClock clock;
+  const MonoTime limit = clock.now() + time;
+  for (;;) {
+    const auto left = std::chrono::duration_cast<Timeout>(limit - clock.now());
+    auto message = left > 0ms ? next(left) : std::nullopt;
+    if (!message) return std::exchange(kept_, {});
+    kept_.push_back(std::move(*message));
+  }
+}
+
 std::vector<json> Control::drain() {
   while (auto message = next(5s)) kept_.push_back(std::move(*message));
   return std::exchange(kept_, {});

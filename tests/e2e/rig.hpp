@@ -30,6 +30,8 @@ class Control {
   json wait_for(const std::string& method, const std::function<bool(const json&)>& fits,
                 Timeout timeout = 15s);
   json run_ended(Timeout timeout = 15s);
+  // Everything that arrives within this time.
+  std::vector<json> listen(Timeout time);
   // Everything that arrives until the daemon hangs up.
   std::vector<json> drain();
 

@@ -25,8 +25,14 @@ class FakeHandler : public ControlHandler {
     co_return started;
   }
   Task<Result<>> pause(PeerCredentials) override { co_return done("pause"); }
-  Task<Result<>> resume(std::optional<std::int64_t> run, PeerCredentials) override {
-    co_return done("resume " + (run ? std::to_string(*run) : std::string("present")));
+  Task<Result<RunStarted>> resume(std::optional<std::int64_t> run, bool confirmed,
+                                  PeerCredentials) override {
+    const std::string which = run ? std::to_string(*run) : std::string("present");
+    auto ok = done("resume " + which + (confirmed ? " confirmed" : ""));
+    if (!ok) co_return fail(ok.error());
+    RunStarted going;
+    going.run = run ? *run + 1 : 7;
+    co_return going;
   }
   Task<Result<>> abort(std::string why, PeerCredentials) override {
     hold_start = false;

@@ -31,7 +31,6 @@ FramePort::FramePort(asio::any_io_executor executor, Clock& clock, FrameScene& s
       clock_(clock),
       scene_(scene),
       settings_(std::move(settings)),
-      power_on_(clock.now()),
       acceptor_(executor_) {}
 
 Result<> FramePort::listen(std::uint16_t tcp_port) {
@@ -105,15 +104,20 @@ Task<> FramePort::admit(int fd) {
   serve(fd, "sim:" + url_);
 }
 
+// One machine: it keeps position, tare and clock from one connection to the next.
 void FramePort::serve(int fd, const std::string& name) {
-  ZwickSimSettings settings = settings_;
-  settings.device_clock_start_s += to_seconds(clock_.now() - power_on_);
   auto wire = std::make_unique<FdTransport>(executor_, clock_, fd, name);
-  gateway_ = std::make_shared<ZwickSim>(std::move(wire), clock_, executor_, scene_, settings);
+  if (parked_) {
+    gateway_ = std::move(parked_);
+    gateway_->attach(std::move(wire));
+    gateway_->faults = ZwickSimFaults();
+  } else {
+    gateway_ = std::make_shared<ZwickSim>(std::move(wire), clock_, executor_, scene_, settings_);
+  }
   ++running_;
   const auto ended = [this, mine = gateway_](std::exception_ptr error) {
     --running_;
-    if (gateway_ == mine) gateway_.reset();
+    if (gateway_ == mine) parked_ = std::move(gateway_);
     if (error) std::rethrow_exception(error);
   };
   asio::co_spawn(executor_, gateway_->run(), ended);

@@ -41,12 +41,12 @@ class FramePort {
   Clock& clock_;
   FrameScene& scene_;
   ZwickSimSettings settings_;
-  MonoTime power_on_;
   std::string url_;
   std::uint16_t tcp_port_ = 0;
   asio::ip::tcp::acceptor acceptor_;
   std::optional<Pty> pty_;
   std::shared_ptr<ZwickSim> gateway_;
+  std::shared_ptr<ZwickSim> parked_;  // the machine while nobody is connected
   int running_ = 0;
 };
 

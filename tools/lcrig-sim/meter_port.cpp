@@ -40,6 +40,8 @@ Result<> MeterPort::plug() {
   auto wire =
       std::make_unique<FdTransport>(executor_, clock_, pty_->release_master(), "sim:" + url());
   meter_ = std::make_shared<lcr6100::Lcr6100Sim>(std::move(wire), clock_, config_, source_);
+  if (unplugged_) meter_->keep_settings_of(*unplugged_);
+  unplugged_.reset();
   running_ += 2;
   const auto ended = [this, kept = meter_](std::exception_ptr error) {
     --running_;
@@ -56,7 +58,7 @@ void MeterPort::unplug() {
   if (!link_.empty()) fs::remove(link_, ignored);
   pty_.reset();
   meter_->close();
-  meter_.reset();
+  unplugged_ = std::move(meter_);
 }
 
 Result<> MeterPort::make_link() const {

@@ -37,6 +37,7 @@ class MeterPort {
   std::string link_;
   std::optional<Pty> pty_;
   std::shared_ptr<lcr6100::Lcr6100Sim> meter_;
+  std::shared_ptr<lcr6100::Lcr6100Sim> unplugged_;  // its settings come back with the plug
   int running_ = 0;
 };
 

@@ -68,7 +68,9 @@ class VerbCommand final : public Command {
   const char* example() const override { return verb_.example; }
   void declare(ArgumentList& list) override {
     if (verb_.takes_why) list.option("--why", why_, "TEXT", "Stored with the run");
-    if (verb_.takes_run) list.positional("RUN", run_, "An interrupted run's number", false);
+    if (!verb_.takes_run) return;
+    list.positional("RUN", run_, "An interrupted run's number", false);
+    list.flag("--confirm-specimen", confirmed_, "I looked: the specimen was not touched since");
   }
   Outcome<ExitCode> run(Context& context) override;
 
@@ -76,12 +78,14 @@ class VerbCommand final : public Command {
   Outcome<json> params() const;
   const Verb& verb_;
   std::string why_, run_;
+  bool confirmed_ = false;
 };
 
 Outcome<json> VerbCommand::params() const {
   json out = json::object();
   if (!why_.empty()) out["why"] = why_;
   if (run_.empty()) return out;
+  if (confirmed_) out["confirm_specimen"] = true;
   std::int64_t number = 0;
   const auto* end = run_.data() + run_.size();
   const auto r = std::from_chars(run_.data(), end, number);
@@ -105,6 +109,11 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
   if (!answer) return tl::unexpected(answer.error());
   if (context.global.json) {
     context.console.out << answer->dump() << '\n';
+  } else if (!run_.empty() && answer->value("run", std::int64_t{0}) != wanted->value("run", 0)) {
+    fmt::print(context.console.out, "run {} continues run {}\n", answer->value("run", 0), run_);
+    if (!confirmed_) {
+      fmt::print(context.console.err, "  next: look at the specimen, then lcrig confirm\n");
+    }
   } else {
     fmt::print(context.console.out, "{}\n", verb_.done);
   }

@@ -113,7 +113,8 @@ class Follower {
   void on(const RunEventNote& note) {
     if (!ours(note.run)) return;
     // Steps are in the live line; the rest is worth a line of its own.
-    if (note.event.kind == "step_begin" || note.event.kind == "step_end") return;
+    const std::string& kind = note.event.kind;
+    if (kind == "step_begin" || kind == "step_end" || kind == "state") return;
     line_.say(printable(
         fmt::format("{} {}: {}", note.event.kind, note.event.step_id, note.event.detail)));
   }

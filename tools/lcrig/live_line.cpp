@@ -31,6 +31,7 @@ std::string step_part(const RunStatus& s) {
   switch (s.state) {
     case RunState::paused: return "PAUSED at " + ascii(s.step_id);
     case RunState::waiting_for_operator: return "WAITING at " + ascii(s.step_id);
+    case RunState::waiting_for_instrument: return "INSTRUMENT AWAY at " + ascii(s.step_id);
     case RunState::finishing: return "finishing: " + ascii(s.step_id);
     case RunState::preparing: return "preparing";
     case RunState::ended: return "ended";

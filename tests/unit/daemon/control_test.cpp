@@ -140,13 +140,15 @@ TEST_F(Control, EveryMethodReachesItsHandler) {
   RawClient client(io, path);
   client.call(request("run.pause"));
   client.call(request("run.resume"));
-  client.call(request("run.resume", R"({"run":12})"));
+  const auto resumed = client.call(request("run.resume", R"({"run":12})"));
+  client.call(request("run.resume", R"({"run":12,"confirm_specimen":true})"));
   client.call(request("run.abort", R"({"why":"smoke"})"));
   client.call(request("run.freeze", R"({"why":"look"})"));
   client.call(request("run.confirm"));
   const auto added = client.call(request("specimen.add", R"({"text":"{}"})"));
-  EXPECT_THAT(handler.calls, ElementsAre("pause", "resume present", "resume 12", "abort smoke",
-                                         "freeze look", "confirm", "specimen {}"));
+  EXPECT_THAT(handler.calls, ElementsAre("pause", "resume present", "resume 12", "resume 12 confirmed",
+                                         "abort smoke", "freeze look", "confirm", "specimen {}"));
+  EXPECT_EQ(resumed["result"]["run"], 13) << "the run that goes on";
   EXPECT_EQ(added["result"]["name"], "paper-9");
   EXPECT_EQ(added["id"], 1);
   EXPECT_EQ(added["jsonrpc"], "2.0");

@@ -99,6 +99,26 @@ TEST(Lcr6100, ASettingThatIsNeverTakenIsRefusedWithTheDifference) {
   EXPECT_EQ(reading.error().code, Errc::invalid_request);
 }
 
+TEST(Lcr6100, RestoringAsksForEverythingAndSendsWhatDiffers) {
+  MeterBench bench;
+  ASSERT_TRUE(bench.run(bench.meter->identify()));
+  ASSERT_TRUE(bench.run(bench.meter->configure(fast_polling())));
+  double begin = bench.seconds();
+  const auto same = bench.run(bench.meter->restore(fast_polling()));
+  ASSERT_TRUE(same) << same.error().what;
+  EXPECT_EQ(*same, fast_polling());
+  EXPECT_LT(bench.seconds() - begin, 0.05) << "nothing had to be sent";
+  bench.sim->power_on();
+  begin = bench.seconds();
+  const auto again = bench.run(bench.meter->restore(fast_polling()));
+  ASSERT_TRUE(again) << again.error().what;
+  EXPECT_EQ(*again, fast_polling());
+  EXPECT_GT(bench.seconds() - begin, 0.3) << "a meter with factory settings was taken as it is";
+  bench.sim->power_on();
+  bench.sim->faults().lose_sets = 100;
+  EXPECT_EQ(bench.run(bench.meter->restore(fast_polling())).error().code, Errc::refused);
+}
+
 TEST(Lcr6100, SettingsOutOfRangeAreRefusedBeforeAnythingIsSent) {
   MeterBench bench;
   LcrSettings s;

@@ -33,6 +33,7 @@ class Instrument {
   Instrument(Transport& far, Clock& clock) : far_(far), clock_(clock) {}
   std::deque<Fault> faults;
   int asked = 0;
+  int late_every = 0;  // every nth answer comes 1.5 s late; 0: none
 
   Task<> run() {
     std::string in;
@@ -57,6 +58,7 @@ class Instrument {
       fault = faults.front();
       faults.pop_front();
     }
+    if (late_every > 0 && asked % late_every == 0) fault.delay = 1500ms;
     if (fault.delay > 0s) co_await clock_.wait_for(fault.delay);
     if (fault.drop) co_return;
     std::string text = fault.instead;
@@ -150,6 +152,24 @@ TEST_F(ScpiTest, SeveralLateAnswersAreAllThrownAway) {
     EXPECT_TRUE(!r || r->text == "A" + n);
   }
   expect_in_step();
+}
+
+TEST_F(ScpiTest, TenThousandQuestionsWithEveryTwentiethAnswerLateGiveNoWrongPair) {
+  instrument->late_every = 20;
+  int wrong = 0, right = 0, failed = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    const std::string n = std::to_string(i);
+    const auto r = ask("Q" + n + "?");
+    if (!r) {
+      ++failed;
+    } else {
+      (r->text == "A" + n ? right : wrong) += 1;
+    }
+  }
+  EXPECT_EQ(wrong, 0);
+  EXPECT_EQ(right + failed, 10'000);
+  EXPECT_GT(failed, 400) << "the late answers were not late";
+  EXPECT_LT(failed, 1100);
 }
 
 TEST_F(ScpiTest, ALateIdentityIsNotTakenForTheSentinels) {

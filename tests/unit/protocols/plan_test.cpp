@@ -133,14 +133,6 @@ TEST(Plan, EveryShippedProtocolIsPossibleOnItsRig) {
   }
 }
 
-TEST(Plan, WaitingForALostInstrumentIsRefusedWhileItIsNotThere) {
-  auto protocol = load_protocol("protocols/library/static-frame.json").value();
-  protocol.on_loss = OnLoss::wait;
-  const auto plan = make_plan(protocol, bind_parameters(protocol, {}).value(), frame_rig());
-  ASSERT_FALSE(plan);
-  EXPECT_THAT(plan.error().what, HasSubstr("/on_loss"));
-}
-
 TEST(Plan, LoopsAreSummarised) {
   const auto plan = shipped("dynamic-cycles", frame_rig(), {{"cycles", "100000"}});
   ASSERT_TRUE(plan) << plan.error().what;

@@ -312,5 +312,22 @@ TEST(LatencyHistogram, PercentilesAreWithinOneBucket) {
   EXPECT_EQ(LatencyHistogram().percentile(0.5), 0ns);
 }
 
+TEST_F(RecorderTest, AWriterThatHangsBeatsNoMoreAndARestingOneIsNoHang) {
+  open();
+  begin();
+  EXPECT_FALSE(recorder_->beats()) << "nothing waits to be written";
+  auto other = open_read_write(path_);
+  ASSERT_TRUE(other);
+  ASSERT_TRUE(other->execute("BEGIN IMMEDIATE"));  // the writer waits for it, at most 5 s
+  recorder_->reading(reading_at(0, 1e-12), ReadingTag());
+  const auto before = recorder_->beats();
+  ASSERT_TRUE(before);
+  EXPECT_EQ(recorder_->beats(), before);
+  ASSERT_TRUE(other->execute("ROLLBACK"));
+  end(ExitStatus::success, "");
+  EXPECT_FALSE(recorder_->beats());
+  EXPECT_EQ(acknowledged_, 1U);
+}
+
 }  // namespace
 }  // namespace lcrig

@@ -89,12 +89,16 @@ TEST_F(Served, VerbsReachTheDaemon) {
   EXPECT_EQ(cli.run({"pause"}), 0);
   EXPECT_EQ(cli.run({"resume"}), 0);
   EXPECT_EQ(cli.run({"resume", "12"}), 0);
+  EXPECT_THAT(cli.err.str(), HasSubstr("lcrig confirm"));
+  EXPECT_EQ(cli.run({"resume", "12", "--confirm-specimen"}), 0);
+  EXPECT_THAT(cli.out.str(), HasSubstr("run 13 continues run 12"));
   EXPECT_EQ(cli.run({"abort", "--why", "smoke"}), 0);
   EXPECT_EQ(cli.run({"freeze"}), 0);
   EXPECT_EQ(cli.run({"confirm"}), 0);
   on_server([this] {
-    EXPECT_THAT(handler.calls, ElementsAre("pause", "resume present", "resume 12", "abort smoke",
-                                           "freeze ", "confirm"));
+    EXPECT_THAT(handler.calls, ElementsAre("pause", "resume present", "resume 12",
+                                            "resume 12 confirmed", "abort smoke", "freeze ",
+                                            "confirm"));
   });
 }
 

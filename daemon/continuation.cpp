@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/continuation.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "storage/runs.hpp"
+
+namespace lcrig {
+
+using nlohmann::json;
+
+namespace {
+
+struct StoredEvent {
+  std::int64_t seq = 0;
+  std::string step_id, detail;
+};
+
+// The last of its kind; nullopt: none.
+Result<std::optional<StoredEvent>> last_event(const Database& db, std::int64_t run,
+                                              std::string_view kind) {
+  auto rows = db.prepare(
+      "SELECT seq, step_id, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq DESC");
+  if (!rows) return fail(rows.error());
+  rows->bind(0, run);
+  rows->bind(1, kind);
+  auto row = rows->step();
+  if (!row) return fail(row.error());
+  if (!*row) return std::optional<StoredEvent>();
+  StoredEvent out;
+  out.seq = rows->integer(0);
+  out.step_id = std::string(rows->text(1));
+  out.detail = std::string(rows->text(2));
+  return std::optional<StoredEvent>(std::move(out));
+}
+
+Result<> check_interrupted(const Database& db, std::int64_t run) {
+  auto listing = get_run_listing(db, run);
+  if (!listing) return fail(listing.error());
+  if (listing->exit_status != "interrupted") {
+    return fail(Errc::invalid_request,
+                "run {} ended with `{}`: only a run that was interrupted can be continued", run,
+                listing->exit_status.value_or("nothing yet"));
+  }
+  auto next = db.integer(fmt::format(
+      "SELECT coalesce(max(run_id), 0) FROM event WHERE kind = 'continues' AND run_id > {} AND "
+      "json_extract(detail, '$.run') = {}",
+      run, run));
+  if (!next) return fail(next.error());
+  if (*next == 0) return {};
+  return fail(Errc::invalid_request, "run {} was continued by run {}: continue that one", run,
+              *next);
+}
+
+Result<FrameMemory> last_samples(const Database& db, std::int64_t run) {
+  auto rows = db.prepare(
+      "SELECT device_time_s, force_N, travel_m, flags FROM frame_sample WHERE run_id = ? ORDER BY "
+      "seq DESC LIMIT 3");
+  if (!rows) return fail(rows.error());
+  rows->bind(0, run);
+  std::vector<FrameSample> samples;
+  for (;;) {
+    auto row = rows->step();
+    if (!row) return fail(row.error());
+    if (!*row) break;
+    FrameSample s;
+    s.device_time_s = rows->optional_real(0);
+    s.force_N = rows->optional_real(1);
+    s.travel_m = rows->optional_real(2);
+    s.flags = static_cast<std::uint32_t>(rows->integer(3));
+    samples.push_back(s);
+  }
+  std::ranges::reverse(samples);
+  FrameMemory memory;
+  memory.feed(samples);
+  return memory;
+}
+
+// `parameters_json` of a run row, "force_N (SI)": 1.
+Result<> apply_parameters(const std::string& text, Environment& environment) {
+  constexpr std::string_view kSuffix = " (SI)";
+  const json stored = json::parse(text, nullptr, false);
+  if (!stored.is_object()) return fail(Errc::garbled, "the stored parameters do not parse");
+  for (const auto& [key, value] : stored.items()) {
+    if (!key.ends_with(kSuffix) || !value.is_number()) {
+      return fail(Errc::garbled, "the stored parameter `{}` is no number in SI", key);
+    }
+    environment.set(key.substr(0, key.size() - kSuffix.size()), value.get<double>());
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run) {
+  auto row = get_run(db, run);
+  if (!row) return fail(row.error());
+  if (auto ok = check_interrupted(db, run); !ok) return fail(ok.error());
+  auto state = last_event(db, run, "state");
+  if (!state) return fail(state.error());
+  auto begun = last_event(db, run, "step_begin");
+  if (!begun) return fail(begun.error());
+  if (!*state) {
+    return fail(Errc::invalid_request,
+                "run {} stopped before its first step: start it again with `lcrig run`", run);
+  }
+  SessionRequest request;
+  request.protocol_name = row->protocol_name;
+  request.protocol_text = row->protocol_text;
+  request.specimen_name = row->specimen_name;
+  request.specimen_text = row->specimen_text;
+  request.note = fmt::format("continues run {}", run);
+  auto prepared = prepare_run(std::move(request));
+  if (!prepared) return prepared;
+  if (auto ok = apply_parameters(row->parameters_json, prepared->environment); !ok) {
+    return fail(ok.error());
+  }
+  prepared->max_force_N = prepared->environment.get(prepared->protocol.limits.force_max);
+  const auto is_last = [&](const Step& s) { return *begun && s.id == (*begun)->step_id; };
+  if (std::ranges::any_of(prepared->protocol.finally_steps, is_last)) {
+    return fail(Errc::invalid_request,
+                "run {} was interrupted in `finally`: its steps were over, nothing is left to do",
+                run);
+  }
+  auto point = parse_run_point((*state)->detail);
+  if (!point) return fail(point.error());
+  auto frame = last_samples(db, run);
+  if (!frame) return fail(frame.error());
+  Continuation from;
+  from.run = run;
+  from.step_id = (*state)->step_id;
+  from.point = *point;
+  from.frame = *frame;
+  prepared->continues = std::move(from);
+  return prepared;
+}
+
+}  // namespace lcrig

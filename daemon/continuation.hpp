@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// An interrupted run as it is stored, made ready to be continued by a new one (decision 6).
+#pragma once
+
+#include "daemon/session.hpp"
+#include "storage/sqlite.hpp"
+
+namespace lcrig {
+
+// Protocol, parameters and specimen of the run, and the step where it stopped. Errors:
+// invalid_request (no such run, not interrupted, continued already, was in `finally`).
+Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run);
+
+}  // namespace lcrig

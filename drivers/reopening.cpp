@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/reopening.hpp"
+
+#include <utility>
+
+#include "base/log.hpp"
+
+namespace lcrig {
+
+Result<> compare_identity(const Identity& first, const Identity& now) {
+  if (now.maker != first.maker || now.model != first.model) {
+    return fail(Errc::refused, "\"{}\" answers instead of \"{}\": plug the first one in again",
+                printable(now.text), printable(first.text));
+  }
+  if (now.serial == first.serial) return {};
+  return fail(Errc::refused,
+              "another {} answers: serial number {}, but this run began with {}: plug that one in "
+              "again",
+              printable(now.model), printable(now.serial), printable(first.serial));
+}
+
+Task<Result<Identity>> ReopeningMeter::identify() {
+  auto identity = co_await inner_->identify();
+  if (identity && !identity_) identity_ = *identity;
+  co_return identity;
+}
+
+Task<Result<LcrSettings>> ReopeningMeter::configure(LcrSettings settings) {
+  auto got = co_await inner_->configure(settings);
+  if (got) settings_ = settings;
+  co_return got;
+}
+
+Task<Result<LcrSettings>> ReopeningMeter::restore(LcrSettings settings) {
+  auto got = co_await inner_->restore(settings);
+  if (got) settings_ = settings;
+  co_return got;
+}
+
+Task<Result<LcrSettings>> ReopeningMeter::reconnect() {
+  if (!identity_ || !settings_) {
+    co_return fail(Errc::invalid_request, "a meter comes back only after it was set up once");
+  }
+  inner_->close();  // frees the port before it is opened again
+  auto opened = co_await open_();
+  if (!opened) co_return fail(opened.error());
+  std::unique_ptr<LcrMeter> meter = std::move(*opened);
+  auto identity = co_await meter->identify();
+  if (!identity) co_return fail(identity.error());
+  if (auto same = compare_identity(*identity_, *identity); !same) co_return fail(same.error());
+  auto settings = co_await meter->restore(*settings_);
+  if (!settings) co_return fail(settings.error());
+  inner_ = std::move(meter);
+  co_return settings;
+}
+
+Task<Result<Identity>> ReopeningFrame::identify() {
+  auto identity = co_await inner_->identify();
+  if (identity && !identity_) {
+    identity_ = *identity;
+    capabilities_ = inner_->capabilities();
+  }
+  co_return identity;
+}
+
+void ReopeningFrame::set_listener(Listener* listener) {
+  listener_ = listener;
+  inner_->set_listener(listener);
+}
+
+Task<Result<Identity>> ReopeningFrame::reconnect() {
+  if (!identity_) co_return fail(Errc::invalid_request, "a frame that was never there");
+  inner_->set_listener(nullptr);
+  inner_->close();
+  auto opened = co_await open_();
+  if (!opened) co_return fail(opened.error());
+  std::unique_ptr<LoadFrame> frame = std::move(*opened);
+  auto identity = co_await frame->identify();
+  if (!identity) co_return identity;
+  if (auto same = compare_identity(*identity_, *identity); !same) co_return fail(same.error());
+  if (frame->capabilities() != capabilities_) {
+    co_return fail(Errc::refused, "{}: came back with other capabilities; begin a new run",
+                   printable(identity->text));
+  }
+  inner_ = std::move(frame);
+  inner_->set_listener(listener_);
+  co_return identity;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Instruments that can be plugged in again: the port is opened anew by the same name (a path, a USB
+// identity, a host), the identity compared with the first, the settings verified. One call is one
+// attempt; whoever waits decides how often and how long.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "drivers/lcr_meter.hpp"
+#include "drivers/load_frame.hpp"
+
+namespace lcrig {
+
+// Opens the port and makes a driver for it. Errors as open_port.
+using OpenMeter = std::function<Task<Result<std::unique_ptr<LcrMeter>>>()>;
+using OpenFrame = std::function<Task<Result<std::unique_ptr<LoadFrame>>>()>;
+
+// refused when another instrument than `first` answers, naming both serial numbers (or, without
+// them, both identity lines).
+Result<> compare_identity(const Identity& first, const Identity& now);
+
+class ReopeningMeter final : public LcrMeter {
+ public:
+  ReopeningMeter(std::unique_ptr<LcrMeter> first, OpenMeter open)
+      : inner_(std::move(first)), open_(std::move(open)) {}
+
+  const LcrCapabilities& capabilities() const override { return inner_->capabilities(); }
+  Task<Result<Identity>> identify() override;
+  Task<Result<LcrSettings>> configure(LcrSettings settings) override;
+  Task<Result<LcrSettings>> restore(LcrSettings settings) override;
+  Task<Result<LcrReading>> measure() override { return inner_->measure(); }
+  Task<Result<>> correct(Correction kind) override { return inner_->correct(kind); }
+  Task<Result<>> resync() override { return inner_->resync(); }
+  Task<Result<>> make_safe() override { return inner_->make_safe(); }
+  Task<Result<LcrSettings>> reconnect() override;
+  void close() override { inner_->close(); }
+
+ private:
+  std::unique_ptr<LcrMeter> inner_;
+  OpenMeter open_;
+  std::optional<Identity> identity_;
+  std::optional<LcrSettings> settings_;  // as asked for
+};
+
+class ReopeningFrame final : public LoadFrame {
+ public:
+  ReopeningFrame(std::unique_ptr<LoadFrame> first, OpenFrame open)
+      : inner_(std::move(first)), open_(std::move(open)) {}
+
+  const FrameCapabilities& capabilities() const override { return capabilities_; }
+  Task<Result<Identity>> identify() override;
+  Task<Result<>> arm(FrameLimits limits) override { return inner_->arm(limits); }
+  Task<Result<>> set_sample_rate(double rate_Hz) override {
+    return inner_->set_sample_rate(rate_Hz);
+  }
+  Task<Result<MotionOutcome>> move_to(Length travel, Velocity speed) override {
+    return inner_->move_to(travel, speed);
+  }
+  Task<Result<MotionOutcome>> move_until_force(Force force, Velocity speed, Length guard) override {
+    return inner_->move_until_force(force, speed, guard);
+  }
+  Task<Result<MotionOutcome>> ramp_force(Force force, ForceRate rate) override {
+    return inner_->ramp_force(force, rate);
+  }
+  Task<Result<>> hold_travel() override { return inner_->hold_travel(); }
+  Task<Result<>> hold_force(Force force) override { return inner_->hold_force(force); }
+  Task<Result<>> zero(bool force, bool travel) override { return inner_->zero(force, travel); }
+  Task<Result<MotionOutcome>> place_mass(Mass mass) override { return inner_->place_mass(mass); }
+  Task<Result<>> stop() override { return inner_->stop(); }
+  Task<Result<>> resync() override { return inner_->resync(); }
+  Task<Result<Identity>> reconnect() override;
+  void close() override { inner_->close(); }
+  void set_listener(Listener* listener) override;
+
+ private:
+  std::unique_ptr<LoadFrame> inner_;
+  OpenFrame open_;
+  Listener* listener_ = nullptr;
+  std::optional<Identity> identity_;
+  FrameCapabilities capabilities_;  // of the first identify; they never change afterwards
+};
+
+}  // namespace lcrig

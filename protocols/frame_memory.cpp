@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/frame_memory.hpp"
+
+#include <cmath>
+
+namespace lcrig {
+
+namespace {
+
+// Distance that a moving frame covers before it stands: it goes on until the gateway notices, then
+// brakes. Half as fast again, because the speed is an estimate.
+double way_m(const FrameMemory& before, const FrameTolerance& allowed) {
+  const double v = 1.5 * before.speed_m_s;
+  const double a = allowed.deceleration.si();
+  return v * to_seconds(allowed.silence) + (a > 0 ? v * v / (2 * a) : 0);
+}
+
+}  // namespace
+
+void FrameMemory::feed(std::span<const FrameSample> samples) {
+  for (const FrameSample& s : samples) {
+    const bool timed = s.travel_m && travel_m && s.device_time_s && device_time_s;
+    const double dt_s = timed ? *s.device_time_s - *device_time_s : 0;
+    if (dt_s > 0) speed_m_s = std::abs(*s.travel_m - *travel_m) / dt_s;
+    if ((s.flags & frame_flag::kMoving) == 0) speed_m_s = 0;
+    if (s.travel_m) travel_m = s.travel_m;
+    if (s.device_time_s) device_time_s = s.device_time_s;
+    force_N = s.force_N;
+  }
+}
+
+Result<> compare_frame(const FrameMemory& before, const FrameMemory& now,
+                       const FrameTolerance& allowed) {
+  const bool restarted =
+      before.device_time_s && now.device_time_s && *now.device_time_s < *before.device_time_s;
+  if (restarted && before.zeroed) {
+    return fail(Errc::refused,
+                "the frame came back with its clock at {:.1f} s after {:.1f} s: it was restarted "
+                "and may have forgotten its zero",
+                *now.device_time_s, *before.device_time_s);
+  }
+  if (!before.travel_m || !now.travel_m) {
+    return fail(Errc::refused, "the frame came back, but its travel is not known");
+  }
+  const double limit_m = allowed.travel_m + way_m(before, allowed);
+  if (std::abs(*now.travel_m - *before.travel_m) > limit_m) {
+    return fail(Errc::refused,
+                "the frame stands at {:.4f} mm, last seen at {:.4f} mm ({:.4f} mm allowed): it was "
+                "moved meanwhile",
+                *now.travel_m * 1e3, *before.travel_m * 1e3, limit_m * 1e3);
+  }
+  if (before.speed_m_s > 0 || !before.force_N) return {};
+  if (!now.force_N || std::abs(*now.force_N - *before.force_N) > allowed.force_N) {
+    return fail(Errc::refused,
+                "the frame shows {:.4f} N, last seen {:.4f} N at the same travel ({:.4f} N "
+                "allowed): check its zero and the specimen",
+                now.force_N.value_or(std::nan("")), *before.force_N, allowed.force_N);
+  }
+  return {};
+}
+
+}  // namespace lcrig

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether a frame that comes back (after a lost link, or after a crash of the daemon) is where it
+// was. If not, somebody moved it or it forgot its zero, and nothing may be moved any more.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "drivers/load_frame.hpp"
+
+namespace lcrig {
+
+struct FrameMemory {
+  FrameMemory() = default;
+  std::optional<double> force_N, travel_m, device_time_s;  // of the last sample
+  double speed_m_s = 0;  // of the last samples, a magnitude; 0: it stood
+  bool zeroed = false;  // the run zeroed force or travel: a restarted machine forgets that
+
+  void feed(std::span<const FrameSample> samples);
+};
+
+// How far a frame may go on by itself: the gateway stops after 1 s of silence (docs/frame-link.md).
+struct FrameTolerance {
+  FrameTolerance() = default;
+  double travel_m = 10e-6;  // of a frame that stood
+  double force_N = 0;  // of a frame that stood
+  Duration silence = std::chrono::milliseconds(1200);  // until the gateway stops a moving one
+  Acceleration deceleration;
+};
+
+// Errors: refused, with what differs; nothing may be moved then.
+Result<> compare_frame(const FrameMemory& before, const FrameMemory& now,
+                       const FrameTolerance& allowed);
+
+}  // namespace lcrig

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run does when an instrument vanishes. The frame holds its travel, or goes on holding the
+// force if only the meter is away; the guard stays active; whoever asks for a stop gets it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <utility>
+
+#include "base/log.hpp"
+#include "protocols/run.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace asio::experimental::awaitable_operators;
+using namespace std::chrono_literals;
+
+// Between two attempts. With the meter's own 0.5 s after opening it is back within a second.
+constexpr Duration kPause = 50ms;
+constexpr Duration kReminder = 60s;  // between log lines while it is away
+// A frame that is lost when the run ends is waited for so long: the specimen is still loaded.
+constexpr Duration kFinallyPatience = 5s;
+// More losses than this within a minute are a broken cable, not a lost plug.
+constexpr std::size_t kLossesAMinute = 4;
+constexpr double kForceTolerance = 0.05;  // of the force window, at rest at the same travel
+
+bool is_absent(Errc code) {
+  return code == Errc::disconnected || code == Errc::no_reply || code == Errc::reply_cut_off ||
+         code == Errc::garbled || code == Errc::io || code == Errc::busy;
+}
+
+std::string absence(const char* instrument, Duration since_data, Duration since_loss,
+                    std::int64_t attempts) {
+  return fmt::format(R"({{"instrument":"{}","seconds":{:.3f},"away_s":{:.3f},"attempts":{}}})",
+                     instrument, to_seconds(since_data), to_seconds(since_loss), attempts);
+}
+
+}  // namespace
+
+void Run::lose_meter(Error error) {
+  // `finally` unloads without readings; a step of it that needs the meter fails by itself.
+  lose(meter_away_, last_reading_, std::move(error));
+}
+
+void Run::lose_frame(Error error) {
+  guard_.set_watch_age(false);
+  if (!memory_at_loss_) memory_at_loss_ = memory_;
+  lose(frame_away_, last_sample_, std::move(error));
+}
+
+void Run::lose(std::optional<Away>& away, const std::optional<MonoTime>& data, Error error) {
+  if (over_ || away) return;
+  const MonoTime now = setup_.clock.now();
+  away.emplace(error, now, data.value_or(now));
+  event("loss", error.what);
+  spdlog::warn("run {}: instrument lost: {}", setup_.run, printable(error.what));
+  if (finishing_ && &away == &meter_away_) return;
+  interrupts_.try_send(boost::system::error_code(),
+                       InterruptRequest(Interrupt::loss, std::move(error)));
+}
+
+// An exchange that failed because its instrument vanished is no failure of the step.
+bool Run::is_of_loss(const Step& step, const Error& error) const {
+  if (frame_away_) return is_absent(error.code);
+  const bool reads = std::holds_alternative<MeasureStep>(step.action) ||
+                     std::holds_alternative<SetLcrStep>(step.action);
+  return meter_away_ && reads && !finishing_;
+}
+
+bool Run::keeps_vanishing() {
+  const MonoTime now = setup_.clock.now();
+  std::erase_if(losses_, [&](MonoTime t) { return now - t > 60s; });
+  losses_.push_back(now);
+  return losses_.size() > kLossesAMinute;
+}
+
+// nullopt: it is back, and the step goes on (`wait`) or begins anew (`repeat_step`).
+Task<std::optional<InterruptRequest>> Run::survive_loss(Progress& progress) {
+  std::optional<InterruptRequest> stop;
+  const Error why = frame_away_ ? frame_away_->why : meter_away_->why;
+  const OnLoss policy = setup_.protocol.on_loss;
+  const bool shaky = keeps_vanishing();
+  if (!finishing_ && (policy == OnLoss::abort || shaky)) {
+    stop = InterruptRequest(Interrupt::fault, why);
+    if (shaky) stop->why += fmt::format(" (lost {} times within a minute)", losses_.size());
+    event("fault", stop->why);
+    co_return stop;
+  }
+  if (progress.begin) progress.spent += setup_.clock.now() - *progress.begin;
+  progress.begin.reset();
+  const RunState before = status_.state;
+  if (!finishing_) status_.state = RunState::waiting_for_instrument;
+  if (frame_away_ || !held_force_N_) co_await stop_frame();
+  const Duration patience = finishing_ ? kFinallyPatience : setup_.protocol.on_loss_timeout;
+  stop = co_await wait_for_return(patience);
+  if (stop) co_return stop;
+  status_.state = before;
+  sampler_.start(setup_.protocol.sample.lcr_continuous);
+  if (policy == OnLoss::repeat_step || finishing_) begin_again(progress);
+  if (memory_at_loss_) {  // the frame was lost: it left force control
+    memory_at_loss_.reset();
+    auto held = co_await restore_hold();
+    if (!held) stop = InterruptRequest(Interrupt::fault, held.error());
+  }
+  co_return stop;
+}
+
+Task<std::optional<InterruptRequest>> Run::wait_for_return(Duration patience) {
+  const MonoTime limit = setup_.clock.now() + patience;
+  std::optional<InterruptRequest> stop;
+  while (is_away() && !stop) {
+    auto r = co_await (bring_back() || next_interrupt() || setup_.clock.wait_until(limit));
+    if (r.index() == 0) {
+      const auto& back = std::get<0>(r);
+      if (!back) stop = InterruptRequest(Interrupt::fault, back.error());
+    } else if (r.index() == 1) {
+      InterruptRequest& request = std::get<1>(r);
+      if (request.kind == Interrupt::pause) pause_wanted_ = true;
+      const bool goes_on = request.kind == Interrupt::pause || request.kind == Interrupt::loss;
+      if (!goes_on) stop = std::move(request);
+    } else {
+      const Away& away = frame_away_ ? *frame_away_ : *meter_away_;
+      stop = InterruptRequest(Interrupt::fault, away.why);
+      stop->why += fmt::format("; it did not come back within {:.0f} s ({} attempts, the last: {})",
+                               to_seconds(patience), away.attempts, away.last);
+    }
+    if (stop && r.index() != 1) event("fault", stop->why);
+  }
+  co_return stop;
+}
+
+// Ends when both are back, or with the reason why it is no use to wait.
+Task<Result<>> Run::bring_back() {
+  for (;;) {
+    if (frame_away_) {
+      auto tried = co_await try_frame();
+      if (!tried) co_return tried;
+    }
+    if (meter_away_) {
+      auto tried = co_await try_meter();
+      if (!tried) co_return tried;
+    }
+    if (!is_away()) co_return Result<>();
+    co_await setup_.clock.wait_for(kPause);
+  }
+}
+
+void Run::note_attempt(Away& away, const Error& error) {
+  ++away.attempts;
+  // Another instrument on this port is worth a row, once.
+  if (error.code == Errc::refused && away.last != error.what) {
+    event("refused", error.what);
+    spdlog::warn("run {}: {}", setup_.run, printable(error.what));
+  }
+  away.last = error.what;
+  const MonoTime now = setup_.clock.now();
+  if (now - away.reported < kReminder) return;
+  away.reported = now;
+  spdlog::info("run {}: still away after {:.0f} s and {} attempts: {}", setup_.run,
+               to_seconds(now - away.since), away.attempts, printable(error.what));
+}
+
+Task<Result<>> Run::try_meter() {
+  if (sampler_.is_running()) sampler_.interrupt();  // a silent meter keeps an exchange waiting
+  auto back = co_await sampler_.reconnect();
+  if (back) {
+    welcome(meter_away_, "lcr");
+  } else if (back.error().code == Errc::invalid_request) {
+    co_return fail(meter_away_->why);
+  } else {
+    note_attempt(*meter_away_, back.error());
+  }
+  co_return Result<>();
+}
+
+Task<Result<>> Run::try_frame() {
+  auto identity = co_await setup_.frame.reconnect();
+  if (!identity && identity.error().code == Errc::invalid_request) {
+    co_return fail(frame_away_->why);
+  }
+  if (!identity) {
+    note_attempt(*frame_away_, identity.error());
+    co_return Result<>();
+  }
+  auto joined = co_await rejoin_frame();
+  if (joined) {
+    welcome(frame_away_, "frame");
+  } else if (is_absent(joined.error().code)) {
+    note_attempt(*frame_away_, joined.error());
+  } else {
+    co_return joined;
+  }
+  co_return Result<>();
+}
+
+// It stands, obeys, is armed again, sends samples, and is where it was.
+Task<Result<>> Run::rejoin_frame() {
+  auto stopped = co_await setup_.frame.stop();
+  if (!stopped) co_return stopped;
+  standing_ = true;
+  memory_ = FrameMemory();
+  memory_.zeroed = memory_at_loss_ && memory_at_loss_->zeroed;
+  auto armed = co_await arm_frame();
+  if (!armed) co_return armed;
+  guard_.set_watch_age(false);
+  auto heard = co_await await_samples();
+  if (!heard) co_return heard;
+  if (memory_at_loss_) {
+    auto same = compare_with(*memory_at_loss_);
+    if (!same) co_return same;
+  }
+  guard_.restart_age(setup_.clock.now());
+  guard_.set_watch_age(setup_.frame.capabilities().motion);
+  co_return Result<>();
+}
+
+Task<Result<>> Run::await_samples() {
+  const double period_s = 1 / setup_.protocol.sample.frame_rate_Hz;
+  const MonoTime limit = setup_.clock.now() + std::max<Duration>(2s, from_seconds(3 * period_s));
+  const std::int64_t before = samples_seen_;
+  while (samples_seen_ == before && setup_.clock.now() < limit) {
+    co_await setup_.clock.wait_for(20ms);
+  }
+  const bool needed = setup_.frame.capabilities().motion;
+  if (samples_seen_ == before && needed) co_return fail(Errc::no_reply, "the frame sends no samples");
+  co_return Result<>();
+}
+
+Result<> Run::compare_with(const FrameMemory& before) const {
+  const FrameCapabilities& caps = setup_.frame.capabilities();
+  if (!caps.motion) return {};
+  const Limits& limits = setup_.protocol.limits;
+  const Environment& env = setup_.environment;
+  FrameTolerance allowed;
+  allowed.force_N = kForceTolerance * (env.get(limits.force_max) - env.get(limits.force_min));
+  allowed.deceleration = caps.deceleration;
+  return compare_frame(before, memory_, allowed);
+}
+
+void Run::welcome(std::optional<Away>& away, const char* instrument) {
+  const MonoTime now = setup_.clock.now();
+  const std::string detail =
+      absence(instrument, now - away->data, now - away->since, away->attempts);
+  event("gap", detail);
+  event("reconnected", detail);
+  spdlog::info("run {}: {} is back after {:.2f} s", setup_.run, instrument,
+               to_seconds(now - away->since));
+  away.reset();
+}
+
+// A level that is begun anew gets a number of its own; the readings of the one that was cut off
+// stay, and an event says that they do not count.
+void Run::begin_again(Progress& progress) {
+  if (progress.level) {
+    event("level_abandoned", fmt::format(R"({{"level":{},"readings":{}}})", progress.level->level,
+                                         progress.readings));
+    --level_in_repeat_;
+  }
+  const auto start_travel_m = progress.start_travel_m;
+  progress = Progress();
+  progress.start_travel_m = start_travel_m;
+  event("repeat", "the step begins anew");
+}
+
+Task<Result<>> Run::restore_hold() {
+  if (!held_force_N_) co_return Result<>();
+  auto held = co_await setup_.frame.hold_force(Force::from_si(*held_force_N_));
+  co_return held;
+}
+
+// The run ends and its frame is not there: `finally` needs it.
+Task<> Run::recover_frame_for_finally() {
+  const MonoTime limit = setup_.clock.now() + kFinallyPatience;
+  do {
+    auto tried = co_await try_frame();
+    if (!tried) {
+      event("fault", tried.error().what);
+      co_return;
+    }
+    if (frame_away_) co_await setup_.clock.wait_for(kPause);
+  } while (frame_away_ && setup_.clock.now() < limit);
+}
+
+}  // namespace lcrig

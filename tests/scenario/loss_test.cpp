@@ -1,0 +1,440 @@
+// SPDX-License-Identifier: Apache-2.0
+// Instruments that vanish in the middle of a run and come back, in virtual time.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <map>
+#include <mutex>
+#include <random>
+
+#include "drivers/lcr6100/sim.hpp"
+#include "drivers/zwick/sim.hpp"
+#include "storage/chain.hpp"
+#include "storage/run_summary.hpp"
+#include "tests/support/session_world.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+std::string protocol(const std::string& on_loss, const std::string& steps,
+                     const std::string& limit_s = "600") {
+  return R"({ "format": "load-protocol/1", "name": "loss", "on_loss": ")" + on_loss +
+         R"(", "on_loss_timeout_s": )" + limit_s + R"(,
+  "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast",
+      "trigger": "internal" }, "frame": { "rate_Hz": 50 } },
+  "steps": [ )" +
+         steps + R"( ],
+  "finally": [ { "id": "clear", "do": "ramp", "to": { "travel_mm": -1 }, "speed_mm_s": 0.5, "timeout_s": 60 } ] })";
+}
+
+constexpr const char* kEveryKind = R"(
+    { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
+    { "id": "contact", "do": "find_contact", "speed_mm_s": 0.2, "force_N": 0.02, "back_off_mm": 0.1, "timeout_s": 60 },
+    { "id": "load", "do": "move_until", "until": { "force_N": 0.5 }, "speed_mm_s": 0.01, "timeout_s": 60 },
+    { "id": "settle", "do": "hold", "hold": "force", "force_N": 0.5, "for_s": 2 },
+    { "id": "level", "do": "measure", "count": 20, "within_s": 4 },
+    { "id": "record", "do": "record", "for_s": 2 },
+    { "id": "set", "do": "set_lcr", "average": 2 },
+    { "id": "unload", "do": "ramp", "to": { "gap_mm": 0.5 }, "speed_mm_s": 0.1, "timeout_s": 60 })";
+
+enum class Which { meter, frame };
+
+void unplug(SessionWorld& w, Which which) {
+  BenchDoor& door = *w.session->instruments().door();
+  which == Which::meter ? door.unplug_meter() : door.unplug_frame();
+}
+void plug(SessionWorld& w, Which which) {
+  BenchDoor& door = *w.session->instruments().door();
+  which == Which::meter ? door.plug_meter() : door.plug_frame();
+}
+void away(SessionWorld& world, const std::string& step, Which which, Duration after,
+          Duration seconds) {
+  world.acts.push_back({step, after, [which](SessionWorld& w) { unplug(w, which); }});
+  world.acts.push_back({step, after + seconds, [which](SessionWorld& w) { plug(w, which); }});
+}
+
+std::int64_t events(const SessionWorld& world, const std::string& kind) {
+  return world.count("SELECT COUNT(*) FROM event WHERE kind = '" + kind + "'");
+}
+
+void expect_invariants(const SessionWorld& world) {
+  EXPECT_EQ(world.clock.pending(), 0U) << "a task still waits";
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM run_end"), 1);
+  EXPECT_EQ(world.text("SELECT kind FROM event WHERE kind LIKE 'stop%' ORDER BY seq DESC"),
+            "stopped");
+  EXPECT_LT(world.real("SELECT MAX(force_N) FROM frame_sample"), 1.02) << "limit 1 N";
+  const auto chain = verify_chain(world.open(), 1);
+  ASSERT_TRUE(chain) << chain.error().what;
+  EXPECT_TRUE(chain->intact) << chain->finding;
+}
+
+void expect_cleared(const SessionWorld& world) {
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='clear' AND kind='motion' AND "
+                        "detail LIKE '%\"target\"%'"),
+            1)
+      << "`finally` did not clear the specimen";
+}
+
+struct LossCase {
+  const char* step;
+  Which which;
+  const char* policy;
+};
+
+std::string name_of(const ::testing::TestParamInfo<LossCase>& c) {
+  return std::string(c.param.which == Which::meter ? "meter_" : "frame_") + c.param.step + "_" +
+         c.param.policy;
+}
+
+std::vector<LossCase> every_case() {
+  std::vector<LossCase> out;
+  for (const Which which : {Which::meter, Which::frame}) {
+    for (const char* step :
+         {"zero", "contact", "load", "settle", "level", "record", "set", "unload"}) {
+      for (const char* policy : {"wait", "repeat_step", "abort"}) out.push_back({step, which, policy});
+    }
+  }
+  return out;
+}
+
+class Loss : public ::testing::TestWithParam<LossCase> {};
+
+TEST_P(Loss, InAStepIsSurvivedOrEndsTheRunAsTheProtocolSays) {
+  const auto [step, which, policy] = GetParam();
+  SessionWorld world(protocol(policy, kEveryKind));
+  away(world, step, which, 300ms, 3s);
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  expect_invariants(world);
+  expect_cleared(world);
+  EXPECT_EQ(events(world, "loss"), 1);
+  if (std::string(policy) == "abort") {
+    EXPECT_EQ(r->exit_status, "fail");
+    EXPECT_EQ(r->code, Errc::disconnected) << r->reason;
+    return;
+  }
+  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(events(world, "gap"), 1);
+  EXPECT_EQ(events(world, "reconnected"), 1);
+  EXPECT_EQ(events(world, "repeat"), std::string(policy) == "repeat_step" ? 1 : 0);
+  EXPECT_NEAR(world.real("SELECT json_extract(detail, '$.seconds') FROM event WHERE kind = 'gap'"),
+              3.5, 1.0);
+  // The force that the protocol asked for was reached and the level was measured there, whole.
+  const auto summary = summarise_run(world.open(), 1);
+  ASSERT_TRUE(summary) << summary.error().what;
+  EXPECT_EQ(summary->measure_readings, 20);
+  EXPECT_NEAR(world.real("SELECT AVG(force_N) FROM frame_sample WHERE received_mono_ns BETWEEN "
+                         "(SELECT MIN(asked_mono_ns) FROM lcr_reading WHERE reading_index = 1) AND "
+                         "(SELECT MAX(last_byte_mono_ns) FROM lcr_reading WHERE reading_index = "
+                         "20) AND flags & 2"),
+              0.5, 0.02);
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryStep, Loss, ::testing::ValuesIn(every_case()), name_of);
+
+TEST(Reconnect, MeterIsBackWithinASecondOfTheReplugAHundredTimes) {
+  SessionWorld world(protocol("wait", R"({ "id": "record", "do": "record", "for_s": 2100 })"));
+  std::mt19937_64 random(20261121);
+  std::uniform_real_distribution<double> jitter(0, 3);
+  std::vector<MonoTime> plugged;
+  for (int i = 0; i < 100; ++i) {
+    const Duration at = from_seconds(5 + 20.0 * i + jitter(random));
+    world.acts.push_back({"record", at, [](SessionWorld& w) { unplug(w, Which::meter); }});
+    world.acts.push_back({"record", at + 3s, [&](SessionWorld& w) {
+                            plugged.push_back(w.clock.now());
+                            plug(w, Which::meter);
+                          }});
+  }
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  ASSERT_EQ(plugged.size(), 100U);
+  EXPECT_EQ(events(world, "reconnected"), 100);
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM lcr_reading WHERE flags & 16"), 100);
+  double worst_s = 0;
+  for (const MonoTime t : plugged) {
+    const auto ns = t.time_since_epoch().count();
+    const double s = world.real(
+        "SELECT (MIN(last_byte_mono_ns) - " + std::to_string(ns) +
+        ") * 1e-9 FROM lcr_reading WHERE flags & 16 AND last_byte_mono_ns > " + std::to_string(ns));
+    EXPECT_LT(s, 1.0);
+    worst_s = std::max(worst_s, s);
+    EXPECT_EQ(world.count("SELECT COUNT(*) FROM lcr_reading WHERE last_byte_mono_ns BETWEEN " +
+                          std::to_string(ns - 2'990'000'000) + " AND " + std::to_string(ns)),
+              0)
+        << "a reading of a meter that was not there";
+  }
+  RecordProperty("worst_s", std::to_string(worst_s));
+  std::printf("meter: good readings at most %.3f s after the replug\n", worst_s);
+  expect_invariants(world);
+}
+
+TEST(Reconnect, FrameIsBackWithinASecondOfTheReplugAHundredTimes) {
+  SessionWorld world(protocol("wait", R"({ "id": "record", "do": "record", "for_s": 2100 })"));
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> jitter(0, 3);
+  std::vector<MonoTime> plugged;
+  for (int i = 0; i < 100; ++i) {
+    const Duration at = from_seconds(5 + 20.0 * i + jitter(random));
+    world.acts.push_back({"record", at, [](SessionWorld& w) { unplug(w, Which::frame); }});
+    world.acts.push_back({"record", at + 3s, [&](SessionWorld& w) {
+                            plugged.push_back(w.clock.now());
+                            plug(w, Which::frame);
+                          }});
+  }
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  ASSERT_EQ(plugged.size(), 100U);
+  double worst_s = 0;
+  for (const MonoTime t : plugged) {
+    const auto ns = std::to_string(t.time_since_epoch().count());
+    const double s = world.real("SELECT (MIN(received_mono_ns) - " + ns +
+                                ") * 1e-9 FROM frame_sample WHERE received_mono_ns > " + ns);
+    EXPECT_LT(s, 1.0);
+    worst_s = std::max(worst_s, s);
+  }
+  std::printf("frame: good samples at most %.3f s after the replug\n", worst_s);
+  EXPECT_EQ(events(world, "reconnected"), 100);
+  expect_invariants(world);
+}
+
+TEST(Reconnect, AMeterThatLostItsSettingsGetsThemAgainBeforeItIsRead) {
+  SessionWorld world(protocol("wait", R"({ "id": "record", "do": "record", "for_s": 20 })"));
+  world.acts.push_back({"record", 2s, [](SessionWorld& w) { unplug(w, Which::meter); }});
+  world.acts.push_back({"record", 5s, [](SessionWorld& w) {
+                          w.session->instruments().door()->meter_sim().power_on();
+                          plug(w, Which::meter);
+                        }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  // Unset it would convert in 380 ms; set, 15 readings a second.
+  EXPECT_GT(world.count("SELECT COUNT(*) FROM lcr_reading WHERE last_byte_mono_ns > (SELECT "
+                        "MAX(last_byte_mono_ns) FROM lcr_reading) - 5000000000"),
+            70);
+}
+
+TEST(Reconnect, AnotherSerialNumberIsRefusedAndNamed) {
+  SessionWorld world(protocol("wait", R"({ "id": "record", "do": "record", "for_s": 200 })", "30"));
+  world.acts.push_back({"record", 2s, [](SessionWorld& w) { unplug(w, Which::meter); }});
+  world.acts.push_back(
+      {"record", 5s, [](SessionWorld& w) {
+         w.session->instruments().door()->meter_sim().power_on(
+             "LCR-6100,REV E8.13,OTHER0007,Good Will Instrument Co., Ltd.");
+         plug(w, Which::meter);
+       }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_THAT(r->reason, HasSubstr("OTHER0007"));
+  EXPECT_THAT(r->reason, HasSubstr("SIM000001"));
+  EXPECT_EQ(events(world, "refused"), 1) << "said once, not at every attempt";
+  EXPECT_EQ(events(world, "reconnected"), 0);
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM lcr_reading WHERE last_byte_mono_ns > (SELECT "
+                        "at_mono_ns FROM event WHERE kind = 'loss')"),
+            0)
+      << "a reading of the wrong meter";
+  expect_invariants(world);
+}
+
+TEST(Reconnect, WaitingHasALimit) {
+  for (const Which which : {Which::meter, Which::frame}) {
+    SessionWorld world(protocol("wait", R"({ "id": "record", "do": "record", "for_s": 200 })", "20"));
+    world.acts.push_back({"record", 2s, [=](SessionWorld& w) { unplug(w, which); }});
+    const auto r = world.run();
+    ASSERT_TRUE(r) << r.error().what;
+    EXPECT_EQ(r->exit_status, "fail");
+    EXPECT_EQ(r->code, Errc::disconnected);
+    EXPECT_THAT(r->reason, HasSubstr("did not come back within 20 s"));
+    if (which == Which::meter) {
+      expect_invariants(world);
+    } else {
+      EXPECT_THAT(r->reason, HasSubstr("`finally` did not run"));
+    }
+    EXPECT_EQ(world.clock.pending(), 0U);
+  }
+}
+
+TEST(Reconnect, AbortActsWhileAnInstrumentIsAway) {
+  SessionWorld world(protocol("wait", kEveryKind));
+  MonoTime asked;
+  world.acts.push_back({"settle", 300ms, [](SessionWorld& w) { unplug(w, Which::meter); }});
+  world.acts.push_back({"settle", 2s, [&](SessionWorld& w) {
+                          asked = w.clock.now();
+                          EXPECT_EQ(w.session->status().state, RunState::waiting_for_instrument);
+                          w.interrupt(Interrupt::abort, "a person");
+                        }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "abort");
+  EXPECT_THAT(r->reason, HasSubstr("a person"));
+  expect_cleared(world);
+  expect_invariants(world);
+}
+
+TEST(Reconnect, TheForceIsHeldAndGuardedWhileTheMeterIsAway) {
+  SessionWorld world(protocol("wait", kEveryKind));
+  MonoTime gone;
+  world.acts.push_back({"settle", 500ms, [&](SessionWorld& w) {
+                          gone = w.clock.now();
+                          unplug(w, Which::meter);
+                        }});
+  world.acts.push_back({"settle", 30500ms, [](SessionWorld& w) { plug(w, Which::meter); }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  const auto ns = std::to_string(gone.time_since_epoch().count());
+  const std::string meanwhile =
+      " FROM frame_sample WHERE received_mono_ns BETWEEN " + ns + " AND " + ns + " + 30000000000";
+  EXPECT_NEAR(static_cast<double>(world.count("SELECT COUNT(*)" + meanwhile)), 1500, 10);
+  EXPECT_EQ(world.count("SELECT COUNT(*)" + meanwhile + " AND NOT flags & 2"), 0);
+}
+
+TEST(Reconnect, RepeatStepWritesASecondLevelAndCountsItsReadingsOnce) {
+  SessionWorld world(protocol("repeat_step", kEveryKind));
+  away(world, "level", Which::meter, 2100ms, 3s);
+  std::int64_t shown = -1;
+  world.acts.push_back({"unload", 0ms, [&](SessionWorld& w) {
+                          shown = w.session->status().measure_readings;
+                        }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM level"), 2);
+  EXPECT_EQ(world.count("SELECT COUNT(DISTINCT level_index) FROM level"), 1) << "the same place";
+  const auto cut = world.count("SELECT COUNT(*) FROM lcr_reading WHERE level = 1");
+  EXPECT_NEAR(static_cast<double>(cut), 11, 1);
+  EXPECT_EQ(world.count("SELECT json_extract(detail, '$.readings') FROM event WHERE kind = "
+                        "'level_abandoned'"),
+            cut);
+  EXPECT_EQ(world.count("SELECT COUNT(DISTINCT reading_index) FROM lcr_reading WHERE level = 2"),
+            20);
+  EXPECT_EQ(shown, 20);
+  const auto summary = summarise_run(world.open(), 1);
+  ASSERT_TRUE(summary);
+  EXPECT_EQ(summary->measure_readings, 20);
+}
+
+TEST(Reconnect, APluckedCableThatNeverHoldsEndsTheRun) {
+  SessionWorld world(protocol("wait", R"({ "id": "record", "do": "record", "for_s": 200 })"));
+  for (int i = 0; i < 12; ++i) away(world, "record", Which::meter, 2s + i * 4s, 1s);
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_THAT(r->reason, HasSubstr("lost 5 times within a minute"));
+  expect_invariants(world);
+}
+
+// Log lines by minute of virtual time, while it lives.
+class LineCount {
+ public:
+  explicit LineCount(const VirtualClock& clock)
+      : sink_(std::make_shared<Sink>(clock)), previous_(spdlog::default_logger()) {
+    spdlog::set_default_logger(std::make_shared<spdlog::logger>("count", sink_));
+  }
+  ~LineCount() { spdlog::set_default_logger(previous_); }
+  LineCount(const LineCount&) = delete;
+  LineCount& operator=(const LineCount&) = delete;
+  int total() const {
+    int n = 0;
+    for (const auto& [minute, lines] : sink_->lines) n += lines;
+    return n;
+  }
+  const std::string& text() const { return sink_->text; }
+  int worst() const {
+    int n = 0;
+    for (const auto& [minute, lines] : sink_->lines) n = std::max(n, lines);
+    return n;
+  }
+
+ private:
+  struct Sink final : spdlog::sinks::base_sink<std::mutex> {
+    explicit Sink(const VirtualClock& c) : clock(c) {}
+    void sink_it_(const spdlog::details::log_msg& m) override {
+      ++lines[clock.now().time_since_epoch() / 60s];
+      text += fmt::format("{:.1f} s: {}\n", to_seconds(clock.now().time_since_epoch()),
+                          std::string_view(m.payload.data(), m.payload.size()));
+    }
+    void flush_() override {}
+    const VirtualClock& clock;
+    std::map<std::int64_t, int> lines;
+    std::string text;
+  };
+  std::shared_ptr<Sink> sink_;
+  std::shared_ptr<spdlog::logger> previous_;
+};
+
+TEST(Reconnect, TenDeadMinutesDoNotFloodLogOrDatabase) {
+  for (const bool silent : {false, true}) {
+    SCOPED_TRACE(silent ? "silent" : "unplugged");
+    SessionWorld world(
+        protocol("wait", R"({ "id": "record", "do": "record", "for_s": 700 })", "650"));
+    const auto set = [silent](SessionWorld& w, bool dead) {
+      if (silent) {
+        w.session->instruments().door()->meter_sim().faults().silent = dead;
+      } else {
+        dead ? unplug(w, Which::meter) : plug(w, Which::meter);
+      }
+    };
+    world.acts.push_back({"record", 2s, [&](SessionWorld& w) { set(w, true); }});
+    world.acts.push_back({"record", 602s, [&](SessionWorld& w) { set(w, false); }});
+    const LineCount lines(world.clock);
+    const auto r = world.run();
+    ASSERT_TRUE(r) << r.error().what;
+    EXPECT_EQ(r->exit_status, "success") << r->reason;
+    EXPECT_GT(lines.total(), 2) << lines.text() << world.text("SELECT group_concat(at_mono_ns / 1000000 || ' ' || kind || ' ' || detail, char(10)) FROM event");
+    EXPECT_LE(lines.worst(), 10);
+    EXPECT_LE(world.count("SELECT COUNT(*) FROM event"), 40);
+    std::printf("dead line for 10 minutes: %d log lines, at most %d a minute\n", lines.total(),
+                lines.worst());
+  }
+}
+
+TEST(Reconnect, ASilentInstrumentIsALostOne) {
+  for (const Which which : {Which::meter, Which::frame}) {
+    SessionWorld world(protocol("wait", kEveryKind));
+    const auto set = [which](SessionWorld& w, bool silent) {
+      BenchDoor& door = *w.session->instruments().door();
+      if (which == Which::meter) {
+        door.meter_sim().faults().silent = silent;
+      } else {
+        door.frame_sim()->faults.silent = silent;
+        door.frame_sim()->poke();
+      }
+    };
+    world.acts.push_back({"settle", 300ms, [&](SessionWorld& w) { set(w, true); }});
+    world.acts.push_back({"settle", 20300ms, [&](SessionWorld& w) { set(w, false); }});
+    const auto r = world.run();
+    ASSERT_TRUE(r) << r.error().what;
+    EXPECT_EQ(r->exit_status, "success") << r->reason;
+    EXPECT_EQ(events(world, "loss"), 1);
+    EXPECT_EQ(events(world, "reconnected"), 1);
+    expect_invariants(world);
+  }
+}
+
+TEST(Reconnect, AFrameThatForgotItsZeroIsNotMovedAgain) {
+  SessionWorld world(protocol("wait", kEveryKind));
+  world.acts.push_back({"settle", 300ms, [](SessionWorld& w) {
+                          unplug(w, Which::frame);
+                          // Its clock starts anew: somebody switched it off and on.
+                          w.session->instruments().door()->frame_sim()->faults.clock_jump_s = -1e4;
+                        }});
+  world.acts.push_back({"settle", 3s, [](SessionWorld& w) { plug(w, Which::frame); }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_THAT(r->reason, HasSubstr("may have forgotten its zero"));
+  EXPECT_THAT(r->reason, HasSubstr("`finally` did not run"));
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id = 'clear'"), 0);
+}
+
+}  // namespace
+}  // namespace lcrig

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/frame_memory.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "protocols/parse.hpp"
+#include "protocols/run_point.hpp"
+
+namespace lcrig {
+namespace {
+
+using ::testing::HasSubstr;
+
+FrameMemory at(double travel_m, double force_N, double t_s = 10, double speed_m_s = 0) {
+  FrameMemory m;
+  m.travel_m = travel_m;
+  m.force_N = force_N;
+  m.device_time_s = t_s;
+  m.speed_m_s = speed_m_s;
+  return m;
+}
+
+FrameTolerance tolerance() {
+  FrameTolerance t;
+  t.force_N = 0.05;
+  t.deceleration = Acceleration::from_si(0.05);
+  return t;
+}
+
+TEST(FrameMemory, TheSameStandingFrameIsWelcome) {
+  EXPECT_TRUE(compare_frame(at(1e-3, 0.5), at(1.002e-3, 0.48, 14), tolerance()));
+}
+
+TEST(FrameMemory, AStandingFrameThatMovedIsNot) {
+  const auto r = compare_frame(at(1e-3, 0.5), at(1.05e-3, 0.5, 14), tolerance());
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Errc::refused);
+  EXPECT_THAT(r.error().what, HasSubstr("1.0500 mm"));
+}
+
+TEST(FrameMemory, AMovingFrameMayHaveGoneOnUntilItsGatewayNoticed) {
+  const FrameMemory moving = at(1e-3, 0.1, 10, 50e-6);
+  EXPECT_TRUE(compare_frame(moving, at(1.06e-3, 0.5, 14), tolerance()));
+  EXPECT_FALSE(compare_frame(moving, at(1.2e-3, 0.5, 14), tolerance()));
+  EXPECT_TRUE(compare_frame(moving, at(0.95e-3, 0, 14), tolerance())) << "away from it, too";
+}
+
+TEST(FrameMemory, AnotherForceAtTheSameTravelIsALostZeroOrAnotherSpecimen) {
+  const auto r = compare_frame(at(1e-3, 0.5), at(1e-3, 0.8, 14), tolerance());
+  ASSERT_FALSE(r);
+  EXPECT_THAT(r.error().what, HasSubstr("check its zero"));
+  FrameMemory overloaded = at(1e-3, 0.5, 14);
+  overloaded.force_N.reset();
+  EXPECT_FALSE(compare_frame(at(1e-3, 0.5), overloaded, tolerance()));
+}
+
+TEST(FrameMemory, ARestartedFrameMattersWhenItWasZeroed) {
+  FrameMemory before = at(1e-3, 0.5, 100);
+  EXPECT_TRUE(compare_frame(before, at(1e-3, 0.5, 2), tolerance()));
+  before.zeroed = true;
+  EXPECT_FALSE(compare_frame(before, at(1e-3, 0.5, 2), tolerance()));
+}
+
+TEST(FrameMemory, WithoutTravelNothingIsKnown) {
+  FrameMemory blind = at(1e-3, 0.5);
+  blind.travel_m.reset();
+  EXPECT_FALSE(compare_frame(blind, at(1e-3, 0.5), tolerance()));
+  EXPECT_FALSE(compare_frame(at(1e-3, 0.5), blind, tolerance()));
+}
+
+TEST(FrameMemory, SpeedComesFromTheDevicesOwnClock) {
+  std::array<FrameSample, 3> samples;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i].travel_m = 1e-3 + 2e-6 * static_cast<double>(i);
+    samples[i].device_time_s = 5 + 0.02 * static_cast<double>(i);
+    samples[i].flags = frame_flag::kMoving;
+  }
+  FrameMemory m;
+  m.feed(samples);
+  EXPECT_NEAR(m.speed_m_s, 1e-4, 1e-9);
+  samples[2].flags = 0;
+  m.feed(std::span(&samples[2], 1));
+  EXPECT_EQ(m.speed_m_s, 0) << "it stands";
+}
+
+TEST(RunPoint, SurvivesItsText) {
+  RunPoint p;
+  p.steps_done = 17;
+  p.levels = 5;
+  p.level_in_repeat = 2;
+  p.level_repeat = 3;
+  p.contact_travel_m = 1.2345678e-3;
+  p.zeroed = true;
+  const auto back = parse_run_point(to_json_text(p));
+  ASSERT_TRUE(back) << back.error().what;
+  EXPECT_EQ(back->steps_done, 17);
+  EXPECT_EQ(back->levels, 5);
+  EXPECT_EQ(back->level_in_repeat, 2);
+  EXPECT_EQ(back->level_repeat, 3);
+  EXPECT_EQ(back->contact_travel_m, 1.2345678e-3);
+  EXPECT_TRUE(back->zeroed);
+  for (const char* bad : {"", "[]", "{}", R"({"steps_done":"x"})",
+                          R"({"steps_done":-1,"levels":0,"level_in_repeat":0,"level_repeat":0,"zeroed":false})"}) {
+    EXPECT_FALSE(parse_run_point(bad)) << bad;
+  }
+}
+
+TEST(RunPoint, ARodBeginsAtItsLastWeight) {
+  const auto weights = load_protocol("protocols/library/static-weights.json").value();
+  const auto env = bind_parameters(weights, {}).value();
+  // Each level of the library: place, settle or measure.
+  std::int64_t last = -1;
+  for (std::int64_t i = 0; i < 12; ++i) {
+    const auto first = first_step_of(weights, env, i);
+    EXPECT_LE(first, i);
+    EXPECT_GE(first, last) << "it never goes back further than the last weight";
+    last = first;
+  }
+  const auto frame = load_protocol("protocols/library/static-frame.json").value();
+  EXPECT_EQ(first_step_of(frame, bind_parameters(frame, {}).value(), 7), 7);
+}
+
+}  // namespace
+}  // namespace lcrig
