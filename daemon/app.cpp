@@ -55,7 +55,8 @@ Result<> App::start() {
 }
 
 // Longer than any honest wait: the runner wakes four times a second, but closes a run with bounded
-// waits (STOP 2 s, a last conversion 5 s, a frame that vanished 5 s); a commit waits 5 s for a lock.
+// waits (STOP 2 s, a last conversion 5 s, a frame that vanished 5 s); a commit waits 5 s for a
+// lock.
 constexpr Duration kRunnerPatience = 20s;
 constexpr Duration kSamplerPatience = 1s;  // beyond the longest exchange
 constexpr Duration kRecorderPatience = 10s;

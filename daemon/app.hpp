@@ -43,7 +43,8 @@ class App final : public ControlHandler {
 
  private:
   Task<Result<RunStarted>> prepare_and_start(StartRunRequest request);
-  Task<Result<RunStarted>> continue_run(std::int64_t run, bool confirmed, std::string operator_name);
+  Task<Result<RunStarted>> continue_run(std::int64_t run, bool confirmed,
+                                        std::string operator_name);
   Task<Result<RunStarted>> start_prepared(PreparedRun prepared);
   Task<Result<>> claim_start();
   Result<> find_text(SessionRequest& wanted) const;

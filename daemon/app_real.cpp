@@ -97,8 +97,9 @@ Task<Result<std::unique_ptr<LoadFrame>>> open_link(asio::any_io_executor executo
 
 }  // namespace
 
-Task<Result<std::unique_ptr<LoadFrame>>> open_real_frame(asio::any_io_executor executor, Clock& clock,
-                                                    const Config& config, RemoteOperator& person) {
+Task<Result<std::unique_ptr<LoadFrame>>> open_real_frame(asio::any_io_executor executor,
+                                                         Clock& clock, const Config& config,
+                                                         RemoteOperator& person) {
   std::unique_ptr<LoadFrame> frame;
   if (config.frame_driver == FrameDriver::dead_weight) {
     DeadWeightSettings settings;

@@ -186,7 +186,9 @@ Task<RunResult> Run::execute() {
 
 Task<Result<>> Run::prepare() {
   auto armed = co_await arm_frame();
-  co_return armed;
+  if (!armed || !setup_.frame.capabilities().motion) co_return armed;
+  auto heard = co_await await_samples();  // the first step must know where the frame stands
+  co_return heard;
 }
 
 Task<Result<>> Run::arm_frame() {
@@ -210,11 +212,19 @@ Task<InterruptRequest> Run::next_interrupt() {
     auto r = co_await (interrupts_.async_receive(kAsResult) || setup_.clock.wait_for(250ms));
     if (r.index() == 0) co_return std::get<1>(std::get<0>(r));
     const MonoTime now = setup_.clock.now();
+    const bool away_before = is_away();
     // Instruments that are there but say nothing are as lost as those that are not there.
     if (auto why = guard_.check_age(now); why && !stop_pending_) {
       lose_frame(Error(Errc::no_reply, std::move(*why)));
     }
     if (auto why = sampler_.check_age(now)) lose_meter(Error(Errc::no_reply, std::move(*why)));
+    const bool waited_for = finishing_ || status_.state == RunState::waiting_for_instrument;
+    const bool told = is_away() && away_before && waited_for;
+    const bool matters = frame_away_ || (meter_away_ && !finishing_);
+    if (matters && !told) {
+      co_return InterruptRequest(Interrupt::loss,
+                                 frame_away_ ? frame_away_->why : meter_away_->why);
+    }
   }
 }
 
@@ -252,6 +262,7 @@ Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   if (!finishing_) event("state", to_json_text(point()));
   event("step_begin", std::string(status_.step_kind));
   Progress progress;
+  progress.start_travel_m = std::exchange(first_start_travel_m_, std::nullopt);
   std::optional<InterruptRequest> stop;
   for (bool done = false; !done && !stop;) {
     auto r = co_await (execute_step(step, progress) || next_interrupt());

@@ -106,8 +106,7 @@ class Run final : private LoadFrame::Listener {
 
   // An instrument that vanished.
   struct Away {
-    Away(Error e, MonoTime t, MonoTime d)
-        : why(std::move(e)), since(t), reported(t), data(d) {}
+    Away(Error e, MonoTime t, MonoTime d) : why(std::move(e)), since(t), reported(t), data(d) {}
     Error why;
     MonoTime since, reported;
     MonoTime data;  // of its last reading or sample
@@ -210,6 +209,7 @@ class Run final : private LoadFrame::Listener {
   std::int64_t level_in_repeat_ = 0, level_repeat_ = -1;
   std::int64_t repeat_ = 0, repeats_ = 0;
   std::int64_t steps_done_ = 0;
+  std::optional<double> first_start_travel_m_;  // of the step that a continued run begins with
   std::optional<Away> meter_away_, frame_away_;
   FrameMemory memory_;
   std::optional<FrameMemory> memory_at_loss_;

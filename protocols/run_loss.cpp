@@ -224,7 +224,8 @@ Task<Result<>> Run::await_samples() {
     co_await setup_.clock.wait_for(20ms);
   }
   const bool needed = setup_.frame.capabilities().motion;
-  if (samples_seen_ == before && needed) co_return fail(Errc::no_reply, "the frame sends no samples");
+  if (samples_seen_ == before && needed)
+    co_return fail(Errc::no_reply, "the frame sends no samples");
   co_return Result<>();
 }
 
@@ -254,8 +255,8 @@ void Run::welcome(std::optional<Away>& away, const char* instrument) {
 // stay, and an event says that they do not count.
 void Run::begin_again(Progress& progress) {
   if (progress.level) {
-    event("level_abandoned", fmt::format(R"({{"level":{},"readings":{}}})", progress.level->level,
-                                         progress.readings));
+    event("level_abandoned",
+          fmt::format(R"({{"level":{},"readings":{}}})", progress.level->level, progress.readings));
     --level_in_repeat_;
   }
   const auto start_travel_m = progress.start_travel_m;

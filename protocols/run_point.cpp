@@ -16,6 +16,7 @@ std::string to_json_text(const RunPoint& p) {
            {"level_repeat", p.level_repeat},
            {"zeroed", p.zeroed}};
   if (p.contact_travel_m) out["contact_travel_m"] = *p.contact_travel_m;
+  if (p.travel_m) out["travel_m"] = *p.travel_m;
   return out.dump();
 }
 
@@ -29,7 +30,9 @@ Result<RunPoint> parse_run_point(std::string_view text) {
     p.level_repeat = in.at("level_repeat").get<std::int64_t>();
     p.zeroed = in.at("zeroed").get<bool>();
     if (in.contains("contact_travel_m")) p.contact_travel_m = in["contact_travel_m"].get<double>();
-    if (p.steps_done < 0 || p.levels < 0) return fail(Errc::garbled, "a state with negative counts");
+    if (in.contains("travel_m")) p.travel_m = in["travel_m"].get<double>();
+    if (p.steps_done < 0 || p.levels < 0)
+      return fail(Errc::garbled, "a state with negative counts");
     return p;
   } catch (const json::exception& e) {
     return fail(Errc::garbled, "the stored state of the run does not parse: {}", e.what());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a run stands: enough to begin again, in a new run, at the step that was interrupted. Written
-// as an event (`state`) when a step begins, so it is in the same transaction as the samples.
+// Where a run stands: enough to begin again, in a new run, at the step that was interrupted.
+// Written as an event (`state`) when a step begins, so it is in the same transaction as the
+// samples.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +21,7 @@ struct RunPoint {
   std::int64_t levels = 0;  // `measure` levels begun before it
   std::int64_t level_in_repeat = 0, level_repeat = -1;
   std::optional<double> contact_travel_m;  // gap zero
+  std::optional<double> travel_m;  // of the frame when the step began
   bool zeroed = false;
 };
 

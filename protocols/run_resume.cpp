@@ -22,6 +22,7 @@ RunPoint Run::point() const {
   p.level_in_repeat = level_in_repeat_;
   p.level_repeat = level_repeat_;
   p.contact_travel_m = contact_travel_m_;
+  p.travel_m = memory_.travel_m;
   p.zeroed = memory_.zeroed;
   return p;
 }
@@ -52,7 +53,8 @@ Task<std::optional<InterruptRequest>> Run::confirm_specimen() {
   co_return stop;
 }
 
-// Walks past the steps that were done, so that targets, settings and control modes are as they were.
+// Walks past the steps that were done, so that targets, settings and control modes are as they
+// were.
 Task<Result<>> Run::take_over(StepCursor& cursor) {
   const Continuation& from = *setup_.continues;
   event("continues", fmt::format(R"({{"run":{},"step":"{}","steps_done":{}}})", from.run,
@@ -64,6 +66,7 @@ Task<Result<>> Run::take_over(StepCursor& cursor) {
   auto same = compare_with(before);
   if (!same) co_return same;
   memory_.zeroed = from.point.zeroed;
+  first_start_travel_m_ = from.point.travel_m;
   contact_travel_m_ = from.point.contact_travel_m;
   levels_ = from.point.levels;
   level_in_repeat_ = from.point.level_in_repeat;

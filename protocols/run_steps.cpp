@@ -149,8 +149,8 @@ Task<Result<>> Run::execute(const FindContactStep& step, Progress& progress) {
   aim_at(std::nullopt);
   // A search that begins again may already touch: what it would take for the force at rest is not.
   if (progress.start_travel_m && memory_.travel_m.value_or(0) > *progress.start_travel_m) {
-    auto back =
-        co_await move_to_travel(*progress.start_travel_m, env.get(step.speed), env.get(step.timeout));
+    auto back = co_await move_to_travel(*progress.start_travel_m, env.get(step.speed),
+                                        env.get(step.timeout));
     if (!back) co_return back;
   }
   auto rest = co_await rest_force();

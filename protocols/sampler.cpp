@@ -8,6 +8,7 @@
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/this_coro.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <memory>
 #include <utility>
@@ -140,6 +141,7 @@ Task<> Sampler::background() {
     }
     auto reading = co_await read_once();
     if (!reading) {
+      if (ending_ || interrupted_) break;
       if (reading.error().code == Errc::disconnected || failures_ >= kFailuresInARow) {
         static_cast<void>(lose(reading.error()));
         break;
@@ -182,9 +184,9 @@ Task<Result<>> Sampler::take(const Plan& plan, std::int64_t& taken) {
     const MonoTime due = begin + period * (taken - first);
     if (clock_.now() < due) co_await clock_.wait_until(due);
     if (clock_.now() > limit) {
-      auto late = fail(Errc::no_reply, "step {}: only {} of {} readings in {:.1f} s",
-                     plan.level.step_id, taken, plan.level.planned_readings,
-                     to_seconds(clock_.now() - begin));
+      auto late =
+          fail(Errc::no_reply, "step {}: only {} of {} readings in {:.1f} s", plan.level.step_id,
+               taken, plan.level.planned_readings, to_seconds(clock_.now() - begin));
       // A meter that is silent by now is lost, not slow.
       if (failures_ > 0) co_return lose(std::move(late.value()));
       co_return late;
@@ -199,6 +201,9 @@ Task<Result<>> Sampler::take_one(const Plan& plan, MonoTime due, std::int64_t& t
   const Duration late = clock_.now() - due;
   auto reading = co_await read_once();
   if (!reading) {
+    // A read that was given up says `disconnected`, too.
+    const auto state = co_await asio::this_coro::cancellation_state;
+    if (state.cancelled() != asio::cancellation_type::none) co_return fail(reading.error());
     if (reading.error().code == Errc::disconnected || failures_ >= kFailuresInARow) {
       co_return lose(reading.error());
     }
@@ -223,6 +228,10 @@ Task<Result<>> Sampler::configure(LcrSettings settings) {
   const Lock lock(*this);
   half_set_ = true;
   auto got = co_await lcr_.configure(std::move(settings));
+  const auto state = co_await asio::this_coro::cancellation_state;
+  if (state.cancelled() != asio::cancellation_type::none) {
+    co_return fail(Errc::aborted, "the set-up of the meter was given up");
+  }
   if (!got && (got.error().code == Errc::disconnected || got.error().code == Errc::no_reply)) {
     co_return lose(got.error());
   }

@@ -65,7 +65,8 @@ class Lcr6100Sim {
   void attach(std::unique_ptr<Transport> transport);
   // Takes over what another object of this meter had been set to: only its cable was pulled.
   void keep_settings_of(const Lcr6100Sim& before);
-  // As after a power cut: factory settings, nothing measured yet. Another identity is another meter.
+  // As after a power cut: factory settings, nothing measured yet. Another identity is another
+  // meter.
   void power_on(std::string identity = "");
   SimFaults& faults() { return faults_; }
   // Counted for tests: FETC? in all its forms.

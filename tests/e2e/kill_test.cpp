@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// kill -9 at random instants: nothing acknowledged is missing, the frame is made safe first, and the
-// run goes on in a new one. Five kills here; LCRIG_KILLS=200 e2e_tests --gtest_filter='Kills.*'.
+// kill -9 at random instants: nothing acknowledged is missing, the frame is made safe first, and
+// the run goes on in a new one. Five kills here; LCRIG_KILLS=200 e2e_tests
+// --gtest_filter='Kills.*'.
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
@@ -38,8 +39,8 @@ class Kills : public Rig {
         return answer["result"].value("run", std::int64_t{0});
       }
       // The only honest reasons: nothing to go on with.
-      EXPECT_THAT(answer.dump(), testing::AnyOf(HasSubstr("in `finally`"),
-                                                HasSubstr("before its first step")));
+      EXPECT_THAT(answer.dump(),
+                  testing::AnyOf(HasSubstr("in `finally`"), HasSubstr("before its first step")));
     }
     const json answer = start_run(client, kSlowProtocol);
     EXPECT_TRUE(answer.contains("result")) << answer;
@@ -65,8 +66,8 @@ class Kills : public Rig {
     EXPECT_LE(missing_readings, 0) << "run " << run;
     EXPECT_LE(missing_samples, 0) << "run " << run;
     acknowledged_ += shown.readings + shown.samples;
-    missing_ += std::max<std::int64_t>(0, missing_readings) +
-                std::max<std::int64_t>(0, missing_samples);
+    missing_ +=
+        std::max<std::int64_t>(0, missing_readings) + std::max<std::int64_t>(0, missing_samples);
     auto db = open_read_only(file("lcrig.db"));
     ASSERT_TRUE(db);
     const auto chain = verify_chain(*db, run);

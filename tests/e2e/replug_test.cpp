@@ -36,8 +36,7 @@ class Replug : public Rig {
     return client;
   }
   static json wait_state(Control& client, const char* state) {
-    return client.wait_for("status",
-                           [=](const json& s) { return s.value("state", "") == state; });
+    return client.wait_for("status", [=](const json& s) { return s.value("state", "") == state; });
   }
 };
 
@@ -53,8 +52,7 @@ TEST_F(Replug, MeterComesBackAsAnotherDeviceAndTheRunGoesOn) {
   const MonoTime plugged = clock.now();
   const json running = wait_state(*client, "running");
   const auto before = running.value("lcr_readings", 0);
-  client->wait_for("status",
-                   [=](const json& s) { return s.value("lcr_readings", 0) > before; });
+  client->wait_for("status", [=](const json& s) { return s.value("lcr_readings", 0) > before; });
   const double back_s = to_seconds(clock.now() - plugged);
   std::printf("meter: a stored reading %.3f s after the replug\n", back_s);
   EXPECT_LT(back_s, 3) << "a loaded machine; the promise is measured in virtual time";

@@ -97,7 +97,8 @@ std::vector<LossCase> every_case() {
   for (const Which which : {Which::meter, Which::frame}) {
     for (const char* step :
          {"zero", "contact", "load", "settle", "level", "record", "set", "unload"}) {
-      for (const char* policy : {"wait", "repeat_step", "abort"}) out.push_back({step, which, policy});
+      for (const char* policy : {"wait", "repeat_step", "abort"})
+        out.push_back({step, which, policy});
     }
   }
   return out;
@@ -224,12 +225,11 @@ TEST(Reconnect, AMeterThatLostItsSettingsGetsThemAgainBeforeItIsRead) {
 TEST(Reconnect, AnotherSerialNumberIsRefusedAndNamed) {
   SessionWorld world(protocol("wait", R"({ "id": "record", "do": "record", "for_s": 200 })", "30"));
   world.acts.push_back({"record", 2s, [](SessionWorld& w) { unplug(w, Which::meter); }});
-  world.acts.push_back(
-      {"record", 5s, [](SessionWorld& w) {
-         w.session->instruments().door()->meter_sim().power_on(
-             "LCR-6100,REV E8.13,OTHER0007,Good Will Instrument Co., Ltd.");
-         plug(w, Which::meter);
-       }});
+  world.acts.push_back({"record", 5s, [](SessionWorld& w) {
+                          w.session->instruments().door()->meter_sim().power_on(
+                              "LCR-6100,REV E8.13,OTHER0007,Good Will Instrument Co., Ltd.");
+                          plug(w, Which::meter);
+                        }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->exit_status, "fail");
@@ -246,7 +246,8 @@ TEST(Reconnect, AnotherSerialNumberIsRefusedAndNamed) {
 
 TEST(Reconnect, WaitingHasALimit) {
   for (const Which which : {Which::meter, Which::frame}) {
-    SessionWorld world(protocol("wait", R"({ "id": "record", "do": "record", "for_s": 200 })", "20"));
+    SessionWorld world(
+        protocol("wait", R"({ "id": "record", "do": "record", "for_s": 200 })", "20"));
     world.acts.push_back({"record", 2s, [=](SessionWorld& w) { unplug(w, which); }});
     const auto r = world.run();
     ASSERT_TRUE(r) << r.error().what;
@@ -301,9 +302,8 @@ TEST(Reconnect, RepeatStepWritesASecondLevelAndCountsItsReadingsOnce) {
   SessionWorld world(protocol("repeat_step", kEveryKind));
   away(world, "level", Which::meter, 2100ms, 3s);
   std::int64_t shown = -1;
-  world.acts.push_back({"unload", 0ms, [&](SessionWorld& w) {
-                          shown = w.session->status().measure_readings;
-                        }});
+  world.acts.push_back(
+      {"unload", 0ms, [&](SessionWorld& w) { shown = w.session->status().measure_readings; }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->exit_status, "success") << r->reason;
@@ -389,7 +389,10 @@ TEST(Reconnect, TenDeadMinutesDoNotFloodLogOrDatabase) {
     const auto r = world.run();
     ASSERT_TRUE(r) << r.error().what;
     EXPECT_EQ(r->exit_status, "success") << r->reason;
-    EXPECT_GT(lines.total(), 2) << lines.text() << world.text("SELECT group_concat(at_mono_ns / 1000000 || ' ' || kind || ' ' || detail, char(10)) FROM event");
+    EXPECT_GT(lines.total(), 2) << lines.text()
+                                << world.text(
+                                       "SELECT group_concat(at_mono_ns / 1000000 || ' ' || kind || "
+                                       "' ' || detail, char(10)) FROM event");
     EXPECT_LE(lines.worst(), 10);
     EXPECT_LE(world.count("SELECT COUNT(*) FROM event"), 40);
     std::printf("dead line for 10 minutes: %d log lines, at most %d a minute\n", lines.total(),

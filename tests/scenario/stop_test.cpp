@@ -88,8 +88,9 @@ std::vector<StopCase> every_case() {
 }
 
 std::int64_t steps_ended(const SessionWorld& world, const char* step, const char* how) {
-  return world.count(std::string("SELECT COUNT(*) FROM event WHERE kind = 'step_end' AND step_id = '") +
-                     step + "' AND detail = '" + how + "'");
+  return world.count(
+      std::string("SELECT COUNT(*) FROM event WHERE kind = 'step_end' AND step_id = '") + step +
+      "' AND detail = '" + how + "'");
 }
 
 class EveryStop : public ::testing::TestWithParam<StopCase> {};
@@ -104,9 +105,8 @@ TEST_P(EveryStop, StopsTheFrameRunsFinallyOnceAndClosesTheRun) {
                         }});
   // A second signal in the middle of `finally` changes nothing.
   const char* last = weights ? "off" : "clear";
-  world.acts.push_back({last, 100ms, [](SessionWorld& w) {
-                          w.interrupt(Interrupt::abort, "a second signal");
-                        }});
+  world.acts.push_back(
+      {last, 100ms, [](SessionWorld& w) { w.interrupt(Interrupt::abort, "a second signal"); }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(world.clock.pending(), 0U) << "a task still waits";

@@ -146,8 +146,9 @@ TEST_F(Control, EveryMethodReachesItsHandler) {
   client.call(request("run.freeze", R"({"why":"look"})"));
   client.call(request("run.confirm"));
   const auto added = client.call(request("specimen.add", R"({"text":"{}"})"));
-  EXPECT_THAT(handler.calls, ElementsAre("pause", "resume present", "resume 12", "resume 12 confirmed",
-                                         "abort smoke", "freeze look", "confirm", "specimen {}"));
+  EXPECT_THAT(handler.calls,
+              ElementsAre("pause", "resume present", "resume 12", "resume 12 confirmed",
+                          "abort smoke", "freeze look", "confirm", "specimen {}"));
   EXPECT_EQ(resumed["result"]["run"], 13) << "the run that goes on";
   EXPECT_EQ(added["result"]["name"], "paper-9");
   EXPECT_EQ(added["id"], 1);

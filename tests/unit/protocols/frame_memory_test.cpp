@@ -93,6 +93,7 @@ TEST(RunPoint, SurvivesItsText) {
   p.level_in_repeat = 2;
   p.level_repeat = 3;
   p.contact_travel_m = 1.2345678e-3;
+  p.travel_m = -2.5e-3;
   p.zeroed = true;
   const auto back = parse_run_point(to_json_text(p));
   ASSERT_TRUE(back) << back.error().what;
@@ -101,9 +102,11 @@ TEST(RunPoint, SurvivesItsText) {
   EXPECT_EQ(back->level_in_repeat, 2);
   EXPECT_EQ(back->level_repeat, 3);
   EXPECT_EQ(back->contact_travel_m, 1.2345678e-3);
+  EXPECT_EQ(back->travel_m, -2.5e-3);
   EXPECT_TRUE(back->zeroed);
-  for (const char* bad : {"", "[]", "{}", R"({"steps_done":"x"})",
-                          R"({"steps_done":-1,"levels":0,"level_in_repeat":0,"level_repeat":0,"zeroed":false})"}) {
+  for (const char* bad :
+       {"", "[]", "{}", R"({"steps_done":"x"})",
+        R"({"steps_done":-1,"levels":0,"level_in_repeat":0,"level_repeat":0,"zeroed":false})"}) {
     EXPECT_FALSE(parse_run_point(bad)) << bad;
   }
 }

@@ -96,9 +96,9 @@ TEST_F(Served, VerbsReachTheDaemon) {
   EXPECT_EQ(cli.run({"freeze"}), 0);
   EXPECT_EQ(cli.run({"confirm"}), 0);
   on_server([this] {
-    EXPECT_THAT(handler.calls, ElementsAre("pause", "resume present", "resume 12",
-                                            "resume 12 confirmed", "abort smoke", "freeze ",
-                                            "confirm"));
+    EXPECT_THAT(handler.calls,
+                ElementsAre("pause", "resume present", "resume 12", "resume 12 confirmed",
+                            "abort smoke", "freeze ", "confirm"));
   });
 }
 
