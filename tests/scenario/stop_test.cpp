@@ -13,12 +13,16 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-constexpr const char* kHead = R"({ "format": "load-protocol/1", "name": "stops",
+// `rate_Hz`: a rod tells its force ten times a second at most.
+std::string head(const std::string& rate_Hz) {
+  return R"({ "format": "load-protocol/1", "name": "stops",
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast" },
-              "frame": { "rate_Hz": 50 } }, )";
+              "frame": { "rate_Hz": )" +
+         rate_Hz + " } }, ";
+}
 
-const std::string kFrame = std::string(kHead) + R"(
+const std::string kFrame = head("50") + R"(
   "steps": [
     { "id": "mark", "do": "mark", "text": "begin" },
     { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
@@ -35,7 +39,7 @@ const std::string kFrame = std::string(kHead) + R"(
       { "id": "unload", "do": "ramp", "to": { "gap_mm": 0.5 }, "speed_mm_s": 0.1, "timeout_s": 60 } ] } ],
   "finally": [ { "id": "clear", "do": "ramp", "to": { "travel_mm": -1 }, "speed_mm_s": 0.5, "timeout_s": 60 } ] })";
 
-const std::string kWeights = std::string(kHead) + R"(
+const std::string kWeights = head("10") + R"(
   "steps": [
     { "id": "place", "do": "place_weight", "force_N": 0.5 },
     { "id": "level", "do": "measure", "count": 5, "within_s": 4 },
