@@ -66,8 +66,10 @@ RunAnalysis rehearse_once(const std::string& protocol, const std::string& specim
   RehearseRequest request;
   request.protocol_name = "static-frame";
   request.protocol_text = protocol;
-  request.parameters = {{"readings", "6"}, {"within_s", "3"}, {"settle_s", "0.2"},
-                        {"repeats", "3"},  {"levels", "10"},  {"rate_N_s", "1"}};
+  request.parameters = {
+      {"readings", "6"},   {"within_s", "3"},
+      {"settle_s", "0.2"}, {"repeats", std::getenv("COVER_R") ? std::getenv("COVER_R") : "3"},
+      {"levels", "10"},    {"rate_N_s", "1"}};
   request.specimen_name = "paper-1";
   request.specimen_text = specimen;
   request.seed = seed;
