@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a recorded run to results: every metric with its definition, its standard error and the rows
+// that it used. docs/analysis.md has the definitions and the statistics at length.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analysis/run_data.hpp"
+#include "analysis/uncertainty.hpp"
+
+namespace lcrig {
+
+struct PressureRange {
+  double from_kPa = 0, to_kPa = 0;
+};
+
+// What the run does not record of the rig; every assumption is printed with the result.
+struct RigAccuracy {
+  std::optional<double> force_class_percent;  // limits of reading; absent: class 1 (weights: 0.1)
+  std::optional<double> force_certified_from_N;  // absent: not known
+  std::optional<double> probe_diameter_tolerance_mm;  // limits; absent: 0.02
+  MeterPlace meter;
+};
+
+struct AnalysisOptions {
+  std::vector<PressureRange> ranges{{0, 30}, {35, 100}};
+  bool search_regions = false;  // look for the two linear regions of the curve, too
+  double confidence = 0.95;
+  RigAccuracy rig;
+};
+
+// A number and what its scatter says. Type A only: the systematic parts stand in the budgets.
+struct Estimate {
+  double value = 0;
+  std::optional<double> standard_error;
+  std::optional<std::array<double, 2>> interval;  // of AnalysisOptions::confidence
+  std::optional<double> degrees_of_freedom;  // of standard_error
+};
+
+struct Metric {
+  std::string name;  // with its unit, as in the JSON: "C0_pF"
+  std::string definition;
+  std::optional<Estimate> estimate;
+  std::string reason;  // why there is none, or what to bear in mind; may be empty
+  std::int64_t rows = 0;  // readings used
+
+  explicit operator bool() const { return estimate.has_value(); }
+  double value() const { return estimate->value; }  // only when there is one
+};
+
+enum class Direction { up, down };
+std::string_view to_string(Direction d);
+
+// One `measure` step.
+struct LevelResult {
+  std::int32_t level = 0, repeat = 0, index = 0;
+  Direction direction = Direction::up;  // of the pressure, against the level before in the repeat
+  double t_s = 0;  // mean time of its readings
+  std::optional<double> target_kPa;
+  double pressure_kPa = 0;  // mean over the readings, as measured
+  double capacitance_pF = 0;  // mean
+  std::optional<double> delta_C_fF;  // capacitance - C0
+  std::optional<double> standard_error_fF;  // of the mean, from the scatter of the readings
+  std::optional<double> scatter_fF;  // standard deviation of one reading
+  std::int32_t readings = 0;  // used
+  std::int32_t missing = 0;  // planned, but overloaded or without a force
+  std::int32_t outliers = 0;  // among the used ones; see RunAnalysis::outliers
+};
+
+// The levels of all repeats at one pressure and one direction.
+struct CurvePoint {
+  Direction direction = Direction::up;
+  double pressure_kPa = 0;
+  double capacitance_pF = 0;
+  std::optional<double> delta_C_fF;
+  std::optional<double> standard_error_fF;  // type A, without that of C0, which all points share
+  std::int32_t repeats = 0;
+  std::int64_t readings = 0;
+};
+
+struct RobustSlope {
+  double slope_fF_per_kPa = 0, standard_error = 0;
+  std::int32_t down_weighted = 0;  // points with less than full weight
+};
+
+// One range. `sensitivity.estimate` is absent when it cannot be computed; reason says why.
+struct RangeResult {
+  PressureRange range;
+  Metric sensitivity;  // sensitivity_fF_per_kPa
+  std::optional<double> r_squared;
+  std::optional<double> intercept_fF;  // of delta C (of C - mean C without a C0) at zero pressure
+  std::optional<double> mean_kPa, mean_delta_C_fF;  // the line passes through it
+  std::int32_t points = 0;  // levels (of all repeats), or readings of a continuous loading
+  std::int32_t pressures = 0;  // different ones
+  double residual_fF = 0;  // root mean square about the line, of points
+  std::optional<double> lack_of_fit_p;  // F test: small says that the curve is not straight here
+  std::optional<double> runs_p;  // runs of the residuals' signs
+  std::string residual_pattern;  // in words
+  std::optional<RobustSlope> robust;
+  std::vector<double> slope_of_repeat;  // fF/kPa, each repeat (or cycle) alone
+  std::string scatter_basis;  // what the standard error was made from
+  std::optional<double> between_repeats_p;  // F test: small says that the repeats differ
+  UncertaintyBudget budget;  // empty parts without a sensitivity
+};
+
+struct RegionSearch {
+  std::string reason;  // not empty: there is no answer
+  double low_to_kPa = 0, high_from_kPa = 0;
+  RangeResult low, high;
+  double p_one_line = 1;
+};
+
+// One excursion of the force: a repeat of the static test, a cycle of the dynamic one, a press.
+struct CycleResult {
+  std::int32_t number = 0;  // from 1
+  double begin_s = 0, peak_s = 0, end_s = 0;
+  double peak_force_N = 0;  // above rest
+  std::optional<double> peak_kPa;
+  double rest_pF = 0;  // mean before this cycle: the minimum's mark
+  double rest_s = 0;  // mean time of those readings
+  double peak_pF = 0;  // at the largest force: the maximum's mark
+  std::optional<double> rest_se_fF, peak_se_fF;
+  double delta_C_fF = 0;  // peak - rest
+  std::optional<double> delta_C_se_fF;
+  double dynamic_range_percent = 0;  // delta C over C0
+  std::optional<double> dynamic_range_se_percent;
+  std::optional<double> slope_fF_per_N;  // of the loading branch
+  std::optional<double> slope_se_fF_per_N;
+  std::optional<double> peak_travel_mm;
+  std::int64_t loaded_readings = 0;
+  std::size_t first = 0, last = 0;  // loaded readings: [first, last) of RunData::readings
+  std::string peak_method;  // "fit to the force", "mean of the plateau", "nearest reading"
+};
+
+// Loading against unloading, all cycles together, on a grid of force.
+struct LoopPoint {
+  double force_N = 0;  // above rest
+  double up_fF = 0, down_fF = 0;  // above the rest of the cycle
+  double gap_se_fF = 0;  // of down - up
+};
+struct Hysteresis {
+  Metric largest_gap;  // hysteresis_percent of the span
+  Metric area;  // hysteresis_area_percent: of span times force range
+  // From the uncertainty of the instant of a reading; systematic, not in the standard error.
+  std::optional<double> alignment_percent;
+  // What it would be with the force at the arrival of the reading instead of its middle.
+  std::optional<double> uncorrected_percent;
+  bool resolved = false;  // larger than noise and alignment can make it
+  std::vector<LoopPoint> loop;
+};
+
+// A stretch of steady load.
+struct HoldResult {
+  std::int32_t cycle = 0;  // 0: none
+  std::string step_id;
+  double begin_s = 0, end_s = 0;
+  double mean_force_N = 0;  // above rest
+  double mean_fF = 0;  // of C
+  std::optional<double> force_change_percent;  // last tenth against first tenth
+  std::int64_t readings = 0;
+  std::size_t first = 0, last = 0;  // of RunData::readings: [first, last)
+  double change_fF = 0, change_se_fF = 0;  // of C over the hold, from the line against log time
+  std::optional<double> per_decade_fF, per_decade_se_fF;  // slope against log10 of time
+  std::optional<double> drift_fF_per_s, drift_se_fF_per_s;  // over the last half
+  bool resolved = false;  // the change is larger than noise can make it
+  std::optional<double> time_constant_s;  // of one exponential; only when resolved
+  std::optional<double> settling_s;  // until within 2 % of the final change from rest
+  std::string reason;  // why something is missing
+};
+
+// A reading far from its level's median; kept in every result but the robust ones.
+struct Outlier {
+  double t_s = 0;
+  std::int32_t level = 0, index = 0;
+  double capacitance_pF = 0;
+  double deviation_fF = 0, deviations = 0;  // the second in standard deviations
+};
+
+struct RunAnalysis {
+  std::int64_t run = 0;
+  std::string protocol, specimen, function;
+  bool simulated = false;
+  std::optional<std::string> exit_status;
+  AnalysisOptions options;
+  std::vector<std::string> notes;  // what a reader must know: gaps, overloads, assumptions
+
+  Metric c0;  // C0_pF
+  Metric noise;  // noise_fF, of one reading
+  Metric drift;  // baseline_drift_fF_per_h
+  std::optional<double> drift_of_baseline_fF;  // last rest - first rest
+  std::vector<LevelResult> levels;
+  std::vector<CurvePoint> curve;  // by direction and pressure
+  std::vector<RangeResult> ranges;
+  std::optional<RegionSearch> regions;
+  Metric linearity;  // linearity_percent, of full scale, best straight line
+  Metric linearity_terminal;  // linearity_terminal_percent
+  Metric repeatability_range;  // repeatability_range_percent
+  Metric repeatability_2sigma;  // repeatability_2sigma_percent
+  std::vector<CycleResult> cycles;
+  Metric dynamic_range;  // dynamic_range_percent
+  Metric dynamic_range_drift;  // dynamic_range_drift_percent_per_cycle
+  Metric force_sensitivity;  // force_sensitivity_fF_per_N, of the loading branches
+  Hysteresis hysteresis;
+  Metric mullins;  // mullins_index_percent
+  std::vector<HoldResult> holds;
+  Metric creep;  // creep_percent_per_decade
+  Metric settling;  // settling_time_s
+  Metric limit_of_detection;  // limit_of_detection_kPa
+  std::vector<Outlier> outliers;  // the 1000 largest
+  std::int64_t outlier_count = 0;
+  // Of every sensitivity (again), C0, dynamic range, delta C at the highest level, hysteresis.
+  std::vector<UncertaintyBudget> budgets;
+
+  // Every metric above that is a Metric, ranges included, in the order of a table.
+  std::vector<const Metric*> metrics() const;
+};
+
+// Errors: those of load_run_data; options that make no sense. A metric that the run cannot give is
+// no error: its reason says why.
+Result<RunAnalysis> analyse(const Database& db, std::int64_t run,
+                            const AnalysisOptions& options = {});
+// The same of a run that is loaded already; does not change it.
+Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options = {});
+
+// The percent increase of one run's result over another's. What both share (force class, probe,
+// meter's gain) cancels in the ratio.
+struct Comparison {
+  std::int64_t from_run = 0, to_run = 0;
+  std::string from_specimen, to_specimen;
+  std::string quantity;  // name of the metric, with its range
+  double from_value = 0, to_value = 0;
+  double increase_percent = 0;
+  std::optional<double> standard_error_percent;
+  std::optional<std::array<double, 2>> interval_percent;
+};
+// Sensitivity in every range, C0 and dynamic range: each run with the one before it, and with the
+// first. Fewer than two runs: nothing.
+std::vector<Comparison> compare(std::span<const RunAnalysis> runs);
+
+// The names of `lcrig analyze --json` (design, section 10) and more; docs/analysis.md lists them.
+nlohmann::json to_json(const RunAnalysis& analysis);
+nlohmann::json to_json(const Comparison& comparison);
+nlohmann::json to_json(const UncertaintyBudget& budget);
+
+}  // namespace lcrig

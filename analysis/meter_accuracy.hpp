@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the LCR-6100 promises (basic accuracy) and how much its readings scatter.
+//
+// Basic accuracy: Ae = [A Ar + (Ka + Kb + Kf) 100 + KL] Kc, percent (LCR-6000 manual, p. 137-139).
+// The manual's pages with Ka, Kb, Kc, Kf and Ar were not at hand; their values are those of the
+// instrument of the same formula and letters (UNI-T UTR2800 class, identical in structure to the
+// BK 894 and the HP 4284A). KL is known for 0 m only. Scatter: recordings of an LCR-6100 at 20 kHz,
+// 1 V, FAST, and the law of a constant current noise, 1/(f V).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/result.hpp"
+
+namespace lcrig {
+
+enum class MeterSpeed { fast, medium, slow };
+std::string_view to_string(MeterSpeed s);  // "fast", "medium", "slow"
+std::optional<MeterSpeed> parse_meter_speed(std::string_view word);
+
+struct MeterSetting {
+  double frequency_Hz = 1000;
+  double level_V = 1;  // rms
+  MeterSpeed speed = MeterSpeed::medium;
+  int average = 1;
+  bool internal_trigger = false;
+  std::optional<double> conversion_s;  // of one reading, averaging included; absent: not recorded
+};
+// Of the JSON object that a run row or a `settings` event holds; nothing is known: nullopt.
+std::optional<MeterSetting> parse_meter_setting(std::string_view json_text);
+
+// What the run does not record.
+struct MeterPlace {
+  double temperature_C = 23;
+  double cable_m = 0;
+  // Open and short were measured at neighbouring frequencies only (Kf).
+  bool interpolated_correction = false;
+};
+
+// Limits of error, not standard uncertainties. The three parts act differently: `gain` on every
+// capacitance and every change of it alike; `offset_F` as a parallel admittance that stays as it is
+// while the setting stays, so it leaves a change of capacitance alone; see docs/analysis.md.
+struct MeterAccuracy {
+  double gain = 0;  // relative: A Ar + Kf + KL (and Ka, which counts below 500 ohm only), times Kc
+  double offset_F = 0;  // Kb C Kc: Kb grows with the impedance, so this hardly depends on C
+  double total = 0;  // relative, of the whole formula
+  double impedance_ohm = 0;
+  std::string note;  // what was assumed; empty: nothing
+};
+// Errors: frequency, level, capacitance or temperature outside what the tables cover.
+Result<MeterAccuracy> meter_accuracy(const MeterSetting& setting, const MeterPlace& place,
+                                     double capacitance_F, double dissipation = 0);
+
+// Scatter of one reading, standard deviation, F.
+double meter_noise_F(const MeterSetting& setting);
+// Time of one reading, averaging included, s: as recorded, else 65, 120 and 380 ms a conversion,
+// and never shorter than one period of the test signal.
+double meter_conversion_s(const MeterSetting& setting);
+
+}  // namespace lcrig

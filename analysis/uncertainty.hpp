@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Uncertainty budgets (GUM): the parts of a result, combined and expanded.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lcrig {
+
+// A: from the scatter of the readings. B: from what is known or assumed otherwise.
+enum class UncertaintyKind { a, b };
+
+struct UncertaintyPart {
+  std::string name;  // "scatter of the readings", "force class"
+  double standard_uncertainty = 0;  // in the unit of the result
+  UncertaintyKind kind = UncertaintyKind::b;
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();
+  // More readings make it smaller. What all readings share does not shrink.
+  bool shrinks = false;
+  // Common to all runs on this rig: cancels in a ratio of two runs.
+  bool shared_by_runs = false;
+  std::string basis;  // "class 1: limits of 1 % of reading, rectangular; assumed"
+};
+
+struct UncertaintyBudget {
+  std::string quantity;  // "sensitivity 0-30 kPa"
+  std::string unit;  // "fF/kPa"
+  double value = 0;
+  std::vector<UncertaintyPart> parts;
+  // Filled by combine().
+  double combined = 0;  // root of the sum of squares
+  double effective_degrees_of_freedom = std::numeric_limits<double>::infinity();
+  double coverage_factor = 2;
+  double expanded = 0;  // combined times coverage factor
+  double confidence = 0.95;
+
+  const UncertaintyPart* dominating() const;  // null: no parts
+};
+
+// Root sum of squares, Welch and Satterthwaite's degrees of freedom, Student's t. The parts are not
+// correlated with each other; what is common to the readings is already inside each part.
+void combine(UncertaintyBudget& budget, double confidence = 0.95);
+
+// Standard uncertainty of limits +-a, all values between them alike (GUM 4.3.7).
+double rectangular(double half_width);
+
+}  // namespace lcrig
