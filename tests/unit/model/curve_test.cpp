@@ -57,7 +57,7 @@ TEST(Curve, SaysAtWhichPressureALevelEnds) {
 }
 
 TEST(Curve, SlopeHasCentredSums) {
-  std::vector<CurvePoint> points;
+  std::vector<ModelPoint> points;
   for (int i = 0; i <= 10; ++i) points.push_back({1e12 + i, 0, 3.0 * i, 0});
   EXPECT_DOUBLE_EQ(fit_slope(points), 3);
 }
