@@ -106,6 +106,7 @@ struct RangeResult {
   std::string residual_pattern;  // in words
   std::optional<RobustSlope> robust;
   std::vector<double> slope_of_repeat;  // fF/kPa, each repeat (or cycle) alone
+  std::string scatter_basis;  // what the standard error was made from
   std::optional<double> between_repeats_p;  // F test: small says that the repeats differ
   UncertaintyBudget budget;  // empty parts without a sensitivity
 };
@@ -161,7 +162,8 @@ struct HoldResult {
   std::int32_t cycle = 0;  // 0: none
   std::string step_id;
   double begin_s = 0, end_s = 0;
-  double mean_force_N = 0;
+  double mean_force_N = 0;  // above rest
+  double mean_fF = 0;  // of C
   std::optional<double> force_change_percent;  // last tenth against first tenth
   std::int64_t readings = 0;
   double change_fF = 0, change_se_fF = 0;  // of C over the hold, from the line against log time

@@ -65,9 +65,9 @@ std::optional<double> number_in(std::string_view text, const char* key) {
   return it->get<double>();
 }
 
-// Events whose detail is a JSON object with this number. Another detail is a text for people.
-Result<> load_since(const Database& db, std::int64_t run, std::string_view kind, const char* key,
-                    std::vector<Since>& out) {
+// Each event of a kind, in order: at(mono_ns, detail).
+template <class At>
+Result<> for_each_event(const Database& db, std::int64_t run, std::string_view kind, At at) {
   auto s =
       db.prepare("SELECT at_mono_ns, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq");
   if (!s) return fail(s.error());
@@ -77,18 +77,28 @@ Result<> load_since(const Database& db, std::int64_t run, std::string_view kind,
     auto row = s->step();
     if (!row) return fail(row.error());
     if (!*row) return {};
-    if (const auto value = number_in(s->text(1), key)) out.push_back({s->integer(0), *value});
+    at(s->integer(0), s->text(1));
   }
 }
 
+// A detail that is no JSON object with the number is a text for people.
+Result<> load_events(const Database& db, ExportContext& c) {
+  auto contacts =
+      for_each_event(db, c.id, "contact", [&](std::int64_t at, std::string_view detail) {
+        if (const auto travel = number_in(detail, "travel_m")) c.contacts.push_back({at, *travel});
+      });
+  if (!contacts) return contacts;
+  return for_each_event(db, c.id, "settings", [&](std::int64_t at, std::string_view detail) {
+    c.before.add(at, detail);
+    if (const auto f = number_in(detail, "frequency_Hz")) c.frequencies.push_back({at, *f});
+  });
+}
+
 void read_settings(ExportContext& c) {
-  const json settings = json::parse(c.run.lcr_settings_json, nullptr, false);
+  c.before.add(INT64_MIN, c.run.lcr_settings_json);
   if (const auto f = number_in(c.run.lcr_settings_json, "frequency_Hz")) {
     c.frequencies.push_back({INT64_MIN, *f});
   }
-  const auto conversion = number_in(c.run.lcr_settings_json, "conversion_time_s");
-  const bool internal = settings.is_object() && settings.value("trigger", json()) == "internal";
-  if (internal && conversion) c.conversion_ns = from_seconds(*conversion).count();
   const json frame = json::parse(c.run.frame_capabilities_json, nullptr, false);
   c.hold_force = frame.is_object() && frame.value("weights", json()) == true;
 }
@@ -107,10 +117,7 @@ Result<ExportContext> load_context(const Database& db, std::int64_t run) {
   }
   read_settings(c);
   if (auto r = load_value_columns(db, c); !r) return fail(r.error());
-  if (auto r = load_since(db, run, "contact", "travel_m", c.contacts); !r) return fail(r.error());
-  if (auto r = load_since(db, run, "settings", "frequency_Hz", c.frequencies); !r) {
-    return fail(r.error());
-  }
+  if (auto r = load_events(db, c); !r) return fail(r.error());
   return c;
 }
 

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "analysis/align.hpp"
 #include "analysis/csv.hpp"
 #include "analysis/export.hpp"
 #include "storage/runs.hpp"
@@ -31,7 +32,7 @@ struct ExportContext {
   std::int64_t start_ns = 0;  // monotonic
   std::optional<double> area_m2;  // of the probe
   bool hold_force = false;  // dead weights: a sample is valid until the next
-  std::int64_t conversion_ns = 0;  // before the request, with the internal trigger; else 0
+  WindowBefore before;  // of readings
   std::vector<Since> contacts;  // travel, m
   std::vector<Since> frequencies;  // Hz
   std::vector<Column> value_columns;  // of the functions that the run used, as lab units

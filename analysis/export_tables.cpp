@@ -3,6 +3,7 @@
 #include <cmath>
 #include <span>
 
+#include "analysis/align.hpp"
 #include "analysis/export_context.hpp"
 #include "analysis/frame_track.hpp"
 #include "storage/flags.hpp"
@@ -144,28 +145,6 @@ Result<> write_events(const Database& db, const ExportContext& c, CsvWriter& out
       });
 }
 
-// The window in which the meter measured, and the load in its middle.
-struct Aligned {
-  std::int64_t middle_ns = 0;
-  FrameState state;
-  double uncertainty_s = 0;
-};
-
-// Standard uncertainty of the instant: rectangular over the window and over the samples' spacing.
-Result<Aligned> align(FrameTrack& track, const ExportContext& c, std::int64_t asked_ns,
-                      std::int64_t first_byte_ns) {
-  const std::int64_t begin = asked_ns - c.conversion_ns;
-  Aligned out;
-  out.middle_ns = begin + (first_byte_ns - begin) / 2;
-  auto state = track.at(out.middle_ns);
-  if (!state) return fail(state.error());
-  out.state = *state;
-  const double window = static_cast<double>(first_byte_ns - begin) * 1e-9;
-  const double spacing = static_cast<double>(out.state.spacing_ns) * 1e-9;
-  out.uncertainty_s = std::sqrt((window * window + spacing * spacing) / 12);
-  return out;
-}
-
 // To the nanosecond: more digits would be noise.
 void append_uncertainty(CsvWriter& out, const Aligned& a) {
   if (!a.state.force_N && !a.state.travel_m) {
@@ -185,9 +164,10 @@ Result<> write_aligned(const Database& db, const ExportContext& c, CsvWriter& ou
   auto track = FrameTrack::open(db, c.id, c.hold_force);
   if (!track) return fail(track.error());
   Follow contact(c.contacts);
+  WindowBefore before = c.before;
   std::string scratch;
   return for_each_row(db, c, sql, out, [&](const Statement& row) -> Result<> {
-    auto a = align(*track, c, row.integer(1), row.integer(2));
+    auto a = align(*track, before.at(row.integer(1)), row.integer(1), row.integer(2));
     if (!a) return fail(a.error());
     out.integer(row.integer(0));
     out.decimal(a->middle_ns - c.start_ns, -9);
@@ -215,9 +195,10 @@ Result<> write_levels(const Database& db, const ExportContext& c, CsvWriter& out
       c.value_sql);
   auto track = FrameTrack::open(db, c.id, c.hold_force);
   if (!track) return fail(track.error());
+  WindowBefore before = c.before;
   std::string scratch;
   return for_each_row(db, c, sql, out, [&](const Statement& row) -> Result<> {
-    auto a = align(*track, c, row.integer(1), row.integer(2));
+    auto a = align(*track, before.at(row.integer(1)), row.integer(1), row.integer(2));
     if (!a) return fail(a.error());
     out.integer(row.integer(0));
     out.decimal(a->middle_ns - c.start_ns, -9);

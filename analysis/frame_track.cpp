@@ -50,10 +50,19 @@ Result<> FrameTrack::advance() {
   s.t_ns = sample_time(rows_.integer(0), rows_.optional_real(2));
   if (before_) s.t_ns = std::max(s.t_ns, before_->t_ns);
   s.device_seq = rows_.integer(1);
-  s.after_gap = (rows_.integer(5) & kFrameAfterGap) != 0;
+  s.after_gap = (rows_.integer(5) & kFrameAfterGap) != 0 ||
+                (before_ && s.device_seq != before_->device_seq + 1);
   s.force_N = rows_.optional_real(3);
   s.travel_m = rows_.optional_real(4);
   after_ = s;
+  if (listener_) listener_(s);
+  return {};
+}
+
+Result<> FrameTrack::drain() {
+  while (!exhausted_) {
+    if (auto r = advance(); !r) return fail(r.error());
+  }
   return {};
 }
 
@@ -73,7 +82,7 @@ Result<FrameState> FrameTrack::at(std::int64_t mono_ns) {
     out.travel_m = before_->travel_m;
     return out;
   }
-  if (!after_ || after_->after_gap || after_->device_seq != before_->device_seq + 1) return out;
+  if (!after_ || after_->after_gap) return out;
   out.spacing_ns = after_->t_ns - before_->t_ns;
   const double span = static_cast<double>(out.spacing_ns);
   const double fraction = span > 0 ? static_cast<double>(mono_ns - before_->t_ns) / span : 1.0;

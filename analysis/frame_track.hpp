@@ -4,7 +4,9 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <optional>
+#include <utility>
 
 #include "storage/sqlite.hpp"
 
@@ -22,19 +24,25 @@ struct FrameState {
 // offset plus the shortest way. Memory is that window's, however long the run.
 class FrameTrack {
  public:
+  struct Sample {
+    std::int64_t t_ns = 0;  // on the run's clock
+    std::int64_t device_seq = 0;
+    bool after_gap = false;  // told by the recorder, or a number is missing before it
+    std::optional<double> force_N, travel_m;
+  };
+
   // `hold`: a sample is valid until the next one (dead weights); else linear between samples.
   static Result<FrameTrack> open(const Database& db, std::int64_t run, bool hold);
   // Instants must not run backwards. Empty values: before the first sample, after the last, across
   // a gap (device samples missing), or where a sample has none.
   Result<FrameState> at(std::int64_t mono_ns);
+  // Called with every sample once, in order, as `at` and `drain` come to it.
+  void set_listener(std::function<void(const Sample&)> listener) {
+    listener_ = std::move(listener);
+  }
+  Result<> drain();  // reads the rest
 
  private:
-  struct Sample {
-    std::int64_t t_ns = 0;
-    std::int64_t device_seq = 0;
-    bool after_gap = false;
-    std::optional<double> force_N, travel_m;
-  };
   FrameTrack(Statement statement, bool hold) : rows_(std::move(statement)), hold_(hold) {}
   Result<> advance();
   std::int64_t sample_time(std::int64_t received_ns, std::optional<double> device_time_s);
@@ -42,6 +50,7 @@ class FrameTrack {
   Statement rows_;
   bool hold_;
   bool exhausted_ = false;
+  std::function<void(const Sample&)> listener_;
   std::optional<Sample> before_, after_;
   struct Delay {
     std::int64_t received_ns, delay_ns;

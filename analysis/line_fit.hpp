@@ -49,6 +49,9 @@ struct RobustFit {
 };
 Result<RobustFit> fit_line_huber(std::span<const LinePoint> points);
 
+// Huber's M-estimate of location; values not empty.
+double huber_location(const std::vector<double>& values);
+
 // Student's t: the quantile at `probability` (0.975 for a 95 % interval). Infinite degrees of
 // freedom: the normal law. degrees_of_freedom > 0.
 double student_t_quantile(double probability, double degrees_of_freedom);

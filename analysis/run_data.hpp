@@ -104,6 +104,8 @@ struct RunData {
   std::optional<double> contact_s;  // end of the approach: before this nothing touched
   std::optional<double> rest_force_N;  // as read while nothing touched
 
+  bool has_frame() const { return frame_samples > 0; }
+
   // Force over the area of the probe; absent without a force or an area.
   std::optional<double> pressure_kPa(const RunReading& r) const;
   // The settings in force at that time; null when nothing is known.

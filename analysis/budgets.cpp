@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of the uncertainty of each result: what scatters, and what all readings share.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/metrics.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr double kAssumedClass_percent = 1;  // ISO 7500-1, class 1: limits of reading
+constexpr double kAssumedWeights_percent = 0.1;  // masses and local g
+constexpr double kAssumedTolerance_mm = 0.02;
+
+UncertaintyPart part(std::string name, double u, std::string basis) {
+  UncertaintyPart p;
+  p.name = std::move(name);
+  p.standard_uncertainty = std::abs(u);
+  p.basis = std::move(basis);
+  return p;
+}
+
+UncertaintyPart shared(UncertaintyPart p) {
+  p.shared_by_runs = true;
+  return p;
+}
+
+UncertaintyPart scatter(const Estimate& e, const std::string& basis) {
+  UncertaintyPart p = part("scatter", *e.standard_error, basis);
+  p.kind = UncertaintyKind::a;
+  p.degrees_of_freedom = e.degrees_of_freedom.value_or(std::numeric_limits<double>::infinity());
+  p.shrinks = true;
+  return p;
+}
+
+std::optional<MeterAccuracy> accuracy(const Scene& scene, double capacitance_pF) {
+  if (!scene.setting_known) return std::nullopt;
+  const auto a = meter_accuracy(scene.setting, scene.options.rig.meter, capacitance_pF * 1e-12);
+  return a ? std::optional(*a) : std::nullopt;
+}
+
+// Relative standard uncertainty of the force, and where it comes from.
+struct Relative {
+  double u = 0;
+  std::string basis;
+};
+Relative force_class(const Scene& scene) {
+  const bool weights = scene.data.dead_weights;
+  const auto given = scene.options.rig.force_class_percent;
+  const double limit = given.value_or(weights ? kAssumedWeights_percent : kAssumedClass_percent);
+  const char* what = weights ? "masses and local g" : "force class (ISO 7500-1)";
+  return {rectangular(limit / 100), fmt::format("{}: limits of {} % of reading, rectangular{}",
+                                                what, limit, given ? "" : "; assumed")};
+}
+
+Relative area(const Scene& scene) {
+  if (!scene.data.probe_diameter_m) return {0, "the probe's diameter is not known"};
+  const auto given = scene.options.rig.probe_diameter_tolerance_mm;
+  const double limit = given.value_or(kAssumedTolerance_mm);
+  const double diameter_mm = *scene.data.probe_diameter_m * 1e3;
+  return {2 * rectangular(limit) / diameter_mm,
+          fmt::format("diameter {:g} mm, limits of {} mm, rectangular{}", diameter_mm, limit,
+                      given ? "" : "; assumed")};
+}
+
+void add_meter_gain(const std::optional<MeterAccuracy>& a, double value, UncertaintyBudget& b) {
+  if (!a) {
+    b.parts.push_back(part("meter gain", 0, "not known: the run does not tell the settings"));
+    return;
+  }
+  b.parts.push_back(shared(part(
+      "meter gain", rectangular(a->gain) * value,
+      fmt::format("proportional part of the basic accuracy: limits of {:.3g} %, rectangular{}{}",
+                  a->gain * 100, a->note.empty() ? "" : "; ", a->note))));
+}
+
+// What the line's points say of a disturbance that goes with time or with the rate of force: by how
+// much it tilts the line. `of` gives the disturbance of a level in the unit of x or y.
+template <class Of>
+double tilt(const RunAnalysis& out, const RangeResult& r, Of of) {
+  std::vector<LinePoint> points;
+  double offset = 0;
+  std::int32_t repeat = -1;
+  const double slack = 1e-6 * std::max(1.0, r.range.to_kPa);
+  for (const LevelResult& l : out.levels) {
+    const double kPa = l.target_kPa.value_or(l.pressure_kPa);
+    if (l.direction != direction_of_line(out) || kPa < r.range.from_kPa - slack ||
+        kPa > r.range.to_kPa + slack) {
+      continue;
+    }
+    if (l.repeat != repeat) offset = of(l), repeat = l.repeat;
+    points.push_back({l.pressure_kPa, of(l) - offset, static_cast<double>(l.readings)});
+  }
+  const auto line = fit_line(points);
+  return line ? line->slope : 0;
+}
+
+// The pressure grows with time within a repeat, so a drift of C tilts the line; every repeat alike.
+void add_drift(const RunAnalysis& out, const RangeResult& r, UncertaintyBudget& b) {
+  if (!out.drift.estimate || out.levels.empty()) return;
+  const double s_per_kPa = tilt(out, r, [](const LevelResult& l) { return l.t_s; });
+  const Estimate& d = *out.drift.estimate;
+  const double rate = std::hypot(d.value, d.standard_error.value_or(0)) / 3600;
+  UncertaintyPart p = part(
+      "drift of C0", rate * s_per_kPa,
+      fmt::format("{:.3g} fF/h from the stretches without load, {:.3g} s/kPa", d.value, s_per_kPa));
+  p.kind = UncertaintyKind::a;
+  p.degrees_of_freedom = d.degrees_of_freedom.value_or(std::numeric_limits<double>::infinity());
+  b.parts.push_back(p);
+}
+
+// One error of the instant, the same in all readings, moves each pressure by its rate: what tilts
+// the line is how the rate changes with pressure.
+void add_alignment(const Scene& scene, const RunAnalysis& out, double slope, const RangeResult& r,
+                   UncertaintyBudget& b) {
+  std::vector<double> rate(scene.data.levels.size() + 1), time(scene.data.levels.size() + 1);
+  std::vector<int> count(rate.size());
+  for (const RunReading& x : scene.data.readings) {
+    if (x.index <= 0 || static_cast<std::size_t>(x.level) >= rate.size()) continue;
+    const auto k = static_cast<std::size_t>(x.level);
+    rate[k] += x.force_rate_N_s;
+    time[k] = std::max(time[k], static_cast<double>(x.alignment_s));
+    ++count[k];
+  }
+  const double area_m2 = scene.data.area_m2.value_or(1);
+  double u_s = 0;
+  const double tilt_kPa_s = tilt(out, r, [&](const LevelResult& l) {
+    const auto k = static_cast<std::size_t>(l.level);
+    u_s = std::max(u_s, time[k]);
+    return count[k] > 0 ? rate[k] / count[k] / area_m2 * 1e-3 : 0;
+  });
+  b.parts.push_back(part("alignment of the clocks", slope * tilt_kPa_s * u_s,
+                         fmt::format("instant of a reading +-{:.3g} ms (window and spacing of the "
+                                     "frame's samples), rate of force at the levels",
+                                     u_s * 1e3)));
+}
+
+void budget_of_range(const Scene& scene, const RunAnalysis& out, RangeResult& r) {
+  UncertaintyBudget& b = r.budget;
+  b.quantity = fmt::format("sensitivity {}", range_text(r.range));
+  b.unit = "fF/kPa";
+  if (!r.sensitivity.estimate) return;
+  const double slope = r.sensitivity.value();
+  b.value = slope;
+  if (r.sensitivity.estimate->standard_error) {
+    b.parts.push_back(scatter(*r.sensitivity.estimate, r.scatter_basis));
+  }
+  const double pF = out.c0 ? out.c0.value() : out.levels.empty() ? 0 : out.levels[0].capacitance_pF;
+  const auto meter = accuracy(scene, pF);
+  add_meter_gain(meter, slope, b);
+  if (meter) {
+    b.parts.push_back(shared(part(
+        "meter offset", 0,
+        fmt::format("{:.3g} fF of the basic accuracy stay the same while the settings stay: they "
+                    "cancel in a slope",
+                    meter->offset_F * 1e15))));
+  }
+  const Relative force = force_class(scene), probe = area(scene);
+  b.parts.push_back(shared(part("force", force.u * slope, force.basis)));
+  b.parts.push_back(shared(part("area of the probe", probe.u * slope, probe.basis)));
+  if (!out.levels.empty()) add_alignment(scene, out, slope, r, b);
+  add_drift(out, r, b);
+  combine(b, scene.options.confidence);
+}
+
+void budget_of_c0(const Scene& scene, RunAnalysis& out) {
+  if (!out.c0 || !out.c0.estimate->standard_error) return;
+  UncertaintyBudget b;
+  b.quantity = "C0";
+  b.unit = "pF";
+  b.value = out.c0.value();
+  b.parts.push_back(scatter(*out.c0.estimate, "scatter of the baseline"));
+  if (const auto meter = accuracy(scene, b.value)) {
+    b.parts.push_back(shared(
+        part("meter specification", rectangular(meter->total) * b.value,
+             fmt::format("basic accuracy: limits of {:.3g} %, rectangular", meter->total * 100))));
+  }
+  if (out.drift_of_baseline_fF) {
+    b.parts.push_back(part("drift during the run", rectangular(*out.drift_of_baseline_fF * 1e-3),
+                           "last stretch without load against the first, rectangular"));
+  }
+  combine(b, scene.options.confidence);
+  out.budgets.push_back(std::move(b));
+}
+
+void budget_of_dynamic_range(const Scene& scene, RunAnalysis& out) {
+  if (!out.dynamic_range || !out.dynamic_range.estimate->standard_error) return;
+  UncertaintyBudget b;
+  b.quantity = "dynamic range";
+  b.unit = "%";
+  b.value = out.dynamic_range.value();
+  const bool several = out.cycles.size() > 1;
+  b.parts.push_back(scatter(*out.dynamic_range.estimate,
+                            several ? "scatter between cycles" : "scatter of the readings"));
+  const double c0_pF = out.c0.value();
+  if (const auto meter = accuracy(scene, c0_pF)) {
+    b.parts.push_back(part("meter offset in C0",
+                           rectangular(meter->offset_F) / (c0_pF * 1e-12) * b.value,
+                           fmt::format("limits of {:.3g} fF, rectangular; the meter's gain cancels",
+                                       meter->offset_F * 1e15)));
+  }
+  if (out.force_sensitivity) {
+    const Relative force = force_class(scene);
+    const double percent_per_N = out.force_sensitivity.value() / (c0_pF * 1e3) * 100;
+    const double peak = out.cycles.front().peak_force_N;
+    b.parts.push_back(
+        shared(part("force at the peak", percent_per_N * peak * force.u, force.basis)));
+  }
+  combine(b, scene.options.confidence);
+  out.budgets.push_back(std::move(b));
+}
+
+void budget_of_highest_level(const Scene& scene, RunAnalysis& out) {
+  if (out.curve.empty() || !out.c0) return;
+  const auto& top = *std::max_element(
+      out.curve.begin(), out.curve.end(),
+      [](const CurvePoint& a, const CurvePoint& b) { return a.pressure_kPa < b.pressure_kPa; });
+  if (!top.standard_error_fF || !top.delta_C_fF) return;
+  UncertaintyBudget b;
+  b.quantity = fmt::format("delta C at {:.4g} kPa", top.pressure_kPa);
+  b.unit = "fF";
+  b.value = *top.delta_C_fF;
+  const double freedom = top.repeats > 1 ? top.repeats - 1 : static_cast<double>(top.readings - 1);
+  b.parts.push_back(scatter(estimate(b.value, *top.standard_error_fF, freedom, 0.95),
+                            top.repeats > 1 ? "scatter between repeats" : "scatter of readings"));
+  if (out.c0.estimate->standard_error) {
+    Estimate c0 = *out.c0.estimate;
+    *c0.standard_error *= 1e3;
+    b.parts.push_back(scatter(c0, "scatter of the baseline; all levels share it"));
+    b.parts.back().name = "C0";
+  }
+  add_meter_gain(accuracy(scene, out.c0.value()), b.value, b);
+  double slope = 0;  // of the range that holds the level
+  for (const RangeResult& r : out.ranges) {
+    if (r.sensitivity.estimate && top.pressure_kPa >= r.range.from_kPa)
+      slope = r.sensitivity.value();
+  }
+  const Relative force = force_class(scene), probe = area(scene);
+  b.parts.push_back(shared(part("force", slope * top.pressure_kPa * force.u, force.basis)));
+  b.parts.push_back(
+      shared(part("area of the probe", slope * top.pressure_kPa * probe.u, probe.basis)));
+  if (out.drift_of_baseline_fF) {
+    b.parts.push_back(part("drift of C0", rectangular(*out.drift_of_baseline_fF),
+                           "last stretch without load against the first, rectangular"));
+  }
+  combine(b, scene.options.confidence);
+  out.budgets.push_back(std::move(b));
+}
+
+void budget_of_hysteresis(const Scene& scene, RunAnalysis& out) {
+  const Hysteresis& h = out.hysteresis;
+  if (!h.largest_gap || !h.largest_gap.estimate->standard_error) return;
+  UncertaintyBudget b;
+  b.quantity = "hysteresis";
+  b.unit = "%";
+  b.value = h.largest_gap.value();
+  b.parts.push_back(scatter(*h.largest_gap.estimate, "scatter about the branches"));
+  b.parts.push_back(part("alignment of the clocks", h.alignment_percent.value_or(0),
+                         "one error of the instant shifts loading and unloading apart"));
+  combine(b, scene.options.confidence);
+  out.budgets.push_back(std::move(b));
+}
+
+void note_certified_range(const Scene& scene, RunAnalysis& out) {
+  const auto from = scene.options.rig.force_certified_from_N;
+  if (!from || !scene.data.area_m2) return;
+  const auto below = std::count_if(out.levels.begin(), out.levels.end(), [&](const LevelResult& l) {
+    return l.pressure_kPa * 1e3 * *scene.data.area_m2 < *from;
+  });
+  if (below == 0) return;
+  out.notes.push_back(fmt::format(
+      "{} of {} levels lie below {} N, where the load cell is not certified: the force part of the "
+      "uncertainty does not hold there",
+      below, out.levels.size(), *from));
+}
+
+}  // namespace
+
+void calc_budgets(const Scene& scene, RunAnalysis& out) {
+  for (RangeResult& r : out.ranges) {
+    budget_of_range(scene, out, r);
+    if (!r.budget.parts.empty()) out.budgets.push_back(r.budget);
+  }
+  if (out.regions && out.regions->reason.empty()) {
+    budget_of_range(scene, out, out.regions->low);
+    budget_of_range(scene, out, out.regions->high);
+  }
+  budget_of_c0(scene, out);
+  budget_of_dynamic_range(scene, out);
+  budget_of_highest_level(scene, out);
+  budget_of_hysteresis(scene, out);
+  note_certified_range(scene, out);
+}
+
+}  // namespace lcrig

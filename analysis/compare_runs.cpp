@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "analysis/metrics.hpp"
+
+namespace lcrig {
+
+namespace {
+
+struct Quantity {
+  std::string name;
+  double value = 0;
+  std::optional<double> relative;  // standard uncertainty of what runs do not share
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();
+};
+
+Quantity quantity(std::string name, double value, const UncertaintyBudget* budget) {
+  Quantity q;
+  q.name = std::move(name);
+  q.value = value;
+  if (budget == nullptr || budget->parts.empty() || value == 0) return q;
+  UncertaintyBudget own = *budget;
+  std::erase_if(own.parts, [](const UncertaintyPart& p) { return p.shared_by_runs; });
+  if (own.parts.empty() || own.parts.front().kind != UncertaintyKind::a) return q;
+  combine(own);
+  q.relative = own.combined / std::abs(value);
+  q.degrees_of_freedom = own.effective_degrees_of_freedom;
+  return q;
+}
+
+const UncertaintyBudget* find_budget(const RunAnalysis& a, const std::string& name) {
+  for (const UncertaintyBudget& b : a.budgets) {
+    if (b.quantity == name) return &b;
+  }
+  return nullptr;
+}
+
+std::vector<Quantity> quantities(const RunAnalysis& a) {
+  std::vector<Quantity> out;
+  for (const RangeResult& r : a.ranges) {
+    if (!r.sensitivity) continue;
+    out.push_back(quantity(fmt::format("sensitivity {}", range_text(r.range)),
+                           r.sensitivity.value(), &r.budget));
+  }
+  if (a.c0) out.push_back(quantity("C0", a.c0.value(), find_budget(a, "C0")));
+  if (a.dynamic_range) {
+    out.push_back(
+        quantity("dynamic range", a.dynamic_range.value(), find_budget(a, "dynamic range")));
+  }
+  return out;
+}
+
+// The ratio in logarithms: its interval never crosses zero, and what both share is gone.
+void add_interval(const Quantity& from, const Quantity& to, double confidence, Comparison& c) {
+  if (!from.relative || !to.relative) return;
+  const double a = *from.relative * *from.relative, b = *to.relative * *to.relative;
+  const double u = std::sqrt(a + b);
+  const double denominator = a * a / from.degrees_of_freedom + b * b / to.degrees_of_freedom;
+  const double freedom =
+      denominator > 0 ? (a + b) * (a + b) / denominator : std::numeric_limits<double>::infinity();
+  const double ratio = to.value / from.value;
+  const double half = coverage_factor(confidence, freedom) * u;
+  c.standard_error_percent = std::abs(ratio) * u * 100;
+  if (ratio <= 0) return;
+  c.interval_percent = {(ratio * std::exp(-half) - 1) * 100, (ratio * std::exp(half) - 1) * 100};
+}
+
+void compare_two(const RunAnalysis& from, const RunAnalysis& to, std::vector<Comparison>& out) {
+  const auto of_to = quantities(to);
+  for (const Quantity& a : quantities(from)) {
+    for (const Quantity& b : of_to) {
+      if (a.name != b.name || a.value == 0) continue;
+      Comparison c;
+      c.from_run = from.run;
+      c.to_run = to.run;
+      c.from_specimen = from.specimen;
+      c.to_specimen = to.specimen;
+      c.quantity = a.name;
+      c.from_value = a.value;
+      c.to_value = b.value;
+      c.increase_percent = (b.value / a.value - 1) * 100;
+      add_interval(a, b, from.options.confidence, c);
+      out.push_back(std::move(c));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Comparison> compare(std::span<const RunAnalysis> runs) {
+  std::vector<Comparison> out;
+  for (std::size_t i = 1; i < runs.size(); ++i) {
+    compare_two(runs[i - 1], runs[i], out);
+    if (i > 1) compare_two(runs[0], runs[i], out);
+  }
+  return out;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,369 @@
+// SPDX-License-Identifier: Apache-2.0
+// Excursions of the force: where they are, and the capacitance at rest and at the peak of each.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/least_squares.hpp"
+#include "analysis/metrics.hpp"
+
+namespace lcrig {
+
+namespace {
+
+// A cycle begins and ends where the force leaves and reaches this share of the largest, and counts
+// when it gets beyond the second.
+constexpr double kEdge = 0.05, kCounts = 0.2;
+constexpr double kPlateau = 0.98;  // of the peak
+constexpr std::int64_t kPlateauReadings = 10;
+constexpr double kPlateauTime_s = 2;
+constexpr double kUpper = 0.5;  // the fit at the peak takes the upper half of the force
+
+void close_cycle(const Scene& scene, CycleResult& c, double highest, RunAnalysis& out) {
+  if (highest < kCounts * scene.peak_N) return;
+  c.number = static_cast<std::int32_t>(out.cycles.size()) + 1;
+  c.begin_s = scene.data.readings[c.first].t_s;
+  c.end_s = scene.data.readings[c.last - 1].t_s;
+  c.loaded_readings = static_cast<std::int64_t>(c.last - c.first);
+  out.cycles.push_back(c);
+}
+
+void find_excursions(const Scene& scene, RunAnalysis& out) {
+  const auto& readings = scene.data.readings;
+  const double edge = std::max(kEdge * scene.peak_N, 5 * scene.force_noise_N);
+  bool loaded = false;
+  double highest = 0;
+  CycleResult c;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    if (!readings[i].has_force()) continue;
+    const double force = scene.above_rest_N(readings[i]);
+    if (force > edge && !loaded) {
+      c = CycleResult();
+      c.first = i;
+      highest = 0;
+    }
+    if (force <= edge && loaded) close_cycle(scene, c, highest, out);
+    loaded = force > edge;
+    if (!loaded) continue;
+    c.last = i + 1;
+    if (force <= highest) continue;
+    highest = force;
+    c.peak_s = readings[i].t_s;
+    c.peak_force_N = force;
+    if (readings[i].has_travel()) c.peak_travel_mm = readings[i].place_m * 1e3;
+  }
+  if (loaded) close_cycle(scene, c, highest, out);
+}
+
+// The frame samples more often than the meter: the peak may lie between two readings.
+void sharpen_peaks(const Scene& scene, RunAnalysis& out) {
+  const auto& frame = scene.data.frame;
+  for (CycleResult& c : out.cycles) {
+    const auto before = [](const FramePoint& p, double t) { return p.t_s < t; };
+    auto it = std::lower_bound(frame.begin(), frame.end(), c.begin_s, before);
+    for (; it != frame.end() && it->t_s <= c.end_s; ++it) {
+      const double force = it->load_N - scene.rest_N;
+      if (!(force > c.peak_force_N)) continue;
+      c.peak_force_N = force;
+      c.peak_s = it->t_s;
+      if (!std::isnan(it->place_m)) c.peak_travel_mm = it->place_m * 1e3;
+    }
+  }
+}
+
+struct Rest {
+  Sample capacitance, time;  // pF, s
+};
+
+// Rest k lies before cycle k; the last one after all cycles.
+std::vector<Rest> collect_rests(const Scene& scene, const RunAnalysis& out) {
+  std::vector<Rest> rests(out.cycles.size() + 1);
+  std::size_t k = 0;
+  const auto& readings = scene.data.readings;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    while (k < out.cycles.size() && i >= out.cycles[k].last) ++k;
+    if (k < out.cycles.size() && i >= out.cycles[k].first) continue;
+    if (!scene.uses(readings[i]) || !scene.is_unloaded(readings[i])) continue;
+    rests[k].capacitance.add(readings[i].capacitance_F * 1e12);
+    rests[k].time.add(readings[i].t_s);
+  }
+  return rests;
+}
+
+std::optional<double> error_fF(const Sample& s) {
+  if (s.count < 2) return std::nullopt;
+  return std::sqrt(s.variance() / static_cast<double>(s.count)) * 1e3;
+}
+
+// What is known of the peaks before their scatter is pooled.
+struct Peak {
+  double residual_ss = 0, freedom = 0;  // F2
+  double unit_variance = 0;  // 0: the standard error is known already
+};
+
+bool on_plateau(const Scene& scene, const CycleResult& c, const RunReading& r) {
+  return r.has_force() && scene.uses(r) && scene.above_rest_N(r) >= kPlateau * c.peak_force_N;
+}
+
+bool peak_of_plateau(const Scene& scene, CycleResult& c) {
+  Sample capacitance, force, time;
+  double first = 0, last = 0;
+  for (std::size_t i = c.first; i < c.last; ++i) {
+    const RunReading& r = scene.data.readings[i];
+    if (!on_plateau(scene, c, r)) continue;
+    if (capacitance.count == 0) first = r.t_s;
+    last = r.t_s;
+    capacitance.add(r.capacitance_F * 1e12);
+    force.add(scene.above_rest_N(r));
+    time.add(r.t_s);
+  }
+  if (capacitance.count < kPlateauReadings || last - first < kPlateauTime_s) return false;
+  c.peak_pF = capacitance.mean;
+  c.peak_se_fF = error_fF(capacitance);
+  c.peak_force_N = force.mean;
+  c.peak_s = time.mean;
+  c.peak_method = "mean of the plateau";
+  return true;
+}
+
+// C against force in the upper half, one slope for each branch and a common bend; its value at the
+// peak. The largest reading would be too large by what noise adds.
+Peak peak_of_fit(const Scene& scene, CycleResult& c) {
+  std::int64_t up = 0, down = 0;
+  const auto in_fit = [&](const RunReading& r) {
+    return r.has_force() && scene.uses(r) && scene.above_rest_N(r) >= kUpper * c.peak_force_N;
+  };
+  for (std::size_t i = c.first; i < c.last; ++i) {
+    const RunReading& r = scene.data.readings[i];
+    if (in_fit(r)) ++(r.t_s <= c.peak_s ? up : down);
+  }
+  const bool branches = up >= 2 && down >= 2;
+  const bool bend = up + down >= 8;
+  LeastSquares fit(1 + (branches ? 2U : 1U) + (bend ? 1U : 0U));
+  double nearest = 0, distance = -1;
+  for (std::size_t i = c.first; i < c.last; ++i) {
+    const RunReading& r = scene.data.readings[i];
+    if (!r.has_force() || !scene.uses(r)) continue;
+    const double d = scene.above_rest_N(r) / c.peak_force_N - 1;
+    if (distance < 0 || std::abs(d) < distance) distance = std::abs(d), nearest = r.capacitance_F;
+    if (!in_fit(r)) continue;
+    const bool rising = r.t_s <= c.peak_s;
+    double row[4] = {1, d, d * d, d * d};
+    if (branches) {
+      row[1] = rising ? d : 0;
+      row[2] = rising ? 0 : d;
+    }
+    fit.add(row, r.capacitance_F);
+  }
+  const auto solution = fit.solve();
+  if (!solution || solution->freedom < 1) {
+    c.peak_pF = nearest * 1e12;
+    c.peak_method = "nearest reading";
+    return {};
+  }
+  c.peak_pF = solution->value[0] * 1e12;
+  c.peak_method = "fit to the force";
+  return {solution->residual_ss, solution->freedom, solution->unit_covariance[0]};
+}
+
+void set_peaks(const Scene& scene, RunAnalysis& out) {
+  std::vector<Peak> peaks;
+  double ss = 0, freedom = 0;
+  for (CycleResult& c : out.cycles) {
+    peaks.push_back(peak_of_plateau(scene, c) ? Peak() : peak_of_fit(scene, c));
+    ss += peaks.back().residual_ss;
+    freedom += peaks.back().freedom;
+    c.peak_kPa = scene.kPa(c.peak_force_N);
+  }
+  for (std::size_t k = 0; k < peaks.size(); ++k) {
+    if (peaks[k].unit_variance <= 0 || freedom < 1) continue;
+    out.cycles[k].peak_se_fF = std::sqrt(ss / freedom * peaks[k].unit_variance) * 1e15;
+  }
+}
+
+// Slope of C against force while the load grows.
+void set_branch_slope(const Scene& scene, CycleResult& c) {
+  std::vector<LinePoint> points;
+  for (std::size_t i = c.first; i < c.last; ++i) {
+    const RunReading& r = scene.data.readings[i];
+    if (!r.has_force() || !scene.uses(r) || r.t_s > c.peak_s) continue;
+    points.push_back({scene.above_rest_N(r), r.capacitance_F * 1e15, 1});
+  }
+  const auto line = fit_line(points);
+  if (!line || line->points < 3) return;
+  c.slope_fF_per_N = line->slope;
+  c.slope_se_fF_per_N = line->slope_se(line->residual_ss / (line->points - 2));
+}
+
+// A mean over cycles: their scatter is all that is known of what differs between them.
+Estimate mean_of_cycles(const std::vector<double>& values, std::optional<double> single_error,
+                        double confidence) {
+  Sample s;
+  for (const double v : values) s.add(v);
+  if (s.count >= 2) {
+    const double se = std::sqrt(s.variance() / static_cast<double>(s.count));
+    return estimate(s.mean, se, static_cast<double>(s.count - 1), confidence);
+  }
+  if (single_error) {
+    return estimate(s.mean, *single_error, std::numeric_limits<double>::infinity(), confidence);
+  }
+  Estimate e;
+  e.value = s.mean;
+  return e;
+}
+
+void calc_dynamic_range(const Scene& scene, RunAnalysis& out) {
+  std::vector<double> percents;
+  std::vector<LinePoint> line_points;
+  bool rises = false, falls = false;
+  for (CycleResult& c : out.cycles) {
+    c.dynamic_range_percent = c.delta_C_fF / (out.c0.value() * 1e3) * 100;
+    if (c.delta_C_se_fF) {
+      c.dynamic_range_se_percent = *c.delta_C_se_fF / (out.c0.value() * 1e3) * 100;
+    }
+    percents.push_back(c.dynamic_range_percent);
+    line_points.push_back({static_cast<double>(c.number), c.dynamic_range_percent, 1});
+    out.dynamic_range.rows += c.loaded_readings;
+    (c.delta_C_fF > 0 ? rises : falls) = true;
+  }
+  out.dynamic_range.estimate = mean_of_cycles(percents, out.cycles.front().dynamic_range_se_percent,
+                                              scene.options.confidence);
+  if (rises && falls) {
+    out.dynamic_range.reason =
+        "the capacitance rises in some loadings and falls in others: their mean says little, look "
+        "at the cycles";
+  }
+  const auto line = fit_line(line_points);
+  if (!line || line->points < 3) {
+    out.dynamic_range_drift.reason = "it takes three cycles";
+    return;
+  }
+  const double freedom = line->points - 2;
+  out.dynamic_range_drift.rows = out.dynamic_range.rows;
+  out.dynamic_range_drift.estimate = estimate(
+      line->slope, line->slope_se(line->residual_ss / freedom), freedom, scene.options.confidence);
+}
+
+double spread(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return (*high - *low) / std::abs(*high);
+}
+
+// Delta C at equal peak force, or force at equal peak travel.
+void calc_mullins(const Scene& scene, RunAnalysis& out) {
+  std::vector<double> forces, travels;
+  for (const CycleResult& c : out.cycles) {
+    forces.push_back(c.peak_force_N);
+    if (c.peak_travel_mm) travels.push_back(*c.peak_travel_mm);
+  }
+  const CycleResult &first = out.cycles.front(), &last = out.cycles.back();
+  out.mullins.rows = first.loaded_readings + last.loaded_readings;
+  if (spread(forces) <= 0.02 && first.delta_C_fF != 0) {
+    const double ratio = last.delta_C_fF / first.delta_C_fF;
+    const double a = first.delta_C_se_fF.value_or(0), b = last.delta_C_se_fF.value_or(0);
+    const double se = std::hypot(b, ratio * a) / std::abs(first.delta_C_fF) * 100;
+    Estimate e;
+    e.value = (1 - ratio) * 100;
+    if (se > 0) {
+      e = estimate(e.value, se, std::numeric_limits<double>::infinity(), scene.options.confidence);
+    }
+    out.mullins.estimate = e;
+    out.mullins.reason = "of delta C at equal peak force";
+  } else if (travels.size() == out.cycles.size() && spread(travels) <= 0.02) {
+    Estimate e;
+    e.value = (1 - last.peak_force_N / first.peak_force_N) * 100;
+    out.mullins.estimate = e;
+    out.mullins.reason = "of the peak force at equal travel";
+  } else {
+    out.mullins.reason = "the cycles have neither the same peak force nor the same peak travel";
+  }
+}
+
+void calc_force_sensitivity(const Scene& scene, RunAnalysis& out) {
+  std::vector<double> slopes;
+  std::optional<double> error;
+  for (const CycleResult& c : out.cycles) {
+    if (!c.slope_fF_per_N) continue;
+    slopes.push_back(*c.slope_fF_per_N);
+    error = c.slope_se_fF_per_N;
+    out.force_sensitivity.rows += c.loaded_readings;
+  }
+  if (slopes.empty()) {
+    out.force_sensitivity.reason = "fewer than three readings while the load grew";
+    return;
+  }
+  out.force_sensitivity.estimate = mean_of_cycles(slopes, error, scene.options.confidence);
+}
+
+void name_metrics(RunAnalysis& out) {
+  out.dynamic_range = metric("dynamic_range_percent",
+                             "mean over the cycles of (C at the largest force - C at rest before "
+                             "the cycle) / C0; standard error from the scatter between cycles");
+  out.dynamic_range_drift =
+      metric("dynamic_range_drift_percent_per_cycle", "slope of the dynamic range over the cycles");
+  out.mullins = metric("mullins_index_percent",
+                       "(first peak - last peak) / first peak, of delta C at equal force or of the "
+                       "force at equal travel");
+  out.force_sensitivity =
+      metric("force_sensitivity_fF_per_N",
+             "mean over the cycles of the least-squares slope of C against force while the load "
+             "grows; standard error from the scatter between cycles");
+}
+
+}  // namespace
+
+void find_cycles(Scene& scene, RunAnalysis& out) {
+  if (scene.peak_N <= 0) return;
+  find_excursions(scene, out);
+  sharpen_peaks(scene, out);
+  set_peaks(scene, out);
+  const auto rests = collect_rests(scene, out);
+  for (std::size_t k = 0; k < out.cycles.size(); ++k) {
+    CycleResult& c = out.cycles[k];
+    c.rest_pF = rests[k].capacitance.mean;
+    c.rest_s = rests[k].capacitance.count > 0 ? rests[k].time.mean : c.begin_s;
+    c.rest_se_fF = error_fF(rests[k].capacitance);
+    set_branch_slope(scene, c);
+  }
+  const Rest& end = rests.back();
+  if (end.capacitance.count < 2) return;
+  scene.rest_end_pF = {end.capacitance.mean};
+  scene.rest_end_s = {end.time.mean};
+  scene.rest_end_se_fF = {*error_fF(end.capacitance)};
+}
+
+void calc_cycles(const Scene& scene, RunAnalysis& out) {
+  name_metrics(out);
+  if (out.cycles.empty()) {
+    const char* why = scene.data.has_frame() ? "no loading was found: the force stays in its noise"
+                                             : "no force was recorded";
+    out.dynamic_range.reason = out.dynamic_range_drift.reason = why;
+    out.mullins.reason = out.force_sensitivity.reason = why;
+    return;
+  }
+  calc_force_sensitivity(scene, out);
+  for (CycleResult& c : out.cycles) {
+    // A cycle that began loaded, or that followed at once: the baseline stands in.
+    if (c.rest_pF == 0 && out.c0) {
+      c.rest_pF = out.c0.value();
+      c.rest_se_fF = out.c0.estimate->standard_error;
+    } else if (c.rest_pF == 0) {
+      c.rest_pF = scene.data.readings[c.first].capacitance_F * 1e12;
+    }
+    c.delta_C_fF = (c.peak_pF - c.rest_pF) * 1e3;
+    if (c.rest_se_fF && c.peak_se_fF) c.delta_C_se_fF = std::hypot(*c.rest_se_fF, *c.peak_se_fF);
+  }
+  if (out.c0) {
+    calc_dynamic_range(scene, out);
+  } else {
+    out.dynamic_range.reason = out.dynamic_range_drift.reason = "there is no C0";
+  }
+  if (out.cycles.size() < 2) {
+    out.mullins.reason = "it takes two cycles";
+  } else {
+    calc_mullins(scene, out);
+  }
+}
+
+}  // namespace lcrig

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stretches of steady load: creep, drift and settling.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/least_squares.hpp"
+#include "analysis/metrics.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr double kForceBand = 0.02;  // of the force above rest
+// A held travel lets the force relax; beyond this it is a motion.
+constexpr double kRelaxation = 0.15;
+constexpr double kTravelBand = 0.005;  // of the travel of the cycle
+constexpr double kLeastTime_s = 2;
+constexpr std::int64_t kLeastReadings = 10;
+constexpr double kResolved = 3.3;  // standard errors: one in a thousand by chance
+constexpr double kSettled = 0.02;  // of the change from rest
+constexpr std::size_t kMaxHolds = 1000;
+constexpr int kTimeConstants = 60;
+
+struct Stretch {
+  std::size_t first = 0, last = 0;  // [first, last) of the readings
+};
+
+double travel_range(const Scene& scene, const CycleResult& c) {
+  float low = 0, high = 0;
+  bool any = false;
+  for (std::size_t i = c.first; i < c.last; ++i) {
+    const RunReading& r = scene.data.readings[i];
+    if (!r.has_travel()) continue;
+    low = any ? std::min(low, r.place_m) : r.place_m;
+    high = any ? std::max(high, r.place_m) : r.place_m;
+    any = true;
+  }
+  return high - low;
+}
+
+bool stays(const Scene& scene, const RunReading& from, const RunReading& r, double range_m) {
+  const double force = scene.above_rest_N(from);
+  const double change = std::abs(r.load_N - from.load_N);
+  if (change <= std::max(kForceBand * force, 6 * scene.force_noise_N)) return true;
+  return from.has_travel() && r.has_travel() && change <= kRelaxation * force &&
+         std::abs(r.place_m - from.place_m) <= kTravelBand * range_m;
+}
+
+// The end of the ramp before a hold is no creep: readings from which the force still moves by more
+// than a twentieth of itself in a second are cut off at the front.
+void cut_ramp(const Scene& scene, Stretch& s) {
+  const auto& readings = scene.data.readings;
+  const std::size_t half = s.first + (s.last - s.first) / 2;
+  while (s.first < half) {
+    const RunReading &a = readings[s.first], &b = readings[s.first + 1];
+    if (a.has_force() && b.has_force() && scene.uses(a) && scene.uses(b)) {
+      const double noise = 6 * scene.force_noise_N;
+      const double allowed = 0.05 * scene.above_rest_N(a) * (b.t_s - a.t_s) + noise;
+      if (std::abs(b.load_N - a.load_N) <= allowed) return;
+    }
+    ++s.first;
+  }
+}
+
+std::vector<Stretch> find_stretches(const Scene& scene, const CycleResult& c) {
+  std::vector<Stretch> out;
+  const auto& readings = scene.data.readings;
+  const double range = travel_range(scene, c);
+  Stretch s{c.first, c.first};
+  const auto close = [&] {
+    if (s.last - s.first >= static_cast<std::size_t>(kLeastReadings)) cut_ramp(scene, s);
+    if (s.last - s.first < static_cast<std::size_t>(kLeastReadings)) return;
+    if (readings[s.last - 1].t_s - readings[s.first].t_s >= kLeastTime_s) out.push_back(s);
+  };
+  for (std::size_t i = c.first; i < c.last; ++i) {
+    const RunReading& r = readings[i];
+    if (!r.has_force() || !scene.uses(r)) continue;
+    if (s.last > s.first && !stays(scene, readings[s.first], r, range)) {
+      close();
+      s.first = i;
+    }
+    if (s.last <= s.first) s.first = i;
+    s.last = i + 1;
+  }
+  close();
+  return out;
+}
+
+// Readings of a stretch as time since its begin (half a reading before the first) and C in fF.
+struct Series {
+  std::vector<double> t_s, fF;
+};
+
+Series series_of(const Scene& scene, const Stretch& s, HoldResult& h) {
+  Series out;
+  Sample force, head, tail, capacitance;
+  const auto& readings = scene.data.readings;
+  const double span = readings[s.last - 1].t_s - readings[s.first].t_s;
+  const double begin = readings[s.first].t_s - span / static_cast<double>(s.last - s.first) / 2;
+  for (std::size_t i = s.first; i < s.last; ++i) {
+    const RunReading& r = readings[i];
+    if (!r.has_force() || !scene.uses(r)) continue;
+    out.t_s.push_back(r.t_s - begin);
+    out.fF.push_back(r.capacitance_F * 1e15);
+    force.add(scene.above_rest_N(r));
+    capacitance.add(out.fF.back());
+    if (r.t_s - begin < 0.1 * span) head.add(scene.above_rest_N(r));
+    if (r.t_s - begin > 0.9 * span) tail.add(scene.above_rest_N(r));
+  }
+  h.begin_s = begin;
+  h.end_s = readings[s.last - 1].t_s;
+  h.mean_force_N = force.mean;
+  h.mean_fF = capacitance.mean;
+  h.readings = std::ssize(out.t_s);
+  if (head.count > 0 && tail.count > 0) h.force_change_percent = (tail.mean / head.mean - 1) * 100;
+  return out;
+}
+
+void fit_log_time(const Series& s, HoldResult& h) {
+  std::vector<LinePoint> points;
+  for (std::size_t i = 0; i < s.t_s.size(); ++i) {
+    points.push_back({std::log10(s.t_s[i]), s.fF[i], 1});
+  }
+  const auto line = fit_line(points);
+  if (!line || line->points < 3) return;
+  const double se = line->slope_se(line->residual_ss / (line->points - 2));
+  const double decades = points.back().x - points.front().x;
+  h.per_decade_fF = line->slope;
+  h.per_decade_se_fF = se;
+  h.change_fF = line->slope * decades;
+  h.change_se_fF = se * decades;
+  h.resolved = std::abs(h.change_fF) > kResolved * h.change_se_fF;
+}
+
+void fit_drift(const Series& s, HoldResult& h) {
+  std::vector<LinePoint> points;
+  for (std::size_t i = s.t_s.size() / 2; i < s.t_s.size(); ++i) {
+    points.push_back({s.t_s[i], s.fF[i], 1});
+  }
+  const auto line = fit_line(points);
+  if (!line || line->points < 3) return;
+  h.drift_fF_per_s = line->slope;
+  h.drift_se_fF_per_s = line->slope_se(line->residual_ss / (line->points - 2));
+}
+
+// C = end + step exp(-t/tau): linear for a given tau, so tau is searched on a grid.
+void fit_settling(const Series& s, double rest_fF, HoldResult& h) {
+  const double longest = s.t_s.back(), shortest = std::max(s.t_s.front(), longest * 1e-3);
+  std::optional<LeastSquares::Solution> best;
+  double tau = 0;
+  bool inside = false;
+  for (int k = 0; k < kTimeConstants; ++k) {
+    const double t = shortest * std::pow(longest / shortest, k / (kTimeConstants - 1.0));
+    LeastSquares fit(2);
+    for (std::size_t i = 0; i < s.t_s.size(); ++i) {
+      const double row[2] = {1, std::exp(-s.t_s[i] / t)};
+      fit.add(row, s.fF[i]);
+    }
+    auto solution = fit.solve();
+    if (!solution || (best && solution->residual_ss >= best->residual_ss)) continue;
+    inside = k > 0 && k + 1 < kTimeConstants;
+    tau = t;
+    best = std::move(solution);
+  }
+  if (!best || !inside) {
+    h.reason = "one exponential does not describe the creep within the hold";
+    return;
+  }
+  h.time_constant_s = tau;
+  const double band = kSettled * std::abs(best->value[0] - rest_fF);
+  const double step = std::abs(best->value[1]);
+  h.settling_s = step > band && band > 0 ? tau * std::log(step / band) : 0;
+}
+
+HoldResult result_of(const Scene& scene, const CycleResult& c, const Stretch& s) {
+  HoldResult h;
+  h.cycle = c.number;
+  h.step_id = scene.data.steps[scene.data.readings[s.first].step];
+  const Series series = series_of(scene, s, h);
+  fit_log_time(series, h);
+  fit_drift(series, h);
+  if (h.resolved) {
+    fit_settling(series, c.rest_pF * 1e3, h);
+  } else {
+    h.reason = "no creep beyond the noise of the readings";
+  }
+  return h;
+}
+
+// Of delta C per decade of time, weighted with what is known of each hold.
+void calc_creep(const Scene& scene, RunAnalysis& out) {
+  Sample unweighted;
+  double weights = 0, sum = 0, squares = 0;
+  for (const HoldResult& h : out.holds) {
+    if (!h.per_decade_se_fF || *h.per_decade_se_fF <= 0 || h.cycle == 0) continue;
+    const CycleResult& c = out.cycles[static_cast<std::size_t>(h.cycle - 1)];
+    const double delta = h.mean_fF - c.rest_pF * 1e3;
+    if (delta == 0) continue;
+    const double se = std::abs(*h.per_decade_se_fF / delta) * 100;
+    const double y = *h.per_decade_fF / delta * 100, w = 1 / (se * se);
+    weights += w;
+    sum += w * y;
+    squares += w * y * y;
+    unweighted.add(y);
+    out.creep.rows += h.readings;
+  }
+  if (unweighted.count == 0) {
+    out.creep.reason = "no steady load of 2 s and ten readings";
+    return;
+  }
+  const double mean = sum / weights;
+  const auto freedom = static_cast<double>(unweighted.count - 1);
+  // The scatter between holds counts where it is larger than that within them (Birge's ratio).
+  const double birge = freedom > 0 ? std::max(1.0, (squares - sum * mean) / freedom) : 1;
+  const bool between = birge > 1;
+  out.creep.estimate = estimate(mean, std::sqrt(birge / weights),
+                                between ? freedom : std::numeric_limits<double>::infinity(),
+                                scene.options.confidence);
+}
+
+void calc_settling(const Scene& scene, RunAnalysis& out) {
+  std::vector<double> times;
+  for (const HoldResult& h : out.holds) {
+    if (!h.settling_s) continue;
+    times.push_back(*h.settling_s);
+    out.settling.rows += h.readings;
+  }
+  if (times.empty()) {
+    out.settling.reason =
+        out.holds.empty() ? "no steady load of 2 s and ten readings"
+                          : "no hold shows creep beyond its noise that one exponential describes";
+    return;
+  }
+  Sample s;
+  for (const double t : times) s.add(t);
+  Estimate e;
+  e.value = s.mean;
+  if (s.count >= 2) {
+    e = estimate(s.mean, std::sqrt(s.variance() / static_cast<double>(s.count)),
+                 static_cast<double>(s.count - 1), scene.options.confidence);
+  }
+  out.settling.estimate = e;
+}
+
+}  // namespace
+
+void calc_holds(const Scene& scene, RunAnalysis& out) {
+  out.creep = metric("creep_percent_per_decade",
+                     "slope of C against the logarithm of time under steady load, over delta C of "
+                     "that load; mean over the holds, weighted with their standard errors");
+  out.settling = metric("settling_time_s",
+                        "time until C stays within 2 % of its final change from rest, from one "
+                        "exponential through each hold that shows creep; mean over the holds");
+  std::size_t dropped = 0;
+  for (const CycleResult& c : out.cycles) {
+    for (const Stretch& s : find_stretches(scene, c)) {
+      if (out.holds.size() >= kMaxHolds) {
+        ++dropped;
+      } else {
+        out.holds.push_back(result_of(scene, c, s));
+      }
+    }
+  }
+  if (dropped > 0) {
+    out.notes.push_back(
+        fmt::format("only the first {} holds are analysed, {} more are not", kMaxHolds, dropped));
+  }
+  calc_creep(scene, out);
+  calc_settling(scene, out);
+}
+
+}  // namespace lcrig

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/line_fit.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <numeric>
+
+namespace lcrig {
+
+namespace {
+
+constexpr double kHuber = 1.345;  // 95 % efficiency for normal errors (Huber 1981)
+constexpr double kMadToSigma = 1.482602218505602;
+
+Result<> check(std::span<const LinePoint> points) {
+  if (points.size() < 2) {
+    return fail(Errc::invalid_request, "a straight line needs two points, here {} are",
+                points.size());
+  }
+  for (const LinePoint& p : points) {
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !(p.weight > 0) || !std::isfinite(p.weight)) {
+      return fail(Errc::invalid_request, "a point that is not finite, or without a weight");
+    }
+  }
+  return {};
+}
+
+int count_distinct(std::span<const LinePoint> points) {
+  std::vector<double> x;
+  x.reserve(points.size());
+  for (const LinePoint& p : points) x.push_back(p.x);
+  std::sort(x.begin(), x.end());
+  return static_cast<int>(std::unique(x.begin(), x.end()) - x.begin());
+}
+
+// Weighted mean in two passes: the second removes what the first rounded.
+double mean_of(std::span<const LinePoint> points, double LinePoint::* what, double sum_weights) {
+  double sum = 0;
+  for (const LinePoint& p : points) sum += p.weight * (p.*what - points[0].*what);
+  const double first = points[0].*what + sum / sum_weights;
+  double rest = 0;
+  for (const LinePoint& p : points) rest += p.weight * (p.*what - first);
+  return first + rest / sum_weights;
+}
+
+double p_of_z(double z) {
+  return 2 * boost::math::cdf(boost::math::complement(boost::math::normal(), std::abs(z)));
+}
+
+}  // namespace
+
+double LineFit::slope_se(double variance) const {
+  return std::sqrt(variance / sxx);
+}
+
+double LineFit::at_se(double x, double variance) const {
+  const double d = x - x_mean;
+  return std::sqrt(variance * (1 / sum_weights + d * d / sxx));
+}
+
+Result<LineFit> fit_line(std::span<const LinePoint> points) {
+  if (auto ok = check(points); !ok) return fail(ok.error());
+  LineFit fit;
+  fit.points = static_cast<int>(points.size());
+  fit.distinct_x = count_distinct(points);
+  if (fit.distinct_x < 2) {
+    return fail(Errc::invalid_request, "all {} points lie at the same x = {}", points.size(),
+                points[0].x);
+  }
+  for (const LinePoint& p : points) fit.sum_weights += p.weight;
+  fit.x_mean = mean_of(points, &LinePoint::x, fit.sum_weights);
+  fit.y_mean = mean_of(points, &LinePoint::y, fit.sum_weights);
+  for (const LinePoint& p : points) {
+    const double dx = p.x - fit.x_mean, dy = p.y - fit.y_mean;
+    fit.sxx += p.weight * dx * dx;
+    fit.sxy += p.weight * dx * dy;
+    fit.syy += p.weight * dy * dy;
+  }
+  fit.slope = fit.sxy / fit.sxx;
+  for (const LinePoint& p : points) {
+    const double r = (p.y - fit.y_mean) - fit.slope * (p.x - fit.x_mean);
+    fit.residual_ss += p.weight * r * r;
+  }
+  fit.r_squared = fit.syy > 0 ? std::max(0.0, 1 - fit.residual_ss / fit.syy) : 1;
+  return fit;
+}
+
+Result<RobustFit> fit_line_huber(std::span<const LinePoint> points) {
+  RobustFit out;
+  std::vector<LinePoint> weighted(points.begin(), points.end());
+  out.huber_weights.assign(points.size(), 1);
+  for (out.iterations = 1; out.iterations <= 100; ++out.iterations) {
+    auto line = fit_line(weighted);
+    if (!line) return fail(line.error());
+    const bool settled = out.iterations > 1 &&
+                         std::abs(line->slope - out.line.slope) <= 1e-10 * std::abs(out.line.slope);
+    out.line = *line;
+    if (settled) break;
+    std::vector<double> residuals;
+    for (const LinePoint& p : points) {
+      residuals.push_back(std::sqrt(p.weight) * std::abs(p.y - line->at(p.x)));
+    }
+    out.scale = kMadToSigma * median(residuals);
+    if (out.scale == 0) break;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double z = residuals[i] / out.scale;
+      out.huber_weights[i] = z > kHuber ? kHuber / z : 1;
+      weighted[i].weight = points[i].weight * out.huber_weights[i];
+    }
+  }
+  // Var = s2 sum(psi^2)/(n-2) / mean(psi')^2 / sxx (Huber 1981, 7.6).
+  auto plain = fit_line(points);
+  double psi2 = 0, derivative = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double r = std::sqrt(points[i].weight) * (points[i].y - out.line.at(points[i].x));
+    const double psi = r * out.huber_weights[i];
+    psi2 += psi * psi;
+    derivative += out.huber_weights[i] < 1 ? 0 : 1;
+  }
+  const auto n = static_cast<double>(points.size());
+  if (n > 2 && derivative > 0) {
+    const double share = derivative / n;
+    out.slope_se = std::sqrt(psi2 / (n - 2)) / share / std::sqrt(plain->sxx);
+  }
+  return out;
+}
+
+double huber_location(const std::vector<double>& values) {
+  double at = median(values);
+  const double scale = robust_sigma(values);
+  if (scale <= 0) return at;
+  for (int i = 0; i < 100; ++i) {
+    double sum = 0, weights = 0;
+    for (const double v : values) {
+      const double z = std::abs(v - at) / scale;
+      const double w = z > kHuber ? kHuber / z : 1;
+      sum += w * (v - at);
+      weights += w;
+    }
+    at += sum / weights;
+    if (std::abs(sum / weights) <= 1e-9 * scale) break;
+  }
+  return at;
+}
+
+double student_t_quantile(double probability, double degrees_of_freedom) {
+  if (!std::isfinite(degrees_of_freedom)) return normal_quantile(probability);
+  return boost::math::quantile(boost::math::students_t(degrees_of_freedom), probability);
+}
+
+double coverage_factor(double confidence, double degrees_of_freedom) {
+  return student_t_quantile((1 + confidence) / 2, degrees_of_freedom);
+}
+
+double f_tail(double f, double dof1, double dof2) {
+  if (!(f > 0)) return 1;
+  if (!std::isfinite(f)) return 0;
+  return boost::math::cdf(boost::math::complement(boost::math::fisher_f(dof1, dof2), f));
+}
+
+double normal_quantile(double probability) {
+  return boost::math::quantile(boost::math::normal(), probability);
+}
+
+double chi_squared_quantile(double probability, double degrees_of_freedom) {
+  return boost::math::quantile(boost::math::chi_squared(degrees_of_freedom), probability);
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 != 0) return *middle;
+  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+double robust_sigma(const std::vector<double>& values) {
+  if (values.size() < 2) return 0;
+  const double middle = median(values);
+  std::vector<double> deviations;
+  deviations.reserve(values.size());
+  for (const double v : values) deviations.push_back(std::abs(v - middle));
+  return kMadToSigma * median(std::move(deviations));
+}
+
+RunsTest runs_test(std::span<const double> residuals) {
+  RunsTest out;
+  int before = 0;
+  for (const double r : residuals) {
+    if (r == 0) continue;
+    const int sign = r > 0 ? 1 : -1;
+    (sign > 0 ? out.above : out.below) += 1;
+    if (sign != before) ++out.runs;
+    before = sign;
+  }
+  const double a = out.above, b = out.below, n = a + b;
+  if (a < 2 || b < 2 || n < 6) return out;
+  const double expected = 1 + 2 * a * b / n;
+  const double variance = 2 * a * b * (2 * a * b - n) / (n * n * (n - 1));
+  if (variance <= 0) return out;
+  const double distance = std::max(0.0, std::abs(out.runs - expected) - 0.5);
+  out.p = std::min(1.0, p_of_z(distance / std::sqrt(variance)));
+  return out;
+}
+
+Result<TwoRegions> find_two_regions(std::span<const LinePoint> points, int least) {
+  std::vector<LinePoint> sorted(points.begin(), points.end());
+  std::sort(sorted.begin(), sorted.end(),
+            [](const LinePoint& a, const LinePoint& b) { return a.x < b.x; });
+  auto one = fit_line(sorted);
+  if (!one) return fail(one.error());
+  std::optional<TwoRegions> best;
+  double best_ss = 0;
+  const std::span<const LinePoint> all(sorted);
+  for (std::size_t cut = 1; cut < all.size(); ++cut) {
+    if (all[cut].x == all[cut - 1].x) continue;
+    const auto low = fit_line(all.first(cut));
+    const auto high = fit_line(all.subspan(cut));
+    if (!low || !high || low->distinct_x < least || high->distinct_x < least) continue;
+    const double ss = low->residual_ss + high->residual_ss;
+    if (best && ss >= best_ss) continue;
+    best_ss = ss;
+    best = TwoRegions{all[cut - 1].x, all[cut].x, *low, *high, 1};
+  }
+  if (!best) {
+    return fail(Errc::invalid_request, "two regions need {} different pressures each, here {} are",
+                least, one->distinct_x);
+  }
+  const int freedom = one->points - 4;
+  if (freedom >= 1 && best_ss > 0) {
+    best->p_one_line = f_tail((one->residual_ss - best_ss) / 2 / (best_ss / freedom), 2, freedom);
+  }
+  return *best;
+}
+
+}  // namespace lcrig

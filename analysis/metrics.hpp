@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// The steps of an analysis, in the order in which they build on each other; private to analysis/.
+#pragma once
+
+#include <compare>
+#include <string>
+#include <vector>
+
+#include "analysis/analysis.hpp"
+#include "analysis/line_fit.hpp"
+
+namespace lcrig {
+
+// Facts that several metrics need.
+struct Scene {
+  Scene(const RunData& d, const AnalysisOptions& o) : data(d), options(o) {}
+
+  const RunData& data;
+  const AnalysisOptions& options;
+  // Readings under other settings of the meter are another experiment.
+  MeterSetting setting;
+  bool setting_known = false;
+  std::vector<double> changes_s;  // since when ...
+  std::vector<bool> change_is_used;  // ... readings are (not) under `setting`; empty: all are
+  double rest_N = 0;  // what the cell shows while nothing touches
+  double peak_N = 0;  // largest force above rest; 0: there is no loading
+  double force_noise_N = 0;  // of one sample
+  std::vector<double> rest_end_pF, rest_end_s, rest_end_se_fF;  // after the last cycle; 0 or 1
+
+  bool uses(const RunReading& r) const;
+  double above_rest_N(const RunReading& r) const { return r.load_N - rest_N; }
+  bool is_unloaded(const RunReading& r) const;
+  std::optional<double> kPa(double force_N) const;
+};
+Scene look_at(const RunData& data, const AnalysisOptions& options, RunAnalysis& out);
+
+// One mean and what its scatter says; y in the unit of the caller.
+struct Sample {
+  std::int64_t count = 0;
+  double mean = 0;
+  double sum_squares = 0;  // about the mean
+  void add(double y);
+  double variance() const { return sum_squares / static_cast<double>(count - 1); }
+};
+
+Metric metric(std::string name, std::string definition);
+Metric missing(std::string name, std::string definition, std::string reason);
+// Student's t interval about a value.
+Estimate estimate(double value, double standard_error, double degrees_of_freedom,
+                  double confidence);
+
+void find_cycles(Scene& scene, RunAnalysis& out);  // without the metrics that need C0
+void calc_levels(const Scene& scene, RunAnalysis& out);  // levels and outliers, without C0
+void calc_baseline(const Scene& scene, RunAnalysis& out);
+void calc_curve(const Scene& scene, RunAnalysis& out);  // delta C, linearity, repeatability
+void calc_cycles(const Scene& scene, RunAnalysis& out);  // dynamic range, Mullins, pF/N
+void calc_sensitivity(const Scene& scene, RunAnalysis& out);
+void calc_hysteresis(const Scene& scene, RunAnalysis& out);
+void calc_holds(const Scene& scene, RunAnalysis& out);
+void calc_limit_of_detection(const Scene& scene, RunAnalysis& out);
+void calc_budgets(const Scene& scene, RunAnalysis& out);
+
+// The levels that a straight line goes through: of one direction, the one with more levels.
+Direction direction_of_line(const RunAnalysis& out);
+// Levels of different repeats with the same key are the same point of the curve.
+struct LevelKey {
+  Direction direction = Direction::up;
+  std::int64_t what = 0;  // target pressure, else index within the repeat
+  auto operator<=>(const LevelKey&) const = default;
+};
+LevelKey key_of(const LevelResult& level);
+// "0-30 kPa"
+std::string range_text(const PressureRange& range);
+
+}  // namespace lcrig

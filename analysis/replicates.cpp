@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/replicates.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace lcrig {
+
+namespace {
+
+// Fewer degrees of freedom make an interval needlessly wide: the next source is asked.
+constexpr double kEnough = 5;
+constexpr int kSweeps = 200;
+constexpr double kSettled = 1e-12;
+
+struct Effect {
+  double weight = 0, sum = 0, value = 0;
+};
+
+// One pass: each effect becomes the weighted mean of what the other leaves. Returns the largest
+// change.
+template <class Key, class KeyOf, class Rest>
+double sweep(std::map<Key, Effect>& effects, const std::vector<RangePoint>& points, KeyOf key_of,
+             Rest rest) {
+  for (auto& [key, e] : effects) e.weight = e.sum = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    Effect& e = effects[key_of(points[i])];
+    e.weight += points[i].at.weight;
+    e.sum += points[i].at.weight * rest(i);
+  }
+  double change = 0;
+  for (auto& [key, e] : effects) {
+    const double value = e.sum / e.weight;
+    change = std::max(change, std::abs(value - e.value));
+    e.value = value;
+  }
+  return change;
+}
+
+std::map<LevelKey, int> count_levels(const std::vector<RangePoint>& points) {
+  std::map<LevelKey, int> out;
+  for (const RangePoint& p : points) ++out[p.key];
+  return out;
+}
+
+}  // namespace
+
+std::optional<PureError> error_between_repeats(const std::vector<RangePoint>& all, double slope) {
+  // A level that was measured once says nothing.
+  const auto counts = count_levels(all);
+  std::vector<RangePoint> points;
+  for (const RangePoint& p : all) {
+    if (counts.at(p.key) >= 2) points.push_back(p);
+  }
+  if (points.empty()) return std::nullopt;
+  std::map<LevelKey, Effect> levels;
+  std::map<std::int32_t, Effect> repeats;
+  const double x0 = points.front().at.x, y0 = points.front().at.y;
+  const auto y = [&](std::size_t i) {
+    return (points[i].at.y - y0) - slope * (points[i].at.x - x0);
+  };
+  double scale = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) scale = std::max(scale, std::abs(y(i)));
+  for (int k = 0; k < kSweeps; ++k) {
+    const double a = sweep(
+        levels, points, [](const RangePoint& p) { return p.key; },
+        [&](std::size_t i) { return y(i) - repeats[points[i].repeat].value; });
+    const double b = sweep(
+        repeats, points, [](const RangePoint& p) { return p.repeat; },
+        [&](std::size_t i) { return y(i) - levels[points[i].key].value; });
+    if (std::max(a, b) <= kSettled * scale) break;
+  }
+  double ss = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double r = y(i) - levels[points[i].key].value - repeats[points[i].repeat].value;
+    ss += points[i].at.weight * r * r;
+  }
+  const auto freedom = static_cast<double>(points.size()) - static_cast<double>(levels.size()) -
+                       static_cast<double>(repeats.size()) + 1;
+  if (freedom < 1) return std::nullopt;
+  return PureError{
+      ss / freedom, freedom,
+      fmt::format("scatter of {} levels between {} repeats", levels.size(), repeats.size())};
+}
+
+std::optional<PureError> error_within_levels(const std::vector<RangePoint>& points) {
+  double ss = 0, freedom = 0;
+  for (const RangePoint& p : points) {
+    ss += p.reading_ss;
+    freedom += static_cast<double>(std::max<std::int64_t>(p.readings - 1, 0));
+  }
+  if (freedom < 1) return std::nullopt;
+  return PureError{ss / freedom, freedom, "scatter of the readings within the levels"};
+}
+
+std::optional<PureError> choose_error(const std::vector<RangePoint>& range,
+                                      const std::vector<RangePoint>& whole_run,
+                                      const LineFit& line) {
+  const auto here = error_between_repeats(range, line.slope);
+  if (here && here->degrees_of_freedom >= kEnough) return here;
+  auto run = error_between_repeats(whole_run, line.slope);
+  if (run && here) {
+    run->basis += " of the whole run";
+    if (run->degrees_of_freedom >= kEnough) return run;
+  }
+  const auto within = error_within_levels(range);
+  if (within && within->degrees_of_freedom >= kEnough) return within;
+  if (run && here) return run;
+  if (here) return here;
+  if (within) return within;
+  if (line.points <= 2) return std::nullopt;
+  const double freedom = line.points - 2;
+  return PureError{line.residual_ss / freedom, freedom,
+                   "scatter about the line, the curve's own shape included"};
+}
+
+}  // namespace lcrig

@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/run_data.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "analysis/align.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using nlohmann::json;
+
+// Readings within this time before contact may be of a specimen that is touched already.
+constexpr double kBeforeContact_s = 1;
+
+std::optional<double> number_in(std::string_view text, const char* key) {
+  const json j = json::parse(text, nullptr, false);
+  if (!j.is_object()) return std::nullopt;
+  const auto it = j.find(key);
+  if (it == j.end() || !it->is_number()) return std::nullopt;
+  return it->get<double>();
+}
+
+float narrow(std::optional<double> value) {
+  return value ? static_cast<float>(*value) : std::numeric_limits<float>::quiet_NaN();
+}
+
+Result<std::int64_t> last_seq(const Database& db, std::string_view table, std::int64_t run) {
+  auto s = db.prepare(fmt::format("SELECT max(seq) FROM {} WHERE run_id = ?", table));
+  if (!s) return fail(s.error());
+  s->bind(0, run);
+  auto row = s->step();
+  if (!row) return fail(row.error());
+  return *row ? s->optional_integer(0).value_or(0) : 0;
+}
+
+// Keeps all samples, or of every stretch the least and the largest force.
+class Thinner {
+ public:
+  Thinner(RunData& out, std::int64_t start_ns) : out_(out), start_ns_(start_ns) {}
+
+  void take(const FrameTrack::Sample& s) {
+    ++out_.frame_samples;
+    if (s.after_gap) ++out_.frame_gaps;
+    FramePoint p;
+    p.t_s = static_cast<double>(s.t_ns - start_ns_) * 1e-9;
+    p.load_N = narrow(s.force_N);
+    p.place_m = narrow(s.travel_m);
+    p.after_gap = s.after_gap;
+    if (out_.frame_stride <= 2) {
+      out_.frame.push_back(p);
+      return;
+    }
+    gap_ = gap_ || s.after_gap;
+    if (count_ == 0 || p.load_N < low_.load_N || std::isnan(low_.load_N)) low_ = p;
+    if (count_ == 0 || p.load_N > high_.load_N || std::isnan(high_.load_N)) high_ = p;
+    if (++count_ == out_.frame_stride) end_stretch();
+  }
+  void end_stretch() {
+    if (count_ == 0) return;
+    FramePoint& first = low_.t_s <= high_.t_s ? low_ : high_;
+    FramePoint& second = low_.t_s <= high_.t_s ? high_ : low_;
+    first.after_gap = gap_;
+    second.after_gap = false;
+    out_.frame.push_back(first);
+    if (second.t_s > first.t_s) out_.frame.push_back(second);
+    count_ = 0;
+    gap_ = false;
+  }
+
+ private:
+  RunData& out_;
+  std::int64_t start_ns_;
+  std::int64_t count_ = 0;
+  bool gap_ = false;
+  FramePoint low_, high_;
+};
+
+class Loader {
+ public:
+  Loader(const Database& db, RunData& out) : db_(db), out_(out) {}
+
+  Result<> load(std::int64_t run, const LoadOptions& options) {
+    if (auto r = load_row(run); !r) return r;
+    if (auto r = load_levels(); !r) return r;
+    if (auto r = load_events(); !r) return r;
+    if (auto r = load_readings(options); !r) return r;
+    read_spans();
+    read_contact();
+    return {};
+  }
+
+ private:
+  double seconds(std::int64_t mono_ns) const {
+    return static_cast<double>(mono_ns - start_ns_) * 1e-9;
+  }
+
+  Result<> load_row(std::int64_t run) {
+    auto row = get_run(db_, run);
+    if (!row) return fail(row.error());
+    auto listing = get_run_listing(db_, run);
+    if (!listing) return fail(listing.error());
+    if (!listing->exit_status) {
+      return fail(Errc::busy,
+                  "run {} is still going on: analyse it when it has ended (`lcrig status`; a "
+                  "daemon that died closes its run at the next start)",
+                  run);
+    }
+    out_.run = run;
+    out_.row = std::move(*row);
+    out_.listing = std::move(*listing);
+    start_ns_ = out_.row.started.time_since_epoch().count();
+    out_.probe_diameter_m = out_.row.probe_diameter_m;
+    if (const auto d = out_.probe_diameter_m) out_.area_m2 = std::numbers::pi / 4 * *d * *d;
+    const json frame = json::parse(out_.row.frame_capabilities_json, nullptr, false);
+    out_.dead_weights = frame.is_object() && frame.value("weights", json()) == true;
+    before_.add(std::numeric_limits<std::int64_t>::min(), out_.row.lcr_settings_json);
+    if (const auto s = parse_meter_setting(out_.row.lcr_settings_json)) {
+      out_.settings.push_back({-std::numeric_limits<double>::infinity(), *s});
+    }
+    return {};
+  }
+
+  Result<> load_levels() {
+    auto s = db_.prepare(
+        "SELECT level, repeat, level_index, step_id, target_force_N, target_pressure_Pa,"
+        " planned_readings, begin_mono_ns FROM level WHERE run_id = ? ORDER BY level");
+    if (!s) return fail(s.error());
+    s->bind(0, out_.run);
+    for (;;) {
+      auto row = s->step();
+      if (!row) return fail(row.error());
+      if (!*row) return {};
+      LevelRow l;
+      l.level = static_cast<std::int32_t>(s->integer(0));
+      l.repeat = static_cast<std::int32_t>(s->integer(1));
+      l.index = static_cast<std::int32_t>(s->integer(2));
+      l.step_id = s->text(3);
+      l.target_force_N = s->optional_real(4);
+      l.target_pressure_Pa = s->optional_real(5);
+      l.planned_readings = static_cast<std::int32_t>(s->integer(6));
+      l.begin_s = seconds(s->integer(7));
+      while (static_cast<std::int64_t>(out_.levels.size()) + 1 < s->integer(0)) {
+        out_.levels.emplace_back();  // so that a level is found by its number
+      }
+      out_.levels.push_back(std::move(l));
+    }
+  }
+
+  Result<> load_events() {
+    auto s = db_.prepare(
+        "SELECT at_mono_ns, kind, step_id, detail FROM event WHERE run_id = ? ORDER BY seq");
+    if (!s) return fail(s.error());
+    s->bind(0, out_.run);
+    for (;;) {
+      auto row = s->step();
+      if (!row) return fail(row.error());
+      if (!*row) return {};
+      EventRow e;
+      e.t_s = seconds(s->integer(0));
+      e.kind = s->text(1);
+      e.step_id = s->text(2);
+      e.detail = s->text(3);
+      if (e.kind == "settings") {
+        before_.add(s->integer(0), e.detail);
+        if (const auto m = parse_meter_setting(e.detail)) out_.settings.push_back({e.t_s, *m});
+      }
+      out_.duration_s = std::max(out_.duration_s, e.t_s);
+      out_.events.push_back(std::move(e));
+    }
+  }
+
+  Result<> load_readings(const LoadOptions& options) {
+    auto samples = last_seq(db_, "frame_sample", out_.run);
+    if (!samples) return fail(samples.error());
+    auto count = last_seq(db_, "lcr_reading", out_.run);
+    if (!count) return fail(count.error());
+    out_.readings.reserve(static_cast<std::size_t>(*count));
+    const std::int64_t points = std::max<std::int64_t>(options.frame_points, 2);
+    out_.frame_stride = *samples <= points ? 1 : (2 * *samples + points - 1) / points;
+    auto track = FrameTrack::open(db_, out_.run, out_.dead_weights);
+    if (!track) return fail(track.error());
+    Thinner thinner(out_, start_ns_);
+    track->set_listener([&thinner](const FrameTrack::Sample& s) { thinner.take(s); });
+    auto rows = db_.prepare(
+        "SELECT asked_mono_ns, first_byte_mono_ns, fresh, capacitance_F, step_id, repeat, level,"
+        " reading_index, flags, function FROM lcr_reading WHERE run_id = ? ORDER BY seq");
+    if (!rows) return fail(rows.error());
+    rows->bind(0, out_.run);
+    for (;;) {
+      auto row = rows->step();
+      if (!row) return fail(row.error());
+      if (!*row) break;
+      if (auto r = take(*rows, *track); !r) return r;
+    }
+    if (auto r = track->drain(); !r) return r;
+    thinner.end_stretch();
+    if (!out_.frame.empty()) out_.duration_s = std::max(out_.duration_s, out_.frame.back().t_s);
+    return check_readings();
+  }
+
+  Result<> take(const Statement& row, FrameTrack& track) {
+    if (row.integer(2) == 0) {
+      ++out_.repeated_readings;
+      return {};
+    }
+    ++out_.fresh_readings;
+    const std::int64_t asked = row.integer(0);
+    const std::int64_t level = row.optional_integer(6).value_or(0);
+    LevelRow* const of_level = find_level(level);
+    const std::int64_t index = row.optional_integer(7).value_or(0);
+    const auto capacitance = row.optional_real(3);
+    if (!capacitance) {
+      const bool other = !row.text(9).starts_with('C');
+      ++(other ? out_.other_function : out_.overloads);
+      if (of_level != nullptr && !other && index > 0) ++of_level->overloads;
+      return {};
+    }
+    if (of_level != nullptr && index == 0) ++of_level->not_counted;
+    if (out_.function.empty()) out_.function = row.text(9);
+    auto a = align(track, before_.at(asked), asked, row.integer(1));
+    if (!a) return fail(a.error());
+    RunReading r;
+    r.t_s = seconds(a->middle_ns);
+    r.capacitance_F = *capacitance;
+    if (a->state.force_N) {
+      r.load_N = static_cast<float>(*a->state.force_N);
+      r.present |= 1;
+    }
+    if (a->state.travel_m) {
+      r.place_m = static_cast<float>(*a->state.travel_m);
+      r.present |= 2;
+    }
+    r.alignment_s = static_cast<float>(a->uncertainty_s);
+    r.force_rate_N_s = static_cast<float>(a->state.force_rate_N_s);
+    r.level = static_cast<std::int32_t>(level);
+    r.index = static_cast<std::int32_t>(index);
+    r.repeat = static_cast<std::int32_t>(row.integer(5));
+    r.step = step_of(row.text(4));
+    r.flags = static_cast<std::uint8_t>(row.integer(8));
+    out_.duration_s = std::max(out_.duration_s, r.t_s);
+    out_.readings.push_back(r);
+    return {};
+  }
+
+  LevelRow* find_level(std::int64_t level) {
+    if (level < 1 || level > static_cast<std::int64_t>(out_.levels.size())) return nullptr;
+    return &out_.levels[static_cast<std::size_t>(level - 1)];
+  }
+
+  // Readings of one step come one after another.
+  std::uint16_t step_of(std::string_view name) {
+    if (!out_.steps.empty() && out_.steps[step_] == name) return step_;
+    const auto it = std::find(out_.steps.begin(), out_.steps.end(), name);
+    step_ = static_cast<std::uint16_t>(it - out_.steps.begin());
+    if (it == out_.steps.end()) out_.steps.emplace_back(name);
+    return step_;
+  }
+
+  Result<> check_readings() const {
+    if (!out_.readings.empty()) return {};
+    const RunListing& l = out_.listing;
+    if (out_.other_function > 0) {
+      return fail(Errc::invalid_request,
+                  "run {} measured no capacitance (its function is another): there is nothing to "
+                  "analyse; `lcrig export` writes its readings",
+                  out_.run);
+    }
+    if (out_.overloads > 0) {
+      return fail(Errc::invalid_request,
+                  "all {} readings of run {} are overloads: check the connection of the specimen",
+                  out_.overloads, out_.run);
+    }
+    return fail(Errc::invalid_request, "run {} has no readings (it ended with {}{}{})", out_.run,
+                l.exit_status.value_or("?"), l.reason.empty() ? "" : ": ", l.reason);
+  }
+
+  void read_spans() {
+    for (const EventRow& e : out_.events) {
+      if (e.kind == "step_begin") {
+        out_.spans.push_back({e.step_id, e.detail, e.t_s, out_.duration_s});
+      } else if (e.kind == "step_end" && !out_.spans.empty()) {
+        out_.spans.back().end_s = e.t_s;
+      }
+    }
+  }
+
+  // A frame tells when it touched; a person hangs a weight while the step waits.
+  void read_contact() {
+    for (const EventRow& e : out_.events) {
+      if (e.kind == "contact") {
+        out_.contact_s = e.t_s - kBeforeContact_s;
+        out_.rest_force_N = number_in(e.detail, "rest_force_N");
+        return;
+      }
+      if (e.kind != "confirm" || number_in(e.detail, "force_N").value_or(0) <= 0) continue;
+      out_.contact_s = e.t_s - kBeforeContact_s;
+      for (const StepSpan& s : out_.spans) {
+        if (s.begin_s <= e.t_s && e.t_s <= s.end_s) out_.contact_s = s.begin_s;
+      }
+      out_.rest_force_N = 0;
+      return;
+    }
+  }
+
+  const Database& db_;
+  RunData& out_;
+  std::int64_t start_ns_ = 0;
+  WindowBefore before_;
+  std::uint16_t step_ = 0;
+};
+
+}  // namespace
+
+double RunReading::alignment_N() const {
+  return std::abs(static_cast<double>(force_rate_N_s)) * alignment_s;
+}
+
+std::optional<double> RunData::pressure_kPa(const RunReading& r) const {
+  if (!r.has_force() || !area_m2) return std::nullopt;
+  return r.load_N / *area_m2 * 1e-3;
+}
+
+const MeterSetting* RunData::setting_at(double t_s) const {
+  const MeterSetting* out = nullptr;
+  for (const Settings& s : settings) {
+    if (s.since_s <= t_s) out = &s.meter;
+  }
+  return out;
+}
+
+Result<RunData> load_run_data(const Database& db, std::int64_t run, const LoadOptions& options) {
+  auto view = Transaction::begin_read(db);
+  if (!view) return fail(view.error());
+  RunData out;
+  if (auto r = Loader(db, out).load(run, options); !r) return fail(r.error());
+  return out;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "analysis/metrics.hpp"
+
+namespace lcrig {
+
+namespace {
+
+// A loading stands out of the noise of the cell by this many standard deviations.
+constexpr double kLoading = 8;
+
+auto key(const MeterSetting& s) {
+  return std::tuple(s.frequency_Hz, s.level_V, s.speed, s.average);
+}
+
+std::string describe(const MeterSetting& s) {
+  return fmt::format("{} Hz, {} V, {}, average {}", s.frequency_Hz, s.level_V, to_string(s.speed),
+                     s.average);
+}
+
+// Readings under each setting; those of levels count, if there are any.
+void choose_setting(const RunData& data, Scene& scene, RunAnalysis& out) {
+  if (data.settings.empty()) {
+    out.notes.emplace_back("the run does not tell the settings of the meter");
+    return;
+  }
+  scene.setting_known = true;
+  scene.setting = data.settings.front().meter;
+  if (data.settings.size() == 1) return;
+  const bool levels = std::any_of(data.readings.begin(), data.readings.end(),
+                                  [](const RunReading& r) { return r.index > 0; });
+  std::map<decltype(key(scene.setting)), std::int64_t> counts;
+  std::size_t at = 0;
+  for (const RunReading& r : data.readings) {
+    while (at + 1 < data.settings.size() && data.settings[at + 1].since_s <= r.t_s) ++at;
+    if (!levels || r.index > 0) ++counts[key(data.settings[at].meter)];
+  }
+  if (counts.empty()) return;
+  const auto most =
+      std::max_element(counts.begin(), counts.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  for (const auto& s : data.settings) {
+    const bool used = key(s.meter) == most->first;
+    if (used) scene.setting = s.meter;
+    scene.changes_s.push_back(s.since_s);
+    scene.change_is_used.push_back(used);
+  }
+  if (counts.size() > 1) {
+    out.notes.push_back(fmt::format(
+        "the meter's settings changed during the run: only readings under {} are used ({} settings "
+        "in all)",
+        describe(scene.setting), counts.size()));
+  }
+}
+
+// The cell's noise from differences of neighbours: a slow loading cancels.
+double calc_force_noise(const RunData& data) {
+  std::vector<double> differences;
+  const std::size_t stride = std::max<std::size_t>(1, data.readings.size() / 20000);
+  for (std::size_t i = 0; i + 1 < data.readings.size(); i += stride) {
+    const RunReading &a = data.readings[i], &b = data.readings[i + 1];
+    if (a.has_force() && b.has_force()) differences.push_back(b.load_N - a.load_N);
+  }
+  return robust_sigma(differences) / std::sqrt(2.0);
+}
+
+void find_rest_and_peak(const RunData& data, Scene& scene) {
+  std::vector<double> forces;
+  forces.reserve(data.frame.size());
+  for (const FramePoint& p : data.frame) {
+    if (!std::isnan(p.load_N)) forces.push_back(p.load_N);
+  }
+  if (forces.empty()) return;
+  std::sort(forces.begin(), forces.end());
+  const auto quantile = [&forces](double q) {
+    return forces[static_cast<std::size_t>(q * static_cast<double>(forces.size() - 1))];
+  };
+  scene.force_noise_N = calc_force_noise(data);
+  const double low = quantile(0.005), high = quantile(0.995);
+  const auto end = std::upper_bound(forces.begin(), forces.end(), low + 0.1 * (high - low));
+  scene.rest_N = data.rest_force_N.value_or(
+      median(std::vector<double>(forces.begin(), std::max(end, forces.begin() + 1))));
+  const double peak = forces.back() - scene.rest_N;
+  if (peak > kLoading * scene.force_noise_N) scene.peak_N = peak;
+}
+
+}  // namespace
+
+bool Scene::uses(const RunReading& r) const {
+  if (change_is_used.empty()) return true;
+  const auto it = std::upper_bound(changes_s.begin(), changes_s.end(), r.t_s);
+  return it == changes_s.begin() ||
+         change_is_used[static_cast<std::size_t>(it - changes_s.begin()) - 1];
+}
+
+bool Scene::is_unloaded(const RunReading& r) const {
+  return r.has_force() && std::abs(above_rest_N(r)) <= std::max(0.02 * peak_N, 4 * force_noise_N);
+}
+
+std::optional<double> Scene::kPa(double force_N) const {
+  if (!data.area_m2) return std::nullopt;
+  return force_N / *data.area_m2 * 1e-3;
+}
+
+Scene look_at(const RunData& data, const AnalysisOptions& options, RunAnalysis& out) {
+  Scene scene(data, options);
+  choose_setting(data, scene, out);
+  find_rest_and_peak(data, scene);
+  return scene;
+}
+
+void Sample::add(double y) {
+  ++count;
+  const double d = y - mean;
+  mean += d / static_cast<double>(count);
+  sum_squares += d * (y - mean);
+}
+
+Metric metric(std::string name, std::string definition) {
+  Metric m;
+  m.name = std::move(name);
+  m.definition = std::move(definition);
+  return m;
+}
+
+Metric missing(std::string name, std::string definition, std::string reason) {
+  Metric m = metric(std::move(name), std::move(definition));
+  m.reason = std::move(reason);
+  return m;
+}
+
+Estimate estimate(double value, double standard_error, double degrees_of_freedom,
+                  double confidence) {
+  const double half = coverage_factor(confidence, degrees_of_freedom) * standard_error;
+  Estimate e;
+  e.value = value;
+  e.standard_error = standard_error;
+  e.interval = {value - half, value + half};
+  e.degrees_of_freedom = degrees_of_freedom;
+  return e;
+}
+
+std::string range_text(const PressureRange& range) {
+  return fmt::format("{:g}-{:g} kPa", range.from_kPa, range.to_kPa);
+}
+
+}  // namespace lcrig

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/uncertainty.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/line_fit.hpp"
+
+namespace lcrig {
+
+const UncertaintyPart* UncertaintyBudget::dominating() const {
+  const auto larger = [](const UncertaintyPart& a, const UncertaintyPart& b) {
+    return a.standard_uncertainty < b.standard_uncertainty;
+  };
+  const auto it = std::max_element(parts.begin(), parts.end(), larger);
+  return it == parts.end() ? nullptr : &*it;
+}
+
+void combine(UncertaintyBudget& budget, double confidence) {
+  double variance = 0;
+  double denominator = 0;  // of Welch and Satterthwaite (GUM G.4.1)
+  for (const UncertaintyPart& part : budget.parts) {
+    const double u2 = part.standard_uncertainty * part.standard_uncertainty;
+    variance += u2;
+    if (std::isfinite(part.degrees_of_freedom)) denominator += u2 * u2 / part.degrees_of_freedom;
+  }
+  budget.combined = std::sqrt(variance);
+  budget.effective_degrees_of_freedom =
+      denominator > 0 ? variance * variance / denominator : std::numeric_limits<double>::infinity();
+  budget.confidence = confidence;
+  budget.coverage_factor = coverage_factor(confidence, budget.effective_degrees_of_freedom);
+  budget.expanded = budget.coverage_factor * budget.combined;
+}
+
+double rectangular(double half_width) {
+  return std::abs(half_width) / std::sqrt(3.0);
+}
+
+}  // namespace lcrig
