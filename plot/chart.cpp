@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "plot/layout.hpp"
@@ -183,9 +184,11 @@ std::string legend_entry(const LegendEntry& entry) {
   } else {
     const Style& style = entry.series->style;
     const std::array<Pixel, 2> ends{Pixel{entry.x, y}, Pixel{entry.x + 26, y}};
-    const std::array<Pixel, 1> middle{Pixel{entry.x + 13, y}};
+    const std::array<Pixel, 3> marks{Pixel{entry.x + 13, y}, Pixel{entry.x + 6, y + 3},
+                                     Pixel{entry.x + 20, y - 3}};
+    const bool dots = style.marker == Marker::dot;  // one alone would not be seen
     if (style.line) out += polyline_element(ends, style);
-    out += marks_element(middle, style);
+    out += marks_element(std::span(marks).first(dots ? 3 : 1), style);
   }
   return out + text_element(entry.x + 31, entry.y, entry.text, "");
 }
@@ -227,7 +230,7 @@ std::string draw_panel(const Panel& panel, const PanelLayout& at, double x, doub
     line += kLine;
   }
   for (const auto& entry : at.legend) out += legend_entry(entry);
-  line = (at.legend.empty() ? line - 14 + 4 : at.legend.back().y - 13 + kLine) + 10;
+  line = (at.legend.empty() ? line - 14 + 4 : at.legend.back().y - 10 + kLine) + 10;
   for (const auto& text : at.y_label) {
     out += text_element(0, line, text, "");
     line += kLine;

@@ -103,12 +103,12 @@ double widest(const Ticks& ticks) {
 }
 
 int y_tick_count(double height) {
-  return std::max(3, static_cast<int>(height / 42));
+  return std::max(4, static_cast<int>(height / 34));
 }
 
 // As many as fit beside each other.
 Ticks x_ticks_of(const Scale& s, double width) {
-  for (int most = std::max(2, static_cast<int>(width / 60)); most > 2; --most) {
+  for (int most = std::max(2, static_cast<int>(width / 48)); most > 2; --most) {
     Ticks ticks = ticks_of(s, most);
     const double each = widest(ticks) + 14;
     bool fits = true;
@@ -141,7 +141,7 @@ double place_legend(const Panel& panel, PanelLayout& out, double top) {
   };
   for (const auto& s : panel.series) add(&s, s.label);
   for (const auto& b : panel.bands) add(nullptr, b.label);
-  return out.legend.empty() ? top : y + kLine;
+  return out.legend.empty() ? top : y + kLine + 3;
 }
 
 }  // namespace

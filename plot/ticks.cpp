@@ -19,7 +19,7 @@ std::string with_minus(std::string text) {
 
 double round_step(double smallest) {
   const double power = std::pow(10, std::floor(std::log10(smallest)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
+  for (const double factor : {1.0, 2.0, 2.5, 5.0}) {
     if (factor * power >= smallest * (1 - 1e-9)) return factor * power;
   }
   return 10 * power;
@@ -31,7 +31,9 @@ std::string label_of(double value, double step, double largest) {
     const int digits = static_cast<int>(std::ceil(std::log10(largest / step))) + 1;
     return with_minus(fmt::format("{:.{}g}", value, std::clamp(digits, 1, 17)));
   }
-  const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
+  int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
+  const double units = step * std::pow(10, decimals);
+  if (std::abs(units - std::round(units)) > 1e-6) ++decimals;  // 2.5
   return with_minus(fmt::format("{:.{}f}", value, decimals));
 }
 

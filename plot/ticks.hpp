@@ -13,7 +13,7 @@ struct Ticks {
   std::vector<double> minor;  // without a label
 };
 
-// Multiples of 1, 2 or 5 times a power of ten within [low, high], at most `most` (>= 2).
+// Multiples of 1, 2, 2.5 or 5 times a power of ten within [low, high], at most `most` (>= 2).
 // Precondition: low < high, finite.
 Ticks linear_ticks(double low, double high, int most);
 // Powers of ten; over less than two decades also 2 and 5 times these, over less than that as
