@@ -27,7 +27,11 @@ Result<> check(const AnalysisOptions& options) {
 
 void add_notes(const RunData& data, RunAnalysis& out) {
   const auto note = [&out](std::string text) { out.notes.push_back(std::move(text)); };
-  if (data.row.simulated) note("simulated: nothing was measured");
+  if (data.row.bench_name.starts_with("replay:")) {
+    note("a recording was played back through simulated instruments");
+  } else if (data.row.simulated) {
+    note("simulated: nothing was measured");
+  }
   if (out.exit_status != "success") {
     note(fmt::format("the run ended with {}{}{}", out.exit_status.value_or("?"),
                      data.listing.reason.empty() ? "" : ": ", data.listing.reason));
@@ -111,13 +115,13 @@ Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options)
   add_notes(data, out);
   Scene scene = look_at(data, options, out);
   find_cycles(scene, out);
+  calc_holds(scene, out);
   calc_levels(scene, out);
   calc_baseline(scene, out);
   calc_curve(scene, out);
   calc_cycles(scene, out);
   calc_sensitivity(scene, out);
   calc_hysteresis(scene, out);
-  calc_holds(scene, out);
   calc_limit_of_detection(scene, out);
   calc_budgets(scene, out);
   add_level_notes(data, out);

@@ -166,6 +166,7 @@ struct HoldResult {
   double mean_fF = 0;  // of C
   std::optional<double> force_change_percent;  // last tenth against first tenth
   std::int64_t readings = 0;
+  std::size_t first = 0, last = 0;  // of RunData::readings: [first, last)
   double change_fF = 0, change_se_fF = 0;  // of C over the hold, from the line against log time
   std::optional<double> per_decade_fF, per_decade_se_fF;  // slope against log10 of time
   std::optional<double> drift_fF_per_s, drift_se_fF_per_s;  // over the last half

@@ -183,11 +183,11 @@ void set_peaks(const Scene& scene, RunAnalysis& out) {
 }
 
 // Slope of C against force while the load grows.
-void set_branch_slope(const Scene& scene, CycleResult& c) {
+void set_branch_slope(const Scene& scene, CycleResult& c, Moving& moving) {
   std::vector<LinePoint> points;
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = scene.data.readings[i];
-    if (!r.has_force() || !scene.uses(r) || r.t_s > c.peak_s) continue;
+    if (!moving(i) || r.t_s > c.peak_s) continue;
     points.push_back({scene.above_rest_N(r), r.capacitance_F * 1e15, 1});
   }
   const auto line = fit_line(points);
@@ -324,7 +324,10 @@ void find_cycles(Scene& scene, RunAnalysis& out) {
     c.rest_pF = rests[k].capacitance.mean;
     c.rest_s = rests[k].capacitance.count > 0 ? rests[k].time.mean : c.begin_s;
     c.rest_se_fF = error_fF(rests[k].capacitance);
-    set_branch_slope(scene, c);
+    // A run that begins loaded, or a cycle that follows at once: the first loaded reading.
+    if (rests[k].capacitance.count == 0) {
+      c.rest_pF = scene.data.readings[c.first].capacitance_F * 1e12;
+    }
   }
   const Rest& end = rests.back();
   if (end.capacitance.count < 2) return;
@@ -342,14 +345,13 @@ void calc_cycles(const Scene& scene, RunAnalysis& out) {
     out.mullins.reason = out.force_sensitivity.reason = why;
     return;
   }
+  Moving moving(scene, out);
+  for (CycleResult& c : out.cycles) set_branch_slope(scene, c, moving);
   calc_force_sensitivity(scene, out);
   for (CycleResult& c : out.cycles) {
-    // A cycle that began loaded, or that followed at once: the baseline stands in.
-    if (c.rest_pF == 0 && out.c0) {
+    if (c.rest_s == c.begin_s && out.c0) {  // it has no rest of its own
       c.rest_pF = out.c0.value();
-      c.rest_se_fF = out.c0.estimate->standard_error;
-    } else if (c.rest_pF == 0) {
-      c.rest_pF = scene.data.readings[c.first].capacitance_F * 1e12;
+      if (const auto se = out.c0.estimate->standard_error) c.rest_se_fF = *se * 1e3;
     }
     c.delta_C_fF = (c.peak_pF - c.rest_pF) * 1e3;
     if (c.rest_se_fF && c.peak_se_fF) c.delta_C_se_fF = std::hypot(*c.rest_se_fF, *c.peak_se_fF);

@@ -16,6 +16,8 @@ constexpr double kForceBand = 0.02;  // of the force above rest
 // A held travel lets the force relax; beyond this it is a motion.
 constexpr double kRelaxation = 0.15;
 constexpr double kTravelBand = 0.005;  // of the travel of the cycle
+constexpr double kSteady = 0.005;  // change of a held force, over the stretch
+constexpr double kTravelResolution_m = 1e-9;
 constexpr double kLeastTime_s = 2;
 constexpr std::int64_t kLeastReadings = 10;
 constexpr double kResolved = 3.3;  // standard errors: one in a thousand by chance
@@ -64,6 +66,31 @@ void cut_ramp(const Scene& scene, Stretch& s) {
   }
 }
 
+double trend(const std::vector<LinePoint>& points, double span, double& error) {
+  const auto line = fit_line(points);
+  if (!line || line->points < 3) return error = 0;
+  error = line->slope_se(line->residual_ss / (line->points - 2)) * span;
+  return line->slope * span;
+}
+
+// A slow ramp, too, stays within the band for a while; but then force and travel both go on.
+bool is_held(const Scene& scene, const Stretch& s) {
+  const auto& readings = scene.data.readings;
+  std::vector<LinePoint> force, travel;
+  for (std::size_t i = s.first; i < s.last; ++i) {
+    const RunReading& r = readings[i];
+    if (!r.has_force() || !scene.uses(r)) continue;
+    force.push_back({r.t_s, scene.above_rest_N(r), 1});
+    if (r.has_travel()) travel.push_back({r.t_s, r.place_m, 1});
+  }
+  const double span = readings[s.last - 1].t_s - readings[s.first].t_s;
+  double error = 0;
+  const double force_change = std::abs(trend(force, span, error));
+  if (force_change <= std::max(kSteady * std::abs(force.front().y), 3 * error)) return true;
+  const double travel_change = std::abs(trend(travel, span, error));
+  return travel.size() == force.size() && travel_change <= 3 * error + kTravelResolution_m;
+}
+
 std::vector<Stretch> find_stretches(const Scene& scene, const CycleResult& c) {
   std::vector<Stretch> out;
   const auto& readings = scene.data.readings;
@@ -72,7 +99,8 @@ std::vector<Stretch> find_stretches(const Scene& scene, const CycleResult& c) {
   const auto close = [&] {
     if (s.last - s.first >= static_cast<std::size_t>(kLeastReadings)) cut_ramp(scene, s);
     if (s.last - s.first < static_cast<std::size_t>(kLeastReadings)) return;
-    if (readings[s.last - 1].t_s - readings[s.first].t_s >= kLeastTime_s) out.push_back(s);
+    if (readings[s.last - 1].t_s - readings[s.first].t_s < kLeastTime_s) return;
+    if (is_held(scene, s)) out.push_back(s);
   };
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = readings[i];
@@ -177,6 +205,8 @@ void fit_settling(const Series& s, double rest_fF, HoldResult& h) {
 HoldResult result_of(const Scene& scene, const CycleResult& c, const Stretch& s) {
   HoldResult h;
   h.cycle = c.number;
+  h.first = s.first;
+  h.last = s.last;
   h.step_id = scene.data.steps[scene.data.readings[s.first].step];
   const Series series = series_of(scene, s, h);
   fit_log_time(series, h);

@@ -20,7 +20,9 @@ constexpr int kGrid = 18;
 constexpr const char* kGap =
     "largest difference between unloading and loading at equal force, over the span of C; both "
     "branches as cubics through the readings of all cycles between 10 and 95 % of the peak force, "
-    "force taken in the middle of each reading's window";
+    "force taken in the middle of each reading's window; holds left out; cycles whose delta C "
+    "differ by "
+    "more than a fifth are scaled to the mean one";
 constexpr const char* kArea =
     "area between unloading and loading over (span of C times range of force), same branches";
 
@@ -38,32 +40,50 @@ struct Branches {
 };
 
 // `late`: the force at the end of the window instead of its middle, from the rate of force.
-void add_reading(const Scene& scene, const CycleResult& c, const RunReading& r, bool late,
+void add_reading(const Scene& scene, const CycleResult& c, std::size_t i, double scale, bool late,
                  Branches& out) {
+  const RunReading& r = scene.data.readings[i];
   const double delay = late ? std::sqrt(3.0) * r.alignment_s : 0;  // half the window
   const double u = (scene.above_rest_N(r) + r.force_rate_N_s * delay) / c.peak_force_N;
   if (u < kFrom || u > kTo) return;
   const bool up = r.t_s <= c.peak_s;
   std::array<double, kOrder + 1> row{};
   fill(u, row);
-  (up ? out.up : out.down).add(row.data(), (r.capacitance_F * 1e12 - c.rest_pF) * 1e3);
+  (up ? out.up : out.down).add(row.data(), scale * (r.capacitance_F * 1e12 - c.rest_pF) * 1e3);
   const double error = r.alignment_N();
   out.square_rate_error += error * error;
   ++out.counts;
 }
 
-// A hold at the peak belongs to neither branch.
-bool steady(const Scene& scene, const RunReading& r) {
-  return std::abs(static_cast<double>(r.force_rate_N_s)) * 1.0 < 0.005 * scene.peak_N;
+// Cycles of different height (presses at different places) are brought to the mean one.
+constexpr double kAlike = 0.2;
+
+double span_fF(const RunAnalysis& out) {
+  double sum = 0;
+  for (const CycleResult& c : out.cycles) sum += std::abs(c.delta_C_fF);
+  return sum / static_cast<double>(out.cycles.size());
+}
+
+std::vector<double> scales(const RunAnalysis& out) {
+  const double span = span_fF(out);
+  std::vector<double> scale;
+  bool alike = true;
+  for (const CycleResult& c : out.cycles) {
+    alike = alike && std::abs(c.delta_C_fF - out.cycles.front().delta_C_fF) <= kAlike * span;
+    scale.push_back(c.delta_C_fF != 0 ? span / c.delta_C_fF : 0);
+  }
+  if (alike) scale.assign(out.cycles.size(), 1);
+  return scale;
 }
 
 Branches collect(const Scene& scene, const RunAnalysis& out, bool late) {
   Branches b;
-  for (const CycleResult& c : out.cycles) {
+  Moving moving(scene, out);
+  const auto scale = scales(out);
+  for (std::size_t k = 0; k < out.cycles.size(); ++k) {
+    const CycleResult& c = out.cycles[k];
     for (std::size_t i = c.first; i < c.last; ++i) {
-      const RunReading& r = scene.data.readings[i];
-      if (!r.has_force() || !scene.uses(r) || steady(scene, r)) continue;
-      add_reading(scene, c, r, late, b);
+      if (moving(i)) add_reading(scene, c, i, scale[k], late, b);
     }
   }
   return b;
@@ -120,13 +140,6 @@ std::optional<Loop> make_loop(const Branches& b, double peak_N) {
 
 double gap_fF(const LoopPoint& p) {
   return p.down_fF - p.up_fF;
-}
-
-// Span of C over the whole loading: mean over the cycles.
-double span_fF(const RunAnalysis& out) {
-  double sum = 0;
-  for (const CycleResult& c : out.cycles) sum += c.delta_C_fF;
-  return std::abs(sum / static_cast<double>(out.cycles.size()));
 }
 
 double mean_peak_N(const RunAnalysis& out) {

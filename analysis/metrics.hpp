@@ -50,15 +50,28 @@ Estimate estimate(double value, double standard_error, double degrees_of_freedom
                   double confidence);
 
 void find_cycles(Scene& scene, RunAnalysis& out);  // without the metrics that need C0
+void calc_holds(const Scene& scene, RunAnalysis& out);
 void calc_levels(const Scene& scene, RunAnalysis& out);  // levels and outliers, without C0
 void calc_baseline(const Scene& scene, RunAnalysis& out);
 void calc_curve(const Scene& scene, RunAnalysis& out);  // delta C, linearity, repeatability
 void calc_cycles(const Scene& scene, RunAnalysis& out);  // dynamic range, Mullins, pF/N
 void calc_sensitivity(const Scene& scene, RunAnalysis& out);
 void calc_hysteresis(const Scene& scene, RunAnalysis& out);
-void calc_holds(const Scene& scene, RunAnalysis& out);
 void calc_limit_of_detection(const Scene& scene, RunAnalysis& out);
 void calc_budgets(const Scene& scene, RunAnalysis& out);
+
+// Readings of a branch: of a cycle, with a force, under the settings, not in a hold. Call with
+// growing numbers.
+class Moving {
+ public:
+  Moving(const Scene& scene, const RunAnalysis& out) : scene_(scene), holds_(out.holds) {}
+  bool operator()(std::size_t reading);
+
+ private:
+  const Scene& scene_;
+  const std::vector<HoldResult>& holds_;
+  std::size_t next_ = 0;
+};
 
 // The levels that a straight line goes through: of one direction, the one with more levels.
 Direction direction_of_line(const RunAnalysis& out);

@@ -115,6 +115,13 @@ Scene look_at(const RunData& data, const AnalysisOptions& options, RunAnalysis& 
   return scene;
 }
 
+bool Moving::operator()(std::size_t reading) {
+  while (next_ < holds_.size() && holds_[next_].last <= reading) ++next_;
+  if (next_ < holds_.size() && holds_[next_].first <= reading) return false;
+  const RunReading& r = scene_.data.readings[reading];
+  return r.has_force() && scene_.uses(r);
+}
+
 void Sample::add(double y) {
   ++count;
   const double d = y - mean;

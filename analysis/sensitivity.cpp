@@ -232,12 +232,12 @@ RangeResult of_levels(const Scene& scene, const RunAnalysis& out, const Pressure
 }
 
 // Readings of one loading branch.
-std::vector<LinePoint> branch(const Scene& scene, const CycleResult& c,
-                              const PressureRange& range) {
+std::vector<LinePoint> branch(const Scene& scene, const CycleResult& c, const PressureRange& range,
+                              Moving& moving) {
   std::vector<LinePoint> points;
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = scene.data.readings[i];
-    if (!r.has_force() || !scene.uses(r) || r.t_s > c.peak_s) continue;
+    if (!moving(i) || r.t_s > c.peak_s) continue;
     const double kPa = *scene.kPa(scene.above_rest_N(r));
     if (inside(range, kPa)) points.push_back({kPa, (r.capacitance_F * 1e12 - c.rest_pF) * 1e3, 1});
   }
@@ -251,8 +251,9 @@ struct Branches {
 
 Branches fit_branches(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
   Branches b;
+  Moving moving(scene, out);
   for (const CycleResult& c : out.cycles) {
-    const auto points = branch(scene, c, range);
+    const auto points = branch(scene, c, range, moving);
     const auto line = fit_line(points);
     if (!line) continue;
     b.lines.push_back(*line);

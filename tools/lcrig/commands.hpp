@@ -28,6 +28,7 @@ std::unique_ptr<Command> make_runs_list_command();
 std::unique_ptr<Command> make_runs_show_command();
 std::unique_ptr<Command> make_runs_note_command();
 std::unique_ptr<Command> make_export_command();
+std::unique_ptr<Command> make_analyze_command();
 std::unique_ptr<Command> make_verify_command();
 std::unique_ptr<Command> make_report_command();
 std::unique_ptr<Command> make_budget_command();

@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: Apache-2.0
+// Metrics of made-up runs whose truth is known.
+#include "analysis/analysis.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/synthetic_run.hpp"
+
+namespace lcrig {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+RunAnalysis analysed(SyntheticRun& run, const AnalysisOptions& options = {}) {
+  auto out = analyse(run.db(), run.run(), options);
+  EXPECT_TRUE(out) << (out ? "" : out.error().what);
+  return out ? std::move(*out) : RunAnalysis();
+}
+
+RunAnalysis of_static(const SyntheticRun::Static& s, const AnalysisOptions& options = {}) {
+  SyntheticRun run;
+  run.begin();
+  run.play(s);
+  run.end();
+  return analysed(run, options);
+}
+
+RunAnalysis of_dynamic(const SyntheticRun::Dynamic& d) {
+  SyntheticRun run;
+  run.reading_s = 0.065;
+  run.begin();
+  run.play(d);
+  run.end();
+  return analysed(run);
+}
+
+bool holds(const Metric& m, double truth) {
+  const auto& i = *m.estimate->interval;
+  return i[0] <= truth && truth <= i[1];
+}
+
+TEST(Analyse, FindsTheSlopeC0AndNoiseOfAStraightSpecimen) {
+  const auto a = of_static(SyntheticRun::Static());
+  EXPECT_NEAR(a.c0.value(), 3.65, 4 * 0.044 / 10);
+  EXPECT_NEAR(*a.c0.estimate->standard_error, 0.0044, 0.001);
+  EXPECT_NEAR(a.noise.value(), 44, 10);
+  ASSERT_EQ(a.ranges.size(), 2U);
+  for (const RangeResult& r : a.ranges) {
+    const double se = *r.sensitivity.estimate->standard_error;
+    EXPECT_NEAR(r.sensitivity.value(), 6, 4 * se);
+    EXPECT_GT(r.robust->standard_error, 0);
+  }
+  // Noise of a level 44/sqrt(30) fF, pressures 10, 20, 30 in four repeats: sxx = 4 * 200.
+  EXPECT_NEAR(*a.ranges[0].sensitivity.estimate->standard_error, 8.03 / std::sqrt(800), 0.12);
+  EXPECT_EQ(a.ranges[0].points, 12);
+  EXPECT_EQ(a.ranges[0].pressures, 3);
+  EXPECT_EQ(a.ranges[0].sensitivity.rows, 12 * 30);
+  EXPECT_EQ(a.curve.size(), 10U);
+  EXPECT_EQ(a.outlier_count, 0);
+}
+
+TEST(Analyse, WithoutNoiseTheSlopeIsExact) {
+  SyntheticRun::Static s;
+  s.noise_F = 0;
+  const auto a = of_static(s);
+  EXPECT_NEAR(a.ranges[0].sensitivity.value() / 6, 1, 1e-7);
+  EXPECT_NEAR(a.ranges[1].sensitivity.value() / 6, 1, 1e-7);
+  EXPECT_NEAR(*a.curve.back().delta_C_fF, 600, 1e-6);
+}
+
+TEST(Analyse, ResolvesOneFemtofaradOnFortyPicofarad) {
+  SyntheticRun::Static s;
+  s.noise_F = 0.05e-15;
+  s.capacitance_F = [](double kPa) { return 40e-12 + 1e-17 * kPa; };  // 1 fF at 100 kPa
+  const auto a = of_static(s);
+  EXPECT_NEAR(a.ranges[1].sensitivity.value(), 0.01, 1e-4);
+  EXPECT_TRUE(holds(a.ranges[1].sensitivity, 0.01));
+}
+
+TEST(Analyse, TwoLevelsGiveASlopeAndOneLevelDoesNot) {
+  SyntheticRun::Static s;
+  s.kPa = {10, 30};
+  const auto two = of_static(s);
+  EXPECT_TRUE(holds(two.ranges[0].sensitivity, 6));
+  EXPECT_FALSE(two.ranges[1].sensitivity);
+  EXPECT_THAT(two.ranges[1].sensitivity.reason, HasSubstr("two different ones"));
+  s.kPa = {20};
+  const auto one = of_static(s);
+  EXPECT_FALSE(one.ranges[0].sensitivity);
+}
+
+TEST(Analyse, AllPressuresEqualIsRefused) {
+  SyntheticRun::Static s;
+  s.kPa = {20, 20, 20};
+  const auto a = of_static(s);
+  EXPECT_FALSE(a.ranges[0].sensitivity);
+  EXPECT_THAT(a.ranges[0].sensitivity.reason, HasSubstr("1 of the run's pressures"));
+}
+
+TEST(Analyse, OneReadingPerLevelUsesTheScatterBetweenRepeats) {
+  SyntheticRun::Static s;
+  s.readings = 1;
+  s.repeats = 6;
+  const auto a = of_static(s);
+  EXPECT_EQ(*a.ranges[0].sensitivity.estimate->degrees_of_freedom, 10);  // (3 - 1)(6 - 1)
+  EXPECT_TRUE(holds(a.ranges[0].sensitivity, 6));
+  s.repeats = 1;
+  const auto once = of_static(s);
+  EXPECT_THAT(once.ranges[0].scatter_basis, HasSubstr("about the line"));
+  s.kPa = {10, 30};
+  const auto exact = of_static(s);
+  EXPECT_FALSE(exact.ranges[0].sensitivity.estimate->standard_error);
+  EXPECT_THAT(exact.ranges[0].sensitivity.reason, HasSubstr("no interval"));
+}
+
+TEST(Analyse, OverloadsAreCountedAndNeverBecomeNumbers) {
+  SyntheticRun::Static s;
+  s.spoil = [](int level, int i, double v) {
+    return level == 3 || i % 5 == 0 ? std::nullopt : std::optional(v);
+  };
+  const auto a = of_static(s);
+  EXPECT_TRUE(holds(a.ranges[0].sensitivity, 6));
+  EXPECT_EQ(a.levels.size(), 39U);
+  EXPECT_EQ(a.levels[0].readings, 24);
+  EXPECT_EQ(a.levels[0].missing, 6);
+  EXPECT_THAT(a.notes, Contains(HasSubstr("overloads")));
+  EXPECT_THAT(a.notes, Contains(HasSubstr("1 levels have no usable reading")));
+}
+
+TEST(Analyse, ListsAnOutlierOfSixSigmaAndKeepsIt) {
+  SyntheticRun::Static s;
+  s.seed = 5;
+  s.spoil = [](int level, int i, double v) {
+    return level == 2 && i == 7 ? 3.65e-12 + 6e-15 * 20 + 6 * 44e-15 : v;
+  };
+  const auto a = of_static(s);
+  ASSERT_EQ(a.outlier_count, 1);
+  EXPECT_EQ(a.outliers[0].level, 2);
+  EXPECT_EQ(a.outliers[0].index, 7);
+  EXPECT_NEAR(a.outliers[0].deviations, 6, 0.8);
+  EXPECT_EQ(a.levels[1].readings, 30) << "it is not dropped";
+  EXPECT_TRUE(holds(a.ranges[0].sensitivity, 6));
+  EXPECT_NEAR(a.ranges[0].robust->slope_fF_per_kPa, 6, 1);
+}
+
+TEST(Analyse, ReversedOrderGivesTheSameSlope) {
+  SyntheticRun::Static s;
+  s.noise_F = 0;
+  std::reverse(s.kPa.begin(), s.kPa.end());
+  const auto a = of_static(s);
+  EXPECT_NEAR(a.ranges[0].sensitivity.value() / 6, 1, 1e-7);
+  EXPECT_EQ(a.levels[4].direction, Direction::down);
+}
+
+TEST(Analyse, ABentCurveIsCalledBentAndItsSlopeIsThatOfTheTrueCurve) {
+  SyntheticRun::Static s;
+  s.noise_F = 5e-15;
+  s.capacitance_F = [](double kPa) { return 3.65e-12 + (9 * kPa - 0.03 * kPa * kPa) * 1e-15; };
+  AnalysisOptions options;
+  options.search_regions = true;
+  const auto a = of_static(s, options);
+  // Levels 40..100: the least-squares slope of a parabola is its derivative in their middle.
+  EXPECT_TRUE(holds(a.ranges[1].sensitivity, 9 - 2 * 0.03 * 70));
+  EXPECT_LT(*a.ranges[1].lack_of_fit_p, 1e-6);
+  EXPECT_THAT(a.ranges[1].residual_pattern, HasSubstr("bent down"));
+  // Residuals of a parabola at the ends: 0.03 (45^2 - 825) and, terminal, 0.03 45^2, of 513 fF.
+  EXPECT_NEAR(a.linearity.value(), 7.0, 0.5);
+  EXPECT_NEAR(a.linearity_terminal.value(), 11.8, 0.8);
+  ASSERT_TRUE(a.regions);
+  EXPECT_GT(a.regions->low.sensitivity.value(), a.regions->high.sensitivity.value());
+}
+
+TEST(Analyse, AC0ThatJumpsBetweenRepeatsDoesNotWidenTheSlope) {
+  SyntheticRun::Static s;
+  s.spoil = [](int level, int, double v) { return v + 0.3e-12 * ((level - 1) / 10); };
+  const auto a = of_static(s);
+  EXPECT_LT(*a.ranges[0].sensitivity.estimate->standard_error, 0.6);
+  EXPECT_NEAR(a.ranges[0].sensitivity.value(), 6, 2);
+}
+
+TEST(Analyse, SystematicPartsDoNotShrinkWithReadings) {
+  SyntheticRun::Static s;
+  const auto few = of_static(s);
+  s.readings = 120;
+  const auto many = of_static(s);
+  const auto part = [](const RunAnalysis& a, const std::string& name) {
+    for (const auto& p : a.ranges[1].budget.parts) {
+      if (p.name == name) return p.standard_uncertainty;
+    }
+    return -1.0;
+  };
+  EXPECT_NEAR(part(many, "scatter") / part(few, "scatter"), 0.5, 0.15);
+  EXPECT_NEAR(part(many, "force"), 6 * 0.01 / std::sqrt(3), 0.005);
+  EXPECT_NEAR(part(many, "force") / part(few, "force"), 1, 0.05);
+  EXPECT_EQ(part(many, "meter offset"), 0);
+  EXPECT_GT(many.ranges[1].budget.expanded, 2 * part(many, "force"));
+}
+
+TEST(Analyse, ALevelInAGapOfTheFrameIsNotUsed) {
+  SyntheticRun run;
+  run.begin();
+  SyntheticRun::Static s;
+  s.repeats = 2;
+  s.spoil = [&run](int level, int i, double v) {
+    if (level == 4 && i == 1) run.lost_frames = 100;  // 2 s
+    return std::optional(v);
+  };
+  run.play(s);
+  run.end();
+  const auto a = analysed(run);
+  EXPECT_THAT(a.notes, Contains(HasSubstr("1 gaps")));
+  ASSERT_EQ(a.levels[3].level, 4);
+  EXPECT_LE(a.levels[3].readings, 15);
+  EXPECT_GE(a.levels[3].missing, 15);
+  EXPECT_TRUE(holds(a.ranges[1].sensitivity, 6));
+}
+
+TEST(Analyse, WithoutAFrameTheTargetsAreTakenAndSaidSo) {
+  SyntheticRun run;
+  run.with_frame = false;
+  run.begin();
+  run.play(SyntheticRun::Static());
+  run.end();
+  const auto a = analysed(run);
+  EXPECT_TRUE(holds(a.ranges[0].sensitivity, 6));
+  EXPECT_THAT(a.notes, Contains(HasSubstr("the force that was asked for")));
+  EXPECT_FALSE(a.dynamic_range);
+  EXPECT_THAT(a.dynamic_range.reason, HasSubstr("no force"));
+}
+
+TEST(Analyse, SaysWhatIsWrongWithARunThatCannotBeAnalysed) {
+  SyntheticRun run;
+  EXPECT_THAT(analyse(run.db(), 7).error().what, HasSubstr("no run 7"));
+  const auto open = insert_run(run.db(), run.row);
+  EXPECT_THAT(analyse(run.db(), *open).error().what, HasSubstr("still going on"));
+  run.begin();
+  run.end(ExitStatus::fail);
+  EXPECT_THAT(analyse(run.db(), run.run()).error().what, HasSubstr("no readings"));
+  SyntheticRun overloaded;
+  overloaded.begin();
+  overloaded.reading(std::nullopt, 0);
+  overloaded.end();
+  EXPECT_THAT(analyse(overloaded.db(), overloaded.run()).error().what, HasSubstr("overloads"));
+  SyntheticRun other;
+  other.begin();
+  other.reading(1e-12, 0);
+  other.end();
+  ASSERT_TRUE(
+      other.db().execute("DROP TRIGGER lcr_reading_no_update;"
+                         "UPDATE lcr_reading SET function = 'R-X', capacitance_F = NULL"));
+  EXPECT_THAT(analyse(other.db(), other.run()).error().what, HasSubstr("no capacitance"));
+  AnalysisOptions backwards;
+  backwards.ranges = {{30, 10}};
+  EXPECT_THAT(analyse(other.db(), other.run(), backwards).error().what, HasSubstr("30-10 kPa"));
+}
+
+TEST(Analyse, DynamicRangeIsNotPulledUpByNoise) {
+  // 60 fF of noise on 172 fF of change: the largest reading of a cycle would be far too large.
+  SyntheticRun::Dynamic d;
+  d.noise_F = 60e-15;
+  d.cycles = 40;
+  d.branch_s = 1;
+  const auto a = of_dynamic(d);
+  ASSERT_EQ(a.cycles.size(), 40U);
+  const double truth = 2.15e-15 * 79.577 / 3.65e-12 * 100;
+  EXPECT_TRUE(holds(a.dynamic_range, truth)) << a.dynamic_range.value();
+  EXPECT_NEAR(a.dynamic_range.value(), truth, 3 * *a.dynamic_range.estimate->standard_error);
+  EXPECT_LT(*a.dynamic_range.estimate->standard_error, 0.3);
+  EXPECT_FALSE(a.hysteresis.resolved);
+}
+
+TEST(Analyse, FindsHysteresisAndItsArea) {
+  SyntheticRun::Dynamic d;
+  d.noise_F = 1e-15;
+  d.branch_s = 20;
+  // Unloading lies above: 4 h u (1 - u) of the span of 172 fF, at most 17 fF in the middle.
+  d.capacitance_F = [](double kPa, bool up) {
+    const double u = kPa / 79.577;
+    return 3.65e-12 + 171.1e-15 * (u + (up ? 0 : 0.4 * u * (1 - u)));
+  };
+  const auto a = of_dynamic(d);
+  EXPECT_NEAR(a.hysteresis.largest_gap.value(), 10, 0.4);
+  EXPECT_TRUE(a.hysteresis.resolved);
+  EXPECT_NEAR(a.hysteresis.area.value(), 0.4 / 6 * 100, 1.2);  // over 10 to 95 % of the force
+}
+
+TEST(Analyse, AFastLoopWithoutHysteresisIsNotCalledHysteresis) {
+  SyntheticRun::Dynamic d;
+  d.noise_F = 0.1e-15;
+  d.branch_s = 2;
+  const auto a = of_dynamic(d);
+  EXPECT_LT(a.hysteresis.largest_gap.value(), 0.5);
+  EXPECT_GT(*a.hysteresis.uncorrected_percent, 1) << "the force at the reading's arrival";
+  EXPECT_FALSE(a.hysteresis.resolved);
+}
+
+TEST(Analyse, CreepUnderAHeldLoadHasItsTimeConstant) {
+  SyntheticRun run;
+  run.begin();
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 100; ++i) run.reading(3.65e-12 + 1e-15 * normal(random), 0);
+  const double begin = run.t_s;
+  while (run.t_s < begin + 60) {
+    const double t = run.t_s + 0.06 - begin;
+    run.reading(3.65e-12 + 300e-15 - 30e-15 * std::exp(-t / 8) + 1e-15 * normal(random), 0.5);
+  }
+  for (int i = 0; i < 50; ++i) run.reading(3.65e-12 + 1e-15 * normal(random), 0);
+  run.end();
+  const auto a = analysed(run);
+  ASSERT_EQ(a.holds.size(), 1U);
+  EXPECT_TRUE(a.holds[0].resolved);
+  EXPECT_NEAR(*a.holds[0].time_constant_s, 8, 1);
+  EXPECT_NEAR(a.settling.value(), 8 * std::log(30 / (0.02 * 300)), 2);
+  EXPECT_GT(a.creep.value(), 2);
+}
+
+TEST(Analyse, NoCreepIsNotCalledCreep) {
+  const auto a = of_static(SyntheticRun::Static());
+  EXPECT_EQ(a.holds.size(), 40U);
+  EXPECT_TRUE(holds(a.creep, 0) ||
+              std::abs(a.creep.value()) < 3 * *a.creep.estimate->standard_error);
+  EXPECT_FALSE(a.settling);
+}
+
+// The paper's slopes and dynamic ranges through storage, alignment, analysis and comparison.
+TEST(Analyse, GivesThePapersNumbersBack) {
+  std::vector<RunAnalysis> runs;
+  const double slopes[] = {5.75, 19.3, 23.7};
+  for (int i = 0; i < 3; ++i) {
+    SyntheticRun::Static s;
+    s.seed = static_cast<std::uint64_t>(11 + i);
+    s.noise_F = 10e-15;
+    const double c0 = 3.65e-12 * (i + 1), slope = slopes[i] * 1e-15;
+    s.capacitance_F = [c0, slope](double kPa) { return c0 + slope * kPa; };
+    runs.push_back(of_static(s));
+    EXPECT_TRUE(holds(runs.back().ranges[0].sensitivity, slopes[i]));
+  }
+  const double expected[] = {235.7, 22.8, 312.2};
+  int found = 0;
+  for (const Comparison& c : compare(runs)) {
+    if (c.quantity != "sensitivity 0-30 kPa") continue;
+    const double truth = expected[found++];
+    ASSERT_TRUE(c.interval_percent);
+    EXPECT_LE((*c.interval_percent)[0], truth + 0.05) << c.from_value << " " << c.to_value;
+    EXPECT_GE((*c.interval_percent)[1], truth - 0.05);
+    EXPECT_NEAR(c.increase_percent, truth, 4 * *c.standard_error_percent);
+  }
+  EXPECT_EQ(found, 3);
+}
+
+TEST(Analyse, GivesThePapersDynamicRangesBack) {
+  int i = 0;
+  for (const double percent : {4.7, 10.4, 32.4}) {
+    SyntheticRun::Dynamic d;
+    d.seed = static_cast<std::uint64_t>(21 + i);
+    const double c0 = 3.65e-12 * ++i;
+    d.noise_F = 20e-15;
+    d.capacitance_F = [=](double kPa, bool) { return c0 * (1 + percent / 100 * kPa / 79.577); };
+    const auto a = of_dynamic(d);
+    EXPECT_TRUE(holds(a.dynamic_range, percent))
+        << percent << " as " << a.dynamic_range.value() << " +- "
+        << *a.dynamic_range.estimate->standard_error;
+  }
+}
+
+TEST(Analyse, JsonHasTheNamesOfTheDesign) {
+  const auto j = to_json(of_static(SyntheticRun::Static()));
+  EXPECT_NEAR(j["C0_pF"].get<double>(), 3.65, 0.02);
+  EXPECT_TRUE(j["dynamic_range_percent"].is_number());
+  EXPECT_TRUE(j.contains("hysteresis_percent"));
+  ASSERT_EQ(j["ranges"].size(), 2U);
+  const auto& r = j["ranges"][0];
+  EXPECT_EQ(r["from_kPa"], 0);
+  EXPECT_EQ(r["to_kPa"], 30);
+  EXPECT_TRUE(r["sensitivity_fF_per_kPa"].is_number());
+  EXPECT_TRUE(r["standard_error"].is_number());
+  EXPECT_TRUE(r["r_squared"].is_number());
+  EXPECT_LT(r["ci95"][0].get<double>(), r["ci95"][1].get<double>());
+}
+
+TEST(LoadRunData, ThinsTheFrameButKeepsItsPeaks) {
+  SyntheticRun run;
+  run.begin();
+  for (int i = 0; i < 2000; ++i)
+    run.reading(3.65e-12, [](double t) { return t > 100 && t < 100.03 ? 1.0 : 0.0; });
+  run.end();
+  LoadOptions options;
+  options.frame_points = 200;
+  const auto data = load_run_data(run.db(), run.run(), options);
+  ASSERT_TRUE(data) << data.error().what;
+  EXPECT_LE(data->frame.size(), 210U);
+  EXPECT_NEAR(static_cast<double>(data->frame_samples), 12000, 1);
+  const auto peak = std::max_element(
+      data->frame.begin(), data->frame.end(),
+      [](const FramePoint& a, const FramePoint& b) { return a.load_N < b.load_N; });
+  EXPECT_EQ(peak->load_N, 1);
+  EXPECT_NEAR(peak->t_s, 100.02, 0.011);
+}
+
+}  // namespace
+}  // namespace lcrig

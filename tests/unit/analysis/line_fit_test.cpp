@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/line_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "analysis/uncertainty.hpp"
+
+namespace lcrig {
+namespace {
+
+// The reference regression: y = 3.65 + 8.9e-3 (10 i) - 1e-7 (10 i)^2, its slope 8.89e-3 exactly.
+std::vector<LinePoint> reference(double offset) {
+  std::vector<LinePoint> points;
+  for (int i = 0; i <= 10; ++i) {
+    const double x = 10.0 * i;
+    points.push_back({offset + x, 3.65 + 8.9e-3 * x - 1e-7 * x * x, 1});
+  }
+  return points;
+}
+
+TEST(FitLine, KeepsItsDigitsWithAnOffsetOfOneHundredMillion) {
+  for (const double offset : {0.0, 1e3, 1e6, 1e8}) {
+    const auto fit = fit_line(reference(offset));
+    ASSERT_TRUE(fit);
+    EXPECT_NEAR(fit->slope / 8.89e-3, 1, 1e-12) << "offset " << offset;
+  }
+}
+
+TEST(FitLine, ResolvesOneFemtofaradOnFortyPicofarad) {
+  std::vector<LinePoint> points;  // fF; the meter's own last digit would be 0.1 fF
+  for (int i = 0; i <= 10; ++i) points.push_back({10.0 * i, 40000 + 0.01 * 10 * i, 1});
+  EXPECT_NEAR(fit_line(points)->slope, 0.01, 1e-11);
+}
+
+TEST(FitLine, DoesNotDependOnTheOrder) {
+  auto points = reference(0);
+  const double forward = fit_line(points)->slope;
+  std::reverse(points.begin(), points.end());
+  EXPECT_NEAR(fit_line(points)->slope, forward, 1e-16);
+}
+
+TEST(FitLine, RefusesPointsAtOnePressureAndBadNumbers) {
+  const std::vector<LinePoint> same{{5, 1, 1}, {5, 2, 1}, {5, 3, 1}};
+  EXPECT_NE(fit_line(same).error().what.find("x = 5"), std::string::npos);
+  const std::vector<LinePoint> one{{5, 1, 1}};
+  EXPECT_FALSE(fit_line(one));
+  const std::vector<LinePoint> nan{{5, 1, 1}, {6, std::nan(""), 1}};
+  EXPECT_FALSE(fit_line(nan));
+  const std::vector<LinePoint> weightless{{5, 1, 1}, {6, 1, 0}};
+  EXPECT_FALSE(fit_line(weightless));
+}
+
+TEST(FitLine, WeightsCountAsRepeatedPoints) {
+  const std::vector<LinePoint> weighted{{0, 1, 3}, {1, 2, 1}, {2, 5, 2}};
+  const std::vector<LinePoint> repeated{{0, 1, 1}, {0, 1, 1}, {0, 1, 1},
+                                        {1, 2, 1}, {2, 5, 1}, {2, 5, 1}};
+  const auto a = fit_line(weighted), b = fit_line(repeated);
+  EXPECT_NEAR(a->slope, b->slope, 1e-14);
+  EXPECT_NEAR(a->slope_se(2), b->slope_se(2), 1e-14);
+  EXPECT_NEAR(a->residual_ss, b->residual_ss, 1e-13);
+}
+
+TEST(HuberLine, IsHardlyMovedByAPointThatIsFarOff) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> noise(0, 0.1);
+  std::vector<LinePoint> points;
+  for (int i = 0; i < 40; ++i) points.push_back({1.0 * i, 2.0 * i + noise(random), 1});
+  points[39].y += 50;
+  const double plain = fit_line(points)->slope;
+  const auto robust = fit_line_huber(points);
+  ASSERT_TRUE(robust);
+  EXPECT_GT(std::abs(plain - 2), 0.1);
+  EXPECT_NEAR(robust->line.slope, 2, 0.01);
+  EXPECT_LT(robust->huber_weights[39], 0.02);
+  EXPECT_GT(robust->slope_se, 0.001);
+  EXPECT_LT(robust->slope_se, 0.01);
+}
+
+TEST(Quantiles, AreThoseOfTheTables) {
+  EXPECT_NEAR(student_t_quantile(0.975, 1), 12.7062, 1e-4);
+  EXPECT_NEAR(student_t_quantile(0.975, 10), 2.22814, 1e-5);
+  EXPECT_NEAR(coverage_factor(0.95, std::numeric_limits<double>::infinity()), 1.959964, 1e-6);
+  EXPECT_NEAR(f_tail(4.96, 1, 10), 0.05, 1e-4);
+  EXPECT_NEAR(chi_squared_quantile(0.95, 3), 7.8147, 1e-4);
+}
+
+TEST(RunsTest, SeesABendAndLeavesScatterAlone) {
+  const std::vector<double> bend{-1, -1, -1, -1, 1, 1, 1, 1, 1, -1, -1, -1, -1, -1};
+  EXPECT_LT(runs_test(bend).p, 0.05);
+  const std::vector<double> scatter{1, -1, -1, 1, 1, -1, 1, -1, -1, 1, -1, 1};
+  EXPECT_GT(runs_test(scatter).p, 0.2);
+  const std::vector<double> few{1, -1, 1};
+  EXPECT_EQ(runs_test(few).p, 1);
+}
+
+TEST(TwoRegions, FindsTheKneeAndRefusesTooFewPoints) {
+  std::vector<LinePoint> points;
+  for (int i = 1; i <= 10; ++i) {
+    points.push_back({10.0 * i, i <= 4 ? 20.0 * i : 80 + 5.0 * (i - 4), 1});
+    points.back().y += i % 2 == 0 ? 0.1 : -0.1;
+  }
+  const auto found = find_two_regions(points);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->last_low_x, 35, 5.1);
+  EXPECT_NEAR(found->low.slope, 2, 0.05);
+  EXPECT_NEAR(found->high.slope, 0.5, 0.05);
+  EXPECT_LT(found->p_one_line, 1e-6);
+  points.resize(5);
+  EXPECT_FALSE(find_two_regions(points));
+}
+
+TEST(Uncertainty, CombinesWithWelchAndSatterthwaite) {
+  UncertaintyBudget b;
+  UncertaintyPart a;
+  a.standard_uncertainty = 3;
+  a.kind = UncertaintyKind::a;
+  a.degrees_of_freedom = 9;
+  UncertaintyPart s;
+  s.standard_uncertainty = 4;
+  b.parts = {a, s};
+  combine(b);
+  EXPECT_NEAR(b.combined, 5, 1e-12);
+  EXPECT_NEAR(b.effective_degrees_of_freedom, 625.0 / 9, 1e-9);
+  EXPECT_NEAR(b.expanded, 5 * student_t_quantile(0.975, 625.0 / 9), 1e-9);
+  EXPECT_EQ(b.dominating()->standard_uncertainty, 4);
+  EXPECT_NEAR(rectangular(1), 0.57735, 1e-5);
+}
+
+}  // namespace
+}  // namespace lcrig
