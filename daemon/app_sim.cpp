@@ -35,6 +35,7 @@ class ActingOperator final : public Operator {
     if (done) act_();
     co_return done;
   }
+  const std::string& prompt() const override { return inner_.prompt(); }
 
  private:
   Operator& inner_;

@@ -43,7 +43,7 @@ constexpr std::array<ErrcRow, 11> kErrcs{{
     {Errc::limit_tripped, -32007, "a limit was reached: check specimen and limits, then run again"},
     {Errc::invalid_request, -32008, "correct the request; lcrig protocol check FILE"},
     {Errc::aborted, -32009, "it was stopped; start it again with lcrig run"},
-    {Errc::io, -32010, "the operating system refused: read the message"},
+    {Errc::io, -32010, "the operating system refused; the message says what and why"},
     {Errc::bug, -32603, "a fault of this program: report it with the wire log"},
 }};
 

@@ -53,7 +53,7 @@ class RemoteOperator final : public Operator {
   explicit RemoteOperator(asio::any_io_executor executor) : confirmations_(executor, 1) {}
   Task<Result<>> confirm(std::string prompt) override;
   bool confirmed();  // false: nothing waits for a confirmation
-  const std::string& prompt() const { return prompt_; }  // empty: nothing to confirm
+  const std::string& prompt() const override { return prompt_; }
 
  private:
   asio::experimental::channel<void(boost::system::error_code)> confirmations_;

@@ -221,6 +221,7 @@ RunStatus Session::status() const {
   s.force_N = acknowledged_.force_N;
   s.travel_m = acknowledged_.travel_m;
   s.pressure_Pa = acknowledged_.pressure_Pa;
+  s.prompt = instruments_->person().prompt();
   s.gap_m.reset();
   if (run_ && s.travel_m && run_->contact_travel_m())
     s.gap_m = *run_->contact_travel_m() - *s.travel_m;

@@ -79,6 +79,7 @@ class Operator {
  public:
   virtual ~Operator() = default;
   virtual Task<Result<>> confirm(std::string prompt) = 0;
+  virtual const std::string& prompt() const = 0;  // what is asked now; empty: nothing
 };
 
 // One motion at a time. A motion task returns when the device says that it ended; cancelling the

@@ -144,10 +144,11 @@ Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance,
     rejected += fmt::format("{}{} {}", rejected.empty() ? "" : ", ", name_of(settings),
                             error ? fmt::format("{:.2g}", *error) : "not applicable");
   }
-  return fail(
-      Errc::invalid_request,
-      "specimen {}: no level meets a tolerance of {:.2g} at {:.4g} kPa; estimated errors: {}",
-      specimen.name, tolerance, max_pressure.si() / 1e3, rejected);
+  return fail(Errc::invalid_request,
+              "specimen {}: no level meets a tolerance of {:.2g} at {:.4g} kPa; {:.2g} can be met "
+              "(estimated "
+              "errors: {})",
+              specimen.name, tolerance, max_pressure.si() / 1e3, least * 1.01, rejected);
 }
 
 nlohmann::json to_json(const LevelChoice& choice) {

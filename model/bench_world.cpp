@@ -13,7 +13,10 @@ Result<std::unique_ptr<BenchWorld>> BenchWorld::make(const Specimen& specimen, d
     mounting.creep_time_s = specimen.creep->time_s;
   }
   auto choice = choose_level(specimen, tolerance, max_pressure);
-  if (!choice) return fail(choice.error());
+  if (!choice) {
+    return fail(choice.error().code, "{}: set `error_tolerance` of the bench to what can be met",
+                choice.error().what);
+  }
   auto response = make_response(specimen, choice->settings, max_force, tolerance);
   if (!response) return fail(response.error());
   return std::unique_ptr<BenchWorld>(

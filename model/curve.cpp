@@ -86,7 +86,6 @@ Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSett
   Curve curve;
   if (settings) {
     curve.settings = *settings;
-    curve.error_estimate = estimate_error(specimen, *settings, highest).value_or(1.0);
   } else {
     auto choice = choose_level(specimen, tolerance, highest);
     if (!choice) {
@@ -99,6 +98,11 @@ Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSett
   auto model = make_level_model(specimen, curve.settings);
   if (!model) {
     return fail(model.error());
+  }
+  if (settings) {  // after the level has accepted the specimen: an estimate can be work
+    if (const auto estimate = estimate_error(specimen, *settings, highest)) {
+      curve.error_estimate = *estimate;
+    }
   }
   for (const Pressure p : pressures) {
     const auto state = (*model)->at_pressure(p);
@@ -121,8 +125,9 @@ nlohmann::json to_json(const Curve& curve) {
   }
   nlohmann::json json{{"level", to_string(curve.settings.level)},
                       {"pressure_kind", to_string(curve.settings.pressure_kind)},
-                      {"error_estimate", curve.error_estimate},
                       {"points", points}};
+  json["error_estimate"] =
+      curve.error_estimate ? nlohmann::json(*curve.error_estimate) : nlohmann::json(nullptr);
   if (curve.choice) {
     json["choice"] = to_json(*curve.choice);
   }

@@ -24,7 +24,8 @@ struct ModelPoint {
 
 struct Curve {
   LevelSettings settings;
-  double error_estimate = 0;  // relative, of delta C at the last pressure
+  // Relative, of delta C at the last pressure; nothing: the level is too far off to be rated.
+  std::optional<double> error_estimate;
   std::optional<LevelChoice> choice;  // when the level was chosen here
   std::vector<ModelPoint> points;
 };

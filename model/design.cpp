@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sum of 1/t over {sum t = total, t >= least} is convex, so its maximum is a vertex: all layers but
 // one at the least thickness. With free faces it does not matter which. With a bonded base layers
-// near the base hardly strain, so the position decides; every vertex is computed from one field.
+// near the base hardly strain, so the position decides, and between films thin layers are stiffer:
+// there nothing says that a vertex is best, and every partition on a grid is tried.
 #include "model/design.hpp"
 
 #include <fmt/format.h>
@@ -12,8 +13,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "model/bonded.hpp"
 #include "model/curve.hpp"
 #include "model/fem_levels.hpp"
+#include "model/partition_search.hpp"
 
 namespace lcrig {
 namespace {
@@ -85,33 +88,119 @@ Result<> check(const DesignRequest& r) {
   return check_specimen(block_of(r, {total}));
 }
 
-// A level for each partition anew where layers do not share one field, else one factorization.
-Result<Evaluate> make_evaluate(const DesignRequest& r, std::string& method) {
-  if (r.faces == Faces::bonded_base) {
-    auto field = FemLinear::make(block_of(r, {r.total.si()}), LevelSettings{});
-    if (!field) {
-      return fail(field.error());
-    }
-    method =
-        "linear finite elements, one factorization for all partitions: the bonded base strains "
-        "little, so the place of the thin layers matters";
-    return Evaluate(
-        [shared = std::shared_ptr<FemLinear>(std::move(*field))](
-            const Partition& partition, Pressure p) { return shared->at_pressure(p, partition); });
-  }
+// How partitions are rated at a pressure, and what a layer adds at none.
+struct Rating {
+  std::string method;
+  Evaluate evaluate;
+  LayerSensitivity sensitivity;  // empty: the closed form needs no search
+};
+
+Evaluate closed_form(const DesignRequest& r, Level level) {
   LevelSettings settings;
-  settings.level = r.faces == Faces::free ? Level::linear : Level::bonded;
+  settings.level = level;
   settings.nonlinear = false;
-  method = r.faces == Faces::free
-               ? "closed form: sensitivity goes with the sum of 1/t, the order does not matter"
-               : "bonded layers: thinner layers are also stiffer, each by its own shape factor";
-  return Evaluate([r, settings](const Partition& partition, Pressure p) -> Result<StackState> {
+  return [r, settings](const Partition& partition, Pressure p) -> Result<StackState> {
     auto model = make_level_model(block_of(r, partition), settings);
     if (!model) {
       return fail(model.error());
     }
     return (*model)->at_pressure(p);
+  };
+}
+
+// One factorization for every partition: layers share one field.
+Result<Rating> rate_bonded_base(const DesignRequest& r) {
+  auto field = FemLinear::make(block_of(r, {r.total.si()}), LevelSettings{});
+  if (!field) {
+    return fail(field.error());
+  }
+  Rating rating;
+  rating.method =
+      "linear finite elements, one factorization for all partitions: the bonded base strains "
+      "little, so the place of the thin layers matters";
+  const std::shared_ptr<FemLinear> shared(std::move(*field));
+  rating.evaluate = [shared](const Partition& partition, Pressure p) {
+    return shared->at_pressure(p, partition);
+  };
+  const double eps = kVacuumPermittivity_F_m * r.material.relative_permittivity;
+  rating.sensitivity = [shared, eps](double from, double to) {
+    const double t = to - from;
+    return eps * (shared->swept_volume_m3_Pa(to) - shared->swept_volume_m3_Pa(from)) / (t * t);
+  };
+  return rating;
+}
+
+Rating rate_laminate(const DesignRequest& r) {
+  Rating rating;
+  rating.method = "bonded layers: thinner layers are also stiffer, each by its own shape factor";
+  rating.evaluate = closed_form(r, Level::bonded);
+  const Specimen block = block_of(r, {r.total.si()});
+  const double eps_area =
+      kVacuumPermittivity_F_m * r.material.relative_permittivity * block.area_m2();
+  const double radius = r.disc_diameter.si() / 2;
+  const double nu = r.material.poisson_ratio;
+  const double mu = r.material.youngs_modulus_Pa / (2 * (1 + nu));
+  rating.sensitivity = [=](double from, double to) {
+    const double t = to - from;
+    return eps_area / (t * bonded_modulus_Pa(mu, nu, radius / (2 * t)));
+  };
+  return rating;
+}
+
+Result<Rating> make_rating(const DesignRequest& r) {
+  if (r.faces == Faces::bonded_base) {
+    return rate_bonded_base(r);
+  }
+  if (r.faces == Faces::bonded_laminate) {
+    return rate_laminate(r);
+  }
+  return Rating{"closed form: sensitivity goes with the sum of 1/t, the order does not matter",
+                closed_form(r, Level::linear), nullptr};
+}
+
+// Equal layers, then every vertex that differs.
+std::vector<std::pair<std::string, Partition>> named_partitions(const DesignRequest& r) {
+  const auto n = static_cast<std::size_t>(r.capacitors);
+  const double rest = r.total.si() - r.least_layer.si() * (r.capacitors - 1);
+  std::vector<std::pair<std::string, Partition>> partitions{
+      {"equal layers", Partition(n, r.total.si() / r.capacitors)}};
+  const std::size_t positions = n == 1 ? 0 : r.faces == Faces::bonded_base ? n : 1;
+  for (std::size_t i = 0; i < positions; ++i) {
+    Partition p(n, r.least_layer.si());
+    p[i] = rest;
+    const std::string name = r.faces == Faces::bonded_base
+                                 ? placement_name(static_cast<int>(i), r.capacitors)
+                                 : "one thick layer, anywhere";
+    partitions.emplace_back(name, std::move(p));
+  }
+  return partitions;
+}
+
+bool same(const Partition& a, const Partition& b, double total_m) {
+  double worst = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    worst = std::max(worst, std::abs(a[i] - b[i]));
+  }
+  return worst < 1e-6 * total_m;
+}
+
+// Looks among all partitions; what it finds joins the list unless it is there already.
+void search(const DesignRequest& r, const Rating& rating, Design& design,
+            std::vector<std::pair<std::string, Partition>>& partitions) {
+  const auto found =
+      best_partition({r.capacitors, r.total.si(), r.least_layer.si()}, rating.sensitivity);
+  design.search_grid_m = found.grid_m;
+  const auto listed = std::find_if(partitions.begin(), partitions.end(), [&](const auto& p) {
+    Partition sorted = p.second, best = found.thickness_m;
+    if (r.faces == Faces::bonded_laminate) {  // the order does not matter
+      std::sort(sorted.begin(), sorted.end());
+      std::sort(best.begin(), best.end());
+    }
+    return same(sorted, best, r.total.si());
   });
+  if (listed == partitions.end()) {
+    partitions.emplace_back("found by search", found.thickness_m);
+  }
 }
 
 }  // namespace
@@ -121,22 +210,17 @@ Result<Design> design_partition(const DesignRequest& r) {
     return fail(ok.error());
   }
   Design design;
-  auto evaluate = make_evaluate(r, design.method);
-  if (!evaluate) {
-    return fail(evaluate.error());
+  const auto rating = make_rating(r);
+  if (!rating) {
+    return fail(rating.error());
   }
-  const auto n = static_cast<std::size_t>(r.capacitors);
-  const double rest = r.total.si() - r.least_layer.si() * (r.capacitors - 1);
-  std::vector<std::pair<std::string, Partition>> partitions{
-      {"equal layers", Partition(n, r.total.si() / r.capacitors)}};
-  const int positions = r.faces == Faces::bonded_base ? r.capacitors : std::min(r.capacitors, 1);
-  for (int i = 0; i < positions && n > 1; ++i) {
-    Partition p(n, r.least_layer.si());
-    p[static_cast<std::size_t>(i)] = rest;
-    partitions.emplace_back(placement_name(i, r.capacitors), p);
+  design.method = rating->method;
+  auto partitions = named_partitions(r);
+  if (rating->sensitivity && r.capacitors > 1) {
+    search(r, *rating, design, partitions);
   }
   for (auto& [name, partition] : partitions) {
-    auto option = rate(r, *evaluate, name, partition);
+    auto option = rate(r, rating->evaluate, name, partition);
     if (!option) {
       return fail(option.error());
     }
@@ -165,7 +249,10 @@ nlohmann::json to_json(const Design& design) {
         o.fitted_F_Pa > 0 ? nlohmann::json(o.fitted_F_Pa * 1e18) : nlohmann::json(nullptr);
     options.push_back(std::move(row));
   }
-  return {{"method", design.method}, {"options", options}};
+  nlohmann::json json{{"method", design.method}, {"options", options}};
+  json["search_grid_um"] = design.search_grid_m > 0 ? nlohmann::json(design.search_grid_m * 1e6)
+                                                    : nlohmann::json(nullptr);
+  return json;
 }
 
 }  // namespace lcrig

@@ -16,7 +16,7 @@ struct DesignRequest {
   Length total = Length::from_si(1e-3);
   Length least_layer = Length::from_si(0.1e-3);
   Length disc_diameter = Length::from_si(4e-3);
-  Faces faces = Faces::bonded_base;  // laminate: every layer between films, as free but stiffer
+  Faces faces = Faces::bonded_base;  // laminate: every layer between rigid electrodes
   Top top = Top::pressure;
   Material material{"PDMS", 2.75, false, 200e3, 0.49, {}};
   Pressure max_pressure = Pressure::from_si(100e3);  // for the fitted sensitivity
@@ -34,6 +34,7 @@ struct DesignOption {
 struct Design {
   std::vector<DesignOption> options;  // best first
   std::string method;  // closed form or computation, and why
+  double search_grid_m = 0;  // every partition on it was tried; 0: the closed form needs no search
 };
 
 // Errors: capacitors * least_layer > total; sizes out of range.

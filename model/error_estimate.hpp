@@ -10,8 +10,8 @@ namespace lcrig {
 // Relative error of bonded_modulus_Pa against the exact elastic disc.
 double bonded_modulus_error(double poisson_ratio, double shape_factor);
 
-// Discretization error of delta C on the FEM levels' meshes, small strains.
-double mesh_error(const Specimen& specimen, int refinement);
+// Discretization error of delta C at the level's mesh, small strains. FEM levels only.
+double mesh_error(const Specimen& specimen, const LevelSettings& settings);
 
 // Relative error of delta C at this pressure against the finite-strain continuum with the same
 // boundary. Errors: the level cannot describe the specimen or the pressure at all.

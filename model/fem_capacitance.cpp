@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/fem_capacitance.hpp"
 
-#include <array>
 #include <numbers>
+
+#include "model/gauss.hpp"
 
 namespace lcrig {
 namespace {
-
-constexpr std::size_t kPoints = 5;
-constexpr std::array<double, kPoints> kX{-0.9061798459386640, -0.5384693101056831, 0,
-                                         0.5384693101056831, 0.9061798459386640};
-constexpr std::array<double, kPoints> kW{0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
-                                         0.4786286704993665, 0.2369268850561891};
 
 // Value and slope (per unit of xi) of a quadratic through three nodes.
 struct Quadratic {
@@ -58,12 +53,12 @@ Result<double> change_of(const StackSpace& space, const Profile& profile, Electr
   const auto& r = space.radii();
   double sum = 0;  // of (r dr/gap - R dR/gap0), m
   for (std::size_t i = 0; i + 2 < r.size(); i += 2) {
-    for (std::size_t q = 0; q < kPoints; ++q) {
-      const auto R = quadratic(&r[i], kX[q]);
-      const double closing = quadratic(&profile.closing[i], kX[q]).value;
+    for (const auto& [x, weight] : kGauss5) {
+      const auto R = quadratic(&r[i], x);
+      const double closing = quadratic(&profile.closing[i], x).value;
       double stretch = 0;  // r dr - R dR
       if (area == ElectrodeArea::deformed) {
-        const auto ur = quadratic(&profile.radial[i], kX[q]);
+        const auto ur = quadratic(&profile.radial[i], x);
         stretch = ur.value * R.slope + R.value * ur.slope + ur.value * ur.slope;
       }
       const double gap = profile.gap_m - closing;
@@ -71,7 +66,7 @@ Result<double> change_of(const StackSpace& space, const Profile& profile, Electr
         return fail(Errc::invalid_request, "a layer has closed at radius {} mm", R.value * 1e3);
       }
       sum +=
-          kW[q] * (stretch * profile.gap_m + R.value * R.slope * closing) / (gap * profile.gap_m);
+          weight * (stretch * profile.gap_m + R.value * R.slope * closing) / (gap * profile.gap_m);
     }
   }
   return kVacuumPermittivity_F_m * 2 * std::numbers::pi * sum;

@@ -14,6 +14,8 @@ constexpr double kFirstSteps = 8;  // more only where needed, fewer where it goe
 // Steps below both mean that the solution is lost: of the load reached, and of the one asked for.
 constexpr double kLeastStep = 1.0 / 32, kLeastStart = 1.0 / 4096;
 constexpr std::size_t kMostKept = 40;  // converged loads
+constexpr int kMostSecants = 60;
+constexpr double kSameLoad = 1e-9;  // as exact as Newton's method leaves it
 
 // Lagrange weights of the points x at t.
 std::vector<double> weights_at(const std::vector<double>& x, double t) {
@@ -30,15 +32,11 @@ std::vector<double> weights_at(const std::vector<double>& x, double t) {
 
 Result<std::unique_ptr<FemFinite>> FemFinite::make(const Specimen& specimen,
                                                    const LevelSettings& settings) {
-  if (settings.form != EnergyForm::a) {
-    return fail(Errc::invalid_request, "fem_finite knows strain-energy form A only");
-  }
   auto space = StackSpace::make(specimen, settings.mesh, true);
   if (!space) {
     return fail(space.error());
   }
-  std::unique_ptr<FemFinite> model(
-      new FemFinite(std::move(*space), settings.electrode_area, specimen.c0_F()));
+  std::unique_ptr<FemFinite> model(new FemFinite(std::move(*space), settings, specimen.c0_F()));
   model->known_[0] = model->system_.rest();
   return model;
 }
@@ -109,6 +107,9 @@ bool FemFinite::step_to(double pressure_Pa) {
 }
 
 Result<> FemFinite::reach(double pressure_Pa) {
+  if (known_.contains(pressure_Pa)) {
+    return {};
+  }
   double from = std::prev(known_.upper_bound(pressure_Pa))->first;
   // Not in one go, even where Newton's method could: it might land on another branch.
   double step = pressure_Pa / kFirstSteps;
@@ -131,17 +132,84 @@ Result<> FemFinite::reach(double pressure_Pa) {
   return {};
 }
 
+Result<double> FemFinite::true_of(double dead_Pa) {
+  if (auto ok = reach(dead_Pa); !ok) {
+    return fail(ok.error());
+  }
+  return dead_Pa / space_.top_area_ratio(known_.at(dead_Pa).u);
+}
+
+Result<double> FemFinite::close_bracket(double true_Pa, Trial low, Trial high) {
+  int side = 0;
+  for (int i = 0; i < kMostSecants; ++i) {
+    const double dead = (low.dead_Pa * high.error_Pa - high.dead_Pa * low.error_Pa) /
+                        (high.error_Pa - low.error_Pa);
+    const auto found = true_of(dead);
+    if (!found) {
+      return found;
+    }
+    const double error = *found - true_Pa;
+    if (std::abs(error) <= kSameLoad * true_Pa) {
+      return dead;
+    }
+    Trial& moved = error > 0 ? high : low;
+    Trial& kept = error > 0 ? low : high;
+    moved = {dead, error};
+    kept.error_Pa /= side == (error > 0 ? 1 : -1) ? 2 : 1;
+    side = error > 0 ? 1 : -1;
+  }
+  return fail(Errc::bug, "fem_finite: the search for {:.5g} kPa true pressure did not end",
+              true_Pa / 1e3);
+}
+
+// The face grows under load: from the true pressure upwards to a bracket, which secants then close
+// (regula falsi with the Illinois weights).
+Result<double> FemFinite::dead_of(double true_Pa) {
+  if (kind_ == PressureKind::dead || true_Pa == 0) {
+    return true_Pa;
+  }
+  double low = 0, low_error = -true_Pa, high = true_Pa;
+  for (int i = 0; i < kMostSecants; ++i) {
+    const auto found = true_of(high);
+    if (!found) {
+      return found;
+    }
+    const double error = *found - true_Pa;
+    if (std::abs(error) <= kSameLoad * true_Pa) {
+      return high;
+    }
+    if (error < 0) {
+      low = high;
+      low_error = error;
+      high *= std::min(1.01 * true_Pa / *found, 1.5);
+      continue;
+    }
+    return close_bracket(true_Pa, {low, low_error}, {high, error});
+  }
+  return fail(Errc::invalid_request,
+              "fem_finite: no load gives a true pressure of {:.5g} kPa: the face grows as fast",
+              true_Pa / 1e3);
+}
+
+std::optional<Pressure> FemFinite::last_converged() const {
+  const bool dead = kind_ == PressureKind::dead;
+  const double ratio = dead ? 1 : space_.top_area_ratio(known_.at(largest_Pa_).u);
+  return Pressure::from_si(largest_Pa_ / ratio);
+}
+
 Result<StackState> FemFinite::at_pressure(Pressure pressure) {
   const double p = pressure.si();
   if (!std::isfinite(p) || p < 0) {
     return fail(Errc::invalid_request, "pressure {} Pa must be finite and compressive (>= 0)", p);
   }
-  if (!known_.contains(p)) {
-    if (auto ok = reach(p); !ok) {
-      return fail(ok.error());
-    }
+  const auto dead = dead_of(p);
+  if (!dead) {
+    return fail(dead.error());
   }
-  const FemState& state = known_.at(p);
+  if (auto ok = reach(*dead); !ok) {
+    return fail(ok.error());
+  }
+  const FemState& state = known_.at(*dead);
   auto changes = capacitance_changes(space_, space_.capacitors(), state.u, 1, area_);
   if (!changes) {
     return fail(changes.error().code, "fem_finite: {}", changes.error().what);

@@ -2,6 +2,7 @@
 // The two finite-element levels.
 #pragma once
 
+#include <array>
 #include <map>
 #include <memory>
 #include <string>
@@ -23,23 +24,29 @@ class FemLinear final : public LevelModel {
   // The same block cut into other capacitors: thicknesses from base to top, m, which must add up to
   // the block's. Errors: not one block of one soft material; wrong sum.
   Result<StackState> at_pressure(Pressure pressure, const std::vector<double>& partition_m);
+  // Volume that the plane at a height (m, base 0) sweeps downwards, m3 per Pa. What a layer of a
+  // block adds to the sensitivity is eps of it over the square of its thickness.
+  double swept_volume_m3_Pa(double height_m) const;
   const FemSystem::Newton& report() const { return report_; }
   int unknowns() const { return space_.equations(); }
 
  private:
   FemLinear(StackSpace space, ElectrodeArea area, double c0_F)
       : space_(std::move(space)), area_(area), c0_F_(c0_F) {}
+  void sweep();
   Result<StackState> state(Pressure pressure, const std::vector<StackSpace::Capacitor>& capacitors);
 
   StackSpace space_;
   ElectrodeArea area_;
   double c0_F_;
   std::vector<double> u_;  // per Pa
+  std::vector<std::array<double, 3>> swept_;  // m3/Pa, by row of cells: bottom, middle, top line
   FemSystem::Newton report_;
 };
 
-// Finite strain, neo-Hooke form A, dead pressure. Loads are reached in steps as large as Newton's
-// method can take; converged loads are kept and the next ones start from them.
+// Finite strain, neo-Hooke form A. Loads are reached in steps as large as Newton's method can take;
+// converged loads are kept and the next ones start from them. The load is vertical and uniform over
+// the reference area; true pressure is that force over the current area of the uppermost soft face.
 class FemFinite final : public LevelModel {
  public:
   static Result<std::unique_ptr<FemFinite>> make(const Specimen& specimen,
@@ -47,25 +54,36 @@ class FemFinite final : public LevelModel {
   // Errors: the solution was lost on the way; the message gives the last converged load and why.
   Result<StackState> at_pressure(Pressure pressure) override;
   double c0_F() const override { return c0_F_; }
-  std::optional<Pressure> last_converged() const override { return Pressure::from_si(largest_Pa_); }
+  std::optional<Pressure> last_converged() const override;
   int iterations() const { return iterations_; }  // of Newton's method, since the beginning
   const FemSystem::Newton& report() const { return report_; }  // of the last step
   int unknowns() const { return space_.equations(); }
   bool stable() const { return system_.stable(); }
 
  private:
-  FemFinite(StackSpace space, ElectrodeArea area, double c0_F)
-      : space_(std::move(space)), area_(area), c0_F_(c0_F), system_(space_, Kinematics::finite) {}
+  FemFinite(StackSpace space, const LevelSettings& settings, double c0_F)
+      : space_(std::move(space)),
+        area_(settings.electrode_area),
+        kind_(settings.pressure_kind),
+        c0_F_(c0_F),
+        system_(space_, Kinematics::finite) {}
   FemState guess(double pressure_Pa) const;
   bool step_to(double pressure_Pa);
-  Result<> reach(double pressure_Pa);
+  Result<> reach(double pressure_Pa);  // dead
+  Result<double> true_of(double dead_Pa);
+  Result<double> dead_of(double true_Pa);
+  struct Trial {
+    double dead_Pa, error_Pa;  // of the true pressure
+  };
+  Result<double> close_bracket(double true_Pa, Trial low, Trial high);
   void keep(double pressure_Pa, FemState state);
 
   StackSpace space_;
   ElectrodeArea area_;
+  PressureKind kind_;
   double c0_F_;
   FemSystem system_;
-  std::map<double, FemState> known_;  // by pressure, Pa
+  std::map<double, FemState> known_;  // by dead pressure, Pa
   double largest_Pa_ = 0;
   int iterations_ = 0;
   FemSystem::Newton report_;

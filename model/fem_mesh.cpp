@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/fem_mesh.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,14 +17,16 @@ struct Grading {
   double rim_ratio, soft_ratio, stiff_ratio;
 };
 constexpr std::array<Grading, 6> kGradings{{{10, 6, 6, 2, 30, 10, 3},
-                                            {16, 10, 8, 2, 150, 20, 3},
+                                            {12, 10, 8, 2, 40, 8, 3},
                                             {20, 12, 16, 3, 300, 30, 5},
                                             {24, 16, 30, 4, 1e3, 100, 10},
                                             {36, 24, 44, 6, 4e3, 400, 50},
                                             {44, 28, 52, 8, 1e4, 1e3, 100}}};
-// A block alone has all the error to itself and costs little: it starts two steps finer.
-const Grading& grading(int refinement, bool alone) {
-  return kGradings[static_cast<std::size_t>(refinement + (alone ? 2 : 0))];
+// A block alone has all the error to itself and costs little: it starts two steps finer. Not at
+// finite strain, where cells that small at a bonded rim fold over long before the stack does.
+const Grading& grading(const MeshStyle& style) {
+  const bool finer = style.alone && !style.finite;
+  return kGradings[static_cast<std::size_t>(style.refinement + (finer ? 2 : 0))];
 }
 constexpr double kInnerRatio = 60;
 constexpr double kRimWidth = 2.4;  // of the edge zone, in thicknesses of the thinnest layer
@@ -36,6 +40,14 @@ std::vector<double> sizes_growing(int n, double ratio) {
 }
 
 }  // namespace
+
+std::size_t affordable_unknowns() {
+  constexpr double kBytesPerUnknown = 4096;  // measured up to 1e5: factors, matrix, cells
+  constexpr double kMost = 3e6;
+  const double memory =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  return static_cast<std::size_t>(std::clamp(memory / 2 / kBytesPerUnknown, 1e4, kMost));
+}
 
 std::vector<double> graded(double a, double b, int n, Fine fine, double ratio) {
   std::vector<double> h;
@@ -67,7 +79,7 @@ std::vector<double> radial_edges(double radius, double thinnest, const MeshStyle
   if (!style.bonded) {
     return graded(0, radius, 2, Fine::nowhere, 1);  // uniform strain: two cells are exact
   }
-  const Grading& g = grading(style.refinement, style.alone);
+  const Grading& g = grading(style);
   const double rim = std::min(kRimWidth * thinnest, 0.6 * radius);
   auto edge = graded(radius - rim, radius, g.rim_cells, Fine::at_b, g.rim_ratio);
   const double outer_cell = edge[1] - edge[0];
@@ -83,7 +95,7 @@ std::vector<double> axial_edges(double z0, double z1, double thinnest, bool stif
   if (!style.bonded) {
     return {z0, z1};
   }
-  const Grading& g = grading(style.refinement, style.alone);
+  const Grading& g = grading(style);
   if (stiff) {
     return graded(z0, z1, g.stiff_rows, Fine::at_both, g.stiff_ratio);
   }

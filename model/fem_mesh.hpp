@@ -10,10 +10,13 @@
 
 namespace lcrig {
 
+// What fits into half of the machine's memory, and never more than a few minutes of work.
+std::size_t affordable_unknowns();
+
 // How fine. 0 to 3 are the rows of `model ladder`; 1 is the default.
 struct MeshSettings {
   int refinement = 1;
-  std::size_t max_unknowns = 3'000'000;  // about 6 GB; more is refused before work starts
+  std::size_t max_unknowns = affordable_unknowns();  // more is refused before work starts
 };
 inline constexpr int kFinestMesh = 3;
 
@@ -26,6 +29,7 @@ struct MeshStyle {
   int refinement = 1;
   bool bonded = true;  // otherwise strains are uniform and one cell is exact
   bool alone = false;  // one block of one material: a disc, not a laminate
+  bool finite = false;  // finite strain
 };
 // Radial cell edges, 0 to radius; `thinnest_m` is the thinnest soft block.
 std::vector<double> radial_edges(double radius_m, double thinnest_m, const MeshStyle& style);

@@ -3,298 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <utility>
 
 namespace lcrig {
 namespace {
 
-// Layers that are one continuum, or one rigid layer.
-struct Block {
-  double z0, z1;
-  std::size_t material;
-  bool rigid;
-};
-
-// How a node line moves.
-struct Line {
-  bool radial_fixed = false;
-  bool axial_fixed = false;
-  int tie = -1;  // every node of every line with this number moves as one
-  int axial_twin = -1;  // shares its axial displacement, node by node, with that line
-};
-
-std::vector<Block> find_blocks(const Specimen& s) {
-  std::vector<Block> blocks;
-  double z = 0;
-  for (const auto& capacitor : s.capacitors) {
-    for (const auto& layer : capacitor.layers) {
-      const bool rigid = s.material(layer).rigid;
-      const double top = z + layer.thickness_m;
-      const bool joins = !blocks.empty() && blocks.back().material == layer.material &&
-                         s.faces != Faces::free && !rigid;
-      if (joins) {
-        blocks.back().z1 = top;
-      } else {
-        blocks.push_back({z, top, layer.material, rigid});
-      }
-      z = top;
-    }
-  }
-  return blocks;
-}
-
 constexpr double kOnLine = 1e-6;  // heights this close to a node line, in cells, are on it
-constexpr double kStiffContrast = 100;  // a material this much stiffer than the softest is a film
 
 }  // namespace
-
-ElasticLaw elastic_law(const Material& m, bool finite) {
-  const double mu =
-      finite ? m.shear_modulus_Pa() : m.youngs_modulus_Pa / (2 * (1 + m.poisson_ratio));
-  const double nu = m.poisson_ratio;
-  constexpr double kNoLambda = 1e12;  // lambda of a material with nu = 0 is this much below mu
-  const double ratio = nu > 0 ? (1 - 2 * nu) / (2 * nu) : kNoLambda;
-  return {mu, std::min(ratio, kNoLambda) / mu};
-}
-
-class SpaceBuilder {
- public:
-  SpaceBuilder(const Specimen& specimen, const MeshSettings& mesh, bool finite,
-               const SpaceVariation& variation)
-      : s_(specimen),
-        variation_(variation),
-        mesh_(mesh),
-        finite_(finite),
-        bonded_(specimen.faces != Faces::free),
-        blocks_(find_blocks(specimen)),
-        style_{mesh.refinement, bonded_, blocks_.size() == 1} {}
-
-  Result<StackSpace> build();
-
- private:
-  void measure();
-  void add_radii();
-  void add_block(const Block& block);
-  void add_rigid();
-  int add_line();
-  void close_top();
-  void number();
-  void add_load();
-  void add_slabs();
-  std::size_t unknowns() const { return 2 * space_.r_.size() * lines_.size(); }
-
-  const Specimen& s_;
-  const SpaceVariation& variation_;
-  const MeshSettings& mesh_;
-  bool finite_, bonded_;
-  std::vector<Block> blocks_;
-  MeshStyle style_;
-  double thinnest_m_ = 1e9, softest_Pa_ = 1e300;
-  StackSpace space_;
-  std::vector<Line> lines_;
-  int below_ = -1;  // line that the next block stands on; -1: the base
-  int tie_below_ = -1;  // the next block stands on this rigid layer
-  bool on_base_ = true;  // nothing that can move lies below
-  int ties_ = 0;
-};
-
-void SpaceBuilder::measure() {
-  for (const auto& capacitor : s_.capacitors) {
-    for (const auto& layer : capacitor.layers) {
-      const Material& m = s_.material(layer);
-      if (!m.rigid) {
-        softest_Pa_ = std::min(softest_Pa_, m.youngs_modulus_Pa);
-      }
-    }
-  }
-  for (const Block& block : blocks_) {
-    const Material& m = s_.materials[block.material];
-    if (!m.rigid && m.youngs_modulus_Pa < kStiffContrast * softest_Pa_) {
-      thinnest_m_ = std::min(thinnest_m_, block.z1 - block.z0);
-    }
-  }
-}
-
-int SpaceBuilder::add_line() {
-  lines_.emplace_back();
-  return static_cast<int>(lines_.size()) - 1;
-}
-
-// A rigid layer ties the line below it and the line above it together.
-void SpaceBuilder::add_rigid() {
-  if (below_ >= 0 && tie_below_ < 0) {
-    tie_below_ = ties_++;
-    Line& line = lines_[static_cast<std::size_t>(below_)];
-    line.tie = tie_below_;
-    line.radial_fixed = bonded_;
-  }
-}
-
-void SpaceBuilder::add_block(const Block& block) {
-  const Material& m = s_.materials[block.material];
-  const bool stiff = m.youngs_modulus_Pa >= kStiffContrast * softest_Pa_;
-  const auto z = variation_.uniform_cells > 0
-                     ? graded(block.z0, block.z1, variation_.uniform_cells, Fine::nowhere, 1)
-                     : axial_edges(block.z0, block.z1, thinnest_m_, stiff, style_);
-  int bottom = below_;
-  if (on_base_ || tie_below_ >= 0 || !bonded_) {
-    bottom = add_line();
-    Line& line = lines_.back();
-    line.axial_fixed = on_base_;
-    line.tie = tie_below_;
-    line.radial_fixed = bonded_;  // base and rigid layers hold what is bonded to them
-    line.axial_twin = !on_base_ && tie_below_ < 0 ? below_ : -1;
-  }
-  for (std::size_t i = 0; i + 1 < z.size(); ++i) {
-    const int middle = add_line();
-    const int top = add_line();
-    space_.rows_.push_back({{bottom, middle, top}, z[i], z[i + 1], elastic_law(m, finite_)});
-    bottom = top;
-  }
-  below_ = bottom;
-  tie_below_ = -1;
-  on_base_ = false;
-}
-
-void SpaceBuilder::close_top() {
-  if (below_ < 0 || s_.top == Top::pressure) {
-    return;
-  }
-  Line& line = lines_[static_cast<std::size_t>(below_)];
-  if (line.tie < 0) {
-    line.tie = ties_++;
-  }
-  line.radial_fixed = line.radial_fixed || s_.top == Top::bonded_plate;
-}
-
-void SpaceBuilder::number() {
-  const std::size_t nodes = space_.r_.size();
-  std::vector<int> tied(static_cast<std::size_t>(ties_), -1);
-  int next = 0;
-  for (auto& component : space_.equation_) {
-    component.assign(lines_.size() * nodes, -1);
-  }
-  for (std::size_t l = 0; l < lines_.size(); ++l) {
-    const Line& line = lines_[l];
-    for (std::size_t i = 0; i < nodes; ++i) {
-      const bool at_wall = variation_.wall && i + 1 == nodes;
-      if (i > 0 && !line.radial_fixed && !at_wall) {
-        space_.equation_[0][l * nodes + i] = next++;
-      }
-      int& axial = space_.equation_[1][l * nodes + i];
-      if (line.axial_fixed) {
-        continue;
-      }
-      if (line.axial_twin >= 0) {
-        axial = space_.equation_[1][static_cast<std::size_t>(line.axial_twin) * nodes + i];
-      } else if (line.tie >= 0) {
-        int& shared = tied[static_cast<std::size_t>(line.tie)];
-        shared = shared < 0 ? next++ : shared;
-        axial = shared;
-      } else {
-        axial = next++;
-      }
-    }
-  }
-  space_.equations_ = next;
-}
-
-// Consistent nodal forces: the integral of 2 pi R N times the profile, by five Gauss points.
-void SpaceBuilder::add_load() {
-  space_.unit_load_.assign(static_cast<std::size_t>(space_.equations_), 0);
-  if (below_ < 0) {
-    return;
-  }
-  constexpr double kX[] = {-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831,
-                           0.9061798459386640};
-  constexpr double kW[] = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
-                           0.4786286704993665, 0.2369268850561891};
-  const auto& r = space_.r_;
-  for (std::size_t i = 0; i + 2 < r.size(); i += 2) {
-    for (std::size_t q = 0; q < 5; ++q) {
-      const double x = kX[q];
-      const double radius = r[i + 1] + x * (r[i + 2] - r[i]) / 2;
-      const double force = std::numbers::pi * radius * (r[i + 2] - r[i]) * kW[q] *
-                           (variation_.load ? variation_.load(radius) : 1);
-      const double shape[] = {x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const int eq = space_.equation(below_, static_cast<int>(i + k), 1);
-        if (eq >= 0) {
-          space_.unit_load_[static_cast<std::size_t>(eq)] -= force * shape[k];
-        }
-      }
-    }
-  }
-}
-
-void SpaceBuilder::add_slabs() {
-  double z = 0;
-  for (const auto& capacitor : s_.capacitors) {
-    auto& slabs = space_.capacitors_.emplace_back();
-    for (const auto& layer : capacitor.layers) {
-      const Material& m = s_.material(layer);
-      const double top = z + layer.thickness_m;
-      StackSpace::Slab slab{layer.thickness_m, m.relative_permittivity, m.rigid, {}, {}};
-      if (!m.rigid) {
-        const double inside = 1e-9 * layer.thickness_m;  // stay in this layer's own rows
-        slab.bottom = space_.height(z + inside);
-        slab.top = space_.height(top - inside);
-      }
-      slabs.push_back(slab);
-      z = top;
-    }
-  }
-}
-
-void SpaceBuilder::add_radii() {
-  const double radius = s_.disc_diameter_m / 2;
-  const auto edges = variation_.uniform_cells > 0
-                         ? graded(0, radius, 2 * variation_.uniform_cells, Fine::nowhere, 1)
-                         : radial_edges(radius, std::min(thinnest_m_, radius), style_);
-  space_.r_ = {edges[0]};
-  for (std::size_t i = 1; i < edges.size(); ++i) {
-    space_.r_.push_back((edges[i - 1] + edges[i]) / 2);
-    space_.r_.push_back(edges[i]);
-  }
-}
-
-Result<StackSpace> SpaceBuilder::build() {
-  if (!bonded_ && s_.top == Top::bonded_plate) {
-    return fail(Errc::invalid_request,
-                "specimen {}: faces `free` and top `bonded_plate` contradict each other", s_.name);
-  }
-  if (mesh_.refinement < 0 || mesh_.refinement > kFinestMesh) {
-    return fail(Errc::invalid_request, "mesh refinement {} must be 0 to {}", mesh_.refinement,
-                kFinestMesh);
-  }
-  measure();
-  space_.area_m2_ = s_.area_m2();
-  add_radii();
-  for (const Block& block : blocks_) {
-    if (block.rigid) {
-      add_rigid();
-    } else {
-      add_block(block);
-    }
-    if (unknowns() > mesh_.max_unknowns) {
-      return fail(Errc::invalid_request,
-                  "specimen {}: the mesh needs more than {} unknowns; take a coarser mesh or fewer "
-                  "layers",
-                  s_.name, mesh_.max_unknowns);
-    }
-  }
-  close_top();
-  number();
-  add_load();
-  add_slabs();
-  return std::move(space_);
-}
-
-Result<StackSpace> StackSpace::make(const Specimen& specimen, const MeshSettings& mesh, bool finite,
-                                    const SpaceVariation& variation) {
-  return SpaceBuilder(specimen, mesh, finite, variation).build();
-}
 
 Height StackSpace::height(double z) const {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -312,6 +27,10 @@ Result<std::vector<StackSpace::Capacitor>> StackSpace::partition(
     const std::vector<double>& thickness_m) const {
   if (rows_.empty()) {
     return fail(Errc::invalid_request, "nothing here can be pressed");
+  }
+  if (!one_field_) {
+    return fail(Errc::invalid_request,
+                "only one block without films in it can be cut anew over the same field");
   }
   const Slab& like = capacitors_.front().front();
   for (const auto& capacitor : capacitors_) {
@@ -353,6 +72,13 @@ std::vector<double> StackSpace::displacement(const std::vector<double>& u, Heigh
     }
   }
   return values;
+}
+
+double StackSpace::top_area_ratio(const std::vector<double>& u) const {
+  const int rim = static_cast<int>(r_.size()) - 1;
+  const int eq = top_line_ >= 0 ? equation(top_line_, rim, 0) : -1;
+  const double stretch = eq >= 0 ? 1 + u[static_cast<std::size_t>(eq)] / radius_m() : 1;
+  return stretch * stretch;
 }
 
 double StackSpace::shortening_m(const std::vector<double>& u) const {

@@ -66,6 +66,8 @@ class StackSpace {
   // Nodal forces of a unit dead pressure on the top face, by equation: N per Pa.
   const std::vector<double>& unit_load() const { return unit_load_; }
   double radius_m() const { return r_.back(); }
+  // Area of the uppermost soft face under displacements u over its area at rest.
+  double top_area_ratio(const std::vector<double>& u) const;
   // Position of a height z (m, undeformed) measured through a block of soft layers.
   Height height(double z) const;
   // The block cut into other capacitors. Errors: not one block of one soft material; the
@@ -85,6 +87,8 @@ class StackSpace {
   int equations_ = 0;
   std::vector<double> unit_load_;
   double area_m2_ = 0;
+  int top_line_ = -1;  // -1: nothing can move
+  bool one_field_ = false;  // one block, no films in it
 };
 
 }  // namespace lcrig

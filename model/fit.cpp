@@ -12,14 +12,9 @@ constexpr int kMostIterations = 50;
 constexpr double kStep = 1e-4;  // relative, for derivatives
 
 Result<std::size_t> find_soft(const Specimen& s) {
-  double least = 1e300;
-  for (const auto& m : s.materials) {
-    least = m.rigid ? least : std::min(least, m.youngs_modulus_Pa);
-  }
   std::vector<std::size_t> soft;
   for (std::size_t i = 0; i < s.materials.size(); ++i) {
-    const Material& m = s.materials[i];
-    if (!m.rigid && m.youngs_modulus_Pa < 100 * least) {
+    if (s.is_soft(s.materials[i])) {
       soft.push_back(i);
     }
   }

@@ -59,7 +59,9 @@ void run(const Specimen& s, Pressure pressure, const std::function<double()>& no
       break;
     }
   }
-  row.error_estimate = estimate_error(s, row.settings, pressure).value_or(1.0);
+  if (const auto estimate = estimate_error(s, row.settings, pressure)) {
+    row.error_estimate = *estimate;
+  }
 }
 
 // The best that answered: with free faces the exact one-dimensional solution, else the finest
@@ -112,7 +114,7 @@ nlohmann::json to_json(const Ladder& ladder) {
                         {"reference", row.reference}};
     if (row.failure.empty()) {
       item["relative_error"] = row.relative_error;
-      item["error_estimate"] = row.error_estimate;
+      item["error_estimate"] = row.error_estimate ? nlohmann::json(*row.error_estimate) : nullptr;
     } else {
       item["relative_error"] = nullptr;
       item["failure"] = row.failure;
@@ -130,12 +132,14 @@ std::string to_table(const Ladder& ladder) {
   for (const auto& row : ladder.rows) {
     text += fmt::format("{:<13} {:<10} {:>10.2g} ", to_string(row.settings.level), row.setting,
                         row.seconds);
+    const std::string estimate =
+        row.error_estimate ? fmt::format("{:.2g}", *row.error_estimate) : "unknown";
     if (!row.failure.empty()) {
       text += "no answer: " + row.failure + "\n";
     } else if (row.reference) {
-      text += fmt::format("{:>10} {:>10.2g}\n", "reference", row.error_estimate);
+      text += fmt::format("{:>10} {:>10}\n", "reference", estimate);
     } else {
-      text += fmt::format("{:>10.2g} {:>10.2g}\n", row.relative_error, row.error_estimate);
+      text += fmt::format("{:>10.2g} {:>10}\n", row.relative_error, estimate);
     }
   }
   return text;

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,7 @@ struct LadderRow {
   std::string setting;  // "mesh 1, 2328 unknowns"
   double seconds = 0;  // from the specimen to the answer, best of three where it is quick
   double relative_error = 0;  // of delta C against the reference row
-  double error_estimate = 0;  // what `auto` believes
+  std::optional<double> error_estimate;  // what `auto` believes
   std::string failure;  // why there is no answer; empty otherwise
   bool reference = false;
 };

@@ -59,8 +59,19 @@ Result<> check_applies(const Specimen& s, const LevelSettings& settings) {
                 "specimen {}: level `bonded` needs faces `bonded_laminate`, not `{}`", s.name,
                 to_string(s.faces));
   }
-  if (level > Level::hyperelastic && settings.pressure_kind == PressureKind::true_area) {
-    return fail(Errc::invalid_request, "level `{}` knows dead pressure only", to_string(level));
+  if (level != Level::hyperelastic && settings.form != EnergyForm::a) {
+    return fail(Errc::invalid_request,
+                "level `{}` knows strain-energy form A only; the others belong to `hyperelastic`",
+                to_string(level));
+  }
+  if (level != Level::hyperelastic && settings.lateral == Lateral::confined) {
+    return fail(Errc::invalid_request, "`confined` belongs to level `hyperelastic`, not to `{}`",
+                to_string(level));
+  }
+  if (level < Level::fem_linear && settings.electrode_area == ElectrodeArea::deformed) {
+    return fail(Errc::invalid_request,
+                "level `{}` has no deformed electrode; take a finite-element level",
+                to_string(level));
   }
   return {};
 }

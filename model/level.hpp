@@ -25,7 +25,8 @@ struct LevelSettings {
   Level level = Level::hyperelastic;
   EnergyForm form = EnergyForm::a;  // hyperelastic only
   Lateral lateral = Lateral::free;  // hyperelastic only
-  PressureKind pressure_kind = PressureKind::dead;  // FEM and bonded levels: dead only
+  // At small strain, and under films that keep their area (`bonded`), both kinds are the same.
+  PressureKind pressure_kind = PressureKind::dead;
   bool nonlinear = true;  // bonded only: confined neo-Hookean strain instead of P/E_a
   MeshSettings mesh;  // FEM levels only
   ElectrodeArea electrode_area = ElectrodeArea::reference;  // FEM levels only
@@ -51,7 +52,7 @@ class LevelModel {
   virtual double c0_F() const = 0;  // unloaded, with the same options (fringe)
 };
 
-// Errors: the specimen is wrong, or the level cannot describe it (says why).
+// Errors: the specimen is wrong, or the level cannot describe it or has no such option (says why).
 Result<std::unique_ptr<LevelModel>> make_level_model(const Specimen& specimen,
                                                      const LevelSettings& settings);
 

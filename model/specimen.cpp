@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/specimen.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace lcrig {
@@ -90,6 +92,18 @@ double Material::shear_modulus_Pa() const {
 
 double Specimen::area_m2() const {
   return std::numbers::pi / 4 * disc_diameter_m * disc_diameter_m;
+}
+
+bool Specimen::is_soft(const Material& material) const {
+  constexpr double kFilmContrast = 100;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& capacitor : capacitors) {
+    for (const auto& layer : capacitor.layers) {
+      const Material& m = this->material(layer);
+      least = m.rigid ? least : std::min(least, m.youngs_modulus_Pa);
+    }
+  }
+  return !material.rigid && material.youngs_modulus_Pa < kFilmContrast * least;
 }
 
 double Specimen::dielectric_gap_m(const Capacitor& capacitor) const {

@@ -20,7 +20,9 @@ inline constexpr double kVacuumPermittivity_F_m = 8.8541878128e-12;  // CODATA 2
 enum class Faces {
   free,  // every face slides without friction: uniaxial stress
   bonded_base,  // lowest face fixed to the base, layers stick to each other
-  bonded_laminate,  // as bonded_base, and every soft layer lies between stiff films it is bonded to
+  // As bonded_base, and every soft layer lies between stiff films it is bonded to: those that are
+  // listed as layers, elsewhere its electrodes, which are then rigid and of no thickness.
+  bonded_laminate,
 };
 std::string_view to_string(Faces faces);
 std::optional<Faces> parse_faces(std::string_view text);
@@ -77,6 +79,8 @@ struct Specimen {
 
   double area_m2() const;
   const Material& material(const Layer& layer) const { return materials[layer.material]; }
+  // Not a film: neither rigid nor 100 times stiffer than the softest material in the stack.
+  bool is_soft(const Material& material) const;
   // t / eps_r summed over the dielectric between two electrodes, m.
   double dielectric_gap_m(const Capacitor& capacitor) const;
   double c0_F(const Capacitor& capacitor) const;  // without contact gap and fringe

@@ -4,7 +4,9 @@
 namespace lcrig {
 
 Task<Result<>> SimOperator::confirm(std::string prompt) {
+  prompt_ = prompt;
   const bool came = co_await clock_.wait_for(delay_);
+  prompt_.clear();
   if (!came) co_return fail(Errc::aborted, "the prompt was withdrawn: {}", prompt);
   if (act_) act_(prompt);
   co_return Result<>();

@@ -17,11 +17,13 @@ class SimOperator final : public Operator {
   void set_act(std::function<void(const std::string& prompt)> act) { act_ = std::move(act); }
   // Errors: aborted (cancelled).
   Task<Result<>> confirm(std::string prompt) override;
+  const std::string& prompt() const override { return prompt_; }
 
  private:
   Clock& clock_;
   Duration delay_;
   std::function<void(const std::string&)> act_;
+  std::string prompt_;
 };
 
 }  // namespace lcrig

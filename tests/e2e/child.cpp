@@ -21,6 +21,7 @@
 #include <utility>
 
 #include "base/clock.hpp"
+#include "tests/support/without_rights.hpp"
 
 namespace lcrig::e2e {
 
@@ -41,6 +42,20 @@ namespace {
   ::_exit(127);
 }
 
+int connect_to(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path) throw std::runtime_error("long path: " + path);
+  std::memcpy(address.sun_path, path.data(), path.size());
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    throw_errno("connect " + path);
+  }
+  return fd;
+}
+
+}  // namespace
+
 std::vector<std::string> environment(const Child::Variables& variables) {
   std::vector<std::string> out;
   for (char** e = environ; *e != nullptr; ++e) {
@@ -58,20 +73,6 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
   out.push_back(nullptr);
   return out;
 }
-
-int connect_to(const std::string& path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof address.sun_path) throw std::runtime_error("long path: " + path);
-  std::memcpy(address.sun_path, path.data(), path.size());
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    throw_errno("connect " + path);
-  }
-  return fd;
-}
-
-}  // namespace
 
 bool readable(int fd, Timeout timeout) {
   const RealClock clock;
@@ -122,7 +123,7 @@ std::string LineReader::rest(Timeout timeout) {
 }
 
 Child::Child(const std::vector<std::string>& command, const std::string& log,
-             const Variables& variables)
+             const Variables& variables, Rights rights)
     : log_(log) {
   auto words = command;
   auto names = environment(variables);
@@ -133,6 +134,7 @@ Child::Child(const std::vector<std::string>& command, const std::string& log,
   const int err = ::open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
   if (err < 0) throw_errno(log);
   pid_ = ::fork();
+  if (pid_ == 0 && rights == Rights::those_of_the_files) give_up_file_rights_at_exec();
   if (pid_ == 0) become(argv.data(), envp.data(), out[1], err);
   ::close(out[1]);
   ::close(err);

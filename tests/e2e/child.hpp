@@ -39,12 +39,17 @@ class LineReader {
   std::string buffer_;
 };
 
+// This process's environment without LCRIG_*, and with `variables`; and as execve takes it.
+std::vector<std::string> environment(const std::map<std::string, std::string>& variables);
+std::vector<char*> pointers(std::vector<std::string>& texts);
+
 class Child {
  public:
   using Variables = std::map<std::string, std::string>;
+  enum class Rights { as_we_are, those_of_the_files };  // the latter: not root's beyond the bits
   // Its standard error goes to the file `log`. It dies with this process.
   Child(const std::vector<std::string>& command, const std::string& log,
-        const Variables& variables = {});
+        const Variables& variables = {}, Rights rights = Rights::as_we_are);
   ~Child();  // kills it if it still runs
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;

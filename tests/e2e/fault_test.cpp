@@ -2,6 +2,7 @@
 // Cables pulled in the middle of a run, and ports where no rig is.
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "tests/e2e/rig.hpp"
@@ -25,13 +26,14 @@ class Faults : public Rig {
   }
 
   // `lcrig run` is refused, says why, and nothing has moved.
-  void expect_no_run(const json& config, const std::string& what) {
-    start_daemon(config);
+  void expect_no_run(const json& config, const std::string& what, int code = 4,
+                     Child::Rights rights = Child::Rights::as_we_are) {
+    start_daemon(config, "d1", rights);
     write("quick.json", kQuickProtocol);
     const double before_mm = sim("status").value("travel_mm", 0.0);
     const Ended run = lcrig({"run", file("quick.json"), "--specimen", "paper-1", "--json",
                              "--socket", file("control.sock")});
-    EXPECT_EQ(run.code, 4) << run.err;
+    EXPECT_EQ(run.code, code) << run.err;
     EXPECT_EQ(run.out, "");
     EXPECT_THAT(run.err, HasSubstr(what));
     EXPECT_EQ(sim("status").value("travel_mm", -1.0), before_mm);
@@ -101,6 +103,12 @@ TEST_F(Faults, PortInUse) {
   ::close(fd);
 }
 
+TEST_F(Faults, NoRightsOnThePort) {
+  start_sim();
+  ASSERT_EQ(::chmod(ports_.value("lcr", "").substr(4).c_str(), 0), 0);
+  expect_no_run(config(), "no rights to open the port", 1, Child::Rights::those_of_the_files);
+}
+
 TEST_F(Faults, AnotherInstrumentAnswers) {
   start_sim({"--lcr-identity", "KEITHLEY INSTRUMENTS INC.,MODEL 2000,0,A20"});
   expect_no_run(config(), "KEITHLEY");
@@ -120,6 +128,16 @@ TEST_F(Faults, TwoDaemonsOnOneDatabase) {
   Child& refused = launch_daemon(second, "d2");
   EXPECT_NE(refused.wait(10s).value_or(0), 0);
   EXPECT_THAT(refused.log(), HasSubstr(std::to_string(first.pid())));
+}
+
+TEST_F(Faults, NoRightsOnTheDatabase) {
+  start_sim();
+  ASSERT_EQ(::mkdir(file("archive").c_str(), 0500), 0);
+  json locked = config();
+  locked["database"] = file("archive/lcrig.db");
+  Child& refused = launch_daemon(locked, "d1", Child::Rights::those_of_the_files);
+  EXPECT_NE(refused.wait(10s).value_or(0), 0);
+  EXPECT_THAT(refused.log(), HasSubstr(file("archive")));
 }
 
 TEST_F(Faults, TwoDaemonsOnOneSocket) {

@@ -188,25 +188,28 @@ void Rig::wait_until_standing() {
 }
 
 json Rig::config() const {
+  const json rod{{"driver", "dead_weight"}};
+  const json& port = ports_.at("frame");
+  const json frame = port.is_null() ? rod : json{{"driver", "zwick"}, {"port", port}};
   return json{{"format", "lcrigd-config/1"},
               {"database", file("lcrig.db")},
               {"socket", file("control.sock")},
               {"meter", {{"driver", "lcr6100"}, {"port", ports_.value("lcr", "")}}},
-              {"frame", {{"driver", "zwick"}, {"port", ports_.value("frame", "")}}},
+              {"frame", frame},
               {"fixture", {{"probe_diameter_mm", 4.0}}}};
 }
 
-Child& Rig::launch_daemon(const json& config, const std::string& name) {
+Child& Rig::launch_daemon(const json& config, const std::string& name, Child::Rights rights) {
   write(name + ".json", config.dump());
   const std::vector<std::string> command{LCRIG_BIN "/lcrigd", "--config", file(name + ".json")};
   const Child::Variables variables{{"NOTIFY_SOCKET", file(name + ".notify")}};
-  daemons_.push_back(std::make_unique<Child>(command, file(name + ".log"), variables));
+  daemons_.push_back(std::make_unique<Child>(command, file(name + ".log"), variables, rights));
   return *daemons_.back();
 }
 
-Child& Rig::start_daemon(const json& config, const std::string& name) {
+Child& Rig::start_daemon(const json& config, const std::string& name, Child::Rights rights) {
   const ReadySocket ready(file(name + ".notify"));
-  Child& daemon = launch_daemon(config, name);
+  Child& daemon = launch_daemon(config, name, rights);
   EXPECT_TRUE(ready.wait(20s)) << "lcrigd is not ready: " << daemon.log();
   ::unlink(file(name + ".notify").c_str());
   return daemon;

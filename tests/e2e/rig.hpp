@@ -61,8 +61,10 @@ class Rig : public testing::Test {
 
   json config() const;  // of the ports that the simulator offered
   // Waits for READY=1. `name` tells several daemons apart.
-  Child& start_daemon(const json& config, const std::string& name = "d1");
-  Child& launch_daemon(const json& config, const std::string& name);  // does not wait
+  Child& start_daemon(const json& config, const std::string& name = "d1",
+                      Child::Rights rights = Child::Rights::as_we_are);
+  Child& launch_daemon(const json& config, const std::string& name,
+                       Child::Rights rights = Child::Rights::as_we_are);  // does not wait
   Ended lcrig(std::vector<std::string> arguments, Timeout timeout = 30s);
   Control control() const { return Control(file("control.sock")); }
 

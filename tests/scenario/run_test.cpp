@@ -97,6 +97,17 @@ TEST(Run, PlacesWeightsWithAnOperator) {
   EXPECT_NEAR(world.real("SELECT MAX(force_N) FROM frame_sample"), 100e3 * 12.566370614e-6, 1e-6);
 }
 
+TEST(Run, ShowsThePromptWhileItWaitsForTheOperator) {
+  SessionWorld world(library("static-weights"));
+  world.parameters = {{"repeats", "1"}};
+  std::string waiting, measuring = "not looked at";
+  world.acts = {{"place", 10ms, [&](SessionWorld& w) { waiting = w.session->status().prompt; }},
+                {"level", 10ms, [&](SessionWorld& w) { measuring = w.session->status().prompt; }}};
+  ASSERT_TRUE(world.run());
+  EXPECT_THAT(waiting, HasSubstr("12.8 g"));  // 10 kPa on a disc of 4 mm
+  EXPECT_EQ(measuring, "");
+}
+
 TEST(Run, IsTheSameTwiceForOneSeed) {
   SessionWorld a(kShort), b(kShort);
   ASSERT_TRUE(a.run());

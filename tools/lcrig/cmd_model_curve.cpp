@@ -37,8 +37,9 @@ void print_text(std::ostream& out, const Curve& curve) {
   if (curve.choice) {
     fmt::print(out, "{}", to_text(*curve.choice));
   } else {
-    fmt::print(out, "level {}, estimated error {:.2g}\n", to_string(curve.settings.level),
-               curve.error_estimate);
+    const std::string estimate =
+        curve.error_estimate ? fmt::format("{:.2g}", *curve.error_estimate) : "unknown";
+    fmt::print(out, "level {}, estimated error {}\n", to_string(curve.settings.level), estimate);
   }
   fmt::print(out, "\n{:>12} {:>14} {:>14} {:>14}\n", "pressure_kPa", "capacitance_pF", "delta_C_fF",
              "shortening_um");

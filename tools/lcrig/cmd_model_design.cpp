@@ -79,8 +79,13 @@ Outcome<ExitCode> DesignCommand::run(Context& context) {
     return kOk;
   }
   auto& out = context.console.out;
-  fmt::print(out, "{}\n\n{:>8} {:>10} {:>12} {:>9}  {}\n", design->method, "C0_pF", "fF/kPa at 0",
-             "0-100 kPa", "gain_%", "layers, base to top (um)");
+  fmt::print(out, "{}\n", design->method);
+  if (design->search_grid_m > 0) {
+    fmt::print(out, "searched all partitions in steps of {:.3g} um and refined the best\n",
+               design->search_grid_m * 1e6);
+  }
+  fmt::print(out, "\n{:>8} {:>10} {:>12} {:>9}  {}\n", "C0_pF", "fF/kPa at 0", "0-100 kPa",
+             "gain_%", "layers, base to top (um)");
   for (const auto& o : design->options) {
     std::string layers;
     for (const double t : o.thickness_m) layers += fmt::format(" {:.4g}", t * 1e6);

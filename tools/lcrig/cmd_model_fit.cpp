@@ -99,8 +99,9 @@ Outcome<ExitCode> FitCommand::run(Context& context) {
   if (!settings) return tl::unexpected(settings.error());
   auto points = fit_points(*db, *id, *specimen);
   if (!points) return tl::unexpected(points.error());
-  LevelSettings level;
-  if (specimen->faces != Faces::free) level.level = Level::bonded;
+  LevelSettings level;  // the cheapest that knows these faces: the fit solves it many times
+  if (specimen->faces == Faces::bonded_laminate) level.level = Level::bonded;
+  if (specimen->faces == Faces::bonded_base) level.level = Level::fem_linear;
   auto fit = fit_response(*specimen, settings->value_or(level), *points);
   if (!fit) return tl::unexpected(Failure(fit.error(), "lcrig runs show " + run_));
   const auto& mu = fit->shear_modulus_Pa;

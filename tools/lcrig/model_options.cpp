@@ -26,6 +26,7 @@ void ModelOptions::declare_level(ArgumentList& list) {
   list.one_of("--pressure-kind", kind_, {"dead", "true"},
               "Force over the reference or the current area");
   list.one_of("--form", form_, {"I", "A", "B", "C", "D", "E"}, "Strain energy (hyperelastic)");
+  list.one_of("--lateral", lateral_, {"free", "confined"}, "Sides of a layer (hyperelastic)");
   list.one_of("--area", area_, {"reference", "deformed"}, "Electrode area (FEM levels)");
   list.one_of("--mesh", mesh_, {"0", "1", "2", "3"}, "Refinement, 0 coarse to 3 (FEM levels)");
   list.flag("--fringe", fringe_, "Add the field outside the gap (Love)");
@@ -46,6 +47,7 @@ Outcome<Specimen> ModelOptions::specimen(const Context& context) const {
 Outcome<std::optional<LevelSettings>> ModelOptions::settings() const {
   LevelSettings settings;
   settings.form = parse_energy_form(form_).value_or(settings.form);
+  settings.lateral = lateral_ == "confined" ? Lateral::confined : Lateral::free;
   settings.pressure_kind = parse_pressure_kind(kind_).value_or(settings.pressure_kind);
   settings.electrode_area = parse_electrode_area(area_).value_or(settings.electrode_area);
   settings.mesh.refinement = mesh_.front() - '0';
@@ -54,11 +56,13 @@ Outcome<std::optional<LevelSettings>> ModelOptions::settings() const {
     settings.level = *level;
     return settings;
   }
-  const bool varied =
-      form_ != "A" || kind_ != "dead" || area_ != "reference" || mesh_ != "1" || fringe_;
+  const bool varied = form_ != "A" || kind_ != "dead" || lateral_ != "free" ||
+                      area_ != "reference" || mesh_ != "1" || fringe_;
   if (varied) {
     return tl::unexpected(
-        Failure(kUsage, "--form, --pressure-kind, --area, --mesh and --fringe belong to a --level",
+        Failure(kUsage,
+                "--form, --pressure-kind, --lateral, --area, --mesh and --fringe belong to a "
+                "--level",
                 "lcrig model curve --help"));
   }
   return std::optional<LevelSettings>();

@@ -22,7 +22,8 @@ class ModelOptions {
 
  private:
   std::string specimen_, faces_, top_;
-  std::string level_ = "auto", kind_ = "dead", form_ = "A", area_ = "reference", mesh_ = "1";
+  std::string level_ = "auto", kind_ = "dead", form_ = "A", lateral_ = "free", area_ = "reference",
+              mesh_ = "1";
   bool fringe_ = false;
 };
 

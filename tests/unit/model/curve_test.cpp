@@ -117,6 +117,36 @@ TEST(Design, BondedBaseWantsThinLayersAtTheFreeSide) {
   }
 }
 
+// Every partition was tried, not vertices alone: none beats the thin layers at the free side.
+TEST(Design, BondedBaseSearchFindsNothingBetterThanTheVertex) {
+  for (const int n : {2, 4, 7}) {
+    DesignRequest request;
+    request.capacitors = n;
+    const auto design = design_partition(request);
+    ASSERT_TRUE(design) << design.error().what;
+    EXPECT_GT(design->search_grid_m, 0);
+    EXPECT_THAT(design->options.front().placement, testing::StartsWith("thin layers at the top"));
+    EXPECT_EQ(design->options.size(), static_cast<std::size_t>(n) + 1);
+  }
+}
+
+// Very thin bonded layers are so stiff that one must not make them: the search leaves the vertices.
+TEST(Design, SearchBetweenFilmsRatesStiffness) {
+  DesignRequest request;
+  request.faces = Faces::bonded_laminate;
+  request.material.poisson_ratio = 0.4999;
+  request.least_layer = Length::from_si(1e-6);
+  const auto design = design_partition(request);
+  ASSERT_TRUE(design) << design.error().what;
+  for (const auto& option : design->options) {
+    EXPECT_LE(option.gain, design->options.front().gain);
+  }
+  double total = 0;
+  for (const double t : design->options.front().thickness_m) total += t;
+  EXPECT_NEAR(total, 1e-3, 1e-12);
+  EXPECT_GE(design->options.front().gain, 0);
+}
+
 TEST(Design, WhatDoesNotFitIsRefused) {
   DesignRequest request;
   request.capacitors = 11;

@@ -21,35 +21,6 @@ LevelSettings at_level(Level level, int refinement = 1) {
   return settings;
 }
 
-// N capacitors of PDMS below elastic kapton, as in the references (E follows from mu = 42 kPa).
-Specimen laminate(std::size_t n) {
-  Specimen s = shipped("paper-1");
-  s.faces = Faces::bonded_laminate;
-  for (Material& m : s.materials) {
-    if (m.rigid) {
-      m.rigid = false;
-      m.youngs_modulus_Pa = 2.5e9;
-      m.poisson_ratio = 0.34;
-    } else {
-      m.youngs_modulus_Pa = 2 * 42e3 * 1.49;
-    }
-  }
-  s.capacitors.assign(n, s.capacitors.front());
-  return s;
-}
-
-// A disc of radius 1 m and modulus 1 Pa between rigid plates it is bonded to.
-Specimen punch(double shape_factor, double nu) {
-  Specimen s;
-  s.name = "punch";
-  s.disc_diameter_m = 2;
-  s.faces = Faces::bonded_base;
-  s.top = Top::bonded_plate;
-  s.materials = {Material{"m", 1, false, 1.0, nu, {}}};
-  s.capacitors = {{{{0, 1 / (2 * shape_factor)}}}};
-  return s;
-}
-
 double apparent_modulus(double shape_factor, double nu, int refinement) {
   const Specimen s = punch(shape_factor, nu);
   auto model = FemLinear::make(s, at_level(Level::fem_linear, refinement));
@@ -123,9 +94,7 @@ TEST(FemLinear, LaminateSlopePinned) {
 TEST(FemLinear, SoftBlockSlopes) {
   LCRIG_NEED_REFERENCE(rows, "soft_initial_slope.csv");
   for (const auto& row : rows) {
-    Specimen s = soft_stack(std::vector<double>(static_cast<std::size_t>(row.number(0)), 100e-6));
-    s.faces = Faces::bonded_base;
-    for (Material& m : s.materials) m.youngs_modulus_Pa = 2 * 42e3 * 1.49;
+    const Specimen s = soft_block(static_cast<std::size_t>(row.number(0)));
     const double best = std::stod(row[2].substr(row[2].rfind('/') + 1));
     expect_relative(slope_fF_kPa(s, 1), best, 1e-4, row[0]);
   }
@@ -279,9 +248,41 @@ TEST(FemFinite, SmoothBenchmark) {
   }
 }
 
-TEST(FemFinite, TruePressureIsRefused) {
+// Force over the current area, against the level that is exact for sliding faces.
+TEST(FemFinite, TruePressureIsForceOverTheCurrentArea) {
   LevelSettings settings = at_level(Level::fem_finite);
   settings.pressure_kind = PressureKind::true_area;
+  auto fem = make_level_model(shipped("paper-2"), settings).value();
+  settings.level = Level::hyperelastic;
+  auto exact = make_level_model(shipped("paper-2"), settings).value();
+  for (const auto p : {0.0_kPa, 1e-3 * 1.0_kPa, 30.0_kPa, 100.0_kPa}) {
+    expect_relative(fem->at_pressure(p)->delta_capacitance_F,
+                    exact->at_pressure(p)->delta_capacitance_F, 1e-8);
+  }
+  EXPECT_GE(fem->last_converged()->si(), 100e3 * (1 - 1e-8));  // the search may go a little beyond
+  EXPECT_LE(fem->last_converged()->si(), 102e3);
+}
+
+TEST(FemFinite, TruePressureUnderAHeldFaceIsDeadPressure) {
+  LevelSettings settings = at_level(Level::fem_finite, 0);
+  Specimen s = shipped("paper-1");
+  s.faces = Faces::bonded_laminate;
+  auto dead = make_level_model(s, settings).value();
+  settings.pressure_kind = PressureKind::true_area;
+  auto real = make_level_model(s, settings).value();
+  EXPECT_EQ(real->at_pressure(40.0_kPa)->delta_capacitance_F,
+            dead->at_pressure(40.0_kPa)->delta_capacitance_F);
+}
+
+TEST(FemFinite, OptionsOfOtherLevelsAreRefused) {
+  LevelSettings settings = at_level(Level::fem_finite);
+  settings.form = EnergyForm::b;
+  EXPECT_FALSE(make_level_model(laminate(1), settings));
+  settings = at_level(Level::bonded);
+  settings.electrode_area = ElectrodeArea::deformed;
+  EXPECT_FALSE(make_level_model(laminate(1), settings));
+  settings = at_level(Level::linear);
+  settings.lateral = Lateral::confined;
   EXPECT_FALSE(make_level_model(laminate(1), settings));
 }
 

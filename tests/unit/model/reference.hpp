@@ -8,6 +8,7 @@
 #include <fstream>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "model/specimen_file.hpp"
@@ -70,6 +71,47 @@ inline Specimen soft_stack(const std::vector<double>& thickness_m) {
   s.name = "soft";
   s.capacitors.clear();
   for (const double t : thickness_m) s.capacitors.push_back({{{0, t}}});
+  return s;
+}
+
+// N capacitors of PDMS below elastic kapton, as in the references (E follows from mu = 42 kPa).
+inline Specimen laminate(std::size_t n) {
+  Specimen s = shipped("paper-1");
+  s.faces = Faces::bonded_laminate;
+  for (Material& m : s.materials) {
+    m.youngs_modulus_Pa = m.rigid ? 2.5e9 : 2 * 42e3 * 1.49;
+    m.poisson_ratio = m.rigid ? 0.34 : 0.49;
+    m.rigid = false;
+  }
+  s.capacitors.assign(n, s.capacitors.front());
+  return s;
+}
+
+// The other way up: PDMS on top, with nothing above it.
+inline Specimen open_laminate(std::size_t n) {
+  Specimen s = laminate(n);
+  s.faces = Faces::bonded_base;
+  for (Capacitor& c : s.capacitors) std::swap(c.layers.at(0), c.layers.at(1));
+  return s;
+}
+
+// N layers of 100 um PDMS on a bonded base (E follows from mu = 42 kPa).
+inline Specimen soft_block(std::size_t n) {
+  Specimen s = soft_stack(std::vector<double>(n, 100e-6));
+  s.faces = Faces::bonded_base;
+  for (Material& m : s.materials) m.youngs_modulus_Pa = 2 * 42e3 * 1.49;
+  return s;
+}
+
+// A disc of radius 1 m and modulus 1 Pa between rigid plates it is bonded to.
+inline Specimen punch(double shape_factor, double nu) {
+  Specimen s;
+  s.name = "punch";
+  s.disc_diameter_m = 2;
+  s.faces = Faces::bonded_base;
+  s.top = Top::bonded_plate;
+  s.materials = {Material{"m", 1, false, 1.0, nu, {}}};
+  s.capacitors = {{{{0, 1 / (2 * shape_factor)}}}};
   return s;
 }
 

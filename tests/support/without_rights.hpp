@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tests run as root pass every permission bit. These take that right away, so that "no rights" is
+// the same test for root and for everybody else.
+#pragma once
+
+#include <linux/capability.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdint>
+#include <stdexcept>
+
+namespace lcrig {
+
+constexpr std::uint32_t kFileOverrides = 1U << CAP_DAC_OVERRIDE | 1U << CAP_DAC_READ_SEARCH;
+
+// For this thread, until the end of the scope.
+class WithoutFileRights {
+ public:
+  WithoutFileRights() {
+    if (::syscall(SYS_capget, &header_, before_.data()) != 0) throw std::runtime_error("capget");
+    auto less = before_;
+    less[0].effective &= ~kFileOverrides;
+    if (::syscall(SYS_capset, &header_, less.data()) != 0) throw std::runtime_error("capset");
+  }
+  ~WithoutFileRights() { ::syscall(SYS_capset, &header_, before_.data()); }
+  WithoutFileRights(const WithoutFileRights&) = delete;
+  WithoutFileRights& operator=(const WithoutFileRights&) = delete;
+
+ private:
+  __user_cap_header_struct header_{_LINUX_CAPABILITY_VERSION_3, 0};
+  std::array<__user_cap_data_struct, 2> before_{};
+};
+
+// For the program that this process becomes; callable between fork and exec. Who is not root has
+// nothing to give away, and the calls fail without harm.
+inline void give_up_file_rights_at_exec() {
+  ::prctl(PR_CAPBSET_DROP, CAP_DAC_OVERRIDE);
+  ::prctl(PR_CAPBSET_DROP, CAP_DAC_READ_SEARCH);
+}
+
+}  // namespace lcrig

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// Garbage, floods, and clients that do not read: the server lives and the others are served.
+#include "tests/unit/daemon/control_server.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+TEST_F(Control, BytesThatAreNoUtf8DoNotBreakAnAnswer) {
+  handler.next_error = Error(Errc::garbled, "lcr0: IDN? -> \xff\xfe");
+  RawClient client(io, path);
+  EXPECT_EQ(client.call(request("run.pause"))["error"]["code"], -32003);
+}
+
+TEST_F(Control, WrongRequestsAreRefusedWithThePointerAndTheConnectionLives) {
+  RawClient client(io, path);
+  struct Case {
+    const char* line;
+    int code;
+    const char* says;
+  };
+  const Case cases[] = {
+      {"\x01\x02garbage", -32700, "not JSON"},
+      {"{\"jsonrpc\":\"2.0\",", -32700, "not JSON"},
+      {"{\"id\":1e999}", -32700, "not JSON"},
+      {"\xff\xfe\xfd", -32700, "not JSON"},
+      {"[]", -32600, "batches"},
+      {"42", -32600, "object"},
+      {R"({"id":1,"method":"status"})", -32600, "/jsonrpc"},
+      {R"({"jsonrpc":"2.0","id":{},"method":"status"})", -32600, "/id"},
+      {R"({"jsonrpc":"2.0","id":1,"method":3})", -32600, "/method"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"run.explode"})", -32601, "run.explode"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"run.abort","params":[]})", -32602, "/params"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"run.abort","params":{"why":3}})", -32602,
+       "/params/why"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"run.abort","params":{"wy":"x"}})", -32602,
+       "/params/wy"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"run.resume","params":{"run":1.5}})", -32602,
+       "/params/run"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"run.start","params":{"specimen":"s"}})", -32602,
+       "/params/protocol"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"run.start","params":)"
+       R"({"protocol":"p","specimen":"s","parameters":{"a":[1]}}})",
+       -32602, "/params/parameters/a"},
+  };
+  for (const auto& c : cases) {
+    const auto answer = client.call(c.line);
+    ASSERT_TRUE(answer.contains("error")) << c.line << " -> " << answer;
+    EXPECT_EQ(answer["error"]["code"], c.code) << c.line;
+    EXPECT_THAT(answer["error"]["message"].get<std::string>(), HasSubstr(c.says));
+    EXPECT_FALSE(answer["error"]["data"]["hint"].get<std::string>().empty());
+  }
+  EXPECT_TRUE(handler.calls.empty());
+  EXPECT_TRUE(client.call(request("status")).contains("result"));
+}
+
+TEST_F(Control, DeepNestingIsHarmless) {
+  RawClient client(io, path);
+  const auto deep = std::string(400'000, '[') + std::string(400'000, ']');
+  EXPECT_EQ(client.call(deep)["error"]["code"], -32600);
+  EXPECT_TRUE(client.call(request("version")).contains("result"));
+}
+
+TEST_F(Control, ATenMegabyteLineIsAnsweredAndTheClientCutOff) {
+  RawClient hostile(io, path);
+  hostile.send(std::string(10'000'000, 'x') + "\n");
+  EXPECT_EQ(hostile.read()["error"]["code"], rpc_code::kLineTooLong);
+  EXPECT_TRUE(hostile.sees_end());
+  RawClient next(io, path);
+  EXPECT_TRUE(next.call(request("status")).contains("result"));
+}
+
+TEST_F(Control, HalfAMessageIsDroppedAtEndOfFile) {
+  RawClient client(io, path);
+  client.send(R"({"jsonrpc":"2.0","id":1,"method":"run.abort")");
+  client.half_close();
+  EXPECT_TRUE(client.sees_end());
+  EXPECT_TRUE(handler.calls.empty());
+  EXPECT_EQ(server->clients(), 0U);
+}
+
+TEST_F(Control, ASlowWatcherSeesOnlyTheNewestStatus) {
+  RawClient watcher(io, path);
+  watcher.call(request("watch"));
+  RunStatus status;
+  for (int i = 1; i <= 1'000; ++i) {
+    status.run = i;
+    server->publish_status(status);  // the io_context does not run in between
+  }
+  EXPECT_EQ(watcher.read()["params"]["run"], 1'000);
+}
+
+TEST_F(Control, AWatcherThatNeverReadsIsCutOffAndTheOthersAreNot) {
+  ControlOptions options;
+  options.max_queue_bytes = 100'000;
+  start(options);
+  RawClient deaf(io, path);
+  RawClient fine(io, path);
+  deaf.call(request("watch"));
+  RunEventNote note;
+  note.event = RunEvent(MonoTime(), "mark", "s", std::string(1000, 'x'));
+  for (int i = 0; i < 200; ++i) server->publish_event(note);
+  EXPECT_TRUE(fine.call(request("status")).contains("result"));
+  EXPECT_EQ(server->clients(), 1U);
+  EXPECT_TRUE(deaf.sees_end());
+}
+
+TEST_F(Control, AClientThatTakesNoBytesIsCutOffAfterTheWriteTimeout) {
+  ControlOptions options;
+  options.write_timeout = 20ms;
+  options.max_queue_bytes = 100'000'000;
+  start(options);
+  RawClient deaf(io, path);
+  deaf.call(request("watch"));
+  RunEventNote note;
+  note.event = RunEvent(MonoTime(), "mark", "s", std::string(1'000'000, 'x'));
+  for (int i = 0; i < 5; ++i) server->publish_event(note);  // more than a socket buffer holds
+  const auto end = clock.now() + 20s;
+  while (server->clients() > 0 && clock.now() < end) io.run_one_for(50ms);
+  EXPECT_EQ(server->clients(), 0U);
+}
+
+TEST_F(Control, OneClientTooManyIsToldSo) {
+  ControlOptions options;
+  options.max_clients = 2;
+  start(options);
+  RawClient a(io, path);
+  RawClient b(io, path);
+  a.call(request("status"));
+  b.call(request("status"));
+  RawClient c(io, path);
+  EXPECT_EQ(c.read()["error"]["code"], rpc_code::kTooManyClients);
+  EXPECT_TRUE(c.sees_end());
+  EXPECT_TRUE(a.call(request("status")).contains("result"));
+}
+
+TEST_F(Control, TooManyCallsOfOneClientAreRefused) {
+  ControlOptions options;
+  options.max_calls = 2;
+  start(options);
+  handler.hold_start = true;
+  RawClient client(io, path);
+  const auto line = request("run.start", R"({"protocol":"p","specimen":"s"})") + "\n";
+  client.send(line + line + line);
+  EXPECT_EQ(client.read()["error"]["code"], rpc_code::kTooManyCalls);
+  RawClient other(io, path);
+  EXPECT_TRUE(other.call(request("run.abort")).contains("result"));  // and lets the two go on
+}
+
+TEST_F(Control, AFloodIsReadSlowly) {
+  ControlOptions options;
+  options.burst = 5;
+  options.calls_per_s = 200;
+  start(options);
+  RawClient client(io, path);
+  std::string flood;
+  for (int i = 0; i < 25; ++i) flood += request("status") + "\n";
+  const MonoTime begin = clock.now();
+  client.send(flood);
+  for (int i = 0; i < 25; ++i) EXPECT_TRUE(client.read().contains("result"));
+  EXPECT_GE(clock.now() - begin, 95ms);  // 20 calls beyond the burst, 5 ms each
+}
+
+}  // namespace
+}  // namespace lcrig

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/decimal.hpp"
+#include "daemon/control_messages.hpp"
+
+namespace lcrig {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+TEST(ControlMessages, EveryStructSurvivesTheWire) {
+  DaemonStatus s;
+  s.version = "1.2";
+  s.database = "/x.db";
+  s.instruments.resize(1);
+  s.instruments[0].name = "lcr";
+  s.instruments[0].state = "absent";
+  s.run.emplace();
+  s.run->run = 4;
+  s.run->state = RunState::waiting_for_operator;
+  s.run->prompt = "place 50 g";
+  s.run->travel_m = -1.25e-4;
+  s.last_run.emplace();
+  s.last_run->exit_status = "fail";
+  s.last_run->code = Errc::no_reply;
+  const auto back = parse_daemon_status(json::parse(to_json(s).dump()));
+  ASSERT_TRUE(back) << back.error().what;
+  EXPECT_EQ(to_json(*back), to_json(s));
+  EXPECT_EQ(back->run->travel_m, -1.25e-4);
+  EXPECT_EQ(back->run->force_N, std::nullopt);
+}
+
+TEST(ControlMessages, AWrongTypeInAnAnswerIsGarbledAndNamed) {
+  const auto back = parse_run_status(json::parse(R"({"run":1,"state":"flying"})"));
+  ASSERT_FALSE(back);
+  EXPECT_THAT(back.error().what, HasSubstr("/state"));
+  EXPECT_FALSE(parse_run_status(json::parse(R"({"run":"1","state":"running"})")));
+  EXPECT_FALSE(parse_run_ended(json::parse(R"([])")));
+}
+
+TEST(ControlMessages, ShiftingTheDecimalPointKeepsTheDigits) {
+  EXPECT_EQ(json(shift_decimal(1.84249e-11, 12)).dump(), "18.4249");
+  EXPECT_EQ(json(shift_decimal(3.6457e-12, 12)).dump(), "3.6457");
+  EXPECT_EQ(shift_decimal(0, 12), 0);
+  EXPECT_EQ(shift_decimal(-2.5e-3, 3), -2.5);
+}
+
+}  // namespace
+}  // namespace lcrig
