@@ -107,10 +107,23 @@ class Loading {
   double peak_N_ = 0, way_m_ = 0;
 };
 
+// Most cycles are alike: what one gave is kept.
+bool same_loading(const PlannedCycle& a, const PlannedCycle& b) {
+  return a.peak_kPa == b.peak_kPa && a.loading_s == b.loading_s;
+}
+
 std::optional<Parts> slope_of_loadings(const PlannedRun& run, const PressureRange& range) {
-  double sxx = 0, sxy = 0;
+  double sxx = 0, sxy = 0, cycle_sxx = 0, cycle_sxy = 0;
+  const PlannedCycle* before = nullptr;
   for (const PlannedCycle& c : run.cycles) {
     if (c.loading_s <= 0) continue;
+    if (before && same_loading(*before, c)) {
+      sxx += cycle_sxx;
+      sxy += cycle_sxy;
+      continue;
+    }
+    before = &c;
+    cycle_sxx = cycle_sxy = 0;
     const Loading loading(run, c);
     for (const double phase : kPhases) {
       std::vector<LinePoint> points;
@@ -119,9 +132,11 @@ std::optional<Parts> slope_of_loadings(const PlannedRun& run, const PressureRang
         points.push_back({kPa, run.delta_C_fF(kPa), 1});
       }
       const Sums s = sums_of(points);
-      sxx += s.sxx / std::size(kPhases);
-      sxy += s.sxy / std::size(kPhases);
+      cycle_sxx += s.sxx / std::size(kPhases);
+      cycle_sxy += s.sxy / std::size(kPhases);
     }
+    sxx += cycle_sxx;
+    sxy += cycle_sxy;
   }
   if (!(sxx > 0)) return std::nullopt;
   return slope_of(run, sxx, sxy);
@@ -155,13 +170,16 @@ double unit_variance_of_fit(const PlannedRun& run, const PlannedCycle& cycle) {
 // Mean over the cycles of (peak - rest)/C0, percent.
 std::optional<Parts> dynamic_range(const PlannedRun& run) {
   double meter = 0, force = 0;  // variances of the sum over the cycles, fF2
-  double sum = 0, first_rest = 0;
+  double sum = 0, first_rest = 0, fitted = 0;
+  const PlannedCycle* before = nullptr;
   for (const PlannedCycle& c : run.cycles) {
     if (c.rest_readings < 1) return std::nullopt;
     if (first_rest <= 0) first_rest = c.rest_readings;
     const bool plateau = c.loading_s <= 0 || c.plateau_readings >= kPlateauReadings;
     if (plateau && c.plateau_readings < 1) return std::nullopt;
-    const double peak = plateau ? 1 / c.plateau_readings : unit_variance_of_fit(run, c);
+    if (!plateau && !(before && same_loading(*before, c))) fitted = unit_variance_of_fit(run, c);
+    before = plateau ? nullptr : &c;
+    const double peak = plateau ? 1 / c.plateau_readings : fitted;
     const double noise = run.reading_noise_F * 1e15;
     meter += noise * noise * (peak + 1 / c.rest_readings);
     const double h = 0.01 * c.peak_kPa;

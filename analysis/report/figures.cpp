@@ -325,7 +325,8 @@ std::string loop_figure(const ReportRun& run) {
   figure.panels.push_back(std::move(panel));
   figure.panels.push_back(gap_panel(run.analysis.hysteresis.loop));
   return figure_html(figure, "Force is that of the middle of each measuring window. Largest gap: " +
-                                 measured(gap) + " % of the span. " + text(gap.reason));
+                                 measured(gap) + " % of the span" +
+                                 (gap.reason.empty() ? "." : " (" + text(gap.reason) + ")."));
 }
 
 }  // namespace lcrig::report

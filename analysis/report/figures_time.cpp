@@ -66,10 +66,12 @@ plot::Series force_over_time(const RunData& data) {
 // The peaks and rests of the cycles in percent of C0.
 void add_extrema(const ReportRun& run, double c0_pF, plot::Panel& panel) {
   plot::Series peak, rest;
-  peak.label = "maximum of the cycle";
+  const bool rises = std::ranges::all_of(run.analysis.cycles,
+                                         [](const CycleResult& c) { return c.delta_C_fF >= 0; });
+  peak.label = rises ? "maximum of the cycle" : "at the largest force of the cycle";
   peak.style = plot::mark_style(0);
   peak.style.color = "#000000";
-  rest.label = "minimum (mean at rest)";
+  rest.label = rises ? "minimum (mean at rest)" : "mean at rest";
   rest.style = plot::mark_style(1);
   const auto percent_of = [&](double pF) { return (pF / c0_pF - 1) * 100; };
   double lowest = INFINITY, highest = -INFINITY;  // the tags stand above the noise
@@ -88,7 +90,7 @@ void add_extrema(const ReportRun& run, double c0_pF, plot::Panel& panel) {
     if (run.analysis.cycles.size() > kMostTags) continue;
     plot::Tag tag;
     tag.x = c.peak_s;
-    tag.y = c.delta_C_fF >= 0 ? highest : peak.y.back();
+    tag.y = rises ? highest : peak.y.back();
     tag.text = plain_number(c.dynamic_range_percent, c.dynamic_range_se_percent) + " %";
     panel.tags.push_back(std::move(tag));
   }
@@ -120,7 +122,8 @@ std::string cycle_figure(const ReportRun& run) {
   figure.panels.push_back(cycle_panel(run));
   if (figure.panels[0].series.empty()) return {};
   return figure_html(figure,
-                     "The numbers are the dynamic range of each cycle, maximum less minimum.");
+                     "The numbers are the dynamic range of each cycle: at the largest force less "
+                     "at rest, over C0.");
 }
 
 std::string time_figure(const ReportRun& run) {

@@ -20,7 +20,7 @@ struct ModelRequest {
 };
 struct ModelAnswer {
   std::string level, note;
-  double error_estimate = 0;
+  std::optional<double> error_estimate;
   std::vector<double> delta_C_fF;  // in the order of the request
   std::vector<double> smooth_kPa, smooth_fF;
 };

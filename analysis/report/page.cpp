@@ -63,9 +63,10 @@ std::string model_section(const ReportRun& run) {
   if (!run.model) {
     return paragraph("No comparison: " + text(run.no_model) + ".");
   }
+  const auto error = run.model->error_estimate;
   std::string out = paragraph(fmt::format(
-      "Level {}, {}. Its estimated error of ΔC is {} of the value.", text(run.model->level),
-      text(run.model->note), plain_number(run.model->error_estimate)));
+      "Level {}, {}. Its estimated error of ΔC is {}.", text(run.model->level),
+      text(run.model->note), error ? plain_number(*error * 100) + " % of the value" : "not known"));
   if (run.data.row.simulated) {
     out += paragraph(
         "The run was simulated with this model: the difference shows the noise and "

@@ -16,7 +16,8 @@ namespace lcrig {
 // What the model says of the run's specimen.
 struct ModelledCurve {
   std::string level;
-  double error_estimate = 0;  // relative, of delta C at the largest pressure
+  // Relative, of delta C at the largest pressure; absent: not known.
+  std::optional<double> error_estimate;
   std::string note;  // the choice, and what was assumed
   std::vector<double> delta_C_fF;  // at the points of RunAnalysis::curve, in their order
   std::vector<double> peak_delta_C_fF;  // at the peaks of RunAnalysis::cycles; no pressures: empty
