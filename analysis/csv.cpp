@@ -17,11 +17,15 @@ void append_text_cell(std::string& out, std::string_view text) {
   const bool quote = text.find_first_of(",\"\r\n") != std::string_view::npos;
   if (quote) out += '"';
   if (formula) out += '\'';
+  if (!quote) {
+    out += text;
+    return;
+  }
   for (const char c : text) {
     if (c == '"') out += '"';
     out += c;
   }
-  if (quote) out += '"';
+  out += '"';
 }
 
 std::string& CsvWriter::separate() {

@@ -4,30 +4,44 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <string_view>
+#include <cstring>
 
 namespace lcrig {
 
 namespace {
 
-// Digits d0 d1 d2 ... mean d0.d1d2... * 10^exponent.
-void append_digits(std::string& out, std::string_view digits, int exponent) {
-  while (digits.size() > 1 && digits.back() == '0') digits.remove_suffix(1);
-  const auto count = static_cast<int>(digits.size());
+constexpr std::size_t kLongest = 48;  // sign, 17 digits, point, zeros or exponent
+
+char* copy(char* to, const char* from, std::size_t count) {
+  std::memcpy(to, from, count);
+  return to + count;
+}
+
+// Digits d0 d1 d2 ... mean d0.d1d2... * 10^exponent. Returns the end of the text.
+char* write_digits(char* to, const char* digits, int count, int exponent) {
+  while (count > 1 && digits[count - 1] == '0') --count;
+  const auto n = static_cast<std::size_t>(count);
   if (exponent < -6 || exponent > 20) {
-    out += digits.front();
-    if (count > 1) out.append(".").append(digits.substr(1));
-    char text[8];
-    const auto end = std::to_chars(text, text + sizeof text, exponent).ptr;
-    out.append("e").append(text, end);
-  } else if (exponent < 0) {
-    out.append("0.").append(static_cast<std::size_t>(-exponent - 1), '0').append(digits);
-  } else if (exponent + 1 >= count) {
-    out.append(digits).append(static_cast<std::size_t>(exponent + 1 - count), '0');
-  } else {
-    const auto whole = static_cast<std::size_t>(exponent + 1);
-    out.append(digits.substr(0, whole)).append(".").append(digits.substr(whole));
+    *to++ = digits[0];
+    if (count > 1) *to++ = '.';
+    to = copy(to, digits + 1, n - 1);
+    *to++ = 'e';
+    return std::to_chars(to, to + 8, exponent).ptr;
   }
+  if (exponent < 0) {
+    to = copy(to, "0.00000", static_cast<std::size_t>(1 - exponent));
+    return copy(to, digits, n);
+  }
+  if (exponent + 1 >= count) {
+    to = copy(to, digits, n);
+    const auto zeros = static_cast<std::size_t>(exponent + 1 - count);
+    std::memset(to, '0', zeros);
+    return to + zeros;
+  }
+  const auto whole = static_cast<std::size_t>(exponent + 1);
+  to = copy(to, digits, whole);
+  *to++ = '.';
+  return copy(to, digits + whole, n - whole);
 }
 
 }  // namespace
@@ -38,27 +52,27 @@ void append_decimal_shift(std::string& out, double value, int power) {
     return;
   }
   char text[40];
-  const auto end =
-      std::to_chars(text, text + sizeof text, value, std::chars_format::scientific).ptr;
-  std::string_view s(text, static_cast<std::size_t>(end - text));
+  char* end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific).ptr;
   if (!std::isfinite(value)) {
-    out += s;
+    out.append(text, end);
     return;
   }
-  if (s.front() == '-') {
-    out += '-';
-    s.remove_prefix(1);
+  char number[kLongest];
+  char* to = number;
+  char* digits = text;
+  if (*digits == '-') *to++ = *digits++;
+  // The shortest scientific form is d.ddde-07: the mark stands four or five before the end.
+  char* mark = end - (end[-4] == 'e' ? 4 : 5);
+  int exponent = 0;
+  for (const char* c = mark + 2; c != end; ++c) exponent = exponent * 10 + (*c - '0');
+  if (mark[1] == '-') exponent = -exponent;
+  auto count = static_cast<int>(mark - digits);
+  if (count > 1) {  // the first digit moves to the place of the point
+    digits[1] = digits[0];
+    ++digits;
+    --count;
   }
-  const auto e = s.find('e');
-  int exponent = 0;  // to_chars writes e+05, from_chars takes no plus
-  const char* from = s.data() + e + (s[e + 1] == '+' ? 2 : 1);
-  std::from_chars(from, s.data() + s.size(), exponent);
-  char digits[24];
-  std::size_t count = 0;
-  for (const char c : s.substr(0, e)) {
-    if (c != '.') digits[count++] = c;
-  }
-  append_digits(out, std::string_view(digits, count), exponent + power);
+  out.append(number, write_digits(to, digits, count, exponent + power));
 }
 
 void append_decimal_shift(std::string& out, std::int64_t value, int power) {
@@ -67,13 +81,13 @@ void append_decimal_shift(std::string& out, std::int64_t value, int power) {
     return;
   }
   char text[24];
-  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-  std::string_view s(text, static_cast<std::size_t>(end - text));
-  if (s.front() == '-') {
-    out += '-';
-    s.remove_prefix(1);
-  }
-  append_digits(out, s, static_cast<int>(s.size()) - 1 + power);
+  const char* end = std::to_chars(text, text + sizeof text, value).ptr;
+  char number[kLongest];
+  char* to = number;
+  const char* digits = text;
+  if (*digits == '-') *to++ = *digits++;
+  const auto count = static_cast<int>(end - digits);
+  out.append(number, write_digits(to, digits, count, count - 1 + power));
 }
 
 double shift_decimal(double value, int power) {

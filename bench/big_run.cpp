@@ -34,8 +34,8 @@ double force_at(double t_s) {
 }
 
 // As instruments send it: few digits.
-double rounded(double value, double step) {
-  return std::round(value / step) * step;
+double rounded(double value, double per_unit) {
+  return std::round(value * per_unit) / per_unit;
 }
 
 std::int64_t ns(double t_s) {
@@ -48,14 +48,14 @@ void write_samples(const Database& db, std::int64_t run, std::int64_t count) {
   std::normal_distribution<double> noise(0, 5e-4);
   for (std::int64_t i = 0; i < count; ++i) {
     const double t = kSample_s * static_cast<double>(i);
-    const double force = rounded(force_at(t) + noise(random), 1e-4);
+    const double force = rounded(force_at(t) + noise(random), 1e4);
     s.bind(0, run);
     s.bind(1, i + 1);
     s.bind(2, ns(t + 0.003));
     s.bind(3, i + 1);
-    s.bind(4, rounded(t, 1e-3));
+    s.bind(4, rounded(t, 1e3));
     s.bind(5, force);
-    s.bind(6, rounded(3.2e-3 + 1e-5 * force, 1e-7));
+    s.bind(6, rounded(3.2e-3 + 1e-5 * force, 1e7));
     must(s.run());
   }
 }
@@ -77,7 +77,7 @@ void write_readings(const Database& db, std::int64_t run, std::int64_t count, do
     s.bind(3, ns(t + 0.01));
     s.bind(4, ns(t + 0.011));
     s.bind(5, static_cast<std::int64_t>(t / kCycle_s) + 1);
-    s.bind(6, rounded(3.65e-12 + 4.2e-13 * force_at(t + 0.005) + noise(random), 1e-17));
+    s.bind(6, rounded(3.65e-12 + 4.2e-13 * force_at(t + 0.005) + noise(random), 1e17));
     must(s.run());
   }
 }

@@ -4,7 +4,7 @@
 // curve at the pressures that were held. With a second argument the run that `analyze` sees is
 // kept.
 //
-//   coverage_bench [RUNS=400]
+//   coverage_bench [RUNS=400] [FIRST_SEED=1]
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -66,10 +66,8 @@ RunAnalysis rehearse_once(const std::string& protocol, const std::string& specim
   RehearseRequest request;
   request.protocol_name = "static-frame";
   request.protocol_text = protocol;
-  request.parameters = {
-      {"readings", "6"},   {"within_s", "3"},
-      {"settle_s", "0.2"}, {"repeats", std::getenv("COVER_R") ? std::getenv("COVER_R") : "3"},
-      {"levels", "10"},    {"rate_N_s", "1"}};
+  request.parameters = {{"readings", "6"}, {"within_s", "3"}, {"settle_s", "0.2"},
+                        {"repeats", "3"},  {"levels", "10"},  {"rate_N_s", "1"}};
   request.specimen_name = "paper-1";
   request.specimen_text = specimen;
   request.seed = seed;
@@ -93,11 +91,18 @@ void print(const char* aperture, const RangeResult& r, const Tally& t) {
   std::fflush(stdout);
 }
 
+int number_of(std::string_view text) {
+  int out = 0;
+  const auto r = std::from_chars(text.data(), text.data() + text.size(), out);
+  if (r.ec != std::errc() || out < 1) throw std::invalid_argument(std::string(text));
+  return out;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  int runs = 400;
-  if (argc > 1) std::from_chars(argv[1], argv[1] + std::string_view(argv[1]).size(), runs);
+  const int runs = argc > 1 ? number_of(argv[1]) : 400;
+  const int first = argc > 2 ? number_of(argv[2]) : 1;
   const std::string text = read_text_file("protocols/library/static-frame.json").value();
   const std::string specimen_text(shipped_specimens().front().text);
   const Specimen specimen = parse_specimen(specimen_text, "paper-1").value();
@@ -113,7 +118,7 @@ int main(int argc, char** argv) {
         with(text, "\"aperture\": \"medium\"", fmt::format("\"aperture\": \"{}\"", aperture));
     std::map<std::size_t, Tally> tallies;
     RunAnalysis last;
-    for (int seed = 1; seed <= runs; ++seed) {
+    for (int seed = first; seed < first + runs; ++seed) {
       const std::string path = (folder / "run.db").string();
       for (const char* tail : {"", "-wal", "-shm"}) std::filesystem::remove(path + tail);
       last = rehearse_once(protocol, specimen_text, static_cast<std::uint64_t>(seed), path);

@@ -48,15 +48,24 @@ class AnalyzeCommand final : public Command {
   bool regions_ = false, interpolated_ = false;
 };
 
+constexpr const char* kHelp = "lcrig analyze --help";
+
+Outcome<double> number(const char* name, const std::string& text) {
+  auto value = parse_number(name, text);
+  if (value) return *value;
+  return tl::unexpected(
+      Failure(kUsage, std::string(name) + " \"" + text + "\": expected a number", kHelp));
+}
+
 Outcome<PressureRange> parse_range(const std::string& text) {
   const auto colon = text.find(':');
   if (colon == std::string::npos) {
     return tl::unexpected(
         Failure(kUsage, "--range " + text + ": expected FROM:TO in kPa", "--range 0:30"));
   }
-  auto from = parse_number("--range", text.substr(0, colon));
+  auto from = number("--range", text.substr(0, colon));
   if (!from) return tl::unexpected(from.error());
-  auto to = parse_number("--range", text.substr(colon + 1));
+  auto to = number("--range", text.substr(colon + 1));
   if (!to) return tl::unexpected(to.error());
   return PressureRange{*from, *to};
 }
@@ -65,7 +74,7 @@ Outcome<PressureRange> parse_range(const std::string& text) {
 template <class T>
 Outcome<ExitCode> take(const char* name, const std::string& text, T& out) {
   if (text.empty()) return kOk;
-  auto value = parse_number(name, text);
+  auto value = number(name, text);
   if (!value) return tl::unexpected(value.error());
   out = *value;
   return kOk;

@@ -51,6 +51,9 @@ TEST(Arguments, EveryMistakeIsUsageAndSaysWhatToTypeNext) {
       {{"verify"}, "RUN"},
       {{"export", "1", "-o", "-", "--layout", "colums"}, "layout"},
       {{"export", "1", "-o", "x", "--layout", "frame"}, "--layout is for -o -"},
+      {{"analyze"}, "RUN"},
+      {{"analyze", "1", "--range", "30"}, "expected FROM:TO"},
+      {{"analyze", "1", "--confidence", "high"}, "--confidence"},
   };
   Cli cli;
   for (const auto& mistake : mistakes) {
@@ -84,7 +87,7 @@ TEST(Arguments, HelpNamesEveryCommand) {
   cli.run({"--help"});
   for (const auto* word :
        {"run", "rehearse", "status", "watch", "pause", "resume", "abort", "freeze", "confirm",
-        "protocol", "specimen", "runs", "export", "verify"}) {
+        "protocol", "specimen", "runs", "export", "analyze", "verify"}) {
     EXPECT_THAT(cli.out.str(), HasSubstr(word));
   }
 }

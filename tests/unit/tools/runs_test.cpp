@@ -75,6 +75,7 @@ TEST_F(Runs, ThatDoNotExistAreRefusedByEveryCommand) {
   for (const auto& args : {std::vector<std::string>{"runs", "show", "99"},
                            {"runs", "note", "99", "x"},
                            {"export", "99", "-o", cli.dir.file("out")},
+                           {"analyze", "99"},
                            {"verify", "99"},
                            {"verify", "first"}}) {
     EXPECT_EQ(cli.run(args), kFailed) << ::testing::PrintToString(args);

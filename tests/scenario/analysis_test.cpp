@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs of the simulated bench through the analysis: the truth is the specimen's own curve.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "analysis/analysis.hpp"
+#include "analysis/line_fit.hpp"
+#include "base/strict_json.hpp"
+#include "daemon/rehearse.hpp"
+#include "model/bench_world.hpp"
+#include "model/specimen_file.hpp"
+#include "storage/database.hpp"
+#include "tests/support/temp_dir.hpp"
+
+namespace lcrig {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+RunAnalysis rehearsed(RehearseRequest request) {
+  const TempDir dir;
+  request.db_path = dir.file("r.db");
+  request.protocol_text =
+      read_text_file("protocols/library/" + request.protocol_name + ".json").value();
+  const auto result = rehearse(request);
+  if (!result) throw std::runtime_error(result.error().what);
+  EXPECT_EQ(result->exit_status, "success") << result->reason;
+  return analyse(open_read_only(request.db_path).value(), result->run).value();
+}
+
+RehearseRequest of_paper_1(const std::string& protocol, std::uint64_t seed) {
+  RehearseRequest request;
+  request.protocol_name = protocol;
+  request.specimen_name = "paper-1";
+  request.specimen_text = std::string(shipped_specimens().front().text);
+  request.seed = seed;
+  return request;
+}
+
+// bench/coverage.cpp counts over hundreds of runs; here sixteen must not be far off.
+TEST(Analysis, IntervalsOfTheSensitivityHoldTheTruth) {
+  const Specimen specimen =
+      parse_specimen(std::string(shipped_specimens().front().text), "paper-1").value();
+  const auto world = BenchWorld::make(specimen, 1e-4, Force::from_si(1.7), PlantConfig()).value();
+  int inside = 0, all = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    auto request = of_paper_1("static-frame", seed);
+    request.parameters = {{"readings", "4"}, {"within_s", "1"}, {"settle_s", "0.1"},
+                          {"repeats", "3"},  {"levels", "10"},  {"rate_N_s", "2"}};
+    const auto a = rehearsed(request);
+    for (const RangeResult& r : a.ranges) {
+      std::vector<LinePoint> truth;
+      for (const LevelResult& l : a.levels) {
+        if (*l.target_kPa < r.range.from_kPa - 1e-6 || *l.target_kPa > r.range.to_kPa + 1e-6) {
+          continue;
+        }
+        const double C = world->response().capacitance_F(*l.target_kPa * 1e3 * specimen.area_m2());
+        truth.push_back({*l.target_kPa, C * 1e15, 1});
+      }
+      const double slope = fit_line(truth)->slope;
+      const auto& interval = *r.sensitivity.estimate->interval;
+      inside += interval[0] <= slope && slope <= interval[1] ? 1 : 0;
+      ++all;
+      EXPECT_NEAR(r.sensitivity.value(), slope, 4.5 * *r.sensitivity.estimate->standard_error);
+    }
+  }
+  EXPECT_EQ(all, 16);
+  EXPECT_GE(inside, 12) << "of 16; 95 % intervals hold fewer in one of a thousand cases";
+}
+
+TEST(Analysis, DynamicRangeOfTheRehearsalIsThatOfTheSpecimen) {
+  const Specimen specimen =
+      parse_specimen(std::string(shipped_specimens().front().text), "paper-1").value();
+  const auto world = BenchWorld::make(specimen, 1e-4, Force::from_si(1.7), PlantConfig()).value();
+  auto request = of_paper_1("dynamic-cycles", 3);
+  request.parameters = {{"cycles", "3"}, {"gap_mm", "0.1"}};
+  const auto a = rehearsed(request);
+  ASSERT_EQ(a.cycles.size(), 3U);
+  const auto& response = world->response();
+  const double truth =
+      (response.capacitance_F(a.cycles[0].peak_force_N) / response.c0_F() - 1) * 100;
+  EXPECT_NEAR(a.dynamic_range.value(), truth, 4 * *a.cycles[0].dynamic_range_se_percent);
+  EXPECT_FALSE(a.hysteresis.resolved) << "the specimen has none";
+}
+
+TEST(Analysis, SaysOfTheRealRecordingOnlyWhatIsThere) {
+  const std::string real = "../shared/data/real-press-9mm";
+  if (!std::filesystem::exists(real)) {
+    GTEST_SKIP() << real << " is not here: the real recording is not part of the project";
+  }
+  RehearseRequest request;
+  request.protocol_name = "follow";
+  request.bench = "replay:" + real;
+  const auto a = rehearsed(request);
+  ASSERT_EQ(a.cycles.size(), 10U) << "ten presses";
+  for (const CycleResult& c : a.cycles) {
+    EXPECT_GT(c.peak_force_N, 9.5) << "above the cell's offset of 2.75 N";
+    EXPECT_LT(c.peak_force_N, 13);
+    EXPECT_TRUE(c.slope_fF_per_N);
+    EXPECT_FALSE(c.peak_kPa) << "nobody told the probe";
+  }
+  EXPECT_LT(a.cycles[0].delta_C_fF, -150);
+  EXPECT_GT(a.cycles[1].delta_C_fF, 80);
+  EXPECT_FALSE(a.ranges[0].sensitivity);
+  EXPECT_THAT(a.ranges[0].sensitivity.reason, HasSubstr("probe diameter"));
+  EXPECT_THAT(a.dynamic_range.reason, HasSubstr("rises in some loadings and falls in others"));
+  EXPECT_GE(a.holds.size(), 10U);
+  EXPECT_TRUE(a.creep);
+  EXPECT_THAT(a.notes, Contains(HasSubstr("played back")));
+}
+
+}  // namespace
+}  // namespace lcrig
