@@ -140,11 +140,6 @@ void add_settings(const Budget& budget, plot::Panel& panel) {
     if (!s.planned.possible()) continue;
     planned.x.push_back(s.planned.duration_s);
     planned.y.push_back(s.planned.worst * 100);
-    plot::Tag tag;
-    tag.x = planned.x.back();
-    tag.y = planned.y.back();
-    tag.text = setting_text(s.planned);
-    panel.tags.push_back(std::move(tag));
   }
   panel.series.push_back(std::move(planned));
 }
