@@ -27,10 +27,10 @@ class BudgetCommand : public testing::Test {
       text << file.rdbuf();
       cli.add_data(std::string("protocols/") + name + ".json", text.str());
       if (name != std::string_view("static-frame")) continue;
-      std::string retuned = text.str();
-      retuned.insert(retuned.find(R"({ "id": "zero")"),
+      std::string changed = text.str();
+      changed.insert(changed.find(R"({ "id": "zero")"),
                      R"({ "id": "tune", "do": "set_lcr", "frequency_Hz": 2000 }, )");
-      cli.add_data("protocols/retuned.json", retuned);
+      cli.add_data("protocols/two-settings.json", changed);
     }
   }
   json budget(std::vector<std::string> args) {
@@ -115,7 +115,7 @@ TEST_F(BudgetCommand, PictureIsWellFormedAndMarksTheFront) {
 TEST_F(BudgetCommand, WhatCannotBePredictedIsRefused) {
   EXPECT_EQ(cli.run({"budget", "follow", "--specimen", "paper-1"}), 6);
   EXPECT_THAT(cli.err.str(), HasSubstr("never loads"));
-  EXPECT_EQ(cli.run({"budget", "retuned", "--specimen", "paper-1"}), 6);
+  EXPECT_EQ(cli.run({"budget", "two-settings", "--specimen", "paper-1"}), 6);
   EXPECT_THAT(cli.err.str(), HasSubstr("changes the meter's settings"));
   EXPECT_EQ(cli.run({"budget", "static-frame", "--specimen", "paper-1", "--target", "fine"}), 2);
   EXPECT_EQ(cli.run({"budget", "static-frame", "--specimen", "paper-1", "--frequency-Hz", "1,,2"}),
