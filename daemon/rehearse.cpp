@@ -173,6 +173,7 @@ Result<Rig> bench_rig(const BenchRequest& request) {
   if (!specimen) return fail(specimen.error());
   auto bench = bench_of(request.bench, request.bench_text);
   if (!bench) return fail(bench.error());
+  const InstrumentNoise noise{bench->plant.capacitance_noise_F, bench->plant.force_noise_N};
   SimRequest sim;
   sim.bench = std::move(*bench);
   sim.specimen = std::move(*specimen);
@@ -189,6 +190,7 @@ Result<Rig> bench_rig(const BenchRequest& request) {
                  });
   clock.run(io, [&rig] { return rig.has_value(); });
   if (!rig) return fail(Errc::bug, "the simulated instruments did not answer");
+  if (*rig && !request.bench.starts_with("replay:")) (*rig)->noise = noise;
   if (*rig && !known) (*rig)->compression_m = {};
   return std::move(*rig);
 }

@@ -51,12 +51,13 @@ class Rows {
         {target, std::move(quantity), unit, paper, model, std::move(assumption), reproduced});
   }
   void note(Error error) { error_ = std::move(error); }
-  Result<std::vector<Comparison>> take() {
-    return error_.what.empty() ? Result<std::vector<Comparison>>(std::move(rows_)) : fail(error_);
+  Result<std::vector<PaperComparison>> take() {
+    return error_.what.empty() ? Result<std::vector<PaperComparison>>(std::move(rows_))
+                               : fail(error_);
   }
 
  private:
-  std::vector<Comparison> rows_;
+  std::vector<PaperComparison> rows_;
   Error error_;
 };
 
@@ -125,7 +126,7 @@ void add_t3(Rows& rows, const char* how, Top top, ElectrodeArea area) {
     return rows.note(model.error());
   }
   const auto slope = [&](const std::vector<double>& cut) {
-    std::vector<CurvePoint> points;
+    std::vector<ModelPoint> points;
     for (int i = 0; i <= 10; ++i) {
       const auto state = (*model)->at_pressure(Pressure::from_si(i * 1e4), cut);
       points.push_back({i * 1e4, 0, state ? state->delta_capacitance_F : NAN, 0});
@@ -174,7 +175,7 @@ void add_t5(Rows& rows) {
 
 }  // namespace
 
-Result<std::vector<Comparison>> compare_with_paper() {
+Result<std::vector<PaperComparison>> compare_with_paper() {
   Rows rows;
   add_t1(rows);
   add_t2(rows);
@@ -187,7 +188,7 @@ Result<std::vector<Comparison>> compare_with_paper() {
   return rows.take();
 }
 
-nlohmann::json to_json(const std::vector<Comparison>& rows) {
+nlohmann::json to_json(const std::vector<PaperComparison>& rows) {
   nlohmann::json list = nlohmann::json::array();
   for (const auto& r : rows) {
     list.push_back({{"target", r.target},
@@ -202,7 +203,7 @@ nlohmann::json to_json(const std::vector<Comparison>& rows) {
   return {{"rows", list}, {"errata", paper_errata()}};
 }
 
-std::string to_table(const std::vector<Comparison>& rows) {
+std::string to_table(const std::vector<PaperComparison>& rows) {
   std::string text = fmt::format("{:<3} {:<36} {:>8} {:>9} {:<7} {:<3} {}\n", "", "quantity",
                                  "paper", "model", "unit", "", "assumption");
   for (const auto& r : rows) {

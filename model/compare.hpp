@@ -11,7 +11,7 @@
 
 namespace lcrig {
 
-struct Comparison {
+struct PaperComparison {
   std::string target;  // "T2"
   std::string quantity;
   std::string unit;
@@ -22,12 +22,12 @@ struct Comparison {
 
 // T1 to T5, each row computed now. A target that no assumption reproduces has rows that say so.
 // Errors: bug only.
-Result<std::vector<Comparison>> compare_with_paper();
+Result<std::vector<PaperComparison>> compare_with_paper();
 
 // Errors and ambiguities of the paper, each with the correct form.
 const std::vector<std::string_view>& paper_errata();
 
-nlohmann::json to_json(const std::vector<Comparison>& rows);
-std::string to_table(const std::vector<Comparison>& rows);
+nlohmann::json to_json(const std::vector<PaperComparison>& rows);
+std::string to_table(const std::vector<PaperComparison>& rows);
 
 }  // namespace lcrig

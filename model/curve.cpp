@@ -134,8 +134,8 @@ nlohmann::json to_json(const Curve& curve) {
   return json;
 }
 
-double fit_slope(const std::vector<CurvePoint>& points) {
-  const CurvePoint& first =
+double fit_slope(const std::vector<ModelPoint>& points) {
+  const ModelPoint& first =
       points.front();  // sums start here, so that a large offset costs nothing
   double mean_x = 0, mean_y = 0;
   for (const auto& p : points) {

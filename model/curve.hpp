@@ -18,7 +18,7 @@ inline constexpr std::size_t kMostPressures = 100'000;
 // to the list when the step reaches it.
 Result<std::vector<Pressure>> parse_pressures_kPa(std::string_view text);
 
-struct CurvePoint {
+struct ModelPoint {
   double pressure_Pa = 0, capacitance_F = 0, delta_capacitance_F = 0, shortening_m = 0;
 };
 
@@ -27,7 +27,7 @@ struct Curve {
   // Relative, of delta C at the last pressure; nothing: the level is too far off to be rated.
   std::optional<double> error_estimate;
   std::optional<LevelChoice> choice;  // when the level was chosen here
-  std::vector<CurvePoint> points;
+  std::vector<ModelPoint> points;
 };
 
 // With `settings` empty the cheapest level within `tolerance` is taken. Errors: as choose_level and
@@ -38,6 +38,6 @@ Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSett
 nlohmann::json to_json(const Curve& curve);  // docs/cli-json.md, "model curve"
 
 // Least-squares slope of delta C over pressure, F/Pa, centred sums; at least two points.
-double fit_slope(const std::vector<CurvePoint>& points);
+double fit_slope(const std::vector<ModelPoint>& points);
 
 }  // namespace lcrig

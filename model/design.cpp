@@ -58,7 +58,7 @@ Result<DesignOption> rate(const DesignRequest& r, const Evaluate& evaluate, std:
     return fail(start.error());
   }
   option.initial_F_Pa = start->delta_capacitance_F / tiny.si();
-  std::vector<CurvePoint> points;
+  std::vector<ModelPoint> points;
   for (int i = 0; i <= 10; ++i) {
     const Pressure p = r.max_pressure * (i / 10.0);
     const auto state = evaluate(partition, p);

@@ -35,7 +35,5 @@ Result<Ladder> climb_ladder(const Specimen& specimen, Pressure pressure,
 
 nlohmann::json to_json(const Ladder& ladder);
 std::string to_table(const Ladder& ladder);
-// Logarithmic picture, self-contained SVG.
-std::string to_svg(const Ladder& ladder);
 
 }  // namespace lcrig

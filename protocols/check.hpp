@@ -3,6 +3,7 @@
 // I/O; plan.cpp calls them with the state that the step meets.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -11,6 +12,14 @@
 #include "protocols/protocol.hpp"
 
 namespace lcrig {
+
+// How much the instruments of a bench scatter, standard deviations.
+struct InstrumentNoise {
+  // Of one conversion at 1 kHz and 1 V, by aperture (fast, medium, slow), F; scales with
+  // 1/(frequency level) and 1/sqrt(average).
+  std::array<double, 3> capacitance_F{};
+  double force_N = 0;  // of one sample
+};
 
 // Everything outside the file that a plan depends on.
 struct Rig {
@@ -25,6 +34,7 @@ struct Rig {
   std::optional<Length> contact_travel;  // machine travel at which the probe touches
   std::optional<Length> start_gap;  // present gap as stated by operator or bench; gap_mm may be
                                     // used without find_contact then
+  std::optional<InstrumentNoise> noise;  // absent: not known
 };
 
 // The limits with their parameters bound; SI.

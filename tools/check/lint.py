@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-CODE_FOLDERS = ["base", "storage", "model", "drivers", "protocols", "daemon", "analysis", "tools",
+CODE_FOLDERS = ["base", "plot", "storage", "model", "drivers", "protocols", "daemon", "analysis", "tools",
                 "tests", "bench"]
 PRODUCTION = [f for f in CODE_FOLDERS if f not in ("tests", "bench")]
 

@@ -2,11 +2,13 @@
 // model ladder and model compare.
 #include <fmt/ostream.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "model/compare.hpp"
 #include "model/ladder.hpp"
+#include "plot/chart.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
 #include "tools/lcrig/print_json.hpp"
@@ -14,6 +16,39 @@
 namespace lcrig::cli {
 
 namespace {
+
+// One marker a level, each row tagged with its setting.
+std::string picture(const Ladder& ladder) {
+  plot::Panel panel;
+  panel.title = "Time against error of the model's levels";
+  panel.x.label = "seconds";
+  panel.y.label =
+      fmt::format("relative error of delta C at {:.4g} kPa", ladder.pressure.si() / 1e3);
+  panel.x.log = panel.y.log = true;
+  panel.height = 340;
+  for (const LadderRow& row : ladder.rows) {
+    if (!row.failure.empty() || row.reference || row.relative_error <= 0) continue;
+    const std::string level(to_string(row.settings.level));
+    auto series = std::ranges::find(panel.series, level, &plot::Series::label);
+    if (series == panel.series.end()) {
+      plot::Series added;
+      added.label = level;
+      added.style = plot::mark_style(panel.series.size());
+      series = panel.series.insert(series, std::move(added));
+    }
+    series->x.push_back(row.seconds);
+    series->y.push_back(row.relative_error);
+    plot::Tag tag;
+    tag.x = row.seconds;
+    tag.y = row.relative_error;
+    tag.text = row.setting;
+    panel.tags.push_back(std::move(tag));
+  }
+  plot::Figure figure;
+  figure.description = panel.title;
+  figure.panels.push_back(std::move(panel));
+  return plot::to_svg(figure);
+}
 
 class LadderCommand final : public Command {
  public:
@@ -44,7 +79,7 @@ Outcome<ExitCode> LadderCommand::run(Context& context) {
   if (!ladder) return tl::unexpected(Failure(ladder.error(), "lcrig model ladder --help"));
   if (!svg_.empty()) {
     std::ofstream file(svg_);
-    file << to_svg(*ladder);
+    file << picture(*ladder);
     file.close();
     if (!file) return tl::unexpected(Failure(kFailed, "cannot write " + svg_, "check the path"));
   }

@@ -30,6 +30,8 @@ std::unique_ptr<Command> make_runs_note_command();
 std::unique_ptr<Command> make_export_command();
 std::unique_ptr<Command> make_analyze_command();
 std::unique_ptr<Command> make_verify_command();
+std::unique_ptr<Command> make_report_command();
+std::unique_ptr<Command> make_budget_command();
 std::unique_ptr<Command> make_model_curve_command();
 std::unique_ptr<Command> make_model_design_command();
 std::unique_ptr<Command> make_model_ladder_command();

@@ -57,7 +57,7 @@ TEST(Curve, SaysAtWhichPressureALevelEnds) {
 }
 
 TEST(Curve, SlopeHasCentredSums) {
-  std::vector<CurvePoint> points;
+  std::vector<ModelPoint> points;
   for (int i = 0; i <= 10; ++i) points.push_back({1e12 + i, 0, 3.0 * i, 0});
   EXPECT_DOUBLE_EQ(fit_slope(points), 3);
 }
@@ -176,7 +176,6 @@ TEST(Ladder, MeasuresEveryRung) {
     }
   }
   EXPECT_EQ(references, 1);
-  EXPECT_THAT(to_svg(*ladder), testing::HasSubstr("</svg>"));
   EXPECT_EQ(to_json(*ladder)["rows"].size(), ladder->rows.size());
   EXPECT_THAT(to_table(*ladder), testing::HasSubstr("reference"));
 }

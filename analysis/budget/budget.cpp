@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/budget/budget.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "analysis/least_squares.hpp"
+#include "analysis/line_fit.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr double kEdge = 1e-6;  // relative: a level at 30 kPa lies in 0-30 kPa
+// As the analysis has them (analysis/cycles.cpp): where a loading begins, what its peak is.
+constexpr double kLoaded = 0.05, kPlateauReadings = 10, kUpper = 0.5;
+// A reading's force lies between two samples: over all places the variance is 2/3 of a sample's.
+constexpr double kInterpolated = 2.0 / 3;
+// Where the first reading of a loading falls is chance: averaged over these parts of an interval.
+constexpr double kPhases[] = {0.1, 0.3, 0.5, 0.7, 0.9};
+
+struct Parts {
+  double value = 0;
+  double meter = 0, force = 0;  // standard errors of the two scatters
+};
+
+// Sums of the line through weighted points. A level of n readings has weight n.
+struct Sums {
+  double weight = 0, x = 0, y = 0, sxx = 0, sxy = 0;
+};
+
+Sums sums_of(const std::vector<LinePoint>& points) {
+  Sums s;
+  for (const LinePoint& p : points) {
+    s.weight += p.weight;
+    s.x += p.weight * p.x;
+    s.y += p.weight * p.y;
+  }
+  if (s.weight <= 0) return s;
+  s.x /= s.weight;
+  s.y /= s.weight;
+  for (const LinePoint& p : points) {
+    s.sxx += p.weight * (p.x - s.x) * (p.x - s.x);
+    s.sxy += p.weight * (p.x - s.x) * (p.y - s.y);
+  }
+  return s;
+}
+
+bool inside(const PressureRange& range, double kPa) {
+  const double slack = kEdge * std::max(std::abs(range.to_kPa), 1.0);
+  return kPa >= range.from_kPa - slack && kPa <= range.to_kPa + slack;
+}
+
+double force_noise_kPa(const PlannedRun& run) {
+  return run.force_noise_N / run.area_m2 * 1e-3 * std::sqrt(kInterpolated);
+}
+
+Parts slope_of(const PlannedRun& run, double sxx, double sxy) {
+  Parts out;
+  out.value = sxy / sxx;
+  out.meter = run.reading_noise_F * 1e15 / std::sqrt(sxx);
+  out.force = std::abs(out.value) * force_noise_kPa(run) / std::sqrt(sxx);
+  return out;
+}
+
+std::optional<Parts> slope_of_levels(const PlannedRun& run, const PressureRange& range) {
+  std::vector<LinePoint> points;
+  for (const PlannedLevel& l : run.levels) {
+    if (!inside(range, l.pressure_kPa) || l.readings <= 0) continue;
+    points.push_back({l.pressure_kPa, run.delta_C_fF(l.pressure_kPa), l.readings});
+  }
+  const Sums s = sums_of(points);
+  if (!(s.sxx > 1e-12 * s.weight * s.x * s.x)) return std::nullopt;
+  return slope_of(run, s.sxx, s.sxy);
+}
+
+// Pressure at the instants of the readings of one loading, from contact to peak.
+class Loading {
+ public:
+  Loading(const PlannedRun& run, const PlannedCycle& cycle) : run_(run), cycle_(cycle) {
+    peak_N_ = cycle.peak_kPa * 1e3 * run.area_m2;
+    way_m_ = run.compression_m(peak_N_);
+  }
+  std::vector<double> kPa(double phase) const {
+    std::vector<double> out;
+    for (double t = phase * run_.interval_s; t <= cycle_.loading_s; t += run_.interval_s) {
+      out.push_back(at(t / cycle_.loading_s));
+    }
+    return out;
+  }
+
+ private:
+  // The drive moves at constant speed; force by bisection of the compression.
+  double at(double part) const {
+    double low = 0, high = peak_N_;
+    for (int i = 0; i < 50; ++i) {
+      const double middle = 0.5 * (low + high);
+      (run_.compression_m(middle) < part * way_m_ ? low : high) = middle;
+    }
+    return high / run_.area_m2 * 1e-3;
+  }
+  const PlannedRun& run_;
+  const PlannedCycle& cycle_;
+  double peak_N_ = 0, way_m_ = 0;
+};
+
+// Most cycles are alike: what one gave is kept.
+bool same_loading(const PlannedCycle& a, const PlannedCycle& b) {
+  return a.peak_kPa == b.peak_kPa && a.loading_s == b.loading_s;
+}
+
+std::optional<Parts> slope_of_loadings(const PlannedRun& run, const PressureRange& range) {
+  double sxx = 0, sxy = 0, cycle_sxx = 0, cycle_sxy = 0;
+  const PlannedCycle* before = nullptr;
+  for (const PlannedCycle& c : run.cycles) {
+    if (c.loading_s <= 0) continue;
+    if (before && same_loading(*before, c)) {
+      sxx += cycle_sxx;
+      sxy += cycle_sxy;
+      continue;
+    }
+    before = &c;
+    cycle_sxx = cycle_sxy = 0;
+    const Loading loading(run, c);
+    for (const double phase : kPhases) {
+      std::vector<LinePoint> points;
+      for (const double kPa : loading.kPa(phase)) {
+        if (kPa <= kLoaded * c.peak_kPa || !inside(range, kPa)) continue;
+        points.push_back({kPa, run.delta_C_fF(kPa), 1});
+      }
+      const Sums s = sums_of(points);
+      cycle_sxx += s.sxx / std::size(kPhases);
+      cycle_sxy += s.sxy / std::size(kPhases);
+    }
+    sxx += cycle_sxx;
+    sxy += cycle_sxy;
+  }
+  if (!(sxx > 0)) return std::nullopt;
+  return slope_of(run, sxx, sxy);
+}
+
+// Variance of C at the peak from the fit to the upper half of the force, for unit variance of a
+// reading: one slope for each branch and a common bend.
+double unit_variance_of_fit(const PlannedRun& run, const PlannedCycle& cycle) {
+  const Loading loading(run, cycle);
+  double mean = 0;
+  for (const double phase : kPhases) {
+    std::vector<double> part;  // of the peak, less 1; both branches
+    for (const double kPa : loading.kPa(phase)) {
+      if (kPa >= kUpper * cycle.peak_kPa) part.push_back(kPa / cycle.peak_kPa - 1);
+    }
+    const bool bend = 2 * part.size() >= 8;
+    LeastSquares fit(bend ? 4 : 3);
+    for (const double d : part) {
+      for (const bool up : {true, false}) {
+        const double row[4] = {1, up ? d : 0, up ? 0 : d, d * d};
+        fit.add(row, 0);
+      }
+    }
+    const auto solution = fit.solve();
+    mean += (solution && solution->freedom >= 1 ? solution->unit_covariance[0] : 1.0) /
+            std::size(kPhases);
+  }
+  return mean;
+}
+
+// Mean over the cycles of (peak - rest)/C0, percent.
+std::optional<Parts> dynamic_range(const PlannedRun& run) {
+  double meter = 0, force = 0;  // variances of the sum over the cycles, fF2
+  double sum = 0, first_rest = 0, fitted = 0;
+  const PlannedCycle* before = nullptr;
+  for (const PlannedCycle& c : run.cycles) {
+    if (c.rest_readings < 1) return std::nullopt;
+    if (first_rest <= 0) first_rest = c.rest_readings;
+    const bool plateau = c.loading_s <= 0 || c.plateau_readings >= kPlateauReadings;
+    if (plateau && c.plateau_readings < 1) return std::nullopt;
+    if (!plateau && !(before && same_loading(*before, c))) fitted = unit_variance_of_fit(run, c);
+    before = plateau ? nullptr : &c;
+    const double peak = plateau ? 1 / c.plateau_readings : fitted;
+    const double noise = run.reading_noise_F * 1e15;
+    meter += noise * noise * (peak + 1 / c.rest_readings);
+    const double h = 0.01 * c.peak_kPa;
+    const double slope =
+        (run.delta_C_fF(c.peak_kPa + h) - run.delta_C_fF(c.peak_kPa - h)) / (2 * h);
+    const double scatter = slope * force_noise_kPa(run);
+    force += scatter * scatter * peak;
+    sum += run.delta_C_fF(c.peak_kPa);
+  }
+  const auto n = static_cast<double>(run.cycles.size());
+  const double percent = 100 / (run.c0_F * 1e15) / n;
+  Parts out;
+  out.value = sum * percent;
+  out.force = std::sqrt(force) * percent;
+  const double c0 = run.reading_noise_F / std::sqrt(first_rest) / run.c0_F * out.value;
+  out.meter = std::hypot(std::sqrt(meter) * percent, c0);
+  return out;
+}
+
+void add(UncertaintyBudget& budget, std::string name, double size, UncertaintyKind kind,
+         std::string basis) {
+  UncertaintyPart part;
+  part.name = std::move(name);
+  part.standard_uncertainty = size;
+  part.kind = kind;
+  part.shrinks = kind == UncertaintyKind::a;
+  part.shared_by_runs = kind == UncertaintyKind::b;
+  part.basis = std::move(basis);
+  budget.parts.push_back(std::move(part));
+}
+
+// Limits +-relative of the value, all values between them alike.
+void add_limits(UncertaintyBudget& budget, std::string name, double relative, std::string basis) {
+  add(budget, std::move(name), rectangular(relative) * std::abs(budget.value), UncertaintyKind::b,
+      std::move(basis));
+}
+
+void add_rig(const PlannedRun& run, const RigAccuracy& rig, UncertaintyBudget& budget) {
+  const double force = rig.force_class_percent.value_or(run.dead_weights ? 0.1 : 1.0);
+  add_limits(budget, "force", force / 100,
+             fmt::format("class {:g}: limits of {:g} % of reading{}", force, force,
+                         rig.force_class_percent ? "" : "; assumed"));
+  const double tolerance_m = rig.probe_diameter_tolerance_mm.value_or(0.02) * 1e-3;
+  const double diameter_m = std::sqrt(4 * run.area_m2 / 3.14159265358979323846);
+  add_limits(budget, "area of the probe", 2 * tolerance_m / diameter_m,
+             fmt::format("diameter within {:g} mm{}", tolerance_m * 1e3,
+                         rig.probe_diameter_tolerance_mm ? "" : "; assumed"));
+}
+
+Prediction predicted(std::string quantity, std::string unit, const Parts& parts) {
+  Prediction p;
+  p.quantity = p.budget.quantity = std::move(quantity);
+  p.unit = p.budget.unit = std::move(unit);
+  p.value = p.budget.value = parts.value;
+  p.standard_error = std::hypot(parts.meter, parts.force);
+  add(p.budget, "scatter of the readings", parts.meter, UncertaintyKind::a, "noise of the meter");
+  add(p.budget, "scatter of the force", parts.force, UncertaintyKind::a, "noise of the load cell");
+  return p;
+}
+
+Prediction not_predicted(std::string quantity, std::string unit, std::string reason) {
+  Prediction p;
+  p.quantity = std::move(quantity);
+  p.unit = std::move(unit);
+  p.reason = std::move(reason);
+  return p;
+}
+
+Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range,
+                               const MeterAccuracy& meter, const AnalysisOptions& options) {
+  const std::string name = fmt::format("sensitivity {:g}-{:g} kPa", range.from_kPa, range.to_kPa);
+  const auto parts =
+      run.levels.empty() ? slope_of_loadings(run, range) : slope_of_levels(run, range);
+  if (!parts) {
+    return not_predicted(name, "fF/kPa", "fewer than two different pressures lie in the range");
+  }
+  Prediction p = predicted(name, "fF/kPa", *parts);
+  add_limits(p.budget, "meter gain", meter.gain, "basic accuracy without its offset");
+  add_rig(run, options.rig, p.budget);
+  combine(p.budget, options.confidence);
+  return p;
+}
+
+// The meter's gain cancels in the ratio; its offset stays in C0. The force is the abscissa: the
+// range is that at the force that was meant.
+Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
+                         const AnalysisOptions& options) {
+  const auto parts = run.cycles.empty() ? std::nullopt : dynamic_range(run);
+  if (!parts) {
+    return not_predicted("dynamic range", "%",
+                         run.cycles.empty() ? "the protocol never loads and unloads"
+                                            : "no reading is taken at rest, or none at the peak");
+  }
+  Prediction p = predicted("dynamic range", "%", *parts);
+  add_limits(p.budget, "meter offset in C0", meter.offset_F / run.c0_F,
+             "basic accuracy, the part that does not grow with C");
+  const PlannedCycle& c = run.cycles.front();
+  const double h = 0.01 * c.peak_kPa;
+  const double slope = (run.delta_C_fF(c.peak_kPa + h) - run.delta_C_fF(c.peak_kPa - h)) / (2 * h);
+  const double bend = slope * c.peak_kPa / run.delta_C_fF(c.peak_kPa);
+  const double force = options.rig.force_class_percent.value_or(run.dead_weights ? 0.1 : 1.0);
+  add_limits(p.budget, "force at the peak", bend * force / 100,
+             fmt::format("class {:g}, times the slope of the curve", force));
+  combine(p.budget, options.confidence);
+  return p;
+}
+
+}  // namespace
+
+Result<std::vector<Prediction>> predict_errors(const PlannedRun& run,
+                                               const AnalysisOptions& options) {
+  if (!(run.reading_noise_F > 0) || !(run.interval_s > 0) || !(run.area_m2 > 0) ||
+      !(run.c0_F > 0)) {
+    return fail(Errc::invalid_request,
+                "a budget needs the noise and the time of a reading, the probe's area and C0");
+  }
+  const auto meter = meter_accuracy(run.meter, options.rig.meter, run.c0_F);
+  if (!meter) return fail(meter.error());
+  std::vector<Prediction> out;
+  for (const PressureRange& range : options.ranges) {
+    out.push_back(predict_sensitivity(run, range, *meter, options));
+  }
+  out.push_back(predict_range(run, *meter, options));
+  return out;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// How well a run that was only planned will measure: the estimators of analysis.hpp applied to the
+// readings that the plan says will be taken, with the scatter of the instruments. No simulation.
+// docs/report.md, "Budget", has the formulas.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "analysis/analysis.hpp"
+
+namespace lcrig {
+
+// One `measure` step.
+struct PlannedLevel {
+  double pressure_kPa = 0;
+  double readings = 0;
+};
+
+// One excursion of the force.
+struct PlannedCycle {
+  double peak_kPa = 0;
+  double rest_readings = 0;  // without load, before it
+  double plateau_readings = 0;  // at the peak
+  double loading_s = 0;  // of a continuous loading at constant speed, from contact to peak; else 0
+};
+
+struct PlannedRun {
+  PlannedRun() = default;
+  MeterSetting meter;
+  double reading_noise_F = 0;  // standard deviation of one reading
+  double force_noise_N = 0;  // of one sample of the frame
+  double interval_s = 0;  // between readings of a continuous record
+  double area_m2 = 0;  // of the probe
+  double c0_F = 0;
+  std::function<double(double kPa)> delta_C_fF;  // of the specimen
+  std::function<double(double force_N)> compression_m;  // of specimen and frame
+  bool dead_weights = false;
+  std::vector<PlannedLevel> levels;  // of rising pressure
+  std::vector<PlannedCycle> cycles;
+};
+
+struct Prediction {
+  std::string quantity;  // "sensitivity 0-30 kPa"
+  std::string unit;
+  std::string reason;  // why there is none; empty: the rest is filled
+  double value = 0;  // what the model lets expect
+  double standard_error = 0;  // of the scatter: what repeated runs would show
+  UncertaintyBudget budget;  // with the systematic parts
+  double relative() const { return standard_error / std::abs(value); }
+};
+
+// Every sensitivity of the ranges, then the dynamic range. Errors: a reading noise, interval or
+// area that is not positive; the meter's setting is outside its tables.
+Result<std::vector<Prediction>> predict_errors(const PlannedRun& run,
+                                               const AnalysisOptions& options = {});
+
+}  // namespace lcrig

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/report/compare_page.hpp"
+
+#include <fmt/format.h>
+
+#include "analysis/report/figures.hpp"
+#include "analysis/report/html.hpp"
+#include "analysis/report/tables.hpp"
+
+namespace lcrig::report {
+
+namespace {
+
+std::string simulated_word(const ReportRun& run) {
+  return is_simulated(run) ? "<b>simulated</b>" : "measured";
+}
+
+// One column a run.
+std::string results_table(std::span<const ReportRun> runs) {
+  std::vector<std::string> heads{""};
+  for (const ReportRun& run : runs) {
+    heads.push_back(fmt::format("run {}<br/>{}", run.data.run, text(run.data.row.specimen_name)));
+  }
+  Table table(heads);
+  const auto row = [&](const std::string& label, auto cell) {
+    std::vector<std::string> cells{label};
+    for (const ReportRun& run : runs) cells.push_back(cell(run));
+    table.row(cells);
+  };
+  row("protocol", [](const ReportRun& r) { return text(r.data.row.protocol_name); });
+  row("origin", simulated_word);
+  row("started", [](const ReportRun& r) { return format_utc(r.data.row.started_unix_ns); });
+  row("ended as", [](const ReportRun& r) {
+    return text(r.data.listing.exit_status.value_or("still going on"));
+  });
+  const auto reference = runs.front().analysis.metrics();
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    std::string label = text(metric_label(reference[i]->name));
+    for (const RangeResult& r : runs.front().analysis.ranges) {
+      if (&r.sensitivity == reference[i]) label = "sensitivity " + range_name(r.range) + ", fF/kPa";
+    }
+    bool anywhere = false;
+    for (const ReportRun& r : runs) anywhere = anywhere || *r.analysis.metrics().at(i);
+    if (!anywhere) continue;
+    row(label, [i](const ReportRun& r) {
+      const Metric& m = *r.analysis.metrics().at(i);
+      return m ? measured(m) : std::string("–");
+    });
+  }
+  return table.html();
+}
+
+std::string increase_table(std::span<const ReportRun> runs) {
+  std::vector<RunAnalysis> analyses;
+  for (const ReportRun& run : runs) analyses.push_back(run.analysis);
+  Table table{"result",
+              "from",
+              "to",
+              "value from",
+              "value to",
+              "increase",
+              "± standard error, %",
+              interval_head(runs.front().analysis.options.confidence) + ", %"};
+  for (const Comparison& c : compare(analyses)) {
+    const auto se = c.standard_error_percent;
+    table.row({text(metric_label(c.quantity)),
+               fmt::format("run {}, {}", c.from_run, text(c.from_specimen)),
+               fmt::format("run {}, {}", c.to_run, text(c.to_specimen)), number(c.from_value),
+               number(c.to_value), percent(c.increase_percent), se ? number(*se, se) : "–",
+               interval(c.interval_percent, se)});
+  }
+  if (table.empty()) return {};
+  return paragraph(
+             "Each run with the one before it and with the first. What two runs share (force "
+             "class, probe, the meter's gain) cancels in the ratio.") +
+         table.html();
+}
+
+std::string budgets(std::span<const ReportRun> runs) {
+  std::string out;
+  for (const ReportRun& run : runs) {
+    const auto tables = budget_tables(run.analysis.budgets);
+    if (!tables.empty()) out += "<h3>" + text(run_label(run)) + "</h3>\n" + tables;
+  }
+  return out;
+}
+
+std::string each_provenance(std::span<const ReportRun> runs) {
+  std::string out;
+  for (const ReportRun& run : runs) {
+    out += "<h3>" + text(run_label(run)) + "</h3>\n" + notes_list(run) + provenance_table(run);
+  }
+  return out;
+}
+
+std::string events(std::span<const ReportRun> runs) {
+  std::string out;
+  for (const ReportRun& run : runs) {
+    out += "<h3>" + text(run_label(run)) + "</h3>\n" + event_table(run);
+  }
+  return out;
+}
+
+void add(std::string& page, std::string_view id, std::string_view title, const std::string& body) {
+  if (!body.empty()) page += section(id, title, body);
+}
+
+}  // namespace
+
+std::string comparison_page(std::span<const ReportRun> runs) {
+  std::string title = "Comparison of runs";
+  std::string marks = simulated_mark(runs);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    title += fmt::format("{} {}", i == 0 ? "" : ",", runs[i].data.run);
+    marks += status_mark(runs[i]);
+  }
+  std::string body;
+  add(body, "results", "Results", results_table(runs));
+  add(body, "increase", "Increase", increase_table(runs));
+  add(body, "pressure", "ΔC against pressure", overlay_figure(runs) + side_by_side_figure(runs));
+  add(body, "cycles", "ΔC/C0 over the cycles", cycles_side_by_side_figure(runs));
+  add(body, "uncertainty", "Uncertainty", budgets(runs));
+  add(body, "events", "Events and gaps", events(runs));
+  add(body, "provenance", "Provenance", each_provenance(runs));
+  return page(title, "<h1>" + text(title) + "</h1>\n" + marks + body);
+}
+
+}  // namespace lcrig::report

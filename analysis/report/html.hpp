@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pieces of HTML; inside the report only. What comes from a person, an instrument or a file passes
+// through `text` before it gets here.
+#pragma once
+
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "analysis/analysis.hpp"
+
+namespace lcrig::report {
+
+std::string text(std::string_view words);  // escaped
+
+// A number as people read it, with the full value for programs: <data value="5.7512">5.75</data>.
+// Digits: two of the standard error, or four of the value.
+std::string number(double value, std::optional<double> standard_error = std::nullopt);
+std::string number(const std::optional<double>& value);  // absent: a dash
+std::string number(std::int64_t value);
+// "5.751 ± 0.012".
+std::string measured(double value, std::optional<double> standard_error);
+std::string measured(const Metric& metric);  // or why there is none
+std::string interval(const std::optional<std::array<double, 2>>& ends,
+                     std::optional<double> standard_error);
+// "95 % interval".
+std::string interval_head(double confidence);
+std::string percent(double fraction_percent);  // with its sign: "+235.7 %"
+// The same as `number` without markup, for labels of pictures.
+std::string plain_number(double value, std::optional<double> standard_error = std::nullopt);
+
+std::string range_name(const PressureRange& range);  // "0–30 kPa"
+
+class Table {
+ public:
+  // Heads are our own words and may hold markup.
+  explicit Table(std::initializer_list<std::string> heads);
+  explicit Table(const std::vector<std::string>& heads);
+  static Table of_facts();  // two columns without heads; long words are broken
+  Table& row(const std::vector<std::string>& cells);  // markup; the first one heads the row
+  bool empty() const { return rows_ == 0; }
+  std::string html() const;
+
+ private:
+  std::string head_, body_;
+  int rows_ = 0;
+};
+
+std::string section(std::string_view id, std::string_view title, std::string_view body);
+std::string paragraph(std::string_view markup, std::string_view kind = "");
+// A whole page around the body; `title` is plain text.
+std::string page(std::string_view title, std::string_view body);
+
+}  // namespace lcrig::report

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the numbers come from: instruments, settings, versions, what happened, and whether the rows
+// are those that were recorded.
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "analysis/report/html.hpp"
+#include "analysis/report/tables.hpp"
+
+namespace lcrig::report {
+
+namespace {
+
+constexpr std::size_t kMostEvents = 200;
+// What every run has; the rest is worth reading.
+constexpr std::array<std::string_view, 6> kOrdinary{"step_begin", "step_end", "motion",
+                                                    "zero",       "settings", "level"};
+
+bool is_ordinary(const EventRow& event) {
+  return std::ranges::find(kOrdinary, event.kind) != kOrdinary.end() &&
+         !(event.kind == "step_end" && event.detail != "done");
+}
+
+// A JSON object as "name value, name value"; what is none stays as it is.
+std::string flat_json(const std::string& stored) {
+  const auto json = nlohmann::json::parse(stored, nullptr, false);
+  if (!json.is_object()) return text(stored);
+  std::string out;
+  for (const auto& [key, value] : json.items()) {
+    out += (out.empty() ? "" : ", ") + text(key) + " " +
+           text(value.is_string()
+                    ? value.get<std::string>()
+                    : value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  }
+  return out.empty() ? "nothing is known" : out;
+}
+
+std::string chain_text(const ChainReport& chain) {
+  if (!chain.intact) return "<b>BROKEN: " + text(chain.finding) + "</b>";
+  return fmt::format("verified: {} rows in {} links are those that were recorded", chain.rows,
+                     chain.links);
+}
+
+std::string or_dash(const std::string& words) {
+  return words.empty() ? "–" : text(words);
+}
+
+}  // namespace
+
+std::string format_utc(std::int64_t unix_ns) {
+  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC",
+                     fmt::gmtime(static_cast<std::time_t>(unix_ns / 1'000'000'000)));
+}
+
+bool is_simulated(const ReportRun& run) {
+  return run.data.row.simulated;
+}
+
+bool is_replayed(const ReportRun& run) {
+  return run.data.row.simulated && run.data.row.bench_name.starts_with("replay:");
+}
+
+std::string simulated_mark(std::span<const ReportRun> runs) {
+  const auto simulated = std::ranges::count_if(runs, is_simulated);
+  if (simulated == 0) return {};
+  if (std::ranges::all_of(runs, is_replayed)) {
+    return "<div class='mark' id='simulated'>REPLAYED RECORDING (SIMULATED INSTRUMENTS). <span>The "
+           "values were recorded earlier and played back; instruments and times of this run are "
+           "those of the playback.</span></div>\n";
+  }
+  std::string what =
+      "SIMULATED. <span>These numbers were computed by a model of the instruments "
+      "and the specimen, not measured.</span>";
+  if (simulated < std::ssize(runs)) {
+    std::string which;
+    for (const ReportRun& run : runs) {
+      if (is_simulated(run)) which += fmt::format("{}{}", which.empty() ? "" : ", ", run.data.run);
+    }
+    what = "MIXED: SIMULATED AND MEASURED RUNS. <span>Simulated: run " + which +
+           ". Differences between them and the others are differences between a model and a "
+           "measurement.</span>";
+  }
+  return "<div class='mark' id='simulated'>" + what + "</div>\n";
+}
+
+std::string status_mark(const ReportRun& run) {
+  const auto& listing = run.data.listing;
+  std::string out;
+  if (listing.exit_status != "success") {
+    out += fmt::format("<div class='mark'>Run {}: {}. <span>{}</span></div>\n", run.data.run,
+                       text(listing.exit_status.value_or("still going on")), text(listing.reason));
+  }
+  if (!run.chain.intact) {
+    out += fmt::format(
+        "<div class='mark'>Run {}: the rows are not those that were recorded. "
+        "<span>{}</span></div>\n",
+        run.data.run, text(run.chain.finding));
+  }
+  return out;
+}
+
+std::string notes_list(const ReportRun& run) {
+  std::string out;
+  for (const auto& note : run.analysis.notes) out += "<li>" + text(note) + "</li>\n";
+  for (const auto& note : run.notes) {
+    out += "<li>Note of " + or_dash(note.operator_name) + ", " + format_utc(note.added_unix_ns) +
+           ": " + text(note.text) + "</li>\n";
+  }
+  return out.empty() ? out : "<ul>\n" + out + "</ul>\n";
+}
+
+std::string event_table(const ReportRun& run) {
+  const RunData& d = run.data;
+  std::string out = paragraph(fmt::format(
+      "{} fresh readings, {} without a capacitance (overload), {} repeated by the meter; {} frame "
+      "samples, {} gaps.",
+      d.fresh_readings, d.overloads, d.repeated_readings, d.frame_samples, d.frame_gaps));
+  Table table{"time, s", "event", "step", "detail"};
+  std::size_t listed = 0, all = 0;
+  for (const EventRow& e : d.events) {
+    if (is_ordinary(e)) continue;
+    ++all;
+    if (listed == kMostEvents) continue;
+    ++listed;
+    table.row({number(e.t_s, 1.0), text(e.kind), or_dash(e.step_id), flat_json(e.detail)});
+  }
+  if (listed > 0) out += table.html();
+  if (all > listed) out += paragraph(fmt::format("The first {} of {}.", listed, all), "small");
+  const auto ordinary = d.events.size() - all;
+  return out + paragraph(fmt::format("{} events of the ordinary course (steps, motions, zeros, "
+                                     "settings) are left out; `lcrig export` has them.",
+                                     ordinary),
+                         "small");
+}
+
+std::string provenance_table(const ReportRun& run) {
+  const RunRow& row = run.data.row;
+  const auto& listing = run.data.listing;
+  Table table = Table::of_facts();
+  table.row({"run", fmt::format("{}, {}", run.data.run,
+                                is_replayed(run) ? "<b>a recording, replayed</b>"
+                                : row.simulated  ? "<b>simulated</b>"
+                                                 : "measured")});
+  table.row({"started", format_utc(row.started_unix_ns)});
+  table.row({"ended", (listing.ended_unix_ns ? format_utc(*listing.ended_unix_ns) : "–") +
+                          std::string(", ") + text(listing.exit_status.value_or("still going on")) +
+                          (listing.reason.empty() ? "" : ": " + text(listing.reason))});
+  table.row({"protocol", text(row.protocol_name) + ", " + flat_json(row.parameters_json)});
+  table.row({"specimen", or_dash(row.specimen_name)});
+  table.row({"operator", or_dash(row.operator_name)});
+  table.row({"note", or_dash(row.note)});
+  table.row({"LCR meter", or_dash(row.lcr_identity)});
+  table.row({"settings as read back", flat_json(row.lcr_settings_json)});
+  table.row({"open and short correction", flat_json(row.correction_json)});
+  table.row({"load frame", or_dash(row.frame_identity)});
+  table.row({"frame limits", flat_json(row.frame_limits_json)});
+  table.row({"frame capabilities", flat_json(row.frame_capabilities_json)});
+  table.row({"probe diameter", run.data.probe_diameter_m
+                                   ? number(*run.data.probe_diameter_m * 1e3) + " mm"
+                                   : "not known: no pressures"});
+  if (row.simulated) {
+    table.row({"bench", text(row.bench_name) +
+                            (row.seed ? fmt::format(", seed {}", *row.seed) : std::string())});
+    table.row({"model of the bench", or_dash(row.model_level.value_or(""))});
+  }
+  table.row({"software", "recorded by lcrig " + text(row.software_version) +
+                             ", analysed by lcrig " LCRIG_VERSION});
+  table.row({"hash chain", chain_text(run.chain)});
+  table.row({"last hash", "<span class='hash'>" + or_dash(run.chain.last_hash) + "</span>"});
+  return table.html();
+}
+
+std::string files(const ReportRun& run) {
+  const auto file = [](std::string_view name, const std::string& content) {
+    return content.empty() ? std::string()
+                           : fmt::format("<h3>{}</h3>\n<pre>{}</pre>\n", name, text(content));
+  };
+  const RunRow& row = run.data.row;
+  return file("Specimen", row.specimen_text) + file("Protocol", row.protocol_text) +
+         file("Bench", row.bench_text);
+}
+
+}  // namespace lcrig::report

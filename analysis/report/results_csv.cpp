@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "analysis/csv.hpp"
+#include "analysis/report/report.hpp"
+
+namespace lcrig {
+
+namespace {
+
+// "sensitivity_fF_per_kPa" of a range: the range goes into the name.
+std::string column_name(const RunAnalysis& analysis, const Metric& metric) {
+  for (const RangeResult& r : analysis.ranges) {
+    if (&r.sensitivity != &metric) continue;
+    return fmt::format("sensitivity_{:g}_to_{:g}_kPa_fF_per_kPa", r.range.from_kPa, r.range.to_kPa);
+  }
+  return metric.name;
+}
+
+void write_heads(const RunAnalysis& analysis, CsvWriter& out) {
+  for (const char* name : {"run", "specimen", "protocol", "simulated", "exit_status",
+                           "chain_intact", "fresh_readings"}) {
+    out.word(name);
+  }
+  for (const Metric* metric : analysis.metrics()) {
+    const std::string name = column_name(analysis, *metric);
+    for (const char* part : {"", "_standard_error", "_interval_low", "_interval_high"}) {
+      out.word(name + part);
+    }
+  }
+  for (const RangeResult& r : analysis.ranges) {
+    const std::string name = column_name(analysis, r.sensitivity);
+    out.word(name + "_expanded_uncertainty");
+    out.word(name + "_r_squared");
+  }
+}
+
+void write_run(const ReportRun& run, CsvWriter& out) {
+  out.integer(run.data.run);
+  out.text(run.data.row.specimen_name);
+  out.text(run.data.row.protocol_name);
+  out.word(run.data.row.simulated ? "true" : "false");
+  out.text(run.data.listing.exit_status.value_or(""));
+  out.word(run.chain.intact ? "true" : "false");
+  out.integer(run.data.fresh_readings);
+  for (const Metric* metric : run.analysis.metrics()) {
+    if (!*metric) {
+      for (int i = 0; i < 4; ++i) out.empty();
+      continue;
+    }
+    const Estimate& e = *metric->estimate;
+    out.number(e.value);
+    out.number(e.standard_error);
+    out.number(e.interval ? std::optional((*e.interval)[0]) : std::nullopt);
+    out.number(e.interval ? std::optional((*e.interval)[1]) : std::nullopt);
+  }
+  for (const RangeResult& r : run.analysis.ranges) {
+    const bool known = !r.budget.parts.empty();
+    out.number(known ? std::optional(r.budget.expanded) : std::nullopt);
+    out.number(r.r_squared);
+  }
+}
+
+}  // namespace
+
+Result<> write_results_csv(std::span<const ReportRun> runs, int fd, const std::string& name) {
+  CsvWriter out(fd, name);
+  write_heads(runs.front().analysis, out);
+  if (auto ok = out.end_row(); !ok) return ok;
+  for (const ReportRun& run : runs) {
+    write_run(run, out);
+    if (auto ok = out.end_row(); !ok) return ok;
+  }
+  return out.flush();
+}
+
+}  // namespace lcrig

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/report/tables.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "analysis/report/html.hpp"
+
+namespace lcrig::report {
+
+namespace {
+
+constexpr std::size_t kMostRows = 200;  // of a table; the CSV export has all
+
+// Suffix of a metric's name -> unit as written. The first match counts: longer ones first.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kUnits{{
+    {"_percent_per_cycle", "% per cycle"},
+    {"_percent_per_decade", "% per decade"},
+    {"_fF_per_kPa", "fF/kPa"},
+    {"_fF_per_N", "fF/N"},
+    {"_fF_per_h", "fF/h"},
+    {"_percent", "%"},
+    {"_kPa", "kPa"},
+    {"_pF", "pF"},
+    {"_fF", "fF"},
+    {"_mm", "mm"},
+    {"_N", "N"},
+    {"_s", "s"},
+}};
+
+std::string with_blanks(std::string_view words) {
+  std::string out(words);
+  std::ranges::replace(out, '_', ' ');
+  return out;
+}
+
+std::string count(std::int64_t n) {
+  return number(n);
+}
+
+std::string rows_left_out(std::size_t all) {
+  if (all <= kMostRows) return {};
+  return paragraph(fmt::format("The first {} of {}.", kMostRows, all), "small");
+}
+
+}  // namespace
+
+std::string metric_label(const std::string& name) {
+  for (const auto& [suffix, unit] : kUnits) {
+    if (!name.ends_with(suffix)) continue;
+    const auto stem = std::string_view(name).substr(0, name.size() - suffix.size());
+    return with_blanks(stem) + ", " + std::string(unit);
+  }
+  return with_blanks(name);
+}
+
+std::string metrics_table(const RunAnalysis& analysis) {
+  Table table{"result", "value ± standard error", interval_head(analysis.options.confidence),
+              "rows", "definition"};
+  for (const Metric* m : analysis.metrics()) {
+    std::string label = text(metric_label(m->name));
+    for (const RangeResult& r : analysis.ranges) {
+      if (&r.sensitivity == m) label = "sensitivity " + range_name(r.range) + ", fF/kPa";
+    }
+    const bool known = static_cast<bool>(*m);
+    std::string definition = text(m->definition);
+    if (known && !m->reason.empty()) definition += " <i>" + text(m->reason) + "</i>";
+    table.row({label, measured(*m),
+               known ? interval(m->estimate->interval, m->estimate->standard_error) : "–",
+               count(m->rows), definition});
+  }
+  return table.html();
+}
+
+std::string range_table(const RunAnalysis& analysis) {
+  Table table{"range",
+              "sensitivity, fF/kPa",
+              interval_head(analysis.options.confidence),
+              "with all parts, ±",
+              "R²",
+              "points",
+              "straight? p",
+              "residuals",
+              "robust (Huber), fF/kPa"};
+  for (const RangeResult& r : analysis.ranges) {
+    if (!r.sensitivity) {
+      table.row({range_name(r.range), text(r.sensitivity.reason), "–", "–", "–", count(r.points),
+                 "–", "–", "–"});
+      continue;
+    }
+    const auto& estimate = *r.sensitivity.estimate;
+    table.row({range_name(r.range), measured(estimate.value, estimate.standard_error),
+               interval(estimate.interval, estimate.standard_error),
+               r.budget.parts.empty() ? "–" : number(r.budget.expanded, r.budget.combined),
+               number(r.r_squared), count(r.points), number(r.lack_of_fit_p),
+               text(r.residual_pattern),
+               r.robust ? measured(r.robust->slope_fF_per_kPa, r.robust->standard_error) : "–"});
+  }
+  return table.html();
+}
+
+namespace {
+
+// A continuous loading has no levels: its peaks are compared.
+std::string peak_table(const ReportRun& run) {
+  if (!run.model) return {};
+  Table table{"cycle", "peak, kPa", "ΔC, fF", "model ΔC, fF", "difference, fF", "difference, %"};
+  for (std::size_t i = 0; i < std::min(run.analysis.cycles.size(), kMostRows); ++i) {
+    const CycleResult& c = run.analysis.cycles[i];
+    if (!c.peak_kPa || i >= run.model->peak_delta_C_fF.size()) continue;
+    const double modelled = run.model->peak_delta_C_fF[i];
+    const auto se = c.delta_C_se_fF;
+    const auto relative = se ? std::optional(*se / std::abs(modelled) * 100) : se;
+    table.row({count(c.number), number(*c.peak_kPa), measured(c.delta_C_fF, se),
+               number(modelled, se), number(c.delta_C_fF - modelled, se),
+               number((c.delta_C_fF / modelled - 1) * 100, relative)});
+  }
+  return table.empty() ? std::string() : table.html();
+}
+
+}  // namespace
+
+std::string level_table(const ReportRun& run) {
+  Table table{"direction", "pressure, kPa", "C, pF",          "ΔC, fF",
+              "readings",  "model ΔC, fF",  "difference, fF", "difference, %"};
+  for (std::size_t i = 0; i < run.analysis.curve.size(); ++i) {
+    const CurvePoint& p = run.analysis.curve[i];
+    const auto se = p.standard_error_fF;
+    std::string model = "–", difference = "–", relative = "–";
+    if (run.model && p.delta_C_fF) {
+      const double modelled = run.model->delta_C_fF[i];
+      model = number(modelled, se);
+      difference = number(*p.delta_C_fF - modelled, se);
+      if (modelled != 0) {
+        const double percent = (*p.delta_C_fF / modelled - 1) * 100;
+        relative = number(percent, se ? std::optional(*se / std::abs(modelled) * 100) : se);
+      }
+    }
+    table.row({std::string(to_string(p.direction)), number(p.pressure_kPa),
+               number(p.capacitance_pF, se ? std::optional(*se * 1e-3) : se),
+               p.delta_C_fF ? measured(*p.delta_C_fF, se) : "–", count(p.readings), model,
+               difference, relative});
+  }
+  return table.empty() ? peak_table(run) : table.html();
+}
+
+std::string cycle_table(const RunAnalysis& analysis) {
+  Table table{"cycle",
+              "peak force, N",
+              "peak, kPa",
+              "at rest, pF",
+              "at peak, pF",
+              "ΔC, fF",
+              "ΔC/C0, %",
+              "slope of loading, fF/N",
+              "how the peak was read"};
+  for (std::size_t i = 0; i < std::min(analysis.cycles.size(), kMostRows); ++i) {
+    const CycleResult& c = analysis.cycles[i];
+    const auto pF_error = [](const std::optional<double>& fF) {
+      return fF ? std::optional(*fF * 1e-3) : fF;
+    };
+    table.row({count(c.number), number(c.peak_force_N), number(c.peak_kPa),
+               number(c.rest_pF, pF_error(c.rest_se_fF)), number(c.peak_pF, pF_error(c.peak_se_fF)),
+               measured(c.delta_C_fF, c.delta_C_se_fF),
+               measured(c.dynamic_range_percent, c.dynamic_range_se_percent),
+               c.slope_fF_per_N ? measured(*c.slope_fF_per_N, c.slope_se_fF_per_N) : "–",
+               text(c.peak_method)});
+  }
+  if (table.empty()) return {};
+  return table.html() + rows_left_out(analysis.cycles.size());
+}
+
+std::string hold_table(const RunAnalysis& analysis) {
+  Table table{"step",           "from, s",          "to, s",
+              "force, N",       "force change, %",  "change of C, fF",
+              "per decade, fF", "settled after, s", "remark"};
+  const auto optional = [](const std::optional<double>& v, const std::optional<double>& se) {
+    return v ? measured(*v, se) : "–";
+  };
+  std::size_t resolved = 0;
+  for (const HoldResult& h : analysis.holds) {
+    if (!h.resolved || ++resolved > kMostRows) continue;
+    table.row({text(h.step_id), number(h.begin_s, 1.0), number(h.end_s, 1.0),
+               number(h.mean_force_N), number(h.force_change_percent),
+               measured(h.change_fF, h.change_se_fF), optional(h.per_decade_fF, h.per_decade_se_fF),
+               number(h.settling_s), text(h.reason)});
+  }
+  if (analysis.holds.empty()) return {};
+  std::string out = paragraph(
+      fmt::format("{} stretches of steady load; in {} of them C changes by more than its noise.",
+                  analysis.holds.size(), resolved));
+  if (analysis.creep)
+    out += paragraph("Creep over all: " + measured(analysis.creep) + " % per decade of time.");
+  return table.empty() ? out : out + table.html() + rows_left_out(resolved);
+}
+
+std::string outlier_table(const RunAnalysis& analysis) {
+  if (analysis.outlier_count == 0) return {};
+  Table table{"time, s", "level", "reading", "C, pF", "from the median, fF", "standard deviations"};
+  for (std::size_t i = 0; i < std::min(analysis.outliers.size(), kMostRows); ++i) {
+    const Outlier& o = analysis.outliers[i];
+    table.row({number(o.t_s, 1.0), count(o.level), count(o.index), number(o.capacitance_pF),
+               number(o.deviation_fF), number(o.deviations)});
+  }
+  return paragraph(fmt::format("{} readings lie far from the median of their level. They are kept "
+                               "in every result but the robust ones.",
+                               analysis.outlier_count)) +
+         table.html() + rows_left_out(static_cast<std::size_t>(analysis.outlier_count));
+}
+
+std::string budget_tables(const std::vector<UncertaintyBudget>& budgets) {
+  std::string out;
+  for (const UncertaintyBudget& b : budgets) {
+    if (b.parts.empty()) continue;
+    const double k = b.coverage_factor;
+    out += "<h4>" + text(b.quantity) + ": " + number(b.value, b.combined) + " " + text(b.unit) +
+           " ± " + number(b.expanded, b.combined) +
+           fmt::format(" ({:.0f} %, k = {})", b.confidence * 100, plain_number(k)) + "</h4>\n";
+    Table table{"part",
+                "standard uncertainty, " + text(b.unit),
+                "of the variance, %",
+                "kind",
+                "degrees of freedom",
+                "more readings",
+                "basis"};
+    for (const UncertaintyPart& p : b.parts) {
+      const double share = b.combined > 0 ? std::pow(p.standard_uncertainty / b.combined, 2) : 0;
+      const double dof = p.degrees_of_freedom;
+      table.row({text(p.name), number(p.standard_uncertainty, p.standard_uncertainty),
+                 fmt::format("<data value='{}'>{:.1f}</data>", share * 100, share * 100),
+                 p.kind == UncertaintyKind::a ? "A" : "B",
+                 std::isfinite(dof) ? fmt::format("<data value='{}'>{:.0f}</data>", dof, dof) : "∞",
+                 p.shrinks ? "shrink it" : "do not help", text(p.basis)});
+    }
+    const double dof = b.effective_degrees_of_freedom;
+    table.row({"<b>combined</b>", number(b.combined, b.combined), "", "",
+               std::isfinite(dof) ? fmt::format("<data value='{}'>{:.0f}</data>", dof, dof) : "∞",
+               "", ""});
+    out += table.html();
+  }
+  return out;
+}
+
+}  // namespace lcrig::report

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tables and facts of a report; inside the report only. Empty text: nothing to say.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "analysis/report/report.hpp"
+
+namespace lcrig::report {
+
+// tables.cpp
+std::string metrics_table(const RunAnalysis& analysis);  // with definitions
+std::string range_table(const RunAnalysis& analysis);
+std::string level_table(const ReportRun& run);  // one row a point of the curve, with the model
+std::string cycle_table(const RunAnalysis& analysis);
+std::string hold_table(const RunAnalysis& analysis);
+std::string outlier_table(const RunAnalysis& analysis);
+std::string budget_tables(const std::vector<UncertaintyBudget>& budgets);
+std::string metric_label(const std::string& name);  // "C0_pF" -> "C0, pF"
+
+// provenance.cpp
+bool is_simulated(const ReportRun& run);
+bool is_replayed(const ReportRun& run);  // a recording, played back through simulated instruments
+std::string simulated_mark(std::span<const ReportRun> runs);  // a box; empty: all were measured
+std::string status_mark(const ReportRun& run);  // a box, when the run was no success
+std::string notes_list(const ReportRun& run);  // of the analysis and of people
+std::string event_table(const ReportRun& run);  // what went otherwise than planned
+std::string provenance_table(const ReportRun& run);
+std::string files(const ReportRun& run);  // specimen, parameters, protocol as stored
+std::string format_utc(std::int64_t unix_ns);
+
+}  // namespace lcrig::report

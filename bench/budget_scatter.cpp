@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// Is the budget right? Its predicted standard errors against the scatter of seeded rehearsals of a
+// short static test, and of the dynamic test, for each aperture.
+//   build/bin/budget_scatter_bench [REHEARSALS]   from the source tree; 400 by default
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "daemon/rehearse.hpp"
+#include "model/specimen_file.hpp"
+#include "protocols/parse.hpp"
+#include "storage/database.hpp"
+#include "tools/lcrig/planned_run.hpp"
+
+namespace lcrig {
+namespace {
+
+std::string read(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream out;
+  out << file.rdbuf();
+  return out.str();
+}
+
+struct Case {
+  std::string protocol;
+  Aperture aperture = Aperture::fast;
+  std::map<std::string, std::string> parameters;
+};
+
+// The file's own text with another aperture: a rehearsal takes files.
+std::string text_of(const Case& c) {
+  std::string text = read("protocols/library/" + c.protocol + ".json");
+  const auto begin = text.find("\"aperture\": \"") + std::strlen("\"aperture\": \"");
+  return text.replace(begin, text.find('"', begin) - begin, to_string(c.aperture));
+}
+
+Result<std::vector<Prediction>> predict(const Case& c, const std::string& specimen_text) {
+  auto protocol = parse_protocol(text_of(c), c.protocol);
+  if (!protocol) return fail(protocol.error());
+  auto environment = bind_parameters(*protocol, c.parameters);
+  if (!environment) return fail(environment.error());
+  BenchRequest request;
+  request.specimen_name = "paper-1";
+  request.specimen_text = specimen_text;
+  auto rig = bench_rig(request);
+  if (!rig) return fail(rig.error());
+  auto plan = make_plan(*protocol, *environment, *rig);
+  if (!plan) return fail(plan.error());
+  auto specimen = parse_specimen(specimen_text, "paper-1");
+  if (!specimen) return fail(specimen.error());
+  const Force most = Force::from_si(2 * plan->peak_force_N);
+  auto curve = cli::tabulate(*specimen, most, rig->probe_area);
+  if (!curve) return fail(curve.error());
+  auto run = cli::plan_readings(*protocol, *environment, *rig, *plan, *curve);
+  if (!run) return fail(run.error());
+  return predict_errors(*run);
+}
+
+struct Moments {
+  double n = 0, mean = 0, ss = 0;
+  void add(double v) {
+    n += 1;
+    const double d = v - mean;
+    mean += d / n;
+    ss += d * (v - mean);
+  }
+  double deviation() const { return std::sqrt(ss / (n - 1)); }
+};
+
+// Results of one rehearsal, in the order of the predictions.
+Result<std::vector<Metric>> rehearse_once(const Case& c, const std::string& specimen_text,
+                                          std::uint64_t seed, const std::string& db_path) {
+  RehearseRequest request;
+  request.protocol_name = c.protocol;
+  request.protocol_text = text_of(c);
+  request.parameters = c.parameters;
+  request.specimen_name = "paper-1";
+  request.specimen_text = specimen_text;
+  request.seed = seed;
+  request.db_path = db_path;
+  auto result = rehearse(request);
+  if (!result) return fail(result.error());
+  if (result->exit_status != "success") return fail(Errc::aborted, "{}", result->reason);
+  auto db = open_read_only(db_path);
+  if (!db) return fail(db.error());
+  auto analysis = analyse(*db, result->run);
+  if (!analysis) return fail(analysis.error());
+  std::vector<Metric> out;
+  for (const RangeResult& r : analysis->ranges) out.push_back(r.sensitivity);
+  out.push_back(analysis->dynamic_range);
+  return out;
+}
+
+Result<> compare_case(const Case& c, int rehearsals, const std::string& folder) {
+  const std::string specimen_text = read("model/library/paper-1.json");
+  auto predictions = predict(c, specimen_text);
+  if (!predictions) return fail(predictions.error());
+  std::vector<Moments> observed(predictions->size());
+  for (int seed = 1; seed <= rehearsals; ++seed) {
+    const std::string db = folder + "/runs.db";
+    auto metrics = rehearse_once(c, specimen_text, static_cast<std::uint64_t>(seed), db);
+    for (const char* suffix : {"", "-wal", "-shm"}) std::filesystem::remove(db + suffix);
+    if (!metrics) return fail(metrics.error());
+    for (std::size_t i = 0; i < metrics->size(); ++i) {
+      if ((*metrics)[i]) observed[i].add((*metrics)[i].value());
+    }
+  }
+  for (std::size_t i = 0; i < predictions->size(); ++i) {
+    const Prediction& p = (*predictions)[i];
+    if (!p.reason.empty()) continue;
+    const Moments& o = observed[i];
+    fmt::print("{:15} {:7} {:24} {:>10.4g} {:>10.4g} {:>11.4g} {:>11.4g} {:>7.3f} +-{:.3f}\n",
+               c.protocol, to_string(c.aperture), p.quantity, p.value, o.mean, p.standard_error,
+               o.deviation(), p.standard_error / o.deviation(), 1 / std::sqrt(2 * (o.n - 1)));
+  }
+  return {};
+}
+
+std::vector<Case> cases() {
+  std::vector<Case> out;
+  for (const Aperture a : {Aperture::fast, Aperture::medium, Aperture::slow}) {
+    Case c;
+    c.protocol = "static-frame";
+    c.aperture = a;
+    c.parameters = {{"repeats", "2"}, {"readings", "10"}, {"within_s", "4"}};
+    out.push_back(c);
+  }
+  for (const Aperture a : {Aperture::fast, Aperture::medium}) {
+    Case c;
+    c.protocol = "dynamic-cycles";
+    c.aperture = a;
+    c.parameters = {{"cycles", "3"}, {"gap_mm", "0.1"}};
+    out.push_back(c);
+  }
+  return out;
+}
+
+int run(int rehearsals) {
+  const auto folder = std::filesystem::temp_directory_path() /
+                      fmt::format("lcrig-budget-{}", static_cast<long>(::getpid()));
+  std::filesystem::create_directories(folder);
+  fmt::print("{:15} {:7} {:24} {:>10} {:>10} {:>11} {:>11} {:>7}\n", "protocol", "speed", "result",
+             "expected", "mean", "predicted", "observed", "ratio");
+  int status = 0;
+  for (const Case& c : cases()) {
+    if (auto done = compare_case(c, rehearsals, folder.string()); !done) {
+      fmt::print(stderr, "{}\n", done.error().what);
+      status = 1;
+    }
+  }
+  std::filesystem::remove_all(folder);
+  return status;
+}
+
+}  // namespace
+}  // namespace lcrig
+
+int main(int argc, char** argv) {
+  int rehearsals = 400;
+  if (argc > 1) std::from_chars(argv[1], argv[1] + std::strlen(argv[1]), rehearsals);
+  return lcrig::run(std::max(rehearsals, 2));
+}

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// Charts as data, and as self-contained SVG. Legible in grey: series differ in dash pattern and
+// marker, colour only helps. Nothing is drawn over the data but the data.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lcrig::plot {
+
+enum class Dash { solid, dashed, dotted, dash_dot, long_dash };
+enum class Marker { none, dot, circle, square, triangle, diamond, plus, cross, triangle_down };
+
+struct Style {
+  Style() = default;
+  std::string_view color = "#222222";
+  Dash dash = Dash::solid;
+  Marker marker = Marker::none;
+  bool line = true;
+  bool filled = true;  // the marker
+  double width = 1.5;  // of the line, pixels
+};
+// The n-th of a set that is told apart without colour. Lines only; with markers only.
+Style line_style(std::size_t n);
+Style mark_style(std::size_t n);
+
+// A value that is not finite (or not positive on a logarithmic axis) breaks the line.
+struct Series {
+  Series() = default;
+  std::string label;  // in the legend; empty: not there
+  std::vector<double> x, y;
+  std::vector<double> error;  // half length of the bars, empty: none
+  Style style;
+};
+
+struct Band {  // between two curves
+  Band() = default;
+  std::string label;
+  std::vector<double> x, low, high;
+};
+
+struct Range {  // of x, shaded; its label stands above the plot
+  Range() = default;
+  double from = 0, to = 0;
+  std::string label;
+};
+
+struct Rule {  // a straight line across the plot
+  Rule() = default;
+  double at = 0;
+  bool vertical = false;
+  Dash dash = Dash::solid;
+};
+
+struct Tag {  // a word beside a point, left out where it would cover another tag
+  Tag() = default;
+  double x = 0, y = 0;
+  std::string text;
+};
+
+struct Axis {
+  Axis() = default;
+  std::string label;  // with its unit
+  bool log = false;
+  std::optional<double> low, high;  // absent: from the data
+  bool with_zero = false;
+};
+
+struct Panel {
+  Panel() = default;
+  std::string title;
+  Axis x, y;
+  std::vector<Range> ranges;
+  std::vector<Band> bands;
+  std::vector<Rule> rules;
+  std::vector<Series> series;
+  std::vector<Tag> tags;
+  double height = 240;  // of the plot itself, pixels
+};
+
+struct Figure {
+  Figure() = default;
+  std::string description;  // for those who do not see it
+  double width = 820;
+  int columns = 1;
+  std::vector<Panel> panels;  // row by row
+};
+
+// `embedded` leaves out the XML name space, which HTML does not need.
+std::string to_svg(const Figure& figure, bool embedded = false);
+
+}  // namespace lcrig::plot

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where everything of one panel goes; inside plot/ only.
+#pragma once
+
+#include "plot/chart.hpp"
+#include "plot/ticks.hpp"
+
+namespace lcrig::plot {
+
+constexpr double kFont = 12.5;  // pixels
+constexpr double kLine = 18;  // of text
+
+// From a value to a pixel.
+struct Scale {
+  double low = 0, high = 1;
+  bool log = false;
+  double from = 0, to = 1;
+  bool shows(double value) const;  // finite, and positive on a logarithmic axis
+  double operator()(double value) const;
+  // Within the axis; what it cannot show is at its low end.
+  double clamped(double value) const;
+};
+
+struct LegendEntry {
+  const Series* series = nullptr;  // nullptr: a band
+  std::string text;
+  double x = 0, y = 0;  // of the symbol's left end and of the text's base line
+};
+
+struct PanelLayout {
+  std::vector<std::string> title;
+  std::vector<std::string> y_label;
+  std::vector<LegendEntry> legend;  // relative to the panel's corner
+  Ticks x_ticks, y_ticks;
+  Scale x, y;  // pixels relative to the panel's corner
+  double head = 0;  // of everything above the plot
+  double left = 0, right = 0;  // margins
+  double width = 0, height = 0;  // of the panel
+  bool empty = false;
+};
+
+// `left` is the margin that the labels of the y axis need, shared by a column of panels.
+double wanted_left_margin(const Panel& panel);
+// `head` at least, so that plots beside each other stand on one line.
+PanelLayout lay_out(const Panel& panel, double width, double left, double head = 0);
+
+}  // namespace lcrig::plot

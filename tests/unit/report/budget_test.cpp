@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Predictions against sums done by hand.
+#include "analysis/budget/budget.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+namespace lcrig {
+namespace {
+
+using testing::DoubleNear;
+using testing::HasSubstr;
+
+// A straight curve of 2 fF/kPa on 4 pF, a spring of 1 N/mm, a probe of 10 mm2: 1 N is 100 kPa.
+PlannedRun straight_run() {
+  PlannedRun run;
+  run.meter.conversion_s = 0.1;
+  run.reading_noise_F = 40e-15;
+  run.interval_s = 0.1;
+  run.area_m2 = 10e-6;
+  run.c0_F = 4e-12;
+  run.delta_C_fF = [](double kPa) { return 2 * kPa; };
+  run.compression_m = [](double force_N) { return force_N * 1e-3; };
+  return run;
+}
+
+// 10, 20, 30 kPa, `readings` each, `repeats` times; a cycle for each repeat.
+PlannedRun static_run(double readings, int repeats) {
+  PlannedRun run = straight_run();
+  for (int r = 0; r < repeats; ++r) {
+    for (const double kPa : {10.0, 20.0, 30.0}) run.levels.push_back({kPa, readings});
+    PlannedCycle cycle;
+    cycle.peak_kPa = 30;
+    cycle.rest_readings = 100;
+    cycle.plateau_readings = readings;
+    run.cycles.push_back(cycle);
+  }
+  return run;
+}
+
+std::vector<Prediction> predict(const PlannedRun& run) {
+  auto out = predict_errors(run);
+  EXPECT_TRUE(out) << out.error().what;
+  return out ? *out : std::vector<Prediction>();
+}
+
+TEST(Budget, SlopeOfThreeLevelsIsTheTextbooks) {
+  const auto p = predict(static_run(16, 1));
+  // Each mean: 40/4 = 10 fF; sum (x - 20)^2 = 200 kPa2; 10/sqrt(200).
+  EXPECT_EQ(p[0].quantity, "sensitivity 0-30 kPa");
+  EXPECT_THAT(p[0].value, DoubleNear(2, 1e-12));
+  EXPECT_THAT(p[0].standard_error, DoubleNear(10 / std::sqrt(200), 1e-12));
+}
+
+TEST(Budget, RepeatsAndReadingsShrinkItByTheirRoot) {
+  const double once = predict(static_run(16, 1))[0].standard_error;
+  EXPECT_THAT(predict(static_run(16, 9))[0].standard_error, DoubleNear(once / 3, 1e-12));
+  EXPECT_THAT(predict(static_run(64, 1))[0].standard_error, DoubleNear(once / 2, 1e-12));
+}
+
+TEST(Budget, NoiseOfTheForceCounts) {
+  PlannedRun run = static_run(16, 1);
+  run.reading_noise_F = 1e-20;
+  run.force_noise_N = 0.003;  // 0.3 kPa; times sqrt(2/3) and 2 fF/kPa, over 4 and sqrt(200)
+  const auto p = predict(run);
+  const double expected = 2 * 0.3 * std::sqrt(2.0 / 3) / 4 / std::sqrt(200);
+  EXPECT_THAT(p[0].standard_error, DoubleNear(expected, 1e-9));
+  EXPECT_EQ(p[0].budget.parts[1].name, "scatter of the force");
+}
+
+TEST(Budget, DynamicRangeOfPlateaus) {
+  // Peak 16 readings, rest 100: variance 1600 (1/16 + 1/100) fF2 for each of 4 cycles, and that of
+  // C0 (100 readings) times the range.
+  const auto p = predict(static_run(16, 4));
+  const Prediction& range = p.back();
+  ASSERT_EQ(range.quantity, "dynamic range");
+  EXPECT_THAT(range.value, DoubleNear(60.0 / 4000 * 100, 1e-12));
+  const double peaks = std::sqrt(1600 * (1 / 16.0 + 1 / 100.0) / 4) / 4000 * 100;
+  const double c0 = 40 / std::sqrt(100) / 4000 * range.value;
+  EXPECT_THAT(range.standard_error, DoubleNear(std::hypot(peaks, c0), 1e-12));
+}
+
+TEST(Budget, SlopeOfAContinuousLoading) {
+  // 0.1 mm in 10 s: 10 kPa/s, a reading every kPa; between 5 kPa (a twentieth of the peak) and 30.
+  PlannedRun run = straight_run();
+  PlannedCycle cycle;
+  cycle.peak_kPa = 100;
+  cycle.rest_readings = 1000;
+  cycle.loading_s = 10;
+  run.cycles = {cycle, cycle};
+  const auto p = predict(run);
+  double sxx = 0;  // 25 equidistant pressures
+  for (int i = 0; i < 25; ++i) sxx += (i - 12) * (i - 12);
+  EXPECT_THAT(p[0].standard_error, DoubleNear(40 / std::sqrt(2 * sxx), 1e-6));
+  EXPECT_THAT(p[0].value, DoubleNear(2, 1e-9));
+}
+
+TEST(Budget, FewerReadingsUnderLoadMakeTheRangeWorse) {
+  PlannedRun run = straight_run();
+  PlannedCycle cycle;
+  cycle.peak_kPa = 100;
+  cycle.rest_readings = 1000;
+  cycle.loading_s = 1;
+  run.cycles = {cycle};
+  const double quick = predict(run).back().standard_error;
+  run.cycles[0].loading_s = 10;
+  const double slow = predict(run).back().standard_error;
+  EXPECT_GT(quick, 2.5 * slow);
+  EXPECT_LT(slow, 1.0 / 40 * 40);  // better than one reading: 1 %
+}
+
+TEST(Budget, SystematicPartsDoNotShrink) {
+  const auto few = predict(static_run(16, 1)), many = predict(static_run(1600, 100));
+  ASSERT_EQ(few[0].budget.parts.size(), many[0].budget.parts.size());
+  for (std::size_t i = 0; i < few[0].budget.parts.size(); ++i) {
+    const UncertaintyPart& a = few[0].budget.parts[i];
+    const UncertaintyPart& b = many[0].budget.parts[i];
+    if (a.shrinks) {
+      EXPECT_LE(b.standard_uncertainty, a.standard_uncertainty / 99);
+    } else {
+      EXPECT_DOUBLE_EQ(b.standard_uncertainty, a.standard_uncertainty) << a.name;
+    }
+  }
+  EXPECT_EQ(few[0].budget.dominating()->name, "scatter of the readings");
+  EXPECT_FALSE(many[0].budget.dominating()->shrinks);
+}
+
+TEST(Budget, ForceClassIsRectangular) {
+  PlannedRun run = static_run(16, 1);
+  AnalysisOptions options;
+  options.rig.force_class_percent = 0.5;
+  const auto p = predict_errors(run, options);
+  ASSERT_TRUE(p);
+  for (const UncertaintyPart& part : (*p)[0].budget.parts) {
+    if (part.name != "force") continue;
+    EXPECT_THAT(part.standard_uncertainty, DoubleNear(2 * 0.005 / std::sqrt(3), 1e-12));
+    return;
+  }
+  FAIL() << "no part for the force";
+}
+
+TEST(Budget, OnePressureHasNoSlope) {
+  PlannedRun run = straight_run();
+  run.levels = {{10, 30}, {10, 30}};
+  const auto p = predict(run);
+  EXPECT_THAT(p[0].reason, HasSubstr("two different pressures"));
+  EXPECT_THAT(p[1].reason, HasSubstr("two different pressures"));
+  EXPECT_THAT(p[2].reason, HasSubstr("never loads"));
+}
+
+TEST(Budget, MissingFactsAreRefused) {
+  PlannedRun run = static_run(16, 1);
+  run.area_m2 = 0;
+  EXPECT_FALSE(predict_errors(run));
+  run = static_run(16, 1);
+  run.reading_noise_F = 0;
+  EXPECT_FALSE(predict_errors(run));
+}
+
+}  // namespace
+}  // namespace lcrig

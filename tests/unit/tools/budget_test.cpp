@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// `lcrig budget`: from a protocol to predicted errors.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/support/cli_fixture.hpp"
+#include "tests/support/xml.hpp"
+
+namespace lcrig::cli {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+
+class BudgetCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    cli.bench_rig = &bench_rig;
+    for (const char* name : {"static-frame", "dynamic-cycles", "follow"}) {
+      const std::string path = std::string("protocols/library/") + name + ".json";
+      std::ifstream file(path);
+      std::stringstream text;
+      text << file.rdbuf();
+      cli.add_data(std::string("protocols/") + name + ".json", text.str());
+      if (name != std::string_view("static-frame")) continue;
+      std::string changed = text.str();
+      changed.insert(changed.find(R"({ "id": "zero")"),
+                     R"({ "id": "tune", "do": "set_lcr", "frequency_Hz": 2000 }, )");
+      cli.add_data("protocols/two-settings.json", changed);
+    }
+  }
+  json budget(std::vector<std::string> args) {
+    args.insert(args.begin(), {"--json", "budget"});
+    args.insert(args.end(), {"--specimen", "paper-1"});
+    EXPECT_EQ(cli.run(args), 0) << cli.err.str();
+    return json::parse(cli.out.str(), nullptr, false);
+  }
+  support::Cli cli;
+};
+
+const json& row(const json& budget, const char* aperture, double frequency_Hz = 1000) {
+  for (const json& r : budget["rows"]) {
+    if (r["aperture"] == aperture && r["frequency_Hz"] == frequency_Hz) return r;
+  }
+  throw std::runtime_error("no such row");
+}
+
+TEST_F(BudgetCommand, ErrorFollowsTheNoiseOfTheAperture) {
+  const json out = budget({"static-frame"});
+  ASSERT_EQ(out["rows"].size(), 3U);
+  const double fast = row(out, "fast")["results"][0]["standard_error"];
+  const double medium = row(out, "medium")["results"][0]["standard_error"];
+  EXPECT_NEAR(fast / medium, 60.0 / 44, 1e-3);  // the bench's noise; readings are the same
+  EXPECT_EQ(row(out, "medium")["readings"], 1680);
+}
+
+TEST_F(BudgetCommand, SlopeOfTheShippedStaticTestByHand) {
+  const json out = budget({"static-frame"});
+  // 35 to 100 kPa: ten of fourteen levels from 10 to 100, 90/13 kPa apart; 30 readings, 4 repeats.
+  const double step = 90.0 / 13;
+  double sxx = 0;
+  for (int i = 0; i < 10; ++i) sxx += std::pow((i - 4.5) * step, 2);
+  const double expected = 44 / std::sqrt(30 * 4 * sxx);
+  EXPECT_EQ(row(out, "medium")["results"][1]["quantity"], "sensitivity 35-100 kPa");
+  EXPECT_NEAR(row(out, "medium")["results"][1]["standard_error"], expected, 1e-3 * expected);
+}
+
+TEST_F(BudgetCommand, AConversionThatDoesNotFitGetsItsTime) {
+  const json out = budget({"static-frame"});
+  const json& slow = row(out, "slow");  // 30 readings of 380 ms do not fit into 10 s
+  EXPECT_TRUE(slow["possible"].get<bool>());
+  EXPECT_THAT(slow["note"].get<std::string>(), HasSubstr("within_s=11.7"));
+  EXPECT_GT(slow["duration_s"], row(out, "medium")["duration_s"]);
+}
+
+TEST_F(BudgetCommand, TargetIsMetByTheCheapestSetting) {
+  const json out = budget({"static-frame", "--frequency-Hz", "1000,100000", "--target", "1%"});
+  ASSERT_EQ(out["rows"].size(), 6U);
+  ASSERT_FALSE(out["cheapest"].is_null());
+  EXPECT_EQ(out["cheapest"]["frequency_Hz"], 100000);
+  EXPECT_LE(out["cheapest"]["worst_percent"], 1);
+  for (const json& r : out["rows"]) {
+    if (r["to_target"].is_null()) continue;
+    EXPECT_LE(r["to_target"]["worst_percent"], 1);
+    EXPECT_GE(r["to_target"]["duration_s"], out["cheapest"]["duration_s"]);
+  }
+}
+
+TEST_F(BudgetCommand, DynamicCyclesPredictTheRange) {
+  const json out = budget({"dynamic-cycles"});
+  const json& results = row(out, "fast")["results"];
+  EXPECT_EQ(results.back()["quantity"], "dynamic range");
+  EXPECT_GT(results.back()["standard_error"], 0);
+  const json more = budget({"dynamic-cycles", "-p", "cycles=20"});
+  const double four_times = row(more, "fast")["results"].back()["standard_error"];
+  EXPECT_NEAR(results.back()["standard_error"].get<double>() / four_times, 2, 0.05);
+}
+
+TEST_F(BudgetCommand, PictureIsWellFormedAndMarksTheFront) {
+  const std::string svg = cli.dir.file("budget.svg");
+  ASSERT_EQ(cli.run({"budget", "static-frame", "--specimen", "paper-1", "--svg", svg}), 0)
+      << cli.err.str();
+  std::ifstream file(svg);
+  std::stringstream text;
+  text << file.rdbuf();
+  EXPECT_EQ(XmlCheck::fault(text.str()), "");
+  EXPECT_THAT(text.str(), AllOf(HasSubstr("Pareto front"), HasSubstr("run time, s")));
+  EXPECT_THAT(cli.out.str(), HasSubstr("sensitivity 0-30 kPa"));
+}
+
+TEST_F(BudgetCommand, WhatCannotBePredictedIsRefused) {
+  EXPECT_EQ(cli.run({"budget", "follow", "--specimen", "paper-1"}), 6);
+  EXPECT_THAT(cli.err.str(), HasSubstr("never loads"));
+  EXPECT_EQ(cli.run({"budget", "two-settings", "--specimen", "paper-1"}), 6);
+  EXPECT_THAT(cli.err.str(), HasSubstr("changes the meter's settings"));
+  EXPECT_EQ(cli.run({"budget", "static-frame", "--specimen", "paper-1", "--target", "fine"}), 2);
+  EXPECT_EQ(cli.run({"budget", "static-frame", "--specimen", "paper-1", "--frequency-Hz", "1,,2"}),
+            2);
+  EXPECT_EQ(cli.run({"budget", "static-frame", "--specimen", "nothing"}), 1);
+}
+
+}  // namespace
+}  // namespace lcrig::cli

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// `lcrig report` on rehearsed runs: every section, the numbers of the analysis, nothing from
+// outside, nothing that a text in the database could smuggle in.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "analysis/report/report.hpp"
+#include "storage/database.hpp"
+#include "tests/support/cli_fixture.hpp"
+#include "tests/support/xml.hpp"
+
+namespace lcrig::cli {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr const char* kHostile = "<script>alert(\"x\")</script>'&\x1b[31m\nDROP";
+
+std::string read(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream out;
+  out << file.rdbuf();
+  return out.str();
+}
+
+std::string shipped(const std::string& path) {
+  return read(path);  // tests run in the source tree
+}
+
+std::string specimen_text(const std::string& name) {
+  auto json = nlohmann::json::parse(shipped("model/library/paper-1.json"), nullptr, true, true);
+  json["name"] = name;
+  return json.dump();
+}
+
+RehearseRequest request(const std::string& db, const std::string& protocol) {
+  RehearseRequest r;
+  r.protocol_name = protocol;
+  r.protocol_text = shipped("protocols/library/" + protocol + ".json");
+  r.specimen_name = "paper-1";
+  r.specimen_text = specimen_text("paper-1");
+  r.db_path = db;
+  r.seed = 7;
+  return r;
+}
+
+RehearseRequest short_static(const std::string& db) {
+  auto r = request(db, "static-frame");
+  r.parameters = {{"levels", "8"}, {"repeats", "2"}, {"readings", "10"}, {"within_s", "1.5"}};
+  return r;
+}
+
+// Run 1: static; run 2: dynamic; run 3: static, with texts that nobody should trust.
+class Report : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder = new TempDir();
+    db = folder->file("runs.db");
+    must(short_static(db));
+    auto dynamic = request(db, "dynamic-cycles");
+    dynamic.parameters = {{"cycles", "3"}, {"gap_mm", "0.1"}};
+    must(dynamic);
+    auto hostile = short_static(db);
+    hostile.operator_name = hostile.note = kHostile;
+    hostile.specimen_name = kHostile;
+    hostile.specimen_text = specimen_text(kHostile);
+    hostile.seed = 8;
+    must(hostile);
+  }
+  static void TearDownTestSuite() { delete folder; }
+  static void must(const RehearseRequest& r) {
+    const auto result = rehearse(r);
+    ASSERT_TRUE(result) << result.error().what;
+    ASSERT_EQ(result->exit_status, "success") << result->reason;
+  }
+  std::string page(const std::vector<std::string>& runs) {
+    std::vector<std::string> args{"--db", db, "report"};
+    args.insert(args.end(), runs.begin(), runs.end());
+    args.insert(args.end(), {"-o", file});
+    EXPECT_EQ(cli.run(args), 0) << cli.err.str();
+    return read(file);
+  }
+  static RunAnalysis analysis(std::int64_t run) {
+    auto opened = open_read_only(db);
+    EXPECT_TRUE(opened);
+    auto out = analyse(*opened, run);
+    EXPECT_TRUE(out) << out.error().what;
+    return *out;
+  }
+  static inline TempDir* folder = nullptr;
+  static inline std::string db;
+  support::Cli cli;
+  std::string file = cli.dir.file("report.html");
+};
+
+void expect_harmless(const std::string& html) {
+  EXPECT_EQ(XmlCheck::fault(html, {"meta"}), "");
+  for (const char* outside : {"http:", "https:", "//www", "src=", "@import", "url(", "<script",
+                              "<link", "<iframe", "onload", "\x1b"}) {
+    EXPECT_THAT(html, Not(HasSubstr(outside)));
+  }
+}
+
+TEST_F(Report, OfAStaticRunHasEverySection) {
+  const std::string html = page({"1"});
+  for (const char* id : {"results", "pressure", "time", "cycles", "loops", "model", "uncertainty",
+                         "metrics", "events", "provenance"}) {
+    EXPECT_THAT(html, HasSubstr("<section id='" + std::string(id) + "'>"));
+  }
+  EXPECT_THAT(html, AllOf(HasSubstr("SIMULATED"), HasSubstr("verified:"), HasSubstr("paper-1"),
+                          HasSubstr("Residuals of the fits"), HasSubstr("seed 7")));
+  expect_harmless(html);
+}
+
+TEST_F(Report, ItsNumbersAreThoseOfTheAnalysis) {
+  for (const std::int64_t run : {1, 2}) {
+    const std::string html = page({std::to_string(run)});
+    const RunAnalysis a = analysis(run);
+    int compared = 0;
+    for (const Metric* m : a.metrics()) {
+      if (!*m) continue;
+      EXPECT_THAT(html, HasSubstr(fmt::format("<data value='{}'>", m->value()))) << m->name;
+      ++compared;
+    }
+    EXPECT_GE(compared, 8);
+    for (const auto& b : a.budgets) {
+      EXPECT_THAT(html, HasSubstr(fmt::format("<data value='{}'>", b.expanded))) << b.quantity;
+    }
+  }
+}
+
+TEST_F(Report, OfADynamicRunShowsCyclesAndStaysSmall) {
+  const std::string html = page({"2"});
+  EXPECT_THAT(html, AllOf(HasSubstr("maximum of the cycle"), HasSubstr("ΔC/C0"),
+                          HasSubstr("Gap between the branches")));
+  EXPECT_LT(html.size(), 1'000'000U);
+  expect_harmless(html);
+}
+
+TEST_F(Report, HostileTextsAreShownAndDoNothing) {
+  const std::string html = page({"3"});
+  expect_harmless(html);
+  EXPECT_THAT(html, AllOf(HasSubstr("&lt;script&gt;alert(&quot;x&quot;)"), HasSubstr("␛[31m")));
+  expect_harmless(page({"1", "3"}));
+}
+
+TEST_F(Report, OfSeveralRunsComparesThem) {
+  const std::string html = page({"1", "3", "2"});
+  EXPECT_THAT(html, AllOf(HasSubstr("Comparison of runs 1, 3, 2"), HasSubstr("increase"),
+                          HasSubstr("id='increase'"), HasSubstr("SIMULATED")));
+  expect_harmless(html);
+}
+
+TEST_F(Report, TableHasOneRowARun) {
+  const std::string csv = cli.dir.file("results.csv");
+  ASSERT_EQ(cli.run({"--db", db, "report", "1", "2", "-o", file, "--csv", csv}), 0)
+      << cli.err.str();
+  const std::string text = read(csv);
+  EXPECT_EQ(std::ranges::count(text, '\n'), 3);
+  EXPECT_THAT(text, AllOf(HasSubstr("sensitivity_0_to_30_kPa_fF_per_kPa"), HasSubstr("paper-1")));
+  EXPECT_THAT(text, HasSubstr(fmt::format("{}", analysis(1).c0.value())));
+}
+
+TEST_F(Report, MixedRunsAreMarked) {
+  auto opened = open_read_only(db);
+  ASSERT_TRUE(opened);
+  std::vector<ReportRun> runs;
+  for (const std::int64_t run : {1, 3}) {
+    auto loaded = load_report_run(*opened, run);
+    ASSERT_TRUE(loaded) << loaded.error().what;
+    runs.push_back(std::move(*loaded));
+  }
+  EXPECT_THAT(report_html(runs), Not(HasSubstr("MIXED")));
+  runs[1].data.row.simulated = false;
+  EXPECT_THAT(report_html(runs), HasSubstr("MIXED: SIMULATED AND MEASURED RUNS"));
+  runs[0].data.row.simulated = false;
+  EXPECT_THAT(report_html(runs), Not(HasSubstr("SIMULATED")));
+}
+
+TEST_F(Report, ABrokenChainIsSaidFirst) {
+  auto opened = open_read_only(db);
+  ASSERT_TRUE(opened);
+  auto run = load_report_run(*opened, 1);
+  ASSERT_TRUE(run);
+  run->chain.intact = false;
+  run->chain.finding = "reading 3 was changed";
+  const std::string html = report_html(std::span(&*run, 1));
+  EXPECT_LT(html.find("reading 3 was changed"), html.find("id='results'"));
+}
+
+TEST_F(Report, UnknownRunsAndUnwritableFilesAreRefused) {
+  EXPECT_EQ(cli.run({"--db", db, "report", "99", "-o", file}), 1);
+  EXPECT_THAT(cli.err.str(), HasSubstr("99"));
+  EXPECT_EQ(cli.run({"--db", db, "report", "first", "-o", file}), 1);
+  const std::string nowhere = cli.dir.file("no/such/folder/r.html");
+  EXPECT_EQ(cli.run({"--db", db, "report", "1", "-o", nowhere}), 1);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr(nowhere), HasSubstr("No such file")));
+  EXPECT_EQ(cli.run({"--db", db, "report", "1", "-o", cli.dir.path().string()}), 1);
+  EXPECT_THAT(cli.err.str(), HasSubstr("directory"));
+}
+
+TEST_F(Report, TheSameRunGivesTheSamePage) {
+  const std::string first = page({"1"});
+  EXPECT_EQ(first, page({"1"}));
+}
+
+}  // namespace
+}  // namespace lcrig::cli

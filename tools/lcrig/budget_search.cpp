@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/budget_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lcrig::cli {
+
+namespace {
+
+constexpr double kSlack = 1.02;  // of the time for the readings of a step
+constexpr std::int64_t kSteps[] = {1, 2, 3, 5, 10, 20, 30, 50, 100, 200, 500, 1000, 2000, 5000};
+
+class Search {
+ public:
+  explicit Search(const BudgetQuestion& q) : q_(q), knobs_(find_knobs(q.protocol)) {}
+
+  BudgetSetting look(Aperture aperture, double frequency_Hz) const {
+    BudgetSetting out;
+    out.planned = reckon(aperture, frequency_Hz, {});
+    for (const std::int64_t n : kSteps) {
+      auto point = with_knob(aperture, frequency_Hz, n);
+      if (point && point->possible()) out.curve.push_back(std::move(*point));
+    }
+    if (q_.target) out.to_target = least(aperture, frequency_Hz);
+    if (q_.target && out.planned.possible() && out.planned.worst <= *q_.target &&
+        (!out.to_target || out.planned.duration_s < out.to_target->duration_s)) {
+      out.to_target = out.planned;
+    }
+    return out;
+  }
+
+ private:
+  using Changes = std::map<std::string, double>;  // SI
+
+  bool has_knob() const { return !knobs_.readings.empty() || !knobs_.repeats.empty(); }
+  const Parameter& knob() const {
+    return q_.protocol.parameters.at(knobs_.readings.empty() ? knobs_.repeats : knobs_.readings);
+  }
+
+  // `n` readings at each level, as quick as the meter is; without levels, n repeats.
+  std::optional<BudgetPoint> with_knob(Aperture aperture, double frequency_Hz,
+                                       std::int64_t n) const {
+    const auto count = static_cast<double>(n);
+    if (!has_knob() || count < knob().min || count > knob().max) return std::nullopt;
+    if (knobs_.readings.empty()) return reckon(aperture, frequency_Hz, {{knobs_.repeats, count}});
+    LcrSettings lcr = q_.protocol.sample.lcr;
+    lcr.aperture = aperture;
+    lcr.frequency = Frequency::from_si(frequency_Hz);
+    const double each = to_seconds(q_.rig.lcr.conversion_time(lcr));
+    const Parameter& within = q_.protocol.parameters.at(knobs_.within);
+    const double seconds =
+        std::max(std::ceil(count * each * kSlack * 10) / 10, within.min * within.to_si);
+    return reckon(aperture, frequency_Hz, {{knobs_.readings, count}, {knobs_.within, seconds}});
+  }
+
+  // The error falls with the knob: bisection of whole numbers.
+  std::optional<BudgetPoint> least(Aperture aperture, double frequency_Hz) const {
+    if (!has_knob()) return std::nullopt;
+    auto low = static_cast<std::int64_t>(std::ceil(knob().min)) - 1;
+    auto high = static_cast<std::int64_t>(knob().max);
+    auto best = with_knob(aperture, frequency_Hz, high);
+    if (!best || !best->possible() || best->worst > *q_.target) return std::nullopt;
+    while (high - low > 1) {
+      const std::int64_t middle = low + (high - low) / 2;
+      auto point = with_knob(aperture, frequency_Hz, middle);
+      const bool enough = point && point->possible() && point->worst <= *q_.target;
+      (enough ? high : low) = middle;
+      if (enough) best = std::move(point);
+    }
+    return best;
+  }
+
+  BudgetPoint reckon(Aperture aperture, double frequency_Hz, const Changes& changes) const {
+    BudgetPoint out;
+    out.aperture = aperture;
+    out.frequency_Hz = frequency_Hz;
+    Environment environment = q_.environment;
+    for (const auto& [name, si] : changes) {
+      environment.set(name, si);
+      out.parameters[name] = si / q_.protocol.parameters.at(name).to_si;
+    }
+    Variant variant =
+        with_settings(q_.protocol, environment, q_.rig, aperture, Frequency::from_si(frequency_Hz));
+    out.note = std::move(variant.note);
+    auto plan = make_plan(variant.protocol, environment, q_.rig);
+    if (!plan) {
+      out.refused = plan.error().what;
+      return out;
+    }
+    out.duration_s = plan->duration_s;
+    out.readings = plan->measure_readings > 0 ? plan->measure_readings : plan->lcr_readings;
+    predict(variant.protocol, environment, *plan, out);
+    return out;
+  }
+
+  void predict(const Protocol& protocol, const Environment& environment, const Plan& plan,
+               BudgetPoint& out) const {
+    auto run = plan_readings(protocol, environment, q_.rig, plan, q_.curve);
+    Result<std::vector<Prediction>> predictions = fail(Errc::bug, "no readings");
+    if (run) predictions = predict_errors(*run, q_.options);
+    if (!run || !predictions) {
+      out.refused = run ? predictions.error().what : run.error().what;
+      return;
+    }
+    out.predictions = std::move(*predictions);
+    bool any = false;
+    for (const Prediction& p : out.predictions) {
+      if (!p.reason.empty()) continue;
+      any = true;
+      out.worst = std::max(out.worst, p.relative());
+    }
+    if (!any) out.refused = out.predictions.front().reason;
+  }
+
+  const BudgetQuestion& q_;
+  Knobs knobs_;
+};
+
+void mark_front(Budget& budget) {
+  std::vector<BudgetPoint*> points;
+  for (BudgetSetting& s : budget.settings) {
+    if (s.planned.possible()) points.push_back(&s.planned);
+    for (BudgetPoint& p : s.curve) points.push_back(&p);
+  }
+  std::ranges::sort(points, [](const BudgetPoint* a, const BudgetPoint* b) {
+    return a->duration_s != b->duration_s ? a->duration_s < b->duration_s : a->worst < b->worst;
+  });
+  double best = INFINITY;
+  for (BudgetPoint* p : points) {
+    p->front = p->worst < best;
+    best = std::min(best, p->worst);
+  }
+}
+
+}  // namespace
+
+Budget reckon_budget(const BudgetQuestion& question) {
+  const Search search(question);
+  Budget out;
+  out.model_level = question.curve.level;
+  out.target = question.target;
+  for (const double frequency : question.frequencies_Hz) {
+    for (const Aperture aperture : question.apertures) {
+      out.settings.push_back(search.look(aperture, frequency));
+    }
+  }
+  mark_front(out);
+  for (const BudgetSetting& s : out.settings) {
+    if (!s.to_target) continue;
+    if (!out.cheapest || s.to_target->duration_s < out.cheapest->duration_s) {
+      out.cheapest = s.to_target;
+    }
+  }
+  return out;
+}
+
+}  // namespace lcrig::cli

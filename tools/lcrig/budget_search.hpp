@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Speed against error: every setting of the meter, and how much measuring each of them needs.
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/budget/budget.hpp"
+#include "tools/lcrig/planned_run.hpp"
+
+namespace lcrig::cli {
+
+// One way to do the experiment.
+struct BudgetPoint {
+  BudgetPoint() = default;
+  Aperture aperture = Aperture::medium;
+  double frequency_Hz = 0;
+  std::map<std::string, double> parameters;  // other than asked for, in the unit of the name
+  std::string refused;  // why it cannot be done or predicted; empty: the rest is filled
+  std::string note;
+  double duration_s = 0;
+  std::int64_t readings = 0;  // of `measure` steps; without such, all that are recorded
+  std::vector<Prediction> predictions;
+  double worst = 0;  // largest relative standard error of the predictions
+  bool front = false;  // no other point is both quicker and better
+  bool possible() const { return refused.empty(); }
+};
+
+struct BudgetSetting {  // aperture and frequency
+  BudgetPoint planned;  // as the protocol says
+  std::vector<BudgetPoint> curve;  // more and more measuring, each as quick as it can be
+  std::optional<BudgetPoint> to_target;  // the least measuring that meets the target
+};
+
+struct Budget {
+  Budget() = default;
+  std::string model_level;
+  std::optional<double> target;  // relative
+  std::vector<BudgetSetting> settings;
+  std::optional<BudgetPoint> cheapest;  // of those that meet the target
+};
+
+struct BudgetQuestion {
+  const Protocol& protocol;
+  const Environment& environment;
+  const Rig& rig;
+  const SpecimenCurve& curve;
+  std::vector<Aperture> apertures;
+  std::vector<double> frequencies_Hz;
+  std::optional<double> target;
+  AnalysisOptions options;
+};
+Budget reckon_budget(const BudgetQuestion& question);
+
+nlohmann::json to_json(const Budget& budget);
+std::string to_table(const Budget& budget);
+std::string to_svg(const Budget& budget, const std::string& title);
+
+}  // namespace lcrig::cli

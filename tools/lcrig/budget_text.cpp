@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// A budget as table, JSON and picture.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "plot/chart.hpp"
+#include "tools/lcrig/budget_search.hpp"
+#include "tools/lcrig/live_line.hpp"
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+namespace {
+
+json to_json(const Prediction& p) {
+  json out{{"quantity", p.quantity}, {"unit", p.unit}};
+  if (!p.reason.empty()) {
+    out["reason"] = p.reason;
+    out["value"] = out["standard_error"] = nullptr;
+    return out;
+  }
+  out["value"] = p.value;
+  out["standard_error"] = p.standard_error;
+  out["relative_percent"] = p.relative() * 100;
+  out["combined_uncertainty"] = p.budget.combined;
+  out["expanded_uncertainty"] = p.budget.expanded;
+  out["dominating"] = p.budget.dominating() ? p.budget.dominating()->name : "";
+  json parts = json::array();
+  for (const UncertaintyPart& part : p.budget.parts) {
+    parts.push_back({{"part", part.name},
+                     {"standard_uncertainty", part.standard_uncertainty},
+                     {"kind", part.kind == UncertaintyKind::a ? "A" : "B"},
+                     {"shrinks", part.shrinks},
+                     {"basis", part.basis}});
+  }
+  out["parts"] = std::move(parts);
+  return out;
+}
+
+json to_json(const BudgetPoint& p, bool with_results) {
+  json out{{"aperture", to_string(p.aperture)},
+           {"frequency_Hz", p.frequency_Hz},
+           {"parameters", p.parameters},
+           {"possible", p.possible()}};
+  if (!p.possible()) {
+    out["reason"] = p.refused;
+    return out;
+  }
+  out["note"] = p.note;
+  out["duration_s"] = p.duration_s;
+  out["readings"] = p.readings;
+  out["worst_percent"] = p.worst * 100;
+  out["front"] = p.front;
+  if (!with_results) return out;
+  json results = json::array();
+  for (const Prediction& r : p.predictions) results.push_back(to_json(r));
+  out["results"] = std::move(results);
+  return out;
+}
+
+std::string frequency_text(double Hz) {
+  return Hz >= 1000 ? fmt::format("{:g} kHz", Hz / 1000) : fmt::format("{:g} Hz", Hz);
+}
+
+std::string setting_text(const BudgetPoint& p) {
+  return fmt::format("{}, {}", to_string(p.aperture), frequency_text(p.frequency_Hz));
+}
+
+std::string parameter_text(const BudgetPoint& p) {
+  std::string out;
+  for (const auto& [name, value] : p.parameters) out += fmt::format(" -p {}={:g}", name, value);
+  return out.empty() ? " as the protocol says" : out;
+}
+
+void append_row(const BudgetPoint& p, std::string& out) {
+  const std::string head =
+      fmt::format("{:8} {:>9}", to_string(p.aperture), frequency_text(p.frequency_Hz));
+  if (!p.possible()) {
+    out += head + "  cannot be done: " + p.refused + "\n";
+    return;
+  }
+  std::string lead = fmt::format("{} {:>9} {:>9}", head, format_time(p.duration_s), p.readings);
+  for (const Prediction& r : p.predictions) {
+    out += fmt::format("{:38}  {:24}", lead, r.quantity);
+    lead.clear();
+    if (!r.reason.empty()) {
+      out += " " + r.reason + "\n";
+      continue;
+    }
+    const auto* most = r.budget.dominating();
+    out += fmt::format(" {:>10.4g} {:>10.2g} {:>8.3g}% {:>10.2g}  {}\n", r.value, r.standard_error,
+                       r.relative() * 100, r.budget.expanded, most ? most->name : "");
+  }
+  if (!p.note.empty()) out += fmt::format("{:38}  {}\n", "", p.note);
+}
+
+plot::Series series_of(const std::vector<BudgetPoint>& points) {
+  plot::Series out;
+  for (const BudgetPoint& p : points) {
+    out.x.push_back(p.duration_s);
+    out.y.push_back(p.worst * 100);
+  }
+  return out;
+}
+
+void add_front(const Budget& budget, plot::Panel& panel) {
+  std::vector<BudgetPoint> front;
+  for (const BudgetSetting& s : budget.settings) {
+    if (s.planned.possible() && s.planned.front) front.push_back(s.planned);
+    for (const BudgetPoint& p : s.curve) {
+      if (p.front) front.push_back(p);
+    }
+  }
+  std::ranges::sort(front, {}, &BudgetPoint::duration_s);
+  plot::Series line = series_of(front);
+  line.label = "best for its time (Pareto front)";
+  line.style.color = "#b5b5b5";
+  line.style.width = 7;
+  panel.series.insert(panel.series.begin(), std::move(line));
+}
+
+void add_settings(const Budget& budget, plot::Panel& panel) {
+  plot::Series planned;
+  planned.label = "as the protocol says";
+  planned.style = plot::mark_style(3);
+  planned.style.color = "#000000";
+  planned.style.filled = true;
+  std::size_t n = 0;
+  for (const BudgetSetting& s : budget.settings) {
+    plot::Series line = series_of(s.curve);
+    line.label = setting_text(s.planned);
+    line.style = plot::mark_style(n);
+    line.style.dash = plot::line_style(n).dash;
+    line.style.line = true;
+    ++n;
+    if (!line.x.empty()) panel.series.push_back(std::move(line));
+    if (!s.planned.possible()) continue;
+    planned.x.push_back(s.planned.duration_s);
+    planned.y.push_back(s.planned.worst * 100);
+  }
+  panel.series.push_back(std::move(planned));
+}
+
+}  // namespace
+
+json to_json(const Budget& budget) {
+  json rows = json::array();
+  for (const BudgetSetting& s : budget.settings) {
+    json row = to_json(s.planned, true);
+    json curve = json::array();
+    for (const BudgetPoint& p : s.curve) curve.push_back(to_json(p, false));
+    row["curve"] = std::move(curve);
+    if (budget.target) row["to_target"] = s.to_target ? to_json(*s.to_target, false) : json();
+    rows.push_back(std::move(row));
+  }
+  json out{{"model_level", budget.model_level}, {"rows", std::move(rows)}};
+  out["target_percent"] = budget.target ? json(*budget.target * 100) : json();
+  out["cheapest"] = budget.cheapest ? to_json(*budget.cheapest, true) : json();
+  return out;
+}
+
+std::string to_table(const Budget& budget) {
+  std::string out = fmt::format("{:8} {:>9} {:>9} {:>9}  {:24} {:>10} {:>10} {:>9} {:>10}  {}\n",
+                                "aperture", "frequency", "time", "readings", "result", "expected",
+                                "std error", "", "all, +-", "largest part");
+  for (const BudgetSetting& s : budget.settings) append_row(s.planned, out);
+  if (!budget.target) return out;
+  out += fmt::format("\nfor a standard error of {:g} % of every result:\n", *budget.target * 100);
+  for (const BudgetSetting& s : budget.settings) {
+    out += fmt::format("{:8} {:>9}  ", to_string(s.planned.aperture),
+                       frequency_text(s.planned.frequency_Hz));
+    out += s.to_target ? fmt::format("{:>9} {:>7.2g}%{}\n", format_time(s.to_target->duration_s),
+                                     s.to_target->worst * 100, parameter_text(*s.to_target))
+                       : "not within the protocol's parameters\n";
+  }
+  out += budget.cheapest
+             ? fmt::format("\ncheapest: aperture {}, {}: {}\n", setting_text(*budget.cheapest),
+                           format_time(budget.cheapest->duration_s),
+                           parameter_text(*budget.cheapest).substr(1))
+             : "\nno setting meets the target: give --frequency-Hz a list with higher ones\n";
+  return out;
+}
+
+std::string to_svg(const Budget& budget, const std::string& title) {
+  plot::Panel panel;
+  panel.title = title;
+  panel.x.label = "run time, s";
+  panel.y.label = "standard error of the worst result, % of its value";
+  panel.x.log = panel.y.log = true;
+  panel.height = 380;
+  add_settings(budget, panel);
+  add_front(budget, panel);
+  if (budget.target) {
+    plot::Rule rule;
+    rule.at = *budget.target * 100;
+    rule.dash = plot::Dash::dashed;
+    panel.rules.push_back(rule);
+  }
+  plot::Figure figure;
+  figure.description = title;
+  figure.panels.push_back(std::move(panel));
+  return plot::to_svg(figure);
+}
+
+}  // namespace lcrig::cli

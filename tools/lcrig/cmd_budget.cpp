@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// budget: what a protocol will cost and how well it will measure, for each setting of the meter.
+#include <fmt/ostream.h>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/rehearse.hpp"
+#include "model/specimen_file.hpp"
+#include "protocols/expand.hpp"
+#include "protocols/parse.hpp"
+#include "tools/lcrig/budget_search.hpp"
+#include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/library_path.hpp"
+#include "tools/lcrig/model_options.hpp"
+#include "tools/lcrig/output_file.hpp"
+#include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/specimen_lookup.hpp"
+
+namespace lcrig::cli {
+
+namespace {
+
+constexpr double kForceReserve = 1.2;  // of the curve, beyond the largest force of the plan
+
+class BudgetCommand final : public Command {
+ public:
+  const char* name() const override { return "budget"; }
+  const char* summary() const override {
+    return "What a protocol will cost and how well it will measure, before the run";
+  }
+  const char* example() const override {
+    return "lcrig budget static-frame --specimen paper-1 --frequency-Hz 1000,100000 --target 1%";
+  }
+  void declare(ArgumentList& list) override {
+    list.positional("PROTOCOL", protocol_, "Name or file");
+    list.option("-s,--specimen", specimen_, "S", "What will be pressed: a name or a file", true);
+    list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
+    list.option("--frequency-Hz", frequencies_, "F,...", "Test frequencies (default: the file's)");
+    list.option("--target", target_, "PERCENT", "Find what meets this standard error: 1%");
+    list.option("--bench", bench_, "B", "Instruments and fixture (default: paper)");
+    list.option("--svg", svg_, "FILE", "Picture of error against time");
+  }
+  Outcome<ExitCode> run(Context& context) override;
+
+ private:
+  // What the question refers to.
+  struct Scene {
+    Protocol protocol;
+    Environment environment;
+    Rig rig;
+    SpecimenCurve curve;
+  };
+  Outcome<Scene> scene(const Context& context) const;
+  Outcome<Rig> rig(const Context& context, const LibraryPath& library, const LibraryFile& specimen,
+                   const Protocol& protocol) const;
+  Outcome<std::optional<double>> target() const;
+  Outcome<std::vector<double>> frequencies(const Protocol& protocol) const;
+  Failure refused(const Error& error) const;
+
+  std::string protocol_, specimen_, frequencies_, target_, bench_ = "paper", svg_;
+  std::vector<std::string> parameters_;
+};
+
+Failure BudgetCommand::refused(const Error& error) const {
+  Failure out(error, fmt::format("lcrig protocol plan {} --specimen {}", protocol_, specimen_));
+  if (error.code == Errc::invalid_request) out.code = kProtocol;
+  return out;
+}
+
+Outcome<std::optional<double>> BudgetCommand::target() const {
+  if (target_.empty()) return std::optional<double>();
+  std::string number = target_;
+  if (number.ends_with('%')) number.pop_back();
+  auto percent = parse_number("--target", number);
+  if (!percent) return tl::unexpected(percent.error());
+  if (!(*percent > 0)) {
+    return tl::unexpected(Failure(kUsage, "--target: expected percent above 0, as in 1%", ""));
+  }
+  return std::optional(*percent / 100);
+}
+
+Outcome<std::vector<double>> BudgetCommand::frequencies(const Protocol& protocol) const {
+  if (frequencies_.empty()) return std::vector<double>{protocol.sample.lcr.frequency.si()};
+  std::vector<double> out;
+  std::string_view rest = frequencies_;
+  while (true) {
+    const auto end = std::min(rest.find(','), rest.size());
+    auto Hz = parse_number("--frequency-Hz", std::string(rest.substr(0, end)));
+    if (!Hz) return tl::unexpected(Hz.error());
+    if (!(*Hz > 0)) {
+      return tl::unexpected(Failure(kUsage, "--frequency-Hz: expected frequencies above 0", ""));
+    }
+    out.push_back(*Hz);
+    if (end == rest.size()) return out;
+    rest.remove_prefix(end + 1);
+  }
+}
+
+Outcome<Rig> BudgetCommand::rig(const Context& context, const LibraryPath& library,
+                                const LibraryFile& specimen, const Protocol& protocol) const {
+  BenchRequest request;
+  request.bench = bench_;
+  auto bench = library.find(LibraryKind::bench, bench_);
+  if (!bench) return tl::unexpected(bench.error());
+  if (*bench) request.bench_text = std::move((*bench)->text);
+  request.specimen_name = specimen.name;
+  request.specimen_text = specimen.text;
+  request.weights = places_weights(protocol.steps);
+  auto rig = context.daemon.bench_rig(request);
+  if (!rig) return tl::unexpected(Failure(rig.error(), "lcrig budget --help"));
+  return std::move(*rig);
+}
+
+Outcome<BudgetCommand::Scene> BudgetCommand::scene(const Context& context) const {
+  auto parameters = parse_assignments(parameters_);
+  if (!parameters) return tl::unexpected(parameters.error());
+  const LibraryPath library(context.env);
+  auto file = library.get(LibraryKind::protocol, protocol_);
+  if (!file) return tl::unexpected(file.error());
+  auto protocol = parse_protocol(file->text, file->path.string());
+  if (!protocol) return tl::unexpected(refused(protocol.error()));
+  auto bound = bind_parameters(*protocol, *parameters);
+  if (!bound) return tl::unexpected(refused(bound.error()));
+  auto db = context.db_path();
+  if (!db) return tl::unexpected(db.error());
+  auto text = find_specimen_text(context, *db, specimen_);
+  if (!text) return tl::unexpected(text.error());
+  auto specimen = parse_specimen(text->text, text->name);
+  if (!specimen) return tl::unexpected(Failure(specimen.error()));
+  auto bench = rig(context, library, *text, *protocol);
+  if (!bench) return tl::unexpected(bench.error());
+  const auto limits = bind_limits(*protocol, *bound);
+  if (!limits) return tl::unexpected(refused(limits.error()));
+  const Force most = Force::from_si(kForceReserve * limits->force_max);
+  auto curve = tabulate(*specimen, most, bench->probe_area);
+  if (!curve) return tl::unexpected(Failure(curve.error(), "lcrig model curve --help"));
+  return Scene{std::move(*protocol), std::move(*bound), std::move(*bench), std::move(*curve)};
+}
+
+Outcome<ExitCode> BudgetCommand::run(Context& context) {
+  auto wanted = target();
+  if (!wanted) return tl::unexpected(wanted.error());
+  auto what = scene(context);
+  if (!what) return tl::unexpected(what.error());
+  auto list = frequencies(what->protocol);
+  if (!list) return tl::unexpected(list.error());
+  BudgetQuestion question{
+      what->protocol, what->environment, what->rig, what->curve, {}, {}, {}, {}};
+  question.apertures = {Aperture::fast, Aperture::medium, Aperture::slow};
+  question.frequencies_Hz = std::move(*list);
+  question.target = *wanted;
+  const Budget budget = reckon_budget(question);
+  bool possible = false;
+  for (const auto& s : budget.settings) possible = possible || s.planned.possible();
+  if (!possible) {
+    return tl::unexpected(
+        refused(Error(Errc::invalid_request, budget.settings.front().planned.refused)));
+  }
+  if (!svg_.empty()) {
+    const std::string title = fmt::format("Budget of {} on {}", what->protocol.name, specimen_);
+    auto written = write_file(svg_, to_svg(budget, title));
+    if (!written) return tl::unexpected(written.error());
+  }
+  if (context.global.json) {
+    auto out = to_json(budget);
+    out["protocol"] = what->protocol.name;
+    out["specimen"] = specimen_;
+    out["bench"] = bench_;
+    print_json(context.console.out, out);
+  } else {
+    context.console.out << to_table(budget);
+  }
+  return kOk;
+}
+
+}  // namespace
+
+std::unique_ptr<Command> make_budget_command() {
+  return std::make_unique<BudgetCommand>();
+}
+
+}  // namespace lcrig::cli

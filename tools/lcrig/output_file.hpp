@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files that a command writes: whole or not at all.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "tools/lcrig/exit_code.hpp"
+
+namespace lcrig::cli {
+
+// `write` fills a temporary file beside `path`, which then takes its name. Failure: what the system
+// said, naming the file; nothing is left behind.
+Outcome<void> write_file(const std::string& path, const std::function<Result<>(int fd)>& write);
+Outcome<void> write_file(const std::string& path, std::string_view content);
+
+}  // namespace lcrig::cli

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/planned_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <set>
+
+#include "model/auto_level.hpp"
+#include "model/response.hpp"
+#include "protocols/expand.hpp"
+
+namespace lcrig::cli {
+
+namespace {
+
+constexpr double kTolerances[] = {1e-3, 1e-2, 0.1};  // of the model, relative
+constexpr double kPlateau = 0.98;  // of the peak force; analysis/cycles.cpp
+constexpr double kUnloaded = 0.05;  // of the largest force
+constexpr double kSlack = 1.02;  // of the time for the readings of a step
+
+MeterSpeed speed_of(Aperture a) {
+  return a == Aperture::fast     ? MeterSpeed::fast
+         : a == Aperture::medium ? MeterSpeed::medium
+                                 : MeterSpeed::slow;
+}
+
+MeterSetting setting_of(const LcrSettings& s, const LcrCapabilities& caps) {
+  MeterSetting out;
+  out.frequency_Hz = s.frequency.si();
+  out.level_V = s.level.si();
+  out.speed = speed_of(s.aperture);
+  out.average = s.average;
+  out.internal_trigger = s.trigger == LcrTrigger::internal;
+  out.conversion_s = to_seconds(caps.conversion_time(s));
+  return out;
+}
+
+double reading_noise_F(const MeterSetting& m, const Rig& rig) {
+  if (!rig.noise) return meter_noise_F(m);
+  const double once = rig.noise->capacitance_F[static_cast<std::size_t>(m.speed)];
+  return once * (1000 / m.frequency_Hz) / m.level_V / std::sqrt(m.average);
+}
+
+double interval_s(const LcrSettings& s, const LcrCapabilities& caps) {
+  const double conversion = to_seconds(caps.conversion_time(s));
+  return s.poll_interval ? std::max(conversion, to_seconds(*s.poll_interval)) : conversion;
+}
+
+// Follows the force through the steps.
+class Walk {
+ public:
+  Walk(const Protocol& protocol, const Environment& environment, const Rig& rig, const Plan& plan)
+      : protocol_(protocol), environment_(environment), rig_(rig) {
+    interval_ = interval_s(plan.lcr, rig.lcr);
+    continuous_ = protocol.sample.lcr_continuous;
+    for (const PlannedStep& s : plan.steps) {
+      if (s.times > 0) seconds_[s.id] = s.total_s / static_cast<double>(s.times);
+    }
+    edge_ = kUnloaded * plan.peak_force_N;
+  }
+
+  Result<> run() {
+    StepCursor cursor(protocol_.steps, environment_);
+    while (const Step* step = cursor.next()) {
+      if (std::holds_alternative<SetLcrStep>(step->action)) {
+        return fail(Errc::invalid_request,
+                    "{}: step {} changes the meter's settings: a budget needs one setting for all",
+                    protocol_.name, step->id);
+      }
+      take(*step);
+    }
+    end_cycle();
+    // A line goes through one direction, the one with more levels: as in the analysis.
+    if (falling_.size() > levels.size()) levels.swap(falling_);
+    if (levels.empty() && cycles.empty()) {
+      return fail(Errc::invalid_request, "{}: it never loads the specimen by itself",
+                  protocol_.name);
+    }
+    return {};
+  }
+
+  std::vector<PlannedLevel> levels;
+  std::vector<PlannedCycle> cycles;
+
+ private:
+  struct Stay {
+    double force_N, readings;
+  };
+
+  double readings_in(double seconds) const {
+    return continuous_ ? std::max(seconds, 0.0) / interval_ : 0;
+  }
+  double way(double force_N) const {
+    return rig_.compression_m && force_N > 0 ? rig_.compression_m(force_N) : 0;
+  }
+
+  void take(const Step& step) {
+    const auto found = seconds_.find(step.id);
+    const double seconds = found == seconds_.end() ? 0 : found->second;
+    if (const auto* s = std::get_if<RampStep>(&step.action)) {
+      go(s->to, s->speed ? environment_.get(*s->speed) : 0, seconds);
+    } else if (const auto* m = std::get_if<MoveUntilStep>(&step.action)) {
+      go(m->until, environment_.get(m->speed), seconds);
+    } else if (const auto* w = std::get_if<PlaceWeightStep>(&step.action)) {
+      place(*w, seconds);
+    } else if (const auto* l = std::get_if<MeasureStep>(&step.action)) {
+      measure(environment_.get(l->count));
+    } else {
+      stay(readings_in(seconds));
+    }
+  }
+
+  void go(const Target& to, double speed, double seconds) {
+    const double from = force_;
+    if (!is_force_target(to)) {
+      unload(speed, seconds);
+      return;
+    }
+    force_ = target_force_N(to, environment_, rig_);
+    if (force_ > edge_ && speed > 0 && force_ > from) {
+      loading_s_ = (way(force_) - way(from)) / speed;
+      rest_ += readings_in(seconds - loading_s_);
+    } else if (force_ > from && seconds > 0) {  // the part of the ramp that is at the peak already
+      const double part = std::min(1.0, (1 - kPlateau) * force_ / (force_ - from));
+      stays_.push_back({force_, readings_in(part * seconds)});
+    }
+  }
+
+  // Up: the force falls to nothing on the first part of the way.
+  void unload(double speed, double seconds) {
+    const double falling = speed > 0 ? way(force_) / speed : 0;
+    end_cycle();
+    force_ = 0;
+    rest_ += readings_in(seconds - falling);
+  }
+
+  void place(const PlaceWeightStep& w, double seconds) {
+    const double force = w.mass ? environment_.get(*w.mass) * rig_.gravity_m_s2
+                                : target_force_N(*w.load, environment_, rig_);
+    if (force <= edge_) end_cycle();
+    // The person takes the time before the load is there.
+    if (force_ <= edge_) rest_ += readings_in(seconds);
+    force_ = force;
+  }
+
+  void measure(double count) {
+    const double kPa = force_ / rig_.probe_area.si() * 1e-3;
+    if (force_ > edge_) {
+      (force_ > last_level_ ? levels : falling_).push_back({kPa, count});
+      last_level_ = force_;
+    }
+    stay(count);
+  }
+
+  void stay(double readings) {
+    if (force_ > edge_) {
+      stays_.push_back({force_, readings});
+    } else {
+      rest_ += readings;
+    }
+  }
+
+  void end_cycle() {
+    last_level_ = 0;
+    double peak = loading_s_ > 0 ? force_ : 0;
+    for (const Stay& s : stays_) peak = std::max(peak, s.force_N);
+    if (peak > edge_) {
+      PlannedCycle c;
+      c.peak_kPa = peak / rig_.probe_area.si() * 1e-3;
+      c.rest_readings = rest_;
+      c.loading_s = loading_s_;
+      for (const Stay& s : stays_) {
+        if (s.force_N >= kPlateau * peak) c.plateau_readings += s.readings;
+      }
+      cycles.push_back(c);
+      rest_ = 0;
+    }
+    stays_.clear();
+    loading_s_ = 0;
+  }
+
+  const Protocol& protocol_;
+  Environment environment_;
+  const Rig& rig_;
+  std::map<std::string, double> seconds_;
+  double interval_ = 1, edge_ = 0;
+  bool continuous_ = true;
+  double force_ = 0, last_level_ = 0, rest_ = 0, loading_s_ = 0;
+  std::vector<Stay> stays_;
+  std::vector<PlannedLevel> falling_;
+};
+
+template <class Visit>
+void each_step(Steps& steps, const Visit& visit) {
+  for (Step& step : steps) {
+    visit(step);
+    if (auto* repeat = std::get_if<RepeatStep>(&step.action)) each_step(repeat->steps, visit);
+    if (auto* sweep = std::get_if<SweepStep>(&step.action)) each_step(sweep->steps, visit);
+  }
+}
+
+}  // namespace
+
+Result<SpecimenCurve> tabulate(const Specimen& specimen, Force force_max, Area probe_area) {
+  const Pressure most = Pressure::from_si(force_max.si() / specimen.area_m2());
+  Result<LevelChoice> choice = fail(Errc::bug, "no tolerance");
+  double tolerance = 0;
+  for (const double t : kTolerances) {
+    tolerance = t;
+    choice = choose_level(specimen, t, most);
+    if (choice) break;
+  }
+  if (!choice) return fail(choice.error());
+  auto response = make_response(specimen, choice->settings, force_max, tolerance);
+  if (!response) return fail(response.error());
+  const std::shared_ptr<TabulatedResponse> table = std::move(*response);
+  SpecimenCurve out;
+  out.c0_F = table->c0_F();
+  out.level = to_string(choice->settings.level);
+  out.delta_C_fF = [table, area = probe_area.si()](double kPa) {
+    return table->delta_capacitance_F(kPa * 1e3 * area) * 1e15;
+  };
+  return out;
+}
+
+Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& environment,
+                                 const Rig& rig, const Plan& plan, const SpecimenCurve& curve) {
+  if (!(rig.probe_area.si() > 0) || !rig.compression_m) {
+    return fail(Errc::invalid_request,
+                "a budget needs the probe's diameter (fixture of the bench) and the specimen");
+  }
+  Walk walk(protocol, environment, rig, plan);
+  if (auto ok = walk.run(); !ok) return fail(ok.error());
+  PlannedRun out;
+  out.meter = setting_of(plan.lcr, rig.lcr);
+  out.reading_noise_F = reading_noise_F(out.meter, rig);
+  out.force_noise_N = rig.noise ? rig.noise->force_N : 0;
+  out.interval_s = interval_s(plan.lcr, rig.lcr);
+  out.area_m2 = rig.probe_area.si();
+  out.c0_F = curve.c0_F;
+  out.delta_C_fF = curve.delta_C_fF;
+  out.compression_m = rig.compression_m;
+  out.dead_weights = rig.frame.weights;
+  out.levels = std::move(walk.levels);
+  out.cycles = std::move(walk.cycles);
+  return out;
+}
+
+Variant with_settings(const Protocol& protocol, const Environment& environment, const Rig& rig,
+                      Aperture aperture, Frequency frequency) {
+  Variant out;
+  out.protocol = protocol;
+  out.protocol.sample.aperture_auto = false;
+  out.protocol.sample.lcr.aperture = aperture;
+  out.protocol.sample.lcr.frequency = frequency;
+  const double conversion = to_seconds(rig.lcr.conversion_time(out.protocol.sample.lcr));
+  Environment env = environment;
+  each_step(out.protocol.steps, [&](Step& step) {
+    auto* measure = std::get_if<MeasureStep>(&step.action);
+    if (!measure) return;
+    const bool known = measure->count.name.empty() || env.values().contains(measure->count.name);
+    const bool timed = measure->within.name.empty() || env.values().contains(measure->within.name);
+    if (!known || !timed) return;  // a sweep variable: the plan will say whether it fits
+    const double needed = env.get(measure->count) * conversion;
+    if (env.get(measure->within) >= needed) return;
+    const double within = std::ceil(needed * kSlack * 10) / 10;
+    out.note = measure->within.name.empty()
+                   ? fmt::format("within_s of step {} must be {:g}", step.id, within)
+                   : fmt::format("needs -p {}={:g}", measure->within.name, within);
+    measure->within = Number(within);
+  });
+  return out;
+}
+
+Knobs find_knobs(const Protocol& protocol) {
+  std::set<std::string> readings, within;
+  bool fixed = false;
+  Steps steps = protocol.steps;
+  each_step(steps, [&](Step& step) {
+    const auto* measure = std::get_if<MeasureStep>(&step.action);
+    if (!measure) return;
+    readings.insert(measure->count.name);
+    within.insert(measure->within.name);
+    fixed = fixed || !protocol.parameters.contains(measure->count.name) ||
+            !protocol.parameters.contains(measure->within.name);
+  });
+  Knobs out;
+  if (!fixed && readings.size() == 1 && within.size() == 1) {
+    out.readings = *readings.begin();
+    out.within = *within.begin();
+  }
+  for (const Step& step : protocol.steps) {
+    const auto* repeat = std::get_if<RepeatStep>(&step.action);
+    if (repeat && protocol.parameters.contains(repeat->count.name)) {
+      out.repeats = repeat->count.name;
+    }
+  }
+  return out;
+}
+
+}  // namespace lcrig::cli

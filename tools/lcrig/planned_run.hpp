@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a protocol to the readings that it will take: what a budget is reckoned from.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "analysis/budget/budget.hpp"
+#include "model/specimen.hpp"
+#include "protocols/plan.hpp"
+
+namespace lcrig::cli {
+
+// The specimen's curve, tabulated once for all settings of a budget.
+struct SpecimenCurve {
+  double c0_F = 0;
+  std::function<double(double kPa)> delta_C_fF;  // kPa over the probe
+  std::string level;
+};
+// Up to `force_max`. Errors: no level of the model can compute the specimen.
+Result<SpecimenCurve> tabulate(const Specimen& specimen, Force force_max, Area probe_area);
+
+// Levels and cycles of the protocol, in the order of execution. `plan` is its plan on this rig.
+// Errors: the protocol changes the meter's settings on its way; it never loads the specimen; the
+// fixture's probe or the specimen is not known.
+Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& environment,
+                                 const Rig& rig, const Plan& plan, const SpecimenCurve& curve);
+
+// A protocol with other settings of the meter. Where the conversions do not fit into the time of a
+// `measure` step, the step gets the time that they take; `note` then says so.
+struct Variant {
+  Protocol protocol;
+  std::string note;
+};
+Variant with_settings(const Protocol& protocol, const Environment& environment, const Rig& rig,
+                      Aperture aperture, Frequency frequency);
+
+// Names of the parameters that set how much is measured; empty: there is none.
+struct Knobs {
+  std::string readings, within, repeats;
+};
+Knobs find_knobs(const Protocol& protocol);
+
+}  // namespace lcrig::cli
