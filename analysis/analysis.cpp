@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "analysis/metrics.hpp"
@@ -60,7 +61,13 @@ void add_level_notes(const RunData& data, RunAnalysis& out) {
                     "broke off)",
                     missing));
   }
-  const auto empty = data.levels.size() - out.levels.size();
+  const auto abandoned = std::count_if(data.levels.begin(), data.levels.end(),
+                                       [](const LevelRow& l) { return l.abandoned; });
+  if (abandoned > 0) {
+    out.notes.push_back(fmt::format(
+        "{} levels were abandoned when an instrument was lost in them: left out", abandoned));
+  }
+  const auto empty = std::ssize(data.levels) - std::ssize(out.levels) - abandoned;
   if (empty > 0 && data.area_m2) {
     out.notes.push_back(fmt::format("{} levels have no usable reading", empty));
   }

@@ -170,9 +170,17 @@ class Loader {
         before_.add(s->integer(0), e.detail);
         if (const auto m = parse_meter_setting(e.detail)) out_.settings.push_back({e.t_s, *m});
       }
+      if (e.kind == "level_abandoned") abandon(e.detail);
       out_.duration_s = std::max(out_.duration_s, e.t_s);
       out_.events.push_back(std::move(e));
     }
+  }
+
+  void abandon(const std::string& detail) {
+    const json lost = json::parse(detail, nullptr, false);
+    if (!lost.is_object() || !lost.contains("level") || !lost["level"].is_number_integer()) return;
+    LevelRow* const row = find_level(lost["level"].get<std::int64_t>());
+    if (row != nullptr) row->abandoned = true;
   }
 
   Result<> load_readings(const LoadOptions& options) {
@@ -211,9 +219,8 @@ class Loader {
     }
     ++out_.fresh_readings;
     const std::int64_t asked = row.integer(0);
-    const std::int64_t level = row.optional_integer(6).value_or(0);
-    LevelRow* const of_level = find_level(level);
-    const std::int64_t index = row.optional_integer(7).value_or(0);
+    LevelRow* const of_level = live_level(row.optional_integer(6).value_or(0));
+    const std::int64_t index = of_level == nullptr ? 0 : row.optional_integer(7).value_or(0);
     const auto capacitance = row.optional_real(3);
     if (!capacitance) {
       const bool other = !row.text(9).starts_with('C');
@@ -238,7 +245,7 @@ class Loader {
     }
     r.alignment_s = static_cast<float>(a->uncertainty_s);
     r.force_rate_N_s = static_cast<float>(a->state.force_rate_N_s);
-    r.level = static_cast<std::int32_t>(level);
+    r.level = of_level == nullptr ? 0 : of_level->level;
     r.index = static_cast<std::int32_t>(index);
     r.repeat = static_cast<std::int32_t>(row.integer(5));
     r.step = step_of(row.text(4));
@@ -246,6 +253,12 @@ class Loader {
     out_.duration_s = std::max(out_.duration_s, r.t_s);
     out_.readings.push_back(r);
     return {};
+  }
+
+  // Null: no level, or one that was abandoned.
+  LevelRow* live_level(std::int64_t level) {
+    LevelRow* const row = find_level(level);
+    return row == nullptr || row->abandoned ? nullptr : row;
   }
 
   LevelRow* find_level(std::int64_t level) {

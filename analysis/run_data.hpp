@@ -60,6 +60,7 @@ struct LevelRow {
   double begin_s = 0;
   std::int32_t overloads = 0;  // readings without a capacitance
   std::int32_t not_counted = 0;  // fresh readings that the step did not count
+  bool abandoned = false;  // an instrument was lost in it; none of its readings counts
 };
 
 struct EventRow {

@@ -104,7 +104,7 @@ TEST(Run, ShowsThePromptWhileItWaitsForTheOperator) {
   world.acts = {{"place", 10ms, [&](SessionWorld& w) { waiting = w.session->status().prompt; }},
                 {"level", 10ms, [&](SessionWorld& w) { measuring = w.session->status().prompt; }}};
   ASSERT_TRUE(world.run());
-  EXPECT_THAT(waiting, HasSubstr("12.8 g"));  // 10 kPa on a disc of 4 mm
+  EXPECT_THAT(waiting, HasSubstr("12.8141 g"));  // 10 kPa on a disc of 4 mm
   EXPECT_EQ(measuring, "");
 }
 

@@ -131,6 +131,21 @@ TEST(Analyse, OverloadsAreCountedAndNeverBecomeNumbers) {
   EXPECT_THAT(a.notes, Contains(HasSubstr("1 levels have no usable reading")));
 }
 
+TEST(Analyse, AnAbandonedLevelCountsNowhere) {
+  SyntheticRun::Static s;
+  s.spoil = [](int level, int, double v) { return std::optional(level == 3 ? v + 1e-12 : v); };
+  SyntheticRun run;
+  run.begin();
+  run.play(s);
+  run.event("level_abandoned", R"({"level":3,"readings":30})");
+  const auto a = analyse(run.db(), run.end());
+  ASSERT_TRUE(a) << a.error().what;
+  EXPECT_TRUE(holds(a->ranges[0].sensitivity, 6));
+  EXPECT_EQ(a->levels.size(), 39U);
+  EXPECT_EQ(a->levels[2].level, 4);
+  EXPECT_THAT(a->notes, Contains(HasSubstr("1 levels were abandoned")));
+}
+
 TEST(Analyse, ListsAnOutlierOfSixSigmaAndKeepsIt) {
   SyntheticRun::Static s;
   s.seed = 5;
