@@ -25,7 +25,7 @@ struct Recorder::Request {
 
 Result<std::unique_ptr<Recorder>> Recorder::open(asio::io_context& io, Clock& clock,
                                                  Options options) {
-  auto owned = open_as_owner(options.path, clock.unix_ns());
+  auto owned = open_as_owner(options.path, clock.unix_ns(), options.vfs);
   if (!owned) return fail(owned.error());
   auto writer = BatchWriter::prepare(owned->db);
   if (!writer) return fail(writer.error());

@@ -49,6 +49,7 @@ class Recorder final : public RunSink {
   struct Options {
     explicit Options(std::string database_path) : path(std::move(database_path)) {}
     std::string path;
+    std::string vfs;  // of SQLite; empty: the operating system's
     std::size_t max_queued_rows = 200'000;  // about 40 MB
     std::int64_t reserve_bytes = 1 << 20;  // kept free on the disk for the end of a run
   };

@@ -107,7 +107,7 @@ Result<> Recorder::reopen() {
   if (writer_) failed = writer_->failed_attempt();
   writer_.reset();
   owned_.db = Database();
-  auto db = open_read_write(options_.path);
+  auto db = open_read_write(options_.path, options_.vfs);
   if (!db) return fail(db.error());
   owned_.db = std::move(*db);
   auto writer = BatchWriter::prepare(owned_.db);

@@ -193,6 +193,7 @@ Task<Result<std::int64_t>> Session::open() {
   setup.specimen = prepared_.request.specimen_name;
   setup.person = &instruments_->person();
   setup.continues = prepared_.continues;
+  setup.on_step = on_step_;
   run_ = std::make_unique<Run>(executor_, std::move(setup));
   recorder_.on_committed([this](const Committed& c) { acknowledge(c); });
   recorder_.on_fault(

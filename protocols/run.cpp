@@ -21,6 +21,9 @@ using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
 
+// Between two looks a quarter of a second apart; no slewing of a clock is that fast.
+constexpr Duration kWallClockStep = 500ms;
+
 // Silence of the sample stream that stops a moving frame: three periods, but never less than two
 // batches of the link (100 ms each) and their jitter.
 Duration stale_after(double rate_Hz) {
@@ -143,7 +146,10 @@ void Run::on_samples(std::span<const FrameSample> samples) {
 }
 
 void Run::on_frame_event(std::string kind, std::string detail) {
-  event(std::move(kind), std::move(detail));
+  // The gateway heard nothing from us: it stopped, left force control and forgot the limits.
+  const bool watchdog = kind == "device_watchdog";
+  event(std::move(kind), detail);
+  if (watchdog) lose_frame(Error(Errc::disconnected, "the gateway stopped: " + detail));
 }
 
 void Run::on_frame_lost(Error error) {
@@ -211,6 +217,7 @@ Task<InterruptRequest> Run::next_interrupt() {
     ++beats_;
     auto r = co_await (interrupts_.async_receive(kAsResult) || setup_.clock.wait_for(250ms));
     if (r.index() == 0) co_return std::get<1>(std::get<0>(r));
+    watch_wall_clock();
     const MonoTime now = setup_.clock.now();
     const bool away_before = is_away();
     // Instruments that are there but say nothing are as lost as those that are not there.
@@ -226,6 +233,15 @@ Task<InterruptRequest> Run::next_interrupt() {
                                  frame_away_ ? frame_away_->why : meter_away_->why);
     }
   }
+}
+
+// Times of a run come from the monotonic clock; that the wall clock was set is worth a row.
+void Run::watch_wall_clock() {
+  const Duration offset(setup_.clock.unix_ns() - setup_.clock.now().time_since_epoch().count());
+  const Duration step = offset - wall_offset_.value_or(offset);
+  wall_offset_ = offset;
+  if (std::chrono::abs(step) < kWallClockStep) return;
+  event("clock_step", fmt::format(R"({{"seconds":{:.3f}}})", to_seconds(step)));
 }
 
 Task<std::optional<InterruptRequest>> Run::run_protocol() {
@@ -261,6 +277,7 @@ Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   // First, so that a crash right after `step_begin` finds it.
   if (!finishing_) event("state", to_json_text(point()));
   event("step_begin", std::string(status_.step_kind));
+  if (setup_.on_step) setup_.on_step(status_);
   Progress progress;
   progress.start_travel_m = std::exchange(first_start_travel_m_, std::nullopt);
   std::optional<InterruptRequest> stop;
