@@ -160,7 +160,7 @@ Task<Result<>> Recorder::flush() {
   co_return done;
 }
 
-Task<Result<>> Recorder::end_run(ExitStatus status, std::string reason) {
+Task<Result<RunEnd>> Recorder::end_run(ExitStatus status, std::string reason) {
   if (!accepting_) co_return fail(Errc::bug, "{}: no run to end", options_.path);
   accepting_ = false;
   auto request = std::make_shared<Request>(io_, Request::Kind::end);
@@ -169,7 +169,8 @@ Task<Result<>> Recorder::end_run(ExitStatus status, std::string reason) {
   request->end.ended = clock_.now();
   request->end.ended_unix_ns = clock_.unix_ns();
   auto done = co_await submit(request);
-  co_return done;
+  if (!done) co_return fail(done.error());
+  co_return request->end;
 }
 
 // --- writer thread ---
@@ -266,7 +267,7 @@ void Recorder::serve(Request& request) {
   switch (request.kind) {
     case Request::Kind::begin: request.result = begin_in_database(request.row); return;
     case Request::Kind::end: {
-      auto r = end_in_database(std::move(request.end));
+      auto r = end_in_database(request.end);
       if (r) request.result = run_;
       if (!r) request.result = fail(r.error());
       return;

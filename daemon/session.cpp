@@ -211,6 +211,10 @@ Task<RunResult> Session::execute() {
     result.exit_status = "fail";
     result.code = closed.error().code;
     result.reason += (result.reason.empty() ? "" : "; ") + closed.error().what;
+  } else if (to_string(closed->status) != result.exit_status) {  // rows were lost at the end
+    result.exit_status = to_string(closed->status);
+    result.code = Errc::io;
+    result.reason = closed->reason;
   }
   co_return result;
 }

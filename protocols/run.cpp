@@ -366,6 +366,11 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   }
   const bool frozen = stop && stop->kind == Interrupt::freeze;
   if (frame_away_ && !frozen) {
+    if (!stop) {  // every step had ended well
+      result.exit_status = "fail";
+      result.reason = frame_away_->why.what;
+      result.code = frame_away_->why.code;
+    }
     result.reason += "; `finally` did not run: the frame is not there";
   } else if (!frozen) {
     co_await run_finally(result);
@@ -387,15 +392,20 @@ Task<> Run::run_finally(RunResult& result) {
   StepCursor cursor(setup_.protocol.finally_steps, setup_.environment);
   auto r = co_await (run_steps(cursor) || setup_.clock.wait_until(deadline));
   std::string why;
+  Errc code = Errc::no_reply;
   if (r.index() == 1) {
     why = fmt::format("`finally` did not end in {:.0f} s; the frame was stopped where it stood",
                       to_seconds(setup_.protocol.finally_timeout));
   } else if (const auto& stop = std::get<0>(r)) {
     why = fmt::format("in `finally`: {}", stop->why);
+    code = stop->code;
   }
   if (why.empty()) co_return;
   event("fault", why);
-  if (result.exit_status == "success") result.exit_status = "fail";
+  if (result.exit_status == "success") {
+    result.exit_status = "fail";
+    result.code = code;
+  }
   result.reason += (result.reason.empty() ? "" : "; ") + why;
 }
 

@@ -158,6 +158,10 @@ void FaultPlayer::enter_step(std::string_view id, std::string_view kind, bool fi
     if (!wanted) continue;
     if (s.fault->shape == FaultShape::counted) s.open = false;
     if (*wanted != id && *wanted != kind && !(finishing && *wanted == "finally")) continue;
+    if (s.fault->after_s <= 0) {
+      open(s);  // before the step does anything
+      continue;
+    }
     schedule(clock_.now() + from_seconds(s.fault->after_s), [this, &s, step] {
       if (step_ == step) open(s);  // else the step was shorter
     });

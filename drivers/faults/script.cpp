@@ -192,8 +192,7 @@ Result<FaultScript> parse_fault_script(std::string_view text, const std::string&
   script.name = root.optional_string("name").value_or(name);
   if (root.has("comment")) root.string("comment");
   constexpr std::int64_t kMaxSeed = 1'000'000'000'000;
-  script.seed =
-      static_cast<std::uint64_t>(root.optional_integer("seed", 0, kMaxSeed).value_or(1));
+  script.seed = static_cast<std::uint64_t>(root.optional_integer("seed", 0, kMaxSeed).value_or(1));
   for (const JsonReader& item : root.at("faults").items(1, 1000)) {
     Fault fault = read_fault(item);
     const TextPosition at = document->value_position(item.pointer());
@@ -236,7 +235,8 @@ Result<> check_stage(const FaultScript& script, const FaultStage& stage) {
 std::string describe(const Fault& f) {
   const auto spec = std::ranges::find(kSpecs, f.kind, &Spec::kind);
   const auto has = [&](Parameter p) { return (spec->parameters & p) != 0; };
-  const auto target = std::ranges::find(kTargets, f.on, &std::pair<std::string_view, FaultTarget>::second);
+  const auto target =
+      std::ranges::find(kTargets, f.on, &std::pair<std::string_view, FaultTarget>::second);
   std::string out = fmt::format("{} {}", target->first, f.name);
   const auto add = [&out](std::string_view key, const auto& value) {
     fmt::format_to(std::back_inserter(out), ", {} {}", key, value);

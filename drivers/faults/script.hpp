@@ -15,21 +15,53 @@ namespace lcrig {
 
 enum class FaultKind {
   // meter, each answer
-  reply_late, reply_lost, reply_cut, reply_doubled, reply_garbled, reply_echoed,
+  reply_late,
+  reply_lost,
+  reply_cut,
+  reply_doubled,
+  reply_garbled,
+  reply_echoed,
   // meter, each set command
   set_lost,
   // meter
-  unsolicited, stuck, overload, slow, meter_noise, meter_silent,
-  meter_unplug, meter_power_cycle, other_instrument,
+  unsolicited,
+  stuck,
+  overload,
+  slow,
+  meter_noise,
+  meter_silent,
+  meter_unplug,
+  meter_power_cycle,
+  other_instrument,
   // frame, each transmission of the gateway
-  line_late, line_lost, line_cut, line_doubled, line_garbled,
+  line_late,
+  line_lost,
+  line_cut,
+  line_doubled,
+  line_garbled,
   // frame, each command; each end of a motion
-  refusal, completion_lost,
+  refusal,
+  completion_lost,
   // frame
-  samples_lost, clock_jump, force_spike, stall, overshoot, heartbeat_lost, gateway_restarted,
-  frame_noise, frame_silent, deaf, frame_unplug, frame_power_cycle,
+  samples_lost,
+  clock_jump,
+  force_spike,
+  stall,
+  overshoot,
+  heartbeat_lost,
+  gateway_restarted,
+  frame_noise,
+  frame_silent,
+  deaf,
+  frame_unplug,
+  frame_power_cycle,
   // bench
-  operator_absent, disk_full, disk_read_only, disk_slow, wall_clock_step, memory_short,
+  operator_absent,
+  disk_full,
+  disk_read_only,
+  disk_slow,
+  wall_clock_step,
+  memory_short,
 };
 
 enum class FaultTarget { meter, frame, bench };

@@ -48,9 +48,8 @@ class FakeBench final : public FaultBench {
 struct Stage {
   explicit Stage(const std::string& faults)
       : player(io.get_executor(), clock, bench, nullptr,
-               parse_fault_script(R"({ "format": "faults/1", "seed": 3, "faults": [)" + faults +
-                                      "] }",
-                                  "f")
+               parse_fault_script(
+                   R"({ "format": "faults/1", "seed": 3, "faults": [)" + faults + "] }", "f")
                    .value(),
                [this](MonoTime, const std::string& text) { told.push_back(text); }) {}
   ~Stage() {

@@ -40,16 +40,16 @@ TEST(FaultScript, ABareTimeMeansTheNextEventFromThenOn) {
 }
 
 TEST(FaultScript, AFaultSaysWhatItIs) {
-  const auto script = script_of(
-      R"({ "fault": "reply_late", "on": "meter", "every": 20, "delay_s": 1.5 })");
+  const auto script =
+      script_of(R"({ "fault": "reply_late", "on": "meter", "every": 20, "delay_s": 1.5 })");
   EXPECT_EQ(describe(script.faults[0]), "meter reply_late, delay_s 1.5");
 }
 
 TEST(FaultScript, WhatAStageCannotPlayIsRefusedWithItsPlace) {
   FaultStage simulator;
   simulator.knows_steps = simulator.has_surroundings = false;
-  const auto step =
-      check_stage(script_of(R"({ "fault": "stall", "on": "frame", "in_step": "load" })"), simulator);
+  const auto step = check_stage(
+      script_of(R"({ "fault": "stall", "on": "frame", "in_step": "load" })"), simulator);
   ASSERT_FALSE(step);
   EXPECT_THAT(step.error().what, HasSubstr("f:1:"));
   EXPECT_THAT(step.error().what, HasSubstr("/faults/0/in_step"));

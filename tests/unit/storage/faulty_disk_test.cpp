@@ -24,8 +24,9 @@ class FaultyDiskTest : public ::testing::Test {
   }
   // A row of 64 kB cannot fit into what is there already.
   static Result<> add_row(const Database& db) {
-    return db.execute("INSERT INTO specimen (name, version, sha256, text, added_unix_ns) VALUES ("
-                      "'x' || random(), 1, hex(zeroblob(32)), hex(randomblob(32768)), 0)");
+    return db.execute(
+        "INSERT INTO specimen (name, version, sha256, text, added_unix_ns) VALUES ("
+        "'x' || random(), 1, hex(zeroblob(32)), hex(randomblob(32768)), 0)");
   }
   TempDir dir;
   std::string path = dir.file("a.db");
