@@ -14,9 +14,8 @@ namespace lcrig {
 
 namespace {
 
-using enum FaultKind;
-
 LineFault line_fault(const Fault& f) {
+  using enum FaultKind;
   using Kind = LineFault::Kind;
   switch (f.kind) {
     case reply_late:
@@ -59,25 +58,27 @@ FaultPlayer::~FaultPlayer() {
 void FaultPlayer::attach() {
   lcr6100::SimHooks meter;
   meter.answer = [this] { return next_answer(); };
-  meter.loses_set = [this] { return counted_event({set_lost}) != nullptr; };
+  meter.loses_set = [this] { return counted_event({FaultKind::set_lost}) != nullptr; };
   bench_.hook_meter(std::move(meter));
   ZwickSimHooks frame;
   frame.sends = [this] { return next_transmission(); };
   frame.refuses = [this] {
-    const Fault* f = counted_event({refusal});
+    const Fault* f = counted_event({FaultKind::refusal});
     return f != nullptr ? f->code : std::string();
   };
-  frame.loses_done = [this] { return counted_event({completion_lost}) != nullptr; };
+  frame.loses_done = [this] { return counted_event({FaultKind::completion_lost}) != nullptr; };
   bench_.hook_frame(std::move(frame));
 }
 
 LineFault FaultPlayer::next_answer() {
+  using enum FaultKind;
   const Fault* f = counted_event(
       {reply_late, reply_lost, reply_cut, reply_doubled, reply_garbled, reply_echoed});
   return f != nullptr ? line_fault(*f) : LineFault();
 }
 
 LineFault FaultPlayer::next_transmission() {
+  using enum FaultKind;
   const Fault* f = counted_event({line_late, line_lost, line_cut, line_doubled, line_garbled});
   return f != nullptr ? line_fault(*f) : LineFault();
 }
@@ -228,6 +229,7 @@ void FaultPlayer::act(const Fault& fault, bool on) {
 }
 
 void FaultPlayer::act_on_meter(const Fault& f, bool on) {
+  using enum FaultKind;
   const auto set = [&](auto change) { bench_.break_meter(change); };
   using Faults = lcr6100::SimFaults;
   switch (f.kind) {
@@ -251,6 +253,7 @@ void FaultPlayer::act_on_meter(const Fault& f, bool on) {
 }
 
 void FaultPlayer::act_on_frame(const Fault& f, bool on) {
+  using enum FaultKind;
   const auto set = [&](auto change) { bench_.break_frame(change); };
   using Faults = ZwickSimFaults;
   switch (f.kind) {
@@ -275,6 +278,7 @@ void FaultPlayer::act_on_frame(const Fault& f, bool on) {
 }
 
 void FaultPlayer::act_on_bench(const Fault& f, bool on) {
+  using enum FaultKind;
   if (f.kind == operator_absent) return bench_.set_operator_absent(on);
   if (surroundings_ == nullptr) return;
   switch (f.kind) {

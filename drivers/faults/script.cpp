@@ -37,62 +37,62 @@ struct Spec {
   unsigned parameters = 0;
 };
 
-using enum FaultKind;
-using enum FaultTarget;
-using enum FaultShape;
+using K = FaultKind;
+using T = FaultTarget;
+using S = FaultShape;
 
 constexpr std::array kSpecs{
-    Spec{meter, "reply_late", reply_late, counted, kDelay},
-    Spec{meter, "reply_lost", reply_lost, counted},
-    Spec{meter, "reply_cut", reply_cut, counted},
-    Spec{meter, "reply_doubled", reply_doubled, counted},
-    Spec{meter, "reply_garbled", reply_garbled, counted},
-    Spec{meter, "reply_echoed", reply_echoed, counted},
-    Spec{meter, "set_lost", set_lost, counted},
-    Spec{meter, "unsolicited", unsolicited, once, kText},
-    Spec{meter, "stuck", stuck, lasting},
-    Spec{meter, "overload", overload, lasting},
-    Spec{meter, "slow", slow, lasting, kFactor},
-    Spec{meter, "line_noise", meter_noise, lasting, kBytes},
-    Spec{meter, "silent", meter_silent, lasting},
-    Spec{meter, "unplug", meter_unplug, lasting, kOtherPort},
-    Spec{meter, "power_cycle", meter_power_cycle, lasting},
-    Spec{meter, "other_instrument", other_instrument, lasting, kIdentity},
-    Spec{frame, "line_late", line_late, counted, kDelay},
-    Spec{frame, "line_lost", line_lost, counted},
-    Spec{frame, "line_cut", line_cut, counted},
-    Spec{frame, "line_doubled", line_doubled, counted},
-    Spec{frame, "line_garbled", line_garbled, counted},
-    Spec{frame, "refusal", refusal, counted, kCode},
-    Spec{frame, "completion_lost", completion_lost, counted},
-    Spec{frame, "samples_lost", samples_lost, once, kSamples},
-    Spec{frame, "clock_jump", clock_jump, once, kJump},
-    Spec{frame, "force_spike", force_spike, once, kForce | kSamples},
-    Spec{frame, "stall", stall, once},
-    Spec{frame, "overshoot", overshoot, lasting, kDelay},
-    Spec{frame, "heartbeat_lost", heartbeat_lost, lasting},
-    Spec{frame, "gateway_restarted", gateway_restarted, once, kForgets},
-    Spec{frame, "line_noise", frame_noise, lasting, kBytes},
-    Spec{frame, "silent", frame_silent, lasting},
-    Spec{frame, "deaf", deaf, lasting},
-    Spec{frame, "unplug", frame_unplug, lasting, kOtherPort},
-    Spec{frame, "power_cycle", frame_power_cycle, lasting},
-    Spec{bench, "operator_absent", operator_absent, lasting, kNeedsEnd},
-    Spec{bench, "disk_full", disk_full, lasting},
-    Spec{bench, "disk_read_only", disk_read_only, lasting},
-    Spec{bench, "disk_slow", disk_slow, lasting, kDelay},
-    Spec{bench, "wall_clock_step", wall_clock_step, once, kStep},
-    Spec{bench, "memory_short", memory_short, lasting},
+    Spec{T::meter, "reply_late", K::reply_late, S::counted, kDelay},
+    Spec{T::meter, "reply_lost", K::reply_lost, S::counted},
+    Spec{T::meter, "reply_cut", K::reply_cut, S::counted},
+    Spec{T::meter, "reply_doubled", K::reply_doubled, S::counted},
+    Spec{T::meter, "reply_garbled", K::reply_garbled, S::counted},
+    Spec{T::meter, "reply_echoed", K::reply_echoed, S::counted},
+    Spec{T::meter, "set_lost", K::set_lost, S::counted},
+    Spec{T::meter, "unsolicited", K::unsolicited, S::once, kText},
+    Spec{T::meter, "stuck", K::stuck, S::lasting},
+    Spec{T::meter, "overload", K::overload, S::lasting},
+    Spec{T::meter, "slow", K::slow, S::lasting, kFactor},
+    Spec{T::meter, "line_noise", K::meter_noise, S::lasting, kBytes},
+    Spec{T::meter, "silent", K::meter_silent, S::lasting},
+    Spec{T::meter, "unplug", K::meter_unplug, S::lasting, kOtherPort},
+    Spec{T::meter, "power_cycle", K::meter_power_cycle, S::lasting},
+    Spec{T::meter, "other_instrument", K::other_instrument, S::lasting, kIdentity},
+    Spec{T::frame, "line_late", K::line_late, S::counted, kDelay},
+    Spec{T::frame, "line_lost", K::line_lost, S::counted},
+    Spec{T::frame, "line_cut", K::line_cut, S::counted},
+    Spec{T::frame, "line_doubled", K::line_doubled, S::counted},
+    Spec{T::frame, "line_garbled", K::line_garbled, S::counted},
+    Spec{T::frame, "refusal", K::refusal, S::counted, kCode},
+    Spec{T::frame, "completion_lost", K::completion_lost, S::counted},
+    Spec{T::frame, "samples_lost", K::samples_lost, S::once, kSamples},
+    Spec{T::frame, "clock_jump", K::clock_jump, S::once, kJump},
+    Spec{T::frame, "force_spike", K::force_spike, S::once, kForce | kSamples},
+    Spec{T::frame, "stall", K::stall, S::once},
+    Spec{T::frame, "overshoot", K::overshoot, S::lasting, kDelay},
+    Spec{T::frame, "heartbeat_lost", K::heartbeat_lost, S::lasting},
+    Spec{T::frame, "gateway_restarted", K::gateway_restarted, S::once, kForgets},
+    Spec{T::frame, "line_noise", K::frame_noise, S::lasting, kBytes},
+    Spec{T::frame, "silent", K::frame_silent, S::lasting},
+    Spec{T::frame, "deaf", K::deaf, S::lasting},
+    Spec{T::frame, "unplug", K::frame_unplug, S::lasting, kOtherPort},
+    Spec{T::frame, "power_cycle", K::frame_power_cycle, S::lasting},
+    Spec{T::bench, "operator_absent", K::operator_absent, S::lasting, kNeedsEnd},
+    Spec{T::bench, "disk_full", K::disk_full, S::lasting},
+    Spec{T::bench, "disk_read_only", K::disk_read_only, S::lasting},
+    Spec{T::bench, "disk_slow", K::disk_slow, S::lasting, kDelay},
+    Spec{T::bench, "wall_clock_step", K::wall_clock_step, S::once, kStep},
+    Spec{T::bench, "memory_short", K::memory_short, S::lasting},
 };
 
 constexpr std::array<std::pair<std::string_view, FaultTarget>, 3> kTargets{{
-    {"meter", meter},
-    {"frame", frame},
-    {"bench", bench},
+    {"meter", T::meter},
+    {"frame", T::frame},
+    {"bench", T::bench},
 }};
 
 constexpr double kLongest_s = 1e7;  // of any time: some months
-constexpr Range kTime{0, kLongest_s};
+constexpr Range kAnyTime{0, kLongest_s};
 constexpr Range kSomeTime{0, kLongest_s, true};
 constexpr Range kTimeChange{-1e9, 1e9};
 constexpr Range kProbability{0, 1, true};
@@ -129,10 +129,10 @@ void read_parameters(const JsonReader& r, unsigned which, Fault& f) {
 }
 
 void read_window(const JsonReader& r, Fault& f) {
-  f.at_s = r.optional_number("at_s", kTime);
+  f.at_s = r.optional_number("at_s", kAnyTime);
   if (r.has("in_step")) f.in_step = r.at("in_step").nonempty_string();
   if (f.at_s && f.in_step) r.refuse("has both at_s and in_step; give one of them");
-  if (f.in_step) f.after_s = r.optional_number("after_s", kTime).value_or(0);
+  if (f.in_step) f.after_s = r.optional_number("after_s", kAnyTime).value_or(0);
   f.for_s = r.optional_number("for_s", kSomeTime);
   f.times = r.optional_integer("times", 1, kMostTimes);
 }
@@ -167,12 +167,13 @@ Fault read_fault(const JsonReader& r) {
   f.kind = spec->kind;
   f.shape = spec->shape;
   read_window(r, f);
-  if (f.shape == counted) {
+  if (f.shape == S::counted) {
     read_rate(r, f);
   } else {
     read_repetition(r, f);
   }
-  if (f.shape == once && f.for_s) r.at("for_s").refuse("this fault happens at once; leave it out");
+  if (f.shape == S::once && f.for_s)
+    r.at("for_s").refuse("this fault happens at once; leave it out");
   const bool needs_end = (spec->parameters & kNeedsEnd) != 0;
   if (needs_end && !f.for_s) r.refuse("for_s is missing: a person comes back some time");
   read_parameters(r, spec->parameters, f);
@@ -212,7 +213,7 @@ Result<FaultScript> load_fault_script(const std::string& path) {
 
 Result<> check_stage(const FaultScript& script, const FaultStage& stage) {
   for (const Fault& f : script.faults) {
-    if (f.on == frame && !stage.has_frame) {
+    if (f.on == T::frame && !stage.has_frame) {
       return fail(Errc::invalid_request, "{}: {}: there are weights on a rod and no frame", f.where,
                   f.name);
     }
@@ -222,7 +223,7 @@ Result<> check_stage(const FaultScript& script, const FaultStage& stage) {
                   "use `lcrig rehearse --faults`",
                   f.where);
     }
-    if (f.on == bench && !stage.has_surroundings) {
+    if (f.on == T::bench && !stage.has_surroundings) {
       return fail(Errc::invalid_request,
                   "{}: {}: disk, memory, clock and operator are not the simulated bench's; use "
                   "`lcrig rehearse --faults`",

@@ -253,6 +253,13 @@ TEST_P(FaultMatrix, KeepsThePromises) {
     EXPECT_NEAR(world.last_travel_m, 0, 1e-5) << result->reason;
     EXPECT_EQ(world.last_force_N, 0);
   }
+  if (is(*cell.row, "wall_clock_step")) {
+    EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE kind = 'clock_step'"), 1);
+  }
+  if (is(*cell.row, "heartbeat_lost") && std::string_view(cell.phase) == "hold") {
+    EXPECT_GE(world.count("SELECT COUNT(*) FROM event WHERE kind = 'loss'"), 1)
+        << "the gateway stopped by itself";
+  }
   ++tally->ended[result->exit_status];
   RecordProperty("exit_status", result->exit_status);
   RecordProperty("reason", result->reason);
