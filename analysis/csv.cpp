@@ -91,6 +91,7 @@ Result<> CsvWriter::end_row() {
 }
 
 Result<> CsvWriter::flush() {
+  if (fd_ < 0) return {};
   std::string_view rest = out_;
   while (!rest.empty()) {
     const ssize_t n = ::write(fd_, rest.data(), rest.size());

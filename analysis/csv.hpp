@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// CSV as RFC 4180 has it: comma, CRLF, quotes doubled. Writes to a file descriptor in big pieces.
+// CSV as RFC 4180 has it: comma, CRLF, quotes doubled. Writes to a file descriptor in big pieces,
+// or to memory.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "base/result.hpp"
 
@@ -21,6 +23,8 @@ class CsvWriter {
  public:
   // Writes to `fd`, which stays the caller's; `name` stands in messages.
   CsvWriter(int fd, std::string name) : fd_(fd), name_(std::move(name)) { out_.reserve(kBuffer); }
+  // Keeps everything until `take`.
+  CsvWriter() = default;
 
   void text(std::string_view cell) { append_text_cell(separate(), cell); }
   // One of our own words: nothing in it needs quotes.
@@ -30,13 +34,15 @@ class CsvWriter {
   void number(std::optional<double> value, int power = 0);  // times 10^power, digits unchanged
   void decimal(std::int64_t value, int power);
   void empty() { separate(); }
+  void rows(std::string_view complete) { out_.append(complete); }  // of another writer
   Result<> end_row();
   Result<> flush();
+  std::string take() { return std::exchange(out_, {}); }
 
  private:
   static constexpr std::size_t kBuffer = 1 << 18;
   std::string& separate();
-  int fd_;
+  int fd_ = -1;
   std::string name_;
   std::string out_;
   bool row_begun_ = false;

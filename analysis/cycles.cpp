@@ -14,7 +14,7 @@ namespace {
 
 // A cycle begins and ends where the force leaves and reaches this share of the largest, and counts
 // when it gets beyond the second.
-constexpr double kEdge = 0.05, kCounts = 0.2;
+constexpr double kEdgeShare = 0.05, kCounts = 0.2;
 constexpr double kPlateau = 0.98;  // of the peak
 constexpr std::int64_t kPlateauReadings = 10;
 constexpr double kPlateauTime_s = 2;
@@ -31,7 +31,7 @@ void close_cycle(const Scene& scene, CycleResult& c, double highest, RunAnalysis
 
 void find_excursions(const Scene& scene, RunAnalysis& out) {
   const auto& readings = scene.data.readings;
-  const double edge = std::max(kEdge * scene.peak_N, 5 * scene.force_noise_N);
+  const double edge = std::max(kEdgeShare * scene.peak_N, 5 * scene.force_noise_N);
   bool loaded = false;
   double highest = 0;
   CycleResult c;

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "analysis/event_detail.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -55,14 +57,6 @@ Result<> load_value_columns(const Database& db, ExportContext& c) {
     c.value_sql += fmt::format(", {}", kValues[i].sql);
   }
   return {};
-}
-
-std::optional<double> number_in(std::string_view text, const char* key) {
-  const json j = json::parse(text, nullptr, false);
-  if (!j.is_object()) return std::nullopt;
-  const auto it = j.find(key);
-  if (it == j.end() || !it->is_number()) return std::nullopt;
-  return it->get<double>();
 }
 
 // Each event of a kind, in order: at(mono_ns, detail).

@@ -6,6 +6,7 @@
 #include "analysis/align.hpp"
 #include "analysis/export_context.hpp"
 #include "analysis/frame_track.hpp"
+#include "analysis/pieces.hpp"
 #include "storage/flags.hpp"
 
 namespace lcrig {
@@ -69,13 +70,18 @@ void append_values(CsvWriter& out, const ExportContext& c, const Statement& row,
   }
 }
 
-// Steps through `sql` (one parameter: the run) and writes one line per row.
+// Steps through `sql` (first parameter: the run; with a piece, two more: its ends) and writes one
+// line per row.
 template <class Line>
 Result<> for_each_row(const Database& db, const ExportContext& c, const std::string& sql,
-                      CsvWriter& out, Line line) {
+                      CsvWriter& out, Line line, std::optional<Piece> piece = {}) {
   auto rows = db.prepare(sql);
   if (!rows) return fail(rows.error());
   rows->bind(0, c.id);
+  if (piece) {
+    rows->bind(1, piece->first_seq);
+    rows->bind(2, piece->last_seq);
+  }
   for (;;) {
     auto row = rows->step();
     if (!row) return fail(row.error());
@@ -86,39 +92,43 @@ Result<> for_each_row(const Database& db, const ExportContext& c, const std::str
   }
 }
 
-Result<> write_readings(const Database& db, const ExportContext& c, CsvWriter& out) {
+Result<> write_readings(const Database& db, const ExportContext& c, Piece piece, CsvWriter& out) {
   const auto sql = fmt::format(
       "SELECT seq, last_byte_mono_ns, asked_mono_ns, first_byte_mono_ns, step_id, repeat, level,"
       " reading_index, fresh, flags, function, status{} FROM lcr_reading WHERE run_id = ?"
-      " ORDER BY seq",
+      " AND seq BETWEEN ? AND ? ORDER BY seq",
       c.value_sql);
   Follow frequency(c.frequencies);
   std::string scratch;
-  return for_each_row(db, c, sql, out, [&](const Statement& row) -> Result<> {
-    out.integer(row.integer(0));
-    for (int i = 1; i <= 3; ++i) out.decimal(row.integer(i) - c.start_ns, -9);
-    out.text(row.text(4));
-    out.integer(row.integer(5));
-    out.integer(row.optional_integer(6));
-    out.integer(row.optional_integer(7));
-    out.word(row.integer(8) != 0 ? "true" : "false");
-    append_flags(out, scratch, row.integer(9), kLcrFlagWords);
-    out.word(row.text(10));
-    out.number(frequency.at(row.integer(2)));
-    append_values(out, c, row, 12);
-    out.text(row.text(11));
-    return {};
-  });
+  return for_each_row(
+      db, c, sql, out,
+      [&](const Statement& row) -> Result<> {
+        out.integer(row.integer(0));
+        for (int i = 1; i <= 3; ++i) out.decimal(row.integer(i) - c.start_ns, -9);
+        out.text(row.text(4));
+        out.integer(row.integer(5));
+        out.integer(row.optional_integer(6));
+        out.integer(row.optional_integer(7));
+        out.word(row.integer(8) != 0 ? "true" : "false");
+        append_flags(out, scratch, row.integer(9), kLcrFlagWords);
+        out.word(row.text(10));
+        out.number(frequency.at(row.integer(2)));
+        append_values(out, c, row, 12);
+        out.text(row.text(11));
+        return {};
+      },
+      piece);
 }
 
-Result<> write_frame(const Database& db, const ExportContext& c, CsvWriter& out) {
+Result<> write_frame(const Database& db, const ExportContext& c, Piece piece, CsvWriter& out) {
   Follow contact(c.contacts);
   std::string scratch;
   return for_each_row(
       db, c,
       "SELECT seq, received_mono_ns, device_time_s, force_N, travel_m, flags FROM frame_sample"
-      " WHERE run_id = ? ORDER BY seq",
-      out, [&](const Statement& row) -> Result<> {
+      " WHERE run_id = ? AND seq BETWEEN ? AND ? ORDER BY seq",
+      out,
+      [&](const Statement& row) -> Result<> {
         const auto force = row.optional_real(3);
         const auto travel = row.optional_real(4);
         out.integer(row.integer(0));
@@ -130,7 +140,27 @@ Result<> write_frame(const Database& db, const ExportContext& c, CsvWriter& out)
         append_pressure(out, c, force);
         append_flags(out, scratch, row.integer(5), kFrameFlagWords);
         return {};
-      });
+      },
+      piece);
+}
+
+// The two tables that grow with the run and whose rows need nothing of the rows before.
+Result<> write_side_by_side(const Database& db, const ExportContext& c, Layout layout,
+                            CsvWriter& out) {
+  const bool frame = layout == Layout::frame;
+  auto last = last_seq(db, frame ? "frame_sample" : "lcr_reading", c.id);
+  if (!last) return fail(last.error());
+  const auto make = [&](const Database& connection, Piece piece) -> Result<std::string> {
+    CsvWriter part;
+    const auto r = frame ? write_frame(connection, c, piece, part)
+                         : write_readings(connection, c, piece, part);
+    if (!r) return fail(r.error());
+    return part.take();
+  };
+  return in_pieces(db, *last, kPieceRows, make, [&out](const std::string& text) {
+    out.rows(text);
+    return out.flush();
+  });
 }
 
 Result<> write_events(const Database& db, const ExportContext& c, CsvWriter& out) {
@@ -290,8 +320,8 @@ Result<> write_layout(const Database& db, const ExportContext& c, Layout layout,
   if (auto r = out.end_row(); !r) return r;
   Result<> written;
   switch (layout) {
-    case Layout::readings: written = write_readings(db, c, out); break;
-    case Layout::frame: written = write_frame(db, c, out); break;
+    case Layout::readings:
+    case Layout::frame: written = write_side_by_side(db, c, layout, out); break;
     case Layout::levels: written = write_levels(db, c, out); break;
     case Layout::events: written = write_events(db, c, out); break;
     case Layout::aligned: written = write_aligned(db, c, out); break;

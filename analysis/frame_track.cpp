@@ -20,11 +20,8 @@ std::optional<double> between(std::optional<double> a, std::optional<double> b, 
 }  // namespace
 
 Result<FrameTrack> FrameTrack::open(const Database& db, std::int64_t run, bool hold) {
-  auto rows = db.prepare(
-      "SELECT received_mono_ns, device_seq, device_time_s, force_N, travel_m, flags"
-      " FROM frame_sample WHERE run_id = ? ORDER BY seq");
+  auto rows = FrameRows::open(db, run);
   if (!rows) return fail(rows.error());
-  rows->bind(0, run);
   return FrameTrack(std::move(*rows), hold);
 }
 
@@ -40,20 +37,21 @@ std::int64_t FrameTrack::sample_time(std::int64_t received_ns,
 }
 
 Result<> FrameTrack::advance() {
-  auto row = rows_.step();
+  auto row = rows_.next();
   if (!row) return fail(row.error());
   before_ = after_;
   after_.reset();
-  exhausted_ = !*row;
+  exhausted_ = *row == nullptr;
   if (exhausted_) return {};
+  const FrameRow& stored = **row;
   Sample s;
-  s.t_ns = sample_time(rows_.integer(0), rows_.optional_real(2));
+  s.t_ns = sample_time(stored.received_ns, stored.device_time_s);
   if (before_) s.t_ns = std::max(s.t_ns, before_->t_ns);
-  s.device_seq = rows_.integer(1);
-  s.after_gap = (rows_.integer(5) & kFrameAfterGap) != 0 ||
-                (before_ && s.device_seq != before_->device_seq + 1);
-  s.force_N = rows_.optional_real(3);
-  s.travel_m = rows_.optional_real(4);
+  s.device_seq = stored.device_seq;
+  s.after_gap =
+      (stored.flags & kFrameAfterGap) != 0 || (before_ && s.device_seq != before_->device_seq + 1);
+  s.force_N = stored.force_N;
+  s.travel_m = stored.travel_m;
   after_ = s;
   if (listener_) listener_(s);
   return {};

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "storage/sqlite.hpp"
+#include "analysis/frame_rows.hpp"
 
 namespace lcrig {
 
@@ -43,11 +43,11 @@ class FrameTrack {
   Result<> drain();  // reads the rest
 
  private:
-  FrameTrack(Statement statement, bool hold) : rows_(std::move(statement)), hold_(hold) {}
+  FrameTrack(FrameRows rows, bool hold) : rows_(std::move(rows)), hold_(hold) {}
   Result<> advance();
   std::int64_t sample_time(std::int64_t received_ns, std::optional<double> device_time_s);
 
-  Statement rows_;
+  FrameRows rows_;
   bool hold_;
   bool exhausted_ = false;
   std::function<void(const Sample&)> listener_;

@@ -14,10 +14,10 @@ namespace lcrig {
 namespace {
 
 constexpr std::size_t kOrder = 3;  // of the polynomial of a branch
-constexpr std::int64_t kLeastReadings = 12;  // of a branch, all cycles together
+constexpr std::int64_t kLeastOfBranch = 12;  // of a branch, all cycles together
 constexpr double kFrom = 0.1, kTo = 0.95;  // of the peak: contact and turning point excluded
 constexpr int kGrid = 18;
-constexpr const char* kGap =
+constexpr const char* kLargestGap =
     "largest difference between unloading and loading at equal force, over the span of C; both "
     "branches as cubics through the readings of all cycles between 10 and 95 % of the peak force, "
     "force taken in the middle of each reading's window; holds left out; cycles whose delta C "
@@ -58,14 +58,14 @@ void add_reading(const Scene& scene, const CycleResult& c, std::size_t i, double
 // Cycles of different height (presses at different places) are brought to the mean one.
 constexpr double kAlike = 0.2;
 
-double span_fF(const RunAnalysis& out) {
+double mean_height_fF(const RunAnalysis& out) {
   double sum = 0;
   for (const CycleResult& c : out.cycles) sum += std::abs(c.delta_C_fF);
   return sum / static_cast<double>(out.cycles.size());
 }
 
 std::vector<double> scales(const RunAnalysis& out) {
-  const double span = span_fF(out);
+  const double span = mean_height_fF(out);
   std::vector<double> scale;
   bool alike = true;
   for (const CycleResult& c : out.cycles) {
@@ -106,7 +106,7 @@ struct Loop {
 
 std::optional<Loop> make_loop(const Branches& b, double peak_N) {
   auto up = b.up.solve(), down = b.down.solve();
-  if (!up || !down || b.up.rows() < kLeastReadings || b.down.rows() < kLeastReadings) {
+  if (!up || !down || b.up.rows() < kLeastOfBranch || b.down.rows() < kLeastOfBranch) {
     return std::nullopt;
   }
   Loop loop;
@@ -158,7 +158,7 @@ double alignment_fF(const Branches& b, const Loop& loop, double peak_N) {
 
 void fill_result(const Scene& scene, const RunAnalysis& out, const Branches& b, const Loop& loop,
                  Hysteresis& h) {
-  const double span = span_fF(out), peak = mean_peak_N(out);
+  const double span = mean_height_fF(out), peak = mean_peak_N(out);
   const LoopPoint& at = loop.points[loop.largest];
   const double freedom = loop.up.freedom + loop.down.freedom;
   const double confidence = scene.options.confidence;
@@ -183,19 +183,19 @@ void fill_result(const Scene& scene, const RunAnalysis& out, const Branches& b, 
 
 void calc_hysteresis(const Scene& scene, RunAnalysis& out) {
   Hysteresis& h = out.hysteresis;
-  h.largest_gap = metric("hysteresis_percent", kGap);
+  h.largest_gap = metric("hysteresis_percent", kLargestGap);
   h.area = metric("hysteresis_area_percent", kArea);
   if (out.cycles.empty()) {
     h.largest_gap.reason = h.area.reason = "no loading was found";
     return;
   }
-  const double span = span_fF(out);
+  const double span = mean_height_fF(out);
   const Branches b = collect(scene, out, false);
   const auto loop = make_loop(b, mean_peak_N(out));
   if (!loop || span <= 0) {
     h.largest_gap.reason = h.area.reason =
         fmt::format("too few readings while the force grew or fell: {} and {}, it takes {} each",
-                    b.up.rows(), b.down.rows(), kLeastReadings);
+                    b.up.rows(), b.down.rows(), kLeastOfBranch);
     return;
   }
   fill_result(scene, out, b, *loop, h);

@@ -178,7 +178,7 @@ std::vector<LinePoint> line_points(const RunAnalysis& out) {
   return points;
 }
 
-double span_fF(const RunAnalysis& out) {
+double span_of_curve_fF(const RunAnalysis& out) {
   double low = 0, high = 0;
   bool first = true;
   for (const CurvePoint& c : out.curve) {
@@ -216,7 +216,7 @@ void calc_linearity(RunAnalysis& out) {
                                   "the same against the line through the first and last level");
   const auto points = line_points(out);
   const auto line = fit_line(points);
-  const double span = span_fF(out);
+  const double span = span_of_curve_fF(out);
   if (!line || line->distinct_x < 3 || span <= 0) {
     out.linearity.reason = out.linearity_terminal.reason = "it takes three different pressures";
     return;
@@ -254,7 +254,7 @@ void calc_repeatability(const Scene& scene, const std::map<LevelKey, Point>& poi
     range = std::max(range, p.high_pF - p.low_pF);
     rows += p.readings;
   }
-  const double span = span_fF(out);
+  const double span = span_of_curve_fF(out);
   if (freedom < 1 || span <= 0) {
     out.repeatability_range.reason = out.repeatability_2sigma.reason =
         "no level was measured in two repeats";

@@ -14,7 +14,7 @@ namespace {
 // Fewer degrees of freedom make an interval needlessly wide: the next source is asked.
 constexpr double kEnough = 5;
 constexpr int kSweeps = 200;
-constexpr double kSettled = 1e-12;
+constexpr double kConverged = 1e-12;
 
 struct Effect {
   double weight = 0, sum = 0, value = 0;
@@ -71,7 +71,7 @@ std::optional<PureError> error_between_repeats(const std::vector<RangePoint>& al
     const double b = sweep(
         repeats, points, [](const RangePoint& p) { return p.repeat; },
         [&](std::size_t i) { return y(i) - levels[points[i].key].value; });
-    if (std::max(a, b) <= kSettled * scale) break;
+    if (std::max(a, b) <= kConverged * scale) break;
   }
   double ss = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {

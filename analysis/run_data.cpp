@@ -8,6 +8,8 @@
 #include <numbers>
 
 #include "analysis/align.hpp"
+#include "analysis/event_detail.hpp"
+#include "analysis/pieces.hpp"
 
 namespace lcrig {
 
@@ -18,25 +20,8 @@ using nlohmann::json;
 // Readings within this time before contact may be of a specimen that is touched already.
 constexpr double kBeforeContact_s = 1;
 
-std::optional<double> number_in(std::string_view text, const char* key) {
-  const json j = json::parse(text, nullptr, false);
-  if (!j.is_object()) return std::nullopt;
-  const auto it = j.find(key);
-  if (it == j.end() || !it->is_number()) return std::nullopt;
-  return it->get<double>();
-}
-
 float narrow(std::optional<double> value) {
   return value ? static_cast<float>(*value) : std::numeric_limits<float>::quiet_NaN();
-}
-
-Result<std::int64_t> last_seq(const Database& db, std::string_view table, std::int64_t run) {
-  auto s = db.prepare(fmt::format("SELECT max(seq) FROM {} WHERE run_id = ?", table));
-  if (!s) return fail(s.error());
-  s->bind(0, run);
-  auto row = s->step();
-  if (!row) return fail(row.error());
-  return *row ? s->optional_integer(0).value_or(0) : 0;
 }
 
 // Keeps all samples, or of every stretch the least and the largest force.

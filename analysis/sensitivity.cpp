@@ -244,13 +244,13 @@ std::vector<LinePoint> branch(const Scene& scene, const CycleResult& c, const Pr
   return points;
 }
 
-struct Branches {
+struct CycleBranches {
   std::vector<LineFit> lines;
   double sxx = 0, sxy = 0, syy = 0, residual_ss = 0, weight = 0, x = 0, y = 0;
 };
 
-Branches fit_branches(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
-  Branches b;
+CycleBranches fit_branches(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
+  CycleBranches b;
   Moving moving(scene, out);
   for (const CycleResult& c : out.cycles) {
     const auto points = branch(scene, c, range, moving);
@@ -273,7 +273,7 @@ Branches fit_branches(const Scene& scene, const RunAnalysis& out, const Pressure
 
 // One slope for all cycles, each with its own level; its scatter between the cycles knows nothing
 // of the shape of the curve. Two cycles or one: the scatter about the lines.
-PureError branch_error(const Branches& b, double slope) {
+PureError branch_error(const CycleBranches& b, double slope) {
   const auto cycles = static_cast<double>(b.lines.size());
   if (cycles >= 3) {
     double ss = 0;
@@ -290,7 +290,7 @@ RangeResult of_cycles(const Scene& scene, const RunAnalysis& out, const Pressure
   RangeResult r;
   r.range = range;
   r.sensitivity = metric(kName, kOfCycles);
-  const Branches b = fit_branches(scene, out, range);
+  const CycleBranches b = fit_branches(scene, out, range);
   r.sensitivity.rows = static_cast<std::int64_t>(b.weight);
   r.points = static_cast<std::int32_t>(b.weight);
   const auto parameters = static_cast<double>(b.lines.size()) + 1;

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/clock.hpp"
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
+
+#include "base/as_result.hpp"
 
 namespace lcrig {
 
-namespace {
-constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
-}
+namespace {}
 
 MonoTime RealClock::now() const {
   return MonoTime(

@@ -9,20 +9,18 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <cerrno>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "base/as_result.hpp"
 #include "base/log.hpp"
 
 namespace lcrig {
 
 namespace {
 
-constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
 constexpr mode_t kSocketMode = 0660;  // owner and group lcrig: who may write may move the frame
 
 std::string user_name(uid_t uid) {

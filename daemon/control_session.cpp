@@ -2,15 +2,14 @@
 #include "daemon/control_session.hpp"
 
 #include <algorithm>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "base/as_result.hpp"
 #include "base/log.hpp"
 #include "daemon/control_dispatch.hpp"
 
@@ -18,7 +17,6 @@ namespace lcrig {
 
 namespace {
 using namespace asio::experimental::awaitable_operators;
-constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
 }  // namespace
 
 ControlSession::ControlSession(Socket socket, Clock& clock, ControlHandler& handler,

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/recorder.hpp"
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/experimental/channel.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/use_awaitable.hpp>
+
+#include "base/as_result.hpp"
 
 namespace lcrig {
 
-namespace {
-constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
-}
+namespace {}
 
 // Something a coroutine waits for. The writer thread fills the result, then it is signalled.
 struct Recorder::Request {

@@ -6,20 +6,19 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <cerrno>
 #include <cstring>
 #include <tuple>
+
+#include "base/as_result.hpp"
 
 namespace lcrig {
 
 namespace {
 
 using namespace asio::experimental::awaitable_operators;
-constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
 
 // What the kernel says when the other side of a tty, pty or socket went away.
 bool is_gone(const boost::system::error_code& ec) {

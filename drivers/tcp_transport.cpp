@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/tcp_transport.hpp"
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/connect.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <vector>
 
+#include "base/as_result.hpp"
 #include "drivers/fd_transport.hpp"
 
 namespace lcrig {
@@ -17,7 +16,6 @@ namespace {
 
 using namespace asio::experimental::awaitable_operators;
 using asio::ip::tcp;
-constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
 
 tl::unexpected<Error> silent(const std::string& name) {
   return fail(Errc::no_reply, "{}: the host does not answer; check its address and the network",

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/wakeup.hpp"
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/experimental/channel.hpp>
 #include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
+
+#include "base/as_result.hpp"
 
 namespace lcrig {
 
 namespace {
 using namespace asio::experimental::awaitable_operators;
-constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
 }  // namespace
 
 struct Wakeup::Channel {

@@ -15,10 +15,10 @@ constexpr double kDefectTolerance = 1e-10;
 // Stiff thin cells far up the stack are carried along by displacements whose last digit is already
 // a force; where the residual stops falling below this, that is what is left.
 constexpr double kAcceptable = 1e-7;
-constexpr double kLeastStep = 1.0 / 64;
+constexpr double kShortestStep = 1.0 / 64;
 constexpr double kRise = 2;
 constexpr double kSmallResidual = 1e-3;  // below this the residual may wander
-constexpr int kMostIterations = 30;
+constexpr int kMostNewton = 30;
 
 double norm(const std::vector<double>& v) {
   double sum = 0;
@@ -178,7 +178,7 @@ std::vector<double> FemSystem::pressure_step(const std::vector<double>& du) cons
 FemSystem::Residual FemSystem::line_search(double pressure_Pa, bool tangent, const Step& step,
                                            double start, FemState& state) {
   const double allowed = kRise * std::max(start, kSmallResidual);
-  for (double length = 1; length >= kLeastStep; length /= 2) {
+  for (double length = 1; length >= kShortestStep; length /= 2) {
     FemState next = state;
     for (std::size_t i = 0; i < next.u.size(); ++i) {
       next.u[i] += length * step.du[i];
@@ -233,10 +233,10 @@ FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, bool kee
       state = std::move(at);
       return report;
     }
-    if (report.iterations == kMostIterations) {
+    if (report.iterations == kMostNewton) {
       report.why =
           fmt::format("Newton's method did not converge in {} iterations (residual {:.2g})",
-                      kMostIterations, residual.force);
+                      kMostNewton, residual.force);
       return report;
     }
     const auto step = direction(tangent);

@@ -21,7 +21,7 @@ struct Law {
   double bulk;  // bulk modulus over mu
 };
 
-struct Point {
+struct Loaded {
   double p = 0;  // pressure over mu
   double dp = 0;  // its derivative with respect to j
   double log_z = 0;
@@ -54,7 +54,7 @@ Volumetric volumetric(const Law& law, double j) {
 }
 
 // mu and lambda forms: lambda_r^2 = 1 - h follows from zero radial stress.
-Point free_coupled(const Law& law, double j) {
+Loaded free_coupled(const Law& law, double j) {
   const auto [h, dh] = volumetric(law, j);
   const double r = 1 - h;
   const double log_r2 = std::log1p(-h);
@@ -80,7 +80,7 @@ double cubic_root(double d) {
 }
 
 // Isochoric forms: with y = (lambda_r/lambda_z)^(2/3), zero radial stress is y - y^-2 = -3 h.
-Point free_split(const Law& law, double j) {
+Loaded free_split(const Law& law, double j) {
   const auto [h, dh] = volumetric(law, j);
   const double d = -3 * h;
   const double w = cubic_root(d);
@@ -94,7 +94,7 @@ Point free_split(const Law& law, double j) {
   return {d / base, (-3 * dh - d * dbase) / base, log_z, log_r};
 }
 
-Point confined(const Law& law, double j) {
+Loaded confined(const Law& law, double j) {
   const auto [h, dh] = volumetric(law, j);
   const double z = std::exp(j);
   const double g = std::expm1(2 * j);  // lambda^2 - 1
@@ -108,7 +108,7 @@ Point confined(const Law& law, double j) {
   return {-tau / z, (tau - dtau) / z, j, 0};
 }
 
-Point free_incompressible(const Law& law, double log_z) {
+Loaded free_incompressible(const Law& law, double log_z) {
   const double z = std::exp(log_z);
   if (law.dead) {
     return {z * std::expm1(-3 * log_z), -2 / (z * z) - z, log_z, -log_z / 2};
@@ -116,7 +116,7 @@ Point free_incompressible(const Law& law, double log_z) {
   return {-std::expm1(3 * log_z) / z, -1 / z - 2 * z * z, log_z, -log_z / 2};
 }
 
-Point evaluate(const Law& law, double j) {
+Loaded evaluate(const Law& law, double j) {
   if (law.lateral == Lateral::confined) {
     return confined(law, j);
   }
@@ -133,7 +133,7 @@ std::optional<double> find_equilibrium(const Law& law, double target) {
   double above = std::numeric_limits<double>::infinity();
   double x = std::min(target / -evaluate(law, 0).dp, 1.0);
   for (int i = 0; i < 200 && x < 300; ++i) {
-    const Point point = evaluate(law, -x);
+    const Loaded point = evaluate(law, -x);
     const double excess = (target - point.p) / point.p;
     const double slope = -point.dp * x / point.p;  // d ln p / d ln x
     const double log_step = std::log1p(excess) / slope;
@@ -200,7 +200,7 @@ Result<Stretch> solve_stretch(Pressure shear_modulus, double nu, EnergyForm form
                 "strain-energy form {} has no equilibrium at {} kPa (shear modulus {} kPa)",
                 to_string(form), p / 1e3, mu / 1e3);
   }
-  const Point point = evaluate(law, -*x);
+  const Loaded point = evaluate(law, -*x);
   return Stretch{-std::expm1(point.log_z), point.log_z, point.log_r,
                  form == EnergyForm::incompressible ? 0 : -*x};
 }

@@ -10,7 +10,7 @@ namespace lcrig {
 namespace {
 
 constexpr double kLoadedReadings = 15;  // fewer do not resolve the peak of a cycle
-constexpr std::int64_t kVisitsMax = 2'000'000;
+constexpr std::int64_t kStepsMax = 2'000'000;
 
 // The tightest demand on one conversion, s, and its arithmetic.
 struct Demand {
@@ -67,7 +67,7 @@ ApertureChoice choose_aperture(const Protocol& protocol, const Environment& envi
   StepCursor cursor(protocol.steps, env);
   const bool measures_while_moving = protocol.sample.lcr_continuous;
   bool measures = false;
-  for (std::int64_t n = 0; n < kVisitsMax; ++n) {
+  for (std::int64_t n = 0; n < kStepsMax; ++n) {
     const Step* step = cursor.next();
     if (!step) break;
     measures = measures || std::holds_alternative<MeasureStep>(step->action);

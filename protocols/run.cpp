@@ -6,12 +6,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <utility>
 #include <variant>
+
+#include "base/as_result.hpp"
 
 namespace lcrig {
 
@@ -19,7 +19,6 @@ namespace {
 
 using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
-constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
 
 // Silence of the sample stream that stops a moving frame: three periods, but never less than two
 // batches of the link (100 ms each) and their jitter.

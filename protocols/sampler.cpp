@@ -4,14 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <memory>
 #include <utility>
+
+#include "base/as_result.hpp"
 
 namespace lcrig {
 
@@ -19,7 +19,6 @@ namespace {
 
 using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
-constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
 constexpr int kFailuresInARow = 5;
 constexpr Duration kLateness = 20ms;  // a planned reading asked later than this is reported
 

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/log.hpp"
+#include "drivers/lcr6100/words.hpp"
 
 namespace lcrig::lcr6100 {
 
@@ -17,17 +18,6 @@ constexpr double kOverload = 9.9e19;  // the meter sends 1e20
 
 bool is_digit(char c) {
   return c >= '0' && c <= '9';
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\r");
-  if (begin == text.npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
-bool same_word(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-  return std::ranges::equal(a, b, {}, lower, lower);
 }
 
 // The number at the beginning of `text`, and what follows it. No "inf", no "nan", no hex.

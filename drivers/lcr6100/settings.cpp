@@ -7,23 +7,13 @@
 #include <cmath>
 
 #include "drivers/lcr6100/codec.hpp"
+#include "drivers/lcr6100/words.hpp"
 
 namespace lcrig::lcr6100 {
 
 namespace {
 
 constexpr std::array<std::string_view, 3> kRates{"FAST", "MED", "SLOW"};
-
-bool same_word(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-  return std::ranges::equal(a, b, {}, lower, lower);
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\r");
-  if (begin == text.npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
 
 // `APER?` -> `FAST,1`.
 std::string_view field(std::string_view reply, int index) {

@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 constexpr std::string_view kWords = ",OUT ,AUX-NG,NG";  // no limits are set
 constexpr std::size_t kMaxLine = 1000;  // receive buffer of the relative AT381x
 constexpr Duration kWriteTime = 5s;
-constexpr Duration kCorrectionTime = 20s;
+constexpr Duration kSweepTime = 20s;
 }  // namespace
 
 Lcr6100Sim::Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimConfig config,
@@ -256,7 +256,7 @@ Task<> Lcr6100Sim::stream() {
 
 Task<> Lcr6100Sim::correct(std::string state_header) {
   co_await answer("Correction running");
-  co_await clock_.wait_for(kCorrectionTime);
+  co_await clock_.wait_for(kSweepTime);
   const bool failed = faults_.correction_fails;
   if (!failed) set(state_header, "ON");
   const std::string verdict = failed ? "fail" : "pass";

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "drivers/lcr6100/sim.hpp"
+#include "drivers/lcr6100/words.hpp"
 
 namespace lcrig::lcr6100 {
 
@@ -37,7 +38,7 @@ constexpr std::string_view kFunctions =
     "Cs-Rs Cs-D Cp-Rp Cp-D Lp-Rp Lp-Q Ls-Rs Ls-Q Rs-Q Rp-Q R-X DCR Z-thr Z-thd Z-D Z-Q";
 constexpr std::string_view kMonitors = "OFF Z D Q THR THD R X G B Y ABS PER VAC IAC";
 constexpr std::string_view kPages = "MEAS ENLA BINM BCO LIST MSET CSET BSET LSET CAT SYST SINF";
-constexpr std::array<std::string_view, 3> kRates{"FAST", "MED", "SLOW"};
+constexpr std::array<std::string_view, 3> kApertureWords{"FAST", "MED", "SLOW"};
 
 std::string upper(std::string_view text) {
   std::string out(text);
@@ -100,12 +101,6 @@ std::optional<double> parse_number(std::string_view argument) {
   if (suffix != "HZ" && suffix != "V" && suffix != "S") number *= multiplier(suffix);
   const bool unit = suffix.empty() || suffix == "HZ" || suffix == "V" || suffix == "S";
   return unit ? std::optional(number) : std::nullopt;
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t");
-  if (begin == text.npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
 }
 
 std::string shown(Reply reply, const std::string& word, double number) {
@@ -249,21 +244,21 @@ void Lcr6100Sim::assign(const Parameter& p, Value& value, std::string_view argum
 
 void Lcr6100Sim::assign_aperture(std::string_view argument) {
   if (argument.empty()) return fail_with("*E03");
-  const auto rate = std::ranges::find(kRates, upper(argument));
+  const auto rate = std::ranges::find(kApertureWords, upper(argument));
   const auto count = parse_number(argument);
   const bool valid = count && *count >= 1 && *count <= 256 && *count == std::floor(*count);
-  if (rate == kRates.end() && !valid) return fail_with("*E02");
+  if (rate == kApertureWords.end() && !valid) return fail_with("*E02");
   restart_grid();
   faults_.slow_factor = 1;
-  if (rate != kRates.end()) {
-    aperture_ = static_cast<int>(rate - kRates.begin());
+  if (rate != kApertureWords.end()) {
+    aperture_ = static_cast<int>(rate - kApertureWords.begin());
   } else {
     average_ = static_cast<int>(*count);
   }
 }
 
 std::optional<std::string> Lcr6100Sim::read(std::string_view header) const {
-  const std::string rate(kRates[static_cast<std::size_t>(aperture_)]);
+  const std::string rate(kApertureWords[static_cast<std::size_t>(aperture_)]);
   if (header == "*IDN") return config_.identity;
   if (header == "ERR") return error_;
   if (header == "APER") return fmt::format("{},{}", rate, average_);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/lcr6100/sim_values.hpp"
+#include "drivers/lcr6100/words.hpp"
 
 #include <fmt/format.h>
 
@@ -14,12 +15,7 @@ namespace lcrig::lcr6100 {
 namespace {
 
 constexpr double kMaxResistance = 99.9999e6;  // ohm, the limit of the display
-constexpr double kOverload = 1e20;
-
-bool same_word(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-  return std::ranges::equal(a, b, {}, lower, lower);
-}
+constexpr double kSentOverload = 1e20;
 
 // splitmix64 (public domain, S. Vigna).
 std::uint64_t mix(std::uint64_t x) {
@@ -63,7 +59,7 @@ double Impedance::value(std::string_view word) const {
   if (is("G")) return r_ / z2_;
   if (is("B")) return -x_ / z2_;
   if (is("Y")) return 1 / std::sqrt(z2_);
-  if (is("DCR")) return kOverload;  // a capacitor does not conduct
+  if (is("DCR")) return kSentOverload;  // a capacitor does not conduct
   return 0;  // deviations (ABS, PER) without a nominal value
 }
 
@@ -78,7 +74,8 @@ void append_value(std::string& line, std::string_view word, double value) {
   const char first = word.empty() ? ' ' : word.front();
   const bool resistance = first == 'R' || first == 'r' || first == 'X' || first == 'x' ||
                           first == 'Z' || first == 'z' || same_word(word, "DCR");
-  if (!std::isfinite(value) || (resistance && std::abs(value) > kMaxResistance)) value = kOverload;
+  if (!std::isfinite(value) || (resistance && std::abs(value) > kMaxResistance))
+    value = kSentOverload;
   fmt::format_to(std::back_inserter(line), "{:+.5e}", value);
 }
 

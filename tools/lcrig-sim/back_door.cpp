@@ -4,22 +4,21 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/read_until.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <exception>
 #include <nlohmann/json.hpp>
 #include <utility>
+
+#include "base/as_result.hpp"
 
 namespace lcrig::sim {
 
 using nlohmann::json;
 
 namespace {
-constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
 constexpr std::size_t kMaxLine = 1000;
 constexpr Duration kSettleTime = std::chrono::seconds(10);
 

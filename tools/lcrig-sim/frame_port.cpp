@@ -3,12 +3,11 @@
 
 #include <unistd.h>
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <exception>
 #include <utility>
 
+#include "base/as_result.hpp"
 #include "base/log.hpp"
 #include "drivers/fd_transport.hpp"
 
@@ -18,7 +17,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using asio::ip::tcp;
-constexpr auto kAsResult = asio::as_tuple(asio::use_awaitable);
 
 // A client that was killed is gone a moment before its end of file arrives here.
 constexpr Duration kPatience = 500ms;

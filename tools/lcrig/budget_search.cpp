@@ -8,7 +8,6 @@ namespace lcrig::cli {
 
 namespace {
 
-constexpr double kSlack = 1.02;  // of the time for the readings of a step
 constexpr std::int64_t kSteps[] = {1, 2, 3, 5, 10, 20, 30, 50, 100, 200, 500, 1000, 2000, 5000};
 
 class Search {
@@ -50,7 +49,7 @@ class Search {
     const double each = to_seconds(q_.rig.lcr.conversion_time(lcr));
     const Parameter& within = q_.protocol.parameters.at(knobs_.within);
     const double seconds =
-        std::max(std::ceil(count * each * kSlack * 10) / 10, within.min * within.to_si);
+        std::max(std::ceil(count * each * kReadingSlack * 10) / 10, within.min * within.to_si);
     return reckon(aperture, frequency_Hz, {{knobs_.readings, count}, {knobs_.within, seconds}});
   }
 

@@ -27,7 +27,7 @@ Failure invalid(const Error& error) {
   return out;
 }
 
-class ListCommand final : public Command {
+class ProtocolListCommand final : public Command {
  public:
   const char* name() const override { return "protocol list"; }
   const char* summary() const override { return "The protocols that are installed"; }
@@ -49,7 +49,7 @@ class ListCommand final : public Command {
   }
 };
 
-class ShowCommand final : public Command {
+class ProtocolShowCommand final : public Command {
  public:
   const char* name() const override { return "protocol show"; }
   const char* summary() const override { return "The text and the parameters of a protocol"; }
@@ -116,10 +116,10 @@ class CheckCommand final : public Command {
 }  // namespace
 
 std::unique_ptr<Command> make_protocol_list_command() {
-  return std::make_unique<ListCommand>();
+  return std::make_unique<ProtocolListCommand>();
 }
 std::unique_ptr<Command> make_protocol_show_command() {
-  return std::make_unique<ShowCommand>();
+  return std::make_unique<ProtocolShowCommand>();
 }
 std::unique_ptr<Command> make_protocol_check_command() {
   return std::make_unique<CheckCommand>();

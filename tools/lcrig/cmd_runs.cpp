@@ -38,7 +38,7 @@ json listing_json(const RunListing& r) {
   return out;
 }
 
-class ListCommand final : public Command {
+class RunsListCommand final : public Command {
  public:
   const char* name() const override { return "runs list"; }
   const char* summary() const override { return "The runs of the database, newest first"; }
@@ -67,7 +67,7 @@ class ListCommand final : public Command {
   }
 };
 
-class ShowCommand final : public Command {
+class RunsShowCommand final : public Command {
  public:
   const char* name() const override { return "runs show"; }
   const char* summary() const override { return "Everything known about a run"; }
@@ -103,7 +103,7 @@ json show_json(const RunListing& listing, const RunRow& row, const std::vector<R
   return out;
 }
 
-Outcome<ExitCode> ShowCommand::run(Context& context) {
+Outcome<ExitCode> RunsShowCommand::run(Context& context) {
   auto db = open_runs(context);
   if (!db) return tl::unexpected(db.error());
   auto number = named_run(*db, run_);
@@ -163,10 +163,10 @@ class NoteCommand final : public Command {
 }  // namespace
 
 std::unique_ptr<Command> make_runs_list_command() {
-  return std::make_unique<ListCommand>();
+  return std::make_unique<RunsListCommand>();
 }
 std::unique_ptr<Command> make_runs_show_command() {
-  return std::make_unique<ShowCommand>();
+  return std::make_unique<RunsShowCommand>();
 }
 std::unique_ptr<Command> make_runs_note_command() {
   return std::make_unique<NoteCommand>();

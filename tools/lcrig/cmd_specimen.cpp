@@ -89,7 +89,7 @@ Outcome<ExitCode> AddCommand::run(Context& context) {
   return kOk;
 }
 
-class ListCommand final : public Command {
+class SpecimenListCommand final : public Command {
  public:
   const char* name() const override { return "specimen list"; }
   const char* summary() const override { return "The specimens that are known"; }
@@ -97,7 +97,7 @@ class ListCommand final : public Command {
   Outcome<ExitCode> run(Context& context) override;
 };
 
-Outcome<ExitCode> ListCommand::run(Context& context) {
+Outcome<ExitCode> SpecimenListCommand::run(Context& context) {
   std::map<std::string, std::string> from;  // name -> where it comes from
   for (const auto& s : shipped_specimens()) from[std::string(s.name)] = "shipped";
   for (const auto& f : LibraryPath(context.env).list(LibraryKind::specimen)) {
@@ -126,7 +126,7 @@ Outcome<ExitCode> ListCommand::run(Context& context) {
   return kOk;
 }
 
-class ShowCommand final : public Command {
+class SpecimenShowCommand final : public Command {
  public:
   const char* name() const override { return "specimen show"; }
   const char* summary() const override { return "The file of a specimen"; }
@@ -155,10 +155,10 @@ std::unique_ptr<Command> make_specimen_add_command() {
   return std::make_unique<AddCommand>();
 }
 std::unique_ptr<Command> make_specimen_list_command() {
-  return std::make_unique<ListCommand>();
+  return std::make_unique<SpecimenListCommand>();
 }
 std::unique_ptr<Command> make_specimen_show_command() {
-  return std::make_unique<ShowCommand>();
+  return std::make_unique<SpecimenShowCommand>();
 }
 
 }  // namespace lcrig::cli

@@ -17,7 +17,6 @@ namespace {
 constexpr double kTolerances[] = {1e-3, 1e-2, 0.1};  // of the model, relative
 constexpr double kPlateau = 0.98;  // of the peak force; analysis/cycles.cpp
 constexpr double kUnloaded = 0.05;  // of the largest force
-constexpr double kSlack = 1.02;  // of the time for the readings of a step
 
 MeterSpeed speed_of(Aperture a) {
   return a == Aperture::fast     ? MeterSpeed::fast
@@ -264,7 +263,7 @@ Variant with_settings(const Protocol& protocol, const Environment& environment, 
     if (!known || !timed) return;  // a sweep variable: the plan will say whether it fits
     const double needed = env.get(measure->count) * conversion;
     if (env.get(measure->within) >= needed) return;
-    const double within = std::ceil(needed * kSlack * 10) / 10;
+    const double within = std::ceil(needed * kReadingSlack * 10) / 10;
     out.note = measure->within.name.empty()
                    ? fmt::format("within_s of step {} must be {:g}", step.id, within)
                    : fmt::format("needs -p {}={:g}", measure->within.name, within);

@@ -11,6 +11,9 @@
 
 namespace lcrig::cli {
 
+// Time for readings over what they need: they are planned with some room.
+constexpr double kReadingSlack = 1.02;
+
 // The specimen's curve, tabulated once for all settings of a budget.
 struct SpecimenCurve {
   double c0_F = 0;

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "analysis/pieces.hpp"
 #include "storage/chain.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
@@ -104,6 +105,49 @@ TEST_F(ExportTest, FrameHasGapFromTheLastContactAndPressureOverTheProbe) {
             "seq,t_s,device_time_s,force_N,travel_mm,gap_mm,pressure_kPa,flags\r\n"
             "1,0,,0.5,1,,39.788735772973836,\r\n"
             "2,0.02,,1,1.3,-0.1,79.57747154594767,moving after_gap\r\n");
+}
+
+// Longer than one piece and one batch, so that threads share the work.
+TEST_F(ExportTest, LongRunKeepsEveryRowInOrder) {
+  begin();
+  const std::int64_t rows = 2 * kPieceRows + 3;
+  sql(
+      fmt::format("INSERT INTO frame_sample WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL"
+                  " SELECT i + 1 FROM n WHERE i < {1}) SELECT {0}, i, 1000000000 + i * 1000000, i,"
+                  " NULL, i * 0.5, 0.001, 0 FROM n",
+                  run_, rows));
+  std::string expected = "seq,t_s,device_time_s,force_N,travel_mm,gap_mm,pressure_kPa,flags\r\n";
+  for (std::int64_t i = 1; i <= rows; ++i) {
+    expected += fmt::format("{},{},,{},1,,,\r\n", i, static_cast<double>(i) / 1000,
+                            static_cast<double>(i) * 0.5);
+  }
+  EXPECT_TRUE(exported(Layout::frame) == expected);  // too long to be shown
+  reading(1, 100, 100, "NULL, NULL, 1, 0, 'Cp-D', '', 1e-12, 0.1");
+  reading(2, 131'074, 131'074, "NULL, NULL, 1, 0, 'Cp-D', '', 1e-12, 0.1");
+  const std::string aligned = exported(Layout::aligned);
+  EXPECT_THAT(aligned, HasSubstr("\r\n1,0.1,m,1,,,,1,0.1,50,1,"));
+  EXPECT_THAT(aligned, HasSubstr("\r\n2,131.074,m,1,,,,1,0.1,65537,1,"));
+}
+
+TEST(Pieces, AFailureInAThreadIsToldAndEndsTheWork) {
+  TempDir dir;
+  auto db = open_read_write(dir.file("a.db"));
+  ASSERT_TRUE(db) << db.error().what;
+  int used = 0;
+  const auto r = in_pieces(
+      *db, 100, 10,
+      [](const Database&, Piece p) -> Result<std::string> {
+        if (p.first_seq == 31) return fail(Errc::io, "the disk");
+        return std::to_string(p.first_seq);
+      },
+      [&used](const std::string& text) -> Result<> {
+        EXPECT_EQ(text, std::to_string(10 * used + 1));
+        ++used;
+        return {};
+      });
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().what, "the disk");
+  EXPECT_EQ(used, 3);
 }
 
 TEST_F(ExportTest, AlignedInterpolatesToTheMiddleOfTheWindow) {

@@ -32,9 +32,9 @@ std::string shipped(const std::string& path) {
 }
 
 std::string specimen_text(const std::string& name) {
-  auto json = nlohmann::json::parse(shipped("model/library/paper-1.json"), nullptr, true, true);
-  json["name"] = name;
-  return json.dump();
+  auto specimen = nlohmann::json::parse(shipped("model/library/paper-1.json"), nullptr, true, true);
+  specimen["name"] = name;
+  return specimen.dump();
 }
 
 RehearseRequest request(const std::string& db, const std::string& protocol) {

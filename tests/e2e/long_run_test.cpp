@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// Long runs need no more of anything than short ones: memory, descriptors and the write-ahead log
+// stay flat, and what was planned happens when it was planned. Short forms here; in full:
+// LCRIG_LONG_HOURS=72 LCRIG_SOAK_MINUTES=20 e2e_tests --gtest_filter='LongRun.*'
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "base/clock.hpp"
+#include "tests/e2e/rig.hpp"
+
+namespace lcrig::e2e {
+namespace {
+
+double wanted(const char* variable, double otherwise) {
+  const char* text = std::getenv(variable);
+  if (text != nullptr) std::from_chars(text, text + std::strlen(text), otherwise);
+  return otherwise;
+}
+
+// Levels of 30 readings in 10 s, as the static experiment has them; a pass takes 20 s.
+std::string protocol_of(double hours) {
+  const int passes = std::max(2, static_cast<int>(hours * 3600 / 20));
+  return R"({ "format": "load-protocol/1", "name": "long",
+  "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-5, 5], "speed_mm_s": 2 },
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1.0,
+      "aperture": "fast", "trigger": "bus" }, "frame": { "rate_Hz": 50 } },
+  "steps": [
+    { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
+    { "id": "contact", "do": "find_contact", "speed_mm_s": 0.5, "force_N": 0.05,
+      "back_off_mm": 0.05, "timeout_s": 20 },
+    { "id": "pass", "do": "repeat", "count": )" +
+         std::to_string(passes) + R"(, "steps": [
+      { "id": "load", "do": "ramp", "to": { "force_N": 0.5 }, "force_rate_N_s": 0.2,
+        "timeout_s": 60 },
+      { "id": "settle", "do": "hold", "hold": "force", "force_N": 0.5, "for_s": 1 },
+      { "id": "level", "do": "measure", "count": 30, "within_s": 10 },
+      { "id": "unload", "do": "ramp", "to": { "gap_mm": 0.1 }, "speed_mm_s": 0.1,
+        "timeout_s": 60 },
+      { "id": "rest", "do": "hold", "hold": "travel", "for_s": 5 } ] } ],
+  "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 0.5 }, "speed_mm_s": 1,
+    "timeout_s": 20 } ] })";
+}
+
+struct Need {
+  double memory_MB = 0, wal_MB = 0;
+  int descriptors = 0;
+};
+
+// nullopt: the process has ended.
+std::optional<Need> need_of(pid_t pid, const std::string& database) {
+  const std::string proc = "/proc/" + std::to_string(pid);
+  Need out;
+  std::ifstream status(proc + "/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("RssAnon:")) out.memory_MB = std::stod(line.substr(8)) / 1024;
+  }
+  if (out.memory_MB == 0) return std::nullopt;
+  std::error_code ec;
+  for (auto it = std::filesystem::directory_iterator(proc + "/fd", ec);
+       !ec && it != std::filesystem::directory_iterator(); it.increment(ec)) {
+    ++out.descriptors;
+  }
+  const auto wal = std::filesystem::file_size(database + "-wal", ec);
+  if (!ec) out.wal_MB = static_cast<double>(wal) / 1e6;
+  return out;
+}
+
+Need most(const std::vector<Need>& needs, std::size_t from, std::size_t to) {
+  Need out;
+  for (std::size_t i = from; i < to; ++i) {
+    out.memory_MB = std::max(out.memory_MB, needs[i].memory_MB);
+    out.wal_MB = std::max(out.wal_MB, needs[i].wal_MB);
+    out.descriptors = std::max(out.descriptors, needs[i].descriptors);
+  }
+  return out;
+}
+
+class LongRun : public Rig {
+ protected:
+  // What the address sanitizer keeps of freed memory would grow all the time.
+  LongRun() { ::setenv("ASAN_OPTIONS", "quarantine_size_mb=1", 1); }
+
+  // The first tenth is the start.
+  static void expect_flat(const std::vector<Need>& needs, int spare_descriptors) {
+    ASSERT_GE(needs.size(), 10U) << "too short to be watched";
+    const std::size_t n = needs.size();
+    const Need early = most(needs, n / 10, n / 2), late = most(needs, n / 2, n);
+    EXPECT_LE(late.memory_MB, early.memory_MB * 1.05 + 2);
+    EXPECT_LE(late.descriptors, early.descriptors + spare_descriptors);
+    EXPECT_LE(late.wal_MB, 16) << "checkpoints do not keep up";
+    std::printf("%zu looks: memory %.1f then %.1f MB, descriptors %d then %d, WAL %.1f MB\n", n,
+                early.memory_MB, late.memory_MB, early.descriptors, late.descriptors, late.wal_MB);
+  }
+
+  // The k-th reading of a level is asked for (k - 1)/3 s after the first one: s, the largest
+  // lateness in the levels of one half of the run.
+  double lateness_s(bool second_half) const {
+    const std::string half = "(SELECT max(level) / 2 FROM lcr_reading WHERE run_id = 1)";
+    return number(
+        "SELECT max(abs(r.asked_mono_ns - f.asked_mono_ns - (r.reading_index - 1) * 1e10 / 30))"
+        " / 1e9 FROM lcr_reading AS r JOIN lcr_reading AS f ON f.run_id = 1 AND f.level = r.level"
+        " AND f.reading_index = 1 WHERE r.run_id = 1 AND r.reading_index IS NOT NULL AND r.level " +
+        std::string(second_half ? "> " : "<= ") + half);
+  }
+};
+
+TEST_F(LongRun, DaysOfRigTimeNeedNoMoreThanTheirFirstHours) {
+  const double hours = wanted("LCRIG_LONG_HOURS", 0.5);
+  write("long.json", protocol_of(hours));
+  const Child::Variables variables{{"HOME", file("home")}};
+  Child child({LCRIG_BIN "/lcrig", "rehearse", file("long.json"), "--specimen", "paper-1",
+               "--bench", file("bench.json"), "--db", file("lcrig.db"), "--json"},
+              file("rehearse.log"), variables);
+  std::vector<Need> needs;
+  while (!readable(child.exit_fd(), 50ms)) {
+    if (const auto need = need_of(child.pid(), file("lcrig.db"))) needs.push_back(*need);
+  }
+  ASSERT_EQ(child.wait(1s), 0) << child.log();
+  expect_flat(needs, 0);
+  const double rig_h =
+      number("SELECT max(received_mono_ns) - min(received_mono_ns) FROM frame_sample") / 3.6e12;
+  EXPECT_GT(rig_h, 0.9 * hours);
+  const double early = lateness_s(false), late = lateness_s(true);
+  EXPECT_LT(early, 0.001);
+  EXPECT_LE(late, early + 1e-6) << "planned instants drift";
+  std::printf("%.1f h of rig time; lateness of readings %.3g s, then %.3g s\n", rig_h, early, late);
+}
+
+TEST_F(LongRun, TheDaemonNeedsNoMoreWhileClientsComeAndGo) {
+  const double minutes = wanted("LCRIG_SOAK_MINUTES", 0.25);
+  start_sim();
+  Child& daemon = start_daemon(config());
+  Control client = control();
+  ASSERT_TRUE(start_run(client, protocol_of(minutes / 60 * 2 + 1)).contains("result"));
+  const RealClock clock;
+  const MonoTime end = clock.now() + from_seconds(minutes * 60);
+  std::vector<Need> needs;
+  while (clock.now() < end) {
+    Control visitor = control();
+    visitor.call("watch");
+    EXPECT_FALSE(visitor.listen(500ms).empty()) << "nothing to watch";
+    const auto need = need_of(daemon.pid(), file("lcrig.db"));
+    ASSERT_TRUE(need) << "the daemon has ended";
+    needs.push_back(*need);
+  }
+  client.call("run.abort");
+  client.call("watch");
+  expect_flat(needs, 1);
+  std::printf("%.1f minutes; lateness of readings %.3g s\n", minutes, lateness_s(true));
+  // Two simulators, a daemon, two clients and whatever else runs share the processors.
+  EXPECT_LT(lateness_s(true), 0.25);
+}
+
+}  // namespace
+}  // namespace lcrig::e2e
