@@ -71,23 +71,63 @@ class SimulatedInstruments : public Instruments, private BenchDoor {
   }
   lcr6100::Lcr6100Sim& meter_sim() override { return *meter_sim_; }
   ZwickSim* frame_sim() override { return frame_sim_.get(); }
+  const Plant* plant() override { return nullptr; }
+  bool has_frame() const override { return frame_sim_ != nullptr; }
   void unplug_meter() override {
     meter_plugged_ = false;
     meter_sim_->close();
   }
-  void plug_meter() override { meter_plugged_ = true; }
+  void plug_meter(bool other_port) override {
+    meter_plugged_ = true;
+    if (other_port) meter_port_ = fmt::format("sim:lcr#{}", ++ports_);
+  }
   void unplug_frame() override {
     frame_plugged_ = false;
     if (frame_sim_) frame_sim_->close();
   }
-  void plug_frame() override { frame_plugged_ = true; }
+  void plug_frame(bool other_port) override {
+    frame_plugged_ = true;
+    if (other_port) frame_port_ = fmt::format("sim:frame#{}", ++ports_);
+  }
+
+  void hook_meter(lcr6100::SimHooks hooks) override { meter_sim_->set_hooks(std::move(hooks)); }
+  void break_meter(const std::function<void(lcr6100::SimFaults&)>& change) override {
+    change(meter_sim_->faults());
+  }
+  std::string meter_identity() const override { return meter_sim_->identity(); }
+  void power_meter(const std::string& identity) override { meter_sim_->power_on(identity); }
+  void say_unasked(std::string text) override {
+    if (meter_plugged_) start(meter_sim_->speak(std::move(text)), meters_);
+  }
+  void hook_frame(ZwickSimHooks hooks) override {
+    if (frame_sim_) frame_sim_->hooks = std::move(hooks);
+  }
+  void break_frame(const std::function<void(ZwickSimFaults&)>& change) override {
+    if (!frame_sim_) return;
+    change(frame_sim_->faults);
+    frame_sim_->poke();
+  }
+  void power_frame() override {
+    if (frame_sim_) frame_sim_->forget();
+  }
+  void stall_frame() override {
+    if (frame_sim_) frame_sim_->stall();
+  }
+  void restart_gateway(bool forgets_zero) override {
+    if (!frame_sim_) return;
+    if (forgets_zero) frame_sim_->forget();
+    frame_sim_->restart();
+  }
+  void set_operator_absent(bool absent) override {
+    if (simulated_person_) simulated_person_->set_absent(absent);
+  }
 
   // The simulated instruments again, on a new wire, as a port is opened again after an unplug.
   Task<Result<std::unique_ptr<LcrMeter>>> open_meter() {
     if (!meter_plugged_) co_return fail(Errc::disconnected, "sim:lcr: no such port");
     meter_sim_->close();
     while (meters_ > 0) co_await clock_.wait_for(1ms);
-    auto pair = wire("sim:lcr");
+    auto pair = wire(meter_port_);
     if (!pair) co_return fail(pair.error());
     meter_sim_->attach(std::move(pair->far));
     start(meter_sim_->run(), meters_);
@@ -97,7 +137,7 @@ class SimulatedInstruments : public Instruments, private BenchDoor {
     if (!frame_plugged_) co_return fail(Errc::disconnected, "sim:frame: nobody listens");
     frame_sim_->close();
     while (frames_ > 0) co_await clock_.wait_for(1ms);
-    auto pair = wire("sim:frame");
+    auto pair = wire(frame_port_);
     if (!pair) co_return fail(pair.error());
     frame_sim_->attach(std::move(pair->far));
     start(frame_sim_->run(), frames_);
@@ -111,13 +151,21 @@ class SimulatedInstruments : public Instruments, private BenchDoor {
     frame_ = std::make_unique<ReopeningFrame>(std::move(frame), [this] { return open_frame(); });
     start(frame_sim_->run(), frames_);
   }
-  Result<TransportPair> wire(const char* name) { return make_socketpair(executor_, clock_, name); }
+  Result<TransportPair> wire(const std::string& name) {
+    auto pair = make_socketpair(executor_, clock_, name);
+    if (pair && wrap_) pair->near = wrap_(std::move(pair->near));
+    return pair;
+  }
 
   asio::any_io_executor executor_;
   Clock& clock_;
   int meters_ = 0, frames_ = 0;  // running simulators
   bool meter_plugged_ = true, frame_plugged_ = true;
-  std::unique_ptr<Operator> simulated_person_, acting_person_;
+  std::string meter_port_ = "sim:lcr", frame_port_ = "sim:frame";
+  int ports_ = 1;  // devices named so far
+  std::function<std::unique_ptr<Transport>(std::unique_ptr<Transport>)> wrap_;
+  std::unique_ptr<SimOperator> simulated_person_;
+  std::unique_ptr<Operator> acting_person_;
   Operator* person_ = nullptr;
   std::unique_ptr<lcr6100::Lcr6100Sim> meter_sim_;
   std::unique_ptr<ZwickSim> frame_sim_;
@@ -130,6 +178,7 @@ class BenchInstruments final : public SimulatedInstruments {
   using SimulatedInstruments::SimulatedInstruments;
 
   Result<> build(const SimRequest& request) {
+    wrap_ = request.wrap;
     if (auto built = build_world(request); !built) return built;
     simulated_person_ = std::make_unique<SimOperator>(clock_, request.bench.operator_reaction);
     person_ = request.person != nullptr ? request.person : simulated_person_.get();
@@ -138,6 +187,8 @@ class BenchInstruments final : public SimulatedInstruments {
   }
 
  private:
+  const Plant* plant() override { return &world_->plant(); }
+
   Result<> build_world(const SimRequest& request) {
     PlantConfig mounting = request.bench.plant;
     mounting.seed = static_cast<std::uint64_t>(request.seed);
@@ -159,7 +210,7 @@ class BenchInstruments final : public SimulatedInstruments {
   }
 
   Result<> build_meter(const SimRequest& request) {
-    auto pair = wire("sim:lcr");
+    auto pair = wire(meter_port_);
     if (!pair) return fail(pair.error());
     lcr6100::SimConfig config;
     config.conversion_s = request.bench.plant.conversion_s;
@@ -173,7 +224,7 @@ class BenchInstruments final : public SimulatedInstruments {
   }
 
   Result<> build_frame(const SimRequest& request) {
-    auto pair = wire("sim:frame");
+    auto pair = wire(frame_port_);
     if (!pair) return fail(pair.error());
     scene_ = std::make_unique<PlantScene>(world_->plant());
     ZwickSimSettings settings;

@@ -1,26 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// The back door of a simulated bench: cables and plugs, and the simulators' own faults.
+// The back door of a simulated bench in this process: what a fault script acts on, and for tests the
+// simulators themselves and the world behind them.
 #pragma once
 
-#include <string>
+#include "drivers/faults/bench.hpp"
 
 namespace lcrig {
 
 namespace lcr6100 {
 class Lcr6100Sim;
 }
+class Plant;
 class ZwickSim;
 
-class BenchDoor {
+class BenchDoor : public FaultBench {
  public:
-  virtual ~BenchDoor() = default;
   virtual lcr6100::Lcr6100Sim& meter_sim() = 0;
   virtual ZwickSim* frame_sim() = 0;  // nullptr: a rod with weights
-  // The cable. The instruments keep their state; with the frame's cable the gateway stops.
-  virtual void unplug_meter() = 0;
-  virtual void plug_meter() = 0;
-  virtual void unplug_frame() = 0;
-  virtual void plug_frame() = 0;
+  virtual const Plant* plant() = 0;  // nullptr: a recording is played
 };
 
 }  // namespace lcrig

@@ -61,10 +61,11 @@ WriterLock::~WriterLock() {
   if (fd_ >= 0) ::close(fd_);
 }
 
-Result<OwnedDatabase> open_as_owner(const std::string& path, std::int64_t now_unix_ns) {
+Result<OwnedDatabase> open_as_owner(const std::string& path, std::int64_t now_unix_ns,
+                                    const std::string& vfs) {
   auto lock = WriterLock::acquire(path);
   if (!lock) return fail(lock.error());
-  auto db = open_read_write(path);
+  auto db = open_read_write(path, vfs);
   if (!db) return fail(db.error());
   auto interrupted = close_orphaned_runs(*db, now_unix_ns);
   if (!interrupted) return fail(interrupted.error());

@@ -30,6 +30,7 @@ struct OwnedDatabase {
   Database db;
   std::vector<std::int64_t> interrupted;  // runs found without an end, now closed
 };
-Result<OwnedDatabase> open_as_owner(const std::string& path, std::int64_t now_unix_ns);
+Result<OwnedDatabase> open_as_owner(const std::string& path, std::int64_t now_unix_ns,
+                                    const std::string& vfs = "");
 
 }  // namespace lcrig

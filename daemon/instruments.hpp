@@ -17,6 +17,7 @@
 #include "daemon/config.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
+#include "drivers/transport.hpp"
 #include "model/specimen.hpp"
 
 namespace lcrig {
@@ -83,6 +84,8 @@ struct SimRequest {
   bool weights = false;  // the protocol places weights: a rod instead of a frame
   double max_force_N = 1;  // of the table of the specimen
   Operator* person = nullptr;  // nullptr: one who confirms after the bench's reaction time
+  // Around the drivers' ends of the wires ("sim:lcr", "sim:frame"); for tests. May be empty.
+  std::function<std::unique_ptr<Transport>(std::unique_ptr<Transport>)> wrap;
 };
 // Errors: no model level describes the specimen within the bench's tolerance.
 Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor executor,

@@ -23,7 +23,7 @@ struct Recorder::Request {
 
 Result<std::unique_ptr<Recorder>> Recorder::open(asio::io_context& io, Clock& clock,
                                                  Options options) {
-  auto owned = open_as_owner(options.path, clock.unix_ns());
+  auto owned = open_as_owner(options.path, clock.unix_ns(), options.vfs);
   if (!owned) return fail(owned.error());
   auto writer = BatchWriter::prepare(owned->db);
   if (!writer) return fail(writer.error());
@@ -158,7 +158,7 @@ Task<Result<>> Recorder::flush() {
   co_return done;
 }
 
-Task<Result<>> Recorder::end_run(ExitStatus status, std::string reason) {
+Task<Result<RunEnd>> Recorder::end_run(ExitStatus status, std::string reason) {
   if (!accepting_) co_return fail(Errc::bug, "{}: no run to end", options_.path);
   accepting_ = false;
   auto request = std::make_shared<Request>(io_, Request::Kind::end);
@@ -167,7 +167,8 @@ Task<Result<>> Recorder::end_run(ExitStatus status, std::string reason) {
   request->end.ended = clock_.now();
   request->end.ended_unix_ns = clock_.unix_ns();
   auto done = co_await submit(request);
-  co_return done;
+  if (!done) co_return fail(done.error());
+  co_return request->end;
 }
 
 // --- writer thread ---
@@ -264,7 +265,7 @@ void Recorder::serve(Request& request) {
   switch (request.kind) {
     case Request::Kind::begin: request.result = begin_in_database(request.row); return;
     case Request::Kind::end: {
-      auto r = end_in_database(std::move(request.end));
+      auto r = end_in_database(request.end);
       if (r) request.result = run_;
       if (!r) request.result = fail(r.error());
       return;

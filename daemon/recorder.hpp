@@ -49,6 +49,7 @@ class Recorder final : public RunSink {
   struct Options {
     explicit Options(std::string database_path) : path(std::move(database_path)) {}
     std::string path;
+    std::string vfs;  // of SQLite; empty: the operating system's
     std::size_t max_queued_rows = 200'000;  // about 40 MB
     std::int64_t reserve_bytes = 1 << 20;  // kept free on the disk for the end of a run
   };
@@ -68,7 +69,8 @@ class Recorder final : public RunSink {
   // The run row is committed when it returns the run's number. One run at a time.
   Task<Result<std::int64_t>> begin_run(RunRow row);
   // Everything queued and the run's end are committed when it returns; later rows are not stored.
-  Task<Result<>> end_run(ExitStatus status, std::string reason);
+  // The end as it was stored: `fail`, with the reason, when rows were lost.
+  Task<Result<RunEnd>> end_run(ExitStatus status, std::string reason);
 
   // Rows outside a run are not stored.
   void reading(const LcrReading& reading, const ReadingTag& tag) override;
@@ -104,9 +106,10 @@ class Recorder final : public RunSink {
   void set_fault(Error error);
   void serve(Request& request);
   Result<std::int64_t> begin_in_database(const RunRow& row);
-  Result<> end_in_database(RunEnd end);
+  Result<> end_in_database(RunEnd& end);
   Result<> store_rest(const RunEnd& end);
-  Result<> store_end_alone(RunEnd end, const Error& why);
+  Result<> store_all(const RunEnd& end, bool faulted);
+  Result<> store_end_alone(RunEnd& end, const Error& why);
   Result<> repair();
   Result<> reopen();
   Result<> make_reserve() const;

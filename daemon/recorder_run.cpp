@@ -36,7 +36,7 @@ Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
 
 // Stores what a fault left in memory, then the rest and the end. Should that be impossible, the end
 // alone, which says so.
-Result<> Recorder::end_in_database(RunEnd end) {
+Result<> Recorder::end_in_database(RunEnd& end) {
   std::size_t lost = 0;
   bool faulted = false;
   {
@@ -48,10 +48,8 @@ Result<> Recorder::end_in_database(RunEnd end) {
     end.status = ExitStatus::fail;
     end.reason += fmt::format("; {} rows were lost: the disk was too slow", lost);
   }
-  Result<> stored;
-  if (faulted) stored = repair();
-  if (stored) stored = store_rest(end);
-  if (!stored) stored = store_end_alone(std::move(end), stored.error());
+  Result<> stored = store_all(end, faulted);
+  if (!stored) stored = store_end_alone(end, stored.error());
   if (!stored) {
     set_fault(stored.error());
     return stored;
@@ -62,6 +60,18 @@ Result<> Recorder::end_in_database(RunEnd end) {
   queued_ = 0;
   fault_.reset();
   return {};
+}
+
+// What fails here for the first time is repaired and tried once more.
+Result<> Recorder::store_all(const RunEnd& end, bool faulted) {
+  Result<> stored;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    if (faulted) stored = repair();
+    if (stored) stored = store_rest(end);
+    if (stored || faulted) break;
+    faulted = true;
+  }
+  return stored;
 }
 
 // The batch that failed first, by itself, so that it is recognised if its COMMIT had reached the
@@ -78,7 +88,7 @@ Result<> Recorder::store_rest(const RunEnd& end) {
   return commit(writing_, &end);
 }
 
-Result<> Recorder::store_end_alone(RunEnd end, const Error& why) {
+Result<> Recorder::store_end_alone(RunEnd& end, const Error& why) {
   if (auto r = repair(); !r) return r;
   std::size_t unstored = 0;
   {
@@ -107,7 +117,7 @@ Result<> Recorder::reopen() {
   if (writer_) failed = writer_->failed_attempt();
   writer_.reset();
   owned_.db = Database();
-  auto db = open_read_write(options_.path);
+  auto db = open_read_write(options_.path, options_.vfs);
   if (!db) return fail(db.error());
   owned_.db = std::move(*db);
   auto writer = BatchWriter::prepare(owned_.db);

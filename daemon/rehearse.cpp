@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "daemon/session.hpp"
+#include "daemon/surroundings.hpp"
+#include "drivers/faults/player.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/run_summary.hpp"
 
@@ -56,13 +58,63 @@ class Rehearsal {
     if (!prepared) return fail(prepared.error());
     auto instruments = make_instruments(*prepared);
     if (!instruments) return fail(instruments.error());
-    auto recorder = Recorder::open(io_, clock_, Recorder::Options(request_.db_path));
+    if (auto ready = prepare_faults(**instruments, !prepared->places_weights); !ready) return ready;
+    Recorder::Options options(request_.db_path);
+    if (surroundings_) options.vfs = surroundings_->disk().name();
+    auto recorder = Recorder::open(io_, clock_, std::move(options));
     if (!recorder) return fail(recorder.error());
     recorder_ = std::move(*recorder);
     session_ = std::make_unique<Session>(io_.get_executor(), clock_, *recorder_,
                                          std::move(*instruments), std::move(*prepared));
+    session_->on_step([this](const RunStatus& s) {
+      const bool finishing = s.state == RunState::finishing;
+      if (player_) player_->enter_step(s.step_id, s.step_kind, finishing);
+    });
     asio::co_spawn(io_, play(), [this](std::exception_ptr error) { error_ = error; });
     return {};
+  }
+
+  Result<> prepare_faults(Instruments& instruments, bool has_frame) {
+    if (request_.faults_text.empty()) return {};
+    auto script = parse_fault_script(request_.faults_text, request_.faults_name);
+    if (!script) return fail(script.error());
+    if (replay_directory(request_.bench)) {
+      return fail(Errc::invalid_request, "--faults needs a simulated bench; a replay has none");
+    }
+    FaultStage stage;
+    stage.has_frame = has_frame;
+    if (auto fits = check_stage(*script, stage); !fits) return fits;
+    surroundings_ = std::make_unique<VirtualSurroundings>(clock_);
+    const auto told = [this](MonoTime at, const std::string& text) { note_fault(at, text); };
+    player_ = std::make_unique<FaultPlayer>(io_.get_executor(), clock_, *instruments.door(),
+                                            surroundings_.get(), std::move(*script), told);
+    return {};
+  }
+
+  // What happens before the run row exists is written as soon as it does.
+  void note_fault(MonoTime at, const std::string& text) {
+    const bool over = text.ends_with(": over");
+    if (!over) ++faults_;
+    const std::string step = run_ != 0 ? session_->run()->status().step_id : "";
+    RunEvent event(at, "injected", step, "fault injected: " + text);
+    if (run_ == 0) {
+      early_faults_.push_back(std::move(event));
+    } else {
+      recorder_->event(event);
+    }
+  }
+
+  void begin_faults() {
+    if (!player_) return;
+    for (const RunEvent& event : early_faults_) recorder_->event(event);
+    early_faults_.clear();
+    player_->begin();
+  }
+
+  Task<> end_faults() {
+    if (!player_) co_return;
+    player_->stop();
+    while (!player_->is_idle()) co_await clock_.wait_for(1ms);
   }
 
   Result<std::unique_ptr<Instruments>> make_instruments(const PreparedRun& prepared) {
@@ -88,11 +140,13 @@ class Rehearsal {
     Result<RunResult> outcome;
     if (run) {
       run_ = *run;
+      begin_faults();
       RunResult ended = co_await session_->execute();
       outcome = std::move(ended);
     } else {
       outcome = fail(run.error());
     }
+    co_await end_faults();
     co_await session_->close();
     outcome_ = std::move(outcome);
   }
@@ -114,6 +168,7 @@ class Rehearsal {
     out.code = ended.code;
     out.reason = ended.reason;
     out.db_path = request_.db_path;
+    out.faults = faults_;
     recorder_.reset();
     auto db = open_read_only(request_.db_path);
     if (!db) return fail(db.error());
@@ -133,9 +188,12 @@ class Rehearsal {
   RealClock wall_;
   VirtualClock clock_;
   asio::io_context io_{1};
+  std::unique_ptr<VirtualSurroundings> surroundings_;  // of a rehearsal with faults
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<Session> session_;
-  std::int64_t run_ = 0;
+  std::unique_ptr<FaultPlayer> player_;
+  std::vector<RunEvent> early_faults_;
+  std::int64_t run_ = 0, faults_ = 0;
   std::optional<Result<RunResult>> outcome_;
   std::exception_ptr error_;
   MonoTime next_show_{};

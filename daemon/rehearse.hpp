@@ -24,6 +24,8 @@ struct RehearseRequest {
   std::optional<std::uint64_t> seed;  // absent: the bench's own
   std::string db_path;
   std::string operator_name, note;
+  // Fault script (docs/faults.md); an empty text: nothing goes wrong.
+  std::string faults_name, faults_text;
   // Called on the calling thread whenever the status changed; may be empty.
   std::function<void(const RunStatus&)> progress;
 };
@@ -40,9 +42,10 @@ struct RehearseResult {
   // Absent when the run did not measure it.
   std::optional<double> c0_pF, peak_force_N, delta_C_fF_at_peak;
   std::string db_path;
+  std::int64_t faults = 0;  // that happened, of the script
 };
 
-// Errors: invalid_request (protocol, parameters, specimen, bench), io (database). A run that began
+// Errors: invalid_request (protocol, parameters, specimen, bench, faults), io (database). A run that began
 // and failed is a result, not an error.
 Result<RehearseResult> rehearse(const RehearseRequest& request);
 

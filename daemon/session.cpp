@@ -211,6 +211,7 @@ Task<Result<std::int64_t>> Session::open() {
   setup.specimen = prepared_.request.specimen_name;
   setup.person = &instruments_->person();
   setup.continues = prepared_.continues;
+  setup.on_step = on_step_;
   run_ = std::make_unique<Run>(executor_, std::move(setup));
   recorder_.on_committed([this](const Committed& c) { acknowledge(c); });
   recorder_.on_fault(
@@ -228,6 +229,10 @@ Task<RunResult> Session::execute() {
     result.exit_status = "fail";
     result.code = closed.error().code;
     result.reason += (result.reason.empty() ? "" : "; ") + closed.error().what;
+  } else if (to_string(closed->status) != result.exit_status) {  // rows were lost at the end
+    result.exit_status = to_string(closed->status);
+    result.code = Errc::io;
+    result.reason = closed->reason;
   }
   co_return result;
 }

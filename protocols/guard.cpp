@@ -22,11 +22,11 @@ Side widened(double low, double high, bool returning) {
 }  // namespace
 
 std::optional<std::string> Guard::check(const FrameSample& sample) {
-  last_ = sample.received;
   if ((sample.flags & frame_flag::kForceOverload) != 0) {
     return "the force is beyond the load cell";
   }
   if (sample.force_N) {
+    last_ = sample.received;  // a sample without a force guards nothing
     peak_force_N_ = std::max(peak_force_N_, *sample.force_N);
     if (auto why = check_force(*sample.force_N)) return why;
   }

@@ -20,6 +20,9 @@ namespace {
 using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
+// Between two looks a quarter of a second apart; no slewing of a clock is that fast.
+constexpr Duration kWallClockStep = 500ms;
+
 // Silence of the sample stream that stops a moving frame: three periods, but never less than two
 // batches of the link (100 ms each) and their jitter.
 Duration stale_after(double rate_Hz) {
@@ -142,7 +145,10 @@ void Run::on_samples(std::span<const FrameSample> samples) {
 }
 
 void Run::on_frame_event(std::string kind, std::string detail) {
-  event(std::move(kind), std::move(detail));
+  // The gateway heard nothing from us: it stopped, left force control and forgot the limits.
+  const bool watchdog = kind == "device_watchdog";
+  event(std::move(kind), detail);
+  if (watchdog) lose_frame(Error(Errc::disconnected, "the gateway stopped: " + detail));
 }
 
 void Run::on_frame_lost(Error error) {
@@ -210,6 +216,7 @@ Task<InterruptRequest> Run::next_interrupt() {
     ++beats_;
     auto r = co_await (interrupts_.async_receive(kAsResult) || setup_.clock.wait_for(250ms));
     if (r.index() == 0) co_return std::get<1>(std::get<0>(r));
+    watch_wall_clock();
     const MonoTime now = setup_.clock.now();
     const bool away_before = is_away();
     // Instruments that are there but say nothing are as lost as those that are not there.
@@ -225,6 +232,15 @@ Task<InterruptRequest> Run::next_interrupt() {
                                  frame_away_ ? frame_away_->why : meter_away_->why);
     }
   }
+}
+
+// Times of a run come from the monotonic clock; that the wall clock was set is worth a row.
+void Run::watch_wall_clock() {
+  const Duration offset(setup_.clock.unix_ns() - setup_.clock.now().time_since_epoch().count());
+  const Duration step = offset - wall_offset_.value_or(offset);
+  wall_offset_ = offset;
+  if (std::chrono::abs(step) < kWallClockStep) return;
+  event("clock_step", fmt::format(R"({{"seconds":{:.3f}}})", to_seconds(step)));
 }
 
 Task<std::optional<InterruptRequest>> Run::run_protocol() {
@@ -260,6 +276,7 @@ Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   // First, so that a crash right after `step_begin` finds it.
   if (!finishing_) event("state", to_json_text(point()));
   event("step_begin", std::string(status_.step_kind));
+  if (setup_.on_step) setup_.on_step(status_);
   Progress progress;
   progress.start_travel_m = std::exchange(first_start_travel_m_, std::nullopt);
   std::optional<InterruptRequest> stop;
@@ -348,6 +365,11 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   }
   const bool frozen = stop && stop->kind == Interrupt::freeze;
   if (frame_away_ && !frozen) {
+    if (!stop) {  // every step had ended well
+      result.exit_status = "fail";
+      result.reason = frame_away_->why.what;
+      result.code = frame_away_->why.code;
+    }
     result.reason += "; `finally` did not run: the frame is not there";
   } else if (!frozen) {
     co_await run_finally(result);
@@ -369,15 +391,20 @@ Task<> Run::run_finally(RunResult& result) {
   StepCursor cursor(setup_.protocol.finally_steps, setup_.environment);
   auto r = co_await (run_steps(cursor) || setup_.clock.wait_until(deadline));
   std::string why;
+  Errc code = Errc::no_reply;
   if (r.index() == 1) {
     why = fmt::format("`finally` did not end in {:.0f} s; the frame was stopped where it stood",
                       to_seconds(setup_.protocol.finally_timeout));
   } else if (const auto& stop = std::get<0>(r)) {
     why = fmt::format("in `finally`: {}", stop->why);
+    code = stop->code;
   }
   if (why.empty()) co_return;
   event("fault", why);
-  if (result.exit_status == "success") result.exit_status = "fail";
+  if (result.exit_status == "success") {
+    result.exit_status = "fail";
+    result.code = code;
+  }
   result.reason += (result.reason.empty() ? "" : "; ") + why;
 }
 

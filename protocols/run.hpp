@@ -65,6 +65,7 @@ struct RunSetup {
   Operator* person = nullptr;
   // Begin there, after a person confirmed the specimen, instead of at the first step.
   std::optional<Continuation> continues;
+  std::function<void(const RunStatus&)> on_step;  // told when a step begins; may be empty
 };
 
 class Run final : private LoadFrame::Listener {
@@ -184,6 +185,7 @@ class Run final : private LoadFrame::Listener {
   double force_of(const Target& target) const;  // N; force and pressure targets
   void aim_at(const std::optional<Target>& target);  // labels the levels that follow
   double aim_at_mass(const PlaceWeightStep& step);  // kg
+  void watch_wall_clock();
   static void apply_settings(const SetLcrStep& step, const Environment& env, LcrSettings& s);
   LoadLevel next_level(std::int64_t count);
   void event(std::string kind, std::string detail);
@@ -218,6 +220,7 @@ class Run final : private LoadFrame::Listener {
   bool pause_wanted_ = false;  // asked for while an instrument was away
   std::int64_t samples_seen_ = 0;
   std::uint64_t beats_ = 0;
+  std::optional<Duration> wall_offset_;  // wall clock minus the run's clock, at the last look
   bool repeating_ = false;  // the meter's last answer was the one before
   std::optional<double> force_N_;  // latest
   double force_sum_N_ = 0;  // of the samples since `force_count_` was set to 0

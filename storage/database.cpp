@@ -62,8 +62,8 @@ Result<> require_writable(const Database& db) {
 
 }  // namespace
 
-Result<Database> open_read_write(const std::string& path) {
-  auto db = Database::open(path, Database::Mode::read_write_create);
+Result<Database> open_read_write(const std::string& path, const std::string& vfs) {
+  auto db = Database::open(path, Database::Mode::read_write_create, vfs);
   if (!db) return fail(db.error());
   if (auto r = require_writable(*db); !r) return fail(r.error());
   if (auto r = configure(*db); !r) return fail(r.error());

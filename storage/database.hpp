@@ -12,7 +12,7 @@ constexpr std::int32_t kApplicationId = 0x6c637267;  // "lcrg", in the file's he
 
 // Creates or migrates the file; WAL, synchronous=FULL, foreign keys. Refuses what is no database,
 // another program's, or newer than this program.
-Result<Database> open_read_write(const std::string& path);
+Result<Database> open_read_write(const std::string& path, const std::string& vfs = "");
 
 // For analysis and export: never changes the file, works beside a running daemon and on a read-only
 // medium. Refuses an older schema too (only a writer migrates).

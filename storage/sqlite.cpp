@@ -31,6 +31,7 @@ Advice advice_for(int extended_code) {
     case SQLITE_READONLY:
     case SQLITE_AUTH: return {Errc::io, "; check that the file and its folder are writable"};
     case SQLITE_IOERR: return {Errc::io, "; check the disk"};
+    case SQLITE_NOMEM: return {Errc::io, "; memory is short: end other programs"};
     case SQLITE_CONSTRAINT: return {Errc::invalid_request, ""};
     default: return {Errc::bug, ""};
   }
@@ -147,13 +148,14 @@ std::span<const unsigned char> Statement::blob(int column) const {
   return {data, static_cast<std::size_t>(sqlite3_column_bytes(handle_.get(), column))};
 }
 
-Result<Database> Database::open(const std::string& path, Mode mode) {
+Result<Database> Database::open(const std::string& path, Mode mode, const std::string& vfs) {
   const bool write = mode == Mode::read_write_create;
   int flags = write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
   if (mode == Mode::immutable) flags |= SQLITE_OPEN_URI;
   const std::string name = mode == Mode::immutable ? immutable_uri(path) : path;
   sqlite3* handle = nullptr;
-  const int rc = sqlite3_open_v2(name.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX, nullptr);
+  const int rc = sqlite3_open_v2(name.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX,
+                                 vfs.empty() ? nullptr : vfs.c_str());
   Database db;
   db.path_ = path;
   db.handle_.reset(handle);

@@ -63,7 +63,8 @@ class Database {
   enum class Mode { read_only, immutable, read_write_create };
   Database() = default;
   // `path` as the user wrote it; it stands in every message. Nothing is read yet.
-  static Result<Database> open(const std::string& path, Mode mode);
+  // `vfs` names one that is registered (storage/faulty_disk.hpp); empty: the operating system's.
+  static Result<Database> open(const std::string& path, Mode mode, const std::string& vfs = "");
 
   Result<Statement> prepare(std::string_view sql) const;
   Result<> execute(const std::string& sql) const;  // any number of statements, rows are dropped

@@ -14,6 +14,8 @@ namespace lcrig {
 class SimOperator final : public Operator {
  public:
   SimOperator(Clock& clock, Duration delay) : clock_(clock), delay_(delay) {}
+  // While absent nobody confirms; who comes back looks at the prompt within a second.
+  void set_absent(bool absent) { absent_ = absent; }
   void set_act(std::function<void(const std::string& prompt)> act) { act_ = std::move(act); }
   // Errors: aborted (cancelled).
   Task<Result<>> confirm(std::string prompt) override;
@@ -22,6 +24,7 @@ class SimOperator final : public Operator {
  private:
   Clock& clock_;
   Duration delay_;
+  bool absent_ = false;
   std::function<void(const std::string&)> act_;
   std::string prompt_;
 };

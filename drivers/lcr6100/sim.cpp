@@ -24,6 +24,7 @@ Lcr6100Sim::Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimCo
       clock_(clock),
       config_(std::move(config)),
       source_(std::move(source)),
+      noise_(config_.seed),
       grid_start_(clock.now()) {
   reset();
 }
@@ -46,6 +47,7 @@ void Lcr6100Sim::keep_settings_of(const Lcr6100Sim& before) {
   error_ = before.error_;
   garbage_sent_ = before.garbage_sent_;
   epoch_ = before.epoch_ + 1;
+  hooks_ = before.hooks_;
 }
 
 void Lcr6100Sim::power_on(std::string identity) {
@@ -111,24 +113,39 @@ Task<> Lcr6100Sim::answer(std::string text) {
   if (!faults_.replies.empty()) {
     fault = faults_.replies.front();
     faults_.replies.pop_front();
+  } else if (hooks_.answer) {
+    fault = hooks_.answer();
   }
   using Kind = SimFaults::Kind;
   if (fault.kind == Kind::drop) co_return;
   if (fault.delay > 0s) co_await clock_.wait_for(fault.delay);
   out_.clear();
   if (!std::exchange(garbage_sent_, true)) out_ = faults_.first_line;
-  if (fault.kind == Kind::garble) {
-    for (std::size_t i = 1; i < text.size(); i += 3) text[i] = static_cast<char>(text[i] ^ 0x41);
-  }
   if (fault.kind == Kind::echo) out_.append("FETC?\r\n");
   if (fault.kind == Kind::cut) {
     out_.append(text, 0, text.size() / 2);
   } else {
-    out_.append(text).append("\r\n");
+    out_.append(spoiled(text + "\r\n", fault.kind));
   }
-  if (fault.kind == Kind::twice) out_.append(text).append("\r\n");
+  noise_.spoil(out_, faults_.byte_noise);
   auto written = co_await transport_->write_all(out_, clock_.now() + kWriteTime);
   static_cast<void>(written);  // nobody listens: a meter does not care
+}
+
+void Lcr6100Sim::tell() const {
+  if (told_) told_(clock_.now(), reading_);
+}
+
+Task<> Lcr6100Sim::speak(std::string text) {
+  if (faults_.silent) co_return;
+  if (text.empty()) {
+    if (reading_.empty()) co_return;
+    tell();
+    text = reading_ + std::string(kWords);
+  }
+  const std::string line = text + "\r\n";
+  auto written = co_await transport_->write_all(line, clock_.now() + kWriteTime);
+  static_cast<void>(written);
 }
 
 bool Lcr6100Sim::internal() const {
@@ -221,6 +238,7 @@ Task<> Lcr6100Sim::fetch(std::string_view what) {
     co_await answer(std::move(text));
     co_return;
   }
+  tell();
   std::string text = reading_;
   if (what == ":IMP") text += monitors_;
   if (what != ":MAIN") text += text.find(',') == text.npos ? ",OUT ,OK" : kWords;
@@ -241,6 +259,7 @@ Task<> Lcr6100Sim::trigger(bool answered) {
     compute(begin + time / 2, computed_ + 1);
   }
   if (!answered || reading_.empty()) co_return;
+  tell();
   std::string text = reading_;
   text += text.find(',') == text.npos ? ",OUT ,OK" : kWords;
   co_await answer(std::move(text));
@@ -251,6 +270,7 @@ Task<> Lcr6100Sim::stream() {
   if (k <= streamed_ || recording_) co_return;
   streamed_ = k;
   compute(grid_start_ + k * conversion() - conversion() / 2, k);
+  tell();
   co_await answer(reading_ + std::string(kWords));
 }
 

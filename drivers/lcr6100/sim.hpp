@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/line_fault.hpp"
 #include "drivers/transport.hpp"
 #include "model/plant.hpp"
 
@@ -29,12 +30,8 @@ struct SimConfig {
 
 // The back door: not reachable over the instrument's grammar.
 struct SimFaults {
-  enum class Kind { none, delay, drop, cut, twice, garble, echo };
-  struct Reply {
-    explicit Reply(Kind k, Duration d = {}) : kind(k), delay(d) {}
-    Kind kind;
-    Duration delay;
-  };
+  using Kind = LineFault::Kind;
+  using Reply = LineFault;
   std::deque<Reply> replies;  // what happens to the next answers, one each
   int lose_sets = 0;  // so many set commands are lost
   std::string first_line;  // bytes sent before the first answer
@@ -43,7 +40,16 @@ struct SimFaults {
   bool stuck = false;  // repeats its last reading
   bool overload = false;
   double slow_factor = 1;  // of the conversion time, until the aperture is set again
+  double byte_noise = 0;  // each byte of an answer is hit with this probability
   bool correction_fails = false;
+};
+
+// Asked at every occasion, so that a script can decide (drivers/faults). May be empty. They stay
+// with the meter when its cable is pulled.
+struct SimHooks {
+  SimHooks() = default;
+  std::function<LineFault()> answer;  // what happens to this answer
+  std::function<bool()> loses_set;  // this set command is lost
 };
 
 class Lcr6100Sim {
@@ -69,6 +75,12 @@ class Lcr6100Sim {
   // meter.
   void power_on(std::string identity = "");
   SimFaults& faults() { return faults_; }
+  void set_hooks(SimHooks hooks) { hooks_ = std::move(hooks); }
+  // Sends a line that nobody asked for; an empty text is the latest reading again.
+  Task<> speak(std::string text);
+  const std::string& identity() const { return config_.identity; }
+  // For tests: told each reading when it is given for an answer, before any fault of the line.
+  void watch(std::function<void(MonoTime, const std::string&)> told) { told_ = std::move(told); }
   // Counted for tests: FETC? in all its forms.
   std::int64_t fetches() const { return fetches_; }
 
@@ -87,6 +99,7 @@ class Lcr6100Sim {
   bool internal() const;
   std::int64_t finished() const;
   void restart_grid();
+  void tell() const;
   void compute(MonoTime middle, std::int64_t index);
   void compute_recorded();
   // sim_commands.cpp: grammar
@@ -113,6 +126,9 @@ class Lcr6100Sim {
   Source source_;
   Recording recording_;
   SimFaults faults_;
+  SimHooks hooks_;
+  LineNoise noise_;
+  std::function<void(MonoTime, const std::string&)> told_;
 
   std::vector<Value> values_;  // in the order of parameters()
   int aperture_ = 2, average_ = 1;

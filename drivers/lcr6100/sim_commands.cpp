@@ -205,6 +205,8 @@ Task<> Lcr6100Sim::command(std::string_view text) {
     co_return;
   } else if (faults_.lose_sets > 0) {
     --faults_.lose_sets;
+  } else if (hooks_.loses_set && hooks_.loses_set()) {
+    co_return;
   } else if (!set(header, argument)) {
     fail_with("*E01");
   }

@@ -80,12 +80,21 @@ Result<std::int64_t> command_number(std::string_view token) {
   return *value;
 }
 
+// A key that was hit on the line would be a field that nobody knows, and its value would be
+// missing.
+bool is_key(std::string_view text) {
+  return std::ranges::all_of(text, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  });
+}
+
 Result<> add_field(Line& line, std::string_view token) {
   const auto equals = token.find('=');
   if (equals == 0 || equals == std::string_view::npos) {
     return fail(Errc::garbled, "'{}' is not key=value", printable(excerpt(token)));
   }
   const auto key = token.substr(0, equals);
+  if (!is_key(key)) return fail(Errc::garbled, "'{}' is no key", printable(excerpt(key)));
   if (line.find(key)) return fail(Errc::garbled, "'{}' twice", printable(excerpt(key)));
   if (line.fields.size() == kMaxFields)
     return fail(Errc::garbled, "more than {} fields", kMaxFields);

@@ -12,74 +12,9 @@ namespace lcrig {
 namespace {
 
 using namespace asio::experimental::awaitable_operators;
-using frame_link::Line;
-using frame_link::Refusal;
 using frame_link::SimMachine;
-using frame_link::Verdict;
 
 constexpr Duration kIoTime = std::chrono::seconds(1);
-
-Refusal syntax(const Error& error) {
-  return Refusal("syntax", error.what);
-}
-
-Verdict set_limits(SimMachine& m, MonoTime t, const Line& line) {
-  const auto limits = frame_link::parse_limits(line);
-  if (!limits) return syntax(limits.error());
-  return m.set_limits(t, *limits);
-}
-
-Verdict move(SimMachine& m, MonoTime t, const Line& line) {
-  const auto travel = frame_link::length_of(line, "travel_mm");
-  const auto speed = frame_link::speed_of(line);
-  if (!travel) return syntax(travel.error());
-  if (!speed) return syntax(speed.error());
-  return m.move(t, *line.number, travel->si(), speed->si());
-}
-
-Verdict move_until(SimMachine& m, MonoTime t, const Line& line) {
-  const auto force = frame_link::force_of(line);
-  const auto speed = frame_link::speed_of(line);
-  const auto guard = frame_link::length_of(line, "guard_mm");
-  if (!force) return syntax(force.error());
-  if (!speed) return syntax(speed.error());
-  if (!guard) return syntax(guard.error());
-  return m.move_until(t, *line.number, force->si(), speed->si(), guard->si());
-}
-
-Verdict ramp(SimMachine& m, MonoTime t, const Line& line) {
-  const auto force = frame_link::force_of(line);
-  const auto rate = line.number_of("rate_N_s");
-  if (!force) return syntax(force.error());
-  if (!rate) return syntax(rate.error());
-  return m.ramp(t, *line.number, force->si(), *rate);
-}
-
-Verdict hold(SimMachine& m, MonoTime t, const Line& line) {
-  const auto mode = line.text("mode");
-  if (mode == "travel") {
-    m.halt(t, MotionEnd::stopped, "hold");
-    return std::nullopt;
-  }
-  if (mode != "force") return Refusal("syntax", "HOLD takes mode=travel or mode=force");
-  const auto force = frame_link::force_of(line);
-  if (!force) return syntax(force.error());
-  return m.hold_force(t, force->si());
-}
-
-Verdict zero(SimMachine& m, MonoTime t, const Line& line) {
-  return m.zero(t, line.flag("force"), line.flag("travel"));
-}
-
-using Handler = Verdict (*)(SimMachine&, MonoTime, const Line&);
-constexpr std::array<std::pair<std::string_view, Handler>, 6> kHandlers{{
-    {"LIMITS", set_limits},
-    {"MOVE", move},
-    {"MOVEF", move_until},
-    {"RAMPF", ramp},
-    {"HOLD", hold},
-    {"ZERO", zero},
-}};
 
 }  // namespace
 
@@ -90,6 +25,7 @@ ZwickSim::ZwickSim(std::unique_ptr<Transport> transport, Clock& clock,
       settings_(std::move(settings)),
       machine_(std::make_unique<SimMachine>(scene, settings_)),
       wakeup_(std::move(executor)),
+      noise_(settings_.seed),
       power_on_(clock.now()) {}
 
 ZwickSim::ZwickSim(std::unique_ptr<Transport> transport, Clock& clock,
@@ -100,6 +36,7 @@ ZwickSim::ZwickSim(std::unique_ptr<Transport> transport, Clock& clock,
       settings_(std::move(settings)),
       recording_(std::move(rows)),
       wakeup_(std::move(executor)),
+      noise_(settings_.seed),
       power_on_(clock.now()) {}
 
 ZwickSim::~ZwickSim() = default;
@@ -122,6 +59,7 @@ void ZwickSim::attach(std::unique_ptr<Transport> transport) {
   closed_ = session_ = false;
   splitter_ = frame_link::LineSplitter();
   out_.clear();
+  line_.clear();
 }
 
 void ZwickSim::start_recording() {
@@ -132,6 +70,24 @@ void ZwickSim::start_recording() {
 void ZwickSim::stall() {
   if (machine_) machine_->stall(clock_.now());
 }
+
+void ZwickSim::forget() {
+  if (machine_) machine_->forget();
+  power_on_ = clock_.now();
+}
+
+void ZwickSim::restart() {
+  if (machine_) {
+    machine_->halt(clock_.now(), MotionEnd::fault, "gateway restarted");
+    machine_->disarm();
+  }
+  session_ = false;
+  batch_.clear();
+  out_.clear();
+  say(hello());
+  wakeup_.notify();
+}
+
 bool ZwickSim::is_moving() const {
   return machine_ && machine_->is_moving();
 }
@@ -156,9 +112,10 @@ Task<> ZwickSim::serve() {
     catch_up(now);
     supervise(now);
     say(std::exchange(faults.say, {}));
-    if (!out_.empty()) {
-      const std::string bytes = std::exchange(out_, {});
-      said_ = now;
+    if (!out_.empty()) transmit(std::exchange(out_, {}), now);
+    if (!line_.empty() && line_.front().due <= now) {
+      const std::string bytes = std::move(line_.front().bytes);
+      line_.pop_front();
       auto written = co_await transport_->write_all(bytes, now + kIoTime);
       if (!written) co_return;
       continue;
@@ -172,10 +129,23 @@ Task<> ZwickSim::serve() {
   }
 }
 
+// One transmission, with what happens to it on the line.
+void ZwickSim::transmit(std::string bytes, MonoTime now) {
+  said_ = now;
+  const LineFault fault = hooks.sends ? hooks.sends() : LineFault();
+  bytes = spoiled(std::move(bytes), fault.kind);
+  noise_.spoil(bytes, faults.byte_noise);
+  MonoTime due = now + fault.delay;
+  if (!line_.empty()) due = std::max(due, line_.back().due);
+  if (!bytes.empty()) line_.emplace_back(due, std::move(bytes));
+}
+
 MonoTime ZwickSim::next_due() const {
-  if (!session_) return MonoTime::max();
+  const MonoTime sent = line_.empty() ? MonoTime::max() : line_.front().due;
+  if (!session_) return sent;
   MonoTime due = std::max(clock_.now(), said_ + frame_link::kHeartbeat);
-  if (faults.silent) due = clock_.now() + frame_link::kHeartbeat;
+  if (faults.silent || faults.no_heartbeats) due = clock_.now() + frame_link::kHeartbeat;
+  due = std::min(due, sent);
   if (!watchdog_tripped_) due = std::min(due, heard_ + frame_link::kSilence);
   if (const auto event = machine_ ? machine_->next_event() : std::nullopt) {
     due = std::min(due, *event);
@@ -208,6 +178,7 @@ std::optional<MonoTime> ZwickSim::next_sample() const {
 // Samples and machine events up to now, in the order of their own times.
 void ZwickSim::catch_up(MonoTime now) {
   if (machine_) machine_->set_never_complete(faults.never_complete);
+  if (machine_) machine_->set_late_stop(faults.late_stop_s);
   for (;;) {
     const auto event = machine_ ? machine_->next_event() : std::nullopt;
     const auto due = next_sample();
@@ -234,10 +205,14 @@ double ZwickSim::device_time_s(MonoTime t) const {
 }
 
 void ZwickSim::take_sample(MonoTime t) {
-  FrameSample s = machine_->sample(t);
+  const bool spike = faults.spike_samples > 0;
+  if (spike) --faults.spike_samples;
+  FrameSample s = machine_->sample(t, spike ? faults.spike_N : 0);
+  if (spike) machine_->feel(t, s);
   s.device_time_s = device_time_s(t);
   ++rate_index_;
   s.device_seq = seq_++;
+  if (watch) watch(s);
   if (faults.lose_samples > 0) {
     --faults.lose_samples;
     return flush();
@@ -282,6 +257,7 @@ void ZwickSim::finish_motion() {
     --faults.lose_done;
     return;
   }
+  if (hooks.loses_done && hooks.loses_done()) return;
   say(frame_link::format_done(*finished->number, finished->outcome));
 }
 
@@ -296,120 +272,9 @@ void ZwickSim::supervise(MonoTime now) {
     say(frame_link::format_event("watchdog", "host silent for 1 s"));
     catch_up(now);
   }
-  if (out_.empty() && now - said_ >= frame_link::kHeartbeat) {
+  if (out_.empty() && !faults.no_heartbeats && now - said_ >= frame_link::kHeartbeat) {
     say(frame_link::format_heartbeat(device_time_s(now)));
   }
-}
-
-void ZwickSim::open_session() {
-  const MonoTime now = clock_.now();
-  if (machine_) {
-    machine_->halt(now, MotionEnd::stopped, "new session");
-    machine_->disarm();
-  }
-  session_ = true;
-  watchdog_tripped_ = false;
-  batch_.clear();
-  out_.clear();
-  rate_Hz_ = 0;
-  seq_ = 1;
-  stops_ = 0;
-  stop_owed_ = false;
-  frame_link::Hello hello;
-  hello.side = "gateway";
-  hello.identity.maker = "lcrig";
-  hello.identity.model = recording_ ? "frame recording" : "simulated frame";
-  hello.identity.serial = settings_.serial;
-  hello.identity.firmware = LCRIG_VERSION;
-  say(frame_link::format_hello(hello));
-  FrameCapabilities caps;
-  if (machine_) {
-    caps = machine_->capabilities();
-  } else {
-    caps.sample_rate_max_Hz = settings_.rate_max_Hz;
-    caps.deceleration = 0.05_m_s2;
-  }
-  say(frame_link::format_caps(caps));
-}
-
-void ZwickSim::on_line(std::string_view text) {
-  if (text.empty()) return;
-  const MonoTime now = clock_.now();
-  catch_up(now);
-  const auto line = frame_link::parse_line(text);
-  if (!line) {
-    say(frame_link::format_event("syntax", line.error().what));
-    return;
-  }
-  heard_ = now;
-  watchdog_tripped_ = false;
-  if (line->word == "STOP") return on_stop();
-  if (line->word == "HELLO") return open_session();
-  if (line->word == "HB" || !session_) return;
-  if (line->number) return on_command(*line);
-  say(frame_link::format_event("unknown", line->word));
-}
-
-void ZwickSim::on_stop() {
-  ++stops_;
-  stop_owed_ = true;
-  if (machine_) machine_->halt(clock_.now(), MotionEnd::stopped, "STOP");
-  catch_up(clock_.now());
-}
-
-void ZwickSim::answer_stops() {
-  stop_owed_ = false;
-  flush();
-  if (faults.lose_stopped > 0) {
-    --faults.lose_stopped;
-    return;
-  }
-  MotionOutcome standing;
-  if (machine_) {
-    const FrameSample s = machine_->sample(clock_.now());
-    standing.force_N = s.force_N;
-    standing.travel_m = s.travel_m;
-  }
-  say(frame_link::format_stopped(stops_, standing));
-}
-
-void ZwickSim::on_command(const Line& line) {
-  Verdict no = Refusal("unknown_command", "no such command");
-  const auto handler =
-      std::ranges::find(kHandlers, line.word, [](const auto& h) { return h.first; });
-  if (!faults.refuse_next.empty()) {
-    no = Refusal(std::exchange(faults.refuse_next, {}), "not now");
-  } else if (line.word == "STATUS") {
-    no.reset();
-  } else if (line.word == "RATE") {
-    return set_rate(line);
-  } else if (handler != kHandlers.end() && !machine_) {
-    no = Refusal("unsupported", "a recording is played: nothing moves");
-  } else if (handler != kHandlers.end()) {
-    no = handler->second(*machine_, clock_.now(), line);
-  }
-  if (faults.lose_answers > 0) {
-    --faults.lose_answers;
-  } else if (no) {
-    say(frame_link::format_err(*line.number, no->code, no->text));
-  } else {
-    say(frame_link::format_ok(*line.number));
-  }
-  catch_up(clock_.now());
-}
-
-void ZwickSim::set_rate(const Line& line) {
-  const auto hz = line.number_of("hz");
-  if (!hz) return say(frame_link::format_err(*line.number, "syntax", hz.error().what));
-  if (*hz < 0) return say(frame_link::format_err(*line.number, "bad_value", "a negative rate"));
-  if (*hz > settings_.rate_max_Hz) {
-    return say(frame_link::format_err(*line.number, "machine_limits", "faster than rate_max_hz"));
-  }
-  flush();
-  rate_Hz_ = *hz;
-  rate_start_ = clock_.now();
-  rate_index_ = 1;
-  say(frame_link::format_ok(*line.number));
 }
 
 }  // namespace lcrig

@@ -4,11 +4,14 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "drivers/line_fault.hpp"
 #include "drivers/load_frame.hpp"
 #include "drivers/transport.hpp"
 #include "drivers/wakeup.hpp"
@@ -92,6 +95,19 @@ struct ZwickSimFaults {
   int lose_answers = 0;  // the next n OK or ERR lines are lost
   int lose_stopped = 0;  // the next n STOPPED lines are lost
   std::string say;  // sent verbatim at once, then cleared
+  bool no_heartbeats = false;  // HB is lost in both directions, everything else goes through
+  double byte_noise = 0;  // each byte that is sent is hit with this probability
+  double spike_N = 0;  // added to what the cell shows ...
+  std::int64_t spike_samples = 0;  // ... in the next n samples
+  double late_stop_s = 0;  // the device's own stop (goal, force limit) comes so much later
+};
+
+// Asked at every occasion, so that a script can decide (drivers/faults). May be empty.
+struct ZwickSimHooks {
+  ZwickSimHooks() = default;
+  std::function<LineFault()> sends;  // what happens to this transmission, of one line or more
+  std::function<std::string()> refuses;  // error code for this command; empty: none
+  std::function<bool()> loses_done;  // this DONE is lost
 };
 
 namespace frame_link {
@@ -119,8 +135,15 @@ class ZwickSim {
 
   // Changes take effect after poke().
   ZwickSimFaults faults;
+  ZwickSimHooks hooks;  // stay when the connection ends
+  // For tests: told each sample as it is taken, lost or not.
+  std::function<void(const FrameSample&)> watch;
   void poke() { wakeup_.notify(); }
   void stall();  // the drive stops moving, nobody notices
+  // As after switching off and on: tare and limits are forgotten, the clock starts anew.
+  void forget();
+  // The gateway's program was restarted on an open line: motion stops, the session is over.
+  void restart();
   bool is_moving() const;
   bool is_armed() const;
 
@@ -141,6 +164,8 @@ class ZwickSim {
   void answer_stops();
   void set_rate(const frame_link::Line& line);
   void say(std::string_view line);
+  std::string hello() const;
+  void transmit(std::string bytes, MonoTime now);
   double device_time_s(MonoTime t) const;
   MonoTime sample_time(std::int64_t k) const;
   std::optional<MonoTime> next_sample() const;
@@ -159,6 +184,13 @@ class ZwickSim {
   bool session_ = false;
   bool watchdog_tripped_ = false;
   std::string out_;
+  struct Sent {
+    Sent(MonoTime t, std::string b) : due(t), bytes(std::move(b)) {}
+    MonoTime due;
+    std::string bytes;
+  };
+  std::deque<Sent> line_;  // on the way; nothing overtakes on a line
+  LineNoise noise_;
   std::array<char, 8192> buffer_{};
   frame_link::LineSplitter splitter_;
   MonoTime power_on_, heard_, said_;

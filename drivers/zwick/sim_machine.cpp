@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace lcrig::frame_link {
 
@@ -113,6 +114,7 @@ Verdict SimMachine::check_direction(MonoTime t, double direction) const {
 
 void SimMachine::begin(MonoTime t, std::int64_t number, double direction) {
   phase_ = Phase::moving;
+  put_off_ = false;
   number_ = number;
   direction_ = direction;
   text_.clear();
@@ -254,6 +256,18 @@ void SimMachine::brake(MonoTime t, MotionEnd reason) {
   event_ = std::max(t, scene_.arrival().value_or(t));
 }
 
+void SimMachine::feel(MonoTime t, const FrameSample& shown) {
+  if (phase_ != Phase::moving || !limits_) return;
+  const bool beyond = !shown.force_N || *shown.force_N > limits_->force_max.si() ||
+                      *shown.force_N < limits_->force_min.si();
+  if (beyond) brake(t, MotionEnd::force_limit);
+}
+
+void SimMachine::forget() {
+  tare_N_ = travel_zero_m_ = 0;
+  limits_.reset();
+}
+
 void SimMachine::stall(MonoTime t) {
   if (phase_ != Phase::moving) return;
   scene_.halt(t);
@@ -268,6 +282,11 @@ std::optional<MonoTime> SimMachine::next_event() const {
 void SimMachine::advance() {
   const MonoTime t = event_;
   if (phase_ == Phase::braking) return finish(t, reason_);
+  const bool by_force = cause_ == Cause::goal || cause_ == Cause::force_limit;
+  if (by_force && late_stop_s_ > 0 && !std::exchange(put_off_, true)) {
+    event_ = std::min(t + from_seconds(late_stop_s_), scene_.arrival().value_or(t));
+    return;
+  }
   switch (cause_) {
     case Cause::arrived: return finish(t, arrival_reason_);
     case Cause::goal: return brake(t, MotionEnd::target);
@@ -297,11 +316,11 @@ double SimMachine::gauss(double sigma) {
   return sigma > 0 ? sigma * normal_(random_) : 0.0;
 }
 
-FrameSample SimMachine::sample(MonoTime t) {
+FrameSample SimMachine::sample(MonoTime t, double spike_N) {
   const PlantConfig& p = scene_.config();
   FrameSample s;
   s.travel_m = quantise(scene_.travel_m(t) - travel_zero_m_, p.travel_resolution_m);
-  const double cell = scene_.force_N(t) + offset_N_ + gauss(p.force_noise_N);
+  const double cell = scene_.force_N(t) + offset_N_ + spike_N + gauss(p.force_noise_N);
   if (std::abs(cell) <= p.force_nominal_N) {
     s.force_N = quantise(cell - tare_N_, p.force_resolution_N);
   } else {

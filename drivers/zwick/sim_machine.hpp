@@ -46,6 +46,10 @@ class SimMachine {
   void halt(MonoTime t, MotionEnd reason, std::string text);
   void stall(MonoTime t);
   void set_never_complete(bool on) { never_complete_ = on; }
+  void set_late_stop(double seconds) { late_stop_s_ = seconds; }
+  // A sample beyond the limits that no true force explains ends a motion all the same.
+  void feel(MonoTime t, const FrameSample& shown);
+  void forget();  // as after switching off: tare, zero and limits
 
   bool is_moving() const { return phase_ != Phase::standing; }
   std::optional<MonoTime> next_event() const;
@@ -53,7 +57,8 @@ class SimMachine {
   void advance();
   std::optional<FinishedMotion> take_finished() { return std::exchange(finished_, std::nullopt); }
 
-  FrameSample sample(MonoTime t);  // without number and device time
+  // Without number and device time. `spike_N` is on the cell, not on the specimen.
+  FrameSample sample(MonoTime t, double spike_N = 0);
 
  private:
   enum class Phase { standing, moving, braking, hung };
@@ -85,6 +90,8 @@ class SimMachine {
   Phase phase_ = Phase::standing;
   bool force_control_ = false;
   bool never_complete_ = false;
+  double late_stop_s_ = 0;
+  bool put_off_ = false;  // the stop of this motion was put off once
   std::optional<std::int64_t> number_;
   double direction_ = 0;  // +1 towards the specimen
   MonoTime event_;

@@ -45,6 +45,8 @@ def main():
                   sorted(corpus.glob("protocol/reject/*.json")), 40)
     wrong += check("config", sorted(corpus.glob("config/accept/*.json")),
                    sorted(corpus.glob("config/reject/*.json")), 12)
+    wrong += check("faults", sorted(corpus.glob("faults/accept/*.json")),
+                   sorted(corpus.glob("faults/reject/*.json")), 12)
     print("\n".join(wrong))
     return 1 if wrong else 0
 

@@ -28,6 +28,7 @@ class SessionWorld {
   };
 
   explicit SessionWorld(std::string protocol_text) : text_(std::move(protocol_text)) {}
+  virtual ~SessionWorld() = default;
 
   Bench bench = *find_bench("paper");
   std::map<std::string, std::string> parameters;
@@ -48,13 +49,16 @@ class SessionWorld {
     sim.specimen = *prepared->specimen;
     sim.weights = prepared->places_weights;
     sim.max_force_N = prepared->max_force_N;
+    Recorder::Options options(database());
+    adjust(sim, options);
     auto instruments = make_sim_instruments(io.get_executor(), clock, sim);
     if (!instruments) return fail(instruments.error());
-    auto recorder = Recorder::open(io, clock, Recorder::Options(database()));
+    auto recorder = Recorder::open(io, clock, std::move(options));
     if (!recorder) return fail(recorder.error());
     recorder_ = std::move(*recorder);
     session = std::make_unique<Session>(io.get_executor(), clock, *recorder_,
                                         std::move(*instruments), std::move(*prepared));
+    built();
     asio::co_spawn(io, play(), [](std::exception_ptr e) {
       if (e) std::rethrow_exception(e);
     });
@@ -91,6 +95,12 @@ class SessionWorld {
     session->run()->interrupt(InterruptRequest(kind, why));
   }
 
+ protected:
+  virtual void adjust(SimRequest& /*sim*/, Recorder::Options& /*recorder*/) {}
+  virtual void built() {}  // nothing was asked yet
+  virtual void began() {}  // the run row is stored
+  virtual void ended() {}  // the run row is closed, the ports are open
+
  private:
   TempDir dir_;
 
@@ -103,16 +113,18 @@ class SessionWorld {
   Task<> play() {
     auto opened = co_await session->open();
     if (opened) {
+      began();
       for (Act& act : acts) {
         asio::co_spawn(io, wait_and_act(act), [](std::exception_ptr e) {
           if (e) std::rethrow_exception(e);
         });
       }
-      RunResult ended = co_await session->execute();
-      outcome_.emplace(std::move(ended));
+      RunResult result = co_await session->execute();
+      outcome_.emplace(std::move(result));
     } else {
       outcome_.emplace(fail(opened.error()));
     }
+    ended();
     co_await session->close();
   }
 

@@ -89,11 +89,8 @@ Result<> stall(Bench& b) {
 }
 
 Result<> heal(Bench& b) {
-  if (b.meter.meter() != nullptr) b.meter.meter()->faults() = lcr6100::SimFaults();
-  if (auto frame = gateway(b)) {
-    (*frame)->faults = ZwickSimFaults();
-    (*frame)->poke();
-  }
+  b.meter.heal();
+  if (b.frame != nullptr) b.frame->heal();
   return {};
 }
 

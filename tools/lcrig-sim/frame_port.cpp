@@ -76,6 +76,37 @@ Result<> FramePort::plug() {
   return tcp_port_ == 0 ? open_pty() : bind();
 }
 
+void FramePort::hook(ZwickSimHooks hooks) {
+  hooks_ = std::move(hooks);
+  if (gateway_) gateway_->hooks = hooks_;
+  if (parked_) parked_->hooks = hooks_;
+}
+
+void FramePort::change(const std::function<void(ZwickSimFaults&)>& change) {
+  change(lasting_);
+  lasting_.lose_samples = lasting_.spike_samples = 0;  // of the present connection only
+  if (!gateway_) return;
+  change(gateway_->faults);
+  gateway_->poke();
+}
+
+void FramePort::heal() {
+  lasting_ = ZwickSimFaults();
+  if (!gateway_) return;
+  gateway_->faults = lasting_;
+  gateway_->poke();
+}
+
+void FramePort::forget() {
+  if (gateway_) gateway_->forget();
+  if (parked_) parked_->forget();
+}
+
+void FramePort::restart(bool forgets_zero) {
+  if (forgets_zero) forget();
+  if (gateway_) gateway_->restart();
+}
+
 Task<> FramePort::accept() {
   while (acceptor_.is_open()) {
     auto r = co_await acceptor_.async_accept(kAsResult);
@@ -108,10 +139,11 @@ void FramePort::serve(int fd, const std::string& name) {
   if (parked_) {
     gateway_ = std::move(parked_);
     gateway_->attach(std::move(wire));
-    gateway_->faults = ZwickSimFaults();
   } else {
     gateway_ = std::make_shared<ZwickSim>(std::move(wire), clock_, executor_, scene_, settings_);
   }
+  gateway_->faults = lasting_;
+  gateway_->hooks = hooks_;
   ++running_;
   const auto ended = [this, mine = gateway_](std::exception_ptr error) {
     --running_;

@@ -4,6 +4,7 @@
 
 #include <boost/asio/ip/tcp.hpp>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,6 +28,13 @@ class FramePort {
   // Cuts the line; TCP refuses new clients. plug() takes them again on the same port.
   void unplug();
   Result<> plug();
+  // For fault scripts. They stay when the connection ends.
+  void hook(ZwickSimHooks hooks);
+  void change(const std::function<void(ZwickSimFaults&)>& change);
+  void heal();
+  void forget();  // as after switching off and on
+  void restart(bool forgets_zero);  // of the gateway's program
+
   ZwickSim* gateway() { return gateway_.get(); }  // nullptr: nobody is connected
   bool is_idle() const { return running_ == 0; }  // every task has ended
 
@@ -47,6 +55,8 @@ class FramePort {
   std::optional<Pty> pty_;
   std::shared_ptr<ZwickSim> gateway_;
   std::shared_ptr<ZwickSim> parked_;  // the machine while nobody is connected
+  ZwickSimHooks hooks_;
+  ZwickSimFaults lasting_;  // of a script
   int running_ = 0;
 };
 

@@ -13,9 +13,11 @@
 
 #include "base/log.hpp"
 #include "daemon/bench.hpp"
+#include "drivers/faults/player.hpp"
 #include "model/bench_world.hpp"
 #include "model/specimen_file.hpp"
 #include "tools/lcrig-sim/back_door.hpp"
+#include "tools/lcrig-sim/fault_bench.hpp"
 
 namespace lcrig::sim {
 namespace {
@@ -25,7 +27,7 @@ using nlohmann::json;
 
 struct Options {
   std::string bench = "paper", specimen = "paper-1", log_level = "info";
-  std::string lcr_link, lcr_identity, ready_file, control;
+  std::string lcr_link, lcr_identity, ready_file, control, faults;
   std::uint16_t frame_port = 0;
   std::uint64_t seed = 1;
   double max_force_N = 5;
@@ -60,10 +62,14 @@ class SimBench {
     if (!options_.control.empty()) {
       if (auto open = door_->listen(options_.control); !open) return open;
     }
-    return announce();
+    if (auto ready = prepare_faults(); !ready) return ready;
+    if (auto told = announce(); !told) return told;
+    if (player_) player_->begin();
+    return {};
   }
 
   Task<> close() {
+    if (player_) player_->stop();
     meter_->unplug();
     if (frame_) frame_->unplug();
     door_->close();
@@ -72,6 +78,21 @@ class SimBench {
   }
 
  private:
+  Result<> prepare_faults() {
+    if (options_.faults.empty()) return {};
+    auto script = load_fault_script(options_.faults);
+    if (!script) return fail(script.error());
+    FaultStage stage;
+    stage.has_frame = frame_ != nullptr;
+    stage.knows_steps = stage.has_surroundings = false;
+    if (auto fits = check_stage(*script, stage); !fits) return fits;
+    ports_ = std::make_unique<PortBench>(*meter_, frame_.get());
+    const auto logged_already = [](MonoTime, const std::string&) {};
+    player_ = std::make_unique<FaultPlayer>(io_.get_executor(), clock_, *ports_, nullptr,
+                                            std::move(*script), logged_already);
+    return {};
+  }
+
   Result<> build() {
     auto bench = find_bench(options_.bench);
     if (!bench) return fail(bench.error());
@@ -123,7 +144,8 @@ class SimBench {
   }
 
   bool is_idle() const {
-    return meter_->is_idle() && door_->is_idle() && (!frame_ || frame_->is_idle());
+    return meter_->is_idle() && door_->is_idle() && (!frame_ || frame_->is_idle()) &&
+           (!player_ || player_->is_idle());
   }
 
   asio::io_context& io_;
@@ -134,6 +156,8 @@ class SimBench {
   std::unique_ptr<MeterPort> meter_;
   std::unique_ptr<FramePort> frame_;
   std::unique_ptr<BackDoor> door_;
+  std::unique_ptr<PortBench> ports_;
+  std::unique_ptr<FaultPlayer> player_;
 };
 
 Task<> end_on_signal(asio::io_context& io, SimBench& bench) {
@@ -175,6 +199,7 @@ void declare(CLI::App& cli, Options& o) {
       ->excludes(port)
       ->excludes(pty);
   cli.add_option("--control", o.control, "Unix socket for faults (docs/simulator.md)");
+  cli.add_option("--faults", o.faults, "Let things go wrong as this script says (docs/faults.md)");
   cli.add_option("--ready-file", o.ready_file, "Gets the line of standard output");
   cli.add_option("--log-level", o.log_level, "trace, debug, info, warn, error, off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));

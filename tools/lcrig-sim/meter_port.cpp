@@ -28,11 +28,19 @@ MeterPort::~MeterPort() {
   unplug();
 }
 
-Result<> MeterPort::plug() {
-  if (pty_) return {};
+// The kernel gives the lowest free number, so the old one is kept busy meanwhile.
+Result<Pty> MeterPort::open_pty(bool other_port) const {
   auto pty = Pty::open();
+  if (!pty || !other_port || pty->path() != last_path_) return pty;
+  return Pty::open();
+}
+
+Result<> MeterPort::plug(bool other_port) {
+  if (pty_) return {};
+  auto pty = open_pty(other_port);
   if (!pty) return fail(pty.error());
   pty_ = std::move(*pty);
+  last_path_ = pty_->path();
   if (auto linked = make_link(); !linked) {
     pty_.reset();
     return linked;
@@ -42,6 +50,8 @@ Result<> MeterPort::plug() {
   meter_ = std::make_shared<lcr6100::Lcr6100Sim>(std::move(wire), clock_, config_, source_);
   if (unplugged_) meter_->keep_settings_of(*unplugged_);
   unplugged_.reset();
+  meter_->set_hooks(hooks_);
+  meter_->faults() = lasting_;
   running_ += 2;
   const auto ended = [this, kept = meter_](std::exception_ptr error) {
     --running_;
@@ -59,6 +69,36 @@ void MeterPort::unplug() {
   pty_.reset();
   meter_->close();
   unplugged_ = std::move(meter_);
+}
+
+void MeterPort::hook(lcr6100::SimHooks hooks) {
+  hooks_ = std::move(hooks);
+  if (meter_) meter_->set_hooks(hooks_);
+}
+
+void MeterPort::change(const std::function<void(lcr6100::SimFaults&)>& change) {
+  change(lasting_);
+  if (meter_) change(meter_->faults());
+}
+
+void MeterPort::heal() {
+  lasting_ = lcr6100::SimFaults();
+  if (meter_) meter_->faults() = lasting_;
+}
+
+void MeterPort::power_on(const std::string& identity) {
+  config_.identity = identity;
+  if (unplugged_) unplugged_->power_on(identity);
+}
+
+void MeterPort::say_unasked(std::string text) {
+  if (!meter_) return;
+  ++running_;
+  asio::co_spawn(executor_, meter_->speak(std::move(text)),
+                 [this, kept = meter_](std::exception_ptr error) {
+                   --running_;
+                   if (error) std::rethrow_exception(error);
+                 });
 }
 
 Result<> MeterPort::make_link() const {

@@ -2,6 +2,7 @@
 // The simulated LCR-6100 on a pty, with a plug that can be pulled.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,15 +19,25 @@ class MeterPort {
             lcr6100::Lcr6100Sim::Source source, std::string link);
   ~MeterPort();
 
-  // Errors: no pty, or something that is no link stands where the link should.
-  Result<> plug();
+  // `other_port`: under another name than before. Errors: no pty, or something that is no link
+  // stands where the link should.
+  Result<> plug(bool other_port = false);
   void unplug();  // idempotent
   bool is_plugged() const { return pty_.has_value(); }
   std::string url() const { return pty_ ? "pty:" + pty_->path() : ""; }
   lcr6100::Lcr6100Sim* meter() { return meter_.get(); }  // nullptr: unplugged
   bool is_idle() const { return running_ == 0; }  // every task has ended
 
+  // For fault scripts. They stay when the cable is pulled.
+  void hook(lcr6100::SimHooks hooks);
+  void change(const std::function<void(lcr6100::SimFaults&)>& change);
+  void heal();
+  const std::string& identity() const { return config_.identity; }
+  void power_on(const std::string& identity);  // while unplugged: settings are lost
+  void say_unasked(std::string text);
+
  private:
+  Result<Pty> open_pty(bool other_port) const;
   Result<> make_link() const;
   Task<> watch_clients();
 
@@ -38,6 +49,9 @@ class MeterPort {
   std::optional<Pty> pty_;
   std::shared_ptr<lcr6100::Lcr6100Sim> meter_;
   std::shared_ptr<lcr6100::Lcr6100Sim> unplugged_;  // its settings come back with the plug
+  std::string last_path_;  // of the pty
+  lcr6100::SimHooks hooks_;
+  lcr6100::SimFaults lasting_;  // of a script
   int running_ = 0;
 };
 

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "base/log.hpp"
+#include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "daemon/rehearse.hpp"
 #include "tools/lcrig/commands.hpp"
@@ -34,7 +36,8 @@ json to_json(const RehearseResult& r) {
            {"frame_samples", r.frame_samples},
            {"duration_s", r.duration_s},
            {"wall_s", r.wall_s},
-           {"db", r.db_path}};
+           {"db", r.db_path},
+           {"faults_injected", r.faults}};
   out["code"] = r.code ? json(to_string(*r.code)) : json(nullptr);
   out["C0_pF"] = number_or_null(r.c0_pF);
   out["peak_force_N"] = number_or_null(r.peak_force_N);
@@ -48,6 +51,9 @@ void print_text(Console& console, const RehearseResult& r) {
   fmt::print(console.out, "{} LCR readings ({} of measure steps), {} frame samples\n",
              r.lcr_readings, r.measure_readings, r.frame_samples);
   fmt::print(console.out, "{} of rig time in {:.2f} s\n", format_time(r.duration_s), r.wall_s);
+  if (r.faults > 0) {
+    fmt::print(console.out, "{} faults injected: events of kind `injected`\n", r.faults);
+  }
   if (r.c0_pF) fmt::print(console.out, "C0 {:.4f} pF\n", *r.c0_pF);
   if (r.peak_force_N) fmt::print(console.out, "peak force {:.4f} N\n", *r.peak_force_N);
   if (r.delta_C_fF_at_peak) {
@@ -73,6 +79,7 @@ class RehearseCommand final : public Command {
     list.seed("--seed", seed_, "Noise of the simulated instruments");
     list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
+    list.option("--faults", faults_, "FILE", "Let things go wrong as this script says");
   }
   Outcome<ExitCode> run(Context& context) override;
 
@@ -80,7 +87,7 @@ class RehearseCommand final : public Command {
   Outcome<RehearseRequest> request(const Context& context) const;
   Outcome<std::string> database(const Context& context) const;
 
-  std::string protocol_, specimen_, bench_ = "paper", operator_, note_;
+  std::string protocol_, specimen_, bench_ = "paper", operator_, note_, faults_;
   std::vector<std::string> parameters_;
   std::optional<std::uint64_t> seed_;
 };
@@ -130,6 +137,12 @@ Outcome<RehearseRequest> RehearseCommand::request(const Context& context) const 
     auto bench = library.find(LibraryKind::bench, bench_);
     if (!bench) return tl::unexpected(bench.error());
     if (*bench) out.bench_text = std::move((*bench)->text);
+  }
+  if (!faults_.empty()) {
+    auto text = read_text_file(faults_);
+    if (!text) return tl::unexpected(Failure(text.error(), "lcrig rehearse ... --faults FILE"));
+    out.faults_name = faults_;
+    out.faults_text = std::move(*text);
   }
   out.seed = seed_;
   out.operator_name = operator_.empty() ? login_name() : operator_;

@@ -66,6 +66,11 @@ TEST(FrameLinkLine, RefusesWhatCannotBeRead) {
   }
 }
 
+TEST(FrameLinkLine, RefusesAKeyThatWasHitOnTheLine) {
+  EXPECT_TRUE(parse_line("S seq=1 n=1 force_N=0.5"));
+  EXPECT_FALSE(parse_line("S seq=1 n=1 f\xefrce_N=0.5")) << "its force would be missing";
+}
+
 TEST(FrameLinkLine, OnlyFiniteDecimalNumbersAreNumbers) {
   for (const char* text :
        {"nan", "inf", "-inf", "1e999", "1,5", "0x10", "1.5mm", "", "--1", "+-1"}) {

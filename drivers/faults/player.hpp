@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plays a fault script on a simulated bench: seeded, so that the same script on the same run does
+// the same again in virtual time.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <map>
+#include <random>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "drivers/faults/bench.hpp"
+#include "drivers/faults/script.hpp"
+#include "drivers/line_fault.hpp"
+#include "drivers/wakeup.hpp"
+
+namespace lcrig {
+
+class FaultPlayer {
+ public:
+  // Told of every fault when it happens and when it ends; the text is one line.
+  using Told = std::function<void(MonoTime at, const std::string& text)>;
+  // Everything outlives the player; `surroundings` may be nullptr (then check_stage refused what
+  // needs them).
+  FaultPlayer(asio::any_io_executor executor, Clock& clock, FaultBench& bench,
+              FaultSurroundings* surroundings, FaultScript script, Told told);
+  ~FaultPlayer();
+  FaultPlayer(const FaultPlayer&) = delete;
+  FaultPlayer& operator=(const FaultPlayer&) = delete;
+
+  // Time zero of `at_s`; counted faults without at_s and in_step happen from the construction on.
+  void begin();
+  void enter_step(std::string_view id, std::string_view kind, bool finishing);
+  // Mends what can be mended (plugs, disk, memory) and ends the player's task; idempotent.
+  void stop();
+  bool is_idle() const { return !running_; }
+  // How often each fault of the script happened so far.
+  std::vector<std::int64_t> happened() const;
+  const FaultScript& script() const { return script_; }
+
+ private:
+  struct State {
+    explicit State(const Fault& f) : fault(&f) {}
+    const Fault* fault;
+    bool open = false;  // its time, or its step, has come
+    std::int64_t opened = 0;  // how often; tells an older end from this one
+    std::int64_t seen = 0;  // events of a counted fault
+    std::int64_t fired = 0;
+  };
+  using Act = std::function<void()>;
+
+  void attach();
+  void schedule(MonoTime at, Act act);
+  Task<> run();
+  void open(State& s);
+  void close(State& s);
+  bool is_due(State& s);
+  const Fault* counted_event(std::initializer_list<FaultKind> kinds);
+  void happen(State& s);
+  LineFault next_answer();
+  LineFault next_transmission();
+  void act(const Fault& fault, bool on);
+  void act_on_meter(const Fault& fault, bool on);
+  void act_on_frame(const Fault& fault, bool on);
+  void act_on_bench(const Fault& fault, bool on);
+
+  asio::any_io_executor executor_;
+  Clock& clock_;
+  FaultBench& bench_;
+  FaultSurroundings* surroundings_;
+  FaultScript script_;
+  Told told_;
+  std::vector<State> states_;
+  std::mt19937_64 random_;
+  std::string first_identity_;  // of the meter that the bench began with
+  std::multimap<MonoTime, Act> agenda_;
+  Wakeup wakeup_;
+  std::uint64_t step_ = 0;  // steps entered so far
+  bool running_ = false, stopped_ = false;
+};
+
+}  // namespace lcrig

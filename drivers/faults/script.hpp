@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fault script `faults/1`: what goes wrong on a simulated bench, and when. docs/faults.md describes
+// it, schema/faults.schema.json is its schema.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.hpp"
+
+namespace lcrig {
+
+enum class FaultKind {
+  // meter, each answer
+  reply_late,
+  reply_lost,
+  reply_cut,
+  reply_doubled,
+  reply_garbled,
+  reply_echoed,
+  // meter, each set command
+  set_lost,
+  // meter
+  unsolicited,
+  stuck,
+  overload,
+  slow,
+  meter_noise,
+  meter_silent,
+  meter_unplug,
+  meter_power_cycle,
+  other_instrument,
+  // frame, each transmission of the gateway
+  line_late,
+  line_lost,
+  line_cut,
+  line_doubled,
+  line_garbled,
+  // frame, each command; each end of a motion
+  refusal,
+  completion_lost,
+  // frame
+  samples_lost,
+  clock_jump,
+  force_spike,
+  stall,
+  overshoot,
+  heartbeat_lost,
+  gateway_restarted,
+  frame_noise,
+  frame_silent,
+  deaf,
+  frame_unplug,
+  frame_power_cycle,
+  // bench
+  operator_absent,
+  disk_full,
+  disk_read_only,
+  disk_slow,
+  wall_clock_step,
+  memory_short,
+};
+
+enum class FaultTarget { meter, frame, bench };
+
+// How a fault happens: to single events that are counted (answers, commands), for a while, or once.
+enum class FaultShape { counted, lasting, once };
+
+struct Fault {
+  Fault() = default;
+  FaultKind kind = FaultKind::reply_late;
+  FaultTarget on = FaultTarget::meter;
+  FaultShape shape = FaultShape::counted;
+  std::string name;  // "reply_late"
+  std::string where;  // "FILE:LINE:COLUMN /faults/0", for messages
+
+  // When. Seconds of the rig since the start of the run (or of lcrig-sim), or into a step.
+  std::optional<double> at_s;
+  std::optional<std::string> in_step;  // id or kind of a step, or "finally"
+  double after_s = 0;
+  std::optional<double> every_s, for_s;
+  std::optional<std::int64_t> every, times;
+  std::optional<double> probability;
+
+  // Parameters; each only with the faults that docs/faults.md names.
+  double delay_s = 0, factor = 1, byte_probability = 0, jump_s = 0, force_N = 0, step_s = 0;
+  std::int64_t samples = 1;
+  std::string text, identity, code = "not_ready";
+  bool other_port = false, forgets_zero = false;
+
+  bool has_window() const { return at_s || in_step; }
+};
+
+struct FaultScript {
+  FaultScript() = default;
+  std::string name, text;
+  std::uint64_t seed = 1;  // of probabilities
+  std::vector<Fault> faults;
+};
+
+// Errors: invalid_request with file position and JSON pointer.
+Result<FaultScript> parse_fault_script(std::string_view text, const std::string& name);
+Result<FaultScript> load_fault_script(const std::string& path);  // also io
+
+// Who plays it.
+struct FaultStage {
+  FaultStage() = default;
+  bool has_frame = true;  // false: weights on a rod
+  bool knows_steps = true;  // false: lcrig-sim
+  bool has_surroundings = true;  // disk, wall clock, memory, operator; false: lcrig-sim
+};
+// Errors: invalid_request, with the first fault that cannot happen there.
+Result<> check_stage(const FaultScript& script, const FaultStage& stage);
+
+// One line for logs and events: "meter reply_late, delay_s 1.5".
+std::string describe(const Fault& fault);
+
+}  // namespace lcrig

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the simulated gateway does with each line that it hears.
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "drivers/zwick/sim.hpp"
+#include "drivers/zwick/sim_machine.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using frame_link::Line;
+using frame_link::Refusal;
+using frame_link::SimMachine;
+using frame_link::Verdict;
+
+Refusal syntax(const Error& error) {
+  return Refusal("syntax", error.what);
+}
+
+Verdict set_limits(SimMachine& m, MonoTime t, const Line& line) {
+  const auto limits = frame_link::parse_limits(line);
+  if (!limits) return syntax(limits.error());
+  return m.set_limits(t, *limits);
+}
+
+Verdict move(SimMachine& m, MonoTime t, const Line& line) {
+  const auto travel = frame_link::length_of(line, "travel_mm");
+  const auto speed = frame_link::speed_of(line);
+  if (!travel) return syntax(travel.error());
+  if (!speed) return syntax(speed.error());
+  return m.move(t, *line.number, travel->si(), speed->si());
+}
+
+Verdict move_until(SimMachine& m, MonoTime t, const Line& line) {
+  const auto force = frame_link::force_of(line);
+  const auto speed = frame_link::speed_of(line);
+  const auto guard = frame_link::length_of(line, "guard_mm");
+  if (!force) return syntax(force.error());
+  if (!speed) return syntax(speed.error());
+  if (!guard) return syntax(guard.error());
+  return m.move_until(t, *line.number, force->si(), speed->si(), guard->si());
+}
+
+Verdict ramp(SimMachine& m, MonoTime t, const Line& line) {
+  const auto force = frame_link::force_of(line);
+  const auto rate = line.number_of("rate_N_s");
+  if (!force) return syntax(force.error());
+  if (!rate) return syntax(rate.error());
+  return m.ramp(t, *line.number, force->si(), *rate);
+}
+
+Verdict hold(SimMachine& m, MonoTime t, const Line& line) {
+  const auto mode = line.text("mode");
+  if (mode == "travel") {
+    m.halt(t, MotionEnd::stopped, "hold");
+    return std::nullopt;
+  }
+  if (mode != "force") return Refusal("syntax", "HOLD takes mode=travel or mode=force");
+  const auto force = frame_link::force_of(line);
+  if (!force) return syntax(force.error());
+  return m.hold_force(t, force->si());
+}
+
+Verdict zero(SimMachine& m, MonoTime t, const Line& line) {
+  return m.zero(t, line.flag("force"), line.flag("travel"));
+}
+
+using Handler = Verdict (*)(SimMachine&, MonoTime, const Line&);
+constexpr std::array<std::pair<std::string_view, Handler>, 6> kHandlers{{
+    {"LIMITS", set_limits},
+    {"MOVE", move},
+    {"MOVEF", move_until},
+    {"RAMPF", ramp},
+    {"HOLD", hold},
+    {"ZERO", zero},
+}};
+
+}  // namespace
+
+std::string ZwickSim::hello() const {
+  frame_link::Hello hello;
+  hello.side = "gateway";
+  hello.identity.maker = "lcrig";
+  hello.identity.model = recording_ ? "frame recording" : "simulated frame";
+  hello.identity.serial = settings_.serial;
+  hello.identity.firmware = LCRIG_VERSION;
+  return frame_link::format_hello(hello);
+}
+
+void ZwickSim::open_session() {
+  const MonoTime now = clock_.now();
+  if (machine_) {
+    machine_->halt(now, MotionEnd::stopped, "new session");
+    machine_->disarm();
+  }
+  session_ = true;
+  watchdog_tripped_ = false;
+  batch_.clear();
+  out_.clear();
+  rate_Hz_ = 0;
+  seq_ = 1;
+  stops_ = 0;
+  stop_owed_ = false;
+  say(hello());
+  FrameCapabilities caps;
+  if (machine_) {
+    caps = machine_->capabilities();
+  } else {
+    caps.sample_rate_max_Hz = settings_.rate_max_Hz;
+    caps.deceleration = 0.05_m_s2;
+  }
+  say(frame_link::format_caps(caps));
+}
+
+void ZwickSim::on_line(std::string_view text) {
+  if (text.empty()) return;
+  const MonoTime now = clock_.now();
+  catch_up(now);
+  const auto line = frame_link::parse_line(text);
+  if (!line) {
+    say(frame_link::format_event("syntax", line.error().what));
+    return;
+  }
+  if (line->word == "HB" && faults.no_heartbeats) return;
+  heard_ = now;
+  watchdog_tripped_ = false;
+  if (line->word == "STOP") return on_stop();
+  if (line->word == "HELLO") return open_session();
+  if (line->word == "HB" || !session_) return;
+  if (line->number) return on_command(*line);
+  say(frame_link::format_event("unknown", line->word));
+}
+
+void ZwickSim::on_stop() {
+  ++stops_;
+  stop_owed_ = true;
+  if (machine_) machine_->halt(clock_.now(), MotionEnd::stopped, "STOP");
+  catch_up(clock_.now());
+}
+
+void ZwickSim::answer_stops() {
+  stop_owed_ = false;
+  flush();
+  if (faults.lose_stopped > 0) {
+    --faults.lose_stopped;
+    return;
+  }
+  MotionOutcome standing;
+  if (machine_) {
+    const FrameSample s = machine_->sample(clock_.now());
+    standing.force_N = s.force_N;
+    standing.travel_m = s.travel_m;
+  }
+  say(frame_link::format_stopped(stops_, standing));
+}
+
+void ZwickSim::on_command(const Line& line) {
+  Verdict no = Refusal("unknown_command", "no such command");
+  const auto handler =
+      std::ranges::find(kHandlers, line.word, [](const auto& h) { return h.first; });
+  std::string refusal = std::exchange(faults.refuse_next, {});
+  if (refusal.empty() && hooks.refuses) refusal = hooks.refuses();
+  if (!refusal.empty()) {
+    no = Refusal(std::move(refusal), "not now");
+  } else if (line.word == "STATUS") {
+    no.reset();
+  } else if (line.word == "RATE") {
+    return set_rate(line);
+  } else if (handler != kHandlers.end() && !machine_) {
+    no = Refusal("unsupported", "a recording is played: nothing moves");
+  } else if (handler != kHandlers.end()) {
+    no = handler->second(*machine_, clock_.now(), line);
+  }
+  if (faults.lose_answers > 0) {
+    --faults.lose_answers;
+  } else if (no) {
+    say(frame_link::format_err(*line.number, no->code, no->text));
+  } else {
+    say(frame_link::format_ok(*line.number));
+  }
+  catch_up(clock_.now());
+}
+
+void ZwickSim::set_rate(const Line& line) {
+  const auto hz = line.number_of("hz");
+  if (!hz) return say(frame_link::format_err(*line.number, "syntax", hz.error().what));
+  if (*hz < 0) return say(frame_link::format_err(*line.number, "bad_value", "a negative rate"));
+  if (*hz > settings_.rate_max_Hz) {
+    return say(frame_link::format_err(*line.number, "machine_limits", "faster than rate_max_hz"));
+  }
+  flush();
+  rate_Hz_ = *hz;
+  rate_start_ = clock_.now();
+  rate_index_ = 1;
+  say(frame_link::format_ok(*line.number));
+}
+
+}  // namespace lcrig

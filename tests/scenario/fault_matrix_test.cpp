@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every fault in every phase of a run, in virtual time. Whatever goes wrong: no limit is exceeded,
+// the frame stands, no reading is invented or paired with another question, the run is closed with
+// a true reason, nothing is left waiting. docs/faults.md lists the faults.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <map>
+#include <ostream>
+#include <regex>
+#include <vector>
+
+#include "tests/support/fault_world.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr double kLimit_N = 1.0;
+constexpr double kPressing_m_s = 0.05e-3;  // the fastest that presses the specimen
+
+std::string head(const std::string& trigger, const std::string& rate_Hz) {
+  return R"({ "format": "load-protocol/1", "name": "matrix", "on_loss": "wait", "on_loss_timeout_s": 5,
+  "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast",
+      "trigger": ")" +
+         trigger + R"(" }, "frame": { "rate_Hz": )" + rate_Hz + " } }, ";
+}
+
+// The phases are the ids of the steps; "finally" is its only one.
+const std::string kFrameSteps = R"(
+  "steps": [
+    { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
+    { "id": "near", "do": "ramp", "to": { "travel_mm": 0.57 }, "speed_mm_s": 2, "timeout_s": 6 },
+    { "id": "approach", "do": "find_contact", "speed_mm_s": 0.05, "force_N": 0.02, "back_off_mm": 0.03, "timeout_s": 6 },
+    { "id": "load", "do": "move_until", "until": { "force_N": 0.5 }, "speed_mm_s": 0.03, "timeout_s": 6 },
+    { "id": "hold", "do": "hold", "hold": "force", "force_N": 0.5, "for_s": 1.5 },
+    { "id": "measure", "do": "measure", "count": 6, "within_s": 1.5 },
+    { "id": "unload", "do": "ramp", "to": { "gap_mm": 0.1 }, "speed_mm_s": 0.1, "timeout_s": 4 } ],
+  "finally": [ { "id": "clear", "do": "ramp", "to": { "travel_mm": 0 }, "speed_mm_s": 0.5, "timeout_s": 4 } ] })";
+
+const std::string kRodSteps = R"(
+  "steps": [
+    { "id": "load", "do": "place_weight", "force_N": 0.5 },
+    { "id": "measure", "do": "measure", "count": 6, "within_s": 4 },
+    { "id": "hold", "do": "record", "until": "confirmed", "timeout_s": 20 } ],
+  "finally_timeout_s": 60,
+  "finally": [ { "id": "off", "do": "place_weight", "mass_g": 0 } ] })";
+
+enum class Rig { frame, frame_bus, rod };  // frame_bus: the meter is triggered
+
+enum class Target { meter, frame, bench };
+
+struct Row {
+  const char* name;
+  Target target;
+  const char* what;  // members of the fault, without on, in_step and after_s
+  bool survived = false;  // the run must succeed, wherever it happens
+};
+void PrintTo(const Row& row, std::ostream* out) {
+  *out << row.what;
+}
+
+// A time of 0.3 s into the step, for faults that only mean something in the middle of it.
+constexpr Row kRows[] = {
+    {"reply_late", Target::meter, R"("fault": "reply_late", "delay_s": 1.5)", true},
+    {"reply_lost", Target::meter, R"("fault": "reply_lost")", true},
+    {"reply_cut", Target::meter, R"("fault": "reply_cut")", true},
+    {"reply_doubled", Target::meter, R"("fault": "reply_doubled")", true},
+    {"reply_garbled", Target::meter, R"("fault": "reply_garbled")", true},
+    {"reply_echoed", Target::meter, R"("fault": "reply_echoed")", true},
+    {"replies_late_often", Target::meter, R"("fault": "reply_late", "delay_s": 1.5, "every": 3)"},
+    {"replies_lost_often", Target::meter, R"("fault": "reply_lost", "probability": 0.3)"},
+    {"replies_all_lost", Target::meter, R"("fault": "reply_lost", "probability": 1)"},
+    {"replies_all_garbled", Target::meter, R"("fault": "reply_garbled", "probability": 1)"},
+    {"unsolicited", Target::meter, R"("fault": "unsolicited")", true},
+    {"unsolicited_word", Target::meter, R"("fault": "unsolicited", "text": "LOW BATTERY")", true},
+    {"stuck", Target::meter, R"("fault": "stuck")"},
+    {"overload", Target::meter, R"("fault": "overload", "for_s": 1)", true},
+    {"slow", Target::meter, R"("fault": "slow", "factor": 8)"},
+    {"line_noise", Target::meter, R"("fault": "line_noise", "byte_probability": 0.01)"},
+    {"silent_1s", Target::meter, R"("fault": "silent", "for_s": 1)", true},
+    {"silent", Target::meter, R"("fault": "silent")"},
+    {"unplug_1s", Target::meter, R"("fault": "unplug", "for_s": 1)", true},
+    {"unplug_other_port", Target::meter, R"("fault": "unplug", "for_s": 1, "other_port": true)",
+     true},
+    {"unplug", Target::meter, R"("fault": "unplug")"},
+    {"power_cycle", Target::meter, R"("fault": "power_cycle", "for_s": 1)", true},
+    {"power_cycle_set_lost", Target::meter,
+     R"("fault": "power_cycle", "for_s": 1 }, { "fault": "set_lost", "on": "meter", "every": 4)"},
+    {"other_instrument", Target::meter,
+     R"("fault": "other_instrument", "identity": "LCR-6100,REV E8.13,OTHER0007,Good Will Instrument Co., Ltd.")"},
+    {"other_instrument_1s", Target::meter,
+     R"("fault": "other_instrument", "for_s": 1, "identity": "LCR-6100,REV E8.13,OTHER0007,Good Will Instrument Co., Ltd.")",
+     true},
+
+    {"line_late", Target::frame, R"("fault": "line_late", "delay_s": 0.7)"},
+    {"line_lost", Target::frame, R"("fault": "line_lost")"},
+    {"line_cut", Target::frame, R"("fault": "line_cut")"},
+    {"line_doubled", Target::frame, R"("fault": "line_doubled")", true},
+    {"line_garbled", Target::frame, R"("fault": "line_garbled")"},
+    {"lines_lost_often", Target::frame, R"("fault": "line_lost", "probability": 0.3)"},
+    {"lines_cut_often", Target::frame, R"("fault": "line_cut", "probability": 0.3)"},
+    {"line_noise", Target::frame, R"("fault": "line_noise", "byte_probability": 0.002)"},
+    {"samples_lost", Target::frame, R"("fault": "samples_lost", "samples": 7)", true},
+    {"clock_jump", Target::frame, R"("fault": "clock_jump", "jump_s": -30)", true},
+    {"force_spike", Target::frame, R"("fault": "force_spike", "force_N": 3)"},
+    {"force_spike_down", Target::frame, R"("fault": "force_spike", "force_N": -2)"},
+    {"stall", Target::frame, R"("fault": "stall")"},
+    {"overshoot", Target::frame, R"("fault": "overshoot", "delay_s": 3)"},
+    {"refusal", Target::frame, R"("fault": "refusal")"},
+    {"completion_lost", Target::frame, R"("fault": "completion_lost")"},
+    {"heartbeat_lost", Target::frame, R"("fault": "heartbeat_lost", "for_s": 3)"},
+    {"gateway_restarted", Target::frame, R"("fault": "gateway_restarted")", true},
+    {"gateway_restarted_zero", Target::frame,
+     R"("fault": "gateway_restarted", "forgets_zero": true)"},
+    {"silent_1s", Target::frame, R"("fault": "silent", "for_s": 1)"},
+    {"silent", Target::frame, R"("fault": "silent")"},
+    {"deaf_1s", Target::frame, R"("fault": "deaf", "for_s": 1)"},
+    {"deaf", Target::frame, R"("fault": "deaf")"},
+    {"unplug_1s", Target::frame, R"("fault": "unplug", "for_s": 1)", true},
+    {"unplug_other_port", Target::frame, R"("fault": "unplug", "for_s": 1, "other_port": true)",
+     true},
+    {"unplug", Target::frame, R"("fault": "unplug")"},
+    {"power_cycle", Target::frame, R"("fault": "power_cycle", "for_s": 1)"},
+
+    {"operator_absent", Target::bench, R"("fault": "operator_absent", "for_s": 8)", true},
+    {"operator_never", Target::bench, R"("fault": "operator_absent", "for_s": 3600)"},
+    {"disk_full", Target::bench, R"("fault": "disk_full")"},
+    {"disk_full_1s", Target::bench, R"("fault": "disk_full", "for_s": 1)"},
+    {"disk_read_only", Target::bench, R"("fault": "disk_read_only")"},
+    {"disk_read_only_1s", Target::bench, R"("fault": "disk_read_only", "for_s": 1)"},
+    {"disk_slow", Target::bench, R"("fault": "disk_slow", "delay_s": 0.002)", true},
+    {"wall_clock_step", Target::bench, R"("fault": "wall_clock_step", "step_s": -3600)", true},
+    {"memory_short", Target::bench, R"("fault": "memory_short")"},
+    {"memory_short_1s", Target::bench, R"("fault": "memory_short", "for_s": 1)"},
+};
+
+const char* to_string(Target t) {
+  switch (t) {
+    case Target::meter: return "meter";
+    case Target::frame: return "frame";
+    case Target::bench: return "bench";
+  }
+  return "?";
+}
+
+struct Cell {
+  const Row* row;
+  const char* phase;
+  Rig rig;
+};
+
+bool is(const Row& row, std::string_view name) {
+  return row.name == name;
+}
+
+// Some faults have no occasion in some phases: nothing is commanded while a level is measured, no
+// motion ends while a force is held, nobody is asked anything on a frame.
+bool has_occasion(const Row& row, std::string_view phase, Rig rig) {
+  const bool moves =
+      phase == "approach" || phase == "load" || phase == "unload" || phase == "finally";
+  if (is(row, "refusal")) return moves || phase == "hold";
+  if (is(row, "completion_lost") || is(row, "stall")) return moves;
+  if (is(row, "operator_absent") || is(row, "operator_never"))
+    return rig == Rig::rod && phase != "measure";
+  return true;
+}
+
+std::vector<Cell> cells_of(const Row& row) {
+  const std::vector<const char*> frame{"approach", "load", "hold", "measure", "unload", "finally"};
+  const std::vector<const char*> triggered{"load", "measure"};  // the meter's own part
+  const std::vector<const char*> rod{"load", "measure", "hold", "finally"};
+  std::vector<Cell> out;
+  for (const Rig rig : {Rig::frame, Rig::frame_bus, Rig::rod}) {
+    if (rig == Rig::frame_bus && row.target != Target::meter) continue;
+    if (rig == Rig::rod && row.target == Target::frame) continue;
+    for (const char* phase : rig == Rig::rod ? rod : rig == Rig::frame ? frame : triggered) {
+      if (has_occasion(row, phase, rig)) out.push_back({&row, phase, rig});
+    }
+  }
+  return out;
+}
+
+std::string name_of(const Cell& c) {
+  const char* rig = c.rig == Rig::rod ? "_rod" : c.rig == Rig::frame_bus ? "_triggered" : "";
+  return fmt::format("{}_{}_{}{}", to_string(c.row->target), c.row->name, c.phase, rig);
+}
+
+std::string script_of(const Cell& c) {
+  const bool from_the_start = is(*c.row, "refusal") || is(*c.row, "overshoot");
+  return fmt::format(
+      R"({{ "format": "faults/1", "seed": 5, "faults": [ {{ "on": "{}", "in_step": "{}", "after_s": {}, {} }} ] }})",
+      to_string(c.row->target), c.phase, from_the_start ? 0 : 0.3, c.row->what);
+}
+
+// What a true reason for the end of a run names.
+std::string blamed(Target t) {
+  switch (t) {
+    case Target::meter: return "lcr|meter|readings";
+    case Target::frame: return "frame|gateway|force|motion|travel";
+    case Target::bench: return "t\\.db|a person|`finally` did not end";
+  }
+  return "";
+}
+
+void play(const Cell& cell, std::map<std::string, int>& ended) {
+  const bool rod = cell.rig == Rig::rod;
+  const std::string trigger = cell.rig == Rig::frame_bus ? "bus" : "internal";
+  FaultWorld world(head(trigger, rod ? "10" : "50") + (rod ? kRodSteps : kFrameSteps),
+                   script_of(cell));
+  world.bench.plant.contact_travel_m = 0.6e-3;
+  if (is(*cell.row, "operator_never")) {
+    const char* step = std::string_view(cell.phase) == "finally" ? "off" : cell.phase;
+    world.acts.push_back(
+        {step, 40s, [](SessionWorld& w) { w.interrupt(Interrupt::abort, "a person"); }});
+  }
+  const auto result = world.run();
+  FaultLimits limits;
+  limits.force_max_N = kLimit_N;
+  limits.speed_m_s = rod ? 0 : kPressing_m_s;
+  // A device that stops too late is stopped by the guard: a batch of 100 ms and its way here.
+  if (is(*cell.row, "overshoot")) limits.reaction_s = 0.12;
+  Invariants invariants(world, result, limits);
+  ASSERT_NO_FATAL_FAILURE(invariants.expect_all());
+  EXPECT_GT(world.player->happened().front(), 0) << "the fault never happened";
+  if (result->exit_status != "success") {
+    EXPECT_TRUE(std::regex_search(result->reason, std::regex(blamed(cell.row->target))))
+        << result->reason;
+  }
+  if (cell.row->survived) EXPECT_EQ(result->exit_status, "success") << result->reason;
+  // `finally` clears the specimen, or the reason says why it did not.
+  if (!rod && result->reason.find("`finally`") == std::string::npos) {
+    EXPECT_NEAR(world.last_travel_m, 0, 1e-5) << result->reason;
+    EXPECT_EQ(world.last_force_N, 0);
+  }
+  if (is(*cell.row, "wall_clock_step")) {
+    EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE kind = 'clock_step'"), 1);
+  }
+  if (is(*cell.row, "heartbeat_lost") && std::string_view(cell.phase) == "hold") {
+    EXPECT_GE(world.count("SELECT COUNT(*) FROM event WHERE kind = 'loss'"), 1)
+        << "the gateway stopped by itself";
+  }
+  ++ended[result->exit_status];
+}
+
+// One row a test; the trace of a failure names the cell.
+class FaultMatrix : public ::testing::TestWithParam<Row> {};
+
+TEST_P(FaultMatrix, KeepsThePromisesInEveryPhase) {
+  std::map<std::string, int> ended;
+  for (const Cell& cell : cells_of(GetParam())) {
+    SCOPED_TRACE(name_of(cell));
+    play(cell, ended);
+  }
+  std::string words;
+  for (const auto& [how, n] : ended) words += fmt::format(" {} {}", n, how);
+  std::printf("%s %s:%s\n", to_string(GetParam().target), GetParam().name, words.c_str());
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryFault, FaultMatrix, ::testing::ValuesIn(kRows), [](const auto& r) {
+  return fmt::format("{}_{}", to_string(r.param.target), r.param.name);
+});
+
+// docs/promises.md says how many.
+TEST(FaultMatrixItself, HasSoManyCells) {
+  std::size_t cells = 0;
+  for (const Row& row : kRows) cells += cells_of(row).size();
+  EXPECT_EQ(cells, 543U);
+}
+
+// A matrix whose runs do not get that far would prove nothing.
+TEST(FaultMatrixItself, WithoutFaultsTheRunsSucceedAndMeasure) {
+  for (const Rig rig : {Rig::frame, Rig::frame_bus, Rig::rod}) {
+    const bool rod = rig == Rig::rod;
+    FaultWorld world(head(rig == Rig::frame_bus ? "bus" : "internal", rod ? "10" : "50") +
+                         (rod ? kRodSteps : kFrameSteps),
+                     "");
+    world.bench.plant.contact_travel_m = 0.6e-3;
+    const auto result = world.run();
+    FaultLimits limits;
+    limits.speed_m_s = rod ? 0 : kPressing_m_s;
+    Invariants(world, result, limits).expect_all();
+    EXPECT_EQ(result->exit_status, "success") << result->reason;
+    EXPECT_EQ(world.count("SELECT COUNT(*) FROM lcr_reading WHERE level = 1"), 6);
+    EXPECT_GT(world.peak_N, 0.45);
+  }
+}
+
+}  // namespace
+}  // namespace lcrig
