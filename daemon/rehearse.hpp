@@ -45,8 +45,8 @@ struct RehearseResult {
   std::int64_t faults = 0;  // that happened, of the script
 };
 
-// Errors: invalid_request (protocol, parameters, specimen, bench, faults), io (database). A run that began
-// and failed is a result, not an error.
+// Errors: invalid_request (protocol, parameters, specimen, bench, faults), io (database). A run
+// that began and failed is a result, not an error.
 Result<RehearseResult> rehearse(const RehearseRequest& request);
 
 // For `lcrig protocol plan`: what that bench's instruments can do, and, with a specimen, what it
