@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "analysis/metrics.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 
@@ -118,10 +119,10 @@ void append_regions(std::string& out, const RunAnalysis& a) {
 }  // namespace
 
 std::string to_text(const RunAnalysis& a) {
-  std::string out = fmt::format("run {}: {}, specimen {}, {}{}\n", a.run, a.protocol,
-                                a.specimen.empty() ? "-" : a.specimen, a.function,
+  std::string out = fmt::format("run {}: {}, specimen {}, {}{}\n", a.run, printable(a.protocol, 60),
+                                a.specimen.empty() ? "-" : printable(a.specimen, 60), a.function,
                                 a.simulated ? " (simulated)" : "");
-  for (const std::string& note : a.notes) out += fmt::format("  note: {}\n", note);
+  for (const std::string& note : a.notes) out += fmt::format("  note: {}\n", printable(note, 1000));
   out +=
       fmt::format("\nResults: value +- standard error, {:g} % interval (scatter only), readings\n",
                   a.options.confidence * 100);

@@ -3,29 +3,62 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
 
 #include "base/decimal.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 
+namespace {
+
+// = + - @ and their full-width forms; a spreadsheet skips what is blank before them.
+bool is_formula(std::string_view text) {
+  while (!text.empty()) {
+    const char32_t c = take_character(text);
+    if (std::u32string_view(U"=+-@\t\r\n\uFF1D\uFF0B\uFF0D\uFF20").find(c) !=
+        std::u32string_view::npos) {
+      return true;
+    }
+    if (c != ' ') return false;
+  }
+  return false;
+}
+
+// Nearly every cell: a step's id, a status.
+bool is_plain(std::string_view text) {
+  return std::ranges::all_of(text, [](char c) { return c >= 0x20 && c < 0x7f && c != '"'; });
+}
+
+// The text of RFC 4180 has no control characters but CR and LF; a tab is a tab.
+void append_character(std::string& out, char32_t c, std::string_view bytes) {
+  if (c == '"') out += '"';
+  if (c == '\n' || c == '\r' || c == '\t') {
+    out += bytes;
+  } else {
+    out += printable(bytes);
+  }
+}
+
+}  // namespace
+
 void append_text_cell(std::string& out, std::string_view text) {
-  const bool formula =
-      !text.empty() && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos;
-  const bool quote = text.find_first_of(",\"\r\n") != std::string_view::npos;
+  const bool quote = text.find_first_of(",;\"\r\n\t") != std::string_view::npos;
   if (quote) out += '"';
-  if (formula) out += '\'';
-  if (!quote) {
+  if (is_formula(text)) out += '\'';
+  if (is_plain(text)) {
     out += text;
-    return;
+    text = {};
   }
-  for (const char c : text) {
-    if (c == '"') out += '"';
-    out += c;
+  while (!text.empty()) {
+    const std::string_view before = text;
+    const char32_t c = take_character(text);
+    append_character(out, c, before.substr(0, before.size() - text.size()));
   }
-  out += '"';
+  if (quote) out += '"';
 }
 
 std::string& CsvWriter::separate() {

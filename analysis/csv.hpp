@@ -13,9 +13,10 @@
 
 namespace lcrig {
 
-// A text cell that begins with = + - @ TAB or CR would be a formula to a spreadsheet: it gets a
-// leading apostrophe, which spreadsheets do not show. Cells with comma, quote or line end are
-// quoted.
+// A text cell that begins with = + - @ (also full-width, or behind blanks), TAB, CR or LF would be
+// a formula to a spreadsheet: it gets a leading apostrophe, which spreadsheets do not show. Cells
+// with comma, semicolon, quote, tab or line end are quoted. Other control characters, characters
+// that reorder text and bytes that are no UTF-8 become \xNN or \uNNNN.
 void append_text_cell(std::string& out, std::string_view text);
 
 class CsvWriter {

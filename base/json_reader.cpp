@@ -98,7 +98,7 @@ namespace {
 std::string located(const JsonDocument& doc, TextPosition at, const std::string& pointer,
                     const std::string& what) {
   return fmt::format("{}:{}:{} {}: {}", doc.name(), at.line, at.column,
-                     pointer.empty() ? "/" : printable(pointer), what);
+                     pointer.empty() ? "/" : printable(pointer, 200), printable(what, 2000));
 }
 }  // namespace
 
@@ -121,8 +121,7 @@ std::string JsonReader::shown() const {
   if (is_object()) return "an object";
   if (is_array()) return "an array";
   std::string text = value_->dump(-1, ' ', false, json::error_handler_t::replace);
-  if (text.size() > 60) text = text.substr(0, 57) + "...";
-  return printable(text);
+  return printable(text, 60);
 }
 
 bool JsonReader::is_object() const {
@@ -270,6 +269,11 @@ std::vector<JsonReader> JsonReader::members() const {
   std::vector<JsonReader> out;
   if (!is_object()) {
     refuse(fmt::format("{}, expected an object", shown()));
+    return out;
+  }
+  constexpr std::size_t kMost = 1000;
+  if (value_->size() > kMost) {
+    refuse(fmt::format("{} members, expected at most {}", value_->size(), kMost));
     return out;
   }
   for (const auto& [key, value] : value_->items()) {

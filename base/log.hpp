@@ -4,15 +4,17 @@
 
 #include <spdlog/spdlog.h>
 
+#include <memory>
 #include <string_view>
+
+#include "base/text.hpp"
 
 namespace lcrig {
 
-// Level: trace, debug, info, warn, error, off. Returns false for any other word.
+// Level: trace, debug, info, warn, error, off. Returns false for any other word. Every message is
+// made one harmless line (`printable`) of at most 4000 characters.
 bool set_up_logging(std::string_view level);
-
-// Text from outside (operator notes, instrument replies) made safe for a terminal and one log line:
-// control characters become \xNN.
-std::string printable(std::string_view text);
+// How a line of it looks: for the journal, or for a terminal with time and level.
+std::unique_ptr<spdlog::formatter> log_formatter(bool journal);
 
 }  // namespace lcrig

@@ -16,6 +16,9 @@ using nlohmann::json;
 
 namespace {
 
+constexpr std::size_t kShownMax = 200;  // characters of one value of the file in a message
+constexpr std::size_t kMessageMax = 2000;
+
 std::string escape_pointer(std::string_view key) {
   std::string out;
   for (const char c : key) {
@@ -68,8 +71,9 @@ class TokenFollower {
         while (at_ < text_.size() && text_[at_] != '\n') step();
       } else if (text_.substr(at_, 2) == "/*") {
         if (!block_comment_) block_comment_ = here_;
-        const auto end = text_.find("*/", at_ + 2);
-        while (at_ < text_.size() && at_ < end + 2) step();
+        const auto close = text_.find("*/", at_ + 2);
+        const auto end = close == text_.npos ? text_.size() : close + 2;
+        while (at_ < end) step();
       } else if (std::strchr(" \t\r\n,:}]", text_[at_])) {
         step();
       } else {
@@ -109,7 +113,7 @@ std::string without_prefix(std::string what) {
   if (what.starts_with("parse error at")) {
     if (const auto at = what.find(": "); at != std::string::npos) what.erase(0, at + 2);
   }
-  return printable(what);
+  return printable(what, kShownMax);
 }
 
 }  // namespace
@@ -134,6 +138,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
     if (error_.empty() && follower_.block_comment()) {
       refuse(*follower_.block_comment(), "a /* comment, expected `//` comments only");
     }
+    if (error_.empty()) refuse_steering();
     if (!error_.empty()) return fail(Errc::invalid_request, "{}", error_);
     if (!good) return fail(Errc::bug, "{}: refused without a reason", data_.name);
     return {};
@@ -160,13 +165,21 @@ class JsonParser final : public nlohmann::json_sax<json> {
   bool key(string_t& v) override {
     Level& level = levels_.back();
     const TextPosition at = follower_.next();
+    if (v.size() > kJsonKeyMax) {
+      return refuse(at,
+                    fmt::format("a key of {} bytes, expected at most {}", v.size(), kJsonKeyMax));
+    }
     level.key = v;
     const std::string pointer = next_pointer();
+    if (pointer.size() > kJsonPointerMax) {
+      return refuse(at, fmt::format("keys of {} bytes above one another, expected at most {}",
+                                    pointer.size(), kJsonPointerMax));
+    }
     if (!level.keys.insert(v).second) {
       const TextPosition first = data_.places[pointer].key;
       return refuse(at, fmt::format("the key `{}` for the second time, expected once (first in "
                                     "line {})",
-                                    printable(v), first.line));
+                                    printable(v, kShownMax), first.line));
     }
     data_.places[pointer].key = at;
     return true;
@@ -179,6 +192,22 @@ class JsonParser final : public nlohmann::json_sax<json> {
   }
 
  private:
+  // nlohmann refuses them in strings, but not in comments.
+  void refuse_steering() {
+    std::string_view rest = text_;
+    if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);
+    while (!rest.empty()) {
+      const std::string_view before = rest;
+      const char32_t c = take_character(rest);
+      if (c == '\n' || c == '\r' || c == '\t' || (c != kNotUtf8 && !is_steering(c))) continue;
+      const auto bytes = before.substr(0, before.size() - rest.size());
+      refuse(follower_.position_of(text_.size() - before.size()),
+             fmt::format("the character {}, expected UTF-8 text without control characters",
+                         printable(bytes)));
+      return;
+    }
+  }
+
   struct Level {
     json* container = nullptr;
     std::string pointer;
@@ -207,7 +236,13 @@ class JsonParser final : public nlohmann::json_sax<json> {
   template <class V>
   bool value(V&& v) {
     place(json(std::forward<V>(v)));
-    return true;
+    return count();
+  }
+
+  bool count() {
+    if (++values_ <= kJsonValuesMax) return true;
+    return refuse(follower_.next(),
+                  fmt::format("more than {} values, expected fewer", kJsonValuesMax));
   }
 
   bool open(json container) {
@@ -219,7 +254,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
                     fmt::format("more than {} levels of nesting", kJsonDepthMax));
     }
     levels_.push_back(std::move(level));
-    return true;
+    return count();
   }
 
   bool close() {
@@ -231,7 +266,8 @@ class JsonParser final : public nlohmann::json_sax<json> {
     if (!error_.empty()) return false;
     const std::string pointer = levels_.empty() ? "" : levels_.back().pointer;
     error_ = fmt::format("{}:{}:{} {}: {}", data_.name, at.line, at.column,
-                         pointer.empty() ? "/" : printable(pointer), why);
+                         pointer.empty() ? "/" : printable(pointer, kShownMax),
+                         printable(why, kMessageMax));
     return false;
   }
 
@@ -239,6 +275,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
   TokenFollower follower_;
   JsonDocument::Data& data_;
   std::vector<Level> levels_;
+  std::size_t values_ = 0;
   std::string error_;
 };
 
@@ -248,7 +285,7 @@ Result<JsonDocument> JsonDocument::parse(std::string_view text, std::string name
                 kJsonSizeMax);
   }
   auto data = std::make_shared<Data>();
-  data->name = std::move(name);
+  data->name = printable(name, kShownMax);
   JsonParser parser(text, *data);
   if (auto r = parser.run(); !r) return fail(r.error());
   return JsonParser::document(std::move(data));

@@ -4,7 +4,9 @@
 // the same words: `FILE:LINE:COLUMN /json/pointer: what was found, what was expected`.
 //
 // Strict: `//` comments are the only addition to JSON. Duplicate keys, numbers beyond double,
-// nesting beyond 64, more than 4 MiB and anything after the value are refused.
+// nesting beyond 64, more than 4 MiB or 100,000 values, keys beyond 200 bytes, control characters
+// and characters that reorder text (also in comments: people are shown them), and anything after
+// the value are refused.
 #pragma once
 
 #include <cstdint>
@@ -28,11 +30,14 @@ struct TextPosition {
 
 inline constexpr std::size_t kJsonSizeMax = 4 << 20;  // bytes
 inline constexpr int kJsonDepthMax = 64;
+// A place is kept for every value: these bound what a small file can make of our memory.
+inline constexpr std::size_t kJsonValuesMax = 100'000;
+inline constexpr std::size_t kJsonKeyMax = 200, kJsonPointerMax = 1000;  // bytes
 
 // A parsed file; immutable and cheap to copy.
 class JsonDocument {
  public:
-  // Every error is invalid_request. `name` is what messages call the text.
+  // Every error is invalid_request and one printable line. `name` is what messages call the text.
   static Result<JsonDocument> parse(std::string_view text, std::string name);
 
   const nlohmann::json& root() const;
@@ -106,7 +111,7 @@ class JsonReader {
   std::optional<JsonReader> find(std::string_view key) const;
   JsonReader at(std::string_view key) const;  // refused when absent
   JsonReader object(std::string_view key) const;
-  std::vector<JsonReader> members() const;  // all, for objects whose keys are names
+  std::vector<JsonReader> members() const;  // all (at most 1000), when the keys are names
 
   double number(std::string_view key, const Range& range = kAnyNumber) const;
   std::int64_t integer(std::string_view key, std::int64_t min, std::int64_t max) const;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/log.hpp"
+#include "daemon/audit.hpp"
 #include "daemon/continuation.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
@@ -245,6 +246,7 @@ Task<Result<RunStarted>> App::start_run(StartRunRequest request, PeerCredentials
   auto started = co_await prepare_and_start(std::move(request));
   preparing_ = false;
   if (!started) session_.reset();
+  if (started) recorder_->event(request_event(clock_.now(), "run.start", peer));
   co_return started;
 }
 
@@ -358,6 +360,7 @@ Task<> App::run_to_its_end() {
 Task<Result<>> App::pause(PeerCredentials peer) {
   Run* run = live_run();
   if (run == nullptr) co_return fail(Errc::invalid_request, "no run is going on");
+  recorder_->event(request_event(clock_.now(), "run.pause", peer));
   run->interrupt(InterruptRequest(Interrupt::pause, "by " + peer.user));
   co_return Result<>();
 }
@@ -366,7 +369,7 @@ Task<Result<RunStarted>> App::resume(std::optional<std::int64_t> run, bool confi
                                      PeerCredentials peer) {
   Run* live = live_run();
   if (live == nullptr && run) {
-    auto continued = co_await continue_run(*run, confirmed, peer.user);
+    auto continued = co_await continue_run(*run, confirmed, std::move(peer));
     co_return continued;
   }
   if (live == nullptr || (run && *run != live->status().run)) {
@@ -375,25 +378,26 @@ Task<Result<RunStarted>> App::resume(std::optional<std::int64_t> run, bool confi
   if (!live->resume()) {
     co_return fail(Errc::invalid_request, "run {} is not paused", live->status().run);
   }
+  recorder_->event(request_event(clock_.now(), "run.resume", peer));
   RunStarted going;
   going.run = live->status().run;
   co_return going;
 }
 
-Task<Result<RunStarted>> App::continue_run(std::int64_t run, bool confirmed,
-                                           std::string operator_name) {
+Task<Result<RunStarted>> App::continue_run(std::int64_t run, bool confirmed, PeerCredentials peer) {
   auto db = open_read_write(config_.database);
   if (!db) co_return fail(db.error());
   auto prepared = prepare_continuation(*db, run);
   if (!prepared) co_return fail(prepared.error());
   prepared->continues->confirmed = confirmed;
-  prepared->request.operator_name = std::move(operator_name);
+  prepared->request.operator_name = peer.user;
   auto claimed = co_await claim_start();
   if (!claimed) co_return fail(claimed.error());
   auto started = co_await start_prepared(std::move(*prepared));
   preparing_ = false;
   if (!started) session_.reset();
   if (!started) co_return started;
+  recorder_->event(request_event(clock_.now(), "run.resume", peer));
   auto noted = add_run_note(*db, run, "lcrigd", fmt::format("continued by run {}", started->run),
                             clock_.unix_ns());
   if (!noted) spdlog::warn("run {}: {}", run, printable(noted.error().what));
@@ -403,6 +407,8 @@ Task<Result<RunStarted>> App::continue_run(std::int64_t run, bool confirmed,
 Task<Result<>> App::stop_run(Interrupt kind, std::string why, const PeerCredentials& peer) {
   Run* run = live_run();
   if (run == nullptr) co_return fail(Errc::invalid_request, "no run is going on");
+  const char* request = kind == Interrupt::freeze ? "run.freeze" : "run.abort";
+  recorder_->event(request_event(clock_.now(), request, peer, why));
   const std::string reason = why.empty() ? "by " + peer.user : why + " (by " + peer.user + ")";
   run->interrupt(InterruptRequest(kind, reason));
   const MonoTime limit = clock_.now() + 3s;
@@ -425,18 +431,20 @@ Task<Result<>> App::freeze(std::string why, PeerCredentials peer) {
   co_return stopped;
 }
 
-Task<Result<>> App::confirm(PeerCredentials /*peer*/) {
+Task<Result<>> App::confirm(PeerCredentials peer) {
   if (!person_.confirmed()) co_return fail(Errc::invalid_request, "nothing waits for confirmation");
+  recorder_->event(request_event(clock_.now(), "run.confirm", peer));
   co_return Result<>();
 }
 
-Task<Result<std::string>> App::add_specimen(std::string text, PeerCredentials /*peer*/) {
+Task<Result<std::string>> App::add_specimen(std::string text, PeerCredentials peer) {
   auto specimen = parse_specimen(text, "specimen");
   if (!specimen) co_return fail(specimen.error());
   auto db = open_read_write(config_.database);
   if (!db) co_return fail(db.error());
   auto stored = lcrig::add_specimen(*db, specimen->name, text, clock_.unix_ns());
   if (!stored) co_return fail(stored.error());
+  spdlog::info("specimen {} stored for {}", specimen->name, peer_words(peer));
   co_return specimen->name;
 }
 

@@ -31,6 +31,10 @@ class App final : public ControlHandler {
   // the first is under way changes nothing.
   Task<> shut_down(std::string why);
 
+  // Of the control socket.
+  std::size_t clients() const { return control_->clients(); }
+  std::size_t waiting_bytes() const { return control_->waiting_bytes(); }
+
   Task<Result<RunStarted>> start_run(StartRunRequest request, PeerCredentials peer) override;
   Task<Result<>> pause(PeerCredentials peer) override;
   Task<Result<RunStarted>> resume(std::optional<std::int64_t> run, bool confirmed,
@@ -43,8 +47,7 @@ class App final : public ControlHandler {
 
  private:
   Task<Result<RunStarted>> prepare_and_start(StartRunRequest request);
-  Task<Result<RunStarted>> continue_run(std::int64_t run, bool confirmed,
-                                        std::string operator_name);
+  Task<Result<RunStarted>> continue_run(std::int64_t run, bool confirmed, PeerCredentials peer);
   Task<Result<RunStarted>> start_prepared(PreparedRun prepared);
   Task<Result<>> claim_start();
   Result<> find_text(SessionRequest& wanted) const;

@@ -165,6 +165,12 @@ void ControlServer::admit(Protocol::socket socket) {
                  });
 }
 
+std::size_t ControlServer::waiting_bytes() const {
+  std::size_t sum = 0;
+  for (const auto& session : *sessions_) sum += session->waiting_bytes();
+  return sum;
+}
+
 bool ControlServer::watched() const {
   return std::any_of(sessions_->begin(), sessions_->end(),
                      [](const auto& session) { return session->watching(); });

@@ -33,6 +33,7 @@ class ControlServer {
   void publish_run_ended(const RunEnded& ended);
 
   std::size_t clients() const { return sessions_->size(); }
+  std::size_t waiting_bytes() const;  // to be sent, of all clients
   // Takes no new clients and no new calls, sends what is queued, closes. At most `grace`.
   Task<> close(Duration grace);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "base/text.hpp"
 #include "daemon/control_params.hpp"
 
 namespace lcrig {
@@ -32,10 +33,10 @@ Result<> no_params(const json& params) {
   return in.finish();
 }
 
-Result<std::string> one_text(const json& params, const char* key, bool required) {
+Result<std::string> one_text(const json& params, const char* key, bool required, std::size_t most) {
   std::string out;
   ParamsReader in(params, "/params");
-  in.text(key, out, required);
+  in.text(key, out, required, most);
   in.refuse_unknown();
   if (auto done = in.finish(); !done) return fail(done.error());
   return out;
@@ -89,14 +90,14 @@ Answer on_resume(ControlHandler& handler, json params, PeerCredentials peer) {
 }
 
 Answer on_abort(ControlHandler& handler, json params, PeerCredentials peer) {
-  auto why = one_text(params, "why", false);
+  auto why = one_text(params, "why", false, kWhyMax);
   if (!why) co_return fail(why.error());
   auto done = co_await handler.abort(std::move(*why), std::move(peer));
   co_return nothing_or(done);
 }
 
 Answer on_freeze(ControlHandler& handler, json params, PeerCredentials peer) {
-  auto why = one_text(params, "why", false);
+  auto why = one_text(params, "why", false, kWhyMax);
   if (!why) co_return fail(why.error());
   auto done = co_await handler.freeze(std::move(*why), std::move(peer));
   co_return nothing_or(done);
@@ -109,7 +110,7 @@ Answer on_confirm(ControlHandler& handler, json params, PeerCredentials peer) {
 }
 
 Answer on_add_specimen(ControlHandler& handler, json params, PeerCredentials peer) {
-  auto text = one_text(params, "text", true);
+  auto text = one_text(params, "text", true, kControlLineLimit);
   if (!text) co_return fail(text.error());
   auto name = co_await handler.add_specimen(std::move(*text), std::move(peer));
   if (!name) co_return fail(name.error());
@@ -200,9 +201,10 @@ tl::expected<ControlCall, std::string> parse_control_call(std::string_view line)
                                      fmt::format("not JSON: error at byte {} of the line", e.byte),
                                      "one JSON-RPC 2.0 request per line; see docs/control.md")));
   } catch (const json::exception& e) {  // a number out of range
-    return tl::unexpected(
-        error_line(nullptr, RpcError(rpc_code::kParseError, fmt::format("not JSON: {}", e.what()),
-                                     "see docs/control.md")));
+    return tl::unexpected(error_line(
+        nullptr,
+        RpcError(rpc_code::kParseError, fmt::format("not JSON: {}", printable(e.what(), 200)),
+                 "see docs/control.md")));
   }
 }
 
@@ -211,9 +213,10 @@ Task<std::optional<std::string>> answer_control_call(ControlHandler& handler, Co
   const Method* method = find_method(call.method);
   std::string line;
   if (method == nullptr) {
-    line = error_line(*call.id, RpcError(rpc_code::kMethodNotFound,
-                                         fmt::format("unknown method '{}'", call.method),
-                                         "methods: " + method_names()));
+    line = error_line(*call.id,
+                      RpcError(rpc_code::kMethodNotFound,
+                               fmt::format("unknown method '{}'", printable(call.method, 60)),
+                               "methods: " + method_names()));
   } else {
     auto answer = co_await method->run(handler, std::move(*call.params), std::move(peer));
     line = line_of_answer(*call.id, answer);

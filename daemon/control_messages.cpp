@@ -2,6 +2,7 @@
 #include "daemon/control_messages.hpp"
 
 #include "base/decimal.hpp"
+#include "base/text.hpp"
 
 #include <array>
 #include <charconv>
@@ -84,7 +85,8 @@ int rpc_code_of(Errc code) {
 
 RpcError rpc_error_of(const Error& error) {
   const auto& row = row_of(error.code);
-  RpcError out(row.code, error.what, std::string(row.hint));
+  constexpr std::size_t kLongest = 4000;  // it may quote a file or an instrument
+  RpcError out(row.code, printable(error.what, kLongest), std::string(row.hint));
   out.errc = error.code;
   return out;
 }
@@ -274,13 +276,13 @@ json to_json(const StartRunRequest& r) {
 Result<StartRunRequest> parse_start_run(const json& params) {
   StartRunRequest r;
   ParamsReader in(params, "/params");
-  in.text("protocol", r.protocol, true);
+  in.text("protocol", r.protocol, true, kNameMax);
   in.text("protocol_text", r.protocol_text);
   in.numbers("parameters", r.parameters);
-  in.text("specimen", r.specimen, true);
+  in.text("specimen", r.specimen, true, kNameMax);
   in.text("specimen_text", r.specimen_text);
-  in.text("operator", r.operator_name);
-  in.text("note", r.note);
+  in.text("operator", r.operator_name, false, kNameMax);
+  in.text("note", r.note, false, kNoteMax);
   in.refuse_unknown();
   if (auto done = in.finish(); !done) return fail(done.error());
   return r;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control_params.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/decimal.hpp"
-#include "base/log.hpp"
 #include "daemon/control_messages.hpp"
 
 namespace lcrig {
@@ -42,11 +42,13 @@ const nlohmann::json* ParamsReader::member(const char* key) {
   return value == nullptr || value->is_null() ? nullptr : value;
 }
 
-void ParamsReader::text(const char* key, std::string& out, bool required) {
+void ParamsReader::text(const char* key, std::string& out, bool required, std::size_t most) {
   const auto* value = find(key, required);
   if (value == nullptr) return;
   if (!value->is_string()) return expected(key, "a string", *value);
   out = value->get<std::string>();
+  if (most == SIZE_MAX) return;
+  if (auto good = check_text(pointer(key), out, most); !good) fail_with(good.error());
 }
 
 void ParamsReader::integer(const char* key, std::int64_t& out, bool required) {
@@ -78,7 +80,11 @@ void ParamsReader::quantity(const char* key, std::optional<double>& out, int pow
   const auto* value = member(key);
   if (value == nullptr) return;
   if (!value->is_number()) return expected(key, "a number or null", *value);
-  out = shift_decimal(value->get<double>(), power);
+  const double si = shift_decimal(value->get<double>(), power);
+  if (!std::isfinite(si)) {
+    return fail_with(Error(Errc::garbled, fmt::format("{}: beyond every number", pointer(key))));
+  }
+  out = si;
 }
 
 void ParamsReader::numbers(const char* key, std::map<std::string, std::string>& out) {
@@ -87,7 +93,7 @@ void ParamsReader::numbers(const char* key, std::map<std::string, std::string>& 
   if (!value->is_object()) return expected(key, "an object of numbers", *value);
   for (const auto& [name, number] : value->items()) {
     if (!number.is_number() && !number.is_string()) {
-      const std::string inner = std::string(key) + "/" + printable(name);
+      const std::string inner = std::string(key) + "/" + printable(name, 60);
       return expected(inner.c_str(), "a number", number);
     }
     out[name] = number.is_string() ? number.get<std::string>() : number.dump();
@@ -99,7 +105,7 @@ void ParamsReader::refuse_unknown() {
   for (const auto& [name, value] : object_.items()) {
     if (known_.contains(name)) continue;
     fail_with(Error(Errc::invalid_request,
-                    fmt::format("{}/{}: unknown member", where_, printable(name.substr(0, 100)))));
+                    fmt::format("{}/{}: unknown member", where_, printable(name, 60))));
   }
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "base/result.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 
@@ -21,7 +22,8 @@ class ParamsReader {
   ParamsReader(const nlohmann::json& object, std::string where);
 
   // A member that is absent leaves `out` as it is, unless it is required.
-  void text(const char* key, std::string& out, bool required = false);
+  // `most`: if given, the text has at most so many bytes and no NUL (base/text.hpp).
+  void text(const char* key, std::string& out, bool required = false, std::size_t most = SIZE_MAX);
   void integer(const char* key, std::int64_t& out, bool required = false);
   void number(const char* key, double& out, bool required = false);
   void boolean(const char* key, bool& out);

@@ -94,7 +94,7 @@ Task<bool> ControlSession::take_lines() {
     const auto end = in_.find('\n', std::max(begin, scanned_));
     if (end == std::string::npos) break;
     if (end - begin > kControlLineLimit) break;
-    co_await slow_down();
+    co_await slow_down(end - begin);
     if (closed_ || finishing_) co_return false;
     on_line(std::string_view(in_).substr(begin, end - begin));
     begin = end + 1;
@@ -110,11 +110,12 @@ Task<bool> ControlSession::take_lines() {
 }
 
 // A token bucket: the client is read more slowly, nothing is lost and nobody else notices.
-Task<> ControlSession::slow_down() {
+Task<> ControlSession::slow_down(std::size_t bytes) {
+  constexpr double kBytesPerCall = 4096;
   const MonoTime now = clock_.now();
   tokens_ = std::min(options_.burst, tokens_ + to_seconds(now - refilled_) * options_.calls_per_s);
   refilled_ = now;
-  tokens_ -= 1;
+  tokens_ -= 1 + static_cast<double>(bytes) / kBytesPerCall;
   if (tokens_ >= 0) co_return;
   co_await clock_.wait_for(from_seconds(-tokens_ / options_.calls_per_s));
 }
@@ -124,16 +125,18 @@ void ControlSession::on_line(std::string_view line) {
   if (line.find_first_not_of(" \t") == std::string_view::npos) return;
   auto call = parse_control_call(line);
   if (!call) return send(std::move(call.error()));
-  if (calls_ >= options_.max_calls) {
+  if (calls_ >= options_.max_calls || call_bytes_ + line.size() > options_.max_call_bytes) {
     return send(error_line(
         *call->id, RpcError(rpc_code::kTooManyCalls, "too many calls of this client are under way",
                             "wait for their answers")));
   }
   if (call->method == "watch") watching_ = true;
   ++calls_;
+  call_bytes_ += line.size();
   asio::co_spawn(socket_.get_executor(), answer(std::move(*call)),
-                 [self = shared_from_this()](const std::exception_ptr& error) {
+                 [self = shared_from_this(), bytes = line.size()](const std::exception_ptr& error) {
                    --self->calls_;
+                   self->call_bytes_ -= bytes;
                    self->wake();
                    if (error) std::rethrow_exception(error);  // a bug: leaves io_context::run
                  });

@@ -16,10 +16,13 @@ namespace lcrig {
 struct ControlOptions {
   ControlOptions() = default;
   std::size_t max_clients = 64;
-  std::size_t max_calls = 16;  // of one client at the same time
-  std::size_t max_queue_bytes = std::size_t{4} << 20U;  // of one client, waiting to be sent
+  std::size_t max_calls = 16;  // of one client at the same time ...
+  std::size_t max_call_bytes = std::size_t{4} << 20U;  // ... and the lines that they came in
+  std::size_t max_queue_bytes = std::size_t{1} << 20U;  // of one client, waiting to be sent
   Duration write_timeout = std::chrono::seconds(10);  // a client that does not read is cut off
-  double calls_per_s = 200;  // a client that asks more is read more slowly, down to this
+  // A client that asks more is read more slowly, down to this. A long line counts as one call for
+  // every 4 KiB of it: what it costs is time of the thread that runs the instruments.
+  double calls_per_s = 200;
   double burst = 400;
 };
 
@@ -43,12 +46,14 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   void finish();
   void close();  // now
   bool watching() const { return watching_; }
+  // What waits to be sent: at most max_queue_bytes and one status.
+  std::size_t waiting_bytes() const { return queued_bytes_ + (status_ ? status_->size() : 0); }
 
  private:
   Task<> read_loop();
   Task<> write_loop();
   Task<bool> take_lines();  // false: end the connection after what is queued
-  Task<> slow_down();
+  Task<> slow_down(std::size_t bytes);
   void on_line(std::string_view line);
   void start_call(std::string_view line);
   Task<> answer(ControlCall call);
@@ -65,7 +70,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   std::deque<std::string> queue_;
   std::size_t queued_bytes_ = 0;
   std::optional<std::string> status_;
-  std::size_t calls_ = 0;
+  std::size_t calls_ = 0, call_bytes_ = 0;  // under way
   double tokens_;
   MonoTime refilled_;
   bool watching_ = false, finishing_ = false, closed_ = false;

@@ -35,7 +35,8 @@ void ServiceNotifier::send(std::string_view state) const {
   const int fd = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return;
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path_.size());
-  ::sendto(fd, state.data(), state.size(), MSG_NOSIGNAL,
+  // A service manager that reads nothing must not stop the rig.
+  ::sendto(fd, state.data(), state.size(), MSG_NOSIGNAL | MSG_DONTWAIT,
            reinterpret_cast<const sockaddr*>(&address), length);
   ::close(fd);
 }

@@ -5,6 +5,7 @@
 #include <utility>
 #include <variant>
 
+#include "base/text.hpp"
 #include "model/specimen_file.hpp"
 #include "protocols/parse.hpp"
 
@@ -50,7 +51,24 @@ ExitStatus exit_status(const std::string& word) {
 
 }  // namespace
 
+namespace {
+
+// The parsers limit the files; these come with them.
+Result<> check_words(const SessionRequest& request) {
+  const std::pair<std::string_view, std::string_view> names[] = {
+      {"protocol", request.protocol_name},
+      {"specimen", request.specimen_name},
+      {"operator", request.operator_name}};
+  for (const auto& [what, text] : names) {
+    if (auto good = check_text(what, text, kNameMax); !good) return good;
+  }
+  return check_text("note", request.note, kNoteMax);
+}
+
+}  // namespace
+
 Result<PreparedRun> prepare_run(SessionRequest request) {
+  if (auto good = check_words(request); !good) return fail(good.error());
   PreparedRun out;
   auto protocol = parse_protocol(request.protocol_text, request.protocol_name);
   if (!protocol) return fail(protocol.error());

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plot/text.hpp"
 
-#include <array>
-#include <cstdint>
-#include <optional>
+#include <algorithm>
+
+#include "base/text.hpp"
 
 namespace lcrig::plot {
 
@@ -11,59 +11,18 @@ namespace {
 
 constexpr char32_t kReplacement = 0xFFFD;
 
-int bytes_of(unsigned char lead) {
-  if (lead < 0x80) return 1;
-  if (lead >= 0xC2 && lead < 0xE0) return 2;
-  if (lead >= 0xE0 && lead < 0xF0) return 3;
-  return lead >= 0xF0 && lead < 0xF5 ? 4 : 0;
-}
-
-// Takes one character off the front; what is no UTF-8 is one U+FFFD a byte.
+// Bytes that are no UTF-8 are one U+FFFD each.
 char32_t next_character(std::string_view& text) {
-  const auto lead = static_cast<unsigned char>(text.front());
-  const int count = bytes_of(lead);
-  char32_t c = count == 1 ? lead : lead & (0xFFU >> (count + 1));
-  bool good = count > 0 && text.size() >= static_cast<std::size_t>(count);
-  for (int i = 1; good && i < count; ++i) {
-    const auto byte = static_cast<unsigned char>(text[static_cast<std::size_t>(i)]);
-    good = (byte & 0xC0U) == 0x80U;
-    c = (c << 6U) | (byte & 0x3FU);
-  }
-  constexpr std::array<char32_t, 5> kShortest{0, 0, 0x80, 0x800, 0x10000};
-  good = good && c >= kShortest[static_cast<std::size_t>(count)] && c <= 0x10FFFF &&
-         !(c >= 0xD800 && c < 0xE000);
-  text.remove_prefix(good ? static_cast<std::size_t>(count) : 1);
-  return good ? c : kReplacement;
-}
-
-void append_utf8(std::string& out, char32_t c) {
-  const auto tail = [&](unsigned shift) {
-    out += static_cast<char>(0x80U | ((c >> shift) & 0x3FU));
-  };
-  if (c < 0x80) {
-    out += static_cast<char>(c);
-  } else if (c < 0x800) {
-    out += static_cast<char>(0xC0U | (c >> 6U));
-    tail(0);
-  } else if (c < 0x10000) {
-    out += static_cast<char>(0xE0U | (c >> 12U));
-    tail(6);
-    tail(0);
-  } else {
-    out += static_cast<char>(0xF0U | (c >> 18U));
-    tail(12);
-    tail(6);
-    tail(0);
-  }
+  const char32_t c = take_character(text);
+  return c == kNotUtf8 ? kReplacement : c;
 }
 
 char32_t made_visible(char32_t c) {
   if (c == '\n' || c == '\t') return c;
   if (c < 0x20) return 0x2400 + c;
   if (c == 0x7F) return 0x2421;
-  const bool reorders = (c >= 0x202A && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069);
   const bool no_xml = c == 0xFFFE || c == 0xFFFF;
-  return (c >= 0x80 && c < 0xA0) || reorders || no_xml ? kReplacement : c;
+  return is_steering(c) || no_xml ? kReplacement : c;
 }
 
 // In em, of Helvetica's widths rounded up; other faces of the kind are narrower.

@@ -18,7 +18,7 @@ std::string unit_word(const std::string& name) {
 Result<double> read_override(const std::string& name, const Parameter& p, const std::string& text) {
   double v = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
-  const std::string shown = printable(text);
+  const std::string shown = printable(text, 60);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(v)) {
     return fail(Errc::invalid_request,
                 "parameter {}: \"{}\" is no number, expected a number from {} to {}{}", name, shown,
@@ -52,8 +52,8 @@ Result<Environment> bind_parameters(const Protocol& protocol,
     const auto it = protocol.parameters.find(name);
     if (it == protocol.parameters.end()) {
       return fail(Errc::invalid_request, "{} has no parameter `{}`{} it has: {}", protocol.name,
-                  printable(name), nearest_word(name, known) ? did_you_mean(name, known) : ",",
-                  list.empty() ? "none" : list);
+                  printable(name, 60), nearest_word(name, known) ? did_you_mean(name, known) : ",",
+                  list.empty() ? "none" : printable(list, 1000));
     }
     const auto v = read_override(name, it->second, text);
     if (!v) return fail(v.error());

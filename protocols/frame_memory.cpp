@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/frame_memory.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lcrig {
@@ -10,7 +11,7 @@ namespace {
 // Distance that a moving frame covers before it stands: it goes on until the gateway notices, then
 // brakes. Half as fast again, because the speed is an estimate.
 double way_m(const FrameMemory& before, const FrameTolerance& allowed) {
-  const double v = 1.5 * before.speed_m_s;
+  const double v = std::max(1.5 * before.speed_m_s, before.begun_m_s);
   const double a = allowed.deceleration.si();
   return v * to_seconds(allowed.silence) + (a > 0 ? v * v / (2 * a) : 0);
 }
@@ -43,13 +44,15 @@ Result<> compare_frame(const FrameMemory& before, const FrameMemory& now,
     return fail(Errc::refused, "the frame came back, but its travel is not known");
   }
   const double limit_m = allowed.travel_m + way_m(before, allowed);
-  if (std::abs(*now.travel_m - *before.travel_m) > limit_m) {
+  const double moved_m = std::abs(*now.travel_m - *before.travel_m);
+  if (moved_m > limit_m) {
     return fail(Errc::refused,
                 "the frame stands at {:.4f} mm, last seen at {:.4f} mm ({:.4f} mm allowed): it was "
-                "moved meanwhile",
+                "moved meanwhile, or went on after the last sample",
                 *now.travel_m * 1e3, *before.travel_m * 1e3, limit_m * 1e3);
   }
-  if (before.speed_m_s > 0 || !before.force_N) return {};
+  const bool stood = before.speed_m_s == 0 && moved_m <= allowed.travel_m;
+  if (!stood || !before.force_N) return {};
   if (!now.force_N || std::abs(*now.force_N - *before.force_N) > allowed.force_N) {
     return fail(Errc::refused,
                 "the frame shows {:.4f} N, last seen {:.4f} N at the same travel ({:.4f} N "

@@ -14,6 +14,9 @@ struct FrameMemory {
   FrameMemory() = default;
   std::optional<double> force_N, travel_m, device_time_s;  // of the last sample
   double speed_m_s = 0;  // of the last samples, a magnitude; 0: it stood
+  // After the last sample it may have begun to move, as fast as this: a crash takes along what was
+  // not stored yet.
+  double begun_m_s = 0;
   bool zeroed = false;  // the run zeroed force or travel: a restarted machine forgets that
 
   void feed(std::span<const FrameSample> samples);

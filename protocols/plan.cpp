@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/plan.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "base/strict_json.hpp"
@@ -11,7 +12,13 @@ namespace lcrig {
 namespace {
 
 // Rows with their indexes and keys, about: a reading carries texts and three times.
-constexpr std::int64_t kBytesPerReading = 120, kBytesPerSample = 56, kBytesPerRun = 100'000;
+constexpr double kBytesPerReading = 120, kBytesPerSample = 56, kBytesPerRun = 100e3;
+
+// A file may plan for longer than anybody lives: what does not fit is the largest number there is.
+std::int64_t whole(double value) {
+  constexpr double kMost = 9e18;
+  return static_cast<std::int64_t>(std::min(value, kMost));
+}
 
 // The plan knows pointers; the file's text knows the lines.
 Error placed(const Protocol& protocol, const Planner::Refused& refused) {
@@ -29,15 +36,14 @@ void estimate_size(const Protocol& protocol, const Rig& rig, Plan& plan) {
   if (plan.lcr.poll_interval) interval = std::max(interval, to_seconds(*plan.lcr.poll_interval));
   plan.lcr_readings = plan.measure_readings;
   if (protocol.sample.lcr_continuous && interval > 0) {
-    plan.lcr_readings =
-        std::max(plan.lcr_readings, static_cast<std::int64_t>(plan.duration_s / interval));
+    plan.lcr_readings = std::max(plan.lcr_readings, whole(plan.duration_s / interval));
   }
   const bool sampled = rig.frame.force_channel || rig.frame.travel_channel;
   if (sampled && rig.frame.sample_rate_max_Hz > 0) {
-    plan.frame_samples = static_cast<std::int64_t>(plan.duration_s * protocol.sample.frame_rate_Hz);
+    plan.frame_samples = whole(plan.duration_s * protocol.sample.frame_rate_Hz);
   }
-  plan.bytes =
-      kBytesPerRun + plan.lcr_readings * kBytesPerReading + plan.frame_samples * kBytesPerSample;
+  plan.bytes = whole(kBytesPerRun + kBytesPerReading * static_cast<double>(plan.lcr_readings) +
+                     kBytesPerSample * static_cast<double>(plan.frame_samples));
 }
 
 }  // namespace

@@ -12,8 +12,25 @@
 namespace lcrig {
 
 namespace {
+
 using namespace asio::experimental::awaitable_operators;
+
+// Of the motion that step number `n` (from 0) begins with, m/s; 0: it does not move, or along a
+// force.
+double begun_speed(const Protocol& protocol, Environment env, std::int64_t n) {
+  StepCursor ahead(protocol.steps, env);
+  const Step* step = ahead.next();
+  for (; step != nullptr && n > 0; --n) step = ahead.next();
+  if (step == nullptr) return 0;
+  if (const auto* contact = std::get_if<FindContactStep>(&step->action)) {
+    return env.get(contact->speed);
+  }
+  if (const auto* move = std::get_if<MoveUntilStep>(&step->action)) return env.get(move->speed);
+  const auto* ramp = std::get_if<RampStep>(&step->action);
+  return ramp != nullptr && ramp->speed ? env.get(*ramp->speed) : 0;
 }
+
+}  // namespace
 
 RunPoint Run::point() const {
   RunPoint p;
@@ -61,8 +78,11 @@ Task<Result<>> Run::take_over(StepCursor& cursor) {
                                  from.step_id, from.point.steps_done));
   auto heard = co_await await_samples();
   if (!heard) co_return heard;
+  const std::int64_t first =
+      first_step_of(setup_.protocol, setup_.environment, from.point.steps_done);
   FrameMemory before = from.frame;
   before.zeroed = from.point.zeroed;
+  before.begun_m_s = begun_speed(setup_.protocol, setup_.environment, first);
   auto same = compare_with(before);
   if (!same) co_return same;
   memory_.zeroed = from.point.zeroed;
@@ -72,8 +92,6 @@ Task<Result<>> Run::take_over(StepCursor& cursor) {
   level_in_repeat_ = from.point.level_in_repeat;
   level_repeat_ = from.point.level_repeat;
   LcrSettings settings = sampler_.settings();
-  const std::int64_t first =
-      first_step_of(setup_.protocol, setup_.environment, from.point.steps_done);
   for (; steps_done_ < first; ++steps_done_) {
     const Step* step = cursor.next();
     if (step == nullptr) {

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <fstream>
 
+#include "base/text.hpp"
 #include "storage/chain.hpp"
 
 namespace lcrig {
@@ -111,6 +112,8 @@ Result<> insert_run_end(const Database& db, std::int64_t run, const RunEnd& end)
 Result<> add_run_note(const Database& db, std::int64_t run, std::string_view operator_name,
                       std::string_view text, std::int64_t now_unix_ns) {
   if (text.empty()) return fail(Errc::invalid_request, "a note needs a text");
+  if (auto good = check_text("note", text, kNoteMax); !good) return good;
+  if (auto good = check_text("operator", operator_name, kNameMax); !good) return good;
   auto transaction = Transaction::begin(db);
   if (!transaction) return fail(transaction.error());
   auto writer = RowWriter::prepare(db, "run_note");

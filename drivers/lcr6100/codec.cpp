@@ -155,7 +155,7 @@ std::optional<double> parse_with_unit(std::string_view text) {
     return value;
   }
   if (same_word(rest, "mV") || same_word(rest, "ms")) return *value * 1e-3;
-  if (same_word(rest, "kHz")) return *value * 1e3;
+  if (same_word(rest, "kHz") && std::isfinite(*value * 1e3)) return *value * 1e3;
   return std::nullopt;
 }
 

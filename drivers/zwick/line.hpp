@@ -14,6 +14,7 @@
 namespace lcrig::frame_link {
 
 constexpr std::size_t kMaxLine = 65536;  // bytes, LF included
+constexpr std::size_t kMaxFields = 100;  // each is compared with all others
 
 // One message. Views point into the text that was parsed.
 struct Line {

@@ -115,6 +115,24 @@ TEST_F(Kills, AtRandomInstantsLoseNothingAndTheRunGoesOn) {
               static_cast<long long>(acknowledged_), static_cast<long long>(missing_));
 }
 
+// A process that stands still altogether: nothing is said for it. What hangs inside is in
+// tests/unit/daemon and tests/scenario.
+TEST_F(Kills, TheServiceManagerHearsOfAWorkingDaemonAndOfNoStoppedOne) {
+  start_sim();
+  daemon_variables_["WATCHDOG_USEC"] = "400000";
+  const NotifySocket manager(file("d1.notify"));
+  Child& daemon = launch_daemon(config(), "d1");
+  ASSERT_TRUE(manager.wait("READY=1", 20s)) << daemon.log();
+  Control client = control();
+  ASSERT_TRUE(start_run(client, kSlowProtocol).contains("result"));
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(manager.wait("WATCHDOG=1", 2s)) << i;
+  daemon.signal(SIGSTOP);
+  while (manager.wait("WATCHDOG=1", 300ms)) continue;  // sent before it stood still
+  EXPECT_FALSE(manager.wait("WATCHDOG=1", 1s));
+  daemon.signal(SIGCONT);
+  EXPECT_TRUE(manager.wait("WATCHDOG=1", 5s));
+}
+
 TEST_F(Kills, TheFrameIsMadeSafeFirstEvenWithoutAMeter) {
   start_sim();
   Child& daemon = start_daemon(config());

@@ -103,9 +103,10 @@ class LongRun : public Rig {
   double lateness_s(bool second_half) const {
     const std::string half = "(SELECT max(level) / 2 FROM lcr_reading WHERE run_id = 1)";
     return number(
-        "SELECT max(abs(r.asked_mono_ns - f.asked_mono_ns - (r.reading_index - 1) * 1e10 / 30))"
-        " / 1e9 FROM lcr_reading AS r JOIN lcr_reading AS f ON f.run_id = 1 AND f.level = r.level"
-        " AND f.reading_index = 1 WHERE r.run_id = 1 AND r.reading_index IS NOT NULL AND r.level " +
+        "SELECT max(abs(asked_mono_ns - first_ns - (reading_index - 1) * 1e10 / 30)) / 1e9 FROM"
+        " (SELECT level, reading_index, asked_mono_ns, first_value(asked_mono_ns) OVER (PARTITION"
+        " BY level ORDER BY reading_index) AS first_ns FROM lcr_reading WHERE run_id = 1 AND"
+        " reading_index IS NOT NULL) WHERE level " +
         std::string(second_half ? "> " : "<= ") + half);
   }
 };

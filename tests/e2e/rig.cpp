@@ -25,37 +25,34 @@ constexpr const char* kBench = R"({ "format": "bench/1", "name": "quick", "error
     "travel_min_mm": -20, "travel_max_mm": 20, "speed_max_mm_s": 10 },
   "meter": {} })";
 
-// Where a daemon says that it is ready (sd_notify).
-class ReadySocket {
- public:
-  explicit ReadySocket(const std::string& path) : fd_(::socket(AF_UNIX, SOCK_DGRAM, 0)) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::memcpy(address.sun_path, path.data(), path.size());
-    if (::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-      throw std::runtime_error("bind " + path);
-    }
-  }
-  ~ReadySocket() { ::close(fd_); }
-  ReadySocket(const ReadySocket&) = delete;
-  ReadySocket& operator=(const ReadySocket&) = delete;
-
-  bool wait(Timeout timeout) const {
-    std::array<char, 512> text;
-    while (readable(fd_, timeout)) {
-      const ssize_t n = ::recv(fd_, text.data(), text.size(), 0);
-      if (n <= 0) return false;
-      const std::string_view got(text.data(), static_cast<std::size_t>(n));
-      if (got.find("READY=1") != got.npos) return true;
-    }
-    return false;
-  }
-
- private:
-  int fd_;
-};
-
 }  // namespace
+
+NotifySocket::NotifySocket(const std::string& path) : fd_(::socket(AF_UNIX, SOCK_DGRAM, 0)) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path, path.data(), path.size());
+  if (::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    throw std::runtime_error("bind " + path);
+  }
+}
+
+NotifySocket::~NotifySocket() {
+  ::close(fd_);
+}
+
+bool NotifySocket::wait(std::string_view word, Timeout timeout) const {
+  const RealClock clock;
+  const MonoTime limit = clock.now() + timeout;
+  std::array<char, 512> text;
+  for (;;) {
+    const auto left = std::chrono::duration_cast<Timeout>(limit - clock.now());
+    if (left <= 0ms || !readable(fd_, left)) return false;
+    const ssize_t n = ::recv(fd_, text.data(), text.size(), 0);
+    if (n <= 0) return false;
+    const std::string_view got(text.data(), static_cast<std::size_t>(n));
+    if (got.find(word) != got.npos) return true;
+  }
+}
 
 const char* const kQuickProtocol = R"({ "format": "load-protocol/1", "name": "quick",
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-5, 5], "speed_mm_s": 2 },
@@ -213,15 +210,16 @@ json Rig::config() const {
 Child& Rig::launch_daemon(const json& config, const std::string& name, Child::Rights rights) {
   write(name + ".json", config.dump());
   const std::vector<std::string> command{LCRIG_BIN "/lcrigd", "--config", file(name + ".json")};
-  const Child::Variables variables{{"NOTIFY_SOCKET", file(name + ".notify")}};
+  Child::Variables variables = daemon_variables_;
+  variables["NOTIFY_SOCKET"] = file(name + ".notify");
   daemons_.push_back(std::make_unique<Child>(command, file(name + ".log"), variables, rights));
   return *daemons_.back();
 }
 
 Child& Rig::start_daemon(const json& config, const std::string& name, Child::Rights rights) {
-  const ReadySocket ready(file(name + ".notify"));
+  const NotifySocket ready(file(name + ".notify"));
   Child& daemon = launch_daemon(config, name, rights);
-  EXPECT_TRUE(ready.wait(20s)) << "lcrigd is not ready: " << daemon.log();
+  EXPECT_TRUE(ready.wait("READY=1", 20s)) << "lcrigd is not ready: " << daemon.log();
   ::unlink(file(name + ".notify").c_str());
   return daemon;
 }

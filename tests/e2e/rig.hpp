@@ -42,6 +42,20 @@ class Control {
   int id_ = 0;
 };
 
+// Where systemd would listen (sd_notify).
+class NotifySocket {
+ public:
+  explicit NotifySocket(const std::string& path);
+  ~NotifySocket();
+  NotifySocket(const NotifySocket&) = delete;
+  NotifySocket& operator=(const NotifySocket&) = delete;
+  // False: no message with this word in time.
+  bool wait(std::string_view word, Timeout timeout) const;
+
+ private:
+  int fd_;
+};
+
 struct Ended {
   int code = -1;
   std::string out, err;
@@ -77,6 +91,7 @@ class Rig : public testing::Test {
   double number(const std::string& sql) const;
 
   json ports_;
+  Child::Variables daemon_variables_;  // of the daemons started from now on
   std::unique_ptr<Child> sim_;
   std::vector<std::unique_ptr<Child>> daemons_;
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/export.hpp"
+#include "base/text.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
@@ -63,7 +64,7 @@ Outcome<ExitCode> ExportCommand::to_folder(Context& context, const Database& db,
     print_json(context.console.out, out);
     return kOk;
   }
-  for (const auto& file : *files) fmt::print(context.console.out, "{}\n", file);
+  for (const auto& file : *files) fmt::print(context.console.out, "{}\n", printable(file));
   return kOk;
 }
 

@@ -11,6 +11,7 @@
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
@@ -99,7 +100,7 @@ Outcome<ExitCode> PlanCommand::run(Context& context) {
   auto plan = make_plan(*protocol, *bound, *rig);
   if (!plan) return tl::unexpected(refused(plan.error(), protocol_));
   if (context.global.json) {
-    context.console.out << to_json(*plan).dump() << '\n';
+    print_json(context.console.out, to_json(*plan));
   } else {
     print_text(context.console.out, *plan);
     fmt::print(context.console.err, "  next: lcrig rehearse {} --specimen paper-1\n", protocol_);

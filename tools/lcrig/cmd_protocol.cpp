@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/text.hpp"
 #include "protocols/parse.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
@@ -37,7 +38,9 @@ class ProtocolListCommand final : public Command {
       auto protocol = load_protocol(file.path.string());
       const auto title = protocol ? protocol->title : "invalid: " + protocol.error().what;
       rows.push_back(json{{"name", file.name}, {"path", file.path.string()}, {"title", title}});
-      if (!context.global.json) fmt::print(context.console.out, "{:18} {}\n", file.name, title);
+      if (!context.global.json)
+        fmt::print(context.console.out, "{:18} {}\n", printable(file.name, kLongestName),
+                   printable(title, kLongestWords));
     }
     json all = json::object();
     all["protocols"] = std::move(rows);
@@ -60,8 +63,7 @@ class ProtocolShowCommand final : public Command {
     auto protocol = parse_protocol(file->text, file->path.string());
     if (!protocol) return tl::unexpected(invalid(protocol.error()));
     if (!context.global.json) {
-      context.console.out << file->text;
-      if (!file->text.ends_with('\n')) context.console.out << '\n';
+      context.console.print_file(file->text);
       return kOk;
     }
     json parameters = json::array();
@@ -98,10 +100,10 @@ class CheckCommand final : public Command {
     auto bound = bind_parameters(*protocol, *parameters);
     if (!bound) return tl::unexpected(invalid(bound.error()));
     if (context.global.json) {
-      context.console.out << json{{"name", protocol->name}, {"valid", true}}.dump() << '\n';
+      print_json(context.console.out, json{{"name", protocol->name}, {"valid", true}});
     } else {
-      fmt::print(context.console.out, "{}: correct\n", file->path.string());
-      fmt::print(context.console.err, "  next: lcrig protocol plan {}\n", protocol_);
+      fmt::print(context.console.out, "{}: correct\n", printable(file->path.string()));
+      fmt::print(context.console.err, "  next: lcrig protocol plan {}\n", printable(protocol_));
     }
     return kOk;
   }

@@ -8,10 +8,12 @@
 
 #include "base/log.hpp"
 #include "base/strict_json.hpp"
+#include "base/text.hpp"
 #include "daemon/rehearse.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
@@ -45,7 +47,7 @@ json to_json(const RehearseResult& r) {
 
 void print_text(Console& console, const RehearseResult& r) {
   fmt::print(console.out, "run {}: {}{} (simulated)\n", r.run, r.exit_status,
-             r.reason.empty() ? "" : " (" + printable(r.reason) + ")");
+             r.reason.empty() ? "" : " (" + printable(r.reason, kLongestWords) + ")");
   fmt::print(console.out, "{} LCR readings ({} of measure steps), {} frame samples\n",
              r.lcr_readings, r.measure_readings, r.frame_samples);
   fmt::print(console.out, "{} of rig time in {:.2f} s\n", format_time(r.duration_s), r.wall_s);
@@ -57,7 +59,8 @@ void print_text(Console& console, const RehearseResult& r) {
   if (r.delta_C_fF_at_peak) {
     fmt::print(console.out, "delta C there {:.3f} fF\n", *r.delta_C_fF_at_peak);
   }
-  fmt::print(console.err, "  next: lcrig export {} --db {} -o results\n", r.run, r.db_path);
+  fmt::print(console.err, "  next: lcrig export {} --db {} -o results\n", r.run,
+             printable(r.db_path));
 }
 
 class RehearseCommand final : public Command {
@@ -160,8 +163,7 @@ Outcome<ExitCode> RehearseCommand::run(Context& context) {
     return tl::unexpected(std::move(failure));
   }
   if (context.global.json) {
-    context.console.out << to_json(*result).dump(-1, ' ', false, json::error_handler_t::replace)
-                        << '\n';
+    print_json(context.console.out, to_json(*result));
   } else {
     print_text(context.console, *result);
   }

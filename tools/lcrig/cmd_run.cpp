@@ -6,6 +6,7 @@
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/follow_run.hpp"
 #include "tools/lcrig/library_path.hpp"
+#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -90,7 +91,7 @@ Outcome<ExitCode> RunCommand::follow(Context& context, ControlClient& client, St
                                      std::int64_t run) {
   if (detach_) {
     if (context.global.json) {
-      context.console.out << json{{"run", run}}.dump() << '\n';
+      print_json(context.console.out, json{{"run", run}});
     } else {
       fmt::print(context.console.out, "run {} goes on\n", run);
       fmt::print(context.console.err, "  next: lcrig watch\n");

@@ -4,9 +4,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
 namespace lcrig::cli {
@@ -51,16 +52,16 @@ class RunsListCommand final : public Command {
       json all = json::object();
       all["runs"] = json::array();
       for (const auto& r : *runs) all["runs"].push_back(listing_json(r));
-      context.console.out << dump(all) << '\n';
+      print_json(context.console.out, all);
       return kOk;
     }
     fmt::print(context.console.out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}\n", "run", "started",
                "protocol", "specimen", "status", "readings", "samples");
     for (const auto& r : *runs) {
       fmt::print(context.console.out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}{}\n", r.run,
-                 format_utc(r.started_unix_ns), printable(r.protocol_name),
-                 printable(r.specimen_name), r.exit_status.value_or("running"), r.lcr_readings,
-                 r.frame_samples, r.simulated ? "  simulated" : "");
+                 format_utc(r.started_unix_ns), printable(r.protocol_name, kLongestName),
+                 printable(r.specimen_name, kLongestName), r.exit_status.value_or("running"),
+                 r.lcr_readings, r.frame_samples, r.simulated ? "  simulated" : "");
     }
     return kOk;
   }
@@ -115,12 +116,12 @@ Outcome<ExitCode> RunsShowCommand::run(Context& context) {
   if (!notes) return tl::unexpected(Failure(notes.error()));
   const auto all = show_json(*listing, *row, *notes);
   if (context.global.json) {
-    context.console.out << dump(all) << '\n';
+    print_json(context.console.out, all);
     return kOk;
   }
   for (const auto& [key, value] : all.items()) {
     const auto text = value.is_string() ? value.get<std::string>() : dump(value);
-    fmt::print(context.console.out, "{:18} {}\n", key, printable(text));
+    fmt::print(context.console.out, "{:18} {}\n", key, printable(text, kLongestWords));
   }
   return kOk;
 }
@@ -148,7 +149,7 @@ class NoteCommand final : public Command {
     auto added = add_run_note(*db, *number, login_name(), text_, context.clock.unix_ns());
     if (!added) return tl::unexpected(Failure(added.error()));
     if (context.global.json) {
-      context.console.out << json{{"run", *number}}.dump() << '\n';
+      print_json(context.console.out, json{{"run", *number}});
     } else {
       fmt::print(context.console.out, "noted with run {}\n", *number);
     }

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "base/strict_json.hpp"
+#include "base/text.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
 #include "storage/specimens.hpp"
@@ -79,10 +80,11 @@ Outcome<ExitCode> AddCommand::run(Context& context) {
   }
   if (!name) return tl::unexpected(name.error());
   if (context.global.json) {
-    context.console.out << json{{"name", *name}}.dump() << '\n';
+    print_json(context.console.out, json{{"name", *name}});
   } else {
-    fmt::print(context.console.out, "stored specimen {}\n", *name);
-    fmt::print(context.console.err, "  next: lcrig rehearse static-frame --specimen {}\n", *name);
+    fmt::print(context.console.out, "stored specimen {}\n", printable(*name, kLongestName));
+    fmt::print(context.console.err, "  next: lcrig rehearse static-frame --specimen {}\n",
+               printable(*name, kLongestName));
   }
   return kOk;
 }
@@ -114,7 +116,9 @@ Outcome<ExitCode> SpecimenListCommand::run(Context& context) {
   json rows = json::array();
   for (const auto& [name, source] : from) {
     rows.push_back(json{{"name", name}, {"source", source}});
-    if (!context.global.json) fmt::print(context.console.out, "{:20} {}\n", name, source);
+    if (!context.global.json)
+      fmt::print(context.console.out, "{:20} {}\n", printable(name, kLongestName),
+                 printable(source, kLongestWords));
   }
   json all = json::object();
   all["specimens"] = std::move(rows);
@@ -134,10 +138,10 @@ class SpecimenShowCommand final : public Command {
     auto found = find_specimen_text(context, *db, specimen_);
     if (!found) return tl::unexpected(found.error());
     if (context.global.json) {
-      context.console.out << json{{"name", found->name}, {"text", found->text}}.dump() << '\n';
+      print_json(context.console.out, json{{"name", found->name}, {"text", found->text}});
       return kOk;
     }
-    context.console.out << found->text << (found->text.ends_with('\n') ? "" : "\n");
+    context.console.print_file(found->text);
     return kOk;
   }
 

@@ -3,10 +3,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -15,21 +16,26 @@ using nlohmann::json;
 namespace {
 
 void print_status(std::ostream& out, const DaemonStatus& s) {
-  fmt::print(out, "lcrigd {}  database {}\n", s.version, s.database);
+  fmt::print(out, "lcrigd {}  database {}\n", printable(s.version, kLongestName),
+             printable(s.database, kLongestWords));
   for (const auto& i : s.instruments) {
-    fmt::print(out, "{:6} {:8} {}  {}\n", i.name, i.state, i.port, printable(i.identity));
+    fmt::print(out, "{:6} {:8} {}  {}\n", printable(i.name, kLongestName),
+               printable(i.state, kLongestWords), printable(i.port, kLongestWords),
+               printable(i.identity, kLongestWords));
   }
   if (s.run) {
-    fmt::print(out, "run {}  {} on {}  {}\n", s.run->run, s.run->protocol, s.run->specimen,
-               state_word(s.run->state));
+    fmt::print(out, "run {}  {} on {}  {}\n", s.run->run, printable(s.run->protocol, kLongestName),
+               printable(s.run->specimen, kLongestName), state_word(s.run->state));
     fmt::print(out, "{}\n", format_plain_line(*s.run));
-    if (!s.run->prompt.empty()) fmt::print(out, "waits for: {}\n", printable(s.run->prompt));
+    if (!s.run->prompt.empty())
+      fmt::print(out, "waits for: {}\n", printable(s.run->prompt, kLongestWords));
     return;
   }
   fmt::print(out, "no run goes on\n");
   if (!s.last_run) return;
   const auto& last = *s.last_run;
-  fmt::print(out, "last: run {} {} {}\n", last.run, last.exit_status, printable(last.reason));
+  fmt::print(out, "last: run {} {} {}\n", last.run, printable(last.exit_status, kLongestName),
+             printable(last.reason, kLongestWords));
 }
 
 class StatusCommand final : public Command {
@@ -45,7 +51,7 @@ class StatusCommand final : public Command {
     auto answer = client->call("status", json::object());
     if (!answer) return tl::unexpected(answer.error());
     if (context.global.json) {
-      context.console.out << answer->dump() << '\n';
+      print_json(context.console.out, *answer);
       return kOk;
     }
     auto status = parse_daemon_status(*answer);

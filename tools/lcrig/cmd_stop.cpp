@@ -7,6 +7,7 @@
 
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -108,7 +109,7 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
   auto answer = client->call(verb_.method, *wanted, kPatience);
   if (!answer) return tl::unexpected(answer.error());
   if (context.global.json) {
-    context.console.out << answer->dump() << '\n';
+    print_json(context.console.out, *answer);
   } else if (!run_.empty() && answer->value("run", std::int64_t{0}) != wanted->value("run", 0)) {
     fmt::print(context.console.out, "run {} continues run {}\n", answer->value("run", 0), run_);
     if (!confirmed_) {

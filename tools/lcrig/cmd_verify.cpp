@@ -5,6 +5,7 @@
 
 #include "storage/chain.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
 namespace lcrig::cli {
@@ -35,15 +36,13 @@ Outcome<ExitCode> VerifyCommand::run(Context& context) {
   auto report = verify_chain(*db, *number);
   if (!report) return tl::unexpected(Failure(report.error()));
   if (context.global.json) {
-    context.console.out << json{{"run", *number},
-                                {"intact", report->intact},
-                                {"ended", report->ended},
-                                {"links", report->links},
-                                {"rows", report->rows},
-                                {"last_hash", report->last_hash},
-                                {"finding", report->finding}}
-                               .dump()
-                        << '\n';
+    print_json(context.console.out, json{{"run", *number},
+                                         {"intact", report->intact},
+                                         {"ended", report->ended},
+                                         {"links", report->links},
+                                         {"rows", report->rows},
+                                         {"last_hash", report->last_hash},
+                                         {"finding", report->finding}});
     return report->intact ? kOk : kFailed;
   }
   if (!report->intact) {

@@ -7,14 +7,26 @@
 
 #include <iostream>
 
+#include "base/text.hpp"
+
 namespace lcrig::cli {
 
 void Console::print(const Failure& failure) {
+  constexpr std::size_t kLongest = 2 * kLongestWords;
   const char* red = color ? "\x1b[31m" : "";
   const char* plain = color ? "\x1b[0m" : "";
-  fmt::print(err, "{}lcrig: {}{}\n", red, failure.what, plain);
-  if (!failure.next.empty()) fmt::print(err, "  next: {}\n", failure.next);
+  fmt::print(err, "{}lcrig: {}{}\n", red, printable(failure.what, kLongest), plain);
+  if (!failure.next.empty()) fmt::print(err, "  next: {}\n", printable(failure.next, kLongest));
   err.flush();
+}
+
+void Console::print_file(std::string_view text) {
+  if (out_tty) {
+    out << printable_lines(text);
+  } else {
+    out << text;
+  }
+  if (!text.ends_with('\n')) out << '\n';
 }
 
 namespace {
@@ -30,6 +42,7 @@ Console real_console(const ProcessEnv& env) {
   Console console(std::cout, std::cerr);
   console.in_tty = ::isatty(STDIN_FILENO) == 1;
   const auto term = env.get("TERM");
+  console.out_tty = ::isatty(STDOUT_FILENO) == 1;
   console.err_tty = ::isatty(STDERR_FILENO) == 1 && term != "dumb";
   console.color = console.err_tty && !env.get("NO_COLOR");
   console.width = terminal_width;

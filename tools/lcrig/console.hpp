@@ -4,11 +4,16 @@
 
 #include <functional>
 #include <ostream>
+#include <string_view>
 
 #include "tools/lcrig/exit_code.hpp"
 #include "tools/lcrig/process_env.hpp"
 
 namespace lcrig::cli {
+
+// How much of a text from outside a person gets to see at once, characters (`printable`); --json
+// and files have all of it.
+inline constexpr std::size_t kLongestName = 60, kLongestWords = 1000;
 
 struct Console {
   Console(std::ostream& o, std::ostream& e) : out(o), err(e) {}
@@ -16,10 +21,13 @@ struct Console {
   std::ostream& err;
   bool in_tty = false;  // a person can type
   bool err_tty = false;  // a line can be rewritten
+  bool out_tty = false;  // a terminal shows `out`: a file goes there without escape codes
   bool color = false;
   std::function<int()> width;  // columns of the terminal behind `err`
 
   void print(const Failure& failure);
+  // A file to `out`: byte by byte, unless a terminal would obey some of them.
+  void print_file(std::string_view text);
 };
 
 // stdin, stdout and stderr of this process; NO_COLOR and TERM=dumb are obeyed.

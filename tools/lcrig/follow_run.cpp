@@ -12,8 +12,9 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 #include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -112,18 +113,18 @@ class Follower {
   }
   void on(const RunEventNote& note) {
     if (!ours(note.run)) return;
-    // Steps are in the live line; the rest is worth a line of its own.
+    // Steps are in the live line, requests end in a state; the rest is worth a line of its own.
     const std::string& kind = note.event.kind;
-    if (kind == "step_begin" || kind == "step_end" || kind == "state") return;
-    line_.say(printable(
-        fmt::format("{} {}: {}", note.event.kind, note.event.step_id, note.event.detail)));
+    if (kind == "step_begin" || kind == "step_end" || kind == "state" || kind == "request") return;
+    line_.say(printable(fmt::format("{} {}: {}", kind, note.event.step_id, note.event.detail),
+                        kLongestWords));
   }
   void on(RunEnded& ended) {
     if (ours(ended.run)) ended_ = std::move(ended);
   }
   void on(const ControlAnswer& answer) {
     if (!answer.failure) return;
-    line_.say("lcrig: " + printable(answer.failure->what));
+    line_.say("lcrig: " + printable(answer.failure->what, kLongestWords));
   }
 
   Outcome<std::int64_t> on_signal() {
@@ -176,10 +177,10 @@ Outcome<FollowEnd> follow_run(Context& context, ControlClient& client, StopSigna
 ExitCode print_run_end(Context& context, const RunEnded& e) {
   auto& out = context.console.out;
   if (context.global.json) {
-    out << to_json(e).dump(-1, ' ', false, json::error_handler_t::replace) << '\n';
+    print_json(out, to_json(e));
   } else {
-    fmt::print(out, "run {}: {}{}\n", e.run, e.exit_status,
-               e.reason.empty() ? "" : " (" + printable(e.reason) + ")");
+    fmt::print(out, "run {}: {}{}\n", e.run, printable(e.exit_status, kLongestName),
+               e.reason.empty() ? "" : " (" + printable(e.reason, kLongestWords) + ")");
     fmt::print(out, "{} LCR readings ({} of measure steps), {} frame samples in {}\n",
                e.lcr_readings, e.measure_readings, e.frame_samples, format_time(e.duration_s));
     fmt::print(context.console.err, "  next: lcrig export {}\n", e.run);

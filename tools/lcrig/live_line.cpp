@@ -17,9 +17,10 @@ namespace {
 constexpr int kBarMin = 8, kBarMax = 40;
 
 // Text from elsewhere: one column per character, nothing a terminal would obey.
-std::string ascii(std::string_view text) {
+std::string ascii(std::string_view text, std::size_t most = kLongestName) {
   std::string out;
   for (const char c : text) {
+    if (out.size() == most) return out + "...";
     const auto u = static_cast<unsigned char>(c);
     if ((u & 0xc0U) == 0x80U) continue;  // the rest of a UTF-8 character
     out += u >= 0x20 && u < 0x7f ? c : '?';
@@ -144,7 +145,7 @@ void LiveLine::show_prompt(const RunStatus& s) {
   last_prompt_ = s.prompt;
   if (s.prompt.empty()) return;
   const char* how = console_.in_tty ? "press Enter" : "type: lcrig confirm";
-  say(fmt::format("{}  ({} when done)", ascii(s.prompt), how));
+  say(fmt::format("{}  ({} when done)", ascii(s.prompt, kLongestWords), how));
 }
 
 void LiveLine::show(const RunStatus& s) {

@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "tests/support/hostile_texts.hpp"
+
 namespace lcrig {
 namespace {
 
@@ -23,6 +25,40 @@ TEST(TextCell, IsQuotedAsRfc4180HasIt) {
   EXPECT_EQ(cell(""), "");
 }
 
+// The one cell of a line as a reader of RFC 4180 takes it; fails when it is not one.
+std::string read_back(const std::string& written) {
+  if (!written.starts_with('"')) {
+    EXPECT_EQ(written.find_first_of(",\"\r\n"), std::string::npos) << written.substr(0, 80);
+    return written;
+  }
+  std::string out;
+  std::size_t i = 1;
+  for (; i < written.size(); ++i) {
+    if (written[i] == '"' && (++i == written.size() || written[i] != '"')) break;
+    out += written[i];
+  }
+  EXPECT_EQ(i, written.size()) << "something follows the closing quote";
+  return out;
+}
+
+TEST(TextCell, HoldsEveryHostileTextAndNoFormula) {
+  for (const auto& [name, text] : support::hostile_texts()) {
+    const std::string got = read_back(cell(text));
+    std::string without = got;
+    std::erase(without, '\r');
+    EXPECT_EQ(without, printable_lines(without)) << name;
+    EXPECT_EQ(std::string("=+-@\t\r\n").find(got.front()), std::string::npos) << name;
+    EXPECT_GE(got.size(), text.size()) << name << ": nothing is lost";
+  }
+}
+
+TEST(TextCell, ShowsControlCharacters) {
+  EXPECT_EQ(cell("a\x1b[31m"), "a\\x1b[31m");
+  EXPECT_EQ(cell("\u202E"), "\\u202e");
+  EXPECT_EQ(cell("\xff"), "\\xff");
+  EXPECT_EQ(cell("a\tb"), "\"a\tb\"");
+}
+
 TEST(TextCell, IsNeverAFormula) {
   EXPECT_EQ(cell("=1+1"), "'=1+1");
   EXPECT_EQ(cell("@SUM(A1)"), "'@SUM(A1)");
@@ -30,6 +66,9 @@ TEST(TextCell, IsNeverAFormula) {
   EXPECT_EQ(cell("+2"), "'+2");
   EXPECT_EQ(cell("=HYPERLINK(\"a\",\"b\")"), "\"'=HYPERLINK(\"\"a\"\",\"\"b\"\")\"");
   EXPECT_EQ(cell("a=b"), "a=b");
+  EXPECT_EQ(cell("  =1+1"), "'  =1+1");
+  EXPECT_EQ(cell("\n=1+1"), "\"'\n=1+1\"");
+  EXPECT_EQ(cell("\uFF1D1"), "'\uFF1D1");
 }
 
 }  // namespace

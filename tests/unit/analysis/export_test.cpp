@@ -12,6 +12,7 @@
 #include "storage/chain.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
+#include "tests/support/hostile_texts.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace lcrig {
@@ -201,6 +202,40 @@ TEST_F(ExportTest, EventsAreQuotedAndHarmless) {
   event(1, 1500, "mark", "=cmd, \"x\"");
   EXPECT_EQ(exported(Layout::events),
             "seq,t_s,kind,step,detail\r\n1,1.5,mark,s,\"'=cmd, \"\"x\"\"\"\r\n");
+}
+
+// Records of a CSV text: quotes are obeyed, everything else is a cell.
+std::size_t count_records(const std::string& csv) {
+  std::size_t records = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i < csv.size(); ++i) {
+    if (csv[i] == '"') quoted = !quoted;
+    if (!quoted && csv[i] == '\n') ++records;
+  }
+  return records;
+}
+
+TEST_F(ExportTest, HostileTextsAreOneCellEachAndThePackageHoldsThemAsTheyWere) {
+  const auto& texts = support::hostile_texts();
+  row_.operator_name = row_.specimen_name = texts.front().text;
+  row_.note = support::every_hostile_text(1'000'000);
+  begin();
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    auto s = db_.prepare("INSERT INTO event VALUES (?, ?, 1000000000, ?, ?, ?)").value();
+    s.bind(0, run_);
+    s.bind(1, static_cast<std::int64_t>(i + 1));
+    for (int column = 2; column <= 4; ++column)
+      s.bind(column, std::string_view(texts[i].text).substr(0, 50'000));
+    ASSERT_TRUE(s.run());
+  }
+  std::string csv = exported(Layout::events);
+  EXPECT_EQ(count_records(csv), texts.size() + 1);
+  std::erase(csv, '\r');
+  EXPECT_EQ(csv, printable_lines(csv)) << "something steers a terminal";
+  ASSERT_TRUE(export_run(db_, run_, {dir_.file("out"), false}));
+  const std::string package = read(dir_.file("out/datapackage.json"));
+  support::expect_json(package, "datapackage.json");
+  EXPECT_EQ(nlohmann::json::parse(package)["lcrig"]["operator"], texts.front().text);
 }
 
 TEST_F(ExportTest, ASimulatedRunSaysSoInEveryRow) {

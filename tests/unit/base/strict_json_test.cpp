@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/support/hostile_texts.hpp"
+
 namespace lcrig {
 namespace {
 
@@ -66,6 +68,8 @@ TEST(StrictJson, NumbersBeyondDoubleAreRefused) {
 TEST(StrictJson, BlockCommentsAreRefused) {
   EXPECT_THAT(error_of("{ \"a\": /* no */ 1 }"), StartsWith("f.json:1:8 /: a /* comment"));
   EXPECT_THAT(error_of("{} /* no */"), HasSubstr("a /* comment"));
+  EXPECT_THAT(error_of("{\"a\"/* never closed"), HasSubstr("syntax error"));  // was an endless loop
+  EXPECT_THAT(error_of("{} /*"), HasSubstr("syntax error"));
   EXPECT_EQ(error_of("{ \"a\": \"/* text */\" } // /* fine */"), "accepted");
 }
 
@@ -75,6 +79,53 @@ TEST(StrictJson, DepthAndSizeAreLimited) {
   EXPECT_THAT(error_of(nested(65)), HasSubstr("more than 64 levels"));
   EXPECT_THAT(error_of(nested(1'000'000)), HasSubstr("more than 64 levels"));
   EXPECT_THAT(error_of(std::string(kJsonSizeMax + 1, ' ')), HasSubstr("expected at most 4194304"));
+}
+
+// A place is kept for every value: a file of 1 MB must not become gigabytes of them, or minutes of
+// comparing names.
+TEST(StrictJson, ASmallFileCannotEatAllMemory) {
+  std::string zeros = "0", members;
+  for (int i = 0; i < 200'000; ++i) zeros += ",0";
+  for (int i = 0; i < 50'000; ++i) members += "\"m" + std::to_string(i) + "\":0,";
+  EXPECT_THAT(error_of("[" + zeros + "]"), HasSubstr("more than 100000 values"));
+  EXPECT_THAT(error_of("{\"" + std::string(300'000, 'k') + "\":[" + zeros + "]}"),
+              HasSubstr("a key of 300000 bytes, expected at most 200"));
+  std::string deep;
+  for (int i = 0; i < 20; ++i) deep += "{\"" + std::string(150, 'k') + "\":";
+  EXPECT_THAT(error_of(deep), HasSubstr("keys of 1057 bytes above one another"));
+  const auto document = JsonDocument::parse("{" + members + "\"z\":0}", "f.json");
+  ASSERT_TRUE(document);
+  const JsonReader reader(*document);
+  EXPECT_TRUE(reader.members().empty());
+  EXPECT_THAT(reader.result().error().what, HasSubstr("50001 members, expected at most 1000"));
+}
+
+TEST(StrictJson, MessagesAreShortAndHarmless) {
+  for (const auto& [name, text] : support::hostile_texts()) {
+    for (const std::string& file :
+         {text, "{\"" + text + "\": 1}", "[" + text + "]",
+          nlohmann::json{{text.substr(0, 100), {{text.substr(0, 90), 0}}}}.dump(
+              -1, ' ', true, nlohmann::json::error_handler_t::replace)}) {
+      const auto document = JsonDocument::parse(file, text);
+      std::string what;
+      if (document) {
+        const JsonReader reader(*document);
+        reader.no_other_keys();
+        what = reader.result().error().what;
+      } else {
+        what = document.error().what;
+      }
+      support::expect_harmless_on_a_terminal(what, 0, name);
+    }
+  }
+}
+
+TEST(StrictJson, ControlCharactersAreRefusedInCommentsToo) {
+  EXPECT_EQ(error_of("{} // \x1b[2J"),
+            "f.json:1:7 /: the character \\x1b, expected UTF-8 text without control characters");
+  EXPECT_THAT(error_of("// \xff\n{}"), HasSubstr("the character \\xff"));
+  EXPECT_THAT(error_of("{ \"a\": \"\u202e\" }"), HasSubstr("the character \\u202e"));
+  EXPECT_EQ(error_of("// µ\t测\r\n{}"), "accepted");
 }
 
 TEST(StrictJson, AByteOrderMarkIsSkipped) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Garbage, floods, and clients that do not read: the server lives and the others are served.
+#include "tests/support/hostile_texts.hpp"
 #include "tests/unit/daemon/control_server.hpp"
 
 namespace lcrig {
@@ -148,6 +149,69 @@ TEST_F(Control, TooManyCallsOfOneClientAreRefused) {
   EXPECT_EQ(client.read()["error"]["code"], rpc_code::kTooManyCalls);
   RawClient other(io, path);
   EXPECT_TRUE(other.call(request("run.abort")).contains("result"));  // and lets the two go on
+}
+
+TEST_F(Control, TooManyBytesOfCallsUnderWayAreRefused) {
+  ControlOptions options;
+  options.max_call_bytes = 10'000;
+  start(options);
+  handler.hold_start = true;
+  RawClient client(io, path);
+  const std::string text(6'000, ' ');
+  const auto line =
+      request("run.start", R"({"protocol":"p","specimen":"s","protocol_text":")" + text + "\"}") +
+      "\n";
+  client.send(line + line);
+  EXPECT_EQ(client.read()["error"]["code"], rpc_code::kTooManyCalls);
+  RawClient other(io, path);
+  EXPECT_TRUE(other.call(request("run.abort")).contains("result"));
+  EXPECT_TRUE(client.read().contains("result")) << "the first one goes on";
+}
+
+TEST_F(Control, EveryHostileTextComesBackAsJson) {
+  RawClient client(io, path);
+  for (const auto& [name, text] : support::hostile_texts()) {
+    handler.next_error = Error(Errc::refused, text);
+    const nlohmann::json params{{"why", text.substr(0, 1000)}};
+    client.send(request_line(1, "run.abort", params));
+    const auto answer = client.read();
+    EXPECT_EQ(answer["error"]["code"], -32004) << name;
+    const auto message = answer["error"]["message"].get<std::string>();
+    support::expect_harmless_on_a_terminal(message, 0, name);
+    client.send(request_line(1, text.substr(0, 100'000), params));
+    EXPECT_LT(client.read().dump().size(), 2'000U) << name;
+  }
+}
+
+TEST_F(Control, TextsOfAPersonAreLimited) {
+  RawClient client(io, path);
+  const auto refused =
+      client.call(request("run.abort", "{\"why\":\"" + std::string(kWhyMax + 1, 'x') + "\"}"));
+  EXPECT_EQ(refused["error"]["code"], rpc_code::kInvalidParams);
+  EXPECT_EQ(refused["error"]["message"], "/params/why: 2001 bytes, expected at most 2000");
+  for (const char* key : {"operator", "specimen", "protocol", "note"}) {
+    nlohmann::json params{{"protocol", "p"}, {"specimen", "s"}};
+    params[key] = std::string(kNoteMax + 1, 'x');
+    client.send(request_line(1, "run.start", params));
+    EXPECT_EQ(client.read()["error"]["code"], rpc_code::kInvalidParams) << key;
+  }
+  EXPECT_EQ(client.call(request("run.freeze", R"({"why":"a\u0000b"})"))["error"]["message"],
+            "/params/why: holds a NUL character");
+  EXPECT_TRUE(handler.calls.empty());
+}
+
+// What a line costs is time of the thread that runs the instruments.
+TEST_F(Control, LongLinesCountAsManyCalls) {
+  ControlOptions options;
+  options.burst = 5;
+  options.calls_per_s = 200;
+  start(options);
+  RawClient client(io, path);
+  const std::string line = std::string(100 * 4096, ' ') + "\n";  // nothing, at length
+  const MonoTime begin = clock.now();
+  client.send(line + request("status") + "\n");
+  EXPECT_TRUE(client.read().contains("result"));
+  EXPECT_GE(clock.now() - begin, 470ms);  // 97 calls beyond the burst, 5 ms each
 }
 
 TEST_F(Control, AFloodIsReadSlowly) {

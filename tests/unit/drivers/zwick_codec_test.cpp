@@ -33,6 +33,16 @@ FrameSample sample(std::int64_t seq, double t, std::optional<double> force, doub
   return s;
 }
 
+// Each field is compared with all others: a line of 64 kB must not cost seconds.
+TEST(FrameLinkLine, HasAHundredFieldsAtMost) {
+  std::string text = "S";
+  for (int i = 0; i < 100; ++i) text += " k" + std::to_string(i) + "=1";
+  EXPECT_TRUE(parse_line(text));
+  const auto refused = parse_line(text + " more=1");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, Errc::garbled);
+}
+
 TEST(FrameLinkLine, TakesWordNumberAndFieldsInAnyOrder) {
   const auto line = must_parse("ERR  #17 text=\"not \\\"now\\\" a\\\\b\" code=busy");
   EXPECT_EQ(line.word, "ERR");

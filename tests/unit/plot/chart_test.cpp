@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "plot/text.hpp"
+#include "tests/support/hostile_texts.hpp"
 #include "tests/support/xml.hpp"
 
 namespace lcrig::plot {
@@ -98,7 +99,8 @@ TEST(Chart, ShowsAxesWithUnitsLegendAndRanges) {
 }
 
 TEST(Chart, EveryTextIsEscaped) {
-  const std::string hostile = "<script>alert('x')</script>\"&\x1b[31m\n";
+  std::string hostile;
+  for (const auto& t : support::hostile_texts()) hostile += t.text.substr(0, 300);
   Figure figure = example();
   figure.description = hostile;
   for (Panel& p : figure.panels) {
@@ -110,6 +112,7 @@ TEST(Chart, EveryTextIsEscaped) {
   EXPECT_THAT(svg, Not(HasSubstr("<script")));
   EXPECT_THAT(svg, Not(HasSubstr("\x1b")));
   EXPECT_THAT(svg, HasSubstr("&lt;script&gt;"));
+  EXPECT_EQ(svg, printable_lines(svg)) << "nothing steers whoever opens it in a terminal";
 }
 
 TEST(Chart, NoTextLeavesThePicture) {

@@ -48,6 +48,14 @@ TEST(FrameMemory, AMovingFrameMayHaveGoneOnUntilItsGatewayNoticed) {
   EXPECT_TRUE(compare_frame(moving, at(0.95e-3, 0, 14), tolerance())) << "away from it, too";
 }
 
+TEST(FrameMemory, AFrameThatMayHaveBegunToMoveAfterTheLastSampleMayBeFurtherOn) {
+  FrameMemory begun = at(1e-3, 0.5);
+  begun.begun_m_s = 0.5e-3;
+  EXPECT_TRUE(compare_frame(begun, at(1.06e-3, 0.7, 14), tolerance()));
+  EXPECT_FALSE(compare_frame(begun, at(1.9e-3, 0.7, 14), tolerance()));
+  EXPECT_FALSE(compare_frame(begun, at(1e-3, 0.8, 14), tolerance())) << "it did not move after all";
+}
+
 TEST(FrameMemory, AnotherForceAtTheSameTravelIsALostZeroOrAnotherSpecimen) {
   const auto r = compare_frame(at(1e-3, 0.5), at(1e-3, 0.8, 14), tolerance());
   ASSERT_FALSE(r);
