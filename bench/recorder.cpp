@@ -81,7 +81,8 @@ Result<> measure(const std::string& folder) {
     if (auto r = run_task(io, (*recorder)->flush()); !r) return r;
   }
   const double burst_s = seconds_since(begin);
-  if (auto r = run_task(io, (*recorder)->end_run(ExitStatus::success, "")); !r) return r;
+  auto ended = run_task(io, (*recorder)->end_run(ExitStatus::success, ""));
+  if (!ended) return fail(ended.error());
   recorder->reset();
 
   auto db = open_read_write(path);

@@ -13,8 +13,8 @@
 namespace lcrig {
 namespace {
 
-constexpr std::int64_t kEach = 60;  // so many at the start, where everything is set up, one by one
-constexpr std::int64_t kRuns = 150;  // about so many in all
+constexpr std::int64_t kEach = 40;  // so many at the start, where everything is set up, one by one
+constexpr std::int64_t kRuns = 100;  // about so many in all
 
 const std::string kProtocol = R"({ "format": "load-protocol/1", "name": "nth",
   "on_loss": "wait", "on_loss_timeout_s": 5,
