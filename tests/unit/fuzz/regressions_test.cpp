@@ -72,7 +72,7 @@ TEST_P(Fuzz, CutAndDamagedSeedsHoldTheirProperties) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Targets, Fuzz, testing::ValuesIn(kTargets),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& target) { return std::string(target.param.name); });
 
 TEST(FuzzRequire, SeesWhatATargetMustNotLetThrough) {
   EXPECT_THROW(require(false, "x"), std::logic_error);
