@@ -6,10 +6,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <ostream>
-#include <regex>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "tests/support/fault_world.hpp"
@@ -197,14 +199,19 @@ std::string script_of(const Cell& c) {
       to_string(c.row->target), c.phase, from_the_start ? 0 : 0.3, c.row->what);
 }
 
-// What a true reason for the end of a run names.
-std::string blamed(Target t) {
+// What a true reason for the end of a run names one of.
+std::vector<std::string_view> culprits(Target t) {
   switch (t) {
-    case Target::meter: return "lcr|meter|readings";
-    case Target::frame: return "frame|gateway|force|motion|travel";
-    case Target::bench: return "t\\.db|a person|`finally` did not end";
+    case Target::meter: return {"lcr", "meter", "readings"};
+    case Target::frame: return {"frame", "gateway", "force", "motion", "travel"};
+    case Target::bench: return {"t.db", "a person", "`finally` did not end"};
   }
-  return "";
+  return {};
+}
+
+bool names_one_of(const std::string& reason, const std::vector<std::string_view>& words) {
+  return std::ranges::any_of(words,
+                             [&](std::string_view w) { return reason.find(w) != reason.npos; });
 }
 
 void play(const Cell& cell, std::map<std::string, int>& ended) {
@@ -228,10 +235,11 @@ void play(const Cell& cell, std::map<std::string, int>& ended) {
   ASSERT_NO_FATAL_FAILURE(invariants.expect_all());
   EXPECT_GT(world.player->happened().front(), 0) << "the fault never happened";
   if (result->exit_status != "success") {
-    EXPECT_TRUE(std::regex_search(result->reason, std::regex(blamed(cell.row->target))))
-        << result->reason;
+    EXPECT_TRUE(names_one_of(result->reason, culprits(cell.row->target))) << result->reason;
   }
-  if (cell.row->survived) EXPECT_EQ(result->exit_status, "success") << result->reason;
+  if (cell.row->survived) {
+    EXPECT_EQ(result->exit_status, "success") << result->reason;
+  }
   // `finally` clears the specimen, or the reason says why it did not.
   if (!rod && result->reason.find("`finally`") == std::string::npos) {
     EXPECT_NEAR(world.last_travel_m, 0, 1e-5) << result->reason;

@@ -152,7 +152,9 @@ class Invariants {
     ASSERT_EQ(world_.count("SELECT COUNT(*) FROM run_end"), 1);
     const std::string status = world_.text("SELECT exit_status FROM run_end");
     const std::string reason = world_.text("SELECT reason FROM run_end");
-    if (status != "interrupted") EXPECT_EQ(status, result_->exit_status);
+    if (status != "interrupted") {
+      EXPECT_EQ(status, result_->exit_status);
+    }
     EXPECT_EQ(reason.empty(), status == "success") << reason;
     const auto chain = verify_chain(world_.open(), 1);
     ASSERT_TRUE(chain) << chain.error().what;
