@@ -8,7 +8,7 @@ namespace lcrig {
 
 namespace {
 
-// Enough work that the kernel gives the reading thread a processor of its own; 2 x 2.4 MB.
+// Measured: a quarter of this overlapped little with the reader of it. Twice 2.4 MB.
 constexpr std::size_t kBatchRows = 1 << 15;
 
 }  // namespace
