@@ -131,7 +131,7 @@ Outcome<BudgetCommand::Scene> BudgetCommand::scene(const Context& context) const
   if (!bench) return tl::unexpected(bench.error());
   const auto limits = bind_limits(*protocol, *bound);
   if (!limits) return tl::unexpected(refused(limits.error()));
-  const Force most = Force::from_si(kForceReserve * limits->force_max);
+  const Force most = Force::from_si(kForceReserve * limits->force_max_N);
   auto curve = tabulate(*specimen, most, bench->probe_area);
   if (!curve) return tl::unexpected(Failure(curve.error(), "lcrig model curve --help"));
   return Scene{std::move(*protocol), std::move(*bound), std::move(*bench), std::move(*curve)};
