@@ -54,6 +54,7 @@ class App final : public ControlHandler {
   Task<Result<std::unique_ptr<Instruments>>> open_instruments(const PreparedRun& prepared);
   Task<> run_to_its_end();
   Task<Result<>> stop_run(Interrupt kind, std::string why, const PeerCredentials& peer);
+  void spawn(Task<> task);
   Task<> heartbeat();
   void watch_parts();
   bool is_working();
@@ -66,7 +67,6 @@ class App final : public ControlHandler {
   bool instruments_ready() const;
   void publish_event(const RunEvent& event);
   void publish();
-  RunStatus live_status() const;
   Run* live_run() const;
 
   asio::io_context& io_;

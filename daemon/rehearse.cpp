@@ -66,7 +66,7 @@ class Rehearsal {
     recorder_ = std::move(*recorder);
     session_ = std::make_unique<Session>(io_.get_executor(), clock_, *recorder_,
                                          std::move(*instruments), std::move(*prepared));
-    session_->on_step([this](const RunStatus& s) {
+    session_->on_step([this](const RunProgress& s) {
       const bool finishing = s.state == RunState::finishing;
       if (player_) player_->enter_step(s.step_id, s.step_kind, finishing);
     });
@@ -95,7 +95,7 @@ class Rehearsal {
   void note_fault(MonoTime at, const std::string& text) {
     const bool over = text.ends_with(": over");
     if (!over) ++faults_;
-    const std::string step = run_ != 0 ? session_->run()->status().step_id : "";
+    const std::string step = run_ != 0 ? session_->run()->progress().step_id : "";
     RunEvent event(at, "injected", step, "fault injected: " + text);
     if (run_ == 0) {
       early_faults_.push_back(std::move(event));

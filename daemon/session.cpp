@@ -30,10 +30,10 @@ std::string capabilities_json(const FrameCapabilities& c) {
 }
 
 std::string limits_json(const BoundLimits& l) {
-  json out{{"force_min_N", l.force_min}, {"force_max_N", l.force_max}};
-  if (l.travel_min) out["travel_min_m"] = *l.travel_min;
-  if (l.travel_max) out["travel_max_m"] = *l.travel_max;
-  if (l.speed_max) out["speed_max_m_s"] = *l.speed_max;
+  json out{{"force_min_N", l.force_min_N}, {"force_max_N", l.force_max_N}};
+  if (l.travel_min_m) out["travel_min_m"] = *l.travel_min_m;
+  if (l.travel_max_m) out["travel_max_m"] = *l.travel_max_m;
+  if (l.speed_max_m_s) out["speed_max_m_s"] = *l.speed_max_m_s;
   return out.dump();
 }
 
@@ -146,9 +146,7 @@ RunRow Session::make_row() const {
   const Duration conversion = instruments_->meter().capabilities().conversion_time(settings_);
   row.lcr_settings_json = to_json_text(settings_, conversion);
   row.frame_capabilities_json = capabilities_json(instruments_->frame().capabilities());
-  if (auto limits = bind_limits(prepared_.protocol, prepared_.environment)) {
-    row.frame_limits_json = limits_json(*limits);
-  }
+  row.frame_limits_json = limits_json(plan_.limits);
   row.bench_name = info.bench_name;
   row.bench_text = info.bench_text;
   row.simulated = info.simulated;
@@ -165,7 +163,7 @@ RunRow Session::make_row() const {
 
 // Nothing is shown before it is stored.
 void Session::acknowledge(const Committed& c) {
-  RunStatus& s = acknowledged_;
+  RunRecord& s = acknowledged_;
   s.lcr_readings += static_cast<std::int64_t>(c.readings);
   s.measure_readings += static_cast<std::int64_t>(c.measure_readings);
   s.frame_samples += static_cast<std::int64_t>(c.samples);
@@ -203,6 +201,7 @@ Task<Result<std::int64_t>> Session::open() {
   RunSetup setup(clock_, instruments_->meter(), instruments_->frame(), recorder_,
                  prepared_.protocol);
   setup.environment = prepared_.environment;
+  setup.limits = plan_.limits;
   setup.lcr_settings = settings_;
   setup.probe_area_m2 = info.fixture.probe_area_m2();
   setup.gravity_m_s2 = info.fixture.local_gravity_m_s2;
@@ -242,19 +241,10 @@ Task<> Session::close() {
 }
 
 RunStatus Session::status() const {
-  RunStatus s = run_ ? run_->status() : RunStatus();
-  s.lcr_readings = acknowledged_.lcr_readings;
-  s.measure_readings = acknowledged_.measure_readings;
-  s.frame_samples = acknowledged_.frame_samples;
-  s.capacitance_F = acknowledged_.capacitance_F;
-  s.secondary = acknowledged_.secondary;
-  s.force_N = acknowledged_.force_N;
-  s.travel_m = acknowledged_.travel_m;
-  s.pressure_Pa = acknowledged_.pressure_Pa;
+  RunStatus s(run_ ? run_->progress() : RunProgress(), acknowledged_);
   s.prompt = instruments_->person().prompt();
-  s.gap_m.reset();
-  if (run_ && s.travel_m && run_->contact_travel_m())
-    s.gap_m = *run_->contact_travel_m() - *s.travel_m;
+  const auto contact = run_ ? run_->contact_travel_m() : std::nullopt;
+  if (contact && s.travel_m) s.gap_m = *contact - *s.travel_m;
   return s;
 }
 

@@ -61,7 +61,7 @@ class Session {
   // Of acknowledged rows only.
   RunStatus status() const;
   // Called when a step begins. Before `open`.
-  void on_step(std::function<void(const RunStatus&)> callback) { on_step_ = std::move(callback); }
+  void on_step(std::function<void(const RunProgress&)> callback) { on_step_ = std::move(callback); }
   // Called with the events of each commit.
   void on_events(std::function<void(const std::vector<RunEvent>&)> callback) {
     on_events_ = std::move(callback);
@@ -81,9 +81,9 @@ class Session {
   Identity meter_identity_, frame_identity_;
   Plan plan_;
   LcrSettings settings_;  // as read back
-  RunStatus acknowledged_;  // only the counts and values that commits carry
+  RunRecord acknowledged_;
   std::function<void(const std::vector<RunEvent>&)> on_events_;
-  std::function<void(const RunStatus&)> on_step_;
+  std::function<void(const RunProgress&)> on_step_;
   std::unique_ptr<Run> run_;
 };
 

@@ -29,27 +29,6 @@ Aperture usable_aperture(const LcrSettings& settings, const LcrCapabilities& cap
 
 }  // namespace
 
-Result<BoundLimits> bind_limits(const Protocol& protocol, const Environment& env) {
-  const Limits& l = protocol.limits;
-  BoundLimits out;
-  out.force_min = env.get(l.force_min);
-  out.force_max = env.get(l.force_max);
-  if (l.travel_min) out.travel_min = env.get(*l.travel_min);
-  if (l.travel_max) out.travel_max = env.get(*l.travel_max);
-  if (l.speed_max) out.speed_max = env.get(*l.speed_max);
-  if (out.force_min >= out.force_max) {
-    return fail(Errc::invalid_request,
-                "{} /limits: force from {:.6g} to {:.6g} N, expected the lower limit first",
-                protocol.name, out.force_min, out.force_max);
-  }
-  if (out.travel_min && *out.travel_min >= *out.travel_max) {
-    return fail(Errc::invalid_request,
-                "{} /limits: travel from {:.6g} to {:.6g} mm, expected the lower limit first",
-                protocol.name, *out.travel_min * 1e3, *out.travel_max * 1e3);
-  }
-  return out;
-}
-
 bool is_force_target(const Target& t) {
   return t.kind == TargetKind::force || t.kind == TargetKind::pressure;
 }
@@ -68,9 +47,9 @@ double predicted_overshoot_N(double k, double v, const FrameCapabilities& caps) 
 }
 
 Refusal check_force(double force, const BoundLimits& limits, const Rig& rig) {
-  if (above(force, limits.force_max) || above(-force, -limits.force_min)) {
+  if (above(force, limits.force_max_N) || above(-force, -limits.force_min_N)) {
     return fmt::format("a force of {:.4g} N, the limits allow {:.4g} to {:.4g} N", force,
-                       limits.force_min, limits.force_max);
+                       limits.force_min_N, limits.force_max_N);
   }
   const double cell = rig.frame.force_max.si();
   if (cell > 0 && above(std::abs(force), cell)) {
@@ -80,10 +59,10 @@ Refusal check_force(double force, const BoundLimits& limits, const Rig& rig) {
 }
 
 Refusal check_travel(double travel, const BoundLimits& limits, const Rig& rig) {
-  if (limits.travel_min &&
-      (above(travel, *limits.travel_max) || above(-travel, -*limits.travel_min))) {
+  if (limits.travel_min_m &&
+      (above(travel, *limits.travel_max_m) || above(-travel, -*limits.travel_min_m))) {
     return fmt::format("a travel of {:.4g} mm, the limits allow {:.4g} to {:.4g} mm", travel * 1e3,
-                       *limits.travel_min * 1e3, *limits.travel_max * 1e3);
+                       *limits.travel_min_m * 1e3, *limits.travel_max_m * 1e3);
   }
   const double low = rig.frame.travel_min.si(), high = rig.frame.travel_max.si();
   if (low < high && (above(travel, high) || above(-travel, -low))) {
@@ -94,9 +73,9 @@ Refusal check_travel(double travel, const BoundLimits& limits, const Rig& rig) {
 }
 
 Refusal check_speed(double speed, const BoundLimits& limits, const Rig& rig) {
-  if (limits.speed_max && above(speed, *limits.speed_max)) {
+  if (limits.speed_max_m_s && above(speed, *limits.speed_max_m_s)) {
     return fmt::format("a speed of {:.4g} mm/s, the limits allow {:.4g} mm/s", speed * 1e3,
-                       *limits.speed_max * 1e3);
+                       *limits.speed_max_m_s * 1e3);
   }
   const double low = rig.frame.speed_min.si(), high = rig.frame.speed_max.si();
   if (high > 0 && (above(speed, high) || above(low, speed))) {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "drivers/load_frame.hpp"
+#include "protocols/limits.hpp"
 #include "protocols/protocol.hpp"
 
 namespace lcrig {
@@ -37,16 +38,8 @@ struct Rig {
   std::optional<InstrumentNoise> noise;  // absent: not known
 };
 
-// The limits with their parameters bound; SI.
-struct BoundLimits {
-  double force_min = 0, force_max = 0;
-  std::optional<double> travel_min, travel_max, speed_max;
-};
-
 // The words of a refusal, without place: "a force of 1.8 N, the limits allow -0.2 to 1.5 N".
 using Refusal = std::optional<std::string>;
-
-Result<BoundLimits> bind_limits(const Protocol& protocol, const Environment& env);
 
 Refusal check_force(double force_N, const BoundLimits& limits, const Rig& rig);
 Refusal check_travel(double travel_m, const BoundLimits& limits, const Rig& rig);

@@ -34,20 +34,20 @@ std::optional<std::string> Guard::check(const FrameSample& sample) {
 }
 
 std::optional<std::string> Guard::check_force(double force_N) {
-  const Side side = widened(window_.force_min_N, window_.force_max_N, returning_);
+  const Side side = widened(limits_.force_min_N, limits_.force_max_N, returning_);
   if (force_N >= side.low && force_N <= side.high) return std::nullopt;
   return fmt::format("force {:.4f} N is outside the limits {:.4f} to {:.4f} N", force_N,
-                     window_.force_min_N, window_.force_max_N);
+                     limits_.force_min_N, limits_.force_max_N);
 }
 
 std::optional<std::string> Guard::check_travel(double travel_m) {
   constexpr double kUnbounded = 1e9;
-  const Side side = widened(window_.travel_min_m.value_or(-kUnbounded),
-                            window_.travel_max_m.value_or(kUnbounded), returning_);
+  const Side side = widened(limits_.travel_min_m.value_or(-kUnbounded),
+                            limits_.travel_max_m.value_or(kUnbounded), returning_);
   if (travel_m >= side.low && travel_m <= side.high) return std::nullopt;
   return fmt::format("travel {:.4f} mm is outside the limits {:.4f} to {:.4f} mm", travel_m * 1e3,
-                     window_.travel_min_m.value_or(-kUnbounded) * 1e3,
-                     window_.travel_max_m.value_or(kUnbounded) * 1e3);
+                     limits_.travel_min_m.value_or(-kUnbounded) * 1e3,
+                     limits_.travel_max_m.value_or(kUnbounded) * 1e3);
 }
 
 std::optional<std::string> Guard::check_age(MonoTime now) const {

@@ -8,19 +8,15 @@
 
 #include "base/clock.hpp"
 #include "drivers/load_frame.hpp"
+#include "protocols/limits.hpp"
 
 namespace lcrig {
 
-// No sample may leave this window. SI.
-struct GuardWindow {
-  GuardWindow() = default;
-  double force_min_N = 0, force_max_N = 0;
-  std::optional<double> travel_min_m, travel_max_m;
-};
-
 class Guard {
  public:
-  Guard(GuardWindow window, Duration stale_after) : window_(window), stale_after_(stale_after) {}
+  // No sample may leave the window of the limits.
+  Guard(const BoundLimits& limits, Duration stale_after)
+      : limits_(limits), stale_after_(stale_after) {}
 
   // Why this sample must stop the run; nullopt when all is well.
   std::optional<std::string> check(const FrameSample& sample);
@@ -39,7 +35,7 @@ class Guard {
   std::optional<std::string> check_force(double force_N);
   std::optional<std::string> check_travel(double travel_m);
 
-  GuardWindow window_;
+  BoundLimits limits_;
   Duration stale_after_;
   std::optional<MonoTime> last_;
   bool watch_age_ = false;

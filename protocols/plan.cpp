@@ -56,6 +56,7 @@ Result<Plan> make_plan(const Protocol& protocol, const Environment& environment,
   planner.walk();
   if (planner.refused()) return fail(placed(protocol, *planner.refused()));
   Plan plan = planner.take();
+  plan.limits = *limits;
   estimate_size(protocol, rig, plan);
   return plan;
 }

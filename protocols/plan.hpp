@@ -25,6 +25,7 @@ struct PlannedStep {
 
 struct Plan {
   Plan() = default;
+  BoundLimits limits;
   LcrSettings lcr;  // at the start, with the aperture that was chosen
   std::string aperture_note;  // the arithmetic behind it
   double duration_s = 0;  // with `finally`

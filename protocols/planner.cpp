@@ -123,7 +123,7 @@ double Planner::travel_at(double force) const {
 // Largest force the limits know, doubled, bounds the search: beyond it the answer is "too much".
 double Planner::force_at(double travel) const {
   if (!rig_.compression_m || travel <= contact_) return 0;
-  double low = 0, high = 2 * std::max(std::abs(limits_.force_max), 1e-3);
+  double low = 0, high = 2 * std::max(std::abs(limits_.force_max_N), 1e-3);
   if (travel_at(high) <= travel) return high;
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);
@@ -171,9 +171,9 @@ void Planner::check_overshoot(double force, double speed, std::optional<double> 
   if (allowed && over > *allowed) {
     out.why =
         fmt::format("{}, the step allows {:.3g} N: use a slower (final) speed", sum, *allowed);
-  } else if (force + over > limits_.force_max) {
+  } else if (force + over > limits_.force_max_N) {
     out.why = fmt::format("{} beyond {:.4g} N, the limit is {:.4g} N: use a slower (final) speed",
-                          sum, force, limits_.force_max);
+                          sum, force, limits_.force_max_N);
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The frame of a run: preparation, the loop over steps, interrupts, `finally`. What each step does
-// is in run_steps.cpp.
+// The frame of a run: preparation, the loop over steps, interrupts. What each step does is in
+// run_steps.cpp, how a run ends in run_finish.cpp.
 #include "protocols/run.hpp"
 
 #include <fmt/format.h>
@@ -27,27 +27,6 @@ constexpr Duration kWallClockStep = 500ms;
 // batches of the link (100 ms each) and their jitter.
 Duration stale_after(double rate_Hz) {
   return std::max<Duration>(from_seconds(3.0 / rate_Hz), 500ms);
-}
-
-GuardWindow window_of(const Limits& limits, const Environment& env) {
-  GuardWindow w;
-  w.force_min_N = env.get(limits.force_min);
-  w.force_max_N = env.get(limits.force_max);
-  if (limits.travel_min) w.travel_min_m = env.get(*limits.travel_min);
-  if (limits.travel_max) w.travel_max_m = env.get(*limits.travel_max);
-  return w;
-}
-
-FrameLimits device_limits(const Limits& limits, const Environment& env,
-                          const FrameCapabilities& caps) {
-  const GuardWindow w = window_of(limits, env);
-  FrameLimits f;
-  f.force_min = Force::from_si(w.force_min_N);
-  f.force_max = Force::from_si(w.force_max_N);
-  f.travel_min = Length::from_si(w.travel_min_m.value_or(caps.travel_min.si()));
-  f.travel_max = Length::from_si(w.travel_max_m.value_or(caps.travel_max.si()));
-  f.speed_max = limits.speed_max ? Velocity::from_si(env.get(*limits.speed_max)) : caps.speed_max;
-  return f;
 }
 
 // A step that failed is an interrupt that nobody asked for.
@@ -81,15 +60,14 @@ InterruptRequest::InterruptRequest(Interrupt k, std::string w)
 Run::Run(asio::any_io_executor executor, RunSetup setup)
     : executor_(executor),
       setup_(std::move(setup)),
-      guard_(window_of(setup_.protocol.limits, setup_.environment),
-             stale_after(setup_.protocol.sample.frame_rate_Hz)),
+      guard_(setup_.limits, stale_after(setup_.protocol.sample.frame_rate_Hz)),
       sampler_(executor, setup_.clock, setup_.lcr, setup_.lcr_settings, sampler_hooks()),
       interrupts_(executor, 8),
       resumes_(executor, 1) {
-  status_.run = setup_.run;
-  status_.protocol = setup_.protocol.name;
-  status_.specimen = setup_.specimen;
-  status_.planned_s = setup_.planned_s;
+  progress_.run = setup_.run;
+  progress_.protocol = setup_.protocol.name;
+  progress_.specimen = setup_.specimen;
+  progress_.planned_s = setup_.planned_s;
 }
 
 Run::~Run() {
@@ -168,7 +146,7 @@ void Run::interrupt(InterruptRequest request) {
 }
 
 bool Run::resume() {
-  return status_.state == RunState::paused && resumes_.try_send(boost::system::error_code());
+  return progress_.state == RunState::paused && resumes_.try_send(boost::system::error_code());
 }
 
 Task<RunResult> Run::execute() {
@@ -178,7 +156,7 @@ Task<RunResult> Run::execute() {
   std::optional<InterruptRequest> stop;
   auto ready = co_await prepare();
   if (ready) {
-    status_.state = RunState::running;
+    progress_.state = RunState::running;
     sampler_.start(setup_.protocol.sample.lcr_continuous);
     stop = co_await run_protocol();
   } else {
@@ -199,7 +177,7 @@ Task<Result<>> Run::prepare() {
 Task<Result<>> Run::arm_frame() {
   const FrameCapabilities& caps = setup_.frame.capabilities();
   if (caps.motion || caps.weights) {
-    const FrameLimits limits = device_limits(setup_.protocol.limits, setup_.environment, caps);
+    const FrameLimits limits = device_limits(setup_.limits, caps);
     auto armed = co_await setup_.frame.arm(limits);
     if (!armed) co_return armed;
   }
@@ -224,7 +202,7 @@ Task<InterruptRequest> Run::next_interrupt() {
       lose_frame(Error(Errc::no_reply, std::move(*why)));
     }
     if (auto why = sampler_.check_age(now)) lose_meter(Error(Errc::no_reply, std::move(*why)));
-    const bool waited_for = finishing_ || status_.state == RunState::waiting_for_instrument;
+    const bool waited_for = finishing_ || progress_.state == RunState::waiting_for_instrument;
     const bool told = is_away() && away_before && waited_for;
     const bool matters = frame_away_ || (meter_away_ && !finishing_);
     if (matters && !told) {
@@ -259,8 +237,8 @@ Task<std::optional<InterruptRequest>> Run::run_steps(StepCursor& cursor) {
   std::optional<InterruptRequest> stop;
   while (const Step* step = cursor.next()) {
     repeat_ = cursor.repeat();
-    status_.repeat = repeat_;
-    status_.repeats = cursor.repeats();
+    progress_.repeat = repeat_;
+    progress_.repeats = cursor.repeats();
     stop = co_await run_step(*step);
     if (stop) break;
     ++steps_done_;
@@ -270,14 +248,14 @@ Task<std::optional<InterruptRequest>> Run::run_steps(StepCursor& cursor) {
 
 Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   step_ = &step;
-  status_.step_id = step.id;
-  status_.step_kind = kind_of(step);
-  status_.elapsed_s = to_seconds(setup_.clock.now() - start_);
+  progress_.step_id = step.id;
+  progress_.step_kind = kind_of(step);
+  progress_.elapsed_s = to_seconds(setup_.clock.now() - start_);
   // First, so that a crash right after `step_begin` finds it.
   if (!finishing_) event("state", to_json_text(point()));
-  event("step_begin", std::string(status_.step_kind));
-  if (setup_.on_step) setup_.on_step(status_);
-  Progress progress;
+  event("step_begin", std::string(progress_.step_kind));
+  if (setup_.on_step) setup_.on_step(progress_);
+  StepProgress progress;
   progress.start_travel_m = std::exchange(first_start_travel_m_, std::nullopt);
   std::optional<InterruptRequest> stop;
   for (bool done = false; !done && !stop;) {
@@ -299,7 +277,8 @@ Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   co_return stop;
 }
 
-Task<std::optional<InterruptRequest>> Run::handle(InterruptRequest request, Progress& progress) {
+Task<std::optional<InterruptRequest>> Run::handle(InterruptRequest request,
+                                                  StepProgress& progress) {
   std::optional<InterruptRequest> stop;
   if (request.kind == Interrupt::pause) {
     stop = co_await stay_paused(progress);
@@ -312,21 +291,11 @@ Task<std::optional<InterruptRequest>> Run::handle(InterruptRequest request, Prog
   co_return stop;
 }
 
-Task<> Run::stop_frame() {
-  if (!setup_.frame.capabilities().motion) {
-    standing_ = true;
-    co_return;
-  }
-  auto stopped = co_await setup_.frame.stop();
-  standing_ = stopped.has_value();
-  event(stopped ? "stopped" : "stop_failed", stopped ? "" : stopped.error().what);
-}
-
 // Holds travel and keeps recording until somebody resumes or stops the run.
-Task<std::optional<InterruptRequest>> Run::stay_paused(Progress& progress) {
+Task<std::optional<InterruptRequest>> Run::stay_paused(StepProgress& progress) {
   if (progress.begin) progress.spent += setup_.clock.now() - *progress.begin;
   progress.begin.reset();
-  const RunState before = std::exchange(status_.state, RunState::paused);
+  const RunState before = std::exchange(progress_.state, RunState::paused);
   co_await stop_frame();
   std::optional<InterruptRequest> stop;
   for (bool resumed = false; !resumed && !stop;) {
@@ -334,78 +303,14 @@ Task<std::optional<InterruptRequest>> Run::stay_paused(Progress& progress) {
     resumed = r.index() == 0;
     if (resumed || std::get<1>(r).kind == Interrupt::pause) continue;
     stop = co_await handle(std::move(std::get<1>(r)), progress);
-    status_.state = RunState::paused;
+    progress_.state = RunState::paused;
   }
   if (stop) co_return stop;
-  status_.state = before;
+  progress_.state = before;
   event("resume", "");
   auto held = co_await restore_hold();
   if (!held) stop = request_for(held.error());
   co_return stop;
-}
-
-Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
-  finishing_ = true;
-  stop_pending_ = false;
-  status_.state = RunState::finishing;
-  interrupts_.cancel();
-  while (interrupts_.try_receive([](auto&&...) {})) {
-  }
-  co_await stop_frame();
-  if (frame_away_) co_await recover_frame_for_finally();
-  result.exit_status = "success";
-  if (stop) {
-    const bool wanted = stop->kind == Interrupt::abort || stop->kind == Interrupt::freeze;
-    result.exit_status = wanted ? "abort" : "fail";
-    result.reason = fmt::format("{}: {}", to_string(stop->kind), stop->why);
-    result.code = stop->code;
-    if (stop->kind == Interrupt::limit) guard_.allow_return();
-    auto line = co_await setup_.frame.resync();
-    if (!line) event("retry", line.error().what);
-  }
-  const bool frozen = stop && stop->kind == Interrupt::freeze;
-  if (frame_away_ && !frozen) {
-    if (!stop) {  // every step had ended well
-      result.exit_status = "fail";
-      result.reason = frame_away_->why.what;
-      result.code = frame_away_->why.code;
-    }
-    result.reason += "; `finally` did not run: the frame is not there";
-  } else if (!frozen) {
-    co_await run_finally(result);
-  }
-  co_await stop_frame();
-  co_await sampler_.stop();
-  if (!meter_away_) {
-    auto safe = co_await setup_.lcr.make_safe();
-    if (!safe) event("retry", safe.error().what);
-  }
-  setup_.frame.set_listener(nullptr);
-  over_ = true;
-  status_.state = RunState::ended;
-}
-
-// Runs whatever happened before; has its own deadline, after which the frame stays where it is.
-Task<> Run::run_finally(RunResult& result) {
-  const MonoTime deadline = setup_.clock.now() + setup_.protocol.finally_timeout;
-  StepCursor cursor(setup_.protocol.finally_steps, setup_.environment);
-  auto r = co_await (run_steps(cursor) || setup_.clock.wait_until(deadline));
-  std::string why;
-  Errc code = Errc::no_reply;
-  if (r.index() == 1) {
-    why = fmt::format("`finally` did not end in {:.0f} s; the frame was stopped where it stood",
-                      to_seconds(setup_.protocol.finally_timeout));
-  } else if (const auto& stop = std::get<0>(r)) {
-    why = fmt::format("in `finally`: {}", stop->why);
-    code = stop->code;
-  }
-  if (why.empty()) co_return;
-  event("fault", why);
-  if (result.exit_status == "success") {
-    result.exit_status = "fail";
-    result.code = code;
-  }
-  result.reason += (result.reason.empty() ? "" : "; ") + why;
 }
 
 }  // namespace lcrig

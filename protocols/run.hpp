@@ -55,6 +55,7 @@ struct RunSetup {
   RunSink& sink;
   const Protocol& protocol;
   Environment environment;  // parameters bound
+  BoundLimits limits;  // of the protocol
   LcrSettings lcr_settings;  // as read back
   std::optional<double> probe_area_m2;  // force = pressure times this
   double gravity_m_s2 = 9.80665;  // local
@@ -65,7 +66,7 @@ struct RunSetup {
   Operator* person = nullptr;
   // Begin there, after a person confirmed the specimen, instead of at the first step.
   std::optional<Continuation> continues;
-  std::function<void(const RunStatus&)> on_step;  // told when a step begins; may be empty
+  std::function<void(const RunProgress&)> on_step;  // told when a step begins; may be empty
 };
 
 class Run final : private LoadFrame::Listener {
@@ -82,9 +83,7 @@ class Run final : private LoadFrame::Listener {
   bool resume();  // false: not paused
   // The frame confirmed standstill after the last interrupt.
   bool standing() const { return standing_; }
-  // Step, state and progress. Counts and values are the recorder's to show: it knows what is
-  // stored.
-  const RunStatus& status() const { return status_; }
+  const RunProgress& progress() const { return progress_; }
   std::optional<double> contact_travel_m() const { return contact_travel_m_; }
   // For the watchdog: grow while the runner, and the sampler, are alive.
   std::uint64_t beats() const { return beats_; }
@@ -96,7 +95,7 @@ class Run final : private LoadFrame::Listener {
   using ResumeChannel = asio::experimental::channel<void(boost::system::error_code)>;
 
   // What survives a pause in the middle of a step.
-  struct Progress {
+  struct StepProgress {
     std::optional<MonoTime> begin;
     Duration spent{};
     std::int64_t readings = 0;
@@ -124,10 +123,10 @@ class Run final : private LoadFrame::Listener {
   Task<std::optional<InterruptRequest>> run_protocol();
   Task<std::optional<InterruptRequest>> run_steps(StepCursor& cursor);
   Task<std::optional<InterruptRequest>> run_step(const Step& step);
-  Task<std::optional<InterruptRequest>> handle(InterruptRequest request, Progress& progress);
+  Task<std::optional<InterruptRequest>> handle(InterruptRequest request, StepProgress& progress);
   Task<InterruptRequest> next_interrupt();
-  Task<std::optional<InterruptRequest>> stay_paused(Progress& progress);
-  Task<Result<>> execute_step(const Step& step, Progress& progress);
+  Task<std::optional<InterruptRequest>> stay_paused(StepProgress& progress);
+  Task<Result<>> execute_step(const Step& step, StepProgress& progress);
   Task<> finish(std::optional<InterruptRequest> stop, RunResult& result);
   Task<> stop_frame();
   Task<> run_finally(RunResult& result);
@@ -140,7 +139,7 @@ class Run final : private LoadFrame::Listener {
   bool keeps_vanishing();
   void note_attempt(Away& away, const Error& error);
   bool is_away() const { return meter_away_ || frame_away_; }
-  Task<std::optional<InterruptRequest>> survive_loss(Progress& progress);
+  Task<std::optional<InterruptRequest>> survive_loss(StepProgress& progress);
   Task<std::optional<InterruptRequest>> wait_for_return(Duration patience);
   Task<Result<>> bring_back();
   Task<Result<>> try_meter();
@@ -148,7 +147,7 @@ class Run final : private LoadFrame::Listener {
   Task<Result<>> rejoin_frame();
   Task<Result<>> await_samples();
   void welcome(std::optional<Away>& away, const char* instrument);
-  void begin_again(Progress& progress);
+  void begin_again(StepProgress& progress);
   Task<Result<>> restore_hold();
   Result<> compare_with(const FrameMemory& before) const;
   Task<> recover_frame_for_finally();
@@ -162,25 +161,25 @@ class Run final : private LoadFrame::Listener {
   Sampler::Hooks sampler_hooks();
   void on_reading(const LcrReading& reading, const ReadingTag& tag);
 
-  Task<Result<>> execute(const ZeroStep& step, Progress& progress);
-  Task<Result<>> execute(const FindContactStep& step, Progress& progress);
-  Task<Result<>> execute(const RampStep& step, Progress& progress);
-  Task<Result<>> execute(const MoveUntilStep& step, Progress& progress);
-  Task<Result<>> execute(const HoldStep& step, Progress& progress);
-  Task<Result<>> execute(const MeasureStep& step, Progress& progress);
-  Task<Result<>> execute(const PlaceWeightStep& step, Progress& progress);
-  Task<Result<>> execute(const RecordStep& step, Progress& progress);
-  Task<Result<>> execute(const SetLcrStep& step, Progress& progress);
-  Task<Result<>> execute(const MarkStep& step, Progress& progress);
-  Task<Result<>> execute(const RepeatStep& step, Progress& progress);
-  Task<Result<>> execute(const SweepStep& step, Progress& progress);
+  Task<Result<>> execute(const ZeroStep& step, StepProgress& progress);
+  Task<Result<>> execute(const FindContactStep& step, StepProgress& progress);
+  Task<Result<>> execute(const RampStep& step, StepProgress& progress);
+  Task<Result<>> execute(const MoveUntilStep& step, StepProgress& progress);
+  Task<Result<>> execute(const HoldStep& step, StepProgress& progress);
+  Task<Result<>> execute(const MeasureStep& step, StepProgress& progress);
+  Task<Result<>> execute(const PlaceWeightStep& step, StepProgress& progress);
+  Task<Result<>> execute(const RecordStep& step, StepProgress& progress);
+  Task<Result<>> execute(const SetLcrStep& step, StepProgress& progress);
+  Task<Result<>> execute(const MarkStep& step, StepProgress& progress);
+  Task<Result<>> execute(const RepeatStep& step, StepProgress& progress);
+  Task<Result<>> execute(const SweepStep& step, StepProgress& progress);
 
   // A motion within its time; anything but `target` is an error. Writes the motion's event.
   Task<Result<MotionOutcome>> timed(Task<Result<MotionOutcome>> motion, double timeout_s);
   Task<Result<>> move_to_travel(double travel_m, double speed_m_s, double timeout_s);
   Task<Result<>> move_to_force(double force_N, double speed_m_s, double timeout_s);
   Task<Result<double>> rest_force();  // N; mean of half a second at rest
-  Task<Result<>> wait_out(double duration_s, Progress& progress);
+  Task<Result<>> wait_out(double duration_s, StepProgress& progress);
   Result<double> travel_of(const Target& target) const;  // m; travel and gap targets
   double force_of(const Target& target) const;  // N; force and pressure targets
   void aim_at(const std::optional<Target>& target);  // labels the levels that follow
@@ -192,7 +191,7 @@ class Run final : private LoadFrame::Listener {
 
   asio::any_io_executor executor_;
   RunSetup setup_;
-  RunStatus status_;
+  RunProgress progress_;
   Guard guard_;
   Sampler sampler_;
   InterruptChannel interrupts_;

@@ -77,7 +77,7 @@ bool Run::keeps_vanishing() {
 }
 
 // nullopt: it is back, and the step goes on (`wait`) or begins anew (`repeat_step`).
-Task<std::optional<InterruptRequest>> Run::survive_loss(Progress& progress) {
+Task<std::optional<InterruptRequest>> Run::survive_loss(StepProgress& progress) {
   std::optional<InterruptRequest> stop;
   const Error why = frame_away_ ? frame_away_->why : meter_away_->why;
   const OnLoss policy = setup_.protocol.on_loss;
@@ -90,13 +90,13 @@ Task<std::optional<InterruptRequest>> Run::survive_loss(Progress& progress) {
   }
   if (progress.begin) progress.spent += setup_.clock.now() - *progress.begin;
   progress.begin.reset();
-  const RunState before = status_.state;
-  if (!finishing_) status_.state = RunState::waiting_for_instrument;
+  const RunState before = progress_.state;
+  if (!finishing_) progress_.state = RunState::waiting_for_instrument;
   if (frame_away_ || !held_force_N_) co_await stop_frame();
   const Duration patience = finishing_ ? kFinallyPatience : setup_.protocol.on_loss_timeout;
   stop = co_await wait_for_return(patience);
   if (stop) co_return stop;
-  status_.state = before;
+  progress_.state = before;
   sampler_.start(setup_.protocol.sample.lcr_continuous);
   if (policy == OnLoss::repeat_step || finishing_) begin_again(progress);
   if (memory_at_loss_) {  // the frame was lost: it left force control
@@ -232,10 +232,8 @@ Task<Result<>> Run::await_samples() {
 Result<> Run::compare_with(const FrameMemory& before) const {
   const FrameCapabilities& caps = setup_.frame.capabilities();
   if (!caps.motion) return {};
-  const Limits& limits = setup_.protocol.limits;
-  const Environment& env = setup_.environment;
   FrameTolerance allowed;
-  allowed.force_N = kForceTolerance * (env.get(limits.force_max) - env.get(limits.force_min));
+  allowed.force_N = kForceTolerance * (setup_.limits.force_max_N - setup_.limits.force_min_N);
   allowed.deceleration = caps.deceleration;
   return compare_frame(before, memory_, allowed);
 }
@@ -253,14 +251,14 @@ void Run::welcome(std::optional<Away>& away, const char* instrument) {
 
 // A level that is begun anew gets a number of its own; the readings of the one that was cut off
 // stay, and an event says that they do not count.
-void Run::begin_again(Progress& progress) {
+void Run::begin_again(StepProgress& progress) {
   if (progress.level) {
     event("level_abandoned",
           fmt::format(R"({{"level":{},"readings":{}}})", progress.level->level, progress.readings));
     --level_in_repeat_;
   }
   const auto start_travel_m = progress.start_travel_m;
-  progress = Progress();
+  progress = StepProgress();
   progress.start_travel_m = start_travel_m;
   event("repeat", "the step begins anew");
 }

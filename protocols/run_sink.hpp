@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "base/clock.hpp"
 #include "drivers/lcr_meter.hpp"
@@ -70,17 +71,31 @@ enum class RunState {
 };
 std::string_view to_string(RunState s);
 
-// Everything a live line, `lcrig status` or a page shows. Values are those of acknowledged rows.
-struct RunStatus {
-  RunStatus() = default;
+// Where a run stands: the runner's to say.
+struct RunProgress {
+  RunProgress() = default;
   std::int64_t run = 0;
   std::string protocol, specimen;
   RunState state = RunState::preparing;
-  std::string step_id, step_kind, prompt;
+  std::string step_id, step_kind;
   std::int64_t repeat = 0, repeats = 0;
   double elapsed_s = 0, planned_s = 0;
+};
+
+// What of a run is stored, and the newest stored values: the recorder's to say.
+struct RunRecord {
+  RunRecord() = default;
   std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;
-  std::optional<double> capacitance_F, secondary, force_N, travel_m, gap_m, pressure_Pa;
+  std::optional<double> capacitance_F, secondary, force_N, travel_m, pressure_Pa;
+};
+
+// Everything a live line, `lcrig status` or a page shows.
+struct RunStatus : RunProgress, RunRecord {
+  RunStatus() = default;
+  RunStatus(RunProgress progress, RunRecord record)
+      : RunProgress(std::move(progress)), RunRecord(record) {}
+  std::string prompt;  // what the operator is asked to do
+  std::optional<double> gap_m;
 };
 
 }  // namespace lcrig

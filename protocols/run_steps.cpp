@@ -50,7 +50,7 @@ bool is_load(TargetKind kind) {
 
 }  // namespace
 
-Task<Result<>> Run::execute_step(const Step& step, Progress& progress) {
+Task<Result<>> Run::execute_step(const Step& step, StepProgress& progress) {
   auto task = std::visit([&](const auto& s) { return execute(s, progress); }, step.action);
   auto result = co_await std::move(task);
   co_return result;
@@ -80,11 +80,8 @@ Task<Result<>> Run::move_to_travel(double travel_m, double speed_m_s, double tim
 // Towards the specimen when the force has to grow, away from it otherwise.
 Task<Result<>> Run::move_to_force(double force_N, double speed_m_s, double timeout_s) {
   const bool press = force_N >= force_N_.value_or(0);
-  const FrameCapabilities& caps = setup_.frame.capabilities();
-  const Limits& limits = setup_.protocol.limits;
-  const auto& bound = press ? limits.travel_max : limits.travel_min;
-  const Length machine = press ? caps.travel_max : caps.travel_min;
-  const Length guard = bound ? Length::from_si(setup_.environment.get(*bound)) : machine;
+  const FrameLimits limits = device_limits(setup_.limits, setup_.frame.capabilities());
+  const Length guard = press ? limits.travel_max : limits.travel_min;
   const Velocity speed = Velocity::from_si(press ? speed_m_s : -speed_m_s);
   auto motion = setup_.frame.move_until_force(Force::from_si(force_N), speed, guard);
   auto outcome = co_await timed(std::move(motion), timeout_s);
@@ -127,7 +124,7 @@ Task<Result<double>> Run::rest_force() {
   co_return force_sum_N_ / static_cast<double>(force_count_);
 }
 
-Task<Result<>> Run::execute(const ZeroStep& step, Progress& /*progress*/) {
+Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
   auto rest = co_await rest_force();
   if (!rest) co_return fail(rest.error());
   if (step.max_offset && std::abs(*rest) > setup_.environment.get(*step.max_offset)) {
@@ -144,7 +141,7 @@ Task<Result<>> Run::execute(const ZeroStep& step, Progress& /*progress*/) {
   co_return Result<>();
 }
 
-Task<Result<>> Run::execute(const FindContactStep& step, Progress& progress) {
+Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress) {
   const Environment& env = setup_.environment;
   aim_at(std::nullopt);
   // A search that begins again may already touch: what it would take for the force at rest is not.
@@ -156,9 +153,7 @@ Task<Result<>> Run::execute(const FindContactStep& step, Progress& progress) {
   auto rest = co_await rest_force();
   if (!rest) co_return fail(rest.error());
   if (!progress.start_travel_m) progress.start_travel_m = memory_.travel_m;
-  const auto& bound = setup_.protocol.limits.travel_max;
-  const Length guard =
-      bound ? Length::from_si(env.get(*bound)) : setup_.frame.capabilities().travel_max;
+  const Length guard = device_limits(setup_.limits, setup_.frame.capabilities()).travel_max;
   const double speed = env.get(step.speed);
   auto motion = setup_.frame.move_until_force(Force::from_si(*rest + env.get(step.force)),
                                               Velocity::from_si(speed), guard);
@@ -175,7 +170,7 @@ Task<Result<>> Run::execute(const FindContactStep& step, Progress& progress) {
   co_return result;
 }
 
-Task<Result<>> Run::execute(const RampStep& step, Progress& /*progress*/) {
+Task<Result<>> Run::execute(const RampStep& step, StepProgress& /*progress*/) {
   const Environment& env = setup_.environment;
   aim_at(step.to);
   const double timeout_s = env.get(step.timeout);
@@ -202,7 +197,7 @@ Task<Result<>> Run::execute(const RampStep& step, Progress& /*progress*/) {
   co_return Result<>();
 }
 
-Task<Result<>> Run::execute(const MoveUntilStep& step, Progress& /*progress*/) {
+Task<Result<>> Run::execute(const MoveUntilStep& step, StepProgress& /*progress*/) {
   const Environment& env = setup_.environment;
   aim_at(step.until);
   const double timeout_s = env.get(step.timeout);
@@ -229,14 +224,14 @@ Task<Result<>> Run::execute(const MoveUntilStep& step, Progress& /*progress*/) {
   co_return Result<>();
 }
 
-Task<Result<>> Run::wait_out(double duration_s, Progress& progress) {
+Task<Result<>> Run::wait_out(double duration_s, StepProgress& progress) {
   progress.begin = setup_.clock.now();
   const Duration rest = from_seconds(duration_s) - progress.spent;
   if (rest > Duration::zero()) co_await setup_.clock.wait_for(rest);
   co_return Result<>();
 }
 
-Task<Result<>> Run::execute(const HoldStep& step, Progress& progress) {
+Task<Result<>> Run::execute(const HoldStep& step, StepProgress& progress) {
   if (step.at) aim_at(step.at);
   if (!progress.moved) {
     Result<> held;
@@ -270,7 +265,7 @@ LoadLevel Run::next_level(std::int64_t count) {
   return level;
 }
 
-Task<Result<>> Run::execute(const MeasureStep& step, Progress& progress) {
+Task<Result<>> Run::execute(const MeasureStep& step, StepProgress& progress) {
   const auto count = static_cast<std::int64_t>(std::llround(setup_.environment.get(step.count)));
   if (!progress.level) {
     progress.level = next_level(count);
@@ -292,17 +287,17 @@ double Run::aim_at_mass(const PlaceWeightStep& step) {
   return mass_kg;
 }
 
-Task<Result<>> Run::execute(const PlaceWeightStep& step, Progress& /*progress*/) {
+Task<Result<>> Run::execute(const PlaceWeightStep& step, StepProgress& /*progress*/) {
   const double mass_kg = aim_at_mass(step);
-  status_.state = finishing_ ? RunState::finishing : RunState::waiting_for_operator;
+  progress_.state = finishing_ ? RunState::finishing : RunState::waiting_for_operator;
   auto placed = co_await setup_.frame.place_mass(Mass::from_si(mass_kg));
-  if (!finishing_) status_.state = RunState::running;
+  if (!finishing_) progress_.state = RunState::running;
   if (!placed) co_return fail(placed.error());
   event("confirm", describe(*placed));
   co_return Result<>();
 }
 
-Task<Result<>> Run::execute(const RecordStep& step, Progress& progress) {
+Task<Result<>> Run::execute(const RecordStep& step, StepProgress& progress) {
   const Environment& env = setup_.environment;
   if (!step.until_confirmed) {
     auto done = co_await wait_out(env.get(*step.duration), progress);
@@ -327,7 +322,7 @@ void Run::apply_settings(const SetLcrStep& step, const Environment& env, LcrSett
   if (step.trigger) s.trigger = *step.trigger;
 }
 
-Task<Result<>> Run::execute(const SetLcrStep& step, Progress& /*progress*/) {
+Task<Result<>> Run::execute(const SetLcrStep& step, StepProgress& /*progress*/) {
   LcrSettings s = sampler_.settings();
   apply_settings(step, setup_.environment, s);
   auto set = co_await sampler_.configure(std::move(s));
@@ -337,16 +332,16 @@ Task<Result<>> Run::execute(const SetLcrStep& step, Progress& /*progress*/) {
   co_return Result<>();
 }
 
-Task<Result<>> Run::execute(const MarkStep& step, Progress& /*progress*/) {
+Task<Result<>> Run::execute(const MarkStep& step, StepProgress& /*progress*/) {
   event("mark", step.text);
   co_return Result<>();
 }
 
 // RepeatStep and SweepStep never reach a run: StepCursor yields leaves.
-Task<Result<>> Run::execute(const RepeatStep& /*step*/, Progress& /*progress*/) {
+Task<Result<>> Run::execute(const RepeatStep& /*step*/, StepProgress& /*progress*/) {
   co_return fail(Errc::bug, "a loop reached the run");
 }
-Task<Result<>> Run::execute(const SweepStep& /*step*/, Progress& /*progress*/) {
+Task<Result<>> Run::execute(const SweepStep& /*step*/, StepProgress& /*progress*/) {
   co_return fail(Errc::bug, "a loop reached the run");
 }
 

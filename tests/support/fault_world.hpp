@@ -72,7 +72,7 @@ class FaultWorld : public SessionWorld {
     if (!script) throw std::runtime_error(script.error().what);
     player = std::make_unique<FaultPlayer>(io.get_executor(), clock, door, &surroundings,
                                            std::move(*script), [](MonoTime, const std::string&) {});
-    session->on_step([this](const RunStatus& s) {
+    session->on_step([this](const RunProgress& s) {
       player->enter_step(s.step_id, s.step_kind, s.state == RunState::finishing);
     });
   }

@@ -129,7 +129,7 @@ class SessionWorld {
   }
 
   Task<> wait_and_act(Act& act) {
-    while (session->run()->status().step_id != act.step_id) {
+    while (session->run()->progress().step_id != act.step_id) {
       if (outcome_) co_return;
       co_await clock.wait_for(std::chrono::milliseconds(1));
     }

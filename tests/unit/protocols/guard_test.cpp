@@ -16,8 +16,8 @@ FrameSample sample(double t_s, std::optional<double> force_N) {
   return s;
 }
 
-GuardWindow window() {
-  GuardWindow w;
+BoundLimits window() {
+  BoundLimits w;
   w.force_min_N = -0.2;
   w.force_max_N = 1;
   return w;

@@ -101,6 +101,7 @@ class Hang : public ::testing::Test {
  protected:
   Hang() {
     RunSetup setup(clock, meter, frame, sink, protocol);
+    setup.limits = bind_limits(protocol, setup.environment).value();
     run.emplace(io.get_executor(), std::move(setup));
     asio::co_spawn(io, frame.send_samples(), asio::detached);
     asio::co_spawn(io, run->execute(), [this](std::exception_ptr, RunResult) { ended = true; });

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+// What clients of the control socket ask for: runs that start, go on and stop, specimens.
+#include <utility>
+
+#include "base/log.hpp"
+#include "daemon/app.hpp"
+#include "daemon/audit.hpp"
+#include "daemon/continuation.hpp"
+#include "model/specimen_file.hpp"
+#include "storage/database.hpp"
+#include "storage/runs.hpp"
+#include "storage/specimens.hpp"
+
+namespace lcrig {
+
+using namespace std::chrono_literals;
+
+// One run at a time; sets preparing_ when it succeeds.
+Task<Result<>> App::claim_start() {
+  const MonoTime patience = clock_.now() + 30s;
+  while (preparing_ && !session_ && clock_.now() < patience) co_await clock_.wait_for(20ms);
+  if (shutting_down_) co_return fail(Errc::busy, "the daemon is shutting down");
+  if (preparing_ || session_) {
+    co_return fail(Errc::busy,
+                   "run {} is going on: one run at a time; `lcrig watch` shows it, "
+                   "`lcrig abort` ends it",
+                   live_run() ? live_run()->progress().run : 0);
+  }
+  preparing_ = true;
+  co_return Result<>();
+}
+
+Task<Result<RunStarted>> App::start_run(StartRunRequest request, PeerCredentials peer) {
+  auto claimed = co_await claim_start();
+  if (!claimed) co_return fail(claimed.error());
+  if (request.operator_name.empty()) request.operator_name = peer.user;
+  auto started = co_await prepare_and_start(std::move(request));
+  preparing_ = false;
+  if (!started) session_.reset();
+  if (started) recorder_->event(request_event(clock_.now(), "run.start", peer));
+  co_return started;
+}
+
+Task<Result<RunStarted>> App::prepare_and_start(StartRunRequest request) {
+  SessionRequest wanted;
+  wanted.protocol_name = request.protocol;
+  wanted.protocol_text = request.protocol_text;
+  wanted.specimen_name = request.specimen;
+  wanted.specimen_text = request.specimen_text;
+  wanted.operator_name = request.operator_name;
+  wanted.note = request.note;
+  for (const auto& [name, value] : request.parameters) {
+    wanted.parameters[name] = fmt::format("{}", value);
+  }
+  auto specimen = find_text(wanted);
+  if (!specimen) co_return fail(specimen.error());
+  auto prepared = prepare_run(std::move(wanted));
+  if (!prepared) co_return fail(prepared.error());
+  auto started = co_await start_prepared(std::move(*prepared));
+  co_return started;
+}
+
+Task<Result<RunStarted>> App::start_prepared(PreparedRun prepared) {
+  auto instruments = co_await open_instruments(prepared);
+  if (!instruments) co_return fail(instruments.error());
+  session_ = std::make_unique<Session>(io_.get_executor(), clock_, *recorder_,
+                                       std::move(*instruments), std::move(prepared));
+  session_->on_events([this](const std::vector<RunEvent>& events) {
+    for (const RunEvent& event : events) publish_event(event);
+  });
+  auto run = co_await session_->open();
+  if (!run) {
+    co_await session_->close();
+    co_return fail(run.error());
+  }
+  spawn(run_to_its_end());
+  RunStarted started;
+  started.run = *run;
+  co_return started;
+}
+
+// Clients send texts; a specimen may also be one of the database or one that ships.
+Result<> App::find_text(SessionRequest& wanted) const {
+  if (wanted.protocol_text.empty()) {
+    return fail(Errc::invalid_request, "`protocol_text` is missing: send the text of the file");
+  }
+  if (!wanted.specimen_text.empty()) return {};
+  auto db = open_read_only(config_.database);
+  if (!db) return fail(db.error());
+  auto stored = find_specimen(*db, wanted.specimen_name);
+  if (!stored) return fail(stored.error());
+  if (*stored) {
+    wanted.specimen_text = (*stored)->text;
+    return {};
+  }
+  for (const ShippedSpecimen& s : shipped_specimens()) {
+    if (s.name == wanted.specimen_name) wanted.specimen_text = std::string(s.text);
+  }
+  if (!wanted.specimen_text.empty()) return {};
+  return fail(Errc::invalid_request,
+              "no specimen `{}`: `lcrig specimen list` shows the known ones, `lcrig specimen add "
+              "FILE` stores one",
+              wanted.specimen_name);
+}
+
+Task<Result<std::unique_ptr<Instruments>>> App::open_instruments(const PreparedRun& prepared) {
+  const auto executor = io_.get_executor();
+  if (!config_.bench) {
+    auto opened = co_await open_real_instruments(executor, clock_, config_, person_);
+    co_return opened;
+  }
+  if (const auto directory = replay_directory(*config_.bench)) {
+    co_return make_replay_instruments(executor, clock_, *directory);
+  }
+  auto bench = find_bench(*config_.bench);
+  if (!bench) co_return fail(bench.error());
+  SimRequest sim;
+  sim.bench = std::move(*bench);
+  sim.specimen = *prepared.specimen;
+  sim.weights = prepared.places_weights;
+  sim.max_force_N = prepared.max_force_N;
+  sim.person = &person_;
+  co_return make_sim_instruments(executor, clock_, sim);
+}
+
+Task<Result<>> App::pause(PeerCredentials peer) {
+  Run* run = live_run();
+  if (run == nullptr) co_return fail(Errc::invalid_request, "no run is going on");
+  recorder_->event(request_event(clock_.now(), "run.pause", peer));
+  run->interrupt(InterruptRequest(Interrupt::pause, "by " + peer.user));
+  co_return Result<>();
+}
+
+Task<Result<RunStarted>> App::resume(std::optional<std::int64_t> run, bool confirmed,
+                                     PeerCredentials peer) {
+  Run* live = live_run();
+  if (live == nullptr && run) {
+    auto continued = co_await continue_run(*run, confirmed, std::move(peer));
+    co_return continued;
+  }
+  if (live == nullptr || (run && *run != live->progress().run)) {
+    co_return fail(Errc::invalid_request, "no such run is paused");
+  }
+  if (!live->resume()) {
+    co_return fail(Errc::invalid_request, "run {} is not paused", live->progress().run);
+  }
+  recorder_->event(request_event(clock_.now(), "run.resume", peer));
+  RunStarted going;
+  going.run = live->progress().run;
+  co_return going;
+}
+
+Task<Result<RunStarted>> App::continue_run(std::int64_t run, bool confirmed, PeerCredentials peer) {
+  auto db = open_read_write(config_.database);
+  if (!db) co_return fail(db.error());
+  auto prepared = prepare_continuation(*db, run);
+  if (!prepared) co_return fail(prepared.error());
+  prepared->continues->confirmed = confirmed;
+  prepared->request.operator_name = peer.user;
+  auto claimed = co_await claim_start();
+  if (!claimed) co_return fail(claimed.error());
+  auto started = co_await start_prepared(std::move(*prepared));
+  preparing_ = false;
+  if (!started) session_.reset();
+  if (!started) co_return started;
+  recorder_->event(request_event(clock_.now(), "run.resume", peer));
+  auto noted = add_run_note(*db, run, "lcrigd", fmt::format("continued by run {}", started->run),
+                            clock_.unix_ns());
+  if (!noted) spdlog::warn("run {}: {}", run, printable(noted.error().what));
+  co_return started;
+}
+
+Task<Result<>> App::stop_run(Interrupt kind, std::string why, const PeerCredentials& peer) {
+  Run* run = live_run();
+  if (run == nullptr) co_return fail(Errc::invalid_request, "no run is going on");
+  const char* request = kind == Interrupt::freeze ? "run.freeze" : "run.abort";
+  recorder_->event(request_event(clock_.now(), request, peer, why));
+  const std::string reason = why.empty() ? "by " + peer.user : why + " (by " + peer.user + ")";
+  run->interrupt(InterruptRequest(kind, reason));
+  const MonoTime limit = clock_.now() + 3s;
+  while (live_run() == run && !run->standing() && clock_.now() < limit) {
+    co_await clock_.wait_for(2ms);
+  }
+  if (live_run() == run && !run->standing()) {
+    co_return fail(Errc::no_reply, "the frame did not confirm standstill in 3 s: use the E-stop");
+  }
+  co_return Result<>();
+}
+
+Task<Result<>> App::abort(std::string why, PeerCredentials peer) {
+  auto stopped = co_await stop_run(Interrupt::abort, std::move(why), peer);
+  co_return stopped;
+}
+
+Task<Result<>> App::freeze(std::string why, PeerCredentials peer) {
+  auto stopped = co_await stop_run(Interrupt::freeze, std::move(why), peer);
+  co_return stopped;
+}
+
+Task<Result<>> App::confirm(PeerCredentials peer) {
+  if (!person_.confirmed()) co_return fail(Errc::invalid_request, "nothing waits for confirmation");
+  recorder_->event(request_event(clock_.now(), "run.confirm", peer));
+  co_return Result<>();
+}
+
+Task<Result<std::string>> App::add_specimen(std::string text, PeerCredentials peer) {
+  auto specimen = parse_specimen(text, "specimen");
+  if (!specimen) co_return fail(specimen.error());
+  auto db = open_read_write(config_.database);
+  if (!db) co_return fail(db.error());
+  auto stored = lcrig::add_specimen(*db, specimen->name, text, clock_.unix_ns());
+  if (!stored) co_return fail(stored.error());
+  spdlog::info("specimen {} stored for {}", specimen->name, peer_words(peer));
+  co_return specimen->name;
+}
+
+}  // namespace lcrig

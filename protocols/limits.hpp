@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// The limits of a protocol as numbers: for the plan, for the guard and for the frame itself.
+#pragma once
+
+#include <optional>
+
+#include "drivers/load_frame.hpp"
+#include "protocols/protocol.hpp"
+
+namespace lcrig {
+
+// The limits with their parameters bound; SI. Travel has both ends or none.
+struct BoundLimits {
+  BoundLimits() = default;
+  double force_min_N = 0, force_max_N = 0;
+  std::optional<double> travel_min_m, travel_max_m, speed_max_m_s;
+};
+
+// Errors: invalid_request when a lower limit is not the lower one.
+Result<BoundLimits> bind_limits(const Protocol& protocol, const Environment& env);
+
+// What the frame watches by itself: where the protocol says nothing, what the machine can do.
+FrameLimits device_limits(const BoundLimits& limits, const FrameCapabilities& caps);
+
+}  // namespace lcrig
