@@ -3,79 +3,21 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <spdlog/sinks/base_sink.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cstdlib>
-#include <map>
-#include <mutex>
 #include <random>
 
 #include "drivers/lcr6100/sim.hpp"
 #include "drivers/zwick/sim.hpp"
-#include "storage/chain.hpp"
 #include "storage/run_summary.hpp"
-#include "tests/support/session_world.hpp"
+#include "tests/support/loss_world.hpp"
 
 namespace lcrig {
 namespace {
 
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
-
-std::string protocol(const std::string& on_loss, const std::string& steps,
-                     const std::string& limit_s = "600") {
-  return R"({ "format": "load-protocol/1", "name": "loss", "on_loss": ")" + on_loss +
-         R"(", "on_loss_timeout_s": )" + limit_s + R"(,
-  "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
-  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast",
-      "trigger": "internal" }, "frame": { "rate_Hz": 50 } },
-  "steps": [ )" +
-         steps + R"( ],
-  "finally": [ { "id": "clear", "do": "ramp", "to": { "travel_mm": -1 }, "speed_mm_s": 0.5, "timeout_s": 60 } ] })";
-}
-
-constexpr const char* kEveryKind = R"(
-    { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
-    { "id": "contact", "do": "find_contact", "speed_mm_s": 0.2, "force_N": 0.02, "back_off_mm": 0.1, "timeout_s": 60 },
-    { "id": "load", "do": "move_until", "until": { "force_N": 0.5 }, "speed_mm_s": 0.01, "timeout_s": 60 },
-    { "id": "settle", "do": "hold", "hold": "force", "force_N": 0.5, "for_s": 2 },
-    { "id": "level", "do": "measure", "count": 20, "within_s": 4 },
-    { "id": "record", "do": "record", "for_s": 2 },
-    { "id": "set", "do": "set_lcr", "average": 2 },
-    { "id": "unload", "do": "ramp", "to": { "gap_mm": 0.5 }, "speed_mm_s": 0.1, "timeout_s": 60 })";
-
-enum class Which { meter, frame };
-
-void unplug(SessionWorld& w, Which which) {
-  BenchDoor& door = *w.session->instruments().door();
-  which == Which::meter ? door.unplug_meter() : door.unplug_frame();
-}
-void plug(SessionWorld& w, Which which) {
-  BenchDoor& door = *w.session->instruments().door();
-  which == Which::meter ? door.plug_meter() : door.plug_frame();
-}
-void away(SessionWorld& world, const std::string& step, Which which, Duration after,
-          Duration seconds) {
-  world.acts.push_back({step, after, [which](SessionWorld& w) { unplug(w, which); }});
-  world.acts.push_back({step, after + seconds, [which](SessionWorld& w) { plug(w, which); }});
-}
-
-std::int64_t events(const SessionWorld& world, const std::string& kind) {
-  return world.count("SELECT COUNT(*) FROM event WHERE kind = '" + kind + "'");
-}
-
-void expect_invariants(const SessionWorld& world) {
-  EXPECT_EQ(world.clock.pending(), 0U) << "a task still waits";
-  EXPECT_EQ(world.count("SELECT COUNT(*) FROM run_end"), 1);
-  EXPECT_EQ(world.text("SELECT kind FROM event WHERE kind LIKE 'stop%' ORDER BY seq DESC"),
-            "stopped");
-  EXPECT_LT(world.real("SELECT MAX(force_N) FROM frame_sample"), 1.02) << "limit 1 N";
-  const auto chain = verify_chain(world.open(), 1);
-  ASSERT_TRUE(chain) << chain.error().what;
-  EXPECT_TRUE(chain->intact) << chain->finding;
-}
 
 void expect_cleared(const SessionWorld& world) {
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='clear' AND kind='motion' AND "
@@ -111,7 +53,7 @@ class Loss : public ::testing::TestWithParam<LossCase> {};
 
 TEST_P(Loss, InAStepIsSurvivedOrEndsTheRunAsTheProtocolSays) {
   const auto [step, which, policy] = GetParam();
-  SessionWorld world(protocol(policy, kEveryKind));
+  SessionWorld world(loss_protocol(policy, kEveryKind));
   away(world, step, which, 300ms, 3s);
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
@@ -154,7 +96,7 @@ std::string long_record(int count) {
 
 TEST(Reconnect, MeterIsBackWithinASecondOfTheReplugAHundredTimes) {
   const int count = replugs();
-  SessionWorld world(protocol("wait", long_record(count)));
+  SessionWorld world(loss_protocol("wait", long_record(count)));
   std::mt19937_64 random(20261121);
   std::uniform_real_distribution<double> jitter(0, 3);
   std::vector<MonoTime> plugged;
@@ -192,7 +134,7 @@ TEST(Reconnect, MeterIsBackWithinASecondOfTheReplugAHundredTimes) {
 
 TEST(Reconnect, FrameIsBackWithinASecondOfTheReplugAHundredTimes) {
   const int count = replugs();
-  SessionWorld world(protocol("wait", long_record(count)));
+  SessionWorld world(loss_protocol("wait", long_record(count)));
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> jitter(0, 3);
   std::vector<MonoTime> plugged;
@@ -222,7 +164,7 @@ TEST(Reconnect, FrameIsBackWithinASecondOfTheReplugAHundredTimes) {
 }
 
 TEST(Reconnect, AMeterThatLostItsSettingsGetsThemAgainBeforeItIsRead) {
-  SessionWorld world(protocol("wait", R"({ "id": "record", "do": "record", "for_s": 20 })"));
+  SessionWorld world(loss_protocol("wait", R"({ "id": "record", "do": "record", "for_s": 20 })"));
   world.acts.push_back({"record", 2s, [](SessionWorld& w) { unplug(w, Which::meter); }});
   world.acts.push_back({"record", 5s, [](SessionWorld& w) {
                           w.session->instruments().door()->meter_sim().power_on();
@@ -238,7 +180,8 @@ TEST(Reconnect, AMeterThatLostItsSettingsGetsThemAgainBeforeItIsRead) {
 }
 
 TEST(Reconnect, AnotherSerialNumberIsRefusedAndNamed) {
-  SessionWorld world(protocol("wait", R"({ "id": "record", "do": "record", "for_s": 200 })", "30"));
+  SessionWorld world(
+      loss_protocol("wait", R"({ "id": "record", "do": "record", "for_s": 200 })", "30"));
   world.acts.push_back({"record", 2s, [](SessionWorld& w) { unplug(w, Which::meter); }});
   world.acts.push_back({"record", 5s, [](SessionWorld& w) {
                           w.session->instruments().door()->meter_sim().power_on(
@@ -262,7 +205,7 @@ TEST(Reconnect, AnotherSerialNumberIsRefusedAndNamed) {
 TEST(Reconnect, WaitingHasALimit) {
   for (const Which which : {Which::meter, Which::frame}) {
     SessionWorld world(
-        protocol("wait", R"({ "id": "record", "do": "record", "for_s": 200 })", "20"));
+        loss_protocol("wait", R"({ "id": "record", "do": "record", "for_s": 200 })", "20"));
     world.acts.push_back({"record", 2s, [=](SessionWorld& w) { unplug(w, which); }});
     const auto r = world.run();
     ASSERT_TRUE(r) << r.error().what;
@@ -279,7 +222,7 @@ TEST(Reconnect, WaitingHasALimit) {
 }
 
 TEST(Reconnect, AbortActsWhileAnInstrumentIsAway) {
-  SessionWorld world(protocol("wait", kEveryKind));
+  SessionWorld world(loss_protocol("wait", kEveryKind));
   MonoTime asked;
   world.acts.push_back({"settle", 300ms, [](SessionWorld& w) { unplug(w, Which::meter); }});
   world.acts.push_back({"settle", 2s, [&](SessionWorld& w) {
@@ -296,7 +239,7 @@ TEST(Reconnect, AbortActsWhileAnInstrumentIsAway) {
 }
 
 TEST(Reconnect, TheForceIsHeldAndGuardedWhileTheMeterIsAway) {
-  SessionWorld world(protocol("wait", kEveryKind));
+  SessionWorld world(loss_protocol("wait", kEveryKind));
   MonoTime gone;
   world.acts.push_back({"settle", 500ms, [&](SessionWorld& w) {
                           gone = w.clock.now();
@@ -314,7 +257,7 @@ TEST(Reconnect, TheForceIsHeldAndGuardedWhileTheMeterIsAway) {
 }
 
 TEST(Reconnect, RepeatStepWritesASecondLevelAndCountsItsReadingsOnce) {
-  SessionWorld world(protocol("repeat_step", kEveryKind));
+  SessionWorld world(loss_protocol("repeat_step", kEveryKind));
   away(world, "level", Which::meter, 2100ms, 3s);
   std::int64_t shown = -1;
   world.acts.push_back(
@@ -338,7 +281,7 @@ TEST(Reconnect, RepeatStepWritesASecondLevelAndCountsItsReadingsOnce) {
 }
 
 TEST(Reconnect, APluckedCableThatNeverHoldsEndsTheRun) {
-  SessionWorld world(protocol("wait", R"({ "id": "record", "do": "record", "for_s": 200 })"));
+  SessionWorld world(loss_protocol("wait", R"({ "id": "record", "do": "record", "for_s": 200 })"));
   for (int i = 0; i < 12; ++i) away(world, "record", Which::meter, 2s + i * 4s, 1s);
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
@@ -347,96 +290,8 @@ TEST(Reconnect, APluckedCableThatNeverHoldsEndsTheRun) {
   expect_invariants(world);
 }
 
-// Log lines by minute of virtual time, while it lives.
-class LineCount {
- public:
-  explicit LineCount(const VirtualClock& clock)
-      : sink_(std::make_shared<Sink>(clock)), previous_(spdlog::default_logger()) {
-    spdlog::set_default_logger(std::make_shared<spdlog::logger>("count", sink_));
-  }
-  ~LineCount() { spdlog::set_default_logger(previous_); }
-  LineCount(const LineCount&) = delete;
-  LineCount& operator=(const LineCount&) = delete;
-  int total() const {
-    int n = 0;
-    for (const auto& [minute, lines] : sink_->lines) n += lines;
-    return n;
-  }
-  const std::string& text() const { return sink_->text; }
-  int worst() const {
-    int n = 0;
-    for (const auto& [minute, lines] : sink_->lines) n = std::max(n, lines);
-    return n;
-  }
-
- private:
-  struct Sink final : spdlog::sinks::base_sink<std::mutex> {
-    explicit Sink(const VirtualClock& c) : clock(c) {}
-    void sink_it_(const spdlog::details::log_msg& m) override {
-      ++lines[clock.now().time_since_epoch() / 60s];
-      text += fmt::format("{:.1f} s: {}\n", to_seconds(clock.now().time_since_epoch()),
-                          std::string_view(m.payload.data(), m.payload.size()));
-    }
-    void flush_() override {}
-    const VirtualClock& clock;
-    std::map<std::int64_t, int> lines;
-    std::string text;
-  };
-  std::shared_ptr<Sink> sink_;
-  std::shared_ptr<spdlog::logger> previous_;
-};
-
-TEST(Reconnect, TenDeadMinutesDoNotFloodLogOrDatabase) {
-  for (const bool silent : {false, true}) {
-    SCOPED_TRACE(silent ? "silent" : "unplugged");
-    SessionWorld world(
-        protocol("wait", R"({ "id": "record", "do": "record", "for_s": 700 })", "650"));
-    const auto set = [silent](SessionWorld& w, bool dead) {
-      if (silent) {
-        w.session->instruments().door()->meter_sim().faults().silent = dead;
-      } else {
-        dead ? unplug(w, Which::meter) : plug(w, Which::meter);
-      }
-    };
-    world.acts.push_back({"record", 2s, [&](SessionWorld& w) { set(w, true); }});
-    world.acts.push_back({"record", 602s, [&](SessionWorld& w) { set(w, false); }});
-    const LineCount lines(world.clock);
-    const auto r = world.run();
-    ASSERT_TRUE(r) << r.error().what;
-    EXPECT_EQ(r->exit_status, "success") << r->reason;
-    EXPECT_GT(lines.total(), 2) << lines.text();
-    EXPECT_LE(lines.worst(), 10);
-    EXPECT_LE(world.count("SELECT COUNT(*) FROM event"), 40);
-    std::printf("dead line for 10 minutes: %d log lines, at most %d a minute\n", lines.total(),
-                lines.worst());
-  }
-}
-
-TEST(Reconnect, ASilentInstrumentIsALostOne) {
-  for (const Which which : {Which::meter, Which::frame}) {
-    SessionWorld world(protocol("wait", kEveryKind));
-    const auto set = [which](SessionWorld& w, bool silent) {
-      BenchDoor& door = *w.session->instruments().door();
-      if (which == Which::meter) {
-        door.meter_sim().faults().silent = silent;
-      } else {
-        door.frame_sim()->faults.silent = silent;
-        door.frame_sim()->poke();
-      }
-    };
-    world.acts.push_back({"settle", 300ms, [&](SessionWorld& w) { set(w, true); }});
-    world.acts.push_back({"settle", 20300ms, [&](SessionWorld& w) { set(w, false); }});
-    const auto r = world.run();
-    ASSERT_TRUE(r) << r.error().what;
-    EXPECT_EQ(r->exit_status, "success") << r->reason;
-    EXPECT_EQ(events(world, "loss"), 1);
-    EXPECT_EQ(events(world, "reconnected"), 1);
-    expect_invariants(world);
-  }
-}
-
 TEST(Reconnect, AFrameThatForgotItsZeroIsNotMovedAgain) {
-  SessionWorld world(protocol("wait", kEveryKind));
+  SessionWorld world(loss_protocol("wait", kEveryKind));
   world.acts.push_back({"settle", 300ms, [](SessionWorld& w) {
                           unplug(w, Which::frame);
                           // Its clock starts anew: somebody switched it off and on.
