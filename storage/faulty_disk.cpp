@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/faulty_disk.hpp"
 
-#include <fcntl.h>
+#include <fmt/format.h>
 #include <sqlite3.h>
 #include <sys/stat.h>
 
-#include <fmt/format.h>
-
 #include <mutex>
+
+#include "storage/forwarding_vfs.hpp"
 
 namespace lcrig {
 
@@ -18,40 +18,35 @@ constexpr std::int64_t kNever = -1;
 }  // namespace
 
 // The state is read by the writer's thread and set by another one.
-struct FaultyDisk::Vfs {
-  sqlite3_vfs vfs{};
-  sqlite3_vfs* real = nullptr;
-  std::string name;
+class FaultyDisk::Vfs final : public ForwardingVfs {
+ public:
+  using ForwardingVfs::ForwardingVfs;
 
-  std::atomic<bool> full = false, read_only = false;
+  std::atomic<bool> read_only = false;
   std::atomic<std::int64_t> delay_us = 0;
   std::atomic<std::int64_t> operations = 0;
   std::atomic<std::int64_t> fail_at = kNever;  // of `operations`
   std::atomic<bool> failed = false;
   Failure how = Failure::io_error;
 
-  std::mutex mutex;  // of the members below
-  std::string reserve;  // path; empty until the main database was opened
-  std::int64_t reserve_bytes = 0;  // when the disk became full
-  std::int64_t grown_bytes = 0;  // since then
+  void become_full(bool on) {
+    const std::lock_guard lock(mutex_);
+    reserve_bytes_ = size_of(reserve_);
+    grown_bytes_ = 0;
+    full_ = on;
+  }
 
+ private:
   static std::int64_t size_of(const std::string& path) {
     struct stat found{};
     return ::stat(path.c_str(), &found) == 0 ? found.st_size : 0;
   }
 
-  void become_full(bool on) {
-    const std::lock_guard lock(mutex);
-    reserve_bytes = size_of(reserve);
-    grown_bytes = 0;
-    full = on;
-  }
-
   bool has_room(std::int64_t bytes) {
-    const std::lock_guard lock(mutex);
-    const std::int64_t freed = reserve_bytes - size_of(reserve);
-    if (grown_bytes + bytes > freed) return false;
-    grown_bytes += bytes;
+    const std::lock_guard lock(mutex_);
+    const std::int64_t freed = reserve_bytes_ - size_of(reserve_);
+    if (grown_bytes_ + bytes > freed) return false;
+    grown_bytes_ += bytes;
     return true;
   }
 
@@ -64,141 +59,60 @@ struct FaultyDisk::Vfs {
     }
     return read_only ? io_error : SQLITE_OK;
   }
-};
 
-namespace {
-
-// The real file follows it in memory.
-struct File {
-  sqlite3_file base;
-  void* disk;  // FaultyDisk::Vfs, which is private there
-};
-File* file_of(sqlite3_file* f) {
-  return reinterpret_cast<File*>(f);
-}
-sqlite3_file* real_of(sqlite3_file* f) {
-  return reinterpret_cast<sqlite3_file*>(file_of(f) + 1);
-}
-
-template <class Disk>
-struct Methods {
-  static Disk& disk_of(sqlite3_file* f) { return *static_cast<Disk*>(file_of(f)->disk); }
-
-  static int open(sqlite3_vfs* vfs, sqlite3_filename name, sqlite3_file* f, int flags, int* out) {
-    auto* disk = static_cast<Disk*>(vfs->pAppData);
-    file_of(f)->base.pMethods = nullptr;
-    file_of(f)->disk = disk;
-    if (name != nullptr && (flags & SQLITE_OPEN_MAIN_DB) != 0) {
-      const std::lock_guard lock(disk->mutex);
-      disk->reserve = std::string(name) + ".reserve";
+  int open(File& file, sqlite3_filename path, int flags, int* out_flags) override {
+    if (path != nullptr && (flags & SQLITE_OPEN_MAIN_DB) != 0) {
+      const std::lock_guard lock(mutex_);
+      reserve_ = std::string(path) + ".reserve";
     }
-    const bool writes = (flags & SQLITE_OPEN_READWRITE) != 0;
-    if (disk->read_only && writes) {
+    if (read_only && (flags & SQLITE_OPEN_READWRITE) != 0) {
       flags &= ~(SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_EXCLUSIVE);
       flags |= SQLITE_OPEN_READONLY;
     }
-    const int rc = disk->real->xOpen(disk->real, name, real_of(f), flags, out);
-    if (rc == SQLITE_OK) file_of(f)->base.pMethods = &methods();
-    return rc;
+    return ForwardingVfs::open(file, path, flags, out_flags);
   }
 
-  static int remove(sqlite3_vfs* vfs, const char* name, int sync) {
-    auto* disk = static_cast<Disk*>(vfs->pAppData);
-    if (disk->read_only) return SQLITE_IOERR_DELETE;
-    return disk->real->xDelete(disk->real, name, sync);
+  int remove(const char* path, int sync) override {
+    return read_only ? SQLITE_IOERR_DELETE : ForwardingVfs::remove(path, sync);
   }
 
-  static int write(sqlite3_file* f, const void* data, int n, sqlite3_int64 at) {
-    Disk& disk = disk_of(f);
-    if (const int rc = disk.next_operation(SQLITE_IOERR_WRITE); rc != SQLITE_OK) return rc;
-    if (disk.full) {
+  int write(File& file, const void* data, int bytes, sqlite3_int64 at) override {
+    if (const int rc = next_operation(SQLITE_IOERR_WRITE); rc != SQLITE_OK) return rc;
+    if (full_) {
       sqlite3_int64 size = 0;
-      const int rc = real_of(f)->pMethods->xFileSize(real_of(f), &size);
+      const int rc = file.real()->pMethods->xFileSize(file.real(), &size);
       if (rc != SQLITE_OK) return rc;
-      if (at + n > size && !disk.has_room(at + n - size)) return SQLITE_FULL;
+      if (at + bytes > size && !has_room(at + bytes - size)) return SQLITE_FULL;
     }
-    return real_of(f)->pMethods->xWrite(real_of(f), data, n, at);
+    return ForwardingVfs::write(file, data, bytes, at);
   }
 
-  static int truncate(sqlite3_file* f, sqlite3_int64 size) {
-    const int rc = disk_of(f).next_operation(SQLITE_IOERR_TRUNCATE);
-    return rc != SQLITE_OK ? rc : real_of(f)->pMethods->xTruncate(real_of(f), size);
+  int truncate(File& file, sqlite3_int64 bytes) override {
+    const int rc = next_operation(SQLITE_IOERR_TRUNCATE);
+    return rc != SQLITE_OK ? rc : ForwardingVfs::truncate(file, bytes);
   }
 
-  static int sync(sqlite3_file* f, int flags) {
-    Disk& disk = disk_of(f);
-    if (const int rc = disk.next_operation(SQLITE_IOERR_FSYNC); rc != SQLITE_OK) return rc;
-    const std::int64_t us = disk.delay_us;
-    if (us > 0) disk.real->xSleep(disk.real, static_cast<int>(us));
-    return real_of(f)->pMethods->xSync(real_of(f), flags);
+  int sync(File& file, int flags) override {
+    if (const int rc = next_operation(SQLITE_IOERR_FSYNC); rc != SQLITE_OK) return rc;
+    const std::int64_t us = delay_us;
+    if (us > 0) real().xSleep(&real(), static_cast<int>(us));
+    return ForwardingVfs::sync(file, flags);
   }
 
-  static const sqlite3_io_methods& methods() {
-    static const sqlite3_io_methods m = make();
-    return m;
-  }
-
-  static sqlite3_io_methods make() {
-    sqlite3_io_methods m{};
-    m.iVersion = 2;  // without xFetch: no writes through mapped memory
-    m.xClose = [](sqlite3_file* f) { return real_of(f)->pMethods->xClose(real_of(f)); };
-    m.xRead = [](sqlite3_file* f, void* to, int n, sqlite3_int64 at) {
-      return real_of(f)->pMethods->xRead(real_of(f), to, n, at);
-    };
-    m.xWrite = &write;
-    m.xTruncate = &truncate;
-    m.xSync = &sync;
-    m.xFileSize = [](sqlite3_file* f, sqlite3_int64* n) {
-      return real_of(f)->pMethods->xFileSize(real_of(f), n);
-    };
-    m.xLock = [](sqlite3_file* f, int l) { return real_of(f)->pMethods->xLock(real_of(f), l); };
-    m.xUnlock = [](sqlite3_file* f, int l) { return real_of(f)->pMethods->xUnlock(real_of(f), l); };
-    m.xCheckReservedLock = [](sqlite3_file* f, int* out) {
-      return real_of(f)->pMethods->xCheckReservedLock(real_of(f), out);
-    };
-    m.xFileControl = [](sqlite3_file* f, int op, void* a) {
-      return real_of(f)->pMethods->xFileControl(real_of(f), op, a);
-    };
-    m.xSectorSize = [](sqlite3_file* f) { return real_of(f)->pMethods->xSectorSize(real_of(f)); };
-    m.xDeviceCharacteristics = [](sqlite3_file* f) {
-      return real_of(f)->pMethods->xDeviceCharacteristics(real_of(f));
-    };
-    m.xShmMap = [](sqlite3_file* f, int page, int size, int extend, void volatile** to) {
-      return real_of(f)->pMethods->xShmMap(real_of(f), page, size, extend, to);
-    };
-    m.xShmLock = [](sqlite3_file* f, int at, int n, int flags) {
-      return real_of(f)->pMethods->xShmLock(real_of(f), at, n, flags);
-    };
-    m.xShmBarrier = [](sqlite3_file* f) { real_of(f)->pMethods->xShmBarrier(real_of(f)); };
-    m.xShmUnmap = [](sqlite3_file* f, int del) {
-      return real_of(f)->pMethods->xShmUnmap(real_of(f), del);
-    };
-    return m;
-  }
+  std::atomic<bool> full_ = false;
+  std::mutex mutex_;  // of the members below
+  std::string reserve_;  // path; empty until the main database was opened
+  std::int64_t reserve_bytes_ = 0;  // when the disk became full
+  std::int64_t grown_bytes_ = 0;  // since then
 };
 
-}  // namespace
+FaultyDisk::FaultyDisk()
+    : vfs_(std::make_unique<Vfs>(fmt::format("lcrig-faulty-{}", static_cast<const void*>(this)))) {}
 
-FaultyDisk::FaultyDisk() : vfs_(std::make_unique<Vfs>()) {
-  Vfs& v = *vfs_;
-  v.real = sqlite3_vfs_find(nullptr);
-  v.name = fmt::format("lcrig-faulty-{}", static_cast<const void*>(this));
-  v.vfs = *v.real;
-  v.vfs.zName = v.name.c_str();
-  v.vfs.pNext = nullptr;
-  v.vfs.pAppData = &v;
-  v.vfs.szOsFile = static_cast<int>(sizeof(File)) + v.real->szOsFile;
-  v.vfs.xOpen = &Methods<Vfs>::open;
-  v.vfs.xDelete = &Methods<Vfs>::remove;
-  sqlite3_vfs_register(&v.vfs, 0);
-}
-
-FaultyDisk::~FaultyDisk() {
-  sqlite3_vfs_unregister(&vfs_->vfs);
-}
+FaultyDisk::~FaultyDisk() = default;
 
 const std::string& FaultyDisk::name() const {
-  return vfs_->name;
+  return vfs_->name();
 }
 
 void FaultyDisk::set_full(bool on) {

@@ -36,7 +36,7 @@ class FaultyDisk {
   std::int64_t operations() const;  // so far
 
  private:
-  struct Vfs;
+  class Vfs;
   std::unique_ptr<Vfs> vfs_;
 };
 

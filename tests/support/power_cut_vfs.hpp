@@ -4,8 +4,6 @@
 // unsynced writes, sectors torn. The real files go on, nobody looks at them any more.
 #pragma once
 
-#include <sqlite3.h>
-
 #include <cstdint>
 #include <fstream>
 #include <map>
@@ -14,23 +12,14 @@
 #include <utility>
 #include <vector>
 
+#include "storage/forwarding_vfs.hpp"
+
 namespace lcrig::support {
 
-class PowerCutVfs {
+class PowerCutVfs final : public ForwardingVfs {
  public:
-  explicit PowerCutVfs(std::uint64_t seed) : random_(seed), real_(sqlite3_vfs_find(nullptr)) {
-    vfs_ = *real_;
-    vfs_.zName = "lcrig-power-cut";
-    vfs_.pNext = nullptr;
-    vfs_.pAppData = this;
-    vfs_.szOsFile = static_cast<int>(sizeof(File)) + real_->szOsFile;
-    vfs_.xOpen = &open;
-    vfs_.xDelete = &remove;
-    sqlite3_vfs_register(&vfs_, 1);
-  }
-  ~PowerCutVfs() { sqlite3_vfs_unregister(&vfs_); }
-  PowerCutVfs(const PowerCutVfs&) = delete;
-  PowerCutVfs& operator=(const PowerCutVfs&) = delete;
+  explicit PowerCutVfs(std::uint64_t seed)
+      : ForwardingVfs("lcrig-power-cut", true), random_(seed) {}
 
   void cut_after(int writes) { left_ = writes; }
   bool is_cut() const { return cut_; }
@@ -53,14 +42,8 @@ class PowerCutVfs {
     std::vector<char> synced;
     std::vector<Change> pending;
   };
-  struct File {  // the real file follows it in memory
-    sqlite3_file base;
-    PowerCutVfs* world;
-    Image* image;  // nullptr: a temporary file
-    sqlite3_file* real() { return reinterpret_cast<sqlite3_file*>(this + 1); }
-  };
-  static File* file_of(sqlite3_file* f) { return reinterpret_cast<File*>(f); }
-  static sqlite3_file* real_of(sqlite3_file* f) { return file_of(f)->real(); }
+  // nullptr: a temporary file.
+  static Image* image_of(const File& file) { return static_cast<Image*>(file.own); }
 
   static void apply(std::vector<char>& to, const Change& c) {
     if (c.truncates) return to.resize(c.offset);
@@ -97,91 +80,38 @@ class PowerCutVfs {
     }
   }
 
-  static int open(sqlite3_vfs* vfs, sqlite3_filename name, sqlite3_file* f, int flags, int* out) {
-    auto* world = static_cast<PowerCutVfs*>(vfs->pAppData);
-    File* file = file_of(f);
-    file->base.pMethods = nullptr;
-    file->world = world;
-    file->image = name != nullptr ? &world->images_[name] : nullptr;
-    const int rc = world->real_->xOpen(world->real_, name, file->real(), flags, out);
-    if (rc == SQLITE_OK) file->base.pMethods = &methods();
-    return rc;
+  int open(File& file, sqlite3_filename path, int flags, int* out_flags) override {
+    if (path != nullptr) file.own = &images_[path];
+    return ForwardingVfs::open(file, path, flags, out_flags);
   }
-  static int remove(sqlite3_vfs* vfs, const char* name, int sync) {
-    auto* world = static_cast<PowerCutVfs*>(vfs->pAppData);
-    world->images_[name] = Image();
-    return world->real_->xDelete(world->real_, name, sync);
+  int remove(const char* path, int sync) override {
+    images_[path] = Image();
+    return ForwardingVfs::remove(path, sync);
   }
-
-  static int write(sqlite3_file* f, const void* data, int n, sqlite3_int64 at) {
+  int write(File& file, const void* data, int bytes, sqlite3_int64 at) override {
     Change change;
     change.offset = static_cast<std::size_t>(at);
-    const char* bytes = static_cast<const char*>(data);
-    change.bytes.assign(bytes, bytes + n);
-    file_of(f)->world->changed(file_of(f)->image, std::move(change));
-    return real_of(f)->pMethods->xWrite(real_of(f), data, n, at);
+    const char* begin = static_cast<const char*>(data);
+    change.bytes.assign(begin, begin + bytes);
+    changed(image_of(file), std::move(change));
+    return ForwardingVfs::write(file, data, bytes, at);
   }
-  static int truncate(sqlite3_file* f, sqlite3_int64 size) {
+  int truncate(File& file, sqlite3_int64 bytes) override {
     Change change;
-    change.offset = static_cast<std::size_t>(size);
+    change.offset = static_cast<std::size_t>(bytes);
     change.truncates = true;
-    file_of(f)->world->changed(file_of(f)->image, std::move(change));
-    return real_of(f)->pMethods->xTruncate(real_of(f), size);
+    changed(image_of(file), std::move(change));
+    return ForwardingVfs::truncate(file, bytes);
   }
-  static int sync(sqlite3_file* f, int flags) {
-    Image* image = file_of(f)->image;
-    if (image != nullptr) {
+  int sync(File& file, int flags) override {
+    if (Image* image = image_of(file)) {
       for (const Change& c : image->pending) apply(image->synced, c);
       image->pending.clear();
     }
-    return real_of(f)->pMethods->xSync(real_of(f), flags);
-  }
-
-  static const sqlite3_io_methods& methods() {
-    static const sqlite3_io_methods m = make_methods();
-    return m;
-  }
-  static sqlite3_io_methods make_methods() {
-    sqlite3_io_methods m{};
-    m.iVersion = 2;  // without xFetch: no writes through mapped memory
-    m.xClose = [](sqlite3_file* f) { return real_of(f)->pMethods->xClose(real_of(f)); };
-    m.xRead = [](sqlite3_file* f, void* to, int n, sqlite3_int64 at) {
-      return real_of(f)->pMethods->xRead(real_of(f), to, n, at);
-    };
-    m.xWrite = &write;
-    m.xTruncate = &truncate;
-    m.xSync = &sync;
-    m.xFileSize = [](sqlite3_file* f, sqlite3_int64* n) {
-      return real_of(f)->pMethods->xFileSize(real_of(f), n);
-    };
-    m.xLock = [](sqlite3_file* f, int l) { return real_of(f)->pMethods->xLock(real_of(f), l); };
-    m.xUnlock = [](sqlite3_file* f, int l) { return real_of(f)->pMethods->xUnlock(real_of(f), l); };
-    m.xCheckReservedLock = [](sqlite3_file* f, int* out) {
-      return real_of(f)->pMethods->xCheckReservedLock(real_of(f), out);
-    };
-    m.xFileControl = [](sqlite3_file* f, int op, void* a) {
-      return real_of(f)->pMethods->xFileControl(real_of(f), op, a);
-    };
-    m.xSectorSize = [](sqlite3_file* f) { return real_of(f)->pMethods->xSectorSize(real_of(f)); };
-    m.xDeviceCharacteristics = [](sqlite3_file* f) {
-      return real_of(f)->pMethods->xDeviceCharacteristics(real_of(f));
-    };
-    m.xShmMap = [](sqlite3_file* f, int page, int size, int extend, void volatile** to) {
-      return real_of(f)->pMethods->xShmMap(real_of(f), page, size, extend, to);
-    };
-    m.xShmLock = [](sqlite3_file* f, int at, int n, int flags) {
-      return real_of(f)->pMethods->xShmLock(real_of(f), at, n, flags);
-    };
-    m.xShmBarrier = [](sqlite3_file* f) { real_of(f)->pMethods->xShmBarrier(real_of(f)); };
-    m.xShmUnmap = [](sqlite3_file* f, int del) {
-      return real_of(f)->pMethods->xShmUnmap(real_of(f), del);
-    };
-    return m;
+    return ForwardingVfs::sync(file, flags);
   }
 
   std::mt19937_64 random_;
-  sqlite3_vfs* real_;
-  sqlite3_vfs vfs_{};
   std::map<std::string, Image> images_;  // by path; addresses stay
   std::map<std::string, std::vector<char>> survivors_;
   int left_ = -1;  // writes until the cut; below 0: never
