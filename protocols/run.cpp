@@ -62,7 +62,7 @@ Run::Run(asio::any_io_executor executor, RunSetup setup)
       setup_(std::move(setup)),
       guard_(setup_.limits, stale_after(setup_.protocol.sample.frame_rate_Hz)),
       sampler_(executor, setup_.clock, setup_.lcr, setup_.lcr_settings, sampler_hooks()),
-      interrupts_(executor, 8),
+      interrupts_(executor, 1),
       resumes_(executor, 1) {
   progress_.run = setup_.run;
   progress_.protocol = setup_.protocol.name;
@@ -142,7 +142,7 @@ void Run::interrupt(InterruptRequest request) {
   stop_pending_ = stop_pending_ || stops;
   standing_ = false;
   if (request.kind != Interrupt::limit) event(std::string(to_string(request.kind)), request.why);
-  interrupts_.try_send(boost::system::error_code(), std::move(request));
+  push_interrupt(std::move(request));
 }
 
 bool Run::resume() {
@@ -188,12 +188,25 @@ Task<Result<>> Run::arm_frame() {
   co_return Result<>();
 }
 
+// What is told twice is done once; so nobody can fill the queue.
+void Run::push_interrupt(InterruptRequest request) {
+  const auto same = [&](const InterruptRequest& other) { return other.kind == request.kind; };
+  if (std::ranges::none_of(pending_, same)) pending_.push_back(std::move(request));
+  interrupts_.try_send(boost::system::error_code());
+}
+
+InterruptRequest Run::take_interrupt() {
+  InterruptRequest request = std::move(pending_.front());
+  pending_.pop_front();
+  return request;
+}
+
 // The next thing that must interrupt the step: a request, or samples that stopped coming.
-Task<InterruptRequest> Run::next_interrupt() {
-  for (;;) {
+Task<> Run::interrupted() {
+  while (pending_.empty()) {
     ++beats_;
     auto r = co_await (interrupts_.async_receive(kAsResult) || setup_.clock.wait_for(250ms));
-    if (r.index() == 0) co_return std::get<1>(std::get<0>(r));
+    if (r.index() == 0) continue;
     watch_wall_clock();
     const MonoTime now = setup_.clock.now();
     const bool away_before = is_away();
@@ -206,8 +219,8 @@ Task<InterruptRequest> Run::next_interrupt() {
     const bool told = is_away() && away_before && waited_for;
     const bool matters = frame_away_ || (meter_away_ && !finishing_);
     if (matters && !told) {
-      co_return InterruptRequest(Interrupt::loss,
-                                 frame_away_ ? frame_away_->why : meter_away_->why);
+      push_interrupt(
+          InterruptRequest(Interrupt::loss, frame_away_ ? frame_away_->why : meter_away_->why));
     }
   }
 }
@@ -259,18 +272,20 @@ Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   progress.start_travel_m = std::exchange(first_start_travel_m_, std::nullopt);
   std::optional<InterruptRequest> stop;
   for (bool done = false; !done && !stop;) {
-    auto r = co_await (execute_step(step, progress) || next_interrupt());
-    InterruptRequest request;
-    if (r.index() == 1) {
-      request = std::move(std::get<1>(r));
-    } else if (const auto& result = std::get<0>(r); result) {
-      done = true;
-      continue;
-    } else {
-      request = request_for(result.error());
-      if (is_of_loss(step, result.error())) request.kind = Interrupt::loss;
+    std::optional<InterruptRequest> request;
+    if (pending_.empty()) {
+      auto r = co_await (execute_step(step, progress) || interrupted());
+      if (r.index() == 0) {
+        const auto& result = std::get<0>(r);
+        done = result.has_value();
+        if (!done) request = request_for(result.error());
+        if (!done && is_of_loss(step, result.error())) request->kind = Interrupt::loss;
+      }
     }
-    stop = co_await handle(std::move(request), progress);
+    // Also one that came in the instant in which the step ended; a loss is then of the next one.
+    const bool waits = !pending_.empty() && !(done && pending_.front().kind == Interrupt::loss);
+    if (!request && waits) request = take_interrupt();
+    if (request) stop = co_await handle(std::move(*request), progress);
   }
   event("step_end", stop ? std::string(to_string(stop->kind)) : "done");
   step_ = nullptr;
@@ -299,10 +314,12 @@ Task<std::optional<InterruptRequest>> Run::stay_paused(StepProgress& progress) {
   co_await stop_frame();
   std::optional<InterruptRequest> stop;
   for (bool resumed = false; !resumed && !stop;) {
-    auto r = co_await (resumes_.async_receive(kAsResult) || next_interrupt());
+    auto r = co_await (resumes_.async_receive(kAsResult) || interrupted());
     resumed = r.index() == 0;
-    if (resumed || std::get<1>(r).kind == Interrupt::pause) continue;
-    stop = co_await handle(std::move(std::get<1>(r)), progress);
+    if (resumed) continue;
+    InterruptRequest request = take_interrupt();
+    if (request.kind == Interrupt::pause) continue;
+    stop = co_await handle(std::move(request), progress);
     progress_.state = RunState::paused;
   }
   if (stop) co_return stop;

@@ -4,6 +4,7 @@
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/experimental/channel.hpp>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -90,9 +91,7 @@ class Run final : private LoadFrame::Listener {
   const Sampler& sampler() const { return sampler_; }
 
  private:
-  using InterruptChannel =
-      asio::experimental::channel<void(boost::system::error_code, InterruptRequest)>;
-  using ResumeChannel = asio::experimental::channel<void(boost::system::error_code)>;
+  using WakeChannel = asio::experimental::channel<void(boost::system::error_code)>;
 
   // What survives a pause in the middle of a step.
   struct StepProgress {
@@ -124,7 +123,10 @@ class Run final : private LoadFrame::Listener {
   Task<std::optional<InterruptRequest>> run_steps(StepCursor& cursor);
   Task<std::optional<InterruptRequest>> run_step(const Step& step);
   Task<std::optional<InterruptRequest>> handle(InterruptRequest request, StepProgress& progress);
-  Task<InterruptRequest> next_interrupt();
+  // Waits for one without taking it: whoever raced against this and came first must not lose it.
+  Task<> interrupted();
+  void push_interrupt(InterruptRequest request);
+  InterruptRequest take_interrupt();
   Task<std::optional<InterruptRequest>> stay_paused(StepProgress& progress);
   Task<Result<>> execute_step(const Step& step, StepProgress& progress);
   Task<> finish(std::optional<InterruptRequest> stop, RunResult& result);
@@ -194,8 +196,9 @@ class Run final : private LoadFrame::Listener {
   RunProgress progress_;
   Guard guard_;
   Sampler sampler_;
-  InterruptChannel interrupts_;
-  ResumeChannel resumes_;
+  std::deque<InterruptRequest> pending_;  // not acted upon yet
+  WakeChannel interrupts_;
+  WakeChannel resumes_;
   MonoTime start_{};
   const Step* step_ = nullptr;
   bool finishing_ = false;

@@ -30,9 +30,11 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   finishing_ = true;
   stop_pending_ = false;
   progress_.state = RunState::finishing;
-  interrupts_.cancel();
-  while (interrupts_.try_receive([](auto&&...) {})) {
+  // Somebody who froze the frame after the run was stopped means it.
+  for (InterruptRequest& late : pending_) {
+    if (late.kind == Interrupt::freeze) stop = std::move(late);
   }
+  pending_.clear();
   co_await stop_frame();
   if (frame_away_) co_await recover_frame_for_finally();
   result.exit_status = "success";

@@ -57,8 +57,7 @@ void Run::lose(std::optional<Away>& away, const std::optional<MonoTime>& data, E
   event("loss", error.what);
   spdlog::warn("run {}: instrument lost: {}", setup_.run, printable(error.what));
   if (finishing_ && &away == &meter_away_) return;
-  interrupts_.try_send(boost::system::error_code(),
-                       InterruptRequest(Interrupt::loss, std::move(error)));
+  push_interrupt(InterruptRequest(Interrupt::loss, std::move(error)));
 }
 
 // An exchange that failed because its instrument vanished is no failure of the step.
@@ -111,12 +110,12 @@ Task<std::optional<InterruptRequest>> Run::wait_for_return(Duration patience) {
   const MonoTime limit = setup_.clock.now() + patience;
   std::optional<InterruptRequest> stop;
   while (is_away() && !stop) {
-    auto r = co_await (bring_back() || next_interrupt() || setup_.clock.wait_until(limit));
+    auto r = co_await (bring_back() || interrupted() || setup_.clock.wait_until(limit));
     if (r.index() == 0) {
       const auto& back = std::get<0>(r);
       if (!back) stop = InterruptRequest(Interrupt::fault, back.error());
     } else if (r.index() == 1) {
-      InterruptRequest& request = std::get<1>(r);
+      InterruptRequest request = take_interrupt();
       if (request.kind == Interrupt::pause) pause_wanted_ = true;
       const bool goes_on = request.kind == Interrupt::pause || request.kind == Interrupt::loss;
       if (!goes_on) stop = std::move(request);

@@ -55,9 +55,9 @@ Task<std::optional<InterruptRequest>> Run::confirm_specimen() {
         "to go on.",
         from.run, from.step_id, setup_.specimen);
     event("prompt", prompt);
-    auto r = co_await (setup_.person->confirm(prompt) || next_interrupt());
+    auto r = co_await (setup_.person->confirm(prompt) || interrupted());
     if (r.index() == 1) {
-      stop = std::move(std::get<1>(r));
+      stop = take_interrupt();
     } else if (const auto& said = std::get<0>(r); !said) {
       stop = InterruptRequest(Interrupt::abort, said.error());
     }
