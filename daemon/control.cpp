@@ -81,6 +81,8 @@ ControlServer::ControlServer(asio::any_io_executor executor, Clock& clock, Contr
       clock_(clock),
       handler_(handler),
       options_(options),
+      budget_(std::make_shared<ControlBudget>(options.long_bytes_per_s, options.max_all_call_bytes,
+                                              clock.now())),
       acceptor_(executor) {}
 
 ControlServer::~ControlServer() {
@@ -149,7 +151,7 @@ void ControlServer::admit(Protocol::socket socket) {
     return;
   }
   auto session = std::make_shared<ControlSession>(std::move(socket), clock_, handler_,
-                                                  std::move(*peer), options_);
+                                                  std::move(*peer), options_, budget_);
   if (sessions_->size() >= options_.max_clients) {
     session->send(error_line(
         nullptr, RpcError(rpc_code::kTooManyClients,
@@ -168,6 +170,12 @@ void ControlServer::admit(Protocol::socket socket) {
 std::size_t ControlServer::waiting_bytes() const {
   std::size_t sum = 0;
   for (const auto& session : *sessions_) sum += session->waiting_bytes();
+  return sum;
+}
+
+std::size_t ControlServer::held_bytes() const {
+  std::size_t sum = 0;
+  for (const auto& session : *sessions_) sum += session->held_bytes();
   return sum;
 }
 

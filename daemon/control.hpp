@@ -34,6 +34,7 @@ class ControlServer {
 
   std::size_t clients() const { return sessions_->size(); }
   std::size_t waiting_bytes() const;  // to be sent, of all clients
+  std::size_t held_bytes() const;  // of what they sent
   // Takes no new clients and no new calls, sends what is queued, closes. At most `grace`.
   Task<> close(Duration grace);
 
@@ -51,6 +52,7 @@ class ControlServer {
   Clock& clock_;
   ControlHandler& handler_;
   ControlOptions options_;
+  std::shared_ptr<ControlBudget> budget_;
   Protocol::acceptor acceptor_;
   std::string path_;
   std::uint64_t device_ = 0, inode_ = 0;  // of our socket file

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
+#include "daemon/control_limits.hpp"
 #include "daemon/control_params.hpp"
 
 namespace lcrig {
@@ -156,7 +157,7 @@ std::string refuse(const json& id, const std::string& why) {
 }
 
 // JSON-RPC allows null as an id but calls it a bad idea; we answer nobody we cannot name.
-tl::expected<ControlCall, std::string> call_of(const json& message) {
+tl::expected<ControlCall, std::string> call_of(json&& message) {
   if (message.is_array()) return tl::unexpected(refuse(nullptr, "batches are not supported"));
   if (!message.is_object()) return tl::unexpected(refuse(nullptr, "a request is a JSON object"));
   ControlCall call;
@@ -177,7 +178,7 @@ tl::expected<ControlCall, std::string> call_of(const json& message) {
   }
   call.method = method->get<std::string>();
   if (const auto params = message.find("params"); params != message.end()) {
-    *call.params = *params;
+    *call.params = std::move(*params);
   }
   return call;
 }
@@ -193,6 +194,7 @@ std::string line_of_answer(const json& id, const Result<json>& answer) {
 }  // namespace
 
 tl::expected<ControlCall, std::string> parse_control_call(std::string_view line) {
+  if (const auto why = refuse_structure(line)) return tl::unexpected(refuse(nullptr, *why));
   try {
     return call_of(json::parse(line));
   } catch (const json::parse_error& e) {

@@ -5,6 +5,7 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -17,18 +18,30 @@ namespace lcrig {
 
 namespace {
 using namespace asio::experimental::awaitable_operators;
+
+constexpr std::size_t kChunk = 16384;
+// Of one client, before the instruments and the others have their turn.
+constexpr int kLinesAtOnce = 16;
 }  // namespace
 
 ControlSession::ControlSession(Socket socket, Clock& clock, ControlHandler& handler,
-                               PeerCredentials peer, ControlOptions options)
+                               PeerCredentials peer, ControlOptions options,
+                               std::shared_ptr<ControlBudget> budget)
     : socket_(std::move(socket)),
       clock_(clock),
       handler_(handler),
       peer_(std::move(peer)),
       options_(options),
+      budget_(std::move(budget)),
       tokens_(options.burst),
       refilled_(clock.now()),
-      wake_(socket_.get_executor(), 1) {}
+      wake_(socket_.get_executor(), 1) {
+  budget_->come();
+}
+
+ControlSession::~ControlSession() {
+  budget_->go();
+}
 
 Task<> ControlSession::run() {
   const auto self = shared_from_this();
@@ -75,11 +88,13 @@ void ControlSession::send_status(const std::string& line) {
 }
 
 Task<> ControlSession::read_loop() {
-  std::vector<char> chunk(16384);
+  std::vector<char> chunk(kChunk);
   while (!closed_ && !finishing_) {
     auto r = co_await socket_.async_read_some(asio::buffer(chunk), kAsResult);
     const auto& [ec, n] = r;
     if (ec) break;  // end of file; half a message is dropped with it
+    // Doubling would take twice of what a line may have.
+    if (in_.size() + n > 4 * kChunk) in_.reserve(kControlLineLimit + kChunk);
     in_.append(chunk.data(), n);
     const bool more = co_await take_lines();
     if (!more) break;
@@ -90,11 +105,13 @@ Task<> ControlSession::read_loop() {
 
 Task<bool> ControlSession::take_lines() {
   std::size_t begin = 0;
+  int lines = 0;
   for (;;) {
     const auto end = in_.find('\n', std::max(begin, scanned_));
     if (end == std::string::npos) break;
     if (end - begin > kControlLineLimit) break;
     co_await slow_down(end - begin);
+    if (++lines % kLinesAtOnce == 0) co_await asio::post(socket_.get_executor(), kAsResult);
     if (closed_ || finishing_) co_return false;
     on_line(std::string_view(in_).substr(begin, end - begin));
     begin = end + 1;
@@ -113,11 +130,21 @@ Task<bool> ControlSession::take_lines() {
 Task<> ControlSession::slow_down(std::size_t bytes) {
   constexpr double kBytesPerCall = 4096;
   const MonoTime now = clock_.now();
-  tokens_ = std::min(options_.burst, tokens_ + to_seconds(now - refilled_) * options_.calls_per_s);
+  const double share = budget_->share(), calls_per_s = options_.calls_per_s * share;
+  tokens_ = std::min(options_.burst * share, tokens_ + to_seconds(now - refilled_) * calls_per_s);
   refilled_ = now;
   tokens_ -= 1 + static_cast<double>(bytes) / kBytesPerCall;
-  if (tokens_ >= 0) co_return;
-  co_await clock_.wait_for(from_seconds(-tokens_ / options_.calls_per_s));
+  const double own_s = tokens_ >= 0 ? 0 : -tokens_ / calls_per_s;
+  const Duration wait = std::max(from_seconds(own_s), budget_->charge(bytes, now));
+  if (wait > Duration::zero()) co_await clock_.wait_for(wait);
+}
+
+bool ControlSession::take_call(std::size_t bytes) {
+  if (calls_ >= options_.max_calls || call_bytes_ + bytes > options_.max_call_bytes) return false;
+  if (!budget_->take_call(bytes)) return false;
+  ++calls_;
+  call_bytes_ += bytes;
+  return true;
 }
 
 void ControlSession::on_line(std::string_view line) {
@@ -125,18 +152,18 @@ void ControlSession::on_line(std::string_view line) {
   if (line.find_first_not_of(" \t") == std::string_view::npos) return;
   auto call = parse_control_call(line);
   if (!call) return send(std::move(call.error()));
-  if (calls_ >= options_.max_calls || call_bytes_ + line.size() > options_.max_call_bytes) {
-    return send(error_line(
-        *call->id, RpcError(rpc_code::kTooManyCalls, "too many calls of this client are under way",
-                            "wait for their answers")));
+  if (!take_call(line.size())) {
+    return send(error_line(*call->id, RpcError(rpc_code::kTooManyCalls,
+                                               "too many calls of this client, or too many bytes "
+                                               "of all clients, are under way",
+                                               "wait for their answers")));
   }
   if (call->method == "watch") watching_ = true;
-  ++calls_;
-  call_bytes_ += line.size();
   asio::co_spawn(socket_.get_executor(), answer(std::move(*call)),
                  [self = shared_from_this(), bytes = line.size()](const std::exception_ptr& error) {
                    --self->calls_;
                    self->call_bytes_ -= bytes;
+                   self->budget_->end_call(bytes);
                    self->wake();
                    if (error) std::rethrow_exception(error);  // a bug: leaves io_context::run
                  });

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "daemon/control_handler.hpp"
+#include "daemon/control_limits.hpp"
 
 namespace lcrig {
 
@@ -20,10 +21,14 @@ struct ControlOptions {
   std::size_t max_call_bytes = std::size_t{4} << 20U;  // ... and the lines that they came in
   std::size_t max_queue_bytes = std::size_t{1} << 20U;  // of one client, waiting to be sent
   Duration write_timeout = std::chrono::seconds(10);  // a client that does not read is cut off
-  // A client that asks more is read more slowly, down to this. A long line counts as one call for
+  // A client that asks more is read more slowly, down to this, or to an equal share of what eight
+  // may have where there are more of them. A long line counts as one call for
   // every 4 KiB of it: what it costs is time of the thread that runs the instruments.
   double calls_per_s = 200;
   double burst = 400;
+  // Of all clients together: what lines above 4 KiB may bring, and what may be under way.
+  double long_bytes_per_s = 4 << 20U;
+  std::size_t max_all_call_bytes = std::size_t{16} << 20U;
 };
 
 // Shared with the calls that it has under way: a call outlives its client, because a run that was
@@ -35,7 +40,10 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   using Socket = asio::local::stream_protocol::socket;
 
   ControlSession(Socket socket, Clock& clock, ControlHandler& handler, PeerCredentials peer,
-                 ControlOptions options);
+                 ControlOptions options, std::shared_ptr<ControlBudget> budget);
+  ~ControlSession();
+  ControlSession(const ControlSession&) = delete;
+  ControlSession& operator=(const ControlSession&) = delete;
 
   Task<> run();  // until the client goes, is cut off, or `close`
   // A watcher that is slow sees fewer of these, only the newest waits.
@@ -46,6 +54,8 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   void finish();
   void close();  // now
   bool watching() const { return watching_; }
+  // Of lines that came in: at most one of the largest size, what is read at once, and calls.
+  std::size_t held_bytes() const { return in_.capacity() + call_bytes_; }
   // What waits to be sent: at most max_queue_bytes and one status.
   std::size_t waiting_bytes() const { return queued_bytes_ + (status_ ? status_->size() : 0); }
 
@@ -54,8 +64,8 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   Task<> write_loop();
   Task<bool> take_lines();  // false: end the connection after what is queued
   Task<> slow_down(std::size_t bytes);
+  bool take_call(std::size_t bytes);
   void on_line(std::string_view line);
-  void start_call(std::string_view line);
   Task<> answer(ControlCall call);
   bool idle() const { return queue_.empty() && !status_ && calls_ == 0; }
   void wake();
@@ -65,6 +75,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   ControlHandler& handler_;
   PeerCredentials peer_;
   ControlOptions options_;
+  std::shared_ptr<ControlBudget> budget_;
   std::string in_;
   std::size_t scanned_ = 0;  // bytes of in_ known to hold no newline
   std::deque<std::string> queue_;

@@ -65,6 +65,22 @@ TEST_F(Control, DeepNestingIsHarmless) {
   EXPECT_TRUE(client.call(request("version")).contains("result"));
 }
 
+// A copy of such a value would go as deep as the stack of the daemon.
+TEST_F(Control, TheStructureOfAMessageIsLimited) {
+  RawClient client(io, path);
+  const auto deep = std::string(400'000, '[') + std::string(400'000, ']');
+  auto answer = client.call(request("run.start", deep));
+  EXPECT_EQ(answer["error"]["code"], -32600);
+  EXPECT_THAT(answer["error"]["message"].get<std::string>(), HasSubstr("16 objects and arrays"));
+  std::string many = "[0";
+  for (std::size_t i = 0; i < kControlValuesMax; ++i) many += ",0";
+  answer = client.call(request("run.start", many + "]"));
+  EXPECT_EQ(answer["error"]["code"], -32600);
+  EXPECT_THAT(answer["error"]["message"].get<std::string>(), HasSubstr("more than 5000 values"));
+  EXPECT_TRUE(handler.calls.empty());
+  EXPECT_TRUE(client.call(request("version")).contains("result"));
+}
+
 TEST_F(Control, ATenMegabyteLineIsAnsweredAndTheClientCutOff) {
   RawClient hostile(io, path);
   hostile.send(std::string(10'000'000, 'x') + "\n");
@@ -151,17 +167,20 @@ TEST_F(Control, TooManyCallsOfOneClientAreRefused) {
   EXPECT_TRUE(other.call(request("run.abort")).contains("result"));  // and lets the two go on
 }
 
+// A call of more than 6000 bytes that is held up.
+std::string long_start() {
+  const nlohmann::json params{
+      {"protocol", "p"}, {"specimen", "s"}, {"protocol_text", std::string(6'000, ' ')}};
+  return request_line(1, "run.start", params);
+}
+
 TEST_F(Control, TooManyBytesOfCallsUnderWayAreRefused) {
   ControlOptions options;
   options.max_call_bytes = 10'000;
   start(options);
   handler.hold_start = true;
   RawClient client(io, path);
-  const std::string text(6'000, ' ');
-  const auto line =
-      request("run.start", R"({"protocol":"p","specimen":"s","protocol_text":")" + text + "\"}") +
-      "\n";
-  client.send(line + line);
+  client.send(long_start() + long_start());
   EXPECT_EQ(client.read()["error"]["code"], rpc_code::kTooManyCalls);
   RawClient other(io, path);
   EXPECT_TRUE(other.call(request("run.abort")).contains("result"));
@@ -212,6 +231,55 @@ TEST_F(Control, LongLinesCountAsManyCalls) {
   client.send(line + request("status") + "\n");
   EXPECT_TRUE(client.read().contains("result"));
   EXPECT_GE(clock.now() - begin, 470ms);  // 97 calls beyond the burst, 5 ms each
+}
+
+TEST_F(Control, ManyClientsShareWhatEightMayAsk) {
+  ControlOptions options;
+  options.burst = 40;
+  options.calls_per_s = 200;
+  start(options);
+  std::vector<std::unique_ptr<RawClient>> idle;
+  for (int i = 0; i < 15; ++i) {
+    idle.push_back(std::make_unique<RawClient>(io, path));
+    idle.back()->call(request("version"));
+  }
+  RawClient client(io, path);
+  std::string flood;
+  for (int i = 0; i < 40; ++i) flood += request("status") + "\n";
+  const MonoTime begin = clock.now();
+  client.send(flood);
+  for (int i = 0; i < 40; ++i) EXPECT_TRUE(client.read().contains("result"));
+  EXPECT_GE(clock.now() - begin, 195ms);  // 20 beyond half of the burst, at half of the rate
+}
+
+TEST_F(Control, TooManyBytesOfCallsOfAllClientsAreRefused) {
+  ControlOptions options;
+  options.max_all_call_bytes = 10'000;
+  start(options);
+  handler.hold_start = true;
+  RawClient one(io, path);
+  RawClient two(io, path);
+  one.send(long_start());
+  while (handler.calls.empty()) io.run_one_for(20ms);
+  two.send(long_start());
+  EXPECT_EQ(two.read()["error"]["code"], rpc_code::kTooManyCalls);
+  EXPECT_TRUE(two.call(request("run.abort")).contains("result"));  // and lets the first one go on
+  EXPECT_TRUE(one.read().contains("result"));
+  two.send(long_start());
+  EXPECT_TRUE(two.read().contains("result")) << "what is answered is no longer counted";
+}
+
+TEST(ControlBudget, LongLinesOfAllClientsWaitForEachOtherAndShortOnesDoNot) {
+  constexpr std::size_t kMiB = 1 << 20U;
+  const MonoTime begin;
+  ControlBudget budget(4 * kMiB, kMiB, begin);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(budget.charge(kMiB, begin), Duration()) << i;
+  EXPECT_EQ(budget.charge(kMiB, begin), 250ms);
+  EXPECT_EQ(budget.charge(kMiB, begin), 500ms);
+  EXPECT_EQ(budget.charge(4096, begin), Duration());
+  EXPECT_EQ(budget.charge(kMiB, begin + 500ms), 250ms);
+  EXPECT_EQ(budget.charge(4 * kMiB, begin + 1h), Duration()) << "a second's worth is saved up";
+  EXPECT_EQ(budget.charge(kMiB, begin + 1h), 250ms);
 }
 
 TEST_F(Control, AFloodIsReadSlowly) {

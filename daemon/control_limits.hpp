@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// What clients may cost all together: time and memory of the thread that runs the instruments.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/clock.hpp"
+
+namespace lcrig {
+
+// Of one message. The largest honest one is a run.start with its parameters.
+inline constexpr std::size_t kControlDepthMax = 16, kControlValuesMax = 5000;
+
+// Why `line` is not to be parsed, in words; nullopt: it may be, though it need not be JSON. Stops
+// reading at the first value too many.
+std::optional<std::string> refuse_structure(std::string_view line);
+
+// Shared by all clients of one server.
+class ControlBudget {
+ public:
+  ControlBudget(double bytes_per_s, std::size_t max_call_bytes, MonoTime now)
+      : bytes_per_s_(bytes_per_s),
+        tokens_(bytes_per_s),
+        max_call_bytes_(max_call_bytes),
+        refilled_(now) {}
+
+  // How long the reader of a line of this size has to wait before it reads on. A line of ordinary
+  // length never waits for other clients' long ones: it may be an abort.
+  Duration charge(std::size_t bytes, MonoTime now);
+
+  // What each client may have of its own rate and burst: all of it among up to eight.
+  double share() const;
+  void come() { ++clients_; }
+  void go() { --clients_; }
+
+  bool take_call(std::size_t bytes);  // false: too many bytes of calls are under way
+  void end_call(std::size_t bytes) { call_bytes_ -= bytes; }
+
+ private:
+  double bytes_per_s_, tokens_;  // one second's worth at most
+  std::size_t max_call_bytes_, call_bytes_ = 0, clients_ = 0;
+  MonoTime refilled_;
+};
+
+}  // namespace lcrig
