@@ -34,6 +34,7 @@ class App final : public ControlHandler {
   // Of the control socket.
   std::size_t clients() const { return control_->clients(); }
   std::size_t waiting_bytes() const { return control_->waiting_bytes(); }
+  std::size_t held_bytes() const { return control_->held_bytes(); }
 
   Task<Result<RunStarted>> start_run(StartRunRequest request, PeerCredentials peer) override;
   Task<Result<>> pause(PeerCredentials peer) override;
@@ -48,6 +49,7 @@ class App final : public ControlHandler {
  private:
   Task<Result<RunStarted>> prepare_and_start(StartRunRequest request);
   Task<Result<RunStarted>> continue_run(std::int64_t run, bool confirmed, PeerCredentials peer);
+  Task<Result<RunStarted>> prepare_and_continue(std::int64_t run, bool confirmed, std::string user);
   Task<Result<RunStarted>> start_prepared(PreparedRun prepared);
   Task<Result<>> claim_start();
   Result<> find_text(SessionRequest& wanted) const;
@@ -78,6 +80,7 @@ class App final : public ControlHandler {
   std::unique_ptr<ControlServer> control_;
   std::unique_ptr<Session> session_;
   bool preparing_ = false;  // between start_run and the run row, or while probing
+  bool adding_ = false;  // a specimen
   Liveness liveness_;
   std::vector<std::string> stuck_;
   MonoTime lag_told_;

@@ -4,6 +4,7 @@
 
 #include "base/log.hpp"
 #include "daemon/app.hpp"
+#include "daemon/aside.hpp"
 #include "daemon/audit.hpp"
 #include "daemon/continuation.hpp"
 #include "model/specimen_file.hpp"
@@ -20,11 +21,16 @@ Task<Result<>> App::claim_start() {
   const MonoTime patience = clock_.now() + 30s;
   while (preparing_ && !session_ && clock_.now() < patience) co_await clock_.wait_for(20ms);
   if (shutting_down_) co_return fail(Errc::busy, "the daemon is shutting down");
-  if (preparing_ || session_) {
+  if (const Run* run = live_run()) {
     co_return fail(Errc::busy,
                    "run {} is going on: one run at a time; `lcrig watch` shows it, "
                    "`lcrig abort` ends it",
-                   live_run() ? live_run()->progress().run : 0);
+                   run->progress().run);
+  }
+  if (preparing_ || session_) {
+    co_return fail(Errc::busy,
+                   "a run is being prepared, or the instruments are being asked who they are: try "
+                   "again in a minute");
   }
   preparing_ = true;
   co_return Result<>();
@@ -54,7 +60,8 @@ Task<Result<RunStarted>> App::prepare_and_start(StartRunRequest request) {
   }
   auto specimen = find_text(wanted);
   if (!specimen) co_return fail(specimen.error());
-  auto prepared = prepare_run(std::move(wanted));
+  const auto read = [&wanted] { return prepare_run(std::move(wanted)); };
+  auto prepared = co_await run_aside(io_.get_executor(), clock_, read);
   if (!prepared) co_return fail(prepared.error());
   auto started = co_await start_prepared(std::move(*prepared));
   co_return started;
@@ -120,6 +127,10 @@ Task<Result<std::unique_ptr<Instruments>>> App::open_instruments(const PreparedR
   sim.weights = prepared.places_weights;
   sim.max_force_N = prepared.max_force_N;
   sim.person = &person_;
+  const auto build = [&sim] { return make_world(sim); };
+  auto world = co_await run_aside(executor, clock_, build);
+  if (!world) co_return fail(world.error());
+  sim.world = std::move(*world);
   co_return make_sim_instruments(executor, clock_, sim);
 }
 
@@ -151,22 +162,31 @@ Task<Result<RunStarted>> App::resume(std::optional<std::int64_t> run, bool confi
 }
 
 Task<Result<RunStarted>> App::continue_run(std::int64_t run, bool confirmed, PeerCredentials peer) {
-  auto db = open_read_write(config_.database);
-  if (!db) co_return fail(db.error());
-  auto prepared = prepare_continuation(*db, run);
-  if (!prepared) co_return fail(prepared.error());
-  prepared->continues->confirmed = confirmed;
-  prepared->request.operator_name = peer.user;
   auto claimed = co_await claim_start();
   if (!claimed) co_return fail(claimed.error());
-  auto started = co_await start_prepared(std::move(*prepared));
+  auto started = co_await prepare_and_continue(run, confirmed, peer.user);
   preparing_ = false;
   if (!started) session_.reset();
   if (!started) co_return started;
   recorder_->event(request_event(clock_.now(), "run.resume", peer));
+  auto db = open_read_write(config_.database);
+  if (!db) co_return started;
   auto noted = add_run_note(*db, run, "lcrigd", fmt::format("continued by run {}", started->run),
                             clock_.unix_ns());
   if (!noted) spdlog::warn("run {}: {}", run, printable(noted.error().what));
+  co_return started;
+}
+
+Task<Result<RunStarted>> App::prepare_and_continue(std::int64_t run, bool confirmed,
+                                                   std::string user) {
+  auto db = open_read_write(config_.database);
+  if (!db) co_return fail(db.error());
+  const auto read = [&db, run] { return prepare_continuation(*db, run); };
+  auto prepared = co_await run_aside(io_.get_executor(), clock_, read);
+  if (!prepared) co_return fail(prepared.error());
+  prepared->continues->confirmed = confirmed;
+  prepared->request.operator_name = std::move(user);
+  auto started = co_await start_prepared(std::move(*prepared));
   co_return started;
 }
 
@@ -204,14 +224,22 @@ Task<Result<>> App::confirm(PeerCredentials peer) {
 }
 
 Task<Result<std::string>> App::add_specimen(std::string text, PeerCredentials peer) {
-  auto specimen = parse_specimen(text, "specimen");
-  if (!specimen) co_return fail(specimen.error());
-  auto db = open_read_write(config_.database);
-  if (!db) co_return fail(db.error());
-  auto stored = lcrig::add_specimen(*db, specimen->name, text, clock_.unix_ns());
-  if (!stored) co_return fail(stored.error());
-  spdlog::info("specimen {} stored for {}", specimen->name, peer_words(peer));
-  co_return specimen->name;
+  if (adding_) co_return fail(Errc::busy, "another specimen is being stored: try again");
+  adding_ = true;
+  const std::int64_t now = clock_.unix_ns();
+  const auto store = [this, &text, now]() -> Result<std::string> {
+    auto specimen = parse_specimen(text, "specimen");
+    if (!specimen) return fail(specimen.error());
+    auto db = open_read_write(config_.database);
+    if (!db) return fail(db.error());
+    auto stored = lcrig::add_specimen(*db, specimen->name, text, now);
+    if (!stored) return fail(stored.error());
+    return specimen->name;
+  };
+  auto name = co_await run_aside(io_.get_executor(), clock_, store);
+  adding_ = false;
+  if (name) spdlog::info("specimen {} stored for {}", printable(*name), peer_words(peer));
+  co_return name;
 }
 
 }  // namespace lcrig

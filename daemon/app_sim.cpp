@@ -190,13 +190,12 @@ class BenchInstruments final : public SimulatedInstruments {
   const Plant* plant() override { return &world_->plant(); }
 
   Result<> build_world(const SimRequest& request) {
-    PlantConfig mounting = request.bench.plant;
-    mounting.seed = static_cast<std::uint64_t>(request.seed);
-    if (request.weights) mounting.contact_travel_m = 0;
-    auto world = BenchWorld::make(request.specimen, request.bench.error_tolerance,
-                                  Force::from_si(request.max_force_N), mounting);
-    if (!world) return fail(world.error());
-    world_ = std::move(*world);
+    world_ = request.world;
+    if (!world_) {
+      auto world = make_world(request);
+      if (!world) return fail(world.error());
+      world_ = std::move(*world);
+    }
     info_.fixture = request.bench.fixture;
     info_.bench_name = request.bench.name;
     info_.bench_text = request.bench.text;
@@ -205,7 +204,7 @@ class BenchInstruments final : public SimulatedInstruments {
     info_.model_level = std::string(to_string(world_->level().settings.level));
     info_.model_json = to_json(world_->level()).dump();
     info_.compression_m = world_->compression_m();
-    info_.contact_travel = Length::from_si(mounting.contact_travel_m);
+    info_.contact_travel = Length::from_si(world_->plant().config().contact_travel_m);
     return {};
   }
 
@@ -250,7 +249,7 @@ class BenchInstruments final : public SimulatedInstruments {
     return {};
   }
 
-  std::unique_ptr<BenchWorld> world_;
+  std::shared_ptr<BenchWorld> world_;
   std::unique_ptr<PlantScene> scene_;
   DeadWeightFrame* rod_ = nullptr;
 };
@@ -321,6 +320,16 @@ class ReplayInstruments final : public SimulatedInstruments {
 };
 
 }  // namespace
+
+Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request) {
+  PlantConfig mounting = request.bench.plant;
+  mounting.seed = static_cast<std::uint64_t>(request.seed);
+  if (request.weights) mounting.contact_travel_m = 0;
+  auto world = BenchWorld::make(request.specimen, request.bench.error_tolerance,
+                                Force::from_si(request.max_force_N), mounting);
+  if (!world) return fail(world.error());
+  return std::shared_ptr<BenchWorld>(std::move(*world));
+}
 
 Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor executor,
                                                           Clock& clock, const SimRequest& request) {

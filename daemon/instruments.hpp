@@ -76,6 +76,8 @@ Task<Result<std::unique_ptr<LoadFrame>>> open_real_frame(asio::any_io_executor e
                                                          Clock& clock, const Config& config,
                                                          RemoteOperator& person);
 
+class BenchWorld;
+
 struct SimRequest {
   SimRequest() = default;
   Bench bench;
@@ -83,10 +85,14 @@ struct SimRequest {
   std::int64_t seed = 1;
   bool weights = false;  // the protocol places weights: a rod instead of a frame
   double max_force_N = 1;  // of the table of the specimen
+  std::shared_ptr<BenchWorld> world;  // of make_world for this very request; nullptr: made here
   Operator* person = nullptr;  // nullptr: one who confirms after the bench's reaction time
   // Around the drivers' ends of the wires ("sim:lcr", "sim:frame"); for tests. May be empty.
   std::function<std::unique_ptr<Transport>(std::unique_ptr<Transport>)> wrap;
 };
+// The specimen under the probe. It takes seconds for one that needs finite elements, and uses
+// nothing but the request. Errors: no model level describes it within the bench's tolerance.
+Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request);
 // Errors: no model level describes the specimen within the bench's tolerance.
 Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor executor,
                                                           Clock& clock, const SimRequest& request);

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "base/text.hpp"
+#include "daemon/aside.hpp"
 #include "model/specimen_file.hpp"
 #include "protocols/parse.hpp"
 
@@ -117,18 +118,19 @@ Task<Result<>> Session::identify() {
   co_return Result<>();
 }
 
-Result<> Session::plan() {
+Task<Result<>> Session::plan() {
   if (!instruments_->info().fixture.probe_area_m2() && aims_at_pressure(prepared_.protocol.steps)) {
-    return fail(Errc::invalid_request,
-                "{}: aims at a pressure, but the area of the probe tip is not known: set "
-                "fixture.probe_diameter_mm in the bench or config file",
-                prepared_.protocol.name);
+    co_return fail(Errc::invalid_request,
+                   "{}: aims at a pressure, but the area of the probe tip is not known: set "
+                   "fixture.probe_diameter_mm in the bench or config file",
+                   prepared_.protocol.name);
   }
   const Rig rig = describe_rig(*instruments_);
-  auto plan = make_plan(prepared_.protocol, prepared_.environment, rig);
-  if (!plan) return fail(plan.error());
+  const auto job = [&] { return make_plan(prepared_.protocol, prepared_.environment, rig); };
+  auto plan = co_await run_aside(executor_, clock_, job);
+  if (!plan) co_return fail(plan.error());
   plan_ = std::move(*plan);
-  return {};
+  co_return Result<>();
 }
 
 RunRow Session::make_row() const {
@@ -190,7 +192,8 @@ void Session::acknowledge(const Committed& c) {
 Task<Result<std::int64_t>> Session::open() {
   auto identified = co_await identify();
   if (!identified) co_return fail(identified.error());
-  if (auto planned = plan(); !planned) co_return fail(planned.error());
+  auto planned = co_await plan();
+  if (!planned) co_return fail(planned.error());
   auto configured = co_await instruments_->meter().configure(plan_.lcr);
   if (!configured) co_return fail(configured.error());
   settings_ = std::move(*configured);

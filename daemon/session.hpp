@@ -69,7 +69,7 @@ class Session {
 
  private:
   Task<Result<>> identify();
-  Result<> plan();
+  Task<Result<>> plan();
   RunRow make_row() const;
   void acknowledge(const Committed& committed);
 
