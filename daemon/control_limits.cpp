@@ -55,6 +55,7 @@ class Counter final : public nlohmann::json_sax<json> {
 };
 
 constexpr std::size_t kLongLine = 4096;
+constexpr double kBurst = 1 << 20U;  // bytes: one line of the largest size
 
 }  // namespace
 
@@ -66,7 +67,7 @@ std::optional<std::string> refuse_structure(std::string_view line) {
 
 Duration ControlBudget::charge(std::size_t bytes, MonoTime now) {
   if (bytes <= kLongLine) return {};
-  tokens_ = std::min(bytes_per_s_, tokens_ + to_seconds(now - refilled_) * bytes_per_s_);
+  tokens_ = std::min(kBurst, tokens_ + to_seconds(now - refilled_) * bytes_per_s_);
   refilled_ = now;
   tokens_ -= static_cast<double>(bytes);
   return tokens_ >= 0 ? Duration() : from_seconds(-tokens_ / bytes_per_s_);

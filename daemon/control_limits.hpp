@@ -22,10 +22,7 @@ std::optional<std::string> refuse_structure(std::string_view line);
 class ControlBudget {
  public:
   ControlBudget(double bytes_per_s, std::size_t max_call_bytes, MonoTime now)
-      : bytes_per_s_(bytes_per_s),
-        tokens_(bytes_per_s),
-        max_call_bytes_(max_call_bytes),
-        refilled_(now) {}
+      : bytes_per_s_(bytes_per_s), max_call_bytes_(max_call_bytes), refilled_(now) {}
 
   // How long the reader of a line of this size has to wait before it reads on. A line of ordinary
   // length never waits for other clients' long ones: it may be an abort.
@@ -40,7 +37,7 @@ class ControlBudget {
   void end_call(std::size_t bytes) { call_bytes_ -= bytes; }
 
  private:
-  double bytes_per_s_, tokens_;  // one second's worth at most
+  double bytes_per_s_, tokens_ = 1 << 20U;  // bytes; at most one of the largest lines
   std::size_t max_call_bytes_, call_bytes_ = 0, clients_ = 0;
   MonoTime refilled_;
 };

@@ -134,9 +134,10 @@ Task<> ControlSession::slow_down(std::size_t bytes) {
   tokens_ = std::min(options_.burst * share, tokens_ + to_seconds(now - refilled_) * calls_per_s);
   refilled_ = now;
   tokens_ -= 1 + static_cast<double>(bytes) / kBytesPerCall;
-  const double own_s = tokens_ >= 0 ? 0 : -tokens_ / calls_per_s;
-  const Duration wait = std::max(from_seconds(own_s), budget_->charge(bytes, now));
-  if (wait > Duration::zero()) co_await clock_.wait_for(wait);
+  if (tokens_ < 0) co_await clock_.wait_for(from_seconds(-tokens_ / calls_per_s));
+  // Only now: clients that waited as long as each other must not be served all at once.
+  const Duration others = budget_->charge(bytes, clock_.now());
+  if (others > Duration::zero()) co_await clock_.wait_for(others);
 }
 
 bool ControlSession::take_call(std::size_t bytes) {
