@@ -7,7 +7,7 @@
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <numeric>
+#include <ranges>
 
 namespace lcrig {
 
@@ -45,6 +45,69 @@ double mean_of(std::span<const LinePoint> points, double LinePoint::* what, doub
   double rest = 0;
   for (const LinePoint& p : points) rest += p.weight * (p.*what - first);
   return first + rest / sum_weights;
+}
+
+// A line that grows point by point. What a point adds to the sum of squared residuals is its error
+// of prediction by the line so far, squared and shortened: only positive terms, so that nothing
+// cancels, as it would in syy - sxy^2 / sxx.
+class GrowingLine {
+ public:
+  void add(const LinePoint& p) {
+    const double dx = p.x - x_, dy = p.y - y_;
+    const double weights = weights_ + p.weight;
+    if (weights_ > 0) {
+      const double shorter = 1 / p.weight + 1 / weights_;
+      if (sxx_ > 0) {
+        const double error = dy - sxy_ / sxx_ * dx;
+        residual_ss_ += error * error / (shorter + dx * dx / sxx_);
+      } else if (dx == 0) {  // else two different x: the line goes through both
+        residual_ss_ += dy * dy / shorter;
+      }
+      sxx_ += dx * dx / shorter;
+      sxy_ += dx * dy / shorter;
+    }
+    x_ += p.weight / weights * dx;
+    y_ += p.weight / weights * dy;
+    weights_ = weights;
+  }
+  double residual_ss() const { return residual_ss_; }
+
+ private:
+  double weights_ = 0, x_ = 0, y_ = 0;  // means
+  double sxx_ = 0, sxy_ = 0, residual_ss_ = 0;  // weighted
+};
+
+// Sums of squared residuals of the first 1, 2, ... points in the order of the range.
+template <class Range>
+std::vector<double> growing_residuals(const Range& points, const LineFit& centre) {
+  GrowingLine line;
+  std::vector<double> out;
+  out.reserve(points.size());
+  for (const LinePoint& p : points) {
+    line.add({p.x - centre.x_mean, p.y - centre.y_mean, p.weight});
+    out.push_back(line.residual_ss());
+  }
+  return out;
+}
+
+// The number of points below the limit that leaves the least squares; 0: there is none. One pass
+// from either end, about the means of all points.
+std::size_t best_cut(const std::vector<LinePoint>& sorted, const LineFit& one, int least) {
+  const auto low = growing_residuals(sorted, one);
+  const auto high = growing_residuals(std::views::reverse(sorted), one);
+  std::size_t best = 0;
+  double best_ss = 0;
+  int distinct = 1;
+  for (std::size_t cut = 1; cut < sorted.size(); ++cut) {
+    if (sorted[cut].x == sorted[cut - 1].x) continue;
+    const int below = distinct++;
+    if (below < least || one.distinct_x - below < least) continue;
+    const double ss = low[cut - 1] + high[sorted.size() - cut - 1];
+    if (best != 0 && ss >= best_ss) continue;
+    best = cut;
+    best_ss = ss;
+  }
+  return best;
 }
 
 double p_of_z(double z) {
@@ -212,28 +275,23 @@ Result<TwoRegions> find_two_regions(std::span<const LinePoint> points, int least
             [](const LinePoint& a, const LinePoint& b) { return a.x < b.x; });
   auto one = fit_line(sorted);
   if (!one) return fail(one.error());
-  std::optional<TwoRegions> best;
-  double best_ss = 0;
-  const std::span<const LinePoint> all(sorted);
-  for (std::size_t cut = 1; cut < all.size(); ++cut) {
-    if (all[cut].x == all[cut - 1].x) continue;
-    const auto low = fit_line(all.first(cut));
-    const auto high = fit_line(all.subspan(cut));
-    if (!low || !high || low->distinct_x < least || high->distinct_x < least) continue;
-    const double ss = low->residual_ss + high->residual_ss;
-    if (best && ss >= best_ss) continue;
-    best_ss = ss;
-    best = TwoRegions{all[cut - 1].x, all[cut].x, *low, *high, 1};
-  }
-  if (!best) {
+  const std::size_t cut = best_cut(sorted, *one, least);
+  if (cut == 0) {
     return fail(Errc::invalid_request, "two regions need {} different pressures each, here {} are",
                 least, one->distinct_x);
   }
+  const std::span<const LinePoint> all(sorted);
+  const auto low = fit_line(all.first(cut));
+  const auto high = fit_line(all.subspan(cut));
+  if (!low) return fail(low.error());
+  if (!high) return fail(high.error());
+  TwoRegions best{all[cut - 1].x, all[cut].x, *low, *high, 1};
+  const double ss = low->residual_ss + high->residual_ss;
   const int freedom = one->points - 4;
-  if (freedom >= 1 && best_ss > 0) {
-    best->p_one_line = f_tail((one->residual_ss - best_ss) / 2 / (best_ss / freedom), 2, freedom);
+  if (freedom >= 1 && ss > 0) {
+    best.p_one_line = f_tail((one->residual_ss - ss) / 2 / (ss / freedom), 2, freedom);
   }
-  return *best;
+  return best;
 }
 
 }  // namespace lcrig

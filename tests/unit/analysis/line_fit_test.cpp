@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -110,6 +111,78 @@ TEST(TwoRegions, FindsTheKneeAndRefusesTooFewPoints) {
   EXPECT_LT(found->p_one_line, 1e-6);
   points.resize(5);
   EXPECT_FALSE(find_two_regions(points));
+}
+
+// Every limit tried in turn, both lines fitted anew: slow, and nothing to get wrong.
+struct Tried {
+  std::size_t cut = 0;
+  double ss = 0;
+};
+Tried try_every_limit(std::vector<LinePoint> points, int least) {
+  std::sort(points.begin(), points.end(),
+            [](const LinePoint& a, const LinePoint& b) { return a.x < b.x; });
+  const std::span<const LinePoint> all(points);
+  Tried best;
+  for (std::size_t cut = 1; cut < all.size(); ++cut) {
+    if (all[cut].x == all[cut - 1].x) continue;
+    const auto low = fit_line(all.first(cut)), high = fit_line(all.subspan(cut));
+    if (!low || !high || low->distinct_x < least || high->distinct_x < least) continue;
+    const double ss = low->residual_ss + high->residual_ss;
+    if (best.cut == 0 || ss < best.ss) best = {cut, ss};
+  }
+  return best;
+}
+
+struct Knee {
+  double x0 = 0, y0 = 0;  // offsets
+  double low = 20, high = 5, noise = 0.5;
+  int points = 200, repeats = 1;
+};
+std::vector<LinePoint> with_knee(const Knee& k, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0, k.noise);
+  std::vector<LinePoint> points;
+  for (int i = 0; i < k.points; ++i) {
+    const double x = 100.0 * i / k.points;
+    const double y = x < 33 ? k.low * x : 33 * k.low + k.high * (x - 33);
+    for (int r = 0; r < k.repeats; ++r) {
+      points.push_back({k.x0 + x, k.y0 + y + noise(random), 1.0 + (i + r) % 4});
+    }
+  }
+  std::shuffle(points.begin(), points.end(), random);
+  return points;
+}
+
+TEST(TwoRegions, AgreeWithTryingEveryLimit) {
+  const std::vector<Knee> knees{{},
+                                {1e8, 0, 20, 5, 0.5, 200, 1},  // an offset of 1e8
+                                {1e8, 4e4, 0.01, 0.0025, 1e-4, 200, 1},  // 1 fF on 40 pF
+                                {0, 4e4, 0.01, 0.0025, 1e-9, 200, 1},  // next to no scatter
+                                {-1e8, -4e4, 0.01, 0.011, 0.3, 150, 2},  // no knee to see
+                                {0, 0, 20, 5, 5, 20, 12},  // many at one x
+                                {0, 0, 20, 5, 1, 6, 3},  // as few as there may be
+                                {0, 0, 1e-15, 1e-16, 1e-17, 100, 1},  // farads
+                                {0, 0, 0, 0, 1, 100, 1}};
+  for (std::size_t k = 0; k < knees.size(); ++k) {
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      const auto points = with_knee(knees[k], seed);
+      const auto tried = try_every_limit(points, 3);
+      const auto found = find_two_regions(points);
+      ASSERT_TRUE(found) << found.error().what;
+      EXPECT_EQ(static_cast<std::size_t>(found->low.points), tried.cut) << k << ", seed " << seed;
+      EXPECT_NEAR((found->low.residual_ss + found->high.residual_ss) / tried.ss, 1, 1e-9)
+          << k << ", seed " << seed;
+    }
+  }
+}
+
+// Trying every limit would take hours.
+TEST(TwoRegions, AreFoundAmongTwoHundredThousandPoints) {
+  const auto found = find_two_regions(with_knee({1e8, 4e4, 20, 5, 0.5, 200'000, 1}, 1));
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->last_low_x, 1e8 + 33, 0.05);
+  EXPECT_NEAR(found->low.slope, 20, 5e-4);
+  EXPECT_NEAR(found->high.slope, 5, 5e-4);
 }
 
 TEST(Uncertainty, CombinesWithWelchAndSatterthwaite) {
