@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace lcrig {
 namespace {
@@ -10,6 +11,8 @@ namespace {
 constexpr std::size_t kGridCells = 256;
 constexpr double kCreepSteps = 50;  // per creep time
 constexpr int kSearchSteps = 200;
+// Half of the longest window: SLOW, 256 averages, 97 s; and what the link takes.
+constexpr Duration kLookBack = std::chrono::minutes(2);
 
 // Times of events are rounded up, so that at the returned instant the event has happened.
 Duration seconds_up(double s) {
@@ -135,62 +138,81 @@ MonoTime Plant::Profile::time_of(double v) const {
   return start + seconds_up(s);
 }
 
-bool Plant::approaching(MonoTime t) const {
-  return approach_ && t < approach_->finish();
+bool Plant::Drive::approaching(MonoTime t) const {
+  return approach && t < approach->finish();
 }
 
-Plant::Load Plant::load_at(MonoTime t, double q_N) const {
+const Plant::Drive& Plant::drive_at(MonoTime t) const {
+  const Drive* drive = &drive_;
+  for (auto it = earlier_.rbegin(); t < drive->changed.t && it != earlier_.rend(); ++it) {
+    drive = &*it;
+  }
+  return *drive;
+}
+
+Plant::Load Plant::load(MonoTime t) const {
+  const Drive& drive = drive_at(t);
+  return load_at(drive, t, creep_N(drive, t));
+}
+
+Plant::Load Plant::load_at(const Drive& drive, MonoTime t, double q_N) const {
   const double memory = config_.creep_fraction * q_N;
-  if (approaching(t)) {
+  if (drive.approaching(t)) {
     return {0, memory};
   }
-  if (control_ == Control::force) {
-    const double force = motion_.at(t);
+  if (drive.control == Control::force) {
+    const double force = drive.motion.at(t);
     return {force, force + memory};
   }
   if (memory == 0) {
-    const double force = force_at_travel_N(motion_.at(t));
+    const double force = force_at_travel_N(drive.motion.at(t));
     return {force, force};
   }
   // s(elastic) + (elastic - memory)/k = travel - contact; lifted off where that leaves no force
-  const double pressed_m = motion_.at(t) - config_.contact_travel_m + memory * compliance_m_N_;
+  const double pressed_m = drive.motion.at(t) - config_.contact_travel_m + memory * compliance_m_N_;
   const double elastic = pressed_m > 0 ? solve_force(pressed_m) : 0;
   return elastic > memory ? Load{elastic - memory, elastic} : Load{0, memory};
 }
 
 // One step of q with the force of its middle, exactly integrated.
-double Plant::creep_step(MonoTime from, Duration step, double q_N) const {
-  const double force = load_at(from + step / 2, q_N).force_N;
+double Plant::creep_step(const Drive& drive, MonoTime from, Duration step, double q_N) const {
+  const double force = load_at(drive, from + step / 2, q_N).force_N;
   return q_N + (force - q_N) * -std::expm1(-to_seconds(step) / config_.creep_time_s);
 }
 
 // Whole steps are counted from the last change and remembered, so that the answer does not depend
 // on which instants were asked for before.
-double Plant::creep_N(MonoTime t) const {
+double Plant::creep_N(const Drive& drive, MonoTime t) const {
   if (config_.creep_fraction <= 0) {
     return 0;
   }
   const Duration step = std::max(from_seconds(config_.creep_time_s / kCreepSteps), Duration(2));
-  if (t < latest_.t) {
-    latest_ = changed_;
+  Memory& latest = drive.latest;
+  if (t < latest.t) {
+    latest = drive.changed;
   }
-  while (t - latest_.t >= step) {
-    latest_.q_N = creep_step(latest_.t, step, latest_.q_N);
-    latest_.t += step;
+  while (t - latest.t >= step) {
+    latest.q_N = creep_step(drive, latest.t, step, latest.q_N);
+    latest.t += step;
   }
-  return t > latest_.t ? creep_step(latest_.t, t - latest_.t, latest_.q_N) : latest_.q_N;
+  return t > latest.t ? creep_step(drive, latest.t, t - latest.t, latest.q_N) : latest.q_N;
 }
 
-void Plant::change_at(MonoTime t) {
-  changed_ = latest_ = {t, creep_N(t)};
+void Plant::change_at(MonoTime t, Drive next) {
+  next.changed = next.latest = {t, creep_N(drive_, t)};
+  earlier_.push_back(std::exchange(drive_, std::move(next)));
+  while (earlier_.size() > 1 && earlier_[1].changed.t < t - kLookBack) {
+    earlier_.pop_front();
+  }
 }
 
 double Plant::travel_m(MonoTime t) const {
-  if (approaching(t)) {
-    return approach_->at(t);
+  const Drive& drive = drive_at(t);
+  if (drive.approaching(t)) {
+    return drive.approach->at(t);
   }
-  if (control_ == Control::travel) {
-    return motion_.at(t);
+  if (drive.control == Control::travel) {
+    return drive.motion.at(t);
   }
   const Load now = load(t);
   return config_.contact_travel_m +
@@ -210,67 +232,69 @@ Electrical Plant::electrical(MonoTime t) const {
 }
 
 void Plant::move_to(MonoTime t, double travel_m, double speed_m_s) {
-  const double from = this->travel_m(t);
-  change_at(t);
-  motion_ = straight(t, from, std::clamp(travel_m, config_.travel_min_m, config_.travel_max_m),
-                     std::min(std::abs(speed_m_s), config_.speed_max_m_s));
-  control_ = Control::travel;
-  approach_.reset();
+  Drive next;
+  next.motion = straight(t, this->travel_m(t),
+                         std::clamp(travel_m, config_.travel_min_m, config_.travel_max_m),
+                         std::min(std::abs(speed_m_s), config_.speed_max_m_s));
+  change_at(t, next);
 }
 
 void Plant::ramp_force(MonoTime t, double force_N, double rate_N_s) {
   const double from_m = travel_m(t);
-  const double from_N = this->force_N(t);
-  change_at(t);
-  approach_.reset();
+  Drive next;
+  next.control = Control::force;
   MonoTime begin = t;
   if (from_m < config_.contact_travel_m) {
-    approach_ = straight(t, from_m, config_.contact_travel_m, config_.force_approach_speed_m_s);
-    begin = approach_->finish();
+    next.approach = straight(t, from_m, config_.contact_travel_m, config_.force_approach_speed_m_s);
+    begin = next.approach->finish();
   }
-  motion_ = straight(begin, from_N, std::max(force_N, 0.0), std::abs(rate_N_s));
-  control_ = Control::force;
+  next.motion = straight(begin, this->force_N(t), std::max(force_N, 0.0), std::abs(rate_N_s));
+  change_at(t, next);
 }
 
 void Plant::put_load(MonoTime t, double force_N) {
-  change_at(t);
-  approach_.reset();
-  motion_ = Profile{};
-  motion_.start = t;
-  motion_.value = motion_.end = std::max(force_N, 0.0);
-  control_ = Control::force;
+  Drive next;
+  next.control = Control::force;
+  next.motion.start = t;
+  next.motion.value = next.motion.end = std::max(force_N, 0.0);
+  change_at(t, next);
 }
 
-void Plant::halt(MonoTime t) {
-  const double from = travel_m(t);
-  const Profile& before = approaching(t) ? *approach_ : motion_;
-  double rate = t < before.finish() ? before.rate : 0;  // braking already: the parabola starts anew
-  if (t < before.finish() && before.brake > 0) {
-    const double braked_s = std::max(to_seconds(t - before.start) - before.straight_s, 0.0);
-    rate -= std::copysign(std::min(before.brake * braked_s, std::abs(rate)), rate);
+// Of the travel; of a drive that brakes already what is left.
+double Plant::speed_m_s(MonoTime t) const {
+  const bool approaching = drive_.approaching(t);
+  const Profile& motion = approaching ? *drive_.approach : drive_.motion;
+  if (t >= motion.finish()) return 0;
+  double rate = motion.rate;
+  if (motion.brake > 0) {
+    const double braked_s = std::max(to_seconds(t - motion.start) - motion.straight_s, 0.0);
+    rate -= std::copysign(std::min(motion.brake * braked_s, std::abs(rate)), rate);
   }
-  if (control_ == Control::force && !approaching(t)) {
+  if (drive_.control == Control::force && !approaching) {
     const double force = force_N(t);
     const double step = 1e-6 * std::max(force, grid_N_);
     rate *= (shortening_m(force + step) - shortening_m(force)) / step;
   }
-  change_at(t);
-  motion_ = Profile{};
-  motion_.start = t;
-  motion_.value = motion_.end = from;
-  control_ = Control::travel;
-  approach_.reset();
+  return rate;
+}
+
+void Plant::halt(MonoTime t) {
+  const double from = travel_m(t), rate = speed_m_s(t);
+  Drive next;
+  next.motion.start = t;
+  next.motion.value = next.motion.end = from;
   if (rate != 0) {
-    motion_.rate = rate;
-    motion_.straight_s = config_.drive_lag_s;
-    motion_.brake = config_.deceleration_m_s2;
-    motion_.end = from + rate * (config_.drive_lag_s + motion_.braking_s() / 2);
+    next.motion.rate = rate;
+    next.motion.straight_s = config_.drive_lag_s;
+    next.motion.brake = config_.deceleration_m_s2;
+    next.motion.end = from + rate * (config_.drive_lag_s + next.motion.braking_s() / 2);
   }
+  change_at(t, next);
 }
 
 std::optional<MonoTime> Plant::arrival() const {
-  const bool moves = motion_.rate != 0 || approach_;
-  return moves ? std::optional(motion_.finish()) : std::nullopt;
+  const bool moves = drive_.motion.rate != 0 || drive_.approach;
+  return moves ? std::optional(drive_.motion.finish()) : std::nullopt;
 }
 
 std::optional<MonoTime> Plant::force_crossing(double force_N, MonoTime from, MonoTime to) const {
@@ -284,11 +308,11 @@ std::optional<MonoTime> Plant::force_crossing(double force_N, MonoTime from, Mon
   if (!passed(last)) {
     return std::nullopt;
   }
-  if (config_.creep_fraction > 0 && control_ == Control::travel) {
+  if (config_.creep_fraction > 0 && drive_.control == Control::travel) {
     return creeping_crossing(force_N, from, to);
   }
-  const double value = control_ == Control::force ? force_N : travel_at_force_m(force_N);
-  MonoTime t = std::clamp(motion_.time_of(value), from, to);
+  const double value = drive_.control == Control::force ? force_N : travel_at_force_m(force_N);
+  MonoTime t = std::clamp(drive_.motion.time_of(value), from, to);
   while (t < to && !passed(this->force_N(t))) {  // rounding of the inverse: a nanosecond or two
     t += Duration(1);
   }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -54,8 +55,9 @@ struct Electrical {
   double dissipation = 0;
 };
 
-// Times never run backwards between calls that change the drive; queries may look at any time since
-// the last change. All values are free of noise; the simulated instruments add theirs.
+// Times never run backwards between calls that change the drive. Queries may look at any later
+// time, and two minutes back: a meter's answer is of a window that lay before the drive was
+// changed. All values are free of noise; the simulated instruments add theirs.
 class Plant {
  public:
   Plant(const SpecimenResponse& specimen, PlantConfig config);
@@ -96,35 +98,43 @@ class Plant {
     MonoTime finish() const;
     MonoTime time_of(double v) const;  // of a value between the first and the last
   };
+  struct Memory {
+    MonoTime t{};
+    double q_N = 0;
+  };
+  // From one change of the drive to the next.
+  struct Drive {
+    Control control = Control::travel;
+    Profile motion;  // in the unit of control
+    std::optional<Profile> approach;  // travel, m; force control before contact
+    Memory changed;  // at its beginning
+    mutable Memory latest;  // some whole steps later; queries mostly go forward
+
+    bool approaching(MonoTime t) const;  // the approach precedes the force ramp
+  };
   static Profile straight(MonoTime t, double from, double to, double speed);
-  bool approaching(MonoTime t) const;  // the approach precedes the force ramp
   double shortening_m(double force_N) const;  // of specimen and frame
   double solve_force(double shortening_m) const;
   // With creep the specimen answers to force + fraction * q, q' = (force - q)/time.
   struct Load {
     double force_N, elastic_N;  // pressed with; answered to
   };
-  Load load_at(MonoTime t, double q_N) const;
-  double creep_step(MonoTime from, Duration step, double q_N) const;
-  double creep_N(MonoTime t) const;  // q
-  Load load(MonoTime t) const { return load_at(t, creep_N(t)); }
-  void change_at(MonoTime t);  // fixes q where a new motion begins
+  Load load_at(const Drive& drive, MonoTime t, double q_N) const;
+  double creep_step(const Drive& drive, MonoTime from, Duration step, double q_N) const;
+  double creep_N(const Drive& drive, MonoTime t) const;  // q
+  Load load(MonoTime t) const;
+  const Drive& drive_at(MonoTime t) const;
+  double speed_m_s(MonoTime t) const;  // now or later
+  void change_at(MonoTime t, Drive next);
   std::optional<MonoTime> creeping_crossing(double force_N, MonoTime from, MonoTime to) const;
 
   const SpecimenResponse& specimen_;
   PlantConfig config_;
-  Control control_ = Control::travel;
-  Profile motion_;  // in the unit of control_
-  std::optional<Profile> approach_;  // travel, m; force control before contact
+  Drive drive_;
+  std::deque<Drive> earlier_;  // that a query may still look at
   double compliance_m_N_ = 0;  // of the frame; 0: rigid
   double grid_N_ = 1;  // force step of grid_m_
   std::vector<double> grid_m_;  // shortening at multiples of grid_N_: first guesses
-  struct Memory {
-    MonoTime t{};
-    double q_N = 0;
-  };
-  Memory changed_;  // at the last change of the drive
-  mutable Memory latest_;  // some whole steps later; queries mostly go forward
 };
 
 }  // namespace lcrig

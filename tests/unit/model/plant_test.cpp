@@ -168,6 +168,29 @@ TEST_F(PlantTest, CreepRelaxesForceUnderHeldTravel) {
   EXPECT_EQ(plant.force_N(at_s(2.6)), fresh);  // looking back gives the same
 }
 
+// A meter answers after its window: the drive may have turned since the window's middle.
+TEST_F(PlantTest, LooksBackBeyondChangesOfTheDrive) {
+  for (const double creep : {0.0, 0.05}) {
+    config_.creep_fraction = creep;
+    Plant plant(*response_, config_);
+    plant.move_to(at_s(0), 3e-3, 16e-6);
+    const auto peak = plant.force_crossing(1.0, at_s(0), at_s(1000));
+    ASSERT_TRUE(peak);
+    const MonoTime before = *peak - from_seconds(0.06);
+    const double force = plant.force_N(before), travel = plant.travel_m(before);
+    const double capacitance = plant.electrical(before).capacitance_F;
+    plant.halt(*peak);
+    plant.move_to(*peak + from_seconds(0.01), 0, 16e-6);
+    EXPECT_EQ(plant.force_N(before), force);
+    EXPECT_EQ(plant.travel_m(before), travel);
+    EXPECT_EQ(plant.electrical(before).capacitance_F, capacitance);
+    EXPECT_LT(capacitance, response_->capacitance_F(0.97));
+    EXPECT_LT(plant.force_N(*peak + from_seconds(0.06)), 0.97);  // it has turned
+    for (int i = 1; i <= 1000; ++i) plant.move_to(*peak + from_seconds(i), i % 2 * 1e-3, 1e-3);
+    EXPECT_EQ(plant.travel_m(*peak + from_seconds(999.5)), 0.5e-3);
+  }
+}
+
 TEST_F(PlantTest, StrayAndDriftAdd) {
   config_.stray_capacitance_F = 1e-14;
   config_.thermal_drift_F_per_s = 1e-17;
