@@ -59,15 +59,17 @@ void choose_setting(const RunData& data, Scene& scene, RunAnalysis& out) {
   }
 }
 
-// The cell's noise from differences of neighbours: a slow loading cancels.
+// The cell's noise from second differences of neighbours: an even loading cancels, also where it
+// takes half of the run.
 double calc_force_noise(const RunData& data) {
   std::vector<double> differences;
   const std::size_t stride = std::max<std::size_t>(1, data.readings.size() / 20000);
-  for (std::size_t i = 0; i + 1 < data.readings.size(); i += stride) {
-    const RunReading &a = data.readings[i], &b = data.readings[i + 1];
-    if (a.has_force() && b.has_force()) differences.push_back(b.load_N - a.load_N);
+  for (std::size_t i = 0; i + 2 < data.readings.size(); i += stride) {
+    const RunReading &a = data.readings[i], &b = data.readings[i + 1], &c = data.readings[i + 2];
+    if (!a.has_force() || !b.has_force() || !c.has_force()) continue;
+    differences.push_back((c.load_N - b.load_N) - (b.load_N - a.load_N));
   }
-  return robust_sigma(differences) / std::sqrt(2.0);
+  return robust_sigma(differences) / std::sqrt(6.0);
 }
 
 void find_rest_and_peak(const RunData& data, Scene& scene) {
