@@ -108,6 +108,9 @@ struct RangeResult {
   std::vector<double> slope_of_repeat;  // fF/kPa, each repeat (or cycle) alone
   std::string scatter_basis;  // what the standard error was made from
   std::optional<double> between_repeats_p;  // F test: small says that the repeats differ
+  // Of a continuous loading: change of the rate of pressure with pressure, and the largest standard
+  // uncertainty of a reading's instant.
+  double rate_tilt_per_s = 0, instant_s = 0;
   UncertaintyBudget budget;  // empty parts without a sensitivity
 };
 

@@ -138,6 +138,15 @@ void add_alignment(const Scene& scene, const RunAnalysis& out, double slope, con
                                      u_s * 1e3)));
 }
 
+// Likewise of a loading, where the rate grows as the specimen stiffens.
+void add_alignment_of_cycles(double slope, const RangeResult& r, UncertaintyBudget& b) {
+  b.parts.push_back(
+      part("alignment of the clocks", slope * r.rate_tilt_per_s * r.instant_s,
+           fmt::format("instant of a reading +-{:.3g} ms (window and spacing of the frame's "
+                       "samples); the rate of pressure changes by {:.3g} kPa/s per kPa",
+                       r.instant_s * 1e3, r.rate_tilt_per_s)));
+}
+
 void budget_of_range(const Scene& scene, const RunAnalysis& out, RangeResult& r) {
   UncertaintyBudget& b = r.budget;
   b.quantity = fmt::format("sensitivity {}", range_text(r.range));
@@ -161,7 +170,11 @@ void budget_of_range(const Scene& scene, const RunAnalysis& out, RangeResult& r)
   const Relative force = force_class(scene), probe = area(scene);
   b.parts.push_back(shared(part("force", force.u * slope, force.basis)));
   b.parts.push_back(shared(part("area of the probe", probe.u * slope, probe.basis)));
-  if (!out.levels.empty()) add_alignment(scene, out, slope, r, b);
+  if (!out.levels.empty()) {
+    add_alignment(scene, out, slope, r, b);
+  } else {
+    add_alignment_of_cycles(slope, r, b);
+  }
   add_drift(out, r, b);
   combine(b, scene.options.confidence);
 }
@@ -186,6 +199,25 @@ void budget_of_c0(const Scene& scene, RunAnalysis& out) {
   out.budgets.push_back(std::move(b));
 }
 
+// A window that reaches over the turn holds less force than its middle: rate x window / 4 less when
+// the turn is in its middle, a third of that in the mean of all places. Percent of C0.
+double turn_percent(const Scene& scene, const RunAnalysis& out) {
+  double sum_fF = 0;
+  for (const CycleResult& c : out.cycles) {
+    if (c.peak_method != "fit to the force" || !c.slope_fF_per_N) continue;
+    double rate_N_s = 0, window_s = 0;
+    for (std::size_t i = c.first; i < c.last; ++i) {
+      const RunReading& r = scene.data.readings[i];
+      window_s = std::max(window_s, 2 * r.half_window_s());
+      if (r.has_force() && !spans_turn(c, r) && scene.above_rest_N(r) > c.peak_force_N / 2) {
+        rate_N_s = std::max(rate_N_s, static_cast<double>(std::abs(r.force_rate_N_s)));
+      }
+    }
+    sum_fF += *c.slope_fF_per_N * rate_N_s * window_s / 12;
+  }
+  return sum_fF / static_cast<double>(out.cycles.size()) / (out.c0.value() * 1e3) * 100;
+}
+
 void budget_of_dynamic_range(const Scene& scene, RunAnalysis& out) {
   if (!out.dynamic_range || !out.dynamic_range.estimate->standard_error) return;
   UncertaintyBudget b;
@@ -208,6 +240,11 @@ void budget_of_dynamic_range(const Scene& scene, RunAnalysis& out) {
     const double peak = out.cycles.front().peak_force_N;
     b.parts.push_back(
         shared(part("force at the peak", percent_per_N * peak * force.u, force.basis)));
+  }
+  if (const double turn = turn_percent(scene, out); turn > 0) {
+    b.parts.push_back(part("turn within a window", turn,
+                           "the meter's mean over a window that reaches over the peak: a twelfth "
+                           "of rate times window less, in the mean"));
   }
   combine(b, scene.options.confidence);
   out.budgets.push_back(std::move(b));

@@ -128,7 +128,8 @@ bool peak_of_plateau(const Scene& scene, CycleResult& c) {
 }
 
 // C against force in the upper half, one slope for each branch and a common bend; its value at the
-// peak. The largest reading would be too large by what noise adds.
+// peak. The largest reading would be too large by what noise adds. A window that reaches over the
+// turn is taken, too: without it the scatter doubles, and what it errs by is in the budget.
 Peak peak_of_fit(const Scene& scene, CycleResult& c) {
   std::int64_t up = 0, down = 0;
   const auto in_fit = [&](const RunReading& r) {
@@ -187,7 +188,7 @@ void set_branch_slope(const Scene& scene, CycleResult& c, Moving& moving) {
   std::vector<LinePoint> points;
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = scene.data.readings[i];
-    if (!moving(i) || r.t_s > c.peak_s) continue;
+    if (!moving(i) || r.t_s > c.peak_s || spans_turn(c, r)) continue;
     points.push_back({scene.above_rest_N(r), r.capacitance_F * 1e15, 1});
   }
   const auto line = fit_line(points);

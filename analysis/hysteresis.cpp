@@ -43,7 +43,8 @@ struct Branches {
 void add_reading(const Scene& scene, const CycleResult& c, std::size_t i, double scale, bool late,
                  Branches& out) {
   const RunReading& r = scene.data.readings[i];
-  const double delay = late ? std::sqrt(3.0) * r.alignment_s : 0;  // half the window
+  if (spans_turn(c, r)) return;
+  const double delay = late ? r.half_window_s() : 0;
   const double u = (scene.above_rest_N(r) + r.force_rate_N_s * delay) / c.peak_force_N;
   if (u < kFrom || u > kTo) return;
   const bool up = r.t_s <= c.peak_s;

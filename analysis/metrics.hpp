@@ -73,6 +73,10 @@ class Moving {
   std::size_t next_ = 0;
 };
 
+// The force turned while the meter measured: its mean over the window lies below that in the middle
+// by up to a quarter of rate times window, and the reading belongs to neither branch.
+bool spans_turn(const CycleResult& c, const RunReading& r);
+
 // The levels that a straight line goes through: of one direction, the one with more levels.
 Direction direction_of_line(const RunAnalysis& out);
 // Levels of different repeats with the same key are the same point of the curve.

@@ -319,6 +319,10 @@ double RunReading::alignment_N() const {
   return std::abs(static_cast<double>(force_rate_N_s)) * alignment_s;
 }
 
+double RunReading::half_window_s() const {
+  return std::sqrt(3.0) * alignment_s;
+}
+
 std::optional<double> RunData::pressure_kPa(const RunReading& r) const {
   if (!r.has_force() || !area_m2) return std::nullopt;
   return r.load_N / *area_m2 * 1e-3;

@@ -40,6 +40,7 @@ struct RunReading {
   }
   // Standard uncertainty of the force that comes from that of the instant.
   double alignment_N() const;
+  double half_window_s() const;  // and half the spacing of the samples around it
 };
 
 // A frame sample. Of a long run only some are kept (RunData::frame_stride): in each stretch the one

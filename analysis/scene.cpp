@@ -124,6 +124,10 @@ bool Moving::operator()(std::size_t reading) {
   return r.has_force() && scene_.uses(r);
 }
 
+bool spans_turn(const CycleResult& c, const RunReading& r) {
+  return std::abs(r.t_s - c.peak_s) < r.half_window_s();
+}
+
 void Sample::add(double y) {
   ++count;
   const double d = y - mean;

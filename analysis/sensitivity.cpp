@@ -232,31 +232,42 @@ RangeResult of_levels(const Scene& scene, const RunAnalysis& out, const Pressure
 }
 
 // Readings of one loading branch.
-std::vector<LinePoint> branch(const Scene& scene, const CycleResult& c, const PressureRange& range,
-                              Moving& moving) {
+struct Branch {
   std::vector<LinePoint> points;
+  std::vector<LinePoint> rates;  // y: kPa/s
+  double instant_s = 0;
+};
+Branch branch(const Scene& scene, const CycleResult& c, const PressureRange& range,
+              Moving& moving) {
+  Branch b;
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = scene.data.readings[i];
-    if (!moving(i) || r.t_s > c.peak_s) continue;
+    if (!moving(i) || r.t_s > c.peak_s || spans_turn(c, r)) continue;
     const double kPa = *scene.kPa(scene.above_rest_N(r));
-    if (inside(range, kPa)) points.push_back({kPa, (r.capacitance_F * 1e12 - c.rest_pF) * 1e3, 1});
+    if (!inside(range, kPa)) continue;
+    b.points.push_back({kPa, (r.capacitance_F * 1e12 - c.rest_pF) * 1e3, 1});
+    b.rates.push_back({kPa, *scene.kPa(r.force_rate_N_s), 1});
+    b.instant_s = std::max(b.instant_s, static_cast<double>(r.alignment_s));
   }
-  return points;
+  return b;
 }
 
 struct CycleBranches {
   std::vector<LineFit> lines;
   double sxx = 0, sxy = 0, syy = 0, residual_ss = 0, weight = 0, x = 0, y = 0;
+  double rate_sxy = 0, instant_s = 0;
 };
 
 CycleBranches fit_branches(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
   CycleBranches b;
   Moving moving(scene, out);
   for (const CycleResult& c : out.cycles) {
-    const auto points = branch(scene, c, range, moving);
-    const auto line = fit_line(points);
+    const Branch readings = branch(scene, c, range, moving);
+    const auto line = fit_line(readings.points);
     if (!line) continue;
     b.lines.push_back(*line);
+    b.rate_sxy += fit_line(readings.rates)->sxy;
+    b.instant_s = std::max(b.instant_s, readings.instant_s);
     b.sxx += line->sxx;
     b.sxy += line->sxy;
     b.syy += line->syy;
@@ -311,6 +322,8 @@ RangeResult of_cycles(const Scene& scene, const RunAnalysis& out, const Pressure
   r.mean_delta_C_fF = b.y / b.weight;
   r.intercept_fF = *r.mean_delta_C_fF - slope * *r.mean_kPa;
   for (const LineFit& l : b.lines) r.slope_of_repeat.push_back(l.slope);
+  r.rate_tilt_per_s = b.rate_sxy / b.sxx;
+  r.instant_s = b.instant_s;
   r.residual_pattern = "continuous loading: see the loops";
   return r;
 }

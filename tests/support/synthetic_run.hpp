@@ -203,6 +203,8 @@ class SyntheticRun {
     };
     std::uint64_t seed = 1;
     double baseline_s = 20;
+    bool anywhere = false;  // a loading begins within a reading, in each cycle elsewhere
+    int window_points = 1;  // a reading is the mean over so many instants of its window
   };
   void play(const Dynamic& d) {
     std::mt19937_64 random(d.seed);
@@ -217,16 +219,19 @@ class SyntheticRun {
     frame_until(t_s, [](double) { return 0.0; });
     event("contact", R"({"travel_m":0.003,"force_N":0.02,"rest_force_N":0})");
     for (int k = 0; k < d.cycles; ++k) {
-      const double begin = t_s;
+      const double begin = t_s + (d.anywhere ? reading_s * std::fmod(0.618 * k, 1) : 0);
       const auto force = [&](double t) {
         const double x = (t - begin) / d.branch_s;
         return std::max(0.0, d.peak_N * (x < 1 ? x : 2 - x));
       };
       while (t_s < begin + 2 * d.branch_s) {
-        const double middle = t_s + reading_s / 2;
-        const double kPa = force(middle) / area_m2() * 1e-3;
-        reading(d.capacitance_F(kPa, middle < begin + d.branch_s) + d.noise_F * normal(random),
-                force);
+        double mean_F = 0;
+        for (int i = 0; i < d.window_points; ++i) {
+          const double t = t_s + reading_s * (i + 0.5) / d.window_points;
+          const double kPa = force(t) / area_m2() * 1e-3;
+          mean_F += d.capacitance_F(kPa, t < begin + d.branch_s) / d.window_points;
+        }
+        reading(mean_F + d.noise_F * normal(random), force);
       }
       rest(d.rest_s);
     }
