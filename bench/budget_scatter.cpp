@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Is the budget right? Its predicted standard errors against the scatter of seeded rehearsals of a
 // short static test, and of the dynamic test, for each aperture.
-//   build/bin/budget_scatter_bench [REHEARSALS]   from the source tree; 400 by default
+//   build/bin/budget_scatter_bench [REHEARSALS [PROTOCOL]]   from the source tree; 400 of both
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -142,7 +142,7 @@ std::vector<Case> cases() {
   return out;
 }
 
-int run(int rehearsals) {
+int run(int rehearsals, const std::string& protocol) {
   const auto folder = std::filesystem::temp_directory_path() /
                       fmt::format("lcrig-budget-{}", static_cast<long>(::getpid()));
   std::filesystem::create_directories(folder);
@@ -150,6 +150,7 @@ int run(int rehearsals) {
              "expected", "mean", "predicted", "observed", "ratio");
   int status = 0;
   for (const Case& c : cases()) {
+    if (!protocol.empty() && c.protocol != protocol) continue;
     if (auto done = compare_case(c, rehearsals, folder.string()); !done) {
       fmt::print(stderr, "{}\n", done.error().what);
       status = 1;
@@ -165,5 +166,5 @@ int run(int rehearsals) {
 int main(int argc, char** argv) {
   int rehearsals = 400;
   if (argc > 1) std::from_chars(argv[1], argv[1] + std::strlen(argv[1]), rehearsals);
-  return lcrig::run(std::max(rehearsals, 2));
+  return lcrig::run(std::max(rehearsals, 2), argc > 2 ? argv[2] : "");
 }

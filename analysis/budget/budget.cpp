@@ -19,7 +19,7 @@ constexpr double kEdge = 1e-6;  // relative: a level at 30 kPa lies in 0-30 kPa
 constexpr double kLoaded = 0.05, kPlateauReadings = 10, kUpper = 0.5;
 // A reading's force lies between two samples: over all places the variance is 2/3 of a sample's.
 constexpr double kInterpolated = 2.0 / 3;
-// Where the first reading of a loading falls is chance: averaged over these parts of an interval.
+// Where the last reading before a peak falls is chance: averaged over these parts of an interval.
 constexpr double kPhases[] = {0.1, 0.3, 0.5, 0.7, 0.9};
 
 struct Parts {
@@ -84,12 +84,18 @@ class Loading {
     peak_N_ = cycle.peak_kPa * 1e3 * run.area_m2;
     way_m_ = run.compression_m(peak_N_);
   }
-  std::vector<double> kPa(double phase) const {
+  // Readings of a branch, the first of them `nearest_s` from the peak.
+  std::vector<double> kPa(double nearest_s) const {
     std::vector<double> out;
-    for (double t = phase * run_.interval_s; t <= cycle_.loading_s; t += run_.interval_s) {
-      out.push_back(at(t / cycle_.loading_s));
+    for (double t = nearest_s; t <= cycle_.loading_s; t += run_.interval_s) {
+      out.push_back(at(1 - t / cycle_.loading_s));
     }
     return out;
+  }
+  // Of the first one that a slope takes: its window must not reach over the peak.
+  double first_s(double phase) const {
+    const double t = phase * run_.interval_s;
+    return 2 * t < run_.meter.conversion_s ? t + run_.interval_s : t;
   }
 
  private:
@@ -127,7 +133,7 @@ std::optional<Parts> slope_of_loadings(const PlannedRun& run, const PressureRang
     const Loading loading(run, c);
     for (const double phase : kPhases) {
       std::vector<LinePoint> points;
-      for (const double kPa : loading.kPa(phase)) {
+      for (const double kPa : loading.kPa(loading.first_s(phase))) {
         if (kPa <= kLoaded * c.peak_kPa || !inside(range, kPa)) continue;
         points.push_back({kPa, run.delta_C_fF(kPa), 1});
       }
@@ -142,23 +148,34 @@ std::optional<Parts> slope_of_loadings(const PlannedRun& run, const PressureRang
   return slope_of(run, sxx, sxy);
 }
 
+// Parts of the peak, less 1, of the readings that the fit takes.
+std::vector<double> upper_half(const Loading& loading, double nearest_s, double peak_kPa) {
+  std::vector<double> out;
+  for (const double kPa : loading.kPa(nearest_s)) {
+    if (kPa >= kUpper * peak_kPa) out.push_back(kPa / peak_kPa - 1);
+  }
+  return out;
+}
+
 // Variance of C at the peak from the fit to the upper half of the force, for unit variance of a
-// reading: one slope for each branch and a common bend.
+// reading: one slope for each branch and a common bend. The readings go on through the turn, so the
+// nearer the last one before it, the farther the first one after it.
 double unit_variance_of_fit(const PlannedRun& run, const PlannedCycle& cycle) {
   const Loading loading(run, cycle);
   double mean = 0;
   for (const double phase : kPhases) {
-    std::vector<double> part;  // of the peak, less 1; both branches
-    for (const double kPa : loading.kPa(phase)) {
-      if (kPa >= kUpper * cycle.peak_kPa) part.push_back(kPa / cycle.peak_kPa - 1);
+    const auto up = upper_half(loading, phase * run.interval_s, cycle.peak_kPa);
+    const auto down = upper_half(loading, (1 - phase) * run.interval_s, cycle.peak_kPa);
+    const bool branches = up.size() >= 2 && down.size() >= 2;
+    const bool bend = up.size() + down.size() >= 8;
+    LeastSquares fit(1 + (branches ? 2U : 1U) + (bend ? 1U : 0U));
+    for (const double d : up) {
+      const double row[4] = {1, d, branches ? 0 : d * d, d * d};
+      fit.add(row, 0);
     }
-    const bool bend = 2 * part.size() >= 8;
-    LeastSquares fit(bend ? 4 : 3);
-    for (const double d : part) {
-      for (const bool up : {true, false}) {
-        const double row[4] = {1, up ? d : 0, up ? 0 : d, d * d};
-        fit.add(row, 0);
-      }
+    for (const double d : down) {
+      const double row[4] = {1, branches ? 0 : d, branches ? d : d * d, d * d};
+      fit.add(row, 0);
     }
     const auto solution = fit.solve();
     mean += (solution && solution->freedom >= 1 ? solution->unit_covariance[0] : 1.0) /
