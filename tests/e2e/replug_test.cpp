@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "base/clock.hpp"
 #include "tests/e2e/rig.hpp"
@@ -18,6 +20,28 @@ std::string patient_protocol() {
   std::string text = kSlowProtocol;
   return text.insert(text.find("\"limits\""), "\"on_loss\": \"wait\", ");
 }
+
+// While it lives no pty that is opened gets the name `node`. The kernel gives the lowest number
+// that is free, and other tests open and close theirs meanwhile.
+class Occupied {
+ public:
+  explicit Occupied(const std::string& node) {
+    for (std::string name; name != node && fds_.size() < 64;) {
+      const int fd = ::posix_openpt(O_RDWR | O_NOCTTY);
+      if (fd < 0) break;
+      fds_.push_back(fd);
+      name = ::ptsname(fd);
+    }
+  }
+  ~Occupied() {
+    for (const int fd : fds_) ::close(fd);
+  }
+  Occupied(const Occupied&) = delete;
+  Occupied& operator=(const Occupied&) = delete;
+
+ private:
+  std::vector<int> fds_;
+};
 
 class Replug : public Rig {
  protected:
@@ -46,7 +70,7 @@ TEST_F(Replug, MeterComesBackAsAnotherDeviceAndTheRunGoesOn) {
   sim("unplug lcr");
   wait_state(*client, "waiting_for_instrument");
   EXPECT_FALSE(sim("settle").value("moving", true)) << "the ramp goes on without a meter";
-  const int taken = ::posix_openpt(O_RDWR | O_NOCTTY);  // the next pty gets another number
+  const Occupied occupied(node.string());  // the next pty gets another number
   sim("plug lcr");
   const RealClock clock;
   const MonoTime plugged = clock.now();
@@ -57,7 +81,6 @@ TEST_F(Replug, MeterComesBackAsAnotherDeviceAndTheRunGoesOn) {
   std::printf("meter: a stored reading %.3f s after the replug\n", back_s);
   EXPECT_LT(back_s, 3) << "a loaded machine; the promise is measured in virtual time";
   EXPECT_NE(std::filesystem::read_symlink(file("lcr")), node);
-  ::close(taken);
   EXPECT_TRUE(sim("status").value("moving", false)) << "the ramp goes on";
   client->call("run.abort");
   EXPECT_EQ(client->run_ended().value("exit_status", ""), "abort");
