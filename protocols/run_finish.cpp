@@ -30,9 +30,10 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   finishing_ = true;
   stop_pending_ = false;
   progress_.state = RunState::finishing;
-  // Somebody who froze the frame after the run was stopped means it.
+  // A stop of the last instant is one, and whoever froze a run that was stopped means it.
   for (InterruptRequest& late : pending_) {
-    if (late.kind == Interrupt::freeze) stop = std::move(late);
+    const bool stops = late.kind != Interrupt::pause && late.kind != Interrupt::loss;
+    if (late.kind == Interrupt::freeze || (stops && !stop)) stop = std::move(late);
   }
   pending_.clear();
   co_await stop_frame();
