@@ -18,8 +18,9 @@ namespace {
 
 constexpr std::size_t kMostEvents = 200;
 // What every run has; the rest is worth reading.
-constexpr std::array<std::string_view, 6> kOrdinary{"step_begin", "step_end", "motion",
-                                                    "zero",       "settings", "level"};
+// `state` is where a run could be continued.
+constexpr std::array<std::string_view, 7> kOrdinary{"step_begin", "step_end", "motion", "zero",
+                                                    "settings",   "level",    "state"};
 
 bool is_ordinary(const EventRow& event) {
   return std::ranges::find(kOrdinary, event.kind) != kOrdinary.end() &&

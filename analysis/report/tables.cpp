@@ -122,6 +122,13 @@ std::string peak_table(const ReportRun& run) {
   return table.empty() ? std::string() : table.html();
 }
 
+// Beyond a million Student's t is the normal distribution to every digit that is shown.
+std::string degrees(double of_freedom) {
+  if (!std::isfinite(of_freedom)) return "∞";
+  const std::string shown = of_freedom < 1e6 ? fmt::format("{:.0f}", of_freedom) : "∞";
+  return fmt::format("<data value='{}'>{}</data>", of_freedom, shown);
+}
+
 }  // namespace
 
 std::string level_table(const ReportRun& run) {
@@ -229,17 +236,13 @@ std::string budget_tables(const std::vector<UncertaintyBudget>& budgets) {
                 "basis"};
     for (const UncertaintyPart& p : b.parts) {
       const double share = b.combined > 0 ? std::pow(p.standard_uncertainty / b.combined, 2) : 0;
-      const double dof = p.degrees_of_freedom;
       table.row({text(p.name), number(p.standard_uncertainty, p.standard_uncertainty),
                  fmt::format("<data value='{}'>{:.1f}</data>", share * 100, share * 100),
-                 p.kind == UncertaintyKind::a ? "A" : "B",
-                 std::isfinite(dof) ? fmt::format("<data value='{}'>{:.0f}</data>", dof, dof) : "∞",
+                 p.kind == UncertaintyKind::a ? "A" : "B", degrees(p.degrees_of_freedom),
                  p.shrinks ? "shrink it" : "do not help", text(p.basis)});
     }
-    const double dof = b.effective_degrees_of_freedom;
     table.row({"<b>combined</b>", number(b.combined, b.combined), "", "",
-               std::isfinite(dof) ? fmt::format("<data value='{}'>{:.0f}</data>", dof, dof) : "∞",
-               "", ""});
+               degrees(b.effective_degrees_of_freedom), "", ""});
     out += table.html();
   }
   return out;
