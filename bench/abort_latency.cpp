@@ -288,9 +288,11 @@ void write_config(const std::string& path, const std::string& folder, const Simu
   std::ofstream(path) << config.dump();
 }
 
-void wait_for_socket(const std::string& path) {
+// The file is there a moment before anybody listens.
+void wait_for_daemon(const std::string& socket) {
+  const RealClock clock;
   for (int i = 0; i < 2000; ++i) {
-    if (std::filesystem::exists(path)) return;
+    if (cli::ControlClient::connect(socket, clock)) return;
     ::poll(nullptr, 0, 10);
   }
   throw std::runtime_error("lcrigd does not start");
@@ -305,7 +307,7 @@ void measure_sigterm(const std::string& folder, int signals) {
   std::mt19937 random(2);
   for (int i = 0; i < signals; ++i) {
     DaemonProcess daemon(config);
-    wait_for_socket(folder + "/term.sock");
+    wait_for_daemon(folder + "/term.sock");
     Client client(folder + "/term.sock");
     client.start();
     client.let_pass(static_cast<int>(random() % 70));
