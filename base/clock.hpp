@@ -42,7 +42,8 @@ class Clock {
   virtual MonoTime now() const = 0;
   virtual std::int64_t unix_ns() const = 0;  // wall clock, to anchor a run once
   // True when the time came, false when the wait was cancelled. Never throws, honours terminal
-  // cancellation, so it may stand on either side of `||`.
+  // cancellation, so it may stand on either side of `||`. A program that had no processor until
+  // after `t` reads what arrived meanwhile before this returns: silence is not the instrument's.
   virtual Task<bool> wait_until(MonoTime t) = 0;
   Task<bool> wait_for(Duration d) { return wait_until(now() + d); }
 };

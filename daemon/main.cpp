@@ -10,6 +10,7 @@
 
 #include "base/log.hpp"
 #include "daemon/app.hpp"
+#include "daemon/service.hpp"
 
 namespace {
 
@@ -54,6 +55,11 @@ void abort_on_bug(std::exception_ptr error) {
 }
 
 int serve(const Config& config) {
+  if (!lock_memory()) {
+    spdlog::info(
+        "memory is not locked: when the computer runs short of it a stop may wait for the "
+        "disk (allow it with LimitMEMLOCK=infinity, or ulimit -l unlimited)");
+  }
   asio::io_context io(1);
   RealClock clock;
   App app(io, clock, config);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/service.hpp"
 
+#include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -39,6 +41,16 @@ void ServiceNotifier::send(std::string_view state) const {
   ::sendto(fd, state.data(), state.size(), MSG_NOSIGNAL | MSG_DONTWAIT,
            reinterpret_cast<const sockaddr*>(&address), length);
   ::close(fd);
+}
+
+bool lock_memory() {
+  const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
+  const bool endless = ::setrlimit(RLIMIT_MEMLOCK, &unlimited) == 0;
+  if (::mlockall(MCL_CURRENT) != 0) return false;  // reads in what is not there yet
+  // What comes later (the heap, stacks of threads), as it is used. Not below a limit: a program
+  // that reaches it gets no memory at all.
+  if (endless) ::mlockall(MCL_FUTURE | MCL_ONFAULT);
+  return true;
 }
 
 }  // namespace lcrig

@@ -71,12 +71,13 @@ Result<PortUrl> parse_tcp(std::string_view url, std::string_view text) {
   take_prefix(text, "//");
   if (text.ends_with('/')) text.remove_suffix(1);
   const auto colon = text.rfind(':');
-  const auto port = colon == text.npos ? std::nullopt : parse_u16(text.substr(colon + 1), 10);
+  const std::uint16_t port =
+      colon == text.npos ? 0 : parse_u16(text.substr(colon + 1), 10).value_or(0);
   std::string_view host = text.substr(0, colon == text.npos ? 0 : colon);
   const bool bracketed = host.size() > 2 && host.front() == '[' && host.back() == ']';
   if (bracketed) host = host.substr(1, host.size() - 2);
   const bool plain = host.find_first_of(":/[] ") == host.npos;
-  if (!port || *port == 0 || host.empty() || !(bracketed || plain)) {
+  if (port == 0 || host.empty() || !(bracketed || plain)) {
     return fail(Errc::invalid_request,
                 "port \"{}\": expected tcp:HOST:PORT with a port of 1 to 65535, such as "
                 "tcp:127.0.0.1:4711 or tcp://[::1]:4711",
@@ -85,7 +86,7 @@ Result<PortUrl> parse_tcp(std::string_view url, std::string_view text) {
   PortUrl out;
   out.kind = PortKind::tcp;
   out.host = host;
-  out.tcp_port = *port;
+  out.tcp_port = port;
   return out;
 }
 

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <sstream>
 
 #include "base/clock.hpp"
 
@@ -249,6 +250,16 @@ std::string Rig::query(const std::string& sql) const {
   std::string out;
   while (rows->step().value_or(false)) out += std::string(rows->text(0)) + "\n";
   return out;
+}
+
+void Rig::expect_losses_only_while_it_stood_still(const StandstillWatch& machine) const {
+  std::istringstream losses(
+      query("SELECT at_mono_ns || ' ' || detail FROM event WHERE kind = 'loss'"));
+  std::string why;
+  for (std::int64_t at = 0; losses >> at && std::getline(losses, why);) {
+    const MonoTime then{Duration(at)};
+    EXPECT_GE(machine.within(then - 1500ms, then), 300ms) << why;
+  }
 }
 
 double Rig::number(const std::string& sql) const {

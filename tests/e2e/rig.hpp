@@ -13,6 +13,7 @@
 
 #include "storage/database.hpp"
 #include "tests/e2e/child.hpp"
+#include "tests/e2e/standstill.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace lcrig::e2e {
@@ -89,6 +90,9 @@ class Rig : public testing::Test {
   // Of the database; a text with the rows' first columns, one a line.
   std::string query(const std::string& sql) const;
   double number(const std::string& sql) const;
+  // An instrument that is there is not lost: every loss in the database needs a machine that stood
+  // still just before it.
+  void expect_losses_only_while_it_stood_still(const StandstillWatch& machine) const;
 
   json ports_;
   Child::Variables daemon_variables_;  // of the daemons started from now on

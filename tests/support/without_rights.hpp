@@ -14,24 +14,30 @@
 
 namespace lcrig {
 
-constexpr std::uint32_t kFileOverrides = 1U << CAP_DAC_OVERRIDE | 1U << CAP_DAC_READ_SEARCH;
-
 // For this thread, until the end of the scope.
-class WithoutFileRights {
+class WithoutRights {
  public:
-  WithoutFileRights() {
+  explicit WithoutRights(std::uint32_t capabilities) {
     if (::syscall(SYS_capget, &header_, before_.data()) != 0) throw std::runtime_error("capget");
     auto less = before_;
-    less[0].effective &= ~kFileOverrides;
+    less[0].effective &= ~capabilities;
     if (::syscall(SYS_capset, &header_, less.data()) != 0) throw std::runtime_error("capset");
   }
-  ~WithoutFileRights() { ::syscall(SYS_capset, &header_, before_.data()); }
-  WithoutFileRights(const WithoutFileRights&) = delete;
-  WithoutFileRights& operator=(const WithoutFileRights&) = delete;
+  ~WithoutRights() { ::syscall(SYS_capset, &header_, before_.data()); }
+  WithoutRights(const WithoutRights&) = delete;
+  WithoutRights& operator=(const WithoutRights&) = delete;
 
  private:
   __user_cap_header_struct header_{_LINUX_CAPABILITY_VERSION_3, 0};
   std::array<__user_cap_data_struct, 2> before_{};
+};
+
+struct WithoutFileRights : WithoutRights {  // those of the permission bits remain
+  WithoutFileRights() : WithoutRights(1U << CAP_DAC_OVERRIDE | 1U << CAP_DAC_READ_SEARCH) {}
+};
+
+struct WithoutResourceRights : WithoutRights {  // limits of the process bind
+  WithoutResourceRights() : WithoutRights(1U << CAP_SYS_RESOURCE | 1U << CAP_IPC_LOCK) {}
 };
 
 // For the program that this process becomes; callable between fork and exec. Who is not root has

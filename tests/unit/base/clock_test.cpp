@@ -6,6 +6,13 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/local/connect_pair.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/support/run_task.hpp"
@@ -75,6 +82,37 @@ TEST(RealClock, WaitsAtLeastUntilTheDeadline) {
   const MonoTime begin = clock.now();
   EXPECT_TRUE(run_task(io, clock.wait_for(5ms)));
   EXPECT_GE(clock.now() - begin, 5ms);
+}
+
+using Socket = asio::local::stream_protocol::socket;
+
+Task<> take_bytes(Socket& from, std::size_t n, std::string& taken) {
+  while (taken.size() < n) {
+    char byte = 0;
+    co_await from.async_read_some(asio::buffer(&byte, 1), asio::use_awaitable);
+    taken += byte;
+  }
+}
+
+// The program has no processor for 100 ms: the bytes come in the meantime, the time passes.
+Task<std::size_t> taken_when_the_time_came(Clock& clock, Socket& far, const std::string& taken) {
+  const auto executor = co_await asio::this_coro::executor;
+  asio::post(executor, [&far] {
+    asio::write(far, asio::buffer("twenty bytes arrive..", 20));
+    std::this_thread::sleep_for(100ms);
+  });
+  co_await clock.wait_for(5ms);
+  co_return taken.size();
+}
+
+TEST(RealClock, AWaitThatComesBackLateLetsArrivalsGoFirst) {
+  asio::io_context io;
+  RealClock clock;
+  Socket near(io), far(io);
+  asio::local::connect_pair(near, far);
+  std::string taken;
+  asio::co_spawn(io, take_bytes(near, 20, taken), asio::detached);
+  EXPECT_EQ(run_task(io, taken_when_the_time_came(clock, far, taken)), 20U);
 }
 
 }  // namespace
