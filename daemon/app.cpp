@@ -17,6 +17,7 @@ using namespace std::chrono_literals;
 
 constexpr Duration kStatusInterval = 100ms;
 constexpr Duration kTolerableLag = 200ms;
+constexpr Duration kWorldPatience = 3s;  // many bonded layers take minutes
 
 }  // namespace
 
@@ -250,14 +251,18 @@ DaemonStatus App::status() const {
   return s;
 }
 
-Task<> App::shut_down(std::string why) {
-  if (std::exchange(shutting_down_, true)) co_return;
+Task<bool> App::shut_down(std::string why) {
+  if (std::exchange(shutting_down_, true)) co_return true;
   notifier_.stopping();
-  while (preparing_) co_await clock_.wait_for(10ms);
+  const MonoTime patience = clock_.now() + kWorldPatience;
+  while (preparing_ && !(building_world_ && clock_.now() >= patience)) {
+    co_await clock_.wait_for(10ms);
+  }
   if (Run* run = live_run()) run->interrupt(InterruptRequest(Interrupt::abort, why));
   while (session_) co_await clock_.wait_for(10ms);
   co_await control_->close(1s);
   recorder_.reset();
+  co_return !building_world_;
 }
 
 }  // namespace lcrig

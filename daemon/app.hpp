@@ -28,8 +28,9 @@ class App final : public ControlHandler {
   // Database open, orphaned runs closed, socket listening, systemd told. Errors: as the parts say.
   Result<> start();
   // SIGTERM, SIGINT: stops the run (abort, then `finally`), closes everything. A second call while
-  // the first is under way changes nothing.
-  Task<> shut_down(std::string why);
+  // the first is under way changes nothing. False: a thread still reckons the finite elements of a
+  // simulated specimen; the process is to end without it.
+  Task<bool> shut_down(std::string why);
 
   // Of the control socket.
   std::size_t clients() const { return control_->clients(); }
@@ -80,6 +81,7 @@ class App final : public ControlHandler {
   std::unique_ptr<ControlServer> control_;
   std::unique_ptr<Session> session_;
   bool preparing_ = false;  // between start_run and the run row, or while probing
+  bool building_world_ = false;  // the simulated one, beside the loop
   bool adding_ = false;  // a specimen
   Liveness liveness_;
   std::vector<std::string> stuck_;

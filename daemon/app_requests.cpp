@@ -128,8 +128,11 @@ Task<Result<std::unique_ptr<Instruments>>> App::open_instruments(const PreparedR
   sim.max_force_N = prepared.max_force_N;
   sim.person = &person_;
   const auto build = [&sim] { return make_world(sim); };
+  building_world_ = true;
   auto world = co_await run_aside(executor, clock_, build);
+  building_world_ = false;
   if (!world) co_return fail(world.error());
+  if (shutting_down_) co_return fail(Errc::aborted, "the daemon is stopping");
   sim.world = std::move(*world);
   co_return make_sim_instruments(executor, clock_, sim);
 }

@@ -40,7 +40,12 @@ Task<> end_on_signal(asio::io_context& io, App& app) {
   const int number = co_await signals.async_wait(asio::use_awaitable);
   spdlog::info("signal {}: stopping", number);
   const std::string why = number == SIGTERM ? "SIGTERM" : "SIGINT";
-  co_await app.shut_down(why);
+  const bool all_ended = co_await app.shut_down(why);
+  if (!all_ended) {
+    spdlog::warn("ended without the simulated specimen, which is still being reckoned");
+    spdlog::shutdown();
+    std::_Exit(0);
+  }
   io.stop();
 }
 

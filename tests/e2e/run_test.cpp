@@ -120,6 +120,46 @@ TEST_F(Rig, TermInTheMiddleOfAStepStopsTheFrameAndClosesTheRun) {
   EXPECT_FALSE(sim("settle").value("moving", true));
 }
 
+// The finite elements of 60 bonded layers take a minute and more.
+std::string specimen_of_many_layers() {
+  std::string capacitors;
+  for (int i = 0; i < 60; ++i) {
+    capacitors += std::string(i > 0 ? "," : "") +
+                  R"({ "layers": [ { "material": "PDMS", "thickness_um": 25 },
+                                   { "material": "kapton", "thickness_um": 75 } ] })";
+  }
+  return R"({ "format": "specimen/1", "name": "many", "disc_diameter_mm": 4.0,
+    "faces": "bonded_laminate", "materials": {
+      "PDMS": { "relative_permittivity": 2.75, "youngs_modulus_kPa": 200, "poisson_ratio": 0.49,
+                "shear_modulus_kPa": 42 },
+      "kapton": { "relative_permittivity": 3.5, "youngs_modulus_kPa": 2500000,
+                  "poisson_ratio": 0.34 } },
+    "capacitors": [)" +
+         capacitors + "] }";
+}
+
+TEST_F(Rig, TermDoesNotWaitForASpecimenThatIsStillReckoned) {
+  Child& daemon = start_daemon(json{{"format", "lcrigd-config/1"},
+                                    {"database", file("lcrig.db")},
+                                    {"socket", file("control.sock")},
+                                    {"bench", "paper"}});
+  LineClient client(file("control.sock"));
+  client.send(json{{"jsonrpc", "2.0"},
+                   {"id", 1},
+                   {"method", "run.start"},
+                   {"params",
+                    {{"protocol", "e2e"},
+                     {"protocol_text", kQuickProtocol},
+                     {"specimen", "many"},
+                     {"specimen_text", specimen_of_many_layers()}}}}
+                  .dump());
+  ASSERT_EQ(client.next(1s), std::nullopt) << "too soon: it takes no time";
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(15s), 0) << daemon.log();
+  EXPECT_THAT(daemon.log(), HasSubstr("ended without the simulated specimen"));
+  EXPECT_EQ(number("SELECT count(*) FROM run"), 0);
+}
+
 TEST_F(Rig, KillNineLeavesNothingLost) {
   start_sim();
   Child& daemon = start_daemon(config());

@@ -33,7 +33,7 @@ class Standstill : public Rig {
 TEST_F(Standstill, OfTheDaemonIsNotTakenForSilenceOfTheInstruments) {
   // Longer than a frame may be silent (0.5 s), shorter than its gateway lets us be (1 s), less a
   // heartbeat (0.25 s).
-  constexpr auto kStop = 650ms;
+  constexpr auto kStop = 560ms;
   Child& daemon = ramp();
   const StandstillWatch machine;
   const auto readings = [&] { return number("SELECT count(*) FROM lcr_reading"); };

@@ -111,7 +111,8 @@ class DaemonWorld : public testing::Test {
   }
   void stop() {
     bool down = false;
-    asio::co_spawn(io, app->shut_down("test"), [&](const std::exception_ptr&) { down = true; });
+    asio::co_spawn(io, app->shut_down("test"),
+                   [&](const std::exception_ptr&, bool) { down = true; });
     // Every task of it has ended, as in `main`.
     EXPECT_TRUE(clock.run(io, [&] { return down && clock.pending() == 0; }));
     io.poll();
