@@ -2,6 +2,7 @@
 #include "tools/lcrig/library_path.hpp"
 
 #include <algorithm>
+#include <fstream>
 #include <map>
 #include <system_error>
 
@@ -54,16 +55,23 @@ Outcome<LibraryFile> load(const fs::path& path) {
   return file;
 }
 
+// The source tree of a build tree, which may be anywhere; empty: that is no build tree.
+fs::path source_of(const fs::path& build) {
+  constexpr std::string_view kKey = "CMAKE_HOME_DIRECTORY:INTERNAL=";
+  std::ifstream cache(build / "CMakeCache.txt");
+  for (std::string line; std::getline(cache, line);) {
+    if (line.starts_with(kKey)) return line.substr(kKey.size());
+  }
+  return {};
+}
+
 }  // namespace
 
 LibraryPath::LibraryPath(const ProcessEnv& env) {
   if (const auto data = env.get("LCRIG_DATA")) data_ = *data;
-  const auto bin = env.executable.parent_path();  // build/bin, or /usr/bin
-  std::error_code ignored;
-  if (fs::exists(bin.parent_path() / "CMakeCache.txt", ignored)) {
-    source_ = bin.parent_path().parent_path();
-  }
-  installed_ = bin.parent_path() / "share" / "lcrig";
+  const auto prefix = env.executable.parent_path().parent_path();  // of build/bin, or of /usr/bin
+  source_ = source_of(prefix);
+  installed_ = prefix / "share" / "lcrig";
 }
 
 std::vector<fs::path> LibraryPath::folders(LibraryKind kind) const {
@@ -100,8 +108,9 @@ Failure LibraryPath::unknown(LibraryKind kind, const std::string& what,
   for (const auto& file : list(kind)) names.push_back(file.name);
   std::sort(names.begin(), names.end());
   names.erase(std::unique(names.begin(), names.end()), names.end());
-  const auto known = names.empty() ? std::string("none is installed; set LCRIG_DATA")
-                                   : "known: " + join_words(names);
+  const auto none =
+      fmt::format("none is installed; LCRIG_DATA may name a folder that holds {}/", row.folder);
+  const auto known = names.empty() ? none : "known: " + join_words(names);
   const auto code = kind == LibraryKind::protocol ? kProtocol : kFailed;
   return Failure(
       code,

@@ -29,16 +29,18 @@ class Lookup : public ::testing::Test {
 
 TEST_F(Lookup, DataFolderFirstThenSourceTreeThenInstalled) {
   const std::filesystem::path root = cli.dir.file("tree");
-  cli.env.executable = root / "build/bin/lcrig";
+  const std::filesystem::path build = cli.dir.file("elsewhere/build");
+  cli.env.executable = build / "bin/lcrig";
   const auto write = [](const std::filesystem::path& path, const std::string& text) {
     std::filesystem::create_directories(path.parent_path());
     std::ofstream(path) << text;
   };
-  write(root / "build/share/lcrig/protocols/a.json", "installed");
+  write(build / "share/lcrig/protocols/a.json", "installed");
   EXPECT_EQ(library().get(LibraryKind::protocol, "a")->text, "installed");
   write(root / "protocols/library/a.json", "source");
   EXPECT_EQ(library().get(LibraryKind::protocol, "a")->text, "installed");  // no build tree
-  write(root / "build/CMakeCache.txt", "");
+  write(build / "CMakeCache.txt",
+        "# made by CMake\nCMAKE_HOME_DIRECTORY:INTERNAL=" + root.string() + "\n");
   EXPECT_EQ(library().get(LibraryKind::protocol, "a")->text, "source");
   cli.add_data("protocols/a.json", "data");
   EXPECT_EQ(library().get(LibraryKind::protocol, "a")->text, "data");
