@@ -140,6 +140,7 @@ std::vector<LibraryFile> LibraryPath::list(LibraryKind kind) const {
     }
   }
   std::vector<LibraryFile> out;
+  out.reserve(by_name.size());
   for (auto& [name, file] : by_name) out.push_back(std::move(file));
   return out;
 }
