@@ -20,9 +20,8 @@ bool take_prefix(std::string_view& text, std::string_view prefix) {
 
 std::optional<std::uint16_t> parse_u16(std::string_view text, int base) {
   std::uint16_t value = 0;
-  const char* end = text.data() + text.size();
-  const auto r = std::from_chars(text.data(), end, value, base);
-  if (r.ec != std::errc() || r.ptr != end) return std::nullopt;
+  const auto r = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  if (r.ec != std::errc() || r.ptr != text.data() + text.size()) return std::nullopt;
   return value;
 }
 
