@@ -17,9 +17,11 @@ enum class Errc {
   reply_cut_off,  // stopped in the middle of an answer: check cable
   garbled,  // an answer that does not parse: wrong instrument or line noise
   refused,  // the instrument said no, or did not take a setting
+  unsupported,  // this instrument cannot do that at all: use another one, or ask for something else
   disconnected,  // the port went away: plug it in again
   busy,  // somebody else owns it: stop the other program
   limit_tripped,  // a limit of the protocol or the machine was reached
+  not_standing,  // a frame did not confirm that it stands: use the E-stop
   invalid_request,  // the request (file, flag, message) is wrong: correct it
   aborted,  // a person or a signal stopped it
   io,  // the operating system refused: read the message

@@ -40,6 +40,8 @@ constexpr std::array<ErrcRow, 11> kErrcs{{
     {Errc::reply_cut_off, -32002, "check the cable; lcrig status"},
     {Errc::garbled, -32003, "check that the right instrument is on this port; lcrig status"},
     {Errc::refused, -32004, "the instrument did not take it: change the protocol's settings"},
+    {Errc::unsupported, -32011, "this instrument cannot do that: use another one"},
+    {Errc::not_standing, -32012, "standstill not confirmed: use the E-stop, then look at the rig"},
     {Errc::disconnected, -32005, "plug the instrument in again; lcrig status"},
     {Errc::busy, -32006, "lcrig status shows what is going on; lcrig abort ends it"},
     {Errc::limit_tripped, -32007, "a limit was reached: check specimen and limits, then run again"},

@@ -17,6 +17,7 @@ namespace lcrig {
 struct Identity {
   std::string maker, model, firmware, serial;
   std::string text;  // the reply as the instrument sent it
+  bool simulated = false;  // it says of itself that it is not real
 };
 
 // Impedance functions of the LCR-6000 dialect that measure a capacitance or what a rig needs beside

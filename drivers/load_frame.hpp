@@ -18,6 +18,18 @@
 
 namespace lcrig {
 
+// What a closed force loop is bounded by, in the worst case (docs/frame-link.md, section 2).
+struct ForceLoop {
+  ForceLoop() = default;
+  Velocity approach;  // fastest before contact is made ...
+  Force contact;  // ... which is when this force is felt
+  ForceRate rate_max;
+  Duration lag{};  // a ramp passes its target by at most its rate times this
+  Force ripple;  // of a held force, either side
+  Stiffness stiffness_max;  // of the contact for which all this holds
+  bool operator==(const ForceLoop&) const = default;
+};
+
 struct FrameCapabilities {
   FrameCapabilities() = default;
   bool motion = false;  // can move by itself
@@ -32,6 +44,7 @@ struct FrameCapabilities {
   Velocity speed_min, speed_max;
   Length travel_min, travel_max;
   double sample_rate_max_Hz = 0;
+  std::optional<ForceLoop> force_loop;  // absent: nobody has said how it behaves
   // For the predicted overshoot (load-frame reference, section 2): reaction time and deceleration.
   Duration reaction{};
   Acceleration deceleration;
@@ -89,8 +102,12 @@ class LoadFrame {
  public:
   virtual ~LoadFrame() = default;
   virtual const FrameCapabilities& capabilities() const = 0;
-  // Capabilities are valid after this returned.
+  // Capabilities are valid after this returned. Takes command: a machine that moves is stopped.
   virtual Task<Result<Identity>> identify() = 0;
+  // Looks without touching: as `identify`, then samples at this rate (0: none), but nothing at the
+  // machine changes, and every command is refused until `identify`. Errors: as `identify`;
+  // unsupported (this frame can only be commanded, so nothing was asked of it).
+  virtual Task<Result<Identity>> observe(double rate_Hz) = 0;
   // The device refuses motion before this.
   virtual Task<Result<>> arm(FrameLimits limits) = 0;
   virtual Task<Result<>> set_sample_rate(double rate_Hz) = 0;

@@ -56,11 +56,22 @@ Task<Result<LcrSettings>> ReopeningMeter::reconnect() {
 
 Task<Result<Identity>> ReopeningFrame::identify() {
   auto identity = co_await inner_->identify();
-  if (identity && !identity_) {
-    identity_ = *identity;
-    capabilities_ = inner_->capabilities();
-  }
+  if (identity) observed_Hz_.reset();
+  if (identity) remember(*identity);
   co_return identity;
+}
+
+Task<Result<Identity>> ReopeningFrame::observe(double rate_Hz) {
+  auto identity = co_await inner_->observe(rate_Hz);
+  if (identity) observed_Hz_ = rate_Hz;
+  if (identity) remember(*identity);
+  co_return identity;
+}
+
+void ReopeningFrame::remember(const Identity& identity) {
+  if (identity_) return;
+  identity_ = identity;
+  capabilities_ = inner_->capabilities();
 }
 
 void ReopeningFrame::set_listener(Listener* listener) {
@@ -75,7 +86,12 @@ Task<Result<Identity>> ReopeningFrame::reconnect() {
   auto opened = co_await open_();
   if (!opened) co_return fail(opened.error());
   std::unique_ptr<LoadFrame> frame = std::move(*opened);
-  auto identity = co_await frame->identify();
+  Result<Identity> identity;
+  if (observed_Hz_) {
+    identity = co_await frame->observe(*observed_Hz_);
+  } else {
+    identity = co_await frame->identify();
+  }
   if (!identity) co_return identity;
   if (auto same = compare_identity(*identity_, *identity); !same) co_return fail(same.error());
   if (frame->capabilities() != capabilities_) {

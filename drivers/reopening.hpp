@@ -51,6 +51,7 @@ class ReopeningFrame final : public LoadFrame {
 
   const FrameCapabilities& capabilities() const override { return capabilities_; }
   Task<Result<Identity>> identify() override;
+  Task<Result<Identity>> observe(double rate_Hz) override;
   Task<Result<>> arm(FrameLimits limits) override { return inner_->arm(limits); }
   Task<Result<>> set_sample_rate(double rate_Hz) override {
     return inner_->set_sample_rate(rate_Hz);
@@ -75,10 +76,13 @@ class ReopeningFrame final : public LoadFrame {
   void set_listener(Listener* listener) override;
 
  private:
+  void remember(const Identity& identity);
+
   std::unique_ptr<LoadFrame> inner_;
   OpenFrame open_;
   Listener* listener_ = nullptr;
   std::optional<Identity> identity_;
+  std::optional<double> observed_Hz_;  // observed, not commanded, at this rate
   FrameCapabilities capabilities_;  // of the first identify; they never change afterwards
 };
 

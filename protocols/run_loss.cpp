@@ -28,7 +28,8 @@ constexpr double kForceTolerance = 0.05;  // of the force window, at rest at the
 
 bool is_absent(Errc code) {
   return code == Errc::disconnected || code == Errc::no_reply || code == Errc::reply_cut_off ||
-         code == Errc::garbled || code == Errc::io || code == Errc::busy;
+         code == Errc::garbled || code == Errc::io || code == Errc::busy ||
+         code == Errc::not_standing;
 }
 
 std::string absence(const char* instrument, Duration since_data, Duration since_loss,

@@ -102,6 +102,15 @@ tl::unexpected<Error> DeadWeightFrame::no_motion() const {
   return fail(Errc::refused, "dead weights: this rig does not move by itself; use place_weight");
 }
 
+// Nobody commands a rod.
+Task<Result<Identity>> DeadWeightFrame::observe(double rate_Hz) {
+  auto identity = co_await identify();
+  if (!identity) co_return identity;
+  auto sampled = co_await set_sample_rate(rate_Hz);
+  if (!sampled) co_return fail(sampled.error());
+  co_return identity;
+}
+
 Task<Result<Identity>> DeadWeightFrame::identify() {
   if (state_->closed) co_return fail(Errc::disconnected, "dead weights: closed");
   if (!state_->started) {

@@ -30,6 +30,7 @@ class DeadWeightFrame final : public LoadFrame {
 
   const FrameCapabilities& capabilities() const override { return capabilities_; }
   Task<Result<Identity>> identify() override;
+  Task<Result<Identity>> observe(double rate_Hz) override;
   Task<Result<>> arm(FrameLimits limits) override;
   Task<Result<>> set_sample_rate(double rate_Hz) override;  // 0 to 10 Hz
   Task<Result<MotionOutcome>> move_to(Length travel, Velocity speed) override;

@@ -32,20 +32,46 @@ double from_mm(double mm) {
 
 }  // namespace
 
+namespace {
+
+void add_hello(Writer& w, const Hello& hello) {
+  w.integer("proto", hello.protocol);
+  if (hello.revision > 1) w.integer("revision", hello.revision);
+  w.text("side", hello.side);
+  w.text("maker", hello.identity.maker).text("model", hello.identity.model);
+  w.text("serial", hello.identity.serial).text("version", hello.identity.firmware);
+  if (!hello.origin.empty()) w.text("origin", hello.origin);
+  if (hello.identity.simulated) w.flag("simulated", true);
+}
+
+}  // namespace
+
 std::string format_hello(const Hello& hello) {
   Writer w("HELLO");
-  w.integer("proto", hello.protocol).text("side", hello.side);
-  w.text("maker", hello.identity.maker).text("model", hello.identity.model);
-  return w.text("serial", hello.identity.serial).text("version", hello.identity.firmware).line();
+  add_hello(w, hello);
+  return w.line();
+}
+
+std::string format_observe(const Hello& hello, double rate_Hz) {
+  Writer w("OBSERVE");
+  add_hello(w, hello);
+  return w.number("hz", rate_Hz).line();
 }
 
 Result<Hello> parse_hello(const Line& line) {
   const auto protocol = parse_integer(line.find("proto").value_or(std::string_view()));
+  const auto revision = parse_integer(line.find("revision").value_or("1"));
   if (!protocol || *protocol < 1 || *protocol > 1'000'000) {
     return fail(Errc::garbled, "HELLO lacks a protocol number (proto=1)");
   }
+  if (!revision || *revision < 1 || *revision > 1'000'000) {
+    return fail(Errc::garbled, "HELLO with a revision that is no number from 1 on");
+  }
   Hello hello;
   hello.protocol = static_cast<int>(*protocol);
+  hello.revision = static_cast<int>(*revision);
+  hello.origin = line.text("origin");
+  hello.identity.simulated = line.flag("simulated");
   hello.side = line.text("side");
   hello.identity.maker = line.text("maker");
   hello.identity.model = line.text("model");
@@ -66,8 +92,45 @@ std::string format_caps(const FrameCapabilities& c) {
   w.number("travel_max_mm", to_mm(c.travel_max.si()));
   w.number("rate_max_hz", c.sample_rate_max_Hz);
   w.number("reaction_s", to_seconds(c.reaction));
-  return w.number("deceleration_mm_s2", to_mm(c.deceleration.si())).line();
+  w.number("deceleration_mm_s2", to_mm(c.deceleration.si()));
+  if (const auto& loop = c.force_loop) {
+    w.number("force_approach_mm_s", to_mm(loop->approach.si()));
+    w.number("force_contact_N", loop->contact.si());
+    w.number("force_rate_max_N_s", loop->rate_max.si());
+    w.number("force_lag_s", to_seconds(loop->lag)).number("force_ripple_N", loop->ripple.si());
+    w.number("force_stiffness_max_N_mm", shift_decimal(loop->stiffness_max.si(), -3));
+  }
+  return w.line();
 }
+
+namespace {
+
+// All six fields or none: half of it bounds nothing.
+Result<std::optional<ForceLoop>> parse_force_loop(const Line& line) {
+  constexpr std::array<std::string_view, 6> kKeys{
+      "force_approach_mm_s", "force_contact_N", "force_rate_max_N_s",
+      "force_lag_s",         "force_ripple_N",  "force_stiffness_max_N_mm"};
+  const auto given = [&](std::string_view key) { return line.find(key).has_value(); };
+  if (std::ranges::none_of(kKeys, given)) return std::optional<ForceLoop>();
+  std::array<double, 6> v{};
+  for (std::size_t i = 0; i < kKeys.size(); ++i) {
+    const auto value = line.number_of(kKeys[i]);
+    if (!value) return fail(value.error());
+    if (*value < 0) return fail(Errc::garbled, "CAPS with a negative {}", kKeys[i]);
+    v[i] = *value;
+  }
+  if (v[3] > 60) return fail(Errc::garbled, "CAPS with a force loop that lags for {} s", v[3]);
+  ForceLoop loop;
+  loop.approach = Velocity::from_si(from_mm(v[0]));
+  loop.contact = Force::from_si(v[1]);
+  loop.rate_max = ForceRate::from_si(v[2]);
+  loop.lag = from_seconds(v[3]);
+  loop.ripple = Force::from_si(v[4]);
+  loop.stiffness_max = Stiffness::from_si(shift_decimal(v[5], 3));
+  return std::optional<ForceLoop>(loop);
+}
+
+}  // namespace
 
 Result<FrameCapabilities> parse_caps(const Line& line) {
   constexpr std::array<std::string_view, 8> kKeys{
@@ -99,6 +162,11 @@ Result<FrameCapabilities> parse_caps(const Line& line) {
   c.sample_rate_max_Hz = v[5];
   c.reaction = from_seconds(v[6]);
   c.deceleration = Acceleration::from_si(from_mm(v[7]));
+  if (c.force_hold) {
+    auto loop = parse_force_loop(line);
+    if (!loop) return fail(loop.error());
+    c.force_loop = *loop;
+  }
   return c;
 }
 
@@ -284,6 +352,9 @@ Result<> parse_columns(const Line& line, std::span<FrameSample> samples) {
 
 std::string format_ok(std::int64_t number) {
   return Writer("OK", number).line();
+}
+std::string format_ok(std::int64_t number, std::string_view origin) {
+  return Writer("OK", number).text("origin", origin).line();
 }
 std::string format_err(std::int64_t number, std::string_view code, std::string_view text) {
   return Writer("ERR", number).text("code", code).text("text", text).line();

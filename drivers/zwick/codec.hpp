@@ -25,6 +25,7 @@
 namespace lcrig::frame_link {
 
 constexpr int kProtocol = 1;
+constexpr int kRevision = 2;  // of the specification
 constexpr Duration kHeartbeat = std::chrono::milliseconds(250);
 constexpr Duration kSilence = std::chrono::seconds(1);
 constexpr Duration kMaxBatch = std::chrono::milliseconds(100);
@@ -32,11 +33,15 @@ constexpr Duration kMaxBatch = std::chrono::milliseconds(100);
 struct Hello {
   Hello() = default;
   int protocol = kProtocol;
+  int revision = kRevision;
   std::string side;  // "host" or "gateway"
   Identity identity;  // firmware: the gateway's version
+  std::string origin;  // of force and travel zero; a gateway of revision 2 has one
 };
 std::string format_hello(const Hello& hello);
 Result<Hello> parse_hello(const Line& line);
+// What an observer says instead of HELLO.
+std::string format_observe(const Hello& hello, double rate_Hz);
 
 std::string format_caps(const FrameCapabilities& caps);
 Result<FrameCapabilities> parse_caps(const Line& line);
@@ -61,6 +66,7 @@ Result<Force> force_of(const Line& line);  // force_N
 
 // Answers and reports, gateway to daemon.
 std::string format_ok(std::int64_t number);
+std::string format_ok(std::int64_t number, std::string_view origin);  // to ZERO
 std::string format_err(std::int64_t number, std::string_view code, std::string_view text);
 std::string format_done(std::int64_t number, const MotionOutcome& outcome);
 std::string format_stopped(std::int64_t stops, const MotionOutcome& standing);

@@ -14,7 +14,8 @@ namespace {
 using frame_link::Link;
 
 constexpr Duration kAnswerTime = std::chrono::seconds(1);
-constexpr Duration kStopTime = std::chrono::seconds(1);
+constexpr Duration kStopTime = std::chrono::seconds(1);  // beyond the deceleration
+constexpr Duration kStopTimeMax = std::chrono::seconds(30);
 constexpr Duration kHelloTime = std::chrono::seconds(1);  // twice
 
 Result<> check_finite(const Link& link, std::initializer_list<double> values) {
@@ -32,6 +33,9 @@ Task<Result<>> answer_to(Link::Exchange& exchange, std::string line) {
   Link& link = exchange.waiting.link();
   if (link.lost()) co_return fail(*link.lost());
   if (!link.is_greeted()) co_return fail(Errc::disconnected, "{}: not identified yet", link.name());
+  if (link.is_observer()) {
+    co_return fail(Errc::bug, "{}: a command in an observer session", link.name());
+  }
   link.send(line);
   const MonoTime deadline = link.clock().now() + kAnswerTime;
   while (!exchange.answer) {
@@ -76,11 +80,15 @@ Task<Result<MotionOutcome>> motion(std::shared_ptr<Link> link, MakeLine make_lin
   co_return outcome;
 }
 
-// Waits until the gateway said HELLO and CAPS, or the deadline.
-Task<Result<>> greeting(Link::Waiting& waiting) {
+// Asks for a session; waits until the gateway said HELLO and CAPS, or the deadline.
+Task<Result<>> greeting(Link::Waiting& waiting, std::optional<double> observe_Hz) {
   Link& link = waiting.link();
   const MonoTime deadline = link.clock().now() + kHelloTime;
-  link.send_hello();
+  if (observe_Hz) {
+    link.send_observe(*observe_Hz);
+  } else {
+    link.send_hello();
+  }
   while (!link.is_greeted() && link.clock().now() < deadline) {
     auto waited = co_await waiting.next(deadline);
     if (!waited) co_return fail(waited.error());
@@ -127,20 +135,45 @@ void ZwickLink::set_listener(Listener* listener) {
   link_->set_listener(listener);
 }
 
-Task<Result<Identity>> ZwickLink::identify() {
+// Two attempts to open a session: one that may command, or an observer's.
+Task<Result<>> ZwickLink::greet(std::optional<double> observe_Hz) {
   const auto link = link_;
-  if (!link->is_greeted()) {
-    link->start();
-    Link::Waiting waiting(link);
-    for (int attempt = 0; attempt < 2 && !link->is_greeted(); ++attempt) {
-      auto greeted = co_await greeting(waiting);
-      if (!greeted) co_return fail(greeted.error());
-      if (link->hello() && link->hello()->protocol != frame_link::kProtocol) break;
-    }
+  link->start();
+  Link::Waiting waiting(link);
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    auto greeted = co_await greeting(waiting, observe_Hz);
+    if (!greeted) co_return greeted;
+    if (link->hello() && link->hello()->protocol != frame_link::kProtocol) break;
+    if (link->is_greeted()) break;
   }
   if (link->lost()) co_return fail(*link->lost());
   if (link->caps()) capabilities_ = *link->caps();
+  co_return Result<>();
+}
+
+Task<Result<Identity>> ZwickLink::identify() {
+  const auto link = link_;
+  if (!link->is_greeted() || link->is_observer()) {
+    auto greeted = co_await greet(std::nullopt);
+    if (!greeted) co_return fail(greeted.error());
+  }
+  if (link->lost()) co_return fail(*link->lost());
   co_return identity_of(*link);
+}
+
+Task<Result<Identity>> ZwickLink::observe(double rate_Hz) {
+  const auto link = link_;
+  auto finite = check_finite(*link, {rate_Hz});
+  if (!finite) co_return fail(finite.error());
+  auto greeted = co_await greet(rate_Hz);
+  if (!greeted) co_return fail(greeted.error());
+  const bool other = link->hello() && link->hello()->protocol != frame_link::kProtocol;
+  if (other || link->is_greeted()) co_return identity_of(*link);
+  link->give_up_greeting();
+  co_return fail(Errc::unsupported,
+                 "{}: OBSERVE -> no answer in 2 s: no gateway is running there, or it knows only "
+                 "revision 1 of frame-link/1, which has no observer sessions",
+                 link->name());
 }
 
 Task<Result<>> ZwickLink::arm(FrameLimits limits) {
@@ -150,6 +183,7 @@ Task<Result<>> ZwickLink::arm(FrameLimits limits) {
   if (!finite) co_return fail(finite.error());
   const auto line = [limits](std::int64_t n) { return frame_link::format_limits(n, limits); };
   auto answer = co_await command(link_, line);
+  if (answer) armed_speed_ = limits.speed_max;
   co_return answer;
 }
 
@@ -216,6 +250,14 @@ Task<Result<MotionOutcome>> ZwickLink::place_mass(Mass) {
   co_return fail(Errc::refused, "{}: a load frame carries no dead weights", link_->name());
 }
 
+// A machine that decelerates slowly needs its time before it can say that it stands.
+Duration ZwickLink::stop_time() const {
+  const double a = capabilities_.deceleration.si();
+  if (!(a > 0)) return kStopTime;
+  const double v = armed_speed_.value_or(capabilities_.speed_max).si();
+  return std::min(kStopTime + capabilities_.reaction + from_seconds(v / a), kStopTimeMax);
+}
+
 Task<Result<>> ZwickLink::stop() {
   const auto link = link_;
   link->start();
@@ -225,14 +267,14 @@ Task<Result<>> ZwickLink::stop() {
     if (link->lost()) co_return fail(*link->lost());
     const auto sent = link->send_stop();
     if (attempt == 0) first = sent;
-    const MonoTime deadline = link->clock().now() + kStopTime;
+    const MonoTime deadline = link->clock().now() + stop_time();
     while (!link->is_stopped(first) && link->clock().now() < deadline) {
       auto waited = co_await waiting.next(deadline);
       if (!waited) co_return fail(waited.error());
     }
     if (link->is_stopped(first)) co_return Result<>();
   }
-  co_return fail(Errc::no_reply, "{}: STOP twice -> not confirmed; use the E-stop if it moves",
+  co_return fail(Errc::not_standing, "{}: STOP twice -> standstill not confirmed: use the E-stop",
                  link->name());
 }
 

@@ -25,6 +25,8 @@ class ZwickLink final : public LoadFrame {
   const FrameCapabilities& capabilities() const override { return capabilities_; }
   // Starts the link. Errors: no_reply, garbled (something else answers), refused (other protocol).
   Task<Result<Identity>> identify() override;
+  // A gateway of revision 1 does not know the word, and is not asked in any other way.
+  Task<Result<Identity>> observe(double rate_Hz) override;
   Task<Result<>> arm(FrameLimits limits) override;
   Task<Result<>> set_sample_rate(double rate_Hz) override;
   // A motion whose command is not answered within 1 s is stopped, in case it did start.
@@ -35,15 +37,20 @@ class ZwickLink final : public LoadFrame {
   Task<Result<>> hold_force(Force force) override;
   Task<Result<>> zero(bool force, bool travel) override;
   Task<Result<MotionOutcome>> place_mass(Mass mass) override;
-  // Errors: no_reply (two STOPs, 1 s each, unconfirmed), disconnected.
+  // Errors: not_standing (two STOPs, each unconfirmed for 1 s more than the machine needs to
+  // decelerate), disconnected.
   Task<Result<>> stop() override;
   Task<Result<>> resync() override;
   void close() override;
   void set_listener(Listener* listener) override;
 
  private:
+  Task<Result<>> greet(std::optional<double> observe_Hz);
+  Duration stop_time() const;
+
   std::shared_ptr<frame_link::Link> link_;
   FrameCapabilities capabilities_;
+  std::optional<Velocity> armed_speed_;
 };
 
 }  // namespace lcrig

@@ -90,16 +90,41 @@ void Link::queue(std::string_view line) {
   writer_.notify();
 }
 
-void Link::send_hello() {
+namespace {
+
+Hello our_hello() {
   Hello hello;
   hello.side = "host";
   hello.identity.maker = "lcrig";
   hello.identity.model = "lcrigd";
   hello.identity.firmware = LCRIG_VERSION;
+  return hello;
+}
+
+}  // namespace
+
+void Link::send_hello() {
+  observer_ = false;
+  greet(format_hello(our_hello()));
+}
+
+void Link::send_observe(double rate_Hz) {
+  observer_ = true;
+  greet(format_observe(our_hello(), rate_Hz));
+}
+
+void Link::greet(std::string_view line) {
   ++hellos_owed_;
+  caps_owed_ = true;
   stops_sent_ = stopped_ = 0;
   // The LF ends whatever a predecessor left unfinished in the gateway's buffer.
-  queue("\n" + format_hello(hello));
+  queue("\n");
+  queue(line);
+}
+
+void Link::give_up_greeting() {
+  hellos_owed_ = 0;
+  caps_owed_ = false;
 }
 
 std::int64_t Link::send_stop() {
@@ -201,7 +226,8 @@ void Link::on_hello(const Line& line) {
 void Link::on_caps(const Line& line) {
   auto caps = parse_caps(line);
   if (!caps) return on_garbage("CAPS", caps.error().what);
-  if (!caps_) caps_ = *caps;  // fixed for the life of this object
+  caps_ = *caps;
+  if (hellos_owed_ == 0) caps_owed_ = false;
   knock();
 }
 

@@ -59,12 +59,16 @@ class Link : public std::enable_shared_from_this<Link> {
   void start();  // idempotent
   void close();  // idempotent; ends both coroutines and every wait
   void send(std::string_view line) { queue(line); }
-  void send_hello();
+  void send_hello();  // asks for a session that may command
+  void send_observe(double rate_Hz);  // asks for one that may not
+  void give_up_greeting();  // nobody answered: a HELLO from now on is nobody's answer
   // Sends STOP before anything that is queued. Returns how many were sent in this session.
   std::int64_t send_stop();
   bool is_stopped(std::int64_t stops) const { return stopped_ >= stops; }
 
-  bool is_greeted() const { return identity_ && caps_; }
+  // The gateway has said who it is and what it can, in the session that was asked for last.
+  bool is_greeted() const { return identity_ && caps_ && hellos_owed_ == 0 && !caps_owed_; }
+  bool is_observer() const { return observer_; }
   const std::optional<Hello>& hello() const { return identity_; }
   const std::optional<FrameCapabilities>& caps() const { return caps_; }
   const std::string& last_garbage() const { return garbage_; }  // printable; empty: none
@@ -79,6 +83,7 @@ class Link : public std::enable_shared_from_this<Link> {
   void lose(Error error);
   void end(Error error);
   void queue(std::string_view line);
+  void greet(std::string_view line);
   void knock();
   void event(std::string kind, std::string detail);
 
@@ -112,6 +117,8 @@ class Link : public std::enable_shared_from_this<Link> {
   std::optional<Hello> identity_;
   std::optional<FrameCapabilities> caps_;
   int hellos_owed_ = 0;
+  bool caps_owed_ = false;
+  bool observer_ = false;
   std::string garbage_;
   MonoTime garbage_reported_;
   std::int64_t garbage_count_ = 0;  // since the last report

@@ -45,7 +45,14 @@ Task<> ZwickSim::run() {
   co_await (read() || serve());
   closed_ = true;
   transport_->close();
-  if (machine_) machine_->halt(clock_.now(), MotionEnd::fault, "link closed");
+  if (!observer_) end_command("link closed");
+}
+
+// Whoever could command is gone: the machine stops and obeys nobody until it is armed again.
+void ZwickSim::end_command(std::string_view why) {
+  if (!machine_) return;
+  machine_->halt(clock_.now(), MotionEnd::fault, std::string(why));
+  machine_->disarm();
 }
 
 void ZwickSim::close() {
@@ -56,7 +63,7 @@ void ZwickSim::close() {
 
 void ZwickSim::attach(std::unique_ptr<Transport> transport) {
   transport_ = std::move(transport);
-  closed_ = session_ = false;
+  closed_ = session_ = observer_ = false;
   splitter_ = frame_link::LineSplitter();
   out_.clear();
   line_.clear();
@@ -265,6 +272,10 @@ void ZwickSim::supervise(MonoTime now) {
   if (!session_) return;
   if (!watchdog_tripped_ && now - heard_ >= frame_link::kSilence) {
     watchdog_tripped_ = true;
+    if (observer_) {
+      session_ = false;
+      return;
+    }
     if (machine_) {
       machine_->halt(now, MotionEnd::fault, "host silent");
       machine_->disarm();

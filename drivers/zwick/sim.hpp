@@ -73,6 +73,7 @@ struct RecordedRow {
 struct ZwickSimSettings {
   ZwickSimSettings() = default;
   std::string serial = "simulated";
+  int revision = frame_link::kRevision;  // 1: as a gateway of before observer sessions
   double rate_max_Hz = 500;
   bool force_hold = true;
   double speed_min_m_s = 1e-7;
@@ -163,8 +164,13 @@ class ZwickSim {
   void on_stop();
   void answer_stops();
   void set_rate(const frame_link::Line& line);
+  void start_samples(double rate_Hz);
   void say(std::string_view line);
   std::string hello() const;
+  std::string caps() const;
+  void begin_session(bool observer);
+  void observe(const frame_link::Line& line);
+  void end_command(std::string_view why);
   void transmit(std::string bytes, MonoTime now);
   double device_time_s(MonoTime t) const;
   MonoTime sample_time(std::int64_t k) const;
@@ -182,6 +188,7 @@ class ZwickSim {
   Wakeup wakeup_;
   bool closed_ = false;
   bool session_ = false;
+  bool observer_ = false;  // the session may not command
   bool watchdog_tripped_ = false;
   std::string out_;
   struct Sent {

@@ -87,16 +87,27 @@ std::string ZwickSim::hello() const {
   hello.identity.model = recording_ ? "frame recording" : "simulated frame";
   hello.identity.serial = settings_.serial;
   hello.identity.firmware = LCRIG_VERSION;
+  hello.identity.simulated = true;
+  hello.revision = settings_.revision;
+  if (settings_.revision >= 2) hello.origin = machine_ ? machine_->origin() : "recording";
   return frame_link::format_hello(hello);
 }
 
-void ZwickSim::open_session() {
-  const MonoTime now = clock_.now();
+std::string ZwickSim::caps() const {
+  FrameCapabilities caps;
   if (machine_) {
-    machine_->halt(now, MotionEnd::stopped, "new session");
-    machine_->disarm();
+    caps = machine_->capabilities();
+  } else {
+    caps.sample_rate_max_Hz = settings_.rate_max_Hz;
+    caps.deceleration = 0.05_m_s2;
   }
+  if (settings_.revision < 2) caps.force_loop.reset();
+  return frame_link::format_caps(caps);
+}
+
+void ZwickSim::begin_session(bool observer) {
   session_ = true;
+  observer_ = observer;
   watchdog_tripped_ = false;
   batch_.clear();
   out_.clear();
@@ -105,14 +116,23 @@ void ZwickSim::open_session() {
   stops_ = 0;
   stop_owed_ = false;
   say(hello());
-  FrameCapabilities caps;
+  say(caps());
+}
+
+void ZwickSim::open_session() {
   if (machine_) {
-    caps = machine_->capabilities();
-  } else {
-    caps.sample_rate_max_Hz = settings_.rate_max_Hz;
-    caps.deceleration = 0.05_m_s2;
+    machine_->halt(clock_.now(), MotionEnd::stopped, "new session");
+    machine_->disarm();
   }
-  say(frame_link::format_caps(caps));
+  begin_session(false);
+}
+
+// Touches nothing at the machine, unless it takes the place of a session that commands.
+void ZwickSim::observe(const Line& line) {
+  if (session_ && !observer_) end_command("the daemon only observes from now on");
+  begin_session(true);
+  const auto hz = line.number_of("hz");
+  start_samples(std::clamp(hz ? *hz : 0.0, 0.0, settings_.rate_max_Hz));
 }
 
 void ZwickSim::on_line(std::string_view text) {
@@ -129,6 +149,7 @@ void ZwickSim::on_line(std::string_view text) {
   watchdog_tripped_ = false;
   if (line->word == "STOP") return on_stop();
   if (line->word == "HELLO") return open_session();
+  if (line->word == "OBSERVE" && settings_.revision >= 2) return observe(*line);
   if (line->word == "HB" || !session_) return;
   if (line->number) return on_command(*line);
   say(frame_link::format_event("unknown", line->word));
@@ -163,7 +184,9 @@ void ZwickSim::on_command(const Line& line) {
       std::ranges::find(kHandlers, line.word, [](const auto& h) { return h.first; });
   std::string refusal = std::exchange(faults.refuse_next, {});
   if (refusal.empty() && hooks.refuses) refusal = hooks.refuses();
-  if (!refusal.empty()) {
+  if (observer_) {
+    no = Refusal("observer", "this session only observes");
+  } else if (!refusal.empty()) {
     no = Refusal(std::move(refusal), "not now");
   } else if (line.word == "STATUS") {
     no.reset();
@@ -178,6 +201,8 @@ void ZwickSim::on_command(const Line& line) {
     --faults.lose_answers;
   } else if (no) {
     say(frame_link::format_err(*line.number, no->code, no->text));
+  } else if (line.word == "ZERO" && settings_.revision >= 2) {
+    say(frame_link::format_ok(*line.number, machine_->origin()));
   } else {
     say(frame_link::format_ok(*line.number));
   }
@@ -192,10 +217,14 @@ void ZwickSim::set_rate(const Line& line) {
     return say(frame_link::format_err(*line.number, "machine_limits", "faster than rate_max_hz"));
   }
   flush();
-  rate_Hz_ = *hz;
+  start_samples(*hz);
+  say(frame_link::format_ok(*line.number));
+}
+
+void ZwickSim::start_samples(double rate_Hz) {
+  rate_Hz_ = rate_Hz;
   rate_start_ = clock_.now();
   rate_index_ = 1;
-  say(frame_link::format_ok(*line.number));
 }
 
 }  // namespace lcrig

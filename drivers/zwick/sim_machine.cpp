@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kHoldTime_s = 0.1;  // a force hold reaches its force within this
 constexpr double kMinRate_N_s = 1e-3;
+constexpr double kMaxRate_N_s = 1e3;
+constexpr double kMaxStiffness_N_m = 1e8;
 constexpr double kTravelSlack_m = 1e-10;  // below any drive's resolution
 
 // A multiple of the resolution, as close as a double can be to its decimal form.
@@ -39,6 +41,14 @@ FrameCapabilities SimMachine::capabilities() const {
   FrameCapabilities c;
   c.motion = c.device_stop = c.zero_force = c.zero_travel = true;
   c.force_hold = settings_.force_hold;
+  if (c.force_hold) {
+    // The loop of this machine is exact: it never overshoots and never wavers.
+    c.force_loop.emplace();
+    c.force_loop->approach = Velocity::from_si(settings_.approach_m_s);
+    c.force_loop->contact = Force::from_si(contact_N());
+    c.force_loop->rate_max = ForceRate::from_si(kMaxRate_N_s);
+    c.force_loop->stiffness_max = Stiffness::from_si(kMaxStiffness_N_m);
+  }
   c.force_max = Force::from_si(p.force_nominal_N);
   c.speed_min = Velocity::from_si(settings_.speed_min_m_s);
   c.speed_max = Velocity::from_si(p.speed_max_m_s);
@@ -238,6 +248,7 @@ Verdict SimMachine::zero(MonoTime t, bool force, bool travel) {
   const PlantConfig& p = scene_.config();
   if (force) tare_N_ = scene_.force_N(t) + offset_N_ + gauss(p.force_noise_N / std::sqrt(20.0));
   if (travel) travel_zero_m_ = quantise(scene_.travel_m(t), p.travel_resolution_m);
+  ++origin_;
   return std::nullopt;
 }
 
@@ -265,6 +276,7 @@ void SimMachine::feel(MonoTime t, const FrameSample& shown) {
 
 void SimMachine::forget() {
   tare_N_ = travel_zero_m_ = 0;
+  ++origin_;
   limits_.reset();
 }
 

@@ -32,6 +32,8 @@ class SimMachine {
   SimMachine(FrameScene& scene, const ZwickSimSettings& settings);
 
   FrameCapabilities capabilities() const;
+  // A new one whenever a zero was lost or changed.
+  std::string origin() const { return std::to_string(origin_); }
   Verdict set_limits(MonoTime t, const FrameLimits& limits);
   void disarm() { limits_.reset(); }
   bool is_armed() const { return limits_.has_value(); }
@@ -86,6 +88,7 @@ class SimMachine {
   std::optional<FrameLimits> limits_;
   double offset_N_ = 0, tare_N_ = 0;
   double travel_zero_m_ = 0;
+  std::int64_t origin_ = 1;
 
   Phase phase_ = Phase::standing;
   bool force_control_ = false;

@@ -119,6 +119,17 @@ TEST_P(EveryLoadFrame, SaysWhoItIsAndAgain) {
   EXPECT_EQ(b.run(b.frame().identify())->text, first->text);
 }
 
+TEST_P(EveryLoadFrame, IsObservedAndCommandedAfterwards) {
+  const auto seen = b.run(b.frame().observe(10));
+  ASSERT_TRUE(seen) << seen.error().what;
+  b.pass(2s);
+  EXPECT_GE(b.listener.samples.size(), 2U);
+  const auto first = b.run(b.frame().identify());
+  ASSERT_TRUE(first) << first.error().what;
+  EXPECT_EQ(first->serial, seen->serial);
+  start_long_motion();
+}
+
 TEST_P(EveryLoadFrame, RefusesMotionBeforeItIsArmed) {
   ASSERT_TRUE(b.run(b.frame().identify()));
   const auto r = b.run(b.long_motion());

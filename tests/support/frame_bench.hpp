@@ -57,6 +57,11 @@ struct FrameBench {
                                      std::move(settings));
     finish_set_up(std::move(ends.near));
   }
+  explicit FrameBench(const PlantConfig& config) : scene(10'000, config) {
+    auto ends = pair();
+    sim = std::make_unique<ZwickSim>(std::move(ends.far), clock, io.get_executor(), scene);
+    finish_set_up(std::move(ends.near));
+  }
   explicit FrameBench(std::vector<RecordedRow> rows) {
     auto ends = pair();
     sim =

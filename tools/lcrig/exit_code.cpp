@@ -9,7 +9,9 @@ ExitCode exit_code_of(Errc code) {
     case Errc::reply_cut_off:
     case Errc::garbled:
     case Errc::refused:
+    case Errc::unsupported:
     case Errc::disconnected: return kInstrument;
+    case Errc::not_standing: return kNotStanding;
     case Errc::limit_tripped:
     case Errc::aborted: return kStopped;
     case Errc::busy:

@@ -17,6 +17,7 @@ enum ExitCode : int {
   kInstrument = 4,
   kStopped = 5,  // aborted, or a limit tripped
   kProtocol = 6,  // the protocol is invalid or cannot be done
+  kNotStanding = 7,  // the frame did not confirm that it stands: use the E-stop
   kInterrupted = 130,
 };
 

@@ -228,5 +228,83 @@ TEST(Overshoot, AgreesWithTheReferenceTable) {
   EXPECT_NEAR(predicted_overshoot(100.0_N_mm, -1.0_mm_s, 20ms, 0.05_m_s2).si(), 3.0, 0.01);
 }
 
+// Somebody moves the machine at its panel, or testXpert runs its own test.
+TEST(ZwickObserver, LeavesAMotionAloneWhateverItDoes) {
+  FrameBench b;
+  b.scene.move_to(b.clock.now(), 0.9e-3, 1e-5);
+  const auto arrival = b.scene.arrival();
+  ASSERT_TRUE(b.run(b.frame->observe(50)));
+  b.pass(5s);
+  EXPECT_GE(b.listener.samples.size(), 240U);
+  ASSERT_TRUE(b.run(b.frame->observe(10)));
+  b.pass(1s);
+  b.frame->close();
+  b.pass(5s);
+  EXPECT_EQ(b.scene.halts, 0);
+  EXPECT_EQ(b.scene.arrival(), arrival);
+}
+
+TEST(ZwickObserver, CommandsNothing) {
+  FrameBench b;
+  ASSERT_TRUE(b.run(b.frame->observe(0)));
+  const auto armed = b.run(b.frame->arm(wide_limits()));
+  ASSERT_FALSE(armed);
+  EXPECT_EQ(armed.error().code, Errc::bug);
+  EXPECT_FALSE(b.sim->is_armed());
+}
+
+TEST(ZwickObserver, BecomesACommanderOnTheSameLink) {
+  FrameBench b;
+  ASSERT_TRUE(b.run(b.frame->observe(50)));
+  b.pass(1s);
+  b.armed();
+  b.listener.samples.clear();
+  b.pass(1s);
+  EXPECT_TRUE(b.listener.samples.empty()) << "a new session sends none until it is asked";
+  const auto done = b.run(b.frame->move_to(0.5_mm, 0.5_mm_s));
+  ASSERT_TRUE(done) << done.error().what;
+  EXPECT_TRUE(b.listener.lost.empty());
+}
+
+TEST(ZwickObserver, IsNotGreetedInAnotherWayByAGatewayThatDoesNotKnowIt) {
+  ZwickSimSettings old;
+  old.revision = 1;
+  FrameBench b(old);
+  b.scene.move_to(b.clock.now(), 0.9e-3, 1e-5);
+  const auto seen = b.run(b.frame->observe(50));
+  ASSERT_FALSE(seen);
+  EXPECT_EQ(seen.error().code, Errc::unsupported);
+  EXPECT_THAT(seen.error().what, HasSubstr("revision 1"));
+  EXPECT_EQ(b.scene.halts, 0) << "nobody said HELLO";
+  const auto identity = b.run(b.frame->identify());
+  ASSERT_TRUE(identity) << identity.error().what;
+  EXPECT_FALSE(b.frame->capabilities().force_loop);
+  b.pass(3s);
+  EXPECT_TRUE(b.listener.lost.empty());
+}
+
+TEST(ZwickLink, TakesOverWhatBoundsTheForceLoop) {
+  FrameBench b;
+  ASSERT_TRUE(b.run(b.frame->identify()));
+  const auto& loop = b.frame->capabilities().force_loop;
+  ASSERT_TRUE(loop);
+  EXPECT_EQ(loop->approach, 0.1_mm_s);
+  EXPECT_EQ(loop->contact, Force::from_si(5e-4));
+}
+
+TEST(ZwickLink, GivesASlowMachineTheTimeThatItNeedsToStand) {
+  PlantConfig slow = LinearScene::quiet();
+  slow.deceleration_m_s2 = 0.5e-3;
+  slow.contact_travel_m = 1;
+  FrameBench b(slow);
+  b.armed();
+  const auto moving = b.begin(b.frame->move_to(4.0_mm, 2.0_mm_s));
+  b.pass(500ms);
+  const MonoTime begin = b.clock.now();
+  const auto stopped = b.run(b.frame->stop());
+  EXPECT_TRUE(stopped) << stopped.error().what;
+  EXPECT_NEAR(to_seconds(b.clock.now() - begin), 4.0, 0.1);
+}
+
 }  // namespace
 }  // namespace lcrig

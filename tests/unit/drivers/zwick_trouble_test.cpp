@@ -140,7 +140,7 @@ TEST(ZwickLink, StopIsSentAgainWhenItsAnswerIsLost) {
   b.sim->faults.lose_stopped = 2;
   const auto r = b.run(b.frame->stop());
   ASSERT_FALSE(r);
-  EXPECT_EQ(r.error().code, Errc::no_reply);
+  EXPECT_EQ(r.error().code, Errc::not_standing);
   EXPECT_TRUE(b.run(b.frame->stop()));
 }
 
