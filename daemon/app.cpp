@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "base/log.hpp"
+#include "protocols/expand.hpp"
+#include "protocols/parse.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 
@@ -18,6 +20,7 @@ using namespace std::chrono_literals;
 constexpr Duration kStatusInterval = 100ms;
 constexpr Duration kTolerableLag = 200ms;
 constexpr Duration kWorldPatience = 3s;  // many bonded layers take minutes
+constexpr const char* kNotAsked = "not asked: an idle daemon leaves the frame alone";
 
 }  // namespace
 
@@ -32,10 +35,12 @@ Result<> App::start() {
   recorder_ = std::move(*recorder);
   for (const auto& orphan : recorder_->interrupted_runs()) {
     spdlog::warn("run {} had not ended when the last daemon died: closed as interrupted", orphan);
+    frame_to_make_safe_ = frame_to_make_safe_ || left_commanding(orphan);
   }
   control_ = std::make_unique<ControlServer>(io_.get_executor(), clock_, *this);
   if (auto listening = control_->listen(config_.socket); !listening) return listening;
   name_instruments();
+  frame_to_make_safe_ = frame_to_make_safe_ && !config_.bench;
   preparing_ = !config_.bench;  // no run before the frame was made safe
   spawn(probe());
   spawn(heartbeat());
@@ -135,40 +140,73 @@ void App::name_instruments() {
   if (!config_.bench && config_.frame_driver == FrameDriver::dead_weight) {
     frame_state_.port = "dead weights";
   }
-  meter_state_.state = frame_state_.state = config_.bench ? "ready" : "unknown";
+  meter_state_.state = config_.bench ? "ready" : "unknown";
+  frame_state_.state = config_.bench ? "ready" : kNotAsked;
 }
 
-// Makes the frame safe, then asks the instruments who they are whenever nothing runs; an absent one
-// is a state, not a failure.
+// A protocol that cannot be read any more counts as one that commands.
+bool App::left_commanding(std::int64_t run) const {
+  auto db = open_read_only(config_.database);
+  if (!db) return true;
+  const auto row = get_run(*db, run);
+  if (!row) return true;
+  const auto protocol = parse_protocol(row->protocol_text, row->protocol_name);
+  return !protocol || commands_frame(*protocol);
+}
+
+// Makes the frame safe if a crash left it in the middle of a run; then asks the meter who it is
+// whenever nothing runs. The frame is not asked: it belongs to whoever works with it. An absent
+// instrument is a state, not a failure.
 Task<> App::probe() {
   if (config_.bench) co_return;
   while (!shutting_down_) {
     preparing_ = true;
-    co_await make_frame_safe();
+    if (frame_to_make_safe_) co_await make_frame_safe();
     co_await probe_meter();
     preparing_ = false;
-    const Duration pause = instruments_ready() ? 60s : 10s;
+    const bool ready = meter_state_.state == "ready" && !frame_to_make_safe_;
+    const Duration pause = ready ? 60s : 10s;
     co_await clock_.wait_for(pause);
     while (preparing_ || session_) co_await clock_.wait_for(100ms);
   }
 }
 
-// A dead daemon may have left it moving: stop first, whatever else is wrong on this rig.
+// A dead daemon may have left it moving: STOP comes first, whatever else is wrong on this rig, and
+// also with a gateway that answers no greeting.
 Task<> App::make_frame_safe() {
   auto frame = co_await open_real_frame(io_.get_executor(), clock_, config_, person_);
   if (!frame) {
     frame_state_.state = "absent: " + frame.error().what;
     co_return;
   }
+  auto stopped = co_await (*frame)->stop();
   auto identity = co_await (*frame)->identify();
   frame_state_.identity = identity ? identity->text : "";
   frame_state_.state = identity ? "ready" : "absent: " + identity.error().what;
+  if (identity) stopped = co_await (*frame)->stop();
+  if (identity && !stopped) frame_state_.state = "fault: " + stopped.error().what;
+  if (stopped) {
+    frame_to_make_safe_ = false;
+    note_interrupted("lcrigd was restarted: the frame confirmed standstill");
+  }
+  (*frame)->close();
+}
+
+// Nothing at the frame changes by it.
+Task<> App::look_at_frame() {
+  auto frame = co_await open_real_frame(io_.get_executor(), clock_, config_, person_);
+  if (!frame) {
+    frame_state_.state = "absent: " + frame.error().what;
+    co_return;
+  }
+  auto identity = co_await (*frame)->observe(0);
+  frame_state_.identity = identity ? identity->text : "";
   if (identity) {
-    auto stopped = co_await (*frame)->stop();
-    if (!stopped) frame_state_.state = "fault: " + stopped.error().what;
-    if (stopped && !std::exchange(frame_made_safe_, true)) {
-      note_interrupted("lcrigd was restarted: the frame confirmed standstill");
-    }
+    frame_state_.state = "ready";
+  } else if (identity.error().code == Errc::unsupported) {
+    frame_state_.state = "cannot be asked without commanding it: " + identity.error().what;
+  } else {
+    frame_state_.state = "absent: " + identity.error().what;
   }
   (*frame)->close();
 }
@@ -194,10 +232,6 @@ Task<> App::probe_meter() {
   meter_state_.identity = identity ? identity->text : "";
   meter_state_.state = identity ? "ready" : "absent: " + identity.error().what;
   (*meter)->close();
-}
-
-bool App::instruments_ready() const {
-  return meter_state_.state == "ready" && frame_state_.state == "ready";
 }
 
 void App::publish() {

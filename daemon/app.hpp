@@ -41,8 +41,10 @@ class App final : public ControlHandler {
   Task<Result<>> pause(PeerCredentials peer) override;
   Task<Result<RunStarted>> resume(std::optional<std::int64_t> run, bool confirmed,
                                   PeerCredentials peer) override;
-  Task<Result<>> abort(std::string why, PeerCredentials peer) override;
-  Task<Result<>> freeze(std::string why, PeerCredentials peer) override;
+  Task<Result<StopAnswer>> abort(std::string why, PeerCredentials peer) override;
+  Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials peer) override;
+  Task<Result<std::string>> plan_run(StartRunRequest request, PeerCredentials peer) override;
+  Task<Result<>> ask_instruments(PeerCredentials peer) override;
   Task<Result<>> confirm(PeerCredentials peer) override;
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
   DaemonStatus status() const override;
@@ -52,11 +54,16 @@ class App final : public ControlHandler {
   Task<Result<RunStarted>> continue_run(std::int64_t run, bool confirmed, PeerCredentials peer);
   Task<Result<RunStarted>> prepare_and_continue(std::int64_t run, bool confirmed, std::string user);
   Task<Result<RunStarted>> start_prepared(PreparedRun prepared);
+  Task<Result<PreparedRun>> read_request(StartRunRequest request);
+  Task<Result<std::string>> preview(StartRunRequest request);
+  Result<> not_stopped() const;
   Task<Result<>> claim_start();
   Result<> find_text(SessionRequest& wanted) const;
   Task<Result<std::unique_ptr<Instruments>>> open_instruments(const PreparedRun& prepared);
   Task<> run_to_its_end();
-  Task<Result<>> stop_run(Interrupt kind, std::string why, const PeerCredentials& peer);
+  Task<Result<StopAnswer>> stop_run(Interrupt kind, std::string why, const PeerCredentials& peer);
+  Task<Result<StopAnswer>> stop_start(Interrupt kind, std::string why);
+  Task<Result<StopAnswer>> confirm_stop(Run& run, std::uint64_t stands, std::uint64_t failures);
   void spawn(Task<> task);
   Task<> heartbeat();
   void watch_parts();
@@ -66,8 +73,9 @@ class App final : public ControlHandler {
   Task<> probe();
   Task<> probe_meter();
   Task<> make_frame_safe();
+  Task<> look_at_frame();
+  bool left_commanding(std::int64_t run) const;
   void note_interrupted(const std::string& text);
-  bool instruments_ready() const;
   void publish_event(const RunEvent& event);
   void publish();
   Run* live_run() const;
@@ -81,6 +89,8 @@ class App final : public ControlHandler {
   std::unique_ptr<ControlServer> control_;
   std::unique_ptr<Session> session_;
   bool preparing_ = false;  // between start_run and the run row, or while probing
+  bool starting_ = false;  // of it: a run
+  std::optional<InterruptRequest> stop_of_start_;  // asked for meanwhile: nothing may move
   bool building_world_ = false;  // the simulated one, beside the loop
   bool adding_ = false;  // a specimen
   Liveness liveness_;
@@ -88,7 +98,7 @@ class App final : public ControlHandler {
   MonoTime lag_told_;
   InstrumentState meter_state_, frame_state_;
   bool shutting_down_ = false;
-  bool frame_made_safe_ = false;  // since this daemon started
+  bool frame_to_make_safe_ = false;  // a run that commanded it was cut off by a crash
   std::optional<RunEnded> last_run_;
 };
 

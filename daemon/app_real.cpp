@@ -20,6 +20,7 @@ class RealInstruments final : public Instruments {
                   std::unique_ptr<LoadFrame> frame, RemoteOperator& person)
       : meter_(std::move(meter)), frame_(std::move(frame)), person_(person) {
     info_.fixture = config.fixture;
+    info_.frame = config.frame;
   }
   LcrMeter& meter() override { return *meter_; }
   LoadFrame& frame() override { return *frame_; }

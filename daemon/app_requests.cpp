@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What clients of the control socket ask for: runs that start, go on and stop, specimens.
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/log.hpp"
@@ -39,15 +40,24 @@ Task<Result<>> App::claim_start() {
 Task<Result<RunStarted>> App::start_run(StartRunRequest request, PeerCredentials peer) {
   auto claimed = co_await claim_start();
   if (!claimed) co_return fail(claimed.error());
+  starting_ = true;
   if (request.operator_name.empty()) request.operator_name = peer.user;
   auto started = co_await prepare_and_start(std::move(request));
-  preparing_ = false;
+  preparing_ = starting_ = false;
+  stop_of_start_.reset();
   if (!started) session_.reset();
   if (started) recorder_->event(request_event(clock_.now(), "run.start", peer));
   co_return started;
 }
 
 Task<Result<RunStarted>> App::prepare_and_start(StartRunRequest request) {
+  auto prepared = co_await read_request(std::move(request));
+  if (!prepared) co_return fail(prepared.error());
+  auto started = co_await start_prepared(std::move(*prepared));
+  co_return started;
+}
+
+Task<Result<PreparedRun>> App::read_request(StartRunRequest request) {
   SessionRequest wanted;
   wanted.protocol_name = request.protocol;
   wanted.protocol_text = request.protocol_text;
@@ -62,24 +72,69 @@ Task<Result<RunStarted>> App::prepare_and_start(StartRunRequest request) {
   if (!specimen) co_return fail(specimen.error());
   const auto read = [&wanted] { return prepare_run(std::move(wanted)); };
   auto prepared = co_await run_aside(io_.get_executor(), clock_, read);
+  co_return prepared;
+}
+
+Result<> App::not_stopped() const {
+  if (!stop_of_start_) return {};
+  return fail(Errc::aborted, "stopped while it was being prepared ({}): nothing has moved",
+              stop_of_start_->why);
+}
+
+// Looks at the rig and plans; the frame is not commanded.
+Task<Result<std::string>> App::plan_run(StartRunRequest request, PeerCredentials /*peer*/) {
+  auto claimed = co_await claim_start();
+  if (!claimed) co_return fail(claimed.error());
+  auto plan = co_await preview(std::move(request));
+  session_.reset();
+  preparing_ = false;
+  co_return plan;
+}
+
+Task<Result<std::string>> App::preview(StartRunRequest request) {
+  auto prepared = co_await read_request(std::move(request));
   if (!prepared) co_return fail(prepared.error());
-  auto started = co_await start_prepared(std::move(*prepared));
-  co_return started;
+  auto instruments = co_await open_instruments(*prepared);
+  if (!instruments) co_return fail(instruments.error());
+  session_ = std::make_unique<Session>(io_.get_executor(), clock_, *recorder_,
+                                       std::move(*instruments), std::move(*prepared));
+  auto plan = co_await session_->preview();
+  co_await session_->close();
+  if (!plan) co_return fail(plan.error());
+  co_return to_json(*plan).dump();
+}
+
+Task<Result<>> App::ask_instruments(PeerCredentials /*peer*/) {
+  auto claimed = co_await claim_start();
+  if (!claimed) co_return claimed;
+  if (!config_.bench) {
+    co_await look_at_frame();
+    co_await probe_meter();
+  }
+  preparing_ = false;
+  co_return Result<>();
 }
 
 Task<Result<RunStarted>> App::start_prepared(PreparedRun prepared) {
   auto instruments = co_await open_instruments(prepared);
   if (!instruments) co_return fail(instruments.error());
+  if (auto going = not_stopped(); !going) {
+    co_await (*instruments)->close();
+    co_return fail(going.error());
+  }
   session_ = std::make_unique<Session>(io_.get_executor(), clock_, *recorder_,
                                        std::move(*instruments), std::move(prepared));
   session_->on_events([this](const std::vector<RunEvent>& events) {
     for (const RunEvent& event : events) publish_event(event);
   });
+  session_->goes_on([this] { return not_stopped(); });
   auto run = co_await session_->open();
   if (!run) {
     co_await session_->close();
     co_return fail(run.error());
   }
+  // Asked for while the run row was written: the run ends before it moves anything.
+  if (stop_of_start_) session_->run()->interrupt(*stop_of_start_);
   spawn(run_to_its_end());
   RunStarted started;
   started.run = *run;
@@ -167,8 +222,10 @@ Task<Result<RunStarted>> App::resume(std::optional<std::int64_t> run, bool confi
 Task<Result<RunStarted>> App::continue_run(std::int64_t run, bool confirmed, PeerCredentials peer) {
   auto claimed = co_await claim_start();
   if (!claimed) co_return fail(claimed.error());
+  starting_ = true;
   auto started = co_await prepare_and_continue(run, confirmed, peer.user);
-  preparing_ = false;
+  preparing_ = starting_ = false;
+  stop_of_start_.reset();
   if (!started) session_.reset();
   if (!started) co_return started;
   recorder_->event(request_event(clock_.now(), "run.resume", peer));
@@ -193,30 +250,67 @@ Task<Result<RunStarted>> App::prepare_and_continue(std::int64_t run, bool confir
   co_return started;
 }
 
-Task<Result<>> App::stop_run(Interrupt kind, std::string why, const PeerCredentials& peer) {
+Task<Result<StopAnswer>> App::stop_run(Interrupt kind, std::string why,
+                                       const PeerCredentials& peer) {
+  const std::string reason = why.empty() ? "by " + peer.user : why + " (by " + peer.user + ")";
   Run* run = live_run();
+  if (run == nullptr && starting_) {
+    auto stopped = co_await stop_start(kind, reason);
+    co_return stopped;
+  }
   if (run == nullptr) co_return fail(Errc::invalid_request, "no run is going on");
   const char* request = kind == Interrupt::freeze ? "run.freeze" : "run.abort";
   recorder_->event(request_event(clock_.now(), request, peer, why));
-  const std::string reason = why.empty() ? "by " + peer.user : why + " (by " + peer.user + ")";
-  run->interrupt(InterruptRequest(kind, reason));
-  const MonoTime limit = clock_.now() + 3s;
-  while (live_run() == run && !run->standing() && clock_.now() < limit) {
-    co_await clock_.wait_for(2ms);
+  const std::uint64_t stands = run->stands(), failures = run->failed_stops();
+  const Run::Taken taken = run->interrupt(InterruptRequest(kind, reason));
+  if (taken == Run::Taken::finally_goes_on) {
+    co_return StopAnswer(
+        false, "finally",
+        "`finally` is running and goes on: the frame moves to unload the specimen; "
+        "lcrig freeze stops it at once");
   }
-  if (live_run() == run && !run->standing()) {
-    co_return fail(Errc::no_reply, "the frame did not confirm standstill in 3 s: use the E-stop");
-  }
-  co_return Result<>();
+  auto answer = co_await confirm_stop(*run, stands, failures);
+  co_return answer;
 }
 
-Task<Result<>> App::abort(std::string why, PeerCredentials peer) {
+// Nothing may move from here on; the start that is being prepared answers with an error.
+Task<Result<StopAnswer>> App::stop_start(Interrupt kind, std::string why) {
+  stop_of_start_ = InterruptRequest(kind, std::move(why));
+  const MonoTime limit = clock_.now() + 60s;
+  while (starting_ && clock_.now() < limit) co_await clock_.wait_for(2ms);
+  co_return StopAnswer(false, "not_begun",
+                       "the run that was being prepared does not begin: nothing has moved");
+}
+
+// "Stopped" is said only of a frame that confirmed it after the request.
+Task<Result<StopAnswer>> App::confirm_stop(Run& run, std::uint64_t stands, std::uint64_t failures) {
+  const MonoTime limit = clock_.now() + 70s;  // two STOPs of the slowest machine
+  while (live_run() == &run && run.stands() == stands && clock_.now() < limit) {
+    if (run.failed_stops() > failures) break;
+    co_await clock_.wait_for(2ms);
+  }
+  const bool gone = live_run() != &run;
+  if (!gone && run.stands() == stands) {
+    co_return fail(Errc::not_standing, "standstill not confirmed: use the E-stop");
+  }
+  if (gone && last_run_ && last_run_->code == Errc::not_standing) {
+    co_return fail(Errc::not_standing, "standstill not confirmed: use the E-stop");
+  }
+  if (!gone && !run.commands()) {
+    co_return StopAnswer(false, "not_ours",
+                         "the recording ends; the frame was only observed and is not stopped");
+  }
+  co_return StopAnswer(true, "standing", "stopped");
+}
+
+Task<Result<StopAnswer>> App::abort(std::string why, PeerCredentials peer) {
   auto stopped = co_await stop_run(Interrupt::abort, std::move(why), peer);
   co_return stopped;
 }
 
-Task<Result<>> App::freeze(std::string why, PeerCredentials peer) {
+Task<Result<StopAnswer>> App::freeze(std::string why, PeerCredentials peer) {
   auto stopped = co_await stop_run(Interrupt::freeze, std::move(why), peer);
+  if (stopped && stopped->standing) stopped->note = "stopped; the frame stays where it is";
   co_return stopped;
 }
 

@@ -19,6 +19,7 @@
 #include "drivers/zwick/driver.hpp"
 #include "drivers/zwick/sim.hpp"
 #include "model/bench_world.hpp"
+#include "model/specimen_stiffness.hpp"
 
 namespace lcrig {
 
@@ -203,8 +204,11 @@ class BenchInstruments final : public SimulatedInstruments {
     info_.seed = request.seed;
     info_.model_level = std::string(to_string(world_->level().settings.level));
     info_.model_json = to_json(world_->level()).dump();
+    // The plan knows what a plan of a real rig knows: where contact is, is only expected.
+    info_.frame.stiffness_N_m = request.bench.plant.frame_stiffness_N_m;
+    info_.specimen_least_m = least_shortening(request.specimen);
     info_.compression_m = world_->compression_m();
-    info_.contact_travel = Length::from_si(world_->plant().config().contact_travel_m);
+    info_.expected_contact = Length::from_si(world_->plant().config().contact_travel_m);
     return {};
   }
 

@@ -24,9 +24,30 @@ void read_meter(const JsonReader& r, Config& c) {
   r.no_other_keys();
 }
 
+ForceLoop read_force_loop(const JsonReader& r) {
+  ForceLoop loop;
+  loop.approach = Velocity::from_si(r.quantity("approach", Dimension::speed, kPositive));
+  loop.contact = Force::from_si(r.quantity("contact", Dimension::force, kPositive));
+  loop.rate_max = ForceRate::from_si(r.quantity("rate_max", Dimension::force_rate, kPositive));
+  loop.lag = from_seconds(r.quantity("lag", Dimension::time, Range{0, 60}));
+  loop.ripple = Force::from_si(r.quantity("ripple", Dimension::force, kNotNegative));
+  loop.stiffness_max =
+      Stiffness::from_si(r.quantity("stiffness_max", Dimension::stiffness, kPositive));
+  r.no_other_keys();
+  return loop;
+}
+
 void read_frame(const JsonReader& r, Config& c) {
   c.frame_driver = r.word<FrameDriver>("driver", kFrameDrivers);
-  if (c.frame_driver == FrameDriver::zwick) c.frame_port = r.string("port");
+  if (c.frame_driver == FrameDriver::zwick) {
+    FrameFacts& f = c.frame;
+    c.frame_port = r.string("port");
+    f.stiffness_N_m = r.optional_quantity("stiffness", Dimension::stiffness, kPositive);
+    f.start_gap_m = r.optional_quantity("start_gap", Dimension::length, Range{0, 1});
+    if (const auto n = r.optional_number("force_class", Range{0.01, 10}))
+      f.force_class_percent = *n;
+    if (const auto loop = r.find("force_loop")) f.force_loop = read_force_loop(*loop);
+  }
   r.no_other_keys();
 }
 

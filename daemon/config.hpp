@@ -6,11 +6,20 @@
 #include <string>
 
 #include "daemon/bench.hpp"
+#include "drivers/load_frame.hpp"
 #include "drivers/registry.hpp"
 
 namespace lcrig {
 
 enum class FrameDriver { zwick, dead_weight };
+
+// What only a person knows of a frame, and its gateway does not say.
+struct FrameFacts {
+  std::optional<double> stiffness_N_m;  // of frame, cell and fixture, at most; absent: rigid
+  std::optional<double> start_gap_m;  // at which a run begins
+  double force_class_percent = 1;  // of the cell: ISO 7500-1
+  std::optional<ForceLoop> force_loop;  // where CAPS say nothing
+};
 
 struct Config {
   std::string database = "/var/lib/lcrig/lcrig.db";
@@ -22,6 +31,7 @@ struct Config {
   std::string meter_serial_number;  // refuse another one; empty: any
   FrameDriver frame_driver = FrameDriver::zwick;
   std::string frame_port;  // "tcp://192.168.5.2:4710"; dead weights have none
+  FrameFacts frame;
   Fixture fixture;
   std::string wire_log_directory;  // every byte of a run's ports goes there; empty: nowhere
   // ... or the simulated bench, in real time. Its fixture comes from the bench file.

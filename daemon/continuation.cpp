@@ -117,7 +117,7 @@ Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run) {
   if (auto ok = apply_parameters(row->parameters_json, prepared->environment); !ok) {
     return fail(ok.error());
   }
-  prepared->max_force_N = prepared->environment.get(prepared->protocol.limits.force_max);
+  prepared->max_force_N = largest_force_N(prepared->protocol, prepared->environment);
   const auto is_last = [&](const Step& s) { return *begun && s.id == (*begun)->step_id; };
   if (std::ranges::any_of(prepared->protocol.finally_steps, is_last)) {
     return fail(Errc::invalid_request,

@@ -66,6 +66,21 @@ Answer on_start(ControlHandler& handler, json params, PeerCredentials peer) {
   co_return out;
 }
 
+Answer on_plan(ControlHandler& handler, json params, PeerCredentials peer) {
+  auto request = parse_start_run(params);
+  if (!request) co_return fail(request.error());
+  auto plan = co_await handler.plan_run(std::move(*request), std::move(peer));
+  if (!plan) co_return fail(plan.error());
+  co_return json::parse(*plan);
+}
+
+Answer on_ask(ControlHandler& handler, json params, PeerCredentials peer) {
+  if (auto ok = no_params(params); !ok) co_return fail(ok.error());
+  auto asked = co_await handler.ask_instruments(std::move(peer));
+  if (!asked) co_return fail(asked.error());
+  co_return to_json(handler.status());
+}
+
 Answer on_pause(ControlHandler& handler, json params, PeerCredentials peer) {
   if (auto ok = no_params(params); !ok) co_return fail(ok.error());
   auto done = co_await handler.pause(std::move(peer));
@@ -94,14 +109,16 @@ Answer on_abort(ControlHandler& handler, json params, PeerCredentials peer) {
   auto why = one_text(params, "why", false, kWhyMax);
   if (!why) co_return fail(why.error());
   auto done = co_await handler.abort(std::move(*why), std::move(peer));
-  co_return nothing_or(done);
+  if (!done) co_return fail(done.error());
+  co_return to_json(*done);
 }
 
 Answer on_freeze(ControlHandler& handler, json params, PeerCredentials peer) {
   auto why = one_text(params, "why", false, kWhyMax);
   if (!why) co_return fail(why.error());
   auto done = co_await handler.freeze(std::move(*why), std::move(peer));
-  co_return nothing_or(done);
+  if (!done) co_return fail(done.error());
+  co_return to_json(*done);
 }
 
 Answer on_confirm(ControlHandler& handler, json params, PeerCredentials peer) {
@@ -124,10 +141,12 @@ struct Method {
   std::string_view name;
   Answer (*run)(ControlHandler&, json, PeerCredentials);
 };
-constexpr std::array<Method, 10> kMethods{{{"status", on_status},
+constexpr std::array<Method, 12> kMethods{{{"status", on_status},
                                            {"watch", on_status},  // the session subscribes
                                            {"version", on_version},
                                            {"run.start", on_start},
+                                           {"run.plan", on_plan},
+                                           {"instruments.ask", on_ask},
                                            {"run.pause", on_pause},
                                            {"run.resume", on_resume},
                                            {"run.abort", on_abort},

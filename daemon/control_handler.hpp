@@ -26,9 +26,15 @@ class ControlHandler {
   // Returns the run that goes on.
   virtual Task<Result<RunStarted>> resume(std::optional<std::int64_t> run, bool confirmed,
                                           PeerCredentials peer) = 0;
-  // Return when the frame confirmed standstill.
-  virtual Task<Result<>> abort(std::string why, PeerCredentials peer) = 0;
-  virtual Task<Result<>> freeze(std::string why, PeerCredentials peer) = 0;
+  // Return when the frame confirmed standstill after this request, or when it is known what happens
+  // instead: `finally` goes on, a run that was being prepared does not begin. Errors: not_standing.
+  virtual Task<Result<StopAnswer>> abort(std::string why, PeerCredentials peer) = 0;
+  virtual Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials peer) = 0;
+  // What a start with the same request would do on this rig: looks, and commands nothing. A plan as
+  // JSON. Errors: as start_run.
+  virtual Task<Result<std::string>> plan_run(StartRunRequest request, PeerCredentials peer) = 0;
+  // Asks both instruments who they are; nothing at the frame changes. Errors: busy.
+  virtual Task<Result<>> ask_instruments(PeerCredentials peer) = 0;
   virtual Task<Result<>> confirm(PeerCredentials peer) = 0;
   // Stores a specimen; returns its name. Errors: invalid_request with the JSON pointer.
   virtual Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) = 0;

@@ -35,7 +35,7 @@ struct ErrcRow {
   int code;
   std::string_view hint;
 };
-constexpr std::array<ErrcRow, 11> kErrcs{{
+constexpr std::array<ErrcRow, 13> kErrcs{{
     {Errc::no_reply, -32001, "check cable, power and the instrument's port choice; lcrig status"},
     {Errc::reply_cut_off, -32002, "check the cable; lcrig status"},
     {Errc::garbled, -32003, "check that the right instrument is on this port; lcrig status"},
@@ -154,6 +154,10 @@ Result<RunStatus> parse_run_status(const json& value) {
   in.quantity("pressure_kPa", s.pressure_Pa, 3);
   if (auto done = in.finish(); !done) return fail(done.error());
   return s;
+}
+
+json to_json(const StopAnswer& a) {
+  return {{"standing", a.standing}, {"state", a.state}, {"note", a.note}};
 }
 
 json to_json(const RunEnded& e) {

@@ -42,6 +42,16 @@ struct RunStarted {
   std::int64_t run = 0;
 };
 
+// What came of an abort or a freeze.
+struct StopAnswer {
+  StopAnswer() = default;
+  StopAnswer(bool s, std::string st, std::string n)
+      : standing(s), state(std::move(st)), note(std::move(n)) {}
+  bool standing = false;  // the frame confirmed it after this request
+  std::string state;  // "standing", "finally", "not_begun", "not_ours"
+  std::string note;  // in words
+};
+
 // How a run ended; also the result that `lcrig run --json` prints.
 struct RunEnded {
   RunEnded() = default;
@@ -103,6 +113,7 @@ RpcError rpc_error_of(const Error& error);
 // know are ignored in answers and refused in requests.
 nlohmann::json to_json(const RunStatus& status);
 nlohmann::json to_json(const RunEnded& ended);
+nlohmann::json to_json(const StopAnswer& answer);
 nlohmann::json to_json(const RunEventNote& note);
 nlohmann::json to_json(const DaemonStatus& status);
 nlohmann::json to_json(const StartRunRequest& request);

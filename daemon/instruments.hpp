@@ -30,9 +30,10 @@ struct InstrumentsInfo {
   bool simulated = false;
   std::optional<std::int64_t> seed;
   std::optional<std::string> model_level, model_json;  // of a simulated specimen
-  // Drive travel beyond contact that produces a force, m; for the plan. Empty: not known.
-  std::function<double(double force_N)> compression_m;
-  std::optional<Length> contact_travel;
+  FrameFacts frame;  // what a person has stated of it
+  // Of the specimen, for the plan; empty: not known. See Rig.
+  std::function<double(double force_N)> specimen_least_m, compression_m;
+  std::optional<Length> expected_contact;
 };
 
 class Instruments {

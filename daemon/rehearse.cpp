@@ -213,7 +213,7 @@ Task<Result<Rig>> identified_rig(Instruments& instruments) {
   Result<Rig> rig;
   if (!meter) {
     rig = fail(meter.error());
-  } else if (auto frame = co_await instruments.frame().identify(); !frame) {
+  } else if (auto frame = co_await instruments.frame().observe(0); !frame) {
     rig = fail(frame.error());
   } else {
     rig = describe_rig(instruments);
@@ -249,7 +249,7 @@ Result<Rig> bench_rig(const BenchRequest& request) {
   clock.run(io, [&rig] { return rig.has_value(); });
   if (!rig) return fail(Errc::bug, "the simulated instruments did not answer");
   if (*rig && !request.bench.starts_with("replay:")) (*rig)->noise = noise;
-  if (*rig && !known) (*rig)->compression_m = {};
+  if (*rig && !known) (*rig)->compression_m = (*rig)->specimen_least_m = {};
   return std::move(*rig);
 }
 

@@ -8,11 +8,16 @@
 #include "base/text.hpp"
 #include "daemon/aside.hpp"
 #include "model/specimen_file.hpp"
+#include "model/specimen_stiffness.hpp"
+#include "protocols/expand.hpp"
 #include "protocols/parse.hpp"
+#include "protocols/rest.hpp"
+#include "protocols/rig_forecast.hpp"
 
 namespace lcrig {
 
 using nlohmann::json;
+using namespace std::chrono_literals;
 
 namespace {
 
@@ -35,6 +40,8 @@ std::string limits_json(const BoundLimits& l) {
   if (l.travel_min_m) out["travel_min_m"] = *l.travel_min_m;
   if (l.travel_max_m) out["travel_max_m"] = *l.travel_max_m;
   if (l.speed_max_m_s) out["speed_max_m_s"] = *l.speed_max_m_s;
+  if (l.gap_min_m) out["gap_min_m"] = *l.gap_min_m;
+  if (l.gap_max_m) out["gap_max_m"] = *l.gap_max_m;
   return out.dump();
 }
 
@@ -68,6 +75,11 @@ Result<> check_words(const SessionRequest& request) {
 
 }  // namespace
 
+double largest_force_N(const Protocol& protocol, const Environment& environment) {
+  constexpr double kNobodyPresses_N = 1;
+  return protocol.limits.force_max ? environment.get(*protocol.limits.force_max) : kNobodyPresses_N;
+}
+
 Result<PreparedRun> prepare_run(SessionRequest request) {
   if (auto good = check_words(request); !good) return fail(good.error());
   PreparedRun out;
@@ -83,7 +95,7 @@ Result<PreparedRun> prepare_run(SessionRequest request) {
     out.specimen = std::move(*specimen);
   }
   out.places_weights = places_weights(out.protocol.steps);
-  out.max_force_N = out.environment.get(out.protocol.limits.force_max);
+  out.max_force_N = largest_force_N(out.protocol, out.environment);
   out.request = std::move(request);
   return out;
 }
@@ -93,10 +105,15 @@ Rig describe_rig(Instruments& instruments) {
   Rig rig;
   rig.lcr = instruments.meter().capabilities();
   rig.frame = instruments.frame().capabilities();
+  if (!rig.frame.force_loop) rig.frame.force_loop = info.frame.force_loop;
   rig.probe_area = Area::from_si(info.fixture.probe_area_m2().value_or(0));
   rig.gravity_m_s2 = info.fixture.local_gravity_m_s2;
+  rig.specimen_least_m = info.specimen_least_m;
+  rig.frame_stiffness_N_m = info.frame.stiffness_N_m;
+  rig.force_class_percent = info.frame.force_class_percent;
+  if (info.frame.start_gap_m) rig.start_gap = Length::from_si(*info.frame.start_gap_m);
   rig.compression_m = info.compression_m;
-  rig.contact_travel = info.contact_travel;
+  rig.expected_contact = info.expected_contact;
   return rig;
 }
 
@@ -106,16 +123,71 @@ Session::Session(asio::any_io_executor executor, Clock& clock, Recorder& recorde
       clock_(clock),
       recorder_(recorder),
       instruments_(std::move(instruments)),
-      prepared_(std::move(prepared)) {}
+      prepared_(std::move(prepared)),
+      commands_(commands_frame(prepared_.protocol) || prepared_.places_weights) {}
 
+// A frame that cannot be observed is commanded at once, if it is to be commanded at all.
 Task<Result<>> Session::identify() {
   auto meter = co_await instruments_->meter().identify();
   if (!meter) co_return fail(meter.error());
   meter_identity_ = std::move(*meter);
-  auto frame = co_await instruments_->frame().identify();
-  if (!frame) co_return fail(frame.error());
-  frame_identity_ = std::move(*frame);
+  LoadFrame& frame = instruments_->frame();
+  auto seen = co_await frame.observe(prepared_.protocol.sample.frame_rate_Hz);
+  if (!seen && seen.error().code == Errc::unsupported && commands_) {
+    seen = co_await frame.identify();
+    commanded_ = true;
+    if (seen) {
+      auto rate = co_await frame.set_sample_rate(std::min(prepared_.protocol.sample.frame_rate_Hz,
+                                                          frame.capabilities().sample_rate_max_Hz));
+      if (!rate) co_return fail(rate.error());
+    }
+  }
+  if (!seen) co_return fail(seen.error());
+  frame_identity_ = std::move(*seen);
   co_return Result<>();
+}
+
+namespace {
+
+// Remembers what a frame shows that is only looked at.
+struct Looker final : LoadFrame::Listener {
+  explicit Looker(LoadFrame& f) : frame(f) { frame.set_listener(this); }
+  ~Looker() override { frame.set_listener(nullptr); }
+  Looker(const Looker&) = delete;
+  Looker& operator=(const Looker&) = delete;
+  void on_samples(std::span<const FrameSample> samples) override { rest.add(samples); }
+  void on_frame_event(std::string, std::string) override {}
+  void on_frame_lost(Error error) override { lost = std::move(error); }
+  LoadFrame& frame;
+  Rest rest;
+  std::optional<Error> lost;
+};
+
+}  // namespace
+
+// Where the frame stands, and how much its force scatters there: the plan reckons with both.
+Task<Result<>> Session::look() {
+  rig_ = describe_rig(*instruments_);
+  const FrameCapabilities& caps = rig_.frame;
+  if (!caps.motion || !commands_) co_return Result<>();
+  Looker looker(instruments_->frame());
+  const MonoTime begin = clock_.now();
+  while (looker.rest.forces() < 10 && clock_.now() - begin < 2s && !looker.lost) {
+    co_await clock_.wait_for(50ms);
+  }
+  if (looker.lost) co_return fail(*looker.lost);
+  if (const auto travel = looker.rest.travel_m()) rig_.start_travel = Length::from_si(*travel);
+  if (looker.rest.forces() > 1) rig_.force_noise_N = looker.rest.scatter_N();
+  co_return Result<>();
+}
+
+// A bench has its own model of the specimen; for a real rig the file of the specimen is all there
+// is.
+void Session::add_specimen(Rig& rig) const {
+  if (rig.compression_m || !prepared_.specimen) return;
+  rig.specimen_least_m = least_shortening(*prepared_.specimen);
+  const Force most = Force::from_si(std::max(prepared_.max_force_N, 1e-3));
+  rig.compression_m = expected_compression(*prepared_.specimen, most, rig.frame_stiffness_N_m);
 }
 
 Task<Result<>> Session::plan() {
@@ -125,12 +197,44 @@ Task<Result<>> Session::plan() {
                    "fixture.probe_diameter_mm in the bench or config file",
                    prepared_.protocol.name);
   }
-  const Rig rig = describe_rig(*instruments_);
-  const auto job = [&] { return make_plan(prepared_.protocol, prepared_.environment, rig); };
+  const auto job = [this] {
+    add_specimen(rig_);
+    if (rig_.frame.motion) forecast_ = make_forecast(rig_);
+    return make_plan(prepared_.protocol, prepared_.environment, rig_);
+  };
   auto plan = co_await run_aside(executor_, clock_, job);
   if (!plan) co_return fail(plan.error());
   plan_ = std::move(*plan);
   co_return Result<>();
+}
+
+// The same plan, with contact where it was found: before anything is pressed.
+Task<Result<>> Session::check_at_contact(double start_travel_m, double contact_travel_m) {
+  Rig rig = rig_;
+  rig.start_travel = Length::from_si(start_travel_m);
+  rig.found_contact = Length::from_si(contact_travel_m);
+  const auto job = [&] { return check_protocol(prepared_.protocol, prepared_.environment, rig); };
+  auto possible = co_await run_aside(executor_, clock_, job);
+  co_return possible;
+}
+
+Task<Result<>> Session::take_command() {
+  if (!commands_ || commanded_) co_return Result<>();
+  const FrameCapabilities before = instruments_->frame().capabilities();
+  auto identity = co_await instruments_->frame().identify();
+  if (!identity) co_return fail(identity.error());
+  if (instruments_->frame().capabilities() != before) {
+    co_return fail(Errc::refused, "the frame's capabilities changed while the run was planned");
+  }
+  co_return Result<>();
+}
+
+Task<Result<Plan>> Session::preview() {
+  auto done = co_await identify();
+  if (done) done = co_await look();
+  if (done) done = co_await plan();
+  if (!done) co_return fail(done.error());
+  co_return plan_;
 }
 
 RunRow Session::make_row() const {
@@ -151,7 +255,7 @@ RunRow Session::make_row() const {
   row.frame_limits_json = limits_json(plan_.limits);
   row.bench_name = info.bench_name;
   row.bench_text = info.bench_text;
-  row.simulated = info.simulated;
+  row.simulated = info.simulated || frame_identity_.simulated || meter_identity_.simulated;
   row.seed = info.seed;
   row.model_level = info.model_level;
   row.model_error_json = info.model_json;
@@ -190,35 +294,52 @@ void Session::acknowledge(const Committed& c) {
 }
 
 Task<Result<std::int64_t>> Session::open() {
-  auto identified = co_await identify();
-  if (!identified) co_return fail(identified.error());
-  auto planned = co_await plan();
+  auto planned = co_await preview();
   if (!planned) co_return fail(planned.error());
+  Result<> going = goes_on_ ? goes_on_() : Result<>();
+  if (going) going = co_await take_command();
+  if (!going) co_return fail(going.error());
   auto configured = co_await instruments_->meter().configure(plan_.lcr);
   if (!configured) co_return fail(configured.error());
   settings_ = std::move(*configured);
+  if (goes_on_) going = goes_on_();
+  if (!going) co_return fail(going.error());
   auto row = make_row();
   auto number = co_await recorder_.begin_run(std::move(row));
   if (!number) co_return fail(number.error());
+  run_ = std::make_unique<Run>(executor_, make_setup(*number));
+  recorder_.on_committed([this](const Committed& c) { acknowledge(c); });
+  recorder_.on_fault(
+      [this](const Error& e) { run_->interrupt(InterruptRequest(Interrupt::fault, e)); });
+  co_return *number;
+}
+
+RunSetup Session::make_setup(std::int64_t run) {
   const InstrumentsInfo& info = instruments_->info();
   RunSetup setup(clock_, instruments_->meter(), instruments_->frame(), recorder_,
                  prepared_.protocol);
   setup.environment = prepared_.environment;
   setup.limits = plan_.limits;
+  setup.commands = commands_;
+  setup.frame_rate_Hz = plan_.frame_rate_Hz;
+  if (forecast_) setup.pressing.emplace(*forecast_, rig_.frame);
+  setup.start_gap_m = info.frame.start_gap_m;
+  json planned = to_json(plan_);
+  planned.erase("steps");
+  setup.plan_json = planned.dump();
+  setup.check_at_contact = [this](double start_m, double contact_m) {
+    return check_at_contact(start_m, contact_m);
+  };
   setup.lcr_settings = settings_;
   setup.probe_area_m2 = info.fixture.probe_area_m2();
   setup.gravity_m_s2 = info.fixture.local_gravity_m_s2;
   setup.planned_s = plan_.duration_s;
-  setup.run = *number;
+  setup.run = run;
   setup.specimen = prepared_.request.specimen_name;
   setup.person = &instruments_->person();
   setup.continues = prepared_.continues;
   setup.on_step = on_step_;
-  run_ = std::make_unique<Run>(executor_, std::move(setup));
-  recorder_.on_committed([this](const Committed& c) { acknowledge(c); });
-  recorder_.on_fault(
-      [this](const Error& e) { run_->interrupt(InterruptRequest(Interrupt::fault, e)); });
-  co_return *number;
+  return setup;
 }
 
 Task<RunResult> Session::execute() {

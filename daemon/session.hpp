@@ -12,6 +12,7 @@
 #include "daemon/instruments.hpp"
 #include "daemon/recorder.hpp"
 #include "model/specimen.hpp"
+#include "protocols/forecast.hpp"
 #include "protocols/plan.hpp"
 #include "protocols/protocol.hpp"
 #include "protocols/run.hpp"
@@ -37,10 +38,12 @@ struct PreparedRun {
   double max_force_N = 0;  // of the limits
   std::optional<Continuation> continues;  // of an interrupted run
 };
+// Of the limits; a small one where the protocol names none.
+double largest_force_N(const Protocol& protocol, const Environment& environment);
 // Errors: invalid_request with file position and JSON pointer.
 Result<PreparedRun> prepare_run(SessionRequest request);
 
-// What a plan needs to know of identified instruments.
+// What a plan needs to know of identified instruments and of the specimen on them.
 Rig describe_rig(Instruments& instruments);
 
 class Session {
@@ -48,9 +51,13 @@ class Session {
   Session(asio::any_io_executor executor, Clock& clock, Recorder& recorder,
           std::unique_ptr<Instruments> instruments, PreparedRun prepared);
 
-  // Identifies both instruments, plans against what they can do, configures the meter, writes the
-  // run row. Everything that can be refused is refused here; nothing has moved when it fails.
+  // Identifies both instruments and looks at them, plans against what they can do, takes command of
+  // the frame, configures the meter, writes the run row. Everything that can be refused is refused
+  // here; nothing has moved when it fails, and a frame that can be observed was not commanded when
+  // the plan is refused.
   Task<Result<std::int64_t>> open();
+  // The first half of it: what `open` would do. Nothing is commanded.
+  Task<Result<Plan>> preview();
   // Runs to the end and closes the run row. Call `close` after it, and after a failed `open`.
   Task<RunResult> execute();
   Task<> close();
@@ -62,6 +69,8 @@ class Session {
   RunStatus status() const;
   // Called when a step begins. Before `open`.
   void on_step(std::function<void(const RunProgress&)> callback) { on_step_ = std::move(callback); }
+  // Asked between the parts of `open`: an error ends it before anything is commanded.
+  void goes_on(std::function<Result<>()> callback) { goes_on_ = std::move(callback); }
   // Called with the events of each commit.
   void on_events(std::function<void(const std::vector<RunEvent>&)> callback) {
     on_events_ = std::move(callback);
@@ -69,7 +78,12 @@ class Session {
 
  private:
   Task<Result<>> identify();
+  Task<Result<>> look();
   Task<Result<>> plan();
+  Task<Result<>> take_command();
+  Task<Result<>> check_at_contact(double start_travel_m, double contact_travel_m);
+  void add_specimen(Rig& rig) const;
+  RunSetup make_setup(std::int64_t run);
   RunRow make_row() const;
   void acknowledge(const Committed& committed);
 
@@ -79,11 +93,16 @@ class Session {
   std::unique_ptr<Instruments> instruments_;
   PreparedRun prepared_;
   Identity meter_identity_, frame_identity_;
+  bool commands_ = true;  // the protocol asks something of the frame
+  bool commanded_ = false;  // the frame was told so
+  Rig rig_;
+  std::optional<Forecast> forecast_;
   Plan plan_;
   LcrSettings settings_;  // as read back
   RunRecord acknowledged_;
   std::function<void(const std::vector<RunEvent>&)> on_events_;
   std::function<void(const RunProgress&)> on_step_;
+  std::function<Result<>()> goes_on_;
   std::unique_ptr<Run> run_;
 };
 

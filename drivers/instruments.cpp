@@ -78,6 +78,13 @@ std::string_view to_string(MotionEnd e) {
   return "fault";
 }
 
+std::string to_json_text(const MotionOutcome& o) {
+  std::string text = fmt::format(R"({{"reason":"{}")", to_string(o.reason));
+  if (o.force_N) text += fmt::format(R"(,"force_N":{})", *o.force_N);
+  if (o.travel_m) text += fmt::format(R"(,"travel_m":{})", *o.travel_m);
+  return text + "}";
+}
+
 std::string to_json_text(const LcrSettings& s, std::optional<Duration> conversion_time) {
   std::string conversion;
   if (conversion_time) {

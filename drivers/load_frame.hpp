@@ -88,6 +88,8 @@ struct MotionOutcome {
   std::optional<double> travel_m;
 };
 
+std::string to_json_text(const MotionOutcome& outcome);  // for events
+
 // A person at the rig. `confirm` returns when the person says that it is done.
 class Operator {
  public:

@@ -7,8 +7,6 @@ namespace lcrig {
 
 namespace {
 
-// A frame without a stop of its own waits for the host to see the sample and send STOP.
-constexpr double kHostLatency_s = 0.020;
 constexpr double kRounding = 1e-9;  // relative; limits are inclusive
 
 bool above(double v, double max) {
@@ -33,61 +31,82 @@ bool is_force_target(const Target& t) {
   return t.kind == TargetKind::force || t.kind == TargetKind::pressure;
 }
 
+std::optional<double> force_noise_N(const Rig& rig) {
+  if (rig.force_noise_N || !rig.noise) return rig.force_noise_N;
+  return rig.noise->force_N;
+}
+
 double target_force_N(const Target& target, const Environment& env, const Rig& rig) {
   const double v = env.get(target.value);
   return target.kind == TargetKind::pressure ? v * rig.probe_area.si() : v;
 }
 
-double predicted_overshoot_N(double k, double v, const FrameCapabilities& caps) {
-  double tau = to_seconds(caps.reaction);
-  if (!caps.device_stop) tau += kHostLatency_s;
-  const double a = caps.deceleration.si();
-  const double braking_m = a > 0 ? v * v / (2 * a) : 0;
-  return k * (v * tau + braking_m);
-}
-
-Refusal check_force(double force, const BoundLimits& limits, const Rig& rig) {
-  if (above(force, limits.force_max_N) || above(-force, -limits.force_min_N)) {
-    return fmt::format("a force of {:.4g} N, the limits allow {:.4g} to {:.4g} N", force,
-                       limits.force_min_N, limits.force_max_N);
+MaybeOutside check_force(double force, const BoundLimits& limits, const Rig& rig) {
+  const bool high = above(force, limits.force_max_N);
+  if (high || above(-force, -limits.force_min_N)) {
+    return Outside(fmt::format("a force of {:.4g} N, the limits allow {:.4g} to {:.4g} N", force,
+                               limits.force_min_N, limits.force_max_N),
+                   high ? limits.force_max_N : limits.force_min_N);
   }
   const double cell = rig.frame.force_max.si();
   if (cell > 0 && above(std::abs(force), cell)) {
-    return fmt::format("a force of {:.4g} N, the load cell ends at {:.4g} N", force, cell);
+    return Outside(fmt::format("a force of {:.4g} N, the load cell ends at {:.4g} N", force, cell),
+                   std::copysign(cell, force));
   }
   return std::nullopt;
 }
 
-Refusal check_travel(double travel, const BoundLimits& limits, const Rig& rig) {
-  if (limits.travel_min_m &&
-      (above(travel, *limits.travel_max_m) || above(-travel, -*limits.travel_min_m))) {
-    return fmt::format("a travel of {:.4g} mm, the limits allow {:.4g} to {:.4g} mm", travel * 1e3,
-                       *limits.travel_min_m * 1e3, *limits.travel_max_m * 1e3);
+MaybeOutside check_travel(double travel, const BoundLimits& limits, const Rig& rig) {
+  const bool high = limits.travel_min_m && above(travel, *limits.travel_max_m);
+  if (high || (limits.travel_min_m && above(-travel, -*limits.travel_min_m))) {
+    return Outside(
+        fmt::format("a travel of {:.4g} mm, the limits allow {:.4g} to {:.4g} mm", travel * 1e3,
+                    *limits.travel_min_m * 1e3, *limits.travel_max_m * 1e3),
+        high ? *limits.travel_max_m : *limits.travel_min_m);
   }
-  const double low = rig.frame.travel_min.si(), high = rig.frame.travel_max.si();
-  if (low < high && (above(travel, high) || above(-travel, -low))) {
-    return fmt::format("a travel of {:.4g} mm, the frame reaches {:.4g} to {:.4g} mm", travel * 1e3,
-                       low * 1e3, high * 1e3);
+  const double lowest = rig.frame.travel_min.si(), highest = rig.frame.travel_max.si();
+  if (lowest < highest && (above(travel, highest) || above(-travel, -lowest))) {
+    return Outside(fmt::format("a travel of {:.4g} mm, the frame reaches {:.4g} to {:.4g} mm",
+                               travel * 1e3, lowest * 1e3, highest * 1e3),
+                   travel > highest ? highest : lowest);
   }
   return std::nullopt;
 }
 
-Refusal check_speed(double speed, const BoundLimits& limits, const Rig& rig) {
+MaybeOutside check_speed(double speed, const BoundLimits& limits, const Rig& rig) {
   if (limits.speed_max_m_s && above(speed, *limits.speed_max_m_s)) {
-    return fmt::format("a speed of {:.4g} mm/s, the limits allow {:.4g} mm/s", speed * 1e3,
-                       *limits.speed_max_m_s * 1e3);
+    return Outside(fmt::format("a speed of {:.4g} mm/s, the limits allow {:.4g} mm/s", speed * 1e3,
+                               *limits.speed_max_m_s * 1e3),
+                   *limits.speed_max_m_s);
   }
   const double low = rig.frame.speed_min.si(), high = rig.frame.speed_max.si();
   if (high > 0 && (above(speed, high) || above(low, speed))) {
-    return fmt::format("a speed of {:.4g} mm/s, the frame moves at {:.4g} to {:.4g} mm/s",
-                       speed * 1e3, low * 1e3, high * 1e3);
+    return Outside(fmt::format("a speed of {:.4g} mm/s, the frame moves at {:.4g} to {:.4g} mm/s",
+                               speed * 1e3, low * 1e3, high * 1e3),
+                   speed > high ? high : low);
   }
   return std::nullopt;
 }
 
-Refusal check_lcr(const LcrSettings& s, const LcrCapabilities& caps) {
+MaybeOutside check_force_limit(double force, const FrameCapabilities& caps) {
+  const double cell = caps.force_max.si();
+  if (!(cell > 0) || !above(std::abs(force), cell)) return std::nullopt;
+  return Outside(
+      fmt::format("a limit of {:.4g} N, the load cell is good for {:.4g} N", force, cell),
+      std::copysign(cell, force));
+}
+
+MaybeOutside check_travel_limit(double travel, const FrameCapabilities& caps) {
+  const double low = caps.travel_min.si(), high = caps.travel_max.si();
+  if (low >= high || (!above(travel, high) && !above(-travel, -low))) return std::nullopt;
+  return Outside(fmt::format("a limit of {:.4g} mm, this frame goes from {:.4g} to {:.4g} mm",
+                             travel * 1e3, low * 1e3, high * 1e3),
+                 travel > high ? high : low);
+}
+
+Words check_lcr(const LcrSettings& s, const LcrCapabilities& caps) {
   const auto outside = [](double v, double low, double high, std::string_view what,
-                          std::string_view unit) -> Refusal {
+                          std::string_view unit) -> Words {
     if (!above(v, high) && !above(low, v)) return std::nullopt;
     return fmt::format("a {} of {:.6g} {}, the meter offers {:.6g} to {:.6g} {}", what, v, unit,
                        low, high, unit);
@@ -110,8 +129,8 @@ Refusal check_lcr(const LcrSettings& s, const LcrCapabilities& caps) {
   return outside(s.average, 1, caps.average_max, "number of averages", "readings");
 }
 
-Refusal check_measure(std::int64_t count, double within_s, const LcrSettings& s,
-                      const LcrCapabilities& caps) {
+Words check_measure(std::int64_t count, double within_s, const LcrSettings& s,
+                    const LcrCapabilities& caps) {
   const double longest = within_s / static_cast<double>(count);
   const double takes = to_seconds(caps.conversion_time(s));
   if (!above(takes, longest)) return std::nullopt;
@@ -129,7 +148,7 @@ Refusal check_measure(std::int64_t count, double within_s, const LcrSettings& s,
       takes * 1e3, advice);
 }
 
-Refusal check_capability(const Step& step, const FrameCapabilities& caps) {
+Words check_capability(const Step& step, const FrameCapabilities& caps) {
   const bool motion = std::holds_alternative<FindContactStep>(step.action) ||
                       std::holds_alternative<RampStep>(step.action) ||
                       std::holds_alternative<MoveUntilStep>(step.action);

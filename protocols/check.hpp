@@ -9,6 +9,7 @@
 #include <string>
 
 #include "drivers/load_frame.hpp"
+#include "protocols/force_bound.hpp"
 #include "protocols/limits.hpp"
 #include "protocols/protocol.hpp"
 
@@ -29,31 +30,50 @@ struct Rig {
   FrameCapabilities frame;
   Area probe_area;  // of the fixture's probe tip; pressure is force over this area
   double gravity_m_s2 = 9.80665;  // local, for dead weights
-  // Estimates of specimen, frame and mounting; without them the plan says what it assumed.
+
+  // What bounds the force on the specimen. The same for a bench and for a real rig.
+  Compression specimen_least_m;  // shortening of the specimen, at least; empty: not known
+  std::optional<double> frame_stiffness_N_m;  // as stated; absent: taken for rigid
+  std::optional<Length> start_travel;  // where the frame stands
+  std::optional<Length> start_gap;  // present gap as a person stated it: gap_mm may be used at once
+  std::optional<Length> found_contact;  // machine travel, once find_contact has found it
+  double force_class_percent = 1;  // of the load cell: ISO 7500-1
+  std::optional<double> force_noise_N;  // of a sample at rest, as it was seen
+
+  // Estimates of specimen, frame and mounting, for times and expected forces; without them the plan
+  // says what it assumed.
   // Travel of the drive beyond contact that produces a force, m (specimen and frame in series).
-  std::function<double(double force_N)> compression_m;
-  std::optional<Length> contact_travel;  // machine travel at which the probe touches
-  std::optional<Length> start_gap;  // present gap as stated by operator or bench; gap_mm may be
-                                    // used without find_contact then
+  Compression compression_m;
+  std::optional<Length> expected_contact;  // machine travel at which the probe will touch
   std::optional<InstrumentNoise> noise;  // absent: not known
 };
 
 // The words of a refusal, without place: "a force of 1.8 N, the limits allow -0.2 to 1.5 N".
-using Refusal = std::optional<std::string>;
+using Words = std::optional<std::string>;
 
-Refusal check_force(double force_N, const BoundLimits& limits, const Rig& rig);
-Refusal check_travel(double travel_m, const BoundLimits& limits, const Rig& rig);
-Refusal check_speed(double speed_m_s, const BoundLimits& limits, const Rig& rig);
-Refusal check_lcr(const LcrSettings& settings, const LcrCapabilities& caps);
+// A value outside of a window, and the end of the window that it may go to.
+struct Outside {
+  Outside(std::string w, double e) : why(std::move(w)), end(e) {}
+  std::string why;
+  double end;  // SI
+};
+using MaybeOutside = std::optional<Outside>;
+
+MaybeOutside check_force(double force_N, const BoundLimits& limits, const Rig& rig);
+MaybeOutside check_travel(double travel_m, const BoundLimits& limits, const Rig& rig);
+MaybeOutside check_speed(double speed_m_s, const BoundLimits& limits, const Rig& rig);
+// The limits themselves must be inside of what the machine can do.
+MaybeOutside check_force_limit(double force_N, const FrameCapabilities& caps);
+MaybeOutside check_travel_limit(double travel_m, const FrameCapabilities& caps);
+Words check_lcr(const LcrSettings& settings, const LcrCapabilities& caps);
 // `count` fresh readings within `within_s`: the conversion must be short enough.
-Refusal check_measure(std::int64_t count, double within_s, const LcrSettings& settings,
-                      const LcrCapabilities& caps);
+Words check_measure(std::int64_t count, double within_s, const LcrSettings& settings,
+                    const LcrCapabilities& caps);
 // Motion, weights, force loop: what this rig cannot do at all.
-Refusal check_capability(const Step& step, const FrameCapabilities& caps);
+Words check_capability(const Step& step, const FrameCapabilities& caps);
 
+std::optional<double> force_noise_N(const Rig& rig);
 double target_force_N(const Target& target, const Environment& env, const Rig& rig);
 bool is_force_target(const Target& target);
-// dF = k (v tau + v^2 / 2a), load-frame reference section 2. k in N/m at that force.
-double predicted_overshoot_N(double stiffness_N_m, double speed_m_s, const FrameCapabilities& caps);
 
 }  // namespace lcrig

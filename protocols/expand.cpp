@@ -122,6 +122,18 @@ bool places_weights(const Steps& steps) {
       steps, [](const Step& step) { return std::holds_alternative<PlaceWeightStep>(step.action); });
 }
 
+bool commands_frame(const Protocol& protocol) {
+  const auto commands = [](const Step& step) {
+    const auto* hold = std::get_if<HoldStep>(&step.action);
+    return std::holds_alternative<ZeroStep>(step.action) ||
+           std::holds_alternative<FindContactStep>(step.action) ||
+           std::holds_alternative<RampStep>(step.action) ||
+           std::holds_alternative<MoveUntilStep>(step.action) ||
+           (hold != nullptr && hold->mode == HoldMode::force);
+  };
+  return any_step(protocol.steps, commands) || any_step(protocol.finally_steps, commands);
+}
+
 bool aims_at_pressure(const Steps& steps) {
   return any_step(steps, [](const Step& step) {
     if (const auto* s = std::get_if<RampStep>(&step.action)) return is_pressure(s->to);

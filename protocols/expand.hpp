@@ -51,6 +51,9 @@ std::int64_t passes(const Step& step, const Environment& environment);
 double sweep_value(const SweepStep& sweep, std::int64_t index, const Environment& environment);
 // Whether any of them is a place_weight: the rig must be a rod with dead weights.
 bool places_weights(const Steps& steps);
+// Whether the protocol asks the frame for anything: a motion, a held force, a zero. One that does
+// not only records, and leaves the frame to whoever commands it.
+bool commands_frame(const Protocol& protocol);
 // Whether any of them aims at a pressure, which needs the area of the probe tip.
 bool aims_at_pressure(const Steps& steps);
 

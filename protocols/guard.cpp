@@ -9,54 +9,74 @@ namespace lcrig {
 
 namespace {
 
-struct Side {
-  double low, high;
-};
-
-// The window, widened while a tripped run finds its way back.
-Side widened(double low, double high, bool returning) {
-  const double slack = returning ? 0.1 * (high - low) : 0;
-  return {low - slack, high + slack};
-}
+constexpr double kUnbounded = 1e9;
+constexpr double kStanding_m = 10e-6;  // within this a frame that stood has not moved
+constexpr double kSigmas = 5;  // of the cell's noise
 
 }  // namespace
 
+void Guard::allow_return(double noise_N) {
+  mode_ = Mode::returning;
+  noise_N_ = noise_N;
+  stood_m_ = last_travel_m_;
+}
+
 std::optional<std::string> Guard::check(const FrameSample& sample) {
-  if ((sample.flags & frame_flag::kForceOverload) != 0) {
-    return "the force is beyond the load cell";
-  }
+  const bool overload = (sample.flags & frame_flag::kForceOverload) != 0;
   if (sample.force_N) {
     last_ = sample.received;  // a sample without a force guards nothing
-    peak_force_N_ = std::max(peak_force_N_, *sample.force_N);
+    // On the way back the largest force is the one it began with.
+    if (mode_ != Mode::returning) peak_force_N_ = std::max(peak_force_N_, *sample.force_N);
+  }
+  if (sample.force_N || overload) last_force_N_ = sample.force_N;
+  if (sample.travel_m) last_travel_m_ = sample.travel_m;
+  if (mode_ == Mode::stopping) return std::nullopt;
+  if (overload) {
+    if (mode_ == Mode::watching) return "the force is beyond the load cell";
+    last_ = sample.received;
+    return check_blind(sample);
+  }
+  if (sample.force_N) {
     if (auto why = check_force(*sample.force_N)) return why;
   }
   return sample.travel_m ? check_travel(*sample.travel_m) : std::nullopt;
 }
 
-std::optional<std::string> Guard::check_force(double force_N) {
-  const Side side = widened(limits_.force_min_N, limits_.force_max_N, returning_);
-  if (force_N >= side.low && force_N <= side.high) return std::nullopt;
+std::optional<std::string> Guard::check_force(double force_N) const {
+  double most = force_max_N();
+  if (mode_ == Mode::returning) most = std::max(most, 1.01 * peak_force_N_ + kSigmas * noise_N_);
+  if (force_N >= limits_.force_min_N && force_N <= most) return std::nullopt;
+  if (mode_ == Mode::returning && force_N > most) {
+    return fmt::format("force {:.4f} N rises on the way back, which began at {:.4f} N", force_N,
+                       peak_force_N_);
+  }
   return fmt::format("force {:.4f} N is outside the limits {:.4f} to {:.4f} N", force_N,
-                     limits_.force_min_N, limits_.force_max_N);
+                     limits_.force_min_N, force_max_N());
 }
 
-std::optional<std::string> Guard::check_travel(double travel_m) {
-  constexpr double kUnbounded = 1e9;
-  const Side side = widened(limits_.travel_min_m.value_or(-kUnbounded),
-                            limits_.travel_max_m.value_or(kUnbounded), returning_);
-  if (travel_m >= side.low && travel_m <= side.high) return std::nullopt;
+std::optional<std::string> Guard::check_travel(double travel_m) const {
+  double low = limits_.travel_min_m.value_or(-kUnbounded);
+  double high = limits_.travel_max_m.value_or(kUnbounded);
+  if (mode_ == Mode::returning && stood_m_) {
+    low = std::min(low, *stood_m_ - kStanding_m);
+    high = std::max(high, *stood_m_ + kStanding_m);
+  }
+  if (travel_m >= low && travel_m <= high) return std::nullopt;
   return fmt::format("travel {:.4f} mm is outside the limits {:.4f} to {:.4f} mm", travel_m * 1e3,
                      limits_.travel_min_m.value_or(-kUnbounded) * 1e3,
                      limits_.travel_max_m.value_or(kUnbounded) * 1e3);
 }
 
+// The cell says nothing: only the way away from the specimen is known to unload it.
+std::optional<std::string> Guard::check_blind(const FrameSample& sample) const {
+  const bool away = sample.travel_m && stood_m_ && *sample.travel_m <= *stood_m_ + kStanding_m;
+  if (away) return std::nullopt;
+  return "the force is beyond the load cell, and the frame does not move away from the specimen";
+}
+
 std::optional<std::string> Guard::check_age(MonoTime now) const {
   if (!watch_age_ || !last_ || now - *last_ <= stale_after_) return std::nullopt;
   return fmt::format("no force sample for {:.2f} s", to_seconds(now - *last_));
-}
-
-void Guard::allow_return() {
-  returning_ = true;
 }
 
 }  // namespace lcrig

@@ -23,24 +23,43 @@ class Guard {
   // Samples that stop coming are as bad as wrong ones while the frame may move.
   std::optional<std::string> check_age(MonoTime now) const;
 
-  // `finally` starts outside the window when a limit tripped: leaving it is allowed, going further
-  // (by more than a tenth of the window) is not.
-  void allow_return();
+  // From here on the travel window counts, too, that the gap limits make.
+  void place_contact(double contact_travel_m) { limits_.place_contact(contact_travel_m); }
+  // What an unloaded cell shows below zero is no room: the true force is that much more.
+  void set_rest_force(double force_N) { offset_N_ = std::min(0.0, force_N); }
+  const BoundLimits& limits() const { return limits_; }
+  double force_max_N() const { return limits_.force_max_N + offset_N_; }
+
+  // The way back. The run is being stopped: nothing that happens until the frame stands is news.
+  void expect_standstill() { mode_ = Mode::stopping; }
+  // It stands. From here every force is allowed that does not rise above the largest one of the
+  // run, and every travel between here and the limits. Without a valid force only less travel is.
+  void allow_return(double noise_N);
+  // The force was below its lower limit when the frame stood: the specimen holds on to the probe,
+  // and no motion is known to be safe.
+  bool is_pulled() const { return last_force_N_ && *last_force_N_ < limits_.force_min_N; }
+
   // A passive protocol or a rod with weights has nothing that could go stale.
   void set_watch_age(bool on) { watch_age_ = on; }
   void restart_age(MonoTime now) { last_ = now; }
   double peak_force_N() const { return peak_force_N_; }
 
  private:
-  std::optional<std::string> check_force(double force_N);
-  std::optional<std::string> check_travel(double travel_m);
+  enum class Mode { watching, stopping, returning };
+  std::optional<std::string> check_force(double force_N) const;
+  std::optional<std::string> check_travel(double travel_m) const;
+  std::optional<std::string> check_blind(const FrameSample& sample) const;
 
   BoundLimits limits_;
   Duration stale_after_;
   std::optional<MonoTime> last_;
   bool watch_age_ = false;
-  bool returning_ = false;
+  Mode mode_ = Mode::watching;
+  double offset_N_ = 0;
   double peak_force_N_ = 0;
+  std::optional<double> last_force_N_, last_travel_m_;
+  double noise_N_ = 0;  // of a sample, where the return began
+  std::optional<double> stood_m_;
 };
 
 }  // namespace lcrig

@@ -9,17 +9,23 @@
 
 namespace lcrig {
 
-// The limits with their parameters bound; SI. Travel has both ends or none.
+// The limits with their parameters bound; SI. Travel and gap have both ends or none.
 struct BoundLimits {
   BoundLimits() = default;
-  double force_min_N = 0, force_max_N = 0;
+  double force_min_N = 0, force_max_N = 0;  // the cell's where the protocol says nothing
   std::optional<double> travel_min_m, travel_max_m, speed_max_m_s;
+  std::optional<double> gap_min_m, gap_max_m;
+
+  // The travel window once it is known where contact is: what `travel` and `gap` both allow.
+  void place_contact(double contact_travel_m);
 };
 
 // Errors: invalid_request when a lower limit is not the lower one.
-Result<BoundLimits> bind_limits(const Protocol& protocol, const Environment& env);
+Result<BoundLimits> bind_limits(const Protocol& protocol, const Environment& env,
+                                const FrameCapabilities& caps);
 
-// What the frame watches by itself: where the protocol says nothing, what the machine can do.
+// What the frame watches by itself: where the protocol says nothing, what the machine can do; never
+// more than that.
 FrameLimits device_limits(const BoundLimits& limits, const FrameCapabilities& caps);
 
 }  // namespace lcrig

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/log.hpp"
+#include "protocols/expand.hpp"
 #include "protocols/lcr_words.hpp"
 #include "protocols/parse_steps.hpp"
 
@@ -89,12 +90,14 @@ Limits parse_limits(const JsonReader& r, const Scope& scope) {
   Limits out;
   if (const auto force = parse_window(r, "force", Dimension::force, scope)) {
     std::tie(out.force_min, out.force_max) = *force;
-  } else {
-    static_cast<void>(r.quantity("force", Dimension::force));
+  } else if (std::ranges::any_of(r.keys(), [](const auto& k) { return k.starts_with("force"); })) {
+    static_cast<void>(r.quantity("force", Dimension::force));  // refuses, with the right words
   }
   if (const auto travel = parse_window(r, "travel", Dimension::length, scope)) {
-    out.travel_min = travel->first;
-    out.travel_max = travel->second;
+    std::tie(out.travel_min, out.travel_max) = *travel;
+  }
+  if (const auto gap = parse_window(r, "gap", Dimension::length, scope)) {
+    std::tie(out.gap_min, out.gap_max) = *gap;
   }
   out.speed_max = scope.optional(r, "speed", Dimension::speed, kPositive);
   r.no_other_keys();
@@ -157,12 +160,17 @@ void parse_steps(const JsonReader& top, const Scope& scope, Protocol& out) {
   out.steps = parser.parse(top.at("steps"), 1);
   const JsonReader finally_steps = top.at("finally");
   out.finally_steps = parser.parse(finally_steps, 0);
+  const bool loads = commands_frame(out) || places_weights(out.steps);
+  if (loads && !out.limits.force_min) {
+    top.at("limits").refuse("no force window, expected force_N in a protocol that loads");
+  }
   if (!parser.has_motion()) return;
   if (out.finally_steps.empty()) {
     finally_steps.refuse("no steps, expected at least one in a protocol with motion");
   }
-  if (!out.limits.travel_min) {
-    top.at("limits").refuse("no travel window, expected travel_mm in a protocol with motion");
+  if (!out.limits.travel_min && !out.limits.gap_min) {
+    top.at("limits").refuse(
+        "no travel window, expected travel_mm or gap_mm in a protocol with motion");
   }
 }
 

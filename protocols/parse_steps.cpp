@@ -19,6 +19,8 @@ constexpr Range kPositiveForces{0, 1e6, true};
 constexpr Range kPressures{0, 1e9};  // Pa
 constexpr Range kLengths{-10, 10};  // m
 constexpr Range kBackOff{0, 1};
+constexpr Range kGaps{0, 1};
+constexpr Range kWays{0, 10, true};
 constexpr Range kMasses{0, 1e5};  // kg
 constexpr std::int64_t kCountMax = 10'000'000;
 constexpr std::int64_t kSweepValuesMax = 10'000;
@@ -36,8 +38,9 @@ enum class Kind {
   repeat,
   sweep,
   mark,
+  set_gap,
 };
-constexpr std::array<std::pair<std::string_view, Kind>, 12> kKinds{{
+constexpr std::array<std::pair<std::string_view, Kind>, 13> kKinds{{
     {"zero", Kind::zero},
     {"find_contact", Kind::find_contact},
     {"ramp", Kind::ramp},
@@ -50,6 +53,7 @@ constexpr std::array<std::pair<std::string_view, Kind>, 12> kKinds{{
     {"repeat", Kind::repeat},
     {"sweep", Kind::sweep},
     {"mark", Kind::mark},
+    {"set_gap", Kind::set_gap},
 }};
 
 struct TargetRow {
@@ -128,6 +132,7 @@ Action StepsParser::parse_action(const JsonReader& r) {
     case Kind::repeat: return repeat(r);
     case Kind::sweep: return sweep(r);
     case Kind::mark: return MarkStep{r.at("text").nonempty_string(1000)};
+    case Kind::set_gap: return SetGapStep{scope_.required(r, "gap", Dimension::length, kGaps)};
   }
   return MarkStep{};
 }
@@ -178,6 +183,9 @@ FindContactStep StepsParser::find_contact(const JsonReader& r) {
   out.force = scope_.required(r, "force", Dimension::force, kPositiveForces);
   out.back_off = scope_.required(r, "back_off", Dimension::length, kBackOff);
   out.timeout = timeout(r);
+  out.within = scope_.optional(r, "within", Dimension::length, kWays);
+  out.overshoot = scope_.optional(r, "overshoot", Dimension::force, kPositiveForces);
+  out.slow_down = r.optional_boolean("slow_down").value_or(false);
   return out;
 }
 

@@ -21,14 +21,14 @@ std::int64_t whole(double value) {
 }
 
 // The plan knows pointers; the file's text knows the lines.
-Error placed(const Protocol& protocol, const Planner::Refused& refused) {
+Error placed(const Protocol& protocol, const PlanRefused& refused) {
   TextPosition at;
   if (const auto doc = JsonDocument::parse(protocol.text, protocol.name)) {
     at = doc->value_position(refused.pointer);
   }
   return Error(Errc::invalid_request,
                fmt::format("{}:{}:{} {} ({}): {}", protocol.name, at.line, at.column,
-                           refused.pointer, refused.id, refused.why));
+                           refused.pointer, refused.id, refused.refusal.text()));
 }
 
 void estimate_size(const Protocol& protocol, const Rig& rig, Plan& plan) {
@@ -40,7 +40,7 @@ void estimate_size(const Protocol& protocol, const Rig& rig, Plan& plan) {
   }
   const bool sampled = rig.frame.force_channel || rig.frame.travel_channel;
   if (sampled && rig.frame.sample_rate_max_Hz > 0) {
-    plan.frame_samples = whole(plan.duration_s * protocol.sample.frame_rate_Hz);
+    plan.frame_samples = whole(plan.duration_s * plan.frame_rate_Hz);
   }
   plan.bytes = whole(kBytesPerRun + kBytesPerReading * static_cast<double>(plan.lcr_readings) +
                      kBytesPerSample * static_cast<double>(plan.frame_samples));
@@ -48,13 +48,17 @@ void estimate_size(const Protocol& protocol, const Rig& rig, Plan& plan) {
 
 }  // namespace
 
-Result<Plan> make_plan(const Protocol& protocol, const Environment& environment, const Rig& rig) {
-  const auto limits = bind_limits(protocol, environment);
+Result<Plan> make_plan(const Protocol& protocol, const Environment& environment, const Rig& rig,
+                       PlanRefused* refused) {
+  const auto limits = bind_limits(protocol, environment, rig.frame);
   if (!limits) return fail(limits.error());
   const ApertureChoice choice = choose_aperture(protocol, environment, rig);
   Planner planner(protocol, environment, rig, *limits, choice);
   planner.walk();
-  if (planner.refused()) return fail(placed(protocol, *planner.refused()));
+  if (planner.refused()) {
+    if (refused != nullptr) *refused = *planner.refused();
+    return fail(placed(protocol, *planner.refused()));
+  }
   Plan plan = planner.take();
   plan.limits = *limits;
   estimate_size(protocol, rig, plan);
@@ -84,6 +88,16 @@ nlohmann::json to_json(const Plan& plan) {
           {"frame_samples", plan.frame_samples},
           {"peak_force_N", plan.peak_force_N},
           {"overshoot_N", plan.overshoot_N},
+          {"force_max_N", plan.limits.force_max_N},
+          {"worst_force_N", plan.worst_force_N},
+          {"worst_force_without_link_N", plan.lost_force_N},
+          {"way_without_link_mm", plan.lost_way_m * 1e3},
+          {"force_uncertainty_N", plan.force_uncertainty.total_N()},
+          {"force_uncertainty",
+           {{"class_N", plan.force_uncertainty.class_N},
+            {"zero_N", plan.force_uncertainty.zero_N},
+            {"noise_N", plan.force_uncertainty.noise_N}}},
+          {"travel_from", plan.travel_from_contact ? "contact" : "machine"},
           {"travel_mm", {plan.travel_min_m * 1e3, plan.travel_max_m * 1e3}},
           {"database_bytes", plan.bytes},
           {"aperture", to_string(plan.lcr.aperture)},

@@ -5,8 +5,10 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "protocols/plan.hpp"
+#include "protocols/rig_forecast.hpp"
 
 namespace lcrig {
 
@@ -25,14 +27,10 @@ std::optional<double> loaded_time_s(double force_N, double speed_m_s, const Rig&
 
 class Planner {
  public:
-  struct Refused {
-    std::string pointer, id, why;
-  };
-
   Planner(const Protocol& protocol, Environment environment, const Rig& rig,
           const BoundLimits& limits, const ApertureChoice& choice);
   void walk();
-  const std::optional<Refused>& refused() const { return refused_; }
+  const std::optional<PlanRefused>& refused() const { return refused_; }
   Plan take() { return std::move(plan_); }
 
  private:
@@ -40,15 +38,22 @@ class Planner {
   struct Outcome {
     double seconds = 0;
     std::string note;
-    Refusal why;
+    MaybeRefusal why;
+    void refuse(Refusal refusal) {
+      if (!why) why = std::move(refusal);
+    }
   };
+  // Whether it is known where the specimen is.
+  enum class Contact { unknown, stated, found };
 
   void check_start();
+  void check_limits();
   bool walk_steps(const Steps& steps, bool in_finally);
   void account(const Step& step, const Outcome& outcome, bool in_finally);
-  void refuse(const std::string& pointer, const std::string& id, std::string why);
+  void refuse(const std::string& pointer, const std::string& id, Refusal refusal);
   void assume(const std::string& text);
   Outcome visit(const Step& step);
+  void finish_figures();
 
   Outcome on(const ZeroStep& s);
   Outcome on(const FindContactStep& s);
@@ -59,33 +64,51 @@ class Planner {
   Outcome on(const PlaceWeightStep& s);
   Outcome on(const RecordStep& s);
   Outcome on(const SetLcrStep& s);
+  Outcome on(const SetGapStep& s);
   Outcome on(const RepeatStep&) { return {}; }  // the cursor yields leaves only
   Outcome on(const SweepStep&) { return {}; }
   Outcome on(const MarkStep&) { return {}; }
 
-  // Position and force after a motion; checked against travel and force limits.
-  void go_to_travel(double travel, Outcome& out);
-  void go_to_force(double force, Outcome& out);
-  void check_overshoot(double force, double speed, std::optional<double> allowed, Outcome& out);
-  void travel_move(const Target& to, double speed, Outcome& out);
-  void force_move(double force, double speed, Outcome& out);
+  // planner_motion.cpp: position and force after a motion, checked against limits and forecast.
+  void go_to_travel(double travel, const Number* given, Outcome& out);
+  void go_to_force(double force, const Number* given, Outcome& out);
+  void use_speed(const Number& speed, Outcome& out);
+  void travel_move(const Target& to, const Number& speed, Outcome& out);
+  void force_move(const Target& to, const Number& speed, Outcome& out);
+  void check_stop(double force, const Number& speed, const std::optional<Number>& allowed,
+                  const Number& timeout, Outcome& out);
+  void check_expected(double force, const Number& speed, const std::optional<Number>& allowed,
+                      const Number& timeout, Outcome& out);
+  void check_pressing(double depth, double expected_N, const Number& speed, Outcome& out);
+  void check_blind(const Number& speed, Outcome& out);
+  void check_ramp(double force, const Target& to, const Number& rate, Outcome& out);
+  void check_loop(double force, Outcome& out);
   void check_timeout(const Number& timeout, Outcome& out);
+  Refusal too_fast(const std::string& why, const Number& speed, double fastest,
+                   const Number* timeout);
+  double slowed_down(const FindContactStep& s);
+  void foresee(double worst_N, double speed);
+  bool can_be_measured() const { return contact_state_ == Contact::found; }
   double travel_at(double force) const;
   double force_at(double travel) const;
-  double stiffness_at(double force) const;
+  double window_end(double travel) const;
 
   const Protocol& protocol_;
   Environment env_;
   const Rig& rig_;
   BoundLimits limits_;
+  Forecast forecast_;
   Plan plan_;
   LcrSettings lcr_;
-  std::optional<Refused> refused_;
+  std::optional<PlanRefused> refused_;
   std::map<std::string, std::size_t> row_of_;  // step id -> index in plan_.steps
-  double contact_ = 0;  // machine travel of first contact, m
+  std::map<std::pair<double, double>, double> stops_;  // of (force, speed), reckoned already
+  double way_ = 0;  // of the motion that is looked at, m
+  double contact_ = 0;  // machine travel of first contact, m: an estimate until it is placed
   double travel_ = 0;  // present, m
   double force_ = 0;  // present, N
-  bool gap_known_ = false;
+  Contact contact_state_ = Contact::unknown;
+  bool placed_ = false;  // travel of the machine and place of contact are known together
   bool moved_ = false;
   std::int64_t visits_ = 0;
 };

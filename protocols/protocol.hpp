@@ -22,6 +22,9 @@ struct Number {
   explicit Number(double v) : value(v) {}
   double value = 0;  // SI, when `name` is empty
   std::string name;  // parameter or variable, without '$'
+  // Where a literal stands, for advice on what to change, and SI per unit there.
+  std::string pointer;
+  double to_si = 1;
 };
 
 // What a load step aims at. `value` is m, N or Pa (pressure becomes force by the probe area).
@@ -43,6 +46,13 @@ struct ZeroStep {
 };
 struct FindContactStep {
   Number speed, force, back_off, timeout;  // m/s, N (rise over the baseline), m, s
+  std::optional<Number> within;  // m, longest way of the search; absent: as far as the limits allow
+  std::optional<Number> overshoot;  // N allowed beyond the rise; plan and run refuse more
+  bool slow_down = false;  // `speed` is at most: slower where this rig stops too late
+};
+// A person says how far the probe is from the specimen: contact is known without a search.
+struct SetGapStep {
+  Number gap;  // m, at the present travel
 };
 struct RampStep {
   Target to;
@@ -98,9 +108,9 @@ struct MarkStep {
   std::string text;
 };
 
-using Action =
-    std::variant<ZeroStep, FindContactStep, RampStep, MoveUntilStep, HoldStep, MeasureStep,
-                 PlaceWeightStep, RecordStep, SetLcrStep, RepeatStep, SweepStep, MarkStep>;
+using Action = std::variant<ZeroStep, FindContactStep, RampStep, MoveUntilStep, HoldStep,
+                            MeasureStep, PlaceWeightStep, RecordStep, SetLcrStep, RepeatStep,
+                            SweepStep, MarkStep, SetGapStep>;
 
 struct Step {
   std::string id;  // unique in the file
@@ -120,8 +130,10 @@ struct Parameter {
 
 // A window that no sample may leave while the run lives.
 struct Limits {
-  Number force_min, force_max;  // N
-  std::optional<Number> travel_min, travel_max;  // m
+  // N; absent (only where nothing is commanded): the range of the load cell
+  std::optional<Number> force_min, force_max;
+  std::optional<Number> travel_min, travel_max;  // m, of the machine
+  std::optional<Number> gap_min, gap_max;  // m, from contact on; both windows hold
   std::optional<Number> speed_max;  // m/s
 };
 

@@ -20,13 +20,19 @@ namespace {
 using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
-// Between two looks a quarter of a second apart; no slewing of a clock is that fast.
+// How often the loop looks by itself at what nobody would tell it.
+constexpr Duration kTick = 100ms;
+// Between two looks; no slewing of a clock is that fast.
 constexpr Duration kWallClockStep = 500ms;
 
 // Silence of the sample stream that stops a moving frame: three periods, but never less than two
 // batches of the link (100 ms each) and their jitter.
 Duration stale_after(double rate_Hz) {
   return std::max<Duration>(from_seconds(3.0 / rate_Hz), 500ms);
+}
+
+bool is_stop(const InterruptRequest& request) {
+  return request.kind != Interrupt::pause;
 }
 
 // A step that failed is an interrupt that nobody asked for.
@@ -60,10 +66,11 @@ InterruptRequest::InterruptRequest(Interrupt k, std::string w)
 Run::Run(asio::any_io_executor executor, RunSetup setup)
     : executor_(executor),
       setup_(std::move(setup)),
-      guard_(setup_.limits, stale_after(setup_.protocol.sample.frame_rate_Hz)),
+      guard_(setup_.limits, stale_after(setup_.frame_rate_Hz)),
       sampler_(executor, setup_.clock, setup_.lcr, setup_.lcr_settings, sampler_hooks()),
       interrupts_(executor, 1),
       resumes_(executor, 1) {
+  pressing_ = setup_.pressing;
   progress_.run = setup_.run;
   progress_.protocol = setup_.protocol.name;
   progress_.specimen = setup_.specimen;
@@ -112,14 +119,17 @@ void Run::on_samples(std::span<const FrameSample> samples) {
   memory_.feed(samples);
   samples_seen_ += std::ssize(samples);
   last_sample_ = setup_.clock.now();
+  if (watched_rest_) watched_rest_->add(samples);
+  if (pressing_) pressing_->add(samples);
+  travel_step_.add(samples);
+  judge_age(samples);
   for (const FrameSample& s : samples) {
-    if (s.force_N) force_sum_N_ += *s.force_N, ++force_count_;
+    if (s.force_N) force_N_ = s.force_N, force_known_ = *last_sample_;
     if (auto why = guard_.check(s); why && !stop_pending_) {
       event("limit", *why);
       interrupt(InterruptRequest(Interrupt::limit, std::move(*why)));
     }
   }
-  force_N_ = samples.back().force_N;
 }
 
 void Run::on_frame_event(std::string kind, std::string detail) {
@@ -133,16 +143,17 @@ void Run::on_frame_lost(Error error) {
   lose_frame(std::move(error));
 }
 
-void Run::interrupt(InterruptRequest request) {
-  if (over_) return;
+Run::Taken Run::interrupt(InterruptRequest request) {
+  if (over_) return Taken::over;
   const bool stops = request.kind != Interrupt::pause;
   // Once `finally` runs only what makes it dangerous may end it: a second abort never does.
-  if (finishing_ && (request.kind == Interrupt::pause || request.kind == Interrupt::abort)) return;
-  if (stops && request.kind != Interrupt::freeze && stop_pending_) return;
+  const bool asks = request.kind == Interrupt::pause || request.kind == Interrupt::abort;
+  if (finishing_ && asks) return Taken::finally_goes_on;
+  if (stops && request.kind != Interrupt::freeze && stop_pending_) return Taken::acts;
   stop_pending_ = stop_pending_ || stops;
-  standing_ = false;
   if (request.kind != Interrupt::limit) event(std::string(to_string(request.kind)), request.why);
   push_interrupt(std::move(request));
+  return Taken::acts;
 }
 
 bool Run::resume() {
@@ -154,13 +165,20 @@ Task<RunResult> Run::execute() {
   setup_.frame.set_listener(this);
   RunResult result;
   std::optional<InterruptRequest> stop;
-  auto ready = co_await prepare();
-  if (ready) {
+  // Who stops a run that is still being prepared need not wait for that.
+  auto r = co_await (prepare() || stop_asked());
+  if (r.index() == 1) {
+    prepared_ = false;
+    std::ranges::stable_partition(pending_, is_stop);
+    stop = take_interrupt();
+    const bool wanted = stop->kind == Interrupt::abort || stop->kind == Interrupt::freeze;
+    if (!wanted) stop->kind = Interrupt::fault;
+  } else if (const auto& ready = std::get<0>(r); !ready) {
+    stop = InterruptRequest(Interrupt::fault, ready.error());
+  } else {
     progress_.state = RunState::running;
     sampler_.start(setup_.protocol.sample.lcr_continuous);
     stop = co_await run_protocol();
-  } else {
-    stop = InterruptRequest(Interrupt::fault, ready.error());
   }
   co_await finish(std::move(stop), result);
   result.peak_force_N = guard_.peak_force_N();
@@ -168,23 +186,39 @@ Task<RunResult> Run::execute() {
 }
 
 Task<Result<>> Run::prepare() {
+  if (!setup_.plan_json.empty()) event("plan", setup_.plan_json);
+  const bool moves = setup_.frame.capabilities().motion && setup_.commands;
+  if (moves) {
+    auto stopped = co_await setup_.frame.stop();
+    if (!stopped) co_return stopped;
+    ++stands_;
+  }
   auto armed = co_await arm_frame();
-  if (!armed || !setup_.frame.capabilities().motion) co_return armed;
+  if (!armed || !moves) co_return armed;
   auto heard = co_await await_samples();  // the first step must know where the frame stands
-  co_return heard;
+  if (!heard) co_return heard;
+  auto rest = co_await look_at_rest();
+  if (rest) prepared_ = true;
+  co_return rest;
 }
 
 Task<Result<>> Run::arm_frame() {
   const FrameCapabilities& caps = setup_.frame.capabilities();
+  armed_.reset();
+  if (!setup_.commands) {
+    auto seen = co_await setup_.frame.observe(setup_.frame_rate_Hz);
+    if (!seen) co_return fail(seen.error());
+    co_return Result<>();
+  }
   if (caps.motion || caps.weights) {
-    const FrameLimits limits = device_limits(setup_.limits, caps);
-    auto armed = co_await setup_.frame.arm(limits);
+    auto armed = co_await arm(device_limits(guard_.limits(), caps));
     if (!armed) co_return armed;
   }
-  auto rate = co_await setup_.frame.set_sample_rate(setup_.protocol.sample.frame_rate_Hz);
+  auto rate = co_await setup_.frame.set_sample_rate(setup_.frame_rate_Hz);
   if (!rate) co_return rate;
   guard_.restart_age(setup_.clock.now());
   guard_.set_watch_age(caps.motion);
+  prepared_ = prepared_ || !caps.motion;
   co_return Result<>();
 }
 
@@ -201,11 +235,17 @@ InterruptRequest Run::take_interrupt() {
   return request;
 }
 
+// A pause can wait until the first step begins.
+Task<> Run::stop_asked() {
+  while (std::ranges::none_of(pending_, is_stop)) co_await setup_.clock.wait_for(kTick / 5);
+}
+
 // The next thing that must interrupt the step: a request, or samples that stopped coming.
 Task<> Run::interrupted() {
   while (pending_.empty()) {
     ++beats_;
-    auto r = co_await (interrupts_.async_receive(kAsResult) || setup_.clock.wait_for(250ms));
+    tick_ = setup_.clock.now();
+    auto r = co_await (interrupts_.async_receive(kAsResult) || setup_.clock.wait_for(kTick));
     if (r.index() == 0) continue;
     watch_wall_clock();
     const MonoTime now = setup_.clock.now();
@@ -223,6 +263,24 @@ Task<> Run::interrupted() {
           InterruptRequest(Interrupt::loss, frame_away_ ? frame_away_->why : meter_away_->why));
     }
   }
+}
+
+// Samples that are old say nothing of what happens now: a motion that nobody can watch is stopped.
+// If this program itself did not run meanwhile they are not late by the gateway's fault.
+void Run::judge_age(std::span<const FrameSample> samples) {
+  const MonoTime now = setup_.clock.now();
+  const auto finding = sample_clock_.add(samples);
+  if (finding.event) event(finding.event->first, finding.event->second);
+  if (finding.age_s <= SampleClock::kLate_s || now - tick_ > 2 * kTick) return;
+  if (now - age_told_ >= 1s || age_told_ == MonoTime()) {
+    age_told_ = now;
+    event("late_samples", fmt::format(R"({{"age_s":{:.3f}}})", finding.age_s));
+  }
+  if (!in_motion_ || finishing_) return;
+  lose_frame(
+      Error(Errc::no_reply, fmt::format("the samples of the frame are {:.2f} s old when they "
+                                        "arrive: nobody can watch a motion like that",
+                                        finding.age_s)));
 }
 
 // Times of a run come from the monotonic clock; that the wall clock was set is worth a row.

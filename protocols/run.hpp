@@ -16,9 +16,12 @@
 #include "drivers/load_frame.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/guard.hpp"
+#include "protocols/pressing.hpp"
 #include "protocols/protocol.hpp"
+#include "protocols/rest.hpp"
 #include "protocols/run_point.hpp"
 #include "protocols/run_sink.hpp"
+#include "protocols/sample_clock.hpp"
 #include "protocols/sampler.hpp"
 
 namespace lcrig {
@@ -57,6 +60,15 @@ struct RunSetup {
   const Protocol& protocol;
   Environment environment;  // parameters bound
   BoundLimits limits;  // of the protocol
+  // False: the protocol asks nothing of the frame, which belongs to somebody else. It is only
+  // observed, and never stopped.
+  bool commands = true;
+  double frame_rate_Hz = 50;  // of the samples
+  std::optional<Pressing> pressing;  // what bounds the force; of a frame that moves
+  std::optional<double> start_gap_m;  // as a person stated it
+  std::string plan_json;  // figures and assumptions of the plan, stored with the run
+  // Plans again, with the place of contact known, before anything is pressed. May be empty.
+  std::function<Task<Result<>>(double start_travel_m, double contact_travel_m)> check_at_contact;
   LcrSettings lcr_settings;  // as read back
   std::optional<double> probe_area_m2;  // force = pressure times this
   double gravity_m_s2 = 9.80665;  // local
@@ -80,10 +92,15 @@ class Run final : private LoadFrame::Listener {
 
   // From the io thread, at any time. An interrupt acts within a step and is never queued behind
   // one.
-  void interrupt(InterruptRequest request);
+  // What becomes of it: it acts; `finally` runs and goes on; the run is over.
+  enum class Taken { acts, finally_goes_on, over };
+  Taken interrupt(InterruptRequest request);
   bool resume();  // false: not paused
-  // The frame confirmed standstill after the last interrupt.
-  bool standing() const { return standing_; }
+  // How often the frame confirmed standstill: more than before an interrupt means that it did so
+  // after it. A frame that is only observed counts as told.
+  std::uint64_t stands() const { return stands_; }
+  std::uint64_t failed_stops() const { return failed_stops_; }
+  bool commands() const { return setup_.commands; }
   const RunProgress& progress() const { return progress_; }
   std::optional<double> contact_travel_m() const { return contact_travel_m_; }
   // For the watchdog: grow while the runner, and the sampler, are alive.
@@ -125,6 +142,7 @@ class Run final : private LoadFrame::Listener {
   Task<std::optional<InterruptRequest>> handle(InterruptRequest request, StepProgress& progress);
   // Waits for one without taking it: whoever raced against this and came first must not lose it.
   Task<> interrupted();
+  Task<> stop_asked();
   void push_interrupt(InterruptRequest request);
   InterruptRequest take_interrupt();
   Task<std::optional<InterruptRequest>> stay_paused(StepProgress& progress);
@@ -132,6 +150,8 @@ class Run final : private LoadFrame::Listener {
   Task<> finish(std::optional<InterruptRequest> stop, RunResult& result);
   Task<> stop_frame();
   Task<> run_finally(RunResult& result);
+  Task<> tell_load(RunResult& result);
+  bool may_clear(bool frozen, RunResult& result);
 
   // run_loss.cpp: an instrument vanished
   void lose_meter(Error error);
@@ -176,11 +196,35 @@ class Run final : private LoadFrame::Listener {
   Task<Result<>> execute(const RepeatStep& step, StepProgress& progress);
   Task<Result<>> execute(const SweepStep& step, StepProgress& progress);
 
+  Task<Result<>> execute(const SetGapStep& step, StepProgress& progress);
+
+  // run_motion.cpp: one motion, with all that is asked before and compared after it
+  using Permit = Pressing::Permit;
   // A motion within its time; anything but `target` is an error. Writes the motion's event.
   Task<Result<MotionOutcome>> timed(Task<Result<MotionOutcome>> motion, double timeout_s);
+  Task<Result<MotionOutcome>> watched(Permit permit, Task<Result<MotionOutcome>> motion,
+                                      double timeout_s);
   Task<Result<>> move_to_travel(double travel_m, double speed_m_s, double timeout_s);
   Task<Result<>> move_to_force(double force_N, double speed_m_s, double timeout_s);
-  Task<Result<double>> rest_force();  // N; mean of half a second at rest
+  Task<Result<>> ramp_to_force(double force_N, double rate_N_s, double timeout_s);
+  Task<Result<MotionOutcome>> press_until(double force_N, double speed_m_s, double timeout_s,
+                                          std::optional<double> guard_travel_m);
+  Task<Result<>> arm(FrameLimits limits);
+  Pressing::State pressing_state() const;
+  Result<double> present_force() const;  // N; the last known one, if it is not old
+  // What the frame shows while it stands; at least so long. Errors: no_reply.
+  Task<Result<Rest>> watch_rest(Duration at_least);
+  Task<Result<Rest>> living_rest();  // refused when the force never changes
+  Task<Result<>> look_at_rest();
+  // run_contact.cpp: the search
+  Task<Result<MotionOutcome>> search(const FindContactStep& step, const Rest& rest);
+  double search_speed(const FindContactStep& step, const Rest& rest) const;
+  Task<Result<>> measure_stiffness(double touched_m, const Rest& before);
+  void place_contact(double travel_m, double force_N);
+  Task<Result<>> back_off(double clear_m, const FindContactStep& step);
+  bool is_loaded(double force_N) const;
+  Task<Result<>> back_away(const Target& to, double speed_m_s, double timeout_s);
+  void judge_age(std::span<const FrameSample> samples);
   Task<Result<>> wait_out(double duration_s, StepProgress& progress);
   Result<double> travel_of(const Target& target) const;  // m; travel and gap targets
   double force_of(const Target& target) const;  // N; force and pressure targets
@@ -205,6 +249,8 @@ class Run final : private LoadFrame::Listener {
   bool stop_pending_ = false;
   bool over_ = false;
   bool standing_ = false;
+  bool prepared_ = false;  // something may have been asked of the instruments
+  std::uint64_t stands_ = 0, failed_stops_ = 0;
   std::optional<double> contact_travel_m_;
   std::optional<double> held_force_N_;  // force control to return to after a pause
   std::optional<double> target_force_N_;  // of the last load step: the level's label
@@ -224,9 +270,18 @@ class Run final : private LoadFrame::Listener {
   std::uint64_t beats_ = 0;
   std::optional<Duration> wall_offset_;  // wall clock minus the run's clock, at the last look
   bool repeating_ = false;  // the meter's last answer was the one before
-  std::optional<double> force_N_;  // latest
-  double force_sum_N_ = 0;  // of the samples since `force_count_` was set to 0
-  std::int64_t force_count_ = 0;
+  std::optional<double> force_N_;  // latest that was known ...
+  MonoTime force_known_;  // ... and when
+  std::optional<Pressing> pressing_;
+  std::optional<FrameLimits> armed_;  // what the device watches now
+  std::optional<Rest> watched_rest_;  // fed while somebody watches
+  std::optional<Rest> rest_;  // of the unloaded frame
+  std::optional<double> start_travel_m_;
+  double contact_force_N_ = 0;  // beyond rest, where gap zero is
+  TravelStep travel_step_;
+  SampleClock sample_clock_;
+  MonoTime tick_{}, age_told_{};  // the loop came round; an age was told
+  bool in_motion_ = false;
 };
 
 }  // namespace lcrig

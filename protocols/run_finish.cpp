@@ -1,28 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a run ends, whatever happened before: the frame stopped, `finally`, the meter safe.
+// How a run ends, whatever happened before: the frame stopped, `finally`, the meter safe, and the
+// truth about what lies under the probe.
 #include <fmt/format.h>
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
+#include <cmath>
 #include <utility>
 #include <variant>
 
 #include "protocols/run.hpp"
+#include "protocols/words.hpp"
 
 namespace lcrig {
 
 namespace {
 
 using namespace asio::experimental::awaitable_operators;
+using namespace std::chrono_literals;
+
+constexpr double kClear_m = 20e-6;  // this far above contact nothing is pressed
+
+void fail_with(RunResult& result, Errc code, std::string_view why) {
+  if (result.exit_status == "success") {
+    result.exit_status = "fail";
+    result.code = code;
+  }
+  add_note(result.reason, why);
+}
 
 }  // namespace
 
 Task<> Run::stop_frame() {
-  if (!setup_.frame.capabilities().motion) {
+  if (!setup_.frame.capabilities().motion || !setup_.commands) {
     standing_ = true;
+    ++stands_;
     co_return;
   }
   auto stopped = co_await setup_.frame.stop();
   standing_ = stopped.has_value();
+  ++(standing_ ? stands_ : failed_stops_);
   event(stopped ? "stopped" : "stop_failed", stopped ? "" : stopped.error().what);
 }
 
@@ -30,6 +46,7 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   finishing_ = true;
   stop_pending_ = false;
   progress_.state = RunState::finishing;
+  guard_.expect_standstill();
   // A stop of the last instant is one, and whoever froze a run that was stopped means it.
   for (InterruptRequest& late : pending_) {
     const bool stops = late.kind != Interrupt::pause && late.kind != Interrupt::loss;
@@ -44,22 +61,22 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
     result.exit_status = wanted ? "abort" : "fail";
     result.reason = fmt::format("{}: {}", to_string(stop->kind), stop->why);
     result.code = stop->code;
-    if (stop->kind == Interrupt::limit) guard_.allow_return();
-    auto line = co_await setup_.frame.resync();
-    if (!line) event("retry", line.error().what);
-  }
-  const bool frozen = stop && stop->kind == Interrupt::freeze;
-  if (frame_away_ && !frozen) {
-    if (!stop) {  // every step had ended well
-      result.exit_status = "fail";
-      result.reason = frame_away_->why.what;
-      result.code = frame_away_->why.code;
+    if (setup_.commands) {
+      auto line = co_await setup_.frame.resync();
+      if (!line) event("retry", line.error().what);
     }
-    result.reason += "; `finally` did not run: the frame is not there";
-  } else if (!frozen) {
-    co_await run_finally(result);
   }
+  guard_.allow_return(rest_ ? rest_->scatter_N() : 0);
+  if (may_clear(stop && stop->kind == Interrupt::freeze, result)) co_await run_finally(result);
+  guard_.expect_standstill();
   co_await stop_frame();
+  const bool moves = setup_.frame.capabilities().motion && setup_.commands;
+  if (moves && !standing_ && !frame_away_) {
+    fail_with(result, Errc::not_standing, "standstill not confirmed: use the E-stop");
+    result.exit_status = "fail";
+    result.code = Errc::not_standing;
+  }
+  if (moves && prepared_) co_await tell_load(result);
   co_await sampler_.stop();
   if (!meter_away_) {
     auto safe = co_await setup_.lcr.make_safe();
@@ -68,6 +85,32 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   setup_.frame.set_listener(nullptr);
   over_ = true;
   progress_.state = RunState::ended;
+}
+
+// Whether `finally` can and may run; says why not.
+bool Run::may_clear(bool frozen, RunResult& result) {
+  if (frozen) return false;
+  if (!prepared_ && setup_.commands) return false;  // nothing was asked of the frame
+  if (frame_away_) {
+    if (result.exit_status == "success") {  // every step had ended well
+      result.exit_status = "fail";
+      result.reason = frame_away_->why.what;
+      result.code = frame_away_->why.code;
+    }
+    add_note(result.reason,
+             "`finally` did not run: the frame is not there; standstill is not "
+             "confirmed: look at it, use the E-stop if it moves");
+    return false;
+  }
+  if (setup_.commands && guard_.is_pulled()) {
+    add_note(
+        result.reason,
+        fmt::format("`finally` did not run: the specimen pulls at the probe with {:.3f} N, and "
+                    "no way is known to be safe: free it by hand",
+                    -force_N_.value_or(0)));
+    return false;
+  }
+  return true;
 }
 
 // Runs whatever happened before; has its own deadline, after which the frame stays where it is.
@@ -86,11 +129,37 @@ Task<> Run::run_finally(RunResult& result) {
   }
   if (why.empty()) co_return;
   event("fault", why);
-  if (result.exit_status == "success") {
-    result.exit_status = "fail";
-    result.code = code;
+  fail_with(result, code, why);
+}
+
+// A force that an unloaded cell does not show.
+bool Run::is_loaded(double force_N) const {
+  const double rest_N = rest_ ? rest_->force_N() : 0;
+  const double noise_N = rest_ ? rest_->scatter_N() : 0;
+  const double allowed = std::max(5 * noise_N, 0.01 * setup_.limits.force_max_N);
+  return force_N - rest_N > allowed;
+}
+
+// The specimen is unloaded, or the run says that it is not and what to do now.
+Task<> Run::tell_load(RunResult& result) {
+  auto rest = co_await watch_rest(200ms);
+  const std::optional<double> travel_m = rest ? rest->travel_m() : memory_.travel_m;
+  const bool clear = contact_travel_m_ && travel_m && *travel_m < *contact_travel_m_ - kClear_m;
+  if (!frame_away_ && clear) co_return;
+  std::string why;
+  if (frame_away_ || !rest) {
+    why =
+        "whether the specimen is still loaded is not known: look at the rig, drive the frame away "
+        "from it at the machine";
+  } else if (is_loaded(rest->force_N())) {
+    why = fmt::format(
+        "the specimen is still loaded with about {:.3f} N: drive the frame away from it "
+        "at the machine",
+        rest->force_N() - (rest_ ? rest_->force_N() : 0));
   }
-  result.reason += (result.reason.empty() ? "" : "; ") + why;
+  if (why.empty()) co_return;
+  event("loaded", why);
+  fail_with(result, Errc::limit_tripped, why);
 }
 
 }  // namespace lcrig

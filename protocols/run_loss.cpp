@@ -197,9 +197,13 @@ Task<Result<>> Run::try_frame() {
 
 // It stands, obeys, is armed again, sends samples, and is where it was.
 Task<Result<>> Run::rejoin_frame() {
-  auto stopped = co_await setup_.frame.stop();
-  if (!stopped) co_return stopped;
-  standing_ = true;
+  if (setup_.commands) {
+    auto stopped = co_await setup_.frame.stop();
+    if (!stopped) co_return stopped;
+    standing_ = true;
+    ++stands_;
+  }
+  sample_clock_.forget();
   memory_ = FrameMemory();
   memory_.zeroed = memory_at_loss_ && memory_at_loss_->zeroed;
   auto armed = co_await arm_frame();
@@ -212,12 +216,12 @@ Task<Result<>> Run::rejoin_frame() {
     if (!same) co_return same;
   }
   guard_.restart_age(setup_.clock.now());
-  guard_.set_watch_age(setup_.frame.capabilities().motion);
+  guard_.set_watch_age(setup_.frame.capabilities().motion && setup_.commands);
   co_return Result<>();
 }
 
 Task<Result<>> Run::await_samples() {
-  const double period_s = 1 / setup_.protocol.sample.frame_rate_Hz;
+  const double period_s = 1 / setup_.frame_rate_Hz;
   const MonoTime limit = setup_.clock.now() + std::max<Duration>(2s, from_seconds(3 * period_s));
   const std::int64_t before = samples_seen_;
   while (samples_seen_ == before && setup_.clock.now() < limit) {
@@ -231,7 +235,7 @@ Task<Result<>> Run::await_samples() {
 
 Result<> Run::compare_with(const FrameMemory& before) const {
   const FrameCapabilities& caps = setup_.frame.capabilities();
-  if (!caps.motion) return {};
+  if (!caps.motion || !setup_.commands) return {};  // a frame that others drive may be anywhere
   FrameTolerance allowed;
   allowed.force_N = kForceTolerance * (setup_.limits.force_max_N - setup_.limits.force_min_N);
   allowed.deceleration = caps.deceleration;

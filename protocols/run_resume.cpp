@@ -116,7 +116,8 @@ void Run::pass_over(const Step& step, LcrSettings& settings) {
     if (hold->at) aim_at(hold->at);
     held_force_N_.reset();
     if (hold->mode == HoldMode::force) {
-      held_force_N_ = hold->at ? force_of(*hold->at) : force_N_.value_or(0);
+      held_force_N_ = force_N_;
+      if (hold->at) held_force_N_ = force_of(*hold->at);
     }
   } else if (const auto* ramp = std::get_if<RampStep>(&step.action)) {
     aim_at(ramp->to);

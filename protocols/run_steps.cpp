@@ -19,30 +19,7 @@ namespace {
 using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
-std::string describe(const MotionOutcome& o) {
-  std::string text = fmt::format(R"({{"reason":"{}")", to_string(o.reason));
-  if (o.force_N) text += fmt::format(R"(,"force_N":{})", *o.force_N);
-  if (o.travel_m) text += fmt::format(R"(,"travel_m":{})", *o.travel_m);
-  return text + "}";
-}
-
-// Everything but `target` keeps the protocol from going on.
-Result<MotionOutcome> judge(const std::string& step, MotionOutcome outcome) {
-  const std::string& detail = outcome.detail;
-  switch (outcome.reason) {
-    case MotionEnd::target: return outcome;
-    case MotionEnd::force_limit:
-      return fail(Errc::limit_tripped, "step {}: the frame stopped at its force limit {}", step,
-                  detail);
-    case MotionEnd::travel_limit:
-      return fail(Errc::limit_tripped, "step {}: the frame stopped at its travel limit {}", step,
-                  detail);
-    case MotionEnd::stopped:
-      return fail(Errc::aborted, "step {}: the frame was stopped at the machine {}", step, detail);
-    case MotionEnd::fault: break;
-  }
-  return fail(Errc::refused, "step {}: the frame reports a fault {}", step, detail);
-}
+constexpr Duration kRestTime = 500ms;
 
 bool is_load(TargetKind kind) {
   return kind == TargetKind::force || kind == TargetKind::pressure;
@@ -54,39 +31,6 @@ Task<Result<>> Run::execute_step(const Step& step, StepProgress& progress) {
   auto task = std::visit([&](const auto& s) { return execute(s, progress); }, step.action);
   auto result = co_await std::move(task);
   co_return result;
-}
-
-Task<Result<MotionOutcome>> Run::timed(Task<Result<MotionOutcome>> motion, double timeout_s) {
-  held_force_N_.reset();
-  const MonoTime deadline = setup_.clock.now() + from_seconds(timeout_s);
-  auto r = co_await (std::move(motion) || setup_.clock.wait_until(deadline));
-  if (r.index() == 1) {
-    co_return fail(Errc::no_reply, "step {}: the motion did not end within {} s", step_->id,
-                   timeout_s);
-  }
-  auto& outcome = std::get<0>(r);
-  if (!outcome) co_return fail(outcome.error());
-  event("motion", describe(*outcome));
-  co_return judge(step_->id, std::move(*outcome));
-}
-
-Task<Result<>> Run::move_to_travel(double travel_m, double speed_m_s, double timeout_s) {
-  auto motion = setup_.frame.move_to(Length::from_si(travel_m), Velocity::from_si(speed_m_s));
-  auto outcome = co_await timed(std::move(motion), timeout_s);
-  if (!outcome) co_return fail(outcome.error());
-  co_return Result<>();
-}
-
-// Towards the specimen when the force has to grow, away from it otherwise.
-Task<Result<>> Run::move_to_force(double force_N, double speed_m_s, double timeout_s) {
-  const bool press = force_N >= force_N_.value_or(0);
-  const FrameLimits limits = device_limits(setup_.limits, setup_.frame.capabilities());
-  const Length guard = press ? limits.travel_max : limits.travel_min;
-  const Velocity speed = Velocity::from_si(press ? speed_m_s : -speed_m_s);
-  auto motion = setup_.frame.move_until_force(Force::from_si(force_N), speed, guard);
-  auto outcome = co_await timed(std::move(motion), timeout_s);
-  if (!outcome) co_return fail(outcome.error());
-  co_return Result<>();
 }
 
 Result<double> Run::travel_of(const Target& target) const {
@@ -112,62 +56,25 @@ void Run::aim_at(const std::optional<Target>& target) {
   if (setup_.probe_area_m2) target_pressure_Pa_ = *target_force_N_ / *setup_.probe_area_m2;
 }
 
-Task<Result<double>> Run::rest_force() {
-  force_sum_N_ = 0;
-  force_count_ = 0;
-  for (int half_seconds = 0; half_seconds < 6 && force_count_ < 3; ++half_seconds) {
-    co_await setup_.clock.wait_for(500ms);
-  }
-  if (force_count_ == 0) {
-    co_return fail(Errc::no_reply, "step {}: the frame sends no force", step_->id);
-  }
-  co_return force_sum_N_ / static_cast<double>(force_count_);
-}
-
 Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
-  auto rest = co_await rest_force();
+  auto rest = co_await watch_rest(kRestTime);
   if (!rest) co_return fail(rest.error());
-  if (step.max_offset && std::abs(*rest) > setup_.environment.get(*step.max_offset)) {
+  if (step.max_offset && std::abs(rest->force_N()) > setup_.environment.get(*step.max_offset)) {
     co_return fail(Errc::limit_tripped,
                    "step {}: {:.4f} N at rest before zeroing, {:.4f} N allowed: the probe may "
                    "already touch; move it away or zero the cell at the machine",
-                   step_->id, *rest, setup_.environment.get(*step.max_offset));
+                   step_->id, rest->force_N(), setup_.environment.get(*step.max_offset));
   }
   auto zeroed = co_await setup_.frame.zero(step.force, step.travel);
   if (!zeroed) co_return zeroed;
   memory_.zeroed = true;
   if (step.travel) contact_travel_m_.reset();
-  event("zero", fmt::format(R"({{"force_before_N":{}}})", *rest));
+  event("zero", fmt::format(R"({{"force_before_N":{}}})", rest->force_N()));
+  auto after = co_await watch_rest(kRestTime);
+  if (!after) co_return fail(after.error());
+  rest_ = *after;
+  guard_.set_rest_force(after->force_N());
   co_return Result<>();
-}
-
-Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress) {
-  const Environment& env = setup_.environment;
-  aim_at(std::nullopt);
-  // A search that begins again may already touch: what it would take for the force at rest is not.
-  if (progress.start_travel_m && memory_.travel_m.value_or(0) > *progress.start_travel_m) {
-    auto back = co_await move_to_travel(*progress.start_travel_m, env.get(step.speed),
-                                        env.get(step.timeout));
-    if (!back) co_return back;
-  }
-  auto rest = co_await rest_force();
-  if (!rest) co_return fail(rest.error());
-  if (!progress.start_travel_m) progress.start_travel_m = memory_.travel_m;
-  const Length guard = device_limits(setup_.limits, setup_.frame.capabilities()).travel_max;
-  const double speed = env.get(step.speed);
-  auto motion = setup_.frame.move_until_force(Force::from_si(*rest + env.get(step.force)),
-                                              Velocity::from_si(speed), guard);
-  auto touched = co_await timed(std::move(motion), env.get(step.timeout));
-  if (!touched) co_return fail(touched.error());
-  if (!touched->travel_m) {
-    co_return fail(Errc::refused, "step {}: the frame reports no travel at contact", step_->id);
-  }
-  contact_travel_m_ = *touched->travel_m;
-  event("contact", fmt::format(R"({{"travel_m":{},"force_N":{},"rest_force_N":{}}})",
-                               *contact_travel_m_, touched->force_N.value_or(0), *rest));
-  const double clear = *contact_travel_m_ - env.get(step.back_off);
-  auto result = co_await move_to_travel(clear, speed, env.get(step.timeout));
-  co_return result;
 }
 
 Task<Result<>> Run::execute(const RampStep& step, StepProgress& /*progress*/) {
@@ -176,8 +83,8 @@ Task<Result<>> Run::execute(const RampStep& step, StepProgress& /*progress*/) {
   const double timeout_s = env.get(step.timeout);
   if (!is_load(step.to.kind)) {
     if (finishing_ && step.to.kind == TargetKind::gap && !contact_travel_m_) {
-      event("skipped", "no contact was found, so there is nothing to move away from");
-      co_return Result<>();
+      auto away = co_await back_away(step.to, env.get(*step.speed), timeout_s);
+      co_return away;
     }
     auto travel = travel_of(step.to);
     if (!travel) co_return fail(travel.error());
@@ -189,12 +96,8 @@ Task<Result<>> Run::execute(const RampStep& step, StepProgress& /*progress*/) {
     auto moved = co_await move_to_force(force_N, env.get(*step.speed), timeout_s);
     co_return moved;
   }
-  auto motion = setup_.frame.ramp_force(Force::from_si(force_N),
-                                        ForceRate::from_si(env.get(*step.force_rate)));
-  auto outcome = co_await timed(std::move(motion), timeout_s);
-  if (!outcome) co_return fail(outcome.error());
-  held_force_N_ = force_N;
-  co_return Result<>();
+  auto ramped = co_await ramp_to_force(force_N, env.get(*step.force_rate), timeout_s);
+  co_return ramped;
 }
 
 Task<Result<>> Run::execute(const MoveUntilStep& step, StepProgress& /*progress*/) {
@@ -216,7 +119,9 @@ Task<Result<>> Run::execute(const MoveUntilStep& step, StepProgress& /*progress*
   }
   auto moved = co_await move_to_force(force_N, speed, timeout_s);
   if (!moved || !step.overshoot) co_return moved;
-  const double beyond = force_N_.value_or(force_N) - force_N;
+  const auto now_N = present_force();
+  if (!now_N) co_return fail(now_N.error());
+  const double beyond = *now_N - force_N;
   if (beyond > env.get(*step.overshoot)) {
     co_return fail(Errc::limit_tripped, "step {}: overshoot of {:.4f} N, {:.4f} N allowed",
                    step_->id, beyond, env.get(*step.overshoot));
@@ -233,15 +138,19 @@ Task<Result<>> Run::wait_out(double duration_s, StepProgress& progress) {
 
 Task<Result<>> Run::execute(const HoldStep& step, StepProgress& progress) {
   if (step.at) aim_at(step.at);
-  if (!progress.moved) {
+  const bool travel = step.mode == HoldMode::travel;
+  // Who only watches holds nothing: it is a time to wait.
+  if (!progress.moved && setup_.commands) {
     Result<> held;
     held_force_N_.reset();
-    if (step.mode == HoldMode::travel) {
+    if (travel) {
       held = co_await setup_.frame.hold_travel();
     } else {
-      const double force_N = step.at ? force_of(*step.at) : force_N_.value_or(0);
-      held = co_await setup_.frame.hold_force(Force::from_si(force_N));
-      held_force_N_ = force_N;
+      auto force_N = present_force();
+      if (step.at) force_N = force_of(*step.at);
+      if (!force_N) co_return fail(force_N.error());
+      held = co_await setup_.frame.hold_force(Force::from_si(*force_N));
+      held_force_N_ = *force_N;
     }
     if (!held) co_return held;
     progress.moved = true;
@@ -293,7 +202,7 @@ Task<Result<>> Run::execute(const PlaceWeightStep& step, StepProgress& /*progres
   auto placed = co_await setup_.frame.place_mass(Mass::from_si(mass_kg));
   if (!finishing_) progress_.state = RunState::running;
   if (!placed) co_return fail(placed.error());
-  event("confirm", describe(*placed));
+  event("confirm", to_json_text(*placed));
   co_return Result<>();
 }
 
@@ -329,6 +238,17 @@ Task<Result<>> Run::execute(const SetLcrStep& step, StepProgress& /*progress*/) 
   if (!set) co_return set;
   const Duration conversion = setup_.lcr.capabilities().conversion_time(sampler_.settings());
   event("settings", to_json_text(sampler_.settings(), conversion));
+  co_return Result<>();
+}
+
+// Known from here on by a person's word, not by a search.
+Task<Result<>> Run::execute(const SetGapStep& step, StepProgress& /*progress*/) {
+  if (!memory_.travel_m) {
+    co_return fail(Errc::no_reply, "step {}: the frame sends no travel", step_->id);
+  }
+  const double contact_m = *memory_.travel_m + setup_.environment.get(step.gap);
+  place_contact(contact_m, 0);
+  event("gap_stated", fmt::format(R"({{"contact_travel_m":{}}})", contact_m));
   co_return Result<>();
 }
 

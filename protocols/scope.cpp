@@ -46,6 +46,8 @@ const ScopeEntry* Scope::find(const JsonReader& value, Dimension d, std::string&
 
 Number Scope::read(const JsonReader& value, Dimension d, double to_si, const Range& si) const {
   Number n;
+  n.pointer = value.pointer();
+  n.to_si = to_si;
   if (!value.is_string()) {
     n.value = value.number_in(to_si, si);
     return n;
@@ -62,6 +64,7 @@ Number Scope::read(const JsonReader& value, Dimension d, double to_si, const Ran
 
 Number Scope::read_count(const JsonReader& value, std::int64_t min, std::int64_t max) const {
   Number n;
+  n.pointer = value.pointer();
   if (!value.is_string()) {
     n.value = static_cast<double>(value.integer(min, max));
     return n;

@@ -33,8 +33,8 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 
 void append_number(std::string& out, double value) {
   assert(std::isfinite(value));
-  char buffer[32];
-  const auto r = std::to_chars(buffer, buffer + sizeof buffer, value);
+  char buffer[512];  // the longest double has some 330 digits
+  const auto r = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed);
   out.append(buffer, r.ptr);
 }
 

@@ -54,7 +54,8 @@ class LineSplitter {
 // Text to a number. Errors: garbled (not finite, not decimal, something after it).
 Result<double> parse_number(std::string_view text);
 std::optional<std::int64_t> parse_integer(std::string_view text);
-void append_number(std::string& out, double value);  // finite; shortest form that reads back
+// Finite; the shortest form without an exponent that reads back.
+void append_number(std::string& out, double value);
 void append_integer(std::string& out, std::int64_t value);
 std::string_view excerpt(std::string_view text);  // for messages
 

@@ -199,7 +199,8 @@ void Rig::wait_until_standing() {
 json Rig::config() const {
   const json rod{{"driver", "dead_weight"}};
   const json& port = ports_.at("frame");
-  const json frame = port.is_null() ? rod : json{{"driver", "zwick"}, {"port", port}};
+  const json frame =
+      port.is_null() ? rod : json{{"driver", "zwick"}, {"port", port}, {"stiffness_N_mm", 200}};
   return json{{"format", "lcrigd-config/1"},
               {"database", file("lcrig.db")},
               {"socket", file("control.sock")},

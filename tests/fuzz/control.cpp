@@ -24,8 +24,12 @@ class IdleHandler final : public ControlHandler {
   Task<Result<RunStarted>> resume(std::optional<std::int64_t>, bool, PeerCredentials) override {
     co_return RunStarted();
   }
-  Task<Result<>> abort(std::string, PeerCredentials) override { co_return Result<>(); }
-  Task<Result<>> freeze(std::string, PeerCredentials) override { co_return Result<>(); }
+  Task<Result<StopAnswer>> abort(std::string, PeerCredentials) override { co_return StopAnswer(); }
+  Task<Result<StopAnswer>> freeze(std::string, PeerCredentials) override { co_return StopAnswer(); }
+  Task<Result<std::string>> plan_run(StartRunRequest, PeerCredentials) override {
+    co_return std::string("{}");
+  }
+  Task<Result<>> ask_instruments(PeerCredentials) override { co_return Result<>(); }
   Task<Result<>> confirm(PeerCredentials) override { co_return Result<>(); }
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials) override {
     co_return text;

@@ -107,7 +107,7 @@ TEST(Analysis, ReadingsUnderAMovingForceLieOnTheSpecimensCurve) {
   replace(request.protocol_text, R"("aperture": "fast")", R"("aperture": "medium")");
   request.bench_text = read_text_file("daemon/benches/paper.json").value();
   replace(request.bench_text, R"("noise_medium_fF": 44)", R"("noise_medium_fF": 0.001)");
-  replace(request.bench_text, R"("force_noise_mN": 0.5)", R"("force_noise_mN": 0.01)");
+  replace(request.bench_text, R"("force_noise_mN": 0.5)", R"("force_noise_mN": 0.05)");
   const auto result = rehearse(request);
   ASSERT_TRUE(result) << result.error().what;
   const auto data = load_run_data(open_read_only(request.db_path).value(), result->run).value();

@@ -34,13 +34,19 @@ class FakeHandler : public ControlHandler {
     going.run = run ? *run + 1 : 7;
     co_return going;
   }
-  Task<Result<>> abort(std::string why, PeerCredentials) override {
+  Task<Result<StopAnswer>> abort(std::string why, PeerCredentials) override {
     hold_start = false;
-    co_return done("abort " + why);
+    co_return stopped("abort " + why);
   }
-  Task<Result<>> freeze(std::string why, PeerCredentials) override {
-    co_return done("freeze " + why);
+  Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials) override {
+    co_return stopped("freeze " + why);
   }
+  Task<Result<std::string>> plan_run(StartRunRequest request, PeerCredentials) override {
+    auto ok = done("plan " + request.protocol);
+    if (!ok) co_return fail(ok.error());
+    co_return std::string(R"({"duration_s":1})");
+  }
+  Task<Result<>> ask_instruments(PeerCredentials) override { co_return done("ask"); }
   Task<Result<>> confirm(PeerCredentials) override { co_return done("confirm"); }
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials) override {
     calls.push_back("specimen " + text);
@@ -59,6 +65,11 @@ class FakeHandler : public ControlHandler {
   RealClock clock;
 
  private:
+  Result<StopAnswer> stopped(std::string call) {
+    auto ok = done(std::move(call));
+    if (!ok) return fail(ok.error());
+    return StopAnswer(true, "standing", "stopped");
+  }
   Result<> done(std::string call) {
     calls.push_back(std::move(call));
     if (next_error) return fail(*next_error);

@@ -129,7 +129,7 @@ Outcome<BudgetCommand::Scene> BudgetCommand::scene(const Context& context) const
   if (!specimen) return tl::unexpected(Failure(specimen.error()));
   auto bench = rig(context, library, *text, *protocol);
   if (!bench) return tl::unexpected(bench.error());
-  const auto limits = bind_limits(*protocol, *bound);
+  const auto limits = bind_limits(*protocol, *bound, bench->frame);
   if (!limits) return tl::unexpected(refused(limits.error()));
   const Force most = Force::from_si(kForceReserve * limits->force_max_N);
   auto curve = tabulate(*specimen, most, bench->probe_area);

@@ -10,7 +10,7 @@
 #include "protocols/plan.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
-#include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/plan_text.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/specimen_lookup.hpp"
 
@@ -23,24 +23,6 @@ Failure refused(const Error& error, const std::string& protocol) {
               fmt::format("lcrig protocol show {}   (its parameters: -p NAME=VALUE)", protocol));
   if (error.code == Errc::invalid_request) out.code = kProtocol;
   return out;
-}
-
-void print_text(std::ostream& out, const Plan& plan) {
-  fmt::print(out, "{:20} {:14} {:>6} {:>10}  {}\n", "step", "kind", "times", "total", "note");
-  for (const auto& s : plan.steps) {
-    fmt::print(out, "{:20} {:14} {:>6} {:>10}  {}\n", s.id, s.kind, s.times, format_time(s.total_s),
-               s.in_finally ? "finally. " + s.note : s.note);
-  }
-  fmt::print(out, "\nduration      {}\n", format_time(plan.duration_s));
-  fmt::print(out, "readings      {} of measure steps, about {} recorded in all\n",
-             plan.measure_readings, plan.lcr_readings);
-  fmt::print(out, "peak force    {:.4g} N, overshoot at most {:.2g} N\n", plan.peak_force_N,
-             plan.overshoot_N);
-  fmt::print(out, "travel        {:.4g} to {:.4g} mm\n", plan.travel_min_m * 1e3,
-             plan.travel_max_m * 1e3);
-  fmt::print(out, "database      about {:.1f} MB\n", static_cast<double>(plan.bytes) * 1e-6);
-  if (!plan.aperture_note.empty()) fmt::print(out, "aperture      {}\n", plan.aperture_note);
-  for (const auto& assumption : plan.assumptions) fmt::print(out, "assumed       {}\n", assumption);
 }
 
 class PlanCommand final : public Command {
@@ -102,7 +84,7 @@ Outcome<ExitCode> PlanCommand::run(Context& context) {
   if (context.global.json) {
     print_json(context.console.out, to_json(*plan));
   } else {
-    print_text(context.console.out, *plan);
+    print_plan(context.console.out, to_json(*plan));
     fmt::print(context.console.err, "  next: lcrig rehearse {} --specimen paper-1\n", protocol_);
   }
   return kOk;

@@ -6,6 +6,7 @@
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/follow_run.hpp"
 #include "tools/lcrig/library_path.hpp"
+#include "tools/lcrig/plan_text.hpp"
 #include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
@@ -28,17 +29,19 @@ class RunCommand final : public Command {
     list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
     list.flag("--detach", detach_, "Return as soon as the run goes on");
+    list.flag("--dry-run", dry_run_, "Only look and plan on this rig; nothing moves");
   }
   Outcome<ExitCode> run(Context& context) override;
 
  private:
   Outcome<StartRunRequest> request(const Context& context) const;
+  Outcome<ExitCode> show_plan(Context& context, ControlClient& client, const json& start);
   Outcome<ExitCode> follow(Context& context, ControlClient& client, StopSignals& signals,
                            std::int64_t run);
 
   std::string protocol_, specimen_, operator_, note_;
   std::vector<std::string> parameters_;
-  bool detach_ = false;
+  bool detach_ = false, dry_run_ = false;
 };
 
 // The daemon may not read our files: it gets their texts. A name that we do not know may be one of
@@ -70,6 +73,7 @@ Outcome<ExitCode> RunCommand::run(Context& context) {
   StopSignals signals;
   auto client = ControlClient::connect(*socket, context.clock);
   if (!client) return tl::unexpected(client.error());
+  if (dry_run_) return show_plan(context, *client, to_json(*start));
   // First, so that nothing of the run is missed.
   if (!detach_) {
     auto watching = client->call("watch", json::object());
@@ -85,6 +89,24 @@ Outcome<ExitCode> RunCommand::run(Context& context) {
   }
   const auto run = started->is_object() ? started->value("run", std::int64_t{0}) : 0;
   return follow(context, *client, signals, run);
+}
+
+Outcome<ExitCode> RunCommand::show_plan(Context& context, ControlClient& client,
+                                        const json& start) {
+  constexpr auto kPatience = std::chrono::minutes(2);
+  auto plan = client.call("run.plan", start, kPatience);
+  if (!plan) {
+    auto failure = plan.error();
+    if (failure.refused_request) failure.code = kProtocol;
+    return tl::unexpected(std::move(failure));
+  }
+  if (context.global.json) {
+    print_json(context.console.out, *plan);
+  } else {
+    print_plan(context.console.out, *plan);
+    fmt::print(context.console.err, "  next: lcrig run {} --specimen {}\n", protocol_, specimen_);
+  }
+  return kOk;
 }
 
 Outcome<ExitCode> RunCommand::follow(Context& context, ControlClient& client, StopSignals& signals,

@@ -42,13 +42,17 @@ class StatusCommand final : public Command {
  public:
   const char* name() const override { return "status"; }
   const char* summary() const override { return "What the rig is doing"; }
-  const char* example() const override { return "lcrig status --json"; }
+  const char* example() const override { return "lcrig status --ask"; }
+  void declare(ArgumentList& list) override {
+    list.flag("--ask", ask_, "Ask both instruments who they are; nothing at the frame changes");
+  }
   Outcome<ExitCode> run(Context& context) override {
     auto socket = context.socket_path();
     if (!socket) return tl::unexpected(socket.error());
     auto client = ControlClient::connect(*socket, context.clock);
     if (!client) return tl::unexpected(client.error());
-    auto answer = client->call("status", json::object());
+    constexpr auto kPatience = std::chrono::minutes(1);
+    auto answer = client->call(ask_ ? "instruments.ask" : "status", json::object(), kPatience);
     if (!answer) return tl::unexpected(answer.error());
     if (context.global.json) {
       print_json(context.console.out, *answer);
@@ -59,6 +63,9 @@ class StatusCommand final : public Command {
     print_status(context.console.out, *status);
     return kOk;
   }
+
+ private:
+  bool ask_ = false;
 };
 
 }  // namespace

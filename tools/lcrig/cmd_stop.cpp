@@ -5,6 +5,7 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "base/log.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/print_json.hpp"
@@ -105,7 +106,7 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
   if (!socket) return tl::unexpected(socket.error());
   auto client = ControlClient::connect(*socket, context.clock);
   if (!client) return tl::unexpected(client.error());
-  constexpr auto kPatience = std::chrono::seconds(60);  // the frame confirms standstill first
+  constexpr auto kPatience = std::chrono::seconds(90);  // the frame confirms standstill first
   auto answer = client->call(verb_.method, *wanted, kPatience);
   if (!answer) return tl::unexpected(answer.error());
   if (context.global.json) {
@@ -116,7 +117,9 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
       fmt::print(context.console.err, "  next: look at the specimen, then lcrig confirm\n");
     }
   } else {
-    fmt::print(context.console.out, "{}\n", verb_.done);
+    // A stop says itself what became of it.
+    const std::string note = answer->value("note", std::string());
+    fmt::print(context.console.out, "{}\n", note.empty() ? verb_.done : printable(note));
   }
   return kOk;
 }

@@ -47,5 +47,92 @@ TEST(Guard, ASpikeInEitherDirectionIsSeen) {
   EXPECT_TRUE(guard.check(sample(1, -0.21)));
 }
 
+FrameSample at(double force_N, double travel_m) {
+  FrameSample s = sample(1, force_N);
+  s.travel_m = travel_m;
+  return s;
+}
+
+FrameSample overload(double travel_m) {
+  FrameSample s = sample(1, std::nullopt);
+  s.travel_m = travel_m;
+  s.flags = frame_flag::kForceOverload;
+  return s;
+}
+
+// Beyond the limit, stopped, and on the way back.
+Guard returning(double peak_N, double stood_m) {
+  Guard guard(window(), 500ms);
+  EXPECT_TRUE(guard.check(at(1.1, stood_m - 2e-6)));
+  guard.expect_standstill();
+  EXPECT_FALSE(guard.check(at(peak_N, stood_m))) << "until it stands nothing is news";
+  guard.allow_return(0.002);
+  return guard;
+}
+
+TEST(Guard, OnTheWayBackAnyForceIsAllowedThatDoesNotRise) {
+  Guard guard = returning(2.5, 1e-3);
+  EXPECT_FALSE(guard.check(at(2.5, 1e-3)));
+  EXPECT_FALSE(guard.check(at(2.505, 1e-3))) << "noise";
+  EXPECT_FALSE(guard.check(at(1.4, 0.99e-3)));
+  EXPECT_TRUE(guard.check(at(2.6, 0.99e-3)));
+}
+
+TEST(Guard, OnTheWayBackTheSpecimenMayNotBePulledAt) {
+  Guard guard = returning(2.5, 1e-3);
+  EXPECT_TRUE(guard.check(at(-0.25, 0.9e-3)));
+}
+
+TEST(Guard, OnTheWayBackWithoutAForceOnlyLessTravelIsAllowed) {
+  Guard guard = returning(2.5, 1e-3);
+  EXPECT_FALSE(guard.check(overload(1e-3)));
+  EXPECT_FALSE(guard.check(overload(0.9e-3)));
+  EXPECT_TRUE(guard.check(overload(1.02e-3)));
+}
+
+TEST(Guard, ATravelBeyondItsLimitIsAWayBackToo) {
+  BoundLimits w = window();
+  w.travel_min_m = -1e-3;
+  w.travel_max_m = 1e-3;
+  Guard guard(w, 500ms);
+  EXPECT_TRUE(guard.check(at(0, 1.05e-3)));
+  guard.expect_standstill();
+  EXPECT_FALSE(guard.check(at(0, 1.1e-3)));
+  guard.allow_return(0);
+  EXPECT_FALSE(guard.check(at(0, 1.1e-3)));
+  EXPECT_FALSE(guard.check(at(0, 0.5e-3)));
+  EXPECT_TRUE(guard.check(at(0, 1.2e-3)));
+}
+
+TEST(Guard, ASpecimenThatHoldsOnToTheProbeIsPulled) {
+  Guard guard(window(), 500ms);
+  guard.check(at(-0.1, 0));
+  EXPECT_FALSE(guard.is_pulled());
+  guard.check(at(-0.3, 0));
+  EXPECT_TRUE(guard.is_pulled());
+}
+
+TEST(Guard, GapLimitsCountFromContactOn) {
+  BoundLimits w = window();
+  w.gap_min_m = -0.5e-3;
+  w.gap_max_m = 10e-3;
+  w.travel_max_m = 35e-3;
+  w.travel_min_m = 0;
+  Guard guard(w, 500ms);
+  EXPECT_FALSE(guard.check(at(0, 5e-3)));
+  guard.place_contact(30e-3);
+  EXPECT_TRUE(guard.check(at(0, 19.9e-3)));
+  EXPECT_FALSE(guard.check(at(0, 20.1e-3)));
+  EXPECT_TRUE(guard.check(at(0, 30.6e-3)));
+}
+
+TEST(Guard, WhatTheCellShowsBelowZeroAtRestIsNoRoom) {
+  Guard guard(window(), 500ms);
+  guard.set_rest_force(-0.1);
+  EXPECT_TRUE(guard.check(sample(1, 0.95)));
+  guard.set_rest_force(0.1);
+  EXPECT_FALSE(guard.check(sample(1, 0.95)));
+}
+
 }  // namespace
 }  // namespace lcrig

@@ -46,6 +46,7 @@ class StubFrame final : public LoadFrame {
 
   const FrameCapabilities& capabilities() const override { return capabilities_; }
   Task<Result<Identity>> identify() override { co_return Identity(); }
+  Task<Result<Identity>> observe(double) override { co_return Identity(); }
   Task<Result<>> arm(FrameLimits) override { co_return Result<>(); }
   Task<Result<>> set_sample_rate(double) override { co_return Result<>(); }
   Task<Result<MotionOutcome>> move_to(Length, Velocity) override { co_return MotionOutcome(); }
@@ -101,7 +102,7 @@ class Hang : public ::testing::Test {
  protected:
   Hang() {
     RunSetup setup(clock, meter, frame, sink, protocol);
-    setup.limits = bind_limits(protocol, setup.environment).value();
+    setup.limits = bind_limits(protocol, setup.environment, frame.capabilities()).value();
     run.emplace(io.get_executor(), std::move(setup));
     asio::co_spawn(io, frame.send_samples(), asio::detached);
     asio::co_spawn(io, run->execute(), [this](std::exception_ptr, RunResult) { ended = true; });

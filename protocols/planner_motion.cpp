@@ -1,0 +1,446 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the steps that move the frame, or hold a force, may do to the specimen.
+#include <algorithm>
+#include <cmath>
+
+#include "protocols/expand.hpp"
+#include "protocols/planner.hpp"
+#include "protocols/words.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr double kSearchStop_s = 4;  // to measure the stiffness at contact, standing
+constexpr double kRounding = 1e-9;  // relative
+
+bool is_more(double v, double than) {
+  return v > than + kRounding * std::max(std::abs(than), 1e-6);
+}
+
+// Least force at which a device can be told to stop: above noise and zero of its cell.
+double least_trip_N(const Rig& rig) {
+  return std::max(1e-3 * rig.frame.force_max.si(), 6 * force_noise_N(rig).value_or(0));
+}
+
+constexpr const char* kNoHelp =
+    "no change of the protocol can help: state frame.stiffness_N_mm in the config if the frame is "
+    "softer than rigid, or use one that stops sooner";
+
+}  // namespace
+
+double Planner::travel_at(double force) const {
+  return contact_ + (rig_.compression_m && force > 0 ? rig_.compression_m(force) : 0);
+}
+
+// Largest force the limits know, doubled, bounds the search: beyond it the answer is "too much".
+double Planner::force_at(double travel) const {
+  if (!rig_.compression_m || travel <= contact_) return 0;
+  double low = 0, high = 2 * std::max(std::abs(limits_.force_max_N), 1e-3);
+  if (travel_at(high) <= travel) return high;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (travel_at(middle) < travel ? low : high) = middle;
+  }
+  return high;
+}
+
+std::optional<double> loaded_time_s(double force, double speed, const Rig& rig) {
+  if (!rig.compression_m || force <= 0) return std::nullopt;
+  return rig.compression_m(force) / speed;
+}
+
+void Planner::go_to_travel(double travel, const Number* given, Outcome& out) {
+  const double gap = contact_ - travel;
+  const auto suggest = [&](double end) {
+    if (given == nullptr) return std::vector<Change>();
+    return travel > end ? at_most(*given, end, protocol_) : at_least(*given, end, protocol_);
+  };
+  // Before contact was found nobody knows its gap, nor where its travel is from there on.
+  const bool absolute = rig_.start_travel || rig_.expected_contact;
+  if (contact_state_ != Contact::unknown && limits_.gap_min_m && !placed_ &&
+      (is_more(*limits_.gap_min_m, gap) || is_more(gap, *limits_.gap_max_m))) {
+    out.refuse(Refusal(fmt::format("a gap of {:.4g} mm, the limits allow {:.4g} to {:.4g} mm",
+                                   gap * 1e3, *limits_.gap_min_m * 1e3, *limits_.gap_max_m * 1e3)));
+  }
+  if (placed_ || (given != nullptr && absolute) || rig_.expected_contact) {
+    if (const auto no = check_travel(travel, limits_, rig_)) {
+      out.refuse(Refusal(no->why, suggest(no->end)));
+    }
+  }
+  if (!moved_) plan_.travel_min_m = plan_.travel_max_m = travel_;
+  moved_ = true;
+  travel_ = travel;
+  plan_.travel_min_m = std::min(plan_.travel_min_m, travel);
+  plan_.travel_max_m = std::max(plan_.travel_max_m, travel);
+}
+
+void Planner::go_to_force(double force, const Number* given, Outcome& out) {
+  if (const auto no = check_force(force, limits_, rig_)) {
+    std::vector<Change> changes;
+    // A pressure is stated over the area of the tip.
+    const bool is_force = given != nullptr && rig_.probe_area.si() > 0 &&
+                          std::abs(env_.get(*given) - force) <= kRounding * std::abs(force);
+    const double unit = is_force ? 1 : rig_.probe_area.si();
+    if (given != nullptr && unit > 0) changes = at_most(*given, no->end / unit, protocol_);
+    out.refuse(Refusal(no->why, std::move(changes)));
+  }
+  force_ = force;
+  plan_.peak_force_N = std::max(plan_.peak_force_N, force);
+}
+
+void Planner::use_speed(const Number& speed, Outcome& out) {
+  const double v = env_.get(speed);
+  const auto no = check_speed(v, limits_, rig_);
+  if (!no) return;
+  out.refuse(Refusal(no->why, v > no->end ? at_most(speed, no->end, protocol_)
+                                          : at_least(speed, no->end, protocol_)));
+}
+
+void Planner::foresee(double worst_N, double speed) {
+  plan_.worst_force_N = std::max(plan_.worst_force_N, worst_N);
+  // Nobody needs the host for the stop: the device watches force and travel by itself.
+  plan_.lost_force_N = std::max(plan_.lost_force_N, worst_N);
+  plan_.lost_way_m = std::max(plan_.lost_way_m, speed > 0 ? forecast_.lost_way_m(speed) : 0);
+}
+
+Refusal Planner::too_fast(const std::string& why, const Number& speed, double fastest,
+                          const Number* timeout) {
+  if (!forecast_.bound().is_bounded()) {
+    return Refusal(why +
+                   ", for nothing bounds how stiff specimen and frame are: state "
+                   "frame.stiffness_N_mm in the config, or name a specimen whose file has its "
+                   "materials; no change of the protocol can help");
+  }
+  if (fastest <= 0 || fastest < rig_.frame.speed_min.si()) {
+    return Refusal(why + ", and no speed of this frame is slow enough: " + kNoHelp);
+  }
+  auto changes = at_most(speed, fastest, protocol_);
+  if (!changes.empty() && timeout != nullptr) {
+    const double to_si = changes.front().parameter
+                             ? protocol_.parameters.at(changes.front().place).to_si
+                             : speed.to_si;
+    const double needed = way_ / (changes.front().value * to_si) + kSearchStop_s;
+    if (needed > env_.get(*timeout)) {
+      for (Change& c : at_least(*timeout, 1.05 * needed, protocol_)) changes.push_back(c);
+    }
+  }
+  return Refusal(fmt::format("{}: at most {:.3g} mm/s", why, fastest * 1e3), std::move(changes));
+}
+
+// A motion that the device stops at a force: where it ends on the stiffest contact that is
+// possible, and on the one that the specimen's model expects.
+void Planner::check_stop(double force, const Number& speed, const std::optional<Number>& allowed,
+                         const Number& timeout, Outcome& out) {
+  const double v = env_.get(speed), limit = limits_.force_max_N;
+  const auto [it, is_new] = stops_.try_emplace({force, v}, 0);
+  if (is_new) it->second = forecast_.stop_N(force, v);
+  double worst = it->second;
+  const auto measured = can_be_measured() ? forecast_.stop_if_measured_N(force, v) : std::nullopt;
+  if (is_more(worst, limit) && measured && !is_more(*measured, limit)) {
+    worst = *measured;
+    add_note(out.note, "if the stiffness that is measured at contact allows it");
+    assume(
+        fmt::format("beyond contact at most {:.3g} times as stiff as expected; measured at "
+                    "contact, else nothing is pressed faster than the stiffest contact allows",
+                    Forecast::growth_margin()));
+  }
+  if (is_more(worst, limit)) {
+    const double fastest = can_be_measured()
+                               ? std::max(forecast_.fastest_m_s(force, limit),
+                                          forecast_.fastest_if_measured_m_s(force, limit))
+                               : forecast_.fastest_m_s(force, limit);
+    const std::string why = fmt::format(
+        "{:.4g} mm/s to {:.4g} N may end at {:.3g} N on a contact of up to {:.3g} N/mm, "
+        "the limit is {:.4g} N",
+        v * 1e3, force, worst, forecast_.bound().stiffness_N_m(worst) * 1e-3, limit);
+    out.refuse(too_fast(why, speed, fastest, &timeout));
+  }
+  add_note(out.note, fmt::format("{:.3g} N at worst", worst));
+  check_expected(force, speed, allowed, timeout, out);
+  if (!out.why) foresee(worst, v);
+}
+
+// The step's own allowance is judged by what is expected, or, without a model, by the worst.
+void Planner::check_expected(double force, const Number& speed,
+                             const std::optional<Number>& allowed, const Number& timeout,
+                             Outcome& out) {
+  const double v = env_.get(speed);
+  const auto expected = forecast_.expected_stop_N(force, v);
+  const double end = expected ? *expected : forecast_.stop_N(force, v);
+  if (expected) plan_.overshoot_N = std::max(plan_.overshoot_N, end - force);
+  if (!allowed || !is_more(end - force, env_.get(*allowed))) return;
+  const double most = force + env_.get(*allowed);
+  const double fastest =
+      expected ? forecast_.expected_fastest_m_s(force, most) : forecast_.fastest_m_s(force, most);
+  const std::string why =
+      fmt::format("{:.4g} mm/s overshoots by {:.3g} N, the step allows {:.3g} N", v * 1e3,
+                  end - force, env_.get(*allowed));
+  out.refuse(too_fast(why, speed, fastest, &timeout));
+}
+
+// A travel inside the specimen. The device is told to stop at a force from which it cannot go
+// beyond the limit, and that must be more than the travel is expected to take.
+void Planner::check_pressing(double depth, double expected_N, const Number& speed, Outcome& out) {
+  const double v = env_.get(speed), limit = limits_.force_max_N;
+  const double worst = forecast_.pressed_N(depth);
+  if (!is_more(worst, limit)) return foresee(worst, v);
+  const double needed = 1.2 * expected_N + least_trip_N(rig_);
+  if (forecast_.trip_N(v, limit) >= needed) return foresee(limit, v);
+  const std::string why = fmt::format(
+      "{:.4g} mm/s, {:.4g} um deep into the specimen: a stop at {:.3g} N may end beyond the limit "
+      "of "
+      "{:.4g} N",
+      v * 1e3, depth * 1e6, needed, limit);
+  out.refuse(too_fast(why, speed, forecast_.fastest_m_s(needed, limit), nullptr));
+}
+
+// Towards a specimen that may be anywhere: the device stops at a force of its own, which must be
+// above its noise and early enough.
+void Planner::check_blind(const Number& speed, Outcome& out) {
+  const double v = env_.get(speed), limit = limits_.force_max_N, trip = least_trip_N(rig_);
+  add_note(out.note, "towards a specimen that may be anywhere");
+  if (forecast_.trip_N(v, limit) >= trip) return foresee(limit, v);
+  const std::string why = fmt::format(
+      "{:.4g} mm/s towards a specimen whose place is not known yet: a stop at {:.3g} N may end at "
+      "{:.3g} N, the limit is {:.4g} N; find_contact first, state the gap (set_gap), or go slower",
+      v * 1e3, trip, forecast_.stop_N(trip, v), limit);
+  out.refuse(too_fast(why, speed, forecast_.fastest_m_s(trip, limit), nullptr));
+}
+
+void Planner::check_timeout(const Number& timeout, Outcome& out) {
+  const double most = env_.get(timeout);
+  if (out.why || out.seconds <= most) return;
+  out.refuse(
+      Refusal(fmt::format("takes {:.4g} s ({}), timeout_s is {:.4g}", out.seconds, out.note, most),
+              at_least(timeout, 1.02 * out.seconds, protocol_)));
+}
+
+void Planner::travel_move(const Target& to, const Number& speed, Outcome& out) {
+  const double value = env_.get(to.value), v = env_.get(speed);
+  const bool is_gap = to.kind == TargetKind::gap;
+  if (is_gap && contact_state_ == Contact::unknown) {
+    return out.refuse(
+        Refusal("a gap before find_contact, and no gap was stated: find the contact first, or "
+                "state the gap "
+                "(set_gap, or frame.start_gap_mm in the config)"));
+  }
+  const double target = is_gap ? contact_ - value : value;
+  way_ = std::abs(target - travel_);
+  out.seconds = way_ / v;
+  add_note(out.note, fmt::format("{:.4g} mm at {:.4g} mm/s", way_ * 1e3, v * 1e3));
+  const double expected = force_at(target);
+  const bool comparable = is_gap || placed_ || rig_.start_travel;
+  const bool away = comparable && target <= travel_;
+  if (!away && contact_state_ == Contact::unknown) {
+    check_blind(speed, out);
+  } else if (!away && (is_gap || placed_)) {
+    if (target > contact_) check_pressing(target - contact_, expected, speed, out);
+  } else if (!is_gap && !placed_ && contact_state_ == Contact::found) {
+    add_note(out.note, "checked when the contact was found");
+  }
+  go_to_travel(target, is_gap ? nullptr : &to.value, out);
+  go_to_force(expected, nullptr, out);
+}
+
+void Planner::force_move(const Target& to, const Number& speed, Outcome& out) {
+  const double force = target_force_N(to, env_, rig_), v = env_.get(speed);
+  const double target = travel_at(force);
+  way_ = std::abs(target - travel_);
+  out.seconds = way_ / v;
+  add_note(out.note,
+           fmt::format("{:.4g} mm at {:.4g} mm/s to {:.4g} N", way_ * 1e3, v * 1e3, force));
+  go_to_travel(target, nullptr, out);
+  go_to_force(force, &to.value, out);
+}
+
+// Where the limits or the machine end, seen from here; infinite when nobody has said.
+double Planner::window_end(double travel) const {
+  const double machine = rig_.frame.travel_max.si();
+  const double end = limits_.travel_max_m ? std::min(*limits_.travel_max_m, machine) : machine;
+  if (rig_.start_travel || rig_.expected_contact) return std::max(0.0, end - travel);
+  return rig_.frame.travel_max.si() - rig_.frame.travel_min.si();
+}
+
+// With slow_down: as fast as the file says, and no faster than half of the room up to the limit
+// allows.
+double Planner::slowed_down(const FindContactStep& s) {
+  const double v = env_.get(s.speed), rise = env_.get(s.force), limit = limits_.force_max_N;
+  if (!s.slow_down) return v;
+  const double fastest = forecast_.fastest_m_s(rise, rise + 0.5 * (limit - rise));
+  return std::max(std::min(v, fastest), std::min(v, rig_.frame.speed_min.si()));
+}
+
+Planner::Outcome Planner::on(const FindContactStep& s) {
+  Outcome out;
+  use_speed(s.speed, out);
+  const double rise = env_.get(s.force), back = env_.get(s.back_off);
+  const double v = slowed_down(s);
+  Number speed = s.speed;
+  if (v < env_.get(s.speed)) {
+    add_note(out.note, fmt::format("slowed down to {:.3g} mm/s", v * 1e3));
+    speed = Number(v);
+  }
+  const double approach = std::max(0.0, contact_ - travel_);
+  if (contact_state_ == Contact::unknown && approach > 0) {
+    add_note(out.note, fmt::format("assumes a gap of {:.3g} mm", approach * 1e3));
+  }
+  double longest = std::min(window_end(travel_), v * env_.get(s.timeout));
+  if (s.within) longest = std::min(longest, env_.get(*s.within));
+  add_note(out.note, fmt::format("searches at most {:.4g} mm", longest * 1e3));
+  way_ = approach;
+  out.seconds = approach / v + back / env_.get(s.speed) + kSearchStop_s;
+  contact_state_ = Contact::unknown;  // nothing is measured yet
+  go_to_force(rise, &s.force, out);
+  check_stop(rise, speed, s.overshoot, s.timeout, out);
+  check_timeout(s.timeout, out);
+  if (rig_.found_contact) contact_ = rig_.found_contact->si();
+  contact_state_ = Contact::found;
+  placed_ = placed_ || rig_.found_contact.has_value();
+  if (placed_) limits_.place_contact(contact_);
+  go_to_travel(travel_at(rise), nullptr, out);
+  go_to_travel(contact_ - back, nullptr, out);
+  force_ = 0;
+  return out;
+}
+
+void Planner::check_loop(double force, Outcome& out) {
+  const auto& loop = rig_.frame.force_loop;
+  if (!loop) {
+    return out.refuse(
+        Refusal("this frame does not say what bounds its force loop (its gateway has revision 1 of "
+                "frame-link/1): state frame.force_loop in the config, or use speed_mm_s and hold "
+                "the travel"));
+  }
+  if (forecast_.loop_can_hold(force)) return;
+  if (can_be_measured() && forecast_.loop_can_hold_if_measured(force)) {
+    return add_note(out.note, "if the stiffness that is measured at contact allows it");
+  }
+  out.refuse(Refusal(fmt::format(
+      "the contact may be {:.3g} N/mm stiff, the frame's force loop is good for {:.3g} N/mm: use "
+      "speed_mm_s and hold the travel",
+      forecast_.bound().stiffness_N_m(force) * 1e-3, loop->stiffness_max.si() * 1e-3)));
+}
+
+void Planner::check_ramp(double force, const Target& to, const Number& rate, Outcome& out) {
+  check_loop(force, out);
+  if (out.why) return;
+  const ForceLoop& loop = *rig_.frame.force_loop;
+  const double r = env_.get(rate), limit = limits_.force_max_N;
+  if (is_more(r, loop.rate_max.si())) {
+    return out.refuse(Refusal(
+        fmt::format("{:.4g} N/s, the frame's force loop follows {:.4g} N/s", r, loop.rate_max.si()),
+        at_most(rate, loop.rate_max.si(), protocol_)));
+  }
+  double worst = forecast_.ramp_N(force_, force, r);
+  if (is_more(worst, limit) && can_be_measured()) {
+    worst = forecast_.ramp_if_measured_N(force_, force, r).value_or(worst);
+    add_note(out.note, "if the stiffness that is measured at contact allows it");
+  }
+  add_note(out.note, fmt::format("{:.3g} N at worst", worst));
+  if (!is_more(worst, limit)) return foresee(worst, loop.approach.si());
+  const double fastest = forecast_.fastest_ramp_N_s(force, limit);
+  const std::string why = fmt::format(
+      "{:.4g} N/s to {:.4g} N may end at {:.3g} N, the limit is {:.4g} N", r, force, worst, limit);
+  if (fastest > 0 && fastest < r) {
+    return out.refuse(Refusal(fmt::format("{}: at most {:.3g} N/s", why, fastest),
+                              at_most(rate, fastest, protocol_)));
+  }
+  if (fastest <= 0) {
+    return out.refuse(Refusal(
+        why + ": a held force may be off by its ripple",
+        at_most(to.value, env_.get(to.value) * (limit - loop.ripple.si()) / std::max(force, 1e-9),
+                protocol_)));
+  }
+  out.refuse(
+      Refusal(fmt::format("{}: the frame approaches with {:.3g} mm/s by itself; press the "
+                          "specimen with move_until first, or use speed_mm_s",
+                          why, loop.approach.si() * 1e3)));
+}
+
+Planner::Outcome Planner::on(const RampStep& s) {
+  Outcome out;
+  if (s.speed) {
+    use_speed(*s.speed, out);
+    if (is_force_target(s.to)) {
+      const double force = target_force_N(s.to, env_, rig_);
+      const bool loading = force > force_;
+      force_move(s.to, *s.speed, out);
+      if (loading) check_stop(force, *s.speed, std::nullopt, s.timeout, out);
+    } else {
+      travel_move(s.to, *s.speed, out);
+    }
+  } else {
+    const double force = target_force_N(s.to, env_, rig_), rate = env_.get(*s.force_rate);
+    check_ramp(force, s.to, *s.force_rate, out);
+    out.seconds = std::abs(force - force_) / rate;
+    add_note(out.note, fmt::format("{:.4g} N to {:.4g} N at {:.4g} N/s", force_, force, rate));
+    // The force loop closes the gap first, at a speed of its own.
+    const double gap = force_ > 0 ? 0 : contact_ - travel_;
+    const auto& loop = rig_.frame.force_loop;
+    if (loop && loop->approach.si() > 0 && gap > 0) out.seconds += gap / loop->approach.si();
+    go_to_travel(travel_at(force), nullptr, out);
+    go_to_force(force, &s.to.value, out);
+  }
+  check_timeout(s.timeout, out);
+  return out;
+}
+
+Planner::Outcome Planner::on(const MoveUntilStep& s) {
+  Outcome out;
+  use_speed(s.speed, out);
+  if (!is_force_target(s.until)) {
+    travel_move(s.until, s.speed, out);
+    check_timeout(s.timeout, out);
+    return out;
+  }
+  const double force = target_force_N(s.until, env_, rig_), speed = env_.get(s.speed);
+  const bool loading = force > force_;
+  const double from = travel_;
+  force_move(s.until, s.speed, out);
+  const Number& last = s.final_speed ? *s.final_speed : s.speed;
+  if (s.final_speed) {
+    use_speed(last, out);
+    const double turn = travel_at(env_.get(*s.final_from) * force);
+    const double slow = std::min(std::abs(travel_ - from), std::abs(travel_ - turn));
+    out.seconds += slow / env_.get(last) - slow / speed;
+    if (loading) check_stop(env_.get(*s.final_from) * force, s.speed, std::nullopt, s.timeout, out);
+  }
+  if (const auto t = loaded_time_s(force, speed, rig_); loading && t && !s.final_speed) {
+    const double each = to_seconds(rig_.lcr.conversion_time(lcr_));
+    add_note(out.note, fmt::format("loaded for {:.3g} s: {:.0f} readings of {:.0f} ms", *t,
+                                   std::floor(*t / each), each * 1e3));
+  }
+  if (loading) check_stop(force, last, s.overshoot, s.timeout, out);
+  check_timeout(s.timeout, out);
+  return out;
+}
+
+Planner::Outcome Planner::on(const HoldStep& s) {
+  Outcome out;
+  out.seconds = env_.get(s.duration);
+  const bool loop = s.mode == HoldMode::force && !rig_.frame.weights;
+  const double before = force_;
+  const double force = s.at ? target_force_N(*s.at, env_, rig_) : force_;
+  if (s.at) {
+    add_note(out.note, fmt::format("holds {:.4g} N", force));
+    go_to_travel(travel_at(force), nullptr, out);
+    go_to_force(force, &s.at->value, out);
+  }
+  if (loop) check_loop(force, out);
+  if (!loop || out.why) return out;
+  const ForceLoop& l = *rig_.frame.force_loop;
+  const double worst = std::max(force, before) + l.ripple.si() +
+                       (force > before ? l.rate_max.si() * to_seconds(l.lag) : 0);
+  if (!is_more(worst, limits_.force_max_N)) {
+    foresee(worst, 0);
+    return out;
+  }
+  out.refuse(Refusal(
+      fmt::format("holding {:.4g} N may end at {:.3g} N, the limit is {:.4g} N: ramp to the force "
+                  "first, or hold the travel",
+                  force, worst, limits_.force_max_N)));
+  return out;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// The search for contact: a live cell, a bounded way, and how stiff the contact is, measured on the
+// first micrometres of the way back, which cannot press harder.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "protocols/run.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kLook = 300ms;
+constexpr double kFirstStep_m = 0.2e-6;
+constexpr double kFastest_m_s = 10e-6;  // of the steps back
+constexpr int kSteps = 12;  // each twice as far: up to 0.8 mm
+constexpr double kSigmas = 3;
+constexpr double kEnough = 0.2;  // of the force at contact: a drop that is worth a slope
+
+}  // namespace
+
+void Run::place_contact(double travel_m, double force_N) {
+  contact_travel_m_ = travel_m;
+  contact_force_N_ = force_N;
+  guard_.place_contact(travel_m);
+}
+
+// With slow_down: the same arithmetic as in the plan.
+double Run::search_speed(const FindContactStep& step, const Rest& rest) const {
+  const Environment& env = setup_.environment;
+  const double v = env.get(step.speed), rise = env.get(step.force);
+  if (!step.slow_down) return v;
+  const double room = guard_.force_max_N() - rest.force_N() - rise;
+  const double fastest = pressing_->forecast().fastest_m_s(rise, rise + 0.5 * room);
+  return std::max(std::min(v, fastest), std::min(v, setup_.frame.capabilities().speed_min.si()));
+}
+
+Task<Result<MotionOutcome>> Run::search(const FindContactStep& step, const Rest& rest) {
+  const Environment& env = setup_.environment;
+  const double rise = env.get(step.force), v = search_speed(step, rest);
+  if (rest.force_N() + rise > guard_.force_max_N()) {
+    co_return fail(Errc::limit_tripped,
+                   "step {}: the cell shows {:.4f} N at rest, {:.4f} N more is beyond the limit of "
+                   "{:.4f} N: zero the force first",
+                   step_->id, rest.force_N(), rise, guard_.force_max_N());
+  }
+  double longest = v * env.get(step.timeout);
+  if (step.within) longest = std::min(longest, env.get(*step.within));
+  const double end = memory_.travel_m.value_or(0) + longest;
+  auto outcome = co_await press_until(rest.force_N() + rise, v, env.get(step.timeout), end);
+  if (!outcome && outcome.error().code == Errc::limit_tripped) {
+    co_return fail(Errc::limit_tripped, "{}; the search was to go {:.4g} mm at most",
+                   outcome.error().what, longest * 1e3);
+  }
+  co_return outcome;
+}
+
+// Steps back, each twice as far as the one before, until the drop of the force is clearly more than
+// noise. What is left of the force is more than nothing, else the contact was lost on the way.
+Task<Result<>> Run::measure_stiffness(double touched_m, const Rest& before) {
+  auto at = co_await watch_rest(kLook);
+  if (!at) co_return fail(at.error());
+  const double rest_N = before.force_N(), noise_N = before.scatter_N();
+  const double felt_N = at->force_N() - rest_N;
+  const FrameCapabilities& caps = setup_.frame.capabilities();
+  const double speed = std::clamp(kFastest_m_s, caps.speed_min.si(), caps.speed_max.si());
+  double step_m = std::max(kFirstStep_m, 2 * travel_step_.step_m());
+  for (int i = 0; i < kSteps; ++i, step_m *= 2) {
+    const double target_m = touched_m - step_m;
+    if (target_m < device_limits(guard_.limits(), caps).travel_min.si()) break;
+    auto moved = co_await move_to_travel(target_m, speed, 60 + step_m / speed);
+    if (!moved) co_return moved;
+    auto now = co_await watch_rest(kLook);
+    if (!now) co_return fail(now.error());
+    const double error_N = kSigmas * std::hypot(at->error_N(), now->error_N());
+    const double left_N = now->force_N() - rest_N, drop_N = at->force_N() - now->force_N();
+    if (left_N < error_N + kSigmas * noise_N / 3) break;
+    if (drop_N < std::max(3 * error_N, kEnough * felt_N)) continue;
+    const double way_m = at->travel_m().value_or(touched_m) - now->travel_m().value_or(target_m);
+    const double least_m = way_m - travel_step_.step_m();
+    if (least_m <= 0) continue;
+    const double most = (drop_N + error_N) / least_m;
+    pressing_->measured(left_N, most);
+    event("stiffness", fmt::format(R"({{"force_N":{},"stiffness_N_m":{},"at_most_N_m":{}}})",
+                                   at->force_N(), drop_N / way_m, most));
+    co_return Result<>();
+  }
+  event("stiffness",
+        fmt::format(R"({{"force_N":{},"stiffness_N_m":null,"at_most_N_m":null}})", at->force_N()));
+  co_return Result<>();
+}
+
+Task<Result<>> Run::back_off(double clear_m, const FindContactStep& step) {
+  const Environment& env = setup_.environment;
+  auto moved = co_await move_to_travel(clear_m, env.get(step.speed), env.get(step.timeout));
+  if (!moved || !setup_.check_at_contact || !start_travel_m_) co_return moved;
+  auto possible = co_await setup_.check_at_contact(*start_travel_m_, *contact_travel_m_);
+  co_return possible;
+}
+
+Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress) {
+  const Environment& env = setup_.environment;
+  aim_at(std::nullopt);
+  // A search that begins again may already touch: what it would take for the force at rest is not.
+  if (progress.start_travel_m && memory_.travel_m.value_or(0) > *progress.start_travel_m) {
+    auto back = co_await move_to_travel(*progress.start_travel_m, env.get(step.speed),
+                                        env.get(step.timeout));
+    if (!back) co_return back;
+  }
+  auto rest = co_await living_rest();
+  if (!rest) co_return fail(rest.error());
+  rest_ = *rest;
+  guard_.set_rest_force(rest->force_N());
+  if (!progress.start_travel_m) progress.start_travel_m = memory_.travel_m;
+  auto touched = co_await search(step, *rest);
+  if (!touched) co_return fail(touched.error());
+  if (!touched->travel_m) {
+    co_return fail(Errc::refused, "step {}: the frame reports no travel at contact", step_->id);
+  }
+  const double felt_N = touched->force_N.value_or(force_N_.value_or(0)) - rest->force_N();
+  place_contact(*touched->travel_m, std::max(felt_N, env.get(step.force)));
+  event("contact", fmt::format(R"({{"travel_m":{},"force_N":{},"rest_force_N":{}}})",
+                               *contact_travel_m_, touched->force_N.value_or(0), rest->force_N()));
+  auto measured = co_await measure_stiffness(*contact_travel_m_, *rest);
+  if (!measured) co_return measured;
+  auto result = co_await back_off(*contact_travel_m_ - env.get(step.back_off), step);
+  co_return result;
+}
+
+// `finally` asks for a gap, and contact was never found. What presses all the same is left by the
+// same way, from here; a force that nobody knows counts as one that presses.
+Task<Result<>> Run::back_away(const Target& to, double speed_m_s, double timeout_s) {
+  const auto force = present_force();
+  if (force && !is_loaded(*force)) {
+    event("skipped",
+          "no contact was found, and nothing presses: there is nothing to move away from");
+    co_return Result<>();
+  }
+  if (!memory_.travel_m) {
+    co_return fail(Errc::no_reply, "step {}: the frame sends no travel", step_->id);
+  }
+  const double least = device_limits(guard_.limits(), setup_.frame.capabilities()).travel_min.si();
+  const double target_m = std::max(least, *memory_.travel_m - setup_.environment.get(to.value));
+  auto moved = co_await move_to_travel(target_m, speed_m_s, timeout_s);
+  co_return moved;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// One motion of a run: whether it may begin, what the device watches meanwhile, what came of it;
+// and what the frame shows while it stands.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "protocols/run.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace asio::experimental::awaitable_operators;
+using namespace std::chrono_literals;
+
+constexpr Duration kForceAge = 500ms;  // an older force says nothing of the way to go
+constexpr Duration kRestTime = 500ms;
+constexpr Duration kLifeTime = 3s;  // a live cell changes its last digit within this
+constexpr std::int64_t kRestSamples = 10;
+
+// Everything but `target` keeps the protocol from going on.
+Result<MotionOutcome> judge(const std::string& step, MotionOutcome outcome) {
+  const std::string& detail = outcome.detail;
+  switch (outcome.reason) {
+    case MotionEnd::target: return outcome;
+    case MotionEnd::force_limit:
+      return fail(Errc::limit_tripped, "step {}: the frame stopped at its force limit {}", step,
+                  detail);
+    case MotionEnd::travel_limit:
+      return fail(Errc::limit_tripped, "step {}: the frame stopped at its travel limit {}", step,
+                  detail);
+    case MotionEnd::stopped:
+      return fail(Errc::aborted, "step {}: the frame was stopped at the machine {}", step, detail);
+    case MotionEnd::fault: break;
+  }
+  return fail(Errc::refused, "step {}: the frame reports a fault {}", step, detail);
+}
+
+}  // namespace
+
+Task<Result<>> Run::arm(FrameLimits limits) {
+  const auto same = [](const FrameLimits& a, const FrameLimits& b) {
+    return a.force_min == b.force_min && a.force_max == b.force_max &&
+           a.travel_min == b.travel_min && a.travel_max == b.travel_max &&
+           a.speed_max == b.speed_max;
+  };
+  if (armed_ && same(*armed_, limits)) co_return Result<>();
+  auto armed = co_await setup_.frame.arm(limits);
+  if (armed) armed_ = limits;
+  co_return armed;
+}
+
+Task<Result<MotionOutcome>> Run::timed(Task<Result<MotionOutcome>> motion, double timeout_s) {
+  held_force_N_.reset();
+  in_motion_ = true;
+  const auto over = [](bool* flag) { *flag = false; };
+  const std::unique_ptr<bool, decltype(over)> moving(&in_motion_, over);
+  const MonoTime deadline = setup_.clock.now() + from_seconds(timeout_s);
+  auto r = co_await (std::move(motion) || setup_.clock.wait_until(deadline));
+  if (r.index() == 1) {
+    co_return fail(Errc::no_reply, "step {}: the motion did not end within {} s", step_->id,
+                   timeout_s);
+  }
+  auto& outcome = std::get<0>(r);
+  if (!outcome) co_return fail(outcome.error());
+  event("motion", to_json_text(*outcome));
+  co_return judge(step_->id, std::move(*outcome));
+}
+
+// Arms, moves, and compares what was felt with what was predicted.
+Task<Result<MotionOutcome>> Run::watched(Permit permit, Task<Result<MotionOutcome>> motion,
+                                         double timeout_s) {
+  auto armed = co_await arm(permit.limits);
+  if (!armed) co_return fail(armed.error());
+  if (pressing_) pressing_->begin(permit);
+  auto outcome = co_await timed(std::move(motion), timeout_s);
+  if (!pressing_ || !outcome) co_return outcome;
+  const auto seen = pressing_->end(*outcome, rest_ ? rest_->scatter_N() : 0);
+  if (seen) event(seen->exceeded ? "overshoot_exceeded" : "overshoot", seen->to_json_text());
+  co_return outcome;
+}
+
+Pressing::State Run::pressing_state() const {
+  Pressing::State now;
+  now.limits = guard_.limits();
+  now.force_max_N = guard_.force_max_N();
+  if (rest_) {
+    now.rest_N = rest_->force_N();
+    now.noise_N = rest_->scatter_N();
+  }
+  now.travel_m = memory_.travel_m;
+  now.force_N = force_N_;
+  now.contact_m = contact_travel_m_;
+  now.contact_N = contact_force_N_;
+  return now;
+}
+
+Result<double> Run::present_force() const {
+  const Duration age = setup_.clock.now() - force_known_;
+  const double period_s = 1 / setup_.frame_rate_Hz;
+  const Duration most = std::max<Duration>(kForceAge, from_seconds(3 * period_s));
+  if (force_N_ && age <= most) return *force_N_;
+  if (!force_N_) return fail(Errc::no_reply, "step {}: the frame sends no force", step_->id);
+  return fail(
+      Errc::no_reply,
+      "step {}: the last known force, {:.4f} N, is {:.1f} s old: nobody knows which way leads "
+      "to less",
+      step_->id, *force_N_, to_seconds(age));
+}
+
+Task<Result<>> Run::move_to_travel(double travel_m, double speed_m_s, double timeout_s) {
+  Permit permit;
+  if (pressing_) {
+    if (!memory_.travel_m) {
+      co_return fail(Errc::no_reply, "step {}: the frame sends no travel", step_->id);
+    }
+    auto allowed = pressing_->to_travel(pressing_state(), travel_m, speed_m_s);
+    if (!allowed)
+      co_return fail(allowed.error().code, "step {}: {}", step_->id, allowed.error().what);
+    permit = *allowed;
+  }
+  auto motion = setup_.frame.move_to(Length::from_si(travel_m), Velocity::from_si(speed_m_s));
+  auto outcome = co_await watched(permit, std::move(motion), timeout_s);
+  if (!outcome) co_return fail(outcome.error());
+  co_return Result<>();
+}
+
+Task<Result<MotionOutcome>> Run::press_until(double force_N, double speed_m_s, double timeout_s,
+                                             std::optional<double> guard_travel_m) {
+  auto permit = pressing_->to_force(pressing_state(), force_N, speed_m_s);
+  if (!permit) co_return fail(permit.error().code, "step {}: {}", step_->id, permit.error().what);
+  Length guard = permit->guard;
+  if (guard_travel_m) guard = std::min(guard, Length::from_si(*guard_travel_m));
+  auto motion =
+      setup_.frame.move_until_force(Force::from_si(force_N), Velocity::from_si(speed_m_s), guard);
+  auto outcome = co_await watched(*permit, std::move(motion), timeout_s);
+  co_return outcome;
+}
+
+// Towards the specimen when the force has to grow, away from it otherwise.
+Task<Result<>> Run::move_to_force(double force_N, double speed_m_s, double timeout_s) {
+  const auto present = present_force();
+  if (!present) co_return fail(present.error());
+  Result<MotionOutcome> outcome;
+  if (force_N >= *present) {
+    outcome = co_await press_until(force_N, speed_m_s, timeout_s, std::nullopt);
+  } else {
+    const Permit permit = pressing_->away(pressing_state());
+    auto motion = setup_.frame.move_until_force(
+        Force::from_si(force_N), Velocity::from_si(-speed_m_s), permit.limits.travel_min);
+    outcome = co_await watched(permit, std::move(motion), timeout_s);
+  }
+  if (!outcome) co_return fail(outcome.error());
+  co_return Result<>();
+}
+
+Task<Result<>> Run::ramp_to_force(double force_N, double rate_N_s, double timeout_s) {
+  const auto present = present_force();
+  if (!present) co_return fail(present.error());
+  auto permit = pressing_->ramp(pressing_state(), force_N, rate_N_s);
+  if (!permit) co_return fail(permit.error().code, "step {}: {}", step_->id, permit.error().what);
+  auto motion = setup_.frame.ramp_force(Force::from_si(force_N), ForceRate::from_si(rate_N_s));
+  auto outcome = co_await watched(*permit, std::move(motion), timeout_s);
+  if (!outcome) co_return fail(outcome.error());
+  held_force_N_ = force_N;
+  co_return Result<>();
+}
+
+Task<Result<Rest>> Run::watch_rest(Duration at_least) {
+  watched_rest_.emplace();
+  const MonoTime begin = setup_.clock.now();
+  const auto enough = [&] { return watched_rest_->forces() >= kRestSamples; };
+  co_await setup_.clock.wait_for(at_least);
+  while (!enough() && setup_.clock.now() - begin < kLifeTime) {
+    co_await setup_.clock.wait_for(50ms);
+  }
+  Rest rest = *std::exchange(watched_rest_, std::nullopt);
+  if (rest.forces() == 0) {
+    const std::string place = step_ != nullptr ? "step " + step_->id + ": " : std::string();
+    co_return fail(Errc::no_reply, "{}the frame sends no force", place);
+  }
+  co_return rest;
+}
+
+Task<Result<Rest>> Run::living_rest() {
+  auto rest = co_await watch_rest(kRestTime);
+  if (rest && !rest->is_alive()) rest = co_await watch_rest(kLifeTime);
+  if (!rest || rest->is_alive()) co_return rest;
+  co_return fail(Errc::refused,
+                 "step {}: the load cell shows {:.4f} N in all of {} samples: it is frozen or not "
+                 "connected, and nothing is approached with it",
+                 step_->id, rest->force_N(), rest->forces());
+}
+
+// Before anything moves: whether the frame stands, and where.
+Task<Result<>> Run::look_at_rest() {
+  auto rest = co_await watch_rest(kRestTime);
+  if (!rest) co_return fail(rest.error());
+  event("rest", rest->to_json_text());
+  if (!rest->stands()) {
+    co_return fail(Errc::busy, "the frame moves, and nobody here told it to: stop whoever does");
+  }
+  const BoundLimits& limits = guard_.limits();
+  const double force_N = rest->force_N();
+  if (!setup_.continues && (force_N < limits.force_min_N || force_N > limits.force_max_N)) {
+    co_return fail(
+        Errc::limit_tripped,
+        "the load cell shows {:.4f} N before anything was moved, the limits are {:.4g} to "
+        "{:.4g} N: unload it, or zero it at the machine",
+        force_N, limits.force_min_N, limits.force_max_N);
+  }
+  if (!setup_.continues) rest_ = *rest;
+  start_travel_m_ = rest->travel_m();
+  if (setup_.start_gap_m && start_travel_m_) {
+    place_contact(*start_travel_m_ + *setup_.start_gap_m, 0);
+  }
+  co_return Result<>();
+}
+
+}  // namespace lcrig

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/forecast.hpp"
+
+#include <gtest/gtest.h>
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+
+FrameCapabilities frame(Duration reaction = 20ms) {
+  FrameCapabilities c;
+  c.device_stop = true;
+  c.reaction = reaction;
+  c.deceleration = 0.05_m_s2;
+  c.speed_min = Velocity::from_si(1e-7);
+  c.force_loop.emplace();
+  c.force_loop->approach = 0.1_mm_s;
+  c.force_loop->contact = Force::from_si(0.01);
+  c.force_loop->rate_max = 5.0_N_s;
+  c.force_loop->lag = 40ms;
+  c.force_loop->ripple = Force::from_si(0.01);
+  c.force_loop->stiffness_max = 200.0_N_mm;
+  return c;
+}
+
+Forecast of(double bound_N_m, std::optional<double> expected_N_m = std::nullopt) {
+  std::optional<ForceBound> expected;
+  if (expected_N_m) expected.emplace(Compression(), *expected_N_m);
+  return Forecast(frame(), ForceBound({}, bound_N_m), std::move(expected));
+}
+
+// Load-frame reference, section 2: k 100 N/mm, 60 mm/min, 1 ms and 20 ms, a = 50 mm/s2: 1.1, 3.0 N.
+TEST(Forecast, AgreesWithTheReferenceTable) {
+  const ForceBound contact({}, 100e3);
+  EXPECT_NEAR(Forecast(frame(1ms), contact, {}).stop_N(0, 1e-3), 1.1, 0.01);
+  EXPECT_NEAR(Forecast(frame(), contact, {}).stop_N(0, -1e-3), 3.0, 0.01);
+}
+
+TEST(Forecast, TheFastestSpeedEndsExactlyAtTheLimit) {
+  const Forecast f = of(120e3);
+  const double v = f.fastest_m_s(0.5, 1.5);
+  EXPECT_GT(v, 0);
+  EXPECT_NEAR(f.stop_N(0.5, v), 1.5, 1e-9);
+  EXPECT_EQ(f.fastest_m_s(1.5, 1.5), 0);
+}
+
+TEST(Forecast, ATripEndsAtTheLimit) {
+  const Forecast f = of(120e3);
+  const double trip = f.trip_N(0.2e-3, 1.5);
+  EXPECT_NEAR(f.stop_N(trip, 0.2e-3), 1.5, 1e-9);
+}
+
+TEST(Forecast, AHostSideStopTakesTheHostsTimeToo) {
+  FrameCapabilities polled = frame();
+  polled.device_stop = false;
+  EXPECT_NEAR(stopping_way_m(polled, 1e-3) - stopping_way_m(frame(), 1e-3), 20e-6, 1e-12);
+}
+
+TEST(Forecast, ARampPassesItsTargetByLagAndRipple) {
+  const Forecast f = of(50e3);
+  EXPECT_NEAR(f.ramp_N(0.5, 1, 0.2), 1 + 0.2 * 0.04 + 0.01, 1e-9);
+  EXPECT_NEAR(f.fastest_ramp_N_s(1, 1.11), 0.1 / 0.04, 1e-9);
+  EXPECT_EQ(f.fastest_ramp_N_s(1, 1.005), 0);
+  // From no contact on it also meets the specimen, at a speed of its own.
+  const double met = f.stop_N(0.01, 0.1e-3);
+  EXPECT_NEAR(f.ramp_N(0, 0.02, 0.001), met, 1e-9);
+}
+
+TEST(Forecast, AMeasuredStiffnessIsTrustedWithAMargin) {
+  Forecast f = of(1000e3, 60e3);
+  const double v = 0.016e-3;
+  EXPECT_GT(f.stop_N(1, v), 1.3);
+  ASSERT_TRUE(f.stop_if_measured_N(1, v));
+  EXPECT_NEAR(*f.stop_if_measured_N(1, v) - 1, 1.5 * (*f.expected_stop_N(1, v) - 1), 1e-6);
+  f.measured(0.05, 80e3);
+  EXPECT_TRUE(f.is_measured());
+  EXPECT_NEAR(f.stop_N(1, v) - 1, 1.5 * 80e3 * stopping_way_m(frame(), v), 1e-6);
+}
+
+TEST(Forecast, ALoopIsGoodForItsContactsOnly) {
+  EXPECT_TRUE(of(150e3).loop_can_hold(1));
+  EXPECT_FALSE(of(500e3).loop_can_hold(1));
+  EXPECT_TRUE(of(500e3, 60e3).loop_can_hold_if_measured(1));
+}
+
+}  // namespace
+}  // namespace lcrig

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/pressing.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+FrameCapabilities frame() {
+  FrameCapabilities c;
+  c.motion = c.device_stop = true;
+  c.force_max = 20.0_N;
+  c.speed_max = 10.0_mm_s;
+  c.travel_min = Length();
+  c.travel_max = 60.0_mm;
+  c.reaction = 8ms;
+  c.deceleration = 0.2_m_s2;
+  return c;
+}
+
+Pressing on(double stiffness_N_m) {
+  return Pressing(Forecast(frame(), ForceBound({}, stiffness_N_m), {}), frame());
+}
+
+Pressing::State standing_at(double travel_m) {
+  Pressing::State now;
+  now.limits.force_min_N = -0.2;
+  now.limits.force_max_N = now.force_max_N = 1.5;
+  now.travel_m = travel_m;
+  now.force_N = 0.01;
+  now.noise_N = 0.002;
+  return now;
+}
+
+TEST(Pressing, WhatMayEndBeyondTheLimitIsRefusedWithTheSpeedThatMay) {
+  const Pressing pressing = on(120e3);
+  const auto no = pressing.to_force(standing_at(0), 0.5, 1e-3);
+  ASSERT_FALSE(no);
+  EXPECT_EQ(no.error().code, Errc::invalid_request);
+  EXPECT_THAT(no.error().what, HasSubstr("the limit is 1.5 N: at most 0.8"));
+  const auto yes = pressing.to_force(standing_at(0), 0.5, 0.8e-3);
+  ASSERT_TRUE(yes) << yes.error().what;
+  EXPECT_LE(yes->worst_N, 1.5);
+  EXPECT_EQ(yes->limits.force_max, 1.5_N);
+  EXPECT_LT(yes->guard.si(), 60e-3) << "a stop for want of travel needs its way";
+}
+
+TEST(Pressing, TowardsASpecimenThatMayBeAnywhereTheDeviceStopsEarly) {
+  const Pressing pressing = on(120e3);
+  const auto slow = pressing.to_travel(standing_at(10e-3), 20e-3, 0.5e-3);
+  ASSERT_TRUE(slow) << slow.error().what;
+  const double trip_N = slow->limits.force_max.si();
+  EXPECT_NEAR(trip_N + 120e3 * stopping_way_m(frame(), 0.5e-3), 1.5, 1e-9);
+  EXPECT_FALSE(pressing.to_travel(standing_at(10e-3), 20e-3, 5e-3));
+  EXPECT_TRUE(pressing.to_travel(standing_at(10e-3), 5e-3, 5e-3)) << "away from it";
+}
+
+TEST(Pressing, WhereContactIsKnownTheAirIsFree) {
+  const Pressing pressing = on(120e3);
+  Pressing::State now = standing_at(10e-3);
+  now.contact_m = 30e-3;
+  now.contact_N = 0.05;
+  const auto air = pressing.to_travel(now, 29.9e-3, 5e-3);
+  ASSERT_TRUE(air) << air.error().what;
+  EXPECT_EQ(air->limits.force_max, 1.5_N);
+  EXPECT_FALSE(pressing.to_travel(now, 30.1e-3, 5e-3));
+  const auto in = pressing.to_travel(now, 30.005e-3, 5e-3);
+  ASSERT_TRUE(in) << "5 um at 120 N/mm are 0.6 N, however fast: " << in.error().what;
+  EXPECT_NEAR(in->worst_N, 0.65, 1e-6);
+}
+
+TEST(Pressing, CountsFromWhatTheUnloadedCellShows) {
+  const Pressing pressing = on(120e3);
+  Pressing::State now = standing_at(0);
+  now.rest_N = 0.3;
+  const auto permit = pressing.to_force(now, 0.35, 0.1e-3);
+  ASSERT_TRUE(permit);
+  EXPECT_NEAR(permit->worst_N, 0.35 + 120e3 * stopping_way_m(frame(), 0.1e-3), 1e-9);
+}
+
+MotionOutcome target(double force_N) {
+  MotionOutcome o;
+  o.force_N = force_N;
+  return o;
+}
+
+TEST(Pressing, APredictionThatWasExceededIsTheLastOne) {
+  Pressing pressing = on(120e3);
+  const auto permit = pressing.to_force(standing_at(0), 0.5, 0.1e-3);
+  ASSERT_TRUE(permit);
+  pressing.begin(*permit);
+  const auto good = pressing.end(target(permit->worst_N), 0.002);
+  ASSERT_TRUE(good);
+  EXPECT_FALSE(good->exceeded);
+  EXPECT_TRUE(pressing.to_force(standing_at(0), 0.5, 0.1e-3));
+
+  pressing.begin(*permit);
+  FrameSample high;
+  high.force_N = permit->worst_N + 0.1;
+  pressing.add({&high, 1});
+  const auto bad = pressing.end(target(0.5), 0.002);
+  ASSERT_TRUE(bad);
+  EXPECT_TRUE(bad->exceeded);
+  const auto no = pressing.to_force(standing_at(0), 0.5, 0.01e-3);
+  ASSERT_FALSE(no);
+  EXPECT_EQ(no.error().code, Errc::limit_tripped);
+  EXPECT_THAT(no.error().what, HasSubstr("nothing is pressed any more"));
+  EXPECT_TRUE(pressing.to_travel(standing_at(10e-3), 5e-3, 1e-3)) << "away is always allowed";
+}
+
+TEST(Pressing, AForceLoopThatNobodyDescribedIsNotUsed) {
+  const Pressing pressing = on(120e3);
+  EXPECT_FALSE(pressing.ramp(standing_at(0), 1, 0.1));
+  EXPECT_TRUE(pressing.ramp(standing_at(0), 0, 0.1)) << "less force";
+}
+
+}  // namespace
+}  // namespace lcrig

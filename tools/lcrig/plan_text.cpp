@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/plan_text.hpp"
+
+#include <fmt/ostream.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/log.hpp"
+#include "tools/lcrig/live_line.hpp"
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+namespace {
+
+void print_steps(std::ostream& out, const json& steps) {
+  fmt::print(out, "{:20} {:14} {:>6} {:>10}  {}\n", "step", "kind", "times", "total", "note");
+  for (const json& s : steps) {
+    const std::string note = printable(s.at("note").get<std::string>());
+    fmt::print(out, "{:20} {:14} {:>6} {:>10}  {}\n", printable(s.at("id").get<std::string>()),
+               s.at("do").get<std::string>(), s.at("times").get<std::int64_t>(),
+               format_time(s.at("total_s").get<double>()),
+               s.at("in_finally").get<bool>() ? "finally. " + note : note);
+  }
+}
+
+void print_worst(std::ostream& out, const json& plan) {
+  const auto number = [&plan](const char* key) { return plan.at(key).get<double>(); };
+  if (number("worst_force_N") <= 0) return;
+  const json& u = plan.at("force_uncertainty");
+  const double noise = u.at("noise_N").get<double>();
+  fmt::print(out, "at worst      {:.4g} N of the {:.4g} N allowed, as the load cell shows it\n",
+             number("worst_force_N"), number("force_max_N"));
+  fmt::print(out,
+             "              link or host lost: {:.4g} N; the frame goes on for {:.3g} mm at most\n",
+             number("worst_force_without_link_N"), number("way_without_link_mm"));
+  fmt::print(
+      out, "              true force within {:.2g} N of it: class {:.2g}, zero {:.2g}, noise {}\n",
+      number("force_uncertainty_N"), u.at("class_N").get<double>(), u.at("zero_N").get<double>(),
+      noise > 0 ? fmt::format("{:.2g} N", noise) : std::string("measured at rest"));
+}
+
+}  // namespace
+
+void print_plan(std::ostream& out, const json& plan) {
+  const auto number = [&plan](const char* key) { return plan.at(key).get<double>(); };
+  print_steps(out, plan.at("steps"));
+  fmt::print(out, "\nduration      {}\n", format_time(number("duration_s")));
+  fmt::print(out, "readings      {} of measure steps, about {} recorded in all\n",
+             plan.at("measure_readings").get<std::int64_t>(),
+             plan.at("lcr_readings").get<std::int64_t>());
+  fmt::print(out, "peak force    {:.4g} N, overshoot of {:.2g} N expected\n",
+             number("peak_force_N"), number("overshoot_N"));
+  print_worst(out, plan);
+  const json& travel = plan.at("travel_mm");
+  fmt::print(out, "travel        {:.4g} to {:.4g} mm{}\n", travel.at(0).get<double>(),
+             travel.at(1).get<double>(),
+             plan.at("travel_from") == "contact" ? " from contact" : "");
+  fmt::print(out, "database      about {:.1f} MB\n", number("database_bytes") * 1e-6);
+  const auto note = plan.at("aperture_note").get<std::string>();
+  if (!note.empty()) fmt::print(out, "aperture      {}\n", printable(note));
+  for (const json& assumption : plan.at("assumptions")) {
+    fmt::print(out, "assumed       {}\n", printable(assumption.get<std::string>()));
+  }
+}
+
+}  // namespace lcrig::cli
