@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the checks share: the gateway, what the user allows, and the list of checks."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import Callable, Mapping
+
+from ..protocol import Line
+from .client import Client, Failed, Received, Skipped
+
+HELLO = "HELLO proto=1 revision=2 side=host maker=lcrig model=check version=0"
+OBSERVE = "OBSERVE proto=1 revision=2 side=host maker=lcrig model=check version=0"
+CAPS_FLAGS = ("motion", "device_stop", "force_hold", "force", "travel", "zero_force", "zero_travel")
+CAPS_NUMBERS = ("force_max_N", "speed_min_mm_s", "speed_max_mm_s", "travel_min_mm", "travel_max_mm",
+                "rate_max_hz", "reaction_s", "deceleration_mm_s2")
+LOOP_NUMBERS = ("force_approach_mm_s", "force_contact_N", "force_rate_max_N_s", "force_lag_s",
+                "force_ripple_N", "force_stiffness_max_N_mm")
+
+
+@dataclass
+class Bench:
+    host: str
+    port: int
+    patience: float = 1.0  # factor on all times that a slow computer may exceed
+    move: bool = False
+    zero: bool = False
+    travel_mm: tuple[float, float] = (0.0, 0.0)
+    force_max_N: float = 0.0
+    speed_mm_s: float = 1.0
+    panel: tuple[str, int] | None = None
+    say: Callable[[str], None] = print
+    ill_formed: list[str] = field(default_factory=list)
+    hello: Mapping[str, str] = field(default_factory=dict)
+    caps: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def revision(self) -> int:
+        return int(self.hello.get("revision", "1"))
+
+    def cap(self, key: str) -> float:
+        return Line("CAPS", None, self.caps).real(key)
+
+    def need_revision_2(self) -> None:
+        if self.revision < 2:
+            raise Skipped("the gateway has revision 1")
+
+    def rate_hz(self) -> float:
+        return min(50.0, self.cap("rate_max_hz"))
+
+    def connect(self) -> Client:
+        return Client(self.host, self.port, self.patience, self.ill_formed)
+
+    def open(self, client: Client, word: str = HELLO) -> tuple[Received, Received]:
+        """HELLO or OBSERVE, up to CAPS."""
+        mark = client.mark()
+        client.begin_numbers()
+        client.send(word)
+        hello = client.expect("HELLO", mark, lambda r: r.word == "HELLO", 1.0 * self.patience)
+        caps = client.expect("CAPS", mark, lambda r: r.word == "CAPS", 1.0 * self.patience)
+        return hello, caps
+
+    def session(self, hz: float = 0.0) -> Client:
+        """A connection with a session that may command."""
+        client = self.connect()
+        try:
+            self.open(client)
+            if hz:
+                client.accepted(f"RATE hz={hz:g}")
+        except BaseException:
+            client.close()
+            raise
+        return client
+
+    def last_sample(self, client: Client, mark: int = 0) -> Received:
+        """A fresh one with force and travel."""
+        return client.expect("a sample with travel_mm", mark,
+                             lambda r: r.word == "S" and "travel_mm" in r.line.fields,
+                             2.0 * self.patience)
+
+    def present_travel_mm(self, client: Client) -> float:
+        value = values(self.last_sample(client, client.mark()), "travel_mm")[-1]
+        if value is None:
+            raise Failed("the last sample has no travel")
+        return value
+
+    def arm(self, client: Client, force_max_N: float | None = None) -> None:
+        low, high = self.travel_mm
+        most = self.force_max_N if force_max_N is None else force_max_N
+        client.accepted(f"LIMITS force_min_N={-self.force_max_N:g} force_max_N={most:g} "
+                        f"travel_min_mm={low:g} travel_max_mm={high:g} "
+                        f"speed_max_mm_s={self.fastest_mm_s():g}")
+
+    def fastest_mm_s(self) -> float:
+        return min(2 * self.speed_mm_s, self.cap("speed_max_mm_s"))
+
+
+def values(samples: Received, key: str) -> list[float | None]:
+    count = int(samples.line.fields["n"])
+    if key not in samples.line.fields:
+        return [None] * count
+    return [float(v) if v else None for v in samples.line.fields[key].split(",")]
+
+
+def flags(samples: Received) -> list[str]:
+    words = samples.line.fields.get("flags", "").split(",")
+    return words * int(samples.line.fields["n"]) if len(words) == 1 else words
+
+
+@dataclass(frozen=True)
+class Check:
+    name: str
+    section: str
+    promise: str
+    run: Callable[[Bench], None]
+    moves: bool
+
+
+CHECKS: list[Check] = []
+
+
+def check(name: str, section: str, promise: str,
+          moves: bool = False) -> Callable[[Callable[[Bench], None]], Callable[[Bench], None]]:
+    """Adds a function to the list. It raises Failed or Skipped, or the promise is kept."""
+
+    def add(run: Callable[[Bench], None]) -> Callable[[Bench], None]:
+        CHECKS.append(Check(name, section, promise, run, moves))
+        return run
+
+    return add
+
+
+def require(condition: bool, text: str) -> None:
+    if not condition:
+        raise Failed(text)
+
+
+def now_s() -> float:
+    return time.monotonic()
