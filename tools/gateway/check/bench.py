@@ -74,16 +74,12 @@ class Bench:
         return client
 
     def last_sample(self, client: Client, mark: int = 0) -> Received:
-        """A fresh one with force and travel."""
+        """The first one since the mark that has a travel."""
         return client.expect("a sample with travel_mm", mark,
-                             lambda r: r.word == "S" and "travel_mm" in r.line.fields,
-                             2.0 * self.patience)
+                             lambda r: r.word == "S" and bool(travels_mm(r)), 2.0 * self.patience)
 
     def present_travel_mm(self, client: Client) -> float:
-        value = values(self.last_sample(client, client.mark()), "travel_mm")[-1]
-        if value is None:
-            raise Failed("the last sample has no travel")
-        return value
+        return travels_mm(self.last_sample(client, client.mark()))[-1]
 
     def arm(self, client: Client, force_max_N: float | None = None) -> None:
         low, high = self.travel_mm
@@ -91,6 +87,16 @@ class Bench:
         client.accepted(f"LIMITS force_min_N={-self.force_max_N:g} force_max_N={most:g} "
                         f"travel_min_mm={low:g} travel_max_mm={high:g} "
                         f"speed_max_mm_s={self.fastest_mm_s():g}")
+
+    def widest_limits(self, **changes: float) -> str:
+        """LIMITS a little inside what CAPS say."""
+        low, high = self.cap("travel_min_mm"), self.cap("travel_max_mm")
+        inset_mm = 0.01 * (high - low)
+        limits = {"force_min_N": -0.99 * self.cap("force_max_N"),
+                  "force_max_N": 0.99 * self.cap("force_max_N"), "travel_min_mm": low + inset_mm,
+                  "travel_max_mm": high - inset_mm,
+                  "speed_max_mm_s": 0.99 * self.cap("speed_max_mm_s"), **changes}
+        return "LIMITS " + " ".join(f"{key}={value:f}" for key, value in limits.items())
 
     def fastest_mm_s(self) -> float:
         return min(2 * self.speed_mm_s, self.cap("speed_max_mm_s"))
@@ -101,6 +107,11 @@ def values(samples: Received, key: str) -> list[float | None]:
     if key not in samples.line.fields:
         return [None] * count
     return [float(v) if v else None for v in samples.line.fields[key].split(",")]
+
+
+def travels_mm(samples: Received) -> list[float]:
+    """Without those that are missing."""
+    return [v for v in values(samples, "travel_mm") if v is not None]
 
 
 def flags(samples: Received) -> list[str]:

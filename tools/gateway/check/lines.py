@@ -19,7 +19,7 @@ _BAD = [  # each asks for samples, so that obeying it would be seen
     ("a word for a number", b"#%d RATE hz=fast"),
     ("a quote that does not end", b'#%d RATE hz=50 x="a'),
     ("no UTF-8", b"#%d RATE hz=50 x=\xff\xfe"),
-    ("101 fields", b"#%d RATE hz=50 " + b" ".join(b"x%d=1" % i for i in range(100))),
+    ("more than 100 fields", b"#%d RATE hz=50 " + b" ".join(b"x%d=1" % i for i in range(150))),
 ]
 
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from .bench import Bench, check, flags, now_s, require, values
+from .bench import Bench, check, flags, now_s, require, travels_mm, values
 from .client import Client, Received, Skipped, seconds
 
 _NEAR_MM = 0.05  # how exactly a gateway of any machine stands
@@ -69,9 +69,9 @@ def move(bench: Bench) -> None:
         lines = client.since(mark, ["S"])
         require(any("M" in word for r in lines for word in flags(r)), "no sample of the motion has M")
         before = [r for r in lines if r.arrived_s <= done.arrived_s]
-        travel = values(before[-1], "travel_mm")[-1] if before else None
-        slack_mm = _NEAR_MM + bench.speed_mm_s / bench.rate_hz()
-        require(travel is not None and abs(travel - goal) < slack_mm,
+        travels = [t for r in before for t in travels_mm(r)]
+        slack_mm = _NEAR_MM + 2 * bench.speed_mm_s / bench.rate_hz()
+        require(bool(travels) and abs(travels[-1] - goal) < slack_mm,
                 "the last sample before DONE is not of the end of the motion")
         _require_standing(bench, client)
 
@@ -135,8 +135,7 @@ def stop(bench: Bench) -> None:
 
 def _check_way(bench: Bench, before: Received, sent_s: float, stopped: Received) -> None:
     """From the place at STOP: 20 ms, then the deceleration; and the age of the sample."""
-    at = values(before, "travel_mm")[-1]
-    assert at is not None
+    at = travels_mm(before)[-1]
     end = stopped.line.real("travel_mm")
     v = _slow_speed_mm_s(bench)
     age_s = sent_s - before.arrived_s + 0.1 + 1 / bench.rate_hz()

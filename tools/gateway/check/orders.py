@@ -7,18 +7,10 @@ from .bench import Bench, check, require
 from .client import Failed, Skipped, seconds
 
 
-def _limits(bench: Bench, **changes: float) -> str:
-    most_N = bench.cap("force_max_N")
-    limits = {"force_min_N": -most_N, "force_max_N": most_N, "travel_min_mm": bench.cap("travel_min_mm"),
-              "travel_max_mm": bench.cap("travel_max_mm"),
-              "speed_max_mm_s": bench.cap("speed_max_mm_s"), **changes}
-    return "LIMITS " + " ".join(f"{key}={value:f}" for key, value in limits.items())
-
-
 @check("numbers", "4", "the number of a command is larger than every one before")
 def numbers(bench: Bench) -> None:
     with bench.session() as client:
-        for number, word in ((5, "OK"), (5, "ERR"), (4, "ERR"), (6, "OK"), (999999999999, "OK")):
+        for number, word in ((5, "OK"), (5, "ERR"), (4, "ERR"), (6, "OK"), (100000, "OK")):
             answer = client.command("STATUS", number)
             require(answer.word == word, f"#{number}: expected {word}, found {answer.text}")
 
@@ -42,7 +34,7 @@ def not_armed(bench: Bench) -> None:
 def bad_values(bench: Bench) -> None:
     with bench.session(bench.rate_hz()) as client:
         travel_mm = bench.present_travel_mm(client)
-        client.accepted(_limits(bench))
+        client.accepted(bench.widest_limits())
         client.refused(f"MOVE travel_mm={travel_mm:f}", "syntax")
         client.refused("RATE", "syntax")
         client.refused("HOLD", "syntax")
@@ -63,12 +55,12 @@ def machine_limits(bench: Bench) -> None:
         for change in ({"force_max_N": 1.1 * most_N}, {"force_min_N": -1.1 * most_N},
                        {"travel_min_mm": low - 1}, {"travel_max_mm": high + 1},
                        {"speed_max_mm_s": 1.1 * fast}):
-            client.refused(_limits(bench, **change), "machine_limits")
-        client.refused(_limits(bench, force_min_N=most_N, force_max_N=-most_N), "bad_value",
+            client.refused(bench.widest_limits(**change), "machine_limits")
+        client.refused(bench.widest_limits(force_min_N=most_N, force_max_N=-most_N), "bad_value",
                        "machine_limits")
         client.refused(f"RATE hz={2 * bench.cap('rate_max_hz'):f}", "machine_limits")
-        client.accepted(_limits(bench))
-        client.accepted(_limits(bench, force_max_N=most_N / 2))
+        client.accepted(bench.widest_limits())
+        client.accepted(bench.widest_limits(force_max_N=most_N / 2))
 
 
 @check("speed_limit", "4", "a speed beyond LIMITS is refused")
@@ -78,7 +70,7 @@ def speed_limit(bench: Bench) -> None:
     slow, fast = bench.cap("speed_min_mm_s"), bench.cap("speed_max_mm_s")
     with bench.session(bench.rate_hz()) as client:
         travel_mm = bench.present_travel_mm(client)
-        client.accepted(_limits(bench, speed_max_mm_s=(slow + fast) / 2))
+        client.accepted(bench.widest_limits(speed_max_mm_s=(slow + fast) / 2))
         client.refused(f"MOVE travel_mm={travel_mm:f} speed_mm_s={fast:f}", "limits")
         client.refused(f"MOVE travel_mm={travel_mm:f} speed_mm_s={slow / 2:.9f}", "machine_limits")
 
@@ -107,13 +99,13 @@ def stop_first(bench: Bench) -> None:
         stopped = client.expect("STOPPED", mark, lambda r: r.word == "STOPPED", 1.5 * bench.patience)
         require(stopped.arrived_s - sent_s < 0.5 * bench.patience,
                 f"STOPPED came after {stopped.arrived_s - sent_s:.2f} s on a machine that stands")
-        client.answer("STATUS", numbers_sent[-1], mark)
+        client.expect("the answer to the last STATUS", mark, lambda r: r.answers(numbers_sent[-1]),
+                      len(numbers_sent) * bench.patience)
 
 
 @check("zero", "4", "ZERO makes the present force 0 and changes the origin")
 def zero(bench: Bench) -> None:
     with bench.session(bench.rate_hz()) as client:
-        client.refused("ZERO force=0 travel=0", "bad_value", "syntax")
         for channel in ("force", "travel"):
             if not bench.cap(f"zero_{channel}"):
                 client.refused(f"ZERO {channel}=1", "unsupported")

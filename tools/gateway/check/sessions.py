@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from ..protocol import Line, Malformed, Missing
 from .bench import (CAPS_FLAGS, CAPS_NUMBERS, HELLO, LOOP_NUMBERS, OBSERVE, Bench, check, now_s,
-                    require, values)
+                    require, travels_mm)
 from .client import Client, Failed, Skipped, seconds
 
 _QUIET_S = 0.3  # in which nothing may come
@@ -61,7 +61,7 @@ def hello_again(bench: Bench) -> None:
     with bench.session(hz) as client:
         bench.last_sample(client)
         travel_mm = bench.present_travel_mm(client)
-        client.accepted(_wide_limits(bench))
+        client.accepted(bench.widest_limits())
         client.stop()
         bench.open(client)
         seconds(0.05)
@@ -74,13 +74,6 @@ def hello_again(bench: Bench) -> None:
         require(first.line.fields["seq"] == "1", f"seq did not begin at 1: {first.text[:60]}")
         require(client.stop().line.fields.get("stops") == "1", "stops were not counted anew")
         client.refused(_stay(bench, travel_mm), "not_armed")
-
-
-def _wide_limits(bench: Bench) -> str:
-    most_N = bench.cap("force_max_N")
-    return (f"LIMITS force_min_N={-most_N} force_max_N={most_N} "
-            f"travel_min_mm={bench.cap('travel_min_mm')} travel_max_mm={bench.cap('travel_max_mm')} "
-            f"speed_max_mm_s={bench.cap('speed_max_mm_s')}")
 
 
 def _stay(bench: Bench, travel_mm: float) -> str:
@@ -109,7 +102,7 @@ def observe(bench: Bench) -> None:
         bench.open(client, f"{OBSERVE} hz={hz:g}")
         first = bench.last_sample(client)
         require(first.line.fields["seq"] == "1", f"seq did not begin at 1: {first.text[:60]}")
-        for text in ("STATUS", "RATE hz=1", _wide_limits(bench), "HOLD mode=travel", "NONSENSE"):
+        for text in ("STATUS", "RATE hz=1", bench.widest_limits(), "HOLD mode=travel", "NONSENSE"):
             client.refused(text, "observer")
         bench.open(client, f"{OBSERVE} hz=0")
         seconds(0.1)
@@ -218,11 +211,9 @@ def _return_to_start(bench: Bench) -> None:
 
 def _require_motion(bench: Bench, client: Client, speed_mm_s: float) -> None:
     mark = client.mark()
-    first = values(bench.last_sample(client, mark), "travel_mm")[0]
+    first = travels_mm(bench.last_sample(client, mark))[0]
     seconds(0.3)
-    last = values(client.since(mark, ["S"])[-1], "travel_mm")[-1]
-    require(first is not None and last is not None, "samples without travel")
-    assert first is not None and last is not None
+    last = [t for r in client.since(mark, ["S"]) for t in travels_mm(r)][-1]
     require(last - first > 0.1 * speed_mm_s, "the motion had ended")
 
 

@@ -63,10 +63,7 @@ def life_signs(bench: Bench) -> None:
 def silence(bench: Bench) -> None:
     with bench.session(bench.rate_hz()) as client:
         travel_mm = bench.present_travel_mm(client)
-        low, high = bench.cap("travel_min_mm"), bench.cap("travel_max_mm")
-        client.accepted(f"LIMITS force_min_N={-bench.cap('force_max_N')} "
-                        f"force_max_N={bench.cap('force_max_N')} travel_min_mm={low} "
-                        f"travel_max_mm={high} speed_max_mm_s={bench.cap('speed_max_mm_s')}")
+        client.accepted(bench.widest_limits())
         client.keep_alive = False
         silent_s = client.send("HB")
         mark = client.mark()

@@ -103,7 +103,7 @@ def served(**rig: Any) -> Iterator[list[str]]:
     thread = threading.Thread(target=server.run)
     thread.start()
     try:
-        yield ["127.0.0.1", port.address.rsplit(":", 1)[1], "--panel", panel.address, "--patience", "2"]
+        yield ["127.0.0.1", port.address.rsplit(":", 1)[1], "--panel", panel.address, "--patience", "1"]
     finally:
         server.end()
         thread.join(10)
