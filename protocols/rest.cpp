@@ -58,13 +58,11 @@ std::string Rest::to_json_text() const {
   return text;
 }
 
-void TravelStep::add(std::span<const FrameSample> samples) {
-  for (const FrameSample& s : samples) {
-    if (!s.travel_m) continue;
-    const double step = last_m_ ? std::abs(*s.travel_m - *last_m_) : 0;
-    last_m_ = s.travel_m;
-    if (step > kLeastStep_m && (!step_m_ || step < *step_m_)) step_m_ = step;
-  }
+void TravelStep::add(std::optional<double> travel_m) {
+  if (!travel_m) return;
+  const double step = last_m_ ? std::abs(*travel_m - *last_m_) : 0;
+  last_m_ = travel_m;
+  if (step > kLeastStep_m && (!step_m_ || step < *step_m_)) step_m_ = step;
 }
 
 }  // namespace lcrig

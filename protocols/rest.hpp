@@ -38,7 +38,7 @@ class Rest {
 // The smallest step between two travels that differ: the resolution as far as it was seen.
 class TravelStep {
  public:
-  void add(std::span<const FrameSample> samples);
+  void add(std::optional<double> travel_m);
   double step_m() const { return step_m_.value_or(0); }
 
  private:

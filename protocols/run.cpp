@@ -121,7 +121,6 @@ void Run::on_samples(std::span<const FrameSample> samples) {
   last_sample_ = setup_.clock.now();
   if (watched_rest_) watched_rest_->add(samples);
   if (pressing_) pressing_->add(samples);
-  travel_step_.add(samples);
   judge_age(samples);
   for (const FrameSample& s : samples) {
     if (s.force_N) force_N_ = s.force_N, force_known_ = *last_sample_;

@@ -278,7 +278,6 @@ class Run final : private LoadFrame::Listener {
   std::optional<Rest> rest_;  // of the unloaded frame
   std::optional<double> start_travel_m_;
   double contact_force_N_ = 0;  // beyond rest, where gap zero is
-  TravelStep travel_step_;
   SampleClock sample_clock_;
   MonoTime tick_{}, age_told_{};  // the loop came round; an age was told
   bool in_motion_ = false;

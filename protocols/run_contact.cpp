@@ -19,7 +19,7 @@ constexpr double kFirstStep_m = 0.2e-6;
 constexpr double kFastest_m_s = 10e-6;  // of the steps back
 constexpr int kSteps = 12;  // each twice as far: up to 0.8 mm
 constexpr double kSigmas = 3;
-constexpr double kEnough = 0.2;  // of the force at contact: a drop that is worth a slope
+constexpr double kEnough = 0.3;  // of the force at contact: less left tells no more
 
 }  // namespace
 
@@ -59,38 +59,56 @@ Task<Result<MotionOutcome>> Run::search(const FindContactStep& step, const Rest&
   co_return outcome;
 }
 
-// Steps back, each twice as far as the one before, until the drop of the force is clearly more than
-// noise. What is left of the force is more than nothing, else the contact was lost on the way.
+namespace {
+
+// Largest stiffness that a drop of the force on a way back allows, and the best guess, N/m.
+struct Slope {
+  double about = 0, at_most = 0;
+};
+
+std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resolution_m) {
+  const double error_N = kSigmas * std::hypot(touched.error_N(), now.error_N());
+  const double drop_N = touched.force_N() - now.force_N();
+  if (!touched.travel_m() || !now.travel_m() || drop_N < 3 * error_N) return std::nullopt;
+  const double way_m = *touched.travel_m() - *now.travel_m();
+  if (way_m <= resolution_m) return std::nullopt;
+  return Slope{drop_N / way_m, (drop_N + error_N) / (way_m - resolution_m)};
+}
+
+}  // namespace
+
+// Steps back, each twice as far as the one before, as long as something of the force is left: the
+// longest way in contact tells the slope best.
 Task<Result<>> Run::measure_stiffness(double touched_m, const Rest& before) {
-  auto at = co_await watch_rest(kLook);
-  if (!at) co_return fail(at.error());
-  const double rest_N = before.force_N(), noise_N = before.scatter_N();
-  const double felt_N = at->force_N() - rest_N;
+  auto touched = co_await watch_rest(kLook);
+  if (!touched) co_return fail(touched.error());
+  const double felt_N = touched->force_N() - before.force_N();
   const FrameCapabilities& caps = setup_.frame.capabilities();
   const double speed = std::clamp(kFastest_m_s, caps.speed_min.si(), caps.speed_max.si());
-  double step_m = std::max(kFirstStep_m, 2 * travel_step_.step_m());
-  for (int i = 0; i < kSteps; ++i, step_m *= 2) {
-    const double target_m = touched_m - step_m;
-    if (target_m < device_limits(guard_.limits(), caps).travel_min.si()) break;
-    auto moved = co_await move_to_travel(target_m, speed, 60 + step_m / speed);
+  const double end_m = device_limits(guard_.limits(), caps).travel_min.si();
+  TravelStep resolution;
+  std::optional<Slope> best;
+  double step_m = kFirstStep_m, left_N = felt_N;
+  for (int i = 0; i < kSteps && left_N > kEnough * felt_N && touched_m - step_m > end_m;
+       ++i, step_m *= 2) {
+    auto moved = co_await move_to_travel(touched_m - step_m, speed, 60 + step_m / speed);
     if (!moved) co_return moved;
     auto now = co_await watch_rest(kLook);
     if (!now) co_return fail(now.error());
-    const double error_N = kSigmas * std::hypot(at->error_N(), now->error_N());
-    const double left_N = now->force_N() - rest_N, drop_N = at->force_N() - now->force_N();
-    if (left_N < error_N + kSigmas * noise_N / 3) break;
-    if (drop_N < std::max(3 * error_N, kEnough * felt_N)) continue;
-    const double way_m = at->travel_m().value_or(touched_m) - now->travel_m().value_or(target_m);
-    const double least_m = way_m - travel_step_.step_m();
-    if (least_m <= 0) continue;
-    const double most = (drop_N + error_N) / least_m;
-    pressing_->measured(left_N, most);
-    event("stiffness", fmt::format(R"({{"force_N":{},"stiffness_N_m":{},"at_most_N_m":{}}})",
-                                   at->force_N(), drop_N / way_m, most));
-    co_return Result<>();
+    const double noise_N = kSigmas * std::hypot(before.error_N(), now->error_N());
+    left_N = now->force_N() - before.force_N();
+    if (left_N < 2 * noise_N) break;  // contact was lost on the way
+    resolution.add(now->travel_m());
+    const auto slope = slope_of(*touched, *now, resolution.step_m());
+    if (slope && (!best || slope->at_most < best->at_most)) best = slope;
   }
+  const auto number = [](std::optional<double> v) { return v ? fmt::format("{}", *v) : "null"; };
   event("stiffness",
-        fmt::format(R"({{"force_N":{},"stiffness_N_m":null,"at_most_N_m":null}})", at->force_N()));
+        fmt::format(R"({{"force_N":{},"stiffness_N_m":{},"at_most_N_m":{}}})", touched->force_N(),
+                    number(best ? std::optional(best->about) : std::nullopt),
+                    number(best ? std::optional(best->at_most) : std::nullopt)));
+  // The slope is that of the last half of the way to this force.
+  if (best) pressing_->measured(0.5 * felt_N, best->at_most);
   co_return Result<>();
 }
 

@@ -47,11 +47,12 @@ TEST(Rest, AFrameThatMovesDoesNotStand) {
 
 TEST(TravelStep, IsTheSmallestDifferenceSeen) {
   TravelStep step;
-  step.add(samples({0.0}, 1e-3));
+  step.add(1e-3);
   EXPECT_EQ(step.step_m(), 0);
-  step.add(samples({0.0}, 1.003e-3));
-  step.add(samples({0.0}, 1.003e-3));
-  step.add(samples({0.0}, 1.002e-3));
+  step.add(1.003e-3);
+  step.add(std::nullopt);
+  step.add(1.003e-3);
+  step.add(1.002e-3);
   EXPECT_NEAR(step.step_m(), 1e-6, 1e-12);
 }
 
