@@ -7,19 +7,13 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kRounding = 1e-9;  // relative; limits are inclusive
-
-bool above(double v, double max) {
-  return v > max + kRounding * std::max(std::abs(max), 1e-6);
-}
-
 // Slower settings first.
 Aperture usable_aperture(const LcrSettings& settings, const LcrCapabilities& caps, double longest_s,
                          bool& found) {
   for (const Aperture a : {Aperture::slow, Aperture::medium, Aperture::fast}) {
     LcrSettings s = settings;
     s.aperture = a;
-    found = !above(to_seconds(caps.conversion_time(s)), longest_s);
+    found = !exceeds(to_seconds(caps.conversion_time(s)), longest_s);
     if (found) return a;
   }
   return Aperture::fast;
@@ -42,14 +36,14 @@ double target_force_N(const Target& target, const Environment& env, const Rig& r
 }
 
 MaybeOutside check_force(double force, const BoundLimits& limits, const Rig& rig) {
-  const bool high = above(force, limits.force_max_N);
-  if (high || above(-force, -limits.force_min_N)) {
+  const bool high = exceeds(force, limits.force_max_N);
+  if (high || exceeds(-force, -limits.force_min_N)) {
     return Outside(fmt::format("a force of {:.4g} N, the limits allow {:.4g} to {:.4g} N", force,
                                limits.force_min_N, limits.force_max_N),
                    high ? limits.force_max_N : limits.force_min_N);
   }
   const double cell = rig.frame.force_max.si();
-  if (cell > 0 && above(std::abs(force), cell)) {
+  if (cell > 0 && exceeds(std::abs(force), cell)) {
     return Outside(fmt::format("a force of {:.4g} N, the load cell ends at {:.4g} N", force, cell),
                    std::copysign(cell, force));
   }
@@ -57,15 +51,15 @@ MaybeOutside check_force(double force, const BoundLimits& limits, const Rig& rig
 }
 
 MaybeOutside check_travel(double travel, const BoundLimits& limits, const Rig& rig) {
-  const bool high = limits.travel_min_m && above(travel, *limits.travel_max_m);
-  if (high || (limits.travel_min_m && above(-travel, -*limits.travel_min_m))) {
+  const bool high = limits.travel_min_m && exceeds(travel, *limits.travel_max_m);
+  if (high || (limits.travel_min_m && exceeds(-travel, -*limits.travel_min_m))) {
     return Outside(
         fmt::format("a travel of {:.4g} mm, the limits allow {:.4g} to {:.4g} mm", travel * 1e3,
                     *limits.travel_min_m * 1e3, *limits.travel_max_m * 1e3),
         high ? *limits.travel_max_m : *limits.travel_min_m);
   }
   const double lowest = rig.frame.travel_min.si(), highest = rig.frame.travel_max.si();
-  if (lowest < highest && (above(travel, highest) || above(-travel, -lowest))) {
+  if (lowest < highest && (exceeds(travel, highest) || exceeds(-travel, -lowest))) {
     return Outside(fmt::format("a travel of {:.4g} mm, the frame reaches {:.4g} to {:.4g} mm",
                                travel * 1e3, lowest * 1e3, highest * 1e3),
                    travel > highest ? highest : lowest);
@@ -74,13 +68,13 @@ MaybeOutside check_travel(double travel, const BoundLimits& limits, const Rig& r
 }
 
 MaybeOutside check_speed(double speed, const BoundLimits& limits, const Rig& rig) {
-  if (limits.speed_max_m_s && above(speed, *limits.speed_max_m_s)) {
+  if (limits.speed_max_m_s && exceeds(speed, *limits.speed_max_m_s)) {
     return Outside(fmt::format("a speed of {:.4g} mm/s, the limits allow {:.4g} mm/s", speed * 1e3,
                                *limits.speed_max_m_s * 1e3),
                    *limits.speed_max_m_s);
   }
   const double low = rig.frame.speed_min.si(), high = rig.frame.speed_max.si();
-  if (high > 0 && (above(speed, high) || above(low, speed))) {
+  if (high > 0 && (exceeds(speed, high) || exceeds(low, speed))) {
     return Outside(fmt::format("a speed of {:.4g} mm/s, the frame moves at {:.4g} to {:.4g} mm/s",
                                speed * 1e3, low * 1e3, high * 1e3),
                    speed > high ? high : low);
@@ -90,7 +84,7 @@ MaybeOutside check_speed(double speed, const BoundLimits& limits, const Rig& rig
 
 MaybeOutside check_force_limit(double force, const FrameCapabilities& caps) {
   const double cell = caps.force_max.si();
-  if (!(cell > 0) || !above(std::abs(force), cell)) return std::nullopt;
+  if (!(cell > 0) || !exceeds(std::abs(force), cell)) return std::nullopt;
   return Outside(
       fmt::format("a limit of {:.4g} N, the load cell is good for {:.4g} N", force, cell),
       std::copysign(cell, force));
@@ -98,7 +92,7 @@ MaybeOutside check_force_limit(double force, const FrameCapabilities& caps) {
 
 MaybeOutside check_travel_limit(double travel, const FrameCapabilities& caps) {
   const double low = caps.travel_min.si(), high = caps.travel_max.si();
-  if (low >= high || (!above(travel, high) && !above(-travel, -low))) return std::nullopt;
+  if (low >= high || (!exceeds(travel, high) && !exceeds(-travel, -low))) return std::nullopt;
   return Outside(fmt::format("a limit of {:.4g} mm, this frame goes from {:.4g} to {:.4g} mm",
                              travel * 1e3, low * 1e3, high * 1e3),
                  travel > high ? high : low);
@@ -107,7 +101,7 @@ MaybeOutside check_travel_limit(double travel, const FrameCapabilities& caps) {
 Words check_lcr(const LcrSettings& s, const LcrCapabilities& caps) {
   const auto outside = [](double v, double low, double high, std::string_view what,
                           std::string_view unit) -> Words {
-    if (!above(v, high) && !above(low, v)) return std::nullopt;
+    if (!exceeds(v, high) && !exceeds(low, v)) return std::nullopt;
     return fmt::format("a {} of {:.6g} {}, the meter offers {:.6g} to {:.6g} {}", what, v, unit,
                        low, high, unit);
   };
@@ -133,7 +127,7 @@ Words check_measure(std::int64_t count, double within_s, const LcrSettings& s,
                     const LcrCapabilities& caps) {
   const double longest = within_s / static_cast<double>(count);
   const double takes = to_seconds(caps.conversion_time(s));
-  if (!above(takes, longest)) return std::nullopt;
+  if (!exceeds(takes, longest)) return std::nullopt;
   bool found = false;
   const Aperture better = usable_aperture(s, caps, longest, found);
   const std::string average =
@@ -144,7 +138,7 @@ Words check_measure(std::int64_t count, double within_s, const LcrSettings& s,
   return fmt::format(
       "{} readings in {:.4g} s need a conversion of at most {:.0f} ms; aperture {}{} takes {:.0f} "
       "ms: {}",
-      count, within_s, std::floor(longest * 1e3 + kRounding), to_string(s.aperture), average,
+      count, within_s, std::floor(longest * 1e3 + 1e-9), to_string(s.aperture), average,
       takes * 1e3, advice);
 }
 

@@ -2,12 +2,14 @@
 #include "protocols/limits.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace lcrig {
 
 namespace {
 
 constexpr double kUnbounded_N = 1e9;
+constexpr double kRounding = 1e-9;  // relative
 
 tl::unexpected<Error> wrong_way(const Protocol& protocol, std::string_view what, double low,
                                 double high, std::string_view unit) {
@@ -17,6 +19,14 @@ tl::unexpected<Error> wrong_way(const Protocol& protocol, std::string_view what,
 }
 
 }  // namespace
+
+bool exceeds(double v, double max) {
+  return v > max + kRounding * std::max(std::abs(max), 1e-6);
+}
+
+double least_trip_N(const FrameCapabilities& caps, double noise_N) {
+  return std::max(1e-3 * caps.force_max.si(), 6 * noise_N);
+}
 
 void BoundLimits::place_contact(double contact_travel_m) {
   if (!gap_min_m) return;

@@ -9,6 +9,13 @@
 
 namespace lcrig {
 
+// Limits are inclusive: more than rounding beyond it.
+bool exceeds(double v, double max);
+
+// The least force at which a device can be told to stop. Below it a stop would follow the noise
+// and the zero of its cell. `noise_N`: standard deviation of a sample.
+double least_trip_N(const FrameCapabilities& caps, double noise_N);
+
 // The limits with their parameters bound; SI. Travel and gap have both ends or none.
 struct BoundLimits {
   BoundLimits() = default;

@@ -12,16 +12,6 @@ namespace lcrig {
 namespace {
 
 constexpr double kSearchStop_s = 4;  // to measure the stiffness at contact, standing
-constexpr double kRounding = 1e-9;  // relative
-
-bool is_more(double v, double than) {
-  return v > than + kRounding * std::max(std::abs(than), 1e-6);
-}
-
-// Least force at which a device can be told to stop: above noise and zero of its cell.
-double least_trip_N(const Rig& rig) {
-  return std::max(1e-3 * rig.frame.force_max.si(), 6 * force_noise_N(rig).value_or(0));
-}
 
 constexpr const char* kNoHelp =
     "no change of the protocol can help: state frame.stiffness_N_mm in the config if the frame is "
@@ -59,7 +49,7 @@ void Planner::go_to_travel(double travel, const Number* given, Outcome& out) {
   // Before contact was found nobody knows its gap, nor where its travel is from there on.
   const bool absolute = rig_.start_travel || rig_.expected_contact;
   if (contact_state_ != Contact::unknown && limits_.gap_min_m && !placed_ &&
-      (is_more(*limits_.gap_min_m, gap) || is_more(gap, *limits_.gap_max_m))) {
+      (exceeds(*limits_.gap_min_m, gap) || exceeds(gap, *limits_.gap_max_m))) {
     out.refuse(Refusal(fmt::format("a gap of {:.4g} mm, the limits allow {:.4g} to {:.4g} mm",
                                    gap * 1e3, *limits_.gap_min_m * 1e3, *limits_.gap_max_m * 1e3)));
   }
@@ -80,7 +70,7 @@ void Planner::go_to_force(double force, const Number* given, Outcome& out) {
     std::vector<Change> changes;
     // A pressure is stated over the area of the tip.
     const bool is_force = given != nullptr && rig_.probe_area.si() > 0 &&
-                          std::abs(env_.get(*given) - force) <= kRounding * std::abs(force);
+                          std::abs(env_.get(*given) - force) <= 1e-9 * std::abs(force);
     const double unit = is_force ? 1 : rig_.probe_area.si();
     if (given != nullptr && unit > 0) changes = at_most(*given, no->end / unit, protocol_);
     out.refuse(Refusal(no->why, std::move(changes)));
@@ -137,7 +127,7 @@ void Planner::check_stop(double force, const Number& speed, const std::optional<
   if (is_new) it->second = forecast_.stop_N(force, v);
   double worst = it->second;
   const auto measured = can_be_measured() ? forecast_.stop_if_measured_N(force, v) : std::nullopt;
-  if (is_more(worst, limit) && measured && !is_more(*measured, limit)) {
+  if (exceeds(worst, limit) && measured && !exceeds(*measured, limit)) {
     worst = *measured;
     add_note(out.note, "if the stiffness that is measured at contact allows it");
     assume(
@@ -145,7 +135,7 @@ void Planner::check_stop(double force, const Number& speed, const std::optional<
                     "contact, else nothing is pressed faster than the stiffest contact allows",
                     Forecast::growth_margin()));
   }
-  if (is_more(worst, limit)) {
+  if (exceeds(worst, limit)) {
     const double fastest = can_be_measured()
                                ? std::max(forecast_.fastest_m_s(force, limit),
                                           forecast_.fastest_if_measured_m_s(force, limit))
@@ -169,7 +159,7 @@ void Planner::check_expected(double force, const Number& speed,
   const auto expected = forecast_.expected_stop_N(force, v);
   const double end = expected ? *expected : forecast_.stop_N(force, v);
   if (expected) plan_.overshoot_N = std::max(plan_.overshoot_N, end - force);
-  if (!allowed || !is_more(end - force, env_.get(*allowed))) return;
+  if (!allowed || !exceeds(end - force, env_.get(*allowed))) return;
   const double most = force + env_.get(*allowed);
   const double fastest =
       expected ? forecast_.expected_fastest_m_s(force, most) : forecast_.fastest_m_s(force, most);
@@ -184,8 +174,9 @@ void Planner::check_expected(double force, const Number& speed,
 void Planner::check_pressing(double depth, double expected_N, const Number& speed, Outcome& out) {
   const double v = env_.get(speed), limit = limits_.force_max_N;
   const double worst = forecast_.pressed_N(depth);
-  if (!is_more(worst, limit)) return foresee(worst, v);
-  const double needed = 1.2 * expected_N + least_trip_N(rig_);
+  if (!exceeds(worst, limit)) return foresee(worst, v);
+  const double needed =
+      1.2 * expected_N + least_trip_N(rig_.frame, force_noise_N(rig_).value_or(0));
   if (forecast_.trip_N(v, limit) >= needed) return foresee(limit, v);
   const std::string why = fmt::format(
       "{:.4g} mm/s, {:.4g} um deep into the specimen: a stop at {:.3g} N may end beyond the limit "
@@ -198,7 +189,8 @@ void Planner::check_pressing(double depth, double expected_N, const Number& spee
 // Towards a specimen that may be anywhere: the device stops at a force of its own, which must be
 // above its noise and early enough.
 void Planner::check_blind(const Number& speed, Outcome& out) {
-  const double v = env_.get(speed), limit = limits_.force_max_N, trip = least_trip_N(rig_);
+  const double v = env_.get(speed), limit = limits_.force_max_N,
+               trip = least_trip_N(rig_.frame, force_noise_N(rig_).value_or(0));
   add_note(out.note, "towards a specimen that may be anywhere");
   if (forecast_.trip_N(v, limit) >= trip) return foresee(limit, v);
   const std::string why = fmt::format(
@@ -327,18 +319,18 @@ void Planner::check_ramp(double force, const Target& to, const Number& rate, Out
   if (out.why) return;
   const ForceLoop& loop = *rig_.frame.force_loop;
   const double r = env_.get(rate), limit = limits_.force_max_N;
-  if (is_more(r, loop.rate_max.si())) {
+  if (exceeds(r, loop.rate_max.si())) {
     return out.refuse(Refusal(
         fmt::format("{:.4g} N/s, the frame's force loop follows {:.4g} N/s", r, loop.rate_max.si()),
         at_most(rate, loop.rate_max.si(), protocol_)));
   }
   double worst = forecast_.ramp_N(force_, force, r);
-  if (is_more(worst, limit) && can_be_measured()) {
+  if (exceeds(worst, limit) && can_be_measured()) {
     worst = forecast_.ramp_if_measured_N(force_, force, r).value_or(worst);
     add_note(out.note, "if the stiffness that is measured at contact allows it");
   }
   add_note(out.note, fmt::format("{:.3g} N at worst", worst));
-  if (!is_more(worst, limit)) return foresee(worst, loop.approach.si());
+  if (!exceeds(worst, limit)) return foresee(worst, loop.approach.si());
   const double fastest = forecast_.fastest_ramp_N_s(force, limit);
   const std::string why = fmt::format(
       "{:.4g} N/s to {:.4g} N may end at {:.3g} N, the limit is {:.4g} N", r, force, worst, limit);
@@ -432,7 +424,7 @@ Planner::Outcome Planner::on(const HoldStep& s) {
   const ForceLoop& l = *rig_.frame.force_loop;
   const double worst = std::max(force, before) + l.ripple.si() +
                        (force > before ? l.rate_max.si() * to_seconds(l.lag) : 0);
-  if (!is_more(worst, limits_.force_max_N)) {
+  if (!exceeds(worst, limits_.force_max_N)) {
     foresee(worst, 0);
     return out;
   }

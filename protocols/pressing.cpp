@@ -10,18 +10,8 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kRounding = 1e-9;
-constexpr double kSigmas = 5;
+constexpr double kSigmas = 5;  // of the noise: what no sample shows by chance
 constexpr double kClass = 0.01;  // of the force: what a cell of class 1 may be off by
-
-bool is_more(double v, double than) {
-  return v > than + kRounding * std::max(std::abs(than), 1e-6);
-}
-
-// Below this a device's stop would follow its noise and the zero of its cell.
-double least_trip_N(const FrameCapabilities& caps, double noise_N) {
-  return std::max(1e-3 * caps.force_max.si(), (kSigmas + 1) * noise_N);
-}
 
 }  // namespace
 
@@ -36,7 +26,7 @@ Pressing::Permit Pressing::away(const State& now) const {
 
 Result<> Pressing::check(double worst_N, const State& now, double force_N, double speed_m_s) const {
   if (broken_) return fail(Errc::limit_tripped, "{}", *broken_);
-  if (!is_more(worst_N, now.force_max_N)) return {};
+  if (!exceeds(worst_N, now.force_max_N)) return {};
   const double fastest = forecast_.fastest_m_s(force_N - now.rest_N, now.force_max_N - now.rest_N);
   return fail(
       Errc::invalid_request,
@@ -82,7 +72,7 @@ Result<Pressing::Permit> Pressing::to_travel(const State& now, double travel_m,
   if (broken_) return fail(Errc::limit_tripped, "{}", *broken_);
   const double pressed = forecast_.bound().force_after_N(now.contact_N, depth);
   permit.worst_N = now.rest_N + pressed;
-  if (known && !is_more(permit.worst_N, now.force_max_N)) return permit;
+  if (known && !exceeds(permit.worst_N, now.force_max_N)) return permit;
   // Into the specimen, or towards one that may be anywhere: the device has to stop early.
   const double trip = forecast_.trip_N(speed_m_s, now.force_max_N - now.rest_N);
   const double least = least_trip_N(caps_, now.noise_N);
