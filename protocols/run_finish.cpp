@@ -124,7 +124,8 @@ Task<> Run::run_finally(RunResult& result) {
     why = fmt::format("`finally` did not end in {:.0f} s; the frame was stopped where it stood",
                       to_seconds(setup_.protocol.finally_timeout));
   } else if (const auto& stop = std::get<0>(r)) {
-    why = fmt::format("in `finally`: {}", stop->why);
+    const bool frozen = stop->kind == Interrupt::freeze;
+    why = fmt::format("in `finally`: {}{}", frozen ? "freeze: " : "", stop->why);
     code = stop->code;
   }
   if (why.empty()) co_return;

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+// What must hold on a rig that nobody here has seen: travel origins, overloads and ways back, stops
+// that are not confirmed, stops at any moment, a frame that belongs to somebody else.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "daemon/bench_door.hpp"
+#include "drivers/zwick/sim.hpp"
+#include "tests/support/daemon_world.hpp"
+#include "tests/support/session_world.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+std::string library(const std::string& name) {
+  return read_text_file("protocols/library/" + name + ".json").value();
+}
+
+// Loads to 0.5 N of 1 N, and unloads.
+constexpr const char* kLoad = R"({ "format": "load-protocol/1", "name": "load",
+  "limits": { "force_N": [-0.2, 1.0], "gap_mm": [-1, 10], "speed_mm_s": 2 },
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast" },
+              "frame": { "rate_Hz": 50 } },
+  "steps": [
+    { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
+    { "id": "contact", "do": "find_contact", "speed_mm_s": 0.2, "force_N": 0.02, "back_off_mm": 0.1, "timeout_s": 600 },
+    { "id": "load", "do": "move_until", "until": { "force_N": 0.5 }, "speed_mm_s": 0.01, "timeout_s": 60 },
+    { "id": "level", "do": "measure", "count": 20, "within_s": 4 } ],
+  "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 2 }, "speed_mm_s": 0.5, "timeout_s": 60 } ] })";
+
+std::string with(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  if (at == std::string::npos) throw std::invalid_argument(from);
+  return text.replace(at, from.size(), to);
+}
+
+ZwickSim& frame(SessionWorld& world) {
+  return *world.session->instruments().door()->frame_sim();
+}
+
+void expect_unloaded(const SessionWorld& world) {
+  EXPECT_LT(world.real("SELECT force_N FROM frame_sample ORDER BY seq DESC"), 0.02);
+}
+
+// Travel from 0 to 60 mm, the specimen at 30: no file knows where.
+TEST(RealRig, ShippedProtocolsRunWhereverContactIs) {
+  const std::map<std::string, std::map<std::string, std::string>> shorter{
+      {"static-frame", {{"repeats", "1"}, {"levels", "3"}}},
+      {"dynamic-cycles", {{"cycles", "1"}, {"gap_mm", "0.2"}}},
+      {"preconditioning", {{"cycles", "2"}, {"rest_s", "1"}}},
+      {"creep", {{"hold_s", "5"}, {"recovery_s", "5"}}},
+      {"follow", {{"duration_s", "5"}}}};
+  for (const auto& [name, parameters] : shorter) {
+    SCOPED_TRACE(name);
+    SessionWorld world(library(name));
+    world.parameters = parameters;
+    world.bench.plant.travel_min_m = 0;
+    world.bench.plant.travel_max_m = 60e-3;
+    world.bench.plant.contact_travel_m = 30e-3;
+    const auto r = world.run();
+    ASSERT_TRUE(r) << r.error().what;
+    EXPECT_EQ(r->exit_status, "success") << r->reason;
+    expect_unloaded(world);
+  }
+}
+
+TEST(RealRig, AStrokeWithoutClearanceIsNoticedBeforeAnythingIsPressed) {
+  SessionWorld world(library("dynamic-cycles"));
+  world.bench.plant.travel_min_m = 0;
+  world.bench.plant.travel_max_m = 60e-3;
+  world.bench.plant.contact_travel_m = 3e-3;  // `finally` asks for a gap of 5 mm
+  const auto r = world.run();
+  ASSERT_FALSE(r) << "the bench says where contact is expected";
+  EXPECT_THAT(r.error().what, HasSubstr("the frame reaches 0 to 60 mm"));
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM run"), 0);
+}
+
+TEST(RealRig, AGapThatAPersonStatesNeedsNoSearch) {
+  SessionWorld world(with(
+      with(
+          kLoad,
+          R"({ "id": "contact", "do": "find_contact", "speed_mm_s": 0.2, "force_N": 0.02, "back_off_mm": 0.1, "timeout_s": 600 })",
+          R"({ "id": "stated", "do": "set_gap", "gap_mm": 3.2 })"),
+      R"("speed_mm_s": 0.01)", R"("speed_mm_s": 0.1)"));
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_NEAR(world.real("SELECT travel_m FROM frame_sample ORDER BY seq DESC"), 1.2e-3, 1e-6);
+}
+
+// The device's own stop comes late: the force goes far beyond the limit. What was broken must not
+// keep the frame on the specimen.
+TEST(RealRig, AnOverloadIsLeftByTheWayItCame) {
+  SessionWorld world(with(kLoad, R"("until": { "force_N": 0.5 }, "speed_mm_s": 0.01)",
+                          R"("until": { "force_N": 0.9 }, "speed_mm_s": 0.1)"));
+  world.acts.push_back({"load", 10ms, [](SessionWorld& w) {
+                          frame(w).faults.late_stop_s = 0.3;
+                          frame(w).poke();
+                        }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_GT(world.real("SELECT MAX(force_N) FROM frame_sample"), 1.2) << "nothing was overloaded";
+  EXPECT_THAT(r->reason, Not(HasSubstr("in `finally`")));
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='clear' AND kind='motion' AND "
+                        "detail LIKE '%\"target\"%'"),
+            1);
+  expect_unloaded(world);
+}
+
+TEST(RealRig, AnOverloadInTheSearchIsLeftThoughContactWasNeverFound) {
+  SessionWorld world(kLoad);
+  world.acts.push_back({"contact", 10ms, [](SessionWorld& w) {
+                          frame(w).faults.late_stop_s = 5;
+                          frame(w).poke();
+                        }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_GT(r->peak_force_N, 1.0);
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE kind='contact'"), 0);
+  expect_unloaded(world);
+}
+
+TEST(RealRig, ASpecimenThatPullsIsLeftToAPerson) {
+  SessionWorld world(kLoad);
+  world.acts.push_back({"level", 500ms, [](SessionWorld& w) {
+                          frame(w).faults.spike_N = -2;
+                          frame(w).faults.spike_samples = 1'000'000;
+                          frame(w).poke();
+                        }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_THAT(r->reason, HasSubstr("the specimen pulls at the probe"));
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='clear'"), 0);
+}
+
+TEST(RealRig, AStopThatIsNotConfirmedFailsTheRunWithACodeOfItsOwn) {
+  SessionWorld world(kLoad);
+  world.acts.push_back({"clear", 500ms, [](SessionWorld& w) {
+                          frame(w).faults.lose_stopped = 1000;
+                          frame(w).poke();
+                        }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->code, Errc::not_standing);
+  EXPECT_THAT(r->reason, HasSubstr("standstill not confirmed: use the E-stop"));
+}
+
+TEST(RealRig, AFrozenRunSaysThatTheSpecimenIsLoaded) {
+  SessionWorld world(kLoad);
+  world.acts.push_back({"level", 500ms, [](SessionWorld& w) { w.interrupt(Interrupt::freeze); }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "abort");
+  EXPECT_THAT(r->reason, HasSubstr("the specimen is still loaded with about 0.5"));
+}
+
+TEST(RealRig, ACellThatNeverChangesIsNotApproachedWith) {
+  SessionWorld world(kLoad);
+  world.bench.plant.force_noise_N = 0;
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_THAT(r->reason, HasSubstr("it is frozen or not connected"));
+  EXPECT_EQ(world.real("SELECT MAX(travel_m) FROM frame_sample"), 0) << "nothing moved";
+}
+
+TEST(RealRig, ThePredictionIsComparedAndStoredAfterEveryStop) {
+  SessionWorld world(kLoad);
+  ASSERT_TRUE(world.run());
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE kind='overshoot'"), 2);
+  EXPECT_EQ(
+      world.count("SELECT COUNT(*) FROM event WHERE kind='overshoot' AND "
+                  "json_extract(detail,'$.observed_N') > json_extract(detail,'$.predicted_N') "
+                  "+ 0.005"),
+      0);
+  EXPECT_GT(
+      world.real("SELECT json_extract(detail,'$.worst_force_N') FROM event WHERE kind='plan'"),
+      0.5);
+  EXPECT_THAT(world.text("SELECT detail FROM event WHERE kind='plan'"),
+              HasSubstr("frame and cell are at most 200 N/mm stiff, as stated"));
+}
+
+// The frame is ten times as stiff as its file says.
+TEST(RealRig, AfterAPredictionThatWasExceededNothingIsPressedAnyMore) {
+  SessionWorld world(with(kLoad, R"("speed_mm_s": 0.2, "force_N": 0.02)",
+                          R"("speed_mm_s": 0.5, "force_N": 0.02)"));
+  world.bench.plant.deceleration_m_s2 = 0.5;
+  world.bench.plant.drive_lag_s = 1e-3;
+  world.acts.push_back({"contact", 10ms, [](SessionWorld& w) {
+                          frame(w).faults.late_stop_s = 0.01;
+                          frame(w).poke();
+                        }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_THAT(r->reason, HasSubstr("nothing is pressed any more"));
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE kind='overshoot_exceeded'"), 1);
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='load' AND kind='motion'"), 0);
+  expect_unloaded(world);
+}
+
+TEST(RealRig, SamplesThatComeLateStopAMotion) {
+  SessionWorld world(with(kLoad, R"("name": "load",)", R"("name": "load", "on_loss": "abort",)"));
+  world.acts.push_back({"load", 100ms, [](SessionWorld& w) {
+                          ZwickSimHooks hooks;
+                          hooks.sends = [] {
+                            LineFault late;
+                            late.delay = 350ms;
+                            return late;
+                          };
+                          frame(w).hooks = std::move(hooks);
+                        }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_THAT(r->reason, HasSubstr("old when they arrive"));
+  EXPECT_GE(world.count("SELECT COUNT(*) FROM event WHERE kind='late_samples'"), 1);
+}
+
+using nlohmann::json;
+
+using StopDaemon = support::DaemonWorld;
+
+TEST_F(StopDaemon, AnAbortWhileARunIsPreparedIsObeyed) {
+  for (const char* stop : {"run.abort", "run.freeze"}) {
+    SCOPED_TRACE(stop);
+    support::PlainClient starter(socket_path()), stopper(socket_path());
+    starter.call("run.start", start_request());
+    clock.run_for(io, 20ms);
+    const json stopped = answer(stopper, stop);
+    EXPECT_EQ(stopped["result"]["state"], "not_begun") << stopped;
+    const json started = wait_for(starter, [](const json& m) { return m.contains("id"); });
+    EXPECT_EQ(started["error"]["data"]["errc"], "aborted") << started;
+    EXPECT_EQ(count("SELECT COUNT(*) FROM frame_sample WHERE travel_m <> 0"), 0);
+    EXPECT_EQ(answer(stopper, "run.abort")["error"]["data"]["errc"], "invalid_request");
+  }
+}
+
+// From the first byte of the request to the first step: nothing may move after the stop.
+TEST_F(StopDaemon, AtAnyInstantOfThePreparationAStopIsObeyed) {
+  for (int ms = 0; ms < 1200; ms += 37) {
+    SCOPED_TRACE(ms);
+    support::PlainClient starter(socket_path()), stopper(socket_path());
+    starter.call("run.start", start_request());
+    clock.run_for(io, std::chrono::milliseconds(ms));
+    const json stopped = answer(stopper, "run.freeze");
+    ASSERT_TRUE(stopped.contains("result")) << stopped;
+    clock.run(io, [&] { return answer(stopper, "status")["result"]["run"].is_null(); });
+    EXPECT_EQ(count("SELECT COUNT(*) FROM frame_sample WHERE travel_m <> 0"), 0);
+  }
+}
+
+TEST_F(StopDaemon, AnAbortInFinallySaysThatItGoesOnAndFreezeStopsIt) {
+  support::PlainClient client(socket_path());
+  ASSERT_TRUE(answer(client, "run.start", start_request()).contains("result"));
+  clock.run_for(io, 30s);
+  EXPECT_EQ(answer(client, "run.abort")["result"]["state"], "standing");
+  clock.run_for(io, 200ms);
+  const json again = answer(client, "run.abort")["result"];
+  EXPECT_EQ(again["state"], "finally") << again;
+  EXPECT_EQ(again["standing"], false);
+  EXPECT_THAT(again["note"].get<std::string>(), HasSubstr("freeze"));
+  EXPECT_EQ(answer(client, "run.freeze")["result"]["state"], "standing");
+  json last;
+  clock.run(io, [&] {
+    last = answer(client, "status")["result"]["last_run"];
+    return !last.is_null();
+  });
+  EXPECT_THAT(last["reason"].get<std::string>(), HasSubstr("freeze"));
+}
+
+TEST_F(StopDaemon, APlanForThisRigStartsNothing) {
+  support::PlainClient client(socket_path());
+  const json plan = answer(client, "run.plan", start_request());
+  ASSERT_TRUE(plan.contains("result")) << plan;
+  EXPECT_GE(plan["result"]["worst_force_N"], 0.4);
+  EXPECT_EQ(count("SELECT COUNT(*) FROM run"), 0);
+  EXPECT_TRUE(answer(client, "run.start", start_request()).contains("result"));
+}
+
+}  // namespace
+}  // namespace lcrig
