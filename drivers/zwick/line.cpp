@@ -171,6 +171,13 @@ Result<Line> parse_line(std::string_view text) {
   return line;
 }
 
+std::optional<std::int64_t> number_of_bad_line(std::string_view text) {
+  const auto token = take_token(text);
+  if (!token || !token->starts_with('#')) return std::nullopt;
+  const auto number = command_number(*token);
+  return number ? std::optional(*number) : std::nullopt;
+}
+
 std::optional<std::string_view> LineSplitter::next() {
   for (;;) {
     const auto end = buffer_.find('\n', std::max(begin_, searched_));

@@ -34,6 +34,8 @@ struct Line {
 
 // Errors: garbled. `text` is one line without its LF.
 Result<Line> parse_line(std::string_view text);
+// The number of a command that does not parse, if so much of it can be read.
+std::optional<std::int64_t> number_of_bad_line(std::string_view text);
 
 // Cuts a byte stream into lines. A line longer than kMaxLine is dropped up to its LF and counted.
 class LineSplitter {

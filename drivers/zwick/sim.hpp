@@ -169,6 +169,7 @@ class ZwickSim {
   std::string hello() const;
   std::string caps() const;
   void begin_session(bool observer);
+  void greet(const frame_link::Line& line);
   void observe(const frame_link::Line& line);
   void end_command(std::string_view why);
   void transmit(std::string bytes, MonoTime now);
@@ -202,6 +203,7 @@ class ZwickSim {
   frame_link::LineSplitter splitter_;
   MonoTime power_on_, heard_, said_;
   std::int64_t stops_ = 0;  // received in this session
+  std::int64_t last_number_ = -1;  // of a command in it
   bool stop_owed_ = false;
 
   double rate_Hz_ = 0;

@@ -113,6 +113,7 @@ void ZwickSim::begin_session(bool observer) {
   out_.clear();
   rate_Hz_ = 0;
   seq_ = 1;
+  last_number_ = -1;
   stops_ = 0;
   stop_owed_ = false;
   say(hello());
@@ -125,6 +126,19 @@ void ZwickSim::open_session() {
     machine_->disarm();
   }
   begin_session(false);
+}
+
+// Who speaks another protocol is told ours, and has no session.
+void ZwickSim::greet(const Line& line) {
+  const auto hello = frame_link::parse_hello(line);
+  if (!hello) return say(frame_link::format_event("syntax", hello.error().what));
+  if (hello->protocol != frame_link::kProtocol) {
+    if (session_ && !observer_) end_command("another protocol");
+    session_ = false;
+    return say(this->hello());
+  }
+  if (line.word == "HELLO") return open_session();
+  observe(line);
 }
 
 // Touches nothing at the machine, unless it takes the place of a session that commands.
@@ -141,15 +155,17 @@ void ZwickSim::on_line(std::string_view text) {
   catch_up(now);
   const auto line = frame_link::parse_line(text);
   if (!line) {
-    say(frame_link::format_event("syntax", line.error().what));
+    const auto number = frame_link::number_of_bad_line(text);
+    say(number && session_ ? frame_link::format_err(*number, "syntax", line.error().what)
+                           : frame_link::format_event("syntax", line.error().what));
     return;
   }
   if (line->word == "HB" && faults.no_heartbeats) return;
   heard_ = now;
   watchdog_tripped_ = false;
   if (line->word == "STOP") return on_stop();
-  if (line->word == "HELLO") return open_session();
-  if (line->word == "OBSERVE" && settings_.revision >= 2) return observe(*line);
+  const bool observes = line->word == "OBSERVE" && settings_.revision >= 2;
+  if (line->word == "HELLO" || observes) return greet(*line);
   if (line->word == "HB" || !session_) return;
   if (line->number) return on_command(*line);
   say(frame_link::format_event("unknown", line->word));
@@ -184,7 +200,11 @@ void ZwickSim::on_command(const Line& line) {
       std::ranges::find(kHandlers, line.word, [](const auto& h) { return h.first; });
   std::string refusal = std::exchange(faults.refuse_next, {});
   if (refusal.empty() && hooks.refuses) refusal = hooks.refuses();
-  if (observer_) {
+  const bool in_order =
+      *line.number > std::exchange(last_number_, std::max(last_number_, *line.number));
+  if (!in_order) {
+    no = Refusal("bad_value", "a number that is not larger than every one before");
+  } else if (observer_) {
     no = Refusal("observer", "this session only observes");
   } else if (!refusal.empty()) {
     no = Refusal(std::move(refusal), "not now");

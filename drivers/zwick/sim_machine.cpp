@@ -42,11 +42,12 @@ FrameCapabilities SimMachine::capabilities() const {
   c.motion = c.device_stop = c.zero_force = c.zero_travel = true;
   c.force_hold = settings_.force_hold;
   if (c.force_hold) {
-    // The loop of this machine is exact: it never overshoots and never wavers.
+    // The loop of this machine is exact; what wavers is the cell.
     c.force_loop.emplace();
     c.force_loop->approach = Velocity::from_si(settings_.approach_m_s);
     c.force_loop->contact = Force::from_si(contact_N());
     c.force_loop->rate_max = ForceRate::from_si(kMaxRate_N_s);
+    c.force_loop->ripple = Force::from_si(5 * p.force_noise_N);  // as the cell shows it
     c.force_loop->stiffness_max = Stiffness::from_si(kMaxStiffness_N_m);
   }
   c.force_max = Force::from_si(p.force_nominal_N);
