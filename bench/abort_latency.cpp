@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // From an abort on the control socket to the frame's STOP on the wire, and to the answer
-// (standstill confirmed). Three threads in real time: client, daemon, and simulators behind
+// (standstill confirmed); from a freeze in `finally` likewise; and from an abort while the run is
+// prepared to its answer. Three threads in real time: client, daemon, and simulators behind
 // loopback TCP. Then the same from a SIGTERM to lcrigd, a process of its own (the one beside this
 // program). Usage: abort_latency_bench [ABORTS [SIGTERMS]]
 #include <poll.h>
@@ -45,8 +46,8 @@ constexpr const char* kProtocol = R"({ "format": "load-protocol/1", "name": "abo
       "aperture": "fast", "trigger": "internal" }, "frame": { "rate_Hz": 50 } },
   "steps": [ { "id": "away", "do": "ramp", "to": { "travel_mm": -10 }, "speed_mm_s": 0.05,
     "timeout_s": 300 } ],
-  "finally": [ { "id": "back", "do": "ramp", "to": { "travel_mm": 0 }, "speed_mm_s": 5,
-    "timeout_s": 10 } ] })";
+  "finally": [ { "id": "clear", "do": "ramp", "to": { "travel_mm": -18 }, "speed_mm_s": 0.5,
+    "timeout_s": 60 } ] })";
 
 template <class T>
 T must(Result<T> result) {
@@ -182,20 +183,30 @@ class Client {
       : client_(must(cli::ControlClient::connect(socket, clock_))) {
     must(client_.call("watch", json::object()));
   }
-  void start() {
+  // False: it was stopped before it began.
+  bool try_start() {
     const json run{
         {"protocol", "abort-latency"}, {"protocol_text", kProtocol}, {"specimen", "paper-1"}};
-    must(client_.call("run.start", run));
+    return client_.call("run.start", run, std::chrono::seconds(60)).has_value();
+  }
+  void start() {
+    if (!try_start()) throw std::runtime_error("the run does not start");
     wait([](const cli::ControlNews& news) {
       const auto* status = std::get_if<RunStatus>(&news);
       return status != nullptr && status->step_id == "away" && status->lcr_readings > 0;
     });
   }
-  // Call and answer.
-  std::pair<MonoTime, MonoTime> abort() {
-    const MonoTime begin = clock_.now();
-    must(client_.call("run.abort", json{{"why", "bench"}}));
-    return {begin, clock_.now()};
+  struct Stop {
+    MonoTime begin, answered;
+    std::string state;
+  };
+  Stop stop(const char* method) {
+    Stop out;
+    out.begin = clock_.now();
+    const json answer = must(client_.call(method, json{{"why", "bench"}}));
+    out.answered = clock_.now();
+    out.state = answer.value("state", "");
+    return out;
   }
   void wait_for_end() {
     wait([](const cli::ControlNews& news) { return std::holds_alternative<RunEnded>(news); });
@@ -223,6 +234,38 @@ void print_row(const char* what, const LatencyHistogram& h) {
              ms(h.percentile(0.99)), ms(h.max()));
 }
 
+struct Latencies {
+  LatencyHistogram to_stop, to_answer;
+};
+
+// One stop that the frame has to confirm.
+void stop_and_note(Simulators& sims, Client& client, const char* method, Latencies& l) {
+  sims.stop_ns = 0;
+  const auto stop = client.stop(method);
+  if (sims.stop_ns == 0) throw std::runtime_error("no STOP arrived");
+  if (stop.state != "standing") throw std::runtime_error("not standing: " + stop.state);
+  l.to_stop.add(Duration(sims.stop_ns) - stop.begin.time_since_epoch());
+  l.to_answer.add(stop.answered - stop.begin);
+}
+
+// Somebody starts a run; another one aborts it before it has begun, at any instant.
+void stop_a_start(const std::string& socket, Client& client, int after_ms, LatencyHistogram& l,
+                  int& begun) {
+  std::thread starter([&socket] { Client(socket).try_start(); });
+  client.let_pass(after_ms);
+  try {
+    const auto stop = client.stop("run.abort");
+    l.add(stop.answered - stop.begin);
+    if (stop.state == "standing") {
+      ++begun;
+      client.wait_for_end();
+    }
+  } catch (const std::runtime_error&) {
+    // The abort was quicker than the start: nothing was going on yet.
+  }
+  starter.join();
+}
+
 void measure(const std::string& folder, int aborts) {
   Simulators sims;
   Config config;
@@ -234,21 +277,28 @@ void measure(const std::string& folder, int aborts) {
   config.frame_port = sims.frame_url();
   const Daemon daemon(config);
   Client client(config.socket);
-  LatencyHistogram to_stop, to_answer;
+  Latencies step, clearing;
+  LatencyHistogram preparing;
   std::mt19937 random(1);
   for (int i = 0; i < aborts; ++i) {
     client.start();
     client.let_pass(static_cast<int>(random() % 70));
-    sims.stop_ns = 0;
-    const auto [begin, answered] = client.abort();
+    stop_and_note(sims, client, "run.abort", step);
+    client.let_pass(static_cast<int>(100 + random() % 500));
+    stop_and_note(sims, client, "run.freeze", clearing);
     client.wait_for_end();
-    if (sims.stop_ns == 0) throw std::runtime_error("no STOP arrived");
-    to_stop.add(Duration(sims.stop_ns) - begin.time_since_epoch());
-    to_answer.add(answered - begin);
+  }
+  int begun = 0;
+  for (int i = 0; i < aborts; ++i) {
+    stop_a_start(config.socket, client, static_cast<int>(1 + random() % 2500), preparing, begun);
   }
   fmt::print("{:<36} {:>8} {:>8} {:>8} {:>8}\n", "ms", "n", "p50", "p99", "max");
-  print_row("abort to STOP at the gateway", to_stop);
-  print_row("abort to answer (standstill)", to_answer);
+  print_row("abort to STOP at the gateway", step.to_stop);
+  print_row("abort to answer (standstill)", step.to_answer);
+  print_row("freeze in `finally` to STOP", clearing.to_stop);
+  print_row("freeze in `finally` to answer", clearing.to_answer);
+  print_row("abort in preparation to answer", preparing);
+  fmt::print("{} of them had begun and were stopped before a step\n", begun);
 }
 
 // lcrigd as systemd starts and ends it.
