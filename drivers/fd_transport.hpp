@@ -35,10 +35,6 @@ class FdTransport final : public Transport {
   unsigned eager_reads_ = 0;
 };
 
-// Two transports back to back: a driver on one end, a simulator on the other.
-struct TransportPair {
-  std::unique_ptr<Transport> near, far;
-};
 Result<TransportPair> make_socketpair(asio::any_io_executor executor, Clock& clock,
                                       const std::string& name);
 

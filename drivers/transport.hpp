@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -30,5 +31,12 @@ class Transport {
   // What a person calls this port: "serial:/dev/ttyUSB0", "tcp:127.0.0.1:4711", "sim:lcr".
   virtual const std::string& name() const = 0;
 };
+
+// Two transports back to back: a driver on one end, a simulator on the other.
+struct TransportPair {
+  std::unique_ptr<Transport> near, far;
+};
+using MakeWire =
+    std::function<Result<TransportPair>(asio::any_io_executor, Clock&, const std::string& name)>;
 
 }  // namespace lcrig
