@@ -56,8 +56,8 @@ class RealClock final : public Clock {
 };
 
 // Deterministic time for rehearsals and tests: stands still while anything can run, then jumps to
-// the earliest deadline. Used from one thread. Works over socketpairs, never over ptys (the kernel
-// delivers pty bytes later; see docs/decisions/0002).
+// the earliest deadline. Used from one thread. Works over wires in memory and over socketpairs,
+// never over ptys (the kernel delivers pty bytes later; see docs/decisions/0002).
 class VirtualClock final : public Clock {
  public:
   explicit VirtualClock(std::int64_t unix_start_ns = 1'767'225'600'000'000'000);  // 2026-01-01

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated and the replayed bench: drivers on one end of a socketpair, simulators on the
-// other.
+// The simulated and the replayed bench: drivers on one end of a wire, simulators on the other.
 #include <fmt/format.h>
 
 #include <boost/asio/co_spawn.hpp>
@@ -15,6 +14,7 @@
 #include "drivers/fd_transport.hpp"
 #include "drivers/lcr6100/driver.hpp"
 #include "drivers/lcr6100/sim.hpp"
+#include "drivers/memory_pipe.hpp"
 #include "drivers/reopening.hpp"
 #include "drivers/zwick/driver.hpp"
 #include "drivers/zwick/sim.hpp"
@@ -44,11 +44,17 @@ class ActingOperator final : public Operator {
   std::function<void()> act_;
 };
 
-// Drivers and simulators, joined by socketpairs.
+// In real time bytes go through the kernel, as a cable's do.
+MakeWire wire_for(const Clock& clock) {
+  if (dynamic_cast<const VirtualClock*>(&clock) != nullptr) return make_memory_pipe;
+  return make_socketpair;
+}
+
+// Drivers and simulators, joined by wires.
 class SimulatedInstruments : public Instruments, private BenchDoor {
  public:
   SimulatedInstruments(asio::any_io_executor executor, Clock& clock)
-      : executor_(std::move(executor)), clock_(clock) {}
+      : executor_(std::move(executor)), clock_(clock), make_wire_(wire_for(clock)) {}
   LcrMeter& meter() override { return *meter_; }
   LoadFrame& frame() override { return *frame_; }
   Operator& person() override { return *person_; }
@@ -153,7 +159,7 @@ class SimulatedInstruments : public Instruments, private BenchDoor {
     start(frame_sim_->run(), frames_);
   }
   Result<TransportPair> wire(const std::string& name) {
-    auto pair = make_socketpair(executor_, clock_, name);
+    auto pair = make_wire_(executor_, clock_, name);
     if (pair && wrap_) pair->near = wrap_(std::move(pair->near));
     return pair;
   }
@@ -164,6 +170,7 @@ class SimulatedInstruments : public Instruments, private BenchDoor {
   bool meter_plugged_ = true, frame_plugged_ = true;
   std::string meter_port_ = "sim:lcr", frame_port_ = "sim:frame";
   int ports_ = 1;  // devices named so far
+  MakeWire make_wire_;
   std::function<std::unique_ptr<Transport>(std::unique_ptr<Transport>)> wrap_;
   std::unique_ptr<SimOperator> simulated_person_;
   std::unique_ptr<Operator> acting_person_;
@@ -179,6 +186,7 @@ class BenchInstruments final : public SimulatedInstruments {
   using SimulatedInstruments::SimulatedInstruments;
 
   Result<> build(const SimRequest& request) {
+    if (request.wire) make_wire_ = request.wire;
     wrap_ = request.wrap;
     if (auto built = build_world(request); !built) return built;
     simulated_person_ = std::make_unique<SimOperator>(clock_, request.bench.operator_reaction);

@@ -88,6 +88,7 @@ struct SimRequest {
   double max_force_N = 1;  // of the table of the specimen
   std::shared_ptr<BenchWorld> world;  // of make_world for this very request; nullptr: made here
   Operator* person = nullptr;  // nullptr: one who confirms after the bench's reaction time
+  MakeWire wire;  // empty: memory in virtual time, a socketpair in real time
   // Around the drivers' ends of the wires ("sim:lcr", "sim:frame"); for tests. May be empty.
   std::function<std::unique_ptr<Transport>(std::unique_ptr<Transport>)> wrap;
 };

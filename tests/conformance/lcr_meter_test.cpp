@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every LcrMeter promises, for every driver, on its simulator and on a replayed wire log.
+// What every LcrMeter promises, for every driver, on its simulator (over memory and through the
+// kernel) and on a replayed wire log.
 // A new driver adds one line to kCases. LCRIG_ACCEPT=1 records the wire logs anew.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
+#include "drivers/fd_transport.hpp"
 #include "drivers/recording_transport.hpp"
 #include "drivers/registry.hpp"
 #include "drivers/replay_transport.hpp"
@@ -13,9 +15,12 @@
 namespace lcrig {
 namespace {
 
+enum class Wire { memory, socketpair, replay };
+
 struct Case {
   const char* driver;
-  bool replay;
+  Wire wire;
+  bool replay() const { return wire == Wire::replay; }
 };
 
 std::string log_path(const Case& c) {
@@ -28,7 +33,7 @@ class Meter : public ::testing::TestWithParam<Case> {
     const MeterDriver* driver = find_meter_driver(GetParam().driver);
     ASSERT_NE(driver, nullptr);
     std::unique_ptr<Transport> transport;
-    if (GetParam().replay && std::getenv("LCRIG_ACCEPT") == nullptr) {
+    if (GetParam().replay() && std::getenv("LCRIG_ACCEPT") == nullptr) {
       auto log = load_wire_log(log_path(GetParam()));
       ASSERT_TRUE(log) << log.error().what;
       transport = std::make_unique<ReplayTransport>(std::move(*log), clock, "replay");
@@ -43,11 +48,13 @@ class Meter : public ::testing::TestWithParam<Case> {
     clock.run(io, [] { return false; });
   }
   std::unique_ptr<Transport> simulated() {
-    auto pair = make_socketpair(io.get_executor(), clock, "sim:lcr");
+    const bool kernel = GetParam().wire == Wire::socketpair;
+    auto pair = kernel ? make_socketpair(io.get_executor(), clock, "sim:lcr")
+                       : make_memory_pipe(io.get_executor(), clock, "sim:lcr");
     sim.emplace(std::move(pair->far), clock, lcr6100::SimConfig(),
                 lcr6100::Lcr6100Sim::Source(support::seven_picofarad));
     asio::co_spawn(io, sim->run(), asio::detached);
-    if (!GetParam().replay) return std::move(pair->near);
+    if (!GetParam().replay()) return std::move(pair->near);
     WireLogHeader header;
     header.instrument = "LCR-6100 (simulated)";
     header.firmware = "REV E8.13";
@@ -118,10 +125,13 @@ TEST_P(Meter, KeepsItsPromises) {
   EXPECT_EQ(closed.error().code, Errc::disconnected);
 }
 
-constexpr Case kCases[] = {{"lcr6100", false}, {"lcr6100", true}};
-INSTANTIATE_TEST_SUITE_P(Drivers, Meter, ::testing::ValuesIn(kCases), [](const auto& each) {
-  return std::string(each.param.driver) + (each.param.replay ? "_replay" : "_sim");
-});
+constexpr Case kCases[] = {
+    {"lcr6100", Wire::memory}, {"lcr6100", Wire::socketpair}, {"lcr6100", Wire::replay}};
+std::string case_name(const testing::TestParamInfo<Case>& each) {
+  constexpr const char* kWires[] = {"_sim", "_sim_socketpair", "_replay"};
+  return std::string(each.param.driver) + kWires[static_cast<std::size_t>(each.param.wire)];
+}
+INSTANTIATE_TEST_SUITE_P(Drivers, Meter, ::testing::ValuesIn(kCases), case_name);
 
 }  // namespace
 }  // namespace lcrig

@@ -8,6 +8,7 @@
 
 #include "drivers/dead_weight/driver.hpp"
 #include "drivers/dead_weight/sim.hpp"
+#include "drivers/fd_transport.hpp"
 #include "tests/support/frame_bench.hpp"
 
 namespace lcrig {
@@ -43,8 +44,8 @@ class Bench {
 
 class LinkBench final : public Bench {
  public:
-  LinkBench() {
-    auto ends = make_socketpair(io.get_executor(), clock, "sim:frame");
+  explicit LinkBench(const MakeWire& make_wire) {
+    auto ends = make_wire(io.get_executor(), clock, "sim:frame");
     sim_.emplace(std::move(ends->far), clock, io.get_executor(), scene_);
     frame_.emplace(std::move(ends->near), clock, io.get_executor());
     frame_->set_listener(&listener);
@@ -232,7 +233,13 @@ TEST_P(EveryLoadFrame, SamplesAreNumberedWithoutAHole) {
 INSTANTIATE_TEST_SUITE_P(Drivers, EveryLoadFrame,
                          testing::Values(Maker{"zwick",
                                                []() -> std::unique_ptr<Bench> {
-                                                 return std::make_unique<LinkBench>();
+                                                 return std::make_unique<LinkBench>(
+                                                     make_memory_pipe);
+                                               }},
+                                         Maker{"zwick_socketpair",
+                                               []() -> std::unique_ptr<Bench> {
+                                                 return std::make_unique<LinkBench>(
+                                                     make_socketpair);
                                                }},
                                          Maker{"dead_weight",
                                                []() -> std::unique_ptr<Bench> {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A ZwickLink and a ZwickSim on a socketpair under virtual time, and a listener that remembers.
+// A ZwickLink and a ZwickSim on a wire in memory under virtual time, and a listener that remembers.
 #pragma once
 
 #include <boost/asio/co_spawn.hpp>
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/fd_transport.hpp"
+#include "drivers/memory_pipe.hpp"
 #include "drivers/zwick/driver.hpp"
 #include "drivers/zwick/sim.hpp"
 #include "tests/support/linear_scene.hpp"
@@ -114,11 +114,7 @@ struct FrameBench {
   bool sim_ended = false;
 
  private:
-  TransportPair pair() {
-    auto ends = make_socketpair(io.get_executor(), clock, "sim:frame");
-    if (!ends) throw std::runtime_error(ends.error().what);
-    return std::move(*ends);
-  }
+  TransportPair pair() { return make_memory_pipe(io.get_executor(), clock, "sim:frame"); }
   void finish_set_up(std::unique_ptr<Transport> near) {
     frame = std::make_unique<ZwickLink>(std::move(near), clock, io.get_executor());
     frame->set_listener(&listener);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An LCR-6100 driver and its simulator on the two ends of a socketpair, in virtual time.
+// An LCR-6100 driver and its simulator on the two ends of a wire in memory, in virtual time.
 #pragma once
 
 #include <boost/asio/co_spawn.hpp>
@@ -10,9 +10,9 @@
 #include <string>
 #include <utility>
 
-#include "drivers/fd_transport.hpp"
 #include "drivers/lcr6100/driver.hpp"
 #include "drivers/lcr6100/sim.hpp"
+#include "drivers/memory_pipe.hpp"
 #include "tests/support/run_task.hpp"
 
 namespace lcrig::support {
@@ -60,9 +60,9 @@ struct MeterBench {
 
  private:
   std::unique_ptr<Transport> connect() {
-    auto pair = make_socketpair(io.get_executor(), clock, "sim:lcr");
-    far = std::move(pair->far);
-    return std::move(pair->near);
+    auto pair = make_memory_pipe(io.get_executor(), clock, "sim:lcr");
+    far = std::move(pair.far);
+    return std::move(pair.near);
   }
   void start() { asio::co_spawn(io, sim->run(), asio::detached); }
 };

@@ -15,10 +15,10 @@ using namespace std::chrono_literals;
 class Dialect : public ::testing::Test {
  protected:
   Dialect() {
-    auto pair = make_socketpair(io.get_executor(), clock, "sim:lcr");
-    sim.emplace(std::move(pair->far), clock, SimConfig(),
+    auto pair = make_memory_pipe(io.get_executor(), clock, "sim:lcr");
+    sim.emplace(std::move(pair.far), clock, SimConfig(),
                 Lcr6100Sim::Source(support::seven_picofarad));
-    link.emplace(std::move(pair->near), clock);
+    link.emplace(std::move(pair.near), clock);
     asio::co_spawn(io, sim->run(), asio::detached);
   }
   ~Dialect() override {

@@ -11,6 +11,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/read.hpp>
 
+#include "drivers/fd_transport.hpp"
 #include "tests/support/meter_bench.hpp"
 
 namespace lcrig {

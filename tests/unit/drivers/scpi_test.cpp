@@ -6,7 +6,7 @@
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <deque>
 
-#include "drivers/fd_transport.hpp"
+#include "drivers/memory_pipe.hpp"
 #include "tests/support/run_task.hpp"
 
 namespace lcrig {
@@ -81,10 +81,10 @@ class Instrument {
 class ScpiTest : public ::testing::Test {
  protected:
   ScpiTest() {
-    auto pair = make_socketpair(io.get_executor(), clock, "sim:lcr");
-    far = std::move(pair->far);
+    auto pair = make_memory_pipe(io.get_executor(), clock, "sim:lcr");
+    far = std::move(pair.far);
     instrument.emplace(*far, clock);
-    link.emplace(std::move(pair->near), clock);
+    link.emplace(std::move(pair.near), clock);
     link->set_identity(std::string(kIdentity));
     asio::co_spawn(io, instrument->run(), asio::detached);
   }

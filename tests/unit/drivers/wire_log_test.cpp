@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <random>
 
-#include "drivers/fd_transport.hpp"
+#include "drivers/memory_pipe.hpp"
 #include "drivers/recording_transport.hpp"
 #include "drivers/replay_transport.hpp"
 #include "tests/support/run_task.hpp"
@@ -99,11 +99,10 @@ TEST(RecordingTransport, WhatItRecordsTheReplayPlays) {
   VirtualClock clock;
   TempFile file;
   {
-    auto pair = make_socketpair(io.get_executor(), clock, "test");
-    ASSERT_TRUE(pair);
-    auto recording = make_recording(std::move(pair->near), clock, file.path, WireLogHeader());
+    auto pair = make_memory_pipe(io.get_executor(), clock, "test");
+    auto recording = make_recording(std::move(pair.near), clock, file.path, WireLogHeader());
     ASSERT_TRUE(recording);
-    ASSERT_TRUE(run_task(io, clock, pair->far->write_all("+1\r\n", clock.now() + 1s)));
+    ASSERT_TRUE(run_task(io, clock, pair.far->write_all("+1\r\n", clock.now() + 1s)));
     EXPECT_EQ(*run_task(io, clock, ask(**recording, clock, "FETC?\n")), "+1\r\n");
   }
   auto log = load_wire_log(file.path);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Driver and simulated gateway together, over a socketpair in virtual time.
+// Driver and simulated gateway together, over memory in virtual time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

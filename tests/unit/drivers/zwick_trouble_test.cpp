@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What driver and simulated gateway do when the other one is silent, refuses, or is not the one
-// that was expected; over a socketpair in virtual time.
+// that was expected; over memory in virtual time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -178,9 +178,9 @@ TEST(ZwickLink, TwoMotionsAtOnceAreRefusedAndTheFirstGoesOn) {
 // A far end that answers only what the test says.
 struct MuteBench {
   MuteBench() {
-    auto ends = make_socketpair(io.get_executor(), clock, "tcp:gateway");
-    far = std::move(ends->far);
-    frame = std::make_unique<ZwickLink>(std::move(ends->near), clock, io.get_executor());
+    auto ends = make_memory_pipe(io.get_executor(), clock, "tcp:gateway");
+    far = std::move(ends.far);
+    frame = std::make_unique<ZwickLink>(std::move(ends.near), clock, io.get_executor());
   }
   VirtualClock clock;
   asio::io_context io;
