@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
+#include <cassert>
+#include <utility>
 
 #include "base/as_result.hpp"
 
@@ -30,8 +32,44 @@ std::int64_t RealClock::unix_ns() const {
       .count();
 }
 
-Task<bool> RealClock::wait_until(MonoTime t) {
-  asio::steady_timer timer(co_await asio::this_coro::executor);
+// The timer of one wait, which a Wakeup may end. Neither outlives the other's use of it.
+struct Wakeup::Sleeper {
+  Sleeper(asio::any_io_executor executor, Wakeup* early)
+      : timer(std::move(executor)), wakeup(early) {
+    if (wakeup == nullptr) return;
+    assert(wakeup->sleeper_ == nullptr);
+    wakeup->sleeper_ = this;
+  }
+  ~Sleeper() {
+    if (wakeup == nullptr) return;
+    wakeup->sleeper_ = nullptr;
+    wakeup->knocked_ = false;
+  }
+  Sleeper(const Sleeper&) = delete;
+  Sleeper& operator=(const Sleeper&) = delete;
+  static bool is_knocked(Wakeup* early) {
+    return early != nullptr && std::exchange(early->knocked_, false);
+  }
+
+  asio::steady_timer timer;
+  Wakeup* wakeup;
+};
+
+Wakeup::~Wakeup() {
+  if (sleeper_ == nullptr) return;
+  sleeper_->timer.cancel();
+  sleeper_->wakeup = nullptr;
+}
+
+void Wakeup::notify() {
+  knocked_ = true;
+  if (sleeper_ != nullptr) sleeper_->timer.cancel();
+}
+
+Task<bool> RealClock::wait(MonoTime t, Wakeup* early) {
+  if (Wakeup::Sleeper::is_knocked(early)) co_return false;
+  Wakeup::Sleeper sleeper(co_await asio::this_coro::executor, early);
+  asio::steady_timer& timer = sleeper.timer;
   const MonoTime due = std::max(t, now());
   timer.expires_at(std::chrono::steady_clock::time_point(t.time_since_epoch()));
   auto r = co_await timer.async_wait(kAsResult);
@@ -43,21 +81,23 @@ Task<bool> RealClock::wait_until(MonoTime t) {
   co_return !std::get<0>(r);
 }
 
-// The timer never expires by itself: cancelling it is how virtual time wakes the coroutine, and how
-// Asio cancels it. `fired` tells the two apart.
-struct VirtualClock::Waiter {
-  Waiter(asio::any_io_executor ex, VirtualClock& c) : timer(std::move(ex)), clock(c) {
+// The timer never expires by itself: cancelling it is how virtual time wakes the coroutine, how a
+// Wakeup does, and how Asio cancels it. `fired` tells them apart.
+struct VirtualClock::Waiter : Wakeup::Sleeper {
+  Waiter(asio::any_io_executor executor, Wakeup* early, VirtualClock& c, MonoTime t)
+      : Sleeper(std::move(executor), early), clock(c), self(clock.waiters_.end()) {
     timer.expires_at(asio::steady_timer::time_point::max());
+    // A deadline in the past fires at the next jump, never in between.
+    if (t != MonoTime::max()) self = clock.waiters_.emplace(std::max(t, clock.now_), this);
   }
   ~Waiter() {
-    if (!fired) clock.waiters_.erase(self);
+    if (self != clock.waiters_.end()) clock.waiters_.erase(self);
   }
   Waiter(const Waiter&) = delete;
   Waiter& operator=(const Waiter&) = delete;
 
-  asio::steady_timer timer;
   VirtualClock& clock;
-  std::multimap<MonoTime, Waiter*>::iterator self{};
+  std::multimap<MonoTime, Waiter*>::iterator self;  // its place in the queue; end(): none
   bool fired = false;
 };
 
@@ -67,10 +107,9 @@ std::int64_t VirtualClock::unix_ns() const {
   return unix_offset_ns_ + now_.time_since_epoch().count();
 }
 
-Task<bool> VirtualClock::wait_until(MonoTime t) {
-  if (t <= now_) t = now_;  // a deadline in the past fires at the next jump, never in between
-  Waiter waiter(co_await asio::this_coro::executor, *this);
-  waiter.self = waiters_.emplace(t, &waiter);
+Task<bool> VirtualClock::wait(MonoTime t, Wakeup* early) {
+  if (Wakeup::Sleeper::is_knocked(early)) co_return false;
+  Waiter waiter(co_await asio::this_coro::executor, early, *this, t);
   auto r = co_await waiter.timer.async_wait(kAsResult);
   static_cast<void>(r);
   co_return waiter.fired;
@@ -82,6 +121,7 @@ bool VirtualClock::advance_to_next() {
   Waiter* waiter = it->second;
   now_ = std::max(now_, it->first);
   waiters_.erase(it);
+  waiter->self = waiters_.end();
   waiter->fired = true;
   waiter->timer.cancel();
   return true;

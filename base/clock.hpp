@@ -36,6 +36,25 @@ constexpr double to_seconds(Duration d) {
   return static_cast<double>(d.count()) * 1e-9;
 }
 
+// How one coroutine ends the wait of another on the same thread. A remembered knock for one waiter:
+// a notify without a waiter ends the next wait at once. A wait may end for no reason, so the waiter
+// looks at its own condition in a loop.
+class Wakeup {
+ public:
+  Wakeup() = default;
+  ~Wakeup();
+  Wakeup(const Wakeup&) = delete;
+  Wakeup& operator=(const Wakeup&) = delete;
+  void notify();
+
+ private:
+  friend class RealClock;
+  friend class VirtualClock;
+  struct Sleeper;
+  bool knocked_ = false;
+  Sleeper* sleeper_ = nullptr;  // who waits
+};
+
 class Clock {
  public:
   virtual ~Clock() = default;
@@ -44,15 +63,22 @@ class Clock {
   // True when the time came, false when the wait was cancelled. Never throws, honours terminal
   // cancellation, so it may stand on either side of `||`. A program that had no processor until
   // after `t` reads what arrived meanwhile before this returns: silence is not the instrument's.
-  virtual Task<bool> wait_until(MonoTime t) = 0;
+  Task<bool> wait_until(MonoTime t) { return wait(t, nullptr); }
+  // The same; false also when `early` was knocked. MonoTime::max() never comes.
+  Task<bool> wait_until(MonoTime t, Wakeup& early) { return wait(t, &early); }
   Task<bool> wait_for(Duration d) { return wait_until(now() + d); }
+
+ private:
+  virtual Task<bool> wait(MonoTime t, Wakeup* early) = 0;
 };
 
 class RealClock final : public Clock {
  public:
   MonoTime now() const override;
   std::int64_t unix_ns() const override;
-  Task<bool> wait_until(MonoTime t) override;
+
+ private:
+  Task<bool> wait(MonoTime t, Wakeup* early) override;
 };
 
 // Deterministic time for rehearsals and tests: stands still while anything can run, then jumps to
@@ -64,7 +90,6 @@ class VirtualClock final : public Clock {
 
   MonoTime now() const override { return now_; }
   std::int64_t unix_ns() const override;
-  Task<bool> wait_until(MonoTime t) override;
 
   // Steps the wall clock without touching monotonic time (an NTP step).
   void step_wall_clock(Duration d) { unix_offset_ns_ += d.count(); }
@@ -90,6 +115,7 @@ class VirtualClock final : public Clock {
 
  private:
   struct Waiter;
+  Task<bool> wait(MonoTime t, Wakeup* early) override;
   bool pump(asio::io_context& io, const std::function<bool()>& done, MonoTime end);
 
   MonoTime now_{};

@@ -142,7 +142,7 @@ class Simulators {
     for (;;) {
       auto wire = co_await next_client(frame_);
       auto watch = std::make_unique<StopWatch>(std::move(wire), stop_ns);
-      ZwickSim sim(std::move(watch), clock_, io_.get_executor(), scene_);
+      ZwickSim sim(std::move(watch), clock_, scene_);
       co_await sim.run();
     }
   }

@@ -240,8 +240,7 @@ class BenchInstruments final : public SimulatedInstruments {
     scene_ = std::make_unique<PlantScene>(world_->plant());
     ZwickSimSettings settings;
     settings.seed = static_cast<std::uint64_t>(request.seed) + 1;
-    frame_sim_ =
-        std::make_unique<ZwickSim>(std::move(pair->far), clock_, executor_, *scene_, settings);
+    frame_sim_ = std::make_unique<ZwickSim>(std::move(pair->far), clock_, *scene_, settings);
     use_frame(std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_));
     return {};
   }
@@ -308,8 +307,7 @@ class ReplayInstruments final : public SimulatedInstruments {
       row.force_N = s.force_N;
       rows.push_back(row);
     }
-    frame_sim_ =
-        std::make_unique<ZwickSim>(std::move(pair->far), clock_, executor_, std::move(rows));
+    frame_sim_ = std::make_unique<ZwickSim>(std::move(pair->far), clock_, std::move(rows));
     frame_ = std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_);
     start(frame_sim_->run(), frames_);
     return {};

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "base/as_result.hpp"
-#include "drivers/wakeup.hpp"
 
 namespace lcrig {
 
@@ -18,11 +17,7 @@ constexpr std::size_t kCapacity = 64 * 1024;  // bytes on the way to one end
 class MemoryPipeEnd final : public Transport {
  public:
   MemoryPipeEnd(asio::any_io_executor executor, Clock& clock, std::string name)
-      : executor_(executor),
-        clock_(clock),
-        name_(std::move(name)),
-        arrived_(executor),
-        room_(executor) {}
+      : executor_(executor), clock_(clock), name_(std::move(name)) {}
   ~MemoryPipeEnd() override { close(); }
   void join(MemoryPipeEnd& peer) {
     peer_ = &peer;
@@ -91,11 +86,7 @@ Task<Result<std::size_t>> MemoryPipeEnd::read_some(std::span<char> buffer, MonoT
     if (deadline <= clock_.now()) {
       co_return fail(Errc::no_reply, "{}: nothing received in time", name_);
     }
-    if (deadline == MonoTime::max()) {
-      co_await arrived_.wait();
-    } else {
-      co_await arrived_.wait_until(clock_, deadline);
-    }
+    co_await clock_.wait_until(deadline, arrived_);
     const auto state = co_await asio::this_coro::cancellation_state;
     if (state.cancelled() != asio::cancellation_type::none) co_return gone("read");
   }
@@ -110,7 +101,7 @@ Task<Result<>> MemoryPipeEnd::write_all(std::string_view bytes, MonoTime deadlin
     if (deadline <= clock_.now()) {
       co_return fail(Errc::io, "{}: the other side takes no bytes", name_);
     }
-    co_await room_.wait_until(clock_, deadline);
+    co_await clock_.wait_until(deadline, room_);
     const auto state = co_await asio::this_coro::cancellation_state;
     if (state.cancelled() != asio::cancellation_type::none) co_return gone("write");
   }

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <exception>
 
-#include "drivers/wakeup.hpp"
-
 namespace lcrig {
 
 namespace {
@@ -19,17 +17,17 @@ constexpr double kMassMax_kg = 1000;  // beyond this a unit was mistaken
 // Shared with the sampling coroutine, which may end a little later than the frame.
 struct DeadWeightFrame::State {
   State(Clock& c, asio::any_io_executor e, DeadWeightSettings s)
-      : clock(c), executor(e), settings(std::move(s)), sampler(e), prompt_end(e) {}
+      : clock(c), executor(e), settings(std::move(s)) {}
 
   Task<> sample() {
     MonoTime due = clock.now();
     while (!closed) {
       const double rate = settings.sample_rate_Hz;
       if (rate <= 0) {
-        co_await sampler.wait();
+        co_await clock.wait_until(MonoTime::max(), sampler);
         due = clock.now();
       } else if (clock.now() < due) {
-        co_await sampler.wait_until(clock, due);
+        co_await clock.wait_until(due, sampler);
       } else {
         emit();
         due = clock.now() + from_seconds(1 / rate);
@@ -219,7 +217,8 @@ Task<Result<MotionOutcome>> DeadWeightFrame::place_mass(Mass mass) {
   state->pending = mass;
   const Prompting prompting(*state);
   std::string text = prompt(mass);
-  auto r = co_await (operator_.confirm(std::move(text)) || state->prompt_end.wait());
+  auto r = co_await (operator_.confirm(std::move(text)) ||
+                     state->clock.wait_until(MonoTime::max(), state->prompt_end));
   if (state->closed) co_return fail(Errc::disconnected, "dead weights: closed");
   if (r.index() == 1) co_return outcome(MotionEnd::stopped);
   const auto& confirmed = std::get<0>(r);

@@ -37,15 +37,14 @@ LineFault line_fault(const Fault& f) {
 
 FaultPlayer::FaultPlayer(asio::any_io_executor executor, Clock& clock, FaultBench& bench,
                          FaultSurroundings* surroundings, FaultScript script, Told told)
-    : executor_(executor),
+    : executor_(std::move(executor)),
       clock_(clock),
       bench_(bench),
       surroundings_(surroundings),
       script_(std::move(script)),
       told_(std::move(told)),
       random_(script_.seed),
-      first_identity_(bench.meter_identity()),
-      wakeup_(std::move(executor)) {
+      first_identity_(bench.meter_identity()) {
   for (const Fault& f : script_.faults) states_.emplace_back(f);
   attach();
 }
@@ -129,13 +128,10 @@ void FaultPlayer::schedule(MonoTime at, Act act) {
 
 Task<> FaultPlayer::run() {
   while (!stopped_) {
-    if (agenda_.empty()) {
-      co_await wakeup_.wait();
-      continue;
-    }
     const auto first = agenda_.begin();
-    if (first->first > clock_.now()) {
-      co_await wakeup_.wait_until(clock_, first->first);
+    const MonoTime due = agenda_.empty() ? MonoTime::max() : first->first;
+    if (due > clock_.now()) {
+      co_await clock_.wait_until(due, wakeup_);
       continue;
     }
     const Act act = std::move(first->second);

@@ -16,7 +16,6 @@
 #include "drivers/faults/bench.hpp"
 #include "drivers/faults/script.hpp"
 #include "drivers/line_fault.hpp"
-#include "drivers/wakeup.hpp"
 
 namespace lcrig {
 

@@ -25,10 +25,9 @@ Errc errc_of(std::string_view code) {
 }  // namespace
 
 Link::Link(std::unique_ptr<Transport> transport, Clock& clock, asio::any_io_executor executor)
-    : transport_(std::move(transport)), clock_(clock), executor_(executor), writer_(executor) {}
+    : transport_(std::move(transport)), clock_(clock), executor_(std::move(executor)) {}
 
-Link::Waiting::Waiting(std::shared_ptr<Link> link)
-    : link_(std::move(link)), wakeup_(link_->executor_) {
+Link::Waiting::Waiting(std::shared_ptr<Link> link) : link_(std::move(link)) {
   link_->waiting_.push_back(&wakeup_);
 }
 Link::Waiting::~Waiting() {
@@ -37,11 +36,7 @@ Link::Waiting::~Waiting() {
 
 Task<Result<>> Link::Waiting::next(std::optional<MonoTime> deadline) {
   if (link_->lost_) co_return fail(*link_->lost_);
-  if (deadline) {
-    co_await wakeup_.wait_until(link_->clock_, *deadline);
-  } else {
-    co_await wakeup_.wait();
-  }
+  co_await link_->clock_.wait_until(deadline.value_or(MonoTime::max()), wakeup_);
   const auto state = co_await asio::this_coro::cancellation_state;
   if (state.cancelled() != asio::cancellation_type::none) {
     co_return fail(Errc::aborted, "{}: the wait was given up", link_->name());
@@ -145,7 +140,7 @@ Task<> Link::write() {
   while (!lost_) {
     const MonoTime due = sent_ + kHeartbeat;
     if (urgent_.empty() && queue_.empty() && clock_.now() < due) {
-      co_await writer_.wait_until(clock_, due);
+      co_await clock_.wait_until(due, writer_);
       continue;
     }
     std::string bytes = std::exchange(urgent_, {});

@@ -14,7 +14,6 @@
 
 #include "drivers/load_frame.hpp"
 #include "drivers/transport.hpp"
-#include "drivers/wakeup.hpp"
 #include "drivers/zwick/codec.hpp"
 
 namespace lcrig::frame_link {

@@ -18,24 +18,21 @@ constexpr Duration kIoTime = std::chrono::seconds(1);
 
 }  // namespace
 
-ZwickSim::ZwickSim(std::unique_ptr<Transport> transport, Clock& clock,
-                   asio::any_io_executor executor, FrameScene& scene, ZwickSimSettings settings)
-    : transport_(std::move(transport)),
-      clock_(clock),
-      settings_(std::move(settings)),
-      machine_(std::make_unique<SimMachine>(scene, settings_)),
-      wakeup_(std::move(executor)),
-      noise_(settings_.seed),
-      power_on_(clock.now()) {}
-
-ZwickSim::ZwickSim(std::unique_ptr<Transport> transport, Clock& clock,
-                   asio::any_io_executor executor, std::vector<RecordedRow> rows,
+ZwickSim::ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, FrameScene& scene,
                    ZwickSimSettings settings)
     : transport_(std::move(transport)),
       clock_(clock),
       settings_(std::move(settings)),
+      machine_(std::make_unique<SimMachine>(scene, settings_)),
+      noise_(settings_.seed),
+      power_on_(clock.now()) {}
+
+ZwickSim::ZwickSim(std::unique_ptr<Transport> transport, Clock& clock,
+                   std::vector<RecordedRow> rows, ZwickSimSettings settings)
+    : transport_(std::move(transport)),
+      clock_(clock),
+      settings_(std::move(settings)),
       recording_(std::move(rows)),
-      wakeup_(std::move(executor)),
       noise_(settings_.seed),
       power_on_(clock.now()) {}
 
@@ -127,12 +124,7 @@ Task<> ZwickSim::serve() {
       if (!written) co_return;
       continue;
     }
-    const MonoTime due = next_due();
-    if (due == MonoTime::max()) {
-      co_await wakeup_.wait();
-    } else {
-      co_await wakeup_.wait_until(clock_, due);
-    }
+    co_await clock_.wait_until(next_due(), wakeup_);
   }
 }
 

@@ -14,7 +14,6 @@
 #include "drivers/line_fault.hpp"
 #include "drivers/load_frame.hpp"
 #include "drivers/transport.hpp"
-#include "drivers/wakeup.hpp"
 #include "drivers/zwick/codec.hpp"
 #include "model/plant.hpp"
 
@@ -119,11 +118,11 @@ class SimMachine;
 // Clock, scene and this object must outlive `run`.
 class ZwickSim {
  public:
-  ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, asio::any_io_executor executor,
-           FrameScene& scene, ZwickSimSettings settings = ZwickSimSettings());
+  ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, FrameScene& scene,
+           ZwickSimSettings settings = ZwickSimSettings());
   // Plays `rows` as samples, verbatim, from start_recording() on; has no motion and takes any RATE.
-  ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, asio::any_io_executor executor,
-           std::vector<RecordedRow> rows, ZwickSimSettings settings = ZwickSimSettings());
+  ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, std::vector<RecordedRow> rows,
+           ZwickSimSettings settings = ZwickSimSettings());
   ~ZwickSim();
 
   Task<> run();

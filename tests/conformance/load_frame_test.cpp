@@ -46,7 +46,7 @@ class LinkBench final : public Bench {
  public:
   explicit LinkBench(const MakeWire& make_wire) {
     auto ends = make_wire(io.get_executor(), clock, "sim:frame");
-    sim_.emplace(std::move(ends->far), clock, io.get_executor(), scene_);
+    sim_.emplace(std::move(ends->far), clock, scene_);
     frame_.emplace(std::move(ends->near), clock, io.get_executor());
     frame_->set_listener(&listener);
     asio::co_spawn(io, sim_->run(), asio::detached);

@@ -53,8 +53,7 @@ struct Running {
 struct FrameBench {
   explicit FrameBench(ZwickSimSettings settings = ZwickSimSettings()) {
     auto ends = pair();
-    sim = std::make_unique<ZwickSim>(std::move(ends.far), clock, io.get_executor(), scene,
-                                     std::move(settings));
+    sim = std::make_unique<ZwickSim>(std::move(ends.far), clock, scene, std::move(settings));
     finish_set_up(std::move(ends.near));
   }
   explicit FrameBench(const PlantConfig& config) : scene(10'000, config) {
@@ -64,8 +63,7 @@ struct FrameBench {
   }
   explicit FrameBench(std::vector<RecordedRow> rows) {
     auto ends = pair();
-    sim =
-        std::make_unique<ZwickSim>(std::move(ends.far), clock, io.get_executor(), std::move(rows));
+    sim = std::make_unique<ZwickSim>(std::move(ends.far), clock, std::move(rows));
     finish_set_up(std::move(ends.near));
   }
   ~FrameBench() {

@@ -140,7 +140,7 @@ void FramePort::serve(int fd, const std::string& name) {
     gateway_ = std::move(parked_);
     gateway_->attach(std::move(wire));
   } else {
-    gateway_ = std::make_shared<ZwickSim>(std::move(wire), clock_, executor_, scene_, settings_);
+    gateway_ = std::make_shared<ZwickSim>(std::move(wire), clock_, scene_, settings_);
   }
   gateway_->faults = lasting_;
   gateway_->hooks = hooks_;

@@ -11,6 +11,8 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
+#include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -74,6 +76,52 @@ TEST(VirtualClock, AWallClockStepLeavesMonotonicTimeAlone) {
   clock.step_wall_clock(-1h);
   EXPECT_EQ(before - clock.unix_ns(), Duration(1h).count());
   EXPECT_EQ(clock.now().time_since_epoch(), 0s);
+}
+
+Task<> after_a_while(Clock& clock, std::function<void()> act) {
+  co_await clock.wait_for(1ms);
+  act();
+}
+
+// On either clock.
+template <class Run>
+void expect_wakeup_works(asio::io_context& io, Clock& clock, Run run) {
+  Wakeup early;
+  asio::co_spawn(io, after_a_while(clock, [&early] { early.notify(); }), asio::detached);
+  EXPECT_FALSE(run(clock.wait_until(clock.now() + 1h, early))) << "a knock ends the wait";
+  early.notify();
+  EXPECT_FALSE(run(clock.wait_until(MonoTime::max(), early))) << "a knock is remembered";
+  EXPECT_TRUE(run(clock.wait_until(clock.now() + 1ms, early))) << "and then forgotten";
+  auto brief = std::make_unique<Wakeup>();
+  asio::co_spawn(io, after_a_while(clock, [&brief] { brief.reset(); }), asio::detached);
+  EXPECT_FALSE(run(clock.wait_until(MonoTime::max(), *brief))) << "nobody is left who could knock";
+}
+
+TEST(Wakeup, EndsAWaitInVirtualTime) {
+  asio::io_context io;
+  VirtualClock clock;
+  expect_wakeup_works(io, clock, [&](Task<bool> t) { return run_task(io, clock, std::move(t)); });
+  EXPECT_EQ(clock.now().time_since_epoch(), 3ms);
+  EXPECT_EQ(clock.pending(), 0U);
+}
+
+TEST(Wakeup, EndsAWaitInRealTime) {
+  asio::io_context io;
+  RealClock clock;
+  expect_wakeup_works(io, clock, [&](Task<bool> t) { return run_task(io, std::move(t)); });
+}
+
+TEST(Wakeup, AWaitThatIsDestroyedIsForgotten) {
+  VirtualClock clock;
+  Wakeup early;
+  {
+    asio::io_context io;
+    asio::co_spawn(io, clock.wait_until(clock.now() + 1h, early), asio::detached);
+    io.poll();
+    EXPECT_EQ(clock.pending(), 1U);
+  }
+  EXPECT_EQ(clock.pending(), 0U);
+  early.notify();
 }
 
 TEST(RealClock, WaitsAtLeastUntilTheDeadline) {

@@ -18,8 +18,10 @@ class FixedClock final : public Clock {
  public:
   MonoTime now() const override { return at; }
   std::int64_t unix_ns() const override { return 0; }
-  Task<bool> wait_until(MonoTime) override { co_return false; }
   MonoTime at{};
+
+ private:
+  Task<bool> wait(MonoTime, Wakeup*) override { co_return false; }
 };
 
 RunStatus cycle() {
