@@ -141,7 +141,8 @@ bool VirtualClock::pump(asio::io_context& io, const std::function<bool()>& done,
   const auto work = asio::make_work_guard(io);
   while (!done()) {
     if (io.stopped()) io.restart();
-    if (io.poll() > 0) continue;
+    // Once is enough: it goes on until nothing can run.
+    if (io.poll() > 0 && done()) return true;
     if (holds_ > 0) {
       io.run_one();
     } else if (waiters_.empty() || waiters_.begin()->first > end) {
