@@ -38,7 +38,7 @@ Result<> in_pieces(const Database& db, std::int64_t last_seq, std::int64_t piece
       count, std::clamp(std::thread::hardware_concurrency(), 1U, kMostThreads));
   std::vector<Database> connections;
   for (std::int64_t i = 0; i < threads; ++i) {
-    auto connection = open_read_only(db.path());
+    auto connection = open_read_only(db.path(), db.vfs());
     if (!connection) return fail(connection.error());
     connections.push_back(std::move(*connection));
   }

@@ -75,13 +75,13 @@ Result<Database> open_read_write(const std::string& path, const std::string& vfs
   return db;
 }
 
-Result<Database> open_read_only(const std::string& path) {
+Result<Database> open_read_only(const std::string& path, const std::string& vfs) {
   std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) {
+  if (vfs != kInMemory && !std::filesystem::exists(path, ignored)) {
     return fail(Errc::invalid_request, "{}: no such database; give --db, or record a run first",
                 path);
   }
-  auto db = Database::open(path, Database::Mode::read_only);
+  auto db = Database::open(path, Database::Mode::read_only, vfs);
   if (!db) return fail(db.error());
   if (auto r = configure(*db); !r) return fail(r.error());
   auto content = inspect(*db);

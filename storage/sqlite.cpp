@@ -158,6 +158,7 @@ Result<Database> Database::open(const std::string& path, Mode mode, const std::s
                                  vfs.empty() ? nullptr : vfs.c_str());
   Database db;
   db.path_ = path;
+  db.vfs_ = vfs;
   db.handle_.reset(handle);
   if (rc != SQLITE_OK) return fail(db.error("open"));
   sqlite3_extended_result_codes(handle, 1);

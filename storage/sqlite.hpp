@@ -72,6 +72,7 @@ class Database {
   std::int64_t last_insert_id() const;
   bool in_transaction() const;
   const std::string& path() const { return path_; }
+  const std::string& vfs() const { return vfs_; }
   // Extended result code of the last call that failed (SQLITE_FULL, SQLITE_IOERR_FSYNC, ...).
   int error_code() const;
   // The last failed call left a connection that is not to be trusted: reopen the file.
@@ -83,7 +84,7 @@ class Database {
   struct Close {
     void operator()(sqlite3* db) const;
   };
-  std::string path_;
+  std::string path_, vfs_;
   std::unique_ptr<sqlite3, Close> handle_;
 };
 

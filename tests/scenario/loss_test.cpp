@@ -54,6 +54,7 @@ class Loss : public ::testing::TestWithParam<LossCase> {};
 TEST_P(Loss, InAStepIsSurvivedOrEndsTheRunAsTheProtocolSays) {
   const auto [step, which, policy] = GetParam();
   SessionWorld world(loss_protocol(policy, kEveryKind));
+  world.in_memory = true;
   away(world, step, which, 300ms, 3s);
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;

@@ -102,6 +102,7 @@ class EveryStop : public ::testing::TestWithParam<StopCase> {};
 TEST_P(EveryStop, StopsTheFrameRunsFinallyOnceAndClosesTheRun) {
   const auto [step, cause, weights] = GetParam();
   SessionWorld world(weights ? kWeights : kFrame);
+  world.in_memory = true;
   MonoTime asked;
   world.acts.push_back({step, 300ms, [&, c = cause](SessionWorld& w) {
                           asked = w.clock.now();

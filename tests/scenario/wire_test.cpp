@@ -14,6 +14,7 @@ class WiredWorld final : public SessionWorld {
  public:
   explicit WiredWorld(MakeWire wire)
       : SessionWorld(loss_protocol("wait", kEveryKind)), wire_(std::move(wire)) {
+    in_memory = true;
     away(*this, "level", Which::meter, 1s, 3s);
     away(*this, "record", Which::frame, 500ms, 2s);
   }

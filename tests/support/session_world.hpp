@@ -31,6 +31,7 @@ class SessionWorld {
   virtual ~SessionWorld() = default;
 
   Bench bench = *find_bench("paper");
+  bool in_memory = false;  // the database, for a test that wants none on the disk
   std::map<std::string, std::string> parameters;
   std::vector<Act> acts;
 
@@ -50,6 +51,7 @@ class SessionWorld {
     sim.weights = prepared->places_weights;
     sim.max_force_N = prepared->max_force_N;
     Recorder::Options options(database());
+    if (in_memory) keep_in_memory(options);
     adjust(sim, options);
     auto instruments = make_sim_instruments(io.get_executor(), clock, sim);
     if (!instruments) return fail(instruments.error());
@@ -70,7 +72,7 @@ class SessionWorld {
 
   std::string database() const { return dir_.file("t.db"); }
   Database open() const {
-    auto db = open_read_only(database());
+    auto db = open_read_only(database(), in_memory ? kInMemory : "");
     if (!db) throw std::runtime_error(db.error().what);
     return std::move(*db);
   }
@@ -102,7 +104,14 @@ class SessionWorld {
   virtual void ended() {}  // the run row is closed, the ports are open
 
  private:
+  // It would be gone with the recorder's connection.
+  void keep_in_memory(Recorder::Options& options) {
+    options.vfs = kInMemory;
+    kept_ = Database::open(database(), Database::Mode::read_write_create, kInMemory).value();
+  }
+
   TempDir dir_;
+  Database kept_;
 
  public:
   VirtualClock clock;

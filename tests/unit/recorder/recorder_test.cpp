@@ -63,8 +63,8 @@ class RecorderTest : public testing::Test {
   void push_readings(int count) {
     for (int i = 0; i < count; ++i) recorder_->reading(reading_at(i, 1e-12), ReadingTag());
   }
-  std::int64_t integer(const std::string& sql) {
-    auto db = open_read_only(path_);
+  std::int64_t integer(const std::string& sql, const std::string& vfs = "") {
+    auto db = open_read_only(path_, vfs);
     EXPECT_TRUE(db) << db.error().what;
     auto r = db->integer(sql);
     EXPECT_TRUE(r) << r.error().what;
@@ -310,6 +310,25 @@ TEST(LatencyHistogram, PercentilesAreWithinOneBucket) {
   EXPECT_EQ(h.max(), 1ms);
   EXPECT_EQ(h.percentile(1), 1ms);
   EXPECT_EQ(LatencyHistogram().percentile(0.5), 0ns);
+}
+
+TEST_F(RecorderTest, ADatabaseInMemoryIsLockedWrittenAndReadLikeOneOnADisk) {
+  Recorder::Options options(path_);
+  options.vfs = kInMemory;
+  open(options);
+  EXPECT_EQ(Recorder::open(io_, clock_, options).error().code, Errc::busy);
+  begin();
+  for (int i = 1; i <= 100; ++i) {
+    push_readings(1);
+    ASSERT_TRUE(run_task(io_, clock_, recorder_->flush()));
+    ASSERT_EQ(integer("SELECT count(*) FROM lcr_reading", kInMemory), i);
+  }
+  end(ExitStatus::success, "");
+  const auto report = verify_chain(open_read_only(path_, kInMemory).value(), 1);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_TRUE(report->intact) << report->finding;
+  EXPECT_TRUE(report->ended);
+  EXPECT_FALSE(std::filesystem::exists(path_));
 }
 
 TEST_F(RecorderTest, AWriterThatHangsBeatsNoMoreAndARestingOneIsNoHang) {

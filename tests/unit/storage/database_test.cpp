@@ -44,6 +44,23 @@ TEST(OpenReadWrite, CreatesADurableDatabaseOfOurs) {
             0);
 }
 
+TEST(InMemory, IsSharedByItsPathAndGoneWithTheLastConnection) {
+  TempDir dir;
+  const std::string path = dir.file("a.db");
+  {
+    const auto db = open_read_write(path, kInMemory);
+    ASSERT_TRUE(db) << db.error().what;
+    EXPECT_EQ(integer(*db, "PRAGMA user_version"), shipped_migrations().back().version);
+    const auto reader = open_read_only(path, kInMemory);
+    ASSERT_TRUE(reader) << reader.error().what;
+    EXPECT_EQ(reader->vfs(), kInMemory);
+    EXPECT_GT(integer(*reader, "SELECT count(*) FROM sqlite_schema"), 0);
+    EXPECT_FALSE(open_read_only(dir.file("b.db"), kInMemory)) << "another path is another one";
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(dir.path()));
+  EXPECT_FALSE(open_read_only(path, kInMemory));
+}
+
 TEST(OpenReadWrite, RefusesAFileThatIsNoDatabase) {
   TempDir dir;
   std::ofstream(dir.file("a.db")) << std::string(4096, 'x');
