@@ -212,6 +212,7 @@ void FaultPlayer::stop() {
 
 std::vector<std::int64_t> FaultPlayer::happened() const {
   std::vector<std::int64_t> out;
+  out.reserve(states_.size());
   for (const State& s : states_) out.push_back(s.fired);
   return out;
 }
