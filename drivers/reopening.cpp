@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/reopening.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "base/log.hpp"
@@ -18,6 +19,20 @@ Result<> compare_identity(const Identity& first, const Identity& now) {
               "again",
               printable(now.model), printable(now.serial), printable(first.serial));
 }
+
+namespace {
+
+// A new zero of travel moves both ends alike.
+bool is_same_machine(FrameCapabilities now, const FrameCapabilities& first) {
+  constexpr double kRounding_m = 1e-6;
+  const double moved_m = now.travel_min.si() - first.travel_min.si();
+  if (std::abs(now.travel_max.si() - first.travel_max.si() - moved_m) > kRounding_m) return false;
+  now.travel_min = first.travel_min;
+  now.travel_max = first.travel_max;
+  return now == first;
+}
+
+}  // namespace
 
 Task<Result<Identity>> ReopeningMeter::identify() {
   auto identity = co_await inner_->identify();
@@ -94,7 +109,7 @@ Task<Result<Identity>> ReopeningFrame::reconnect() {
   }
   if (!identity) co_return identity;
   if (auto same = compare_identity(*identity_, *identity); !same) co_return fail(same.error());
-  if (frame->capabilities() != capabilities_) {
+  if (!is_same_machine(frame->capabilities(), capabilities_)) {
     co_return fail(Errc::refused, "{}: came back with other capabilities; begin a new run",
                    printable(identity->text));
   }

@@ -83,7 +83,7 @@ class ReopeningFrame final : public LoadFrame {
   Listener* listener_ = nullptr;
   std::optional<Identity> identity_;
   std::optional<double> observed_Hz_;  // observed, not commanded, at this rate
-  FrameCapabilities capabilities_;  // of the first identify; they never change afterwards
+  FrameCapabilities capabilities_;  // of the first identify, in its travel; they never change
 };
 
 }  // namespace lcrig

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace lcrig {
 
@@ -54,7 +55,15 @@ std::optional<std::string> Guard::check_force(double force_N) const {
                      limits_.force_min_N, force_max_N());
 }
 
-std::optional<std::string> Guard::check_travel(double travel_m) const {
+void Guard::zero_travel(double travel_m) {
+  limits_.zero_travel(travel_m);
+  if (stood_m_) *stood_m_ -= travel_m;
+  old_zero_m_ = travel_m;
+}
+
+std::optional<std::string> Guard::check_travel(double travel_m) {
+  if (old_zero_m_ && std::abs(travel_m - *old_zero_m_) <= kStanding_m) return std::nullopt;
+  old_zero_m_.reset();
   double low = limits_.travel_min_m.value_or(-kUnbounded);
   double high = limits_.travel_max_m.value_or(kUnbounded);
   if (mode_ == Mode::returning && stood_m_) {

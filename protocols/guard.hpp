@@ -25,6 +25,8 @@ class Guard {
 
   // From here on the travel window counts, too, that the gap limits make.
   void place_contact(double contact_travel_m) { limits_.place_contact(contact_travel_m); }
+  // The frame stands at this travel, which is 0 from now on; samples from before may still come.
+  void zero_travel(double travel_m);
   // What an unloaded cell shows below zero is no room: the true force is that much more.
   void set_rest_force(double force_N) { offset_N_ = std::min(0.0, force_N); }
   const BoundLimits& limits() const { return limits_; }
@@ -47,7 +49,7 @@ class Guard {
  private:
   enum class Mode { watching, stopping, returning };
   std::optional<std::string> check_force(double force_N) const;
-  std::optional<std::string> check_travel(double travel_m) const;
+  std::optional<std::string> check_travel(double travel_m);
   std::optional<std::string> check_blind(const FrameSample& sample) const;
 
   BoundLimits limits_;
@@ -60,6 +62,7 @@ class Guard {
   std::optional<double> last_force_N_, last_travel_m_;
   double noise_N_ = 0;  // of a sample, where the return began
   std::optional<double> stood_m_;
+  std::optional<double> old_zero_m_;  // until a sample shows the new one
 };
 
 }  // namespace lcrig

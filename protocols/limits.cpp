@@ -35,6 +35,18 @@ void BoundLimits::place_contact(double contact_travel_m) {
   travel_min_m = travel_min_m ? std::max(*travel_min_m, highest) : highest;
 }
 
+void BoundLimits::zero_travel(double travel_m) {
+  if (!travel_min_m) return;
+  *travel_min_m -= travel_m;
+  *travel_max_m -= travel_m;
+}
+
+FrameCapabilities with_zero_at(FrameCapabilities caps, double travel_m) {
+  caps.travel_min = Length::from_si(caps.travel_min.si() - travel_m);
+  caps.travel_max = Length::from_si(caps.travel_max.si() - travel_m);
+  return caps;
+}
+
 Result<BoundLimits> bind_limits(const Protocol& protocol, const Environment& env,
                                 const FrameCapabilities& caps) {
   const Limits& l = protocol.limits;

@@ -25,7 +25,12 @@ struct BoundLimits {
 
   // The travel window once it is known where contact is: what `travel` and `gap` both allow.
   void place_contact(double contact_travel_m);
+  // A new zero of travel: what was this value is 0 from now on, and the places stay.
+  void zero_travel(double travel_m);
 };
+
+// The machine's ends after a new zero of travel, likewise.
+FrameCapabilities with_zero_at(FrameCapabilities caps, double travel_m);
 
 // Errors: invalid_request when a lower limit is not the lower one.
 Result<BoundLimits> bind_limits(const Protocol& protocol, const Environment& env,

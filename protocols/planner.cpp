@@ -185,6 +185,11 @@ Planner::Outcome Planner::on(const ZeroStep& s) {
   out.seconds = kZero_s;
   if (s.travel) {
     contact_ -= travel_;
+    limits_.zero_travel(travel_);
+    rig_.frame = with_zero_at(rig_.frame, travel_);
+    for (auto* place : {&rig_.start_travel, &rig_.expected_contact, &rig_.found_contact}) {
+      if (*place) *place = **place - Length::from_si(travel_);
+    }
     travel_ = 0;
     contact_state_ = Contact::unknown;
     placed_ = false;

@@ -95,7 +95,7 @@ class Planner {
 
   const Protocol& protocol_;
   Environment env_;
-  const Rig& rig_;
+  Rig rig_;  // its travel moves with the zero
   BoundLimits limits_;
   Forecast forecast_;
   Plan plan_;

@@ -48,6 +48,8 @@ class Pressing {
   void measured(double force_N, double stiffness_N_m) {
     forecast_.measured(force_N, stiffness_N_m);
   }
+  // A new zero of travel.
+  void zero_travel(double travel_m) { caps_ = with_zero_at(caps_, travel_m); }
   const Forecast& forecast() const { return forecast_; }
 
   // The motion begins; every sample until `end` belongs to it.

@@ -202,7 +202,7 @@ Task<Result<>> Run::prepare() {
 }
 
 Task<Result<>> Run::arm_frame() {
-  const FrameCapabilities& caps = setup_.frame.capabilities();
+  const FrameCapabilities caps = frame_capabilities();
   armed_.reset();
   if (!setup_.commands) {
     auto seen = co_await setup_.frame.observe(setup_.frame_rate_Hz);

@@ -221,6 +221,8 @@ class Run final : private LoadFrame::Listener {
   double search_speed(const FindContactStep& step, const Rest& rest) const;
   Task<Result<>> measure_stiffness(double touched_m, const Rest& before);
   void place_contact(double travel_m, double force_N);
+  void zero_travel(double travel_m);
+  FrameCapabilities frame_capabilities() const;  // with travel as the samples show it now
   Task<Result<>> back_off(double clear_m, const FindContactStep& step);
   bool is_loaded(double force_N) const;
   Task<Result<>> back_away(const Target& to, double speed_m_s, double timeout_s);
@@ -276,6 +278,7 @@ class Run final : private LoadFrame::Listener {
   std::optional<FrameLimits> armed_;  // what the device watches now
   std::optional<Rest> watched_rest_;  // fed while somebody watches
   std::optional<Rest> rest_;  // of the unloaded frame
+  double travel_zero_m_ = 0;  // at the start of the run, of the zero as it is now
   std::optional<double> start_travel_m_;
   double contact_force_N_ = 0;  // beyond rest, where gap zero is
   SampleClock sample_clock_;

@@ -83,7 +83,7 @@ Task<Result<>> Run::measure_stiffness(double touched_m, const Rest& before) {
   auto touched = co_await watch_rest(kLook);
   if (!touched) co_return fail(touched.error());
   const double felt_N = touched->force_N() - before.force_N();
-  const FrameCapabilities& caps = setup_.frame.capabilities();
+  const FrameCapabilities caps = frame_capabilities();
   const double speed = std::clamp(kFastest_m_s, caps.speed_min.si(), caps.speed_max.si());
   const double end_m = device_limits(guard_.limits(), caps).travel_min.si();
   TravelStep resolution;
@@ -116,7 +116,8 @@ Task<Result<>> Run::back_off(double clear_m, const FindContactStep& step) {
   const Environment& env = setup_.environment;
   auto moved = co_await move_to_travel(clear_m, env.get(step.speed), env.get(step.timeout));
   if (!moved || !setup_.check_at_contact || !start_travel_m_) co_return moved;
-  auto possible = co_await setup_.check_at_contact(*start_travel_m_, *contact_travel_m_);
+  auto possible =
+      co_await setup_.check_at_contact(*start_travel_m_, *contact_travel_m_ + travel_zero_m_);
   co_return possible;
 }
 
@@ -161,7 +162,7 @@ Task<Result<>> Run::back_away(const Target& to, double speed_m_s, double timeout
   if (!memory_.travel_m) {
     co_return fail(Errc::no_reply, "step {}: the frame sends no travel", step_->id);
   }
-  const double least = device_limits(guard_.limits(), setup_.frame.capabilities()).travel_min.si();
+  const double least = device_limits(guard_.limits(), frame_capabilities()).travel_min.si();
   const double target_m = std::max(least, *memory_.travel_m - setup_.environment.get(to.value));
   auto moved = co_await move_to_travel(target_m, speed_m_s, timeout_s);
   co_return moved;

@@ -56,6 +56,18 @@ void Run::aim_at(const std::optional<Target>& target) {
   if (setup_.probe_area_m2) target_pressure_Pa_ = *target_force_N_ / *setup_.probe_area_m2;
 }
 
+void Run::zero_travel(double travel_m) {
+  contact_travel_m_.reset();
+  travel_zero_m_ += travel_m;
+  guard_.zero_travel(travel_m);
+  if (pressing_) pressing_->zero_travel(travel_m);
+  armed_.reset();
+}
+
+FrameCapabilities Run::frame_capabilities() const {
+  return with_zero_at(setup_.frame.capabilities(), travel_zero_m_);
+}
+
 Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
   auto rest = co_await watch_rest(kRestTime);
   if (!rest) co_return fail(rest.error());
@@ -68,7 +80,7 @@ Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
   auto zeroed = co_await setup_.frame.zero(step.force, step.travel);
   if (!zeroed) co_return zeroed;
   memory_.zeroed = true;
-  if (step.travel) contact_travel_m_.reset();
+  if (step.travel) zero_travel(rest->travel_m().value_or(0));
   event("zero", fmt::format(R"({{"force_before_N":{}}})", rest->force_N()));
   auto after = co_await watch_rest(kRestTime);
   if (!after) co_return fail(after.error());

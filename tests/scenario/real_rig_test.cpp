@@ -67,6 +67,31 @@ TEST(RealRig, ShippedProtocolsRunWhereverContactIs) {
   }
 }
 
+// The places stay where they were; only their numbers move.
+TEST(RealRig, ANewZeroOfTravelMovesNoLimit) {
+  std::string text =
+      with(kLoad, R"("gap_mm": [-1, 10])", R"("travel_mm": [0, 40], "gap_mm": [-1, 40])");
+  text = with(
+      text, R"("steps": [)",
+      R"("steps": [ { "id": "near", "do": "ramp", "to": { "travel_mm": 25 }, "speed_mm_s": 0.5, "timeout_s": 60 },
+    { "id": "here", "do": "zero", "travel": true },)");
+  text = with(text, R"("to": { "gap_mm": 2 }, "speed_mm_s": 0.5)",
+              R"("to": { "travel_mm": -20 }, "speed_mm_s": 2)");
+  SessionWorld world(text);
+  world.bench.plant.travel_min_m = 0;
+  world.bench.plant.travel_max_m = 60e-3;
+  world.bench.plant.contact_travel_m = 30e-3;
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_NEAR(world.real("SELECT travel_m FROM frame_sample ORDER BY seq DESC"), -20e-3, 1e-6);
+  SessionWorld beyond(with(text, R"("travel_mm": -20)", R"("travel_mm": -26)"));
+  beyond.bench = world.bench;
+  const auto refused = beyond.run();
+  ASSERT_FALSE(refused) << "1 mm out of the limits";
+  EXPECT_THAT(refused.error().what, HasSubstr("-25 to 15 mm"));
+}
+
 TEST(RealRig, AStrokeWithoutClearanceIsNoticedBeforeAnythingIsPressed) {
   SessionWorld world(library("dynamic-cycles"));
   world.bench.plant.travel_min_m = 0;

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "daemon/bench_door.hpp"
+#include "drivers/zwick/sim.hpp"
 #include "storage/chain.hpp"
 #include "storage/run_summary.hpp"
 #include "tests/support/session_world.hpp"
@@ -190,9 +192,13 @@ TEST(Run, ASecondAbortNeverInterruptsFinally) {
 }
 
 TEST(Run, AForceLimitStopsTheRunAndUnloads) {
-  // The plan cannot see noise: one sample in a hundred of the hold at 0.5 N leaves the window.
-  SessionWorld world(with(kShort, "[-0.2, 1.0]", "[-0.2, 0.512]"));
-  world.bench.plant.force_noise_N = 0.005;
+  // No plan sees that somebody leans on the table.
+  SessionWorld world(with(kShort, "[-0.2, 1.0]", "[-0.2, 0.7]"));
+  world.acts.push_back({"settle", 100ms, [](SessionWorld& w) {
+                          auto& faults = w.session->instruments().door()->frame_sim()->faults;
+                          faults.spike_N = 0.3;
+                          faults.spike_samples = 1;
+                        }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->exit_status, "fail");

@@ -58,7 +58,7 @@ struct FrameBench {
   }
   explicit FrameBench(const PlantConfig& config) : scene(10'000, config) {
     auto ends = pair();
-    sim = std::make_unique<ZwickSim>(std::move(ends.far), clock, io.get_executor(), scene);
+    sim = std::make_unique<ZwickSim>(std::move(ends.far), clock, scene);
     finish_set_up(std::move(ends.near));
   }
   explicit FrameBench(std::vector<RecordedRow> rows) {
