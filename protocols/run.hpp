@@ -202,6 +202,7 @@ class Run final : private LoadFrame::Listener {
   using Permit = Pressing::Permit;
   // A motion within its time; anything but `target` is an error. Writes the motion's event.
   Task<Result<MotionOutcome>> timed(Task<Result<MotionOutcome>> motion, double timeout_s);
+  void take_standstill(const MotionOutcome& outcome);
   Task<Result<MotionOutcome>> watched(Permit permit, Task<Result<MotionOutcome>> motion,
                                       double timeout_s);
   Task<Result<>> move_to_travel(double travel_m, double speed_m_s, double timeout_s);
