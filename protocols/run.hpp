@@ -224,6 +224,7 @@ class Run final : private LoadFrame::Listener {
   void place_contact(double travel_m, double force_N);
   Task<Result<>> back_off(double clear_m, const FindContactStep& step);
   bool is_loaded(double force_N) const;
+  double zero_doubt_N() const;  // so much the zero of the cell may drift
   Task<Result<>> back_away(const Target& to, double speed_m_s, double timeout_s);
   void judge_age(std::span<const FrameSample> samples);
   Task<Result<>> wait_out(double duration_s, StepProgress& progress);
