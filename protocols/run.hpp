@@ -220,9 +220,11 @@ class Run final : private LoadFrame::Listener {
   // run_contact.cpp: the search
   Task<Result<MotionOutcome>> search(const FindContactStep& step, const Rest& rest);
   double search_speed(const FindContactStep& step, const Rest& rest) const;
-  Task<Result<>> measure_stiffness(double touched_m, const Rest& before);
+  Task<Result<std::vector<Rest>>> step_back(double touched_m, const Rest& before);
+  void conclude_stiffness(const std::vector<Rest>& looks, const Rest& before, const Rest& after);
   void place_contact(double travel_m, double force_N);
-  Task<Result<>> back_off(double clear_m, const FindContactStep& step);
+  Task<Result<>> back_off(double clear_m, const FindContactStep& step, const Rest& before,
+                          const std::vector<Rest>& looks);
   bool is_loaded(double force_N) const;
   double zero_doubt_N() const;  // so much the zero of the cell may drift
   Task<Result<>> back_away(const Target& to, double speed_m_s, double timeout_s);
