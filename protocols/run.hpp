@@ -149,6 +149,7 @@ class Run final : private LoadFrame::Listener {
   Task<Result<>> execute_step(const Step& step, StepProgress& progress);
   Task<> finish(std::optional<InterruptRequest> stop, RunResult& result);
   Task<> stop_frame();
+  Task<> see_standstill();
   Task<> run_finally(RunResult& result);
   Task<> tell_load(RunResult& result);
   bool may_clear(bool frozen, RunResult& result);

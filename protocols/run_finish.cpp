@@ -43,6 +43,17 @@ Task<> Run::stop_frame() {
   event(stopped ? "stopped" : "stop_failed", stopped ? "" : stopped.error().what);
 }
 
+// The last samples before a standstill are of the motion: the way back is allowed what the specimen
+// feels now. A cell that says nothing is not waited for.
+Task<> Run::see_standstill() {
+  if (!setup_.frame.capabilities().motion || !setup_.commands || frame_away_) co_return;
+  const MonoTime stood = setup_.clock.now();
+  const MonoTime limit = stood + std::max<Duration>(500ms, from_seconds(3 / setup_.frame_rate_Hz));
+  while (force_known_ <= stood && !frame_away_ && setup_.clock.now() < limit) {
+    co_await setup_.clock.wait_for(20ms);
+  }
+}
+
 Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   finishing_ = true;
   stop_pending_ = false;
@@ -67,6 +78,7 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
       if (!line) event("retry", line.error().what);
     }
   }
+  if (stop && prepared_) co_await see_standstill();
   guard_.allow_return(rest_ ? rest_->scatter_N() : 0);
   if (may_clear(stop && stop->kind == Interrupt::freeze, result)) co_await run_finally(result);
   guard_.expect_standstill();

@@ -76,6 +76,7 @@ Task<Result<MotionOutcome>> Run::timed(Task<Result<MotionOutcome>> motion, doubl
 // Where it stands is newer than the last sample, which at ten samples per second is one of the
 // motion: the next step would take a force or a way for one that leads the other way.
 void Run::take_standstill(const MotionOutcome& outcome) {
+  guard_.take_standstill(outcome.force_N, outcome.travel_m);
   if (outcome.travel_m) memory_.travel_m = outcome.travel_m;
   if (!outcome.force_N) return;
   force_N_ = outcome.force_N;

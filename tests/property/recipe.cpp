@@ -221,6 +221,9 @@ class Writer {
     return typed(even(at, std::max(least_N_, 1.03 * force_N_ + 2 * off_N_), most_N_));
   }
   void wait_instead(json& out, const Choice& c) {
+    if (c.at[0] % 10 == 9) {
+      return out.push_back(step("record", {{"until", "confirmed"}, {"timeout_s", 20}}));
+    }
     out.push_back(step("record", {{"for_s", even(c.at[0], 0.1, 3)}}));
   }
   double beyond_by(const Choice& c) const {

@@ -180,7 +180,15 @@ Broken travel_within_limits(Trial& t) {
 
 Broken healthy_runs_succeed(Trial& t) {
   const RigWorld& w = t.world();
-  if (!w.result || !t.what().is_within || !t.is_honest() || t.is_declined()) return {};
+  if (!w.result || !t.what().is_within || !t.is_honest()) return {};
+  for (const Overshoot& o : w.overshoots) {
+    if (!o.exceeded) continue;
+    return {
+        fmt::format("false: {:.5g} N after a prediction of {:.5g} N is called broken on a rig "
+                    "that is what it was said to be",
+                    o.observed_N, o.predicted_N)};
+  }
+  if (t.is_declined()) return {};
   if (w.result->exit_status == "success") return {};
   return {fmt::format("success: a run on a healthy rig ended with {} ({})", w.result->exit_status,
                       w.result->reason)};
@@ -207,6 +215,10 @@ Broken ends_standing_and_honest(Trial& t) {
   if (w.last_N > unloaded && !(failed && told)) {
     out.push_back(
         fmt::format("loaded: {:.4g} N press at the end, and the reason is `{}`", w.last_N, reason));
+  }
+  // The way back is never what keeps the frame on the specimen.
+  if (reason.find("rises on the way back") != std::string::npos && t.what().fault_script.empty()) {
+    out.push_back(fmt::format("return: `finally` was ended, and the reason is `{}`", reason));
   }
   if (w.changes.size() > w.changes_at_end) {
     const auto& last = w.changes.back();
