@@ -33,7 +33,11 @@ std::optional<std::string> Guard::check(const FrameSample& sample) {
   if (sample.force_N) {
     last_ = sample.received;  // a sample without a force guards nothing
     // On the way back the largest force is the one it began with.
-    if (mode_ != Mode::returning) peak_force_N_ = std::max(peak_force_N_, *sample.force_N);
+    // Of a cell in overload that is the first force that it shows again.
+    const bool unknown = mode_ == Mode::returning && !last_force_N_;
+    if (mode_ != Mode::returning || unknown) {
+      peak_force_N_ = std::max(peak_force_N_, *sample.force_N);
+    }
   }
   if (sample.force_N || overload) last_force_N_ = sample.force_N;
   if (sample.travel_m) last_travel_m_ = sample.travel_m;
