@@ -177,7 +177,10 @@ Task<Result<>> Session::look() {
   }
   if (looker.lost) co_return fail(*looker.lost);
   if (const auto travel = looker.rest.travel_m()) rig_.start_travel = Length::from_si(*travel);
-  if (looker.rest.forces() > 1) rig_.force_noise_N = looker.rest.scatter_N();
+  if (looker.rest.forces() > 1) {
+    rig_.force_noise_N = looker.rest.scatter_N();
+    rig_.rest_force_N = looker.rest.force_N();
+  }
   co_return Result<>();
 }
 

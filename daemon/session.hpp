@@ -65,6 +65,8 @@ class Session {
   Instruments& instruments() { return *instruments_; }
   Run* run() { return run_.get(); }  // nullptr before `open` succeeded
   const Run* run() const { return run_.get(); }
+  // What was planned, after `preview` or `open` succeeded.
+  const Plan& planned() const { return plan_; }
   // Of acknowledged rows only.
   RunStatus status() const;
   // Called when a step begins. Before `open`.

@@ -26,6 +26,7 @@ Plant::Plant(const SpecimenResponse& specimen, PlantConfig config)
   compliance_m_N_ = std::isfinite(config_.frame_stiffness_N_m) && config_.frame_stiffness_N_m > 0
                         ? 1 / config_.frame_stiffness_N_m
                         : 0;
+  drive_.motion.value = drive_.motion.end = config_.start_travel_m;
   grid_N_ = std::max(config_.force_nominal_N, 1e-3) / kGridCells;
   for (std::size_t i = 0; i <= kGridCells; ++i) {
     grid_m_.push_back(shortening_m(grid_N_ * static_cast<double>(i)));

@@ -25,6 +25,7 @@ class SpecimenResponse {
 // Everything a bench file may say about instruments and mounting. SI.
 struct PlantConfig {
   double contact_travel_m = 0;  // machine travel at which the probe touches
+  double start_travel_m = 0;  // where the drive stands at first
   double frame_stiffness_N_m = 1e6;  // frame, cell and fixture in series with the specimen
   double drive_lag_s = 0.001;  // reaction of the device's own stop
   double deceleration_m_s2 = 0.05;
@@ -32,6 +33,8 @@ struct PlantConfig {
   double force_noise_N = 0.0005;  // standard deviation of a sample
   double force_resolution_N = 0.0001;
   double force_offset_N = 0;  // of the untared cell
+  double force_drift_N_s = 0;  // of its zero
+  double force_gain = 1;  // what it shows of a force: within its class
   double travel_resolution_m = 1e-7;
   double force_nominal_N = 20;
   double travel_min_m = -0.1, travel_max_m = 0.1;

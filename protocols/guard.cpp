@@ -22,12 +22,23 @@ void Guard::allow_return(double noise_N) {
   stood_m_ = last_travel_m_;
 }
 
+void Guard::take_standstill(std::optional<double> force_N, std::optional<double> travel_m) {
+  if (mode_ == Mode::returning) return;
+  if (force_N) last_force_N_ = force_N;
+  if (travel_m) last_travel_m_ = travel_m;
+  peak_force_N_ = std::max(peak_force_N_, force_N.value_or(0));
+}
+
 std::optional<std::string> Guard::check(const FrameSample& sample) {
   const bool overload = (sample.flags & frame_flag::kForceOverload) != 0;
   if (sample.force_N) {
     last_ = sample.received;  // a sample without a force guards nothing
     // On the way back the largest force is the one it began with.
-    if (mode_ != Mode::returning) peak_force_N_ = std::max(peak_force_N_, *sample.force_N);
+    // Of a cell in overload that is the first force that it shows again.
+    const bool unknown = mode_ == Mode::returning && !last_force_N_;
+    if (mode_ != Mode::returning || unknown) {
+      peak_force_N_ = std::max(peak_force_N_, *sample.force_N);
+    }
   }
   if (sample.force_N || overload) last_force_N_ = sample.force_N;
   if (sample.travel_m) last_travel_m_ = sample.travel_m;

@@ -37,6 +37,9 @@ class Guard {
   // It stands. From here every force is allowed that does not rise above the largest one of the
   // run, and every travel between here and the limits. Without a valid force only less travel is.
   void allow_return(double noise_N);
+  // What the frame reports of a standstill is newer than its last sample, which may be one of the
+  // motion, and is felt all the same.
+  void take_standstill(std::optional<double> force_N, std::optional<double> travel_m);
   // The force was below its lower limit when the frame stood: the specimen holds on to the probe,
   // and no motion is known to be safe.
   bool is_pulled() const { return last_force_N_ && *last_force_N_ < limits_.force_min_N; }

@@ -70,12 +70,12 @@ class Planner {
   Outcome on(const MarkStep&) { return {}; }
 
   // planner_motion.cpp: position and force after a motion, checked against limits and forecast.
-  void go_to_travel(double travel, const Number* given, Outcome& out);
+  void go_to_travel(double travel, const Target* to, Outcome& out);
   void go_to_force(double force, const Number* given, Outcome& out);
   void use_speed(const Number& speed, Outcome& out);
   void travel_move(const Target& to, const Number& speed, Outcome& out);
   void force_move(const Target& to, const Number& speed, Outcome& out);
-  void check_stop(double force, const Number& speed, const std::optional<Number>& allowed,
+  void check_stop(double felt, const Number& speed, const std::optional<Number>& allowed,
                   const Number& timeout, Outcome& out);
   void check_expected(double force, const Number& speed, const std::optional<Number>& allowed,
                       const Number& timeout, Outcome& out);
@@ -107,6 +107,7 @@ class Planner {
   double contact_ = 0;  // machine travel of first contact, m: an estimate until it is placed
   double travel_ = 0;  // present, m
   double force_ = 0;  // present, N
+  double below_N_ = 0;  // what the unloaded cell shows below zero: the specimen feels so much more
   Contact contact_state_ = Contact::unknown;
   bool placed_ = false;  // travel of the machine and place of contact are known together
   bool moved_ = false;

@@ -40,20 +40,28 @@ std::optional<double> loaded_time_s(double force, double speed, const Rig& rig) 
   return rig.compression_m(force) / speed;
 }
 
-void Planner::go_to_travel(double travel, const Number* given, Outcome& out) {
+void Planner::go_to_travel(double travel, const Target* to, Outcome& out) {
   const double gap = contact_ - travel;
+  const bool is_gap = to != nullptr && to->kind == TargetKind::gap;
+  // The end of a window is a travel.
   const auto suggest = [&](double end) {
-    if (given == nullptr) return std::vector<Change>();
-    return travel > end ? at_most(*given, end, protocol_) : at_least(*given, end, protocol_);
+    if (to == nullptr) return std::vector<Change>();
+    const double value = is_gap ? contact_ - end : end;
+    return (travel > end) == is_gap ? at_least(to->value, value, protocol_)
+                                    : at_most(to->value, value, protocol_);
   };
   // Before contact was found nobody knows its gap, nor where its travel is from there on.
   const bool absolute = rig_.start_travel || rig_.expected_contact;
   if (contact_state_ != Contact::unknown && limits_.gap_min_m && !placed_ &&
       (exceeds(*limits_.gap_min_m, gap) || exceeds(gap, *limits_.gap_max_m))) {
+    const double end =
+        contact_ - (gap < *limits_.gap_min_m ? *limits_.gap_min_m : *limits_.gap_max_m);
     out.refuse(Refusal(fmt::format("a gap of {:.4g} mm, the limits allow {:.4g} to {:.4g} mm",
-                                   gap * 1e3, *limits_.gap_min_m * 1e3, *limits_.gap_max_m * 1e3)));
+                                   gap * 1e3, *limits_.gap_min_m * 1e3, *limits_.gap_max_m * 1e3),
+                       suggest(end)));
   }
-  if (placed_ || (given != nullptr && absolute) || rig_.expected_contact) {
+  const bool given = to != nullptr && !is_gap;
+  if (placed_ || (given && absolute) || rig_.expected_contact) {
     if (const auto no = check_travel(travel, limits_, rig_)) {
       out.refuse(Refusal(no->why, suggest(no->end)));
     }
@@ -120,13 +128,13 @@ Refusal Planner::too_fast(const std::string& why, const Number& speed, double fa
 
 // A motion that the device stops at a force: where it ends on the stiffest contact that is
 // possible, and on the one that the specimen's model expects.
-void Planner::check_stop(double force, const Number& speed, const std::optional<Number>& allowed,
+void Planner::check_stop(double felt, const Number& speed, const std::optional<Number>& allowed,
                          const Number& timeout, Outcome& out) {
   const double v = env_.get(speed), limit = limits_.force_max_N;
-  const auto [it, is_new] = stops_.try_emplace({force, v}, 0);
-  if (is_new) it->second = forecast_.stop_N(force, v);
+  const auto [it, is_new] = stops_.try_emplace({felt, v}, 0);
+  if (is_new) it->second = forecast_.stop_N(felt, v);
   double worst = it->second;
-  const auto measured = can_be_measured() ? forecast_.stop_if_measured_N(force, v) : std::nullopt;
+  const auto measured = can_be_measured() ? forecast_.stop_if_measured_N(felt, v) : std::nullopt;
   if (exceeds(worst, limit) && measured && !exceeds(*measured, limit)) {
     worst = *measured;
     add_note(out.note, "if the stiffness that is measured at contact allows it");
@@ -137,17 +145,17 @@ void Planner::check_stop(double force, const Number& speed, const std::optional<
   }
   if (exceeds(worst, limit)) {
     const double fastest = can_be_measured()
-                               ? std::max(forecast_.fastest_m_s(force, limit),
-                                          forecast_.fastest_if_measured_m_s(force, limit))
-                               : forecast_.fastest_m_s(force, limit);
+                               ? std::max(forecast_.fastest_m_s(felt, limit),
+                                          forecast_.fastest_if_measured_m_s(felt, limit))
+                               : forecast_.fastest_m_s(felt, limit);
     const std::string why = fmt::format(
         "{:.4g} mm/s to {:.4g} N may end at {:.3g} N on a contact of up to {:.3g} N/mm, "
         "the limit is {:.4g} N",
-        v * 1e3, force, worst, forecast_.bound().stiffness_N_m(worst) * 1e-3, limit);
+        v * 1e3, felt, worst, forecast_.bound().stiffness_N_m(worst) * 1e-3, limit);
     out.refuse(too_fast(why, speed, fastest, &timeout));
   }
   add_note(out.note, fmt::format("{:.3g} N at worst", worst));
-  check_expected(force, speed, allowed, timeout, out);
+  check_expected(felt, speed, allowed, timeout, out);
   if (!out.why) foresee(worst, v);
 }
 
@@ -231,7 +239,12 @@ void Planner::travel_move(const Target& to, const Number& speed, Outcome& out) {
   } else if (!is_gap && !placed_ && contact_state_ == Contact::found) {
     add_note(out.note, "checked when the contact was found");
   }
-  go_to_travel(target, is_gap ? nullptr : &to.value, out);
+  go_to_travel(target, &to, out);
+  if (const auto no = check_force(expected, limits_, rig_)) {
+    const double end = travel_at(no->end);
+    out.refuse(Refusal(no->why, is_gap ? at_least(to.value, contact_ - end, protocol_)
+                                       : at_most(to.value, end, protocol_)));
+  }
   go_to_force(expected, nullptr, out);
 }
 
@@ -324,14 +337,15 @@ void Planner::check_ramp(double force, const Target& to, const Number& rate, Out
         fmt::format("{:.4g} N/s, the frame's force loop follows {:.4g} N/s", r, loop.rate_max.si()),
         at_most(rate, loop.rate_max.si(), protocol_)));
   }
-  double worst = forecast_.ramp_N(force_, force, r);
+  const double from = force_ + below_N_, felt = force + below_N_;
+  double worst = forecast_.ramp_N(from, felt, r);
   if (exceeds(worst, limit) && can_be_measured()) {
-    worst = forecast_.ramp_if_measured_N(force_, force, r).value_or(worst);
+    worst = forecast_.ramp_if_measured_N(from, felt, r).value_or(worst);
     add_note(out.note, "if the stiffness that is measured at contact allows it");
   }
   add_note(out.note, fmt::format("{:.3g} N at worst", worst));
   if (!exceeds(worst, limit)) return foresee(worst, loop.approach.si());
-  const double fastest = forecast_.fastest_ramp_N_s(force, limit);
+  const double fastest = forecast_.fastest_ramp_N_s(felt, limit);
   const std::string why = fmt::format(
       "{:.4g} N/s to {:.4g} N may end at {:.3g} N, the limit is {:.4g} N", r, force, worst, limit);
   if (fastest > 0 && fastest < r) {
@@ -341,7 +355,8 @@ void Planner::check_ramp(double force, const Target& to, const Number& rate, Out
   if (fastest <= 0) {
     return out.refuse(Refusal(
         why + ": a held force may be off by its ripple",
-        at_most(to.value, env_.get(to.value) * (limit - loop.ripple.si()) / std::max(force, 1e-9),
+        at_most(to.value,
+                env_.get(to.value) * (limit - below_N_ - loop.ripple.si()) / std::max(force, 1e-9),
                 protocol_)));
   }
   out.refuse(
@@ -358,7 +373,7 @@ Planner::Outcome Planner::on(const RampStep& s) {
       const double force = target_force_N(s.to, env_, rig_);
       const bool loading = force > force_;
       force_move(s.to, *s.speed, out);
-      if (loading) check_stop(force, *s.speed, std::nullopt, s.timeout, out);
+      if (loading) check_stop(force + below_N_, *s.speed, std::nullopt, s.timeout, out);
     } else {
       travel_move(s.to, *s.speed, out);
     }
@@ -396,14 +411,15 @@ Planner::Outcome Planner::on(const MoveUntilStep& s) {
     const double turn = travel_at(env_.get(*s.final_from) * force);
     const double slow = std::min(std::abs(travel_ - from), std::abs(travel_ - turn));
     out.seconds += slow / env_.get(last) - slow / speed;
-    if (loading) check_stop(env_.get(*s.final_from) * force, s.speed, std::nullopt, s.timeout, out);
+    if (loading)
+      check_stop(env_.get(*s.final_from) * force + below_N_, s.speed, std::nullopt, s.timeout, out);
   }
   if (const auto t = loaded_time_s(force, speed, rig_); loading && t && !s.final_speed) {
     const double each = to_seconds(rig_.lcr.conversion_time(lcr_));
     add_note(out.note, fmt::format("loaded for {:.3g} s: {:.0f} readings of {:.0f} ms", *t,
                                    std::floor(*t / each), each * 1e3));
   }
-  if (loading) check_stop(force, last, s.overshoot, s.timeout, out);
+  if (loading) check_stop(force + below_N_, last, s.overshoot, s.timeout, out);
   check_timeout(s.timeout, out);
   return out;
 }
@@ -422,7 +438,7 @@ Planner::Outcome Planner::on(const HoldStep& s) {
   if (loop) check_loop(force, out);
   if (!loop || out.why) return out;
   const ForceLoop& l = *rig_.frame.force_loop;
-  const double worst = std::max(force, before) + l.ripple.si() +
+  const double worst = std::max(force, before) + below_N_ + l.ripple.si() +
                        (force > before ? l.rate_max.si() * to_seconds(l.lag) : 0);
   if (!exceeds(worst, limits_.force_max_N)) {
     foresee(worst, 0);

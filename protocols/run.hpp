@@ -149,6 +149,7 @@ class Run final : private LoadFrame::Listener {
   Task<Result<>> execute_step(const Step& step, StepProgress& progress);
   Task<> finish(std::optional<InterruptRequest> stop, RunResult& result);
   Task<> stop_frame();
+  Task<> see_standstill();
   Task<> run_finally(RunResult& result);
   Task<> tell_load(RunResult& result);
   bool may_clear(bool frozen, RunResult& result);
@@ -202,6 +203,7 @@ class Run final : private LoadFrame::Listener {
   using Permit = Pressing::Permit;
   // A motion within its time; anything but `target` is an error. Writes the motion's event.
   Task<Result<MotionOutcome>> timed(Task<Result<MotionOutcome>> motion, double timeout_s);
+  void take_standstill(const MotionOutcome& outcome);
   Task<Result<MotionOutcome>> watched(Permit permit, Task<Result<MotionOutcome>> motion,
                                       double timeout_s);
   Task<Result<>> move_to_travel(double travel_m, double speed_m_s, double timeout_s);
@@ -219,12 +221,15 @@ class Run final : private LoadFrame::Listener {
   // run_contact.cpp: the search
   Task<Result<MotionOutcome>> search(const FindContactStep& step, const Rest& rest);
   double search_speed(const FindContactStep& step, const Rest& rest) const;
-  Task<Result<>> measure_stiffness(double touched_m, const Rest& before);
+  Task<Result<std::vector<Rest>>> step_back(double touched_m, const Rest& before);
+  void conclude_stiffness(const std::vector<Rest>& looks, const Rest& before, const Rest& after);
   void place_contact(double travel_m, double force_N);
   void zero_travel(double travel_m);
   FrameCapabilities frame_capabilities() const;  // with travel as the samples show it now
-  Task<Result<>> back_off(double clear_m, const FindContactStep& step);
+  Task<Result<>> back_off(double clear_m, const FindContactStep& step, const Rest& before,
+                          const std::vector<Rest>& looks);
   bool is_loaded(double force_N) const;
+  double zero_doubt_N() const;  // so much the zero of the cell may drift
   Task<Result<>> back_away(const Target& to, double speed_m_s, double timeout_s);
   void judge_age(std::span<const FrameSample> samples);
   Task<Result<>> wait_out(double duration_s, StepProgress& progress);

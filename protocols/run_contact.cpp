@@ -20,6 +20,7 @@ constexpr double kFastest_m_s = 10e-6;  // of the steps back
 constexpr int kSteps = 12;  // each twice as far: up to 0.8 mm
 constexpr double kSigmas = 3;
 constexpr double kEnough = 0.3;  // of the force at contact: less left tells no more
+constexpr double kLeft = 0.1;  // ... and less than this may be none
 
 }  // namespace
 
@@ -79,43 +80,63 @@ std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resol
 
 // Steps back, each twice as far as the one before, as long as something of the force is left: the
 // longest way in contact tells the slope best.
-Task<Result<>> Run::measure_stiffness(double touched_m, const Rest& before) {
+Task<Result<std::vector<Rest>>> Run::step_back(double touched_m, const Rest& before) {
+  std::vector<Rest> looks;
   auto touched = co_await watch_rest(kLook);
   if (!touched) co_return fail(touched.error());
+  looks.push_back(*touched);
   const double felt_N = touched->force_N() - before.force_N();
   const FrameCapabilities caps = frame_capabilities();
   const double speed = std::clamp(kFastest_m_s, caps.speed_min.si(), caps.speed_max.si());
   const double end_m = device_limits(guard_.limits(), caps).travel_min.si();
-  TravelStep resolution;
-  std::optional<Slope> best;
   double step_m = kFirstStep_m, left_N = felt_N;
   for (int i = 0; i < kSteps && left_N > kEnough * felt_N && touched_m - step_m > end_m;
        ++i, step_m *= 2) {
     auto moved = co_await move_to_travel(touched_m - step_m, speed, 60 + step_m / speed);
-    if (!moved) co_return moved;
+    if (!moved) co_return fail(moved.error());
     auto now = co_await watch_rest(kLook);
     if (!now) co_return fail(now.error());
-    const double noise_N = kSigmas * std::hypot(before.error_N(), now->error_N());
     left_N = now->force_N() - before.force_N();
-    if (left_N < 2 * noise_N) break;  // contact was lost on the way
+    looks.push_back(*now);
+  }
+  co_return looks;
+}
+
+// `looks`: at contact, and after each step back. A step on whose way contact was lost would tell of
+// a contact that is softer than it is: what is left must be more than the cell shows without any,
+// before and afterwards, for its zero may have drifted meanwhile.
+void Run::conclude_stiffness(const std::vector<Rest>& looks, const Rest& before,
+                             const Rest& after) {
+  const Rest& touched = looks.front();
+  const double felt_N = touched.force_N() - before.force_N();
+  const double none_N = std::max(before.force_N(), after.force_N());
+  TravelStep resolution;
+  std::optional<Slope> best;
+  for (auto now = looks.begin() + 1; now != looks.end(); ++now) {
+    const double noise_N = kSigmas * std::hypot(before.error_N(), now->error_N());
+    if (now->force_N() - none_N < std::max(2 * noise_N, kLeft * felt_N)) break;
     resolution.add(now->travel_m());
-    const auto slope = slope_of(*touched, *now, resolution.step_m());
+    const auto slope = slope_of(touched, *now, resolution.step_m());
     if (slope && (!best || slope->at_most < best->at_most)) best = slope;
   }
   const auto number = [](std::optional<double> v) { return v ? fmt::format("{}", *v) : "null"; };
   event("stiffness",
-        fmt::format(R"({{"force_N":{},"stiffness_N_m":{},"at_most_N_m":{}}})", touched->force_N(),
+        fmt::format(R"({{"force_N":{},"stiffness_N_m":{},"at_most_N_m":{}}})", touched.force_N(),
                     number(best ? std::optional(best->about) : std::nullopt),
                     number(best ? std::optional(best->at_most) : std::nullopt)));
   // The slope is that of the last half of the way to this force.
   if (best) pressing_->measured(0.5 * felt_N, best->at_most);
-  co_return Result<>();
 }
 
-Task<Result<>> Run::back_off(double clear_m, const FindContactStep& step) {
+Task<Result<>> Run::back_off(double clear_m, const FindContactStep& step, const Rest& before,
+                             const std::vector<Rest>& looks) {
   const Environment& env = setup_.environment;
   auto moved = co_await move_to_travel(clear_m, env.get(step.speed), env.get(step.timeout));
-  if (!moved || !setup_.check_at_contact || !start_travel_m_) co_return moved;
+  if (!moved) co_return moved;
+  auto after = co_await watch_rest(kLook);
+  if (!after) co_return fail(after.error());
+  conclude_stiffness(looks, before, *after);
+  if (!setup_.check_at_contact || !start_travel_m_) co_return moved;
   auto possible =
       co_await setup_.check_at_contact(*start_travel_m_, *contact_travel_m_ + travel_zero_m_);
   co_return possible;
@@ -132,6 +153,12 @@ Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress)
   }
   auto rest = co_await living_rest();
   if (!rest) co_return fail(rest.error());
+  if (is_loaded(rest->force_N() - zero_doubt_N())) {
+    co_return fail(Errc::limit_tripped,
+                   "step {}: the cell shows {:.4f} N, and {:.4f} N when nothing pressed: the probe "
+                   "touches already; move it away first",
+                   step_->id, rest->force_N(), rest_->force_N());
+  }
   rest_ = *rest;
   guard_.set_rest_force(rest->force_N());
   if (!progress.start_travel_m) progress.start_travel_m = memory_.travel_m;
@@ -140,13 +167,18 @@ Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress)
   if (!touched->travel_m) {
     co_return fail(Errc::refused, "step {}: the frame reports no travel at contact", step_->id);
   }
+  // Of a contact that was run into nobody knows where it began.
+  if (pressing_->broken()) {
+    co_return fail(Errc::limit_tripped, "step {}: {}", step_->id, *pressing_->broken());
+  }
   const double felt_N = touched->force_N.value_or(force_N_.value_or(0)) - rest->force_N();
   place_contact(*touched->travel_m, std::max(felt_N, env.get(step.force)));
   event("contact", fmt::format(R"({{"travel_m":{},"force_N":{},"rest_force_N":{}}})",
                                *contact_travel_m_, touched->force_N.value_or(0), rest->force_N()));
-  auto measured = co_await measure_stiffness(*contact_travel_m_, *rest);
-  if (!measured) co_return measured;
-  auto result = co_await back_off(*contact_travel_m_ - env.get(step.back_off), step);
+  auto looks = co_await step_back(*contact_travel_m_, *rest);
+  if (!looks) co_return fail(looks.error());
+  const double clear_m = *contact_travel_m_ - env.get(step.back_off);
+  auto result = co_await back_off(clear_m, step, *rest, *looks);
   co_return result;
 }
 

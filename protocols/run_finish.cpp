@@ -18,7 +18,8 @@ namespace {
 using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
-constexpr double kClear_m = 20e-6;  // this far above contact nothing is pressed
+constexpr double kClear_m = 20e-6;  // this far above contact nothing should be pressed
+constexpr double kZeroDoubt = 1e-3;  // of the cell's nominal: what class 1 allows its zero
 
 void fail_with(RunResult& result, Errc code, std::string_view why) {
   if (result.exit_status == "success") {
@@ -40,6 +41,17 @@ Task<> Run::stop_frame() {
   standing_ = stopped.has_value();
   ++(standing_ ? stands_ : failed_stops_);
   event(stopped ? "stopped" : "stop_failed", stopped ? "" : stopped.error().what);
+}
+
+// The last samples before a standstill are of the motion: the way back is allowed what the specimen
+// feels now. A cell that says nothing is not waited for.
+Task<> Run::see_standstill() {
+  if (!setup_.frame.capabilities().motion || !setup_.commands || frame_away_) co_return;
+  const MonoTime stood = setup_.clock.now();
+  const MonoTime limit = stood + std::max<Duration>(500ms, from_seconds(3 / setup_.frame_rate_Hz));
+  while (force_known_ <= stood && !frame_away_ && setup_.clock.now() < limit) {
+    co_await setup_.clock.wait_for(20ms);
+  }
 }
 
 Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
@@ -66,6 +78,7 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
       if (!line) event("retry", line.error().what);
     }
   }
+  if (stop && prepared_) co_await see_standstill();
   guard_.allow_return(rest_ ? rest_->scatter_N() : 0);
   if (may_clear(stop && stop->kind == Interrupt::freeze, result)) co_await run_finally(result);
   guard_.expect_standstill();
@@ -141,12 +154,19 @@ bool Run::is_loaded(double force_N) const {
   return force_N - rest_N > allowed;
 }
 
+double Run::zero_doubt_N() const {
+  return kZeroDoubt * setup_.frame.capabilities().force_max.si();
+}
+
 // The specimen is unloaded, or the run says that it is not and what to do now.
 Task<> Run::tell_load(RunResult& result) {
   auto rest = co_await watch_rest(200ms);
   const std::optional<double> travel_m = rest ? rest->travel_m() : memory_.travel_m;
   const bool clear = contact_travel_m_ && travel_m && *travel_m < *contact_travel_m_ - kClear_m;
-  if (!frame_away_ && clear) co_return;
+  // Contact was called where the search stood, which is inside of a specimen that it ran into: what
+  // is shown counts there, too, if it is more than the zero of the cell can be off.
+  const double doubt_N = clear ? zero_doubt_N() : 0;
+  if (!frame_away_ && clear && (!rest || !is_loaded(rest->force_N() - doubt_N))) co_return;
   std::string why;
   if (frame_away_ || !rest) {
     why =

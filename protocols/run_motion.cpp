@@ -69,7 +69,18 @@ Task<Result<MotionOutcome>> Run::timed(Task<Result<MotionOutcome>> motion, doubl
   auto& outcome = std::get<0>(r);
   if (!outcome) co_return fail(outcome.error());
   event("motion", to_json_text(*outcome));
+  take_standstill(*outcome);
   co_return judge(step_->id, std::move(*outcome));
+}
+
+// Where it stands is newer than the last sample, which at ten samples per second is one of the
+// motion: the next step would take a force or a way for one that leads the other way.
+void Run::take_standstill(const MotionOutcome& outcome) {
+  guard_.take_standstill(outcome.force_N, outcome.travel_m);
+  if (outcome.travel_m) memory_.travel_m = outcome.travel_m;
+  if (!outcome.force_N) return;
+  force_N_ = outcome.force_N;
+  force_known_ = setup_.clock.now();
 }
 
 // Arms, moves, and compares what was felt with what was predicted.

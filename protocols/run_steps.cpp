@@ -82,6 +82,9 @@ Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
   memory_.zeroed = true;
   if (step.travel) zero_travel(rest->travel_m().value_or(0));
   event("zero", fmt::format(R"({{"force_before_N":{}}})", rest->force_N()));
+  // Samples from before the zero are still on the way: at most one, or 100 ms of them.
+  const Duration stale = std::max<Duration>(250ms, from_seconds(2 / setup_.frame_rate_Hz));
+  co_await setup_.clock.wait_for(stale);
   auto after = co_await watch_rest(kRestTime);
   if (!after) co_return fail(after.error());
   rest_ = *after;
@@ -161,6 +164,10 @@ Task<Result<>> Run::execute(const HoldStep& step, StepProgress& progress) {
       auto force_N = present_force();
       if (step.at) force_N = force_of(*step.at);
       if (!force_N) co_return fail(force_N.error());
+      const double most_N = force_N_.value_or(0) + 5 * (rest_ ? rest_->scatter_N() : 0);
+      if (pressing_ && pressing_->broken() && *force_N > most_N) {
+        co_return fail(Errc::limit_tripped, "step {}: {}", step_->id, *pressing_->broken());
+      }
       held = co_await setup_.frame.hold_force(Force::from_si(*force_N));
       held_force_N_ = *force_N;
     }

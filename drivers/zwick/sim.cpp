@@ -25,6 +25,7 @@ ZwickSim::ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, FrameScen
       settings_(std::move(settings)),
       machine_(std::make_unique<SimMachine>(scene, settings_)),
       noise_(settings_.seed),
+      random_(settings_.seed + 1),
       power_on_(clock.now()) {}
 
 ZwickSim::ZwickSim(std::unique_ptr<Transport> transport, Clock& clock,
@@ -34,6 +35,7 @@ ZwickSim::ZwickSim(std::unique_ptr<Transport> transport, Clock& clock,
       settings_(std::move(settings)),
       recording_(std::move(rows)),
       noise_(settings_.seed),
+      random_(settings_.seed + 1),
       power_on_(clock.now()) {}
 
 ZwickSim::~ZwickSim() = default;
@@ -64,6 +66,7 @@ void ZwickSim::attach(std::unique_ptr<Transport> transport) {
   splitter_ = frame_link::LineSplitter();
   out_.clear();
   line_.clear();
+  answers_.clear();
 }
 
 void ZwickSim::start_recording() {
@@ -88,6 +91,7 @@ void ZwickSim::restart() {
   session_ = false;
   batch_.clear();
   out_.clear();
+  answers_.clear();
   say(hello());
   wakeup_.notify();
 }
@@ -97,6 +101,9 @@ bool ZwickSim::is_moving() const {
 }
 bool ZwickSim::is_armed() const {
   return machine_ && machine_->is_armed();
+}
+double ZwickSim::travel_zero_m() const {
+  return machine_ ? machine_->travel_zero_m() : 0;
 }
 
 Task<> ZwickSim::read() {
@@ -115,6 +122,7 @@ Task<> ZwickSim::serve() {
     const MonoTime now = clock_.now();
     catch_up(now);
     supervise(now);
+    release_answers(now);
     say(std::exchange(faults.say, {}));
     if (!out_.empty()) transmit(std::exchange(out_, {}), now);
     if (!line_.empty() && line_.front().due <= now) {
@@ -134,13 +142,15 @@ void ZwickSim::transmit(std::string bytes, MonoTime now) {
   const LineFault fault = hooks.sends ? hooks.sends() : LineFault();
   bytes = spoiled(std::move(bytes), fault.kind);
   noise_.spoil(bytes, faults.byte_noise);
-  MonoTime due = now + fault.delay;
+  MonoTime due = now + fault.delay + from_seconds(settings_.line_delay_s);
+  if (settings_.line_jitter_s > 0) due += from_seconds(settings_.line_jitter_s * chance());
   if (!line_.empty()) due = std::max(due, line_.back().due);
   if (!bytes.empty()) line_.emplace_back(due, std::move(bytes));
 }
 
 MonoTime ZwickSim::next_due() const {
-  const MonoTime sent = line_.empty() ? MonoTime::max() : line_.front().due;
+  MonoTime sent = line_.empty() ? MonoTime::max() : line_.front().due;
+  if (!answers_.empty()) sent = std::min(sent, answers_.front().due);
   if (!session_) return sent;
   MonoTime due = std::max(clock_.now(), said_ + frame_link::kHeartbeat);
   if (faults.silent || faults.no_heartbeats) due = clock_.now() + frame_link::kHeartbeat;
@@ -211,6 +221,10 @@ void ZwickSim::take_sample(MonoTime t) {
   s.device_time_s = device_time_s(t);
   ++rate_index_;
   s.device_seq = seq_++;
+  const auto missing = [this](double share) { return share > 0 && chance() < share; };
+  if (missing(settings_.missing_time)) s.device_time_s.reset();
+  if (missing(settings_.missing_force)) s.force_N.reset();
+  if (missing(settings_.missing_travel)) s.travel_m.reset();
   if (watch) watch(s);
   if (faults.lose_samples > 0) {
     --faults.lose_samples;
@@ -248,6 +262,26 @@ void ZwickSim::say(std::string_view line) {
   if (!faults.silent) out_ += line;
 }
 
+double ZwickSim::chance() {
+  return static_cast<double>(random_() >> 11U) * 0x1p-53;
+}
+
+// The end of a motion never overtakes the answer to its command.
+void ZwickSim::answer(std::string line) {
+  MonoTime due = clock_.now();
+  if (settings_.answer_delay_s > 0) due += from_seconds(settings_.answer_delay_s * chance());
+  if (!answers_.empty()) due = std::max(due, answers_.back().due);
+  if (due <= clock_.now()) return say(line);
+  answers_.emplace_back(due, std::move(line));
+}
+
+void ZwickSim::release_answers(MonoTime until) {
+  while (!answers_.empty() && answers_.front().due <= until) {
+    say(answers_.front().bytes);
+    answers_.pop_front();
+  }
+}
+
 void ZwickSim::finish_motion() {
   const auto finished = machine_->take_finished();
   if (!finished || !finished->number || !session_) return;
@@ -257,7 +291,9 @@ void ZwickSim::finish_motion() {
     return;
   }
   if (hooks.loses_done && hooks.loses_done()) return;
-  say(frame_link::format_done(*finished->number, finished->outcome));
+  std::string done = frame_link::format_done(*finished->number, finished->outcome);
+  if (answers_.empty()) return say(done);
+  answers_.emplace_back(answers_.back().due, std::move(done));
 }
 
 void ZwickSim::supervise(MonoTime now) {

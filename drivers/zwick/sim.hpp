@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -80,6 +81,20 @@ struct ZwickSimSettings {
   double device_clock_start_s = 0;
   double device_clock_ppm = 0;  // fast by this
   std::uint64_t seed = 1;  // noise
+
+  // What CAPS say where it is not the truth; travel as at the first reference run.
+  std::optional<FrameCapabilities> declared;
+  // The gateway looks at the force so often; 0: the device watches it all the time.
+  double watch_period_s = 0;
+  // Of the force loop: it passes the target of a ramp by its rate times `lag`, holds a force
+  // within the ripple, and lands with the stop that every motion has. By default it is exact.
+  double loop_lag_s = 0, loop_ripple_N = 0, loop_rate_max_N_s = 1e3;
+  bool loop_lands = false;
+  // Of the link. Each transmission is late by the delay and a random part of the jitter, each
+  // answer by a random part of its own; STOP is never answered late.
+  double line_delay_s = 0, line_jitter_s = 0, answer_delay_s = 0;
+  // Each value of a sample is missing with this probability.
+  double missing_time = 0, missing_force = 0, missing_travel = 0;
 };
 
 // Not reachable over the grammar. Every fault is off until set; counters count down.
@@ -146,6 +161,7 @@ class ZwickSim {
   void restart();
   bool is_moving() const;
   bool is_armed() const;
+  double travel_zero_m() const;  // the machine's own travel where the samples show 0
 
  private:
   Task<> read();
@@ -165,6 +181,9 @@ class ZwickSim {
   void set_rate(const frame_link::Line& line);
   void start_samples(double rate_Hz);
   void say(std::string_view line);
+  void answer(std::string line);
+  void release_answers(MonoTime until);
+  double chance();
   std::string hello() const;
   std::string caps() const;
   void begin_session(bool observer);
@@ -197,7 +216,9 @@ class ZwickSim {
     std::string bytes;
   };
   std::deque<Sent> line_;  // on the way; nothing overtakes on a line
+  std::deque<Sent> answers_;  // not given yet
   LineNoise noise_;
+  std::mt19937_64 random_;  // of what is late or missing
   std::array<char, 8192> buffer_{};
   frame_link::LineSplitter splitter_;
   MonoTime power_on_, heard_, said_;

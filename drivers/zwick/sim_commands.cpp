@@ -111,6 +111,7 @@ void ZwickSim::begin_session(bool observer) {
   watchdog_tripped_ = false;
   batch_.clear();
   out_.clear();
+  answers_.clear();
   rate_Hz_ = 0;
   seq_ = 1;
   last_number_ = -1;
@@ -180,6 +181,7 @@ void ZwickSim::on_stop() {
 
 void ZwickSim::answer_stops() {
   stop_owed_ = false;
+  release_answers(MonoTime::max());
   flush();
   if (faults.lose_stopped > 0) {
     --faults.lose_stopped;
@@ -220,25 +222,26 @@ void ZwickSim::on_command(const Line& line) {
   if (faults.lose_answers > 0) {
     --faults.lose_answers;
   } else if (no) {
-    say(frame_link::format_err(*line.number, no->code, no->text));
+    answer(frame_link::format_err(*line.number, no->code, no->text));
   } else if (line.word == "ZERO" && settings_.revision >= 2) {
-    say(frame_link::format_ok(*line.number, machine_->origin()));
+    answer(frame_link::format_ok(*line.number, machine_->origin()));
   } else {
-    say(frame_link::format_ok(*line.number));
+    answer(frame_link::format_ok(*line.number));
   }
   catch_up(clock_.now());
 }
 
 void ZwickSim::set_rate(const Line& line) {
   const auto hz = line.number_of("hz");
-  if (!hz) return say(frame_link::format_err(*line.number, "syntax", hz.error().what));
-  if (*hz < 0) return say(frame_link::format_err(*line.number, "bad_value", "a negative rate"));
+  if (!hz) return answer(frame_link::format_err(*line.number, "syntax", hz.error().what));
+  if (*hz < 0) return answer(frame_link::format_err(*line.number, "bad_value", "a negative rate"));
   if (*hz > settings_.rate_max_Hz) {
-    return say(frame_link::format_err(*line.number, "machine_limits", "faster than rate_max_hz"));
+    return answer(
+        frame_link::format_err(*line.number, "machine_limits", "faster than rate_max_hz"));
   }
   flush();
   start_samples(*hz);
-  say(frame_link::format_ok(*line.number));
+  answer(frame_link::format_ok(*line.number));
 }
 
 void ZwickSim::start_samples(double rate_Hz) {

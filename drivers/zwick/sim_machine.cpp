@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kHoldTime_s = 0.1;  // a force hold reaches its force within this
 constexpr double kMinRate_N_s = 1e-3;
-constexpr double kMaxRate_N_s = 1e3;
 constexpr double kMaxStiffness_N_m = 1e8;
 constexpr double kTravelSlack_m = 1e-10;  // below any drive's resolution
 
@@ -31,23 +30,23 @@ double sign(double v) {
 }  // namespace
 
 SimMachine::SimMachine(FrameScene& scene, const ZwickSimSettings& settings)
-    : scene_(scene),
-      settings_(settings),
-      random_(settings.seed),
-      offset_N_(scene.config().force_offset_N) {}
+    : scene_(scene), settings_(settings), random_(settings.seed) {}
 
 FrameCapabilities SimMachine::capabilities() const {
   const PlantConfig& p = scene_.config();
+  if (settings_.declared) return *settings_.declared;
   FrameCapabilities c;
-  c.motion = c.device_stop = c.zero_force = c.zero_travel = true;
+  c.motion = c.zero_force = c.zero_travel = true;
+  c.device_stop = settings_.watch_period_s == 0;
   c.force_hold = settings_.force_hold;
   if (c.force_hold) {
-    // The loop of this machine is exact; what wavers is the cell.
     c.force_loop.emplace();
     c.force_loop->approach = Velocity::from_si(settings_.approach_m_s);
     c.force_loop->contact = Force::from_si(contact_N());
-    c.force_loop->rate_max = ForceRate::from_si(kMaxRate_N_s);
-    c.force_loop->ripple = Force::from_si(5 * p.force_noise_N);  // as the cell shows it
+    c.force_loop->rate_max = ForceRate::from_si(settings_.loop_rate_max_N_s);
+    c.force_loop->lag = from_seconds(settings_.loop_lag_s);
+    // What wavers is the cell, too: as it shows it.
+    c.force_loop->ripple = Force::from_si(settings_.loop_ripple_N + 5 * p.force_noise_N);
     c.force_loop->stiffness_max = Stiffness::from_si(kMaxStiffness_N_m);
   }
   c.force_max = Force::from_si(p.force_nominal_N);
@@ -56,7 +55,7 @@ FrameCapabilities SimMachine::capabilities() const {
   c.travel_min = Length::from_si(p.travel_min_m);
   c.travel_max = Length::from_si(p.travel_max_m);
   c.sample_rate_max_Hz = settings_.rate_max_Hz;
-  c.reaction = from_seconds(p.drive_lag_s);
+  c.reaction = from_seconds(p.drive_lag_s + settings_.watch_period_s);
   c.deceleration = Acceleration::from_si(p.deceleration_m_s2);
   return c;
 }
@@ -114,10 +113,10 @@ Verdict SimMachine::check_force_target(MonoTime, double force_N) const {
 // A motion may lead away from an exceeded force limit, never deeper.
 Verdict SimMachine::check_direction(MonoTime t, double direction) const {
   const double force = scene_.force_N(t);
-  if (direction > 0 && force > raw_force(limits_->force_max.si())) {
+  if (direction > 0 && force > raw_force(t, limits_->force_max.si())) {
     return Refusal("limits", "the force is beyond force_max: move away first");
   }
-  if (direction < 0 && force < raw_force(limits_->force_min.si())) {
+  if (direction < 0 && force < raw_force(t, limits_->force_min.si())) {
     return Refusal("limits", "the force is below force_min: move closer first");
   }
   return std::nullopt;
@@ -140,10 +139,21 @@ void SimMachine::consider(std::optional<MonoTime> at, Cause cause) {
   cause_ = cause;
 }
 
+// The zero of the cell drifts while the motion goes on.
+std::optional<MonoTime> SimMachine::crossing(MonoTime t, double shown_N) const {
+  auto at = scene_.force_crossing(raw_force(t, shown_N), t, event_);
+  if (at && scene_.config().force_drift_N_s != 0) {
+    const auto later = scene_.force_crossing(raw_force(*at, shown_N), t, event_);
+    if (later) at = later;
+  }
+  if (!at || settings_.watch_period_s <= 0) return at;
+  const double looks = std::ceil(to_seconds(at->time_since_epoch()) / settings_.watch_period_s);
+  return std::max(*at, MonoTime(from_seconds(looks * settings_.watch_period_s)));
+}
+
 void SimMachine::consider_force_limits(MonoTime t) {
-  const double limit =
-      raw_force(direction_ > 0 ? limits_->force_max.si() : limits_->force_min.si());
-  if (limit > 0) consider(scene_.force_crossing(limit, t, event_), Cause::force_limit);
+  const double limit = direction_ > 0 ? limits_->force_max.si() : limits_->force_min.si();
+  if (raw_force(t, limit) > 0) consider(crossing(t, limit), Cause::force_limit);
 }
 
 Verdict SimMachine::move(MonoTime t, std::int64_t number, double travel_m, double speed_m_s) {
@@ -166,10 +176,13 @@ Verdict SimMachine::move_until(MonoTime t, std::int64_t number, double force_N, 
   const double direction = sign(speed_m_s);
   if (auto no = check_direction(t, direction)) return no;
   const double way = (guard_m + travel_zero_m_ - scene_.travel_m(t)) * direction;
-  double goal = raw_force(force_N);
+  double goal = force_N;
   // Released means: what the cell shows is no more than the goal, half a digit included.
-  if (direction < 0) goal = std::max(goal, scene_.config().force_resolution_N / 2);
-  const bool there = (scene_.force_N(t) - goal) * direction >= 0;
+  if (direction < 0) {
+    const double unloaded = offset_N(t) - tare_N_;
+    goal = std::max(goal, unloaded + scene_.config().force_resolution_N / 2);
+  }
+  const bool there = (scene_.force_N(t) - raw_force(t, goal)) * direction >= 0;
   if (way < 0 && !there) return Refusal("bad_value", "the guard lies behind");
   force_control_ = false;
   if (there) {
@@ -180,7 +193,7 @@ Verdict SimMachine::move_until(MonoTime t, std::int64_t number, double force_N, 
   scene_.move_to(t, guard_m + travel_zero_m_, std::abs(speed_m_s));
   begin(t, number, direction);
   arrival_reason_ = MotionEnd::travel_limit;
-  consider(scene_.force_crossing(goal, t, event_), Cause::goal);
+  consider(crossing(t, goal), Cause::goal);
   consider_force_limits(t);  // second, so that a goal at the limit is a goal
   return std::nullopt;
 }
@@ -193,10 +206,10 @@ Verdict SimMachine::ramp(MonoTime t, std::int64_t number, double force_N, double
   if (!settings_.force_hold) return Refusal("unsupported", "no closed force loop");
   if (auto no = check_force_target(t, force_N)) return no;
   if (!(rate_N_s > 0)) return Refusal("bad_value", "the rate must be positive");
-  const double goal = std::max(0.0, raw_force(force_N));
+  const double goal = std::max(0.0, raw_force(t, force_N));
   const double direction = sign(goal - scene_.force_N(t));
   if (auto no = check_direction(t, direction)) return no;
-  if (raw_force(force_N) < -contact_N()) return Refusal("no_contact", "cannot pull");
+  if (raw_force(t, force_N) < -contact_N()) return Refusal("no_contact", "cannot pull");
   begin(t, number, direction);
   if (scene_.force_N(t) <= 0 && goal > 0) {
     begin_approach(t, goal, rate_N_s);
@@ -218,26 +231,61 @@ void SimMachine::begin_approach(MonoTime t, double force_N, double rate_N_s) {
   event_ = std::max(t, scene_.arrival().value_or(t));
   arrival_reason_ = MotionEnd::travel_limit;
   const double felt = std::min(contact_N(), force_N / 2);
-  consider(scene_.force_crossing(felt, t, event_), Cause::contact);
+  consider(crossing(t, felt + offset_N(t) - tare_N_), Cause::contact);
 }
 
+// What felt the contact stops first, then the loop closes.
+void SimMachine::land(MonoTime t) {
+  if (!settings_.loop_lands) return begin_ramp(t, ramp_target_N_, ramp_rate_N_s_);
+  scene_.halt(t);
+  phase_ = Phase::landing;
+  event_ = std::max(t, scene_.arrival().value_or(t));
+}
+
+// A loop with a lag goes beyond its target first.
 void SimMachine::begin_ramp(MonoTime t, double force_N, double rate_N_s) {
-  scene_.ramp_force(t, force_N, rate_N_s);
+  phase_ = Phase::moving;
+  const double rate = std::min(rate_N_s, settings_.loop_rate_max_N_s);
+  ramp_target_N_ = held_N(force_N);
+  ramp_rate_N_s_ = rate;
+  const bool overruns = settings_.loop_lag_s > 0 && force_N > scene_.force_N(t);
+  const double beyond = overruns ? rate * settings_.loop_lag_s : 0;
+  scene_.ramp_force(t, ramp_target_N_ + beyond, rate);
   force_control_ = true;
   arrival_reason_ = MotionEnd::target;
   event_ = std::max(t, scene_.arrival().value_or(t));
-  cause_ = Cause::arrived;
+  cause_ = overruns ? Cause::overrun : Cause::arrived;
+  const double limit = limits_->force_max.si();
+  if (overruns && ramp_target_N_ + beyond > raw_force(t, limit)) {
+    cause_ = Cause::arrived;
+    consider(crossing(t, limit), Cause::force_limit);
+  }
   const double edge = direction_ > 0 ? limits_->travel_max.si() : limits_->travel_min.si();
   const double at_edge = scene_.force_at_travel_N(edge + travel_zero_m_);
   if (at_edge > 0) consider(scene_.force_crossing(at_edge, t, event_), Cause::travel_limit);
+}
+
+// Back from beyond the target.
+void SimMachine::settle(MonoTime t) {
+  scene_.ramp_force(t, ramp_target_N_, ramp_rate_N_s_);
+  event_ = std::max(t, scene_.arrival().value_or(t));
+  cause_ = Cause::arrived;
+}
+
+// Where within the ripple the loop comes to rest.
+double SimMachine::held_N(double goal_N) {
+  if (settings_.loop_ripple_N <= 0 || goal_N <= 0) return goal_N;
+  std::uniform_real_distribution<double> part(-1.0, 1.0);
+  return std::max(0.0, goal_N + settings_.loop_ripple_N * part(random_));
 }
 
 Verdict SimMachine::hold_force(MonoTime t, double force_N) {
   if (!settings_.force_hold) return Refusal("unsupported", "no closed force loop");
   if (auto no = check_force_target(t, force_N)) return no;
   if (scene_.force_N(t) <= 0) return Refusal("no_contact", "nothing to hold");
-  const double goal = std::max(0.0, raw_force(force_N));
-  const double rate = std::max(kMinRate_N_s, std::abs(goal - scene_.force_N(t)) / kHoldTime_s);
+  const double goal = held_N(std::max(0.0, raw_force(t, force_N)));
+  const double rate = std::clamp(std::abs(goal - scene_.force_N(t)) / kHoldTime_s, kMinRate_N_s,
+                                 settings_.loop_rate_max_N_s);
   scene_.ramp_force(t, goal, rate);
   force_control_ = true;
   return std::nullopt;
@@ -247,7 +295,10 @@ Verdict SimMachine::zero(MonoTime t, bool force, bool travel) {
   if (is_moving()) return Refusal("busy", "zero only while standing");
   // The cell averages over some twenty conversions.
   const PlantConfig& p = scene_.config();
-  if (force) tare_N_ = scene_.force_N(t) + offset_N_ + gauss(p.force_noise_N / std::sqrt(20.0));
+  if (force) {
+    const double shown = p.force_gain * scene_.force_N(t) + offset_N(t);
+    tare_N_ = shown + gauss(p.force_noise_N / std::sqrt(20.0));
+  }
   if (travel) travel_zero_m_ = quantise(scene_.travel_m(t), p.travel_resolution_m);
   ++origin_;
   return std::nullopt;
@@ -256,6 +307,12 @@ Verdict SimMachine::zero(MonoTime t, bool force, bool travel) {
 void SimMachine::halt(MonoTime t, MotionEnd reason, std::string text) {
   if (phase_ == Phase::standing && !force_control_) return;
   if (phase_ == Phase::braking) return;  // what began to brake says why
+  if (phase_ == Phase::landing) {  // it brakes already
+    phase_ = Phase::braking;
+    reason_ = reason;
+    text_ = std::move(text);
+    return;
+  }
   text_ = std::move(text);
   brake(t, reason);
 }
@@ -288,13 +345,14 @@ void SimMachine::stall(MonoTime t) {
 }
 
 std::optional<MonoTime> SimMachine::next_event() const {
-  if (phase_ == Phase::moving || phase_ == Phase::braking) return event_;
-  return std::nullopt;
+  const bool nothing = phase_ == Phase::standing || phase_ == Phase::hung;
+  return nothing ? std::nullopt : std::optional(event_);
 }
 
 void SimMachine::advance() {
   const MonoTime t = event_;
   if (phase_ == Phase::braking) return finish(t, reason_);
+  if (phase_ == Phase::landing) return begin_ramp(t, ramp_target_N_, ramp_rate_N_s_);
   const bool by_force = cause_ == Cause::goal || cause_ == Cause::force_limit;
   if (by_force && late_stop_s_ > 0 && !std::exchange(put_off_, true)) {
     event_ = std::min(t + from_seconds(late_stop_s_), scene_.arrival().value_or(t));
@@ -305,7 +363,8 @@ void SimMachine::advance() {
     case Cause::goal: return brake(t, MotionEnd::target);
     case Cause::force_limit: return brake(t, MotionEnd::force_limit);
     case Cause::travel_limit: return brake(t, MotionEnd::travel_limit);
-    case Cause::contact: return begin_ramp(t, ramp_target_N_, ramp_rate_N_s_);
+    case Cause::contact: return land(t);
+    case Cause::overrun: return settle(t);
   }
 }
 
@@ -325,6 +384,16 @@ void SimMachine::finish(MonoTime t, MotionEnd reason) {
   finished_->outcome.travel_m = now.travel_m;
 }
 
+double SimMachine::offset_N(MonoTime t) const {
+  const PlantConfig& p = scene_.config();
+  return p.force_offset_N + p.force_drift_N_s * to_seconds(t.time_since_epoch());
+}
+
+// The true force at which the samples show this one.
+double SimMachine::raw_force(MonoTime t, double shown_N) const {
+  return (shown_N + tare_N_ - offset_N(t)) / scene_.config().force_gain;
+}
+
 double SimMachine::gauss(double sigma) {
   return sigma > 0 ? sigma * normal_(random_) : 0.0;
 }
@@ -333,7 +402,8 @@ FrameSample SimMachine::sample(MonoTime t, double spike_N) {
   const PlantConfig& p = scene_.config();
   FrameSample s;
   s.travel_m = quantise(scene_.travel_m(t) - travel_zero_m_, p.travel_resolution_m);
-  const double cell = scene_.force_N(t) + offset_N_ + spike_N + gauss(p.force_noise_N);
+  const double cell =
+      p.force_gain * scene_.force_N(t) + offset_N(t) + spike_N + gauss(p.force_noise_N);
   if (std::abs(cell) <= p.force_nominal_N) {
     s.force_N = quantise(cell - tare_N_, p.force_resolution_N);
   } else {

@@ -53,6 +53,7 @@ class SimMachine {
   void feel(MonoTime t, const FrameSample& shown);
   void forget();  // as after switching off: tare, zero and limits
 
+  double travel_zero_m() const { return travel_zero_m_; }
   bool is_moving() const { return phase_ != Phase::standing; }
   std::optional<MonoTime> next_event() const;
   // Handles the event that is due.
@@ -63,8 +64,8 @@ class SimMachine {
   FrameSample sample(MonoTime t, double spike_N = 0);
 
  private:
-  enum class Phase { standing, moving, braking, hung };
-  enum class Cause { arrived, goal, force_limit, travel_limit, contact };
+  enum class Phase { standing, moving, braking, landing, hung };
+  enum class Cause { arrived, goal, force_limit, travel_limit, contact, overrun };
 
   Verdict check_motion(double target_m, double speed_m_s) const;
   Verdict check_force_target(MonoTime t, double force_N) const;
@@ -73,10 +74,16 @@ class SimMachine {
   void begin_approach(MonoTime t, double force_N, double rate_N_s);
   void begin_ramp(MonoTime t, double force_N, double rate_N_s);
   void consider(std::optional<MonoTime> at, Cause cause);
+  // When a motion that began at t is seen to pass what the samples show as this.
+  std::optional<MonoTime> crossing(MonoTime t, double shown_N) const;
   void consider_force_limits(MonoTime t);
+  void land(MonoTime t);
+  void settle(MonoTime t);
   void finish(MonoTime t, MotionEnd reason);
   void brake(MonoTime t, MotionEnd reason);
-  double raw_force(double shown_N) const { return shown_N + tare_N_ - offset_N_; }
+  double offset_N(MonoTime t) const;  // of the cell
+  double raw_force(MonoTime t, double shown_N) const;
+  double held_N(double goal_N);
   double gauss(double sigma);
   double contact_N() const;
 
@@ -86,7 +93,7 @@ class SimMachine {
   std::normal_distribution<double> normal_;
 
   std::optional<FrameLimits> limits_;
-  double offset_N_ = 0, tare_N_ = 0;
+  double tare_N_ = 0;
   double travel_zero_m_ = 0;
   std::int64_t origin_ = 1;
 

@@ -18,6 +18,7 @@
 #include "model/specimen_file.hpp"
 #include "tools/lcrig-sim/back_door.hpp"
 #include "tools/lcrig-sim/fault_bench.hpp"
+#include "tools/lcrig-sim/random_rig.hpp"
 
 namespace lcrig::sim {
 namespace {
@@ -28,11 +29,24 @@ using nlohmann::json;
 struct Options {
   std::string bench = "paper", specimen = "paper-1", log_level = "info";
   std::string lcr_link, lcr_identity, ready_file, control, faults;
+  std::string rig, told;
   std::uint16_t frame_port = 0;
   std::uint64_t seed = 1;
   double max_force_N = 5;
   bool frame_pty = false, weights = false;
 };
+
+// Whoever waits for the file never sees half of it.
+Result<> write_whole(const std::string& path, const std::string& text) {
+  const std::string half = path + ".part";
+  std::ofstream file(half);
+  file << text;
+  file.close();
+  std::error_code error;
+  if (file) std::filesystem::rename(half, path, error);
+  if (!file || error) return fail(Errc::io, "cannot write {}", path);
+  return {};
+}
 
 Result<Specimen> find_specimen(const std::string& what) {
   if (what.find('/') != std::string::npos || what.ends_with(".json")) return load_specimen(what);
@@ -57,7 +71,7 @@ class SimBench {
       auto open = options_.frame_pty ? frame_->open_pty() : frame_->listen(options_.frame_port);
       if (!open) return open;
     }
-    Bench bench{clock_, world_->plant(), *meter_, frame_.get()};
+    Bench bench{clock_, plant(), *meter_, frame_.get()};
     door_ = std::make_unique<BackDoor>(io_.get_executor(), bench);
     if (!options_.control.empty()) {
       if (auto open = door_->listen(options_.control); !open) return open;
@@ -93,7 +107,24 @@ class SimBench {
     return {};
   }
 
+  // A machine and a specimen that nobody built, and what a config file would say of them.
+  Result<> build_random() {
+    auto rig = parse_rig(options_.rig);
+    if (!rig) return fail(rig.error());
+    rig_ = std::move(*rig);
+    spdlog::info("{}", describe(*rig_));
+    if (!options_.told.empty()) {
+      if (auto told = write_whole(options_.told, told_json(*rig_) + "\n"); !told) return told;
+    }
+    rig_specimen_ = std::make_unique<CurvedSpecimen>(rig_->specimen());
+    rig_plant_ = std::make_unique<Plant>(*rig_specimen_, rig_->plant);
+    build_instruments(rig_->plant, rig_->frame);
+    return {};
+  }
+  Plant& plant() { return rig_plant_ ? *rig_plant_ : world_->plant(); }
+
   Result<> build() {
+    if (!options_.rig.empty()) return build_random();
     auto bench = find_bench(options_.bench);
     if (!bench) return fail(bench.error());
     auto specimen = find_specimen(options_.specimen);
@@ -105,23 +136,23 @@ class SimBench {
                                   Force::from_si(options_.max_force_N), mounting);
     if (!world) return fail(world.error());
     world_ = std::move(*world);
-    build_instruments(mounting);
+    ZwickSimSettings frame;
+    frame.seed = options_.seed + 1;
+    build_instruments(mounting, frame);
     return {};
   }
 
-  void build_instruments(const PlantConfig& mounting) {
+  void build_instruments(const PlantConfig& mounting, const ZwickSimSettings& frame) {
     lcr6100::SimConfig meter;
     meter.conversion_s = mounting.conversion_s;
     meter.capacitance_noise_F = mounting.capacitance_noise_F;
     meter.seed = options_.seed;
     if (!options_.lcr_identity.empty()) meter.identity = options_.lcr_identity;
-    const auto source = [this](MonoTime t) { return world_->plant().electrical(t); };
+    const auto source = [this](MonoTime t) { return plant().electrical(t); };
     meter_ =
         std::make_unique<MeterPort>(io_.get_executor(), clock_, meter, source, options_.lcr_link);
     if (options_.weights) return;
-    scene_ = std::make_unique<PlantScene>(world_->plant());
-    ZwickSimSettings frame;
-    frame.seed = options_.seed + 1;
+    scene_ = std::make_unique<PlantScene>(plant());
     frame_ = std::make_unique<FramePort>(io_.get_executor(), clock_, *scene_, frame);
   }
 
@@ -132,15 +163,7 @@ class SimBench {
     const std::string line = ready.dump() + "\n";
     std::cout << line << std::flush;
     if (options_.ready_file.empty()) return {};
-    // Whoever waits for the file never sees half of it.
-    const std::string half = options_.ready_file + ".part";
-    std::ofstream file(half);
-    file << line;
-    file.close();
-    std::error_code error;
-    if (file) std::filesystem::rename(half, options_.ready_file, error);
-    if (!file || error) return fail(Errc::io, "cannot write {}", options_.ready_file);
-    return {};
+    return write_whole(options_.ready_file, line);
   }
 
   bool is_idle() const {
@@ -152,6 +175,9 @@ class SimBench {
   Clock& clock_;
   Options options_;
   std::unique_ptr<BenchWorld> world_;
+  std::optional<RandomRig> rig_;  // instead of it
+  std::unique_ptr<CurvedSpecimen> rig_specimen_;
+  std::unique_ptr<Plant> rig_plant_;
   std::unique_ptr<PlantScene> scene_;
   std::unique_ptr<MeterPort> meter_;
   std::unique_ptr<FramePort> frame_;
@@ -184,8 +210,10 @@ int serve(Options options) {
 }
 
 void declare(CLI::App& cli, Options& o) {
-  cli.add_option("--bench", o.bench, "Name or file of the bench")->capture_default_str();
-  cli.add_option("--specimen", o.specimen, "Name or file of the specimen")->capture_default_str();
+  auto* bench =
+      cli.add_option("--bench", o.bench, "Name or file of the bench")->capture_default_str();
+  auto* specimen = cli.add_option("--specimen", o.specimen, "Name or file of the specimen")
+                       ->capture_default_str();
   cli.add_option("--max-force-N", o.max_force_N, "Largest force that the specimen is tabulated for")
       ->check(CLI::Range(0.001, 1e4))
       ->capture_default_str();
@@ -195,9 +223,17 @@ void declare(CLI::App& cli, Options& o) {
   auto* port = cli.add_option("--frame-port", o.frame_port, "TCP port on 127.0.0.1 (0: any)");
   auto* pty = cli.add_flag("--frame-pty", o.frame_pty, "Frame link on a pty instead of TCP");
   port->excludes(pty);
-  cli.add_flag("--weights", o.weights, "Dead weights on a rod, no frame; `load` on --control")
-      ->excludes(port)
-      ->excludes(pty);
+  auto* weights =
+      cli.add_flag("--weights", o.weights, "Dead weights on a rod, no frame; `load` on --control")
+          ->excludes(port)
+          ->excludes(pty);
+  auto* rig =
+      cli.add_option("--rig", o.rig, "random:SEED: a machine and a specimen that nobody built")
+          ->excludes(bench)
+          ->excludes(specimen)
+          ->excludes(weights);
+  cli.add_option("--told", o.told, "Gets what a config and a specimen file would say of --rig")
+      ->needs(rig);
   cli.add_option("--control", o.control, "Unix socket for faults (docs/simulator.md)");
   cli.add_option("--faults", o.faults, "Let things go wrong as this script says (docs/faults.md)");
   cli.add_option("--ready-file", o.ready_file, "Gets the line of standard output");

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+// What must hold on rigs that nobody here has seen: issue "The real rig first", the proof.
+// Rig and protocol are random; the daemon knows only what a config file would tell it.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "tests/property/own_bounds.hpp"
+#include "tests/property/sweep.hpp"
+
+namespace lcrig::property {
+namespace {
+
+using When = RigWorld::Act::When;
+using What = Happening::Kind;
+
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : random_(seed) {}
+  double even(double low, double high) {
+    return low + (high - low) * (static_cast<double>(random_() >> 11U) * 0x1p-53);
+  }
+  std::int64_t below(std::int64_t n) {
+    return std::min(n - 1, static_cast<std::int64_t>(even(0, static_cast<double>(n))));
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+// Preparation, anywhere, right after a change of the drive, `finally`.
+void draw_instant(Dice& dice, Happening& h) {
+  switch (dice.below(5)) {
+    case 0: h.when = When::time, h.after_s = dice.even(0, 2.5); return;
+    case 1: h.when = When::part, h.after_s = dice.even(0, 1); return;
+    case 2: h.when = When::finally, h.after_s = dice.even(0, 1) * dice.even(0, 1); return;
+    default: break;
+  }
+  h.when = When::drive;
+  h.n = dice.below(12);
+  h.after_s = dice.even(0, 1) * dice.even(0, 1) * 2;
+}
+
+void interrupt_it(std::uint64_t draw, Case& c) {
+  Dice dice(draw);
+  Happening h;
+  h.kind = std::array{What::abort, What::freeze, What::shutdown, What::pause}.at(
+      static_cast<std::size_t>(dice.below(4)));
+  draw_instant(dice, h);
+  if (h.kind == What::pause) h.lasts_s = dice.even(0.05, 3);
+  c.happenings.push_back(h);
+}
+
+void lose_it(std::uint64_t draw, Case& c) {
+  Dice dice(draw);
+  Happening h;
+  h.kind = std::array{What::deaf, What::silent, What::unplug}.at(
+      static_cast<std::size_t>(dice.below(3)));
+  h.when = When::drive;
+  h.n = dice.below(8);
+  h.after_s = dice.even(0, 1) * dice.even(0, 1) * 2;
+  if (dice.below(3) == 0) h.lasts_s = dice.even(0.1, 6);
+  c.happenings.push_back(h);
+}
+
+void break_it(std::uint64_t draw, Case& c) {
+  static constexpr const char* kFaults[] = {
+      R"("on":"frame","fault":"line_late","delay_s":0.7)",
+      R"("on":"frame","fault":"line_lost","probability":0.02)",
+      R"("on":"frame","fault":"line_garbled","probability":0.02)",
+      R"("on":"frame","fault":"refusal")",
+      R"("on":"frame","fault":"completion_lost")",
+      R"("on":"frame","fault":"stall")",
+      R"("on":"frame","fault":"heartbeat_lost","for_s":3)",
+      R"("on":"frame","fault":"gateway_restarted","forgets_zero":true)",
+      R"("on":"frame","fault":"power_cycle","for_s":1)",
+      R"("on":"frame","fault":"unplug","for_s":1)",
+      R"("on":"frame","fault":"samples_lost","samples":20)",
+      R"("on":"frame","fault":"force_spike","force_N":100,"samples":2)",
+      R"("on":"meter","fault":"silent")",
+      R"("on":"meter","fault":"unplug","for_s":2)",
+      R"("on":"meter","fault":"reply_garbled","probability":0.3)",
+      R"("on":"bench","fault":"disk_full")",
+      R"("on":"bench","fault":"disk_read_only","for_s":2)"};
+  Dice dice(draw);
+  const std::string fault = kFaults[dice.below(std::ssize(kFaults))];
+  const bool counted = fault.find("probability") != std::string::npos;
+  std::string when;
+  if (!counted || dice.below(2) == 0) {
+    static constexpr const char* kSteps[] = {"find_contact", "move_until", "ramp", "hold"};
+    when = dice.below(3) == 0
+               ? fmt::format(R"(,"at_s":{:.3f})", dice.even(0, 20))
+               : fmt::format(R"(,"in_step":"{}","after_s":{:.3f},"times":1)", kSteps[dice.below(4)],
+                             dice.even(0, 1) * dice.even(0, 2));
+  }
+  c.fault_script = R"({"format":"faults/1","faults":[{)" + fault + when + "}]}";
+}
+
+Broken both(Broken a, const Broken& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+void count_instants(const Trial& t, Counters& n) {
+  auto& w = const_cast<Trial&>(t).world();
+  for (const auto& a : w.acted) {
+    const std::string what(to_string(t.what().happenings.front().kind));
+    ++n[what];
+    if (!a.prepared) ++n["in preparation"];
+    if (a.moving && !a.finishing) ++n["in a motion"];
+    if (a.finishing) ++n["in finally"];
+  }
+}
+
+const std::vector<std::string> kMotions{"force-stopped motions",
+                                        "force-controlled rises",
+                                        "holds",
+                                        "contacts found",
+                                        "stiffness measured",
+                                        "polled rigs",
+                                        "revision 1",
+                                        "rigs that drift",
+                                        "rigs with missing forces"};
+
+TEST(Properties, TheTrueForceStaysWithinTheLimitAndThePrintedUncertainty) {
+  Kind kind{"force", 1.5, false, 500, {}};
+  sweep(
+      kind,
+      [](Trial& t, Counters&) { return both(force_within_limit(t), travel_within_limits(t)); },
+      kMotions);
+}
+
+TEST(Properties, HealthyRunsAreAcceptedAndSucceed) {
+  Kind kind{"healthy", 1, false, 0, {}};
+  const Summary s = sweep(kind,
+                          [](Trial& t, Counters& n) {
+                            if (t.world().result && t.what().is_within) ++n["runs within"];
+                            return both(healthy_runs_succeed(t), force_within_limit(t));
+                          },
+                          {"runs within", "force-stopped motions"});
+  const auto accepted = static_cast<double>(s.counters.at("accepted"));
+  EXPECT_GE(accepted / static_cast<double>(s.pairs), 0.9) << "refused too often";
+}
+
+TEST(Properties, ALostHostStaysWithinTheSecondFigure) {
+  Kind kind{"lost", 1, false, 300, lose_it};
+  sweep(kind,
+        [](Trial& t, Counters& n) {
+          count_instants(t, n);
+          return both(lost_within_the_second_figure(t), travel_within_limits(t));
+        },
+        {"in a motion", "deaf", "silent", "unplug", "losses"});
+}
+
+TEST(Properties, ALieIsNotPressedOnTwice) {
+  Kind kind{"lies", 1, true, 300, {}};
+  sweep(kind,
+        [](Trial& t, Counters&) {
+          return both(lies_are_not_pressed_again(t), ends_standing_and_honest(t));
+        },
+        {"predictions broken", "stopped by the guard", "ended fail"});
+}
+
+TEST(Properties, AfterAStopNothingMovesButFinally) {
+  Kind kind{"stops", 1.5, false, 200, interrupt_it};
+  sweep(kind,
+        [](Trial& t, Counters& n) {
+          count_instants(t, n);
+          return both(both(nothing_moves_after_the_stop(t), ends_standing_and_honest(t)),
+                      both(force_within_limit(t), travel_within_limits(t)));
+        },
+        {"abort", "freeze", "shutdown", "pause", "in preparation", "in a motion", "in finally",
+         "left loaded, and said so"});
+}
+
+TEST(Properties, AFaultLeavesTheRigStandingAndUnloadedOrSaysSo) {
+  Kind kind{"faults", 1, false, 200, break_it};
+  sweep(kind, [](Trial& t, Counters&) { return ends_standing_and_honest(t); },
+        {"faults injected", "ended fail", "losses"});
+}
+
+TEST(Properties, ARefusalMovesNothingAndItsAdviceIsGood) {
+  Kind kind{"refusals", 2, false, 900, {}};
+  sweep(
+      kind,
+      [](Trial& t, Counters& n) {
+        Broken out = refused_and_nothing_moved(t);
+        if (!t.world().refused || t.world().refused->code != Errc::invalid_request) return out;
+        return both(std::move(out), advice_is_good(t.what(), n));
+      },
+      {"refused", "refused with a number", "refused: no change helps", "advice led to acceptance"});
+}
+
+Broken judge_all(Trial& t) {
+  Broken out = both(force_within_limit(t), travel_within_limits(t));
+  if (t.what().happenings.empty() && t.what().fault_script.empty()) {
+    out = both(std::move(out), healthy_runs_succeed(t));
+  }
+  out = both(std::move(out), ends_standing_and_honest(t));
+  out = both(std::move(out), nothing_moves_after_the_stop(t));
+  out = both(std::move(out), lies_are_not_pressed_again(t));
+  out = both(std::move(out), refused_and_nothing_moved(t));
+  const bool lost = !t.what().happenings.empty() && is_of_link(t.what().happenings.front().kind);
+  if (lost) out = both(std::move(out), lost_within_the_second_figure(t));
+  Counters nowhere;
+  const bool refused = t.world().refused && t.world().refused->code == Errc::invalid_request;
+  if (refused) out = both(std::move(out), advice_is_good(t.what(), nowhere));
+  return out;
+}
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ostringstream out;
+  out << std::ifstream(path).rdbuf();
+  return out.str();
+}
+
+TEST(Properties, CasesThatFailedOnceStayMended) {
+  for (const auto& entry : std::filesystem::directory_iterator("tests/property/cases")) {
+    if (entry.path().extension() != ".json") continue;
+    SCOPED_TRACE(entry.path().filename());
+    Trial t(parse_case(text_of(entry.path())));
+    t.run();
+    for (const std::string& b : judge_all(t)) ADD_FAILURE() << b;
+  }
+}
+
+TEST(Properties, OneCase) {
+  const char* path = std::getenv("LCRIG_CASE");
+  if (path == nullptr) GTEST_SKIP() << "LCRIG_CASE=FILE plays one case and tells of it";
+  Trial t(parse_case(text_of(path)));
+  t.run();
+  const RigWorld& w = t.world();
+  fmt::print("{}\n", sim::describe(t.rig()));
+  if (w.refused) fmt::print("refused: {}\n", w.refused->what);
+  if (w.plan) {
+    fmt::print("plan: worst {:.5g} N, lost {:.5g} N, uncertainty {:.3g} N, {:.4g} s\n",
+               w.plan->worst_force_N, w.plan->lost_force_N, t.uncertainty_N(), w.plan->duration_s);
+  }
+  for (const RunEvent& e : w.events) {
+    if (e.kind == "plan" || e.kind == "state") continue;
+    fmt::print("{:10.4f} {} {} {}\n", to_seconds(e.t.time_since_epoch()), e.kind, e.step_id,
+               e.detail);
+  }
+  for (std::size_t i = 0; i < w.changes.size(); ++i) {
+    const auto& c = w.changes[i];
+    fmt::print("{:10.4f} drive {} from {:.6f} mm {:.5g} N to {:.6g}{}\n",
+               to_seconds(c.at.time_since_epoch()), static_cast<int>(c.drive), c.from_m * 1e3,
+               c.force_N, c.to, w.was_finishing[i] ? " (finishing)" : "");
+  }
+  if (w.result) fmt::print("{}: {}\n", w.result->exit_status, w.result->reason);
+  fmt::print("true: peak {:.6g} N, at the end {:.6g} N, {}; outside {:.3g} um\n", w.all.peak_N,
+             w.last_N, w.stood ? "stands" : "moves", w.outside_m * 1e6);
+  for (const std::string& b : judge_all(t)) ADD_FAILURE() << b;
+}
+
+}  // namespace
+}  // namespace lcrig::property

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// A case carried out, and what was promised held against what happened.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/property/case.hpp"
+
+namespace lcrig::property {
+
+// How often something really happened, by name.
+using Counters = std::map<std::string, std::int64_t>;
+
+class Trial {
+ public:
+  explicit Trial(Case c);
+  void run();
+  // Plans only, with these changes of parameters.
+  void plan_only(std::map<std::string, std::string> parameters);
+
+  const Case& what() const { return case_; }
+  RigWorld& world() { return *world_; }
+  const sim::RandomRig& rig() const { return rig_; }
+  double limit_N() const { return limit_N_; }
+  bool is_accepted() const { return !world_->refused; }
+  // Accepted on condition of the stiffness measured at contact; ended because it did not allow it.
+  bool is_conditional() const;
+  bool is_declined() const;
+  // The truth lies within what was told. A contact that stiffens more than the margin that is
+  // granted to a measured one lies to a run that rests upon the measurement.
+  bool is_honest() const;
+  double uncertainty_N() const;  // as the plan prints it
+  void count(Counters& counters) const;
+
+ private:
+  Case case_;
+  sim::RandomRig rig_;
+  double limit_N_ = 0;
+  std::unique_ptr<RigWorld> world_;
+};
+
+// Each gives what was broken, empty: nothing. Words before the colon name the kind.
+using Broken = std::vector<std::string>;
+Broken force_within_limit(Trial& t);
+Broken travel_within_limits(Trial& t);
+Broken healthy_runs_succeed(Trial& t);
+Broken ends_standing_and_honest(Trial& t);
+Broken nothing_moves_after_the_stop(Trial& t);
+Broken lost_within_the_second_figure(Trial& t);
+Broken lies_are_not_pressed_again(Trial& t);
+Broken refused_and_nothing_moved(Trial& t);
+// Follows the advice of refusals until the plan is accepted or says that nothing helps.
+Broken advice_is_good(const Case& c, Counters& counters);
+
+}  // namespace lcrig::property
