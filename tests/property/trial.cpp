@@ -36,9 +36,7 @@ void act(RigWorld& w, Kind kind) {
 
 void undo(RigWorld& w, Kind kind) {
   switch (kind) {
-    case Kind::pause:
-      if (w.live() != nullptr) w.live()->resume();
-      return;
+    case Kind::pause: return w.resume();
     case Kind::deaf: return w.bench().break_frame([](ZwickSimFaults& f) { f.deaf = false; });
     case Kind::silent: return w.bench().break_frame([](ZwickSimFaults& f) { f.silent = false; });
     case Kind::unplug: return w.bench().plug_frame();

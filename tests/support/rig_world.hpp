@@ -120,6 +120,10 @@ class RigWorld {
     }
   }
 
+  // A pause that was asked for in preparation begins with the first step: until then there is
+  // nothing to resume, and a person tries again.
+  void resume() { spawn(resume_once_paused()); }
+
   VirtualClock clock;
   asio::io_context io{1};
   std::vector<std::int64_t> happened;  // each fault of the script, so often
@@ -267,6 +271,13 @@ class RigWorld {
     const Duration lasts = from_seconds(act.lasts_s);
     const bool still = co_await wait_in_run(lasts);
     if (still) act.undo(*this);
+  }
+
+  Task<> resume_once_paused() {
+    while (live() != nullptr && !live()->resume()) {
+      const bool still = co_await wait_in_run(std::chrono::milliseconds(100));
+      if (!still) co_return;
+    }
   }
 
   Task<> watch_time() {
