@@ -64,6 +64,16 @@ double limit_of(const std::string& protocol) {
   return limits.contains("force_N") ? limits.at("force_N").at(1).get<double>() : 1e9;
 }
 
+// A motion that never ends may take all the time that the protocol gives it.
+double patience_s(const nlohmann::json& steps) {
+  double sum = 0;
+  for (const auto& step : steps) {
+    sum += step.value("timeout_s", 0.0);
+    if (step.contains("steps")) sum += 5 * patience_s(step.at("steps"));
+  }
+  return sum;
+}
+
 // A loop that holds a force wavers by its ripple: that is none.
 bool is_towards(const Change& c, const sim::RandomRig& rig) {
   if (!c.is_towards) return false;
@@ -81,6 +91,7 @@ Trial::Trial(Case c)
 void Trial::run() {
   for (const Happening& h : case_.happenings) world_->acts.push_back(make_act(h));
   world_->fault_script = case_.fault_script;
+  world_->longest_s += patience_s(nlohmann::json::parse(case_.protocol).at("steps"));
   world_->run();
 }
 
