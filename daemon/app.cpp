@@ -34,7 +34,10 @@ Result<> App::start() {
   if (!recorder) return fail(recorder.error());
   recorder_ = std::move(*recorder);
   for (const auto& orphan : recorder_->interrupted_runs()) {
-    spdlog::warn("run {} had not ended when the last daemon died: closed as interrupted", orphan);
+    spdlog::warn(
+        "run {} had not ended when the last daemon died: closed as interrupted; look whether its "
+        "specimen is still loaded (lcrig runs show {})",
+        orphan, orphan);
     frame_to_make_safe_ = frame_to_make_safe_ || left_commanding(orphan);
   }
   control_ = std::make_unique<ControlServer>(io_.get_executor(), clock_, *this);

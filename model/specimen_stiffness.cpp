@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/specimen_stiffness.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -27,7 +28,10 @@ std::function<double(double force_N)> least_shortening(const Specimen& specimen)
     for (const Layer& layer : capacitor.layers) {
       const Material& m = specimen.material(layer);
       if (m.rigid) continue;
-      layers.push_back({layer.thickness_m, m.shear_modulus_Pa(), m.poisson_ratio});
+      // A file may state both moduli; of two that disagree the stiffer one bounds.
+      const double of_youngs = m.youngs_modulus_Pa / (2 * (1 + m.poisson_ratio));
+      const double shear = std::max(m.shear_modulus_Pa(), of_youngs);
+      layers.push_back({layer.thickness_m, shear, m.poisson_ratio});
     }
   }
   return [layers = std::move(layers), area_m2 = specimen.area_m2()](double force_N) {

@@ -31,21 +31,29 @@ double speed_within_m_s(const FrameCapabilities& caps, double way_m) {
 }
 
 Forecast::Forecast(FrameCapabilities caps, ForceBound bound, std::optional<ForceBound> expected)
-    : caps_(std::move(caps)), bound_(std::move(bound)), expected_(std::move(expected)) {
-  if (!expected_) return;
-  if_measured_ = bound_;
-  const double first = expected_->stiffness_N_m(0);
-  if_measured_->limit_to(first, [this](double force) { return growth(0, force); });
-}
+    : caps_(std::move(caps)), bound_(std::move(bound)), expected_(std::move(expected)) {}
 
 double Forecast::growth(double from_N, double to_N) const {
-  if (!expected_) return to_N > from_N ? std::numeric_limits<double>::infinity() : 1;
+  if (to_N <= from_N) return expected_ ? growth_margin() : 1;
+  if (!expected_) return std::numeric_limits<double>::infinity();
   const double ratio = expected_->stiffness_N_m(to_N) / expected_->stiffness_N_m(from_N);
-  return growth_margin() * std::max(1.0, ratio);
+  return growth_margin() * std::max(ratio, std::sqrt(to_N / from_N));
 }
 
-void Forecast::measured(double force_N, double stiffness_N_m) {
-  bound_.limit_to(stiffness_N_m, [&](double force) { return growth(force_N, force); });
+// The slope over the way back from a force is that of its last half.
+void Forecast::limit_to(ForceBound& bound, double felt_N, double stiffness_N_m) const {
+  const double at_N = 0.5 * felt_N;
+  bound.limit_to(stiffness_N_m, [&](double force) { return growth(at_N, force); });
+}
+
+void Forecast::expect_measurement(double felt_N) {
+  if (!expected_) return;
+  if_measured_ = bound_;
+  limit_to(*if_measured_, felt_N, expected_->stiffness_N_m(0.5 * felt_N));
+}
+
+void Forecast::measured(double felt_N, double stiffness_N_m) {
+  limit_to(bound_, felt_N, stiffness_N_m);
   measured_ = true;
 }
 

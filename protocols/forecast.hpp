@@ -22,10 +22,13 @@ class Forecast {
   Forecast(FrameCapabilities caps, ForceBound bound, std::optional<ForceBound> expected);
 
   const ForceBound& bound() const { return bound_; }
-  // A stiffness that was measured at this force, at most. From there the contact stiffens at most
-  // 1.5 times as much as the model's does.
-  void measured(double force_N, double stiffness_N_m);
+  // A stiffness that was measured on the way back from this force, at most. From there the contact
+  // stiffens at most 1.5 times as much as the model's does, or as the root of the force: so does F
+  // = k x (1 + c x) at most, whatever its c, and a Hertzian contact (cube root) less.
+  void measured(double felt_N, double stiffness_N_m);
   static double growth_margin() { return 1.5; }
+  // A search will stop at this force and measure what the model expects there.
+  void expect_measurement(double felt_N);
   bool is_measured() const { return measured_; }
 
   // Largest force of a motion at this speed that the device stops at `force_N`.
@@ -50,13 +53,12 @@ class Forecast {
   // Whether the loop is good for a contact as stiff as this one may be at `force_N`.
   bool loop_can_hold(double force_N) const;
   bool loop_can_hold_if_measured(double force_N) const;
-  // Force at this depth beyond contact.
-  double pressed_N(double depth_m) const { return bound_.force_after_N(0, depth_m); }
   // How far a frame goes on that nobody commands any more (docs/frame-link.md, section 6).
   double lost_way_m(double speed_m_s) const;
 
  private:
   double growth(double from_N, double to_N) const;
+  void limit_to(ForceBound& bound, double felt_N, double stiffness_N_m) const;
   double ramp_N(const ForceBound& bound, double from_N, double to_N, double rate_N_s) const;
 
   FrameCapabilities caps_;

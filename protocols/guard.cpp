@@ -16,6 +16,17 @@ constexpr double kSigmas = 5;  // of the cell's noise
 
 }  // namespace
 
+void Guard::set_rest_force(double force_N, double noise_N) {
+  offset_N_ = force_N < -kSigmas * noise_N ? force_N : 0;
+}
+
+void Guard::distrust_zero(double cell_N) {
+  distrusted_ = true;
+  offset_N_ = 0;
+  limits_.force_min_N = -cell_N;
+  limits_.force_max_N = cell_N;
+}
+
 void Guard::allow_return(double noise_N) {
   mode_ = Mode::returning;
   noise_N_ = noise_N;
@@ -41,16 +52,18 @@ std::optional<std::string> Guard::check(const FrameSample& sample) {
     }
   }
   if (sample.force_N || overload) last_force_N_ = sample.force_N;
-  if (sample.travel_m) last_travel_m_ = sample.travel_m;
+  if (sample.travel_m) last_travel_m_ = sample.travel_m, travel_seen_ = sample.received;
   if (mode_ == Mode::stopping) return std::nullopt;
   if (overload) {
     if (mode_ == Mode::watching) return "the force is beyond the load cell";
     last_ = sample.received;
     return check_blind(sample);
   }
+  if (mode_ == Mode::returning && distrusted_) return check_blind(sample);
   if (sample.force_N) {
     if (auto why = check_force(*sample.force_N)) return why;
   }
+  if (auto why = check_travel_age(sample.received)) return why;
   return sample.travel_m ? check_travel(*sample.travel_m) : std::nullopt;
 }
 
@@ -64,6 +77,14 @@ std::optional<std::string> Guard::check_force(double force_N) const {
   }
   return fmt::format("force {:.4f} N is outside the limits {:.4f} to {:.4f} N", force_N,
                      limits_.force_min_N, force_max_N());
+}
+
+// Samples that come without it: limits of travel and gap would guard nothing.
+std::optional<std::string> Guard::check_travel_age(MonoTime now) const {
+  if (!watch_age_ || mode_ != Mode::watching || !travel_seen_) return std::nullopt;
+  const Duration age = now - *travel_seen_;
+  if (age <= 2 * stale_after_) return std::nullopt;
+  return fmt::format("no travel in the samples for {:.2f} s", to_seconds(age));
 }
 
 void Guard::zero_travel(double travel_m) {

@@ -28,7 +28,11 @@ class Guard {
   // The frame stands at this travel, which is 0 from now on; samples from before may still come.
   void zero_travel(double travel_m);
   // What an unloaded cell shows below zero is no room: the true force is that much more.
-  void set_rest_force(double force_N) { offset_N_ = std::min(0.0, force_N); }
+  // `noise_N`: scatter of a sample; what is within it is none.
+  void set_rest_force(double force_N, double noise_N);
+  // The zero of force or travel is another one: every force is allowed, and only the way away.
+  void distrust_zero(double cell_N);
+  bool is_distrusted() const { return distrusted_; }
   const BoundLimits& limits() const { return limits_; }
   double force_max_N() const { return limits_.force_max_N + offset_N_; }
 
@@ -46,21 +50,23 @@ class Guard {
 
   // A passive protocol or a rod with weights has nothing that could go stale.
   void set_watch_age(bool on) { watch_age_ = on; }
-  void restart_age(MonoTime now) { last_ = now; }
+  void restart_age(MonoTime now) { last_ = travel_seen_ = now; }
   double peak_force_N() const { return peak_force_N_; }
 
  private:
   enum class Mode { watching, stopping, returning };
   std::optional<std::string> check_force(double force_N) const;
   std::optional<std::string> check_travel(double travel_m);
+  std::optional<std::string> check_travel_age(MonoTime now) const;
   std::optional<std::string> check_blind(const FrameSample& sample) const;
 
   BoundLimits limits_;
   Duration stale_after_;
-  std::optional<MonoTime> last_;
+  std::optional<MonoTime> last_, travel_seen_;  // a force, a travel
   bool watch_age_ = false;
   Mode mode_ = Mode::watching;
   double offset_N_ = 0;
+  bool distrusted_ = false;
   double peak_force_N_ = 0;
   std::optional<double> last_force_N_, last_travel_m_;
   double noise_N_ = 0;  // of a sample, where the return began

@@ -88,6 +88,21 @@ void Planner::check_limits() {
   }
 }
 
+// A motion that nobody can watch is none that may begin.
+void Planner::check_channels() {
+  if (!rig_.frame.motion || !commands_frame(protocol_)) return;
+  const FrameCapabilities& c = rig_.frame;
+  const char* missing = !c.force_channel          ? "force"
+                        : !c.travel_channel       ? "travel"
+                        : !(c.force_max.si() > 0) ? "range of the load cell (force_max_N)"
+                                                  : nullptr;
+  if (missing == nullptr) return;
+  refuse("/steps", "steps",
+         Refusal(fmt::format("the frame reports no {}, and no motion can be watched without; no "
+                             "change of the protocol can help",
+                             missing)));
+}
+
 void Planner::check_start() {
   if (const auto why = check_lcr(lcr_, rig_.lcr)) refuse("/sample/lcr", "sample", Refusal(*why));
   const double rate = protocol_.sample.frame_rate_Hz, most = rig_.frame.sample_rate_max_Hz;
@@ -97,6 +112,7 @@ void Planner::check_start() {
     assume(fmt::format("{:.6g} samples per second: the frame sends no more", most));
   }
   check_limits();
+  check_channels();
   if (!rig_.frame.motion || !rig_.start_travel || !commands_frame(protocol_)) return;
   if (const auto no = check_travel(rig_.start_travel->si(), limits_, rig_)) {
     refuse(
@@ -206,6 +222,7 @@ Planner::Outcome Planner::on(const SetGapStep& s) {
   Outcome out;
   const double gap = env_.get(s.gap);
   contact_ = travel_ + gap;
+  contact_N_ = 0;
   contact_state_ = Contact::stated;
   placed_ = rig_.start_travel.has_value();
   if (placed_) limits_.place_contact(contact_);

@@ -48,6 +48,7 @@ class Planner {
 
   void check_start();
   void check_limits();
+  void check_channels();
   bool walk_steps(const Steps& steps, bool in_finally);
   void account(const Step& step, const Outcome& outcome, bool in_finally);
   void refuse(const std::string& pointer, const std::string& id, Refusal refusal);
@@ -108,6 +109,7 @@ class Planner {
   double travel_ = 0;  // present, m
   double force_ = 0;  // present, N
   double below_N_ = 0;  // what the unloaded cell shows below zero: the specimen feels so much more
+  double contact_N_ = 0;  // the largest force that gap zero may be pressed with
   Contact contact_state_ = Contact::unknown;
   bool placed_ = false;  // travel of the machine and place of contact are known together
   bool moved_ = false;

@@ -181,7 +181,8 @@ void Planner::check_expected(double force, const Number& speed,
 // beyond the limit, and that must be more than the travel is expected to take.
 void Planner::check_pressing(double depth, double expected_N, const Number& speed, Outcome& out) {
   const double v = env_.get(speed), limit = limits_.force_max_N;
-  const double worst = forecast_.pressed_N(depth);
+  // Gap zero is where the search stood, which is pressed already.
+  const double worst = forecast_.bound().force_after_N(contact_N_, depth);
   if (!exceeds(worst, limit)) return foresee(worst, v);
   const double needed =
       1.2 * expected_N + least_trip_N(rig_.frame, force_noise_N(rig_).value_or(0));
@@ -301,6 +302,8 @@ Planner::Outcome Planner::on(const FindContactStep& s) {
   check_timeout(s.timeout, out);
   if (rig_.found_contact) contact_ = rig_.found_contact->si();
   contact_state_ = Contact::found;
+  forecast_.expect_measurement(rise);
+  contact_N_ = forecast_.stop_N(rise, v);
   placed_ = placed_ || rig_.found_contact.has_value();
   if (placed_) limits_.place_contact(contact_);
   go_to_travel(travel_at(rise), nullptr, out);

@@ -45,6 +45,7 @@ Result<Pressing::Permit> Pressing::to_force(const State& now, double force_N,
   Permit permit = away(now);
   const double felt = force_N - now.rest_N;
   permit.threshold_N = force_N;
+  permit.presses = true;
   permit.worst_N = now.rest_N + forecast_.stop_N(felt, speed_m_s);
   if (const auto expected = forecast_.expected_stop_N(felt, speed_m_s)) {
     permit.expected_N = now.rest_N + *expected;
@@ -70,6 +71,7 @@ Result<Pressing::Permit> Pressing::to_travel(const State& now, double travel_m,
   const double depth = known ? travel_m - *now.contact_m : 0;
   if (known && depth <= 0) return permit;
   if (broken_) return fail(Errc::limit_tripped, "{}", *broken_);
+  permit.presses = true;
   const double pressed = forecast_.bound().force_after_N(now.contact_N, depth);
   permit.worst_N = now.rest_N + pressed;
   if (known && !exceeds(permit.worst_N, now.force_max_N)) return permit;
@@ -104,6 +106,7 @@ Result<Pressing::Permit> Pressing::ramp(const State& now, double force_N, double
         forecast_.bound().stiffness_N_m(to) * 1e-3, caps_.force_loop->stiffness_max.si() * 1e-3);
   }
   permit.threshold_N = force_N;
+  permit.presses = true;
   permit.worst_N = now.rest_N + forecast_.ramp_N(from, to, rate_N_s);
   auto allowed = check(permit.worst_N, now, force_N, caps_.force_loop->approach.si());
   if (!allowed) return fail(allowed.error());
@@ -125,14 +128,15 @@ void Pressing::add(std::span<const FrameSample> samples) {
 std::optional<Pressing::Comparison> Pressing::end(const MotionOutcome& outcome, double noise_N) {
   const std::optional<Permit> permit = std::exchange(open_, std::nullopt);
   if (outcome.force_N) peak_N_ = std::max(peak_N_.value_or(*outcome.force_N), *outcome.force_N);
-  const bool there = permit && permit->threshold_N && peak_N_;
-  if (!there || outcome.reason != MotionEnd::target) return std::nullopt;
+  if (!permit || !permit->presses || !peak_N_) return std::nullopt;
   Comparison c;
-  c.threshold_N = *permit->threshold_N;
+  c.threshold_N = permit->threshold_N.value_or(permit->limits.force_max.si());
   c.predicted_N = permit->worst_N;
   c.expected_N = permit->expected_N;
   c.observed_N = *peak_N_;
   c.exceeded = c.observed_N > c.predicted_N * (1 + kClass) + kSigmas * noise_N;
+  const bool there = permit->threshold_N && outcome.reason == MotionEnd::target;
+  if (!there && !c.exceeded) return std::nullopt;
   if (c.exceeded) {
     broken_ = fmt::format(
         "the force went to {:.4f} N where at most {:.4f} N was predicted: specimen or frame are "

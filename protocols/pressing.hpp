@@ -27,6 +27,7 @@ class Pressing {
     std::optional<double> threshold_N;  // where the device shall stop; absent: not at a force
     double worst_N = 0;  // largest force until it stands
     std::optional<double> expected_N;
+    bool presses = false;  // may end in the specimen
   };
   struct State {  // that a motion begins in
     State() = default;
@@ -44,10 +45,8 @@ class Pressing {
   // Away from the specimen, with the limits as they are.
   Permit away(const State& now) const;
 
-  // A stiffness found at contact.
-  void measured(double force_N, double stiffness_N_m) {
-    forecast_.measured(force_N, stiffness_N_m);
-  }
+  // A stiffness found at contact, on the way back from this force.
+  void measured(double felt_N, double stiffness_N_m) { forecast_.measured(felt_N, stiffness_N_m); }
   // A new zero of travel.
   void zero_travel(double travel_m) { caps_ = with_zero_at(caps_, travel_m); }
   const Forecast& forecast() const { return forecast_; }
@@ -61,8 +60,10 @@ class Pressing {
     bool exceeded = false;
     std::string to_json_text() const;
   };
-  // nullopt when the motion had no force to stop at, or never came there.
+  // nullopt when the motion had no force to stop at, or never came there, and kept its bound.
   std::optional<Comparison> end(const MotionOutcome& outcome, double noise_N);
+  // What is shown means nothing any more.
+  void distrust(std::string why) { broken_ = std::move(why); }
   // Why nothing may be pressed any more in this run.
   const std::optional<std::string>& broken() const { return broken_; }
 

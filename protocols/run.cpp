@@ -124,7 +124,8 @@ void Run::on_samples(std::span<const FrameSample> samples) {
   judge_age(samples);
   for (const FrameSample& s : samples) {
     if (s.force_N) force_N_ = s.force_N, force_known_ = *last_sample_;
-    if (auto why = guard_.check(s); why && !stop_pending_) {
+    // What the frame shows before anything was moved is judged by look_at_rest, with advice.
+    if (auto why = guard_.check(s); why && !stop_pending_ && (prepared_ || !moves())) {
       event("limit", *why);
       interrupt(InterruptRequest(Interrupt::limit, std::move(*why)));
     }
@@ -134,8 +135,27 @@ void Run::on_samples(std::span<const FrameSample> samples) {
 void Run::on_frame_event(std::string kind, std::string detail) {
   // The gateway heard nothing from us: it stopped, left force control and forgot the limits.
   const bool watchdog = kind == "device_watchdog";
+  const bool zeroed = kind == "device_origin" && !zeroing_ && setup_.commands;
   event(std::move(kind), detail);
+  if (zeroed) distrust_zero(detail);
   if (watchdog) lose_frame(Error(Errc::disconnected, "the gateway stopped: " + detail));
+}
+
+bool Run::moves() const {
+  return setup_.frame.capabilities().motion && setup_.commands;
+}
+
+// Limits, contact and predictions were of the zero before. The way back is the way away from here.
+void Run::distrust_zero(const std::string& detail) {
+  const std::string why = fmt::format(
+      "the zero of force or travel was changed at the machine ({}): what it shows means nothing "
+      "to this run any more",
+      detail);
+  guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
+  contact_travel_m_.reset();
+  if (pressing_) pressing_->distrust(why);
+  armed_.reset();
+  interrupt(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
 }
 
 void Run::on_frame_lost(Error error) {
@@ -186,7 +206,7 @@ Task<RunResult> Run::execute() {
 
 Task<Result<>> Run::prepare() {
   if (!setup_.plan_json.empty()) event("plan", setup_.plan_json);
-  const bool moves = setup_.frame.capabilities().motion && setup_.commands;
+  const bool moves = this->moves();
   if (moves) {
     auto stopped = co_await setup_.frame.stop();
     if (!stopped) co_return stopped;

@@ -225,6 +225,8 @@ class Run final : private LoadFrame::Listener {
   void conclude_stiffness(const std::vector<Rest>& looks, const Rest& before, const Rest& after);
   void place_contact(double travel_m, double force_N);
   void zero_travel(double travel_m);
+  void distrust_zero(const std::string& detail);
+  bool moves() const;
   FrameCapabilities frame_capabilities() const;  // with travel as the samples show it now
   Task<Result<>> back_off(double clear_m, const FindContactStep& step, const Rest& before,
                           const std::vector<Rest>& looks);
@@ -288,7 +290,8 @@ class Run final : private LoadFrame::Listener {
   double contact_force_N_ = 0;  // beyond rest, where gap zero is
   SampleClock sample_clock_;
   MonoTime tick_{}, age_told_{};  // the loop came round; an age was told
-  bool in_motion_ = false;
+  bool in_motion_ = false, zeroing_ = false;
+  bool unconfirmed_ = false;  // a person has not yet said that the specimen was not touched
 };
 
 }  // namespace lcrig

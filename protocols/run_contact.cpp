@@ -124,8 +124,7 @@ void Run::conclude_stiffness(const std::vector<Rest>& looks, const Rest& before,
         fmt::format(R"({{"force_N":{},"stiffness_N_m":{},"at_most_N_m":{}}})", touched.force_N(),
                     number(best ? std::optional(best->about) : std::nullopt),
                     number(best ? std::optional(best->at_most) : std::nullopt)));
-  // The slope is that of the last half of the way to this force.
-  if (best) pressing_->measured(0.5 * felt_N, best->at_most);
+  if (best) pressing_->measured(felt_N, best->at_most);
 }
 
 Task<Result<>> Run::back_off(double clear_m, const FindContactStep& step, const Rest& before,
@@ -160,7 +159,7 @@ Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress)
                    step_->id, rest->force_N(), rest_->force_N());
   }
   rest_ = *rest;
-  guard_.set_rest_force(rest->force_N());
+  guard_.set_rest_force(rest->force_N(), rest->scatter_N());
   if (!progress.start_travel_m) progress.start_travel_m = memory_.travel_m;
   auto touched = co_await search(step, *rest);
   if (!touched) co_return fail(touched.error());
@@ -186,7 +185,7 @@ Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress)
 // same way, from here; a force that nobody knows counts as one that presses.
 Task<Result<>> Run::back_away(const Target& to, double speed_m_s, double timeout_s) {
   const auto force = present_force();
-  if (force && !is_loaded(*force)) {
+  if (force && !guard_.is_distrusted() && !is_loaded(*force)) {
     event("skipped",
           "no contact was found, and nothing presses: there is nothing to move away from");
     co_return Result<>();

@@ -83,13 +83,12 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   if (may_clear(stop && stop->kind == Interrupt::freeze, result)) co_await run_finally(result);
   guard_.expect_standstill();
   co_await stop_frame();
-  const bool moves = setup_.frame.capabilities().motion && setup_.commands;
-  if (moves && !standing_ && !frame_away_) {
+  if (moves() && !standing_ && !frame_away_) {
     fail_with(result, Errc::not_standing, "standstill not confirmed: use the E-stop");
     result.exit_status = "fail";
     result.code = Errc::not_standing;
   }
-  if (moves && prepared_) co_await tell_load(result);
+  if (moves() && prepared_) co_await tell_load(result);
   co_await sampler_.stop();
   if (!meter_away_) {
     auto safe = co_await setup_.lcr.make_safe();
@@ -115,7 +114,14 @@ bool Run::may_clear(bool frozen, RunResult& result) {
              "confirmed: look at it, use the E-stop if it moves");
     return false;
   }
-  if (setup_.commands && guard_.is_pulled()) {
+  if (unconfirmed_) {
+    add_note(
+        result.reason,
+        "`finally` did not run: nobody confirmed the specimen; look at it, and drive the frame "
+        "away at the machine if it is loaded");
+    return false;
+  }
+  if (setup_.commands && !guard_.is_distrusted() && guard_.is_pulled()) {
     add_note(
         result.reason,
         fmt::format("`finally` did not run: the specimen pulls at the probe with {:.3f} N, and "
@@ -166,9 +172,12 @@ Task<> Run::tell_load(RunResult& result) {
   // Contact was called where the search stood, which is inside of a specimen that it ran into: what
   // is shown counts there, too, if it is more than the zero of the cell can be off.
   const double doubt_N = clear ? zero_doubt_N() : 0;
-  if (!frame_away_ && clear && (!rest || !is_loaded(rest->force_N() - doubt_N))) co_return;
+  const bool pulls =
+      rest && is_loaded(2 * (rest_ ? rest_->force_N() : 0) - rest->force_N() - zero_doubt_N());
+  if (!frame_away_ && clear && !pulls && (!rest || !is_loaded(rest->force_N() - doubt_N)))
+    co_return;
   std::string why;
-  if (frame_away_ || !rest) {
+  if (frame_away_ || !rest || guard_.is_distrusted()) {
     why =
         "whether the specimen is still loaded is not known: look at the rig, drive the frame away "
         "from it at the machine";
@@ -177,6 +186,12 @@ Task<> Run::tell_load(RunResult& result) {
         "the specimen is still loaded with about {:.3f} N: drive the frame away from it "
         "at the machine",
         rest->force_N() - (rest_ ? rest_->force_N() : 0));
+  }
+  if (why.empty() && pulls) {
+    why = fmt::format(
+        "the specimen pulls at the probe with about {:.3f} N: free it by hand before the frame is "
+        "moved",
+        (rest_ ? rest_->force_N() : 0) - rest->force_N());
   }
   if (why.empty()) co_return;
   event("loaded", why);

@@ -92,8 +92,11 @@ Task<Result<MotionOutcome>> Run::watched(Permit permit, Task<Result<MotionOutcom
   auto outcome = co_await timed(std::move(motion), timeout_s);
   if (!pressing_ || !outcome) co_return outcome;
   const auto seen = pressing_->end(*outcome, rest_ ? rest_->scatter_N() : 0);
-  if (seen) event(seen->exceeded ? "overshoot_exceeded" : "overshoot", seen->to_json_text());
-  co_return outcome;
+  if (!seen) co_return outcome;
+  event(seen->exceeded ? "overshoot_exceeded" : "overshoot", seen->to_json_text());
+  if (!seen->exceeded || seen->observed_N <= guard_.force_max_N()) co_return outcome;
+  co_return fail(Errc::limit_tripped, "step {}: the force went to {:.4f} N, the limit is {:.4f} N",
+                 step_->id, seen->observed_N, guard_.force_max_N());
 }
 
 Pressing::State Run::pressing_state() const {
@@ -101,8 +104,11 @@ Pressing::State Run::pressing_state() const {
   now.limits = guard_.limits();
   now.force_max_N = guard_.force_max_N();
   if (rest_) {
-    now.rest_N = rest_->force_N();
+    // What is within the noise is none, as in the plan: else the speed that it accepted is refused.
+    constexpr double kSigmas = 5;
     now.noise_N = rest_->scatter_N();
+    const double rest_N = rest_->force_N();
+    now.rest_N = std::abs(rest_N) > kSigmas * now.noise_N ? rest_N : 0;
   }
   now.travel_m = memory_.travel_m;
   now.force_N = force_N_;

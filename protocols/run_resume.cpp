@@ -49,6 +49,7 @@ Task<std::optional<InterruptRequest>> Run::confirm_specimen() {
   const Continuation& from = *setup_.continues;
   std::optional<InterruptRequest> stop;
   if (!from.confirmed) {
+    unconfirmed_ = true;
     progress_.state = RunState::waiting_for_operator;
     const std::string prompt = fmt::format(
         "Run {} stopped in step {}. Look at the rig: if specimen {} was not touched since, confirm "
@@ -64,6 +65,7 @@ Task<std::optional<InterruptRequest>> Run::confirm_specimen() {
     if (stop && (stop->kind == Interrupt::loss || stop->kind == Interrupt::pause)) {
       stop->kind = Interrupt::fault;
     }
+    unconfirmed_ = stop.has_value();
     progress_.state = RunState::running;
   }
   if (!stop) event("confirm", fmt::format("the specimen of run {} was not touched", from.run));

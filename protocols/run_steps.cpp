@@ -77,6 +77,9 @@ Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
                    "already touch; move it away or zero the cell at the machine",
                    step_->id, rest->force_N(), setup_.environment.get(*step.max_offset));
   }
+  zeroing_ = true;  // the gateway may tell of it, too
+  const auto over = [](bool* flag) { *flag = false; };
+  const std::unique_ptr<bool, decltype(over)> zeroing(&zeroing_, over);
   auto zeroed = co_await setup_.frame.zero(step.force, step.travel);
   if (!zeroed) co_return zeroed;
   memory_.zeroed = true;
@@ -88,7 +91,7 @@ Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
   auto after = co_await watch_rest(kRestTime);
   if (!after) co_return fail(after.error());
   rest_ = *after;
-  guard_.set_rest_force(after->force_N());
+  guard_.set_rest_force(after->force_N(), after->scatter_N());
   co_return Result<>();
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/runs.hpp"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <fstream>
 
@@ -127,6 +129,28 @@ Result<> add_run_note(const Database& db, std::int64_t run, std::string_view ope
   return transaction->commit();
 }
 
+namespace {
+
+// What a person must know who finds the rig as a crash left it.
+Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
+  std::string reason = "the daemon ended without closing the run; found at the next start";
+  auto s = db.prepare(
+      "SELECT force_N FROM frame_sample WHERE run_id=? AND force_N IS NOT NULL "
+      "ORDER BY seq DESC LIMIT 1");
+  if (!s) return fail(s.error());
+  s->bind(0, run);
+  auto row = s->step();
+  if (!row) return fail(row.error());
+  if (*row) {
+    reason += fmt::format(
+        "; the last force stored is {:.3f} N: look at the rig, the specimen may still be loaded",
+        s->real(0));
+  }
+  return reason;
+}
+
+}  // namespace
+
 Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db,
                                                       std::int64_t now_unix_ns) {
   std::vector<std::int64_t> orphans;
@@ -142,9 +166,11 @@ Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db,
   }
   RunEnd end;
   end.status = ExitStatus::interrupted;
-  end.reason = "the daemon ended without closing the run; found at the next start";
   end.ended_unix_ns = now_unix_ns;
   for (const std::int64_t run : orphans) {
+    auto reason = reason_of_orphan(db, run);
+    if (!reason) return fail(reason.error());
+    end.reason = std::move(*reason);
     if (auto r = insert_run_end(db, run, end); !r) return fail(r.error());
   }
   return orphans;

@@ -112,8 +112,8 @@ Result<Identity> identity_of(const Link& link) {
     return fail(Errc::no_reply, "{}: HELLO -> no answer in 2 s; is the gateway running?",
                 link.name());
   }
-  return fail(Errc::garbled, "{}: HELLO -> '{}'; this is no frame-link/1 gateway", link.name(),
-              link.last_garbage());
+  return fail(Errc::garbled, "{}: HELLO -> '{}' ({}); this is no frame-link/1 gateway", link.name(),
+              link.last_garbage(), link.why_garbage());
 }
 
 }  // namespace

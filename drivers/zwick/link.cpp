@@ -299,13 +299,14 @@ void Link::check_device_clock() {
 
 void Link::on_garbage(std::string_view text, std::string_view why) {
   garbage_ = printable(text.substr(0, 60));
+  garbage_why_ = printable(why.substr(0, 200));
   ++garbage_count_;
   knock();
   const bool first = garbage_reported_ == MonoTime();
   if (!is_greeted() || (!first && clock_.now() < garbage_reported_ + kGarbageReports)) return;
   garbage_reported_ = clock_.now();
-  event("garbled", fmt::format("{}: {} lines, last '{}': {}", name(), garbage_count_, garbage_,
-                               printable(why)));
+  event("garbled",
+        fmt::format("{}: {} lines, last '{}': {}", name(), garbage_count_, garbage_, garbage_why_));
   garbage_count_ = 0;
 }
 

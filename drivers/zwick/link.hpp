@@ -71,6 +71,7 @@ class Link : public std::enable_shared_from_this<Link> {
   const std::optional<Hello>& hello() const { return identity_; }
   const std::optional<FrameCapabilities>& caps() const { return caps_; }
   const std::string& last_garbage() const { return garbage_; }  // printable; empty: none
+  const std::string& why_garbage() const { return garbage_why_; }
   const std::optional<Error>& lost() const { return lost_; }
   const std::string& name() const { return transport_->name(); }
   Clock& clock() { return clock_; }
@@ -118,7 +119,7 @@ class Link : public std::enable_shared_from_this<Link> {
   int hellos_owed_ = 0;
   bool caps_owed_ = false;
   bool observer_ = false;
-  std::string garbage_;
+  std::string garbage_, garbage_why_;
   MonoTime garbage_reported_;
   std::int64_t garbage_count_ = 0;  // since the last report
 

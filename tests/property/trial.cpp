@@ -16,7 +16,6 @@ using Drive = TruthScene::Drive;
 using Change = TruthScene::Change;
 using Kind = Happening::Kind;
 
-constexpr double kGrowth = 1.5;  // docs/protocol-file.md: of a measured contact
 constexpr auto kReach = std::chrono::milliseconds(30);  // from a request to the wire
 constexpr const char* kCondition = "if the stiffness that is measured at contact allows it";
 
@@ -117,9 +116,7 @@ bool Trial::is_declined() const {
 }
 
 bool Trial::is_honest() const {
-  if (rig_.lie.is_one()) return false;
-  const double growth = rig_.stiffness_N_m(1.2 * limit_N_) / rig_.stiffness_N_m(0);
-  return !is_conditional() || growth <= kGrowth;
+  return !rig_.lie.is_one();
 }
 
 double Trial::uncertainty_N() const {

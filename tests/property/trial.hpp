@@ -29,8 +29,7 @@ class Trial {
   // Accepted on condition of the stiffness measured at contact; ended because it did not allow it.
   bool is_conditional() const;
   bool is_declined() const;
-  // The truth lies within what was told. A contact that stiffens more than the margin that is
-  // granted to a measured one lies to a run that rests upon the measurement.
+  // The truth lies within what was told.
   bool is_honest() const;
   double uncertainty_N() const;  // as the plan prints it
   void count(Counters& counters) const;

@@ -309,5 +309,28 @@ TEST_F(StopDaemon, APlanForThisRigStartsNothing) {
   EXPECT_TRUE(answer(client, "run.start", start_request()).contains("result"));
 }
 
+// Somebody tares the cell while it presses: what it shows is 0.5 N less from there on.
+TEST(RealRig, ATareAtThePanelUnderLoadEndsTheRunByTheWayAway) {
+  SessionWorld world(kLoad);
+  world.acts.push_back({"level", 100ms, [](SessionWorld& w) {
+                          auto& faults = frame(w).faults;
+                          faults.spike_N = -0.5;
+                          faults.spike_samples = 1'000'000;
+                          faults.say =
+                              "EVENT kind=origin origin=\"99\" text=\"tared at the panel\"\n";
+                          frame(w).poke();
+                        }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_THAT(r->reason, HasSubstr("zero of force or travel was changed"));
+  EXPECT_THAT(r->reason, HasSubstr("whether the specimen is still loaded is not known"));
+  EXPECT_NEAR(world.real("SELECT force_N FROM frame_sample ORDER BY seq DESC"), -0.5, 0.01)
+      << "nothing presses";
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='clear' AND kind='motion' AND "
+                        "detail LIKE '%\"target\"%'"),
+            1);
+}
+
 }  // namespace
 }  // namespace lcrig

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "model/specimen_stiffness.hpp"
 #include "reference.hpp"
 
 namespace lcrig {
@@ -94,6 +95,16 @@ TEST(SpecimenFile, MissingFileSaysWhich) {
   ASSERT_FALSE(s);
   EXPECT_EQ(s.error().code, Errc::io);
   EXPECT_THAT(s.error().what, testing::HasSubstr("/no/such/disc.json"));
+}
+
+// Two statements of one thing that disagree: the stiffer one bounds.
+TEST(SpecimenFile, OfTwoModuliTheStifferOneBoundsTheShortening) {
+  const auto both = parse_specimen(
+      text_with("\"shear_modulus_kPa\": 42", "\"shear_modulus_kPa\": 10"), "disc.json");
+  const auto one = parse_specimen(text_with(", \"shear_modulus_kPa\": 42", ""), "disc.json");
+  ASSERT_TRUE(both);
+  ASSERT_TRUE(one);
+  EXPECT_DOUBLE_EQ(least_shortening(*both)(1.0), least_shortening(*one)(1.0));
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace lcrig {
 namespace {
 
@@ -71,17 +73,39 @@ TEST(Forecast, AMeasuredStiffnessIsTrustedWithAMargin) {
   Forecast f = of(1000e3, 60e3);
   const double v = 0.016e-3;
   EXPECT_GT(f.stop_N(1, v), 1.3);
-  ASSERT_TRUE(f.stop_if_measured_N(1, v));
-  EXPECT_NEAR(*f.stop_if_measured_N(1, v) - 1, 1.5 * (*f.expected_stop_N(1, v) - 1), 1e-6);
-  f.measured(0.05, 80e3);
+  EXPECT_FALSE(f.stop_if_measured_N(1, v)) << "nobody searches for contact";
+  f.expect_measurement(2);
+  ASSERT_TRUE(f.stop_if_measured_N(0.5, v));
+  EXPECT_NEAR(*f.stop_if_measured_N(0.5, v) - 0.5, 1.5 * (*f.expected_stop_N(0.5, v) - 0.5), 1e-6);
+  f.measured(2, 80e3);
   EXPECT_TRUE(f.is_measured());
-  EXPECT_NEAR(f.stop_N(1, v) - 1, 1.5 * 80e3 * stopping_way_m(frame(), v), 1e-6);
+  EXPECT_NEAR(f.stop_N(0.5, v) - 0.5, 1.5 * 80e3 * stopping_way_m(frame(), v), 1e-6);
+}
+
+// F = k x (1 + c x), of which a stop at a small force has seen little: k(F) = k0 sqrt(1 + 4 c
+// F/k0).
+TEST(Forecast, AnyCurvatureOfTheContactIsWithinWhatWasMeasuredBeforeIt) {
+  const double k0 = 30e3;
+  for (const double c : {0.0, 100.0, 3e3, 1e5, 1e7}) {
+    const auto slope = [&](double force) { return k0 * std::sqrt(1 + 4 * c * force / k0); };
+    const auto depth = [&](double force) { return (slope(force) / k0 - 1) / (2 * c); };
+    Forecast f = of(1000e3, 30e3);
+    const double felt = 0.03;
+    f.measured(felt, c > 0 ? felt / 2 / (depth(felt) - depth(felt / 2)) : k0);
+    for (const double force : {0.05, 0.2, 1.0, 1.4}) {
+      EXPECT_GE(f.bound().stiffness_N_m(force), std::min(slope(force), 0.99 * 1000e3))
+          << c << " 1/m at " << force << " N";
+    }
+  }
 }
 
 TEST(Forecast, ALoopIsGoodForItsContactsOnly) {
   EXPECT_TRUE(of(150e3).loop_can_hold(1));
   EXPECT_FALSE(of(500e3).loop_can_hold(1));
-  EXPECT_TRUE(of(500e3, 60e3).loop_can_hold_if_measured(1));
+  Forecast f = of(500e3, 60e3);
+  EXPECT_FALSE(f.loop_can_hold_if_measured(1)) << "nobody searches for contact";
+  f.expect_measurement(1);
+  EXPECT_TRUE(f.loop_can_hold_if_measured(1));
 }
 
 }  // namespace

@@ -128,10 +128,35 @@ TEST(Guard, GapLimitsCountFromContactOn) {
 
 TEST(Guard, WhatTheCellShowsBelowZeroAtRestIsNoRoom) {
   Guard guard(window(), 500ms);
-  guard.set_rest_force(-0.1);
+  guard.set_rest_force(-0.1, 0.001);
   EXPECT_TRUE(guard.check(sample(1, 0.95)));
-  guard.set_rest_force(0.1);
+  guard.set_rest_force(-0.004, 0.001);
   EXPECT_FALSE(guard.check(sample(1, 0.95)));
+}
+
+TEST(Guard, TravelThatIsNotSentAnyMoreStopsAMotion) {
+  Guard guard(window(), 500ms);
+  guard.set_watch_age(true);
+  EXPECT_FALSE(guard.check(sample(1, 0.1)));
+  FrameSample blind = sample(1.9, 0.1);
+  blind.travel_m.reset();
+  EXPECT_FALSE(guard.check(blind)) << "a value may be missing now and then";
+  blind.received += 200ms;
+  EXPECT_TRUE(guard.check(blind));
+}
+
+TEST(Guard, AfterAZeroOfSomebodyElseOnlyTheWayAwayCounts) {
+  Guard guard(window(), 500ms);
+  EXPECT_FALSE(guard.check(sample(1, 0.9)));
+  guard.distrust_zero(20);
+  guard.expect_standstill();
+  guard.allow_return(0.001);
+  FrameSample away = sample(2, -0.5);
+  away.travel_m = -1e-3;
+  EXPECT_FALSE(guard.check(away)) << "the force means nothing any more";
+  FrameSample deeper = sample(3, 0.1);
+  deeper.travel_m = 1e-3;
+  EXPECT_TRUE(guard.check(deeper));
 }
 
 }  // namespace

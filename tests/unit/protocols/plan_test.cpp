@@ -346,5 +346,17 @@ TEST(Plan, JsonHasThePromisedNames) {
   EXPECT_GT(j.at("database_bytes"), 100'000);
 }
 
+TEST(Plan, AFrameThatReportsNoTravelIsNotMoved) {
+  const std::string step =
+      R"({"id":"s","do":"ramp","to":{"travel_mm":-1},"speed_mm_s":0.1,"timeout_s":60})";
+  EXPECT_EQ(refusal(step, frame_rig()), "planned");
+  Rig rig = frame_rig();
+  rig.frame.travel_channel = false;
+  EXPECT_NE(refusal(step, rig).find("reports no travel"), std::string::npos);
+  rig = frame_rig();
+  rig.frame.force_channel = false;
+  EXPECT_NE(refusal(step, rig).find("reports no force"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace lcrig

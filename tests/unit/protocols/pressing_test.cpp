@@ -118,5 +118,34 @@ TEST(Pressing, AForceLoopThatNobodyDescribedIsNotUsed) {
   EXPECT_TRUE(pressing.ramp(standing_at(0), 0, 0.1)) << "less force";
 }
 
+// The device's limit ended it: that it was needed shows that the prediction was wrong.
+TEST(Pressing, AForceLimitThatCutAMotionShortCountsAsExceeded) {
+  Pressing pressing = on(120e3);
+  const auto permit = pressing.to_force(standing_at(0), 0.5, 0.1e-3);
+  ASSERT_TRUE(permit);
+  pressing.begin(*permit);
+  MotionOutcome cut = target(1.6);
+  cut.reason = MotionEnd::force_limit;
+  const auto seen = pressing.end(cut, 0.002);
+  ASSERT_TRUE(seen);
+  EXPECT_TRUE(seen->exceeded);
+  EXPECT_TRUE(pressing.broken());
+}
+
+TEST(Pressing, AWayIntoTheSpecimenIsComparedToo) {
+  Pressing pressing = on(50e3);
+  Pressing::State now = standing_at(9.9e-3);
+  now.contact_m = 10e-3;
+  now.contact_N = 0.1;
+  const auto permit = pressing.to_travel(now, 10.005e-3, 0.1e-3);
+  ASSERT_TRUE(permit) << permit.error().what;
+  EXPECT_NEAR(permit->worst_N, 0.1 + 50e3 * 5e-6, 1e-9);
+  pressing.begin(*permit);
+  EXPECT_FALSE(pressing.end(target(0.34), 0.002)) << "as predicted: nothing to tell";
+  pressing.begin(*permit);
+  EXPECT_TRUE(pressing.end(target(0.74), 0.002));
+  EXPECT_TRUE(pressing.broken());
+}
+
 }  // namespace
 }  // namespace lcrig
