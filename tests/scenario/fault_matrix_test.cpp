@@ -36,7 +36,7 @@ std::string head(const std::string& trigger, const std::string& rate_Hz) {
 const std::string kFrameSteps = R"(
   "steps": [
     { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
-    { "id": "near", "do": "ramp", "to": { "travel_mm": 0.57 }, "speed_mm_s": 0.7, "timeout_s": 6 },
+    { "id": "near", "do": "ramp", "to": { "travel_mm": 0.57 }, "speed_mm_s": 0.65, "timeout_s": 6 },
     { "id": "approach", "do": "find_contact", "speed_mm_s": 0.05, "force_N": 0.02, "back_off_mm": 0.03, "timeout_s": 6 },
     { "id": "load", "do": "move_until", "until": { "force_N": 0.5 }, "speed_mm_s": 0.03, "timeout_s": 6 },
     { "id": "hold", "do": "hold", "hold": "force", "force_N": 0.5, "for_s": 1.5 },

@@ -22,7 +22,7 @@ const std::string kProtocol = R"({ "format": "load-protocol/1", "name": "nth",
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast",
       "trigger": "internal" }, "frame": { "rate_Hz": 50 } },
   "steps": [
-    { "id": "near", "do": "ramp", "to": { "travel_mm": 3.19 }, "speed_mm_s": 0.7, "timeout_s": 6 },
+    { "id": "near", "do": "ramp", "to": { "travel_mm": 3.19 }, "speed_mm_s": 0.65, "timeout_s": 6 },
     { "id": "load", "do": "move_until", "until": { "force_N": 0.5 }, "speed_mm_s": 0.05, "timeout_s": 6 },
     { "id": "measure", "do": "measure", "count": 4, "within_s": 1 } ],
   "finally": [ { "id": "clear", "do": "ramp", "to": { "travel_mm": 0 }, "speed_mm_s": 2, "timeout_s": 6 } ] })";

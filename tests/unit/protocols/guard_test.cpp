@@ -47,7 +47,7 @@ TEST(Guard, ASpikeInEitherDirectionIsSeen) {
   EXPECT_TRUE(guard.check(sample(1, -0.21)));
 }
 
-FrameSample at(double force_N, double travel_m) {
+FrameSample seen(double force_N, double travel_m) {
   FrameSample s = sample(1, force_N);
   s.travel_m = travel_m;
   return s;
@@ -63,24 +63,24 @@ FrameSample overload(double travel_m) {
 // Beyond the limit, stopped, and on the way back.
 Guard returning(double peak_N, double stood_m) {
   Guard guard(window(), 500ms);
-  EXPECT_TRUE(guard.check(at(1.1, stood_m - 2e-6)));
+  EXPECT_TRUE(guard.check(seen(1.1, stood_m - 2e-6)));
   guard.expect_standstill();
-  EXPECT_FALSE(guard.check(at(peak_N, stood_m))) << "until it stands nothing is news";
+  EXPECT_FALSE(guard.check(seen(peak_N, stood_m))) << "until it stands nothing is news";
   guard.allow_return(0.002);
   return guard;
 }
 
 TEST(Guard, OnTheWayBackAnyForceIsAllowedThatDoesNotRise) {
   Guard guard = returning(2.5, 1e-3);
-  EXPECT_FALSE(guard.check(at(2.5, 1e-3)));
-  EXPECT_FALSE(guard.check(at(2.505, 1e-3))) << "noise";
-  EXPECT_FALSE(guard.check(at(1.4, 0.99e-3)));
-  EXPECT_TRUE(guard.check(at(2.6, 0.99e-3)));
+  EXPECT_FALSE(guard.check(seen(2.5, 1e-3)));
+  EXPECT_FALSE(guard.check(seen(2.505, 1e-3))) << "noise";
+  EXPECT_FALSE(guard.check(seen(1.4, 0.99e-3)));
+  EXPECT_TRUE(guard.check(seen(2.6, 0.99e-3)));
 }
 
 TEST(Guard, OnTheWayBackTheSpecimenMayNotBePulledAt) {
   Guard guard = returning(2.5, 1e-3);
-  EXPECT_TRUE(guard.check(at(-0.25, 0.9e-3)));
+  EXPECT_TRUE(guard.check(seen(-0.25, 0.9e-3)));
 }
 
 TEST(Guard, OnTheWayBackWithoutAForceOnlyLessTravelIsAllowed) {
@@ -95,20 +95,20 @@ TEST(Guard, ATravelBeyondItsLimitIsAWayBackToo) {
   w.travel_min_m = -1e-3;
   w.travel_max_m = 1e-3;
   Guard guard(w, 500ms);
-  EXPECT_TRUE(guard.check(at(0, 1.05e-3)));
+  EXPECT_TRUE(guard.check(seen(0, 1.05e-3)));
   guard.expect_standstill();
-  EXPECT_FALSE(guard.check(at(0, 1.1e-3)));
+  EXPECT_FALSE(guard.check(seen(0, 1.1e-3)));
   guard.allow_return(0);
-  EXPECT_FALSE(guard.check(at(0, 1.1e-3)));
-  EXPECT_FALSE(guard.check(at(0, 0.5e-3)));
-  EXPECT_TRUE(guard.check(at(0, 1.2e-3)));
+  EXPECT_FALSE(guard.check(seen(0, 1.1e-3)));
+  EXPECT_FALSE(guard.check(seen(0, 0.5e-3)));
+  EXPECT_TRUE(guard.check(seen(0, 1.2e-3)));
 }
 
 TEST(Guard, ASpecimenThatHoldsOnToTheProbeIsPulled) {
   Guard guard(window(), 500ms);
-  guard.check(at(-0.1, 0));
+  guard.check(seen(-0.1, 0));
   EXPECT_FALSE(guard.is_pulled());
-  guard.check(at(-0.3, 0));
+  guard.check(seen(-0.3, 0));
   EXPECT_TRUE(guard.is_pulled());
 }
 
@@ -119,11 +119,11 @@ TEST(Guard, GapLimitsCountFromContactOn) {
   w.travel_max_m = 35e-3;
   w.travel_min_m = 0;
   Guard guard(w, 500ms);
-  EXPECT_FALSE(guard.check(at(0, 5e-3)));
+  EXPECT_FALSE(guard.check(seen(0, 5e-3)));
   guard.place_contact(30e-3);
-  EXPECT_TRUE(guard.check(at(0, 19.9e-3)));
-  EXPECT_FALSE(guard.check(at(0, 20.1e-3)));
-  EXPECT_TRUE(guard.check(at(0, 30.6e-3)));
+  EXPECT_TRUE(guard.check(seen(0, 19.9e-3)));
+  EXPECT_FALSE(guard.check(seen(0, 20.1e-3)));
+  EXPECT_TRUE(guard.check(seen(0, 30.6e-3)));
 }
 
 TEST(Guard, WhatTheCellShowsBelowZeroAtRestIsNoRoom) {
