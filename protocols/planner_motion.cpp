@@ -2,6 +2,7 @@
 // What the steps that move the frame, or hold a force, may do to the specimen.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "protocols/expand.hpp"
 #include "protocols/planner.hpp"
@@ -134,9 +135,11 @@ void Planner::check_stop(double felt, const Number& speed, const std::optional<N
   const auto [it, is_new] = stops_.try_emplace({felt, v}, 0);
   if (is_new) it->second = forecast_.stop_N(felt, v);
   double worst = it->second;
-  const auto measured = can_be_measured() ? forecast_.stop_if_measured_N(felt, v) : std::nullopt;
-  if (exceeds(worst, limit) && measured && !exceeds(*measured, limit)) {
-    worst = *measured;
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const double measured =
+      can_be_measured() ? forecast_.stop_if_measured_N(felt, v).value_or(kNone) : kNone;
+  if (exceeds(worst, limit) && !exceeds(measured, limit)) {
+    worst = measured;
     add_note(out.note, "if the stiffness that is measured at contact allows it");
     assume(
         fmt::format("beyond contact at most {:.3g} times as stiff as expected; measured at "

@@ -188,7 +188,8 @@ Task<RunResult> Run::execute() {
   auto r = co_await (prepare() || stop_asked());
   if (r.index() == 1) {
     prepared_ = false;
-    std::ranges::stable_partition(pending_, is_stop);
+    const auto first = std::ranges::find_if(pending_, is_stop);
+    if (first != pending_.end()) std::rotate(pending_.begin(), first, std::next(first));
     stop = take_interrupt();
     const bool wanted = stop->kind == Interrupt::abort || stop->kind == Interrupt::freeze;
     if (!wanted) stop->kind = Interrupt::fault;

@@ -19,12 +19,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-struct Wire {
+struct WireKind {
   const char* name;
   MakeWire make;
 };
 
-class EveryWire : public testing::TestWithParam<Wire> {
+class EveryWire : public testing::TestWithParam<WireKind> {
  protected:
   void SetUp() override {
     auto pair = GetParam().make(io.get_executor(), clock, "wire");
@@ -238,8 +238,8 @@ TEST_P(EveryWire, AFloodKeepsNobodyFromRunning) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Wires, EveryWire,
-                         testing::Values(Wire{"socketpair", make_socketpair},
-                                         Wire{"memory", make_memory_pipe}),
+                         testing::Values(WireKind{"socketpair", make_socketpair},
+                                         WireKind{"memory", make_memory_pipe}),
                          [](const auto& param) { return std::string(param.param.name); });
 
 }  // namespace
