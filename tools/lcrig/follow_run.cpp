@@ -6,11 +6,13 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "base/text.hpp"
 #include "tools/lcrig/live_line.hpp"
@@ -113,11 +115,15 @@ class Follower {
   }
   void on(const RunEventNote& note) {
     if (!ours(note.run)) return;
-    // Steps are in the live line, requests end in a state; the rest is worth a line of its own.
-    const std::string& kind = note.event.kind;
-    if (kind == "step_begin" || kind == "step_end" || kind == "state" || kind == "request") return;
-    line_.say(printable(fmt::format("{} {}: {}", kind, note.event.step_id, note.event.detail),
-                        kLongestWords));
+    // Steps are in the live line, requests end in a state, and figures are for those who look at
+    // the run afterwards; the rest is worth a line of its own.
+    constexpr std::array<std::string_view, 9> kQuiet{"step_begin", "step_end",  "state",
+                                                     "request",    "plan",      "rest",
+                                                     "motion",     "stiffness", "overshoot"};
+    if (std::ranges::find(kQuiet, note.event.kind) != kQuiet.end()) return;
+    line_.say(
+        printable(fmt::format("{} {}: {}", note.event.kind, note.event.step_id, note.event.detail),
+                  kLongestWords));
   }
   void on(RunEnded& ended) {
     if (ours(ended.run)) ended_ = std::move(ended);
