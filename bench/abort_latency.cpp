@@ -183,14 +183,13 @@ class Client {
       : client_(must(cli::ControlClient::connect(socket, clock_))) {
     must(client_.call("watch", json::object()));
   }
-  // False: it was stopped before it began.
-  bool try_start() {
+  cli::Outcome<json> try_start() {
     const json run{
         {"protocol", "abort-latency"}, {"protocol_text", kProtocol}, {"specimen", "paper-1"}};
-    return client_.call("run.start", run, std::chrono::seconds(60)).has_value();
+    return client_.call("run.start", run, std::chrono::seconds(60));
   }
   void start() {
-    if (!try_start()) throw std::runtime_error("the run does not start");
+    must(try_start());
     wait([](const cli::ControlNews& news) {
       const auto* status = std::get_if<RunStatus>(&news);
       return status != nullptr && status->step_id == "away" && status->lcr_readings > 0;
@@ -251,7 +250,7 @@ void stop_and_note(Simulators& sims, Client& client, const char* method, Latenci
 // Somebody starts a run; another one aborts it before it has begun, at any instant.
 void stop_a_start(const std::string& socket, Client& client, int after_ms, LatencyHistogram& l,
                   int& begun) {
-  std::thread starter([&socket] { Client(socket).try_start(); });
+  std::thread starter([&socket] { static_cast<void>(Client(socket).try_start()); });
   client.let_pass(after_ms);
   try {
     const auto stop = client.stop("run.abort");

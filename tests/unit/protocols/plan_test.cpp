@@ -358,5 +358,14 @@ TEST(Plan, AFrameThatReportsNoTravelIsNotMoved) {
   EXPECT_NE(refusal(step, rig).find("reports no force"), std::string::npos);
 }
 
+TEST(Plan, BeforeContactIsFoundAWayIsNotJudgedByAGuessedGap) {
+  Rig rig = frame_rig();
+  rig.expected_contact.reset();
+  rig.start_travel = Length::from_si(-5e-3);
+  const auto plan = plan_steps(
+      R"({"id":"s","do":"ramp","to":{"travel_mm":0.9},"speed_mm_s":0.01,"timeout_s":700})", rig);
+  ASSERT_TRUE(plan) << plan.error().what;
+}
+
 }  // namespace
 }  // namespace lcrig
