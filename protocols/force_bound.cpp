@@ -18,9 +18,10 @@ double edge_N(std::size_t i) {  // lower end of cell i
 }
 
 std::size_t cell_of(double force_N) {
-  if (force_N <= kFirst_N) return 0;
+  if (!(force_N > kFirst_N)) return 0;
+  // An infinite force is none that fits an integer.
   const double i = std::floor(std::log(force_N / kFirst_N) / std::log(kRatio)) + 1;
-  return std::min(static_cast<std::size_t>(i), kCells - 1);
+  return static_cast<std::size_t>(std::min(i, static_cast<double>(kCells - 1)));
 }
 
 const std::vector<double>& edges() {
