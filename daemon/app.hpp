@@ -62,7 +62,7 @@ class App final : public ControlHandler {
   Task<Result<std::unique_ptr<Instruments>>> open_instruments(const PreparedRun& prepared);
   Task<> run_to_its_end();
   Task<Result<StopAnswer>> stop_run(Interrupt kind, std::string why, const PeerCredentials& peer);
-  Task<Result<StopAnswer>> stop_start(Interrupt kind, std::string why);
+  StopAnswer stop_start(Interrupt kind, std::string why);
   Task<Result<StopAnswer>> confirm_stop(Run& run, std::uint64_t stands, std::uint64_t failures);
   void spawn(Task<> task);
   Task<> heartbeat();

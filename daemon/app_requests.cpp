@@ -255,8 +255,7 @@ Task<Result<StopAnswer>> App::stop_run(Interrupt kind, std::string why,
   const std::string reason = why.empty() ? "by " + peer.user : why + " (by " + peer.user + ")";
   Run* run = live_run();
   if (run == nullptr && starting_) {
-    auto stopped = co_await stop_start(kind, reason);
-    co_return stopped;
+    co_return stop_start(kind, reason);
   }
   if (run == nullptr) co_return fail(Errc::invalid_request, "no run is going on");
   const char* request = kind == Interrupt::freeze ? "run.freeze" : "run.abort";
@@ -274,12 +273,10 @@ Task<Result<StopAnswer>> App::stop_run(Interrupt kind, std::string why,
 }
 
 // Nothing may move from here on; the start that is being prepared answers with an error.
-Task<Result<StopAnswer>> App::stop_start(Interrupt kind, std::string why) {
+StopAnswer App::stop_start(Interrupt kind, std::string why) {
   stop_of_start_ = InterruptRequest(kind, std::move(why));
-  const MonoTime limit = clock_.now() + 60s;
-  while (starting_ && clock_.now() < limit) co_await clock_.wait_for(2ms);
-  co_return StopAnswer(false, "not_begun",
-                       "the run that was being prepared does not begin: nothing has moved");
+  return StopAnswer(false, "not_begun",
+                    "the run that is being prepared does not begin: nothing moves");
 }
 
 // "Stopped" is said only of a frame that confirmed it after the request.

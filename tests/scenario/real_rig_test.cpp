@@ -276,6 +276,7 @@ TEST_F(StopDaemon, AtAnyInstantOfThePreparationAStopIsObeyed) {
     clock.run_for(io, std::chrono::milliseconds(ms));
     const json stopped = answer(stopper, "run.freeze");
     ASSERT_TRUE(stopped.contains("result")) << stopped;
+    wait_for(starter, [](const json& m) { return m.contains("id"); });
     clock.run(io, [&] { return answer(stopper, "status")["result"]["run"].is_null(); });
     EXPECT_EQ(count("SELECT COUNT(*) FROM frame_sample WHERE travel_m <> 0"), 0);
   }

@@ -186,8 +186,7 @@ class SimBench {
   std::unique_ptr<FaultPlayer> player_;
 };
 
-Task<> end_on_signal(asio::io_context& io, SimBench& bench) {
-  asio::signal_set signals(io, SIGTERM, SIGINT);
+Task<> end_on_signal(asio::io_context& io, asio::signal_set& signals, SimBench& bench) {
   const int number = co_await signals.async_wait(asio::use_awaitable);
   spdlog::debug("signal {}", number);
   co_await bench.close();
@@ -197,12 +196,14 @@ Task<> end_on_signal(asio::io_context& io, SimBench& bench) {
 int serve(Options options) {
   RealClock clock;
   asio::io_context io(1);
+  // Before the line that says where it listens: whoever read it may end it at once.
+  asio::signal_set signals(io, SIGTERM, SIGINT);
   SimBench bench(io, clock, std::move(options));
   if (auto started = bench.start(); !started) {
     spdlog::error("{}", started.error().what);
     return started.error().code == Errc::invalid_request ? 2 : 1;
   }
-  asio::co_spawn(io, end_on_signal(io, bench), [](std::exception_ptr error) {
+  asio::co_spawn(io, end_on_signal(io, signals, bench), [](std::exception_ptr error) {
     if (error) std::rethrow_exception(error);
   });
   io.run();
