@@ -124,7 +124,8 @@ void Run::on_samples(std::span<const FrameSample> samples) {
   if (pressing_) pressing_->add(samples);
   judge_age(samples);
   for (const FrameSample& s : samples) {
-    if (s.force_N) force_N_ = s.force_N, force_known_ = *last_sample_;
+    if (s.force_N) force_N_ = shown_force_N_ = s.force_N, force_known_ = *last_sample_;
+    if (s.travel_m) shown_travel_m_ = s.travel_m;
     if (prepared_) judge_truth(s);
     // What the frame shows before anything was moved is judged by look_at_rest, with advice.
     if (auto why = guard_.check(s); why && !stop_pending_ && (prepared_ || !moves())) {
