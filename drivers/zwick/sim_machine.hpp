@@ -36,6 +36,7 @@ class SimMachine {
   std::string origin() const { return std::to_string(origin_); }
   Verdict set_limits(MonoTime t, const FrameLimits& limits);
   void disarm() { limits_.reset(); }
+  void forget_command() { number_.reset(); }  // nobody is told when its motion ends
   bool is_armed() const { return limits_.has_value(); }
 
   Verdict move(MonoTime t, std::int64_t number, double travel_m, double speed_m_s);
