@@ -52,6 +52,7 @@ void Run::heed_fault(std::string_view kind, const std::string& detail) {
 // Not even the way away from here is known: contact and limits are places of another zero.
 void Run::lose_origin(const std::string& why) {
   guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
+  if (plausible_) plausible_->distrust_force();
   contact_travel_m_.reset();
   if (pressing_) pressing_->distrust(why);
   keep_hands_off(why, Errc::refused);
@@ -64,6 +65,7 @@ void Run::distrust_zero(const std::string& detail) {
       "to this run any more",
       detail);
   guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
+  if (plausible_) plausible_->distrust_force();
   contact_travel_m_.reset();
   if (pressing_) pressing_->distrust(why);
   armed_.reset();

@@ -47,6 +47,7 @@ void Run::lose_meter(Error error) {
 
 void Run::lose_frame(Error error) {
   guard_.set_watch_age(false);
+  if (plausible_) plausible_->look_away();
   if (!memory_at_loss_) {
     memory_at_loss_ = memory_;
     memory_at_loss_->origin = setup_.frame.origin();
@@ -215,8 +216,10 @@ Task<Result<>> Run::rejoin_frame() {
   memory_.zeroed = memory_at_loss_ && memory_at_loss_->zeroed;
   Result<> same;
   if (memory_at_loss_) same = compare_origin(*memory_at_loss_);
-  // What it shows is no reason any more to trip a limit.
-  if (!same) guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
+  if (!same) {  // what it shows is no reason any more to trip a limit
+    guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
+    if (plausible_) plausible_->distrust_force();
+  }
   Result<> armed;
   if (same && !hands_off_) {
     armed = co_await arm_frame();
@@ -230,6 +233,7 @@ Task<Result<>> Run::rejoin_frame() {
   if (same && memory_at_loss_) same = compare_with(*memory_at_loss_);
   guard_.restart_age(setup_.clock.now());
   guard_.set_watch_age(setup_.frame.capabilities().motion && setup_.commands);
+  if (plausible_) plausible_->stand(setup_.clock.now());
   welcome(frame_away_, "frame");
   if (!same) lose_origin(same.error().what);
   co_return Result<>();
@@ -303,6 +307,7 @@ Task<Result<>> Run::restore_hold() {
   if (!held_force_N_) co_return Result<>();
   if (auto may = may_move(); !may) co_return may;
   auto held = co_await setup_.frame.hold_force(Force::from_si(*held_force_N_));
+  if (plausible_ && held) plausible_->begin(Plausibility::Motion(), setup_.clock.now());
   co_return held;
 }
 
