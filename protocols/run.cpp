@@ -137,10 +137,12 @@ void Run::on_samples(std::span<const FrameSample> samples) {
 
 void Run::on_frame_event(std::string kind, std::string detail) {
   // The gateway heard nothing from us: it stopped, left force control and forgot the limits.
-  const bool watchdog = kind == "device_watchdog";
-  const bool zeroed = kind == "device_origin" && !zeroing_ && setup_.commands;
-  event(std::move(kind), detail);
+  const bool watchdog = kind == frame_event::kWatchdog;
+  const bool zeroed = kind == frame_event::kOrigin && !zeroing_ && setup_.commands;
+  const bool fault = frame_event::is_fault(kind) && setup_.commands;
+  event(kind, detail);
   if (zeroed) distrust_zero(detail);
+  if (fault) heed_fault(kind, detail);
   if (watchdog) lose_frame(Error(Errc::disconnected, "the gateway stopped: " + detail));
 }
 
