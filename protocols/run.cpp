@@ -71,6 +71,7 @@ Run::Run(asio::any_io_executor executor, RunSetup setup)
       interrupts_(executor, 1),
       resumes_(executor, 1) {
   pressing_ = setup_.pressing;
+  if (pressing_ && setup_.commands) plausible_.emplace(WatchFigures());
   progress_.run = setup_.run;
   progress_.protocol = setup_.protocol.name;
   progress_.specimen = setup_.specimen;
@@ -124,6 +125,7 @@ void Run::on_samples(std::span<const FrameSample> samples) {
   judge_age(samples);
   for (const FrameSample& s : samples) {
     if (s.force_N) force_N_ = s.force_N, force_known_ = *last_sample_;
+    if (prepared_) judge_truth(s);
     // What the frame shows before anything was moved is judged by look_at_rest, with advice.
     if (auto why = guard_.check(s); why && !stop_pending_ && (prepared_ || !moves())) {
       event("limit", *why);
@@ -143,19 +145,6 @@ void Run::on_frame_event(std::string kind, std::string detail) {
 
 bool Run::moves() const {
   return setup_.frame.capabilities().motion && setup_.commands;
-}
-
-// Limits, contact and predictions were of the zero before. The way back is the way away from here.
-void Run::distrust_zero(const std::string& detail) {
-  const std::string why = fmt::format(
-      "the zero of force or travel was changed at the machine ({}): what it shows means nothing "
-      "to this run any more",
-      detail);
-  guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
-  contact_travel_m_.reset();
-  if (pressing_) pressing_->distrust(why);
-  armed_.reset();
-  interrupt(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
 }
 
 void Run::on_frame_lost(Error error) {

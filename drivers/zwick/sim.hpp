@@ -37,7 +37,7 @@ class FrameScene {
 };
 
 // The plant must outlive the scene.
-class PlantScene final : public FrameScene {
+class PlantScene : public FrameScene {
  public:
   explicit PlantScene(Plant& plant) : plant_(plant) {}
   const PlantConfig& config() const override { return plant_.config(); }
