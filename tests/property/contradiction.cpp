@@ -13,8 +13,11 @@ namespace {
 using Seen = RigWitness::Seen;
 using Word = RigWitness::Word;
 
-// Samples come in batches of 0.1 s, and more than one may be needed to see a thing.
-constexpr Duration kSlack = std::chrono::milliseconds(150);
+// Samples come in batches of 0.1 s, at most 0.1 s apart, and two may be needed to see a thing.
+constexpr Duration kSlack = std::chrono::milliseconds(300);
+// DONE is believed when the samples that follow agree; a zero is seen to be lost over a second.
+constexpr Duration kAfterDone = std::chrono::milliseconds(350);
+constexpr Duration kZeroTime = std::chrono::milliseconds(1500);
 
 std::optional<double> field(const std::string& line, const std::string& key) {
   const auto at = line.find(" " + key + "=");
@@ -147,7 +150,8 @@ class Look {
         if (found) return;
         const int verdict = first == nullptr ? 0 : same(o, *first, s);
         if (verdict <= 0) first = verdict == 0 ? &s : first;
-        if (first != nullptr && *s.arrived >= *first->arrived + from_seconds(long_s)) {
+        const double needed_s = long_s * patience(o);
+        if (first != nullptr && *s.arrived >= *first->arrived + from_seconds(needed_s)) {
           found = at(*first, *s.arrived, &o);
         }
       });
@@ -155,6 +159,13 @@ class Look {
       if (found && stopped_within(*found)) return found;
     }
     return std::nullopt;
+  }
+  // What is missing in the samples takes its time, and so does a way that can be seen.
+  double patience(const Ordered& o) const {
+    const double there = 1 / (1 - std::max(rig_.frame.missing_force, rig_.frame.missing_travel));
+    if (lie_.what == FrameLie::force_frozen || o.speed_m_s <= 0) return there;
+    const double way_m = std::max(2 * watch_.against_m, 4 * rig_.plant.travel_resolution_m);
+    return there * std::max(1.0, way_m / o.speed_m_s / watch_.stall_s);
   }
   bool stopped_within(const Contradiction& c) const {
     return std::ranges::any_of(stops_sent(world_.witness),
@@ -172,7 +183,7 @@ class Look {
   }
   // A force loop may have nothing to do.
   Found stood_still() const {
-    return unchanged(watch_.stall_s, [](const Ordered& o, const Seen& a, const Seen& b) {
+    return unchanged(2 * watch_.stall_s, [](const Ordered& o, const Seen& a, const Seen& b) {
       if (o.word == "RAMPF" || !a.shown.travel_m) return 0;
       if (!b.shown.travel_m) return -1;
       return a.true_m == b.true_m ? 1 : 0;
@@ -198,17 +209,22 @@ class Look {
     return std::nullopt;
   }
 
-  // Pressed harder and harder, and the force shown falls.
+  // Pressed harder and harder, and the force shown falls: by more than a specimen relaxes.
   Found fell() const {
     for (const Ordered& o : orders_) {
       if (o.direction <= 0) continue;
-      double most = -1e9;
+      const Seen* before = nullptr;
+      for (const Seen& s : seen_) {
+        if (s.taken <= o.sent && s.shown.force_N) before = &s;
+      }
+      if (before == nullptr) continue;
+      const double begun = *before->shown.force_N;
+      const double doubt_N = 0.003 * rig_.plant.force_nominal_N + 0.05 * rig_.limit_N;
+      const double allowed_N = doubt_N + 0.4 * std::abs(before->true_N) + 2 * digits_N_;
       Found found;
       each(o, [&](const Seen& s) {
         if (!s.shown.force_N || found) return;
-        most = std::max(most, *s.shown.force_N);
-        const double fallen = most - *s.shown.force_N;
-        if (fallen > watch_.order_force_N + digits_N_) found = at(s, *s.arrived, &o);
+        if (begun - *s.shown.force_N > allowed_N) found = at(s, *s.arrived, &o);
       });
       if (found) return found;
     }
@@ -225,19 +241,23 @@ class Look {
         continue;
       }
       if (before == nullptr || s.taken > from_ + std::chrono::seconds(1)) break;
-      const bool stood = s.true_m == before->true_m && !is_under_way(s.taken);
+      const bool stood = s.true_m == before->true_m && is_quiet(s.taken);
       const double jump = std::abs(*s.shown.force_N - *before->shown.force_N);
       const bool pressed = before->true_N > 2 * watch_.order_force_N + digits_N_;
-      if (!stood || !pressed || jump < 2 * watch_.order_force_N + digits_N_) break;
-      return at(s, *s.arrived, nullptr);
+      const double allowed_N = 2 * watch_.order_force_N + 2 * digits_N_ + 0.2 * before->true_N;
+      if (!stood || !pressed || jump < allowed_N) break;
+      Contradiction c = at(s, *s.arrived + kZeroTime, nullptr);
+      return c;
     }
     return std::nullopt;
   }
 
-  bool is_under_way(MonoTime t) const {
-    return std::ranges::any_of(orders_, [t](const Ordered& o) {
-      return o.sent <= t && (t < o.over || o.word == "RAMPF");
+  // Nothing of ours for so long before and afterwards that a jump can be seen; no force is held.
+  bool is_quiet(MonoTime t) const {
+    const bool moves = std::ranges::any_of(orders_, [t](const Ordered& o) {
+      return o.sent <= t + kZeroTime && (t < o.over + kZeroTime || o.word == "RAMPF");
     });
+    return !moves && t + kZeroTime < world_.over_at;
   }
 
   // Between two motions of ours, after the frame said that it stands.
@@ -284,9 +304,21 @@ class Look {
       for (const Seen& s : seen_) {
         if (s.arrived && *s.arrived <= o.over && s.taken > o.sent) last = &s;
       }
-      if (last != nullptr && is_off(o, *last)) return at(*last, o.over, &o);
+      if (last == nullptr || !is_off(o, *last) || !stays_off(o)) continue;
+      Contradiction c = at(*last, o.over + kAfterDone, &o);
+      c.first = o.over;
+      return c;
     }
     return std::nullopt;
+  }
+  // Also in what comes next: a motion that ends by itself meanwhile was as good as done.
+  bool stays_off(const Ordered& o) const {
+    for (const Seen& s : seen_) {
+      if (s.taken < o.over || !s.arrived) continue;
+      if (s.taken > o.over + kAfterDone) break;
+      if (!is_off(o, s)) return false;
+    }
+    return true;
   }
   bool is_off(const Ordered& o, const Seen& s) const {
     const double way_m = o.speed_m_s * 0.1;  // since that sample
@@ -296,7 +328,10 @@ class Look {
     }
     if (!o.force_N || !s.shown.force_N || o.word == "RAMPF") return false;
     const double off = (*o.force_N - *s.shown.force_N) * o.direction;
-    return off > watch_.order_force_N + digits_N_ + way_m * rig_.stiffness_N_m(2 * rig_.limit_N);
+    const double settles_N = 0.15 * std::max(std::abs(*o.force_N), s.true_N);
+    const double doubt_N = 0.002 * rig_.plant.force_nominal_N + settles_N;
+    return off > watch_.order_force_N + 2 * digits_N_ + doubt_N +
+                     way_m * rig_.stiffness_N_m(2 * rig_.limit_N);
   }
 
   Found told_of_fault() const {
@@ -329,13 +364,14 @@ class Look {
 
 }  // namespace
 
-std::optional<PrintedWatch> printed_watch(const RigWorld& world) {
+std::optional<PrintedWatch> printed_watch(const RigWorld& world, MonoTime at) {
+  std::optional<PrintedWatch> out;
   for (const RunEvent& e : world.events) {
-    if (e.kind != "plan") continue;
-    const auto plan = nlohmann::json::parse(e.detail);
-    if (!plan.contains("watch")) return std::nullopt;
-    const auto& j = plan.at("watch");
-    PrintedWatch w;
+    if ((e.kind != "plan" && e.kind != "watch") || (out && e.t > at)) continue;
+    auto j = nlohmann::json::parse(e.detail);
+    if (e.kind == "plan" && !j.contains("watch")) continue;
+    if (e.kind == "plan") j = nlohmann::json(j.at("watch"));
+    PrintedWatch& w = out.emplace();
     if (!j.at("frozen_force_s").is_null()) w.frozen_force_s = j.at("frozen_force_s");
     w.stall_s = j.at("stall_s");
     w.against_m = j.at("against_mm").get<double>() * 1e-3;
@@ -343,9 +379,8 @@ std::optional<PrintedWatch> printed_watch(const RigWorld& world) {
     w.order_travel_m = j.at("order_travel_mm").get<double>() * 1e-3;
     w.order_force_N = j.at("order_force_N");
     w.reply_s = j.at("reply_s");
-    return w;
   }
-  return std::nullopt;
+  return out;
 }
 
 std::vector<Ordered> ordered_motions(const RigWitness& witness) {

@@ -12,14 +12,14 @@
 
 namespace lcrig::property {
 
-// As the plan prints it.
+// As the plan prints it, and the run again whenever it knows the cell better (event `watch`).
 struct PrintedWatch {
   PrintedWatch() = default;
   std::optional<double> frozen_force_s;
   double stall_s = 0, against_m = 0, standing_m = 0, order_travel_m = 0, order_force_N = 0;
   double reply_s = 0;
 };
-std::optional<PrintedWatch> printed_watch(const RigWorld& world);
+std::optional<PrintedWatch> printed_watch(const RigWorld& world, MonoTime at);
 
 // A motion that was ordered, as it went over the wire.
 struct Ordered {

@@ -18,28 +18,26 @@ struct Row {
 
 const std::vector<Row>& rows() {
   using enum FrameLie;
-  static const Words kForce{"against the command", "falls while", "fell", "zero", "frozen"};
-  static const Words kDone{"DONE", "claims", "moved at standstill", "nobody told it to",
-                           "does not move"};
+  // The device itself, or the guard, may be first: a force that nothing pulls with is named too.
+  static const Words kForce{"against the command", "falls w",     "zero", "frozen",
+                            "outside the limits",  "force limit", "pulls"};
+  static const Words kDone{"DONE", "nobody told it to", "does not move"};
   static const Words kStop{"standstill", "STOP"};
   static const Words kNothing{};
   static const std::vector<Row> kRows{
-      {force_frozen, "force_frozen", Distrust::force, {"frozen", "same force", "does not scatter"}},
+      {force_frozen, "force_frozen", Distrust::force, {"frozen"}},
       {force_reversed, "force_reversed", Distrust::force, kForce},
       {force_drift, "force_drift", Distrust::nobody, kNothing},
       {force_scatter, "force_scatter", Distrust::nobody, kNothing},
       {tare_lost, "tare_lost", Distrust::force, {"zero", "tare"}},
       {stall, "stall", Distrust::drive, {"does not move"}},
       {drive_reversed, "drive_reversed", Distrust::drive, {"against the command"}},
-      {creep, "creep", Distrust::gateway, {"moved at standstill", "nobody told it to"}},
+      {creep, "creep", Distrust::gateway, {"nobody told it to"}},
       {estop, "estop", Distrust::drive, {"E-stop", "fault"}},
       {done_early, "done_early", Distrust::gateway, kDone},
       {done_unmoved, "done_unmoved", Distrust::gateway, kDone},
       {done_late, "done_late", Distrust::drive, {"does not move", "DONE"}},
-      {order_late,
-       "order_late",
-       Distrust::drive,
-       {"does not move", "moved at standstill", "nobody told it to"}},
+      {order_late, "order_late", Distrust::drive, {"does not move", "nobody told it to"}},
       {stop_late, "stop_late", Distrust::drive, kStop},
       {stop_unconfirmed, "stop_unconfirmed", Distrust::drive, kStop},
       {stop_ignored, "stop_ignored", Distrust::drive, kStop},
@@ -113,6 +111,11 @@ Falsehood draw_falsehood(Dice& dice, FrameLie what, const sim::RandomRig& rig) {
   Falsehood f;
   f.what = what;
   draw_instant(dice, f);
+  if (dice.below(10) < 7) {  // most lies are told early, when there is something to press yet
+    f.when = RigWorld::Act::When::drive;
+    f.n = dice.below(5);
+    f.after_s = dice.even(0, 1) * dice.even(0, 3);
+  }
   const double side = dice.below(2) == 0 ? -1 : 1;
   const double delay_s = dice.scale(0.2, 10);
   const bool passes = dice.below(4) == 0;

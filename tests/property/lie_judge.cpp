@@ -30,7 +30,9 @@ class LieJudge {
       return {};
     }
     judge_end();
-    watch_ = printed_watch(w_);
+    MonoTime from = MonoTime::max();
+    for (const Trial::Told& told : t_.told()) from = std::min(from, told.from.value_or(from));
+    watch_ = printed_watch(w_, from);
     count_told();
     if (!watch_) {
       ++counters_["no watch printed"];
