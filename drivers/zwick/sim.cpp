@@ -250,7 +250,8 @@ void ZwickSim::lie(MonoTime now) {
 }
 
 void ZwickSim::owe_stops(MonoTime now) {
-  if (!stop_owed_ || is_moving()) return;
+  if (!stop_owed_) return;
+  if (!stop_due_ && is_moving()) return;
   if (!stop_due_) stop_due_ = now + from_seconds(lies_.stop_late_s);
   if (*stop_due_ <= now) answer_stops();
 }
