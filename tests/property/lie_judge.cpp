@@ -138,10 +138,27 @@ class LieJudge {
     return std::nullopt;
   }
 
+  // What was stopped for it before we would have seen it; what follows is the way back.
+  bool was_named_before() const {
+    const MonoTime from = *t_.told()[lie_].from;
+    const auto stops = stops_sent(w_.witness);
+    const bool stopped =
+        std::ranges::any_of(stops, [&](MonoTime s) { return s >= from && s < first_->taken; });
+    if (!stopped || succeeded() || !w_.result) return false;
+    return distrust_of(lies_[lie_].what) == Distrust::force &&
+           has_one(reason(), words_of(lies_[lie_].what));
+  }
+
   void judge_first() {
-    if (was_lost_before(first_->due) || first_->due > w_.over_at) return;
+    if (was_lost_before(first_->due)) return;
     LieFigures& f = table_.of(lies_[lie_].what);
+    if (was_named_before()) {
+      ++f.noticed;
+      ++counters_[name() + ": noticed"];
+      return f.to_stop_s.push_back(0);
+    }
     const auto stop = first_stop();
+    if (first_->due > w_.over_at && !stop) return;
     if (!stop || *stop > first_->due) {
       return broken(
           "late: {}: it showed at {:.3f} s, STOP was due at {:.3f} s and came {}", name(),
