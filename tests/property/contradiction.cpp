@@ -77,7 +77,8 @@ void end_order(Ordered& o, const Word& w) {
                     (w.line.starts_with("DONE") || w.line.starts_with("ERR"));
   if (!by_us && !told) return;
   o.over = w.at;
-  o.is_stopped = by_us && w.line == "STOP";
+  const bool limited = told && w.line.find("reason=\"force_limit\"") != w.line.npos;
+  o.is_stopped = limited || (by_us && w.line == "STOP");
   o.is_done = told && w.line.find("reason=\"target\"") != w.line.npos;
 }
 
@@ -349,7 +350,8 @@ class Look {
 
   Found told_of_fault() const {
     for (const Word& w : world_.witness.words) {
-      if (w.is_sent || w.at < from_) continue;
+      // Of one that was over before there was anything to command nobody can know.
+      if (w.is_sent || w.at < from_ || orders_.empty() || w.at < orders_.front().sent) continue;
       const bool estop = w.line.find("kind=\"estop\"") != w.line.npos;
       if (!estop && w.line.find("reason=\"fault\"") == w.line.npos) continue;
       Contradiction c;
