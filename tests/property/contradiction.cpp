@@ -77,8 +77,8 @@ void end_order(Ordered& o, const Word& w) {
                     (w.line.starts_with("DONE") || w.line.starts_with("ERR"));
   if (!by_us && !told) return;
   o.over = w.at;
-  const bool limited = told && w.line.find("reason=\"force_limit\"") != w.line.npos;
-  o.is_stopped = limited || (by_us && w.line == "STOP");
+  o.is_limited = told && w.line.find("reason=\"force_limit\"") != w.line.npos;
+  o.is_stopped = by_us && w.line == "STOP";
   o.is_done = told && w.line.find("reason=\"target\"") != w.line.npos;
 }
 
@@ -239,7 +239,11 @@ class Look {
         if (fallen > allowed_N) found = at(s, *s.arrived, &o);
         if (fallen > 2 * digits_N_) last = &s;
       });
-      if (!found && o.is_stopped && last != nullptr) found = at(*last, o.over, &o);
+      if (!found && last != nullptr && (o.is_stopped || o.is_limited)) {
+        found = at(*last, o.over, &o);
+      }
+      // It stands already, and may look at what it felt on the way back.
+      if (found && o.is_limited) found->due = world_.over_at;
       if (found) return found;
     }
     return std::nullopt;
