@@ -12,6 +12,7 @@ from unittest import mock
 from gateway.backend import Ended, ForceLoop, HoldForce, Move, MoveToForce, RampForce, Refused, Window
 from gateway.simulated.caps import dishonest
 from gateway.simulated.device import Device
+from gateway.simulated.lie_options import parse_all
 from gateway.simulated.rig import STEP_S, Rig, with_values
 
 WIDE = Window(-20.0, 20.0, 0.0, 60.0, 20.0)
@@ -20,12 +21,13 @@ WIDE = Window(-20.0, 20.0, 0.0, 60.0, 20.0)
 class Bench:
     """A device without real time."""
 
-    def __init__(self, seed: int = 1, **rig: Any) -> None:
+    def __init__(self, seed: int = 1, *lies: str, **rig: Any) -> None:
         self.rig = with_values(Rig(), {"start_travel_mm": 19.5, **rig})
         self.ends: list[Ended] = []
         self.events: list[str] = []
+        self.lies: list[dict[str, Any]] = []
         self.facts: list[tuple[str, dict[str, Any]]] = []
-        self.device = Device(self.rig, seed, self)
+        self.device = Device(self.rig, seed, self, parse_all(lies))
 
     def ended(self, end: Ended) -> None:
         self.ends.append(end)
@@ -35,6 +37,14 @@ class Bench:
 
     def truth(self, event: str, **fields: Any) -> None:
         self.facts.append((event, fields))
+        if event == "lie":
+            self.lies.append({"t_s": self.device.t_s, **fields})
+
+    def forget_origin(self) -> None:
+        self.events.append("origin")
+
+    def restart_link(self) -> None:
+        self.events.append("restart")
 
     def run(self, seconds: float, each: Callable[[], None] = lambda: None) -> "Bench":
         for _ in range(round(seconds / STEP_S)):
