@@ -16,7 +16,7 @@ from .backend import Backend
 from .server import Server
 from .simulated import lie_options, rig as rigs
 from .simulated.caps import dishonest
-from .simulated.lies import Honest
+from .simulated.lies import Lies
 from .simulated.machine import SimulatedMachine
 from .simulated.panel import Panel
 from .simulated.truth import Truth
@@ -123,7 +123,7 @@ def _tell_ready(options: argparse.Namespace, port: Port, panel: Panel | None) ->
 _SWITCH_S = 0.0005
 
 
-def _serve(options: argparse.Namespace, backend: Backend, truth: Truth | None, lies: Honest) -> None:
+def _serve(options: argparse.Namespace, backend: Backend, truth: Truth | None, lies: Lies) -> None:
     port = _port(options)
     panel = None
     if options.panel_port is not None:

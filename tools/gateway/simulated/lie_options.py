@@ -8,7 +8,7 @@ import math
 from typing import Iterable, Iterator, Mapping
 
 from . import cell_lies, drive_lies
-from .lies import CountedLie, Honest, Lie, Lies, Parameter, When
+from .lies import CountedLie, Lie, Lies, Parameter, When
 
 LIES: Mapping[str, type[Lie]] = {lie.name: lie for lie in (*cell_lies.ALL, *drive_lies.ALL)}
 
@@ -41,10 +41,9 @@ def parse(text: str) -> Lie:
     return kind(when, _with_defaults(text, kind, given), times)
 
 
-def parse_all(texts: Iterable[str]) -> Honest:
+def parse_all(texts: Iterable[str]) -> Lies:
     """All --lie of a command line. Raises BadLie."""
-    lies = [parse(text) for text in texts]
-    return Lies(lies) if lies else Honest()
+    return Lies(parse(text) for text in texts)
 
 
 def _allowed(kind: type[Lie]) -> Mapping[str, Parameter]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Callable, ClassVar, Mapping, Protocol, Sequence
+from typing import Any, Callable, ClassVar, Iterable, Mapping, Protocol, Sequence
 
 from ..backend import Capabilities
 
@@ -186,8 +186,11 @@ class CountedLie(Lie):
 class Lies(Honest):
     """Several at once, each applied to what the one before it made."""
 
-    def __init__(self, lies: Sequence[Lie]) -> None:
-        self._lies = lies
+    def __init__(self, lies: Iterable[Lie] = ()) -> None:
+        self._lies = list(lies)
+
+    def add(self, lie: Lie) -> None:
+        self._lies.append(lie)
 
     def _told(self) -> Sequence[Lie]:
         return [lie for lie in self._lies if lie.on]

@@ -21,7 +21,7 @@ from ..backend import (Backend, Capabilities, Ended, HoldForce, Identity, Listen
 from .. import __version__
 from .delivery import Delivery, Sampler
 from .device import NO_WINDOW, Device
-from .lies import Honest
+from .lies import Lie, Lies
 from .rig import STEP_S, Rig
 from .truth import LINES_PER_S, Truth
 
@@ -32,9 +32,9 @@ PANEL_TOKEN = -1  # of motions that the link did not command
 
 class SimulatedMachine(Backend):
     def __init__(self, rig: Rig, seed: int = 1, truth: Truth | None = None,
-                 lies: Honest | None = None) -> None:
+                 lies: Lies | None = None) -> None:
         self._rig = rig
-        self._lies = lies or Honest()
+        self._lies = lies or Lies()
         self.hang_up: Callable[[], None] = lambda: None  # of the server, for a gateway that restarts
         self._truth = truth
         self._listener: Listener | None = None
@@ -119,6 +119,10 @@ class SimulatedMachine(Backend):
         self.zero(force, travel)
         if self._listener:
             self._listener.origin_changed(self.origin(), "zeroed at the panel")
+
+    def panel_lie(self, lie: Lie) -> None:
+        """Begins at its own time, which is now if that has gone by."""
+        self._call(lambda: self._lies.add(lie))
 
     # --- Outlet: for the device, in the machine's thread ---
 

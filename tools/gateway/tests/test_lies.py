@@ -45,9 +45,6 @@ class Options(unittest.TestCase):
                 self.assertTrue(any(line.split()[0] == name for line in lines), name)
         self.assertEqual(len(list(overview())), len(LIES))
 
-    def test_without_lies_the_machine_is_honest(self) -> None:
-        self.assertEqual(type(parse_all([])).__name__, "Honest")
-
 
 class Begins(unittest.TestCase):
     def lie(self, bench: Bench) -> list[tuple[float, bool]]:

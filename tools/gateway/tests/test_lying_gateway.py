@@ -115,6 +115,15 @@ class OverTheLink(unittest.TestCase):
             link.send("HB", "#5 MOVE travel_mm=10 speed_mm_s=1")
             self.assertEqual(link.until("OK").command, 5)
 
+    def test_a_lie_begins_from_the_panel(self) -> None:
+        with Gateway() as gateway, Link(gateway.address()) as link, \
+                Link(gateway.address("panel")) as panel:
+            armed(link)
+            panel.send('LIE text="crep"', 'LIE text="force_drift,rate_N_s=1"')
+            self.assertIn("did you mean creep?", panel.until("ERR").text("text"))
+            panel.until("OK")
+            self.assertEqual(gateway.await_event("lie")["name"], "force_drift")
+
     def test_creep_is_motion_to_the_witness(self) -> None:
         with Gateway("--lie", "creep,speed_um_s=100,through_stop=1") as gateway, \
                 Link(gateway.address()) as link:
