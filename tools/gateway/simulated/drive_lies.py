@@ -30,14 +30,14 @@ class Creep(Lie):
     name = "creep"
     meaning = "after a DONE the axis creeps on, and says that it stands"
     parameters = {"speed_um_s": Parameter("so fast; negative: away from the specimen"),
-                  "through_stop": Parameter("1: STOP does not end it", 0, 0, 1)}
+                  "stop_ends": Parameter("1: a STOP (or HOLD) ends it until the next DONE", 0, 0, 1)}
     _creeps = False
 
     def done_told(self) -> None:
         self._creeps = True
 
     def stopped(self) -> None:
-        self._creeps = self._creeps and bool(self._value["through_stop"])
+        self._creeps = self._creeps and not self._value["stop_ends"]
 
     def driven_mm_s(self, speed_mm_s: float) -> float:
         return self._value["speed_um_s"] * 1e-3 if self._creeps and not speed_mm_s else speed_mm_s

@@ -26,7 +26,7 @@ class Options(unittest.TestCase):
         for text, why in (("crep", "did you mean creep\\? There are: force_frozen, .*caps_changed"),
                           ("", "There are: force_frozen"),
                           ("creep", "creep needs speed_um_s"),
-                          ("creep,um_s=5", "um_s: creep takes speed_um_s, through_stop, at_s"),
+                          ("creep,um_s=5", "um_s: creep takes speed_um_s, stop_ends, at_s"),
                           ("force_drift,rate_N_s=x", "rate_N_s: expected a number, found 'x'"),
                           ("force_drift,rate_N_s=nan", "expected a number"),
                           ("force_drift,rate_N_s", "expected key=value"),
@@ -146,8 +146,8 @@ class Drive(unittest.TestCase):
         self.assertEqual(bench.ends[-1].reason, "stop")
 
     def test_creep_begins_with_done_and_stop_ends_it(self) -> None:
-        for through_stop in (0, 1):
-            bench = Bench(1, f"creep,speed_um_s=5,through_stop={through_stop}").run(1.0)
+        for stop_ends in (0, 1):
+            bench = Bench(1, f"creep,speed_um_s=5,stop_ends={stop_ends}").run(1.0)
             self.assertEqual(bench.device.travel_mm, 19.5)
             bench.do(Move(1, WIDE, 19.0, 1.0))
             bench.run(2.0)
@@ -156,7 +156,7 @@ class Drive(unittest.TestCase):
             self.assertTrue(bench.device.turning())
             bench.device.stop()
             bench.run(2.0)
-            self.assertAlmostEqual(bench.device.travel_mm, 19.01 + 0.01 * through_stop, delta=0.0005)
+            self.assertAlmostEqual(bench.device.travel_mm, 19.01 + 0.01 * (1 - stop_ends), delta=0.0005)
 
 
 class Ends(unittest.TestCase):

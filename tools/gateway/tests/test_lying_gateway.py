@@ -125,7 +125,7 @@ class OverTheLink(unittest.TestCase):
             self.assertEqual(gateway.await_event("lie")["name"], "force_drift")
 
     def test_creep_is_motion_to_the_witness(self) -> None:
-        with Gateway("--lie", "creep,speed_um_s=100,through_stop=1") as gateway, \
+        with Gateway("--lie", "creep,speed_um_s=100") as gateway, \
                 Link(gateway.address()) as link:
             armed(link).send("#3 MOVE travel_mm=10.1 speed_mm_s=1")
             link.until("DONE")
