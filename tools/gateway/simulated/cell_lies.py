@@ -48,11 +48,11 @@ class ForceScatter(Lie):
 class TareLost(Lie):
     name = "tare_lost"
     meaning = "the tare of the force is forgotten (give the cell a cell_offset_N)"
-    parameters = {"told": Parameter("1: a new origin is said", 0, 0, 1),
+    parameters = {"origin_changes": Parameter("1: a new origin is said", 0, 0, 1),
                   "restart": Parameter("1: the gateway hangs up at the same time", 0, 0, 1)}
 
     def begin(self, victim: Victim) -> None:
-        victim.forget_tare(bool(self._value["told"]))
+        victim.forget_tare(bool(self._value["origin_changes"]))
         if self._value["restart"]:
             victim.restart_link()
 
@@ -77,6 +77,15 @@ class ClockJump(Lie):
         return device_s + self._value["jump_s"]
 
 
+class ClockRate(Lie):
+    name = "clock_rate"
+    meaning = "t_s runs at another rate"
+    parameters = {"factor": Parameter("so many times as fast", low=0)}
+
+    def clock_s(self, device_s: float) -> float:
+        return device_s + (self._value["factor"] - 1) * (self.t_s - self.began_s)
+
+
 class SamplesLate(Lie):
     name = "samples_late"
     meaning = "samples come later; DONE and STOPPED do not wait for them"
@@ -99,5 +108,5 @@ class SamplesBurst(Lie):
         return math.ceil(t_s / period_s) * period_s
 
 
-ALL = (ForceFrozen, ForceReversed, ForceDrift, ForceScatter, TareLost, ClockFrozen, ClockJump,
+ALL = (ForceFrozen, ForceReversed, ForceDrift, ForceScatter, TareLost, ClockFrozen, ClockJump, ClockRate,
        SamplesLate, SamplesBurst)

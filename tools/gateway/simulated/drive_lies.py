@@ -56,8 +56,8 @@ class DoneEarly(CountedLie):
         return not self._value["shown"]
 
 
-class DoneFalse(CountedLie):
-    name = "done_false"
+class DoneUnmoved(CountedLie):
+    name = "done_unmoved"
     meaning = "a motion does not take place, and DONE says target"
     parameters = {"delay_s": Parameter("so long after its begin", 0.5, 0),
                   "claims": Parameter("0: DONE has the force and travel that are there, "
@@ -108,8 +108,8 @@ class StopLate(Lie):
         return self._value["delay_s"]
 
 
-class StopUnanswered(Lie):
-    name = "stop_unanswered"
+class StopUnconfirmed(Lie):
+    name = "stop_unconfirmed"
     meaning = "STOP is obeyed, and STOPPED never comes"
 
     def withholds(self, line: bytes) -> bool:
@@ -138,5 +138,5 @@ class CapsChanged(Lie):
         return replace(true, **changed)
 
 
-ALL = (DriveStalled, DriveReversed, Creep, DoneEarly, DoneFalse, DoneLate, OrderLate, Estop, StopLate,
-       StopUnanswered, StopIgnored, CapsChanged)
+ALL = (DriveStalled, DriveReversed, Creep, DoneEarly, DoneUnmoved, DoneLate, OrderLate, Estop, StopLate,
+       StopUnconfirmed, StopIgnored, CapsChanged)

@@ -100,13 +100,13 @@ def _with_defaults(text: str, kind: type[Lie], given: Mapping[str, float]) -> di
 def overview() -> Iterator[str]:
     """One line for each lie."""
     for name, kind in LIES.items():
-        yield f"  {name:16}{kind.meaning}"
+        yield f"  {name:18}{kind.meaning}"
 
 
 def describe() -> Iterator[str]:
     """--list-lies."""
     for name, kind in LIES.items():
-        yield f"{name:16}{kind.meaning}"
+        yield f"{name:18}{kind.meaning}"
         yield from _parameters(kind.parameters)
     yield "every lie: when"
     yield from _parameters(_WHEN)

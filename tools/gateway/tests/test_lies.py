@@ -103,7 +103,7 @@ class Cell(unittest.TestCase):
 
     def test_a_lost_tare_is_told_or_not(self) -> None:
         for told in (0, 1):
-            bench = Bench(1, f"tare_lost,at_s=1,told={told}", cell_offset_N=0.3).run(0.5)
+            bench = Bench(1, f"tare_lost,at_s=1,origin_changes={told}", cell_offset_N=0.3).run(0.5)
             bench.device.zero(True, False)
             bench.run(0.4)
             self.assertAlmostEqual(bench.device.shown_force_N() or 0, 0.0, delta=0.003)
@@ -116,6 +116,8 @@ class Cell(unittest.TestCase):
         self.assertEqual(bench.events, ["restart"])
 
     def test_clocks(self) -> None:
+        quick = Bench(1, "clock_rate,factor=2,at_s=0.5").run(2.0)
+        self.assertAlmostEqual(quick.device.sample().t_s or 0, 1003.5, delta=0.002)
         frozen = Bench(1, "clock_frozen,at_s=0.5").run(2.0)
         self.assertAlmostEqual(frozen.device.sample().t_s or 0, 1000.5, delta=0.001)
         jumped = Bench(1, "clock_jump,jump_s=-30,at_s=0.5").run(2.0)
@@ -177,9 +179,9 @@ class Ends(unittest.TestCase):
         self.assertEqual(bench.do(Move(2, WIDE, 19.2, 1.0)).token, 2)
         self.assertEqual(bench.device.travel_mm, 19.2)
 
-    def test_done_false_claims_what_did_not_happen(self) -> None:
+    def test_a_motion_that_does_not_take_place_claims_its_target(self) -> None:
         for claims in (0, 1):
-            bench = Bench(1, f"done_false,times=3,claims={claims}")
+            bench = Bench(1, f"done_unmoved,times=3,claims={claims}")
             force = bench.do(touch(1.0))
             self.assertEqual(force.reason, "target")
             self.assertAlmostEqual(force.force_N or 0, float(claims), delta=0.003)
@@ -192,7 +194,7 @@ class Ends(unittest.TestCase):
             self.assertEqual(bench.device.travel_mm, 18.0)
 
     def test_stop_ends_a_motion_that_does_not_take_place(self) -> None:
-        bench = Bench(1, "done_false")
+        bench = Bench(1, "done_unmoved")
         bench.device.start(Move(1, WIDE, 18.0, 1.0))
         bench.run(0.1)
         bench.device.stop()
@@ -265,7 +267,7 @@ class Ends(unittest.TestCase):
         self.assertEqual(half.device.capabilities().speed_max_mm_s, 10.0)
 
     def test_stopped_is_withheld_and_nothing_else(self) -> None:
-        lies = parse_all(["stop_unanswered"])
+        lies = parse_all(["stop_unconfirmed"])
         self.assertFalse(lies.withholds(b"STOPPED stops=1\n"))
         lies.follow(0.0, 0, 0.0, Bench().device)
         self.assertTrue(lies.withholds(b"STOPPED stops=1\n"))

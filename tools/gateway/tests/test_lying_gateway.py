@@ -33,7 +33,7 @@ class Program(unittest.TestCase):
     def test_lists_and_refuses(self) -> None:
         code, out, _ = self.output("--list-lies")
         self.assertEqual(code, 0)
-        self.assertIn("stop_unanswered", out)
+        self.assertIn("stop_unconfirmed", out)
         self.assertIn("    speed_um_s ", out)
         self.assertIn("  caps_changed  ", self.output("--help")[1])
         code, _, errors = self.output("--lie", "forcefrozen")
@@ -54,7 +54,7 @@ class Program(unittest.TestCase):
 
 class OverTheLink(unittest.TestCase):
     def test_stop_is_obeyed_and_not_answered(self) -> None:
-        with Gateway("--lie", "stop_unanswered") as gateway, Link(gateway.address()) as link:
+        with Gateway("--lie", "stop_unconfirmed") as gateway, Link(gateway.address()) as link:
             armed(link).send("#3 MOVE travel_mm=15 speed_mm_s=1")
             gateway.await_event("motion_begin")
             link.send("STOP")
@@ -79,7 +79,7 @@ class OverTheLink(unittest.TestCase):
 
     def test_a_restart_that_forgot_its_tare(self) -> None:
         for told in (0, 1):
-            lie = f"tare_lost,motion=1,after_s=0.2,restart=1,told={told}"
+            lie = f"tare_lost,motion=1,after_s=0.2,restart=1,origin_changes={told}"
             with Gateway("--lie", lie, cell_offset_N=0.4) as gateway:
                 with Link(gateway.address()) as link:
                     armed(link).send("#3 ZERO force=1")
