@@ -88,7 +88,7 @@ class Device(Body):
         task = plan(self._rig, motion, self._drive.travel_mm, self._zero_mm)
         delay_s = self._lies.order_delay_s()
         if self._task:  # told long ago, and still under way
-            self._mode = _Mode.STAND
+            self._mode, self._loop = _Mode.STAND, None
         self._task = task
         if delay_s:
             task.asleep = True

@@ -5,7 +5,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from gateway.backend import Ended, Move, MoveToForce, RampForce, Refused, Sample
+import random
+from typing import Callable
+
+from gateway.backend import Ended, HoldForce, Move, MoveToForce, RampForce, Refused, Sample
 from gateway.simulated.delivery import Delivery
 from gateway.simulated.lie_options import LIES, BadLie, describe, overview, parse, parse_all
 from gateway.simulated.rig import Rig
@@ -272,6 +275,46 @@ class Ends(unittest.TestCase):
         lies.follow(0.0, 0, 0.0, Bench().device)
         self.assertTrue(lies.withholds(b"STOPPED stops=1\n"))
         self.assertFalse(lies.withholds(b"DONE #1 reason=stop\n"))
+
+
+class TwoAtATime(unittest.TestCase):
+    """Whatever lies meet: the machine stays within its ends and tells each end once."""
+
+    _VALUES = {"rate_N_s": 0.5, "factor": 10, "jump_s": 5, "delay_s": 0.3, "period_s": 0.5, "speed_um_s": 50}
+
+    def lie(self, rng: random.Random) -> str:
+        name = rng.choice(list(LIES))
+        parameters = LIES[name].parameters
+        texts = [name] + [f"{key}={value}" for key, value in self._VALUES.items() if key in parameters]
+        when = rng.choice(["at_s=0", f"at_s={rng.uniform(0, 3)}", f"motion={rng.randint(1, 3)},after_s=0.1"])
+        return ",".join([*texts, when] + ([f"for_s={rng.uniform(0, 1)}"] if rng.random() < 0.5 else []))
+
+    def act(self, rng: random.Random, bench: Bench, token: int) -> None:
+        device = bench.device
+        actions: list[Callable[[], None]] = [
+            device.stop,
+            lambda: device.zero(True, False),
+            lambda: device.start(Move(token, WIDE, rng.uniform(15, 21), 2.0)),
+            lambda: device.start(touch(rng.uniform(-0.5, 1), rng.choice([-1, 1]))),
+            lambda: device.start(RampForce(token, WIDE, 0.4, 1.0)),
+            lambda: device.hold_force(HoldForce(WIDE, 0.3))]
+        try:
+            rng.choice(actions)()
+        except Refused:
+            pass
+
+    def test_a_hundred_lives(self) -> None:
+        for seed in range(100):
+            rng = random.Random(seed)
+            lies = [self.lie(rng), self.lie(rng)]
+            with self.subTest(seed=seed, lies=lies):
+                bench = Bench(seed, *lies)
+                for token in range(10, 20):
+                    self.act(rng, bench, token)
+                    bench.run(rng.choice([0.001, 0.1, 0.5]))
+                    self.assertTrue(0.0 <= bench.device.travel_mm <= 60.0)
+                tokens = [end.token for end in bench.ends if end.token >= 10]
+                self.assertEqual(len(tokens), len(set(tokens)))
 
 
 class Samples(unittest.TestCase):
