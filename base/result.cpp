@@ -14,6 +14,7 @@ std::string_view to_string(Errc code) {
     case Errc::busy: return "busy";
     case Errc::limit_tripped: return "limit_tripped";
     case Errc::not_standing: return "not_standing";
+    case Errc::frame_fault: return "frame_fault";
     case Errc::invalid_request: return "invalid_request";
     case Errc::aborted: return "aborted";
     case Errc::io: return "io";

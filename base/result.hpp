@@ -22,6 +22,7 @@ enum class Errc {
   busy,  // somebody else owns it: stop the other program
   limit_tripped,  // a limit of the protocol or the machine was reached
   not_standing,  // a frame did not confirm that it stands: use the E-stop
+  frame_fault,  // a frame reports a fault (E-stop, drive) or does not obey: look at it, clear it
   invalid_request,  // the request (file, flag, message) is wrong: correct it
   aborted,  // a person or a signal stopped it
   io,  // the operating system refused: read the message

@@ -35,13 +35,14 @@ struct ErrcRow {
   int code;
   std::string_view hint;
 };
-constexpr std::array<ErrcRow, 13> kErrcs{{
+constexpr std::array<ErrcRow, 14> kErrcs{{
     {Errc::no_reply, -32001, "check cable, power and the instrument's port choice; lcrig status"},
     {Errc::reply_cut_off, -32002, "check the cable; lcrig status"},
     {Errc::garbled, -32003, "check that the right instrument is on this port; lcrig status"},
     {Errc::refused, -32004, "the instrument did not take it: change the protocol's settings"},
     {Errc::unsupported, -32011, "this instrument cannot do that: use another one"},
     {Errc::not_standing, -32012, "standstill not confirmed: use the E-stop, then look at the rig"},
+    {Errc::frame_fault, -32013, "look at the frame, clear its fault, unload it by hand, run again"},
     {Errc::disconnected, -32005, "plug the instrument in again; lcrig status"},
     {Errc::busy, -32006, "lcrig status shows what is going on; lcrig abort ends it"},
     {Errc::limit_tripped, -32007, "a limit was reached: check specimen and limits, then run again"},

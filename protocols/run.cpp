@@ -145,19 +145,6 @@ bool Run::moves() const {
   return setup_.frame.capabilities().motion && setup_.commands;
 }
 
-// Limits, contact and predictions were of the zero before. The way back is the way away from here.
-void Run::distrust_zero(const std::string& detail) {
-  const std::string why = fmt::format(
-      "the zero of force or travel was changed at the machine ({}): what it shows means nothing "
-      "to this run any more",
-      detail);
-  guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
-  contact_travel_m_.reset();
-  if (pressing_) pressing_->distrust(why);
-  armed_.reset();
-  interrupt(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
-}
-
 void Run::on_frame_lost(Error error) {
   lose_frame(std::move(error));
 }

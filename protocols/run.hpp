@@ -181,6 +181,14 @@ class Run final : private LoadFrame::Listener {
   void pass_over(const Step& step, LcrSettings& settings);
   RunPoint point() const;
 
+  // run_distrust.cpp: the frame is not believed any more
+  // Stops the run; from now on nothing is sent that moves the frame, not even by `finally`, until a
+  // person has looked. `why` is for people and goes into the run's reason.
+  void keep_hands_off(std::string why, Errc code = Errc::frame_fault);
+  Result<> may_move() const;
+  void tell_hands_off(RunResult& result) const;
+  void distrust_zero(const std::string& detail);
+
   Sampler::Hooks sampler_hooks();
   void on_reading(const LcrReading& reading, const ReadingTag& tag);
 
@@ -225,7 +233,6 @@ class Run final : private LoadFrame::Listener {
   void conclude_stiffness(const std::vector<Rest>& looks, const Rest& before, const Rest& after);
   void place_contact(double travel_m, double force_N);
   void zero_travel(double travel_m);
-  void distrust_zero(const std::string& detail);
   bool moves() const;
   FrameCapabilities frame_capabilities() const;  // with travel as the samples show it now
   Task<Result<>> back_off(double clear_m, const FindContactStep& step, const Rest& before,
@@ -291,6 +298,7 @@ class Run final : private LoadFrame::Listener {
   SampleClock sample_clock_;
   MonoTime tick_{}, age_told_{};  // the loop came round; an age was told
   bool in_motion_ = false, zeroing_ = false;
+  std::optional<Error> hands_off_;  // why nothing moves any more
   bool unconfirmed_ = false;  // a person has not yet said that the specimen was not touched
 };
 

@@ -88,6 +88,7 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
     result.exit_status = "fail";
     result.code = Errc::not_standing;
   }
+  tell_hands_off(result);
   if (moves() && prepared_) co_await tell_load(result);
   co_await sampler_.stop();
   if (!meter_away_) {
@@ -101,7 +102,7 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
 
 // Whether `finally` can and may run; says why not.
 bool Run::may_clear(bool frozen, RunResult& result) {
-  if (frozen) return false;
+  if (frozen || hands_off_) return false;
   if (!prepared_ && setup_.commands) return false;  // nothing was asked of the frame
   if (frame_away_) {
     if (result.exit_status == "success") {  // every step had ended well

@@ -269,6 +269,7 @@ void Run::begin_again(StepProgress& progress) {
 
 Task<Result<>> Run::restore_hold() {
   if (!held_force_N_) co_return Result<>();
+  if (auto may = may_move(); !may) co_return may;
   auto held = co_await setup_.frame.hold_force(Force::from_si(*held_force_N_));
   co_return held;
 }

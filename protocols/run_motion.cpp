@@ -49,6 +49,7 @@ Task<Result<>> Run::arm(FrameLimits limits) {
            a.travel_min == b.travel_min && a.travel_max == b.travel_max &&
            a.speed_max == b.speed_max;
   };
+  if (auto may = may_move(); !may) co_return may;
   if (armed_ && same(*armed_, limits)) co_return Result<>();
   auto armed = co_await setup_.frame.arm(limits);
   if (armed) armed_ = limits;
@@ -56,6 +57,7 @@ Task<Result<>> Run::arm(FrameLimits limits) {
 }
 
 Task<Result<MotionOutcome>> Run::timed(Task<Result<MotionOutcome>> motion, double timeout_s) {
+  if (auto may = may_move(); !may) co_return fail(may.error());
   held_force_N_.reset();
   in_motion_ = true;
   const auto over = [](bool* flag) { *flag = false; };

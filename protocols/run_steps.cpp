@@ -171,7 +171,8 @@ Task<Result<>> Run::execute(const HoldStep& step, StepProgress& progress) {
       if (pressing_ && pressing_->broken() && *force_N > most_N) {
         co_return fail(Errc::limit_tripped, "step {}: {}", step_->id, *pressing_->broken());
       }
-      held = co_await setup_.frame.hold_force(Force::from_si(*force_N));
+      held = may_move();
+      if (held) held = co_await setup_.frame.hold_force(Force::from_si(*force_N));
       held_force_N_ = *force_N;
     }
     if (!held) co_return held;

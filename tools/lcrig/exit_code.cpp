@@ -10,6 +10,7 @@ ExitCode exit_code_of(Errc code) {
     case Errc::garbled:
     case Errc::refused:
     case Errc::unsupported:
+    case Errc::frame_fault:
     case Errc::disconnected: return kInstrument;
     case Errc::not_standing: return kNotStanding;
     case Errc::limit_tripped:

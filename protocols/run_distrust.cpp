@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// When a run no longer believes its frame: what it shows, or that it obeys.
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "protocols/run.hpp"
+#include "protocols/words.hpp"
+
+namespace lcrig {
+
+// The frame is stopped as ever; after that only a person moves it.
+void Run::keep_hands_off(std::string why, Errc code) {
+  if (hands_off_ || over_) return;
+  hands_off_ = Error(code, why);
+  held_force_N_.reset();
+  armed_.reset();
+  event("hands_off", why);
+  interrupt(InterruptRequest(Interrupt::fault, Error(code, std::move(why))));
+}
+
+// Asked before whatever moves the frame.
+Result<> Run::may_move() const {
+  if (!hands_off_) return {};
+  return fail(hands_off_->code, "{}: nothing is moved any more", hands_off_->what);
+}
+
+// A reason that does not name the fault yet does so now.
+void Run::tell_hands_off(RunResult& result) const {
+  if (!hands_off_) return;
+  if (result.exit_status == "success") {  // every step had ended well
+    result.exit_status = "fail";
+    result.code = hands_off_->code;
+  }
+  const bool named = result.reason.find(hands_off_->what) != std::string::npos;
+  if (!named) add_note(result.reason, hands_off_->what);
+  add_note(result.reason,
+           "nothing is moved any more, not even by `finally`, until a person has looked at the rig");
+}
+
+// Limits, contact and predictions were of the zero before. The way back is the way away from here.
+void Run::distrust_zero(const std::string& detail) {
+  const std::string why = fmt::format(
+      "the zero of force or travel was changed at the machine ({}): what it shows means nothing "
+      "to this run any more",
+      detail);
+  guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
+  contact_travel_m_.reset();
+  if (pressing_) pressing_->distrust(why);
+  armed_.reset();
+  interrupt(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
+}
+
+}  // namespace lcrig
