@@ -172,13 +172,18 @@ Task<Result<>> Session::look() {
   if (!caps.motion || !commands_) co_return Result<>();
   Looker looker(instruments_->frame());
   const MonoTime begin = clock_.now();
-  while (looker.rest.forces() < 10 && clock_.now() - begin < 2s && !looker.lost) {
+  const auto enough = [&] {
+    const Duration seen = clock_.now() - begin;
+    return seen >= 2s || (seen >= 500ms && looker.rest.forces() >= 10);
+  };
+  while (!enough() && !looker.lost) {
     co_await clock_.wait_for(50ms);
   }
   if (looker.lost) co_return fail(*looker.lost);
   if (const auto travel = looker.rest.travel_m()) rig_.start_travel = Length::from_si(*travel);
   if (looker.rest.forces() > 1) {
     rig_.force_noise_N = looker.rest.scatter_N();
+    rig_.force_scatter = ForceScatter(looker.rest);
     rig_.rest_force_N = looker.rest.force_N();
   }
   co_return Result<>();

@@ -12,6 +12,7 @@
 #include "protocols/force_bound.hpp"
 #include "protocols/limits.hpp"
 #include "protocols/protocol.hpp"
+#include "protocols/watch_figures.hpp"
 
 namespace lcrig {
 
@@ -39,6 +40,7 @@ struct Rig {
   std::optional<Length> found_contact;  // machine travel, once find_contact has found it
   double force_class_percent = 1;  // of the load cell: ISO 7500-1
   std::optional<double> force_noise_N;  // of a sample at rest, as it was seen
+  std::optional<ForceScatter> force_scatter;  // the same, digit by digit
   double rest_force_N = 0;  // what the unloaded cell shows, as it was seen
 
   // Estimates of specimen, frame and mounting, for times and expected forces; without them the plan

@@ -97,6 +97,7 @@ nlohmann::json to_json(const Plan& plan) {
            {{"class_N", plan.force_uncertainty.class_N},
             {"zero_N", plan.force_uncertainty.zero_N},
             {"noise_N", plan.force_uncertainty.noise_N}}},
+          {"watch", to_json(plan.watch)},
           {"travel_from", plan.travel_from_contact ? "contact" : "machine"},
           {"travel_mm", {plan.travel_min_m * 1e3, plan.travel_max_m * 1e3}},
           {"database_bytes", plan.bytes},

@@ -9,6 +9,7 @@
 
 #include "protocols/advice.hpp"
 #include "protocols/check.hpp"
+#include "protocols/watch_figures.hpp"
 
 namespace lcrig {
 
@@ -48,6 +49,7 @@ struct Plan {
   // when link or host are lost meanwhile: how far the frame then goes on by itself.
   double worst_force_N = 0, lost_force_N = 0, lost_way_m = 0;
   ForceUncertainty force_uncertainty;
+  WatchFigures watch;  // what the run will not believe
   double travel_min_m = 0, travel_max_m = 0;  // envelope of machine travel; 0 0 without motion
   bool travel_from_contact = false;  // ... or counted from contact, where that is not known
   std::int64_t bytes = 0;  // of the database, about

@@ -136,6 +136,9 @@ void Planner::finish_figures() {
   // ISO 7500-1: the zero may be off by a tenth of the class, of the largest force of the cell.
   u.zero_N = part / 10 * rig_.frame.force_max.si();
   if (const auto noise = force_noise_N(rig_)) u.noise_N = 4 * *noise;
+  plan_.watch =
+      watch_figures(rig_.frame, forecast_.bound(), limits_.force_max_N, plan_.frame_rate_Hz,
+                    rig_.force_scatter, force_noise_N(rig_).value_or(0));
   if (!moved_) return;
   for (const std::string& text : forecast_assumptions(rig_, forecast_)) assume(text);
   if (!rig_.compression_m) {

@@ -88,6 +88,7 @@ class Planner {
   Refusal too_fast(const std::string& why, const Number& speed, double fastest,
                    const Number* timeout);
   double slowed_down(const FindContactStep& s);
+  void check_threshold(const FindContactStep& s, Outcome& out);
   void foresee(double worst_N, double speed);
   bool can_be_measured() const { return contact_state_ == Contact::found; }
   double travel_at(double force) const;

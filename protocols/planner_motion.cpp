@@ -282,8 +282,21 @@ double Planner::slowed_down(const FindContactStep& s) {
   return std::max(std::min(v, fastest), std::min(v, rig_.frame.speed_min.si()));
 }
 
+// What the noise shows by itself is no contact.
+void Planner::check_threshold(const FindContactStep& s, Outcome& out) {
+  const double noise = force_noise_N(rig_).value_or(0), rise = env_.get(s.force);
+  const double least = kContactSigmas * noise;
+  if (!exceeds(least, rise)) return;
+  out.refuse(
+      Refusal(fmt::format("contact at {:.3g} N, but the load cell scatters by {:.3g} N (standard "
+                          "deviation) while it rests: at least {:.3g} N, {:.0f} times that",
+                          rise, noise, least, kContactSigmas),
+              at_least(s.force, 1.05 * least, protocol_)));
+}
+
 Planner::Outcome Planner::on(const FindContactStep& s) {
   Outcome out;
+  check_threshold(s, out);
   use_speed(s.speed, out);
   const double rise = env_.get(s.force), back = env_.get(s.back_off);
   const double v = slowed_down(s);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lcrig {
 
@@ -12,6 +13,7 @@ namespace {
 
 constexpr double kStanding_m = 10e-6;
 constexpr double kLeastStep_m = 1e-10;  // below any drive's resolution: rounding
+constexpr double kLeastDigit_N = 1e-9;  // below any cell's
 
 }  // namespace
 
@@ -25,13 +27,27 @@ void Rest::add(std::span<const FrameSample> samples) {
       ++travels_;
     }
     if (!s.force_N) continue;
-    if (last_N_ && *last_N_ != *s.force_N) ++different_;
-    last_N_ = s.force_N;
+    compare_digits(*s.force_N);
     ++n_;
-    const double d = *s.force_N - mean_;
-    mean_ += d / static_cast<double>(n_);
+    if (!begin_) begin_ = s.received;
+    const double t = to_seconds(s.received - *begin_), n = static_cast<double>(n_);
+    const double d = *s.force_N - mean_, dt = t - time_mean_s_;
+    mean_ += d / n;
+    time_mean_s_ += dt / n;
     squares_ += d * (*s.force_N - mean_);
+    time_squares_ += dt * (t - time_mean_s_);
+    products_ += dt * (*s.force_N - mean_);
   }
+}
+
+void Rest::compare_digits(double force_N) {
+  const double step = last_N_ ? std::abs(force_N - *last_N_) : 0;
+  const bool same = last_N_ && *last_N_ == force_N;
+  if (last_N_ && !same) ++different_;
+  run_ = same ? run_ + 1 : 1;
+  longest_run_ = std::max(longest_run_, run_);
+  if (step > kLeastDigit_N && (digit_N_ == 0 || step < digit_N_)) digit_N_ = step;
+  last_N_ = force_N;
 }
 
 double Rest::scatter_N() const {
@@ -40,6 +56,24 @@ double Rest::scatter_N() const {
 
 double Rest::error_N() const {
   return n_ > 0 ? scatter_N() / std::sqrt(static_cast<double>(n_)) : 0;
+}
+
+void Rest::know_drift(const Rest& before, Duration ago) {
+  const double s = to_seconds(ago);
+  known_drift_N_s_ = (force_N() - before.force_N()) / s;
+  known_drift_error_N_s_ = std::hypot(error_N(), before.error_N()) / s;
+}
+
+double Rest::drift_N_s() const {
+  if (known_drift_N_s_) return *known_drift_N_s_;
+  return n_ > 2 && time_squares_ > 0 ? products_ / time_squares_ : 0;
+}
+
+double Rest::drift_error_N_s() const {
+  if (known_drift_N_s_) return known_drift_error_N_s_;
+  if (n_ < 3 || !(time_squares_ > 0)) return std::numeric_limits<double>::infinity();
+  const double left = std::max(0.0, squares_ - products_ * products_ / time_squares_);
+  return std::sqrt(left / static_cast<double>(n_ - 2) / time_squares_);
 }
 
 std::optional<double> Rest::travel_m() const {

@@ -20,15 +20,33 @@ class Rest {
   double force_N() const { return mean_; }
   double scatter_N() const;  // standard deviation of a sample; 0 for fewer than two
   double error_N() const;  // standard error of the mean
+  // How fast its mean goes away, by a straight line through the samples, and how well that is known
+  // (standard error); 0 and infinite for fewer than three.
+  double drift_N_s() const;
+  double drift_error_N_s() const;
+  // The same, known better from another rest of long ago.
+  void know_drift(const Rest& before, Duration ago);
+  // What it would show by its drift after some time.
+  void shift(double force_N) { mean_ += force_N; }
   // No real cell repeats its last digit for ever; one that does is frozen, or not connected.
   bool is_alive() const { return different_ > 0; }
+  double digit_N() const { return digit_N_; }  // least difference of two samples; 0: none
+  std::int64_t longest_run() const { return longest_run_; }  // of equal forces, one after another
   std::optional<double> travel_m() const;  // mean
   bool stands() const;  // within 10 um, and no flag says that it moves
   std::string to_json_text() const;
 
  private:
+  void compare_digits(double force_N);
+
   std::int64_t n_ = 0, different_ = 0;
+  std::int64_t run_ = 0, longest_run_ = 0;
+  double digit_N_ = 0;
   double mean_ = 0, squares_ = 0;  // Welford
+  std::optional<MonoTime> begin_;
+  std::optional<double> known_drift_N_s_;
+  double known_drift_error_N_s_ = 0;
+  double time_mean_s_ = 0, time_squares_ = 0, products_ = 0;  // the same, of the times
   std::optional<double> last_N_;
   std::int64_t travels_ = 0;
   double travel_sum_m_ = 0, travel_min_m_ = 0, travel_max_m_ = 0;

@@ -71,6 +71,7 @@ Run::Run(asio::any_io_executor executor, RunSetup setup)
       interrupts_(executor, 1),
       resumes_(executor, 1) {
   pressing_ = setup_.pressing;
+  if (pressing_ && setup_.commands) plausible_.emplace(WatchFigures());
   progress_.run = setup_.run;
   progress_.protocol = setup_.protocol.name;
   progress_.specimen = setup_.specimen;
@@ -124,6 +125,7 @@ void Run::on_samples(std::span<const FrameSample> samples) {
   judge_age(samples);
   for (const FrameSample& s : samples) {
     if (s.force_N) force_N_ = s.force_N, force_known_ = *last_sample_;
+    if (prepared_) judge_truth(s);
     // What the frame shows before anything was moved is judged by look_at_rest, with advice.
     if (auto why = guard_.check(s); why && !stop_pending_ && (prepared_ || !moves())) {
       event("limit", *why);

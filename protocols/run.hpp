@@ -16,6 +16,7 @@
 #include "drivers/load_frame.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/guard.hpp"
+#include "protocols/plausibility.hpp"
 #include "protocols/pressing.hpp"
 #include "protocols/protocol.hpp"
 #include "protocols/rest.hpp"
@@ -207,18 +208,44 @@ class Run final : private LoadFrame::Listener {
 
   Task<Result<>> execute(const SetGapStep& step, StepProgress& progress);
 
+  // What a motion is told: how it begins, and where it has to end.
+  struct Order {
+    Order() = default;
+    Plausibility::Motion motion;
+    std::optional<double> travel_m, force_N;  // one of them
+    int side = 0;  // of a force: at least (1), at most (-1), within (0)
+    double waver_N = 0;  // of a force loop
+    bool either_side = false;  // a force that falls to its lower limit ends it as well
+  };
+  // run_watch.cpp: what the frame shows against what it was told
+  void learn_rest(const Rest& rest);
+  Plausibility::Motion motion_now(double direction, double speed_m_s) const;
+  void judge_truth(const FrameSample& sample);
+  void disbelieve(const Contradiction& contradiction);
+  std::string disagreement(const Order& order, const MotionOutcome& outcome) const;
+  Task<Result<>> believe(const Order& order, const MotionOutcome& outcome);
+
   // run_motion.cpp: one motion, with all that is asked before and compared after it
   using Permit = Pressing::Permit;
   // A motion within its time; anything but `target` is an error. Writes the motion's event.
-  Task<Result<MotionOutcome>> timed(Task<Result<MotionOutcome>> motion, double timeout_s);
+  Task<Result<MotionOutcome>> timed(const Order& order, Task<Result<MotionOutcome>> motion,
+                                    double timeout_s);
+  void see_end(const Order& order, const MotionOutcome& outcome);
+  Task<Result<>> ready_for(const Permit& permit);
+  Order order_of(double force_N, int side, double speed_m_s) const;
   void take_standstill(const MotionOutcome& outcome);
-  Task<Result<MotionOutcome>> watched(Permit permit, Task<Result<MotionOutcome>> motion,
-                                      double timeout_s);
+  Task<Result<MotionOutcome>> watched(Order order, Permit permit,
+                                      Task<Result<MotionOutcome>> motion, double timeout_s);
   Task<Result<>> move_to_travel(double travel_m, double speed_m_s, double timeout_s);
   Task<Result<>> move_to_force(double force_N, double speed_m_s, double timeout_s);
   Task<Result<>> ramp_to_force(double force_N, double rate_N_s, double timeout_s);
+  // What a search for a force is besides; absent: a motion of a step.
+  struct Search {
+    Search(double end, double least) : end_m(end), least_N(least) {}
+    double end_m, least_N;  // stands there at the latest; stops at a force that falls so far
+  };
   Task<Result<MotionOutcome>> press_until(double force_N, double speed_m_s, double timeout_s,
-                                          std::optional<double> guard_travel_m);
+                                          std::optional<Search> search);
   Task<Result<>> arm(FrameLimits limits);
   Pressing::State pressing_state() const;
   Result<double> present_force() const;  // N; the last known one, if it is not old
@@ -226,10 +253,22 @@ class Run final : private LoadFrame::Listener {
   Task<Result<Rest>> watch_rest(Duration at_least);
   Task<Result<Rest>> living_rest();  // refused when the force never changes
   Task<Result<>> look_at_rest();
-  // run_contact.cpp: the search
-  Task<Result<MotionOutcome>> search(const FindContactStep& step, const Rest& rest);
+  // run_search.cpp: the way to contact
+  Task<Result<Rest>> drifting_rest();
+  Task<Result<Rest>> rest_before(const FindContactStep& step);
   double search_speed(const FindContactStep& step, const Rest& rest) const;
-  Task<Result<std::vector<Rest>>> step_back(double touched_m, const Rest& before);
+  double search_end_m(const FindContactStep& step) const;
+  Task<Result<std::optional<MotionOutcome>>> approach(const FindContactStep& step, const Rest& rest,
+                                                      double end_m, Duration patience);
+  Task<Result<MotionOutcome>> search(const FindContactStep& step, Rest& rest, double end_m,
+                                     MonoTime deadline);
+  static double felt_beyond_drift_N(const Rest& rest, const Rest& now, Duration ago);
+  Result<MotionOutcome> check_touched(MotionOutcome touched) const;
+  // run_contact.cpp: whether it is one, and what it is like
+  static bool is_contact(const std::vector<Rest>& looks, const Rest& before, double rise_N);
+  Task<Result<>> take_contact(const FindContactStep& step, const MotionOutcome& touched,
+                              const Rest& rest, const std::vector<Rest>& looks);
+  Task<Result<std::vector<Rest>>> step_back(const MotionOutcome& contact, const Rest& before);
   void conclude_stiffness(const std::vector<Rest>& looks, const Rest& before, const Rest& after);
   void place_contact(double travel_m, double force_N);
   void zero_travel(double travel_m);
@@ -289,6 +328,8 @@ class Run final : private LoadFrame::Listener {
   std::optional<double> force_N_;  // latest that was known ...
   MonoTime force_known_;  // ... and when
   std::optional<Pressing> pressing_;
+  std::optional<Plausibility> plausible_;  // of a frame that we move
+  ForceScatter scatter_;  // of the unloaded cell, all that was seen of it
   std::optional<FrameLimits> armed_;  // what the device watches now
   std::optional<Rest> watched_rest_;  // fed while somebody watches
   std::optional<Rest> rest_;  // of the unloaded frame

@@ -21,6 +21,9 @@ constexpr int kSteps = 12;  // each twice as far: up to 0.8 mm
 constexpr double kSigmas = 3;
 constexpr double kEnough = 0.3;  // of the force at contact: less left tells no more
 constexpr double kLeft = 0.1;  // ... and less than this may be none
+constexpr double kLeastFelt = 0.2;  // of the threshold, once the frame stands
+constexpr double kGone = 0.5;  // of what was felt, on the way back
+constexpr int kAttempts = 5;  // of a search that finds what is no contact
 
 }  // namespace
 
@@ -28,36 +31,6 @@ void Run::place_contact(double travel_m, double force_N) {
   contact_travel_m_ = travel_m;
   contact_force_N_ = force_N;
   guard_.place_contact(travel_m);
-}
-
-// With slow_down: the same arithmetic as in the plan.
-double Run::search_speed(const FindContactStep& step, const Rest& rest) const {
-  const Environment& env = setup_.environment;
-  const double v = env.get(step.speed), rise = env.get(step.force);
-  if (!step.slow_down) return v;
-  const double room = guard_.force_max_N() - rest.force_N() - rise;
-  const double fastest = pressing_->forecast().fastest_m_s(rise, rise + 0.5 * room);
-  return std::max(std::min(v, fastest), std::min(v, setup_.frame.capabilities().speed_min.si()));
-}
-
-Task<Result<MotionOutcome>> Run::search(const FindContactStep& step, const Rest& rest) {
-  const Environment& env = setup_.environment;
-  const double rise = env.get(step.force), v = search_speed(step, rest);
-  if (rest.force_N() + rise > guard_.force_max_N()) {
-    co_return fail(Errc::limit_tripped,
-                   "step {}: the cell shows {:.4f} N at rest, {:.4f} N more is beyond the limit of "
-                   "{:.4f} N: zero the force first",
-                   step_->id, rest.force_N(), rise, guard_.force_max_N());
-  }
-  double longest = v * env.get(step.timeout);
-  if (step.within) longest = std::min(longest, env.get(*step.within));
-  const double end = memory_.travel_m.value_or(0) + longest;
-  auto outcome = co_await press_until(rest.force_N() + rise, v, env.get(step.timeout), end);
-  if (!outcome && outcome.error().code == Errc::limit_tripped) {
-    co_return fail(Errc::limit_tripped, "{}; the search was to go {:.4g} mm at most",
-                   outcome.error().what, longest * 1e3);
-  }
-  co_return outcome;
 }
 
 namespace {
@@ -80,7 +53,8 @@ std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resol
 
 // Steps back, each twice as far as the one before, as long as something of the force is left: the
 // longest way in contact tells the slope best.
-Task<Result<std::vector<Rest>>> Run::step_back(double touched_m, const Rest& before) {
+Task<Result<std::vector<Rest>>> Run::step_back(const MotionOutcome& contact, const Rest& before) {
+  const double touched_m = *contact.travel_m;
   std::vector<Rest> looks;
   auto touched = co_await watch_rest(kLook);
   if (!touched) co_return fail(touched.error());
@@ -90,7 +64,8 @@ Task<Result<std::vector<Rest>>> Run::step_back(double touched_m, const Rest& bef
   const double speed = std::clamp(kFastest_m_s, caps.speed_min.si(), caps.speed_max.si());
   const double end_m = device_limits(guard_.limits(), caps).travel_min.si();
   double step_m = kFirstStep_m, left_N = felt_N;
-  for (int i = 0; i < kSteps && left_N > kEnough * felt_N && touched_m - step_m > end_m;
+  for (int i = 0;
+       i < kSteps && std::abs(left_N) > kEnough * std::abs(felt_N) && touched_m - step_m > end_m;
        ++i, step_m *= 2) {
     auto moved = co_await move_to_travel(touched_m - step_m, speed, 60 + step_m / speed);
     if (!moved) co_return fail(moved.error());
@@ -100,6 +75,15 @@ Task<Result<std::vector<Rest>>> Run::step_back(double touched_m, const Rest& bef
     looks.push_back(*now);
   }
   co_return looks;
+}
+
+// Whether what was felt is gone, or grew less, where the probe went away: a force that stays is
+// none of a specimen, and noise is none.
+bool Run::is_contact(const std::vector<Rest>& looks, const Rest& before, double rise_N) {
+  const Rest& touched = looks.front();
+  const double felt_N = touched.force_N() - before.force_N();
+  if (std::abs(felt_N) < kLeastFelt * rise_N) return false;
+  return (touched.force_N() - looks.back().force_N()) / felt_N > kGone;
 }
 
 // `looks`: at contact, and after each step back. A step on whose way contact was lost would tell of
@@ -135,6 +119,8 @@ Task<Result<>> Run::back_off(double clear_m, const FindContactStep& step, const 
   auto after = co_await watch_rest(kLook);
   if (!after) co_return fail(after.error());
   conclude_stiffness(looks, before, *after);
+  learn_rest(*after);  // its zero may have drifted on the way
+  guard_.set_rest_force(after->force_N(), after->scatter_N());
   if (!setup_.check_at_contact || !start_travel_m_) co_return moved;
   auto possible =
       co_await setup_.check_at_contact(*start_travel_m_, *contact_travel_m_ + travel_zero_m_);
@@ -150,34 +136,53 @@ Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress)
                                         env.get(step.timeout));
     if (!back) co_return back;
   }
-  auto rest = co_await living_rest();
+  auto rest = co_await rest_before(step);
   if (!rest) co_return fail(rest.error());
-  if (is_loaded(rest->force_N() - zero_doubt_N())) {
-    co_return fail(Errc::limit_tripped,
-                   "step {}: the cell shows {:.4f} N, and {:.4f} N when nothing pressed: the probe "
-                   "touches already; move it away first",
-                   step_->id, rest->force_N(), rest_->force_N());
-  }
-  rest_ = *rest;
-  guard_.set_rest_force(rest->force_N(), rest->scatter_N());
   if (!progress.start_travel_m) progress.start_travel_m = memory_.travel_m;
-  auto touched = co_await search(step, *rest);
-  if (!touched) co_return fail(touched.error());
-  if (!touched->travel_m) {
-    co_return fail(Errc::refused, "step {}: the frame reports no travel at contact", step_->id);
+  const double end_m = search_end_m(step);
+  const MonoTime deadline = setup_.clock.now() + from_seconds(env.get(step.timeout));
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const MonoTime begun = setup_.clock.now();
+    const Rest first = *rest;
+    auto touched = co_await search(step, *rest, end_m, deadline);
+    if (!touched) co_return fail(touched.error());
+    auto looks = co_await step_back(*touched, *rest);
+    if (!looks) co_return fail(looks.error());
+    if (is_contact(*looks, *rest, env.get(step.force))) {
+      auto result = co_await take_contact(step, *touched, *rest, *looks);
+      co_return result;
+    }
+    event("no_contact", fmt::format(R"({{"travel_m":{},"force_N":{},"rest_force_N":{}}})",
+                                    *touched->travel_m, looks->front().force_N(), rest->force_N()));
+    rest = co_await living_rest();
+    if (!rest) co_return fail(rest.error());
+    rest->know_drift(first, setup_.clock.now() - begun);
+    learn_rest(*rest);
   }
-  // Of a contact that was run into nobody knows where it began.
-  if (pressing_->broken()) {
-    co_return fail(Errc::limit_tripped, "step {}: {}", step_->id, *pressing_->broken());
+  co_return fail(Errc::refused,
+                 "step {}: the force changed {} times by what contact should be, and not back on "
+                 "the way back: the load cell drifts, or something else pushes it",
+                 step_->id, kAttempts);
+}
+
+// Where the specimen is, and what it is like there.
+Task<Result<>> Run::take_contact(const FindContactStep& step, const MotionOutcome& touched,
+                                 const Rest& rest, const std::vector<Rest>& looks) {
+  const Environment& env = setup_.environment;
+  const double felt_N = touched.force_N.value_or(looks.front().force_N()) - rest.force_N();
+  if (felt_N < 0) {
+    const std::string why = fmt::format(
+        "the force falls where the probe presses ({:.4f} N, {:.4f} N at rest), and rises on the "
+        "way back: the load cell is connected the wrong way",
+        rest.force_N() + felt_N, rest.force_N());
+    disbelieve(Contradiction(Disbelief::force, why));
+    co_return fail(Errc::refused, "step {}: {}", step_->id, why);
   }
-  const double felt_N = touched->force_N.value_or(force_N_.value_or(0)) - rest->force_N();
-  place_contact(*touched->travel_m, std::max(felt_N, env.get(step.force)));
+  place_contact(*touched.travel_m, std::max(felt_N, env.get(step.force)));
   event("contact", fmt::format(R"({{"travel_m":{},"force_N":{},"rest_force_N":{}}})",
-                               *contact_travel_m_, touched->force_N.value_or(0), rest->force_N()));
-  auto looks = co_await step_back(*contact_travel_m_, *rest);
-  if (!looks) co_return fail(looks.error());
+                               *contact_travel_m_, touched.force_N.value_or(0), rest.force_N()));
   const double clear_m = *contact_travel_m_ - env.get(step.back_off);
-  auto result = co_await back_off(clear_m, step, *rest, *looks);
+  auto result = co_await back_off(clear_m, step, rest, looks);
   co_return result;
 }
 

@@ -34,8 +34,9 @@ void Run::tell_hands_off(RunResult& result) const {
   }
   const bool named = result.reason.find(hands_off_->what) != std::string::npos;
   if (!named) add_note(result.reason, hands_off_->what);
-  add_note(result.reason,
-           "nothing is moved any more, not even by `finally`, until a person has looked at the rig");
+  add_note(
+      result.reason,
+      "nothing is moved any more, not even by `finally`, until a person has looked at the rig");
 }
 
 // Limits, contact and predictions were of the zero before. The way back is the way away from here.
@@ -45,6 +46,7 @@ void Run::distrust_zero(const std::string& detail) {
       "to this run any more",
       detail);
   guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
+  if (plausible_) plausible_->distrust_force();
   contact_travel_m_.reset();
   if (pressing_) pressing_->distrust(why);
   armed_.reset();

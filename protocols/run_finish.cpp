@@ -37,8 +37,10 @@ Task<> Run::stop_frame() {
     ++stands_;
     co_return;
   }
+  if (plausible_) plausible_->look_away();
   auto stopped = co_await setup_.frame.stop();
   standing_ = stopped.has_value();
+  if (plausible_ && standing_) plausible_->stand(setup_.clock.now());
   ++(standing_ ? stands_ : failed_stops_);
   event(stopped ? "stopped" : "stop_failed", stopped ? "" : stopped.error().what);
 }

@@ -47,6 +47,7 @@ void Run::lose_meter(Error error) {
 
 void Run::lose_frame(Error error) {
   guard_.set_watch_age(false);
+  if (plausible_) plausible_->look_away();
   if (!memory_at_loss_) memory_at_loss_ = memory_;
   lose(frame_away_, last_sample_, std::move(error));
 }
@@ -217,6 +218,7 @@ Task<Result<>> Run::rejoin_frame() {
   }
   guard_.restart_age(setup_.clock.now());
   guard_.set_watch_age(setup_.frame.capabilities().motion && setup_.commands);
+  if (plausible_) plausible_->stand(setup_.clock.now());
   co_return Result<>();
 }
 
@@ -271,6 +273,7 @@ Task<Result<>> Run::restore_hold() {
   if (!held_force_N_) co_return Result<>();
   if (auto may = may_move(); !may) co_return may;
   auto held = co_await setup_.frame.hold_force(Force::from_si(*held_force_N_));
+  if (plausible_ && held) plausible_->begin(Plausibility::Motion(), setup_.clock.now());
   co_return held;
 }
 

@@ -56,9 +56,11 @@ Task<Result<>> Run::arm(FrameLimits limits) {
   co_return armed;
 }
 
-Task<Result<MotionOutcome>> Run::timed(Task<Result<MotionOutcome>> motion, double timeout_s) {
+Task<Result<MotionOutcome>> Run::timed(const Order& order, Task<Result<MotionOutcome>> motion,
+                                       double timeout_s) {
   if (auto may = may_move(); !may) co_return fail(may.error());
   held_force_N_.reset();
+  if (plausible_) plausible_->begin(order.motion, setup_.clock.now());
   in_motion_ = true;
   const auto over = [](bool* flag) { *flag = false; };
   const std::unique_ptr<bool, decltype(over)> moving(&in_motion_, over);
@@ -69,9 +71,14 @@ Task<Result<MotionOutcome>> Run::timed(Task<Result<MotionOutcome>> motion, doubl
                    timeout_s);
   }
   auto& outcome = std::get<0>(r);
-  if (!outcome) co_return fail(outcome.error());
+  if (!outcome) {
+    if (plausible_) plausible_->look_away();  // whether it moves now, nobody knows
+    co_return fail(outcome.error());
+  }
   event("motion", to_json_text(*outcome));
-  take_standstill(*outcome);
+  see_end(order, *outcome);
+  const bool fell = outcome->force_N.value_or(force_N_.value_or(0)) < order.motion.force_N;
+  if (order.either_side && outcome->reason == MotionEnd::force_limit && fell) co_return *outcome;
   co_return judge(step_->id, std::move(*outcome));
 }
 
@@ -85,20 +92,44 @@ void Run::take_standstill(const MotionOutcome& outcome) {
   force_known_ = setup_.clock.now();
 }
 
+void Run::see_end(const Order& order, const MotionOutcome& outcome) {
+  take_standstill(outcome);
+  if (!plausible_) return;
+  const bool holds = order.motion.direction == 0 && outcome.reason == MotionEnd::target;
+  if (holds) {
+    plausible_->begin(Plausibility::Motion(), setup_.clock.now());
+  } else {
+    plausible_->stand(setup_.clock.now());
+  }
+}
+
 // Arms, moves, and compares what was felt with what was predicted.
-Task<Result<MotionOutcome>> Run::watched(Permit permit, Task<Result<MotionOutcome>> motion,
-                                         double timeout_s) {
-  auto armed = co_await arm(permit.limits);
-  if (!armed) co_return fail(armed.error());
+Task<Result<MotionOutcome>> Run::watched(Order order, Permit permit,
+                                         Task<Result<MotionOutcome>> motion, double timeout_s) {
+  auto ready = co_await ready_for(permit);
+  if (!ready) co_return fail(ready.error());
   if (pressing_) pressing_->begin(permit);
-  auto outcome = co_await timed(std::move(motion), timeout_s);
+  auto outcome = co_await timed(order, std::move(motion), timeout_s);
   if (!pressing_ || !outcome) co_return outcome;
+  auto true_word = co_await believe(order, *outcome);
+  if (!true_word) co_return fail(true_word.error());
   const auto seen = pressing_->end(*outcome, rest_ ? rest_->scatter_N() : 0);
   if (!seen) co_return outcome;
   event(seen->exceeded ? "overshoot_exceeded" : "overshoot", seen->to_json_text());
   if (!seen->exceeded || seen->observed_N <= guard_.force_max_N()) co_return outcome;
   co_return fail(Errc::limit_tripped, "step {}: the force went to {:.4f} N, the limit is {:.4f} N",
                  step_->id, seen->observed_N, guard_.force_max_N());
+}
+
+// Nothing is pressed with a cell that never was seen to scatter.
+Task<Result<>> Run::ready_for(const Permit& permit) {
+  if (permit.presses && plausible_ && !scatter_.alive) {
+    auto rest = co_await living_rest();
+    if (!rest) co_return fail(rest.error());
+    scatter_ = ForceScatter(*rest);
+  }
+  auto armed = co_await arm(permit.limits);
+  co_return armed;
 }
 
 Pressing::State Run::pressing_state() const {
@@ -132,6 +163,14 @@ Result<double> Run::present_force() const {
       step_->id, *force_N_, to_seconds(age));
 }
 
+Run::Order Run::order_of(double force_N, int side, double speed_m_s) const {
+  Order order;
+  order.force_N = force_N;
+  order.side = side;
+  order.motion = motion_now(side, speed_m_s);
+  return order;
+}
+
 Task<Result<>> Run::move_to_travel(double travel_m, double speed_m_s, double timeout_s) {
   Permit permit;
   if (pressing_) {
@@ -143,21 +182,32 @@ Task<Result<>> Run::move_to_travel(double travel_m, double speed_m_s, double tim
       co_return fail(allowed.error().code, "step {}: {}", step_->id, allowed.error().what);
     permit = *allowed;
   }
+  Order order;
+  order.travel_m = travel_m;
+  const bool away = memory_.travel_m && travel_m <= *memory_.travel_m;
+  order.motion = motion_now(away ? -1 : 1, speed_m_s);
   auto motion = setup_.frame.move_to(Length::from_si(travel_m), Velocity::from_si(speed_m_s));
-  auto outcome = co_await watched(permit, std::move(motion), timeout_s);
+  auto outcome = co_await watched(order, permit, std::move(motion), timeout_s);
   if (!outcome) co_return fail(outcome.error());
   co_return Result<>();
 }
 
 Task<Result<MotionOutcome>> Run::press_until(double force_N, double speed_m_s, double timeout_s,
-                                             std::optional<double> guard_travel_m) {
+                                             std::optional<Search> search) {
   auto permit = pressing_->to_force(pressing_state(), force_N, speed_m_s);
   if (!permit) co_return fail(permit.error().code, "step {}: {}", step_->id, permit.error().what);
   Length guard = permit->guard;
-  if (guard_travel_m) guard = std::min(guard, Length::from_si(*guard_travel_m));
+  Order order = order_of(force_N, 1, speed_m_s);
+  if (search) {
+    guard = std::min(guard, Length::from_si(search->end_m));
+    permit->limits.force_min = std::max(permit->limits.force_min, Force::from_si(search->least_N));
+    order.either_side = true;
+    const double fall_N = order.motion.force_N - search->least_N;
+    order.motion.against_N = std::max(order.motion.against_N, 2 * fall_N);
+  }
   auto motion =
       setup_.frame.move_until_force(Force::from_si(force_N), Velocity::from_si(speed_m_s), guard);
-  auto outcome = co_await watched(*permit, std::move(motion), timeout_s);
+  auto outcome = co_await watched(order, *permit, std::move(motion), timeout_s);
   co_return outcome;
 }
 
@@ -170,9 +220,10 @@ Task<Result<>> Run::move_to_force(double force_N, double speed_m_s, double timeo
     outcome = co_await press_until(force_N, speed_m_s, timeout_s, std::nullopt);
   } else {
     const Permit permit = pressing_->away(pressing_state());
+    const Order order = order_of(force_N, -1, speed_m_s);
     auto motion = setup_.frame.move_until_force(
         Force::from_si(force_N), Velocity::from_si(-speed_m_s), permit.limits.travel_min);
-    outcome = co_await watched(permit, std::move(motion), timeout_s);
+    outcome = co_await watched(order, permit, std::move(motion), timeout_s);
   }
   if (!outcome) co_return fail(outcome.error());
   co_return Result<>();
@@ -183,8 +234,13 @@ Task<Result<>> Run::ramp_to_force(double force_N, double rate_N_s, double timeou
   if (!present) co_return fail(present.error());
   auto permit = pressing_->ramp(pressing_state(), force_N, rate_N_s);
   if (!permit) co_return fail(permit.error().code, "step {}: {}", step_->id, permit.error().what);
+  Order order = order_of(force_N, 0, 0);
+  order.motion.rate_N_s = rate_N_s;
+  if (const auto& loop = setup_.frame.capabilities().force_loop) {
+    order.waver_N = loop->ripple.si() + rate_N_s * to_seconds(loop->lag);
+  }
   auto motion = setup_.frame.ramp_force(Force::from_si(force_N), ForceRate::from_si(rate_N_s));
-  auto outcome = co_await watched(*permit, std::move(motion), timeout_s);
+  auto outcome = co_await watched(order, *permit, std::move(motion), timeout_s);
   if (!outcome) co_return fail(outcome.error());
   held_force_N_ = force_N;
   co_return Result<>();
@@ -233,7 +289,8 @@ Task<Result<>> Run::look_at_rest() {
         "{:.4g} N: unload it, or zero it at the machine",
         force_N, limits.force_min_N, limits.force_max_N);
   }
-  if (!setup_.continues) rest_ = *rest;
+  if (!setup_.continues) learn_rest(*rest);
+  if (plausible_) plausible_->stand(setup_.clock.now());
   start_travel_m_ = rest->travel_m();
   if (setup_.start_gap_m && start_travel_m_) {
     place_contact(*start_travel_m_ + *setup_.start_gap_m, 0);

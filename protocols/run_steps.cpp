@@ -80,6 +80,7 @@ Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
   zeroing_ = true;  // the gateway may tell of it, too
   const auto over = [](bool* flag) { *flag = false; };
   const std::unique_ptr<bool, decltype(over)> zeroing(&zeroing_, over);
+  if (plausible_) plausible_->look_away();
   auto zeroed = co_await setup_.frame.zero(step.force, step.travel);
   if (!zeroed) co_return zeroed;
   memory_.zeroed = true;
@@ -90,7 +91,8 @@ Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
   co_await setup_.clock.wait_for(stale);
   auto after = co_await watch_rest(kRestTime);
   if (!after) co_return fail(after.error());
-  rest_ = *after;
+  learn_rest(*after);
+  if (plausible_) plausible_->stand(setup_.clock.now());
   guard_.set_rest_force(after->force_N(), after->scatter_N());
   co_return Result<>();
 }
@@ -163,6 +165,7 @@ Task<Result<>> Run::execute(const HoldStep& step, StepProgress& progress) {
     held_force_N_.reset();
     if (travel) {
       held = co_await setup_.frame.hold_travel();
+      if (plausible_) plausible_->stand(setup_.clock.now());
     } else {
       auto force_N = present_force();
       if (step.at) force_N = force_of(*step.at);
@@ -174,6 +177,7 @@ Task<Result<>> Run::execute(const HoldStep& step, StepProgress& progress) {
       held = may_move();
       if (held) held = co_await setup_.frame.hold_force(Force::from_si(*force_N));
       held_force_N_ = *force_N;
+      if (plausible_) plausible_->begin(Plausibility::Motion(), setup_.clock.now());
     }
     if (!held) co_return held;
     progress.moved = true;

@@ -270,6 +270,38 @@ void FaultPlayer::act_on_frame(const Fault& f, bool on) {
       if (on) return bench_.unplug_frame();
       bench_.power_frame();
       return bench_.plug_frame();
+    case tare_lost:
+      return set([&](Faults& s) { s.lose_tare = true, s.tell_origin = f.origin_changes; });
+    case caps_changed:
+      set([](Faults& s) { s.lies.other_caps = true; });
+      return bench_.restart_gateway(false);
+    default: return lie(f, on);
+  }
+}
+
+void FaultPlayer::lie(const Fault& f, bool on) {
+  using enum FaultKind;
+  const auto set = [&](auto change) {
+    bench_.break_frame([&](ZwickSimFaults& s) { change(s.lies); });
+  };
+  using Lies = ZwickSimLies;
+  switch (f.kind) {
+    case force_frozen: return set([on](Lies& s) { s.force_frozen = on; });
+    case force_reversed: return set([on](Lies& s) { s.force_reversed = on; });
+    case force_drift: return set([&](Lies& s) { s.force_drift_N_s = on ? f.rate_N_s : 0; });
+    case force_scatter: return set([&](Lies& s) { s.force_scatter = on ? f.factor : 1; });
+    case drive_reversed: return set([on](Lies& s) { s.drive_reversed = on; });
+    case creep: return set([&](Lies& s) { s.creep_m_s = on ? f.speed_um_s * 1e-6 : 0; });
+    case done_early: return set([on](Lies& s) { s.done_early = on; });
+    case done_unmoved: return set([on](Lies& s) { s.done_unmoved = on; });
+    case done_late: return set([&](Lies& s) { s.done_late_s = on ? f.delay_s : 0; });
+    case order_late: return set([&](Lies& s) { s.order_late_s = on ? f.delay_s : 0; });
+    case clock_frozen: return set([on](Lies& s) { s.clock_rate = on ? 0 : 1; });
+    case clock_rate: return set([&](Lies& s) { s.clock_rate = on ? f.factor : 1; });
+    case estop: return set([on](Lies& s) { s.estop = on; });
+    case stop_late: return set([&](Lies& s) { s.stop_late_s = on ? f.delay_s : 0; });
+    case stop_unconfirmed: return set([on](Lies& s) { s.stop_unconfirmed = on; });
+    case stop_ignored: return set([on](Lies& s) { s.stop_ignored = on; });
     default: return;
   }
 }

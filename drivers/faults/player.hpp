@@ -65,6 +65,7 @@ class FaultPlayer {
   void act(const Fault& fault, bool on);
   void act_on_meter(const Fault& fault, bool on);
   void act_on_frame(const Fault& fault, bool on);
+  void lie(const Fault& fault, bool on);
   void act_on_bench(const Fault& fault, bool on);
 
   asio::any_io_executor executor_;

@@ -27,6 +27,9 @@ enum Parameter : unsigned {
   kForgets = 1U << 10U,
   kStep = 1U << 11U,
   kNeedsEnd = 1U << 12U,  // not a parameter: for_s is required
+  kRate = 1U << 13U,
+  kSpeed = 1U << 14U,
+  kOrigin = 1U << 15U,
 };
 
 struct Spec {
@@ -77,6 +80,24 @@ constexpr std::array kSpecs{
     Spec{T::frame, "deaf", K::deaf, S::lasting},
     Spec{T::frame, "unplug", K::frame_unplug, S::lasting, kOtherPort},
     Spec{T::frame, "power_cycle", K::frame_power_cycle, S::lasting},
+    Spec{T::frame, "force_frozen", K::force_frozen, S::lasting},
+    Spec{T::frame, "force_reversed", K::force_reversed, S::lasting},
+    Spec{T::frame, "force_drift", K::force_drift, S::lasting, kRate},
+    Spec{T::frame, "force_scatter", K::force_scatter, S::lasting, kFactor},
+    Spec{T::frame, "drive_reversed", K::drive_reversed, S::lasting},
+    Spec{T::frame, "creep", K::creep, S::lasting, kSpeed},
+    Spec{T::frame, "done_early", K::done_early, S::lasting},
+    Spec{T::frame, "done_unmoved", K::done_unmoved, S::lasting},
+    Spec{T::frame, "done_late", K::done_late, S::lasting, kDelay},
+    Spec{T::frame, "order_late", K::order_late, S::lasting, kDelay},
+    Spec{T::frame, "clock_frozen", K::clock_frozen, S::lasting},
+    Spec{T::frame, "clock_rate", K::clock_rate, S::lasting, kFactor},
+    Spec{T::frame, "tare_lost", K::tare_lost, S::once, kOrigin},
+    Spec{T::frame, "estop", K::estop, S::lasting},
+    Spec{T::frame, "stop_late", K::stop_late, S::lasting, kDelay},
+    Spec{T::frame, "stop_unconfirmed", K::stop_unconfirmed, S::lasting},
+    Spec{T::frame, "stop_ignored", K::stop_ignored, S::lasting},
+    Spec{T::frame, "caps_changed", K::caps_changed, S::once},
     Spec{T::bench, "operator_absent", K::operator_absent, S::lasting, kNeedsEnd},
     Spec{T::bench, "disk_full", K::disk_full, S::lasting},
     Spec{T::bench, "disk_read_only", K::disk_read_only, S::lasting},
@@ -120,12 +141,15 @@ void read_parameters(const JsonReader& r, unsigned which, Fault& f) {
   if (has(kJump)) f.jump_s = r.number("jump_s", kTimeChange);
   if (has(kStep)) f.step_s = r.number("step_s", kTimeChange);
   if (has(kForce)) f.force_N = r.number("force_N", Range{-1e6, 1e6});
+  if (has(kRate)) f.rate_N_s = r.number("rate_N_s", Range{-1e3, 1e3});
+  if (has(kSpeed)) f.speed_um_s = r.number("speed_um_s", Range{-1e5, 1e5});
   if (has(kSamples)) f.samples = r.optional_integer("samples", 1, kMostTimes).value_or(1);
   if (has(kText)) f.text = r.optional_string("text").value_or("");
   if (has(kIdentity)) f.identity = r.at("identity").nonempty_string();
   if (has(kCode) && r.has("code")) f.code = r.at("code").nonempty_string(40);
   if (has(kOtherPort)) f.other_port = r.optional_boolean("other_port").value_or(false);
   if (has(kForgets)) f.forgets_zero = r.optional_boolean("forgets_zero").value_or(false);
+  if (has(kOrigin)) f.origin_changes = r.optional_boolean("origin_changes").value_or(false);
 }
 
 void read_window(const JsonReader& r, Fault& f) {
@@ -248,12 +272,15 @@ std::string describe(const Fault& f) {
   if (has(kJump)) add("jump_s", f.jump_s);
   if (has(kStep)) add("step_s", f.step_s);
   if (has(kForce)) add("force_N", f.force_N);
+  if (has(kRate)) add("rate_N_s", f.rate_N_s);
+  if (has(kSpeed)) add("speed_um_s", f.speed_um_s);
   if (has(kSamples)) add("samples", f.samples);
   if (has(kText) && !f.text.empty()) add("text", f.text);
   if (has(kIdentity)) add("identity", f.identity);
   if (has(kCode)) add("code", f.code);
   if (f.other_port) out += ", other_port";
   if (f.forgets_zero) out += ", forgets_zero";
+  if (f.origin_changes) out += ", origin_changes";
   return out;
 }
 

@@ -55,6 +55,25 @@ enum class FaultKind {
   deaf,
   frame_unplug,
   frame_power_cycle,
+  // frame, what is not true of it
+  force_frozen,
+  force_reversed,
+  force_drift,
+  force_scatter,
+  drive_reversed,
+  creep,
+  done_early,
+  done_unmoved,
+  done_late,
+  order_late,
+  clock_frozen,
+  clock_rate,
+  tare_lost,
+  estop,
+  stop_late,
+  stop_unconfirmed,
+  stop_ignored,
+  caps_changed,
   // bench
   operator_absent,
   disk_full,
@@ -87,9 +106,10 @@ struct Fault {
 
   // Parameters; each only with the faults that docs/faults.md names.
   double delay_s = 0, factor = 1, byte_probability = 0, jump_s = 0, force_N = 0, step_s = 0;
+  double rate_N_s = 0, speed_um_s = 0;
   std::int64_t samples = 1;
   std::string text, identity, code = "not_ready";
-  bool other_port = false, forgets_zero = false;
+  bool other_port = false, forgets_zero = false, origin_changes = false;
 
   bool has_window() const { return at_s || in_step; }
 };

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/zwick/sim.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <cmath>
 
+#include "drivers/zwick/sim_clerk.hpp"
 #include "drivers/zwick/sim_machine.hpp"
 
 namespace lcrig {
@@ -12,6 +15,7 @@ namespace lcrig {
 namespace {
 
 using namespace asio::experimental::awaitable_operators;
+using frame_link::SimClerk;
 using frame_link::SimMachine;
 
 constexpr Duration kIoTime = std::chrono::seconds(1);
@@ -24,6 +28,7 @@ ZwickSim::ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, FrameScen
       clock_(clock),
       settings_(std::move(settings)),
       machine_(std::make_unique<SimMachine>(scene, settings_)),
+      clerk_(std::make_unique<SimClerk>(*machine_)),
       noise_(settings_.seed),
       random_(settings_.seed + 1),
       power_on_(clock.now()) {}
@@ -50,6 +55,7 @@ Task<> ZwickSim::run() {
 // Whoever could command is gone: the machine stops and obeys nobody until it is armed again.
 void ZwickSim::end_command(std::string_view why) {
   if (!machine_) return;
+  clerk_->end_session();
   machine_->halt(clock_.now(), MotionEnd::fault, std::string(why));
   machine_->disarm();
 }
@@ -85,6 +91,7 @@ void ZwickSim::forget() {
 
 void ZwickSim::restart() {
   if (machine_) {
+    clerk_->end_session();
     machine_->halt(clock_.now(), MotionEnd::fault, "gateway restarted");
     machine_->disarm();
   }
@@ -156,9 +163,10 @@ MonoTime ZwickSim::next_due() const {
   if (faults.silent || faults.no_heartbeats) due = clock_.now() + frame_link::kHeartbeat;
   due = std::min(due, sent);
   if (!watchdog_tripped_) due = std::min(due, heard_ + frame_link::kSilence);
-  if (const auto event = machine_ ? machine_->next_event() : std::nullopt) {
+  if (const auto event = clerk_ ? clerk_->next_event() : std::nullopt) {
     due = std::min(due, *event);
   }
+  if (stop_due_) due = std::min(due, *stop_due_);
   if (rate_Hz_ > 0 && machine_) {
     // The last sample of this batch: the device fills a batch, then sends it.
     const auto missing = static_cast<std::int64_t>(0.1 * rate_Hz_) - std::ssize(batch_) - 1;
@@ -188,12 +196,20 @@ std::optional<MonoTime> ZwickSim::next_sample() const {
 void ZwickSim::catch_up(MonoTime now) {
   if (machine_) machine_->set_never_complete(faults.never_complete);
   if (machine_) machine_->set_late_stop(faults.late_stop_s);
+  play_until(now);
+  lie(now);
+  play_until(now);
+  owe_stops(now);
+}
+
+void ZwickSim::play_until(MonoTime now) {
+  finish_motions();
   for (;;) {
-    const auto event = machine_ ? machine_->next_event() : std::nullopt;
+    const auto event = clerk_ ? clerk_->next_event() : std::nullopt;
     const auto due = next_sample();
     if (event && *event <= now && (!due || *event <= *due)) {
-      machine_->advance();
-      finish_motion();
+      clerk_->advance();
+      finish_motions();
     } else if (due && *due <= now) {
       if (recording_) {
         take_row(*due);
@@ -204,12 +220,39 @@ void ZwickSim::catch_up(MonoTime now) {
       break;
     }
   }
-  if (stop_owed_ && !is_moving()) answer_stops();
+}
+
+// What was changed from outside holds from now on.
+void ZwickSim::lie(MonoTime now) {
+  if (!machine_) return;
+  if (std::exchange(faults.lose_tare, false)) {
+    const bool tells = std::exchange(faults.tell_origin, false) && settings_.revision >= 2;
+    machine_->lose_tare(tells);
+    if (tells && session_) {
+      say(fmt::format("EVENT kind=\"origin\" origin=\"{}\" text=\"the tare was lost\"\n",
+                      machine_->origin()));
+    }
+  }
+  if (faults.lies == lies_) return;
+  clock_gain_s_ += to_seconds(now - clock_since_) * (lies_.clock_rate - 1);
+  clock_since_ = now;
+  const bool pulled = faults.lies.estop && !lies_.estop;
+  lies_ = faults.lies;
+  machine_->set_lies(now, lies_);
+  clerk_->set_lies(now, lies_);
+  if (pulled && session_) say(frame_link::format_event("estop", "E-stop"));
+}
+
+void ZwickSim::owe_stops(MonoTime now) {
+  if (!stop_owed_ || is_moving()) return;
+  if (!stop_due_) stop_due_ = now + from_seconds(lies_.stop_late_s);
+  if (*stop_due_ <= now) answer_stops();
 }
 
 double ZwickSim::device_time_s(MonoTime t) const {
   const double elapsed = to_seconds(t - power_on_) * (1 + settings_.device_clock_ppm * 1e-6);
-  const double exact = settings_.device_clock_start_s + elapsed + faults.clock_jump_s;
+  const double gained = clock_gain_s_ + to_seconds(t - clock_since_) * (lies_.clock_rate - 1);
+  const double exact = settings_.device_clock_start_s + elapsed + gained + faults.clock_jump_s;
   return std::round(exact * 1e6) / 1e6;  // the device counts microseconds
 }
 
@@ -225,7 +268,7 @@ void ZwickSim::take_sample(MonoTime t) {
   if (missing(settings_.missing_time)) s.device_time_s.reset();
   if (missing(settings_.missing_force)) s.force_N.reset();
   if (missing(settings_.missing_travel)) s.travel_m.reset();
-  if (watch) watch(s);
+  if (watch) watch(t, s);
   if (faults.lose_samples > 0) {
     --faults.lose_samples;
     return flush();
@@ -282,18 +325,22 @@ void ZwickSim::release_answers(MonoTime until) {
   }
 }
 
-void ZwickSim::finish_motion() {
-  const auto finished = machine_->take_finished();
-  if (!finished || !finished->number || !session_) return;
-  flush();
-  if (faults.lose_done > 0) {
-    --faults.lose_done;
-    return;
+void ZwickSim::finish_motions() {
+  while (const auto finished = clerk_ ? clerk_->take_finished() : std::nullopt) {
+    if (!finished->number || !session_) continue;
+    flush();
+    if (faults.lose_done > 0) {
+      --faults.lose_done;
+      continue;
+    }
+    if (hooks.loses_done && hooks.loses_done()) continue;
+    std::string done = frame_link::format_done(*finished->number, finished->outcome);
+    if (answers_.empty()) {
+      say(done);
+    } else {
+      answers_.emplace_back(answers_.back().due, std::move(done));
+    }
   }
-  if (hooks.loses_done && hooks.loses_done()) return;
-  std::string done = frame_link::format_done(*finished->number, finished->outcome);
-  if (answers_.empty()) return say(done);
-  answers_.emplace_back(answers_.back().due, std::move(done));
 }
 
 void ZwickSim::supervise(MonoTime now) {

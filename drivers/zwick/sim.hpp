@@ -37,7 +37,7 @@ class FrameScene {
 };
 
 // The plant must outlive the scene.
-class PlantScene final : public FrameScene {
+class PlantScene : public FrameScene {
  public:
   explicit PlantScene(Plant& plant) : plant_(plant) {}
   const PlantConfig& config() const override { return plant_.config(); }
@@ -97,6 +97,32 @@ struct ZwickSimSettings {
   double missing_time = 0, missing_force = 0, missing_travel = 0;
 };
 
+// What is not true of a machine behind an honest gateway, or of what the gateway says of it.
+// docs/faults.md. Each may begin and end at any instant.
+struct ZwickSimLies {
+  ZwickSimLies() = default;
+  // The cell.
+  bool force_frozen = false;  // its last value, again and again
+  bool force_reversed = false;
+  double force_drift_N_s = 0;  // from then on
+  double force_scatter = 1;  // times its noise
+  // The drive.
+  bool drive_reversed = false;  // away from where it is told
+  double creep_m_s = 0;  // goes on after every motion, and from now on; STOP ends it
+  bool estop = false;  // held
+  // What the gateway does with orders, and says of them.
+  double order_late_s = 0;  // carried out so much later, even after a STOP
+  bool done_early = false;  // half-way, and in a motion at once, with the target's own values
+  bool done_unmoved = false;  // after half a second, and nothing has moved
+  double done_late_s = 0;
+  bool stop_ignored = false;  // neither obeyed nor answered
+  bool stop_unconfirmed = false;  // obeyed, not answered
+  double stop_late_s = 0;  // answered so much later
+  double clock_rate = 1;  // of the device clock; 0: frozen
+  bool other_caps = false;  // half the deceleration
+  bool operator==(const ZwickSimLies&) const = default;
+};
+
 // Not reachable over the grammar. Every fault is off until set; counters count down.
 struct ZwickSimFaults {
   ZwickSimFaults() = default;
@@ -115,6 +141,9 @@ struct ZwickSimFaults {
   double spike_N = 0;  // added to what the cell shows ...
   std::int64_t spike_samples = 0;  // ... in the next n samples
   double late_stop_s = 0;  // the device's own stop (goal, force limit) comes so much later
+  bool lose_tare = false;  // of force, once ...
+  bool tell_origin = false;  // ... and a new origin is told
+  ZwickSimLies lies;
 };
 
 // Asked at every occasion, so that a script can decide (drivers/faults). May be empty.
@@ -126,8 +155,9 @@ struct ZwickSimHooks {
 };
 
 namespace frame_link {
+class SimClerk;
 class SimMachine;
-}
+}  // namespace frame_link
 
 // One session over one transport. `run` serves until the transport closes, then stops the machine.
 // Clock, scene and this object must outlive `run`.
@@ -152,7 +182,7 @@ class ZwickSim {
   ZwickSimFaults faults;
   ZwickSimHooks hooks;  // stay when the connection ends
   // For tests: told each sample as it is taken, lost or not.
-  std::function<void(const FrameSample&)> watch;
+  std::function<void(MonoTime, const FrameSample&)> watch;
   void poke() { wakeup_.notify(); }
   void stall();  // the drive stops moving, nobody notices
   // As after switching off and on: tare and limits are forgotten, the clock starts anew.
@@ -167,15 +197,18 @@ class ZwickSim {
   Task<> read();
   Task<> serve();
   void catch_up(MonoTime now);
+  void play_until(MonoTime now);
+  void lie(MonoTime now);
+  void owe_stops(MonoTime now);
   void take_sample(MonoTime t);
   void take_row(MonoTime t);
   void flush();
   void finish_batch();
-  void finish_motion();
+  void finish_motions();
   void supervise(MonoTime now);
   void open_session();
   void on_line(std::string_view text);
-  void on_command(const frame_link::Line& line);
+  void on_command(const frame_link::Line& line, std::string_view text);
   void on_stop();
   void answer_stops();
   void set_rate(const frame_link::Line& line);
@@ -200,6 +233,7 @@ class ZwickSim {
   Clock& clock_;
   ZwickSimSettings settings_;
   std::unique_ptr<frame_link::SimMachine> machine_;  // none while a recording is played
+  std::unique_ptr<frame_link::SimClerk> clerk_;  // with it
   std::optional<std::vector<RecordedRow>> recording_;
   std::optional<MonoTime> recording_start_;
   std::size_t next_row_ = 0;
@@ -225,6 +259,10 @@ class ZwickSim {
   std::int64_t stops_ = 0;  // received in this session
   std::int64_t last_number_ = -1;  // of a command in it
   bool stop_owed_ = false;
+  std::optional<MonoTime> stop_due_;  // its answer, of a gateway that is late
+  ZwickSimLies lies_;  // as of the latest catch_up
+  double clock_gain_s_ = 0;  // by a wrong rate, until and since
+  MonoTime clock_since_;
 
   double rate_Hz_ = 0;
   MonoTime rate_start_;

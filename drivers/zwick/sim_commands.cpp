@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drivers/zwick/sim.hpp"
+#include "drivers/zwick/sim_clerk.hpp"
 #include "drivers/zwick/sim_machine.hpp"
 
 namespace lcrig {
@@ -12,6 +13,7 @@ namespace lcrig {
 namespace {
 
 using frame_link::Line;
+using frame_link::Order;
 using frame_link::Refusal;
 using frame_link::SimMachine;
 using frame_link::Verdict;
@@ -20,10 +22,10 @@ Refusal syntax(const Error& error) {
   return Refusal("syntax", error.what);
 }
 
-Verdict set_limits(SimMachine& m, MonoTime t, const Line& line) {
+Verdict set_limits(SimMachine& m, MonoTime, const Line& line) {
   const auto limits = frame_link::parse_limits(line);
   if (!limits) return syntax(limits.error());
-  return m.set_limits(t, *limits);
+  return m.set_limits(*limits);
 }
 
 Verdict move(SimMachine& m, MonoTime t, const Line& line) {
@@ -69,6 +71,22 @@ Verdict zero(SimMachine& m, MonoTime t, const Line& line) {
 }
 
 using Handler = Verdict (*)(SimMachine&, MonoTime, const Line&);
+// Where a motion leads; none: a command without DONE.
+std::optional<Order> order_of(SimMachine& m, const Line& line, std::string_view text,
+                              Handler handler) {
+  if (line.word != "MOVE" && line.word != "MOVEF" && line.word != "RAMPF") return std::nullopt;
+  Order order;
+  order.number = *line.number;
+  const auto travel = frame_link::length_of(line, "travel_mm");
+  const auto force = frame_link::force_of(line);
+  if (travel) order.travel_m = travel->si();
+  if (force) order.force_N = force->si();
+  order.carry_out = [&m, words = std::string(text), handler](MonoTime t) {
+    return handler(m, t, frame_link::parse_line(words).value());
+  };
+  return order;
+}
+
 constexpr std::array<std::pair<std::string_view, Handler>, 6> kHandlers{{
     {"LIMITS", set_limits},
     {"MOVE", move},
@@ -102,6 +120,7 @@ std::string ZwickSim::caps() const {
     caps.deceleration = 0.05_m_s2;
   }
   if (settings_.revision < 2) caps.force_loop.reset();
+  if (lies_.other_caps) caps.deceleration = caps.deceleration / 2;
   return frame_link::format_caps(caps);
 }
 
@@ -117,12 +136,14 @@ void ZwickSim::begin_session(bool observer) {
   last_number_ = -1;
   stops_ = 0;
   stop_owed_ = false;
+  stop_due_.reset();
   say(hello());
   say(caps());
 }
 
 void ZwickSim::open_session() {
   if (machine_) {
+    clerk_->end_session();
     machine_->halt(clock_.now(), MotionEnd::stopped, "new session");
     machine_->disarm();
   }
@@ -168,21 +189,25 @@ void ZwickSim::on_line(std::string_view text) {
   const bool observes = line->word == "OBSERVE" && settings_.revision >= 2;
   if (line->word == "HELLO" || observes) return greet(*line);
   if (line->word == "HB" || !session_) return;
-  if (line->number) return on_command(*line);
+  if (line->number) return on_command(*line, text);
   say(frame_link::format_event("unknown", line->word));
 }
 
 void ZwickSim::on_stop() {
   ++stops_;
+  if (lies_.stop_ignored) return;
   stop_owed_ = true;
+  if (clerk_) clerk_->stop(clock_.now());
   if (machine_) machine_->halt(clock_.now(), MotionEnd::stopped, "STOP");
   catch_up(clock_.now());
 }
 
 void ZwickSim::answer_stops() {
   stop_owed_ = false;
+  stop_due_.reset();
   release_answers(MonoTime::max());
   flush();
+  if (lies_.stop_unconfirmed) return;
   if (faults.lose_stopped > 0) {
     --faults.lose_stopped;
     return;
@@ -196,7 +221,7 @@ void ZwickSim::answer_stops() {
   say(frame_link::format_stopped(stops_, standing));
 }
 
-void ZwickSim::on_command(const Line& line) {
+void ZwickSim::on_command(const Line& line, std::string_view text) {
   Verdict no = Refusal("unknown_command", "no such command");
   const auto handler =
       std::ranges::find(kHandlers, line.word, [](const auto& h) { return h.first; });
@@ -217,7 +242,9 @@ void ZwickSim::on_command(const Line& line) {
   } else if (handler != kHandlers.end() && !machine_) {
     no = Refusal("unsupported", "a recording is played: nothing moves");
   } else if (handler != kHandlers.end()) {
-    no = handler->second(*machine_, clock_.now(), line);
+    auto order = order_of(*machine_, line, text, handler->second);
+    no = order ? clerk_->take(clock_.now(), std::move(*order))
+               : handler->second(*machine_, clock_.now(), line);
   }
   if (faults.lose_answers > 0) {
     --faults.lose_answers;

@@ -9,19 +9,7 @@ namespace lcrig::frame_link {
 
 namespace {
 
-constexpr double kHoldTime_s = 0.1;  // a force hold reaches its force within this
-constexpr double kMinRate_N_s = 1e-3;
-constexpr double kMaxStiffness_N_m = 1e8;
-constexpr double kTravelSlack_m = 1e-10;  // below any drive's resolution
-
-// A multiple of the resolution, as close as a double can be to its decimal form.
-double quantise(double value, double resolution) {
-  if (resolution <= 0) return value;
-  const double steps = std::round(value / resolution);
-  const double per_unit = std::round(1 / resolution);
-  const bool decimal = resolution < 1 && std::abs(per_unit * resolution - 1) < 1e-9;
-  return decimal ? steps / per_unit : steps * resolution;
-}
+constexpr double kForceSlack_N = 1e-12;
 
 double sign(double v) {
   return v < 0 ? -1.0 : 1.0;
@@ -30,107 +18,81 @@ double sign(double v) {
 }  // namespace
 
 SimMachine::SimMachine(FrameScene& scene, const ZwickSimSettings& settings)
-    : scene_(scene), settings_(settings), random_(settings.seed) {}
+    : drive_(scene),
+      scene_(drive_),
+      settings_(settings),
+      limits_(scene, settings),
+      random_(settings.seed),
+      cell_(drive_, random_) {}
 
-FrameCapabilities SimMachine::capabilities() const {
-  const PlantConfig& p = scene_.config();
-  if (settings_.declared) return *settings_.declared;
-  FrameCapabilities c;
-  c.motion = c.zero_force = c.zero_travel = true;
-  c.device_stop = settings_.watch_period_s == 0;
-  c.force_hold = settings_.force_hold;
-  if (c.force_hold) {
-    c.force_loop.emplace();
-    c.force_loop->approach = Velocity::from_si(settings_.approach_m_s);
-    c.force_loop->contact = Force::from_si(contact_N());
-    c.force_loop->rate_max = ForceRate::from_si(settings_.loop_rate_max_N_s);
-    c.force_loop->lag = from_seconds(settings_.loop_lag_s);
-    // What wavers is the cell, too: as it shows it.
-    c.force_loop->ripple = Force::from_si(settings_.loop_ripple_N + 5 * p.force_noise_N);
-    c.force_loop->stiffness_max = Stiffness::from_si(kMaxStiffness_N_m);
+void SimMachine::set_lies(MonoTime t, const ZwickSimLies& lies) {
+  if (lies == lies_) return;
+  const ZwickSimLies was = std::exchange(lies_, lies);
+  cell_.set_lies(t, lies);
+  drive_.set_reversed(t, lies.drive_reversed);
+  if (lies.estop && !was.estop) cut(t);
+  if (phase_ == Phase::standing && lies.creep_m_s != was.creep_m_s && !force_control_) {
+    drive_.creep(t, lies.creep_m_s);
   }
-  c.force_max = Force::from_si(p.force_nominal_N);
-  c.speed_min = Velocity::from_si(settings_.speed_min_m_s);
-  c.speed_max = Velocity::from_si(p.speed_max_m_s);
-  c.travel_min = Length::from_si(p.travel_min_m);
-  c.travel_max = Length::from_si(p.travel_max_m);
-  c.sample_rate_max_Hz = settings_.rate_max_Hz;
-  c.reaction = from_seconds(p.drive_lag_s + settings_.watch_period_s);
-  c.deceleration = Acceleration::from_si(p.deceleration_m_s2);
-  return c;
+  if (force_control_ && phase_ != Phase::braking) return control(t);
+  if (phase_ == Phase::moving) look_ahead(t);
 }
 
-Verdict SimMachine::set_limits(MonoTime, const FrameLimits& l) {
+// The power to the drive is gone, whatever it did.
+void SimMachine::cut(MonoTime t) {
+  if (phase_ == Phase::standing && !force_control_ && !drive_.is_creeping()) return;
+  text_ = "E-stop";
+  brake(t, MotionEnd::fault);
+}
+
+Verdict SimMachine::set_limits(const FrameLimits& limits) {
   if (is_moving()) return Refusal("busy", "limits change only while standing");
-  if (l.force_min >= l.force_max || l.travel_min >= l.travel_max || l.speed_max.si() <= 0) {
-    return Refusal("bad_value", "an empty range");
-  }
-  const PlantConfig& p = scene_.config();
-  const double low = l.travel_min.si() + travel_zero_m_, high = l.travel_max.si() + travel_zero_m_;
-  if (low < p.travel_min_m - kTravelSlack_m || high > p.travel_max_m + kTravelSlack_m) {
-    return Refusal("machine_limits", "travel beyond the machine's own limits");
-  }
-  if (std::max(-l.force_min.si(), l.force_max.si()) > p.force_nominal_N) {
-    return Refusal("machine_limits", "force beyond the load cell");
-  }
-  if (l.speed_max.si() > p.speed_max_m_s * (1 + 1e-9)) {
-    return Refusal("machine_limits", "speed beyond the machine's maximum");
-  }
-  limits_ = l;
+  return limits_.set(limits, travel_zero_m_);
+}
+
+Verdict SimMachine::check_ready() const {
+  if (lies_.estop) return Refusal("not_ready", "E-stop");
+  if (!limits_.are_set()) return Refusal("not_armed", "send LIMITS first");
+  if (is_moving()) return Refusal("busy", "a motion is going on");
   return std::nullopt;
 }
 
 Verdict SimMachine::check_motion(double target_m, double speed_m_s) const {
-  if (!limits_) return Refusal("not_armed", "send LIMITS first");
-  if (is_moving()) return Refusal("busy", "a motion is going on");
-  const double speed = std::abs(speed_m_s);
-  if (!(speed > 0)) return Refusal("bad_value", "speed must not be 0");
-  if (speed > limits_->speed_max.si() * (1 + 1e-9)) return Refusal("limits", "speed beyond LIMITS");
-  if (speed < settings_.speed_min_m_s * (1 - 1e-9)) {
-    return Refusal("machine_limits", "slower than the machine can");
-  }
-  if (target_m < limits_->travel_min.si() - kTravelSlack_m ||
-      target_m > limits_->travel_max.si() + kTravelSlack_m) {
-    return Refusal("limits", "travel beyond LIMITS");
-  }
-  const PlantConfig& p = scene_.config();
-  const double raw = target_m + travel_zero_m_;
-  if (raw < p.travel_min_m - kTravelSlack_m || raw > p.travel_max_m + kTravelSlack_m) {
-    return Refusal("machine_limits", "travel beyond the machine's own limits");
-  }
-  return std::nullopt;
+  if (auto no = check_ready()) return no;
+  return limits_.check_motion(target_m, speed_m_s, travel_zero_m_);
 }
 
-Verdict SimMachine::check_force_target(MonoTime, double force_N) const {
-  if (!limits_) return Refusal("not_armed", "send LIMITS first");
-  if (is_moving()) return Refusal("busy", "a motion is going on");
-  if (force_N < limits_->force_min.si() || force_N > limits_->force_max.si()) {
-    return Refusal("limits", "force beyond LIMITS");
-  }
-  return std::nullopt;
+Verdict SimMachine::check_force_target(double force_N) const {
+  if (auto no = check_ready()) return no;
+  return limits_.check_force(force_N);
 }
 
-// A motion may lead away from an exceeded force limit, never deeper.
 Verdict SimMachine::check_direction(MonoTime t, double direction) const {
-  const double force = scene_.force_N(t);
-  if (direction > 0 && force > raw_force(t, limits_->force_max.si())) {
-    return Refusal("limits", "the force is beyond force_max: move away first");
-  }
-  if (direction < 0 && force < raw_force(t, limits_->force_min.si())) {
-    return Refusal("limits", "the force is below force_min: move closer first");
-  }
-  return std::nullopt;
+  return limits_.check_direction(cell_.shown_N(t), direction);
 }
 
 void SimMachine::begin(MonoTime t, std::int64_t number, double direction) {
   phase_ = Phase::moving;
-  put_off_ = false;
+  put_off_ = disowned_ = false;
+  goal_N_.reset();
   number_ = number;
   direction_ = direction;
   text_.clear();
   arrival_reason_ = MotionEnd::target;
+  await_arrival(t);
+}
+
+void SimMachine::await_arrival(MonoTime t) {
   event_ = std::max(t, scene_.arrival().value_or(t));
   cause_ = Cause::arrived;
+}
+
+// What will end the motion under way, as far as the device can know.
+void SimMachine::look_ahead(MonoTime t) {
+  await_arrival(t);
+  if (goal_N_) consider(crossing(t, *goal_N_), goal_cause_);
+  if (goal_N_ && goal_cause_ == Cause::contact && cell_.is_honest()) return;
+  consider_force_limits(t);  // second, so that a goal at the limit is a goal
 }
 
 void SimMachine::consider(std::optional<MonoTime> at, Cause cause) {
@@ -139,21 +101,26 @@ void SimMachine::consider(std::optional<MonoTime> at, Cause cause) {
   cause_ = cause;
 }
 
-// The zero of the cell drifts while the motion goes on.
 std::optional<MonoTime> SimMachine::crossing(MonoTime t, double shown_N) const {
-  auto at = scene_.force_crossing(raw_force(t, shown_N), t, event_);
-  if (at && scene_.config().force_drift_N_s != 0) {
-    const auto later = scene_.force_crossing(raw_force(*at, shown_N), t, event_);
-    if (later) at = later;
-  }
+  const auto at = cell_.crossing(shown_N, t, event_);
   if (!at || settings_.watch_period_s <= 0) return at;
   const double looks = std::ceil(to_seconds(at->time_since_epoch()) / settings_.watch_period_s);
   return std::max(*at, MonoTime(from_seconds(looks * settings_.watch_period_s)));
 }
 
+// One limit lies ahead of a drive and a cell that are what they should be. Else both may.
 void SimMachine::consider_force_limits(MonoTime t) {
-  const double limit = direction_ > 0 ? limits_->force_max.si() : limits_->force_min.si();
-  if (raw_force(t, limit) > 0) consider(crossing(t, limit), Cause::force_limit);
+  if (!limits_.are_set()) return;
+  const double low = limits_.now().force_min.si(), high = limits_.now().force_max.si();
+  if (cell_.is_honest() && !drive_.is_astray()) {
+    const double limit = direction_ > 0 ? high : low;
+    if (cell_.raw_N(t, limit) > 0) consider(crossing(t, limit), Cause::force_limit);
+    return;
+  }
+  const double shown = cell_.shown_N(t);
+  if (shown < low || shown > high) return;
+  consider(crossing(t, low), Cause::force_limit);
+  consider(crossing(t, high), Cause::force_limit);
 }
 
 Verdict SimMachine::move(MonoTime t, std::int64_t number, double travel_m, double speed_m_s) {
@@ -165,13 +132,13 @@ Verdict SimMachine::move(MonoTime t, std::int64_t number, double travel_m, doubl
   force_control_ = false;
   scene_.move_to(t, raw, speed_m_s);
   begin(t, number, direction);
-  consider_force_limits(t);
+  look_ahead(t);
   return std::nullopt;
 }
 
 Verdict SimMachine::move_until(MonoTime t, std::int64_t number, double force_N, double speed_m_s,
                                double guard_m) {
-  if (auto no = check_force_target(t, force_N)) return no;
+  if (auto no = check_force_target(force_N)) return no;
   if (auto no = check_motion(guard_m, speed_m_s)) return no;
   const double direction = sign(speed_m_s);
   if (auto no = check_direction(t, direction)) return no;
@@ -179,10 +146,9 @@ Verdict SimMachine::move_until(MonoTime t, std::int64_t number, double force_N, 
   double goal = force_N;
   // Released means: what the cell shows is no more than the goal, half a digit included.
   if (direction < 0) {
-    const double unloaded = offset_N(t) - tare_N_;
-    goal = std::max(goal, unloaded + scene_.config().force_resolution_N / 2);
+    goal = std::max(goal, cell_.unloaded_N(t) + scene_.config().force_resolution_N / 2);
   }
-  const bool there = (scene_.force_N(t) - raw_force(t, goal)) * direction >= 0;
+  const bool there = (cell_.shown_N(t) - goal) * direction >= -kForceSlack_N;
   if (way < 0 && !there) return Refusal("bad_value", "the guard lies behind");
   force_control_ = false;
   if (there) {
@@ -193,119 +159,23 @@ Verdict SimMachine::move_until(MonoTime t, std::int64_t number, double force_N, 
   scene_.move_to(t, guard_m + travel_zero_m_, std::abs(speed_m_s));
   begin(t, number, direction);
   arrival_reason_ = MotionEnd::travel_limit;
-  consider(crossing(t, goal), Cause::goal);
-  consider_force_limits(t);  // second, so that a goal at the limit is a goal
-  return std::nullopt;
-}
-
-double SimMachine::contact_N() const {
-  return 5 * std::max(scene_.config().force_resolution_N, scene_.config().force_noise_N);
-}
-
-Verdict SimMachine::ramp(MonoTime t, std::int64_t number, double force_N, double rate_N_s) {
-  if (!settings_.force_hold) return Refusal("unsupported", "no closed force loop");
-  if (auto no = check_force_target(t, force_N)) return no;
-  if (!(rate_N_s > 0)) return Refusal("bad_value", "the rate must be positive");
-  const double goal = std::max(0.0, raw_force(t, force_N));
-  const double direction = sign(goal - scene_.force_N(t));
-  if (auto no = check_direction(t, direction)) return no;
-  if (raw_force(t, force_N) < -contact_N()) return Refusal("no_contact", "cannot pull");
-  begin(t, number, direction);
-  if (scene_.force_N(t) <= 0 && goal > 0) {
-    begin_approach(t, goal, rate_N_s);
-  } else {
-    begin_ramp(t, goal, rate_N_s);
-  }
-  return std::nullopt;
-}
-
-// Force control without contact first drives, slowly, until something is felt.
-void SimMachine::begin_approach(MonoTime t, double force_N, double rate_N_s) {
-  const PlantConfig& p = scene_.config();
-  const double speed = std::min({settings_.approach_m_s, limits_->speed_max.si(), p.speed_max_m_s});
-  ramp_target_N_ = force_N;
-  ramp_rate_N_s_ = rate_N_s;
-  force_control_ = false;
-  const double end = std::min(limits_->travel_max.si() + travel_zero_m_, p.travel_max_m);
-  scene_.move_to(t, end, speed);
-  event_ = std::max(t, scene_.arrival().value_or(t));
-  arrival_reason_ = MotionEnd::travel_limit;
-  const double felt = std::min(contact_N(), force_N / 2);
-  consider(crossing(t, felt + offset_N(t) - tare_N_), Cause::contact);
-}
-
-// What felt the contact stops first, then the loop closes.
-void SimMachine::land(MonoTime t) {
-  if (!settings_.loop_lands) return begin_ramp(t, ramp_target_N_, ramp_rate_N_s_);
-  scene_.halt(t);
-  phase_ = Phase::landing;
-  event_ = std::max(t, scene_.arrival().value_or(t));
-}
-
-// A loop with a lag goes beyond its target first.
-void SimMachine::begin_ramp(MonoTime t, double force_N, double rate_N_s) {
-  phase_ = Phase::moving;
-  const double rate = std::min(rate_N_s, settings_.loop_rate_max_N_s);
-  ramp_target_N_ = held_N(force_N);
-  ramp_rate_N_s_ = rate;
-  const bool overruns = settings_.loop_lag_s > 0 && force_N > scene_.force_N(t);
-  const double beyond = overruns ? rate * settings_.loop_lag_s : 0;
-  scene_.ramp_force(t, ramp_target_N_ + beyond, rate);
-  force_control_ = true;
-  arrival_reason_ = MotionEnd::target;
-  event_ = std::max(t, scene_.arrival().value_or(t));
-  cause_ = overruns ? Cause::overrun : Cause::arrived;
-  const double limit = limits_->force_max.si();
-  if (overruns && ramp_target_N_ + beyond > raw_force(t, limit)) {
-    cause_ = Cause::arrived;
-    consider(crossing(t, limit), Cause::force_limit);
-  }
-  const double edge = direction_ > 0 ? limits_->travel_max.si() : limits_->travel_min.si();
-  const double at_edge = scene_.force_at_travel_N(edge + travel_zero_m_);
-  if (at_edge > 0) consider(scene_.force_crossing(at_edge, t, event_), Cause::travel_limit);
-}
-
-// Back from beyond the target.
-void SimMachine::settle(MonoTime t) {
-  scene_.ramp_force(t, ramp_target_N_, ramp_rate_N_s_);
-  event_ = std::max(t, scene_.arrival().value_or(t));
-  cause_ = Cause::arrived;
-}
-
-// Where within the ripple the loop comes to rest.
-double SimMachine::held_N(double goal_N) {
-  if (settings_.loop_ripple_N <= 0 || goal_N <= 0) return goal_N;
-  std::uniform_real_distribution<double> part(-1.0, 1.0);
-  return std::max(0.0, goal_N + settings_.loop_ripple_N * part(random_));
-}
-
-Verdict SimMachine::hold_force(MonoTime t, double force_N) {
-  if (!settings_.force_hold) return Refusal("unsupported", "no closed force loop");
-  if (auto no = check_force_target(t, force_N)) return no;
-  if (scene_.force_N(t) <= 0) return Refusal("no_contact", "nothing to hold");
-  const double goal = held_N(std::max(0.0, raw_force(t, force_N)));
-  const double rate = std::clamp(std::abs(goal - scene_.force_N(t)) / kHoldTime_s, kMinRate_N_s,
-                                 settings_.loop_rate_max_N_s);
-  scene_.ramp_force(t, goal, rate);
-  force_control_ = true;
+  goal_N_ = goal;
+  goal_cause_ = Cause::goal;
+  look_ahead(t);
   return std::nullopt;
 }
 
 Verdict SimMachine::zero(MonoTime t, bool force, bool travel) {
   if (is_moving()) return Refusal("busy", "zero only while standing");
-  // The cell averages over some twenty conversions.
   const PlantConfig& p = scene_.config();
-  if (force) {
-    const double shown = p.force_gain * scene_.force_N(t) + offset_N(t);
-    tare_N_ = shown + gauss(p.force_noise_N / std::sqrt(20.0));
-  }
+  if (force) cell_.tare(t);
   if (travel) travel_zero_m_ = quantise(scene_.travel_m(t), p.travel_resolution_m);
   ++origin_;
   return std::nullopt;
 }
 
 void SimMachine::halt(MonoTime t, MotionEnd reason, std::string text) {
-  if (phase_ == Phase::standing && !force_control_) return;
+  if (phase_ == Phase::standing && !force_control_ && !drive_.is_creeping()) return;
   if (phase_ == Phase::braking) return;  // what began to brake says why
   if (phase_ == Phase::landing) {  // it brakes already
     phase_ = Phase::braking;
@@ -319,23 +189,29 @@ void SimMachine::halt(MonoTime t, MotionEnd reason, std::string text) {
 
 void SimMachine::brake(MonoTime t, MotionEnd reason) {
   scene_.halt(t);
-  force_control_ = false;
+  force_control_ = disowned_ = false;
   phase_ = Phase::braking;
   reason_ = reason;
-  event_ = std::max(t, scene_.arrival().value_or(t));
+  await_arrival(t);
 }
 
 void SimMachine::feel(MonoTime t, const FrameSample& shown) {
-  if (phase_ != Phase::moving || !limits_) return;
-  const bool beyond = !shown.force_N || *shown.force_N > limits_->force_max.si() ||
-                      *shown.force_N < limits_->force_min.si();
+  if (phase_ != Phase::moving || !limits_.are_set()) return;
+  const bool beyond = !shown.force_N || *shown.force_N > limits_.now().force_max.si() ||
+                      *shown.force_N < limits_.now().force_min.si();
   if (beyond) brake(t, MotionEnd::force_limit);
 }
 
+void SimMachine::lose_tare(bool says_so) {
+  cell_.forget_tare();
+  if (says_so) ++origin_;
+}
+
 void SimMachine::forget() {
-  tare_N_ = travel_zero_m_ = 0;
+  cell_.forget_tare();
+  travel_zero_m_ = 0;
   ++origin_;
-  limits_.reset();
+  limits_.forget();
 }
 
 void SimMachine::stall(MonoTime t) {
@@ -358,8 +234,13 @@ void SimMachine::advance() {
     event_ = std::min(t + from_seconds(late_stop_s_), scene_.arrival().value_or(t));
     return;
   }
+  if (cause_ == Cause::arrived && drive_.is_astray()) {
+    text_ = "the end of the way";
+    return finish(t, MotionEnd::fault);
+  }
   switch (cause_) {
     case Cause::arrived: return finish(t, arrival_reason_);
+    case Cause::felt: return settle_as_felt(t);
     case Cause::goal: return brake(t, MotionEnd::target);
     case Cause::force_limit: return brake(t, MotionEnd::force_limit);
     case Cause::travel_limit: return brake(t, MotionEnd::travel_limit);
@@ -375,6 +256,9 @@ void SimMachine::finish(MonoTime t, MotionEnd reason) {
     return;
   }
   phase_ = Phase::standing;
+  disowned_ = false;
+  const bool by_itself = reason != MotionEnd::stopped && reason != MotionEnd::fault;
+  if (by_itself && !force_control_ && lies_.creep_m_s != 0) drive_.creep(t, lies_.creep_m_s);
   const FrameSample now = sample(t);
   finished_.emplace();
   finished_->number = std::exchange(number_, std::nullopt);
@@ -384,31 +268,12 @@ void SimMachine::finish(MonoTime t, MotionEnd reason) {
   finished_->outcome.travel_m = now.travel_m;
 }
 
-double SimMachine::offset_N(MonoTime t) const {
-  const PlantConfig& p = scene_.config();
-  return p.force_offset_N + p.force_drift_N_s * to_seconds(t.time_since_epoch());
-}
-
-// The true force at which the samples show this one.
-double SimMachine::raw_force(MonoTime t, double shown_N) const {
-  return (shown_N + tare_N_ - offset_N(t)) / scene_.config().force_gain;
-}
-
-double SimMachine::gauss(double sigma) {
-  return sigma > 0 ? sigma * normal_(random_) : 0.0;
-}
-
 FrameSample SimMachine::sample(MonoTime t, double spike_N) {
   const PlantConfig& p = scene_.config();
   FrameSample s;
   s.travel_m = quantise(scene_.travel_m(t) - travel_zero_m_, p.travel_resolution_m);
-  const double cell =
-      p.force_gain * scene_.force_N(t) + offset_N(t) + spike_N + gauss(p.force_noise_N);
-  if (std::abs(cell) <= p.force_nominal_N) {
-    s.force_N = quantise(cell - tare_N_, p.force_resolution_N);
-  } else {
-    s.flags |= frame_flag::kForceOverload;
-  }
+  s.force_N = cell_.convert(t, spike_N);
+  if (!s.force_N) s.flags |= frame_flag::kForceOverload;
   if (is_moving()) s.flags |= frame_flag::kMoving;
   if (force_control_) s.flags |= frame_flag::kForceControl;
   return s;

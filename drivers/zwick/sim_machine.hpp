@@ -9,14 +9,11 @@
 
 #include "drivers/load_frame.hpp"
 #include "drivers/zwick/sim.hpp"
+#include "drivers/zwick/sim_cell.hpp"
+#include "drivers/zwick/sim_drive.hpp"
+#include "drivers/zwick/sim_limits.hpp"
 
 namespace lcrig::frame_link {
-
-struct Refusal {
-  Refusal(std::string c, std::string t) : code(std::move(c)), text(std::move(t)) {}
-  std::string code, text;  // as in ERR
-};
-using Verdict = std::optional<Refusal>;  // nullopt: accepted
 
 // A motion that ended. Without a number nobody asked to be told.
 struct FinishedMotion {
@@ -31,12 +28,12 @@ class SimMachine {
  public:
   SimMachine(FrameScene& scene, const ZwickSimSettings& settings);
 
-  FrameCapabilities capabilities() const;
+  FrameCapabilities capabilities() const { return limits_.of_machine(); }
   // A new one whenever a zero was lost or changed.
   std::string origin() const { return std::to_string(origin_); }
-  Verdict set_limits(MonoTime t, const FrameLimits& limits);
-  void disarm() { limits_.reset(); }
-  bool is_armed() const { return limits_.has_value(); }
+  Verdict set_limits(const FrameLimits& limits);
+  void disarm() { limits_.forget(); }
+  bool is_armed() const { return limits_.are_set(); }
 
   Verdict move(MonoTime t, std::int64_t number, double travel_m, double speed_m_s);
   Verdict move_until(MonoTime t, std::int64_t number, double force_N, double speed_m_s,
@@ -47,6 +44,11 @@ class SimMachine {
   // Brakes; the motion that was cut ends with `reason`. Also leaves force control.
   void halt(MonoTime t, MotionEnd reason, std::string text);
   void stall(MonoTime t);
+  void set_lies(MonoTime t, const ZwickSimLies& lies);
+  void drop_number() { number_.reset(); }  // nobody is told of the end of this motion ...
+  // ... which the gateway takes for over, so that others may begin.
+  void disown() { disowned_ = number_.has_value(), number_.reset(); }
+  void lose_tare(bool says_so);
   void set_never_complete(bool on) { never_complete_ = on; }
   void set_late_stop(double seconds) { late_stop_s_ = seconds; }
   // A sample beyond the limits that no true force explains ends a motion all the same.
@@ -54,7 +56,7 @@ class SimMachine {
   void forget();  // as after switching off: tare, zero and limits
 
   double travel_zero_m() const { return travel_zero_m_; }
-  bool is_moving() const { return phase_ != Phase::standing; }
+  bool is_moving() const { return phase_ != Phase::standing && !disowned_; }
   std::optional<MonoTime> next_event() const;
   // Handles the event that is due.
   void advance();
@@ -65,35 +67,39 @@ class SimMachine {
 
  private:
   enum class Phase { standing, moving, braking, landing, hung };
-  enum class Cause { arrived, goal, force_limit, travel_limit, contact, overrun };
+  enum class Cause { arrived, goal, force_limit, travel_limit, contact, overrun, felt };
 
+  Verdict check_ready() const;
   Verdict check_motion(double target_m, double speed_m_s) const;
-  Verdict check_force_target(MonoTime t, double force_N) const;
+  Verdict check_force_target(double force_N) const;
   Verdict check_direction(MonoTime t, double direction) const;
   void begin(MonoTime t, std::int64_t number, double direction);
   void begin_approach(MonoTime t, double force_N, double rate_N_s);
   void begin_ramp(MonoTime t, double force_N, double rate_N_s);
+  void control(MonoTime t);
+  void cut(MonoTime t);
+  void await_arrival(MonoTime t);
+  void look_ahead(MonoTime t);
   void consider(std::optional<MonoTime> at, Cause cause);
   // When a motion that began at t is seen to pass what the samples show as this.
   std::optional<MonoTime> crossing(MonoTime t, double shown_N) const;
   void consider_force_limits(MonoTime t);
+  void consider_edge(MonoTime t);
   void land(MonoTime t);
   void settle(MonoTime t);
+  void settle_as_felt(MonoTime t);
   void finish(MonoTime t, MotionEnd reason);
   void brake(MonoTime t, MotionEnd reason);
-  double offset_N(MonoTime t) const;  // of the cell
-  double raw_force(MonoTime t, double shown_N) const;
   double held_N(double goal_N);
-  double gauss(double sigma);
-  double contact_N() const;
 
-  FrameScene& scene_;
+  SimDrive drive_;
+  FrameScene& scene_;  // as the drive lets it be
   const ZwickSimSettings& settings_;
+  SimLimits limits_;
   std::mt19937_64 random_;
-  std::normal_distribution<double> normal_;
+  SimCell cell_;
+  ZwickSimLies lies_;
 
-  std::optional<FrameLimits> limits_;
-  double tare_N_ = 0;
   double travel_zero_m_ = 0;
   std::int64_t origin_ = 1;
 
@@ -102,6 +108,9 @@ class SimMachine {
   bool never_complete_ = false;
   double late_stop_s_ = 0;
   bool put_off_ = false;  // the stop of this motion was put off once
+  bool disowned_ = false;
+  std::optional<double> goal_N_;  // of a motion that stops at a force, as shown
+  Cause goal_cause_ = Cause::goal;
   std::optional<std::int64_t> number_;
   double direction_ = 0;  // +1 towards the specimen
   MonoTime event_;
@@ -109,7 +118,8 @@ class SimMachine {
   MotionEnd arrival_reason_ = MotionEnd::target;  // when the drive arrives by itself
   MotionEnd reason_ = MotionEnd::target;  // after braking
   std::string text_;
-  double ramp_target_N_ = 0, ramp_rate_N_s_ = 0;  // raw, while approaching
+  double ramp_target_N_ = 0, ramp_rate_N_s_ = 0;  // raw
+  double ramp_shown_N_ = 0;  // what the loop is to show
   std::optional<FinishedMotion> finished_;
 };
 

@@ -12,6 +12,7 @@
 #include "model/bench_world.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
+#include "tests/support/protocol_text.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace lcrig {
@@ -23,8 +24,7 @@ using testing::HasSubstr;
 RunAnalysis rehearsed(RehearseRequest request) {
   const TempDir dir;
   request.db_path = dir.file("r.db");
-  request.protocol_text =
-      read_text_file("protocols/library/" + request.protocol_name + ".json").value();
+  request.protocol_text = library(request.protocol_name);
   const auto result = rehearse(request);
   if (!result) throw std::runtime_error(result.error().what);
   EXPECT_EQ(result->exit_status, "success") << result->reason;
@@ -86,12 +86,6 @@ TEST(Analysis, DynamicRangeOfTheRehearsalIsThatOfTheSpecimen) {
   EXPECT_FALSE(a.hysteresis.resolved) << "the specimen has none";
 }
 
-void replace(std::string& text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  ASSERT_NE(at, std::string::npos) << from;
-  text.replace(at, from.size(), to);
-}
-
 // The force turns while the meter converts, and the answer comes after the turn: it must be that of
 // the window's middle nevertheless. What is left is the poll's delay, 3 ms at 100 kPa/s and
 // 4 fF/kPa, and in the corner the way between two samples of the frame.
@@ -103,11 +97,12 @@ TEST(Analysis, ReadingsUnderAMovingForceLieOnTheSpecimensCurve) {
   auto request = of_paper_1("dynamic-cycles", 1);
   request.parameters = {{"cycles", "5"}, {"gap_mm", "0.1"}};
   request.db_path = dir.file("r.db");
-  request.protocol_text = read_text_file("protocols/library/dynamic-cycles.json").value();
-  replace(request.protocol_text, R"("aperture": "fast")", R"("aperture": "medium")");
-  request.bench_text = read_text_file("daemon/benches/paper.json").value();
-  replace(request.bench_text, R"("noise_medium_fF": 44)", R"("noise_medium_fF": 0.001)");
-  replace(request.bench_text, R"("force_noise_mN": 0.5)", R"("force_noise_mN": 0.05)");
+  request.protocol_text =
+      with(library("dynamic-cycles"), R"("aperture": "fast")", R"("aperture": "medium")");
+  request.bench_text = with(read_text_file("daemon/benches/paper.json").value(),
+                            R"("noise_medium_fF": 44)", R"("noise_medium_fF": 0.001)");
+  request.bench_text =
+      with(request.bench_text, R"("force_noise_mN": 0.5)", R"("force_noise_mN": 0.05)");
   const auto result = rehearse(request);
   ASSERT_TRUE(result) << result.error().what;
   const auto data = load_run_data(open_read_only(request.db_path).value(), result->run).value();

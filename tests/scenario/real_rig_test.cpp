@@ -7,6 +7,7 @@
 #include "daemon/bench_door.hpp"
 #include "drivers/zwick/sim.hpp"
 #include "tests/support/daemon_world.hpp"
+#include "tests/support/protocol_text.hpp"
 #include "tests/support/session_world.hpp"
 
 namespace lcrig {
@@ -14,10 +15,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
-
-std::string library(const std::string& name) {
-  return read_text_file("protocols/library/" + name + ".json").value();
-}
 
 // Loads to 0.5 N of 1 N, and unloads.
 constexpr const char* kLoad = R"({ "format": "load-protocol/1", "name": "load",
@@ -31,14 +28,16 @@ constexpr const char* kLoad = R"({ "format": "load-protocol/1", "name": "load",
     { "id": "level", "do": "measure", "count": 20, "within_s": 4 } ],
   "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 2 }, "speed_mm_s": 0.5, "timeout_s": 60 } ] })";
 
-std::string with(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  if (at == std::string::npos) throw std::invalid_argument(from);
-  return text.replace(at, from.size(), to);
-}
-
 ZwickSim& frame(SessionWorld& world) {
   return *world.session->instruments().door()->frame_sim();
+}
+
+// From the beginning of this step on the device's own stop comes so much later.
+void stop_late(SessionWorld& world, const std::string& step_id, double late_s) {
+  world.acts.push_back({step_id, 10ms, [late_s](SessionWorld& w) {
+                          frame(w).faults.late_stop_s = late_s;
+                          frame(w).poke();
+                        }});
 }
 
 void expect_unloaded(const SessionWorld& world) {
@@ -121,10 +120,7 @@ TEST(RealRig, AGapThatAPersonStatesNeedsNoSearch) {
 TEST(RealRig, AnOverloadIsLeftByTheWayItCame) {
   SessionWorld world(with(kLoad, R"("until": { "force_N": 0.5 }, "speed_mm_s": 0.01)",
                           R"("until": { "force_N": 0.9 }, "speed_mm_s": 0.1)"));
-  world.acts.push_back({"load", 10ms, [](SessionWorld& w) {
-                          frame(w).faults.late_stop_s = 0.3;
-                          frame(w).poke();
-                        }});
+  stop_late(world, "load", 0.3);
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->exit_status, "fail");
@@ -138,10 +134,7 @@ TEST(RealRig, AnOverloadIsLeftByTheWayItCame) {
 
 TEST(RealRig, AnOverloadInTheSearchIsLeftThoughContactWasNeverFound) {
   SessionWorld world(kLoad);
-  world.acts.push_back({"contact", 10ms, [](SessionWorld& w) {
-                          frame(w).faults.late_stop_s = 5;
-                          frame(w).poke();
-                        }});
+  stop_late(world, "contact", 5);
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->exit_status, "fail");
@@ -217,10 +210,7 @@ TEST(RealRig, AfterAPredictionThatWasExceededNothingIsPressedAnyMore) {
                           R"("speed_mm_s": 0.5, "force_N": 0.02)"));
   world.bench.plant.deceleration_m_s2 = 0.5;
   world.bench.plant.drive_lag_s = 1e-3;
-  world.acts.push_back({"contact", 10ms, [](SessionWorld& w) {
-                          frame(w).faults.late_stop_s = 0.01;
-                          frame(w).poke();
-                        }});
+  stop_late(world, "contact", 0.01);
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->exit_status, "fail");

@@ -16,6 +16,7 @@
 #include "daemon/recording.hpp"
 #include "daemon/rehearse.hpp"
 #include "storage/database.hpp"
+#include "tests/support/protocol_text.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace lcrig {
@@ -58,7 +59,7 @@ void expect_played_exactly(const std::string& directory) {
   const TempDir dir;
   RehearseRequest request;
   request.protocol_name = "follow";
-  request.protocol_text = read_text_file("protocols/library/follow.json").value();
+  request.protocol_text = library("follow");
   request.bench = "replay:" + directory;
   request.db_path = dir.file("r.db");
   const auto result = rehearse(request);

@@ -7,6 +7,7 @@
 #include "drivers/zwick/sim.hpp"
 #include "storage/chain.hpp"
 #include "storage/run_summary.hpp"
+#include "tests/support/protocol_text.hpp"
 #include "tests/support/session_world.hpp"
 
 namespace lcrig {
@@ -14,10 +15,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
-
-std::string library(const std::string& name) {
-  return read_text_file("protocols/library/" + name + ".json").value();
-}
 
 // A short loading with every part that matters: contact, load, hold, measure, unload, finally.
 constexpr const char* kShort = R"({ "format": "load-protocol/1", "name": "short",
@@ -32,12 +29,6 @@ constexpr const char* kShort = R"({ "format": "load-protocol/1", "name": "short"
     { "id": "level", "do": "measure", "count": 20, "within_s": 4 },
     { "id": "unload", "do": "ramp", "to": { "gap_mm": 0.5 }, "speed_mm_s": 0.1, "timeout_s": 60 } ],
   "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 2 }, "speed_mm_s": 0.5, "timeout_s": 60 } ] })";
-
-std::string with(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  if (at == std::string::npos) throw std::invalid_argument(from);
-  return text.replace(at, from.size(), to);
-}
 
 // What holds after every run that began, however it ended.
 void expect_invariants(const SessionWorld& world) {

@@ -59,7 +59,7 @@ class FaultWorld : public SessionWorld {
     door.meter_sim().watch(
         [this](MonoTime t, const std::string& text) { given.push_back({t, text}); });
     if (door.frame_sim() != nullptr) {
-      door.frame_sim()->watch = [this](const FrameSample& s) {
+      door.frame_sim()->watch = [this](MonoTime, const FrameSample& s) {
         samples.emplace(s.device_seq, s);
         look();
       };

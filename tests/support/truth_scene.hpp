@@ -27,7 +27,7 @@ struct Extremes {
   }
 };
 
-class TruthScene final : public FrameScene {
+class TruthScene final : public PlantScene {
  public:
   enum class Drive { travel, force, halt };
   struct Change {
@@ -38,8 +38,7 @@ class TruthScene final : public FrameScene {
     bool is_towards = false;  // more travel, or more force
   };
 
-  explicit TruthScene(Plant& plant) : plant_(plant) {
-    last_m_ = plant.travel_m(MonoTime());
+  explicit TruthScene(Plant& plant) : PlantScene(plant), last_m_(plant.travel_m(MonoTime())) {
     all.add(0, last_m_);
   }
 
@@ -51,7 +50,7 @@ class TruthScene final : public FrameScene {
 
   // Also at the end, when nothing changes any more.
   void look(MonoTime t) {
-    const double force = plant_.force_N(t), travel = plant_.travel_m(t);
+    const double force = force_N(t), travel = travel_m(t);
     const double way = std::abs(travel - last_m_);
     for (Extremes* e : {&all, &since}) {
       e->add(force, travel);
@@ -63,35 +62,24 @@ class TruthScene final : public FrameScene {
   void watch_anew(MonoTime t) {
     look(t);
     since = Extremes();
-    since.add(plant_.force_N(t), last_m_);
+    since.add(force_N(t), last_m_);
   }
   bool stands(MonoTime t) const {
-    const auto arrival = plant_.arrival();
-    return !arrival || *arrival <= t;
+    const auto end = arrival();
+    return !end || *end <= t;
   }
 
-  const PlantConfig& config() const override { return plant_.config(); }
-  double travel_m(MonoTime t) const override { return plant_.travel_m(t); }
-  double force_N(MonoTime t) const override { return plant_.force_N(t); }
-  void move_to(MonoTime t, double travel_m, double speed_m_s) override {
-    note(t, Drive::travel, travel_m, travel_m > plant_.travel_m(t));
-    plant_.move_to(t, travel_m, speed_m_s);
+  void move_to(MonoTime t, double to_m, double speed_m_s) override {
+    note(t, Drive::travel, to_m, to_m > travel_m(t));
+    PlantScene::move_to(t, to_m, speed_m_s);
   }
-  void ramp_force(MonoTime t, double force_N, double rate_N_s) override {
-    note(t, Drive::force, force_N, force_N > plant_.force_N(t));
-    plant_.ramp_force(t, force_N, rate_N_s);
+  void ramp_force(MonoTime t, double to_N, double rate_N_s) override {
+    note(t, Drive::force, to_N, to_N > force_N(t));
+    PlantScene::ramp_force(t, to_N, rate_N_s);
   }
   void halt(MonoTime t) override {
     note(t, Drive::halt, 0, false);
-    plant_.halt(t);
-  }
-  std::optional<MonoTime> arrival() const override { return plant_.arrival(); }
-  std::optional<MonoTime> force_crossing(double force_N, MonoTime from,
-                                         MonoTime to) const override {
-    return plant_.force_crossing(force_N, from, to);
-  }
-  double force_at_travel_N(double travel_m) const override {
-    return plant_.force_at_travel_N(travel_m);
+    PlantScene::halt(t);
   }
 
  private:
@@ -101,15 +89,14 @@ class TruthScene final : public FrameScene {
     change.at = t;
     change.drive = drive;
     change.from_m = last_m_;
-    change.force_N = plant_.force_N(t);
+    change.force_N = force_N(t);
     change.to = to;
     change.is_towards = towards;
     changes.push_back(change);
     if (on_change) on_change(changes.back());
   }
 
-  Plant& plant_;
-  double last_m_ = 0;
+  double last_m_;
 };
 
 }  // namespace lcrig

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import Mapping
+from dataclasses import dataclass, fields
+from typing import Mapping, Self
 
 from . import rules
 from .backend import (Backend, HoldForce, Move, MoveToForce, RampForce, Refused, State, Window)
@@ -13,6 +13,7 @@ from .protocol import Line, Value
 from .rules import Situation, require
 
 
+@dataclass(frozen=True)
 class Command(ABC):
     """`judge` runs in the link thread and may raise Refused; what it returns is called in the command
     thread, may block, and returns the fields of the OK."""
@@ -20,8 +21,18 @@ class Command(ABC):
     moves = False  # needs LIMITS, and STOP cancels it
     ends_with_done = False
 
+    @classmethod
+    def read(cls, line: Line) -> Self:
+        """The members are named as the fields of the line, and are numbers unless a class says else."""
+        return cls(*(line.real(field.name) for field in fields(cls)))
+
     @abstractmethod
     def judge(self, s: Situation, token: int) -> "Action": ...
+
+
+class Motion(Command):
+    moves = True
+    ends_with_done = True
 
 
 class Action(ABC):
@@ -46,10 +57,6 @@ class Start(Action):
 
 @dataclass(frozen=True)
 class StatusCommand(Command):
-    @classmethod
-    def read(cls, line: Line) -> "StatusCommand":
-        return cls()
-
     def judge(self, s: Situation, token: int) -> Action:
         return Nothing()
 
@@ -57,10 +64,6 @@ class StatusCommand(Command):
 @dataclass(frozen=True)
 class RateCommand(Command, Action):
     hz: float
-
-    @classmethod
-    def read(cls, line: Line) -> "RateCommand":
-        return cls(line.real("hz"))
 
     def judge(self, s: Situation, token: int) -> Action:
         fastest_hz = s.capabilities.rate_max_hz
@@ -118,15 +121,9 @@ class ZeroCommand(Command, Action):
 
 
 @dataclass(frozen=True)
-class MoveCommand(Command):
+class MoveCommand(Motion):
     travel_mm: float
     speed_mm_s: float
-    moves = True
-    ends_with_done = True
-
-    @classmethod
-    def read(cls, line: Line) -> "MoveCommand":
-        return cls(line.real("travel_mm"), line.real("speed_mm_s"))
 
     def judge(self, s: Situation, token: int) -> Action:
         require(self.speed_mm_s > 0, "bad_value", "speed_mm_s of MOVE must be above 0")
@@ -139,16 +136,10 @@ class MoveCommand(Command):
 
 
 @dataclass(frozen=True)
-class MoveToForceCommand(Command):
+class MoveToForceCommand(Motion):
     force_N: float
     speed_mm_s: float
     guard_mm: float
-    moves = True
-    ends_with_done = True
-
-    @classmethod
-    def read(cls, line: Line) -> "MoveToForceCommand":
-        return cls(line.real("force_N"), line.real("speed_mm_s"), line.real("guard_mm"))
 
     def judge(self, s: Situation, token: int) -> Action:
         require(self.speed_mm_s != 0, "bad_value", "speed_mm_s of MOVEF must not be 0")
@@ -171,15 +162,9 @@ def _loop_window(force_N: float, s: Situation, limits: Window) -> Window:
 
 
 @dataclass(frozen=True)
-class RampForceCommand(Command):
+class RampForceCommand(Motion):
     force_N: float
     rate_N_s: float
-    moves = True
-    ends_with_done = True
-
-    @classmethod
-    def read(cls, line: Line) -> "RampForceCommand":
-        return cls(line.real("force_N"), line.real("rate_N_s"))
 
     def judge(self, s: Situation, token: int) -> Action:
         require(self.rate_N_s > 0, "bad_value", "rate_N_s must be above 0")
@@ -239,7 +224,7 @@ def _read_hold(line: Line) -> Command:
     if mode == "travel":
         return HoldTravelCommand()
     if mode == "force":
-        return HoldForceCommand(line.real("force_N"))
+        return HoldForceCommand.read(line)
     raise Refused("bad_value", "mode is travel or force")
 
 

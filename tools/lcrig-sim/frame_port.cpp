@@ -84,7 +84,9 @@ void FramePort::hook(ZwickSimHooks hooks) {
 
 void FramePort::change(const std::function<void(ZwickSimFaults&)>& change) {
   change(lasting_);
-  lasting_.lose_samples = lasting_.spike_samples = 0;  // of the present connection only
+  // Of the present connection only.
+  lasting_.lose_samples = lasting_.spike_samples = 0;
+  lasting_.lose_tare = lasting_.tell_origin = false;
   if (!gateway_) return;
   change(gateway_->faults);
   gateway_->poke();

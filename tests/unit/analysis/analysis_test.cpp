@@ -7,41 +7,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tests/support/synthetic_run.hpp"
+#include "tests/unit/analysis/analysed.hpp"
 
 namespace lcrig {
 namespace {
 
 using testing::Contains;
 using testing::HasSubstr;
-
-RunAnalysis analysed(SyntheticRun& run, const AnalysisOptions& options = {}) {
-  auto out = analyse(run.db(), run.run(), options);
-  EXPECT_TRUE(out) << (out ? "" : out.error().what);
-  return out ? std::move(*out) : RunAnalysis();
-}
-
-RunAnalysis of_static(const SyntheticRun::Static& s, const AnalysisOptions& options = {}) {
-  SyntheticRun run;
-  run.begin();
-  run.play(s);
-  run.end();
-  return analysed(run, options);
-}
-
-RunAnalysis of_dynamic(const SyntheticRun::Dynamic& d) {
-  SyntheticRun run;
-  run.reading_s = 0.065;
-  run.begin();
-  run.play(d);
-  run.end();
-  return analysed(run);
-}
-
-bool holds(const Metric& m, double truth) {
-  const auto& i = *m.estimate->interval;
-  return i[0] <= truth && truth <= i[1];
-}
 
 TEST(Analyse, FindsTheSlopeC0AndNoiseOfAStraightSpecimen) {
   const auto a = of_static(SyntheticRun::Static());
@@ -273,76 +245,6 @@ TEST(Analyse, SaysWhatIsWrongWithARunThatCannotBeAnalysed) {
   EXPECT_THAT(analyse(other.db(), other.run(), backwards).error().what, HasSubstr("30-10 kPa"));
 }
 
-TEST(Analyse, DynamicRangeIsNotPulledUpByNoise) {
-  // 60 fF of noise on 172 fF of change: the largest reading of a cycle would be far too large.
-  SyntheticRun::Dynamic d;
-  d.noise_F = 60e-15;
-  d.cycles = 40;
-  d.branch_s = 1;
-  const auto a = of_dynamic(d);
-  ASSERT_EQ(a.cycles.size(), 40U);
-  const double truth = 2.15e-15 * 79.577 / 3.65e-12 * 100;
-  EXPECT_TRUE(holds(a.dynamic_range, truth)) << a.dynamic_range.value();
-  EXPECT_NEAR(a.dynamic_range.value(), truth, 3 * *a.dynamic_range.estimate->standard_error);
-  EXPECT_LT(*a.dynamic_range.estimate->standard_error, 0.3);
-  EXPECT_FALSE(a.hysteresis.resolved);
-}
-
-TEST(Analyse, FindsHysteresisAndItsArea) {
-  SyntheticRun::Dynamic d;
-  d.noise_F = 1e-15;
-  d.branch_s = 20;
-  // Unloading lies above: 4 h u (1 - u) of the span of 172 fF, at most 17 fF in the middle.
-  d.capacitance_F = [](double kPa, bool up) {
-    const double u = kPa / 79.577;
-    return 3.65e-12 + 171.1e-15 * (u + (up ? 0 : 0.4 * u * (1 - u)));
-  };
-  const auto a = of_dynamic(d);
-  EXPECT_NEAR(a.hysteresis.largest_gap.value(), 10, 0.4);
-  EXPECT_TRUE(a.hysteresis.resolved);
-  EXPECT_NEAR(a.hysteresis.area.value(), 0.4 / 6 * 100, 1.2);  // over 10 to 95 % of the force
-}
-
-TEST(Analyse, AFastLoopWithoutHysteresisIsNotCalledHysteresis) {
-  SyntheticRun::Dynamic d;
-  d.noise_F = 0.1e-15;
-  d.branch_s = 2;
-  const auto a = of_dynamic(d);
-  EXPECT_LT(a.hysteresis.largest_gap.value(), 0.5);
-  EXPECT_GT(*a.hysteresis.uncorrected_percent, 1) << "the force at the reading's arrival";
-  EXPECT_FALSE(a.hysteresis.resolved);
-}
-
-TEST(Analyse, CreepUnderAHeldLoadHasItsTimeConstant) {
-  SyntheticRun run;
-  run.begin();
-  std::mt19937_64 random(2);
-  std::normal_distribution<double> normal;
-  for (int i = 0; i < 100; ++i) run.reading(3.65e-12 + 1e-15 * normal(random), 0);
-  const double begin = run.t_s;
-  while (run.t_s < begin + 60) {
-    const double t = run.t_s + 0.06 - begin;
-    run.reading(3.65e-12 + 300e-15 - 30e-15 * std::exp(-t / 8) + 1e-15 * normal(random), 0.5);
-  }
-  for (int i = 0; i < 50; ++i) run.reading(3.65e-12 + 1e-15 * normal(random), 0);
-  run.end();
-  const auto a = analysed(run);
-  ASSERT_EQ(a.holds.size(), 1U);
-  EXPECT_TRUE(a.holds[0].resolved);
-  EXPECT_NEAR(*a.holds[0].time_constant_s, 8, 1);
-  EXPECT_NEAR(a.settling.value(), 8 * std::log(30 / (0.02 * 300)), 2);
-  EXPECT_GT(a.creep.value(), 2);
-}
-
-TEST(Analyse, NoCreepIsNotCalledCreep) {
-  const auto a = of_static(SyntheticRun::Static());
-  EXPECT_EQ(a.holds.size(), 40U);
-  EXPECT_TRUE(holds(a.creep, 0) ||
-              std::abs(a.creep.value()) < 3 * *a.creep.estimate->standard_error);
-  EXPECT_FALSE(a.settling);
-}
-
-// The paper's slopes and dynamic ranges through storage, alignment, analysis and comparison.
 TEST(Analyse, GivesThePapersNumbersBack) {
   std::vector<RunAnalysis> runs;
   const double slopes[] = {5.75, 19.3, 23.7};
@@ -366,21 +268,6 @@ TEST(Analyse, GivesThePapersNumbersBack) {
     EXPECT_NEAR(c.increase_percent, truth, 4 * *c.standard_error_percent);
   }
   EXPECT_EQ(found, 3);
-}
-
-TEST(Analyse, GivesThePapersDynamicRangesBack) {
-  int i = 0;
-  for (const double percent : {4.7, 10.4, 32.4}) {
-    SyntheticRun::Dynamic d;
-    d.seed = static_cast<std::uint64_t>(21 + i);
-    const double c0 = 3.65e-12 * ++i;
-    d.noise_F = 20e-15;
-    d.capacitance_F = [=](double kPa, bool) { return c0 * (1 + percent / 100 * kPa / 79.577); };
-    const auto a = of_dynamic(d);
-    EXPECT_TRUE(holds(a.dynamic_range, percent))
-        << percent << " as " << a.dynamic_range.value() << " +- "
-        << *a.dynamic_range.estimate->standard_error;
-  }
 }
 
 TEST(Analyse, JsonHasTheNamesOfTheDesign) {

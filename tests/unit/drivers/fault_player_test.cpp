@@ -179,6 +179,51 @@ TEST(FaultPlayer, StoppingMendsWhatLasts) {
   EXPECT_FALSE(s.bench.meter_faults.stuck);
 }
 
+TEST(FaultPlayer, EveryLieBeginsAndEnds) {
+  Stage s(R"({ "fault": "force_frozen", "on": "frame", "at_s": 1, "for_s": 2 },
+    { "fault": "force_reversed", "on": "frame", "at_s": 1, "for_s": 2 },
+    { "fault": "force_drift", "on": "frame", "at_s": 1, "for_s": 2, "rate_N_s": -0.005 },
+    { "fault": "force_scatter", "on": "frame", "at_s": 1, "for_s": 2, "factor": 5 },
+    { "fault": "drive_reversed", "on": "frame", "at_s": 1, "for_s": 2 },
+    { "fault": "creep", "on": "frame", "at_s": 1, "for_s": 2, "speed_um_s": 5 },
+    { "fault": "done_early", "on": "frame", "at_s": 1, "for_s": 2 },
+    { "fault": "done_unmoved", "on": "frame", "at_s": 1, "for_s": 2 },
+    { "fault": "done_late", "on": "frame", "at_s": 1, "for_s": 2, "delay_s": 0.5 },
+    { "fault": "order_late", "on": "frame", "at_s": 1, "for_s": 2, "delay_s": 1.5 },
+    { "fault": "clock_rate", "on": "frame", "at_s": 1, "for_s": 2, "factor": 2 },
+    { "fault": "estop", "on": "frame", "at_s": 1, "for_s": 2 },
+    { "fault": "stop_late", "on": "frame", "at_s": 1, "for_s": 2, "delay_s": 2.5 },
+    { "fault": "stop_unconfirmed", "on": "frame", "at_s": 1, "for_s": 2 },
+    { "fault": "stop_ignored", "on": "frame", "at_s": 1, "for_s": 2 })");
+  s.player.begin();
+  s.pass(2s);
+  ZwickSimLies lies;
+  lies.force_frozen = lies.force_reversed = lies.drive_reversed = lies.done_early = true;
+  lies.done_unmoved = lies.estop = lies.stop_unconfirmed = lies.stop_ignored = true;
+  lies.force_drift_N_s = -0.005;
+  lies.force_scatter = 5;
+  lies.creep_m_s = 5 * 1e-6;
+  lies.done_late_s = 0.5;
+  lies.order_late_s = 1.5;
+  lies.clock_rate = 2;
+  lies.stop_late_s = 2.5;
+  EXPECT_TRUE(s.bench.frame_faults.lies == lies);
+  s.pass(2s);
+  EXPECT_TRUE(s.bench.frame_faults.lies == ZwickSimLies());
+}
+
+TEST(FaultPlayer, ATareIsLostOnceAndCapabilitiesChangeWithARestart) {
+  Stage s(R"({ "fault": "tare_lost", "on": "frame", "at_s": 1, "origin_changes": true },
+    { "fault": "clock_frozen", "on": "frame", "at_s": 1 },
+    { "fault": "caps_changed", "on": "frame", "at_s": 1 })");
+  s.player.begin();
+  s.pass(2s);
+  const ZwickSimFaults& f = s.bench.frame_faults;
+  EXPECT_TRUE(f.lose_tare && f.tell_origin && f.lies.other_caps);
+  EXPECT_EQ(f.lies.clock_rate, 0);
+  EXPECT_EQ(s.bench.done, (std::vector<std::string>{"restart"}));
+}
+
 TEST(FaultPlayer, CommandsAndCompletionsAreCountedByThemselves) {
   Stage s(R"({ "fault": "refusal", "on": "frame", "every": 2, "code": "limits" },
     { "fault": "completion_lost", "on": "frame", "every": 3 },

@@ -18,7 +18,7 @@ FaultScript script_of(const std::string& faults) {
 }
 
 TEST(FaultScriptCorpus, EveryBadFileIsRefusedWithPointerAndReason) {
-  corpus::expect_all_refused("tests/corpus/faults/reject", 20, parse_fault_script);
+  corpus::expect_all_refused("tests/corpus/faults/reject", 22, parse_fault_script);
 }
 
 TEST(FaultScriptCorpus, EveryGoodFileIsAccepted) {
@@ -43,6 +43,12 @@ TEST(FaultScript, AFaultSaysWhatItIs) {
   const auto script =
       script_of(R"({ "fault": "reply_late", "on": "meter", "every": 20, "delay_s": 1.5 })");
   EXPECT_EQ(describe(script.faults[0]), "meter reply_late, delay_s 1.5");
+  const auto lies = script_of(R"({ "fault": "creep", "on": "frame", "at_s": 1, "speed_um_s": -5 },
+    { "fault": "force_drift", "on": "frame", "at_s": 1, "rate_N_s": 0.005 },
+    { "fault": "tare_lost", "on": "frame", "at_s": 1, "origin_changes": true })");
+  EXPECT_EQ(describe(lies.faults[0]), "frame creep, speed_um_s -5");
+  EXPECT_EQ(describe(lies.faults[1]), "frame force_drift, rate_N_s 0.005");
+  EXPECT_EQ(describe(lies.faults[2]), "frame tare_lost, origin_changes");
 }
 
 TEST(FaultScript, WhatAStageCannotPlayIsRefusedWithItsPlace) {

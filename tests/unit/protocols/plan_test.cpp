@@ -265,6 +265,35 @@ TEST(Plan, PredictedOvershootMustFitTheAllowanceAndTheLimit) {
       "planned");
 }
 
+TEST(Plan, WhatTheUnloadedCellShowsBelowZeroIsMissingUpToTheLimit) {
+  const auto shows = [](double rest_force_N, double noise_N) {
+    Rig rig = frame_rig();
+    rig.start_travel = Length::from_si(-1e-3);  // else the way back is towards anywhere
+    rig.rest_force_N = rest_force_N;  // below zero: more presses than is shown
+    rig.force_noise_N = noise_N;
+    return rig;
+  };
+  const auto worst_N = [](const std::string& steps, const Rig& rig) {
+    return plan_steps(steps, rig).value().worst_force_N;
+  };
+  const Rig tared = shows(0, 0.001), below = shows(-0.23, 0.001);
+  for (const std::string step :
+       {R"({"id":"l","do":"move_until","until":{"force_N":1},"speed_mm_s":0.1,"timeout_s":400})",
+        R"({"id":"l","do":"ramp","to":{"force_N":1},"speed_mm_s":0.1,"timeout_s":400})",
+        R"({"id":"l","do":"ramp","to":{"force_N":1},"force_rate_N_s":0.1,"timeout_s":400})",
+        R"({"id":"l","do":"hold","hold":"force","force_N":1,"for_s":1})"}) {
+    SCOPED_TRACE(step);
+    const double whole_N = worst_N(step, tared);
+    EXPECT_NEAR(worst_N(step, below), whole_N + 0.23, 1e-9);
+    EXPECT_EQ(worst_N(step, shows(-0.23, 0.05)), whole_N) << "within 5 sigma of noise it is none";
+    EXPECT_EQ(worst_N(R"({"id":"z","do":"zero","force":true},)" + step, below), whole_N);
+  }
+  const std::string load =
+      R"({"id":"l","do":"move_until","until":{"force_N":1.35},"speed_mm_s":0.1,"timeout_s":400})";
+  EXPECT_EQ(refusal(load, tared), "planned");
+  EXPECT_THAT(refusal(load, below), HasSubstr("the limit is 1.5 N"));
+}
+
 TEST(Plan, AHostSideStopOvershootsMore) {
   // 20 ms more: 60e3 * (0.3e-3 * 21e-3 + 0.09e-6 / 0.1) = 0.432 N, without them 0.072 N.
   const std::string load =

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// The drive of the simulated machine between its controller and the world: does what it is told,
+// or runs the other way, or creeps.
+#pragma once
+
+#include <optional>
+
+#include "drivers/zwick/sim.hpp"
+
+namespace lcrig::frame_link {
+
+class SimDrive final : public FrameScene {
+ public:
+  explicit SimDrive(FrameScene& world) : world_(world) {}
+
+  // A motion under way turns round.
+  void set_reversed(MonoTime t, bool on);
+  // Towards the specimen, or away; until it is halted or told to move.
+  void creep(MonoTime t, double speed_m_s);
+  bool is_creeping() const { return creeps_; }
+  // Runs where nobody told it to: it will never arrive.
+  bool is_astray() const { return order_ && reversed_; }
+
+  const PlantConfig& config() const override { return world_.config(); }
+  double travel_m(MonoTime t) const override { return world_.travel_m(t); }
+  double force_N(MonoTime t) const override { return world_.force_N(t); }
+  void move_to(MonoTime t, double travel_m, double speed_m_s) override;
+  void ramp_force(MonoTime t, double force_N, double rate_N_s) override;
+  void halt(MonoTime t) override;
+  std::optional<MonoTime> arrival() const override { return world_.arrival(); }
+  std::optional<MonoTime> force_crossing(double force_N, MonoTime from,
+                                         MonoTime to) const override {
+    return world_.force_crossing(force_N, from, to);
+  }
+  double force_at_travel_N(double travel_m) const override {
+    return world_.force_at_travel_N(travel_m);
+  }
+
+ private:
+  struct Order {
+    bool is_force = false;
+    double to = 0, rate = 0;  // m and m/s, or N and N/s
+  };
+  void obey(MonoTime t);
+  void disobey(MonoTime t);
+  bool wants_more(MonoTime t) const;  // travel, or force
+
+  FrameScene& world_;
+  bool reversed_ = false, creeps_ = false;
+  std::optional<Order> order_;  // none after a halt
+};
+
+}  // namespace lcrig::frame_link

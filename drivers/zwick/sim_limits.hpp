@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the simulated machine can do, and what it was armed to: who asks for more is refused.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "drivers/load_frame.hpp"
+#include "drivers/zwick/sim.hpp"
+
+namespace lcrig::frame_link {
+
+struct Refusal {
+  Refusal(std::string c, std::string t) : code(std::move(c)), text(std::move(t)) {}
+  std::string code, text;  // as in ERR
+};
+using Verdict = std::optional<Refusal>;  // nullopt: accepted
+
+double felt_N(const PlantConfig& config);  // the least force that the device takes for contact
+
+// Scene and settings must outlive it. `zero_m`: the machine's own travel where the samples show 0.
+class SimLimits {
+ public:
+  SimLimits(const FrameScene& scene, const ZwickSimSettings& settings)
+      : scene_(scene), settings_(settings) {}
+
+  FrameCapabilities of_machine() const;
+  Verdict set(const FrameLimits& limits, double zero_m);
+  void forget() { limits_.reset(); }
+  bool are_set() const { return limits_.has_value(); }
+  const FrameLimits& now() const { return limits_.value(); }
+
+  // Of limits that are set.
+  Verdict check_motion(double target_m, double speed_m_s, double zero_m) const;
+  Verdict check_force(double force_N) const;
+  Verdict check_direction(double shown_N, double direction) const;
+
+ private:
+  const FrameScene& scene_;
+  const ZwickSimSettings& settings_;
+  std::optional<FrameLimits> limits_;
+};
+
+}  // namespace lcrig::frame_link

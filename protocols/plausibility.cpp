@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/plausibility.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace lcrig {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+// Samples of the motion may still be on their way when the frame says that it stands.
+constexpr Duration kGrace = 300ms;
+constexpr double kLeastProgress = 0.1;  // of the way that the speed makes
+constexpr double kLeastDigit_m = 1e-10;  // below any drive's resolution: rounding
+constexpr double kOneDigit = 1.5;  // less than two digits of the travel are no way
+// A force that jumps while the frame stands: the medians of two short times, so far apart that no
+// knock lasts that long and no relaxation is that quick.
+constexpr Duration kSettled = 1500ms, kShort = 300ms, kApart = 1000ms;
+constexpr Duration kBetween = 100ms;  // two comparisons
+constexpr double kJump = 0.1;  // of the force that is felt
+
+// Of a few samples that are off by a spike it knows nothing.
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+}  // namespace
+
+void Plausibility::begin(const Motion& motion, MonoTime now) {
+  state_ = State::moving;
+  motion_ = motion;
+  since_ = now;
+  furthest_m_.reset();
+  progress_.reset();
+}
+
+void Plausibility::stand(MonoTime now) {
+  state_ = State::standing;
+  since_ = now;
+  stood_m_.reset();
+  moving_flags_ = 0;
+  recent_.clear();
+}
+
+void Plausibility::look_away() {
+  state_ = State::unknown;
+  equals_ = 0;
+}
+
+std::optional<Contradiction> Plausibility::check(const FrameSample& sample) {
+  learn_digit(sample.travel_m);
+  if (state_ == State::unknown) return std::nullopt;
+  if (auto no = check_digits(sample)) return no;
+  if (state_ == State::standing) return check_stillness(sample);
+  if (sample.travel_m) {
+    if (auto no = check_direction(*sample.travel_m)) return no;
+  }
+  if (sample.force_N) {
+    if (auto no = check_force(*sample.force_N)) return no;
+  }
+  return check_progress(sample);
+}
+
+// A coarse travel may flip by one digit wherever it stands.
+void Plausibility::learn_digit(std::optional<double> travel_m) {
+  if (!travel_m) return;
+  const double step = last_travel_m_ ? std::abs(*travel_m - *last_travel_m_) : 0;
+  last_travel_m_ = travel_m;
+  if (step > kLeastDigit_m && (digit_m_ == 0 || step < digit_m_)) digit_m_ = step;
+}
+
+std::optional<Contradiction> Plausibility::check_digits(const FrameSample& sample) {
+  if (!sample.force_N || !force_believed_) return std::nullopt;
+  const bool same = last_force_N_ == sample.force_N;
+  last_force_N_ = sample.force_N;
+  equals_ = same ? equals_ + 1 : 1;
+  if (!figures_.frozen_samples || equals_ <= *figures_.frozen_samples) return std::nullopt;
+  return Contradiction(
+      Disbelief::force,
+      fmt::format("the load cell is frozen: {:.6g} N in {} samples one after another, and its last "
+                  "digit changed all the time before",
+                  *sample.force_N, equals_));
+}
+
+std::optional<Contradiction> Plausibility::check_direction(double travel_m) {
+  if (motion_.direction == 0) return std::nullopt;
+  const double there = motion_.direction * travel_m;
+  furthest_m_ = std::max(furthest_m_.value_or(there), there);
+  const double back_m = *furthest_m_ - there;
+  if (back_m <= std::max(figures_.against_m, kOneDigit * digit_m_)) return std::nullopt;
+  return Contradiction(
+      Disbelief::drive,
+      fmt::format("the frame runs against the command: {:.4f} mm {} the specimen instead of {} it",
+                  back_m * 1e3, motion_.direction > 0 ? "away from" : "towards",
+                  motion_.direction > 0 ? "towards" : "away from"));
+}
+
+std::optional<Contradiction> Plausibility::check_force(double force_N) const {
+  if (!force_believed_) return std::nullopt;
+  if (motion_.direction > 0 && force_N < motion_.force_N - motion_.against_N) {
+    return Contradiction(
+        Disbelief::force,
+        fmt::format("the force falls while the frame presses: {:.4f} N after {:.4f} N; the load "
+                    "cell is connected the wrong way, lost its zero, or the specimen gave way",
+                    force_N, motion_.force_N));
+  }
+  if (motion_.direction < 0 && force_N > motion_.force_N + motion_.against_N) {
+    return Contradiction(
+        Disbelief::drive,
+        fmt::format("the force rises against the command, which leads away from the specimen: "
+                    "{:.4f} N after {:.4f} N",
+                    force_N, motion_.force_N));
+  }
+  return std::nullopt;
+}
+
+void Plausibility::mark(const FrameSample& sample) {
+  progress_.emplace();
+  progress_->t = sample.received;
+  progress_->travel_m = sample.travel_m;
+  progress_->force_N = sample.force_N;
+}
+
+// At the slowest speeds the way has to be more than a drive may hunt first.
+double Plausibility::stall_s() const {
+  if (motion_.direction == 0) {
+    return std::max(figures_.stall_s, 4 * figures_.order_force_N / motion_.rate_N_s);
+  }
+  const double way_m = std::max(1.5 * figures_.against_m, 3 * digit_m_);
+  return std::max(figures_.stall_s, way_m / motion_.speed_m_s);
+}
+
+std::optional<Contradiction> Plausibility::check_progress(const FrameSample& sample) {
+  if (motion_.direction == 0 && !(motion_.rate_N_s > 0)) return std::nullopt;
+  if (!sample.travel_m || !sample.force_N) return std::nullopt;
+  if (!progress_) mark(sample);
+  const double dt = to_seconds(sample.received - progress_->t);
+  if (!progress_->travel_m || dt < stall_s()) return std::nullopt;
+  const double way_m = std::abs(*sample.travel_m - *progress_->travel_m);
+  const double change_N = std::abs(*sample.force_N - *progress_->force_N);
+  const bool by_travel = motion_.direction != 0;
+  const bool went = by_travel
+                        ? way_m >= kLeastProgress * motion_.speed_m_s * dt
+                        : way_m > figures_.against_m || change_N > 0.2 * motion_.rate_N_s * dt;
+  if (went) {
+    mark(sample);
+    return std::nullopt;
+  }
+  return Contradiction(
+      Disbelief::drive,
+      fmt::format("the frame does not move, though it was told to and says that it does: {:.4f} mm "
+                  "in {:.1f} s",
+                  way_m * 1e3, dt));
+}
+
+std::optional<Contradiction> Plausibility::check_stillness(const FrameSample& sample) {
+  const bool settled = sample.received - since_ > kGrace;
+  moving_flags_ = settled && (sample.flags & frame_flag::kMoving) != 0 ? moving_flags_ + 1 : 0;
+  if (sample.travel_m && !stood_m_) stood_m_ = sample.travel_m;
+  const double way_m = sample.travel_m ? *sample.travel_m - *stood_m_ : 0;
+  if (moving_flags_ > 1 || std::abs(way_m) > std::max(figures_.standing_m, kOneDigit * digit_m_)) {
+    return Contradiction(
+        Disbelief::stillness,
+        fmt::format("the frame moves while nobody told it to: {:+.4f} mm since it stood{}",
+                    way_m * 1e3, moving_flags_ > 1 ? ", and it says that it moves" : ""));
+  }
+  return sample.force_N ? check_step(sample.received, *sample.force_N) : std::nullopt;
+}
+
+std::optional<Contradiction> Plausibility::check_step(MonoTime t, double force_N) {
+  if (!force_believed_ || t - since_ < kSettled) return std::nullopt;
+  recent_.emplace_back(t, force_N);
+  if (t - compared_ < kBetween) return std::nullopt;
+  compared_ = t;
+  while (t - recent_.front().t > kApart + kShort) recent_.pop_front();
+  std::vector<double> old_N, new_N;
+  for (const Seen& s : recent_) {
+    if (t - s.t >= kApart) old_N.push_back(s.force_N);
+    if (t - s.t <= kShort) new_N.push_back(s.force_N);
+  }
+  if (old_N.size() < 2 || new_N.size() < 2) return std::nullopt;
+  const double before = median(old_N), after = median(new_N);
+  const double felt_N = std::max(std::abs(before), std::abs(after));
+  const double allowed_N =
+      std::max(2 * figures_.contact_force_N, figures_.order_force_N) + kJump * felt_N;
+  if (std::abs(after - before) <= allowed_N) return std::nullopt;
+  return Contradiction(
+      Disbelief::force,
+      fmt::format("the force jumped from {:.4f} N to {:.4f} N while the frame stood: the zero of "
+                  "the load cell was lost, or somebody touched the rig",
+                  before, after));
+}
+
+}  // namespace lcrig

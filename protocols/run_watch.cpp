@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run does with samples that cannot be true, and whether a motion ended where it was told
+// to.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "protocols/run.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr double kDriftSigmas = 6;  // what no sample shows by chance, however many there are
+// A specimen relaxes while it is pressed slowly, and gives back less than it took.
+constexpr double kRelaxes = 0.3, kGivesBack = 0.05;  // of the force that is felt
+constexpr double kLeastOfLimit = 0.02;
+constexpr double kSettles = 0.1;  // of the force, from the stop to the next sample
+
+}  // namespace
+
+// What is known of the unloaded cell: everything that is derived of it, too.
+void Run::learn_rest(const Rest& rest) {
+  rest_ = rest;
+  if (!plausible_) return;
+  ForceScatter now(rest);
+  now.alive = now.alive || scatter_.alive;
+  now.longest_run = std::max(now.longest_run, scatter_.longest_run);
+  if (scatter_.digit_N > 0 && now.digit_N > 0)
+    now.digit_N = std::min(now.digit_N, scatter_.digit_N);
+  scatter_ = now;
+  plausible_->set_figures(watch_figures(setup_.frame.capabilities(), pressing_->forecast().bound(),
+                                        setup_.limits.force_max_N, setup_.frame_rate_Hz, scatter_,
+                                        rest.scatter_N()));
+  event("watch", to_json(plausible_->figures()).dump());
+}
+
+// Tolerances of a motion that begins now.
+Plausibility::Motion Run::motion_now(double direction, double speed_m_s) const {
+  Plausibility::Motion m;
+  m.direction = direction;
+  m.speed_m_s = speed_m_s;
+  m.force_N = force_N_.value_or(0);
+  m.rest_N = rest_ ? rest_->force_N() : 0;
+  const double felt_N = std::abs(m.force_N - m.rest_N);
+  const double noise_N = rest_ ? rest_->scatter_N() : 0;
+  const double least_N = std::max(kDriftSigmas * noise_N, kLeastOfLimit * guard_.force_max_N());
+  m.against_N = least_N + (direction > 0 ? kRelaxes : kGivesBack) * felt_N + zero_doubt_N();
+  if (direction > 0) {  // a specimen that is pressed does not pull
+    const double room_N = m.force_N - guard_.limits().force_min_N;
+    m.against_N = std::min(m.against_N, std::max(room_N, kDriftSigmas * noise_N));
+  }
+  return m;
+}
+
+void Run::judge_truth(const FrameSample& sample) {
+  if (!plausible_) return;
+  const auto no = plausible_->check(sample);
+  if (no && !stop_pending_) disbelieve(*no);
+}
+
+// Stopped at once; what is still allowed then depends upon what is not believed any more.
+void Run::disbelieve(const Contradiction& contradiction) {
+  const std::string& why = contradiction.why;
+  plausible_->look_away();
+  event("contradiction", why);
+  switch (contradiction.disbelief) {
+    case Disbelief::force:
+      plausible_->distrust_force();
+      guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
+      if (pressing_) pressing_->distrust(why);
+      break;
+    case Disbelief::drive: return keep_hands_off(why);
+    case Disbelief::stillness: break;
+  }
+  interrupt(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
+}
+
+namespace {
+
+// `direction`: of the force. Whether it came there, as far as one value tells.
+bool is_there(double force_N, double target_N, int direction, double allowed_N) {
+  if (direction == 0) return std::abs(force_N - target_N) <= allowed_N;
+  return direction > 0 ? force_N >= target_N - allowed_N : force_N <= target_N + allowed_N;
+}
+
+}  // namespace
+
+// How far the frame is from where the motion should have ended, by its own last word and by what
+// its samples show; empty: nowhere.
+std::string Run::disagreement(const Order& order, const MotionOutcome& outcome) const {
+  const WatchFigures& f = plausible_->figures();
+  if (order.travel_m) {
+    for (const auto& x : {outcome.travel_m, memory_.travel_m}) {
+      if (!x || std::abs(*x - *order.travel_m) <= f.order_travel_m) continue;
+      return fmt::format("it was to go to {:.4f} mm, and shows {:.4f} mm", *order.travel_m * 1e3,
+                         *x * 1e3);
+    }
+  }
+  if (!order.force_N || guard_.is_distrusted()) return {};
+  const double rest_N = rest_ ? rest_->force_N() : 0;
+  const double felt_N =
+      std::max(std::abs(*order.force_N - rest_N), std::abs(order.motion.force_N - rest_N));
+  const double allowed_N = f.order_force_N + order.waver_N + kSettles * felt_N + zero_doubt_N();
+  for (const auto& force : {outcome.force_N, force_N_}) {
+    if (!force || is_there(*force, *order.force_N, order.side, allowed_N)) continue;
+    return fmt::format("it was to go to {:.4f} N, and shows {:.4f} N", *order.force_N, *force);
+  }
+  return {};
+}
+
+// `target` is the frame's word: what it shows has to agree, at the latest in the samples that come
+// next.
+Task<Result<>> Run::believe(const Order& order, const MotionOutcome& outcome) {
+  if (!plausible_ || outcome.reason != MotionEnd::target) co_return Result<>();
+  const MonoTime limit =
+      setup_.clock.now() + std::max<Duration>(300ms, from_seconds(3 / setup_.frame_rate_Hz));
+  std::string why = disagreement(order, outcome);
+  while (!why.empty() && setup_.clock.now() < limit) {
+    co_await setup_.clock.wait_for(10ms);
+    why = disagreement(order, outcome);
+  }
+  if (why.empty()) co_return Result<>();
+  event("contradiction", why);
+  co_return fail(Errc::refused, "step {}: the frame says DONE, but that is not true: {}", step_->id,
+                 why);
+}
+
+}  // namespace lcrig

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Made-up runs, analysed.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "analysis/analysis.hpp"
+#include "tests/support/synthetic_run.hpp"
+
+namespace lcrig {
+
+inline RunAnalysis analysed(SyntheticRun& run, const AnalysisOptions& options = {}) {
+  auto out = analyse(run.db(), run.run(), options);
+  EXPECT_TRUE(out) << (out ? "" : out.error().what);
+  return out ? std::move(*out) : RunAnalysis();
+}
+
+inline RunAnalysis of_static(const SyntheticRun::Static& s, const AnalysisOptions& options = {}) {
+  SyntheticRun run;
+  run.begin();
+  run.play(s);
+  run.end();
+  return analysed(run, options);
+}
+
+inline bool holds(const Metric& m, double truth) {
+  const auto& i = *m.estimate->interval;
+  return i[0] <= truth && truth <= i[1];
+}
+
+}  // namespace lcrig
