@@ -301,10 +301,24 @@ void Session::acknowledge(const Committed& c) {
   if (on_events_) on_events_(c.events);
 }
 
+// Of an interrupted run: what its samples said means nothing under another zero.
+Result<> Session::compare_origin() const {
+  const auto& from = prepared_.continues;
+  if (!from || !from->point.origin || !commands_) return {};
+  const auto now = instruments_->frame().origin();
+  if (now == from->point.origin) return {};
+  return fail(Errc::refused,
+              "run {} cannot be continued: the zero of force or travel was lost or changed since "
+              "then (origin {}, then it was {}); whether its specimen is loaded is not known: look "
+              "at the rig, drive the frame away at the machine, begin a new run",
+              from->run, now.value_or("not stated"), *from->point.origin);
+}
+
 Task<Result<std::int64_t>> Session::open() {
   auto planned = co_await preview();
   if (!planned) co_return fail(planned.error());
-  Result<> going = goes_on_ ? goes_on_() : Result<>();
+  Result<> going = compare_origin();
+  if (going && goes_on_) going = goes_on_();
   if (going) going = co_await take_command();
   if (!going) co_return fail(going.error());
   auto configured = co_await instruments_->meter().configure(plan_.lcr);

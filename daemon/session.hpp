@@ -83,6 +83,7 @@ class Session {
   Task<Result<>> look();
   Task<Result<>> plan();
   Task<Result<>> take_command();
+  Result<> compare_origin() const;
   Task<Result<>> check_at_contact(double start_travel_m, double contact_travel_m);
   void add_specimen(Rig& rig) const;
   RunSetup make_setup(std::int64_t run);

@@ -78,6 +78,12 @@ std::string_view to_string(MotionEnd e) {
   return "fault";
 }
 
+bool frame_event::is_fault(std::string_view kind) {
+  constexpr std::array<std::string_view, 5> kFaults{
+      "device_estop", "device_drive_off", "device_shield", "device_drive_fault", kMotionFault};
+  return std::ranges::find(kFaults, kind) != kFaults.end();
+}
+
 std::string to_json_text(const MotionOutcome& o) {
   std::string text = fmt::format(R"({{"reason":"{}")", to_string(o.reason));
   if (o.force_N) text += fmt::format(R"(,"force_N":{})", *o.force_N);

@@ -98,13 +98,26 @@ class Operator {
   virtual const std::string& prompt() const = 0;  // what is asked now; empty: nothing
 };
 
+// What a frame reports of itself that leaves it to a person (docs/frame-link.md, section 6): kinds
+// of `on_frame_event`.
+namespace frame_event {
+constexpr std::string_view kOrigin = "device_origin";  // a zero changed
+constexpr std::string_view kWatchdog = "device_watchdog";  // it heard nothing from us
+bool is_fault(std::string_view kind);  // E-stop, drive off, shield, a motion that a fault ended
+constexpr std::string_view kMotionFault = "motion_fault";  // DONE reason=fault
+}  // namespace frame_event
+
 // One motion at a time. A motion task returns when the device says that it ended; cancelling the
 // task does not stop the frame, `stop` does.
 class LoadFrame {
  public:
   virtual ~LoadFrame() = default;
   virtual const FrameCapabilities& capabilities() const = 0;
-  // Capabilities are valid after this returned. Takes command: a machine that moves is stopped.
+  // Changes whenever the zero of force or of travel may have changed, by whomever; valid after
+  // `identify` or `observe`. nullopt: this frame does not say.
+  virtual std::optional<std::string> origin() const { return std::nullopt; }
+  // Capabilities are valid after this returned. Takes command: a machine that moves is stopped,
+  // also one that does not say who it is.
   virtual Task<Result<Identity>> identify() = 0;
   // Looks without touching: as `identify`, then samples at this rate (0: none), but nothing at the
   // machine changes, and every command is refused until `identify`. Errors: as `identify`;

@@ -50,6 +50,7 @@ class ReopeningFrame final : public LoadFrame {
       : inner_(std::move(first)), open_(std::move(open)) {}
 
   const FrameCapabilities& capabilities() const override { return capabilities_; }
+  std::optional<std::string> origin() const override { return inner_->origin(); }
   Task<Result<Identity>> identify() override;
   Task<Result<Identity>> observe(double rate_Hz) override;
   Task<Result<>> arm(FrameLimits limits) override { return inner_->arm(limits); }

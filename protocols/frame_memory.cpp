@@ -16,6 +16,27 @@ double way_m(const FrameMemory& before, const FrameTolerance& allowed) {
   return v * to_seconds(allowed.silence) + (a > 0 ? v * v / (2 * a) : 0);
 }
 
+// A force that does not fit the way: closer to the specimen it is no less, and no more than the
+// stiffest contact makes of it; further away the other way round.
+Result<> compare_force_on_way(const FrameMemory& before, const FrameMemory& now,
+                              const FrameTolerance& allowed) {
+  if (!before.zeroed || !allowed.force_after_N || !before.force_N || !now.force_N) return {};
+  constexpr double kSigmas = 5, kClass = 0.01;
+  const bool closer = *now.travel_m >= *before.travel_m;
+  const double far_N = closer ? *before.force_N : *now.force_N;
+  const double near_N = closer ? *now.force_N : *before.force_N;
+  const double way_m = std::abs(*now.travel_m - *before.travel_m);
+  const double most_N =
+      allowed.rest_N + allowed.force_after_N(std::max(0.0, far_N - allowed.rest_N), way_m);
+  const double doubt_N =
+      allowed.force_N + kSigmas * allowed.noise_N + kClass * std::max(std::abs(far_N), near_N);
+  if (near_N >= far_N - doubt_N && near_N <= most_N + doubt_N) return {};
+  return fail(Errc::refused,
+              "the frame shows {:.4f} N at {:.4f} mm, last seen {:.4f} N at {:.4f} mm: no contact "
+              "does that, the zero of force or travel was lost or changed",
+              *now.force_N, *now.travel_m * 1e3, *before.force_N, *before.travel_m * 1e3);
+}
+
 }  // namespace
 
 void FrameMemory::feed(std::span<const FrameSample> samples) {
@@ -52,7 +73,8 @@ Result<> compare_frame(const FrameMemory& before, const FrameMemory& now,
                 *now.travel_m * 1e3, *before.travel_m * 1e3, limit_m * 1e3);
   }
   const bool stood = before.speed_m_s == 0 && moved_m <= allowed.travel_m;
-  if (!stood || !before.force_N) return {};
+  if (!stood) return compare_force_on_way(before, now, allowed);
+  if (!before.force_N) return {};
   if (!now.force_N || std::abs(*now.force_N - *before.force_N) > allowed.force_N) {
     return fail(Errc::refused,
                 "the frame shows {:.4f} N, last seen {:.4f} N at the same travel ({:.4f} N "

@@ -63,7 +63,7 @@ std::optional<Contradiction> Plausibility::check(const FrameSample& sample) {
     if (auto no = check_direction(*sample.travel_m)) return no;
   }
   if (sample.force_N) {
-    if (auto no = check_force(*sample.force_N)) return no;
+    if (auto no = check_force(sample.received, *sample.force_N)) return no;
   }
   return check_progress(sample);
 }
@@ -102,16 +102,17 @@ std::optional<Contradiction> Plausibility::check_direction(double travel_m) {
                   motion_.direction > 0 ? "towards" : "away from"));
 }
 
-std::optional<Contradiction> Plausibility::check_force(double force_N) const {
+std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_N) const {
   if (!force_believed_) return std::nullopt;
-  if (motion_.direction > 0 && force_N < motion_.force_N - motion_.against_N) {
+  const double allowed_N = motion_.against_N + motion_.drift_N_s * to_seconds(t - since_);
+  if (motion_.direction > 0 && force_N < motion_.force_N - allowed_N) {
     return Contradiction(
         Disbelief::force,
         fmt::format("the force falls while the frame presses: {:.4f} N after {:.4f} N; the load "
                     "cell is connected the wrong way, lost its zero, or the specimen gave way",
                     force_N, motion_.force_N));
   }
-  if (motion_.direction < 0 && force_N > motion_.force_N + motion_.against_N) {
+  if (motion_.direction < 0 && force_N > motion_.force_N + allowed_N) {
     return Contradiction(
         Disbelief::drive,
         fmt::format("the force rises against the command, which leads away from the specimen: "

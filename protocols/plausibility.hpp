@@ -41,8 +41,9 @@ class Plausibility {
     double rate_N_s = 0;  // of the force loop's ramp; 0: it holds
     double force_N = 0;  // at its begin, as it is shown
     double rest_N = 0;  // of an unloaded cell
-    // So much the force may fall on the way towards the specimen, or rise on the way back.
-    double against_N = 0;
+    // So much the force may fall on the way towards the specimen, or rise on the way back; and so
+    // much more with time, for a cell that is known to drift.
+    double against_N = 0, drift_N_s = 0;
   };
   // The command is on its way; from now on the frame may move.
   void begin(const Motion& motion, MonoTime now);
@@ -52,6 +53,10 @@ class Plausibility {
   void stand(MonoTime now);
   // Whatever happens now is no news: it is being stopped, or nobody knows what it does.
   void look_away();
+  // Whether what is told now could let a specimen pull at the probe.
+  bool may_pull() const {
+    return state_ == State::unknown || (state_ == State::moving && motion_.direction <= 0);
+  }
 
   std::optional<Contradiction> check(const FrameSample& sample);
 
@@ -59,7 +64,7 @@ class Plausibility {
   enum class State { unknown, moving, standing };
   std::optional<Contradiction> check_digits(const FrameSample& sample);
   std::optional<Contradiction> check_direction(double travel_m);
-  std::optional<Contradiction> check_force(double force_N) const;
+  std::optional<Contradiction> check_force(MonoTime t, double force_N) const;
   std::optional<Contradiction> check_progress(const FrameSample& sample);
   std::optional<Contradiction> check_stillness(const FrameSample& sample);
   std::optional<Contradiction> check_step(MonoTime t, double force_N);

@@ -124,7 +124,8 @@ void Run::on_samples(std::span<const FrameSample> samples) {
   if (pressing_) pressing_->add(samples);
   judge_age(samples);
   for (const FrameSample& s : samples) {
-    if (s.force_N) force_N_ = s.force_N, force_known_ = *last_sample_;
+    if (s.force_N) force_N_ = shown_force_N_ = s.force_N, force_known_ = *last_sample_;
+    if (s.travel_m) shown_travel_m_ = s.travel_m;
     if (prepared_) judge_truth(s);
     // What the frame shows before anything was moved is judged by look_at_rest, with advice.
     if (auto why = guard_.check(s); why && !stop_pending_ && (prepared_ || !moves())) {
@@ -136,10 +137,12 @@ void Run::on_samples(std::span<const FrameSample> samples) {
 
 void Run::on_frame_event(std::string kind, std::string detail) {
   // The gateway heard nothing from us: it stopped, left force control and forgot the limits.
-  const bool watchdog = kind == "device_watchdog";
-  const bool zeroed = kind == "device_origin" && !zeroing_ && setup_.commands;
-  event(std::move(kind), detail);
+  const bool watchdog = kind == frame_event::kWatchdog;
+  const bool zeroed = kind == frame_event::kOrigin && !zeroing_ && setup_.commands;
+  const bool fault = frame_event::is_fault(kind) && setup_.commands;
+  event(kind, detail);
   if (zeroed) distrust_zero(detail);
+  if (fault) heed_fault(kind, detail);
   if (watchdog) lose_frame(Error(Errc::disconnected, "the gateway stopped: " + detail));
 }
 

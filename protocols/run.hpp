@@ -174,6 +174,7 @@ class Run final : private LoadFrame::Listener {
   void begin_again(StepProgress& progress);
   Task<Result<>> restore_hold();
   Result<> compare_with(const FrameMemory& before) const;
+  Result<> compare_origin(const FrameMemory& before) const;
   Task<> recover_frame_for_finally();
 
   // run_resume.cpp: a run that was interrupted goes on
@@ -187,8 +188,10 @@ class Run final : private LoadFrame::Listener {
   // person has looked. `why` is for people and goes into the run's reason.
   void keep_hands_off(std::string why, Errc code = Errc::frame_fault);
   Result<> may_move() const;
-  void tell_hands_off(RunResult& result) const;
+  void tell_hands_off(RunResult& result, bool cleared) const;
+  void heed_fault(std::string_view kind, const std::string& detail);
   void distrust_zero(const std::string& detail);
+  void lose_origin(const std::string& why);
 
   Sampler::Hooks sampler_hooks();
   void on_reading(const LcrReading& reading, const ReadingTag& tag);
@@ -330,6 +333,8 @@ class Run final : private LoadFrame::Listener {
   std::optional<Pressing> pressing_;
   std::optional<Plausibility> plausible_;  // of a frame that we move
   ForceScatter scatter_;  // of the unloaded cell, all that was seen of it
+  double drift_N_s_ = 0;  // of the cell, a magnitude, as far as it is known
+  std::optional<double> shown_force_N_, shown_travel_m_;  // by samples, not by DONE
   std::optional<FrameLimits> armed_;  // what the device watches now
   std::optional<Rest> watched_rest_;  // fed while somebody watches
   std::optional<Rest> rest_;  // of the unloaded frame

@@ -21,6 +21,7 @@ constexpr int kSteps = 12;  // each twice as far: up to 0.8 mm
 constexpr double kSigmas = 3;
 constexpr double kEnough = 0.3;  // of the force at contact: less left tells no more
 constexpr double kLeft = 0.1;  // ... and less than this may be none
+constexpr double kMore = 1.2;  // of it: what a cell may drift meanwhile
 constexpr double kLeastFelt = 0.2;  // of the threshold, once the frame stands
 constexpr double kGone = 0.5;  // of what was felt, on the way back
 constexpr int kAttempts = 5;  // of a search that finds what is no contact
@@ -73,6 +74,8 @@ Task<Result<std::vector<Rest>>> Run::step_back(const MotionOutcome& contact, con
     if (!now) co_return fail(now.error());
     left_N = now->force_N() - before.force_N();
     looks.push_back(*now);
+    // A contact never presses harder on the way back: this is none.
+    if (std::abs(left_N) > kMore * std::abs(felt_N) + kContactSigmas * now->error_N()) break;
   }
   co_return looks;
 }

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "base/text.hpp"
 #include "protocols/run.hpp"
 #include "protocols/words.hpp"
 
@@ -26,7 +27,7 @@ Result<> Run::may_move() const {
 }
 
 // A reason that does not name the fault yet does so now.
-void Run::tell_hands_off(RunResult& result) const {
+void Run::tell_hands_off(RunResult& result, bool cleared) const {
   if (!hands_off_) return;
   if (result.exit_status == "success") {  // every step had ended well
     result.exit_status = "fail";
@@ -34,9 +35,27 @@ void Run::tell_hands_off(RunResult& result) const {
   }
   const bool named = result.reason.find(hands_off_->what) != std::string::npos;
   if (!named) add_note(result.reason, hands_off_->what);
-  add_note(
-      result.reason,
-      "nothing is moved any more, not even by `finally`, until a person has looked at the rig");
+  add_note(result.reason,
+           fmt::format("{}nothing is moved any more until a person has looked at the rig",
+                       cleared ? "" : "`finally` did not run: "));
+}
+
+// E-stop, drive off, shield: whoever resets it does not thereby say that the frame may move.
+void Run::heed_fault(std::string_view kind, const std::string& detail) {
+  constexpr std::string_view kFromDevice = "device_";
+  if (kind.starts_with(kFromDevice)) kind.remove_prefix(kFromDevice.size());
+  keep_hands_off(fmt::format("the frame reports {} ({}): clear it at the machine",
+                             kind == frame_event::kMotionFault ? "a fault" : kind,
+                             printable(detail)));
+}
+
+// Not even the way away from here is known: contact and limits are places of another zero.
+void Run::lose_origin(const std::string& why) {
+  guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
+  if (plausible_) plausible_->distrust_force();
+  contact_travel_m_.reset();
+  if (pressing_) pressing_->distrust(why);
+  keep_hands_off(why, Errc::refused);
 }
 
 // Limits, contact and predictions were of the zero before. The way back is the way away from here.

@@ -57,6 +57,7 @@ Task<> Run::see_standstill() {
 }
 
 Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
+  if (stop && stop->code == Errc::frame_fault) keep_hands_off(stop->why);
   finishing_ = true;
   stop_pending_ = false;
   progress_.state = RunState::finishing;
@@ -82,15 +83,18 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   }
   if (stop && prepared_) co_await see_standstill();
   guard_.allow_return(rest_ ? rest_->scatter_N() : 0);
-  if (may_clear(stop && stop->kind == Interrupt::freeze, result)) co_await run_finally(result);
+  const bool clears = may_clear(stop && stop->kind == Interrupt::freeze, result);
+  if (clears) co_await run_finally(result);
   guard_.expect_standstill();
   co_await stop_frame();
   if (moves() && !standing_ && !frame_away_) {
-    fail_with(result, Errc::not_standing, "standstill not confirmed: use the E-stop");
+    constexpr std::string_view kWhy = "standstill not confirmed: use the E-stop";
+    const bool said = result.reason.find(kWhy) != std::string::npos;
+    if (!said) fail_with(result, Errc::not_standing, kWhy);
     result.exit_status = "fail";
     result.code = Errc::not_standing;
   }
-  tell_hands_off(result);
+  tell_hands_off(result, clears);
   if (moves() && prepared_) co_await tell_load(result);
   co_await sampler_.stop();
   if (!meter_away_) {
@@ -104,7 +108,7 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
 
 // Whether `finally` can and may run; says why not.
 bool Run::may_clear(bool frozen, RunResult& result) {
-  if (frozen || hands_off_) return false;
+  if (frozen) return false;
   if (!prepared_ && setup_.commands) return false;  // nothing was asked of the frame
   if (frame_away_) {
     if (result.exit_status == "success") {  // every step had ended well
@@ -115,6 +119,15 @@ bool Run::may_clear(bool frozen, RunResult& result) {
     add_note(result.reason,
              "`finally` did not run: the frame is not there; standstill is not "
              "confirmed: look at it, use the E-stop if it moves");
+    return false;
+  }
+  if (hands_off_) return false;  // tell_hands_off says why
+  if (moves() && !standing_) {
+    result.exit_status = "fail";
+    result.code = Errc::not_standing;
+    add_note(result.reason,
+             "`finally` did not run: standstill not confirmed: use the E-stop, then look at the "
+             "rig");
     return false;
   }
   if (unconfirmed_) {
@@ -177,7 +190,8 @@ Task<> Run::tell_load(RunResult& result) {
   const double doubt_N = clear ? zero_doubt_N() : 0;
   const bool pulls =
       rest && is_loaded(2 * (rest_ ? rest_->force_N() : 0) - rest->force_N() - zero_doubt_N());
-  if (!frame_away_ && clear && !pulls && (!rest || !is_loaded(rest->force_N() - doubt_N)))
+  if (!hands_off_ && !frame_away_ && clear && !pulls &&
+      (!rest || !is_loaded(rest->force_N() - doubt_N)))
     co_return;
   std::string why;
   if (frame_away_ || !rest || guard_.is_distrusted()) {
@@ -195,6 +209,10 @@ Task<> Run::tell_load(RunResult& result) {
         "the specimen pulls at the probe with about {:.3f} N: free it by hand before the frame is "
         "moved",
         (rest_ ? rest_->force_N() : 0) - rest->force_N());
+  }
+  if (why.empty() && hands_off_) {
+    why = fmt::format("the specimen is not loaded, as far as the cell shows ({:.3f} N)",
+                      rest->force_N() - (rest_ ? rest_->force_N() : 0));
   }
   if (why.empty()) co_return;
   event("loaded", why);

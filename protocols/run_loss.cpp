@@ -48,7 +48,10 @@ void Run::lose_meter(Error error) {
 void Run::lose_frame(Error error) {
   guard_.set_watch_age(false);
   if (plausible_) plausible_->look_away();
-  if (!memory_at_loss_) memory_at_loss_ = memory_;
+  if (!memory_at_loss_) {
+    memory_at_loss_ = memory_;
+    memory_at_loss_->origin = setup_.frame.origin();
+  }
   lose(frame_away_, last_sample_, std::move(error));
 }
 
@@ -96,6 +99,7 @@ Task<std::optional<InterruptRequest>> Run::survive_loss(StepProgress& progress) 
   if (frame_away_ || !held_force_N_) co_await stop_frame();
   const Duration patience = finishing_ ? kFinallyPatience : setup_.protocol.on_loss_timeout;
   stop = co_await wait_for_return(patience);
+  if (!stop && hands_off_) stop = InterruptRequest(Interrupt::fault, *hands_off_);
   if (stop) co_return stop;
   progress_.state = before;
   sampler_.start(setup_.protocol.sample.lcr_continuous);
@@ -127,7 +131,7 @@ Task<std::optional<InterruptRequest>> Run::wait_for_return(Duration patience) {
       stop->why += fmt::format("; it did not come back within {:.0f} s ({} attempts, the last: {})",
                                to_seconds(patience), away.attempts, away.last);
     }
-    if (stop && r.index() != 1) event("fault", stop->why);
+    if (stop && r.index() != 1 && !hands_off_) event("fault", stop->why);
   }
   co_return stop;
 }
@@ -181,22 +185,25 @@ Task<Result<>> Run::try_frame() {
   if (!identity && identity.error().code == Errc::invalid_request) {
     co_return fail(frame_away_->why);
   }
+  // Another machine, or this one with other abilities: it is no use to wait.
+  if (!identity && identity.error().code == Errc::refused) {
+    note_attempt(*frame_away_, identity.error());
+    if (moves()) keep_hands_off(identity.error().what, Errc::refused);
+    co_return fail(identity.error());
+  }
   if (!identity) {
     note_attempt(*frame_away_, identity.error());
     co_return Result<>();
   }
   auto joined = co_await rejoin_frame();
-  if (joined) {
-    welcome(frame_away_, "frame");
-  } else if (is_absent(joined.error().code)) {
-    note_attempt(*frame_away_, joined.error());
-  } else {
-    co_return joined;
-  }
+  if (joined) co_return joined;
+  if (!is_absent(joined.error().code)) co_return joined;
+  note_attempt(*frame_away_, joined.error());
   co_return Result<>();
 }
 
-// It stands, obeys, is armed again, sends samples, and is where it was.
+// It stands, obeys, is armed again, sends samples, and is where it was. One that is not is stopped
+// and heard, no more.
 Task<Result<>> Run::rejoin_frame() {
   if (setup_.commands) {
     auto stopped = co_await setup_.frame.stop();
@@ -207,18 +214,28 @@ Task<Result<>> Run::rejoin_frame() {
   sample_clock_.forget();
   memory_ = FrameMemory();
   memory_.zeroed = memory_at_loss_ && memory_at_loss_->zeroed;
-  auto armed = co_await arm_frame();
+  Result<> same;
+  if (memory_at_loss_) same = compare_origin(*memory_at_loss_);
+  if (!same) {  // what it shows is no reason any more to trip a limit
+    guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
+    if (plausible_) plausible_->distrust_force();
+  }
+  Result<> armed;
+  if (same && !hands_off_) {
+    armed = co_await arm_frame();
+  } else {
+    armed = co_await setup_.frame.set_sample_rate(setup_.frame_rate_Hz);
+  }
   if (!armed) co_return armed;
   guard_.set_watch_age(false);
   auto heard = co_await await_samples();
   if (!heard) co_return heard;
-  if (memory_at_loss_) {
-    auto same = compare_with(*memory_at_loss_);
-    if (!same) co_return same;
-  }
+  if (same && memory_at_loss_) same = compare_with(*memory_at_loss_);
   guard_.restart_age(setup_.clock.now());
   guard_.set_watch_age(setup_.frame.capabilities().motion && setup_.commands);
   if (plausible_) plausible_->stand(setup_.clock.now());
+  welcome(frame_away_, "frame");
+  if (!same) lose_origin(same.error().what);
   co_return Result<>();
 }
 
@@ -235,12 +252,29 @@ Task<Result<>> Run::await_samples() {
   co_return Result<>();
 }
 
+// Told at once, before anything is armed.
+Result<> Run::compare_origin(const FrameMemory& before) const {
+  if (!moves() || !before.origin) return {};
+  const auto now = setup_.frame.origin();
+  if (now == before.origin) return {};
+  return fail(Errc::refused,
+              "the zero of force or travel was lost or changed meanwhile (origin {}, before it was "
+              "{}): what the frame shows means nothing to this run any more",
+              now.value_or("not stated"), *before.origin);
+}
+
 Result<> Run::compare_with(const FrameMemory& before) const {
   const FrameCapabilities& caps = setup_.frame.capabilities();
   if (!caps.motion || !setup_.commands) return {};  // a frame that others drive may be anywhere
   FrameTolerance allowed;
   allowed.force_N = kForceTolerance * (setup_.limits.force_max_N - setup_.limits.force_min_N);
   allowed.deceleration = caps.deceleration;
+  if (rest_) allowed.rest_N = rest_->force_N(), allowed.noise_N = rest_->scatter_N();
+  if (pressing_) {
+    allowed.force_after_N = [this](double felt_N, double way_m) {
+      return pressing_->forecast().bound().force_after_N(felt_N, way_m);
+    };
+  }
   return compare_frame(before, memory_, allowed);
 }
 

@@ -17,6 +17,7 @@ std::string to_json_text(const RunPoint& p) {
            {"zeroed", p.zeroed}};
   if (p.contact_travel_m) out["contact_travel_m"] = *p.contact_travel_m;
   if (p.travel_m) out["travel_m"] = *p.travel_m;
+  if (p.origin) out["origin"] = *p.origin;
   return out.dump();
 }
 
@@ -31,6 +32,7 @@ Result<RunPoint> parse_run_point(std::string_view text) {
     p.zeroed = in.at("zeroed").get<bool>();
     if (in.contains("contact_travel_m")) p.contact_travel_m = in["contact_travel_m"].get<double>();
     if (in.contains("travel_m")) p.travel_m = in["travel_m"].get<double>();
+    if (in.contains("origin")) p.origin = in["origin"].get<std::string>();
     if (p.steps_done < 0 || p.levels < 0)
       return fail(Errc::garbled, "a state with negative counts");
     return p;

@@ -23,6 +23,7 @@ struct RunPoint {
   std::optional<double> contact_travel_m;  // gap zero
   std::optional<double> travel_m;  // of the frame when the step began
   bool zeroed = false;
+  std::optional<std::string> origin;  // LoadFrame::origin
 };
 
 std::string to_json_text(const RunPoint& point);

@@ -41,6 +41,7 @@ RunPoint Run::point() const {
   p.contact_travel_m = contact_travel_m_;
   p.travel_m = memory_.travel_m;
   p.zeroed = memory_.zeroed;
+  p.origin = setup_.frame.origin();
   return p;
 }
 
@@ -84,9 +85,14 @@ Task<Result<>> Run::take_over(StepCursor& cursor) {
       first_step_of(setup_.protocol, setup_.environment, from.point.steps_done);
   FrameMemory before = from.frame;
   before.zeroed = from.point.zeroed;
+  before.origin = from.point.origin;
   before.begun_m_s = begun_speed(setup_.protocol, setup_.environment, first);
-  auto same = compare_with(before);
-  if (!same) co_return same;
+  auto same = compare_origin(before);
+  if (same) same = compare_with(before);
+  if (!same) {
+    lose_origin(same.error().what);
+    co_return same;
+  }
   memory_.zeroed = from.point.zeroed;
   first_start_travel_m_ = from.point.travel_m;
   contact_travel_m_ = from.point.contact_travel_m;

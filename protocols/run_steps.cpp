@@ -85,6 +85,7 @@ Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
   if (!zeroed) co_return zeroed;
   memory_.zeroed = true;
   if (step.travel) zero_travel(rest->travel_m().value_or(0));
+  event("state", to_json_text(point()));  // the origin is another one
   event("zero", fmt::format(R"({{"force_before_N":{}}})", rest->force_N()));
   // Samples from before the zero are still on the way: at most one, or 100 ms of them.
   const Duration stale = std::max<Duration>(250ms, from_seconds(2 / setup_.frame_rate_Hz));

@@ -19,6 +19,7 @@ constexpr double kDriftSigmas = 6;  // what no sample shows by chance, however m
 // A specimen relaxes while it is pressed slowly, and gives back less than it took.
 constexpr double kRelaxes = 0.3, kGivesBack = 0.05;  // of the force that is felt
 constexpr double kLeastOfLimit = 0.02;
+constexpr double kSureOfDrift = 4;  // standard errors
 constexpr double kSettles = 0.1;  // of the force, from the stop to the next sample
 
 }  // namespace
@@ -27,6 +28,8 @@ constexpr double kSettles = 0.1;  // of the force, from the stop to the next sam
 void Run::learn_rest(const Rest& rest) {
   rest_ = rest;
   if (!plausible_) return;
+  const double drift = std::abs(rest.drift_N_s()), doubt = kSureOfDrift * rest.drift_error_N_s();
+  if (drift > doubt) drift_N_s_ = drift + doubt;
   ForceScatter now(rest);
   now.alive = now.alive || scatter_.alive;
   now.longest_run = std::max(now.longest_run, scatter_.longest_run);
@@ -50,6 +53,7 @@ Plausibility::Motion Run::motion_now(double direction, double speed_m_s) const {
   const double noise_N = rest_ ? rest_->scatter_N() : 0;
   const double least_N = std::max(kDriftSigmas * noise_N, kLeastOfLimit * guard_.force_max_N());
   m.against_N = least_N + (direction > 0 ? kRelaxes : kGivesBack) * felt_N + zero_doubt_N();
+  m.drift_N_s = drift_N_s_;
   if (direction > 0) {  // a specimen that is pressed does not pull
     const double room_N = m.force_N - guard_.limits().force_min_N;
     m.against_N = std::min(m.against_N, std::max(room_N, kDriftSigmas * noise_N));
@@ -61,6 +65,16 @@ void Run::judge_truth(const FrameSample& sample) {
   if (!plausible_) return;
   const auto no = plausible_->check(sample);
   if (no && !stop_pending_) disbelieve(*no);
+  const double least_N = guard_.limits().force_min_N;
+  if (stop_pending_ || plausible_->may_pull() || sample.force_N.value_or(least_N) >= least_N)
+    return;
+  disbelieve(Contradiction(
+      Disbelief::force,
+      fmt::format(
+          "the force falls to {:.4f} N though the frame does not move away from the "
+          "specimen, which can only pull then: the load cell is connected the wrong way, or "
+          "lost its zero",
+          *sample.force_N)));
 }
 
 // Stopped at once; what is still allowed then depends upon what is not believed any more.
@@ -95,7 +109,7 @@ bool is_there(double force_N, double target_N, int direction, double allowed_N) 
 std::string Run::disagreement(const Order& order, const MotionOutcome& outcome) const {
   const WatchFigures& f = plausible_->figures();
   if (order.travel_m) {
-    for (const auto& x : {outcome.travel_m, memory_.travel_m}) {
+    for (const auto& x : {outcome.travel_m, shown_travel_m_}) {
       if (!x || std::abs(*x - *order.travel_m) <= f.order_travel_m) continue;
       return fmt::format("it was to go to {:.4f} mm, and shows {:.4f} mm", *order.travel_m * 1e3,
                          *x * 1e3);
@@ -106,7 +120,7 @@ std::string Run::disagreement(const Order& order, const MotionOutcome& outcome) 
   const double felt_N =
       std::max(std::abs(*order.force_N - rest_N), std::abs(order.motion.force_N - rest_N));
   const double allowed_N = f.order_force_N + order.waver_N + kSettles * felt_N + zero_doubt_N();
-  for (const auto& force : {outcome.force_N, force_N_}) {
+  for (const auto& force : {outcome.force_N, shown_force_N_}) {
     if (!force || is_there(*force, *order.force_N, order.side, allowed_N)) continue;
     return fmt::format("it was to go to {:.4f} N, and shows {:.4f} N", *order.force_N, *force);
   }

@@ -57,6 +57,8 @@ std::string format_zero(std::int64_t number, bool force, bool travel);
 std::string format_rate(std::int64_t number, double rate_Hz);
 std::string format_status(std::int64_t number);
 constexpr std::string_view kStop = "STOP\n";
+// `text` of a DONE with reason=fault that the gateway's watchdog caused.
+constexpr std::string_view kHostSilent = "host silent";
 constexpr std::string_view kHostHeartbeat = "HB\n";
 
 Result<FrameLimits> parse_limits(const Line& line);

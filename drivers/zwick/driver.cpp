@@ -131,6 +131,10 @@ void ZwickLink::close() {
   link_->close();
 }
 
+std::optional<std::string> ZwickLink::origin() const {
+  return link_->origin();
+}
+
 void ZwickLink::set_listener(Listener* listener) {
   link_->set_listener(listener);
 }

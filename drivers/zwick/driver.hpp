@@ -23,7 +23,9 @@ class ZwickLink final : public LoadFrame {
   ~ZwickLink() override;
 
   const FrameCapabilities& capabilities() const override { return capabilities_; }
-  // Starts the link. Errors: no_reply, garbled (something else answers), refused (other protocol).
+  std::optional<std::string> origin() const override;
+  // Starts the link; says STOP first. Errors: no_reply, garbled (something else answers), refused
+  // (other protocol).
   Task<Result<Identity>> identify() override;
   // A gateway of revision 1 does not know the word, and is not asked in any other way.
   Task<Result<Identity>> observe(double rate_Hz) override;

@@ -17,9 +17,10 @@ constexpr Duration kWriteTime = std::chrono::seconds(1);
 constexpr Duration kGarbageReports = std::chrono::seconds(1);  // at most one event per this
 constexpr double kClockTolerance_s = 0.5;  // a batch may be late by less than the silence limit
 
-// Commands lead to few codes; all of them but `busy` mean that the machine said no.
+// Commands lead to few codes; the others mean that the machine said no.
 Errc errc_of(std::string_view code) {
-  return code == "busy" ? Errc::busy : Errc::refused;
+  if (code == "busy") return Errc::busy;
+  return code == "not_ready" ? Errc::frame_fault : Errc::refused;
 }
 
 }  // namespace
@@ -44,7 +45,8 @@ Task<Result<>> Link::Waiting::next(std::optional<MonoTime> deadline) {
   co_return Result<>();
 }
 
-Link::Exchange::Exchange(std::shared_ptr<Link> link) : number(++link->last_number_), waiting(link) {
+Link::Exchange::Exchange(std::shared_ptr<Link> link)
+    : number(++link->last_number_), stops(link->stops_sent_), waiting(link) {
   link->exchanges_.emplace(number, this);
 }
 Link::Exchange::~Exchange() {
@@ -100,6 +102,7 @@ Hello our_hello() {
 
 void Link::send_hello() {
   observer_ = false;
+  send_stop();
   greet(format_hello(our_hello()));
 }
 
@@ -123,6 +126,8 @@ void Link::give_up_greeting() {
 }
 
 std::int64_t Link::send_stop() {
+  // The LF ends what a predecessor left unfinished: STOP must not be the end of its last line.
+  if (!identity_) urgent_ += "\n";
   urgent_ += kStop;
   writer_.notify();
   return ++stops_sent_;
@@ -191,7 +196,7 @@ void Link::dispatch(std::string_view text) {
 }
 
 void Link::dispatch_report(const Line& line) {
-  if (line.word == "EVENT") return event("device_" + line.text("kind"), line.text("text"));
+  if (line.word == "EVENT") return on_event(line);
   const bool is_answer = line.word == "OK" || line.word == "ERR";
   if (!is_answer && line.word != "DONE") return on_garbage(line.word, "unknown message");
   if (!line.number) return on_garbage(line.word, "an answer without a number");
@@ -213,6 +218,8 @@ void Link::on_hello(const Line& line) {
   --hellos_owed_;
   heard_ = clock_.now();
   identity_ = *hello;
+  origin_.reset();
+  if (hello->revision >= 2) take_origin(line);
   next_seq_.reset();
   device_time_s_.reset();
   knock();
@@ -226,33 +233,56 @@ void Link::on_caps(const Line& line) {
   knock();
 }
 
+void Link::take_origin(const Line& line) {
+  if (line.find("origin")) origin_ = printable(line.text("origin"));
+}
+
+void Link::on_event(const Line& line) {
+  const std::string kind = "device_" + line.text("kind");
+  if (kind == frame_event::kOrigin) take_origin(line);
+  event(kind, line.text("text"));
+}
+
 void Link::on_answer(const Line& line) {
   const auto it = exchanges_.find(*line.number);
   if (it == exchanges_.end() || it->second->answer) {
     return event("late_answer", fmt::format("{} #{}", line.word, *line.number));
   }
   if (line.word == "OK") {
+    take_origin(line);
     it->second->answer = Result<>();
     return;
   }
   const auto code = line.text("code");
-  it->second->answer = fail(errc_of(code), "{}: refused: {} ({})", name(),
-                            printable(line.text("text")), printable(code));
+  // A STOP that overtook the command is no fault of the machine.
+  const bool overtaken = stops_sent_ > it->second->stops;
+  it->second->answer = fail(overtaken ? Errc::refused : errc_of(code), "{}: refused: {} ({})",
+                            name(), printable(line.text("text")), printable(code));
 }
 
 void Link::on_done(const Line& line) {
+  MotionOutcome outcome = parse_done(line);
+  // Also of a motion that was cut: a fault while it brakes is one. A reason that nobody knows is
+  // not, nor is one of another session.
+  const bool ours = *line.number <= last_number_;
+  if (ours && line.text("reason") == to_string(MotionEnd::fault) && outcome.detail != kHostSilent) {
+    event(std::string(frame_event::kMotionFault), outcome.detail);
+  }
   const auto it = exchanges_.find(*line.number);
   if (it == exchanges_.end()) return;  // its task was cancelled; the samples show the rest
   if (!it->second->answer) it->second->answer = Result<>();
-  it->second->done = parse_done(line);
+  it->second->done = std::move(outcome);
 }
 
 void Link::on_stopped(const Line& line) {
   const auto stops = line.number_of("stops");
-  const bool known = stops && identity_;
-  const double count = known ? *stops : static_cast<double>(stops_sent_);
+  // While a HELLO is on its way the number is one of the session before.
+  const bool known = stops && identity_ && hellos_owed_ == 0;
+  const auto sent = static_cast<double>(stops_sent_);
   heard_ = clock_.now();
-  stopped_ = std::max(stopped_, static_cast<std::int64_t>(std::clamp(count, 0.0, 1e15)));
+  // Nothing confirms a STOP that was not sent yet.
+  const double count = known ? std::clamp(*stops, 0.0, sent) : sent;
+  stopped_ = std::max(stopped_, static_cast<std::int64_t>(count));
   knock();
 }
 

@@ -50,6 +50,7 @@ class Link : public std::enable_shared_from_this<Link> {
     Exchange& operator=(const Exchange&) = delete;
 
     const std::int64_t number;
+    const std::int64_t stops;  // sent before it
     Waiting waiting;
     std::optional<Result<>> answer;  // OK or ERR
     std::optional<MotionOutcome> done;
@@ -58,7 +59,9 @@ class Link : public std::enable_shared_from_this<Link> {
   void start();  // idempotent
   void close();  // idempotent; ends both coroutines and every wait
   void send(std::string_view line) { queue(line); }
-  void send_hello();  // asks for a session that may command
+  // Asks for a session that may command. STOP comes first: who commanded before may have died, and
+  // who answers no HELLO may still move.
+  void send_hello();
   void send_observe(double rate_Hz);  // asks for one that may not
   void give_up_greeting();  // nobody answered: a HELLO from now on is nobody's answer
   // Sends STOP before anything that is queued. Returns how many were sent in this session.
@@ -70,6 +73,8 @@ class Link : public std::enable_shared_from_this<Link> {
   bool is_observer() const { return observer_; }
   const std::optional<Hello>& hello() const { return identity_; }
   const std::optional<FrameCapabilities>& caps() const { return caps_; }
+  // Printable; nullopt: a gateway of revision 1.
+  const std::optional<std::string>& origin() const { return origin_; }
   const std::string& last_garbage() const { return garbage_; }  // printable; empty: none
   const std::string& why_garbage() const { return garbage_why_; }
   const std::optional<Error>& lost() const { return lost_; }
@@ -91,6 +96,8 @@ class Link : public std::enable_shared_from_this<Link> {
   void dispatch_report(const Line& line);
   void on_hello(const Line& line);
   void on_caps(const Line& line);
+  void on_event(const Line& line);
+  void take_origin(const Line& line);
   void on_answer(const Line& line);
   void on_done(const Line& line);
   void on_stopped(const Line& line);
@@ -116,6 +123,7 @@ class Link : public std::enable_shared_from_this<Link> {
 
   std::optional<Hello> identity_;
   std::optional<FrameCapabilities> caps_;
+  std::optional<std::string> origin_;
   int hellos_owed_ = 0;
   bool caps_owed_ = false;
   bool observer_ = false;

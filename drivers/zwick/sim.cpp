@@ -84,6 +84,12 @@ void ZwickSim::stall() {
   if (machine_) machine_->stall(clock_.now());
 }
 
+void ZwickSim::trip(std::string_view kind, std::string_view text) {
+  if (machine_) machine_->halt(clock_.now(), MotionEnd::fault, std::string(text));
+  if (!kind.empty()) say(frame_link::format_event(kind, text));
+  wakeup_.notify();
+}
+
 void ZwickSim::forget() {
   if (machine_) machine_->forget();
   power_on_ = clock_.now();
@@ -244,7 +250,8 @@ void ZwickSim::lie(MonoTime now) {
 }
 
 void ZwickSim::owe_stops(MonoTime now) {
-  if (!stop_owed_ || is_moving()) return;
+  if (!stop_owed_) return;
+  if (!stop_due_ && is_moving()) return;
   if (!stop_due_) stop_due_ = now + from_seconds(lies_.stop_late_s);
   if (*stop_due_ <= now) answer_stops();
 }
@@ -352,7 +359,7 @@ void ZwickSim::supervise(MonoTime now) {
       return;
     }
     if (machine_) {
-      machine_->halt(now, MotionEnd::fault, "host silent");
+      machine_->halt(now, MotionEnd::fault, std::string(frame_link::kHostSilent));
       machine_->disarm();
     }
     say(frame_link::format_event("watchdog", "host silent for 1 s"));

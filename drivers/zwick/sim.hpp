@@ -136,6 +136,7 @@ struct ZwickSimFaults {
   int lose_answers = 0;  // the next n OK or ERR lines are lost
   int lose_stopped = 0;  // the next n STOPPED lines are lost
   std::string say;  // sent verbatim at once, then cleared
+  bool not_ready = false;  // E-stop, shield or drive: whatever moves is refused
   bool no_heartbeats = false;  // HB is lost in both directions, everything else goes through
   double byte_noise = 0;  // each byte that is sent is hit with this probability
   double spike_N = 0;  // added to what the cell shows ...
@@ -185,6 +186,11 @@ class ZwickSim {
   std::function<void(MonoTime, const FrameSample&)> watch;
   void poke() { wakeup_.notify(); }
   void stall();  // the drive stops moving, nobody notices
+  // The machine stops by itself; `kind`: a word of docs/frame-link.md, section 6, or none.
+  void trip(std::string_view kind, std::string_view text);
+  ZwickSimSettings& settings() {
+    return settings_;
+  }  // of the gateway; they act with the next HELLO
   // As after switching off and on: tare and limits are forgotten, the clock starts anew.
   void forget();
   // The gateway's program was restarted on an open line: motion stops, the session is over.

@@ -125,6 +125,7 @@ std::string ZwickSim::caps() const {
 }
 
 void ZwickSim::begin_session(bool observer) {
+  if (machine_) machine_->forget_command();
   session_ = true;
   observer_ = observer;
   watchdog_tripped_ = false;
@@ -227,6 +228,9 @@ void ZwickSim::on_command(const Line& line, std::string_view text) {
       std::ranges::find(kHandlers, line.word, [](const auto& h) { return h.first; });
   std::string refusal = std::exchange(faults.refuse_next, {});
   if (refusal.empty() && hooks.refuses) refusal = hooks.refuses();
+  if (faults.not_ready && handler != kHandlers.end() && handler->second != zero) {
+    refusal = "not_ready";
+  }
   const bool in_order =
       *line.number > std::exchange(last_number_, std::max(last_number_, *line.number));
   if (!in_order) {

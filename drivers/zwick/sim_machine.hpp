@@ -33,6 +33,7 @@ class SimMachine {
   std::string origin() const { return std::to_string(origin_); }
   Verdict set_limits(const FrameLimits& limits);
   void disarm() { limits_.forget(); }
+  void forget_command() { number_.reset(); }  // nobody is told when its motion ends
   bool is_armed() const { return limits_.are_set(); }
 
   Verdict move(MonoTime t, std::int64_t number, double travel_m, double speed_m_s);

@@ -151,6 +151,26 @@ TEST_F(Gateway, AnOldGatewayIsCommandedButNotObserved) {
   gateway_.reset();
 }
 
+// What the samples of the first run said means nothing any more.
+TEST_F(Gateway, ARunIsNotContinuedUnderAnotherZero) {
+  start_rig();
+  Child& daemon = start_daemon(foreign_config());
+  Control client = control();
+  client.call("watch");
+  ASSERT_TRUE(start_run(client, protocol("0.2", "0.002")).contains("result"));
+  client.wait_for("status", [](const json& s) { return s.value("step", "") == "load"; });
+  daemon.signal(SIGKILL);
+  daemon.wait(5s);
+  EXPECT_THAT(panel("ZERO force=1 travel=0"), HasSubstr("OK"));
+  start_daemon(foreign_config(), "d2");
+  Control again = control();
+  const json answer = again.call("run.resume", {{"run", 1}, {"confirm_specimen", true}});
+  EXPECT_THAT(answer.dump(), HasSubstr("the zero of force or travel was lost or changed since"));
+  EXPECT_EQ(number("SELECT count(*) FROM run"), 1);
+  end_gateway();
+  gateway_.reset();
+}
+
 // A frame whose stop is polled and slow: nothing but the config's stiffness makes it possible.
 TEST_F(Gateway, ASlowPollingFrameIsSlowedDownAndStaysWithinTheLimit) {
   auto slow = kForeign;

@@ -16,19 +16,40 @@ constexpr std::array<std::string_view, 7> kKinds{"abort", "freeze", "shutdown", 
                                                  "deaf",  "silent", "unplug"};
 constexpr std::array<std::string_view, 5> kWhens{"time", "part", "step", "drive", "finally"};
 
+void parse_instant(const json& j, Instant& at) {
+  const std::string when = j.at("when");
+  for (std::size_t i = 0; i < kWhens.size(); ++i) {
+    if (when == kWhens[i]) at.when = static_cast<When>(i);
+  }
+  at.n = j.value("n", std::int64_t{0});
+  at.after_s = j.at("after_s");
+  at.lasts_s = j.value("lasts_s", 0.0);
+}
+
 Happening parse_happening(const json& j) {
   Happening h;
-  const std::string what = j.at("what"), when = j.at("when");
+  const std::string what = j.at("what");
   for (std::size_t i = 0; i < kKinds.size(); ++i) {
     if (what == kKinds[i]) h.kind = static_cast<Kind>(i);
   }
-  for (std::size_t i = 0; i < kWhens.size(); ++i) {
-    if (when == kWhens[i]) h.when = static_cast<When>(i);
-  }
-  h.n = j.value("n", std::int64_t{0});
-  h.after_s = j.at("after_s");
-  h.lasts_s = j.value("lasts_s", 0.0);
+  parse_instant(j, h);
   return h;
+}
+
+Falsehood parse_falsehood(const json& j) {
+  Falsehood f;
+  f.what = lie_of(j.at("what").get<std::string>());
+  f.value = j.at("value");
+  parse_instant(j, f);
+  return f;
+}
+
+json instant_json(std::string_view what, const Instant& at) {
+  return {{"what", what},
+          {"when", kWhens[static_cast<std::size_t>(at.when)]},
+          {"n", at.n},
+          {"after_s", at.after_s},
+          {"lasts_s", at.lasts_s}};
 }
 
 }  // namespace
@@ -56,11 +77,12 @@ std::string to_json_text(const Case& c) {
   out["is_within"] = c.is_within;
   out["happenings"] = json::array();
   for (const Happening& h : c.happenings) {
-    out["happenings"].push_back({{"what", to_string(h.kind)},
-                                 {"when", kWhens[static_cast<std::size_t>(h.when)]},
-                                 {"n", h.n},
-                                 {"after_s", h.after_s},
-                                 {"lasts_s", h.lasts_s}});
+    out["happenings"].push_back(instant_json(to_string(h.kind), h));
+  }
+  for (const Falsehood& f : c.lies) {
+    json lie = instant_json(to_string(f.what), f);
+    lie["value"] = f.value;
+    out["lies"].push_back(lie);
   }
   if (!c.fault_script.empty()) out["faults"] = json::parse(c.fault_script);
   out["protocol"] = json::parse(c.protocol);
@@ -81,6 +103,9 @@ Case parse_case(const std::string& text) {
   if (j.contains("gap_m")) c.gap_m = j.at("gap_m");
   c.is_within = j.value("is_within", true);
   for (const json& h : j.at("happenings")) c.happenings.push_back(parse_happening(h));
+  if (j.contains("lies")) {
+    for (const json& f : j.at("lies")) c.lies.push_back(parse_falsehood(f));
+  }
   if (j.contains("faults")) c.fault_script = j.at("faults").dump();
   c.protocol = j.at("protocol").dump();
   return c;

@@ -9,20 +9,18 @@
 #include <string_view>
 #include <vector>
 
+#include "tests/property/dice.hpp"
+#include "tests/property/falsehood.hpp"
 #include "tests/support/rig_world.hpp"
 #include "tools/lcrig-sim/random_rig.hpp"
 
 namespace lcrig::property {
 
 // What somebody does, or what breaks.
-struct Happening {
+struct Happening : Instant {
   enum class Kind { abort, freeze, shutdown, pause, deaf, silent, unplug };
   Happening() = default;
   Kind kind = Kind::abort;
-  RigWorld::Act::When when = RigWorld::Act::When::time;
-  std::int64_t n = 0;
-  double after_s = 0;
-  double lasts_s = 0;  // until it is resumed, plugged, healed; 0: never
 };
 std::string_view to_string(Happening::Kind kind);
 bool is_of_link(Happening::Kind kind);
@@ -32,11 +30,12 @@ struct Case {
   std::string property;  // that it was made for
   std::uint64_t rig = 1;
   std::uint32_t without = 0;  // quirks that are left out
-  std::optional<sim::Lie> lie;
+  std::optional<sim::Lie> lie;  // of what is told of the rig
   std::optional<double> gap_m;
   bool is_within = true;  // of what the rig can do, by our own arithmetic
   std::string protocol;
   std::vector<Happening> happenings;
+  std::vector<Falsehood> lies;  // of the frame
   std::string fault_script;  // docs/faults.md
 
   sim::RandomRig make_rig() const;

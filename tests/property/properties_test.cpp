@@ -9,6 +9,7 @@
 #include <random>
 #include <sstream>
 
+#include "tests/property/lie_judge.hpp"
 #include "tests/property/own_bounds.hpp"
 #include "tests/property/sweep.hpp"
 
@@ -17,33 +18,6 @@ namespace {
 
 using When = RigWorld::Act::When;
 using What = Happening::Kind;
-
-class Dice {
- public:
-  explicit Dice(std::uint64_t seed) : random_(seed) {}
-  double even(double low, double high) {
-    return low + (high - low) * (static_cast<double>(random_() >> 11U) * 0x1p-53);
-  }
-  std::int64_t below(std::int64_t n) {
-    return std::min(n - 1, static_cast<std::int64_t>(even(0, static_cast<double>(n))));
-  }
-
- private:
-  std::mt19937_64 random_;
-};
-
-// Preparation, anywhere, right after a change of the drive, `finally`.
-void draw_instant(Dice& dice, Happening& h) {
-  switch (dice.below(5)) {
-    case 0: h.when = When::time, h.after_s = dice.even(0, 2.5); return;
-    case 1: h.when = When::part, h.after_s = dice.even(0, 1); return;
-    case 2: h.when = When::finally, h.after_s = dice.even(0, 1) * dice.even(0, 1); return;
-    default: break;
-  }
-  h.when = When::drive;
-  h.n = dice.below(12);
-  h.after_s = dice.even(0, 1) * dice.even(0, 1) * 2;
-}
 
 void interrupt_it(std::uint64_t draw, Case& c) {
   Dice dice(draw);
@@ -196,6 +170,10 @@ TEST(Properties, ARefusalMovesNothingAndItsAdviceIsGood) {
 }
 
 Broken judge_all(Trial& t) {
+  if (!t.what().lies.empty()) {
+    Counters none;
+    return lies_come_out(t, none);
+  }
   Broken out = both(force_within_limit(t), travel_within_limits(t));
   if (t.what().happenings.empty() && t.what().fault_script.empty()) {
     out = both(std::move(out), healthy_runs_succeed(t));
@@ -250,6 +228,10 @@ TEST(Properties, OneCase) {
     fmt::print("{:10.4f} drive {} from {:.6f} mm {:.5g} N to {:.6g}{}\n",
                to_seconds(c.at.time_since_epoch()), static_cast<int>(c.drive), c.from_m * 1e3,
                c.force_N, c.to, w.was_finishing[i] ? " (finishing)" : "");
+  }
+  for (const RigWitness::Word& word : w.witness.words) {
+    fmt::print("{:10.4f} {} {}\n", to_seconds(word.at.time_since_epoch()), word.is_sent ? ">" : "<",
+               word.line);
   }
   if (w.result) fmt::print("{}: {}\n", w.result->exit_status, w.result->reason);
   fmt::print("true: peak {:.6g} N, at the end {:.6g} N, {}; outside {:.3g} um\n", w.all.peak_N,

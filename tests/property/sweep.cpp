@@ -107,6 +107,7 @@ class Sweep {
     const Case c = make_case(kind_, seed, 0, drawn.value());
     Trial t(c);
     const Broken broken = carry_out(t, summary_.counters);
+    if (kind_.note) kind_.note(t);
     ++summary_.pairs;
     note_worst(t);
     tell(t);

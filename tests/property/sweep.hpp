@@ -19,6 +19,8 @@ struct Kind {
   int beyond = 0;  // of 1000 protocols, so many go beyond the rig's abilities
   // What happens in the middle; may be empty. Drawn from the number given.
   std::function<void(std::uint64_t draw, Case&)> disturb;
+  // Told of each pair once, when it was judged. May be empty.
+  std::function<void(Trial&)> note = {};
 };
 using Judge = std::function<Broken(Trial&, Counters&)>;
 

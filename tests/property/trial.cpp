@@ -57,6 +57,25 @@ RigWorld::Act make_act(const Happening& h) {
   return a;
 }
 
+RigWorld::Act make_lie(const Falsehood& f, Trial::Told& told) {
+  RigWorld::Act a;
+  a.when = f.when;
+  a.n = static_cast<std::size_t>(f.n);
+  a.after_s = f.after_s;
+  a.act = [f, &told](RigWorld& w) {
+    told.from = w.clock.now();
+    begin_lie(w, f);
+  };
+  a.lasts_s = f.lasts_s;
+  if (f.lasts_s > 0) {
+    a.undo = [f, &told](RigWorld& w) {
+      told.to = w.clock.now();
+      end_lie(w, f);
+    };
+  }
+  return a;
+}
+
 double limit_of(const std::string& protocol) {
   const auto j = nlohmann::json::parse(protocol);
   const auto& limits = j.at("limits");
@@ -89,6 +108,11 @@ Trial::Trial(Case c)
 
 void Trial::run() {
   for (const Happening& h : case_.happenings) world_->acts.push_back(make_act(h));
+  told_.resize(case_.lies.size());
+  for (std::size_t i = 0; i < case_.lies.size(); ++i) {
+    world_->acts.push_back(make_lie(case_.lies[i], told_[i]));
+  }
+  world_->is_witnessed = !case_.lies.empty();
   world_->fault_script = case_.fault_script;
   world_->longest_s += patience_s(nlohmann::json::parse(case_.protocol).at("steps"));
   world_->run();

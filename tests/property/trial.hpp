@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/property/case.hpp"
+#include "tests/property/lie_table.hpp"
 
 namespace lcrig::property {
 
@@ -33,12 +34,19 @@ class Trial {
   bool is_honest() const;
   double uncertainty_N() const;  // as the plan prints it
   void count(Counters& counters) const;
+  // When each lie of the case began, and when it was over.
+  struct Told {
+    std::optional<MonoTime> from, to;
+  };
+  const std::vector<Told>& told() const { return told_; }
+  LieTable lie_figures;  // of this trial, once it was judged
 
  private:
   Case case_;
   sim::RandomRig rig_;
   double limit_N_ = 0;
   std::unique_ptr<RigWorld> world_;
+  std::vector<Told> told_;
 };
 
 // Each gives what was broken, empty: nothing. Words before the colon name the kind.

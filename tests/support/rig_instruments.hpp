@@ -24,44 +24,51 @@
 
 namespace lcrig {
 
-// Hears every line that the driver sends.
+// Hears every line that the driver sends and gets.
 class TapTransport final : public Transport {
  public:
   using Heard = std::function<void(std::string_view line)>;
-  TapTransport(std::unique_ptr<Transport> inner, Heard heard)
-      : inner_(std::move(inner)), heard_(std::move(heard)) {}
+  TapTransport(std::unique_ptr<Transport> inner, Heard sent, Heard got)
+      : inner_(std::move(inner)), sent_(std::move(sent)), got_(std::move(got)) {}
   Task<Result<std::size_t>> read_some(std::span<char> buffer, MonoTime deadline) override {
-    return inner_->read_some(buffer, deadline);
+    auto n = co_await inner_->read_some(buffer, deadline);
+    if (n) split(std::string_view(buffer.data(), *n), got_line_, got_);
+    co_return n;
   }
   Task<Result<>> write_all(std::string_view bytes, MonoTime deadline) override {
-    for (const char c : bytes) {
-      if (c != '\n') {
-        line_ += c;
-      } else if (!line_.empty()) {
-        heard_(std::exchange(line_, {}));
-      }
-    }
+    split(bytes, sent_line_, sent_);
     return inner_->write_all(bytes, deadline);
   }
   void close() override { inner_->close(); }
   const std::string& name() const override { return inner_->name(); }
 
  private:
+  static void split(std::string_view bytes, std::string& line, const Heard& heard) {
+    for (const char c : bytes) {
+      if (c != '\n') {
+        line += c;
+      } else if (!line.empty()) {
+        heard(std::exchange(line, {}));
+      }
+    }
+  }
+
   std::unique_ptr<Transport> inner_;
-  Heard heard_;
-  std::string line_;
+  Heard sent_, got_;
+  std::string sent_line_, got_line_;
 };
 
 class RigInstruments final : public Instruments, private BenchDoor {
  public:
   // Told of what the run sends to the frame. `wire`: makes a pair of transports.
   RigInstruments(asio::any_io_executor executor, Clock& clock, const sim::RandomRig& rig,
-                 MakeWire wire, TapTransport::Heard heard)
+                 MakeWire wire, TapTransport::Heard sent, TapTransport::Heard got)
       : executor_(std::move(executor)),
         clock_(clock),
         rig_(rig),
         wire_(std::move(wire)),
-        heard_(std::move(heard)),
+        sent_(std::move(sent)),
+        got_(std::move(got)),
         specimen_(rig.specimen()),
         plant_(specimen_, rig.plant),
         scene_(plant_),
@@ -116,7 +123,7 @@ class RigInstruments final : public Instruments, private BenchDoor {
     });
   }
   std::unique_ptr<LoadFrame> link(std::unique_ptr<Transport> near) {
-    auto tapped = std::make_unique<TapTransport>(std::move(near), heard_);
+    auto tapped = std::make_unique<TapTransport>(std::move(near), sent_, got_);
     return std::make_unique<ZwickLink>(std::move(tapped), clock_, executor_);
   }
   Task<Result<std::unique_ptr<LcrMeter>>> open_meter() {
@@ -180,7 +187,7 @@ class RigInstruments final : public Instruments, private BenchDoor {
   Clock& clock_;
   sim::RandomRig rig_;
   MakeWire wire_;
-  TapTransport::Heard heard_;
+  TapTransport::Heard sent_, got_;
   int meters_ = 0, frames_ = 0;  // running simulators
   bool meter_plugged_ = true, frame_plugged_ = true;
   sim::CurvedSpecimen specimen_;

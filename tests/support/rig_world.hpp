@@ -22,6 +22,7 @@
 #include "drivers/memory_pipe.hpp"
 #include "storage/database.hpp"
 #include "tests/support/rig_instruments.hpp"
+#include "tests/support/rig_witness.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace lcrig {
@@ -62,6 +63,7 @@ class RigWorld {
   std::string fault_script;
   double longest_s = 4000;  // then somebody aborts it
   bool plan_only = false;
+  bool is_witnessed = false;  // `witness` remembers all
 
   // After it. How far it came:
   std::optional<Error> refused;  // nothing was begun, and why
@@ -81,6 +83,8 @@ class RigWorld {
   std::vector<Acted> acted;
   bool too_long = false;
   bool is_clean = false;  // nothing waits any more
+  RigWitness witness;
+  MonoTime over_at;
 
   void run() {
     auto prepared = prepare();
@@ -148,11 +152,18 @@ class RigWorld {
 
   Result<> make(PreparedRun prepared) {
     limits_of(prepared);
-    auto instruments =
-        std::make_unique<RigInstruments>(io.get_executor(), clock, rig_, make_memory_pipe,
-                                         [this](std::string_view line) { hear(line); });
+    auto instruments = std::make_unique<RigInstruments>(
+        io.get_executor(), clock, rig_, make_memory_pipe,
+        [this](std::string_view line) { hear(line); },
+        [this](std::string_view line) { hear_back(line); });
     if (auto built = instruments->build(); !built) return built;
     instruments_ = instruments.get();
+    if (is_witnessed) {
+      instruments_->door()->frame_sim()->watch = [this](MonoTime t, const FrameSample& s) {
+        const Plant& truth = instruments_->truth();
+        witness.take(t, s, truth.force_N(t), truth.travel_m(t));
+      };
+    }
     auto recorder = Recorder::open(io, clock, recorder_options());
     if (!recorder) return fail(recorder.error());
     recorder_ = std::move(*recorder);
@@ -228,6 +239,7 @@ class RigWorld {
     stood = scene().stands(now);
     last_N = scene().force_N(now);
     changes_at_end = scene().changes.size();
+    over_at = now;
     over_ = true;
     if (player_) {
       happened = player_->happened();
@@ -296,7 +308,11 @@ class RigWorld {
     }
   }
 
+  void hear_back(std::string_view line) {
+    if (is_witnessed) witness.hear(clock.now(), line, false);
+  }
   void hear(std::string_view line) {
+    if (is_witnessed) witness.hear(clock.now(), line, true);
     if (line == "STOP") ++stops;
     if (begun_) return;
     if (line.starts_with("HELLO")) ++hellos;

@@ -268,6 +268,12 @@ TEST(ZwickLies, AStopIsConfirmedLateOrNever) {
   EXPECT_TRUE(b.run(b.frame->stop()));
   EXPECT_GE(b.clock.now() - asked, 500ms);
   EXPECT_EQ(b.await(*move)->reason, MotionEnd::stopped);
+  // Also when something moves again by then.
+  b.lie([](ZwickSimLies& l) { l.stop_late_s = 5; });
+  EXPECT_FALSE(b.run(b.frame->stop()));
+  const auto on = b.begin(b.frame->move_to(0.9_mm, 0.05_mm_s));
+  b.pass(10s);
+  EXPECT_TRUE(on->done());
   b.lie([](ZwickSimLies& l) { l.stop_late_s = 0, l.stop_unconfirmed = true; });
   const auto again = b.begin(b.frame->move_to(0.5_mm, 0.1_mm_s));
   b.pass(1s);

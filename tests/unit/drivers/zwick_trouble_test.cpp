@@ -75,7 +75,7 @@ TEST(ZwickLink, ARefusalNamesTheReasonAndTheDevice) {
   b.sim->faults.refuse_next = "not_ready";
   const auto r = b.run(b.frame->move_to(1.0_mm, 0.1_mm_s));
   ASSERT_FALSE(r);
-  EXPECT_EQ(r.error().code, Errc::refused);
+  EXPECT_EQ(r.error().code, Errc::frame_fault);
   EXPECT_THAT(r.error().what, HasSubstr("sim:frame"));
   EXPECT_THAT(r.error().what, HasSubstr("not_ready"));
 }

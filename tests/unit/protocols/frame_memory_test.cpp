@@ -65,6 +65,31 @@ TEST(FrameMemory, AnotherForceAtTheSameTravelIsALostZeroOrAnotherSpecimen) {
   EXPECT_FALSE(compare_frame(at(1e-3, 0.5), overloaded, tolerance()));
 }
 
+// It moved when the link was lost: force and way must fit each other.
+TEST(FrameMemory, OfAFrameThatMovedTheForceAgreesWithTheWay) {
+  FrameTolerance allowed = tolerance();
+  allowed.rest_N = 0.01;
+  allowed.noise_N = 0.001;
+  allowed.force_after_N = [](double felt_N, double way_m) { return felt_N + 20e3 * way_m; };
+  FrameMemory moving = at(1e-3, 0.5, 10, 50e-6);
+  moving.zeroed = true;
+  const auto fits = [&](double travel_m, double force_N) {
+    return compare_frame(moving, at(travel_m, force_N, 14), allowed).has_value();
+  };
+  EXPECT_TRUE(fits(1.03e-3, 0.5)) << "a soft contact";
+  EXPECT_TRUE(fits(1.03e-3, 1.1)) << "the stiffest";
+  EXPECT_FALSE(fits(1.03e-3, 1.3)) << "no contact is as stiff";
+  EXPECT_FALSE(fits(1.03e-3, 0.4)) << "less force, though closer";
+  EXPECT_TRUE(fits(0.97e-3, 0.5));
+  EXPECT_TRUE(fits(0.97e-3, 0.0)) << "20 N/mm take 0.6 N away";
+  EXPECT_FALSE(fits(0.97e-3, 0.6)) << "more force, though further away";
+  EXPECT_FALSE(fits(0.99e-3, 0.0)) << "that takes away more than the stiffest does";
+  moving.zeroed = false;
+  EXPECT_TRUE(fits(1.03e-3, 1.3)) << "nothing that the run set can have been lost";
+  const auto r = compare_frame(at(1e-3, 0.5, 10, 50e-6), at(1.03e-3, 1.3, 14), allowed);
+  EXPECT_TRUE(r);
+}
+
 TEST(FrameMemory, ARestartedFrameMattersWhenItWasZeroed) {
   FrameMemory before = at(1e-3, 0.5, 100);
   EXPECT_TRUE(compare_frame(before, at(1e-3, 0.5, 2), tolerance()));
@@ -103,6 +128,7 @@ TEST(RunPoint, SurvivesItsText) {
   p.contact_travel_m = 1.2345678e-3;
   p.travel_m = -2.5e-3;
   p.zeroed = true;
+  p.origin = "18 \"x\"";
   const auto back = parse_run_point(to_json_text(p));
   ASSERT_TRUE(back) << back.error().what;
   EXPECT_EQ(back->steps_done, 17);
@@ -112,6 +138,8 @@ TEST(RunPoint, SurvivesItsText) {
   EXPECT_EQ(back->contact_travel_m, 1.2345678e-3);
   EXPECT_EQ(back->travel_m, -2.5e-3);
   EXPECT_TRUE(back->zeroed);
+  EXPECT_EQ(back->origin, p.origin);
+  EXPECT_FALSE(parse_run_point(to_json_text(RunPoint()))->origin);
   for (const char* bad :
        {"", "[]", "{}", R"({"steps_done":"x"})",
         R"({"steps_done":-1,"levels":0,"level_in_repeat":0,"level_repeat":0,"zeroed":false})"}) {

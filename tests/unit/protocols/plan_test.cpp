@@ -387,6 +387,17 @@ TEST(Plan, AFrameThatReportsNoTravelIsNotMoved) {
   EXPECT_NE(refusal(step, rig).find("reports no force"), std::string::npos);
 }
 
+TEST(Plan, AFrameThatIsSlowerThanItsFamilyIsAskedForNoMore) {
+  const std::string step =
+      R"({"id":"s","do":"ramp","to":{"travel_mm":-1},"speed_mm_s":0.1,"timeout_s":60})";
+  Rig rig = frame_rig();
+  rig.frame.speed_max = 0.05_mm_s;
+  const std::string why = refusal(step, rig);
+  EXPECT_NE(why.find("a speed of 0.1 mm/s, the frame moves at 1e-05 to 0.05 mm/s"),
+            std::string::npos)
+      << why;
+}
+
 TEST(Plan, BeforeContactIsFoundAWayIsNotJudgedByAGuessedGap) {
   Rig rig = frame_rig();
   rig.expected_contact.reset();

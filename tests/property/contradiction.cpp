@@ -1,0 +1,408 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/property/contradiction.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace lcrig::property {
+
+namespace {
+
+using Seen = RigWitness::Seen;
+using Word = RigWitness::Word;
+
+// Samples come in batches of 0.1 s, at most 0.1 s apart, and two may be needed to see a thing.
+constexpr Duration kSlack = std::chrono::milliseconds(300);
+// DONE is believed when the samples that follow agree; a zero is seen to be lost over a second.
+constexpr Duration kAfterDone = std::chrono::milliseconds(350);
+constexpr Duration kZeroTime = std::chrono::milliseconds(1500);
+
+std::optional<double> field(const std::string& line, const std::string& key) {
+  const auto at = line.find(" " + key + "=");
+  if (at == line.npos) return std::nullopt;
+  double value = 0;
+  const char* from = line.data() + at + key.size() + 2;
+  const auto r = std::from_chars(from, line.data() + line.size(), value);
+  return r.ec == std::errc() ? std::optional(value) : std::nullopt;
+}
+
+std::int64_t number_in(const std::string& line) {
+  const auto at = line.find('#');
+  std::int64_t n = -1;
+  if (at != line.npos) std::from_chars(line.data() + at + 1, line.data() + line.size(), n);
+  return n;
+}
+
+// What was shown last before an instant.
+std::optional<double> shown_m(const RigWitness& w, MonoTime before) {
+  std::optional<double> out;
+  for (const Seen& s : w.seen) {
+    if (s.taken > before) break;
+    if (s.shown.travel_m) out = s.shown.travel_m;
+  }
+  return out;
+}
+
+Ordered parse_order(const Word& word, const RigWitness& w) {
+  Ordered o;
+  o.number = number_in(word.line);
+  const auto blank = word.line.find(' ');
+  o.word = word.line.substr(blank + 1, word.line.find(' ', blank + 1) - blank - 1);
+  o.sent = word.at;
+  o.over = MonoTime::max();
+  const auto travel = field(word.line, "travel_mm"), speed = field(word.line, "speed_mm_s");
+  if (travel) o.travel_m = *travel * 1e-3;
+  o.force_N = field(word.line, "force_N");
+  o.speed_m_s = std::abs(speed.value_or(0)) * 1e-3;
+  o.rate_N_s = field(word.line, "rate_N_s").value_or(0);
+  o.from_m = shown_m(w, word.at).value_or(0);
+  if (o.word == "MOVE" && o.travel_m) o.direction = *o.travel_m > o.from_m ? 1 : -1;
+  if (o.word == "MOVEF") o.direction = speed.value_or(0) > 0 ? 1 : -1;
+  return o;
+}
+
+bool is_motion(const Word& w) {
+  if (!w.is_sent || !w.line.starts_with("#")) return false;
+  return w.line.find(" MOVE ") != w.line.npos || w.line.find(" MOVEF ") != w.line.npos ||
+         w.line.find(" RAMPF ") != w.line.npos;
+}
+
+void end_order(Ordered& o, const Word& w) {
+  if (o.over != MonoTime::max() || w.at < o.sent) return;
+  const bool by_us = w.is_sent && (w.line == "STOP" || w.line.starts_with("HELLO"));
+  const bool told = !w.is_sent && number_in(w.line) == o.number &&
+                    (w.line.starts_with("DONE") || w.line.starts_with("ERR"));
+  if (!by_us && !told) return;
+  o.over = w.at;
+  o.is_done = told && w.line.find("reason=\"target\"") != w.line.npos;
+}
+
+// One lie and its window, looked at sample by sample.
+class Look {
+ public:
+  Look(const Trial& t, const PrintedWatch& p, std::size_t lie)
+      : world_(const_cast<Trial&>(t).world()),
+        rig_(t.rig()),
+        watch_(p),
+        lie_(t.what().lies[lie]),
+        seen_(world_.witness.seen),
+        orders_(ordered_motions(world_.witness)) {
+    const Trial::Told& told = t.told()[lie];
+    from_ = told.from.value_or(MonoTime::max());
+    to_ = told.to.value_or(MonoTime::max());
+    digits_N_ = 8 * rig_.plant.force_noise_N + 2 * rig_.plant.force_resolution_N;
+  }
+
+  std::optional<Contradiction> find() {
+    using enum FrameLie;
+    if (from_ == MonoTime::max()) return std::nullopt;
+    switch (lie_.what) {
+      case force_frozen: return frozen();
+      case force_reversed: return fell();
+      case tare_lost: return lost_zero();
+      case stall:
+      case done_late: return stood_still();
+      case drive_reversed: return went_back();
+      case creep: return moved_unasked();
+      case order_late: return earlier(stood_still(), moved_unasked());
+      case done_early:
+      case done_unmoved: return was_not_there();
+      case estop: return told_of_fault();
+      default: return std::nullopt;
+    }
+  }
+
+ private:
+  using Found = std::optional<Contradiction>;
+
+  static Found earlier(Found a, Found b) {
+    if (!a || !b) return a ? a : b;
+    return a->due <= b->due ? a : b;
+  }
+  Contradiction at(const Seen& first, MonoTime shown, const Ordered* order) const {
+    Contradiction c;
+    c.taken = first.taken;
+    c.first = *first.arrived;
+    c.due = shown + from_seconds(watch_.reply_s) + kSlack;
+    c.true_N = first.true_N;
+    if (order != nullptr) c.speed_m_s = order->speed_m_s, c.rate_N_s = order->rate_N_s;
+    return c;
+  }
+  // Samples that the daemon had while this motion of ours was under way and the lie lasted.
+  template <class F>
+  void each(const Ordered& o, F f) const {
+    const MonoTime begin = std::max(from_, o.sent), end = std::min(to_, o.over);
+    for (const Seen& s : seen_) {
+      if (s.taken > end) break;
+      if (s.taken >= begin && s.arrived && *s.arrived <= o.over) f(s);
+    }
+  }
+
+  // A run of samples in which a value is the same for this long.
+  template <class Same>
+  Found unchanged(double long_s, Same same) const {
+    for (const Ordered& o : orders_) {
+      const Seen* first = nullptr;
+      Found found;
+      each(o, [&](const Seen& s) {
+        if (found) return;
+        const int verdict = first == nullptr ? 0 : same(o, *first, s);
+        if (verdict <= 0) first = verdict == 0 ? &s : first;
+        const double needed_s = long_s * patience(o);
+        if (first != nullptr && *s.arrived >= *first->arrived + from_seconds(needed_s)) {
+          found = at(*first, *s.arrived, &o);
+        }
+      });
+      if (found && found->due < o.over) return found;
+      if (found && stopped_within(*found)) return found;
+    }
+    return std::nullopt;
+  }
+  // What is missing in the samples takes its time, and so does a way that can be seen.
+  double patience(const Ordered& o) const {
+    const double there = 1 / (1 - std::max(rig_.frame.missing_force, rig_.frame.missing_travel));
+    if (lie_.what == FrameLie::force_frozen || o.speed_m_s <= 0) return there;
+    const double way_m = std::max(2 * watch_.against_m, 4 * rig_.plant.travel_resolution_m);
+    return there * std::max(1.0, way_m / o.speed_m_s / watch_.stall_s);
+  }
+  bool stopped_within(const Contradiction& c) const {
+    return std::ranges::any_of(stops_sent(world_.witness),
+                               [&](MonoTime s) { return s >= c.taken && s <= c.due; });
+  }
+
+  // 1: the same, 0: another one, -1: nothing to compare.
+  Found frozen() const {
+    if (!watch_.frozen_force_s) return std::nullopt;
+    return unchanged(*watch_.frozen_force_s, [](const Ordered&, const Seen& a, const Seen& b) {
+      if (!a.shown.force_N) return 0;
+      if (!b.shown.force_N) return -1;
+      return *a.shown.force_N == *b.shown.force_N ? 1 : 0;
+    });
+  }
+  // A force loop may have nothing to do.
+  Found stood_still() const {
+    return unchanged(2 * watch_.stall_s, [](const Ordered& o, const Seen& a, const Seen& b) {
+      if (o.word == "RAMPF" || !a.shown.travel_m) return 0;
+      if (!b.shown.travel_m) return -1;
+      return a.true_m == b.true_m ? 1 : 0;
+    });
+  }
+
+  Found went_back() const {
+    for (const Ordered& o : orders_) {
+      if (o.direction == 0) continue;
+      double best = -1e9;
+      Found found;
+      each(o, [&](const Seen& s) {
+        if (!s.shown.travel_m || found) return;
+        const double way = o.direction * *s.shown.travel_m;
+        best = std::max(best, way);
+        const double back = best - way;
+        if (back > watch_.against_m + 2 * rig_.plant.travel_resolution_m) {
+          found = at(s, *s.arrived, &o);
+        }
+      });
+      if (found) return found;
+    }
+    return std::nullopt;
+  }
+
+  // Pressed harder and harder, and the force shown falls: by more than a specimen relaxes.
+  Found fell() const {
+    for (const Ordered& o : orders_) {
+      if (o.direction <= 0) continue;
+      const Seen* before = nullptr;
+      for (const Seen& s : seen_) {
+        if (s.taken <= o.sent && s.shown.force_N) before = &s;
+      }
+      if (before == nullptr) continue;
+      const double begun = *before->shown.force_N;
+      const double doubt_N = 0.003 * rig_.plant.force_nominal_N + 0.05 * rig_.limit_N;
+      const double allowed_N = doubt_N + 0.4 * std::abs(before->true_N) + 2 * digits_N_;
+      Found found;
+      each(o, [&](const Seen& s) {
+        if (!s.shown.force_N || found) return;
+        if (begun - *s.shown.force_N > allowed_N) found = at(s, *s.arrived, &o);
+      });
+      if (found) return found;
+    }
+    return std::nullopt;
+  }
+
+  // A force jumps while the axis stands pressed and nothing is ordered.
+  Found lost_zero() const {
+    const Seen* before = nullptr;
+    for (const Seen& s : seen_) {
+      if (!s.shown.force_N || !s.arrived) continue;
+      if (s.taken < from_) {
+        before = &s;
+        continue;
+      }
+      if (before == nullptr || s.taken > from_ + std::chrono::seconds(1)) break;
+      const bool stood = s.true_m == before->true_m && is_quiet(s.taken);
+      const double jump = std::abs(*s.shown.force_N - *before->shown.force_N);
+      const bool pressed = before->true_N > 2 * watch_.order_force_N + digits_N_;
+      const double allowed_N = 2 * watch_.order_force_N + 2 * digits_N_ + 0.2 * before->true_N;
+      if (!stood || !pressed || jump < allowed_N) break;
+      Contradiction c = at(s, *s.arrived + kZeroTime, nullptr);
+      return c;
+    }
+    return std::nullopt;
+  }
+
+  // Nothing of ours for so long before and afterwards that a jump can be seen; no force is held.
+  bool is_quiet(MonoTime t) const {
+    const bool moves = std::ranges::any_of(orders_, [t](const Ordered& o) {
+      return o.sent <= t + kZeroTime && (t < o.over + kZeroTime || o.word == "RAMPF");
+    });
+    return !moves && t + kZeroTime < world_.over_at;
+  }
+
+  // Between two motions of ours, after the frame said that it stands.
+  Found moved_unasked() const {
+    for (std::size_t i = 0; i < orders_.size(); ++i) {
+      if (orders_[i].word == "RAMPF") continue;  // a force may be held
+      const MonoTime begin = std::max(from_, stands_from(orders_[i]));
+      const MonoTime end =
+          i + 1 < orders_.size() ? orders_[i + 1].sent : std::max(world_.over_at, begin);
+      std::optional<double> rest;
+      for (const Seen& s : seen_) {
+        if (s.taken < begin || s.taken > end || !s.shown.travel_m || !s.arrived) continue;
+        if (!rest) rest = *s.shown.travel_m;
+        const double off = std::abs(*s.shown.travel_m - *rest);
+        if (off < watch_.standing_m + 2 * rig_.plant.travel_resolution_m) continue;
+        if (*s.arrived > end) break;
+        Contradiction c = at(s, *s.arrived, nullptr);
+        c.speed_m_s = lie_.what == FrameLie::creep ? std::abs(lie_.value) : fastest_m_s();
+        if (c.due > world_.over_at) break;
+        return c;
+      }
+    }
+    return std::nullopt;
+  }
+  double fastest_m_s() const {
+    double v = 0;
+    for (const Ordered& o : orders_) v = std::max(v, o.speed_m_s);
+    return v;
+  }
+  // A motion that was cut stands when STOPPED says so.
+  MonoTime stands_from(const Ordered& o) const {
+    for (const Word& w : world_.witness.words) {
+      if (w.at < o.over || w.is_sent) continue;
+      if (w.line.starts_with("STOPPED") || w.line.starts_with("DONE")) return w.at;
+    }
+    return MonoTime::max();
+  }
+
+  // DONE, and what was shown last before it is somewhere else.
+  Found was_not_there() const {
+    for (const Ordered& o : orders_) {
+      if (!o.is_done || o.over < from_ || o.sent > to_) continue;
+      const Seen* last = nullptr;
+      for (const Seen& s : seen_) {
+        if (s.arrived && *s.arrived <= o.over && s.taken > o.sent) last = &s;
+      }
+      if (last == nullptr || !is_off(o, *last) || !stays_off(o)) continue;
+      Contradiction c = at(*last, o.over + kAfterDone, &o);
+      c.first = o.over;
+      return c;
+    }
+    return std::nullopt;
+  }
+  // Also in what comes next: a motion that ends by itself meanwhile was as good as done.
+  bool stays_off(const Ordered& o) const {
+    for (const Seen& s : seen_) {
+      if (s.taken < o.over || !s.arrived) continue;
+      if (s.taken > o.over + kAfterDone) break;
+      if (!is_off(o, s)) return false;
+    }
+    return true;
+  }
+  bool is_off(const Ordered& o, const Seen& s) const {
+    const double way_m = o.speed_m_s * 0.1;  // since that sample
+    if (o.travel_m) {
+      const double off = std::abs(s.shown.travel_m.value_or(*o.travel_m) - *o.travel_m);
+      return off > watch_.order_travel_m + way_m + 2 * rig_.plant.travel_resolution_m;
+    }
+    if (!o.force_N || !s.shown.force_N || o.word == "RAMPF") return false;
+    const double off = (*o.force_N - *s.shown.force_N) * o.direction;
+    const double settles_N = 0.15 * std::max(std::abs(*o.force_N), s.true_N);
+    const double doubt_N = 0.002 * rig_.plant.force_nominal_N + settles_N;
+    return off > watch_.order_force_N + 2 * digits_N_ + doubt_N +
+                     way_m * rig_.stiffness_N_m(2 * rig_.limit_N);
+  }
+
+  Found told_of_fault() const {
+    for (const Word& w : world_.witness.words) {
+      if (w.is_sent || w.at < from_) continue;
+      const bool estop = w.line.find("kind=\"estop\"") != w.line.npos;
+      if (!estop && w.line.find("reason=\"fault\"") == w.line.npos) continue;
+      Contradiction c;
+      c.taken = from_;
+      c.first = w.at;
+      c.due = w.at + from_seconds(watch_.reply_s) + kSlack;
+      for (const Seen& s : seen_) {
+        if (s.taken <= w.at) c.true_N = s.true_N;
+      }
+      c.speed_m_s = fastest_m_s();
+      return c;
+    }
+    return std::nullopt;
+  }
+
+  RigWorld& world_;
+  const sim::RandomRig& rig_;
+  const PrintedWatch& watch_;
+  const Falsehood& lie_;
+  const std::vector<Seen>& seen_;
+  std::vector<Ordered> orders_;
+  MonoTime from_, to_;
+  double digits_N_ = 0;
+};
+
+}  // namespace
+
+std::optional<PrintedWatch> printed_watch(const RigWorld& world, MonoTime at) {
+  std::optional<PrintedWatch> out;
+  for (const RunEvent& e : world.events) {
+    if ((e.kind != "plan" && e.kind != "watch") || (out && e.t > at)) continue;
+    auto j = nlohmann::json::parse(e.detail);
+    if (e.kind == "plan" && !j.contains("watch")) continue;
+    if (e.kind == "plan") j = nlohmann::json(j.at("watch"));
+    PrintedWatch& w = out.emplace();
+    if (!j.at("frozen_force_s").is_null()) w.frozen_force_s = j.at("frozen_force_s");
+    w.stall_s = j.at("stall_s");
+    w.against_m = j.at("against_mm").get<double>() * 1e-3;
+    w.standing_m = j.at("standing_mm").get<double>() * 1e-3;
+    w.order_travel_m = j.at("order_travel_mm").get<double>() * 1e-3;
+    w.order_force_N = j.at("order_force_N");
+    w.reply_s = j.at("reply_s");
+  }
+  return out;
+}
+
+std::vector<Ordered> ordered_motions(const RigWitness& witness) {
+  std::vector<Ordered> out;
+  for (const Word& w : witness.words) {
+    for (Ordered& o : out) end_order(o, w);
+    if (is_motion(w)) out.push_back(parse_order(w, witness));
+  }
+  return out;
+}
+
+std::vector<MonoTime> stops_sent(const RigWitness& witness) {
+  std::vector<MonoTime> out;
+  for (const Word& w : witness.words) {
+    if (w.is_sent && w.line == "STOP") out.push_back(w.at);
+  }
+  return out;
+}
+
+std::optional<Contradiction> contradiction_of(const Trial& t, const PrintedWatch& w,
+                                              std::size_t lie) {
+  return Look(t, w, lie).find();
+}
+
+}  // namespace lcrig::property

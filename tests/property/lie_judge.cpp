@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/property/lie_judge.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tests/property/contradiction.hpp"
+#include "tests/property/own_bounds.hpp"
+
+namespace lcrig::property {
+
+namespace {
+
+constexpr auto kReach = std::chrono::milliseconds(2);  // two words in one breath
+constexpr auto kStopping = std::chrono::seconds(1);
+
+bool has_one(const std::string& text, const std::vector<std::string_view>& words) {
+  return std::ranges::any_of(words, [&](auto w) { return text.find(w) != text.npos; });
+}
+
+class LieJudge {
+ public:
+  LieJudge(Trial& t, Counters& counters, LieTable& table)
+      : t_(t), w_(t.world()), counters_(counters), table_(table), lies_(t.what().lies) {}
+
+  Broken judge() {
+    if (w_.refused) {
+      ++counters_["refused with a lie"];
+      return {};
+    }
+    judge_end();
+    MonoTime from = MonoTime::max();
+    for (const Trial::Told& told : t_.told()) from = std::min(from, told.from.value_or(from));
+    watch_ = printed_watch(w_, from);
+    count_told();
+    if (!watch_) {
+      ++counters_["no watch printed"];
+      return out_;
+    }
+    find_first();
+    judge_stop_lies();
+    if (first_) judge_first();
+    return out_;
+  }
+
+ private:
+  const std::string& reason() const { return w_.result->reason; }
+  bool succeeded() const { return w_.result && w_.result->exit_status == "success"; }
+  bool tells(FrameLie lie) const {
+    return std::ranges::any_of(lies_, [lie](const Falsehood& f) { return f.what == lie; });
+  }
+  std::string name() const { return std::string(to_string(lies_[lie_].what)); }
+  template <class... A>
+  void broken(fmt::format_string<A...> words, A&&... a) {
+    out_.push_back(fmt::format(words, std::forward<A>(a)...));
+  }
+
+  // Whatever is told: it ends by itself, and stands or says that it may not.
+  void judge_end() {
+    if (!w_.is_clean) broken("clean: something still waits after the run");
+    if (w_.too_long) broken("long: it did not end by itself");
+    if (w_.stood || !w_.result) return;
+    const bool told = !succeeded() && has_one(reason(), {"standstill", "E-stop", "STOP"});
+    const bool late = tells(FrameLie::order_late);  // after the run, for all that anybody can know
+    if (!told && !late) broken("standing: the frame moves at the end, `{}`", reason());
+  }
+
+  void count_told() {
+    for (std::size_t i = 0; i < lies_.size(); ++i) {
+      if (!t_.told()[i].from) continue;
+      const std::string lie(to_string(lies_[i].what));
+      ++counters_[lie + ": told"];
+      LieFigures& f = table_.of(lies_[i].what);
+      ++f.told;
+      const double part = peak_N(*t_.told()[i].from, MonoTime::max()) / t_.limit_N();
+      if (part > f.worst_of_limit) f.worst_of_limit = part, f.worst_seed = t_.what().rig;
+    }
+  }
+  double peak_N(MonoTime from, MonoTime to) const {
+    double most = 0;
+    for (const auto& s : w_.witness.seen) {
+      if (s.taken >= from && s.taken <= to) most = std::max(most, s.true_N);
+    }
+    return most;
+  }
+
+  void find_first() {
+    for (std::size_t i = 0; i < lies_.size(); ++i) {
+      const auto c = contradiction_of(t_, *watch_, i);
+      if (!c) continue;
+      const std::string lie(to_string(lies_[i].what));
+      ++counters_[lie + ": contradicted"];
+      ++table_.of(lies_[i].what).contradicted;
+      if (first_ && first_->due <= c->due) continue;
+      first_ = c;
+      lie_ = i;
+    }
+  }
+
+  // STOP is at its end, or at least its answer.
+  void judge_stop_lies() {
+    using enum FrameLie;
+    for (std::size_t i = 0; i < lies_.size(); ++i) {
+      const FrameLie what = lies_[i].what;
+      if (what != stop_unconfirmed && what != stop_ignored) continue;
+      const auto& told = t_.told()[i];
+      if (!told.from || lies_[i].lasts_s > 0) continue;
+      const auto stops = stops_sent(w_.witness);
+      const auto stop = std::ranges::find_if(stops, [&](MonoTime s) { return s > *told.from; });
+      if (stop == stops.end() || was_lost_before(MonoTime::max())) continue;
+      const std::string lie(to_string(what));
+      ++counters_[lie + ": contradicted"];
+      ++table_.of(what).contradicted;
+      if (succeeded()) {
+        broken("success: {}: STOP was not confirmed, and the run succeeded", lie);
+        continue;
+      }
+      if (!has_one(reason(), words_of(what))) broken("words: {}: `{}`", lie, reason());
+      // The first STOP may be repeated; what is sent before it is given up is not meant.
+      for (const Ordered& o : ordered_motions(w_.witness)) {
+        if (o.sent > *stop + kReach) return broken("again: {}: {} after the STOP", lie, o.word);
+      }
+      ++table_.of(what).noticed;
+    }
+  }
+
+  bool was_lost_before(MonoTime t) const {
+    return std::ranges::any_of(w_.events,
+                               [t](const RunEvent& e) { return e.kind == "loss" && e.t <= t; });
+  }
+
+  std::optional<MonoTime> first_stop() const {
+    const MonoTime from = *t_.told()[lie_].from;
+    for (const MonoTime s : stops_sent(w_.witness)) {
+      if (s >= std::min(first_->taken, first_->first) && s >= from) return s;
+    }
+    return std::nullopt;
+  }
+
+  void judge_first() {
+    if (was_lost_before(first_->due) || first_->due > w_.over_at) return;
+    LieFigures& f = table_.of(lies_[lie_].what);
+    const auto stop = first_stop();
+    if (!stop || *stop > first_->due) {
+      return broken(
+          "late: {}: it showed at {:.3f} s, STOP was due at {:.3f} s and came {}", name(),
+          to_seconds(first_->first.time_since_epoch()), to_seconds(first_->due.time_since_epoch()),
+          stop ? fmt::format("at {:.3f} s", to_seconds(stop->time_since_epoch())) : "never");
+    }
+    f.to_stop_s.push_back(std::max(0.0, to_seconds(*stop - first_->first)));
+    const std::size_t before = out_.size();
+    judge_result();
+    judge_motions(*stop);
+    judge_force(*stop, f);
+    if (out_.size() == before) {
+      ++f.noticed;
+      ++counters_[name() + ": noticed"];
+    }
+  }
+
+  void judge_result() {
+    if (!w_.result) return;
+    if (succeeded()) return broken("success: {}: it showed, and the run succeeded", name());
+    if (!t_.what().happenings.empty()) return;
+    const bool named = std::ranges::any_of(
+        lies_, [this](const Falsehood& l) { return has_one(reason(), words_of(l.what)); });
+    if (!named) broken("words: {}: the reason does not name it: `{}`", name(), reason());
+  }
+
+  void judge_motions(MonoTime stop) {
+    const Distrust distrust = distrust_of(lies_[lie_].what);
+    for (const Ordered& o : ordered_motions(w_.witness)) {
+      if (o.sent <= stop + kReach) continue;
+      const bool may = distrust == Distrust::gateway || distrust == Distrust::nobody ||
+                       (distrust == Distrust::force && o.direction < 0);
+      if (!may) {
+        return broken("again: {}: {:.3f} s after the STOP came {}", name(),
+                      to_seconds(o.sent - stop), o.word);
+      }
+    }
+  }
+
+  // From the first sample that is not true: the time that the plan says, the speed in force, and
+  // the way of a stop, on the stiffest contact that was told.
+  void judge_force(MonoTime stop, LieFigures& f) {
+    if (tells(FrameLie::stop_ignored) || tells(FrameLie::order_late)) return;
+    const OwnContact contact(t_.rig());
+    if (!contact.is_bounded() || t_.is_conditional()) return;
+    const double time_s = to_seconds(first_->due - first_->taken);
+    const double limit_N = t_.limit_N() + own_uncertainty_N(t_.rig(), t_.limit_N());
+    const double begun_N = std::max(first_->true_N, 0.0) + first_->rate_N_s * time_s;
+    const double v = std::max(first_->speed_m_s, approach_m_s());
+    const double way_m = v * time_s + own_stopping_way_m(t_.rig(), v);
+    const double bound = std::max(limit_N, contact.force_after_N(begun_N, way_m));
+    const double peak = peak_N(first_->taken, stop + kStopping);
+    f.worst_of_bound = std::max(f.worst_of_bound, peak / bound);
+    if (peak <= bound) return;
+    broken("force: {}: {:.5g} N were pressed, and {:.3f} s at {:.4g} um/s allow {:.5g} N", name(),
+           peak, time_s, v * 1e6, bound);
+  }
+  // A force loop that closes makes its own way.
+  double approach_m_s() const {
+    if (first_->rate_N_s <= 0) return 0;
+    const double k = t_.rig().stiffness_N_m(0);
+    return std::max(t_.rig().frame.approach_m_s, first_->rate_N_s / k);
+  }
+
+  Trial& t_;
+  RigWorld& w_;
+  Counters& counters_;
+  LieTable& table_;
+  const std::vector<Falsehood>& lies_;
+  std::optional<PrintedWatch> watch_;
+  std::optional<Contradiction> first_;
+  std::size_t lie_ = 0;
+  Broken out_;
+};
+
+}  // namespace
+
+Broken lies_come_out(Trial& t, Counters& counters) {
+  t.lie_figures = LieTable();
+  return LieJudge(t, counters, t.lie_figures).judge();
+}
+
+}  // namespace lcrig::property

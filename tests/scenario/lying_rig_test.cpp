@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+// A sensor, a drive or a gateway that says what is not true: noticed, stopped, named, and left as
+// the disbelief allows. The truth is the simulated bench's own.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <boost/asio/detached.hpp>
+#include <nlohmann/json.hpp>
+
+#include "daemon/bench_door.hpp"
+#include "drivers/zwick/sim.hpp"
+#include "model/plant.hpp"
+#include "tests/support/protocol_text.hpp"
+#include "tests/support/session_world.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+constexpr double kLimit_N = 1.0;
+constexpr const char* kHandsOff = "until a person has looked";
+constexpr const char* kLiedTo = R"({ "format": "load-protocol/1", "name": "lied-to",
+  "limits": { "force_N": [-0.2, 1.0], "gap_mm": [-1, 10], "speed_mm_s": 2 },
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast" },
+              "frame": { "rate_Hz": 50 } },
+  "steps": [
+    { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
+    { "id": "contact", "do": "find_contact", "speed_mm_s": 0.2, "force_N": 0.02, "back_off_mm": 0.1, "timeout_s": 600 },
+    { "id": "load", "do": "move_until", "until": { "force_N": 0.5 }, "speed_mm_s": 0.01, "timeout_s": 60 },
+    { "id": "rest", "do": "hold", "hold": "travel", "for_s": 10 },
+    { "id": "level", "do": "measure", "count": 20, "within_s": 4 },
+    { "id": "unload", "do": "move_until", "until": { "force_N": 0.1 }, "speed_mm_s": 0.01, "timeout_s": 60 } ],
+  "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 2 }, "speed_mm_s": 0.5, "timeout_s": 60 } ] })";
+
+// Keeps the truth while the run goes on.
+class LyingWorld final : public SessionWorld {
+ public:
+  explicit LyingWorld(std::string text = kLiedTo) : SessionWorld(std::move(text)) {}
+  ZwickSim& frame() { return *session->instruments().door()->frame_sim(); }
+  void lie_in(const std::string& step, Duration after, std::function<void(ZwickSimLies&)> lie) {
+    acts.push_back({step, after, [this, lie](SessionWorld&) {
+                      lie(frame().faults.lies);
+                      frame().poke();
+                    }});
+  }
+  double largest_true_N() const { return largest_N_; }
+  double true_N() const { return last_N_; }
+
+ protected:
+  void built() override {
+    plant_ = session->instruments().door()->plant();
+    asio::co_spawn(io, look(), asio::detached);
+  }
+
+ private:
+  Task<> look() {
+    while (!over_) {
+      last_N_ = plant_->force_N(clock.now());
+      largest_N_ = std::max(largest_N_, last_N_);
+      co_await clock.wait_for(5ms);
+    }
+  }
+  void ended() override { over_ = true; }
+
+  const Plant* plant_ = nullptr;
+  double largest_N_ = 0, last_N_ = 0;
+  bool over_ = false;
+};
+
+struct Told {
+  const char* name;
+  const char* step;
+  Duration after;
+  std::function<void(ZwickSimLies&)> lie;
+  const char* word;  // of the reason
+  const char* end;  // of the reason, where the specimen is left loaded; empty: it is not
+};
+
+const std::vector<Told>& lies() {
+  static const std::vector<Told> all{
+      {"frozen in the search", "contact", 1s, [](auto& l) { l.force_frozen = true; }, "frozen", ""},
+      {"frozen in a load", "load", 1s, [](auto& l) { l.force_frozen = true; }, "frozen", ""},
+      {"reversed in the search", "contact", 100ms, [](auto& l) { l.force_reversed = true; },
+       "falls", ""},
+      {"reversed while it stands", "rest", 3s, [](auto& l) { l.force_reversed = true; }, "falls",
+       ""},
+      {"reversed in a load", "load", 5s, [](auto& l) { l.force_reversed = true; }, "falls", ""},
+      {"drive reversed in a load", "load", 1s, [](auto& l) { l.drive_reversed = true; },
+       "against the command", kHandsOff},
+      {"drive reversed on the way back", "unload", 0ms, [](auto& l) { l.drive_reversed = true; },
+       "against the command", kHandsOff},
+      {"creep after DONE", "level", 100ms, [](auto& l) { l.creep_m_s = 5e-6; },
+       "while nobody told it to", ""},
+      {"DONE without a motion", "rest", 1s, [](auto& l) { l.done_unmoved = true; }, "DONE",
+       "still loaded"},
+      {"E-stop in a load", "load", 2s, [](auto& l) { l.estop = true; }, "E-stop", kHandsOff},
+      {"CAPS are read once", "load", 2s, [](auto& l) { l.other_caps = true; }, "", ""}};
+  return all;
+}
+
+TEST(LyingRig, EachLieIsNoticedAndNamedAndTheTrueForceStaysWithinTheLimit) {
+  for (const Told& lie : lies()) {
+    SCOPED_TRACE(lie.name);
+    LyingWorld world;
+    world.lie_in(lie.step, lie.after, lie.lie);
+    const auto r = world.run();
+    ASSERT_TRUE(r) << r.error().what;
+    if (*lie.word == '\0') {
+      EXPECT_EQ(r->exit_status, "success") << r->reason;
+      continue;
+    }
+    EXPECT_EQ(r->exit_status, "fail");
+    EXPECT_THAT(r->reason, HasSubstr(lie.word));
+    EXPECT_LT(world.largest_true_N(), kLimit_N);
+    EXPECT_THAT(r->reason, HasSubstr(lie.end));
+    if (*lie.end == '\0') {
+      EXPECT_LT(world.true_N(), 0.01) << r->reason;
+    }
+  }
+}
+
+TEST(LyingRig, ADriveThatStallsIsNoticedLongBeforeTheStepsTimeOut) {
+  LyingWorld world;
+  world.acts.push_back(
+      {"load", 1s, [](SessionWorld& w) { w.session->instruments().door()->frame_sim()->stall(); }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_THAT(r->reason, HasSubstr("does not move"));
+  EXPECT_LT(world.real("SELECT (MAX(at_mono_ns) - MIN(at_mono_ns)) / 1e9 FROM event "
+                       "WHERE step_id = 'load' AND kind IN ('step_begin', 'contradiction')"),
+            6);
+}
+
+TEST(LyingRig, ALateOrderThatIsObeyedInAPauseIsStopped) {
+  LyingWorld world;
+  world.lie_in("zero", 10ms, [](auto& l) { l.order_late_s = 1; });
+  world.acts.push_back({"load", 200ms, [](SessionWorld& w) { w.interrupt(Interrupt::pause); }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_THAT(r->reason, HasSubstr("while nobody told it to"));
+  EXPECT_LT(world.largest_true_N(), 0.3);
+  EXPECT_LT(world.true_N(), 0.01);
+}
+
+TEST(LyingRig, ATareThatIsLostWhileItStandsIsNoticedByTheJump) {
+  LyingWorld world;
+  world.bench.plant.force_offset_N = 0.3;
+  world.acts.push_back({"rest", 4s, [](SessionWorld& w) {
+                          ZwickSim& f = *w.session->instruments().door()->frame_sim();
+                          f.faults.lose_tare = true;
+                          f.poke();
+                        }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_THAT(r->reason, HasSubstr("jumped"));
+  EXPECT_LT(world.true_N(), 0.01);
+}
+
+// 5 mN/s: the search of a file that stops at 20 mN would find it 4 s early.
+TEST(LyingRig, ADriftIsFollowedAndNotTakenForContact) {
+  LyingWorld world;
+  world.bench.plant.force_drift_N_s = 5e-3;
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  const std::string found = world.text("SELECT detail FROM event WHERE kind = 'contact'");
+  ASSERT_FALSE(found.empty()) << r->reason;
+  const double at_m = nlohmann::json::parse(found).at("travel_m");
+  EXPECT_NEAR(at_m, world.bench.plant.contact_travel_m, 0.1e-3) << r->reason;
+}
+
+TEST(LyingRig, ADriftThatBeginsInTheSearchFindsNoContactInTheAir) {
+  for (const double drift_N_s : {2e-3, -2e-3}) {
+    SCOPED_TRACE(drift_N_s);
+    LyingWorld world;
+    world.lie_in("contact", 2s, [=](auto& l) { l.force_drift_N_s = drift_N_s; });
+    const auto r = world.run();
+    ASSERT_TRUE(r) << r.error().what;
+    EXPECT_GE(world.count("SELECT COUNT(*) FROM event WHERE kind = 'no_contact'"), 1);
+    const std::string found = world.text("SELECT detail FROM event WHERE kind = 'contact'");
+    ASSERT_FALSE(found.empty()) << r->reason;
+    const double at_m = nlohmann::json::parse(found).at("travel_m");
+    EXPECT_NEAR(at_m, world.bench.plant.contact_travel_m, 0.1e-3) << r->reason;
+  }
+}
+
+TEST(LyingRig, AThresholdWithinTheNoiseIsRefusedWithTheFigure) {
+  LyingWorld world;
+  world.bench.plant.force_noise_N = 0.02 / 3;
+  const auto r = world.run();
+  ASSERT_FALSE(r);
+  EXPECT_THAT(r.error().what, HasSubstr("scatters by"));
+  EXPECT_THAT(r.error().what, HasSubstr("at least 0.03"));
+}
+
+TEST(LyingRig, TheTolerancesAreOfThePlanAndStoredWithTheRun) {
+  LyingWorld world;
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  const auto plan =
+      nlohmann::json::parse(world.text("SELECT detail FROM event WHERE kind = 'plan'"));
+  const auto watch =
+      nlohmann::json::parse(world.text("SELECT detail FROM event WHERE kind = 'watch'"));
+  for (const char* name : {"stall_s", "against_mm", "standing_mm", "order_travel_mm", "reply_s"}) {
+    EXPECT_EQ(plan.at("watch").at(name), watch.at(name)) << name;
+  }
+  EXPECT_LT(watch.at("frozen_force_s"), 1.0);
+}
+
+}  // namespace
+}  // namespace lcrig

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/plausibility.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+WatchFigures round_figures() {
+  WatchFigures f;
+  f.frozen_samples = 10;
+  f.stall_s = 2;
+  f.against_m = 3e-6;
+  f.standing_m = 5e-6;
+  f.order_force_N = 0.01;
+  f.contact_force_N = 5e-3;
+  return f;
+}
+
+// Fifty samples per second of a cell that scatters by 1 mN and a travel that tells nanometres.
+class FakeFrame {
+ public:
+  explicit FakeFrame(WatchFigures figures = round_figures()) : eyes(figures) {}
+  std::optional<Contradiction> show(double travel_m, double force_N, std::uint32_t flags = 0) {
+    FrameSample s;
+    t += 20ms;
+    s.received = t;
+    s.travel_m = travel_m;
+    s.force_N = is_frozen ? 0.5 : std::round((force_N + noise_(random_)) * 1e5) / 1e5;
+    s.flags = flags;
+    return eyes.check(s);
+  }
+  // Seconds until it is noticed; nullopt: not within `most_s`.
+  template <class At>
+  std::optional<double> until_noticed(double most_s, At at) {
+    const MonoTime begin = t;
+    while (to_seconds(t - begin) < most_s) {
+      const auto [travel_m, force_N] = at(to_seconds(t - begin) + 0.02);
+      found = show(travel_m, force_N);
+      if (found) return to_seconds(t - begin);
+    }
+    return std::nullopt;
+  }
+
+  Plausibility eyes;
+  MonoTime t = MonoTime() + 100s;
+  bool is_frozen = false;
+  std::optional<Contradiction> found;
+
+ private:
+  std::mt19937 random_{7};
+  std::normal_distribution<double> noise_{0, 1e-3};
+};
+
+using Place = std::pair<double, double>;
+
+Plausibility::Motion pressing(double speed_m_s) {
+  Plausibility::Motion m;
+  m.direction = 1;
+  m.speed_m_s = speed_m_s;
+  m.against_N = 0.02;
+  return m;
+}
+
+TEST(Plausibility, NothingIsSaidOfAFrameThatDoesWhatItIsTold) {
+  FakeFrame frame;
+  frame.eyes.begin(pressing(1e-4), frame.t);
+  EXPECT_FALSE(frame.until_noticed(60, [](double s) { return Place(1e-4 * s, 0.01 * s); }));
+  frame.eyes.stand(frame.t);
+  EXPECT_FALSE(frame.until_noticed(600, [](double s) {  // it relaxes by a third
+    return Place(6e-3, 0.6 * (0.67 + 0.33 * std::exp(-s / 10)));
+  })) << frame.found->why;
+}
+
+TEST(Plausibility, DigitsThatNeverChangeAreAFrozenCell) {
+  FakeFrame frame;
+  frame.eyes.begin(pressing(1e-4), frame.t);
+  EXPECT_FALSE(frame.until_noticed(1, [](double s) { return Place(1e-4 * s, 0.0); }));
+  frame.is_frozen = true;
+  const auto after = frame.until_noticed(5, [](double s) { return Place(1e-4 * (1 + s), 0.0); });
+  ASSERT_TRUE(after);
+  EXPECT_LE(*after, 0.24);
+  EXPECT_EQ(frame.found->disbelief, Disbelief::force);
+}
+
+TEST(Plausibility, CoarseDigitsRepeatHonestly) {
+  WatchFigures coarse = round_figures();
+  coarse.frozen_samples.reset();
+  FakeFrame frame(coarse);
+  frame.is_frozen = true;
+  frame.eyes.begin(pressing(1e-4), frame.t);
+  EXPECT_FALSE(frame.until_noticed(60, [](double s) { return Place(1e-4 * s, 0.0); }));
+}
+
+TEST(Plausibility, ADriveThatRunsTheWrongWayIsNoticedWithinItsWay) {
+  FakeFrame frame;
+  frame.eyes.begin(pressing(1e-4), frame.t);
+  const auto after = frame.until_noticed(5, [](double s) { return Place(-1e-4 * s, 0.0); });
+  ASSERT_TRUE(after);
+  EXPECT_LE(*after, 3e-6 / 1e-4 + 0.05);
+  EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
+  EXPECT_THAT(frame.found->why, HasSubstr("against the command"));
+}
+
+TEST(Plausibility, ADriveThatStallsIsNoticedInTwoSeconds) {
+  FakeFrame frame;
+  frame.eyes.begin(pressing(1e-4), frame.t);
+  const auto after =
+      frame.until_noticed(30, [](double s) { return Place(1e-4 * std::min(s, 5.0), 0.01); });
+  ASSERT_TRUE(after);
+  EXPECT_LE(*after, 5 + 4.1);
+  EXPECT_GE(*after, 5 + 2);
+  EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
+}
+
+// A tenth of a micrometre per second, shown in micrometres: it changes every ten seconds.
+TEST(Plausibility, TheSlowestSpeedOfACoarseTravelIsNoStall) {
+  FakeFrame frame;
+  frame.eyes.begin(pressing(1e-7), frame.t);
+  EXPECT_FALSE(frame.until_noticed(300, [](double s) {
+    return Place(std::floor(1e-7 * s / 1e-6) * 1e-6, 0.0);
+  })) << frame.found->why;
+}
+
+TEST(Plausibility, AForceThatFallsWhileItPressesIsNotBelieved) {
+  FakeFrame frame;
+  frame.eyes.begin(pressing(1e-5), frame.t);
+  const auto after =
+      frame.until_noticed(30, [](double s) { return Place(1e-5 * s, s < 3 ? 0 : -0.1 * (s - 3)); });
+  ASSERT_TRUE(after);
+  EXPECT_LE(*after, 3.3);
+  EXPECT_EQ(frame.found->disbelief, Disbelief::force);
+}
+
+TEST(Plausibility, AForceThatRisesOnTheWayAwayStopsTheDrive) {
+  FakeFrame frame;
+  Plausibility::Motion m = pressing(1e-5);
+  m.direction = -1;
+  m.force_N = 0.5;
+  frame.eyes.begin(m, frame.t);
+  const auto after =
+      frame.until_noticed(30, [](double s) { return Place(-1e-5 * s, 0.5 + 0.1 * s); });
+  ASSERT_TRUE(after);
+  EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
+}
+
+TEST(Plausibility, AFrameThatCreepsOrSaysThatItMovesIsNotStanding) {
+  FakeFrame frame;
+  frame.eyes.stand(frame.t);
+  const auto after = frame.until_noticed(30, [](double s) { return Place(1e-6 * s, 0.5); });
+  ASSERT_TRUE(after);
+  EXPECT_LE(*after, 5.2);
+  EXPECT_EQ(frame.found->disbelief, Disbelief::stillness);
+  frame.eyes.stand(frame.t);
+  EXPECT_FALSE(frame.show(0, 0.5, frame_flag::kMoving)) << "of the motion that just ended";
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(frame.show(0, 0.5));
+  EXPECT_FALSE(frame.show(0, 0.5, frame_flag::kMoving));
+  EXPECT_TRUE(frame.show(0, 0.5, frame_flag::kMoving));
+}
+
+TEST(Plausibility, AForceThatJumpsWhileItStandsIsNotBelievedAndASpikeIsNone) {
+  FakeFrame frame;
+  frame.eyes.stand(frame.t);
+  const auto spike = [](double s) { return Place(0, s > 5 && s < 5.11 ? 0.9 : 0.6); };
+  EXPECT_FALSE(frame.until_noticed(10, spike));
+  const auto after = frame.until_noticed(10, [](double s) { return Place(0, s < 3 ? 0.6 : 0.2); });
+  ASSERT_TRUE(after);
+  EXPECT_LE(*after, 4.4);
+  EXPECT_EQ(frame.found->disbelief, Disbelief::force);
+}
+
+TEST(Plausibility, AForceThatIsNotBelievedAnyMoreProvesNothing) {
+  FakeFrame frame;
+  frame.eyes.distrust_force();
+  frame.is_frozen = true;
+  Plausibility::Motion m = pressing(1e-4);
+  m.direction = -1;
+  frame.eyes.begin(m, frame.t);
+  EXPECT_FALSE(frame.until_noticed(10, [](double s) { return Place(-1e-4 * s, 0.0); }));
+}
+
+ForceScatter scatter(double noise_N, double digit_N) {
+  Rest rest;
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, noise_N);
+  std::vector<FrameSample> samples(50);
+  MonoTime t = MonoTime() + 1s;
+  for (FrameSample& s : samples) {
+    s.force_N = std::round(noise(random) / digit_N) * digit_N;
+    s.received = t += 20ms;
+  }
+  rest.add(samples);
+  return ForceScatter(rest);
+}
+
+// How often equal digits follow each other by chance, against what the figure allows.
+TEST(WatchFigures, AHealthyCellNeverRepeatsItselfThatOften) {
+  const ForceBound rigid{Compression()};
+  for (const double digit_N : {1e-5, 1e-4, 3e-4, 9e-4}) {
+    SCOPED_TRACE(digit_N);
+    const auto f = watch_figures(FrameCapabilities(), rigid, 1, 50, scatter(1e-3, digit_N), 1e-3);
+    ASSERT_TRUE(f.frozen_samples);
+    EXPECT_LE(*f.frozen_force_s, 0.6);
+    std::mt19937 random(11);
+    std::normal_distribution<double> noise(0, 1e-3);
+    std::int64_t longest = 0, run = 0;
+    double last = 0;
+    for (int i = 0; i < 2'000'000; ++i) {
+      const double now = std::round(noise(random) / digit_N);
+      run = now == last ? run + 1 : 1;
+      last = now;
+      longest = std::max(longest, run);
+    }
+    EXPECT_LT(longest, *f.frozen_samples * 3 / 4);
+  }
+  EXPECT_FALSE(
+      watch_figures(FrameCapabilities(), rigid, 1, 50, scatter(1e-4, 1e-3), 1e-4).frozen_samples);
+}
+
+TEST(Rest, TellsADriftAndHowWellItIsKnown) {
+  Rest rest;
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 1e-3);
+  std::vector<FrameSample> samples(150);
+  MonoTime t = MonoTime() + 1s;
+  for (FrameSample& s : samples) {
+    s.received = t += 20ms;
+    s.force_N = 5e-3 * to_seconds(t.time_since_epoch()) + noise(random);
+  }
+  rest.add(samples);
+  EXPECT_NEAR(rest.drift_N_s(), 5e-3, 3 * rest.drift_error_N_s());
+  EXPECT_NEAR(rest.drift_error_N_s(), 1e-3 * std::sqrt(12.0 / 150) / 3, 2e-5);
+}
+
+}  // namespace
+}  // namespace lcrig
