@@ -14,8 +14,9 @@ from typing import Any, Callable, Sequence
 from . import __version__
 from .backend import Backend
 from .server import Server
-from .simulated import rig as rigs
+from .simulated import lie_options, rig as rigs
 from .simulated.caps import dishonest
+from .simulated.lies import Lies
 from .simulated.machine import SimulatedMachine
 from .simulated.panel import Panel
 from .simulated.truth import Truth
@@ -26,6 +27,7 @@ _EXAMPLES = """examples:
   lcrig-gateway --port 4710                                  a simulated machine
   lcrig-gateway --set stiffness_N_mm=20 --truth truth.jsonl  a stiffer one, and what it truly did
   lcrig-gateway --print-rig > rig.json                       all its parameters, to edit
+  lcrig-gateway --lie creep,speed_um_s=5 --lie estop,motion=3,after_s=1,for_s=0.05
   lcrig-gateway --backend my_machine:open_machine --port 4710
   lcrig-gateway check 127.0.0.1 4710                         does a gateway keep its promises?
 """
@@ -38,7 +40,7 @@ class Usage(Exception):
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="lcrig-gateway", description="Gateway between lcrigd and a load frame (frame-link/1).",
-        epilog=_EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter)
+        epilog=_EXAMPLES + "\nlies:\n" + "\n".join(lie_options.overview()), formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--version", action="version", version=__version__)
     link = parser.add_argument_group("link")
     link.add_argument("--host", default="127.0.0.1", metavar="ADDRESS", help="to listen on")
@@ -58,6 +60,10 @@ def _parser() -> argparse.ArgumentParser:
     simulated.add_argument("--seed", type=int, default=1, metavar="N", help="of noise and losses")
     simulated.add_argument("--print-rig", action="store_true", help="all parameters, then exit")
     simulated.add_argument("--truth", metavar="FILE", help="what truly happens, as JSON lines")
+    simulated.add_argument("--lie", action="append", default=[], metavar="NAME,KEY=VALUE,...",
+                           dest="lies", help="a lie of the machine, for drills; again for more")
+    simulated.add_argument("--list-lies", action="store_true",
+                           help="all lies with their parameters, then exit")
     simulated.add_argument("--panel-port", type=int, metavar="N",
                            help="back door: a person at the machine; 0: any free port")
     return parser
@@ -117,14 +123,16 @@ def _tell_ready(options: argparse.Namespace, port: Port, panel: Panel | None) ->
 _SWITCH_S = 0.0005
 
 
-def _serve(options: argparse.Namespace, backend: Backend, truth: Truth | None) -> None:
+def _serve(options: argparse.Namespace, backend: Backend, truth: Truth | None, lies: Lies) -> None:
     port = _port(options)
     panel = None
     if options.panel_port is not None:
         if not isinstance(backend, SimulatedMachine):
             raise Usage("--panel-port: only the simulated machine has this back door")
         panel = Panel(backend, options.panel_port)
-    server = Server(port, backend, options.revision, truth or Witness())
+    server = Server(port, backend, options.revision, truth or Witness(), lies.withholds)
+    if isinstance(backend, SimulatedMachine):
+        backend.hang_up = server.hang_up
     server.end_on_signals()
     sys.setswitchinterval(_SWITCH_S)
     try:
@@ -142,16 +150,22 @@ def serve(arguments: Sequence[str]) -> int:
         if options.print_rig:
             print("\n".join(rigs.describe(rig)))
             return 0
+        lies = lie_options.parse_all(options.lies)
+        if options.list_lies:
+            print("\n".join(lie_options.describe()))
+            return 0
         if options.backend:
+            if options.lies:
+                raise Usage("--lie: only the simulated machine lies at will")
             backend = _foreign_backend(options)
         else:
             for lie in dishonest(rig):
                 print(f"lcrig-gateway: warning: {lie}", file=sys.stderr)
             truth = Truth(open(options.truth, "w", encoding="utf-8")) if options.truth else None
-            backend = SimulatedMachine(rig, options.seed, truth)
-        _serve(options, backend, truth)
+            backend = SimulatedMachine(rig, options.seed, truth, lies)
+        _serve(options, backend, truth, lies)
         return 0
-    except (Usage, rigs.BadRig) as error:
+    except (Usage, rigs.BadRig, lie_options.BadLie) as error:
         print(f"lcrig-gateway: {error}", file=sys.stderr)
         return 2
     except OSError as error:

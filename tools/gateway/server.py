@@ -35,8 +35,11 @@ MOST_READS = 64  # in a row
 
 class Server:
     def __init__(self, port: Port, backend: Backend, revision: int = 2,
-                 witness: Witness | None = None) -> None:
+                 witness: Witness | None = None,
+                 withholds: Callable[[bytes], bool] = lambda line: False) -> None:
+        """withholds: lines that a gateway which breaks its promises does not send."""
         self._port = port
+        self._withholds = withholds
         self._backend = backend
         self._witness = witness or Witness()
         self._selector = selectors.DefaultSelector()
@@ -77,6 +80,10 @@ class Server:
         self._ending = True
         self._wake()
 
+    def hang_up(self) -> None:
+        """From any thread: the connection ends, as that of a gateway that begins anew."""
+        self._post(self._hang_up)
+
     def end_on_signals(self) -> None:
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: self.end())
@@ -87,7 +94,7 @@ class Server:
         return time.monotonic()
 
     def send(self, line: bytes) -> None:
-        if self._channel is not None:
+        if self._channel is not None and not self._withholds(line):
             self._unsent += line
 
     def send_samples(self, line: bytes) -> None:

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Callable, Union
 
 from ..backend import Ended, Sample
+from .lies import Honest
 from .rig import STEP_S, Rig
 
 Item = Union[Sample, Ended]
@@ -59,7 +60,9 @@ class Delivery:
     """Hands items over in their order: after a delay, samples also in bursts. The end of a motion
     does not wait for the next burst, and takes the samples before it along."""
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: Rig, lies: Honest | None = None) -> None:
+        self._lies = lies or Honest()
+        self._latest_s = 0.0  # a sample never overtakes the one before it
         self._delay_s = rig.delivery_delay_s
         self._period_s = rig.burst_period_s
         self._items: deque[tuple[float, Item]] = deque()
@@ -67,12 +70,15 @@ class Delivery:
     def put(self, t_s: float, item: Item) -> None:
         if isinstance(item, Ended):
             now_s = t_s + self._delay_s
-            self._items = deque((min(due_s, now_s), waiting) for due_s, waiting in self._items)
-            self._items.append((now_s, item))
+            if not self._lies.done_overtakes_samples():
+                self._items = deque((min(due_s, now_s), waiting) for due_s, waiting in self._items)
+            place = sum(1 for due_s, _ in self._items if due_s <= now_s)
+            self._items.insert(place, (now_s, item))
             return
         if self._period_s:
             t_s = math.ceil(t_s / self._period_s) * self._period_s
-        self._items.append((t_s + self._delay_s, item))
+        self._latest_s = max(self._latest_s, self._lies.sample_due_s(t_s) + self._delay_s)
+        self._items.append((self._latest_s, item))
 
     def take(self, t_s: float) -> list[Item]:
         found = []

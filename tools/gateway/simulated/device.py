@@ -6,29 +6,24 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
-from typing import Callable, Protocol
+from functools import partial
+from typing import Callable
 
 from ..backend import (Capabilities, Ended, HoldForce, Motion, Move, MoveToForce, RampForce, Refused,
                        Sample, State, Window)
+from .body import Body
 from .caps import declare
 from .force_loop import ForceLoop
 from .lies import Honest
-from .physics import Drive, LoadCell, Specimen, in_steps
+from .orders import Orders
+from .outlet import Outlet
+from .physics import Drive
 from .rig import STEP_S, Rig
+from .task import Task, claimed, finding, plan, range_mm
 
 NO_WINDOW = Window(-math.inf, math.inf, -math.inf, math.inf, math.inf)
-
-
-class Outlet(Protocol):
-    """What the device says: to the gateway, and to the witness of the truth."""
-
-    def ended(self, end: Ended) -> None: ...
-
-    def event(self, kind: str, text: str) -> None: ...
-
-    def truth(self, event: str, **fields: object) -> None: ...
 
 
 class _Mode(Enum):
@@ -37,117 +32,91 @@ class _Mode(Enum):
     FORCE = 2  # the force loop has the drive
 
 
-@dataclass
-class _Task:
-    """A motion that was accepted and has not ended."""
-
-    motion: Motion
-    direction: int
-    goal_mm: float  # machine's own travel
-    speed_mm_s: float
-    running: bool = False
-    reason: str = ""  # why it is ending; empty: it goes on
-    text: str = ""
-    contact: bool = False  # of RAMPF: found, standing comes next, then the loop
-    crossed_step: int = 0  # of MOVEF: when the true force passed the threshold
-    crossed_N: float = 0.0
-    brake_step: int = 0
-
-
 def _steps(seconds: float) -> int:
     return max(0, round(seconds / STEP_S))
 
 
-class Device:
-    def __init__(self, rig: Rig, seed: int, outlet: Outlet) -> None:
-        self._rig = rig
+class Device(Body):
+    def __init__(self, rig: Rig, seed: int, outlet: Outlet, lies: Honest | None = None) -> None:
+        super().__init__(rig, seed, lies or Honest())
         self._outlet = outlet
-        self._lies = Honest()
-        self._drive = Drive(rig, self._lies)
-        self._specimen = Specimen(rig)
-        self._cell = LoadCell(rig, seed, self._lies)
-        self._zero_mm = rig.travel_zero_mm
         self._cycle_steps = max(1, _steps(rig.device_cycle_s))
         self._watch_steps = max(1, _steps(rig.watch_cycle_s()))
-        self._orders: deque[tuple[int, Callable[[], None]]] = deque()
+        self._orders = Orders()
+        self._late: deque[tuple[int, Task]] = deque()  # a lie: motions that begin later
+        self._accepted = self._accepted_step = 0
         self._mode = _Mode.STAND
-        self._task: _Task | None = None
+        self._task: Task | None = None
         self._loop: ForceLoop | None = None
         self._loop_window = NO_WINDOW
         self._loop_ends = False  # a hold left its limits, the order to end it is on its way
         self._at_rest_N: deque[float] = deque(maxlen=max(1, round(
             rig.zero_average_s / (self._cycle_steps * STEP_S))))
-        self._overload = False
         self._stood = True
-        self.step_count = 0
         self.motions = 0
-        self.force_N = self._specimen.force_N(self._drive.travel_mm)
-        self.peak_force_N = self.force_N
-        self.max_travel_mm = self._drive.travel_mm
-        self._cell.read(0.0, self.force_N)
 
     # --- what it knows ---
 
-    @property
-    def t_s(self) -> float:
-        return self.step_count * STEP_S
-
-    @property
-    def travel_mm(self) -> float:
-        """True, machine's own."""
-        return self._drive.travel_mm
-
     def moving(self) -> bool:
-        """Until it stands; a force that is held does not count."""
+        """Until it stands, by its own account; a force that is held does not count."""
+        task = self._task
+        if task and task.hidden:
+            return False
+        begins = task is not None and not task.asleep
         seeks = self._loop is not None and not self._loop.settled
-        stands = self._mode is not _Mode.STAND or self._lies.stands(self._drive.speed_mm_s)
-        return bool(self._task or seeks or not stands)
-
-    def turning(self) -> bool:
-        """The drive truly turns."""
-        return self._drive.speed_mm_s != 0.0
-
-    def device_s(self) -> float | None:
-        if not self._rig.device_clock:
-            return None
-        return round(self._rig.clock_start_s + self.t_s * (1 + self._rig.clock_error_ppm * 1e-6), 9)
-
-    def shown_force_N(self) -> float | None:
-        return None if self._overload else self._cell.shown_N()
-
-    def shown_travel_mm(self) -> float:
-        return in_steps(self._drive.travel_mm - self._zero_mm, self._rig.travel_resolution_mm)
+        brakes = self._mode is _Mode.STAND and self._drive.speed_mm_s != 0.0
+        return begins or seeks or brakes
 
     def state(self) -> State:
         # An order on its way may set it in motion, or end a force that is held.
         moving = self.moving() or bool(self._orders)
         return State(moving, self._loop is not None, self.shown_force_N(), self.shown_travel_mm(),
                      self._overload, 5 * self._rig.cell_noise_N + self._rig.cell_resolution_N,
-                     self._lies.not_ready(self.t_s), self.device_s())
+                     self._lies.not_ready(), self.device_s())
 
     def sample(self) -> Sample:
         return Sample(self.device_s(), self.shown_force_N(), self.shown_travel_mm(), self.moving(),
                       self._loop is not None, self._overload)
 
     def capabilities(self) -> Capabilities:
-        return declare(self._rig, self._zero_mm)
+        return self._lies.declares(declare(self._rig, self._zero_mm))
 
     # --- orders: the drive follows after its reaction time ---
 
     def start(self, motion: Motion) -> None:
-        if self._task:
-            raise Refused("busy", "the machine is moving")
-        self._task = self._new_task(motion)
-        self._order(self._begin)
+        self._accept()
+        task = plan(self._rig, motion, self._drive.travel_mm, self._zero_mm)
+        delay_s = self._lies.order_delay_s()
+        if self._task:  # told long ago, and still under way
+            self._mode, self._loop = _Mode.STAND, None
+        self._task = task
+        if delay_s:
+            task.asleep = True
+            self._late.append((self.step_count + _steps(delay_s), task))
+        else:
+            self._order(self._begin)
 
     def hold_force(self, hold: HoldForce) -> None:
-        if self._task:
-            raise Refused("busy", "the machine is moving")
+        self._accept()
         rate_N_s = self._rig.loop_rate_max_N_s
         self._order(lambda: self._begin_loop(hold.force_N, rate_N_s, hold.window))
 
+    def _accept(self) -> None:
+        if self._task and not self._task.told:
+            raise Refused("busy", "the machine is moving")
+        self._accepted, self._accepted_step = self._accepted + 1, self.step_count
+        self._follow_lies()
+        if self._lies.not_ready():
+            raise Refused("not_ready", self._lies.not_ready())
+
     def stop(self) -> None:
-        self._order(lambda: self._brake("stop", ""))
+        delay_s = self._lies.stop_delay_s()
+        if delay_s < math.inf:
+            self._order(self._carry_out_stop, delay_s)
+
+    def _carry_out_stop(self) -> None:
+        self._lies.stopped()
+        self._brake("stop", "")
 
     def arm(self, window: Window) -> None:
         if self._loop and not self._task:
@@ -158,55 +127,57 @@ class Device:
             raise Refused("busy", "the machine does not stand")
         if force:
             readings = self._at_rest_N or [self._cell.raw_N]
-            self._cell.tare_N = self._lies.tared_N(sum(readings) / len(readings))
+            self._cell.tare_N = sum(readings) / len(readings)
         if travel:
             self._zero_mm = self._drive.travel_mm
         self._outlet.truth("zero", force=force, travel=travel, tare_N=self._cell.tare_N,
                            travel_zero_mm=self._zero_mm)
 
     def _order(self, call: Callable[[], None], delay_s: float = 0.0) -> None:
-        """Kept by the step at which they are due: a STOP overtakes what a slow watch has ordered."""
-        due = self.step_count + _steps(delay_s + self._rig.drive_reaction_s)
-        place = sum(1 for other, _ in self._orders if other <= due)
-        self._orders.insert(place, (due, call))
-
-    def _new_task(self, motion: Motion) -> _Task:
-        low, high = self._range_mm(motion.window)
-        if isinstance(motion, Move):
-            goal = motion.travel_mm + self._zero_mm
-            direction = 1 if goal > self._drive.travel_mm else -1
-            speed = min(motion.speed_mm_s, self._rig.speed_max_mm_s)
-            return _Task(motion, direction, max(low, min(high, goal)), speed)
-        if isinstance(motion, MoveToForce):
-            direction = 1 if motion.speed_mm_s > 0 else -1
-            goal = max(low, min(high, motion.guard_mm + self._zero_mm))
-            return _Task(motion, direction, goal, abs(motion.speed_mm_s))
-        return _Task(motion, 1, high, min(self._rig.loop_speed_mm_s, motion.window.speed_max_mm_s))
+        self._orders.put(self.step_count + _steps(delay_s + self._rig.drive_reaction_s), call)
 
     def _range_mm(self, window: Window) -> tuple[float, float]:
-        """Machine's own travel within which a motion stays."""
-        return (max(self._rig.travel_min_mm, window.travel_min_mm + self._zero_mm),
-                min(self._rig.travel_max_mm, window.travel_max_mm + self._zero_mm))
+        return range_mm(self._rig, window, self._zero_mm)
+
+    # --- Victim: what a lie does to it ---
+
+    def trip(self, kind: str, text: str) -> None:
+        self._outlet.event(kind, text)
+        self._late.clear()
+        self._brake("fault", text)
+
+    def forget_tare(self, told: bool) -> None:
+        self._cell.tare_N = 0.0
+        if told:
+            self._outlet.forget_origin()
+
+    def restart_link(self) -> None:
+        self._outlet.restart_link()
+
+    def note_lie(self, name: str, on: bool) -> None:
+        self._outlet.truth("lie", name=name, on=on)
+
+    def _follow_lies(self) -> None:
+        since_s = (self.step_count - self._accepted_step) * STEP_S
+        self._lies.follow(self.t_s, self._accepted, since_s, self)
 
     # --- one step ---
 
     def step(self) -> None:
         self.step_count += 1
-        while self._orders and self._orders[0][0] <= self.step_count:
-            self._orders.popleft()[1]()
+        self._follow_lies()
+        self._orders.carry_out(self.step_count)
+        self._begin_late()
         self._specimen.step(self._drive.travel_mm)
         self._drive_step()
-        self.force_N = self._specimen.force_N(self._drive.travel_mm)
-        if self.force_N > self.peak_force_N:
-            self.peak_force_N = self.force_N
+        self._feel()
         self._note_crossing()
         if self.step_count % self._cycle_steps == 0:
             self._cycle()
 
     def _drive_step(self) -> None:
         if self._mode is _Mode.STAND:
-            if self._drive.speed_mm_s:
-                self._drive.step(0.0)
+            self._drive.step(0.0)
         elif self._mode is _Mode.FORCE:
             assert self._loop is not None
             limit = self._loop_window.speed_max_mm_s
@@ -214,9 +185,8 @@ class Device:
             self._drive.step_within(wanted, *self._range_mm(self._loop_window))
         elif self._task and self._drive.step_to(self._task.goal_mm, self._task.speed_mm_s):
             self._arrived(self._task)
-        self.max_travel_mm = max(self.max_travel_mm, self._drive.travel_mm)
 
-    def _arrived(self, task: _Task) -> None:
+    def _arrived(self, task: Task) -> None:
         self._mode = _Mode.STAND
         if not task.reason:
             task.reason = "target" if isinstance(task.motion, Move) else "travel_limit"
@@ -238,13 +208,14 @@ class Device:
                              self._specimen.stiffness_N_mm(self._drive.travel_mm))
         if self.step_count % self._watch_steps == 0:
             self._watch()
-        stands = self._mode is _Mode.STAND and self._lies.stands(self._drive.speed_mm_s)
+        stands = self._mode is _Mode.STAND and self._drive.speed_mm_s == 0.0
         if stands:
             self._at_rest_N.append(self._cell.raw_N)
         else:
             self._at_rest_N.clear()
         self._see_standstill(stands)
         self._see_ramp_end()
+        self._tell_early()
 
     def _see_overload(self) -> None:
         overload = self._cell.overload()
@@ -276,7 +247,7 @@ class Device:
         else:
             self._see_loop_at_its_end(task, loop)
 
-    def _see_loop_at_its_end(self, task: _Task | None, loop: ForceLoop) -> None:
+    def _see_loop_at_its_end(self, task: Task | None, loop: ForceLoop) -> None:
         """Force control that would have to leave the limits of travel holds the travel there."""
         low, high = self._range_mm(self._loop_window)
         at = self._drive.travel_mm
@@ -293,7 +264,14 @@ class Device:
         task = self._task
         if not task:
             return
-        task.running = True
+        false_done_s = self._lies.false_done_s()
+        task.asleep = false_done_s is not None
+        if false_done_s is not None:
+            self._order(partial(self._tell_false, task), false_done_s)
+            return
+        task.running, task.begin_step = True, self.step_count
+        if task.reason:
+            return  # it was ended before it began
         self._loop = None
         self._stood = False
         self.motions += 1
@@ -302,8 +280,7 @@ class Device:
         if isinstance(task.motion, RampForce) and self._cell.value_N() >= self._rig.loop_contact_N:
             self._begin_loop(task.motion.force_N, task.motion.rate_N_s, task.motion.window)
         elif isinstance(task.motion, MoveToForce):
-            finding = self._finding(task)
-            if finding == ("target", ""):
+            if self._finding(task) == ("target", ""):
                 task.reason, self._mode = "target", _Mode.STAND
             elif (task.goal_mm - self._drive.travel_mm) * task.direction <= 0:
                 task.reason, self._mode = "travel_limit", _Mode.STAND
@@ -333,35 +310,25 @@ class Device:
             return
         if not task and (not self._loop or self._loop_ends):
             return
-        finding = self._finding(task)
-        if finding is None:
+        found = self._finding(task)
+        if found is None:
             return
-        if task and finding[0] == "contact":
+        if task and found[0] == "contact":
             task.contact = True
         elif task:
-            task.reason, task.text = finding
+            task.reason, task.text = found
         else:
             self._loop_ends = True
-            self._outlet.event(finding[0], "the held force left its limits")
-        self._brake_soon(task, *finding)
+            self._outlet.event(found[0], "the held force left its limits")
+        self._brake_soon(task, *found)
 
-    def _finding(self, task: _Task | None) -> tuple[str, str] | None:
+    def _finding(self, task: Task | None) -> tuple[str, str] | None:
         """What the last reading says about the motion under way."""
-        value_N = self._cell.value_N()
-        window = task.motion.window if task and not self._loop else self._loop_window
-        direction = task.direction if task and not self._loop else 0
-        if task and isinstance(task.motion, MoveToForce):
-            if (value_N - task.motion.force_N) * task.direction >= 0:
-                return "target", ""
-        if self._overload and direction >= 0:
-            return "force_limit", "load cell beyond its range"
-        if value_N > window.force_max_N or value_N < window.force_min_N:
-            return "force_limit", ""
-        if task and isinstance(task.motion, RampForce) and not self._loop:
-            return ("contact", "") if value_N >= self._rig.loop_contact_N else None
-        return None
+        loop_window = self._loop_window if self._loop else None
+        return finding(task, loop_window, self._cell.value_N(), self._overload,
+                       self._rig.loop_contact_N)
 
-    def _brake_soon(self, task: _Task | None, reason: str, text: str) -> None:
+    def _brake_soon(self, task: Task | None, reason: str, text: str) -> None:
         """The order goes out after the reaction of the watch; a motion begun later is not meant."""
         loop = self._loop
 
@@ -380,22 +347,52 @@ class Device:
         if not task:
             return
         task.brake_step = task.brake_step or self.step_count
-        if reason != "contact" and not task.reason:
+        if task.asleep:
+            self._task, task.told = None, True
+            self._tell(Ended(task.motion.token, reason, text, self.shown_force_N(),
+                             self.shown_travel_mm()))
+        elif reason != "contact" and not task.reason:
             task.reason, task.text = reason, text
 
-    def _end(self, task: _Task) -> None:
+    def _end(self, task: Task) -> None:
         self._task = None
         self._outlet.truth("motion_end", token=task.motion.token, reason=task.reason)
         if isinstance(task.motion, MoveToForce):
-            self._tell_force_stop(task, task.motion)
-        self._outlet.ended(Ended(task.motion.token, task.reason, task.text, self.shown_force_N(),
-                                 self.shown_travel_mm()))
+            self._outlet.truth("force_stop", **task.truth(self.force_N))
+        if not task.told:
+            self._tell(Ended(task.motion.token, task.reason, task.text, self.shown_force_N(),
+                             self.shown_travel_mm()))
 
-    def _tell_force_stop(self, task: _Task, motion: MoveToForce) -> None:
-        crossed = task.crossed_step > 0
-        reaction_s = (task.brake_step - task.crossed_step) * STEP_S
-        self._outlet.truth(
-            "force_stop", token=motion.token, reason=task.reason, threshold_N=motion.force_N,
-            speed_mm_s=motion.speed_mm_s, end_force_N=self.force_N,
-            crossed_force_N=task.crossed_N if crossed else None,
-            reaction_s=round(reaction_s, 6) if crossed and task.brake_step else None)
+    def _tell(self, end: Ended) -> None:
+        self._lies.done_told()
+        self._outlet.ended(end)
+
+    # --- motions of a lie ---
+
+    def _begin_late(self) -> None:
+        """An order that was accepted long ago, and perhaps stopped since."""
+        if not self._late or self._late[0][0] > self.step_count:
+            return
+        task = self._late[0][1]
+        if self._task is task or not self._task:
+            self._late.popleft()
+            self._task = task
+            self._begin()
+
+    def _tell_early(self) -> None:
+        task = self._task
+        if not task or not task.running or task.reason or task.told:
+            return
+        if self._lies.ends_early((self.step_count - task.begin_step) * STEP_S):
+            task.told, task.hidden = True, self._lies.hides_motion()
+            self._tell(Ended(task.motion.token, "target", "", self.shown_force_N(),
+                             self.shown_travel_mm()))
+
+    def _tell_false(self, task: Task) -> None:
+        if self._task is not task:
+            return
+        self._task = None
+        end = Ended(task.motion.token, "target", "", self.shown_force_N(), self.shown_travel_mm())
+        if self._lies.claims_target():
+            end = claimed(task, self.shown_force_N(), self.shown_travel_mm())
+        self._tell(end)

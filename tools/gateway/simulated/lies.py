@@ -1,31 +1,270 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The one place for a machine that lies or breaks. An honest machine passes every value on.
-
-A lie is a subclass that overrides one of these, chosen by a parameter of the rig: a frozen or
-reversed force (felt_N), a stalled or reversed drive (driven_mm_s), DONE too early (stands), creep
-after DONE (driven_mm_s of a drive that stands), a lost tare (tared_N), an E-stop (not_ready).
-"""
+"""The hooks of a machine that lies or breaks. An honest machine passes every value on; a lie
+(cell_lies.py, drive_lies.py) overrides some of them, and is told from its beginning to
+its end only."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+from typing import Any, Callable, ClassVar, Iterable, Mapping, Protocol, Sequence
+
+from ..backend import Capabilities
+
+
+class Victim(Protocol):
+    """What a lie can do to the machine at its beginning and at its end."""
+
+    def trip(self, kind: str, text: str) -> None:
+        """The drive is cut off: whatever moves ends with a fault, and an EVENT tells so."""
+
+    def forget_tare(self, told: bool) -> None:
+        """told: the machine knows it and says a new origin."""
+
+    def restart_link(self) -> None:
+        """The gateway hangs up, as one does that begins anew."""
+
+    def note_lie(self, name: str, on: bool) -> None: ...
+
 
 class Honest:
+    # --- load cell ---
+
     def felt_N(self, t_s: float, force_N: float) -> float:
-        """What the load cell makes of the force, before its noise."""
+        """What the load cell makes of the force."""
         return force_N
+
+    def scatter_N(self, noise_N: float) -> float:
+        """Standard deviation of a reading."""
+        return noise_N
+
+    def read_N(self, raw_N: float) -> float:
+        """The reading, with its noise, before tare."""
+        return raw_N
+
+    # --- drive ---
 
     def driven_mm_s(self, speed_mm_s: float) -> float:
         """How fast the crosshead goes when the drive turns so fast."""
         return speed_mm_s
 
-    def stands(self, speed_mm_s: float) -> bool:
-        """Whether the machine says that it stands."""
-        return speed_mm_s == 0.0
-
-    def tared_N(self, tare_N: float) -> float:
-        """The tare that is kept after ZERO."""
-        return tare_N
-
-    def not_ready(self, t_s: float) -> str:
+    def not_ready(self) -> str:
         """Why it cannot move; empty: it can."""
         return ""
+
+    def stopped(self) -> None:
+        """The drive carries out a STOP."""
+
+    # --- orders and ends ---
+
+    def order_delay_s(self) -> float:
+        """A motion is accepted now and begins so much later."""
+        return 0.0
+
+    def stop_delay_s(self) -> float:
+        """A STOP is carried out so much later; inf: never."""
+        return 0.0
+
+    def false_done_s(self) -> float | None:
+        """This motion does not take place, and DONE says target after so long; None: it does."""
+        return None
+
+    def claims_target(self) -> bool:
+        """Such a DONE has the values that were asked for, not those that are there."""
+        return False
+
+    def ends_early(self, age_s: float) -> bool:
+        """DONE of a motion that is so old and goes on is told now."""
+        return False
+
+    def hides_motion(self) -> bool:
+        """After a DONE that came early the machine says that it stands."""
+        return False
+
+    def done_delay_s(self) -> float:
+        """DONE comes so much later than its standstill."""
+        return 0.0
+
+    def done_told(self) -> None:
+        """A motion has ended and DONE goes out."""
+
+    # --- samples, clock, what is declared, the link ---
+
+    def clock_s(self, device_s: float) -> float:
+        """What the device's clock shows."""
+        return device_s
+
+    def sample_due_s(self, t_s: float) -> float:
+        """When a sample of this time is handed over."""
+        return t_s
+
+    def done_overtakes_samples(self) -> bool:
+        return False
+
+    def declares(self, true: Capabilities) -> Capabilities:
+        return true
+
+    def withholds(self, line: bytes) -> bool:
+        """A line to the daemon that is not sent. Called by the link thread."""
+        return False
+
+    # --- time ---
+
+    def follow(self, t_s: float, motion: int, since_s: float, victim: Victim) -> None:
+        """The time, how many motions were accepted, and how long ago the last one was."""
+
+    def untold(self) -> Sequence[str]:
+        """Lies that have not yet begun."""
+        return ()
+
+
+@dataclass(frozen=True)
+class When:
+    """From at_s on, or from after_s of the n-th motion on; for_s long, or for ever."""
+
+    at_s: float = 0.0
+    motion: int = 0  # 0: at_s counts
+    after_s: float = 0.0
+    for_s: float = math.inf
+
+    def due(self, t_s: float, motion: int, since_s: float) -> bool:
+        if not self.motion:
+            return t_s >= self.at_s
+        return motion > self.motion or motion == self.motion and since_s >= self.after_s
+
+
+@dataclass(frozen=True)
+class Parameter:
+    meaning: str
+    default: float | None = None  # None: must be given, unless it is optional
+    low: float = -math.inf
+    high: float = math.inf
+    optional: bool = False
+
+
+class Lie(Honest):
+    """One lie. `on` says whether it is told at present."""
+
+    name: ClassVar[str]
+    meaning: ClassVar[str]
+    parameters: ClassVar[Mapping[str, Parameter]] = {}
+
+    def __init__(self, when: When, values: Mapping[str, float], times: float = math.inf) -> None:
+        self._when = when
+        self._value = values
+        self._left = times  # of lies about single motions: so often
+        self._began = False
+        self.on = False
+        self.t_s = self.began_s = 0.0
+
+    def follow(self, t_s: float, motion: int, since_s: float, victim: Victim) -> None:
+        self.t_s = t_s
+        if not self._began and self._when.due(t_s, motion, since_s):
+            self._began, self.on, self.began_s = True, True, t_s
+            victim.note_lie(self.name, True)
+            self.begin(victim)
+        if self.on and t_s >= self.began_s + self._when.for_s:
+            self.on = False
+            victim.note_lie(self.name, False)
+
+    def begin(self, victim: Victim) -> None:
+        """Once."""
+
+    def untold(self) -> Sequence[str]:
+        return () if self._began else (self.name,)
+
+    def once_more(self) -> bool:
+        """Counts."""
+        self._left -= 1
+        return self._left >= 0
+
+
+class CountedLie(Lie):
+    """About single motions: takes `times`."""
+
+
+class Lies(Honest):
+    """Several at once, each applied to what the one before it made."""
+
+    def __init__(self, lies: Iterable[Lie] = ()) -> None:
+        self._lies = list(lies)
+
+    def add(self, lie: Lie) -> None:
+        self._lies.append(lie)
+
+    def _told(self) -> Sequence[Lie]:
+        return [lie for lie in self._lies if lie.on]
+
+    def _through(self, value: Any, hook: Callable[[Lie, Any], Any]) -> Any:
+        for lie in self._lies:
+            if lie.on:
+                value = hook(lie, value)
+        return value
+
+    def felt_N(self, t_s: float, force_N: float) -> float:
+        return float(self._through(force_N, lambda lie, x: lie.felt_N(t_s, x)))
+
+    def scatter_N(self, noise_N: float) -> float:
+        return float(self._through(noise_N, lambda lie, x: lie.scatter_N(x)))
+
+    def read_N(self, raw_N: float) -> float:
+        return float(self._through(raw_N, lambda lie, x: lie.read_N(x)))
+
+    def driven_mm_s(self, speed_mm_s: float) -> float:
+        return float(self._through(speed_mm_s, lambda lie, x: lie.driven_mm_s(x)))
+
+    def not_ready(self) -> str:
+        return next(filter(None, (lie.not_ready() for lie in self._told())), "")
+
+    def stopped(self) -> None:
+        for lie in self._lies:
+            lie.stopped()
+
+    def order_delay_s(self) -> float:
+        return sum(lie.order_delay_s() for lie in self._told())
+
+    def stop_delay_s(self) -> float:
+        return sum(lie.stop_delay_s() for lie in self._told())
+
+    def false_done_s(self) -> float | None:
+        delays_s = [lie.false_done_s() for lie in self._told()]
+        return next((delay_s for delay_s in delays_s if delay_s is not None), None)
+
+    def claims_target(self) -> bool:
+        return any(lie.claims_target() for lie in self._told())
+
+    def ends_early(self, age_s: float) -> bool:
+        return any([lie.ends_early(age_s) for lie in self._told()])
+
+    def hides_motion(self) -> bool:
+        return any(lie.hides_motion() for lie in self._told())
+
+    def done_delay_s(self) -> float:
+        return sum(lie.done_delay_s() for lie in self._told())
+
+    def done_told(self) -> None:
+        for lie in self._lies:
+            lie.done_told()
+
+    def clock_s(self, device_s: float) -> float:
+        return float(self._through(device_s, lambda lie, x: lie.clock_s(x)))
+
+    def sample_due_s(self, t_s: float) -> float:
+        return float(self._through(t_s, lambda lie, x: lie.sample_due_s(x)))
+
+    def done_overtakes_samples(self) -> bool:
+        return any(lie.done_overtakes_samples() for lie in self._told())
+
+    def declares(self, true: Capabilities) -> Capabilities:
+        said: Capabilities = self._through(true, lambda lie, x: lie.declares(x))
+        return said
+
+    def withholds(self, line: bytes) -> bool:
+        return any(lie.withholds(line) for lie in self._told())
+
+    def follow(self, t_s: float, motion: int, since_s: float, victim: Victim) -> None:
+        for lie in self._lies:
+            lie.follow(t_s, motion, since_s, victim)
+
+    def untold(self) -> Sequence[str]:
+        return [name for lie in self._lies for name in lie.untold()]

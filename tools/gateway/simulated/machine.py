@@ -7,6 +7,8 @@ thread is late: what happens depends on the times of the orders and the seed, no
 
 from __future__ import annotations
 
+import math
+import sys
 import threading
 import time
 from collections import deque
@@ -19,6 +21,7 @@ from ..backend import (Backend, Capabilities, Ended, HoldForce, Identity, Listen
 from .. import __version__
 from .delivery import Delivery, Sampler
 from .device import NO_WINDOW, Device
+from .lies import Lie, Lies
 from .rig import STEP_S, Rig
 from .truth import LINES_PER_S, Truth
 
@@ -28,16 +31,20 @@ PANEL_TOKEN = -1  # of motions that the link did not command
 
 
 class SimulatedMachine(Backend):
-    def __init__(self, rig: Rig, seed: int = 1, truth: Truth | None = None) -> None:
+    def __init__(self, rig: Rig, seed: int = 1, truth: Truth | None = None,
+                 lies: Lies | None = None) -> None:
         self._rig = rig
+        self._lies = lies or Lies()
+        self.hang_up: Callable[[], None] = lambda: None  # of the server, for a gateway that restarts
         self._truth = truth
         self._listener: Listener | None = None
-        self._device = Device(rig, seed, self)
+        self._device = Device(rig, seed, self, self._lies)
         self._sampler = Sampler(rig, seed)
-        self._delivery = Delivery(rig)
+        self._delivery = Delivery(rig, self._lies)
         self._state = self._device.state()
         self._capabilities = self._device.capabilities()
         self._orders: deque[tuple[float, Callable[[], None]]] = deque()
+        self._late: list[tuple[float, Ended]] = []  # a lie: DONE that comes later
         self._boot = format(time.time_ns(), "x")
         self._zeros = 0
         self._ending = False
@@ -100,6 +107,8 @@ class SimulatedMachine(Backend):
             time.sleep(0.002)
         self._ending = True
         self._thread.join()
+        for name in self._lies.untold():
+            print(f"lcrig-gateway: warning: lie {name} had no occasion", file=sys.stderr)
 
     # --- what a person at the machine can do (panel.py) ---
 
@@ -111,21 +120,41 @@ class SimulatedMachine(Backend):
         if self._listener:
             self._listener.origin_changed(self.origin(), "zeroed at the panel")
 
+    def panel_lie(self, lie: Lie) -> None:
+        """Begins at its own time, which is now if that has gone by."""
+        self._call(lambda: self._lies.add(lie))
+
     # --- Outlet: for the device, in the machine's thread ---
 
     def ended(self, end: Ended) -> None:
-        self._delivery.put(self._device.t_s, end)
+        delay_s = self._lies.done_delay_s() if end.reason != "stop" else 0.0
+        if delay_s:
+            self._late.append((self._device.t_s + delay_s, end))
+        else:
+            self._delivery.put(self._device.t_s, end)
+
+    def forget_origin(self) -> None:
+        self._zeros += 1
+        if self._listener:
+            self._listener.origin_changed(self.origin(), "the tare was lost")
+
+    def restart_link(self) -> None:
+        self._capabilities = self._device.capabilities()
+        self.hang_up()
 
     def event(self, kind: str, text: str) -> None:
         if self._listener:
             self._listener.event(kind, text)
 
     def truth(self, event: str, **fields: object) -> None:
+        if event == "lie":
+            print(f"lcrig-gateway: lie {fields['name']} {'begins' if fields['on'] else 'ends'} at "
+                  f"{self._device.t_s:.3f} s", file=sys.stderr, flush=True)
         if self._truth:
             device = self._device
             self._truth.put(event, **fields, state={
                 "t_s": round(device.t_s, 6), "force_N": device.force_N, "travel_mm": device.travel_mm,
-                "peak_force_N": device.peak_force_N, "moving": device.moving(),
+                "peak_force_N": device.peak_force_N, "moving": device.moving() or device.turning(),
                 "turning": device.turning(), "max_travel_mm": device.max_travel_mm,
                 "motions": device.motions})
 
@@ -159,6 +188,7 @@ class SimulatedMachine(Backend):
     def _hand_over(self) -> None:
         """To the gateway, in order."""
         assert self._listener is not None
+        self._release_late(self._device.t_s)
         samples: list[Sample] = []
         for item in self._delivery.take(self._device.t_s):
             if isinstance(item, Sample):
@@ -168,6 +198,10 @@ class SimulatedMachine(Backend):
             samples = []
             self._listener.ended(item)
         self._pass_on(samples)
+
+    def _release_late(self, until_s: float) -> None:
+        while self._late and self._late[0][0] <= until_s:
+            self._delivery.put(self._device.t_s, self._late.pop(0)[1])
 
     def _pass_on(self, samples: Sequence[Sample]) -> None:
         if samples and self._listener:
@@ -189,6 +223,7 @@ class SimulatedMachine(Backend):
         result.result(timeout=5.0)
 
     def _stop_device(self) -> None:
+        self._release_late(math.inf)  # else STOPPED would be late too
         self._device.stop()
         self._state = self._device.state()
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The back door of the simulated machine: what a person at its panel can do, whoever commands the
 link. Lines of the same form over TCP: `MOVE travel_mm=12 speed_mm_s=0.5`, `STOP`,
-`ZERO force=1 travel=0`, each answered by `OK` or `ERR text=".."`. Travel is as shown."""
+`ZERO force=1 travel=0`, each answered by `OK` or `ERR text=".."`. Travel is as shown. And what a person
+cannot: `LIE text="creep,speed_um_s=5"`, as --lie, from now on."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ import threading
 
 from ..backend import Refused
 from ..protocol import Malformed, Missing, parse, write
+from . import lie_options
 from .machine import SimulatedMachine
 
 
@@ -21,7 +23,7 @@ class _Handler(socketserver.StreamRequestHandler):
             try:
                 _obey(self.server.machine, raw.rstrip(b"\n"))
                 self.wfile.write(write("OK"))
-            except (Malformed, Missing, Refused) as error:
+            except (Malformed, Missing, Refused, lie_options.BadLie) as error:
                 self.wfile.write(write("ERR", {"text": str(error)}))
             except OSError:
                 return  # the person has gone
@@ -41,8 +43,10 @@ def _obey(machine: SimulatedMachine, raw: bytes) -> None:
         machine.stop()
     elif line.word == "ZERO":
         machine.panel_zero(line.flag("force"), line.flag("travel"))
+    elif line.word == "LIE":
+        machine.panel_lie(lie_options.parse(line.text("text")))
     else:
-        raise Missing(f"{line.word}: the panel knows MOVE, STOP and ZERO")
+        raise Missing(f"{line.word}: the panel knows MOVE, STOP, ZERO and LIE")
 
 
 class Panel:

@@ -59,6 +59,8 @@ class Drive:
     def __init__(self, rig: Rig, lies: Honest) -> None:
         self.travel_mm = rig.start_travel_mm
         self.speed_mm_s = 0.0
+        self.true_mm_s = 0.0  # of the axis
+        self._ends_mm = rig.travel_min_mm, rig.travel_max_mm
         self._faster = rig.acceleration_mm_s2 * STEP_S
         self._slower = rig.deceleration_mm_s2 * STEP_S
         self._deceleration = rig.deceleration_mm_s2
@@ -73,13 +75,22 @@ class Drive:
             change = -v  # through standstill first
         most = self._slower if slowing else self._faster
         self.speed_mm_s = v + max(-most, min(most, change))
-        self.travel_mm += self._lies.driven_mm_s(self.speed_mm_s) * STEP_S
+        self.true_mm_s = self._lies.driven_mm_s(self.speed_mm_s)
+        self.travel_mm += self.true_mm_s * STEP_S
+        if self.true_mm_s != self.speed_mm_s:
+            self._meet_end()
+
+    def _meet_end(self) -> None:
+        """What stops an axis that goes where nobody sent it."""
+        low, high = self._ends_mm
+        if not low <= self.travel_mm <= high:
+            self.travel_mm, self.true_mm_s = max(low, min(high, self.travel_mm)), 0.0
 
     def step_to(self, target_mm: float, speed_mm_s: float) -> bool:
         """One step of a motion that stands at the target. True when it does."""
         distance = target_mm - self.travel_mm
         if abs(distance) < self.ARRIVED_MM and abs(self.speed_mm_s) <= self._slower:
-            self.travel_mm, self.speed_mm_s = target_mm, 0.0
+            self.travel_mm, self.speed_mm_s, self.true_mm_s = target_mm, 0.0, 0.0
             return True
         limit = min(speed_mm_s, braking_speed_mm_s(abs(distance), self._deceleration))
         self.step(math.copysign(limit, distance))
@@ -111,8 +122,9 @@ class LoadCell:
         return self._rig.cell_gain_ratio * force_N + self.unloaded_N(t_s)
 
     def read(self, t_s: float, force_N: float) -> None:
-        felt = self._lies.felt_N(t_s, self.quiet_N(t_s, force_N)) + self.tare_N
-        self.raw_N = felt + self._random.gauss(0.0, self._rig.cell_noise_N)
+        felt = self.quiet_N(t_s, self._lies.felt_N(t_s, force_N)) + self.tare_N
+        noise_N = self._lies.scatter_N(self._rig.cell_noise_N)
+        self.raw_N = self._lies.read_N(felt + self._random.gauss(0.0, noise_N))
 
     def overload(self) -> bool:
         return abs(self.raw_N) > self._rig.cell_nominal_N
