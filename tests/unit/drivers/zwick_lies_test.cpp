@@ -253,7 +253,7 @@ TEST(ZwickLies, AnEStopEndsTheMotionAndOthersAreRefusedUntilItIsTurnedBack) {
                                   [](const auto& e) { return e.find("estop") != e.npos; }));
   const auto no = b.run(b.frame->move_to(0.6_mm, 0.1_mm_s));
   ASSERT_FALSE(no);
-  EXPECT_EQ(no.error().code, Errc::refused);
+  EXPECT_EQ(no.error().code, Errc::frame_fault);
   EXPECT_TRUE(b.stands(1s));
   b.lie([](ZwickSimLies& l) { l.estop = false; });
   EXPECT_TRUE(b.run(b.frame->move_to(0.6_mm, 0.1_mm_s)));
