@@ -6,18 +6,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/rest.hpp"
+
 namespace lcrig {
 
 namespace {
 
 constexpr double kUnbounded = 1e9;
-constexpr double kStanding_m = 10e-6;  // within this a frame that stood has not moved
-constexpr double kSigmas = 5;  // of the cell's noise
 
 }  // namespace
 
 void Guard::set_rest_force(double force_N, double noise_N) {
-  offset_N_ = force_N < -kSigmas * noise_N ? force_N : 0;
+  offset_N_ = force_N < -kNoiseSigmas * noise_N ? force_N : 0;
 }
 
 void Guard::distrust_zero(double cell_N) {
@@ -69,7 +69,8 @@ std::optional<std::string> Guard::check(const FrameSample& sample) {
 
 std::optional<std::string> Guard::check_force(double force_N) const {
   double most = force_max_N();
-  if (mode_ == Mode::returning) most = std::max(most, 1.01 * peak_force_N_ + kSigmas * noise_N_);
+  if (mode_ == Mode::returning)
+    most = std::max(most, 1.01 * peak_force_N_ + kNoiseSigmas * noise_N_);
   if (force_N >= limits_.force_min_N && force_N <= most) return std::nullopt;
   if (mode_ == Mode::returning && force_N > most) {
     return fmt::format("force {:.4f} N rises on the way back, which began at {:.4f} N", force_N,

@@ -31,9 +31,8 @@ Planner::Planner(const Protocol& protocol, Environment environment, const Rig& r
   lcr_.aperture = choice.aperture;
   plan_.lcr = lcr_;
   // What is within the noise is none.
-  constexpr double kSigmas = 5;
   const double below = -rig.rest_force_N;
-  if (below > kSigmas * force_noise_N(rig).value_or(0)) below_N_ = below;
+  if (below > kNoiseSigmas * force_noise_N(rig).value_or(0)) below_N_ = below;
   plan_.aperture_note = choice.note;
   const auto& start = rig.start_travel;
   const double gap = rig.start_gap ? rig.start_gap->si() : kAssumedGap_m;

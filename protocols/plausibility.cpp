@@ -52,6 +52,11 @@ void Plausibility::stand(MonoTime now) {
   recent_.clear();
 }
 
+void Plausibility::zero_force(MonoTime now) {
+  zeroed_ = now;
+  recent_.clear();
+}
+
 void Plausibility::look_away() {
   state_ = State::unknown;
   equals_ = 0;
@@ -181,7 +186,7 @@ std::optional<Contradiction> Plausibility::check_stillness(const FrameSample& sa
 }
 
 std::optional<Contradiction> Plausibility::check_step(MonoTime t, double force_N) {
-  if (!force_believed_ || t - since_ < kSettled) return std::nullopt;
+  if (!force_believed_ || t - std::max(since_, zeroed_) < kSettled) return std::nullopt;
   recent_.emplace_back(t, force_N);
   if (t - compared_ < kBetween) return std::nullopt;
   compared_ = t;

@@ -49,6 +49,8 @@ class Plausibility {
   void begin(const Motion& motion, MonoTime now);
   // From now on the force proves nothing: only the travel is looked at.
   void distrust_force() { force_believed_ = false; }
+  // The zero of the force is another one, as it was told to be; what moves is watched on.
+  void zero_force(MonoTime now);
   // It stands, by its own word.
   void stand(MonoTime now);
   // Whatever happens now is no news: it is being stopped, or nobody knows what it does.
@@ -77,6 +79,7 @@ class Plausibility {
   bool force_believed_ = true;
   Motion motion_;
   MonoTime since_{};  // of this state
+  MonoTime zeroed_{};  // of the force
   std::optional<double> furthest_m_;  // of this motion, in its direction
   struct Mark {
     Mark() = default;

@@ -6,11 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/rest.hpp"
+
 namespace lcrig {
 
 namespace {
 
-constexpr double kSigmas = 5;  // of the noise: what no sample shows by chance
 constexpr double kClass = 0.01;  // of the force: what a cell of class 1 may be off by
 
 }  // namespace
@@ -134,7 +135,7 @@ std::optional<Pressing::Comparison> Pressing::end(const MotionOutcome& outcome, 
   c.predicted_N = permit->worst_N;
   c.expected_N = permit->expected_N;
   c.observed_N = *peak_N_;
-  c.exceeded = c.observed_N > c.predicted_N * (1 + kClass) + kSigmas * noise_N;
+  c.exceeded = c.observed_N > c.predicted_N * (1 + kClass) + kNoiseSigmas * noise_N;
   const bool there = permit->threshold_N && outcome.reason == MotionEnd::target;
   if (!there && !c.exceeded) return std::nullopt;
   if (c.exceeded) {

@@ -11,7 +11,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kStanding_m = 10e-6;
 constexpr double kLeastStep_m = 1e-10;  // below any drive's resolution: rounding
 constexpr double kLeastDigit_N = 1e-9;  // below any cell's
 
@@ -74,6 +73,10 @@ double Rest::drift_error_N_s() const {
   if (n_ < 3 || !(time_squares_ > 0)) return std::numeric_limits<double>::infinity();
   const double left = std::max(0.0, squares_ - products_ * products_ / time_squares_);
   return std::sqrt(left / static_cast<double>(n_ - 2) / time_squares_);
+}
+
+bool Rest::drifts() const {
+  return std::abs(drift_N_s()) > kSureOfDrift * drift_error_N_s();
 }
 
 std::optional<double> Rest::travel_m() const {

@@ -12,6 +12,10 @@
 
 namespace lcrig {
 
+constexpr double kNoiseSigmas = 5;  // of the noise of a cell: what no sample shows by chance
+constexpr double kStanding_m = 10e-6;  // within this a frame that stood has not moved
+constexpr double kSureOfDrift = 3;  // standard errors
+
 class Rest {
  public:
   void add(std::span<const FrameSample> samples);
@@ -24,6 +28,7 @@ class Rest {
   // (standard error); 0 and infinite for fewer than three.
   double drift_N_s() const;
   double drift_error_N_s() const;
+  bool drifts() const;  // beyond doubt
   // The same, known better from another rest of long ago.
   void know_drift(const Rest& before, Duration ago);
   // What it would show by its drift after some time.

@@ -109,6 +109,7 @@ class Run final : private LoadFrame::Listener {
   const Sampler& sampler() const { return sampler_; }
 
  private:
+  static constexpr Duration kRestTime = std::chrono::milliseconds(500);  // of a look at rest
   using WakeChannel = asio::experimental::channel<void(boost::system::error_code)>;
 
   // What survives a pause in the middle of a step.

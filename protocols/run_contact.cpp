@@ -18,12 +18,12 @@ constexpr Duration kLook = 300ms;
 constexpr double kFirstStep_m = 0.2e-6;
 constexpr double kFastest_m_s = 10e-6;  // of the steps back
 constexpr int kSteps = 12;  // each twice as far: up to 0.8 mm
-constexpr double kSigmas = 3;
+constexpr double kSlopeSigmas = 3;
 constexpr double kEnough = 0.3;  // of the force at contact: less left tells no more
 constexpr double kLeft = 0.1;  // ... and less than this may be none
 constexpr double kMore = 1.2;  // of it: what a cell may drift meanwhile
 constexpr double kLeastFelt = 0.2;  // of the threshold, once the frame stands
-constexpr double kGone = 0.5;  // of what was felt, on the way back
+constexpr double kGone = 0.5;  // of the threshold or what was felt, on the way back
 constexpr int kAttempts = 5;  // of a search that finds what is no contact
 
 }  // namespace
@@ -42,7 +42,7 @@ struct Slope {
 };
 
 std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resolution_m) {
-  const double error_N = kSigmas * std::hypot(touched.error_N(), now.error_N());
+  const double error_N = kSlopeSigmas * std::hypot(touched.error_N(), now.error_N());
   const double drop_N = touched.force_N() - now.force_N();
   if (!touched.travel_m() || !now.travel_m() || drop_N < 3 * error_N) return std::nullopt;
   const double way_m = *touched.travel_m() - *now.travel_m();
@@ -86,7 +86,8 @@ bool Run::is_contact(const std::vector<Rest>& looks, const Rest& before, double 
   const Rest& touched = looks.front();
   const double felt_N = touched.force_N() - before.force_N();
   if (std::abs(felt_N) < kLeastFelt * rise_N) return false;
-  return (touched.force_N() - looks.back().force_N()) / felt_N > kGone;
+  const double fallen_N = std::copysign(1, felt_N) * (touched.force_N() - looks.back().force_N());
+  return fallen_N > kGone * std::min(std::abs(felt_N), rise_N);
 }
 
 // `looks`: at contact, and after each step back. A step on whose way contact was lost would tell of
@@ -100,7 +101,7 @@ void Run::conclude_stiffness(const std::vector<Rest>& looks, const Rest& before,
   TravelStep resolution;
   std::optional<Slope> best;
   for (auto now = looks.begin() + 1; now != looks.end(); ++now) {
-    const double noise_N = kSigmas * std::hypot(before.error_N(), now->error_N());
+    const double noise_N = kSlopeSigmas * std::hypot(before.error_N(), now->error_N());
     if (now->force_N() - none_N < std::max(2 * noise_N, kLeft * felt_N)) break;
     resolution.add(now->travel_m());
     const auto slope = slope_of(touched, *now, resolution.step_m());
@@ -144,6 +145,7 @@ Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress)
   if (!progress.start_travel_m) progress.start_travel_m = memory_.travel_m;
   const double end_m = search_end_m(step);
   const MonoTime deadline = setup_.clock.now() + from_seconds(env.get(step.timeout));
+  const Rest original = *rest;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const MonoTime begun = setup_.clock.now();
     const Rest first = *rest;
@@ -162,6 +164,7 @@ Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress)
     rest->know_drift(first, setup_.clock.now() - begun);
     learn_rest(*rest);
   }
+  rest_ = original;  // what is shown beyond it may press
   co_return fail(Errc::refused,
                  "step {}: the force changed {} times by what contact should be, and not back on "
                  "the way back: the load cell drifts, or something else pushes it",

@@ -306,8 +306,8 @@ void Run::begin_again(StepProgress& progress) {
 Task<Result<>> Run::restore_hold() {
   if (!held_force_N_) co_return Result<>();
   if (auto may = may_move(); !may) co_return may;
+  if (plausible_) plausible_->begin(Plausibility::Motion(), setup_.clock.now());
   auto held = co_await setup_.frame.hold_force(Force::from_si(*held_force_N_));
-  if (plausible_ && held) plausible_->begin(Plausibility::Motion(), setup_.clock.now());
   co_return held;
 }
 

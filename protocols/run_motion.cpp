@@ -19,7 +19,6 @@ using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
 constexpr Duration kForceAge = 500ms;  // an older force says nothing of the way to go
-constexpr Duration kRestTime = 500ms;
 constexpr Duration kLifeTime = 3s;  // a live cell changes its last digit within this
 constexpr std::int64_t kRestSamples = 10;
 
@@ -139,10 +138,9 @@ Pressing::State Run::pressing_state() const {
   now.force_max_N = guard_.force_max_N();
   if (rest_) {
     // What is within the noise is none, as in the plan: else the speed that it accepted is refused.
-    constexpr double kSigmas = 5;
     now.noise_N = rest_->scatter_N();
     const double rest_N = rest_->force_N();
-    now.rest_N = std::abs(rest_N) > kSigmas * now.noise_N ? rest_N : 0;
+    now.rest_N = std::abs(rest_N) > kNoiseSigmas * now.noise_N ? rest_N : 0;
   }
   now.travel_m = memory_.travel_m;
   now.force_N = force_N_;

@@ -17,7 +17,6 @@ using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
 constexpr double kDriftOfThreshold = 0.25;  // so much of it a leg may drift away
-constexpr double kSureOfDrift = 3;  // standard errors
 constexpr Duration kDriftTime = 3s;  // a look that tells a drift well
 constexpr Duration kLeastLeg = 1s;
 // The scatter that the plan saw was an estimate of few samples.
@@ -77,7 +76,7 @@ Task<Result<std::optional<MotionOutcome>>> Run::approach(const FindContactStep& 
                                                          Duration patience) {
   const double rise = setup_.environment.get(step.force), v = search_speed(step, rest);
   const double drift = std::abs(rest.drift_N_s());
-  const bool drifts = drift > kSureOfDrift * rest.drift_error_N_s();
+  const bool drifts = rest.drifts();
   const Duration leg =
       drifts ? std::max<Duration>(from_seconds(kDriftOfThreshold * rise / drift), kLeastLeg)
              : patience + 1s;

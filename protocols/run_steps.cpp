@@ -19,8 +19,6 @@ namespace {
 using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
-constexpr Duration kRestTime = 500ms;
-
 bool is_load(TargetKind kind) {
   return kind == TargetKind::force || kind == TargetKind::pressure;
 }
@@ -80,9 +78,10 @@ Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
   zeroing_ = true;  // the gateway may tell of it, too
   const auto over = [](bool* flag) { *flag = false; };
   const std::unique_ptr<bool, decltype(over)> zeroing(&zeroing_, over);
-  if (plausible_) plausible_->look_away();
+  if (plausible_ && step.travel) plausible_->look_away();
   auto zeroed = co_await setup_.frame.zero(step.force, step.travel);
   if (!zeroed) co_return zeroed;
+  if (plausible_) plausible_->zero_force(setup_.clock.now());
   memory_.zeroed = true;
   if (step.travel) zero_travel(rest->travel_m().value_or(0));
   event("state", to_json_text(point()));  // the origin is another one
@@ -90,10 +89,10 @@ Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
   // Samples from before the zero are still on the way: at most one, or 100 ms of them.
   const Duration stale = std::max<Duration>(250ms, from_seconds(2 / setup_.frame_rate_Hz));
   co_await setup_.clock.wait_for(stale);
+  if (plausible_ && step.travel) plausible_->stand(setup_.clock.now());
   auto after = co_await watch_rest(kRestTime);
   if (!after) co_return fail(after.error());
   learn_rest(*after);
-  if (plausible_) plausible_->stand(setup_.clock.now());
   guard_.set_rest_force(after->force_N(), after->scatter_N());
   co_return Result<>();
 }
@@ -175,10 +174,10 @@ Task<Result<>> Run::execute(const HoldStep& step, StepProgress& progress) {
       if (pressing_ && pressing_->broken() && *force_N > most_N) {
         co_return fail(Errc::limit_tripped, "step {}: {}", step_->id, *pressing_->broken());
       }
+      if (plausible_) plausible_->begin(Plausibility::Motion(), setup_.clock.now());
       held = may_move();
       if (held) held = co_await setup_.frame.hold_force(Force::from_si(*force_N));
       held_force_N_ = *force_N;
-      if (plausible_) plausible_->begin(Plausibility::Motion(), setup_.clock.now());
     }
     if (!held) co_return held;
     progress.moved = true;

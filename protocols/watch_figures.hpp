@@ -24,7 +24,7 @@ struct ForceScatter {
 };
 
 // A search that stops at fewer standard deviations of the cell finds its noise.
-constexpr double kContactSigmas = 5;
+constexpr double kContactSigmas = kNoiseSigmas;
 
 struct WatchFigures {
   WatchFigures() = default;

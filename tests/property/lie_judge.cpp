@@ -159,8 +159,31 @@ class LieJudge {
            has_one(reason(), words_of(lies_[lie_].what));
   }
 
+  // Somebody had stopped it, and it had not said yet that it stands: there is nothing to add.
+  bool was_being_stopped() const {
+    bool owed = false;
+    for (const auto& w : w_.witness.words) {
+      if (w.at > first_->due) break;
+      if (w.is_sent && w.line == "STOP") {
+        owed = true;
+      } else if (!w.is_sent && w.line.starts_with("STOPPED") && w.at < first_->taken) {
+        owed = false;
+      }
+    }
+    return owed && !first_stop_is_first();
+  }
+  // The STOP that is owed is the answer to the lie itself.
+  bool first_stop_is_first() const {
+    const auto stop = first_stop();
+    return stop && *stop <= first_->due;
+  }
+
   void judge_first() {
     if (was_lost_before(first_->due)) return;
+    if (was_being_stopped()) {
+      ++counters_["shown while it was being stopped"];
+      return;
+    }
     LieFigures& f = table_.of(lies_[lie_].what);
     if (was_named_before()) {
       ++f.noticed;
