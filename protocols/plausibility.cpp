@@ -16,12 +16,14 @@ using namespace std::chrono_literals;
 // Samples of the motion may still be on their way when the frame says that it stands.
 constexpr Duration kGrace = 300ms;
 constexpr double kLeastProgress = 0.1;  // of the way that the speed makes
+constexpr int kQuarters = 4;
 constexpr double kLeastDigit_m = 1e-10;  // below any drive's resolution: rounding
 constexpr double kOneDigit = 1.5;  // less than two digits of the travel are no way
 // A force that jumps while the frame stands: the medians of two short times, so far apart that no
 // knock lasts that long and no relaxation is that quick.
 constexpr Duration kSettled = 1500ms, kShort = 300ms, kApart = 1000ms;
 constexpr Duration kBetween = 100ms;  // two comparisons
+constexpr double kCreeps = 0.2;  // of the way that is tolerated, if the force changes with it
 constexpr double kJump = 0.1;  // of the force that is felt
 
 // Of a few samples that are off by a spike it knows nothing.
@@ -39,6 +41,7 @@ void Plausibility::begin(const Motion& motion, MonoTime now) {
   since_ = now;
   furthest_m_.reset();
   progress_.reset();
+  idle_quarters_ = 0;
 }
 
 void Plausibility::stand(MonoTime now) {
@@ -138,26 +141,24 @@ double Plausibility::stall_s() const {
   return std::max(figures_.stall_s, way_m / motion_.speed_m_s);
 }
 
+// In quarters, so that a stall is noticed soon after the time that it may last.
 std::optional<Contradiction> Plausibility::check_progress(const FrameSample& sample) {
   if (motion_.direction == 0 && !(motion_.rate_N_s > 0)) return std::nullopt;
   if (!sample.travel_m || !sample.force_N) return std::nullopt;
-  if (!progress_) mark(sample);
+  if (!progress_ || !progress_->travel_m) mark(sample);
   const double dt = to_seconds(sample.received - progress_->t);
-  if (!progress_->travel_m || dt < stall_s()) return std::nullopt;
+  if (dt < stall_s() / kQuarters) return std::nullopt;
   const double way_m = std::abs(*sample.travel_m - *progress_->travel_m);
   const double change_N = std::abs(*sample.force_N - *progress_->force_N);
-  const bool by_travel = motion_.direction != 0;
-  const bool went = by_travel
-                        ? way_m >= kLeastProgress * motion_.speed_m_s * dt
-                        : way_m > figures_.against_m || change_N > 0.2 * motion_.rate_N_s * dt;
-  if (went) {
-    mark(sample);
-    return std::nullopt;
-  }
+  const bool loads = motion_.direction == 0 && change_N >= 0.2 * motion_.rate_N_s * dt;
+  const bool went = loads || way_m >= kLeastProgress * motion_.speed_m_s * dt;
+  idle_quarters_ = went ? 0 : idle_quarters_ + 1;
+  mark(sample);
+  if (idle_quarters_ < kQuarters) return std::nullopt;
   return Contradiction(
       Disbelief::drive,
-      fmt::format("the frame does not move, though it was told to and says that it does: {:.4f} mm "
-                  "in {:.1f} s",
+      fmt::format("the frame does not move, though it was told to and does not say that it stands: "
+                  "{:.4f} mm in the last {:.1f} s",
                   way_m * 1e3, dt));
 }
 
@@ -166,13 +167,17 @@ std::optional<Contradiction> Plausibility::check_stillness(const FrameSample& sa
   moving_flags_ = settled && (sample.flags & frame_flag::kMoving) != 0 ? moving_flags_ + 1 : 0;
   if (sample.travel_m && !stood_m_) stood_m_ = sample.travel_m;
   const double way_m = sample.travel_m ? *sample.travel_m - *stood_m_ : 0;
-  if (moving_flags_ > 1 || std::abs(way_m) > std::max(figures_.standing_m, kOneDigit * digit_m_)) {
-    return Contradiction(
-        Disbelief::stillness,
-        fmt::format("the frame moves while nobody told it to: {:+.4f} mm since it stood{}",
-                    way_m * 1e3, moving_flags_ > 1 ? ", and it says that it moves" : ""));
-  }
-  return sample.force_N ? check_step(sample.received, *sample.force_N) : std::nullopt;
+  const auto moved = [&](double allowed_m) {
+    return std::abs(way_m) > std::max(allowed_m, kOneDigit * digit_m_);
+  };
+  auto step = sample.force_N ? check_step(sample.received, *sample.force_N) : std::nullopt;
+  // A force that goes with the travel is true.
+  const bool creeps = moved(figures_.standing_m) || (step && moved(kCreeps * figures_.standing_m));
+  if (moving_flags_ <= 1 && !creeps) return step;
+  return Contradiction(
+      Disbelief::stillness,
+      fmt::format("the frame moves while nobody told it to: {:+.4f} mm since it stood{}",
+                  way_m * 1e3, moving_flags_ > 1 ? ", and it says that it moves" : ""));
 }
 
 std::optional<Contradiction> Plausibility::check_step(MonoTime t, double force_N) {

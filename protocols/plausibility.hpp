@@ -37,7 +37,7 @@ class Plausibility {
   struct Motion {
     Motion() = default;
     double direction = 0;  // +1: towards the specimen; 0: the force loop goes where it has to
-    double speed_m_s = 0;  // of a motion with a direction
+    double speed_m_s = 0;  // of the force loop: of its approach
     double rate_N_s = 0;  // of the force loop's ramp; 0: it holds
     double force_N = 0;  // at its begin, as it is shown
     double rest_N = 0;  // of an unloaded cell
@@ -83,7 +83,8 @@ class Plausibility {
     MonoTime t;
     std::optional<double> travel_m, force_N;
   };
-  std::optional<Mark> progress_;  // where the present watch for progress began
+  std::optional<Mark> progress_;  // where the present look for progress began
+  int idle_quarters_ = 0;  // looks without any, one after another
   std::optional<double> last_travel_m_;
   double digit_m_ = 0;  // the least difference of two travels so far; 0: none
   std::optional<double> stood_m_;

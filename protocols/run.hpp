@@ -335,6 +335,7 @@ class Run final : private LoadFrame::Listener {
   ForceScatter scatter_;  // of the unloaded cell, all that was seen of it
   double drift_N_s_ = 0;  // of the cell, a magnitude, as far as it is known
   std::optional<double> shown_force_N_, shown_travel_m_;  // by samples, not by DONE
+  std::optional<double> done_force_N_;  // by the last DONE
   std::optional<FrameLimits> armed_;  // what the device watches now
   std::optional<Rest> watched_rest_;  // fed while somebody watches
   std::optional<Rest> rest_;  // of the unloaded frame

@@ -86,6 +86,7 @@ Task<Result<MotionOutcome>> Run::timed(const Order& order, Task<Result<MotionOut
 // motion: the next step would take a force or a way for one that leads the other way.
 void Run::take_standstill(const MotionOutcome& outcome) {
   guard_.take_standstill(outcome.force_N, outcome.travel_m);
+  done_force_N_ = outcome.force_N;
   if (outcome.travel_m) memory_.travel_m = outcome.travel_m;
   if (!outcome.force_N) return;
   force_N_ = outcome.force_N;
@@ -237,6 +238,7 @@ Task<Result<>> Run::ramp_to_force(double force_N, double rate_N_s, double timeou
   Order order = order_of(force_N, 0, 0);
   order.motion.rate_N_s = rate_N_s;
   if (const auto& loop = setup_.frame.capabilities().force_loop) {
+    order.motion.speed_m_s = loop->approach.si();
     order.waver_N = loop->ripple.si() + rate_N_s * to_seconds(loop->lag);
   }
   auto motion = setup_.frame.ramp_force(Force::from_si(force_N), ForceRate::from_si(rate_N_s));

@@ -142,7 +142,7 @@ Task<Result<>> Run::execute(const MoveUntilStep& step, StepProgress& /*progress*
   if (!moved || !step.overshoot) co_return moved;
   const auto now_N = present_force();
   if (!now_N) co_return fail(now_N.error());
-  const double beyond = *now_N - force_N;
+  const double beyond = std::max(*now_N, done_force_N_.value_or(*now_N)) - force_N;
   if (beyond > env.get(*step.overshoot)) {
     co_return fail(Errc::limit_tripped, "step {}: overshoot of {:.4f} N, {:.4f} N allowed",
                    step_->id, beyond, env.get(*step.overshoot));

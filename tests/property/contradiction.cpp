@@ -17,6 +17,7 @@ using Word = RigWitness::Word;
 constexpr Duration kSlack = std::chrono::milliseconds(300);
 // DONE is believed when the samples that follow agree; a zero is seen to be lost over a second.
 constexpr Duration kAfterDone = std::chrono::milliseconds(350);
+constexpr double kQuicker = 0.45;  // of the printed time: so soon it may be noticed, too
 constexpr Duration kZeroTime = std::chrono::milliseconds(1500);
 
 std::optional<double> field(const std::string& line, const std::string& key) {
@@ -76,6 +77,8 @@ void end_order(Ordered& o, const Word& w) {
                     (w.line.starts_with("DONE") || w.line.starts_with("ERR"));
   if (!by_us && !told) return;
   o.over = w.at;
+  o.is_limited = told && w.line.find("reason=\"force_limit\"") != w.line.npos;
+  o.is_stopped = by_us && w.line == "STOP";
   o.is_done = told && w.line.find("reason=\"target\"") != w.line.npos;
 }
 
@@ -140,21 +143,27 @@ class Look {
     }
   }
 
-  // A run of samples in which a value is the same for this long.
+  // A run of samples in which a value is the same for this long; or for less, and then STOP came.
   template <class Same>
   Found unchanged(double long_s, Same same) const {
     for (const Ordered& o : orders_) {
-      const Seen* first = nullptr;
+      const Seen *first = nullptr, *last = nullptr;
       Found found;
       each(o, [&](const Seen& s) {
         if (found) return;
         const int verdict = first == nullptr ? 0 : same(o, *first, s);
         if (verdict <= 0) first = verdict == 0 ? &s : first;
         const double needed_s = long_s * patience(o);
-        if (first != nullptr && *s.arrived >= *first->arrived + from_seconds(needed_s)) {
+        if (first == nullptr) return;
+        last = &s;
+        if (*s.arrived >= *first->arrived + from_seconds(needed_s)) {
           found = at(*first, *s.arrived, &o);
         }
       });
+      const Duration half = from_seconds(kQuicker * long_s);
+      if (!found && o.is_stopped && last != nullptr && *last->arrived >= *first->arrived + half) {
+        found = at(*first, *first->arrived + from_seconds(long_s * patience(o)), &o);
+      }
       if (found && found->due < o.over) return found;
       if (found && stopped_within(*found)) return found;
     }
@@ -162,7 +171,8 @@ class Look {
   }
   // What is missing in the samples takes its time, and so does a way that can be seen.
   double patience(const Ordered& o) const {
-    const double there = 1 / (1 - std::max(rig_.frame.missing_force, rig_.frame.missing_travel));
+    const double missing = std::max(rig_.frame.missing_force, rig_.frame.missing_travel);
+    const double there = missing > 0 ? 1.2 : 1;  // at most every twentieth, and they may cluster
     if (lie_.what == FrameLie::force_frozen || o.speed_m_s <= 0) return there;
     const double way_m = std::max(2 * watch_.against_m, 4 * rig_.plant.travel_resolution_m);
     return there * std::max(1.0, way_m / o.speed_m_s / watch_.stall_s);
@@ -222,10 +232,18 @@ class Look {
       const double doubt_N = 0.003 * rig_.plant.force_nominal_N + 0.05 * rig_.limit_N;
       const double allowed_N = doubt_N + 0.4 * std::abs(before->true_N) + 2 * digits_N_;
       Found found;
+      const Seen* last = nullptr;
       each(o, [&](const Seen& s) {
         if (!s.shown.force_N || found) return;
-        if (begun - *s.shown.force_N > allowed_N) found = at(s, *s.arrived, &o);
+        const double fallen = begun - *s.shown.force_N;
+        if (fallen > allowed_N) found = at(s, *s.arrived, &o);
+        if (fallen > 2 * digits_N_) last = &s;
       });
+      if (!found && last != nullptr && (o.is_stopped || o.is_limited)) {
+        found = at(*last, o.over, &o);
+      }
+      // It stands already, and may look at what it felt on the way back.
+      if (found && o.is_limited) found->due = world_.over_at;
       if (found) return found;
     }
     return std::nullopt;
@@ -336,7 +354,8 @@ class Look {
 
   Found told_of_fault() const {
     for (const Word& w : world_.witness.words) {
-      if (w.is_sent || w.at < from_) continue;
+      // Of one that was over before there was anything to command nobody can know.
+      if (w.is_sent || w.at < from_ || orders_.empty() || w.at < orders_.front().sent) continue;
       const bool estop = w.line.find("kind=\"estop\"") != w.line.npos;
       if (!estop && w.line.find("reason=\"fault\"") == w.line.npos) continue;
       Contradiction c;

@@ -28,6 +28,8 @@ struct Ordered {
   std::string word;  // MOVE, MOVEF, RAMPF
   MonoTime sent, over;  // by DONE, ERR, a STOP of ours, a new session, or the end
   bool is_done = false;  // DONE said that it reached its target
+  bool is_stopped = false;  // by a STOP of ours
+  bool is_limited = false;  // by the device, at a limit of force
   std::optional<double> travel_m, force_N;
   double speed_m_s = 0, rate_N_s = 0;
   double from_m = 0;  // shown when it was sent

@@ -50,6 +50,14 @@ class LieJudge {
   bool tells(FrameLie lie) const {
     return std::ranges::any_of(lies_, [lie](const Falsehood& f) { return f.what == lie; });
   }
+  bool tells_after_last_stop(FrameLie lie) const {
+    const auto stops = stops_sent(w_.witness);
+    for (std::size_t i = 0; i < lies_.size(); ++i) {
+      const auto from = t_.told()[i].from;
+      if (lies_[i].what == lie && from && !stops.empty() && *from >= stops.back()) return true;
+    }
+    return false;
+  }
   std::string name() const { return std::string(to_string(lies_[lie_].what)); }
   template <class... A>
   void broken(fmt::format_string<A...> words, A&&... a) {
@@ -62,7 +70,8 @@ class LieJudge {
     if (w_.too_long) broken("long: it did not end by itself");
     if (w_.stood || !w_.result) return;
     const bool told = !succeeded() && has_one(reason(), {"standstill", "E-stop", "STOP"});
-    const bool late = tells(FrameLie::order_late);  // after the run, for all that anybody can know
+    // Just before the end, or after it, for all that anybody can know.
+    const bool late = tells(FrameLie::order_late) || tells_after_last_stop(FrameLie::creep);
     if (!told && !late) broken("standing: the frame moves at the end, `{}`", reason());
   }
 
@@ -138,10 +147,27 @@ class LieJudge {
     return std::nullopt;
   }
 
+  // What was stopped for it before we would have seen it; what follows is the way back.
+  bool was_named_before() const {
+    const MonoTime from = *t_.told()[lie_].from;
+    const auto stops = stops_sent(w_.witness);
+    const bool stopped =
+        std::ranges::any_of(stops, [&](MonoTime s) { return s >= from && s < first_->taken; });
+    if (!stopped || succeeded() || !w_.result) return false;
+    return distrust_of(lies_[lie_].what) == Distrust::force &&
+           has_one(reason(), words_of(lies_[lie_].what));
+  }
+
   void judge_first() {
-    if (was_lost_before(first_->due) || first_->due > w_.over_at) return;
+    if (was_lost_before(first_->due)) return;
     LieFigures& f = table_.of(lies_[lie_].what);
+    if (was_named_before()) {
+      ++f.noticed;
+      ++counters_[name() + ": noticed"];
+      return f.to_stop_s.push_back(0);
+    }
     const auto stop = first_stop();
+    if (first_->due > w_.over_at && !stop) return;
     if (!stop || *stop > first_->due) {
       return broken(
           "late: {}: it showed at {:.3f} s, STOP was due at {:.3f} s and came {}", name(),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must hold on a rig that lies behind an honest gateway, and behind one that is not: issue "A
-// rig that lies". docs/testing.md says what can be noticed, and when.
+// What must hold on a rig that lies behind an honest gateway, and behind one that is not.
+// docs/testing.md says what can be noticed, and when.
 #include <gtest/gtest.h>
 
 #include "tests/property/lie_judge.hpp"

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "tests/property/own_bounds.hpp"
@@ -178,8 +179,13 @@ void Trial::count(Counters& n) const {
     if (e.kind == "reconnected") ++n["reconnected"];
     if (e.kind == "loaded") ++n["left loaded, and said so"];
     if (e.kind == "limit") ++n["stopped by the guard"];
+    if (e.kind == "contradiction") ++n["not believed"];
   }
   for (const std::int64_t times : w.happened) n["faults injected"] += times;
+  if (!w.events.empty()) {
+    const Duration took = w.events.back().t - w.events.front().t;
+    n["rig seconds"] += std::llround(to_seconds(took));
+  }
   if (!w.result) return;
   ++n["ended " + w.result->exit_status];
 }

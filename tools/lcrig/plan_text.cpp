@@ -41,6 +41,26 @@ void print_worst(std::ostream& out, const json& plan) {
       noise > 0 ? fmt::format("{:.2g} N", noise) : std::string("measured at rest"));
 }
 
+// What the run will not believe.
+void print_watch(std::ostream& out, const json& plan) {
+  if (plan.at("worst_force_N").get<double>() <= 0) return;
+  const json& w = plan.at("watch");
+  const auto number = [&w](const char* key) { return w.at(key).get<double>(); };
+  const std::string frozen = w.at("frozen_force_s").is_null()
+                                 ? std::string("not noticed by its digits, which are too coarse")
+                                 : fmt::format("within {:.2g} s", number("frozen_force_s"));
+  fmt::print(out,
+             "not believed  a frozen load cell: {}; a drive that stands for {:.2g} s, or runs\n",
+             frozen, number("stall_s"));
+  fmt::print(
+      out,
+      "              {:.2g} um against the command; {:.2g} um where nothing was asked; a DONE\n",
+      number("against_mm") * 1e3, number("standing_mm") * 1e3);
+  fmt::print(out,
+             "              that is off by {:.2g} um or {:.2g} N. STOP follows within {:.2g} s\n",
+             number("order_travel_mm") * 1e3, number("order_force_N"), number("reply_s"));
+}
+
 }  // namespace
 
 void print_plan(std::ostream& out, const json& plan) {
@@ -53,6 +73,7 @@ void print_plan(std::ostream& out, const json& plan) {
   fmt::print(out, "peak force    {:.4g} N, overshoot of {:.2g} N expected\n",
              number("peak_force_N"), number("overshoot_N"));
   print_worst(out, plan);
+  print_watch(out, plan);
   const json& travel = plan.at("travel_mm");
   fmt::print(out, "travel        {:.4g} to {:.4g} mm{}\n", travel.at(0).get<double>(),
              travel.at(1).get<double>(),

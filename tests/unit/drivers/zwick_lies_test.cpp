@@ -253,7 +253,7 @@ TEST(ZwickLies, AnEStopEndsTheMotionAndOthersAreRefusedUntilItIsTurnedBack) {
                                   [](const auto& e) { return e.find("estop") != e.npos; }));
   const auto no = b.run(b.frame->move_to(0.6_mm, 0.1_mm_s));
   ASSERT_FALSE(no);
-  EXPECT_EQ(no.error().code, Errc::refused);
+  EXPECT_EQ(no.error().code, Errc::frame_fault);
   EXPECT_TRUE(b.stands(1s));
   b.lie([](ZwickSimLies& l) { l.estop = false; });
   EXPECT_TRUE(b.run(b.frame->move_to(0.6_mm, 0.1_mm_s)));
@@ -273,8 +273,10 @@ TEST(ZwickLies, AStopIsConfirmedLateOrNever) {
   EXPECT_FALSE(b.run(b.frame->stop()));
   const auto on = b.begin(b.frame->move_to(0.9_mm, 0.05_mm_s));
   b.pass(10s);
-  EXPECT_TRUE(on->done());
-  b.lie([](ZwickSimLies& l) { l.stop_late_s = 0, l.stop_unconfirmed = true; });
+  b.lie([](ZwickSimLies& l) { l.stop_late_s = 0; });
+  EXPECT_TRUE(b.run(b.frame->stop()));
+  EXPECT_TRUE(b.await(*on));
+  b.lie([](ZwickSimLies& l) { l.stop_unconfirmed = true; });
   const auto again = b.begin(b.frame->move_to(0.5_mm, 0.1_mm_s));
   b.pass(1s);
   EXPECT_FALSE(b.run(b.frame->stop()));

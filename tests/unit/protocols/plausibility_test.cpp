@@ -114,7 +114,7 @@ TEST(Plausibility, ADriveThatStallsIsNoticedInTwoSeconds) {
   const auto after =
       frame.until_noticed(30, [](double s) { return Place(1e-4 * std::min(s, 5.0), 0.01); });
   ASSERT_TRUE(after);
-  EXPECT_LE(*after, 5 + 4.1);
+  EXPECT_LE(*after, 5 + 2.6);
   EXPECT_GE(*after, 5 + 2);
   EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
 }
