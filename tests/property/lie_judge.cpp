@@ -154,7 +154,8 @@ class LieJudge {
     const bool stopped =
         std::ranges::any_of(stops, [&](MonoTime s) { return s >= from && s < first_->taken; });
     if (!stopped || succeeded() || !w_.result) return false;
-    return distrust_of(lies_[lie_].what) == Distrust::force &&
+    const Distrust distrust = distrust_of(lies_[lie_].what);
+    return (distrust == Distrust::force || distrust == Distrust::gateway) &&
            has_one(reason(), words_of(lies_[lie_].what));
   }
 
