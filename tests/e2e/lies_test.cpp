@@ -73,6 +73,7 @@ class Lies : public Gateway {
     lied_ = find("lie", 0);
     stopped_ = find("stop_received", lied_);
     RecordProperty("reason", end.dump());
+    RecordProperty("watch", query("SELECT detail FROM event WHERE kind='watch'"));
     RecordProperty("peak_force_N", std::to_string(peak()));
     RecordProperty("to_stop_s", std::to_string(to_stop_s()));
     return end;
