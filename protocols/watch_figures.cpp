@@ -14,6 +14,8 @@ constexpr double kChance = 1e-12;
 // Two samples of a cell with scatter s and digit q are equal with q / (2 sqrt(pi) s) = 0.28 q/s;
 // and the scatter is an estimate.
 constexpr double kSameDigit = 0.32;
+constexpr double kCoarsest = 1.8;  // a coarser digit hardly ever changes
+constexpr double kSurely = 0.85;  // of the scatter of few samples
 constexpr std::int64_t kLeastRun = 5;
 constexpr std::int64_t kRunsBefore = 4;  // of a gateway that repeats what a slower cell said
 constexpr std::int64_t kAssumedRun = 25;
@@ -23,10 +25,18 @@ constexpr double kStandingPart = 0.1;  // of the limit: more a creeping frame ma
 constexpr double kOrderTravel_m = 10e-6;  // a drive that settles
 constexpr double kReply_s = 0.05;
 
+// A cell that rests in the middle of a coarse digit shows it again with this chance at most. Of the
+// scatter that is shown a part is the digit's own (q/sqrt(12)).
+double coarse_same(double digits) {
+  const double noise = std::sqrt(std::pow(kSurely / digits, 2) - 1.0 / 12);
+  return std::erf(0.5 / std::sqrt(2.0) / noise);
+}
+
 std::optional<std::int64_t> run_of_equals(const ForceScatter& s) {
   if (!s.alive || !(s.noise_N > 0)) return std::nullopt;
-  if (s.digit_N > s.noise_N) return std::nullopt;
-  const double p = std::max(kSameDigit * s.digit_N / s.noise_N, 1e-3);
+  if (s.digit_N > kCoarsest * s.noise_N) return std::nullopt;
+  const double p = s.digit_N > s.noise_N ? coarse_same(s.digit_N / s.noise_N)
+                                         : std::max(kSameDigit * s.digit_N / s.noise_N, 1e-3);
   const auto n = static_cast<std::int64_t>(std::ceil(std::log(kChance) / std::log(p)));
   return std::max({n, kLeastRun, kRunsBefore * s.longest_run});
 }

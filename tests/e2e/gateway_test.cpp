@@ -157,7 +157,7 @@ TEST_F(Gateway, ARunIsNotContinuedUnderAnotherZero) {
   Child& daemon = start_daemon(foreign_config());
   Control client = control();
   client.call("watch");
-  ASSERT_TRUE(start_run(client, protocol("0.2", "0.002")).contains("result"));
+  ASSERT_TRUE(start_run(client, foreign_protocol("0.2", "0.002")).contains("result"));
   client.wait_for("status", [](const json& s) { return s.value("step", "") == "load"; });
   daemon.signal(SIGKILL);
   daemon.wait(5s);

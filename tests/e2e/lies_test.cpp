@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon on a rig that lies behind an honest link: the reference gateway in Python with --lie
+// (docs/faults.md). What was true says its witness. Real time.
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+
+#include "tests/e2e/gateway.hpp"
+
+namespace lcrig::e2e {
+namespace {
+
+using testing::AnyOf;
+using testing::HasSubstr;
+
+std::string protocol(const std::string& load_mm_s, const std::string& more = "") {
+  return R"({ "format": "load-protocol/1", "name": "lies", )" + more + R"(
+  "limits": { "force_N": [-1, 1.5], "gap_mm": [-1, 25] },
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1.0, "aperture": "fast",
+      "trigger": "internal" }, "frame": { "rate_Hz": 100 } },
+  "steps": [
+    { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
+    { "id": "contact", "do": "find_contact", "speed_mm_s": 0.2, "force_N": 0.02,
+      "back_off_mm": 0.05, "timeout_s": 60 },
+    { "id": "ready", "do": "hold", "hold": "travel", "for_s": 2 },
+    { "id": "load", "do": "move_until", "until": { "force_N": 0.8 }, "speed_mm_s": )" +
+         load_mm_s + R"(, "timeout_s": 60 },
+    { "id": "stay", "do": "hold", "hold": "travel", "for_s": 5 },
+    { "id": "unload", "do": "ramp", "to": { "gap_mm": 0.2 }, "speed_mm_s": 0.2, "timeout_s": 20 } ],
+  "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 1 }, "speed_mm_s": 0.5, "timeout_s": 20 } ] })";
+}
+
+class Lies : public Gateway {
+ protected:
+  // A daemon on a machine with these lies, and a run that has begun.
+  void begin(const std::vector<std::string>& lies, const std::string& text = protocol("0.05"),
+             const std::vector<std::string>& machine = kForeign, double stiffness_N_mm = 150) {
+    std::vector<std::string> options;
+    for (const std::string& lie : lies) options.insert(options.end(), {"--lie", lie});
+    start_rig(machine, options);
+    start_daemon(foreign_config(stiffness_N_mm));
+    client_.emplace(control());
+    client_->call("watch");
+    const json started = start_run(*client_, text);
+    ASSERT_TRUE(started.contains("result")) << started;
+  }
+  void lie(const std::string& what) const {
+    EXPECT_THAT(panel("LIE text=\"" + what + "\""), HasSubstr("OK"));
+  }
+  void lie_in(const std::string& step, const std::string& what) {
+    await(step);
+    lie(what);
+  }
+  void await_load(double force_N) {
+    client_->wait_for(
+        "status",
+        [&](const json& s) {
+          const json shown = s.value("force_N", json());
+          return s.value("step", "") == "load" && shown.is_number() && shown > force_N;
+        },
+        60s);
+  }
+  void await(const std::string& step) {
+    client_->wait_for("status", [&](const json& s) { return s.value("step", "") == step; }, 60s);
+  }
+  // The run's end, and then the gateway's: what was true of it is in sums_ and lines_.
+  json ended(Timeout within) {
+    const json end = client_->run_ended(within);
+    client_->listen(1s);  // whoever still wants to move something shall do so
+    sums_ = end_gateway();
+    lines_ = truth();
+    gateway_.reset();
+    lied_ = find("lie", 0);
+    stopped_ = find("stop_received", lied_);
+    RecordProperty("reason", end.dump());
+    RecordProperty("watch", query("SELECT detail FROM event WHERE kind='watch'"));
+    RecordProperty("peak_force_N", std::to_string(peak()));
+    RecordProperty("to_stop_s", std::to_string(to_stop_s()));
+    return end;
+  }
+  double peak() const { return sums_.value("peak_force_N", 99.0); }
+  double at_the_end() const { return sums_.value("force_N", 99.0); }
+  double to_stop_s() const { return at_s(stopped_) - at_s(lied_); }
+  void expect_failed(const json& end, const std::vector<std::string>& any_of) const {
+    EXPECT_EQ(end.value("exit_status", ""), "fail") << end;
+    const std::string reason = end.value("reason", "");
+    const bool named = std::ranges::any_of(
+        any_of, [&](const std::string& word) { return reason.find(word) != reason.npos; });
+    EXPECT_TRUE(named) << "the reason does not name what cannot be true: " << reason;
+  }
+  void expect_stop_within(double time_s) const {
+    EXPECT_LT(to_stop_s(), time_s) << "STOP came late, or never";
+  }
+  // From the first STOP after the lie on, but for the way that braking takes.
+  void expect_nothing_moves_after_the_stop() const {
+    ASSERT_LT(stopped_, lines_.size());
+    const double t_s = lines_[stopped_].value("t_s", 0.0) + 0.3;
+    double low_mm = HUGE_VAL, high_mm = -HUGE_VAL;
+    for (std::size_t i = stopped_; i < lines_.size(); ++i) {
+      if (lines_[i].value("t_s", 0.0) < t_s) continue;
+      low_mm = std::min(low_mm, lines_[i].value("travel_mm", 0.0));
+      high_mm = std::max(high_mm, lines_[i].value("travel_mm", 0.0));
+    }
+    EXPECT_LT(high_mm - low_mm, 0.001) << "moved after STOP";
+  }
+  std::size_t find(const std::string& event, std::size_t from) const {
+    while (from < lines_.size() && lines_[from].value("event", "") != event) ++from;
+    return from;
+  }
+  double at_s(std::size_t line) const {
+    return line < lines_.size() ? lines_[line].value("t_s", 0.0) : HUGE_VAL;
+  }
+
+  std::optional<Control> client_;
+  json sums_;
+  std::vector<json> lines_;
+  std::size_t lied_ = 0, stopped_ = 0;  // lines: the lie begins; the first STOP after it
+};
+
+// It pressed 206 N.
+TEST_F(Lies, AForceThatFreezesInTheSearchStopsIt) {
+  begin({"force_frozen,motion=1,after_s=0.5"});
+  const json end = ended(30s);
+  expect_failed(end, {"frozen"});
+  expect_stop_within(1);
+  EXPECT_LT(peak(), 1.5);
+  EXPECT_LT(at_the_end(), 0.01) << "left loaded";
+}
+
+// 6.8 N at 1 mm/s, left there because no contact was found.
+TEST_F(Lies, AForceWithTheWrongSignStopsTheSearch) {
+  begin({"force_reversed,motion=1"});
+  const json end = ended(30s);
+  expect_failed(end, {"wrong way"});
+  EXPECT_LT(peak(), 1.5);
+  EXPECT_LT(at_the_end(), 0.01) << "left loaded";
+}
+
+// 5.6 N: `finally` went the wrong way too, five times faster.
+TEST_F(Lies, ADriveThatGoesTheWrongWayIsNotUsedAgain) {
+  begin({});
+  lie_in("stay", "drive_reversed");
+  const json end = ended(30s);
+  expect_failed(end, {"against the command"});
+  EXPECT_LT(peak(), 2.5);
+  expect_nothing_moves_after_the_stop();
+}
+
+TEST_F(Lies, ADriveThatStallsIsNoticedBeforeTheTimeoutOfItsStep) {
+  begin({"drive_stalled,motion=1,after_s=0.5"});
+  const json end = ended(30s);
+  expect_failed(end, {"does not move"});
+  expect_stop_within(5);
+  EXPECT_LT(peak(), 0.01);
+  expect_nothing_moves_after_the_stop();
+}
+
+// 0.5 N became 1.1 N, and the run a success.
+TEST_F(Lies, AnAxisThatCreepsAfterDoneIsStopped) {
+  auto soft = kForeign;
+  soft.insert(soft.end(), {"stiffness_N_mm=20", "stiffness_most_N_mm=25"});
+  begin({}, protocol("0.05"), soft, 30);
+  lie_in("load", "creep,speed_um_s=5");
+  const json end = ended(40s);
+  expect_failed(end, {"moves while nobody told it to"});
+  EXPECT_LT(peak(), 1.2);
+  EXPECT_LT(at_the_end(), 0.01) << "left loaded";
+}
+
+// Five readings at 0 N were stored as those of 1.0 N.
+TEST_F(Lies, ADoneThatIsNotTrueIsNoLevel) {
+  begin({});
+  lie_in("ready", "done_unmoved,times=1");
+  const json end = ended(30s);
+  expect_failed(end, {"DONE"});
+  EXPECT_LT(peak(), 0.5);
+  EXPECT_LT(at_the_end(), 0.01) << "left loaded";
+}
+
+TEST_F(Lies, APulseOfTheEmergencyStopEndsAllMotion) {
+  begin({}, protocol("0.005"));
+  await_load(0.3);
+  lie("estop,for_s=0.05");
+  const json end = ended(30s);
+  EXPECT_EQ(end.value("exit_status", ""), "fail") << end;
+  EXPECT_THAT(end.value("reason", ""), AnyOf(HasSubstr("E-stop"), HasSubstr("estop"))) << end;
+  expect_nothing_moves_after_the_stop();
+  EXPECT_THAT(end.value("reason", ""), HasSubstr("loaded")) << "left at about 0.3 N";
+  EXPECT_LT(peak(), 0.8);
+  const auto moved = std::ranges::count_if(
+      lines_.begin() + static_cast<std::ptrdiff_t>(lied_), lines_.end(),
+      [](const json& line) { return line.value("event", "") == "motion_begin"; });
+  EXPECT_EQ(moved, 0) << "moved after an E-stop that nobody has looked at";
+}
+
+// It was armed again, and success was said at a true 1.81 N.
+class LostTare : public Lies, public testing::WithParamInterface<const char*> {};
+INSTANTIATE_TEST_SUITE_P(TellsANewOrigin, LostTare,
+                         testing::Values("origin_changes=0", "origin_changes=1"));
+
+TEST_P(LostTare, WithTheLinkIsNotGoneOnWith) {
+  auto machine = kForeign;
+  machine.push_back("cell_offset_N=-0.4");  // forgotten: 0.4 N more than is shown
+  begin({}, protocol("0.01", R"("on_loss": "wait",)"), machine);
+  await_load(0.3);
+  lie(std::string("tare_lost,restart=1,") + GetParam());
+  const json end = ended(40s);
+  expect_failed(end, {"zero of force"});
+  EXPECT_LT(peak(), 0.8) << "it would have gone to 1.2 N";
+  expect_nothing_moves_after_the_stop();
+}
+
+// 0 N became 1.0 N while the status said "paused".
+TEST_F(Lies, AnOrderThatIsObeyedInAPauseIsStopped) {
+  begin({}, protocol("0.05"));
+  lie_in("ready", "order_late,delay_s=3,times=1");
+  await("load");
+  client_->call("run.pause");
+  const json end = ended(30s);
+  expect_failed(end, {"moves while nobody told it to"});
+  const std::size_t obeyed = find("motion_begin", stopped_);
+  EXPECT_LT(at_s(find("stop_received", obeyed)) - at_s(obeyed), 1) << "STOP came late, or never";
+  EXPECT_LT(peak(), 1.0);
+  EXPECT_LT(at_the_end(), 0.01) << "left loaded";
+}
+
+TEST_F(Lies, AGatewayThatComesBackWithOtherCapabilitiesIsNotWaitedFor) {
+  begin({}, protocol("0.05", R"("on_loss": "wait", "on_loss_timeout_s": 600,)"));
+  lie_in("stay", "caps_changed,force_max_N=1");
+  const json end = ended(20s);
+  expect_failed(end, {"other capabilities"});
+  EXPECT_LT(peak(), 1.5);
+}
+
+}  // namespace
+}  // namespace lcrig::e2e
