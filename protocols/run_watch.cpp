@@ -138,8 +138,7 @@ Task<Result<>> Run::believe(const Order& order, const MotionOutcome& outcome) {
   const MonoTime limit =
       setup_.clock.now() + std::max<Duration>(300ms, from_seconds(3 / setup_.frame_rate_Hz));
   std::string why = disagreement(order, outcome);
-  const MonoTime told = setup_.clock.now();  // until a sample comes DONE is held against itself
-  while ((!why.empty() || last_sample_ <= told) && setup_.clock.now() < limit) {
+  while (!why.empty() && setup_.clock.now() < limit) {
     co_await setup_.clock.wait_for(10ms);
     why = disagreement(order, outcome);
   }
