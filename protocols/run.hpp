@@ -222,7 +222,8 @@ class Run final : private LoadFrame::Listener {
     bool either_side = false;  // a force that falls to its lower limit ends it as well
   };
   // run_watch.cpp: what the frame shows against what it was told
-  void learn_rest(const Rest& rest);
+  enum class Under { nothing, perhaps_contact };  // the probe
+  void learn_rest(const Rest& rest, Under under = Under::nothing);
   Plausibility::Motion motion_now(double direction, double speed_m_s) const;
   void judge_truth(const FrameSample& sample);
   void disbelieve(const Contradiction& contradiction);
@@ -339,7 +340,8 @@ class Run final : private LoadFrame::Listener {
   std::optional<double> done_force_N_;  // by the last DONE
   std::optional<FrameLimits> armed_;  // what the device watches now
   std::optional<Rest> watched_rest_;  // fed while somebody watches
-  std::optional<Rest> rest_;  // of the unloaded frame
+  std::optional<Rest> rest_;  // of the unloaded frame, as it drifts
+  std::optional<Rest> bare_;  // the same, when surely nothing pressed
   double travel_zero_m_ = 0;  // at the start of the run, of the zero as it is now
   std::optional<double> start_travel_m_;
   double contact_force_N_ = 0;  // beyond rest, where gap zero is

@@ -23,7 +23,7 @@ constexpr double kEnough = 0.3;  // of the force at contact: less left tells no 
 constexpr double kLeft = 0.1;  // ... and less than this may be none
 constexpr double kMore = 1.2;  // of it: what a cell may drift meanwhile
 constexpr double kLeastFelt = 0.2;  // of the threshold, once the frame stands
-constexpr double kGone = 0.5;  // of the threshold or what was felt, on the way back
+constexpr double kGone = 0.05;  // of the threshold or what was felt, on the way back
 constexpr int kAttempts = 5;  // of a search that finds what is no contact
 
 }  // namespace
@@ -87,7 +87,8 @@ bool Run::is_contact(const std::vector<Rest>& looks, const Rest& before, double 
   const double felt_N = touched.force_N() - before.force_N();
   if (std::abs(felt_N) < kLeastFelt * rise_N) return false;
   const double fallen_N = std::copysign(1, felt_N) * (touched.force_N() - looks.back().force_N());
-  return fallen_N > kGone * std::min(std::abs(felt_N), rise_N);
+  const double doubt_N = 2 * kSlopeSigmas * std::hypot(touched.error_N(), looks.back().error_N());
+  return fallen_N > std::max(doubt_N, kGone * std::min(std::abs(felt_N), rise_N));
 }
 
 // `looks`: at contact, and after each step back. A step on whose way contact was lost would tell of
@@ -145,7 +146,6 @@ Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress)
   if (!progress.start_travel_m) progress.start_travel_m = memory_.travel_m;
   const double end_m = search_end_m(step);
   const MonoTime deadline = setup_.clock.now() + from_seconds(env.get(step.timeout));
-  const Rest original = *rest;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const MonoTime begun = setup_.clock.now();
     const Rest first = *rest;
@@ -162,9 +162,8 @@ Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress)
     rest = co_await living_rest();
     if (!rest) co_return fail(rest.error());
     rest->know_drift(first, setup_.clock.now() - begun);
-    learn_rest(*rest);
+    learn_rest(*rest, Under::perhaps_contact);
   }
-  rest_ = original;  // what is shown beyond it may press
   co_return fail(Errc::refused,
                  "step {}: the force changed {} times by what contact should be, and not back on "
                  "the way back: the load cell drifts, or something else pushes it",

@@ -170,8 +170,8 @@ Task<> Run::run_finally(RunResult& result) {
 
 // A force that an unloaded cell does not show.
 bool Run::is_loaded(double force_N) const {
-  const double rest_N = rest_ ? rest_->force_N() : 0;
-  const double noise_N = rest_ ? rest_->scatter_N() : 0;
+  const double rest_N = bare_ ? bare_->force_N() : 0;
+  const double noise_N = bare_ ? bare_->scatter_N() : 0;
   const double allowed = std::max(5 * noise_N, 0.01 * setup_.limits.force_max_N);
   return force_N - rest_N > allowed;
 }
@@ -189,7 +189,7 @@ Task<> Run::tell_load(RunResult& result) {
   // is shown counts there, too, if it is more than the zero of the cell can be off.
   const double doubt_N = clear ? zero_doubt_N() : 0;
   const bool pulls =
-      rest && is_loaded(2 * (rest_ ? rest_->force_N() : 0) - rest->force_N() - zero_doubt_N());
+      rest && is_loaded(2 * (bare_ ? bare_->force_N() : 0) - rest->force_N() - zero_doubt_N());
   if (!hands_off_ && !frame_away_ && clear && !pulls &&
       (!rest || !is_loaded(rest->force_N() - doubt_N)))
     co_return;
@@ -202,17 +202,17 @@ Task<> Run::tell_load(RunResult& result) {
     why = fmt::format(
         "the specimen is still loaded with about {:.3f} N: drive the frame away from it "
         "at the machine",
-        rest->force_N() - (rest_ ? rest_->force_N() : 0));
+        rest->force_N() - (bare_ ? bare_->force_N() : 0));
   }
   if (why.empty() && pulls) {
     why = fmt::format(
         "the specimen pulls at the probe with about {:.3f} N: free it by hand before the frame is "
         "moved",
-        (rest_ ? rest_->force_N() : 0) - rest->force_N());
+        (bare_ ? bare_->force_N() : 0) - rest->force_N());
   }
   if (why.empty() && hands_off_) {
     why = fmt::format("the specimen is not loaded, as far as the cell shows ({:.3f} N)",
-                      rest->force_N() - (rest_ ? rest_->force_N() : 0));
+                      rest->force_N() - (bare_ ? bare_->force_N() : 0));
   }
   if (why.empty()) co_return;
   event("loaded", why);

@@ -171,6 +171,10 @@ Run::Order Run::order_of(double force_N, int side, double speed_m_s) const {
 }
 
 Task<Result<>> Run::move_to_travel(double travel_m, double speed_m_s, double timeout_s) {
+  if (guard_.is_distrusted() && memory_.travel_m && travel_m > *memory_.travel_m) {
+    event("skipped", "it leads towards the specimen, and the force is not believed any more");
+    co_return Result<>();
+  }
   Permit permit;
   if (pressing_) {
     if (!memory_.travel_m) {

@@ -143,7 +143,7 @@ Task<Result<MotionOutcome>> Run::search(const FindContactStep& step, Rest& rest,
       co_return checked;
     }
     rest = *now;
-    learn_rest(rest);
+    learn_rest(rest, Under::perhaps_contact);
     guard_.set_rest_force(rest.force_N(), rest.scatter_N());
   }
 }

@@ -18,31 +18,33 @@ using namespace std::chrono_literals;
 constexpr double kDriftSigmas = 6;  // what no sample shows by chance, however many there are
 // A specimen relaxes while it is pressed slowly, and gives back less than it took.
 constexpr double kRelaxes = 0.3, kGivesBack = 0.05;  // of the force that is felt
-constexpr double kKnownBefore = 0.7;  // a short look may see too little scatter
 constexpr double kLeastOfLimit = 0.02;
 constexpr double kSettles = 0.1;  // of the force, from the stop to the next sample
 
 }  // namespace
 
 // What is known of the unloaded cell: everything that is derived of it, too.
-void Run::learn_rest(const Rest& rest) {
+void Run::learn_rest(const Rest& rest, Under under) {
   // A cell that was alive and shows one value is none to learn from: it may just have frozen.
   if (plausible_ && scatter_.alive && !rest.is_alive()) return;
   rest_ = rest;
+  if (under == Under::nothing) bare_ = rest;
   if (!plausible_) return;
   if (rest.drifts()) {
     drift_N_s_ = std::abs(rest.drift_N_s()) + kSureOfDrift * rest.drift_error_N_s();
   }
-  ForceScatter now(rest);
-  now.alive = now.alive || scatter_.alive;
-  now.noise_N = std::max(now.noise_N, kKnownBefore * scatter_.noise_N);
-  now.longest_run = std::max(now.longest_run, scatter_.longest_run);
-  if (scatter_.digit_N > 0 && now.digit_N > 0)
-    now.digit_N = std::min(now.digit_N, scatter_.digit_N);
-  scatter_ = now;
-  plausible_->set_figures(watch_figures(setup_.frame.capabilities(), pressing_->forecast().bound(),
-                                        setup_.limits.force_max_N, setup_.frame_rate_Hz, scatter_,
-                                        scatter_.noise_N));
+  scatter_.add(rest, plausible_->figures().frozen_samples);
+  WatchFigures figures =
+      watch_figures(setup_.frame.capabilities(), pressing_->forecast().bound(),
+                    setup_.limits.force_max_N, setup_.frame_rate_Hz, scatter_, scatter_.noise_N);
+  // The scatter is an estimate each time: what was promised once is kept.
+  const WatchFigures& before = plausible_->figures();
+  if (before.frozen_samples &&
+      figures.frozen_samples.value_or(INT64_MAX) > *before.frozen_samples) {
+    figures.frozen_samples = before.frozen_samples;
+    figures.frozen_force_s = before.frozen_force_s;
+  }
+  plausible_->set_figures(figures);
   event("watch", to_json(plausible_->figures()).dump());
 }
 

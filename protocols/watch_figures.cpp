@@ -13,12 +13,13 @@ namespace {
 constexpr double kChance = 1e-12;
 // Two samples of a cell with scatter s and digit q are equal with q / (2 sqrt(pi) s) = 0.28 q/s;
 // and the scatter is an estimate.
-constexpr double kSameDigit = 0.32;
+constexpr double kSameDigit = 0.38;
 constexpr double kCoarsest = 1.8;  // a coarser digit hardly ever changes
 constexpr double kSurely = 0.85;  // of the scatter of few samples
 constexpr std::int64_t kLeastRun = 5;
 constexpr std::int64_t kRunsBefore = 4;  // of a gateway that repeats what a slower cell said
 constexpr std::int64_t kAssumedRun = 25;
+constexpr double kKnownBefore = 0.7;  // a short look may see too little scatter
 constexpr double kStall_s = 2;
 constexpr double kBesides_m = 3e-6;  // what a position loop may hunt
 constexpr double kStandingPart = 0.1;  // of the limit: more a creeping frame may not add
@@ -48,6 +49,16 @@ ForceScatter::ForceScatter(const Rest& rest)
       digit_N(rest.digit_N()),
       longest_run(rest.longest_run()),
       alive(rest.is_alive()) {}
+
+void ForceScatter::add(const Rest& rest, std::optional<std::int64_t> frozen) {
+  const ForceScatter now(rest);
+  noise_N = std::max(now.noise_N, kKnownBefore * noise_N);
+  if (digit_N == 0 || (now.digit_N > 0 && now.digit_N < digit_N)) digit_N = now.digit_N;
+  // A run that is long already is no habit of the gateway: the cell may be about to freeze.
+  const bool habit = !alive || !frozen || now.longest_run <= *frozen / kRunsBefore;
+  if (habit) longest_run = std::max(longest_run, now.longest_run);
+  alive = alive || now.alive;
+}
 
 WatchFigures watch_figures(const FrameCapabilities& caps, const ForceBound& bound, double limit_N,
                            double rate_Hz, const std::optional<ForceScatter>& scatter,

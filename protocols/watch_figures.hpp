@@ -17,6 +17,8 @@ namespace lcrig {
 struct ForceScatter {
   ForceScatter() = default;
   explicit ForceScatter(const Rest& rest);
+  // Another look at the same cell, which repeats itself less often than `frozen` times.
+  void add(const Rest& rest, std::optional<std::int64_t> frozen);
   double noise_N = 0;  // standard deviation
   double digit_N = 0;  // least difference of two samples
   std::int64_t longest_run = 1;  // of equal ones

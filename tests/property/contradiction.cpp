@@ -278,13 +278,23 @@ class Look {
     return !moves && t + kZeroTime < world_.over_at;
   }
 
+  // The axis goes where a held force wants it, from the order on.
+  MonoTime force_held_from(MonoTime t) const {
+    for (const Word& w : world_.witness.words) {
+      const bool holds = w.is_sent && w.line.find("HOLD mode=force") != std::string::npos;
+      if (holds && w.at >= t) return w.at;
+    }
+    return MonoTime::max();
+  }
+
   // Between two motions of ours, after the frame said that it stands.
   Found moved_unasked() const {
     for (std::size_t i = 0; i < orders_.size(); ++i) {
       if (orders_[i].word == "RAMPF") continue;  // a force may be held
       const MonoTime begin = std::max(from_, stands_from(orders_[i]));
-      const MonoTime end =
+      const MonoTime next =
           i + 1 < orders_.size() ? orders_[i + 1].sent : std::max(world_.over_at, begin);
+      const MonoTime end = std::min(next, force_held_from(orders_[i].sent));
       std::optional<double> rest;
       for (const Seen& s : seen_) {
         if (s.taken < begin || s.taken > end || !s.shown.travel_m || !s.arrived) continue;

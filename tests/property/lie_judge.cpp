@@ -172,6 +172,13 @@ class LieJudge {
     }
     return owed && !first_stop_is_first();
   }
+  // Stopped for another reason, and nothing was ordered since.
+  bool was_at_its_end() const {
+    const auto stops = stops_sent(w_.witness);
+    if (succeeded() || stops.size() < 2 || stops.back() >= first_->taken) return false;
+    return std::ranges::none_of(ordered_motions(w_.witness),
+                                [&](const Ordered& o) { return o.sent > stops.back(); });
+  }
   // The STOP that is owed is the answer to the lie itself.
   bool first_stop_is_first() const {
     const auto stop = first_stop();
@@ -180,7 +187,7 @@ class LieJudge {
 
   void judge_first() {
     if (was_lost_before(first_->due)) return;
-    if (was_being_stopped()) {
+    if (was_being_stopped() || was_at_its_end()) {
       ++counters_["shown while it was being stopped"];
       return;
     }
