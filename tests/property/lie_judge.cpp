@@ -172,9 +172,16 @@ class LieJudge {
     }
     return owed && !first_stop_is_first();
   }
-  // Stopped for another reason, and nothing was ordered since.
+  // Stopped for another reason, and nothing was ordered since; or, of a pair, on the way back with
+  // a force that is not believed any more.
   bool was_at_its_end() const {
     const auto stops = stops_sent(w_.witness);
+    const bool of_force = distrust_of(lies_[lie_].what) == Distrust::force;
+    MonoTime from = *t_.told()[lie_].from;
+    for (const Trial::Told& told : t_.told()) from = std::min(from, told.from.value_or(from));
+    const bool stopped =
+        std::ranges::any_of(stops, [&](MonoTime s) { return s > from && s < first_->taken; });
+    if (lies_.size() > 1 && of_force && stopped && !succeeded()) return true;
     if (succeeded() || stops.size() < 2 || stops.back() >= first_->taken) return false;
     return std::ranges::none_of(ordered_motions(w_.witness),
                                 [&](const Ordered& o) { return o.sent > stops.back(); });
@@ -227,6 +234,8 @@ class LieJudge {
 
   void judge_motions(MonoTime stop) {
     const Distrust distrust = distrust_of(lies_[lie_].what);
+    // Of a pair another one may have been believed first, and the frame may leave.
+    if (lies_.size() > 1 && !has_one(reason(), {"does not move", "against the command"})) return;
     for (const Ordered& o : ordered_motions(w_.witness)) {
       if (o.sent <= stop + kReach) continue;
       const bool may = distrust == Distrust::gateway || distrust == Distrust::nobody ||
