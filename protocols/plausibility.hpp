@@ -55,10 +55,8 @@ class Plausibility {
   void stand(MonoTime now);
   // Whatever happens now is no news: it is being stopped, or nobody knows what it does.
   void look_away();
-  // Whether what is told now could let a specimen pull at the probe.
-  bool may_pull() const {
-    return state_ == State::unknown || (state_ == State::moving && motion_.direction <= 0);
-  }
+  // A specimen may pull at a probe that stands, or goes away; never at one that comes nearer.
+  bool may_pull() const { return state_ != State::moving || motion_.direction <= 0; }
 
   std::optional<Contradiction> check(const FrameSample& sample);
 
