@@ -24,6 +24,7 @@ constexpr double kOneDigit = 1.5;  // less than two digits of the travel are no 
 constexpr Duration kSettled = 1500ms, kShort = 300ms, kApart = 1000ms;
 constexpr Duration kBetween = 100ms;  // two comparisons
 constexpr double kCreeps = 0.2;  // of the way that is tolerated, if the force changes with it
+constexpr double kOneStep = 0.6;  // of a jump, at least, is one step
 constexpr double kJump = 0.1;  // of the force that is felt
 
 // Of a few samples that are off by a spike it knows nothing.
@@ -192,6 +193,10 @@ std::optional<Contradiction> Plausibility::check_step(MonoTime t, double force_N
   compared_ = t;
   while (t - recent_.front().t > kApart + kShort) recent_.pop_front();
   std::vector<double> old_N, new_N;
+  double steepest_N = 0;  // from one sample to the next
+  for (std::size_t i = 1; i < recent_.size(); ++i) {
+    steepest_N = std::max(steepest_N, std::abs(recent_[i].force_N - recent_[i - 1].force_N));
+  }
   for (const Seen& s : recent_) {
     if (t - s.t >= kApart) old_N.push_back(s.force_N);
     if (t - s.t <= kShort) new_N.push_back(s.force_N);
@@ -201,7 +206,9 @@ std::optional<Contradiction> Plausibility::check_step(MonoTime t, double force_N
   const double felt_N = std::max(std::abs(before), std::abs(after));
   const double allowed_N =
       std::max(2 * figures_.contact_force_N, figures_.order_force_N) + kJump * felt_N;
-  if (std::abs(after - before) <= allowed_N) return std::nullopt;
+  const double change_N = std::abs(after - before);
+  // What relaxes or creeps does so in many small steps.
+  if (change_N <= allowed_N || steepest_N < kOneStep * change_N) return std::nullopt;
   return Contradiction(
       Disbelief::force,
       fmt::format("the force jumped from {:.4f} N to {:.4f} N while the frame stood: the zero of "

@@ -185,6 +185,18 @@ TEST(Plausibility, AForceThatIsNotBelievedAnyMoreProvesNothing) {
   EXPECT_FALSE(frame.until_noticed(10, [](double s) { return Place(-1e-4 * s, 0.0); }));
 }
 
+// 60 % in a few seconds, and a creep that does not end: quick, but no jump.
+TEST(Plausibility, ASpecimenThatRelaxesQuicklyHasNotJumped) {
+  FakeFrame frame;
+  frame.eyes.stand(frame.t);
+  EXPECT_FALSE(frame.until_noticed(20, [](double s) {
+    return Place(0, 0.2 + 0.6 * std::exp(-s / 1.5));
+  })) << frame.found->why;
+  frame.eyes.stand(frame.t);
+  EXPECT_FALSE(frame.until_noticed(8, [](double s) { return Place(0, 0.9 - 0.1 * s); }))
+      << frame.found->why;
+}
+
 ForceScatter scatter(double noise_N, double digit_N) {
   Rest rest;
   std::mt19937 random(3);
