@@ -34,6 +34,8 @@ class Planner {
   Plan take() { return std::move(plan_); }
 
  private:
+  static constexpr double kSearchStop_s = 4;  // to measure the stiffness at contact, standing
+
   // What one step adds; `why` refuses it.
   struct Outcome {
     double seconds = 0;
@@ -70,7 +72,8 @@ class Planner {
   Outcome on(const SweepStep&) { return {}; }
   Outcome on(const MarkStep&) { return {}; }
 
-  // planner_motion.cpp: position and force after a motion, checked against limits and forecast.
+  // planner_motion.cpp, planner_contact.cpp, planner_loop.cpp: position and force after a motion,
+  // checked against limits and forecast.
   void go_to_travel(double travel, const Target* to, Outcome& out);
   void go_to_force(double force, const Number* given, Outcome& out);
   void use_speed(const Number& speed, Outcome& out);

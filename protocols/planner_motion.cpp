@@ -12,8 +12,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kSearchStop_s = 4;  // to measure the stiffness at contact, standing
-
 constexpr const char* kNoHelp =
     "no change of the protocol can help: state frame.stiffness_N_mm in the config if the frame is "
     "softer than rigid, or use one that stops sooner";
@@ -265,127 +263,6 @@ void Planner::force_move(const Target& to, const Number& speed, Outcome& out) {
   go_to_force(force, &to.value, out);
 }
 
-// Where the limits or the machine end, seen from here; infinite when nobody has said.
-double Planner::window_end(double travel) const {
-  const double machine = rig_.frame.travel_max.si();
-  const double end = limits_.travel_max_m ? std::min(*limits_.travel_max_m, machine) : machine;
-  if (rig_.start_travel || rig_.expected_contact) return std::max(0.0, end - travel);
-  return rig_.frame.travel_max.si() - rig_.frame.travel_min.si();
-}
-
-// With slow_down: as fast as the file says, and no faster than half of the room up to the limit
-// allows.
-double Planner::slowed_down(const FindContactStep& s) {
-  const double v = env_.get(s.speed), rise = env_.get(s.force), limit = limits_.force_max_N;
-  if (!s.slow_down) return v;
-  const double fastest = forecast_.fastest_m_s(rise, rise + 0.5 * (limit - rise));
-  return std::max(std::min(v, fastest), std::min(v, rig_.frame.speed_min.si()));
-}
-
-// What the noise shows by itself is no contact.
-void Planner::check_threshold(const FindContactStep& s, Outcome& out) {
-  const double noise = force_noise_N(rig_).value_or(0), rise = env_.get(s.force);
-  const double least = kContactSigmas * noise;
-  if (!exceeds(least, rise)) return;
-  out.refuse(
-      Refusal(fmt::format("contact at {:.3g} N, but the load cell scatters by {:.3g} N (standard "
-                          "deviation) while it rests: at least {:.3g} N, {:.0f} times that",
-                          rise, noise, least, kContactSigmas),
-              at_least(s.force, 1.05 * least, protocol_)));
-}
-
-Planner::Outcome Planner::on(const FindContactStep& s) {
-  Outcome out;
-  check_threshold(s, out);
-  use_speed(s.speed, out);
-  const double rise = env_.get(s.force), back = env_.get(s.back_off);
-  const double v = slowed_down(s);
-  Number speed = s.speed;
-  if (v < env_.get(s.speed)) {
-    add_note(out.note, fmt::format("slowed down to {:.3g} mm/s", v * 1e3));
-    speed = Number(v);
-  }
-  const double approach = std::max(0.0, contact_ - travel_);
-  if (contact_state_ == Contact::unknown && approach > 0) {
-    add_note(out.note, fmt::format("assumes a gap of {:.3g} mm", approach * 1e3));
-  }
-  double longest = std::min(window_end(travel_), v * env_.get(s.timeout));
-  if (s.within) longest = std::min(longest, env_.get(*s.within));
-  add_note(out.note, fmt::format("searches at most {:.4g} mm", longest * 1e3));
-  way_ = approach;
-  out.seconds = approach / v + back / env_.get(s.speed) + kSearchStop_s;
-  contact_state_ = Contact::unknown;  // nothing is measured yet
-  go_to_force(rise, &s.force, out);
-  check_stop(rise, speed, s.overshoot, s.timeout, out);
-  check_timeout(s.timeout, out);
-  if (rig_.found_contact) contact_ = rig_.found_contact->si();
-  contact_state_ = Contact::found;
-  forecast_.expect_measurement(rise);
-  contact_N_ = forecast_.stop_N(rise, v);
-  placed_ = placed_ || rig_.found_contact.has_value();
-  if (placed_) limits_.place_contact(contact_);
-  go_to_travel(travel_at(rise), nullptr, out);
-  go_to_travel(contact_ - back, nullptr, out);
-  force_ = 0;
-  return out;
-}
-
-void Planner::check_loop(double force, Outcome& out) {
-  const auto& loop = rig_.frame.force_loop;
-  if (!loop) {
-    return out.refuse(
-        Refusal("this frame does not say what bounds its force loop (its gateway has revision 1 of "
-                "frame-link/1): state frame.force_loop in the config, or use speed_mm_s and hold "
-                "the travel"));
-  }
-  if (forecast_.loop_can_hold(force)) return;
-  if (can_be_measured() && forecast_.loop_can_hold_if_measured(force)) {
-    return add_note(out.note, "if the stiffness that is measured at contact allows it");
-  }
-  out.refuse(Refusal(fmt::format(
-      "the contact may be {:.3g} N/mm stiff, the frame's force loop is good for {:.3g} N/mm: use "
-      "speed_mm_s and hold the travel",
-      forecast_.bound().stiffness_N_m(force) * 1e-3, loop->stiffness_max.si() * 1e-3)));
-}
-
-void Planner::check_ramp(double force, const Target& to, const Number& rate, Outcome& out) {
-  check_loop(force, out);
-  if (out.why) return;
-  const ForceLoop& loop = *rig_.frame.force_loop;
-  const double r = env_.get(rate), limit = limits_.force_max_N;
-  if (exceeds(r, loop.rate_max.si())) {
-    return out.refuse(Refusal(
-        fmt::format("{:.4g} N/s, the frame's force loop follows {:.4g} N/s", r, loop.rate_max.si()),
-        at_most(rate, loop.rate_max.si(), protocol_)));
-  }
-  const double from = force_ + below_N_, felt = force + below_N_;
-  double worst = forecast_.ramp_N(from, felt, r);
-  if (exceeds(worst, limit) && can_be_measured()) {
-    worst = forecast_.ramp_if_measured_N(from, felt, r).value_or(worst);
-    add_note(out.note, "if the stiffness that is measured at contact allows it");
-  }
-  add_note(out.note, fmt::format("{:.3g} N at worst", worst));
-  if (!exceeds(worst, limit)) return foresee(worst, loop.approach.si());
-  const double fastest = forecast_.fastest_ramp_N_s(felt, limit);
-  const std::string why = fmt::format(
-      "{:.4g} N/s to {:.4g} N may end at {:.3g} N, the limit is {:.4g} N", r, force, worst, limit);
-  if (fastest > 0 && fastest < r) {
-    return out.refuse(Refusal(fmt::format("{}: at most {:.3g} N/s", why, fastest),
-                              at_most(rate, fastest, protocol_)));
-  }
-  if (fastest <= 0) {
-    return out.refuse(Refusal(
-        why + ": a held force may be off by its ripple",
-        at_most(to.value,
-                env_.get(to.value) * (limit - below_N_ - loop.ripple.si()) / std::max(force, 1e-9),
-                protocol_)));
-  }
-  out.refuse(
-      Refusal(fmt::format("{}: the frame approaches with {:.3g} mm/s by itself; press the "
-                          "specimen with move_until first, or use speed_mm_s",
-                          why, loop.approach.si() * 1e3)));
-}
-
 Planner::Outcome Planner::on(const RampStep& s) {
   Outcome out;
   if (s.speed) {
@@ -442,33 +319,6 @@ Planner::Outcome Planner::on(const MoveUntilStep& s) {
   }
   if (loading) check_stop(force + below_N_, last, s.overshoot, s.timeout, out);
   check_timeout(s.timeout, out);
-  return out;
-}
-
-Planner::Outcome Planner::on(const HoldStep& s) {
-  Outcome out;
-  out.seconds = env_.get(s.duration);
-  const bool loop = s.mode == HoldMode::force && !rig_.frame.weights;
-  const double before = force_;
-  const double force = s.at ? target_force_N(*s.at, env_, rig_) : force_;
-  if (s.at) {
-    add_note(out.note, fmt::format("holds {:.4g} N", force));
-    go_to_travel(travel_at(force), nullptr, out);
-    go_to_force(force, &s.at->value, out);
-  }
-  if (loop) check_loop(force, out);
-  if (!loop || out.why) return out;
-  const ForceLoop& l = *rig_.frame.force_loop;
-  const double worst = std::max(force, before) + below_N_ + l.ripple.si() +
-                       (force > before ? l.rate_max.si() * to_seconds(l.lag) : 0);
-  if (!exceeds(worst, limits_.force_max_N)) {
-    foresee(worst, 0);
-    return out;
-  }
-  out.refuse(Refusal(
-      fmt::format("holding {:.4g} N may end at {:.3g} N, the limit is {:.4g} N: ramp to the force "
-                  "first, or hold the travel",
-                  force, worst, limits_.force_max_N)));
   return out;
 }
 

@@ -20,8 +20,6 @@ namespace {
 using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
-// How often the loop looks by itself at what nobody would tell it.
-constexpr Duration kTick = 100ms;
 // Between two looks; no slewing of a clock is that fast.
 constexpr Duration kWallClockStep = 500ms;
 
@@ -275,24 +273,6 @@ Task<> Run::interrupted() {
           InterruptRequest(Interrupt::loss, frame_away_ ? frame_away_->why : meter_away_->why));
     }
   }
-}
-
-// Samples that are old say nothing of what happens now: a motion that nobody can watch is stopped.
-// If this program itself did not run meanwhile they are not late by the gateway's fault.
-void Run::judge_age(std::span<const FrameSample> samples) {
-  const MonoTime now = setup_.clock.now();
-  const auto finding = sample_clock_.add(samples);
-  if (finding.event) event(finding.event->first, finding.event->second);
-  if (finding.age_s <= SampleClock::kLate_s || now - tick_ > 2 * kTick) return;
-  if (now - age_told_ >= 1s || age_told_ == MonoTime()) {
-    age_told_ = now;
-    event("late_samples", fmt::format(R"({{"age_s":{:.3f}}})", finding.age_s));
-  }
-  if (!in_motion_ || finishing_) return;
-  lose_frame(
-      Error(Errc::no_reply, fmt::format("the samples of the frame are {:.2f} s old when they "
-                                        "arrive: nobody can watch a motion like that",
-                                        finding.age_s)));
 }
 
 // Times of a run come from the monotonic clock; that the wall clock was set is worth a row.

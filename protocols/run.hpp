@@ -109,6 +109,8 @@ class Run final : private LoadFrame::Listener {
   const Sampler& sampler() const { return sampler_; }
 
  private:
+  // How often the loop looks by itself at what nobody would tell it.
+  static constexpr Duration kTick = std::chrono::milliseconds(100);
   static constexpr Duration kRestTime = std::chrono::milliseconds(500);  // of a look at rest
   using WakeChannel = asio::experimental::channel<void(boost::system::error_code)>;
 

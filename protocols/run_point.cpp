@@ -41,6 +41,13 @@ Result<RunPoint> parse_run_point(std::string_view text) {
   }
 }
 
+const Step* step_at(const Protocol& protocol, Environment environment, std::int64_t steps_done) {
+  StepCursor cursor(protocol.steps, environment);
+  const Step* step = cursor.next();
+  for (std::int64_t i = 0; i < steps_done && step != nullptr; ++i) step = cursor.next();
+  return step;
+}
+
 std::int64_t first_step_of(const Protocol& protocol, Environment environment,
                            std::int64_t steps_done) {
   if (!places_weights(protocol.steps)) return steps_done;

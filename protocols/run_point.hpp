@@ -40,6 +40,10 @@ struct Continuation {
   bool confirmed = false;  // a person has said that the specimen was not touched
 };
 
+// The leaf step after `steps_done` others; nullptr when there are not so many. It points into
+// `protocol`.
+const Step* step_at(const Protocol& protocol, Environment environment, std::int64_t steps_done);
+
 // The step to begin at: the interrupted one, or, because a rod does not know what lies on it, the
 // `place_weight` before it.
 std::int64_t first_step_of(const Protocol& protocol, Environment environment,

@@ -166,6 +166,7 @@ TEST_F(Gateway, ARunIsNotContinuedUnderAnotherZero) {
   Control again = control();
   const json answer = again.call("run.resume", {{"run", 1}, {"confirm_specimen", true}});
   EXPECT_THAT(answer.dump(), HasSubstr("the zero of force or travel was lost or changed since"));
+  EXPECT_THAT(answer.dump(), testing::Not(HasSubstr("interrupted while it zeroed")));
   EXPECT_EQ(number("SELECT count(*) FROM run"), 1);
   end_gateway();
   gateway_.reset();

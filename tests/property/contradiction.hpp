@@ -5,9 +5,8 @@
 #pragma once
 
 #include <optional>
-#include <string>
-#include <vector>
 
+#include "tests/property/orders.hpp"
 #include "tests/property/trial.hpp"
 
 namespace lcrig::property {
@@ -20,23 +19,6 @@ struct PrintedWatch {
   double reply_s = 0;
 };
 std::optional<PrintedWatch> printed_watch(const RigWorld& world, MonoTime at);
-
-// A motion that was ordered, as it went over the wire.
-struct Ordered {
-  Ordered() = default;
-  std::int64_t number = 0;
-  std::string word;  // MOVE, MOVEF, RAMPF
-  MonoTime sent, over;  // by DONE, ERR, a STOP of ours, a new session, or the end
-  bool is_done = false;  // DONE said that it reached its target
-  bool is_stopped = false;  // by a STOP of ours
-  bool is_limited = false;  // by the device, at a limit of force
-  std::optional<double> travel_m, force_N;
-  double speed_m_s = 0, rate_N_s = 0;
-  double from_m = 0;  // shown when it was sent
-  int direction = 0;  // +1 towards the specimen; 0: nobody knows
-};
-std::vector<Ordered> ordered_motions(const RigWitness& witness);
-std::vector<MonoTime> stops_sent(const RigWitness& witness);
 
 struct Contradiction {
   Contradiction() = default;

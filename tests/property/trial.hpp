@@ -24,6 +24,7 @@ class Trial {
 
   const Case& what() const { return case_; }
   RigWorld& world() { return *world_; }
+  const RigWorld& world() const { return *world_; }
   const sim::RandomRig& rig() const { return rig_; }
   double limit_N() const { return limit_N_; }
   bool is_accepted() const { return !world_->refused; }

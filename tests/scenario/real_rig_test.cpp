@@ -16,18 +16,6 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-// Loads to 0.5 N of 1 N, and unloads.
-constexpr const char* kLoad = R"({ "format": "load-protocol/1", "name": "load",
-  "limits": { "force_N": [-0.2, 1.0], "gap_mm": [-1, 10], "speed_mm_s": 2 },
-  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast" },
-              "frame": { "rate_Hz": 50 } },
-  "steps": [
-    { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
-    { "id": "contact", "do": "find_contact", "speed_mm_s": 0.2, "force_N": 0.02, "back_off_mm": 0.1, "timeout_s": 600 },
-    { "id": "load", "do": "move_until", "until": { "force_N": 0.5 }, "speed_mm_s": 0.01, "timeout_s": 60 },
-    { "id": "level", "do": "measure", "count": 20, "within_s": 4 } ],
-  "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 2 }, "speed_mm_s": 0.5, "timeout_s": 60 } ] })";
-
 ZwickSim& frame(SessionWorld& world) {
   return *world.session->instruments().door()->frame_sim();
 }

@@ -2,6 +2,7 @@
 // A ZwickLink and a ZwickSim on a wire in memory under virtual time, and a listener that remembers.
 #pragma once
 
+#include <array>
 #include <boost/asio/co_spawn.hpp>
 #include <memory>
 #include <string>
@@ -122,6 +123,25 @@ struct FrameBench {
     });
     settle();
   }
+};
+
+// A far end that answers only what the test says.
+struct MuteBench {
+  MuteBench() {
+    auto ends = make_memory_pipe(io.get_executor(), clock, "tcp:gateway");
+    far = std::move(ends.far);
+    frame = std::make_unique<ZwickLink>(std::move(ends.near), clock, io.get_executor());
+  }
+  std::string heard() {
+    std::array<char, 4096> buffer{};
+    auto n =
+        run_task(io, clock, far->read_some(buffer, clock.now() + std::chrono::milliseconds(1)));
+    return n ? std::string(buffer.data(), *n) : std::string();
+  }
+  VirtualClock clock;
+  asio::io_context io;
+  std::unique_ptr<Transport> far;
+  std::unique_ptr<ZwickLink> frame;
 };
 
 }  // namespace lcrig

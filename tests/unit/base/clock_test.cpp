@@ -142,12 +142,12 @@ Task<> take_bytes(Socket& from, std::size_t n, std::string& taken) {
   }
 }
 
-// The program has no processor for 100 ms: the bytes come in the meantime, the time passes.
+// The program has no processor until the wait is 100 ms overdue: the bytes come in the meantime.
 Task<std::size_t> taken_when_the_time_came(Clock& clock, Socket& far, const std::string& taken) {
   const auto executor = co_await asio::this_coro::executor;
-  asio::post(executor, [&far] {
+  asio::post(executor, [&far, &clock, back = clock.now() + 105ms] {
     asio::write(far, asio::buffer("twenty bytes arrive..", 20));
-    std::this_thread::sleep_for(100ms);
+    while (clock.now() < back) std::this_thread::yield();
   });
   co_await clock.wait_for(5ms);
   co_return taken.size();

@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
-
 #include "tests/support/frame_bench.hpp"
 
 namespace lcrig {
@@ -14,33 +12,15 @@ using namespace std::chrono_literals;
 using testing::HasSubstr;
 using testing::Not;
 
-// A gateway that answers nothing; what it heard.
-struct DumbBench {
-  DumbBench() {
-    auto ends = make_memory_pipe(io.get_executor(), clock, "tcp:gateway");
-    far = std::move(ends.far);
-    frame = std::make_unique<ZwickLink>(std::move(ends.near), clock, io.get_executor());
-  }
-  std::string heard() {
-    std::array<char, 4096> buffer{};
-    auto n = run_task(io, clock, far->read_some(buffer, clock.now() + 1ms));
-    return n ? std::string(buffer.data(), *n) : std::string();
-  }
-  VirtualClock clock;
-  asio::io_context io;
-  std::unique_ptr<Transport> far;
-  std::unique_ptr<ZwickLink> frame;
-};
-
 TEST(ZwickTaking, AGatewayThatAnswersNoHelloHasGotAStop) {
-  DumbBench b;
+  MuteBench b;
   EXPECT_FALSE(run_task(b.io, b.clock, b.frame->identify()));
   const std::string heard = b.heard();
   EXPECT_TRUE(heard.starts_with("\nSTOP\n\nHELLO ")) << heard;
 }
 
 TEST(ZwickTaking, AnObserverSaysNeitherStopNorHello) {
-  DumbBench b;
+  MuteBench b;
   EXPECT_FALSE(run_task(b.io, b.clock, b.frame->observe(10)));
   const std::string heard = b.heard();
   EXPECT_THAT(heard, HasSubstr("OBSERVE "));

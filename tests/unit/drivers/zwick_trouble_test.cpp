@@ -175,19 +175,6 @@ TEST(ZwickLink, TwoMotionsAtOnceAreRefusedAndTheFirstGoesOn) {
   EXPECT_EQ(b.await(*move)->reason, MotionEnd::target);
 }
 
-// A far end that answers only what the test says.
-struct MuteBench {
-  MuteBench() {
-    auto ends = make_memory_pipe(io.get_executor(), clock, "tcp:gateway");
-    far = std::move(ends.far);
-    frame = std::make_unique<ZwickLink>(std::move(ends.near), clock, io.get_executor());
-  }
-  VirtualClock clock;
-  asio::io_context io;
-  std::unique_ptr<Transport> far;
-  std::unique_ptr<ZwickLink> frame;
-};
-
 TEST(ZwickLink, SilenceAtTheStartBecomesNoReply) {
   MuteBench b;
   const auto r = run_task(b.io, b.clock, b.frame->identify());

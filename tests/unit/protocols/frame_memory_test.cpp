@@ -162,5 +162,13 @@ TEST(RunPoint, ARodBeginsAtItsLastWeight) {
   EXPECT_EQ(first_step_of(frame, bind_parameters(frame, {}).value(), 7), 7);
 }
 
+TEST(RunPoint, NamesTheStepThatItStandsAt) {
+  const auto frame = load_protocol("protocols/library/static-frame.json").value();
+  const auto env = bind_parameters(frame, {}).value();
+  EXPECT_TRUE(std::holds_alternative<ZeroStep>(step_at(frame, env, 0)->action));
+  EXPECT_FALSE(std::holds_alternative<ZeroStep>(step_at(frame, env, 1)->action));
+  EXPECT_EQ(step_at(frame, env, 1'000'000), nullptr);
+}
+
 }  // namespace
 }  // namespace lcrig

@@ -1,108 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/plan.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
-#include <numbers>
 
-#include "protocols/parse.hpp"
+#include "tests/unit/protocols/planned.hpp"
 
 namespace lcrig {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
-
-LcrCapabilities meter() {
-  LcrCapabilities c;
-  c.functions = {LcrFunction::CpD, LcrFunction::CpRp};
-  c.frequency_min = 10.0_Hz;
-  c.frequency_max = 100.0_kHz;
-  c.level_min = 0.01_V;
-  c.level_max = 2.0_V;
-  c.bias_min = Voltage::from_si(-2);
-  c.bias_max = 2.0_V;
-  c.average_max = 256;
-  c.conversion[0] = 65ms;
-  c.conversion[1] = 120ms;
-  c.conversion[2] = 380ms;
-  return c;
-}
-
-// A 4 mm tip on a specimen of 60 N/mm.
-Rig frame_rig() {
-  Rig rig;
-  rig.lcr = meter();
-  FrameCapabilities& f = rig.frame;
-  f.motion = f.force_hold = f.device_stop = f.zero_force = f.zero_travel = true;
-  f.force_max = 20.0_N;
-  f.speed_min = Velocity::from_si(1e-8);
-  f.speed_max = 10.0_mm_s;
-  f.travel_min = Length::from_si(-0.1);
-  f.travel_max = Length::from_si(0.1);
-  f.sample_rate_max_Hz = 1000;
-  f.reaction = 1ms;
-  f.deceleration = 0.05_m_s2;
-  f.force_loop.emplace();
-  f.force_loop->approach = 0.1_mm_s;
-  f.force_loop->contact = Force::from_si(0.005);
-  f.force_loop->rate_max = 10.0_N_s;
-  f.force_loop->lag = 10ms;
-  f.force_loop->ripple = Force::from_si(0.002);
-  f.force_loop->stiffness_max = 1000.0_N_mm;
-  rig.expected_contact = Length();
-  rig.frame_stiffness_N_m = 60e3;
-  rig.probe_area = Area::from_si(std::numbers::pi * 4e-6);
-  rig.compression_m = [](double force) { return force / 60e3; };
-  return rig;
-}
-
-Rig weights_rig() {
-  Rig rig = frame_rig();
-  rig.frame = FrameCapabilities();
-  rig.frame.weights = true;
-  rig.frame.travel_channel = false;
-  rig.compression_m = nullptr;
-  return rig;
-}
-
-Result<Plan> plan_of(const Protocol& p, const Rig& rig,
-                     const std::map<std::string, std::string>& overrides = {}) {
-  const auto env = bind_parameters(p, overrides);
-  if (!env) return fail(env.error());
-  return make_plan(p, *env, rig);
-}
-Result<Plan> shipped(const std::string& name, const Rig& rig,
-                     const std::map<std::string, std::string>& overrides = {}) {
-  const auto p = load_protocol("protocols/library/" + name + ".json");
-  if (!p) return fail(p.error());
-  return plan_of(*p, rig, overrides);
-}
-
-// A protocol of the steps given, in a rig with motion.
-std::string with_steps(const std::string& steps, const std::string& aperture = "fast") {
-  return R"({"format":"load-protocol/1","name":"t","limits":{"force_N":[-0.2,1.5],"travel_mm":[-5,1]},
-"sample":{"lcr":{"function":"Cp-D","frequency_Hz":1000,"level_V":1,"aperture":")" +
-         aperture + R"("}},
-"steps":[)" +
-         steps + R"(],
-"finally":[{"id":"clear","do":"ramp","to":{"travel_mm":-5},"speed_mm_s":1,"timeout_s":60}]})";
-}
-Result<Plan> plan_steps(const std::string& steps, const Rig& rig,
-                        const std::string& aperture = "fast") {
-  const auto p = parse_protocol(with_steps(steps, aperture), "t.json");
-  if (!p) throw std::runtime_error(p.error().what);
-  return plan_of(*p, rig);
-}
-std::string refusal(const std::string& steps, const Rig& rig,
-                    const std::string& aperture = "fast") {
-  const auto r = plan_steps(steps, rig, aperture);
-  if (r) return "planned";
-  EXPECT_EQ(r.error().code, Errc::invalid_request);
-  return r.error().what;
-}
 
 TEST(Plan, StaticFrameTakes1680Readings) {
   const auto plan = shipped("static-frame", frame_rig());
@@ -246,64 +154,6 @@ TEST(Plan, AGapNeedsContactFirst) {
             "planned");
 }
 
-TEST(Plan, PredictedOvershootMustFitTheAllowanceAndTheLimit) {
-  // dF = k (v tau + v^2 / 2a) = 60e3 * (1e-3 * 1e-3 + 1e-6 / 0.1) = 0.66 N at 1 mm/s.
-  const auto load = [](const std::string& more) {
-    return R"({"id":"l","do":"move_until","until":{"force_N":1},"speed_mm_s":1,"timeout_s":400)" +
-           more + "}";
-  };
-  EXPECT_THAT(refusal(load(""), frame_rig()),
-              HasSubstr("1 mm/s to 1 N may end at 1.66 N on a contact of up to 60 N/mm, the limit "
-                        "is 1.5 N: at most 0.864 mm/s (/steps/0/speed_mm_s: 0.864)"));
-  // On a frame that is as soft as 40 N/mm it may end within the limit, but not within 0.1 N.
-  Rig softer = frame_rig();
-  softer.frame_stiffness_N_m = 40e3;
-  softer.compression_m = [](double force) { return force / 40e3; };
-  EXPECT_THAT(refusal(load(R"(,"overshoot_N":0.1)"), softer), HasSubstr("the step allows 0.1 N"));
-  EXPECT_EQ(
-      refusal(load(R"(,"overshoot_N":0.1,"final_speed_mm_s":0.05,"final_from":0.5)"), frame_rig()),
-      "planned");
-}
-
-TEST(Plan, WhatTheUnloadedCellShowsBelowZeroIsMissingUpToTheLimit) {
-  const auto shows = [](double rest_force_N, double noise_N) {
-    Rig rig = frame_rig();
-    rig.start_travel = Length::from_si(-1e-3);  // else the way back is towards anywhere
-    rig.rest_force_N = rest_force_N;  // below zero: more presses than is shown
-    rig.force_noise_N = noise_N;
-    return rig;
-  };
-  const auto worst_N = [](const std::string& steps, const Rig& rig) {
-    return plan_steps(steps, rig).value().worst_force_N;
-  };
-  const Rig tared = shows(0, 0.001), below = shows(-0.23, 0.001);
-  for (const std::string step :
-       {R"({"id":"l","do":"move_until","until":{"force_N":1},"speed_mm_s":0.1,"timeout_s":400})",
-        R"({"id":"l","do":"ramp","to":{"force_N":1},"speed_mm_s":0.1,"timeout_s":400})",
-        R"({"id":"l","do":"ramp","to":{"force_N":1},"force_rate_N_s":0.1,"timeout_s":400})",
-        R"({"id":"l","do":"hold","hold":"force","force_N":1,"for_s":1})"}) {
-    SCOPED_TRACE(step);
-    const double whole_N = worst_N(step, tared);
-    EXPECT_NEAR(worst_N(step, below), whole_N + 0.23, 1e-9);
-    EXPECT_EQ(worst_N(step, shows(-0.23, 0.05)), whole_N) << "within 5 sigma of noise it is none";
-    EXPECT_EQ(worst_N(R"({"id":"z","do":"zero","force":true},)" + step, below), whole_N);
-  }
-  const std::string load =
-      R"({"id":"l","do":"move_until","until":{"force_N":1.35},"speed_mm_s":0.1,"timeout_s":400})";
-  EXPECT_EQ(refusal(load, tared), "planned");
-  EXPECT_THAT(refusal(load, below), HasSubstr("the limit is 1.5 N"));
-}
-
-TEST(Plan, AHostSideStopOvershootsMore) {
-  // 20 ms more: 60e3 * (0.3e-3 * 21e-3 + 0.09e-6 / 0.1) = 0.432 N, without them 0.072 N.
-  const std::string load =
-      R"({"id":"l","do":"move_until","until":{"force_N":1.2},"speed_mm_s":0.3,"timeout_s":400})";
-  EXPECT_EQ(refusal(load, frame_rig()), "planned");
-  Rig rig = frame_rig();
-  rig.frame.device_stop = false;
-  EXPECT_THAT(refusal(load, rig), HasSubstr("may end at 1.63 N"));
-}
-
 TEST(Plan, ATimeoutShorterThanTheWayIsRefused) {
   EXPECT_THAT(
       refusal(R"({"id":"l","do":"ramp","to":{"travel_mm":-0.5},"speed_mm_s":0.01,"timeout_s":100})",
@@ -396,15 +246,6 @@ TEST(Plan, AFrameThatIsSlowerThanItsFamilyIsAskedForNoMore) {
   EXPECT_NE(why.find("a speed of 0.1 mm/s, the frame moves at 1e-05 to 0.05 mm/s"),
             std::string::npos)
       << why;
-}
-
-TEST(Plan, BeforeContactIsFoundAWayIsNotJudgedByAGuessedGap) {
-  Rig rig = frame_rig();
-  rig.expected_contact.reset();
-  rig.start_travel = Length::from_si(-5e-3);
-  const auto plan = plan_steps(
-      R"({"id":"s","do":"ramp","to":{"travel_mm":0.9},"speed_mm_s":0.01,"timeout_s":700})", rig);
-  ASSERT_TRUE(plan) << plan.error().what;
 }
 
 }  // namespace
