@@ -110,7 +110,8 @@ Task<Result<Identity>> ReopeningFrame::reconnect() {
   if (!identity) co_return identity;
   if (auto same = compare_identity(*identity_, *identity); !same) co_return fail(same.error());
   if (!is_same_machine(frame->capabilities(), capabilities_)) {
-    co_return fail(Errc::refused, "{}: came back with other capabilities; begin a new run",
+    co_return fail(Errc::refused,
+                   "the frame came back with other capabilities; begin a new run ({})",
                    printable(identity->text));
   }
   inner_ = std::move(frame);

@@ -287,6 +287,8 @@ void FaultPlayer::lie(const Fault& f, bool on) {
   using Lies = ZwickSimLies;
   switch (f.kind) {
     case force_frozen: return set([on](Lies& s) { s.force_frozen = on; });
+    case force_held: return set([on](Lies& s) { s.force_held = on; });
+    case force_gain: return set([&](Lies& s) { s.force_gain = on ? f.factor : 1; });
     case force_reversed: return set([on](Lies& s) { s.force_reversed = on; });
     case force_drift: return set([&](Lies& s) { s.force_drift_N_s = on ? f.rate_N_s : 0; });
     case force_scatter: return set([&](Lies& s) { s.force_scatter = on ? f.factor : 1; });

@@ -81,6 +81,8 @@ constexpr std::array kSpecs{
     Spec{T::frame, "unplug", K::frame_unplug, S::lasting, kOtherPort},
     Spec{T::frame, "power_cycle", K::frame_power_cycle, S::lasting},
     Spec{T::frame, "force_frozen", K::force_frozen, S::lasting},
+    Spec{T::frame, "force_held", K::force_held, S::lasting},
+    Spec{T::frame, "force_gain", K::force_gain, S::lasting, kFactor},
     Spec{T::frame, "force_reversed", K::force_reversed, S::lasting},
     Spec{T::frame, "force_drift", K::force_drift, S::lasting, kRate},
     Spec{T::frame, "force_scatter", K::force_scatter, S::lasting, kFactor},
@@ -136,7 +138,9 @@ const Spec* find_spec(const JsonReader& r, FaultTarget on, std::string_view name
 void read_parameters(const JsonReader& r, unsigned which, Fault& f) {
   const auto has = [which](Parameter p) { return (which & p) != 0; };
   if (has(kDelay)) f.delay_s = r.number("delay_s", Range{0, 3600, true});
-  if (has(kFactor)) f.factor = r.number("factor", Range{1, 1e4});
+  // A cell may show less; whatever else is multiplied grows.
+  const double least = f.kind == FaultKind::force_gain ? 0 : 1;
+  if (has(kFactor)) f.factor = r.number("factor", Range{least, 1e4});
   if (has(kBytes)) f.byte_probability = r.number("byte_probability", kProbability);
   if (has(kJump)) f.jump_s = r.number("jump_s", kTimeChange);
   if (has(kStep)) f.step_s = r.number("step_s", kTimeChange);

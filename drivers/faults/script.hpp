@@ -57,6 +57,8 @@ enum class FaultKind {
   frame_power_cycle,
   // frame, what is not true of it
   force_frozen,
+  force_held,
+  force_gain,
   force_reversed,
   force_drift,
   force_scatter,

@@ -103,6 +103,8 @@ struct ZwickSimLies {
   ZwickSimLies() = default;
   // The cell.
   bool force_frozen = false;  // its last value, again and again
+  bool force_held = false;  // its mean, while it scatters
+  double force_gain = 1;  // times what it shows of the force, from now on
   bool force_reversed = false;
   double force_drift_N_s = 0;  // from then on
   double force_scatter = 1;  // times its noise

@@ -22,11 +22,14 @@ double quantise(double value, double resolution) {
 
 void SimCell::set_lies(MonoTime t, const ZwickSimLies& lies) {
   if (!lies.force_frozen) frozen_N_.reset();
+  if (!lies.force_held) held_N_.reset();
   past_N_ += rate_N_s_ * to_seconds(t - since_);
   since_ = t;
   rate_N_s_ = lies.force_drift_N_s;
   reversed_ = lies.force_reversed;
+  gain_ = lies.force_gain;
   scatter_ = lies.force_scatter;
+  if (lies.force_held && !held_N_) held_N_ = cell_N(t);
   if (lies.force_frozen && !frozen_N_) frozen_N_ = last_N_ ? *last_N_ : cell_N(t);
 }
 
@@ -42,7 +45,8 @@ double SimCell::offset_N(MonoTime t) const {
 
 double SimCell::cell_N(MonoTime t) const {
   if (frozen_N_) return *frozen_N_;
-  const double felt = scene_.config().force_gain * scene_.force_N(t);
+  if (held_N_) return *held_N_;
+  const double felt = gain_ * scene_.config().force_gain * scene_.force_N(t);
   return (reversed_ ? -felt : felt) + offset_N(t);
 }
 
@@ -60,7 +64,7 @@ double SimCell::shown_N(MonoTime t) const {
 }
 
 double SimCell::raw_N(MonoTime t, double shown_N) const {
-  const double gain = scene_.config().force_gain;
+  const double gain = gain_ * scene_.config().force_gain;
   return (shown_N + tare_N_ - offset_N(t)) / (reversed_ ? -gain : gain);
 }
 
@@ -76,7 +80,7 @@ std::optional<MonoTime> SimCell::crossing(double shown_N, MonoTime from, MonoTim
 }
 
 std::optional<MonoTime> SimCell::searched(double wanted_N, MonoTime from, MonoTime to) const {
-  if (frozen_N_ || to <= from) return std::nullopt;
+  if (is_frozen() || to <= from) return std::nullopt;
   const auto is_above = [&](MonoTime t) { return shown_N(t) >= wanted_N; };
   const bool above = is_above(from);
   MonoTime low = from, high = from;

@@ -17,8 +17,10 @@ class SimCell {
   SimCell(const FrameScene& scene, std::mt19937_64& random) : scene_(scene), random_(random) {}
 
   void set_lies(MonoTime t, const ZwickSimLies& lies);
-  bool is_honest() const { return !frozen_N_ && !reversed_ && rate_N_s_ == 0 && past_N_ == 0; }
-  bool is_frozen() const { return frozen_N_.has_value(); }
+  bool is_honest() const {
+    return !is_frozen() && !reversed_ && gain_ == 1 && rate_N_s_ == 0 && past_N_ == 0;
+  }
+  bool is_frozen() const { return frozen_N_ || held_N_ || gain_ == 0; }  // but for its noise
   double drift_N_s() const { return rate_N_s_; }  // of a cell that lies
 
   // One conversion, tared and in digits; nullopt: beyond the range. `spike_N` is on the cell, not
@@ -47,7 +49,9 @@ class SimCell {
   double tare_N_ = 0;
   std::optional<double> frozen_N_;  // the cell, noise included
   std::optional<double> last_N_;  // of the latest conversion
+  std::optional<double> held_N_;  // the cell, without noise
   bool reversed_ = false;
+  double gain_ = 1;
   double scatter_ = 1;
   double past_N_ = 0, rate_N_s_ = 0;  // drift until and since
   MonoTime since_;

@@ -181,6 +181,8 @@ TEST(FaultPlayer, StoppingMendsWhatLasts) {
 
 TEST(FaultPlayer, EveryLieBeginsAndEnds) {
   Stage s(R"({ "fault": "force_frozen", "on": "frame", "at_s": 1, "for_s": 2 },
+    { "fault": "force_held", "on": "frame", "at_s": 1, "for_s": 2 },
+    { "fault": "force_gain", "on": "frame", "at_s": 1, "for_s": 2, "factor": 0.1 },
     { "fault": "force_reversed", "on": "frame", "at_s": 1, "for_s": 2 },
     { "fault": "force_drift", "on": "frame", "at_s": 1, "for_s": 2, "rate_N_s": -0.005 },
     { "fault": "force_scatter", "on": "frame", "at_s": 1, "for_s": 2, "factor": 5 },
@@ -202,6 +204,8 @@ TEST(FaultPlayer, EveryLieBeginsAndEnds) {
   lies.done_unmoved = lies.estop = lies.stop_unconfirmed = lies.stop_ignored = true;
   lies.force_drift_N_s = -0.005;
   lies.force_scatter = 5;
+  lies.force_held = true;
+  lies.force_gain = 0.1;
   lies.creep_m_s = 5 * 1e-6;
   lies.done_late_s = 0.5;
   lies.order_late_s = 1.5;

@@ -19,6 +19,26 @@ class ForceFrozen(Lie):
         return self._kept_N
 
 
+class ForceHeld(Lie):
+    name = "force_held"
+    meaning = "the force stays at its mean, and scatters on"
+    _kept_N: float | None = None
+
+    def felt_N(self, t_s: float, force_N: float) -> float:
+        if self._kept_N is None:
+            self._kept_N = force_N
+        return self._kept_N
+
+
+class ForceGain(Lie):
+    name = "force_gain"
+    meaning = "the load cell shows a part of the force, or more of it"
+    parameters = {"factor": Parameter("so many times", low=0)}
+
+    def felt_N(self, t_s: float, force_N: float) -> float:
+        return force_N * self._value["factor"]
+
+
 class ForceReversed(Lie):
     name = "force_reversed"
     meaning = "the load cell shows compression as tension"
@@ -108,5 +128,5 @@ class SamplesBurst(Lie):
         return math.ceil(t_s / period_s) * period_s
 
 
-ALL = (ForceFrozen, ForceReversed, ForceDrift, ForceScatter, TareLost, ClockFrozen, ClockJump, ClockRate,
-       SamplesLate, SamplesBurst)
+ALL = (ForceFrozen, ForceHeld, ForceGain, ForceReversed, ForceDrift, ForceScatter, TareLost, ClockFrozen,
+       ClockJump, ClockRate, SamplesLate, SamplesBurst)

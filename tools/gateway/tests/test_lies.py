@@ -94,6 +94,20 @@ class Cell(unittest.TestCase):
         self.assertAlmostEqual(bench.device.shown_force_N() or 0, -bench.device.force_N, delta=0.003)
         self.assertGreater(bench.device.force_N, 0.5)
 
+    def test_a_held_force_scatters_and_does_not_rise(self) -> None:
+        bench = Bench(1, "force_held,motion=1,after_s=0.3")
+        seen: set[float | None] = set()
+        self.assertEqual(bench.do(touch()).reason, "travel_limit")
+        bench.run(0.2, lambda: seen.add(bench.device.shown_force_N()))
+        self.assertGreater(len(seen), 3)
+        self.assertLess(max(f or 0 for f in seen), 0.2)
+        self.assertGreater(bench.device.force_N, 2.0)
+
+    def test_a_gain(self) -> None:
+        bench = Bench(1, "force_gain,factor=0.5").run(0.2)
+        bench.do(touch(guard_mm=20.1))
+        self.assertAlmostEqual(bench.device.shown_force_N() or 0, 0.5 * bench.device.force_N, delta=0.003)
+
     def test_drift(self) -> None:
         bench = Bench(1, "force_drift,rate_N_s=-0.1,at_s=1").run(3.0)
         self.assertAlmostEqual(bench.device.shown_force_N() or 0, -0.2, delta=0.003)
