@@ -60,6 +60,8 @@ std::optional<std::string> Guard::check(const FrameSample& sample) {
     return check_blind(sample);
   }
   if (mode_ == Mode::returning && distrusted_) return check_blind(sample);
+  const bool mute = !sample.force_N && last_ && sample.received - *last_ > stale_after_;
+  if (mode_ == Mode::returning && mute) return check_blind(sample);
   if (sample.force_N) {
     if (auto why = check_force(*sample.force_N)) return why;
   }
@@ -113,11 +115,16 @@ std::optional<std::string> Guard::check_travel(double travel_m) {
 std::optional<std::string> Guard::check_blind(const FrameSample& sample) const {
   const bool away = sample.travel_m && stood_m_ && *sample.travel_m <= *stood_m_ + kStanding_m;
   if (away) return std::nullopt;
-  return "the force is beyond the load cell, and the frame does not move away from the specimen";
+  return "the load cell shows no force that counts, and the frame does not move away from the "
+         "specimen";
 }
 
 std::optional<std::string> Guard::check_age(MonoTime now) const {
   if (!watch_age_ || !last_ || now - *last_ <= stale_after_) return std::nullopt;
+  // On the way back the travel is enough.
+  if (mode_ == Mode::returning && travel_seen_ && now - *travel_seen_ <= stale_after_) {
+    return std::nullopt;
+  }
   return fmt::format("no force sample for {:.2f} s", to_seconds(now - *last_));
 }
 

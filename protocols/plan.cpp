@@ -2,6 +2,7 @@
 #include "protocols/plan.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/strict_json.hpp"
@@ -18,6 +19,10 @@ constexpr double kBytesPerReading = 120, kBytesPerSample = 56, kBytesPerRun = 10
 std::int64_t whole(double value) {
   constexpr double kMost = 9e18;
   return static_cast<std::int64_t>(std::min(value, kMost));
+}
+
+nlohmann::json finite(std::optional<double> value) {
+  return value && std::isfinite(*value) ? nlohmann::json(*value) : nlohmann::json(nullptr);
 }
 
 // The plan knows pointers; the file's text knows the lines.
@@ -98,6 +103,8 @@ nlohmann::json to_json(const Plan& plan) {
             {"zero_N", plan.force_uncertainty.zero_N},
             {"noise_N", plan.force_uncertainty.noise_N}}},
           {"watch", to_json(plan.watch)},
+          {"worst_force_frozen_N", finite(plan.frozen_force_N)},
+          {"worst_force_reversed_N", finite(plan.reversed_force_N)},
           {"travel_from", plan.travel_from_contact ? "contact" : "machine"},
           {"travel_mm", {plan.travel_min_m * 1e3, plan.travel_max_m * 1e3}},
           {"database_bytes", plan.bytes},

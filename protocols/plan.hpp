@@ -50,6 +50,9 @@ struct Plan {
   double worst_force_N = 0, lost_force_N = 0, lost_way_m = 0;
   ForceUncertainty force_uncertainty;
   WatchFigures watch;  // what the run will not believe
+  // Beyond every limit: what is pressed until a frozen cell, or a drive that turned round where
+  // the force is largest, has been noticed. Infinite: nothing bounds it.
+  std::optional<double> frozen_force_N, reversed_force_N;
   double travel_min_m = 0, travel_max_m = 0;  // envelope of machine travel; 0 0 without motion
   bool travel_from_contact = false;  // ... or counted from contact, where that is not known
   std::int64_t bytes = 0;  // of the database, about

@@ -12,6 +12,8 @@ namespace lcrig {
 
 namespace {
 
+// Of samples that come in batches, s.
+constexpr double kBatch_s = 0.1;
 constexpr double kAssumedGap_m = 3e-3;
 constexpr double kOperator_s = 15;  // to place a mass and confirm
 constexpr double kZero_s = 1;
@@ -127,6 +129,23 @@ void Planner::walk() {
   finish_figures();
 }
 
+// What a cell that freezes, or a drive that turns round, has pressed when it is noticed.
+void Planner::foresee_lies() {
+  const WatchFigures& w = plan_.watch;
+  const double period_s = plan_.frame_rate_Hz > 0 ? 1 / plan_.frame_rate_Hz : 0;
+  const double heard_s = std::max(period_s, kBatch_s) + w.reply_s;
+  const auto after = [&](double way_m, double speed_m_s) {
+    return forecast_.bound().force_after_N(plan_.worst_force_N,
+                                           way_m + stopping_way_m(rig_.frame, speed_m_s));
+  };
+  if (w.frozen_force_s && pressed_m_s_ > 0) {
+    plan_.frozen_force_N = after(pressed_m_s_ * (*w.frozen_force_s + heard_s), pressed_m_s_);
+  }
+  if (fastest_m_s_ > 0) {
+    plan_.reversed_force_N = after(w.against_m + fastest_m_s_ * heard_s, fastest_m_s_);
+  }
+}
+
 void Planner::finish_figures() {
   plan_.travel_from_contact = moved_ && !rig_.start_travel && !rig_.expected_contact;
   ForceUncertainty& u = plan_.force_uncertainty;
@@ -139,6 +158,7 @@ void Planner::finish_figures() {
       watch_figures(rig_.frame, forecast_.bound(), limits_.force_max_N, plan_.frame_rate_Hz,
                     rig_.force_scatter, force_noise_N(rig_).value_or(0));
   if (!moved_) return;
+  foresee_lies();
   for (const std::string& text : forecast_assumptions(rig_, forecast_)) assume(text);
   if (!rig_.compression_m) {
     assume("no specimen stated: compression and overshoot are not predicted");

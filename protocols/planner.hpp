@@ -57,6 +57,7 @@ class Planner {
   void assume(const std::string& text);
   Outcome visit(const Step& step);
   void finish_figures();
+  void foresee_lies();
 
   Outcome on(const ZeroStep& s);
   Outcome on(const FindContactStep& s);
@@ -113,6 +114,7 @@ class Planner {
   double travel_ = 0;  // present, m
   double force_ = 0;  // present, N
   double below_N_ = 0;  // what the unloaded cell shows below zero: the specimen feels so much more
+  double fastest_m_s_ = 0, pressed_m_s_ = 0;  // of all motions; of those that may press
   double contact_N_ = 0;  // the largest force that gap zero may be pressed with
   Contact contact_state_ = Contact::unknown;
   bool placed_ = false;  // travel of the machine and place of contact are known together

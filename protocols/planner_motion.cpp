@@ -88,6 +88,7 @@ void Planner::go_to_force(double force, const Number* given, Outcome& out) {
 
 void Planner::use_speed(const Number& speed, Outcome& out) {
   const double v = env_.get(speed);
+  fastest_m_s_ = std::max(fastest_m_s_, v);
   const auto no = check_speed(v, limits_, rig_);
   if (!no) return;
   out.refuse(Refusal(no->why, v > no->end ? at_most(speed, no->end, protocol_)
@@ -96,6 +97,7 @@ void Planner::use_speed(const Number& speed, Outcome& out) {
 
 void Planner::foresee(double worst_N, double speed) {
   plan_.worst_force_N = std::max(plan_.worst_force_N, worst_N);
+  pressed_m_s_ = std::max(pressed_m_s_, speed);
   // Nobody needs the host for the stop: the device watches force and travel by itself.
   plan_.lost_force_N = std::max(plan_.lost_force_N, worst_N);
   plan_.lost_way_m = std::max(plan_.lost_way_m, speed > 0 ? forecast_.lost_way_m(speed) : 0);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace lcrig {
@@ -26,6 +27,14 @@ constexpr Duration kBetween = 100ms;  // two comparisons
 constexpr double kCreeps = 0.2;  // of the way that is tolerated, if the force changes with it
 constexpr double kOneStep = 0.6;  // of a jump, at least, is one step
 constexpr double kJump = 0.1;  // of the force that is felt
+constexpr double kFalls = 0.4;  // of the largest force of a motion that presses
+constexpr int kSurely = 2;  // forces one after another: one may be a spike
+constexpr double kSpeedDoubt = 1.2;
+constexpr Duration kUnderWay = 200ms;  // of a sample
+constexpr double kContactDoubt_m = 1e-6;  // of a place that was found
+constexpr double kSmooth = 0.2;  // the weight of a new sample
+constexpr double kSmoothSquare = 0.05;  // ... and of its square
+constexpr double kLeastLook_s = 0.5;  // at a force that may relax
 
 // Of a few samples that are off by a spike it knows nothing.
 double median(std::vector<double>& values) {
@@ -37,20 +46,34 @@ double median(std::vector<double>& values) {
 }  // namespace
 
 void Plausibility::begin(const Motion& motion, MonoTime now) {
+  PressWatch::Motion press;
+  press.felt_N = motion.force_N - motion.rest_N;
+  press.speed_m_s = motion.speed_m_s;
+  press.relaxes_N_s = relaxes_N_s();
+  press.holds = motion.holds;
+  press_.begin(press, now);
   state_ = State::moving;
   motion_ = motion;
   since_ = now;
   furthest_m_.reset();
+  peak_N_.reset();
+  before_N_.reset();
+  fallen_ = 0;
   progress_.reset();
   idle_quarters_ = 0;
 }
 
-void Plausibility::stand(MonoTime now) {
+void Plausibility::stand(MonoTime now, std::optional<double> travel_m) {
+  // Where it said to stand is still to be held against its samples, whatever it is told meanwhile.
+  if (travel_m || state_ != State::standing) said_m_ = travel_m;
   state_ = State::standing;
   since_ = now;
   stood_m_.reset();
   moving_flags_ = 0;
   recent_.clear();
+  stood_first_.reset();
+  stood_last_.reset();
+  wavers_N2_ = 0;
 }
 
 void Plausibility::zero_force(MonoTime now) {
@@ -60,20 +83,42 @@ void Plausibility::zero_force(MonoTime now) {
 
 void Plausibility::look_away() {
   state_ = State::unknown;
+  said_m_.reset();
   equals_ = 0;
+}
+
+void Plausibility::remember(const FrameSample& sample) {
+  if (!sample.force_N) return;
+  place_before_ = place_;
+  place_.emplace(*sample.force_N, sample.travel_m);
+}
+
+double Plausibility::travel_doubt_m() const {
+  return kContactDoubt_m + kOneDigit * digit_m_ + kNoiseSigmas * figures_.travel_noise_m;
+}
+
+bool Plausibility::fell_at_once(double stiffness_N_m) const {
+  if (!force_believed_ || !place_before_ || !place_) return false;
+  if (!place_->travel_m || !place_before_->travel_m) return false;
+  const double way_m = std::abs(*place_->travel_m - *place_before_->travel_m) + travel_doubt_m();
+  const double fall_N = place_before_->force_N - place_->force_N;
+  return fall_N > stiffness_N_m * way_m + 2 * figures_.contact_force_N;
 }
 
 std::optional<Contradiction> Plausibility::check(const FrameSample& sample) {
   learn_digit(sample.travel_m);
+  remember(sample);
   if (state_ == State::unknown) return std::nullopt;
   if (auto no = check_digits(sample)) return no;
   if (state_ == State::standing) return check_stillness(sample);
   if (sample.travel_m) {
+    if (auto no = check_begin(sample.received, *sample.travel_m)) return no;
     if (auto no = check_direction(*sample.travel_m)) return no;
   }
   if (sample.force_N) {
     if (auto no = check_force(sample.received, *sample.force_N)) return no;
   }
+  if (auto no = check_press(sample)) return no;
   return check_progress(sample);
 }
 
@@ -98,12 +143,31 @@ std::optional<Contradiction> Plausibility::check_digits(const FrameSample& sampl
                   *sample.force_N, equals_));
 }
 
+// A motion that follows at once: nothing has been held against where the frame said that it stood.
+std::optional<Contradiction> Plausibility::check_begin(MonoTime t, double travel_m) {
+  if (!said_m_) return std::nullopt;
+  const double from_m = *std::exchange(said_m_, std::nullopt);
+  if (motion_.direction == 0) return std::nullopt;
+  const double way_m = kSpeedDoubt * motion_.speed_m_s * to_seconds(t - since_ + kUnderWay);
+  const double off_m = std::abs(travel_m - from_m);
+  if (off_m <= figures_.order_travel_m + way_m + kOneDigit * digit_m_) return std::nullopt;
+  return Contradiction(
+      Disbelief::stillness,
+      fmt::format("the frame said that it stands at {:.4f} mm, and shows {:.4f} mm", from_m * 1e3,
+                  travel_m * 1e3));
+}
+
 std::optional<Contradiction> Plausibility::check_direction(double travel_m) {
   if (motion_.direction == 0) return std::nullopt;
   const double there = motion_.direction * travel_m;
   furthest_m_ = std::max(furthest_m_.value_or(there), there);
   const double back_m = *furthest_m_ - there;
-  if (back_m <= std::max(figures_.against_m, kOneDigit * digit_m_)) return std::nullopt;
+  const double allowed_m = std::max(figures_.against_m, kOneDigit * digit_m_);
+  // A servo may go beyond its end, and come back to it.
+  const bool is_there =
+      motion_.target_m && there >= motion_.direction * *motion_.target_m - allowed_m;
+  if (is_there) return std::nullopt;
+  if (back_m <= allowed_m) return std::nullopt;
   return Contradiction(
       Disbelief::drive,
       fmt::format("the frame runs against the command: {:.4f} mm {} the specimen instead of {} it",
@@ -111,9 +175,22 @@ std::optional<Contradiction> Plausibility::check_direction(double travel_m) {
                   motion_.direction > 0 ? "towards" : "away from"));
 }
 
-std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_N) const {
+std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_N) {
   if (!force_believed_) return std::nullopt;
   const double allowed_N = motion_.against_N + motion_.drift_N_s * to_seconds(t - since_);
+  // The largest force that was felt twice in this motion, and what is far below it.
+  const double felt_N = std::min(force_N, before_N_.value_or(force_N));
+  peak_N_ = std::max(peak_N_.value_or(felt_N), felt_N);
+  before_N_ = force_N;
+  const double falls_N = allowed_N + kFalls * std::abs(*peak_N_ - motion_.rest_N);
+  fallen_ = motion_.direction > 0 && force_N < *peak_N_ - falls_N ? fallen_ + 1 : 0;
+  if (fallen_ >= kSurely) {
+    return Contradiction(
+        Disbelief::force,
+        fmt::format("the force falls while the frame presses: {:.4f} N after {:.4f} N; the load "
+                    "cell shows too little, or the specimen gave way",
+                    force_N, *peak_N_));
+  }
   if (motion_.direction > 0 && force_N < motion_.force_N - allowed_N) {
     return Contradiction(
         Disbelief::force,
@@ -129,6 +206,20 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
                     force_N, motion_.force_N));
   }
   return std::nullopt;
+}
+
+std::optional<Contradiction> Plausibility::check_press(const FrameSample& sample) {
+  if (!sample.travel_m || !sample.force_N || !force_believed_) return std::nullopt;
+  const double felt_N = *sample.force_N - motion_.rest_N;
+  if (motion_.direction < 0) {
+    press_.rest(*sample.travel_m, felt_N);
+    return std::nullopt;
+  }
+  const double drifts_N = motion_.drift_N_s * to_seconds(sample.received - since_);
+  const double tolerance_N = figures_.order_force_N + motion_.waver_N + drifts_N;
+  auto why = press_.check(sample.received, *sample.travel_m, felt_N, tolerance_N, travel_doubt_m());
+  if (!why) return std::nullopt;
+  return Contradiction(Disbelief::force, std::move(*why));
 }
 
 void Plausibility::mark(const FrameSample& sample) {
@@ -163,15 +254,33 @@ std::optional<Contradiction> Plausibility::check_progress(const FrameSample& sam
   if (idle_quarters_ < kQuarters) return std::nullopt;
   return Contradiction(
       Disbelief::drive,
-      fmt::format("the frame does not move, though it was told to and does not say that it stands: "
-                  "{:.4f} mm in the last {:.1f} s",
-                  way_m * 1e3, dt));
+      fmt::format("the frame does not move as it was told to, and does not say that it stands: "
+                  "{:.4f} mm in the last {:.1f} s{}",
+                  way_m * 1e3, dt,
+                  motion_.speed_m_s > 0 ? fmt::format(", at {:.4g} mm/s", motion_.speed_m_s * 1e3)
+                                        : std::string()));
 }
 
 std::optional<Contradiction> Plausibility::check_stillness(const FrameSample& sample) {
   const bool settled = sample.received - since_ > kGrace;
   moving_flags_ = settled && (sample.flags & frame_flag::kMoving) != 0 ? moving_flags_ + 1 : 0;
   if (sample.travel_m && !stood_m_) stood_m_ = sample.travel_m;
+  if (sample.force_N && settled) see_relaxation(sample.received, *sample.force_N);
+  if (sample.force_N && sample.travel_m) {
+    press_.rest(*sample.travel_m, *sample.force_N - motion_.rest_N);
+  }
+  const bool arrived = to_seconds(sample.received - since_) > figures_.settled_s;
+  if (sample.travel_m && said_m_ && arrived) {
+    const double said_m = *std::exchange(said_m_, std::nullopt);
+    const double off_m = std::abs(*sample.travel_m - said_m);
+    if (off_m > figures_.order_travel_m + kOneDigit * digit_m_) {
+      return Contradiction(
+          Disbelief::stillness,
+          fmt::format("the frame moves while nobody told it to: it said that it stands at {:.4f} "
+                      "mm, and shows {:.4f} mm",
+                      said_m * 1e3, *sample.travel_m * 1e3));
+    }
+  }
   const double way_m = sample.travel_m ? *sample.travel_m - *stood_m_ : 0;
   const auto moved = [&](double allowed_m) {
     return std::abs(way_m) > std::max(allowed_m, kOneDigit * digit_m_);
@@ -184,6 +293,28 @@ std::optional<Contradiction> Plausibility::check_stillness(const FrameSample& sa
       Disbelief::stillness,
       fmt::format("the frame moves while nobody told it to: {:+.4f} mm since it stood{}",
                   way_m * 1e3, moving_flags_ > 1 ? ", and it says that it moves" : ""));
+}
+
+void Plausibility::see_relaxation(MonoTime t, double force_N) {
+  const auto smooth = [&](Seen& s, double weight) {
+    s.t = t;
+    s.force_N += weight * (force_N - s.force_N);
+  };
+  if (!stood_first_) stood_first_.emplace(t, force_N);
+  if (!stood_last_) stood_last_.emplace(t, force_N);
+  const double off_N = force_N - stood_last_->force_N;
+  wavers_N2_ += kSmoothSquare * (off_N * off_N - wavers_N2_);
+  if (to_seconds(t - since_) < kLeastLook_s) smooth(*stood_first_, kSmooth);
+  smooth(*stood_last_, kSmooth);
+}
+
+// While it stood; what relaxes does so ever more slowly. nullopt: nobody has looked for long.
+std::optional<double> Plausibility::relaxes_N_s() const {
+  if (state_ != State::standing || !stood_first_ || !stood_last_) return std::nullopt;
+  const double dt = to_seconds(stood_last_->t - stood_first_->t);
+  if (dt < kLeastLook_s) return std::nullopt;
+  const double lost_N = stood_first_->force_N - stood_last_->force_N;
+  return std::max(0.0, lost_N + figures_.contact_force_N) / dt;
 }
 
 std::optional<Contradiction> Plausibility::check_step(MonoTime t, double force_N) {

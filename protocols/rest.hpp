@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "drivers/load_frame.hpp"
 
@@ -38,11 +39,16 @@ class Rest {
   double digit_N() const { return digit_N_; }  // least difference of two samples; 0: none
   std::int64_t longest_run() const { return longest_run_; }  // of equal forces, one after another
   std::optional<double> travel_m() const;  // mean
+  // Standard deviation about a straight line, 0 when the travel shows two values at most: a digit
+  // that flips is none.
+  double travel_scatter_m() const;
   bool stands() const;  // within 10 um, and no flag says that it moves
   std::string to_json_text() const;
 
  private:
   void compare_digits(double force_N);
+  double disunity_N_s() const;
+  double correlation() const;  // how much larger an error is than of samples that know nothing
 
   std::int64_t n_ = 0, different_ = 0;
   std::int64_t run_ = 0, longest_run_ = 0;
@@ -55,6 +61,12 @@ class Rest {
   std::optional<double> last_N_;
   std::int64_t travels_ = 0;
   double travel_sum_m_ = 0, travel_min_m_ = 0, travel_max_m_ = 0;
+  struct Series {
+    Series() = default;
+    void add(double time_s, double v) { t_s.push_back(time_s), value.push_back(v); }
+    std::vector<double> t_s, value;
+  };
+  Series forces_seen_, travels_seen_;
   bool moving_ = false;
 };
 

@@ -122,6 +122,7 @@ class Run final : private LoadFrame::Listener {
     std::optional<LoadLevel> level;
     bool moved = false;
     std::optional<double> start_travel_m;  // where a search for contact began
+    std::optional<double> away_m;  // where the way back without a contact leads
   };
 
   // An instrument that vanished.
@@ -226,8 +227,11 @@ class Run final : private LoadFrame::Listener {
   // run_watch.cpp: what the frame shows against what it was told
   enum class Under { nothing, perhaps_contact };  // the probe
   void learn_rest(const Rest& rest, Under under = Under::nothing);
+  void learn_scatter(const Rest& rest);
   Plausibility::Motion motion_now(double direction, double speed_m_s) const;
+  Plausibility::Motion holding() const;  // a force, with its loop
   void judge_truth(const FrameSample& sample);
+  void judge_fall(const FrameSample& sample);
   void disbelieve(const Contradiction& contradiction);
   std::string disagreement(const Order& order, const MotionOutcome& outcome) const;
   Task<Result<>> believe(const Order& order, const MotionOutcome& outcome);
@@ -285,7 +289,8 @@ class Run final : private LoadFrame::Listener {
                           const std::vector<Rest>& looks);
   bool is_loaded(double force_N) const;
   double zero_doubt_N() const;  // so much the zero of the cell may drift
-  Task<Result<>> back_away(const Target& to, double speed_m_s, double timeout_s);
+  Task<Result<>> back_away(const Target& to, double speed_m_s, double timeout_s,
+                           StepProgress& progress);
   void judge_age(std::span<const FrameSample> samples);
   Task<Result<>> wait_out(double duration_s, StepProgress& progress);
   Result<double> travel_of(const Target& target) const;  // m; travel and gap targets
@@ -314,6 +319,9 @@ class Run final : private LoadFrame::Listener {
   bool prepared_ = false;  // something may have been asked of the instruments
   std::uint64_t stands_ = 0, failed_stops_ = 0;
   std::optional<double> contact_travel_m_;
+  std::optional<double> searched_from_m_;  // until contact is found
+  double order_speed_m_s_ = 0;  // of the last motion
+  std::size_t losses_in_finally_ = 0;
   std::optional<double> held_force_N_;  // force control to return to after a pause
   std::optional<double> target_force_N_;  // of the last load step: the level's label
   std::optional<double> target_pressure_Pa_;
@@ -337,6 +345,7 @@ class Run final : private LoadFrame::Listener {
   std::optional<Pressing> pressing_;
   std::optional<Plausibility> plausible_;  // of a frame that we move
   ForceScatter scatter_;  // of the unloaded cell, all that was seen of it
+  double wavers_N_ = 0;  // scatter of the force when it was looked at last
   double drift_N_s_ = 0;  // of the cell, a magnitude, as far as it is known
   std::optional<double> shown_force_N_, shown_travel_m_;  // by samples, not by DONE
   std::optional<double> done_force_N_;  // by the last DONE

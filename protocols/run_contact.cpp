@@ -24,11 +24,13 @@ constexpr double kLeft = 0.1;  // ... and less than this may be none
 constexpr double kMore = 1.2;  // of it: what a cell may drift meanwhile
 constexpr double kLeastFelt = 0.2;  // of the threshold, once the frame stands
 constexpr double kGone = 0.05;  // of the threshold or what was felt, on the way back
+constexpr double kLongWay = 1.2, kLongWayMore_s = 5;  // back from where a search ended
 constexpr int kAttempts = 5;  // of a search that finds what is no contact
 
 }  // namespace
 
 void Run::place_contact(double travel_m, double force_N) {
+  if (plausible_) plausible_->press().forget();  // until its stiffness is measured
   contact_travel_m_ = travel_m;
   contact_force_N_ = force_N;
   guard_.place_contact(travel_m);
@@ -36,9 +38,10 @@ void Run::place_contact(double travel_m, double force_N) {
 
 namespace {
 
-// Largest stiffness that a drop of the force on a way back allows, and the best guess, N/m.
+// Largest and least stiffness that a drop of the force on a way back allows, and the best guess,
+// N/m.
 struct Slope {
-  double about = 0, at_most = 0;
+  double about = 0, at_most = 0, at_least = 0;
 };
 
 std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resolution_m) {
@@ -47,7 +50,8 @@ std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resol
   if (!touched.travel_m() || !now.travel_m() || drop_N < 3 * error_N) return std::nullopt;
   const double way_m = *touched.travel_m() - *now.travel_m();
   if (way_m <= resolution_m) return std::nullopt;
-  return Slope{drop_N / way_m, (drop_N + error_N) / (way_m - resolution_m)};
+  return Slope{drop_N / way_m, (drop_N + error_N) / (way_m - resolution_m),
+               (drop_N - error_N) / (way_m + resolution_m)};
 }
 
 }  // namespace
@@ -110,10 +114,15 @@ void Run::conclude_stiffness(const std::vector<Rest>& looks, const Rest& before,
   }
   const auto number = [](std::optional<double> v) { return v ? fmt::format("{}", *v) : "null"; };
   event("stiffness",
-        fmt::format(R"({{"force_N":{},"stiffness_N_m":{},"at_most_N_m":{}}})", touched.force_N(),
-                    number(best ? std::optional(best->about) : std::nullopt),
-                    number(best ? std::optional(best->at_most) : std::nullopt)));
-  if (best) pressing_->measured(felt_N, best->at_most);
+        fmt::format(R"({{"force_N":{},"stiffness_N_m":{},"at_most_N_m":{},"at_least_N_m":{}}})",
+                    touched.force_N(), number(best ? std::optional(best->about) : std::nullopt),
+                    number(best ? std::optional(best->at_most) : std::nullopt),
+                    number(best ? std::optional(best->at_least) : std::nullopt)));
+  if (!best) return;
+  pressing_->measured(felt_N, best->at_most);
+  if (plausible_ && touched.travel_m()) {
+    plausible_->press().know(setup_.clock.now(), *touched.travel_m(), felt_N, best->at_least);
+  }
 }
 
 Task<Result<>> Run::back_off(double clear_m, const FindContactStep& step, const Rest& before,
@@ -146,6 +155,7 @@ Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress)
   if (!progress.start_travel_m) progress.start_travel_m = memory_.travel_m;
   const double end_m = search_end_m(step);
   const MonoTime deadline = setup_.clock.now() + from_seconds(env.get(step.timeout));
+  searched_from_m_ = progress.start_travel_m;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const MonoTime begun = setup_.clock.now();
     const Rest first = *rest;
@@ -166,7 +176,7 @@ Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress)
   }
   co_return fail(Errc::refused,
                  "step {}: the force changed {} times by what contact should be, and not back on "
-                 "the way back: the load cell drifts, or something else pushes it",
+                 "the way back: the load cell drifts, the frame hunts, or something else pushes it",
                  step_->id, kAttempts);
 }
 
@@ -175,6 +185,13 @@ Task<Result<>> Run::take_contact(const FindContactStep& step, const MotionOutcom
                                  const Rest& rest, const std::vector<Rest>& looks) {
   const Environment& env = setup_.environment;
   const double felt_N = touched.force_N.value_or(looks.front().force_N()) - rest.force_N();
+  const double wavers_N = kContactSigmas * std::max(rest.scatter_N(), looks.front().scatter_N());
+  if (felt_N < 0 && -felt_N < wavers_N) {
+    co_return fail(Errc::refused,
+                   "step {}: where the probe touches the force wavers by {:.3g} N (standard "
+                   "deviation), more than contact at {:.3g} N tells: does the frame hunt?",
+                   step_->id, looks.front().scatter_N(), env.get(step.force));
+  }
   if (felt_N < 0) {
     const std::string why = fmt::format(
         "the force falls where the probe presses ({:.4f} N, {:.4f} N at rest), and rises on the "
@@ -183,6 +200,7 @@ Task<Result<>> Run::take_contact(const FindContactStep& step, const MotionOutcom
     disbelieve(Contradiction(Disbelief::force, why));
     co_return fail(Errc::refused, "step {}: {}", step_->id, why);
   }
+  searched_from_m_.reset();
   place_contact(*touched.travel_m, std::max(felt_N, env.get(step.force)));
   event("contact", fmt::format(R"({{"travel_m":{},"force_N":{},"rest_force_N":{}}})",
                                *contact_travel_m_, touched.force_N.value_or(0), rest.force_N()));
@@ -193,9 +211,13 @@ Task<Result<>> Run::take_contact(const FindContactStep& step, const MotionOutcom
 
 // `finally` asks for a gap, and contact was never found. What presses all the same is left by the
 // same way, from here; a force that nobody knows counts as one that presses.
-Task<Result<>> Run::back_away(const Target& to, double speed_m_s, double timeout_s) {
+// A search that found nothing may have pressed with a cell that did not show it: it goes back to
+// where it began. The place is chosen once, however often the frame is lost on the way.
+Task<Result<>> Run::back_away(const Target& to, double speed_m_s, double timeout_s,
+                              StepProgress& progress) {
   const auto force = present_force();
-  if (force && !guard_.is_distrusted() && !is_loaded(*force)) {
+  const bool presses = !force || guard_.is_distrusted() || is_loaded(*force);
+  if (!progress.away_m && !presses && !searched_from_m_) {
     event("skipped",
           "no contact was found, and nothing presses: there is nothing to move away from");
     co_return Result<>();
@@ -203,9 +225,17 @@ Task<Result<>> Run::back_away(const Target& to, double speed_m_s, double timeout
   if (!memory_.travel_m) {
     co_return fail(Errc::no_reply, "step {}: the frame sends no travel", step_->id);
   }
-  const double least = device_limits(guard_.limits(), frame_capabilities()).travel_min.si();
-  const double target_m = std::max(least, *memory_.travel_m - setup_.environment.get(to.value));
-  auto moved = co_await move_to_travel(target_m, speed_m_s, timeout_s);
+  const double here_m = *memory_.travel_m;
+  if (!progress.away_m) {
+    const double least = device_limits(guard_.limits(), frame_capabilities()).travel_min.si();
+    double target_m = presses ? here_m - setup_.environment.get(to.value) : here_m;
+    if (searched_from_m_) target_m = std::min(target_m, *searched_from_m_);
+    progress.away_m = std::max(least, target_m);
+  }
+  if (*progress.away_m >= here_m) co_return Result<>();
+  const double way_s = (here_m - *progress.away_m) / speed_m_s;
+  auto moved = co_await move_to_travel(*progress.away_m, speed_m_s,
+                                       std::max(timeout_s, kLongWay * way_s + kLongWayMore_s));
   co_return moved;
 }
 

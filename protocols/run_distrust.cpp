@@ -10,6 +10,12 @@
 
 namespace lcrig {
 
+namespace {
+
+constexpr std::string_view kNotRun = "`finally` did not run";
+
+}  // namespace
+
 // The frame is stopped as ever; after that only a person moves it.
 void Run::keep_hands_off(std::string why, Errc code) {
   if (hands_off_ || over_) return;
@@ -35,9 +41,10 @@ void Run::tell_hands_off(RunResult& result, bool cleared) const {
   }
   const bool named = result.reason.find(hands_off_->what) != std::string::npos;
   if (!named) add_note(result.reason, hands_off_->what);
+  cleared = cleared || result.reason.find(kNotRun) != std::string::npos;
   add_note(result.reason,
            fmt::format("{}nothing is moved any more until a person has looked at the rig",
-                       cleared ? "" : "`finally` did not run: "));
+                       cleared ? "" : fmt::format("{}: ", kNotRun)));
 }
 
 // E-stop, drive off, shield: whoever resets it does not thereby say that the frame may move.

@@ -19,6 +19,10 @@ using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
 constexpr double kClear_m = 20e-6;  // this far above contact nothing should be pressed
+constexpr double kFarClear_m = 100e-6;  // ... and this far above surely nothing is
+constexpr std::string_view kUnknown =
+    "whether the specimen is still loaded is not known: look at the rig, drive the frame away from "
+    "it at the machine";
 constexpr double kZeroDoubt = 1e-3;  // of the cell's nominal: what class 1 allows its zero
 
 void fail_with(RunResult& result, Errc code, std::string_view why) {
@@ -184,7 +188,10 @@ double Run::zero_doubt_N() const {
 Task<> Run::tell_load(RunResult& result) {
   auto rest = co_await watch_rest(200ms);
   const std::optional<double> travel_m = rest ? rest->travel_m() : memory_.travel_m;
-  const bool clear = contact_travel_m_ && travel_m && *travel_m < *contact_travel_m_ - kClear_m;
+  const double clear_m =
+      contact_travel_m_ && travel_m ? *contact_travel_m_ - *travel_m : -kFarClear_m;
+  const bool clear = clear_m > kClear_m;
+  const bool surely = clear_m > kFarClear_m && plausible_ && plausible_->press().knows();
   // Contact was called where the search stood, which is inside of a specimen that it ran into: what
   // is shown counts there, too, if it is more than the zero of the cell can be off.
   const double doubt_N = clear ? zero_doubt_N() : 0;
@@ -194,10 +201,13 @@ Task<> Run::tell_load(RunResult& result) {
       (!rest || !is_loaded(rest->force_N() - doubt_N)))
     co_return;
   std::string why;
-  if (frame_away_ || !rest || guard_.is_distrusted()) {
-    why =
-        "whether the specimen is still loaded is not known: look at the rig, drive the frame away "
-        "from it at the machine";
+  if (!frame_away_ && !hands_off_ && rest && surely && !pulls) {
+    why = fmt::format(
+        "by its travel the probe is clear of the specimen, {:.3g} mm above contact, whatever the "
+        "load cell shows ({:.3f} N): check its zero",
+        clear_m * 1e3, rest->force_N());
+  } else if (frame_away_ || !rest || guard_.is_distrusted()) {
+    why = kUnknown;
   } else if (is_loaded(rest->force_N())) {
     why = fmt::format(
         "the specimen is still loaded with about {:.3f} N: drive the frame away from it "

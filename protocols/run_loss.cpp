@@ -51,6 +51,7 @@ void Run::lose_frame(Error error) {
   if (!memory_at_loss_) {
     memory_at_loss_ = memory_;
     memory_at_loss_->origin = setup_.frame.origin();
+    if (in_motion_) memory_at_loss_->begun_m_s = order_speed_m_s_;  // a gateway may tell no times
   }
   lose(frame_away_, last_sample_, std::move(error));
 }
@@ -86,7 +87,8 @@ Task<std::optional<InterruptRequest>> Run::survive_loss(StepProgress& progress) 
   const Error why = frame_away_ ? frame_away_->why : meter_away_->why;
   const OnLoss policy = setup_.protocol.on_loss;
   const bool shaky = keeps_vanishing();
-  if (!finishing_ && (policy == OnLoss::abort || shaky)) {
+  const bool shaky_in_finally = finishing_ && ++losses_in_finally_ > kLossesAMinute;
+  if (shaky_in_finally || (!finishing_ && (policy == OnLoss::abort || shaky))) {
     stop = InterruptRequest(Interrupt::fault, why);
     if (shaky) stop->why += fmt::format(" (lost {} times within a minute)", losses_.size());
     event("fault", stop->why);
@@ -242,13 +244,17 @@ Task<Result<>> Run::rejoin_frame() {
 Task<Result<>> Run::await_samples() {
   const double period_s = 1 / setup_.frame_rate_Hz;
   const MonoTime limit = setup_.clock.now() + std::max<Duration>(2s, from_seconds(3 * period_s));
+  const MonoTime begin = setup_.clock.now();
   const std::int64_t before = samples_seen_;
-  while (samples_seen_ == before && setup_.clock.now() < limit) {
-    co_await setup_.clock.wait_for(20ms);
-  }
+  // Nothing is pressed with a cell that says nothing; the way back needs the travel only.
+  const bool feels = moves() && !finishing_;
+  const auto heard = [&] { return samples_seen_ > before && (!feels || force_known_ > begin); };
+  while (!heard() && setup_.clock.now() < limit) co_await setup_.clock.wait_for(20ms);
   const bool needed = setup_.frame.capabilities().motion;
-  if (samples_seen_ == before && needed)
+  if (samples_seen_ == before && needed) {
     co_return fail(Errc::no_reply, "the frame sends no samples");
+  }
+  if (!heard() && needed) co_return fail(Errc::no_reply, "the frame sends no force");
   co_return Result<>();
 }
 
@@ -297,16 +303,17 @@ void Run::begin_again(StepProgress& progress) {
           fmt::format(R"({{"level":{},"readings":{}}})", progress.level->level, progress.readings));
     --level_in_repeat_;
   }
-  const auto start_travel_m = progress.start_travel_m;
+  const auto start_travel_m = progress.start_travel_m, away_m = progress.away_m;
   progress = StepProgress();
   progress.start_travel_m = start_travel_m;
+  progress.away_m = away_m;
   event("repeat", "the step begins anew");
 }
 
 Task<Result<>> Run::restore_hold() {
   if (!held_force_N_) co_return Result<>();
   if (auto may = may_move(); !may) co_return may;
-  if (plausible_) plausible_->begin(Plausibility::Motion(), setup_.clock.now());
+  if (plausible_) plausible_->begin(holding(), setup_.clock.now());
   auto held = co_await setup_.frame.hold_force(Force::from_si(*held_force_N_));
   co_return held;
 }

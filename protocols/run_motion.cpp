@@ -61,6 +61,7 @@ Task<Result<MotionOutcome>> Run::timed(const Order& order, Task<Result<MotionOut
   held_force_N_.reset();
   if (plausible_) plausible_->begin(order.motion, setup_.clock.now());
   in_motion_ = true;
+  order_speed_m_s_ = order.motion.speed_m_s;
   const auto over = [](bool* flag) { *flag = false; };
   const std::unique_ptr<bool, decltype(over)> moving(&in_motion_, over);
   const MonoTime deadline = setup_.clock.now() + from_seconds(timeout_s);
@@ -97,9 +98,9 @@ void Run::see_end(const Order& order, const MotionOutcome& outcome) {
   if (!plausible_) return;
   const bool holds = order.motion.direction == 0 && outcome.reason == MotionEnd::target;
   if (holds) {
-    plausible_->begin(Plausibility::Motion(), setup_.clock.now());
+    plausible_->begin(holding(), setup_.clock.now());
   } else {
-    plausible_->stand(setup_.clock.now());
+    plausible_->stand(setup_.clock.now(), outcome.travel_m);
   }
 }
 
@@ -189,6 +190,7 @@ Task<Result<>> Run::move_to_travel(double travel_m, double speed_m_s, double tim
   order.travel_m = travel_m;
   const bool away = memory_.travel_m && travel_m <= *memory_.travel_m;
   order.motion = motion_now(away ? -1 : 1, speed_m_s);
+  order.motion.target_m = travel_m;
   auto motion = setup_.frame.move_to(Length::from_si(travel_m), Velocity::from_si(speed_m_s));
   auto outcome = co_await watched(order, permit, std::move(motion), timeout_s);
   if (!outcome) co_return fail(outcome.error());
@@ -201,6 +203,13 @@ Task<Result<MotionOutcome>> Run::press_until(double force_N, double speed_m_s, d
   if (!permit) co_return fail(permit.error().code, "step {}: {}", step_->id, permit.error().what);
   Length guard = permit->guard;
   Order order = order_of(force_N, 1, speed_m_s);
+  if (plausible_ && !search) {
+    const WatchFigures& f = plausible_->figures();
+    const double felt_N = force_N - (rest_ ? rest_->force_N() : 0);
+    const auto end_m = plausible_->press().furthest_m(setup_.clock.now(), felt_N, f.order_force_N,
+                                                      plausible_->travel_doubt_m());
+    if (end_m) guard = std::min(guard, Length::from_si(*end_m));
+  }
   if (search) {
     guard = std::min(guard, Length::from_si(search->end_m));
     permit->limits.force_min = std::max(permit->limits.force_min, Force::from_si(search->least_N));
@@ -242,6 +251,7 @@ Task<Result<>> Run::ramp_to_force(double force_N, double rate_N_s, double timeou
   if (const auto& loop = setup_.frame.capabilities().force_loop) {
     order.motion.speed_m_s = loop->approach.si();
     order.waver_N = loop->ripple.si() + rate_N_s * to_seconds(loop->lag);
+    order.motion.waver_N = order.waver_N;
   }
   auto motion = setup_.frame.ramp_force(Force::from_si(force_N), ForceRate::from_si(rate_N_s));
   auto outcome = co_await watched(order, *permit, std::move(motion), timeout_s);
@@ -259,6 +269,7 @@ Task<Result<Rest>> Run::watch_rest(Duration at_least) {
     co_await setup_.clock.wait_for(50ms);
   }
   Rest rest = *std::exchange(watched_rest_, std::nullopt);
+  wavers_N_ = rest.scatter_N();
   if (rest.forces() == 0) {
     const std::string place = step_ != nullptr ? "step " + step_->id + ": " : std::string();
     co_return fail(Errc::no_reply, "{}the frame sends no force", place);
@@ -293,7 +304,11 @@ Task<Result<>> Run::look_at_rest() {
         "{:.4g} N: unload it, or zero it at the machine",
         force_N, limits.force_min_N, limits.force_max_N);
   }
-  if (!setup_.continues) learn_rest(*rest);
+  if (!setup_.continues) {
+    learn_rest(*rest);
+  } else if (plausible_) {
+    learn_scatter(*rest);
+  }
   if (plausible_) plausible_->stand(setup_.clock.now());
   start_travel_m_ = rest->travel_m();
   if (setup_.start_gap_m && start_travel_m_) {

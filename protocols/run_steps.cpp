@@ -56,6 +56,7 @@ void Run::aim_at(const std::optional<Target>& target) {
 
 void Run::zero_travel(double travel_m) {
   contact_travel_m_.reset();
+  if (plausible_) plausible_->press().forget();
   travel_zero_m_ += travel_m;
   guard_.zero_travel(travel_m);
   if (pressing_) pressing_->zero_travel(travel_m);
@@ -97,13 +98,13 @@ Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
   co_return Result<>();
 }
 
-Task<Result<>> Run::execute(const RampStep& step, StepProgress& /*progress*/) {
+Task<Result<>> Run::execute(const RampStep& step, StepProgress& progress) {
   const Environment& env = setup_.environment;
   aim_at(step.to);
   const double timeout_s = env.get(step.timeout);
   if (!is_load(step.to.kind)) {
     if (finishing_ && step.to.kind == TargetKind::gap && !contact_travel_m_) {
-      auto away = co_await back_away(step.to, env.get(*step.speed), timeout_s);
+      auto away = co_await back_away(step.to, env.get(*step.speed), timeout_s, progress);
       co_return away;
     }
     auto travel = travel_of(step.to);
@@ -174,7 +175,7 @@ Task<Result<>> Run::execute(const HoldStep& step, StepProgress& progress) {
       if (pressing_ && pressing_->broken() && *force_N > most_N) {
         co_return fail(Errc::limit_tripped, "step {}: {}", step_->id, *pressing_->broken());
       }
-      if (plausible_) plausible_->begin(Plausibility::Motion(), setup_.clock.now());
+      if (plausible_) plausible_->begin(holding(), setup_.clock.now());
       held = may_move();
       if (held) held = co_await setup_.frame.hold_force(Force::from_si(*force_N));
       held_force_N_ = *force_N;

@@ -33,6 +33,11 @@ void Run::learn_rest(const Rest& rest, Under under) {
   if (rest.drifts()) {
     drift_N_s_ = std::abs(rest.drift_N_s()) + kSureOfDrift * rest.drift_error_N_s();
   }
+  learn_scatter(rest);
+}
+
+// Of a cell that may be loaded, too.
+void Run::learn_scatter(const Rest& rest) {
   scatter_.add(rest, plausible_->figures().frozen_samples);
   WatchFigures figures =
       watch_figures(setup_.frame.capabilities(), pressing_->forecast().bound(),
@@ -74,7 +79,9 @@ Plausibility::Motion Run::motion_now(double direction, double speed_m_s) const {
   m.force_N = force_N_.value_or(0);
   m.rest_N = rest_ ? rest_->force_N() : 0;
   const double felt_N = std::abs(m.force_N - m.rest_N);
-  const double noise_N = rest_ ? rest_->scatter_N() : 0;
+  // A frame that hunts in contact wavers by more than its cell scatters.
+  const double noise_N = std::max(
+      {rest_ ? rest_->scatter_N() : 0, wavers_N_, plausible_ ? plausible_->wavers_N() : 0});
   const double least_N = std::max(kDriftSigmas * noise_N, kLeastOfLimit * guard_.force_max_N());
   m.against_N = least_N + (direction > 0 ? kRelaxes : kGivesBack) * felt_N + zero_doubt_N();
   m.drift_N_s = drift_N_s_;
@@ -85,13 +92,37 @@ Plausibility::Motion Run::motion_now(double direction, double speed_m_s) const {
   return m;
 }
 
+Plausibility::Motion Run::holding() const {
+  Plausibility::Motion m = motion_now(0, 0);
+  m.holds = true;
+  if (const auto& loop = setup_.frame.capabilities().force_loop) m.waver_N = loop->ripple.si();
+  return m;
+}
+
 void Run::judge_truth(const FrameSample& sample) {
   if (!plausible_) return;
   const auto no = plausible_->check(sample);
-  if (no && !stop_pending_) disbelieve(*no);
+  if (stop_pending_) return;
+  if (no) return disbelieve(*no);
+  judge_fall(sample);
+}
+
+// Below the lower limit: a specimen that pulls is left to a person, a cell that lies is not
+// believed, and the probe leaves.
+void Run::judge_fall(const FrameSample& sample) {
   const double least_N = guard_.limits().force_min_N;
-  if (stop_pending_ || plausible_->may_pull() || sample.force_N.value_or(least_N) >= least_N)
-    return;
+  if (sample.force_N.value_or(least_N) >= least_N) return;
+  const double felt_N = std::max(guard_.peak_force_N(), guard_.force_max_N());
+  const double stiffness_N_m = pressing_ ? pressing_->forecast().bound().stiffness_N_m(felt_N) : 0;
+  if (pressing_ && plausible_->fell_at_once(stiffness_N_m)) {
+    return disbelieve(Contradiction(
+        Disbelief::force,
+        fmt::format("the force falls to {:.4f} N at once, which neither the way of the frame nor a "
+                    "specimen that pulls can do: the load cell is connected the wrong way, or "
+                    "lost its zero",
+                    *sample.force_N)));
+  }
+  if (plausible_->may_pull()) return;
   disbelieve(Contradiction(
       Disbelief::force,
       fmt::format(
@@ -155,8 +186,7 @@ std::string Run::disagreement(const Order& order, const MotionOutcome& outcome) 
 // next.
 Task<Result<>> Run::believe(const Order& order, const MotionOutcome& outcome) {
   if (!plausible_ || outcome.reason != MotionEnd::target) co_return Result<>();
-  const MonoTime limit =
-      setup_.clock.now() + std::max<Duration>(300ms, from_seconds(3 / setup_.frame_rate_Hz));
+  const MonoTime limit = setup_.clock.now() + from_seconds(plausible_->figures().settled_s);
   std::string why = disagreement(order, outcome);
   while (!why.empty() && setup_.clock.now() < limit) {
     co_await setup_.clock.wait_for(10ms);

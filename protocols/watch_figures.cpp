@@ -25,6 +25,8 @@ constexpr double kBesides_m = 3e-6;  // what a position loop may hunt
 constexpr double kStandingPart = 0.1;  // of the limit: more a creeping frame may not add
 constexpr double kOrderTravel_m = 10e-6;  // a drive that settles
 constexpr double kReply_s = 0.05;
+constexpr double kTravelSigmas = 10;  // the furthest of very many samples to the nearest
+constexpr double kSettled_s = 0.5, kSettledSamples = 3;
 
 // A cell that rests in the middle of a coarse digit shows it again with this chance at most. Of the
 // scatter that is shown a part is the digit's own (q/sqrt(12)).
@@ -48,7 +50,8 @@ ForceScatter::ForceScatter(const Rest& rest)
     : noise_N(rest.scatter_N()),
       digit_N(rest.digit_N()),
       longest_run(rest.longest_run()),
-      alive(rest.is_alive()) {}
+      alive(rest.is_alive()),
+      travel_noise_m(rest.travel_scatter_m()) {}
 
 void ForceScatter::add(const Rest& rest, std::optional<std::int64_t> frozen) {
   const ForceScatter now(rest);
@@ -58,6 +61,7 @@ void ForceScatter::add(const Rest& rest, std::optional<std::int64_t> frozen) {
   const bool habit = !alive || !frozen || now.longest_run <= *frozen / kRunsBefore;
   if (habit) longest_run = std::max(longest_run, now.longest_run);
   alive = alive || now.alive;
+  travel_noise_m = std::max(travel_noise_m, now.travel_noise_m);
 }
 
 WatchFigures watch_figures(const FrameCapabilities& caps, const ForceBound& bound, double limit_N,
@@ -69,11 +73,14 @@ WatchFigures watch_figures(const FrameCapabilities& caps, const ForceBound& boun
     f.frozen_force_s = static_cast<double>(*f.frozen_samples) / rate_Hz;
   }
   f.stall_s = kStall_s + to_seconds(caps.reaction);
-  f.against_m = kBesides_m;
+  f.travel_noise_m = scatter ? scatter->travel_noise_m : 0;
+  const double wanders_m = kTravelSigmas * f.travel_noise_m;
+  f.against_m = kBesides_m + wanders_m;
   const double stiffness = bound.stiffness_N_m(limit_N);
   const double bearable_m = stiffness > 0 ? kStandingPart * limit_N / stiffness : kStanding_m;
-  f.standing_m = std::clamp(bearable_m, kBesides_m, kStanding_m);
-  f.order_travel_m = kOrderTravel_m;
+  f.standing_m = std::clamp(bearable_m, kBesides_m, kStanding_m) + wanders_m;
+  f.order_travel_m = kOrderTravel_m + wanders_m;
+  f.settled_s = rate_Hz > 0 ? std::max(kSettled_s, kSettledSamples / rate_Hz) : kSettled_s;
   f.contact_force_N = kContactSigmas * noise_N;
   f.order_force_N = std::max(f.contact_force_N, 0.01 * limit_N);
   f.reply_s = kReply_s;
@@ -84,10 +91,16 @@ nlohmann::json to_json(const WatchFigures& f) {
   const auto maybe = [](const std::optional<double>& v) {
     return v ? nlohmann::json(*v) : nlohmann::json(nullptr);
   };
-  return {{"frozen_force_s", maybe(f.frozen_force_s)}, {"stall_s", f.stall_s},
-          {"against_mm", f.against_m * 1e3},           {"standing_mm", f.standing_m * 1e3},
-          {"order_travel_mm", f.order_travel_m * 1e3}, {"order_force_N", f.order_force_N},
-          {"contact_force_N", f.contact_force_N},      {"reply_s", f.reply_s}};
+  return {{"frozen_force_s", maybe(f.frozen_force_s)},
+          {"stall_s", f.stall_s},
+          {"against_mm", f.against_m * 1e3},
+          {"standing_mm", f.standing_m * 1e3},
+          {"order_travel_mm", f.order_travel_m * 1e3},
+          {"order_force_N", f.order_force_N},
+          {"contact_force_N", f.contact_force_N},
+          {"travel_noise_mm", f.travel_noise_m * 1e3},
+          {"settled_s", f.settled_s},
+          {"reply_s", f.reply_s}};
 }
 
 }  // namespace lcrig

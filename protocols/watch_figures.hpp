@@ -23,6 +23,7 @@ struct ForceScatter {
   double digit_N = 0;  // least difference of two samples
   std::int64_t longest_run = 1;  // of equal ones
   bool alive = false;
+  double travel_noise_m = 0;  // standard deviation, while it stands
 };
 
 // A search that stops at fewer standard deviations of the cell finds its noise.
@@ -40,6 +41,8 @@ struct WatchFigures {
   double order_travel_m = 0;  // between the target and where the frame says that it stands
   double order_force_N = 0;  // the same for a force, and one hundredth of it
   double contact_force_N = 0;  // the least change of force that is no chance
+  double travel_noise_m = 0;  // standard deviation of a sample while it stands
+  double settled_s = 0;  // after a motion its samples may still be on their way
   double reply_s = 0;  // from the arrival of a sample that contradicts until STOP goes out
 };
 

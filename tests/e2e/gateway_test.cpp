@@ -22,10 +22,11 @@ TEST_F(Gateway, ARunOnAForeignFrameSucceedsWithinItsLimit) {
   const json end = client.run_ended(60s);
   EXPECT_EQ(end.value("exit_status", ""), "success") << end;
   EXPECT_EQ(number("SELECT simulated FROM run"), 1) << "the gateway says that it is not real";
-  // The contact is measured, and every prediction held.
-  EXPECT_NEAR(
-      number("SELECT json_extract(detail,'$.stiffness_N_m') FROM event WHERE kind='stiffness'"),
-      120e3, 25e3);
+  // The contact (120 N/mm) is measured by a few looks at a cell that scatters, bounded from above,
+  // and every prediction held.
+  const std::string of_contact = "') FROM event WHERE kind='stiffness'";
+  EXPECT_GE(number("SELECT json_extract(detail,'$.at_most_N_m" + of_contact), 118e3);
+  EXPECT_NEAR(number("SELECT json_extract(detail,'$.stiffness_N_m" + of_contact), 120e3, 50e3);
   EXPECT_EQ(number("SELECT count(*) FROM event WHERE kind='overshoot'"), 2);
   EXPECT_EQ(number("SELECT count(*) FROM event WHERE kind='overshoot_exceeded'"), 0);
   const json sums = end_gateway();

@@ -127,6 +127,25 @@ TEST_F(Lies, AForceThatFreezesInTheSearchStopsIt) {
   EXPECT_LT(at_the_end(), 0.01) << "left loaded";
 }
 
+// It scatters on, and would be pressed to the end of the gap limits: 120 N.
+TEST_F(Lies, AForceThatIsHeldWhileItIsPressedIsNotFollowed) {
+  begin({});
+  lie_in("load", "force_held");
+  const json end = ended(60s);
+  expect_failed(end, {"does not follow the way into the specimen"});
+  EXPECT_LT(peak(), 3);
+  EXPECT_LT(at_the_end(), 0.01) << "left loaded";
+}
+
+TEST_F(Lies, AGainThatFellToATenthIsNoticedNearContact) {
+  begin({});
+  lie_in("ready", "force_gain,factor=0.1");
+  const json end = ended(60s);
+  expect_failed(end, {"does not follow the way into the specimen"});
+  EXPECT_LT(peak(), 1.5);
+  EXPECT_LT(at_the_end(), 0.01) << "left loaded";
+}
+
 // 6.8 N at 1 mm/s, left there because no contact was found.
 TEST_F(Lies, AForceWithTheWrongSignStopsTheSearch) {
   begin({"force_reversed,motion=1"});

@@ -15,7 +15,7 @@ using Word = RigWitness::Word;
 // Samples come in batches of 0.1 s, at most 0.1 s apart, and two may be needed to see a thing.
 constexpr Duration kSlack = std::chrono::milliseconds(300);
 // DONE is believed when the samples that follow agree; a zero is seen to be lost over a second.
-constexpr Duration kAfterDone = std::chrono::milliseconds(350);
+constexpr Duration kAfterDone = std::chrono::milliseconds(550);
 constexpr double kQuicker = 0.45;  // of the printed time: so soon it may be noticed, too
 constexpr Duration kZeroTime = std::chrono::milliseconds(1500);
 
@@ -40,6 +40,8 @@ class Look {
     if (from_ == MonoTime::max()) return std::nullopt;
     switch (lie_.what) {
       case force_frozen: return frozen();
+      case force_held:
+      case force_gain: return did_not_follow();
       case force_reversed: return fell();
       case tare_lost: return lost_zero();
       case stall:
@@ -181,6 +183,33 @@ class Look {
       }
       // It stands already, and may look at what it felt on the way back.
       if (found && o.is_limited) found->due = world_.over_at;
+      if (found) return found;
+    }
+    return std::nullopt;
+  }
+
+  // Pressed deeper than ever, and the force shown does not rise by a twenty-fifth of what the
+  // contact did when it was found; nor does what it was lose a third.
+  Found did_not_follow() const {
+    for (const Ordered& o : orders_) {
+      const auto contact = printed_contact(world_, o.sent);
+      if (o.direction <= 0 || !contact) continue;
+      const double from_m = std::max(contact->travel_m, deepest_m(seen_, o.sent)) + 2e-6 +
+                            2 * rig_.plant.travel_resolution_m;
+      const double begun_N = shown_N(seen_, o.sent);
+      const double doubt_N = 1.5 * watch_.order_force_N + digits_N_ +
+                             0.002 * rig_.plant.force_nominal_N + 0.35 * std::abs(begun_N);
+      int so_far = 0;
+      Found found;
+      each(o, [&](const Seen& s) {
+        if (!s.shown.force_N || !s.shown.travel_m || found) return;
+        const double k = contact->stiffness_N_m, felt_N = std::abs(*s.shown.force_N);
+        const double creeps_m = 0.02 * felt_N / k * to_seconds(s.taken - o.sent);
+        const double pressed_N = 0.04 * k * (*s.shown.travel_m - from_m - creeps_m);
+        const bool follows = *s.shown.force_N >= pressed_N + std::max(begun_N, 0.0) - doubt_N;
+        so_far = follows ? 0 : so_far + 1;
+        if (so_far == 3) found = at(s, *s.arrived, &o);
+      });
       if (found) return found;
     }
     return std::nullopt;

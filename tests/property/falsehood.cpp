@@ -21,11 +21,16 @@ const std::vector<Row>& rows() {
   // The device itself, or the guard, may be first: a force that nothing pulls with is named too.
   static const Words kForce{"against the command", "falls w",     "zero", "frozen",
                             "outside the limits",  "force limit", "pulls"};
+  static const Words kHeld{"does not follow",   "falls w", "at once",
+                           "travel limit",      "jumped",  "no contact was found",
+                           "outside the limits"};
   static const Words kDone{"DONE", "nobody told it to", "does not move"};
   static const Words kStop{"standstill", "STOP"};
   static const Words kNothing{};
   static const std::vector<Row> kRows{
       {force_frozen, "force_frozen", Distrust::force, {"frozen"}},
+      {force_held, "force_held", Distrust::force, kHeld},
+      {force_gain, "force_gain", Distrust::force, kHeld},
       {force_reversed, "force_reversed", Distrust::force, kForce},
       {force_drift, "force_drift", Distrust::nobody, kNothing},
       {force_scatter, "force_scatter", Distrust::nobody, kNothing},
@@ -68,6 +73,8 @@ void set_lie(ZwickSimLies& l, const Falsehood& f, bool on) {
   const double value = on ? f.value : 0;
   switch (f.what) {
     case force_frozen: l.force_frozen = on; return;
+    case force_held: l.force_held = on; return;
+    case force_gain: l.force_gain = on ? f.value : 1; return;
     case force_reversed: l.force_reversed = on; return;
     case force_drift: l.force_drift_N_s = value; return;
     case force_scatter: l.force_scatter = on ? f.value : 1; return;
@@ -121,6 +128,7 @@ Falsehood draw_falsehood(Dice& dice, FrameLie what, const sim::RandomRig& rig) {
   const bool passes = dice.below(4) == 0;
   if (passes) f.lasts_s = dice.scale(0.5, 20);
   switch (what) {
+    case force_gain: f.value = dice.below(2) == 0 ? 0 : dice.scale(0.01, 0.9); break;
     case force_drift: f.value = side * dice.scale(0.002, 1) * rig.limit_N; break;
     case force_scatter: f.value = dice.scale(2, 100); break;
     case creep: f.value = side * dice.scale(0.5e-6, 50e-6); break;

@@ -14,6 +14,8 @@ namespace lcrig::property {
 
 enum class FrameLie {
   force_frozen,
+  force_held,
+  force_gain,  // times
   force_reversed,
   force_drift,  // N/s
   force_scatter,  // times
@@ -35,7 +37,7 @@ enum class FrameLie {
   restart_untared,
   caps_changed,
 };
-constexpr int kFrameLies = 21;
+constexpr int kFrameLies = 23;
 std::string_view to_string(FrameLie lie);
 FrameLie lie_of(std::string_view name);  // throws
 

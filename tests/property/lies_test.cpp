@@ -50,6 +50,8 @@ void play(const std::string& name, double share, int lies,
 TEST(Properties, ALieOfTheFrameIsNoticedInTime) {
   play("frame-lies", 5, 1,
        {"force_frozen: contradicted",
+        "force_held: contradicted",
+        "force_gain: contradicted",
         "force_reversed: contradicted",
         "stall: contradicted",
         "drive_reversed: contradicted",

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/property/orders.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 namespace lcrig::property {
 
@@ -90,6 +92,42 @@ std::vector<MonoTime> stops_sent(const RigWitness& witness) {
     if (w.is_sent && w.line == "STOP") out.push_back(w.at);
   }
   return out;
+}
+
+std::optional<PrintedContact> printed_contact(const RigWorld& world, MonoTime before) {
+  std::optional<PrintedContact> out;
+  double travel_m = 0;
+  for (const RunEvent& e : world.events) {
+    if (e.t > before) break;
+    if (e.kind == "contact") {
+      out.reset();
+      travel_m = nlohmann::json::parse(e.detail).at("travel_m");
+    }
+    if (e.kind == "zero") out.reset();
+    if (e.kind != "stiffness") continue;
+    const auto detail = nlohmann::json::parse(e.detail);
+    if (detail.at("at_least_N_m").is_null()) continue;
+    out.emplace();
+    out->travel_m = travel_m;
+    out->stiffness_N_m = detail.at("at_least_N_m");
+  }
+  return out;
+}
+
+double deepest_m(const std::vector<RigWitness::Seen>& seen, MonoTime until) {
+  double most = -1e9;
+  for (const auto& s : seen) {
+    if (s.taken <= until) most = std::max(most, s.shown.travel_m.value_or(most));
+  }
+  return most;
+}
+
+double shown_N(const std::vector<RigWitness::Seen>& seen, MonoTime until) {
+  double last = 0;
+  for (const auto& s : seen) {
+    if (s.taken <= until) last = s.shown.force_N.value_or(last);
+  }
+  return last;
 }
 
 }  // namespace lcrig::property

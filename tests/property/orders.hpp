@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/support/rig_witness.hpp"
+#include "tests/support/rig_world.hpp"
 
 namespace lcrig::property {
 
@@ -27,5 +28,16 @@ struct Ordered {
 };
 std::vector<Ordered> ordered_motions(const RigWitness& witness);
 std::vector<MonoTime> stops_sent(const RigWitness& witness);
+
+// As the run printed it, of a contact whose place is still told from the same zero.
+struct PrintedContact {
+  PrintedContact() = default;
+  double travel_m = 0, stiffness_N_m = 0;  // the latter at least
+};
+std::optional<PrintedContact> printed_contact(const RigWorld& world, MonoTime before);
+
+// Of what was shown until then: the furthest travel, the last force.
+double deepest_m(const std::vector<RigWitness::Seen>& seen, MonoTime until);
+double shown_N(const std::vector<RigWitness::Seen>& seen, MonoTime until);
 
 }  // namespace lcrig::property

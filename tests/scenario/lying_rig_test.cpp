@@ -78,10 +78,16 @@ const std::vector<Told>& lies() {
   static const std::vector<Told> all{
       {"frozen in the search", "contact", 1s, [](auto& l) { l.force_frozen = true; }, "frozen", ""},
       {"frozen in a load", "load", 1s, [](auto& l) { l.force_frozen = true; }, "frozen", ""},
+      {"held in a load", "load", 1s, [](auto& l) { l.force_held = true; },
+       "does not follow the way into the specimen", ""},
+      {"a tenth of it in a load", "load", 0ms, [](auto& l) { l.force_gain = 0.1; },
+       "does not follow the way into the specimen", ""},
+      {"nothing of it in a load", "load", 5s, [](auto& l) { l.force_gain = 0; },
+       "the load cell shows too little", ""},
       {"reversed in the search", "contact", 100ms, [](auto& l) { l.force_reversed = true; },
        "falls", ""},
-      {"reversed while it stands", "rest", 3s, [](auto& l) { l.force_reversed = true; }, "pulls",
-       "free it by hand"},
+      {"reversed while it stands", "rest", 3s, [](auto& l) { l.force_reversed = true; }, "falls",
+       ""},
       {"reversed in a load", "load", 5s, [](auto& l) { l.force_reversed = true; }, "falls", ""},
       {"drive reversed in a load", "load", 1s, [](auto& l) { l.drive_reversed = true; },
        "against the command", kHandsOff},
@@ -115,6 +121,19 @@ TEST(LyingRig, EachLieIsNoticedAndNamedAndTheTrueForceStaysWithinTheLimit) {
       EXPECT_LT(world.true_N(), 0.01) << r->reason;
     }
   }
+}
+
+// Nobody can notice it before contact was found: how far a search may press is its own limit.
+TEST(LyingRig, ASearchWithoutContactGoesBackToWhereItBegan) {
+  LyingWorld world;
+  world.lie_in("contact", 100ms, [](auto& l) { l.force_held = true; });
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_GT(world.largest_true_N(), kLimit_N) << "it never touched: nothing was tried";
+  EXPECT_LT(world.true_N(), 0.01) << r->reason;
+  EXPECT_NEAR(world.real("SELECT travel_m FROM frame_sample ORDER BY seq DESC LIMIT 1"),
+              world.real("SELECT travel_m FROM frame_sample ORDER BY seq LIMIT 1"), 20e-6);
 }
 
 TEST(LyingRig, ADriveThatStallsIsNoticedLongBeforeTheStepsTimeOut) {

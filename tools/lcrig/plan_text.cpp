@@ -59,6 +59,14 @@ void print_watch(std::ostream& out, const json& plan) {
   fmt::print(out,
              "              that is off by {:.2g} um or {:.2g} N. STOP follows within {:.2g} s\n",
              number("order_travel_mm") * 1e3, number("order_force_N"), number("reply_s"));
+  const auto until = [&plan](const char* key) {
+    return plan.at(key).is_null() ? std::string("nothing bounds it")
+                                  : fmt::format("{:.3g} N", plan.at(key).get<double>());
+  };
+  fmt::print(out,
+             "              until then a cell that freezes may have let through: {};\n"
+             "              a drive that turns round under load: {}\n",
+             until("worst_force_frozen_N"), until("worst_force_reversed_N"));
 }
 
 }  // namespace

@@ -90,6 +90,25 @@ TEST(Guard, OnTheWayBackWithoutAForceOnlyLessTravelIsAllowed) {
   EXPECT_TRUE(guard.check(overload(1.02e-3)));
 }
 
+TEST(Guard, OnTheWayBackACellThatFellSilentNeedsOnlyTravelThatLeadsAway) {
+  Guard guard(window(), 500ms);
+  guard.set_watch_age(true);
+  const auto mute = [](double t_s, double travel_m) {
+    FrameSample s = sample(t_s, std::nullopt);
+    s.travel_m = travel_m;
+    return s;
+  };
+  EXPECT_FALSE(guard.check(sample(1, 0.5)));
+  guard.expect_standstill();
+  guard.allow_return(1e-3);
+  for (double t_s = 1.1; t_s < 3; t_s += 0.1) {
+    EXPECT_FALSE(guard.check(mute(t_s, -1e-3 * (t_s - 1)))) << t_s;
+    EXPECT_FALSE(guard.check_age(MonoTime() + from_seconds(t_s + 0.05))) << t_s;
+  }
+  EXPECT_TRUE(guard.check(mute(3.1, 1e-3))) << "towards the specimen";
+  EXPECT_TRUE(guard.check_age(MonoTime() + 5s)) << "no travel either";
+}
+
 TEST(Guard, ATravelBeyondItsLimitIsAWayBackToo) {
   BoundLimits w = window();
   w.travel_min_m = -1e-3;

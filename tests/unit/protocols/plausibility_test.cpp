@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <random>
 
 namespace lcrig {
@@ -197,6 +198,69 @@ TEST(Plausibility, ASpecimenThatRelaxesQuicklyHasNotJumped) {
       << frame.found->why;
 }
 
+TEST(Plausibility, AServoThatGoesBeyondItsEndAndComesBackHasObeyed) {
+  WatchFigures f = round_figures();
+  f.order_travel_m = 10e-6;
+  const auto rings = [](double s) {
+    return Place(s < 1 ? 1e-4 * s : 1e-4 - 5e-6 * (1 - std::exp(-(s - 1) / 0.1)), 0.0);
+  };
+  FakeFrame frame(f);
+  Plausibility::Motion m = pressing(1e-4);
+  m.target_m = 95e-6;
+  frame.eyes.begin(m, frame.t);
+  EXPECT_FALSE(frame.until_noticed(2, rings)) << frame.found->why;
+  m.target_m = 300e-6;
+  frame.eyes.begin(m, frame.t);
+  EXPECT_TRUE(frame.until_noticed(2, rings)) << "far from its end it has not";
+}
+
+TEST(Plausibility, WhatTheFrameSaysOfItsPlaceIsHeldAgainstItsSamples) {
+  WatchFigures f = round_figures();
+  f.order_travel_m = 10e-6;
+  f.settled_s = 0.5;
+  for (const double jump_m : {-50e-6, 50e-6}) {
+    FakeFrame stands(f);
+    stands.eyes.stand(stands.t, 1e-3);
+    const auto there = [jump_m](double) { return Place(1e-3 + jump_m, 0.5); };
+    const auto after = stands.until_noticed(5, there);
+    ASSERT_TRUE(after);
+    EXPECT_LE(*after, 0.6);
+    EXPECT_EQ(stands.found->disbelief, Disbelief::stillness);
+    FakeFrame moves(f);
+    moves.eyes.stand(moves.t, 1e-3);
+    moves.eyes.begin(pressing(1e-5), moves.t);
+    EXPECT_TRUE(moves.until_noticed(
+        0.1, [jump_m](double s) { return Place(1e-3 + jump_m + 1e-5 * s, 0.5); }));
+  }
+  FakeFrame settles(f);
+  settles.eyes.stand(settles.t, 1e-3);
+  EXPECT_FALSE(settles.until_noticed(5, [](double s) {
+    return Place(s < 0.3 ? 0.9e-3 : 1e-3 - 2e-6, 0.5);  // samples that come late, and it settles
+  }) && settles.found->why.find("said") != std::string::npos);
+}
+
+TEST(Plausibility, AForceThatFallsFarBelowItsOwnPeakIsNotBelieved) {
+  FakeFrame frame;
+  frame.eyes.begin(pressing(1e-5), frame.t);
+  const auto after =
+      frame.until_noticed(30, [](double s) { return Place(1e-5 * s, s < 3 ? 0.2 * s : 0.04 * s); });
+  ASSERT_TRUE(after);
+  EXPECT_LE(*after, 3.1);
+  EXPECT_EQ(frame.found->disbelief, Disbelief::force);
+}
+
+TEST(Plausibility, TellsAFallThatNoSpecimenMakes) {
+  FakeFrame frame;
+  frame.eyes.stand(frame.t);
+  frame.show(1e-3, 0.6);
+  frame.show(1e-3, -0.6);
+  EXPECT_TRUE(frame.eyes.fell_at_once(100e3));
+  frame.show(1e-3, -0.61);
+  EXPECT_FALSE(frame.eyes.fell_at_once(100e3)) << "it was there before";
+  frame.show(1e-3 - 10e-6, -1.5);
+  EXPECT_FALSE(frame.eyes.fell_at_once(100e3)) << "as far as the way explains";
+}
+
 ForceScatter scatter(double noise_N, double digit_N) {
   Rest rest;
   std::mt19937 random(3);
@@ -247,7 +311,41 @@ TEST(Rest, TellsADriftAndHowWellItIsKnown) {
   }
   rest.add(samples);
   EXPECT_NEAR(rest.drift_N_s(), 5e-3, 3 * rest.drift_error_N_s());
-  EXPECT_NEAR(rest.drift_error_N_s(), 1e-3 * std::sqrt(12.0 / 150) / 3, 2e-5);
+  EXPECT_NEAR(rest.drift_error_N_s(), 1e-3 * std::sqrt(12.0 / 150) / 3, 5e-5);
+}
+
+// 50.3 Hz of 10 mN, sampled fifty times a second: a slow wave, and no drift.
+TEST(Rest, HumThatTheSamplingMakesSlowIsNoDrift) {
+  for (int phase = 0; phase < 12; ++phase) {
+    Rest rest;
+    std::mt19937 random(5);
+    std::normal_distribution<double> noise(0, 1e-3);
+    std::vector<FrameSample> samples(150);
+    MonoTime t = MonoTime() + 1s;
+    for (FrameSample& s : samples) {
+      s.received = t += 20ms;
+      const double turns = 50.3 * to_seconds(t.time_since_epoch()) + phase / 12.0;
+      s.force_N = 0.01 * std::sin(2 * std::numbers::pi * turns) + noise(random);
+    }
+    rest.add(samples);
+    EXPECT_FALSE(rest.drifts()) << phase;
+  }
+}
+
+TEST(Rest, TellsHowATravelScattersButNotHowItsDigitFlips) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 1e-6);
+  std::vector<FrameSample> fine(50), coarse(50);
+  for (std::size_t i = 0; i < fine.size(); ++i) {
+    fine[i].received = coarse[i].received = MonoTime() + 1s + i * 20ms;
+    fine[i].travel_m = 2e-3 + noise(random);
+    coarse[i].travel_m = i % 3 == 0 ? 2e-3 : 2.01e-3;
+  }
+  Rest scatters, flips;
+  scatters.add(fine);
+  flips.add(coarse);
+  EXPECT_NEAR(scatters.travel_scatter_m(), 1e-6, 0.3e-6);
+  EXPECT_EQ(flips.travel_scatter_m(), 0);
 }
 
 }  // namespace
