@@ -15,6 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kLook = 300ms;
+constexpr Duration kUnderWay = 100ms;  // samples of the motion that still arrive after its end
 constexpr double kFirstStep_m = 0.2e-6;
 constexpr double kFastest_m_s = 10e-6;  // of the steps back
 constexpr int kSteps = 12;  // each twice as far: up to 0.8 mm
@@ -61,6 +62,7 @@ std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resol
 Task<Result<std::vector<Rest>>> Run::step_back(const MotionOutcome& contact, const Rest& before) {
   const double touched_m = *contact.travel_m;
   std::vector<Rest> looks;
+  co_await setup_.clock.wait_for(kUnderWay);
   auto touched = co_await watch_rest(kLook);
   if (!touched) co_return fail(touched.error());
   looks.push_back(*touched);
@@ -74,6 +76,7 @@ Task<Result<std::vector<Rest>>> Run::step_back(const MotionOutcome& contact, con
        ++i, step_m *= 2) {
     auto moved = co_await move_to_travel(touched_m - step_m, speed, 60 + step_m / speed);
     if (!moved) co_return fail(moved.error());
+    co_await setup_.clock.wait_for(kUnderWay);
     auto now = co_await watch_rest(kLook);
     if (!now) co_return fail(now.error());
     left_N = now->force_N() - before.force_N();
@@ -185,12 +188,14 @@ Task<Result<>> Run::take_contact(const FindContactStep& step, const MotionOutcom
                                  const Rest& rest, const std::vector<Rest>& looks) {
   const Environment& env = setup_.environment;
   const double felt_N = touched.force_N.value_or(looks.front().force_N()) - rest.force_N();
-  const double wavers_N = kContactSigmas * std::max(rest.scatter_N(), looks.front().scatter_N());
+  double least_N = looks.front().scatter_N();
+  for (const Rest& look : looks) least_N = std::min(least_N, look.scatter_N());
+  const double wavers_N = kContactSigmas * std::max(rest.scatter_N(), least_N);
   if (felt_N < 0 && -felt_N < wavers_N) {
     co_return fail(Errc::refused,
                    "step {}: where the probe touches the force wavers by {:.3g} N (standard "
                    "deviation), more than contact at {:.3g} N tells: does the frame hunt?",
-                   step_->id, looks.front().scatter_N(), env.get(step.force));
+                   step_->id, least_N, env.get(step.force));
   }
   if (felt_N < 0) {
     const std::string why = fmt::format(

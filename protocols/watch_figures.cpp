@@ -61,7 +61,6 @@ void ForceScatter::add(const Rest& rest, std::optional<std::int64_t> frozen) {
   const bool habit = !alive || !frozen || now.longest_run <= *frozen / kRunsBefore;
   if (habit) longest_run = std::max(longest_run, now.longest_run);
   alive = alive || now.alive;
-  travel_noise_m = std::max(travel_noise_m, now.travel_noise_m);
 }
 
 WatchFigures watch_figures(const FrameCapabilities& caps, const ForceBound& bound, double limit_N,

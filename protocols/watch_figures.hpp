@@ -23,7 +23,8 @@ struct ForceScatter {
   double digit_N = 0;  // least difference of two samples
   std::int64_t longest_run = 1;  // of equal ones
   bool alive = false;
-  double travel_noise_m = 0;  // standard deviation, while it stands
+  // Standard deviation, at the first look: later the frame may creep, and none is learned from.
+  double travel_noise_m = 0;
 };
 
 // A search that stops at fewer standard deviations of the cell finds its noise.

@@ -201,15 +201,19 @@ class Look {
                              0.002 * rig_.plant.force_nominal_N + 0.35 * std::abs(begun_N);
       int so_far = 0;
       Found found;
+      const Seen* last = nullptr;
       each(o, [&](const Seen& s) {
         if (!s.shown.force_N || !s.shown.travel_m || found) return;
         const double k = contact->stiffness_N_m, felt_N = std::abs(*s.shown.force_N);
         const double creeps_m = 0.02 * felt_N / k * to_seconds(s.taken - o.sent);
         const double pressed_N = 0.04 * k * (*s.shown.travel_m - from_m - creeps_m);
-        const bool follows = *s.shown.force_N >= pressed_N + std::max(begun_N, 0.0) - doubt_N;
+        const bool follows = *s.shown.force_N >= pressed_N + begun_N - doubt_N;
         so_far = follows ? 0 : so_far + 1;
         if (so_far == 3) found = at(s, *s.arrived, &o);
+        if (*s.shown.force_N < 0.7 * s.true_N - 2 * watch_.order_force_N - digits_N_) last = &s;
       });
+      // It was seen sooner than that.
+      if (!found && o.is_stopped && last != nullptr) found = at(*last, o.over, &o);
       if (found) return found;
     }
     return std::nullopt;

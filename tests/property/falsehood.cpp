@@ -19,8 +19,8 @@ struct Row {
 const std::vector<Row>& rows() {
   using enum FrameLie;
   // The device itself, or the guard, may be first: a force that nothing pulls with is named too.
-  static const Words kForce{"against the command", "falls w",     "zero", "frozen",
-                            "outside the limits",  "force limit", "pulls"};
+  static const Words kForce{"against the command", "falls w",     "zero",  "frozen",
+                            "outside the limits",  "force limit", "pulls", "does not follow"};
   static const Words kHeld{"does not follow",   "falls w", "at once",
                            "travel limit",      "jumped",  "no contact was found",
                            "outside the limits"};
@@ -37,7 +37,7 @@ const std::vector<Row>& rows() {
       {tare_lost, "tare_lost", Distrust::force, {"zero", "tare"}},
       {stall, "stall", Distrust::drive, {"does not move"}},
       {drive_reversed, "drive_reversed", Distrust::drive, {"against the command"}},
-      {creep, "creep", Distrust::gateway, {"nobody told it to"}},
+      {creep, "creep", Distrust::gateway, {"nobody told it to", "outside the limits"}},
       {estop, "estop", Distrust::drive, {"E-stop", "fault"}},
       {done_early, "done_early", Distrust::gateway, kDone},
       {done_unmoved, "done_unmoved", Distrust::gateway, kDone},

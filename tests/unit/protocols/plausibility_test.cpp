@@ -129,6 +129,17 @@ TEST(Plausibility, TheSlowestSpeedOfACoarseTravelIsNoStall) {
   })) << frame.found->why;
 }
 
+// A fast approach at few samples per second shows no two travels that are near each other.
+TEST(Plausibility, TheWayBetweenTwoSamplesIsNoDigit) {
+  FakeFrame frame;
+  frame.eyes.begin(pressing(0.02), frame.t);
+  EXPECT_FALSE(frame.until_noticed(1, [](double s) { return Place(0.02 * s, 0.0); }));
+  frame.eyes.begin(pressing(1e-5), frame.t);
+  const auto after = frame.until_noticed(30, [](double s) { return Place(0.02 - 1e-5 * s, 0.0); });
+  ASSERT_TRUE(after);
+  EXPECT_LE(*after, 0.4);
+}
+
 TEST(Plausibility, AForceThatFallsWhileItPressesIsNotBelieved) {
   FakeFrame frame;
   frame.eyes.begin(pressing(1e-5), frame.t);
