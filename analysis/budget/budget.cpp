@@ -9,6 +9,7 @@
 
 #include "analysis/least_squares.hpp"
 #include "analysis/line_fit.hpp"
+#include "analysis/peak_curve.hpp"
 
 namespace lcrig {
 
@@ -16,7 +17,7 @@ namespace {
 
 constexpr double kEdge = 1e-6;  // relative: a level at 30 kPa lies in 0-30 kPa
 // As the analysis has them (analysis/cycles.cpp): where a loading begins, what its peak is.
-constexpr double kLoaded = 0.05, kPlateauReadings = 10, kUpper = 0.5;
+constexpr double kLoaded = 0.05, kPlateauReadings = 10;
 // A reading's force lies between two samples: over all places the variance is 2/3 of a sample's.
 constexpr double kInterpolated = 2.0 / 3;
 // Where the last reading before a peak falls is chance: averaged over these parts of an interval.
@@ -152,13 +153,13 @@ std::optional<Parts> slope_of_loadings(const PlannedRun& run, const PressureRang
 std::vector<double> upper_half(const Loading& loading, double nearest_s, double peak_kPa) {
   std::vector<double> out;
   for (const double kPa : loading.kPa(nearest_s)) {
-    if (kPa >= kUpper * peak_kPa) out.push_back(kPa / peak_kPa - 1);
+    if (kPa >= PeakCurve::kUpper * peak_kPa) out.push_back(kPa / peak_kPa - 1);
   }
   return out;
 }
 
 // Variance of C at the peak from the fit to the upper half of the force, for unit variance of a
-// reading: one slope for each branch and a common bend. The readings go on through the turn, so the
+// reading. The readings go on through the turn, so the
 // nearer the last one before it, the farther the first one after it.
 double unit_variance_of_fit(const PlannedRun& run, const PlannedCycle& cycle) {
   const Loading loading(run, cycle);
@@ -166,17 +167,10 @@ double unit_variance_of_fit(const PlannedRun& run, const PlannedCycle& cycle) {
   for (const double phase : kPhases) {
     const auto up = upper_half(loading, phase * run.interval_s, cycle.peak_kPa);
     const auto down = upper_half(loading, (1 - phase) * run.interval_s, cycle.peak_kPa);
-    const bool branches = up.size() >= 2 && down.size() >= 2;
-    const bool bend = up.size() + down.size() >= 8;
-    LeastSquares fit(1 + (branches ? 2U : 1U) + (bend ? 1U : 0U));
-    for (const double d : up) {
-      const double row[4] = {1, d, branches ? 0 : d * d, d * d};
-      fit.add(row, 0);
-    }
-    for (const double d : down) {
-      const double row[4] = {1, branches ? 0 : d, branches ? d : d * d, d * d};
-      fit.add(row, 0);
-    }
+    const PeakCurve curve(std::ssize(up), std::ssize(down));
+    LeastSquares fit(curve.columns());
+    for (const double d : up) fit.add(curve.row(d, true).data(), 0);
+    for (const double d : down) fit.add(curve.row(d, false).data(), 0);
     const auto solution = fit.solve();
     mean += (solution && solution->freedom >= 1 ? solution->unit_covariance[0] : 1.0) /
             std::size(kPhases);
