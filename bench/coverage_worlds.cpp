@@ -57,11 +57,13 @@ void print(const std::string& world, const std::string& result, const Cell& c) {
 void run(const RunData& shape, const std::vector<World>& list, int seeds, int first,
          const std::string& only) {
   const TrueSpecimen specimen = straight_and_bent();
+  std::uint64_t cell = 0;  // no two worlds have the same dice
   for (const World& w : list) {
+    cell += 100'000;
     if (!only.empty() && w.name.find(only) == std::string::npos) continue;
     std::map<std::string, Cell> cells;
     for (int seed = first; seed < first + seeds; ++seed) {
-      const MadeRun made = rewrite(shape, specimen, w, static_cast<std::uint64_t>(seed));
+      const MadeRun made = rewrite(shape, specimen, w, cell + static_cast<std::uint64_t>(seed));
       for (const Judged& j : judge(made, specimen, w)) cells[j.result].add(j);
     }
     for (const auto& [result, cell] : cells) print(w.name, result, cell);

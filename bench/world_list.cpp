@@ -35,6 +35,7 @@ std::vector<World> static_worlds() {
       changed("gain +-0.05 %", [](World& w) { w.gain_limit = 5e-4; }),
       changed("force +-1 %", [](World& w) { w.force_limit = 0.01; }),
       changed("creep 2 %/decade", [](World& w) { w.creep_per_decade = 0.02; }),
+      changed("hysteresis 3 %", [](World& w) { w.hysteresis = 0.03; }),
   };
 }
 

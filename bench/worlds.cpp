@@ -119,7 +119,8 @@ class Background {
     double out = walk_ + w_.drift_fF_h * t_s / 3600;
     out += w_.noise_fF * (1 + w_.noise_per_kPa * kPa) * noise_;
     if (w_.flicker_fF > 0) out += flicker_.step(dt);
-    if (w_.hum_fF > 0) out += w_.hum_fF * std::sin(2 * std::numbers::pi * t_s / 7.3 + 1);
+    if (w_.hum_fF > 0)
+      out += w_.hum_fF * std::sin(2 * std::numbers::pi * (t_s / period_s_ + phase_));
     if (uniform_(random_) < w_.outlier_share)
       out += w_.outlier_fF * (normal_(random_) > 0 ? 1 : -1);
     return out;
@@ -131,6 +132,7 @@ class Background {
   Flicker flicker_;
   std::normal_distribution<double> normal_;
   std::uniform_real_distribution<double> uniform_{0, 1};
+  double period_s_ = 5 + 5 * uniform_(random_), phase_ = uniform_(random_);
   bool first_ = true;
   double t_s_ = 0, walk_ = 0, noise_ = 0;
 };
@@ -179,12 +181,15 @@ std::optional<Judged> judge_slope(const MadeRun& run, const TrueSpecimen& specim
     if (kPa < r.range.from_kPa - 1e-6 || kPa > r.range.to_kPa + 1e-6) continue;
     const double creep = w.creep_per_decade > 0 ? mean_creep(run, w, l.level) : 1;
     const double delta = specimen.delta_fF(kPa) * creep;
+    // Their own slope is that of the middle of the branches.
+    const double u = kPa / 100;
+    const double half_gap = 2 * w.hysteresis * specimen.delta_fF(100) * u * (1 - u);
     const double shared =
         run.truth.shared_fF.empty() ? 0 : run.truth.shared_fF[static_cast<std::size_t>(l.index)];
     rig.push_back({kPa * (1 + run.truth.force), (1 + run.truth.gain) * (delta + shared), 1});
     // The true pressure is that of the true force on the true area.
     const double area = std::pow(1 + run.truth.diameter_mm / kDiameter_mm, 2);
-    own.push_back({kPa / area, delta, 1});
+    own.push_back({kPa / area, delta + half_gap, 1});
   }
   Judged out;
   out.result = "slope " + std::string(r.range.from_kPa < 1 ? "low" : "high");
@@ -286,7 +291,7 @@ MadeRun rewrite(const RunData& shape, const TrueSpecimen& specimen, const World&
   const auto time = under_load(shape);
   const double rest_N = shape.rest_force_N.value_or(0);
   double top = 0;
-  for (const RunReading& r : shape.readings) top = std::max(top, static_cast<double>(r.load_N));
+  for (const FramePoint& p : shape.frame) top = std::max(top, static_cast<double>(p.load_N));
   const double span = specimen.delta_fF((top - rest_N) / kArea_m2 * 1e-3);
   Background background(w, random);
   for (std::size_t i = 0; i < out.data.readings.size(); ++i) {
@@ -338,7 +343,7 @@ std::vector<Judged> judge(const MadeRun& run, const TrueSpecimen& specimen, cons
     double shown = 0, own = 0;
     for (const CycleResult& c : a.cycles) {
       const double meant_N = std::round(c.peak_force_N / (1 + t.force) * 20) / 20;
-      shown += (1 + t.gain) * specimen.delta_fF(meant_N / kArea_m2 * 1e-3) / c0;
+      shown += (1 + t.gain) * specimen.delta_fF(meant_N / kArea_m2 * 1e-3) / (c0 + drifted);
       own += specimen.delta_fF(meant_N / kArea_m2 * 1e-3 * (1 + t.force)) / specimen.c0_fF;
     }
     const double n = static_cast<double>(a.cycles.size());

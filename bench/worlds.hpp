@@ -47,7 +47,7 @@ struct World {
   double walk_fF_sqrt_s = 0;  // random walk
   double flicker_fF = 0;  // 1/f: this much in each octave of time constants from 0.2 to 1600 s
   double drift_fF_h = 0;
-  double hum_fF = 0;  // amplitude of a beat with the mains, period 7.3 s
+  double hum_fF = 0;  // amplitude of a beat with the mains, of 5 to 10 s
   double shared_sd_fF = 0;  // of a level, common to all repeats
   double outlier_share = 0, outlier_fF = 40;
   double gain_limit = 0, force_limit = 0, diameter_limit_mm = 0;  // uniform within +-
