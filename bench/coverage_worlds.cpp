@@ -66,7 +66,7 @@ void run(const RunData& shape, const std::vector<World>& list, int seeds, int fi
       const MadeRun made = rewrite(shape, specimen, w, cell + static_cast<std::uint64_t>(seed));
       for (const Judged& j : judge(made, specimen, w)) cells[j.result].add(j);
     }
-    for (const auto& [result, cell] : cells) print(w.name, result, cell);
+    for (const auto& [result, counts] : cells) print(w.name, result, counts);
   }
 }
 
