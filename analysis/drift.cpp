@@ -38,7 +38,8 @@ Drift::Drift(std::vector<RestNode> nodes) : nodes_(std::move(nodes)) {
   const double excess = freedom > 0 ? line->residual_ss / freedom : 0;
   follow_ = excess > 1 ? 1 - 1 / excess : 0;
   freedom_ = excess > 1 ? freedom : std::numeric_limits<double>::infinity();
-  rate_se_ = line->slope_se(std::max(1.0, excess));
+  const bool exact = std::ranges::none_of(nodes_, [](const RestNode& n) { return n.se_fF > 0; });
+  rate_se_ = line->slope_se(exact ? excess : std::max(1.0, excess));
   follow(follow_);
 }
 
