@@ -36,7 +36,7 @@ class BudgetCommand final : public Command {
     list.option("-s,--specimen", specimen_, "S", "What will be pressed: a name or a file", true);
     list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
     list.option("--frequency-Hz", frequencies_, "F,...", "Test frequencies (default: the file's)");
-    list.option("--target", target_, "PERCENT", "Find what meets this standard error: 1%");
+    list.option("--target", target_, "PERCENT", "Find what gives intervals of +-1%");
     list.option("--bench", bench_, "B", "Instruments and fixture (default: paper)");
     list.option("--svg", svg_, "FILE", "Picture of error against time");
   }
