@@ -162,8 +162,8 @@ std::vector<double> upper_half(const Loading& loading, double nearest_s, double 
 }
 
 // Variance of C at the peak from the fit to the upper half of the force, for unit variance of a
-// reading. The readings go on through the turn, so the nearer the last one before it, the farther the
-// first one after it.
+// reading. The readings go on through the turn, so the nearer the last one before it, the farther
+// the first one after it.
 double unit_variance_of_fit(const PlannedRun& run, const PlannedCycle& cycle) {
   const Loading loading(run, cycle);
   double mean = 0;
