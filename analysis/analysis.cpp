@@ -45,6 +45,19 @@ void add_notes(const RunData& data, RunAnalysis& out) {
   if (data.other_function > 0) {
     note(fmt::format("{} readings of other functions are not used", data.other_function));
   }
+  const auto [low, high] = std::minmax_element(
+      data.readings.begin(), data.readings.end(),
+      [](const RunReading& a, const RunReading& b) { return a.capacitance_F < b.capacitance_F; });
+  if (data.readings.size() >= 3 && low->capacitance_F == high->capacitance_F) {
+    note("all readings are alike: a meter that measures shows its noise");
+  }
+  const auto negative = std::count_if(data.readings.begin(), data.readings.end(),
+                                      [](const RunReading& r) { return r.capacitance_F < 0; });
+  if (negative > 0) {
+    note(fmt::format(
+        "{} readings of a negative capacitance: look at the open correction and the function",
+        negative));
+  }
   if (!data.has_frame()) note("no force was recorded");
   if (data.frame_gaps > 0) {
     note(fmt::format("{} gaps in the frame's samples: nothing is interpolated across them",
@@ -72,26 +85,31 @@ void add_level_notes(const RunData& data, RunAnalysis& out) {
     out.notes.push_back(fmt::format("{} levels have no usable reading", empty));
   }
   if (out.outlier_count > 0) {
-    out.notes.push_back(fmt::format(
-        "{} outliers among the readings of levels: listed, and kept in every result but the robust "
-        "ones",
-        out.outlier_count));
+    out.notes.push_back(
+        fmt::format("{} outliers among the readings of levels and baseline: listed, and kept in "
+                    "every result but "
+                    "the robust ones",
+                    out.outlier_count));
   }
 }
 
 }  // namespace
 
 void calc_limit_of_detection(const Scene& scene, RunAnalysis& out) {
-  out.limit_of_detection =
-      metric("limit_of_detection_kPa",
-             "three standard deviations of one reading over the sensitivity of the lowest range");
-  const RangeResult* lowest = nullptr;
+  out.limit_of_detection = metric("limit_of_detection_kPa",
+                                  "three standard deviations of one reading over the sensitivity "
+                                  "of 0-30 kPa (without it, of the "
+                                  "lowest range that was asked for)");
+  // Always of the same range, so that asking for another one does not change it.
+  RangeResult usual = slope_in(scene, out, AnalysisOptions().ranges.front());
+  const RangeResult* lowest = usual.sensitivity ? &usual : nullptr;
   for (const RangeResult& r : out.ranges) {
-    if (!r.sensitivity) continue;
+    if (usual.sensitivity || !r.sensitivity) continue;
     if (lowest == nullptr || r.range.from_kPa < lowest->range.from_kPa) lowest = &r;
   }
-  if (lowest == nullptr || !out.noise || lowest->sensitivity.value() == 0) {
-    out.limit_of_detection.reason = "it takes a noise and a sensitivity";
+  if (lowest == nullptr || !out.noise || lowest->sensitivity.value() == 0 ||
+      !(out.noise.value() > 0)) {
+    out.limit_of_detection.reason = "it takes a noise and a sensitivity that are not 0";
     return;
   }
   const double slope = lowest->sensitivity.value();
@@ -99,10 +117,13 @@ void calc_limit_of_detection(const Scene& scene, RunAnalysis& out) {
   Estimate e;
   e.value = value;
   if (const auto se = lowest->sensitivity.estimate->standard_error) {
-    const double relative =
-        std::hypot(*out.noise.estimate->standard_error / out.noise.value(), *se / slope);
-    e = estimate(value, value * relative, *lowest->sensitivity.estimate->degrees_of_freedom,
-                 scene.options.confidence);
+    const Estimate &noise = *out.noise.estimate, &of_slope = *lowest->sensitivity.estimate;
+    const auto scaled = [&](double relative, const Estimate& of) {
+      return SlopePart{value * std::abs(relative), of.degrees_of_freedom.value_or(1)};
+    };
+    e = estimate_of_parts(
+        value, {scaled(*noise.standard_error / noise.value, noise), scaled(*se / slope, of_slope)},
+        scene.options.confidence);
   }
   out.limit_of_detection.estimate = e;
   out.limit_of_detection.rows = lowest->sensitivity.rows + out.noise.rows;
@@ -122,8 +143,9 @@ Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options)
   add_notes(data, out);
   Scene scene = look_at(data, options, out);
   find_cycles(scene, out);
-  calc_holds(scene, out);
+  find_drift(scene, out);
   calc_levels(scene, out);
+  calc_holds(scene, out);
   calc_baseline(scene, out);
   calc_curve(scene, out);
   calc_cycles(scene, out);

@@ -66,10 +66,14 @@ struct LevelResult {
   double t_s = 0;  // mean time of its readings
   std::optional<double> target_kPa;
   double pressure_kPa = 0;  // mean over the readings, as measured
-  double capacitance_pF = 0;  // mean
+  double capacitance_pF = 0;  // mean, the drift of the unloaded capacitance subtracted
+  double drift_fF = 0;  // that was subtracted
   std::optional<double> delta_C_fF;  // capacitance - C0
   std::optional<double> standard_error_fF;  // of the mean, from the scatter of the readings
   std::optional<double> scatter_fF;  // standard deviation of one reading
+  // Of one reading: standard deviation of its pressure, and covariance with its capacitance.
+  double pressure_scatter_kPa = 0, covariance_fF_kPa = 0;
+  double trend_ss_fF2 = 0;  // of the readings' squares, what a straight line in time explains
   std::int32_t readings = 0;  // used
   std::int32_t missing = 0;  // planned, but overloaded or without a force
   std::int32_t outliers = 0;  // among the used ones; see RunAnalysis::outliers
@@ -86,16 +90,24 @@ struct CurvePoint {
   std::int64_t readings = 0;
 };
 
+// The same least squares over Huber's locations instead of means.
 struct RobustSlope {
   double slope_fF_per_kPa = 0, standard_error = 0;
-  std::int32_t down_weighted = 0;  // points with less than full weight
+  std::int32_t down_weighted = 0;  // readings with less than half of their weight
+};
+
+// A part of the standard error of a slope.
+struct SlopePart {
+  double se = 0;  // fF/kPa
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();
 };
 
 // One range. `sensitivity.estimate` is absent when it cannot be computed; reason says why.
 struct RangeResult {
   PressureRange range;
   Metric sensitivity;  // sensitivity_fF_per_kPa
-  std::optional<double> r_squared;
+  std::string estimand;  // which branch, and how long after the load was reached
+  std::optional<double> r_squared;  // absent when nothing changes
   std::optional<double> intercept_fF;  // of delta C (of C - mean C without a C0) at zero pressure
   std::optional<double> mean_kPa, mean_delta_C_fF;  // the line passes through it
   std::int32_t points = 0;  // levels (of all repeats), or readings of a continuous loading
@@ -107,6 +119,10 @@ struct RangeResult {
   std::optional<RobustSlope> robust;
   std::vector<double> slope_of_repeat;  // fF/kPa, each repeat (or cycle) alone
   std::string scatter_basis;  // what the standard error was made from
+  std::vector<SlopePart> parts_of_error;  // scatter, drift: together the standard error
+  // What all repeats share, from the deviations of the levels from a smooth curve: in the expanded
+  // uncertainty only. Absent: fewer than six levels.
+  std::optional<SlopePart> shared;
   std::optional<double> between_repeats_p;  // F test: small says that the repeats differ
   // Of a continuous loading: change of the rate of pressure with pressure, and the largest standard
   // uncertainty of a reading's instant.
@@ -157,6 +173,8 @@ struct Hysteresis {
   // What it would be with the force at the arrival of the reading instead of its middle.
   std::optional<double> uncorrected_percent;
   bool resolved = false;  // larger than noise and alignment can make it
+  bool in_readings = false;  // the same in these cycles, whatever others would show
+  std::string basis;  // what the standard errors were made from
   std::vector<LoopPoint> loop;
 };
 
@@ -179,10 +197,11 @@ struct HoldResult {
   std::string reason;  // why something is missing
 };
 
-// A reading far from its level's median; kept in every result but the robust ones.
+// A reading far from its level's median, or from that of the baseline; kept in every result but the
+// robust ones.
 struct Outlier {
   double t_s = 0;
-  std::int32_t level = 0, index = 0;
+  std::int32_t level = 0, index = 0;  // level 0: of the baseline
   double capacitance_pF = 0;
   double deviation_fF = 0, deviations = 0;  // the second in standard deviations
 };
@@ -196,9 +215,12 @@ struct RunAnalysis {
   std::vector<std::string> notes;  // what a reader must know: gaps, overloads, assumptions
 
   Metric c0;  // C0_pF
+  std::string c0_basis;  // what its standard error was made from
   Metric noise;  // noise_fF, of one reading
   Metric drift;  // baseline_drift_fF_per_h
   std::optional<double> drift_of_baseline_fF;  // last rest - first rest
+  double drift_followed =
+      0;  // part of the rests' deviations from a line that is subtracted, 0 to 1
   std::vector<LevelResult> levels;
   std::vector<CurvePoint> curve;  // by direction and pressure
   std::vector<RangeResult> ranges;

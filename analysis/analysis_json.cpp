@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "analysis/analysis_text.hpp"
 #include "analysis/metrics.hpp"
 
 namespace lcrig {
@@ -51,6 +52,8 @@ json of(const RangeResult& r) {
             {"sensitivity_fF_per_kPa", value_of(r.sensitivity)},
             {"standard_error", error_of(r.sensitivity)},
             {"ci95", ci95(r.sensitivity)},
+            {"estimand", r.estimand},
+            {"degrees_of_freedom", nullptr},
             {"r_squared", number(r.r_squared)},
             {"intercept_fF", number(r.intercept_fF)},
             {"mean_kPa", number(r.mean_kPa)},
@@ -68,6 +71,7 @@ json of(const RangeResult& r) {
             {"remark", r.sensitivity.reason},
             {"expanded_uncertainty", nullptr},
             {"robust", nullptr}};
+  if (r.sensitivity) j["degrees_of_freedom"] = number(r.sensitivity.estimate->degrees_of_freedom);
   if (!r.budget.parts.empty()) j["expanded_uncertainty"] = number(r.budget.expanded);
   if (r.robust) {
     j["robust"] = {{"sensitivity_fF_per_kPa", number(r.robust->slope_fF_per_kPa)},
@@ -86,6 +90,7 @@ json of(const LevelResult& l) {
           {"target_kPa", number(l.target_kPa)},
           {"pressure_kPa", number(l.pressure_kPa)},
           {"capacitance_pF", number(l.capacitance_pF)},
+          {"drift_fF", number(l.drift_fF)},
           {"delta_C_fF", number(l.delta_C_fF)},
           {"standard_error_fF", number(l.standard_error_fF)},
           {"scatter_fF", number(l.scatter_fF)},
@@ -262,6 +267,7 @@ json to_json(const RunAnalysis& a) {
           {"outlier_count", a.outlier_count},
           {"uncertainty", std::move(budgets)},
           {"confidence", number(a.options.confidence)},
+          {"meaning", {{"ci95", kOfScatter}, {"expanded_uncertainty", kOfAll}}},
           {"rig", rig_of(a.options.rig)},
           {"notes", a.notes}};
 }

@@ -47,8 +47,10 @@ void append_metric(std::string& out, const std::string& name, const Metric& m) {
 void append_range(std::string& out, const RangeResult& r) {
   append_metric(out, fmt::format("sensitivity {}, fF/kPa", range_text(r.range)), r.sensitivity);
   if (!r.sensitivity) return;
-  out += fmt::format("    {} points, {} pressures, R2 {:.4f}; {}\n", r.points, r.pressures,
-                     r.r_squared.value_or(0), r.residual_pattern);
+  if (!r.estimand.empty()) out += fmt::format("    {}\n", r.estimand);
+  const std::string r2 = r.r_squared ? fmt::format("{:.4f}", *r.r_squared) : "-";
+  out += fmt::format("    {} points, {} pressures, R2 {}; {}\n", r.points, r.pressures, r2,
+                     r.residual_pattern);
   if (r.robust) {
     out += fmt::format("    robust (Huber) {}\n",
                        with_error(r.robust->slope_fF_per_kPa, r.robust->standard_error));
@@ -123,9 +125,10 @@ std::string to_text(const RunAnalysis& a) {
                                 a.specimen.empty() ? "-" : printable(a.specimen, 60), a.function,
                                 a.simulated ? " (simulated)" : "");
   for (const std::string& note : a.notes) out += fmt::format("  note: {}\n", printable(note, 1000));
-  out +=
-      fmt::format("\nResults: value +- standard error, {:g} % interval (scatter only), readings\n",
-                  a.options.confidence * 100);
+  out += fmt::format(
+      "\nResults: value +- standard error, {:g} % interval, readings\n"
+      "  interval: {}\n  expanded (below): {}\n",
+      a.options.confidence * 100, kOfScatter, kOfAll);
   std::size_t range = 0;
   for (const Metric* m : a.metrics()) {
     if (range < a.ranges.size() && m == &a.ranges[range].sensitivity) {

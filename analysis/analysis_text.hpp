@@ -9,6 +9,12 @@
 
 namespace lcrig {
 
+// The two truths, beside every result.
+inline constexpr const char* kOfScatter =
+    "what this rig would show without noise, drift and difference of repeats";
+inline constexpr const char* kOfAll =
+    "the specimen's own, with what the rig may err by and what repeats may share";
+
 std::string to_text(const RunAnalysis& analysis);
 std::string to_text(const std::vector<Comparison>& comparisons);
 

@@ -12,26 +12,34 @@ namespace lcrig {
 namespace {
 
 constexpr const char* kC0 =
-    "mean capacitance before anything touched the specimen; standard error from the scatter of the "
-    "readings, with their correlation in time";
+    "mean capacitance before anything touched the specimen, at the middle of that time; standard "
+    "error from the scatter of the readings with their correlation in time, of parts of the "
+    "baseline "
+    "or of the rests, whichever says most";
 constexpr const char* kNoise =
     "standard deviation of one reading of the baseline, from the differences of neighbours (drift "
     "cancels)";
 constexpr const char* kDrift =
-    "slope of the unloaded capacitance over the run (the baseline and every rest between loadings)";
+    "slope of the unloaded capacitance over the run: the baseline, and of every rest after a "
+    "loading "
+    "the later half, because recovery is no drift; it is subtracted from every result under load";
+constexpr std::size_t kBatches = 10;
+constexpr double kPlain = 0.2;  // probability that noise alone does it
 
 struct Baseline {
-  Sample capacitance;  // F
+  Sample capacitance, steady;  // F; the second without the drift
   double square_differences = 0;  // of neighbours, F2
-  std::vector<double> values;  // the first ones, for the correlation
+  std::vector<double> values;  // the first ones, for the batches
 };
-constexpr std::size_t kForCorrelation = 100000;
+constexpr std::size_t kForBatches = 100000;
 
-void take(Baseline& b, double capacitance_F, std::optional<double>& before) {
+// The drift of the run takes part in the mean, which is that of the middle, and not in the scatter.
+void take(Baseline& b, double capacitance_F, double drift_F, std::optional<double>& before) {
   b.capacitance.add(capacitance_F);
+  b.steady.add(capacitance_F - drift_F);
   if (before) b.square_differences += (capacitance_F - *before) * (capacitance_F - *before);
   before = capacitance_F;
-  if (b.values.size() < kForCorrelation) b.values.push_back(capacitance_F);
+  if (b.values.size() < kForBatches) b.values.push_back(capacitance_F - drift_F);
 }
 
 // Before contact; a run that tells none: the unloaded readings before the first loading.
@@ -44,39 +52,69 @@ Baseline collect(const Scene& scene, const RunAnalysis& out) {
     if (data.contact_s ? r.t_s >= *data.contact_s : r.t_s >= end) break;
     if (!scene.uses(r)) continue;
     if (!data.contact_s && !scene.is_unloaded(r)) continue;
-    take(b, r.capacitance_F, before);
+    const double drift_F = scene.drift.known() ? scene.drift.rate_fF_s() * r.t_s * 1e-15 : 0;
+    take(b, r.capacitance_F, drift_F, before);
   }
   return b;
 }
 
-// By what the variance of the mean is larger than for readings that know nothing of each other:
-// (1 + rho)/(1 - rho) of a first-order process, when the correlation stands out of its own noise.
-double correlation_factor(const Baseline& b) {
-  const auto n = b.values.size();
-  if (n < 20) return 1;
-  double products = 0, squares = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double d = b.values[i] - b.capacitance.mean;
-    squares += d * d;
-    if (i > 0) products += d * (b.values[i - 1] - b.capacitance.mean);
+struct MeanVariance {
+  double variance = 0, freedom = 0;
+  std::string basis;
+};
+
+// From the readings and the correlation of neighbours; from batches where those say more: what is
+// slower than the neighbours know shows in them only.
+MeanVariance within_baseline(const Scene& scene, const Baseline& b) {
+  const auto n = static_cast<double>(b.capacitance.count);
+  const Correlation& c = scene.rest_correlation;
+  MeanVariance out{b.steady.variance() / c.of_square(n) * c.of_mean(n),
+                   std::min(n - 1, c.degrees_of_freedom(n - 1)), "scatter of the baseline"};
+  if (c.freedom <= 0) out.freedom = n - 1;
+  const double batches = variance_of_batches(b.values, kBatches);
+  if (batches > out.variance) {
+    out = {batches, kBatches - 1.0, fmt::format("scatter of {} parts of the baseline", kBatches)};
   }
-  if (squares <= 0) return 1;
-  const double rho = std::min(products / squares, 0.99);
-  return rho > 3 / std::sqrt(static_cast<double>(n)) ? (1 + rho) / (1 - rho) : 1;
+  return out;
+}
+
+// The rests after loads, about their own line: slower still. Only where it is plain, because they
+// are few.
+void add_rests(const Scene& scene, MeanVariance& out) {
+  std::vector<LinePoint> rests;
+  const auto& nodes = scene.drift.nodes();
+  for (std::size_t k = 1; k < nodes.size(); ++k) {
+    if (nodes[k].se_fF > 0) {
+      rests.push_back({nodes[k].t_s, nodes[k].fF, 1 / (nodes[k].se_fF * nodes[k].se_fF)});
+    }
+  }
+  const auto line = fit_line(rests);
+  if (!line || line->points < 3) return;
+  const double freedom = line->points - 2, excess = line->residual_ss / freedom;
+  if (f_tail(excess, freedom, 1e6) > kPlain) return;
+  const double variance = line->residual_ss / freedom / (line->sum_weights / line->points) * 1e-30;
+  if (variance <= out.variance) return;
+  out = {variance, freedom, "scatter of the rests, which exceeds that within the baseline"};
 }
 
 void calc_c0(const Scene& scene, const Baseline& b, RunAnalysis& out) {
-  const auto n = static_cast<double>(b.capacitance.count);
   out.c0.rows = b.capacitance.count;
   Estimate e;
   e.value = b.capacitance.mean * 1e12;
   if (b.capacitance.count >= 2) {
-    const double se = std::sqrt(b.capacitance.variance() / n * correlation_factor(b)) * 1e12;
-    e = estimate(e.value, se, n - 1, scene.options.confidence);
+    MeanVariance v = within_baseline(scene, b);
+    add_rests(scene, v);
+    e = estimate(e.value, std::sqrt(v.variance) * 1e12, v.freedom, scene.options.confidence);
+    out.c0_basis = v.basis;
   } else {
     out.c0.reason = "one reading: no scatter";
   }
   out.c0.estimate = e;
+  const double robust = huber_location(b.values) * 1e12, se = e.standard_error.value_or(0);
+  if (out.outlier_count > 0 && std::abs(e.value - robust) > 3 * se && se > 0) {
+    out.c0.reason =
+        fmt::format("outliers move it: without their weight (robust) it is {:.6g} pF", robust);
+  }
 }
 
 // The scatter within the levels, when there is no baseline to tell it.
@@ -108,30 +146,16 @@ void calc_noise(const Scene& scene, const Baseline& b, RunAnalysis& out) {
 }
 
 void calc_drift(const Scene& scene, RunAnalysis& out) {
-  std::vector<LinePoint> rests;
-  const auto add = [&rests](double t_s, double pF, std::optional<double> se_fF) {
-    if (se_fF && *se_fF > 0) rests.push_back({t_s, pF * 1e3, 1 / (*se_fF * *se_fF)});
-  };
-  for (const CycleResult& c : out.cycles) add(c.rest_s, c.rest_pF, c.rest_se_fF);
-  for (std::size_t i = 0; i < scene.rest_end_s.size(); ++i) {
-    add(scene.rest_end_s[i], scene.rest_end_pF[i], scene.rest_end_se_fF[i]);
-  }
-  const auto line = fit_line(rests);
-  if (!line) {
+  const Drift& d = scene.drift;
+  if (!d.known()) {
     out.drift.reason = "it takes two stretches without load, before and after a loading";
     return;
   }
-  out.drift_of_baseline_fF = rests.back().y - rests.front().y;
-  out.drift.rows = static_cast<std::int64_t>(rests.size());
-  // Weights are 1/variance, so noise alone gives 1; what the specimen adds shows in the residuals.
-  const int freedom = line->points - 2;
-  double variance = 1, dof = std::numeric_limits<double>::infinity();
-  if (freedom >= 3) {
-    variance = line->residual_ss / freedom;
-    dof = freedom;
-  }
-  out.drift.estimate =
-      estimate(line->slope * 3600, line->slope_se(variance) * 3600, dof, scene.options.confidence);
+  out.drift_of_baseline_fF = d.nodes().back().fF - d.nodes().front().fF;
+  out.drift_followed = d.followed();
+  out.drift.rows = static_cast<std::int64_t>(d.nodes().size());
+  out.drift.estimate = estimate(d.rate_fF_s() * 3600, d.rate_se_fF_s() * 3600, d.rate_freedom(),
+                                scene.options.confidence);
 }
 
 }  // namespace

@@ -28,6 +28,11 @@ UncertaintyPart shared(UncertaintyPart p) {
   return p;
 }
 
+double half_width(const Metric& m) {
+  const auto& interval = m.estimate->interval;
+  return interval ? ((*interval)[1] - (*interval)[0]) / 2 : 0;
+}
+
 UncertaintyPart scatter(const Estimate& e, const std::string& basis) {
   UncertaintyPart p = part("scatter", *e.standard_error, basis);
   p.kind = UncertaintyKind::a;
@@ -98,17 +103,34 @@ double tilt(const RunAnalysis& out, const RangeResult& r, Of of) {
   return line ? line->slope : 0;
 }
 
-// The pressure grows with time within a repeat, so a drift of C tilts the line; every repeat alike.
+// What the subtraction of the drift leaves.
 void add_drift(const RunAnalysis& out, const RangeResult& r, UncertaintyBudget& b) {
-  if (!out.drift.estimate || out.levels.empty()) return;
-  const double s_per_kPa = tilt(out, r, [](const LevelResult& l) { return l.t_s; });
-  const Estimate& d = *out.drift.estimate;
-  const double rate = std::hypot(d.value, d.standard_error.value_or(0)) / 3600;
-  UncertaintyPart p = part(
-      "drift of C0", rate * s_per_kPa,
-      fmt::format("{:.3g} fF/h from the stretches without load, {:.3g} s/kPa", d.value, s_per_kPa));
+  if (!out.drift.estimate) {
+    b.parts.push_back(part("drift of C0", 0, "not known: no rests to tell it by"));
+    return;
+  }
+  const bool apart = r.parts_of_error.size() > 1 && r.parts_of_error[1].se > 0;
+  UncertaintyPart p =
+      part("drift of C0", apart ? r.parts_of_error[1].se : 0,
+           fmt::format("{:.3g} fF/h between the rests, subtracted; what their own scatter leaves{}",
+                       out.drift.value(), apart ? "" : " is within the scatter"));
   p.kind = UncertaintyKind::a;
-  p.degrees_of_freedom = d.degrees_of_freedom.value_or(std::numeric_limits<double>::infinity());
+  if (apart) p.degrees_of_freedom = r.parts_of_error[1].degrees_of_freedom;
+  b.parts.push_back(p);
+}
+
+void add_shared(const RangeResult& r, UncertaintyBudget& b) {
+  if (!r.shared) {
+    b.parts.push_back(part("scatter that repeats share", 0,
+                           "not known: it takes six levels to tell it from the curve's shape"));
+    return;
+  }
+  UncertaintyPart p =
+      part("scatter that repeats share", r.shared->se,
+           "deviations of the levels from a cubic through all of them, beyond the scatter between "
+           "repeats: seating, probe, electrode, and the shape that a cubic does not have");
+  p.kind = UncertaintyKind::a;
+  p.degrees_of_freedom = r.shared->degrees_of_freedom;
   b.parts.push_back(p);
 }
 
@@ -155,7 +177,10 @@ void budget_of_range(const Scene& scene, const RunAnalysis& out, RangeResult& r)
   const double slope = r.sensitivity.value();
   b.value = slope;
   if (r.sensitivity.estimate->standard_error) {
-    b.parts.push_back(scatter(*r.sensitivity.estimate, r.scatter_basis));
+    Estimate own = *r.sensitivity.estimate;
+    own.standard_error = r.parts_of_error.front().se;
+    own.degrees_of_freedom = r.parts_of_error.front().degrees_of_freedom;
+    b.parts.push_back(scatter(own, r.scatter_basis));
   }
   const double pF = out.c0 ? out.c0.value() : out.levels.empty() ? 0 : out.levels[0].capacitance_pF;
   const auto meter = accuracy(scene, pF);
@@ -176,6 +201,9 @@ void budget_of_range(const Scene& scene, const RunAnalysis& out, RangeResult& r)
     add_alignment_of_cycles(slope, r, b);
   }
   add_drift(out, r, b);
+  if (!out.levels.empty()) add_shared(r, b);
+  add_other_choices(scene, out, r, b);
+  b.least = half_width(r.sensitivity);
   combine(b, scene.options.confidence);
 }
 
@@ -185,7 +213,8 @@ void budget_of_c0(const Scene& scene, RunAnalysis& out) {
   b.quantity = "C0";
   b.unit = "pF";
   b.value = out.c0.value();
-  b.parts.push_back(scatter(*out.c0.estimate, "scatter of the baseline"));
+  b.least = half_width(out.c0);
+  b.parts.push_back(scatter(*out.c0.estimate, out.c0_basis));
   if (const auto meter = accuracy(scene, b.value)) {
     b.parts.push_back(shared(
         part("meter specification", rectangular(meter->total) * b.value,
@@ -224,6 +253,7 @@ void budget_of_dynamic_range(const Scene& scene, RunAnalysis& out) {
   b.quantity = "dynamic range";
   b.unit = "%";
   b.value = out.dynamic_range.value();
+  b.least = half_width(out.dynamic_range);
   const bool several = out.cycles.size() > 1;
   b.parts.push_back(scatter(*out.dynamic_range.estimate,
                             several ? "scatter between cycles" : "scatter of the readings"));
@@ -250,6 +280,18 @@ void budget_of_dynamic_range(const Scene& scene, RunAnalysis& out) {
   out.budgets.push_back(std::move(b));
 }
 
+// Of the curve's upper half, whatever ranges were asked for.
+double slope_at_top(const RunAnalysis& out, const CurvePoint& top) {
+  std::vector<LinePoint> points;
+  for (const CurvePoint& c : out.curve) {
+    if (c.direction == top.direction && 2 * c.pressure_kPa >= top.pressure_kPa) {
+      points.push_back({c.pressure_kPa, c.capacitance_pF * 1e3, 1});
+    }
+  }
+  const auto line = fit_line(points);
+  return line ? line->slope : *top.delta_C_fF / top.pressure_kPa;
+}
+
 void budget_of_highest_level(const Scene& scene, RunAnalysis& out) {
   if (out.curve.empty() || !out.c0) return;
   const auto& top = *std::max_element(
@@ -270,11 +312,7 @@ void budget_of_highest_level(const Scene& scene, RunAnalysis& out) {
     b.parts.back().name = "C0";
   }
   add_meter_gain(accuracy(scene, out.c0.value()), b.value, b);
-  double slope = 0;  // of the range that holds the level
-  for (const RangeResult& r : out.ranges) {
-    if (r.sensitivity.estimate && top.pressure_kPa >= r.range.from_kPa)
-      slope = r.sensitivity.value();
-  }
+  const double slope = slope_at_top(out, top);
   const Relative force = force_class(scene), probe = area(scene);
   b.parts.push_back(shared(part("force", slope * top.pressure_kPa * force.u, force.basis)));
   b.parts.push_back(
@@ -294,7 +332,8 @@ void budget_of_hysteresis(const Scene& scene, RunAnalysis& out) {
   b.quantity = "hysteresis";
   b.unit = "%";
   b.value = h.largest_gap.value();
-  b.parts.push_back(scatter(*h.largest_gap.estimate, "scatter about the branches"));
+  b.least = half_width(h.largest_gap);
+  b.parts.push_back(scatter(*h.largest_gap.estimate, h.basis));
   b.parts.push_back(part("alignment of the clocks", h.alignment_percent.value_or(0),
                          "one error of the instant shifts loading and unloading apart"));
   combine(b, scene.options.confidence);

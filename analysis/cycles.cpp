@@ -7,6 +7,7 @@
 
 #include "analysis/least_squares.hpp"
 #include "analysis/metrics.hpp"
+#include "analysis/peak_curve.hpp"
 
 namespace lcrig {
 
@@ -18,7 +19,6 @@ constexpr double kEdgeShare = 0.05, kCounts = 0.2;
 constexpr double kPlateau = 0.98;  // of the peak
 constexpr std::int64_t kPlateauReadings = 10;
 constexpr double kPlateauTime_s = 2;
-constexpr double kUpper = 0.5;  // the fit at the peak takes the upper half of the force
 
 void close_cycle(const Scene& scene, CycleResult& c, double highest, RunAnalysis& out) {
   if (highest < kCounts * scene.peak_N) return;
@@ -72,25 +72,6 @@ void sharpen_peaks(const Scene& scene, RunAnalysis& out) {
   }
 }
 
-struct Rest {
-  Sample capacitance, time;  // pF, s
-};
-
-// Rest k lies before cycle k; the last one after all cycles.
-std::vector<Rest> collect_rests(const Scene& scene, const RunAnalysis& out) {
-  std::vector<Rest> rests(out.cycles.size() + 1);
-  std::size_t k = 0;
-  const auto& readings = scene.data.readings;
-  for (std::size_t i = 0; i < readings.size(); ++i) {
-    while (k < out.cycles.size() && i >= out.cycles[k].last) ++k;
-    if (k < out.cycles.size() && i >= out.cycles[k].first) continue;
-    if (!scene.uses(readings[i]) || !scene.is_unloaded(readings[i])) continue;
-    rests[k].capacitance.add(readings[i].capacitance_F * 1e12);
-    rests[k].time.add(readings[i].t_s);
-  }
-  return rests;
-}
-
 std::optional<double> error_fF(const Sample& s) {
   if (s.count < 2) return std::nullopt;
   return std::sqrt(s.variance() / static_cast<double>(s.count)) * 1e3;
@@ -127,35 +108,29 @@ bool peak_of_plateau(const Scene& scene, CycleResult& c) {
   return true;
 }
 
-// C against force in the upper half, one slope for each branch and a common bend; its value at the
-// peak. The largest reading would be too large by what noise adds. A window that reaches over the
-// turn is taken, too: without it the scatter doubles, and what it errs by is in the budget.
+// C against force in the upper half, one slope for each branch and a common bend; with many
+// readings each branch its own bend, and a common third order. Its value at the peak: the largest
+// reading would be too large by what noise adds. A window that reaches over the turn is taken, too:
+// without it the scatter doubles, and what it errs by is in the budget.
 Peak peak_of_fit(const Scene& scene, CycleResult& c) {
   std::int64_t up = 0, down = 0;
   const auto in_fit = [&](const RunReading& r) {
-    return r.has_force() && scene.uses(r) && scene.above_rest_N(r) >= kUpper * c.peak_force_N;
+    return r.has_force() && scene.uses(r) &&
+           scene.above_rest_N(r) >= PeakCurve::kUpper * c.peak_force_N;
   };
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = scene.data.readings[i];
     if (in_fit(r)) ++(r.t_s <= c.peak_s ? up : down);
   }
-  const bool branches = up >= 2 && down >= 2;
-  const bool bend = up + down >= 8;
-  LeastSquares fit(1 + (branches ? 2U : 1U) + (bend ? 1U : 0U));
+  const PeakCurve curve(up, down);
+  LeastSquares fit(curve.columns());
   double nearest = 0, distance = -1;
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = scene.data.readings[i];
     if (!r.has_force() || !scene.uses(r)) continue;
     const double d = scene.above_rest_N(r) / c.peak_force_N - 1;
     if (distance < 0 || std::abs(d) < distance) distance = std::abs(d), nearest = r.capacitance_F;
-    if (!in_fit(r)) continue;
-    const bool rising = r.t_s <= c.peak_s;
-    double row[4] = {1, d, d * d, d * d};
-    if (branches) {
-      row[1] = rising ? d : 0;
-      row[2] = rising ? 0 : d;
-    }
-    fit.add(row, r.capacitance_F);
+    if (in_fit(r)) fit.add(curve.row(d, r.t_s <= c.peak_s).data(), r.capacitance_F);
   }
   const auto solution = fit.solve();
   if (!solution || solution->freedom < 1) {
@@ -189,7 +164,7 @@ void set_branch_slope(const Scene& scene, CycleResult& c, Moving& moving) {
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = scene.data.readings[i];
     if (!moving(i) || r.t_s > c.peak_s || spans_turn(c, r)) continue;
-    points.push_back({scene.above_rest_N(r), r.capacitance_F * 1e15, 1});
+    points.push_back({scene.above_rest_N(r), scene.fF(r), 1});
   }
   const auto line = fit_line(points);
   if (!line || line->points < 3) return;
@@ -230,6 +205,10 @@ void calc_dynamic_range(const Scene& scene, RunAnalysis& out) {
   }
   out.dynamic_range.estimate = mean_of_cycles(percents, out.cycles.front().dynamic_range_se_percent,
                                               scene.options.confidence);
+  if (out.cycles.size() == 1) {
+    out.dynamic_range.reason =
+        "one cycle: the interval knows nothing of what differs between cycles";
+  }
   if (rises && falls) {
     out.dynamic_range.reason =
         "the capacitance rises in some loadings and falls in others: their mean says little, look "
@@ -319,22 +298,6 @@ void find_cycles(Scene& scene, RunAnalysis& out) {
   find_excursions(scene, out);
   sharpen_peaks(scene, out);
   set_peaks(scene, out);
-  const auto rests = collect_rests(scene, out);
-  for (std::size_t k = 0; k < out.cycles.size(); ++k) {
-    CycleResult& c = out.cycles[k];
-    c.rest_pF = rests[k].capacitance.mean;
-    c.rest_s = rests[k].capacitance.count > 0 ? rests[k].time.mean : c.begin_s;
-    c.rest_se_fF = error_fF(rests[k].capacitance);
-    // A run that begins loaded, or a cycle that follows at once: the first loaded reading.
-    if (rests[k].capacitance.count == 0) {
-      c.rest_pF = scene.data.readings[c.first].capacitance_F * 1e12;
-    }
-  }
-  const Rest& end = rests.back();
-  if (end.capacitance.count < 2) return;
-  scene.rest_end_pF = {end.capacitance.mean};
-  scene.rest_end_s = {end.time.mean};
-  scene.rest_end_se_fF = {*error_fF(end.capacitance)};
 }
 
 void calc_cycles(const Scene& scene, RunAnalysis& out) {
@@ -354,13 +317,15 @@ void calc_cycles(const Scene& scene, RunAnalysis& out) {
       c.rest_pF = out.c0.value();
       if (const auto se = out.c0.estimate->standard_error) c.rest_se_fF = *se * 1e3;
     }
-    c.delta_C_fF = (c.peak_pF - c.rest_pF) * 1e3;
+    const double drifted = scene.drift.at(c.peak_s) - scene.drift.at(c.rest_s);
+    c.delta_C_fF = (c.peak_pF - c.rest_pF) * 1e3 - drifted;
     if (c.rest_se_fF && c.peak_se_fF) c.delta_C_se_fF = std::hypot(*c.rest_se_fF, *c.peak_se_fF);
   }
-  if (out.c0) {
+  if (out.c0 && out.c0.value() != 0) {
     calc_dynamic_range(scene, out);
   } else {
-    out.dynamic_range.reason = out.dynamic_range_drift.reason = "there is no C0";
+    out.dynamic_range.reason = out.dynamic_range_drift.reason =
+        out.c0 ? "C0 is 0" : "there is no C0";
   }
   if (out.cycles.size() < 2) {
     out.mullins.reason = "it takes two cycles";

@@ -131,7 +131,7 @@ Series series_of(const Scene& scene, const Stretch& s, HoldResult& h) {
     const RunReading& r = readings[i];
     if (!r.has_force() || !scene.uses(r)) continue;
     out.t_s.push_back(r.t_s - begin);
-    out.fF.push_back(r.capacitance_F * 1e15);
+    out.fF.push_back(scene.fF(r));
     force.add(scene.above_rest_N(r));
     capacitance.add(out.fF.back());
     if (r.t_s - begin < 0.1 * span) head.add(scene.above_rest_N(r));
@@ -226,7 +226,7 @@ void calc_creep(const Scene& scene, RunAnalysis& out) {
   for (const HoldResult& h : out.holds) {
     if (!h.per_decade_se_fF || *h.per_decade_se_fF <= 0 || h.cycle == 0) continue;
     const CycleResult& c = out.cycles[static_cast<std::size_t>(h.cycle - 1)];
-    const double delta = h.mean_fF - c.rest_pF * 1e3;
+    const double delta = h.mean_fF - c.rest_pF * 1e3 + scene.drift.at(c.rest_s);
     if (delta == 0) continue;
     const double se = std::abs(*h.per_decade_se_fF / delta) * 100;
     const double y = *h.per_decade_fF / delta * 100, w = 1 / (se * se);

@@ -17,6 +17,7 @@ constexpr std::size_t kOrder = 3;  // of the polynomial of a branch
 constexpr std::int64_t kLeastOfBranch = 12;  // of a branch, all cycles together
 constexpr double kFrom = 0.1, kTo = 0.95;  // of the peak: contact and turning point excluded
 constexpr int kGrid = 18;
+constexpr double kInReadings = 3.3;  // standard errors: one in a thousand by chance
 constexpr const char* kLargestGap =
     "largest difference between unloading and loading at equal force, over the span of C; both "
     "branches as cubics through the readings of all cycles between 10 and 95 % of the peak force, "
@@ -26,8 +27,10 @@ constexpr const char* kLargestGap =
 constexpr const char* kArea =
     "area between unloading and loading over (span of C times range of force), same branches";
 
+using Row = std::array<double, kOrder + 1>;
+
 // Polynomials in u = force / peak, scaled to -1..1 over the fitted part; fF above rest.
-void fill(double u, std::array<double, kOrder + 1>& row) {
+void fill(double u, Row& row) {
   const double v = (2 * u - kFrom - kTo) / (kTo - kFrom);
   row[0] = 1;
   for (std::size_t i = 1; i <= kOrder; ++i) row[i] = row[i - 1] * v;
@@ -39,21 +42,26 @@ struct Branches {
   std::int64_t counts = 0;
 };
 
+// One reading of a branch as the fit sees it.
+struct Taken {
+  std::size_t cycle = 0;
+  bool up = false;
+  Row row{};
+  double fF = 0;  // above the rest of the cycle, scaled
+};
+
 // `late`: the force at the end of the window instead of its middle, from the rate of force.
-void add_reading(const Scene& scene, const CycleResult& c, std::size_t i, double scale, bool late,
-                 Branches& out) {
-  const RunReading& r = scene.data.readings[i];
-  if (spans_turn(c, r)) return;
+std::optional<Taken> taken(const Scene& scene, const CycleResult& c, const RunReading& r,
+                           double scale, bool late) {
+  if (spans_turn(c, r)) return std::nullopt;
   const double delay = late ? r.half_window_s() : 0;
   const double u = (scene.above_rest_N(r) + r.force_rate_N_s * delay) / c.peak_force_N;
-  if (u < kFrom || u > kTo) return;
-  const bool up = r.t_s <= c.peak_s;
-  std::array<double, kOrder + 1> row{};
-  fill(u, row);
-  (up ? out.up : out.down).add(row.data(), scale * (r.capacitance_F * 1e12 - c.rest_pF) * 1e3);
-  const double error = r.alignment_N();
-  out.square_rate_error += error * error;
-  ++out.counts;
+  if (u < kFrom || u > kTo) return std::nullopt;
+  Taken out;
+  out.up = r.t_s <= c.peak_s;
+  fill(u, out.row);
+  out.fF = scale * (scene.fF(r) - c.rest_pF * 1e3 + scene.drift.at(c.rest_s));
+  return out;
 }
 
 // Cycles of different height (presses at different places) are brought to the mean one.
@@ -77,21 +85,34 @@ std::vector<double> scales(const RunAnalysis& out) {
   return scale;
 }
 
-Branches collect(const Scene& scene, const RunAnalysis& out, bool late) {
-  Branches b;
+template <class Visit>
+void each_taken(const Scene& scene, const RunAnalysis& out, bool late, Visit visit) {
   Moving moving(scene, out);
   const auto scale = scales(out);
   for (std::size_t k = 0; k < out.cycles.size(); ++k) {
     const CycleResult& c = out.cycles[k];
     for (std::size_t i = c.first; i < c.last; ++i) {
-      if (moving(i)) add_reading(scene, c, i, scale[k], late, b);
+      if (!moving(i)) continue;
+      auto t = taken(scene, c, scene.data.readings[i], scale[k], late);
+      if (!t) continue;
+      t->cycle = k;
+      visit(*t, scene.data.readings[i]);
     }
   }
+}
+
+Branches collect(const Scene& scene, const RunAnalysis& out, bool late) {
+  Branches b;
+  each_taken(scene, out, late, [&b](const Taken& t, const RunReading& r) {
+    (t.up ? b.up : b.down).add(t.row.data(), t.fF);
+    const double error = r.alignment_N();
+    b.square_rate_error += error * error;
+    ++b.counts;
+  });
   return b;
 }
 
-double value_at(const std::vector<double>& coefficients,
-                const std::array<double, kOrder + 1>& row) {
+double value_at(const std::vector<double>& coefficients, const Row& row) {
   double sum = 0;
   for (std::size_t i = 0; i <= kOrder; ++i) sum += coefficients[i] * row[i];
   return sum;
@@ -100,6 +121,9 @@ double value_at(const std::vector<double>& coefficients,
 struct Loop {
   LeastSquares::Solution up, down;
   double variance = 0;
+  double freedom = 0;  // of the standard errors
+  double reading_error_fF = 0;  // of the largest gap, from the scatter of the readings alone
+  std::string basis;
   std::vector<LoopPoint> points;
   std::size_t largest = 0;
   double area = 0, area_variance = 0;  // mean gap over the range, fF
@@ -112,7 +136,7 @@ std::optional<Loop> make_loop(const Branches& b, double peak_N) {
   }
   Loop loop;
   loop.variance = (up->residual_ss + down->residual_ss) / (up->freedom + down->freedom);
-  std::array<double, kOrder + 1> row{};
+  Row row{};
   std::vector<double> mean_row(kOrder + 1, 0.0);
   for (int k = 0; k < kGrid; ++k) {
     const double u = kFrom + (kTo - kFrom) * k / (kGrid - 1);
@@ -134,9 +158,100 @@ std::optional<Loop> make_loop(const Branches& b, double peak_N) {
   }
   loop.area_variance =
       loop.variance * (up->unit_variance(mean_row) + down->unit_variance(mean_row));
+  loop.freedom = up->freedom + down->freedom;
+  loop.basis = "scatter about the branches";
+  loop.reading_error_fF = loop.points[loop.largest].gap_se_fF;
   loop.up = std::move(*up);
   loop.down = std::move(*down);
   return loop;
+}
+
+// What each cycle adds to the coefficients of the branches: where all cycles have the same
+// readings, its own branch less the common one, divided by the number of cycles.
+struct CycleShare {
+  Row up{}, down{};
+  double span_fF = 0;  // likewise of the span that the gap is divided by
+  double explained = 0;  // of the residual sum of squares, by branches of its own
+};
+
+std::vector<CycleShare> shares_of(const Scene& scene, const RunAnalysis& out, const Loop& loop) {
+  std::vector<CycleShare> scores(out.cycles.size()), shares(out.cycles.size());
+  each_taken(scene, out, false, [&](const Taken& t, const RunReading&) {
+    const double residual = t.fF - value_at((t.up ? loop.up : loop.down).value, t.row);
+    Row& score = t.up ? scores[t.cycle].up : scores[t.cycle].down;
+    for (std::size_t i = 0; i <= kOrder; ++i) score[i] += t.row[i] * residual;
+  });
+  const auto solve = [](const LeastSquares::Solution& s, const Row& score, Row& share) {
+    for (std::size_t i = 0; i <= kOrder; ++i) {
+      for (std::size_t j = 0; j <= kOrder; ++j) {
+        share[i] += s.unit_covariance[i * (kOrder + 1) + j] * score[j];
+      }
+    }
+  };
+  const auto cycles = static_cast<double>(scores.size());
+  const double span = mean_height_fF(out);
+  for (std::size_t k = 0; k < scores.size(); ++k) {
+    shares[k].span_fF = (std::abs(out.cycles[k].delta_C_fF) - span) / cycles;
+    solve(loop.up, scores[k].up, shares[k].up);
+    solve(loop.down, scores[k].down, shares[k].down);
+    for (std::size_t i = 0; i <= kOrder; ++i) {
+      shares[k].explained +=
+          cycles * (scores[k].up[i] * shares[k].up[i] + scores[k].down[i] * shares[k].down[i]);
+    }
+  }
+  return shares;
+}
+
+// Of the gap (times span over span, so that what both share cancels), fF2.
+double variance_of_shares(const std::vector<CycleShare>& shares, const Row& row, double of_span) {
+  double sum = 0;
+  for (const CycleShare& s : shares) {
+    double gap = -of_span * s.span_fF;
+    for (std::size_t i = 0; i <= kOrder; ++i) gap += row[i] * (s.down[i] - s.up[i]);
+    sum += gap * gap;
+  }
+  const auto n = static_cast<double>(shares.size());
+  return sum * n / (n - 1);
+}
+
+// The cycles as a sample, as the slopes of repeats are; the readings' scatter only while that says
+// more, and never with two cycles. One cycle: its readings, with what neighbours know of each
+// other.
+void set_errors(const Scene& scene, const RunAnalysis& out, Loop& loop) {
+  const std::size_t cycles = out.cycles.size();
+  if (cycles == 1) {
+    const double rho = scene.correlation.rho, wider = std::sqrt((1 + rho) / (1 - rho));
+    for (LoopPoint& p : loop.points) p.gap_se_fF *= wider;
+    loop.area_variance *= wider * wider;
+    loop.basis = "scatter about the branches of one cycle: nothing is known of other cycles";
+    return;
+  }
+  const auto shares = shares_of(scene, out, loop);
+  const double span = mean_height_fF(out);
+  Row row{}, mean{};
+  std::vector<double> errors;
+  for (int k = 0; k < kGrid; ++k) {
+    fill(kFrom + (kTo - kFrom) * k / (kGrid - 1), row);
+    for (std::size_t i = 0; i <= kOrder; ++i) mean[i] += row[i] / kGrid;
+    const LoopPoint& p = loop.points[static_cast<std::size_t>(k)];
+    errors.push_back(std::sqrt(variance_of_shares(shares, row, (p.down_fF - p.up_fF) / span)));
+  }
+  // The readings' scatter without what differs from cycle to cycle.
+  double within = loop.up.residual_ss + loop.down.residual_ss;
+  for (const CycleShare& s : shares) within -= s.explained;
+  const double freedom =
+      loop.freedom - 2 * static_cast<double>(kOrder + 1) * static_cast<double>(cycles - 1);
+  const double part = freedom >= 5 ? std::max(0.0, within) / freedom / loop.variance : 0;
+  for (LoopPoint& p : loop.points) p.gap_se_fF *= std::sqrt(part);
+  loop.area_variance *= part;
+  if (cycles > 2 && errors[loop.largest] < loop.points[loop.largest].gap_se_fF) {
+    loop.freedom = freedom;
+    return;
+  }
+  for (std::size_t k = 0; k < errors.size(); ++k) loop.points[k].gap_se_fF = errors[k];
+  loop.area_variance = variance_of_shares(shares, mean, loop.area / span);
+  loop.freedom = static_cast<double>(cycles) - 1;
+  loop.basis = fmt::format("the gaps of {} cycles as a sample", cycles);
 }
 
 double gap_fF(const LoopPoint& p) {
@@ -161,7 +276,7 @@ void fill_result(const Scene& scene, const RunAnalysis& out, const Branches& b, 
                  Hysteresis& h) {
   const double span = mean_height_fF(out), peak = mean_peak_N(out);
   const LoopPoint& at = loop.points[loop.largest];
-  const double freedom = loop.up.freedom + loop.down.freedom;
+  const double freedom = loop.freedom;
   const double confidence = scene.options.confidence;
   h.largest_gap.estimate =
       estimate(std::abs(gap_fF(at)) / span * 100, at.gap_se_fF / span * 100, freedom, confidence);
@@ -178,6 +293,10 @@ void fill_result(const Scene& scene, const RunAnalysis& out, const Branches& b, 
         "not resolved: noise and the instant of the readings alone can make {:.2g} %", limit);
   }
   h.loop = loop.points;
+  h.in_readings =
+      h.largest_gap.value() >
+      std::hypot(kInReadings * loop.reading_error_fF / span * 100, 2 * *h.alignment_percent);
+  h.basis = loop.basis;
 }
 
 }  // namespace
@@ -192,13 +311,14 @@ void calc_hysteresis(const Scene& scene, RunAnalysis& out) {
   }
   const double span = mean_height_fF(out);
   const Branches b = collect(scene, out, false);
-  const auto loop = make_loop(b, mean_peak_N(out));
+  auto loop = make_loop(b, mean_peak_N(out));
   if (!loop || span <= 0) {
     h.largest_gap.reason = h.area.reason =
         fmt::format("too few readings while the force grew or fell: {} and {}, it takes {} each",
                     b.up.rows(), b.down.rows(), kLeastOfBranch);
     return;
   }
+  set_errors(scene, out, *loop);
   fill_result(scene, out, b, *loop, h);
   if (const auto late = make_loop(collect(scene, out, true), mean_peak_N(out))) {
     h.uncorrected_percent = std::abs(gap_fF(late->points[late->largest])) / span * 100;

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "analysis/metrics.hpp"
+#include "analysis/replicates.hpp"
 
 namespace lcrig {
 
@@ -19,6 +19,8 @@ constexpr double kFalseOutliers = 0.01;
 
 struct Collected {
   Sample capacitance, time, force;
+  double products = 0;  // of force and capacitance, about their means
+  double time_products = 0;  // of time and capacitance
   std::size_t first = 0, last = 0;  // [first, last) of the readings
 };
 
@@ -35,9 +37,13 @@ std::vector<Collected> collect(const Scene& scene) {
     Collected& c = out[static_cast<std::size_t>(r.level - 1)];
     if (c.capacitance.count == 0) c.first = i;
     c.last = i + 1;
+    const double above = r.capacitance_F - c.capacitance.mean;
     c.capacitance.add(r.capacitance_F);
     c.time.add(r.t_s);
-    if (r.has_force()) c.force.add(r.load_N);
+    c.time_products += above * (r.t_s - c.time.mean);
+    if (!r.has_force()) continue;
+    c.force.add(r.load_N);
+    c.products += above * (r.load_N - c.force.mean);
   }
   return out;
 }
@@ -56,6 +62,12 @@ LevelResult result_of(const Scene& scene, const LevelRow& row, const Collected& 
   if (l.readings >= 2) {
     l.scatter_fF = std::sqrt(c.capacitance.variance()) * 1e15;
     l.standard_error_fF = *l.scatter_fF / std::sqrt(l.readings);
+    const double kPa_per_N = *scene.kPa(1);
+    if (c.time.sum_squares > 0) {
+      l.trend_ss_fF2 = c.time_products * c.time_products / c.time.sum_squares * 1e30;
+    }
+    l.covariance_fF_kPa = c.products / (l.readings - 1) * 1e15 * kPa_per_N;
+    if (c.force.count >= 2) l.pressure_scatter_kPa = std::sqrt(c.force.variance()) * kPa_per_N;
   }
   return l;
 }
@@ -71,6 +83,36 @@ void find_directions(std::vector<LevelResult>& levels) {
       return levels[k].target_kPa.value_or(levels[k].pressure_kPa);
     };
     levels[i].direction = pressure(from + 1) < pressure(from) ? Direction::down : Direction::up;
+  }
+}
+
+// Scatter of the levels between repeats when this part of the rests' deviations is followed.
+std::optional<double> scatter_with(const Scene& scene, const RunAnalysis& out, double part) {
+  Drift drift = scene.drift;
+  drift.follow(part);
+  auto points = all_points(out);
+  std::vector<LinePoint> line;
+  for (RangePoint& p : points) {
+    p.at.y -= drift.at(p.t_s);
+    line.push_back(p.at);
+  }
+  const auto fit = fit_line(line);
+  if (!fit) return std::nullopt;
+  const auto error = error_between_repeats(points, fit->slope);
+  return error ? std::optional(error->variance) : std::nullopt;
+}
+
+// A capacitance that steps when the specimen is touched anew lets the rests deviate from a line,
+// too, but what lies between them does not follow: then following would only add scatter.
+void subtract_drift(Scene& scene, RunAnalysis& out) {
+  const double part = scene.drift.followed();
+  if (part > 0) {
+    const auto with = scatter_with(scene, out, part), without = scatter_with(scene, out, 0);
+    if (with && without && *without < *with) scene.drift.follow(0);
+  }
+  for (LevelResult& l : out.levels) {
+    l.drift_fF = scene.drift.at(l.t_s);
+    l.capacitance_pF -= l.drift_fF * 1e-3;
   }
 }
 
@@ -105,6 +147,29 @@ void find_outliers(const Scene& scene, const std::vector<Collected>& collected, 
       out.outliers.push_back({r.t_s, r.level, r.index, r.capacitance_F * 1e12,
                               (r.capacitance_F - medians[k]) * 1e15, z});
     }
+  }
+}
+
+// Likewise the baseline, against its own median and scatter.
+void find_outliers_of_baseline(const Scene& scene, RunAnalysis& out) {
+  const auto& nodes = scene.drift.nodes();
+  if (nodes.empty()) return;
+  std::vector<double> values;
+  for (std::size_t i = nodes.front().first; i < nodes.front().last; ++i) {
+    const RunReading& r = scene.data.readings[i];
+    if (scene.uses(r)) values.push_back(r.capacitance_F);
+  }
+  const double middle = median(values), sigma = robust_sigma(values);
+  if (sigma <= 0) return;
+  const double tail = kFalseOutliers / (2 * static_cast<double>(values.size()));
+  const double limit = std::max(3.5, -normal_quantile(tail));
+  for (std::size_t i = nodes.front().first; i < nodes.front().last; ++i) {
+    const RunReading& r = scene.data.readings[i];
+    const double z = (r.capacitance_F - middle) / sigma;
+    if (!scene.uses(r) || std::abs(z) <= limit) continue;
+    ++out.outlier_count;
+    out.outliers.push_back(
+        {r.t_s, 0, 0, r.capacitance_F * 1e12, (r.capacitance_F - middle) * 1e15, z});
   }
 }
 
@@ -287,7 +352,7 @@ Direction direction_of_line(const RunAnalysis& out) {
   return 2 * up >= std::ssize(out.levels) ? Direction::up : Direction::down;
 }
 
-void calc_levels(const Scene& scene, RunAnalysis& out) {
+void calc_levels(Scene& scene, RunAnalysis& out) {
   if (scene.data.levels.empty()) return;
   if (!scene.data.area_m2) {
     out.notes.emplace_back(
@@ -311,7 +376,9 @@ void calc_levels(const Scene& scene, RunAnalysis& out) {
         "{} levels have no recorded force: the force that was asked for is taken", without_force));
   }
   find_directions(out.levels);
+  subtract_drift(scene, out);
   find_outliers(scene, collected, out);
+  find_outliers_of_baseline(scene, out);
   keep_largest_outliers(out.outliers);
 }
 

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "analysis/analysis.hpp"
+#include "analysis/correlation.hpp"
+#include "analysis/drift.hpp"
 #include "analysis/line_fit.hpp"
 
 namespace lcrig {
@@ -25,11 +27,19 @@ struct Scene {
   double rest_N = 0;  // what the cell shows while nothing touches
   double peak_N = 0;  // largest force above rest; 0: there is no loading
   double force_noise_N = 0;  // of one sample
-  std::vector<double> rest_end_pF, rest_end_s, rest_end_se_fF;  // after the last cycle; 0 or 1
+  // Of neighbouring readings: of the levels (each may creep), and without a load. A run without
+  // levels: both the second.
+  Correlation correlation, rest_correlation;
+  Drift drift;  // of the unloaded capacitance
 
   bool uses(const RunReading& r) const;
   double above_rest_N(const RunReading& r) const { return r.load_N - rest_N; }
   bool is_unloaded(const RunReading& r) const;
+  // Nothing touches: the reading and both its neighbours are unloaded, so that the edges of a
+  // contact, where the force is within its noise already, do not count.
+  bool rests(std::size_t reading) const;
+  // Without the drift of the unloaded capacitance; the baseline is left as it is.
+  double fF(const RunReading& r) const { return r.capacitance_F * 1e15 - drift.at(r.t_s); }
   std::optional<double> kPa(double force_N) const;
 };
 Scene look_at(const RunData& data, const AnalysisOptions& options, RunAnalysis& out);
@@ -49,16 +59,29 @@ Metric missing(std::string name, std::string definition, std::string reason);
 Estimate estimate(double value, double standard_error, double degrees_of_freedom,
                   double confidence);
 
+// Root sum of squares of the parts; Welch and Satterthwaite's degrees of freedom, truncated.
+Estimate estimate_of_parts(double value, const std::vector<SlopePart>& parts, double confidence);
+void add_remark(std::string& reason, std::string_view more);  // after a semicolon
+
 void find_cycles(Scene& scene, RunAnalysis& out);  // without the metrics that need C0
+void find_drift(Scene& scene, RunAnalysis& out);  // rests, correlation; needs the cycles
 void calc_holds(const Scene& scene, RunAnalysis& out);
-void calc_levels(const Scene& scene, RunAnalysis& out);  // levels and outliers, without C0
+// Levels and outliers, without C0; the drift is subtracted, and decides here what of it is.
+void calc_levels(Scene& scene, RunAnalysis& out);
 void calc_baseline(const Scene& scene, RunAnalysis& out);
 void calc_curve(const Scene& scene, RunAnalysis& out);  // delta C, linearity, repeatability
 void calc_cycles(const Scene& scene, RunAnalysis& out);  // dynamic range, Mullins, pF/N
 void calc_sensitivity(const Scene& scene, RunAnalysis& out);
+RangeResult slope_in(const Scene& scene, const RunAnalysis& out, const PressureRange& range);
 void calc_hysteresis(const Scene& scene, RunAnalysis& out);
 void calc_limit_of_detection(const Scene& scene, RunAnalysis& out);
 void calc_budgets(const Scene& scene, RunAnalysis& out);
+
+// "loading branch, from 1.1 to 4.6 s after the load was reached"
+std::string name_estimand(const Scene& scene, const RunAnalysis& out, const PressureRange& range);
+// What the other branch and another time would give instead, as systematic parts.
+void add_other_choices(const Scene& scene, const RunAnalysis& out, const RangeResult& r,
+                       UncertaintyBudget& b);
 
 // Readings of a branch: of a cycle, with a force, under the settings, not in a hold. Call with
 // growing numbers.

@@ -11,8 +11,6 @@ namespace lcrig {
 
 namespace {
 
-// Fewer degrees of freedom make an interval needlessly wide: the next source is asked.
-constexpr double kEnough = 5;
 constexpr int kSweeps = 200;
 constexpr double kConverged = 1e-12;
 
@@ -86,35 +84,43 @@ std::optional<PureError> error_between_repeats(const std::vector<RangePoint>& al
       fmt::format("scatter of {} levels between {} repeats", levels.size(), repeats.size())};
 }
 
-std::optional<PureError> error_within_levels(const std::vector<RangePoint>& points) {
+double reading_ss(const RangePoint& p, double slope) {
+  return std::max(0.0, p.reading_ss - 2 * slope * p.cross_ss + slope * slope * p.pressure_ss);
+}
+
+std::optional<PureError> error_within_levels(const std::vector<RangePoint>& points, double slope) {
   double ss = 0, freedom = 0;
   for (const RangePoint& p : points) {
-    ss += p.reading_ss;
+    ss += reading_ss(p, slope);
     freedom += static_cast<double>(std::max<std::int64_t>(p.readings - 1, 0));
   }
   if (freedom < 1) return std::nullopt;
   return PureError{ss / freedom, freedom, "scatter of the readings within the levels"};
 }
 
-std::optional<PureError> choose_error(const std::vector<RangePoint>& range,
-                                      const std::vector<RangePoint>& whole_run,
-                                      const LineFit& line) {
-  const auto here = error_between_repeats(range, line.slope);
-  if (here && here->degrees_of_freedom >= kEnough) return here;
-  auto run = error_between_repeats(whole_run, line.slope);
-  if (run && here) {
-    run->basis += " of the whole run";
-    if (run->degrees_of_freedom >= kEnough) return run;
+RangePoint point_of(const LevelResult& l) {
+  RangePoint p;
+  p.at = {l.pressure_kPa, l.capacitance_pF * 1e3, static_cast<double>(l.readings)};
+  p.key = key_of(l);
+  p.repeat = l.repeat;
+  p.level = l.level;
+  p.t_s = l.t_s;
+  p.readings = l.readings;
+  const double s = l.scatter_fF.value_or(0);
+  p.reading_ss = (l.readings - 1) * s * s;
+  p.trend_ss = l.trend_ss_fF2;
+  p.pressure_ss = (l.readings - 1) * l.pressure_scatter_kPa * l.pressure_scatter_kPa;
+  p.cross_ss = (l.readings - 1) * l.covariance_fF_kPa;
+  return p;
+}
+
+std::vector<RangePoint> all_points(const RunAnalysis& out) {
+  std::vector<RangePoint> points;
+  const Direction direction = direction_of_line(out);
+  for (const LevelResult& l : out.levels) {
+    if (l.direction == direction) points.push_back(point_of(l));
   }
-  const auto within = error_within_levels(range);
-  if (within && within->degrees_of_freedom >= kEnough) return within;
-  if (run && here) return run;
-  if (here) return here;
-  if (within) return within;
-  if (line.points <= 2) return std::nullopt;
-  const double freedom = line.points - 2;
-  return PureError{line.residual_ss / freedom, freedom,
-                   "scatter about the line, the curve's own shape included"};
+  return points;
 }
 
 }  // namespace lcrig

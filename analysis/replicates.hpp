@@ -15,10 +15,12 @@ namespace lcrig {
 struct RangePoint {
   LinePoint at;
   LevelKey key;
-  std::int32_t repeat = 0;
+  std::int32_t repeat = 0, level = 0;
   double t_s = 0;
   std::int64_t readings = 0;
   double reading_ss = 0;  // sum of squares of the readings about their mean, fF2
+  double trend_ss = 0;  // of which a straight line in time explains
+  double pressure_ss = 0, cross_ss = 0;  // likewise of the pressures, kPa2, and with them, fF kPa
 };
 
 // Variance of a point of weight 1, and the degrees of freedom with which it is known.
@@ -31,13 +33,34 @@ struct PureError {
 // of the repeat (a C0 that moved between repeats does no harm to a slope). `slope` takes out that
 // the pressures of a level differ a little. Nothing: fewer than two repeats.
 std::optional<PureError> error_between_repeats(const std::vector<RangePoint>& points, double slope);
-// From the readings within the levels.
-std::optional<PureError> error_within_levels(const std::vector<RangePoint>& points);
+// From the readings within the levels: of what they deviate from a line of this slope, so that the
+// scatter of the force counts, and that of a force that the capacitance follows does not.
+std::optional<PureError> error_within_levels(const std::vector<RangePoint>& points, double slope);
+double reading_ss(const RangePoint& point, double slope);
 
-// The choice: docs/analysis.md, "Which scatter". Falls back on the residuals of the line; nothing
-// when there are as many points as the line has parameters.
-std::optional<PureError> choose_error(const std::vector<RangePoint>& range,
-                                      const std::vector<RangePoint>& whole_run,
-                                      const LineFit& line);
+RangePoint point_of(const LevelResult& level);
+// Levels of the direction of the line.
+std::vector<RangePoint> all_points(const RunAnalysis& out);
+
+// Variance of a point of weight 1 in the eyes of the slope: docs/analysis.md, "Which scatter".
+//   Slopes of several repeats, as a sample; the scatter of levels between repeats only while its
+// mean square is the larger, and never with two repeats. One repeat: its readings, with what
+// neighbours know of each other. Falls back on the residuals of the line; nothing when there are as
+// many points as the line has parameters.
+struct SlopeScatter {
+  PureError error;
+  std::optional<PureError> of_slopes;  // repeats taken as one value each
+  std::optional<PureError> of_levels;  // levels between repeats, or readings: knows no shape
+  std::vector<double> slopes;  // of each repeat, fF/kPa
+  bool one_repeat = false;  // nothing is known of what differs between repeats
+};
+std::optional<SlopeScatter> scatter_of_slope(const Scene& scene,
+                                             const std::vector<RangePoint>& range,
+                                             const std::vector<RangePoint>& whole_run,
+                                             const LineFit& line);
+
+// A run without levels.
+RangeResult slope_of_cycles(const Scene& scene, const RunAnalysis& out, const PressureRange& range);
+bool is_inside(const PressureRange& range, double kPa);
 
 }  // namespace lcrig

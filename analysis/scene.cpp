@@ -14,6 +14,12 @@ namespace {
 
 // A loading stands out of the noise of the cell by this many standard deviations.
 constexpr double kLoading = 8;
+constexpr double kAlmost = 1 + 1e-9;  // degrees of freedom of 3 that are rounded to 2.999... stay 3
+// Of the peak: what may be a touch is no rest. Two parts in a hundred would let the capacitance at
+// rest be that of a specimen that is touched.
+constexpr double kUnloaded = 0.002;
+// A capacitance beside an overload, or the first after the link was lost, may be of anything.
+constexpr std::uint8_t kNotTrusted = (1 << 0) | (1 << 2);  // storage/flags.hpp
 
 auto key(const MeterSetting& s) {
   return std::tuple(s.frequency_Hz, s.level_V, s.speed, s.average);
@@ -95,6 +101,7 @@ void find_rest_and_peak(const RunData& data, Scene& scene) {
 }  // namespace
 
 bool Scene::uses(const RunReading& r) const {
+  if ((r.flags & kNotTrusted) != 0) return false;
   if (change_is_used.empty()) return true;
   const auto it = std::upper_bound(changes_s.begin(), changes_s.end(), r.t_s);
   return it == changes_s.begin() ||
@@ -102,7 +109,14 @@ bool Scene::uses(const RunReading& r) const {
 }
 
 bool Scene::is_unloaded(const RunReading& r) const {
-  return r.has_force() && std::abs(above_rest_N(r)) <= std::max(0.02 * peak_N, 4 * force_noise_N);
+  return r.has_force() &&
+         std::abs(above_rest_N(r)) <= std::max(kUnloaded * peak_N, 4 * force_noise_N);
+}
+
+bool Scene::rests(std::size_t reading) const {
+  const auto& all = data.readings;
+  return is_unloaded(all[reading]) && (reading == 0 || is_unloaded(all[reading - 1])) &&
+         (reading + 1 == all.size() || is_unloaded(all[reading + 1]));
 }
 
 std::optional<double> Scene::kPa(double force_N) const {
@@ -114,6 +128,14 @@ Scene look_at(const RunData& data, const AnalysisOptions& options, RunAnalysis& 
   Scene scene(data, options);
   choose_setting(data, scene, out);
   find_rest_and_peak(data, scene);
+  const auto flagged = std::count_if(data.readings.begin(), data.readings.end(),
+                                     [](const RunReading& r) { return r.flags & kNotTrusted; });
+  if (flagged > 0) {
+    out.notes.push_back(
+        fmt::format("{} readings are flagged (a value beside an overload, or the first after a "
+                    "resynchronisation): left out",
+                    flagged));
+  }
   return scene;
 }
 
@@ -157,6 +179,24 @@ Estimate estimate(double value, double standard_error, double degrees_of_freedom
   e.interval = {value - half, value + half};
   e.degrees_of_freedom = degrees_of_freedom;
   return e;
+}
+
+Estimate estimate_of_parts(double value, const std::vector<SlopePart>& parts, double confidence) {
+  double variance = 0, denominator = 0;
+  for (const SlopePart& p : parts) {
+    const double u2 = p.se * p.se;
+    variance += u2;
+    denominator += u2 * u2 / p.degrees_of_freedom;
+  }
+  const double freedom = denominator > 0 ? std::floor(variance * variance / denominator * kAlmost)
+                         : parts.empty() ? std::numeric_limits<double>::infinity()
+                                         : parts.front().degrees_of_freedom;
+  return estimate(value, std::sqrt(variance), std::max(1.0, freedom), confidence);
+}
+
+void add_remark(std::string& reason, std::string_view more) {
+  if (!reason.empty()) reason += "; ";
+  reason += more;
 }
 
 std::string range_text(const PressureRange& range) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "analysis/least_squares.hpp"
 #include "analysis/replicates.hpp"
 
 namespace lcrig {
@@ -15,13 +16,14 @@ namespace {
 constexpr const char* kName = "sensitivity_fF_per_kPa";
 constexpr const char* kOfLevels =
     "slope of C against pressure: least squares over the levels' means in the range, weighted with "
-    "their number of readings, sums about the means; the interval from scatter that knows nothing "
-    "of the shape of the curve, for the least-squares slope of the true curve at the same "
-    "pressures";
-constexpr const char* kOfCycles =
-    "slope of C against pressure: least squares over the readings of the loading branches in the "
-    "range, one level for each cycle; the interval from the scatter between cycles";
-constexpr double kEdge = 1e-6;  // relative: a level at 30 kPa lies in 0-30 kPa
+    "their number of readings, sums about the means, drift subtracted; the interval for the "
+    "least-squares slope of the curve that this rig would show at the same pressures without "
+    "noise, "
+    "drift and difference of repeats; the expanded uncertainty for the specimen's own";
+// Huber's location gives such a reading less than half of its weight; in standard deviations.
+constexpr double kDownWeighted = 2.69;
+constexpr std::size_t kCurve = 4;  // parameters of the smooth curve: a cubic
+constexpr std::size_t kLeastForCurve = 6;  // levels: two more than parameters
 
 // What a fit needs, whatever the points are.
 struct Input {
@@ -30,38 +32,13 @@ struct Input {
   std::int64_t rows = 0;
 };
 
-bool inside(const PressureRange& range, double kPa) {
-  const double slack = kEdge * std::max(std::abs(range.to_kPa), 1.0);
-  return kPa >= range.from_kPa - slack && kPa <= range.to_kPa + slack;
-}
-
-RangePoint point_of(const LevelResult& l) {
-  RangePoint p;
-  p.at = {l.pressure_kPa, l.capacitance_pF * 1e3, static_cast<double>(l.readings)};
-  p.key = key_of(l);
-  p.repeat = l.repeat;
-  p.t_s = l.t_s;
-  p.readings = l.readings;
-  const double s = l.scatter_fF.value_or(0);
-  p.reading_ss = (l.readings - 1) * s * s;
-  return p;
-}
-
-std::vector<RangePoint> all_points(const RunAnalysis& out) {
-  std::vector<RangePoint> points;
-  const Direction direction = direction_of_line(out);
-  for (const LevelResult& l : out.levels) {
-    if (l.direction == direction) points.push_back(point_of(l));
-  }
-  return points;
-}
-
 // The pressure that was asked for decides: its reading scatters about the edge of a range.
 Input input_of(const RunAnalysis& out, const PressureRange& range) {
   Input in;
   const Direction direction = direction_of_line(out);
   for (const LevelResult& l : out.levels) {
-    if (l.direction != direction || !inside(range, l.target_kPa.value_or(l.pressure_kPa))) continue;
+    if (l.direction != direction || !is_inside(range, l.target_kPa.value_or(l.pressure_kPa)))
+      continue;
     in.points.push_back(point_of(l));
     in.line.push_back(in.points.back().at);
     in.rows += l.readings;
@@ -112,8 +89,7 @@ void add_shape(const Input& in, const LineFit& line, const std::optional<PureErr
     ss += g.weight * residuals.back() * residuals.back();
   }
   const auto freedom = static_cast<double>(groups.size()) - 2;
-  const bool pure = error && !error->basis.starts_with("scatter about");
-  if (pure && freedom >= 1 && error->variance > 0) {
+  if (error && freedom >= 1 && error->variance > 0) {
     r.lack_of_fit_p = f_tail(ss / freedom / error->variance, freedom, error->degrees_of_freedom);
   }
   if (residuals.size() >= 6) r.runs_p = runs_test(residuals).p;
@@ -121,36 +97,22 @@ void add_shape(const Input& in, const LineFit& line, const std::optional<PureErr
 }
 
 // Do the slopes of the repeats differ more than the scatter within the levels explains?
-void add_repeats(const Input& in, double confidence, RangeResult& r) {
-  std::map<std::int32_t, std::vector<LinePoint>> repeats;
-  for (const RangePoint& p : in.points) repeats[p.repeat].push_back(p.at);
-  std::vector<LineFit> lines;
-  for (const auto& [repeat, points] : repeats) {
-    const auto line = fit_line(points);
-    if (!line) continue;
-    lines.push_back(*line);
-    r.slope_of_repeat.push_back(line->slope);
-  }
-  const auto within = error_within_levels(in.points);
-  if (lines.size() < 2 || !within || within->variance <= 0) return;
-  double weight = 0, mean = 0, ss = 0;
-  for (const LineFit& l : lines) weight += l.sxx, mean += l.sxx * l.slope;
-  mean /= weight;
-  for (const LineFit& l : lines) ss += l.sxx * (l.slope - mean) * (l.slope - mean);
-  const auto freedom = static_cast<double>(lines.size()) - 1;
-  r.between_repeats_p =
-      f_tail(ss / freedom / within->variance, freedom, within->degrees_of_freedom);
-  if (*r.between_repeats_p < 0.001 && r.sensitivity.estimate) {
-    const double se = std::sqrt(ss / freedom / weight);
-    r.sensitivity.reason = fmt::format(
-        "the slopes of the repeats differ more than the readings scatter; taken as one value each "
-        "they would give +-{:.3g} fF/kPa",
-        coverage_factor(confidence, freedom) * se);
+void add_repeats(const Input& in, const SlopeScatter& scatter, RangeResult& r) {
+  r.slope_of_repeat = scatter.slopes;
+  const auto within = error_within_levels(in.points, r.sensitivity.value());
+  if (!scatter.of_slopes || !within || within->variance <= 0) return;
+  const PureError& slopes = *scatter.of_slopes;
+  r.between_repeats_p = f_tail(slopes.variance / within->variance, slopes.degrees_of_freedom,
+                               within->degrees_of_freedom);
+  if (*r.between_repeats_p < 0.001) {
+    add_remark(r.sensitivity.reason,
+               "the slopes of the repeats differ more than the readings scatter: the interval is "
+               "that of the repeats");
   }
 }
 
 void add_line(const LineFit& line, const RunAnalysis& out, RangeResult& r) {
-  r.r_squared = line.r_squared;
+  if (line.syy > 0) r.r_squared = line.r_squared;
   r.mean_kPa = line.x_mean;
   r.residual_fF = std::sqrt(line.residual_ss / line.sum_weights);
   if (!out.c0) return;
@@ -158,48 +120,111 @@ void add_line(const LineFit& line, const RunAnalysis& out, RangeResult& r) {
   r.intercept_fF = *r.mean_delta_C_fF - line.slope * line.x_mean;
 }
 
-// The readings of each level by Huber's location, then Huber's line.
-void add_robust(const Scene& scene, const RunAnalysis& out, const PressureRange& range,
-                RangeResult& r) {
+// The same least squares over Huber's location of each level's readings instead of their mean.
+void add_robust(const Scene& scene, const RunAnalysis& out, const Input& in, RangeResult& r) {
   std::map<std::int32_t, std::vector<double>> values;
-  std::map<std::int32_t, const LevelResult*> levels;
-  const Direction direction = direction_of_line(out);
-  for (const LevelResult& l : out.levels) {
-    if (l.direction == direction && inside(range, l.target_kPa.value_or(l.pressure_kPa))) {
-      levels[l.level] = &l;
-    }
-  }
+  for (const RangePoint& p : in.points) values[p.level];
   for (const RunReading& reading : scene.data.readings) {
-    if (reading.index > 0 && levels.contains(reading.level) && scene.uses(reading)) {
-      values[reading.level].push_back(reading.capacitance_F * 1e15);
-    }
+    if (reading.index <= 0 || !scene.uses(reading)) continue;
+    const auto it = values.find(reading.level);
+    if (it != values.end()) it->second.push_back(scene.fF(reading));
   }
-  std::vector<LinePoint> points;
-  for (const auto& [level, v] : values) {
-    points.push_back(
-        {levels[level]->pressure_kPa, huber_location(v), static_cast<double>(v.size())});
-  }
-  const auto fit = fit_line_huber(points);
-  if (!fit) return;
   RobustSlope robust;
-  robust.slope_fF_per_kPa = fit->line.slope;
-  robust.standard_error = fit->slope_se;
-  robust.down_weighted = static_cast<std::int32_t>(std::count_if(
-      fit->huber_weights.begin(), fit->huber_weights.end(), [](double w) { return w < 1; }));
+  Input robust_in = in;
+  for (std::size_t i = 0; i < in.points.size(); ++i) {
+    const auto& v = values[in.points[i].level];
+    if (v.empty()) return;
+    const double at = huber_location(v), sigma = robust_sigma(v);
+    robust_in.points[i].at.y = robust_in.line[i].y = at;
+    robust.down_weighted += static_cast<std::int32_t>(std::count_if(
+        v.begin(), v.end(), [&](double y) { return std::abs(y - at) > kDownWeighted * sigma; }));
+  }
+  const auto line = fit_line(robust_in.line);
+  if (!line) return;
+  robust.slope_fF_per_kPa = line->slope;
+  const auto scatter = scatter_of_slope(scene, robust_in.points, all_points(out), *line);
+  if (scatter) robust.standard_error = line->slope_se(scatter->error.variance);
   r.robust = robust;
 }
 
-void set_slope(const Scene& scene, const LineFit& line, const std::optional<PureError>& error,
-               RangeResult& r) {
-  if (!error) {
+// What outliers do to the mean must not pass without a word.
+void remark_on_outliers(const RunAnalysis& out, const Input& in, RangeResult& r) {
+  std::int64_t outliers = 0;
+  for (const LevelResult& l : out.levels) {
+    const auto mine = std::any_of(in.points.begin(), in.points.end(),
+                                  [&l](const RangePoint& p) { return p.level == l.level; });
+    if (mine) outliers += l.outliers;
+  }
+  if (outliers == 0 || !r.robust || !r.sensitivity.estimate) return;
+  const double moved = r.sensitivity.value() - r.robust->slope_fF_per_kPa;
+  if (std::abs(moved) <= 2 * r.robust->standard_error) return;
+  add_remark(r.sensitivity.reason,
+             fmt::format("{} outliers among its readings move it by {:.3g}: without their weight "
+                         "(robust) it is {:.6g} fF/kPa",
+                         outliers, moved, r.robust->slope_fF_per_kPa));
+}
+
+void set_slope(const Scene& scene, const Input& in, const LineFit& line,
+               const std::optional<SlopeScatter>& scatter, RangeResult& r) {
+  if (!scatter) {
     Estimate e;
     e.value = line.slope;
     r.sensitivity.estimate = e;
     r.sensitivity.reason = "two points without repeats or readings: no scatter, no interval";
     return;
   }
-  r.sensitivity.estimate = estimate(line.slope, line.slope_se(error->variance),
-                                    error->degrees_of_freedom, scene.options.confidence);
+  const PureError& error = scatter->error;
+  const SlopePart own{line.slope_se(error.variance), error.degrees_of_freedom};
+  SlopePart drift;
+  if (!scatter->one_repeat && scene.drift.known()) {  // else the rests are in the scatter already
+    std::vector<LinePoint> times;
+    for (const RangePoint& p : in.points) times.push_back({p.at.x, p.t_s, p.at.weight});
+    const double s_per_kPa = fit_line(times)->slope;
+    drift = {std::abs(s_per_kPa) * scene.drift.rate_se_fF_s() * (1 - scene.drift.followed()),
+             scene.drift.rate_freedom()};
+  }
+  r.parts_of_error = {own, drift};
+  r.sensitivity.estimate =
+      estimate_of_parts(line.slope, r.parts_of_error, scene.options.confidence);
+  r.scatter_basis = error.basis;
+  if (!(*r.sensitivity.estimate->standard_error > 0)) {
+    add_remark(r.sensitivity.reason,
+               "nothing scatters: an interval of no width is not an honest one, look at the "
+               "resolution of the readings");
+  }
+  if (scatter->one_repeat) {
+    add_remark(r.sensitivity.reason,
+               "one repeat: the interval knows nothing of what differs between repeats");
+  }
+}
+
+// What all repeats share (seating, probe, electrode) looks like shape: what the levels' means
+// deviate from a smooth curve through all of them, beyond what scatter between repeats explains.
+void add_shared(const RunAnalysis& out, const Input& in, const LineFit& line,
+                const std::optional<SlopeScatter>& scatter, RangeResult& r) {
+  const auto levels = means(all_points(out));
+  if (levels.size() < kLeastForCurve) return;
+  const double low = levels.front().x, high = levels.back().x;
+  LeastSquares curve(kCurve);
+  double readings = 0;
+  for (const LinePoint& p : levels) {
+    const double v = 2 * (p.x - low) / (high - low) - 1;
+    const double row[kCurve] = {1, v, v * v, v * v * v};
+    curve.add(row, p.y);
+    readings += 1 / p.weight / static_cast<double>(levels.size());
+  }
+  const auto fit = curve.solve();
+  if (!fit || fit->freedom < 1) return;
+  const double scatter_of_mean =
+      scatter && scatter->of_levels ? scatter->of_levels->variance * readings : 0;
+  const double shared = std::max(0.0, fit->residual_ss / fit->freedom - scatter_of_mean);
+  std::map<LevelKey, double> factor;
+  for (const RangePoint& p : in.points) {
+    factor[p.key] += p.at.weight * (p.at.x - line.x_mean) / line.sxx;
+  }
+  double unit = 0;
+  for (const auto& [key, f] : factor) unit += f * f;
+  r.shared = SlopePart{std::sqrt(shared * unit), fit->freedom};
 }
 
 RangeResult of_levels(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
@@ -221,116 +246,23 @@ RangeResult of_levels(const Scene& scene, const RunAnalysis& out, const Pressure
     r.sensitivity.reason = line.error().what;
     return r;
   }
-  const auto error = choose_error(in.points, all_points(out), *line);
-  set_slope(scene, *line, error, r);
+  const auto scatter = scatter_of_slope(scene, in.points, all_points(out), *line);
+  set_slope(scene, in, *line, scatter, r);
   add_line(*line, out, r);
-  add_shape(in, *line, error, r);
-  add_repeats(in, scene.options.confidence, r);
-  add_robust(scene, out, range, r);
-  if (error) r.scatter_basis = error->basis;
+  add_shape(in, *line, scatter ? scatter->of_levels : std::nullopt, r);
+  if (scatter) add_repeats(in, *scatter, r);
+  add_robust(scene, out, in, r);
+  remark_on_outliers(out, in, r);
+  add_shared(out, in, *line, scatter, r);
+  r.estimand = name_estimand(scene, out, range);
   return r;
 }
 
-// Readings of one loading branch.
-struct Branch {
-  std::vector<LinePoint> points;
-  std::vector<LinePoint> rates;  // y: kPa/s
-  double instant_s = 0;
-};
-Branch branch(const Scene& scene, const CycleResult& c, const PressureRange& range,
-              Moving& moving) {
-  Branch b;
-  for (std::size_t i = c.first; i < c.last; ++i) {
-    const RunReading& r = scene.data.readings[i];
-    if (!moving(i) || r.t_s > c.peak_s || spans_turn(c, r)) continue;
-    const double kPa = *scene.kPa(scene.above_rest_N(r));
-    if (!inside(range, kPa)) continue;
-    b.points.push_back({kPa, (r.capacitance_F * 1e12 - c.rest_pF) * 1e3, 1});
-    b.rates.push_back({kPa, *scene.kPa(r.force_rate_N_s), 1});
-    b.instant_s = std::max(b.instant_s, static_cast<double>(r.alignment_s));
-  }
-  return b;
-}
+}  // namespace
 
-struct CycleBranches {
-  std::vector<LineFit> lines;
-  double sxx = 0, sxy = 0, syy = 0, residual_ss = 0, weight = 0, x = 0, y = 0;
-  double rate_sxy = 0, instant_s = 0;
-};
-
-CycleBranches fit_branches(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
-  CycleBranches b;
-  Moving moving(scene, out);
-  for (const CycleResult& c : out.cycles) {
-    const Branch readings = branch(scene, c, range, moving);
-    const auto line = fit_line(readings.points);
-    if (!line) continue;
-    b.lines.push_back(*line);
-    b.rate_sxy += fit_line(readings.rates)->sxy;
-    b.instant_s = std::max(b.instant_s, readings.instant_s);
-    b.sxx += line->sxx;
-    b.sxy += line->sxy;
-    b.syy += line->syy;
-    b.weight += line->sum_weights;
-    b.x += line->sum_weights * line->x_mean;
-    b.y += line->sum_weights * line->y_mean;
-  }
-  const double slope = b.sxy / b.sxx;
-  for (const LineFit& l : b.lines) {
-    b.residual_ss += l.residual_ss + l.sxx * (l.slope - slope) * (l.slope - slope);
-  }
-  return b;
-}
-
-// One slope for all cycles, each with its own level; its scatter between the cycles knows nothing
-// of the shape of the curve. Two cycles or one: the scatter about the lines.
-PureError branch_error(const CycleBranches& b, double slope) {
-  const auto cycles = static_cast<double>(b.lines.size());
-  if (cycles >= 3) {
-    double ss = 0;
-    for (const LineFit& l : b.lines) ss += l.sxx * (l.slope - slope) * (l.slope - slope);
-    return {ss / (cycles - 1), cycles - 1,
-            fmt::format("scatter of the slopes of {} cycles", b.lines.size())};
-  }
-  const double freedom = b.weight - cycles - 1;
-  return {b.residual_ss / freedom, freedom,
-          "scatter about the line, the curve's own shape included"};
-}
-
-RangeResult of_cycles(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
-  RangeResult r;
-  r.range = range;
-  r.sensitivity = metric(kName, kOfCycles);
-  const CycleBranches b = fit_branches(scene, out, range);
-  r.sensitivity.rows = static_cast<std::int64_t>(b.weight);
-  r.points = static_cast<std::int32_t>(b.weight);
-  const auto parameters = static_cast<double>(b.lines.size()) + 1;
-  if (b.lines.empty() || b.weight <= parameters) {
-    r.sensitivity.reason =
-        fmt::format("too few readings in {} while the load grew", range_text(range));
-    return r;
-  }
-  r.pressures = r.points;
-  const double slope = b.sxy / b.sxx;
-  const PureError error = branch_error(b, slope);
-  r.sensitivity.estimate = estimate(slope, std::sqrt(error.variance / b.sxx),
-                                    error.degrees_of_freedom, scene.options.confidence);
-  r.scatter_basis = error.basis;
-  r.r_squared = b.syy > 0 ? std::max(0.0, 1 - b.residual_ss / b.syy) : 1;
-  r.residual_fF = std::sqrt(b.residual_ss / b.weight);
-  r.mean_kPa = b.x / b.weight;
-  r.mean_delta_C_fF = b.y / b.weight;
-  r.intercept_fF = *r.mean_delta_C_fF - slope * *r.mean_kPa;
-  for (const LineFit& l : b.lines) r.slope_of_repeat.push_back(l.slope);
-  r.rate_tilt_per_s = b.rate_sxy / b.sxx;
-  r.instant_s = b.instant_s;
-  r.residual_pattern = "continuous loading: see the loops";
-  return r;
-}
-
-RangeResult calc_range(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
+RangeResult slope_in(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
   if (!out.levels.empty()) return of_levels(scene, out, range);
-  if (scene.data.area_m2 && !out.cycles.empty()) return of_cycles(scene, out, range);
+  if (scene.data.area_m2 && !out.cycles.empty()) return slope_of_cycles(scene, out, range);
   RangeResult r;
   r.range = range;
   const char* why = !scene.data.area_m2
@@ -340,6 +272,8 @@ RangeResult calc_range(const Scene& scene, const RunAnalysis& out, const Pressur
   r.sensitivity = missing(kName, kOfLevels, why);
   return r;
 }
+
+namespace {
 
 RegionSearch search(const Scene& scene, const RunAnalysis& out) {
   RegionSearch s;
@@ -373,7 +307,7 @@ RegionSearch search(const Scene& scene, const RunAnalysis& out) {
 
 void calc_sensitivity(const Scene& scene, RunAnalysis& out) {
   for (const PressureRange& range : scene.options.ranges) {
-    out.ranges.push_back(calc_range(scene, out, range));
+    out.ranges.push_back(slope_in(scene, out, range));
   }
   if (scene.options.search_regions) out.regions = search(scene, out);
 }

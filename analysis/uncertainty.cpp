@@ -8,6 +8,10 @@
 
 namespace lcrig {
 
+namespace {
+constexpr double kWholeAgain = 1 + 1e-12;  // 3 that is rounded to 2.999... stays 3
+}  // namespace
+
 const UncertaintyPart* UncertaintyBudget::dominating() const {
   const auto larger = [](const UncertaintyPart& a, const UncertaintyPart& b) {
     return a.standard_uncertainty < b.standard_uncertainty;
@@ -26,10 +30,11 @@ void combine(UncertaintyBudget& budget, double confidence) {
   }
   budget.combined = std::sqrt(variance);
   budget.effective_degrees_of_freedom =
-      denominator > 0 ? variance * variance / denominator : std::numeric_limits<double>::infinity();
+      denominator > 0 ? std::max(1.0, std::floor(variance * variance / denominator * kWholeAgain))
+                      : std::numeric_limits<double>::infinity();
   budget.confidence = confidence;
   budget.coverage_factor = coverage_factor(confidence, budget.effective_degrees_of_freedom);
-  budget.expanded = budget.coverage_factor * budget.combined;
+  budget.expanded = std::max(budget.least, budget.coverage_factor * budget.combined);
 }
 
 double rectangular(double half_width) {

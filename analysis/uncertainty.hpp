@@ -33,14 +33,16 @@ struct UncertaintyBudget {
   double combined = 0;  // root of the sum of squares
   double effective_degrees_of_freedom = std::numeric_limits<double>::infinity();
   double coverage_factor = 2;
-  double expanded = 0;  // combined times coverage factor
+  double expanded = 0;  // combined times coverage factor; not below `least`
+  double least = 0;  // half-width of the interval of scatter alone
   double confidence = 0.95;
 
   const UncertaintyPart* dominating() const;  // null: no parts
 };
 
-// Root sum of squares, Welch and Satterthwaite's degrees of freedom, Student's t. The parts are not
-// correlated with each other; what is common to the readings is already inside each part.
+// Root sum of squares, Welch and Satterthwaite's degrees of freedom (truncated to a whole number,
+// as GUM G.4.1 has it), Student's t; never less than the half-width of the scatter alone. The parts
+// are not correlated with each other; what is common to the readings is already inside each part.
 void combine(UncertaintyBudget& budget, double confidence = 0.95);
 
 // Standard uncertainty of limits +-a, all values between them alike (GUM 4.3.7).

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/fit.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 namespace lcrig {
 namespace {
 
 constexpr int kMostIterations = 50;
 constexpr double kStep = 1e-4;  // relative, for derivatives
+constexpr double kSettled = 1e-9;  // relative length of a step
 
 Result<std::size_t> find_soft(const Specimen& s) {
   std::vector<std::size_t> soft;
@@ -60,99 +63,169 @@ class Curve2 {
   const std::vector<FitPoint>& points_;
 };
 
-// Normal equations of the two parameters, scaled by mu and by the largest pressure.
-struct Normal {
-  double a00 = 0, a01 = 0, a11 = 0, b0 = 0, b1 = 0, chi2 = 0;
-  double determinant() const { return a00 * a11 - a01 * a01; }
+struct Place {
+  double mu_Pa = 0, offset_Pa = 0, shift_F = 0;
+};
+
+// Weighted least squares about a place: rows are points, and the last one C0 when it is fitted.
+struct Linear {
+  Eigen::MatrixXd slopes;  // of log(mu), offset/scale, shift/scale
+  Eigen::VectorXd residuals, values, weights;
+  Eigen::MatrixXd normal() const { return slopes.transpose() * weights.asDiagonal() * slopes; }
+  Eigen::VectorXd score() const { return slopes.transpose() * weights.asDiagonal() * residuals; }
+  double chi2() const { return residuals.dot(weights.asDiagonal() * residuals); }
 };
 
 struct Fitter {
   const Curve2& curve;
   const std::vector<FitPoint>& points;
   double scale_Pa;  // of the offset
+  double scale_F;  // of the shift
+  double c0_error_F;  // 0: C0 is not fitted
 
+  bool with_c0() const { return c0_error_F > 0; }
+  Eigen::Index parameters() const { return with_c0() ? 3 : 2; }
   double weight(const FitPoint& p) const {
     return p.standard_error_F > 0 ? 1 / (p.standard_error_F * p.standard_error_F) : 1e30;
   }
 
-  Result<double> chi2(double mu, double offset) const {
-    auto values = curve.at(mu, offset);
+  Result<double> chi2(const Place& at) const {
+    auto values = curve.at(at.mu_Pa, at.offset_Pa);
     if (!values) {
       return fail(values.error());
     }
-    double sum = 0;
+    double sum = with_c0() ? std::pow(at.shift_F / c0_error_F, 2) : 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const double r = points[i].delta_capacitance_F - (*values)[i];
+      const double r = points[i].delta_capacitance_F - (*values)[i] - at.shift_F;
       sum += weight(points[i]) * r * r;
     }
     return sum;
   }
 
-  Result<Normal> normal(double mu, double offset) const {
-    auto here = curve.at(mu, offset);
-    auto stiffer = curve.at(mu * (1 + kStep), offset);
-    auto later = curve.at(mu, offset + kStep * scale_Pa);
-    auto sooner = curve.at(mu, offset - kStep * scale_Pa);
+  Result<Linear> linear(const Place& at) const {
+    auto here = curve.at(at.mu_Pa, at.offset_Pa);
+    auto stiffer = curve.at(at.mu_Pa * (1 + kStep), at.offset_Pa);
+    auto later = curve.at(at.mu_Pa, at.offset_Pa + kStep * scale_Pa);
+    auto sooner = curve.at(at.mu_Pa, at.offset_Pa - kStep * scale_Pa);
     for (const auto* r : {&here, &stiffer, &later, &sooner}) {
       if (!*r) {
         return fail(r->error());
       }
     }
-    Normal n;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const double w = weight(points[i]);
-      const double d0 = ((*stiffer)[i] - (*here)[i]) / kStep;
-      const double d1 = ((*later)[i] - (*sooner)[i]) / (2 * kStep);
-      const double r = points[i].delta_capacitance_F - (*here)[i];
-      n.a00 += w * d0 * d0;
-      n.a01 += w * d0 * d1;
-      n.a11 += w * d1 * d1;
-      n.b0 += w * d0 * r;
-      n.b1 += w * d1 * r;
-      n.chi2 += w * r * r;
+    const auto n = static_cast<Eigen::Index>(points.size());
+    const Eigen::Index rows = n + (with_c0() ? 1 : 0);
+    Linear l;
+    l.slopes = Eigen::MatrixXd::Zero(rows, parameters());
+    l.residuals = l.values = l.weights = Eigen::VectorXd::Zero(rows);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      l.weights(i) = weight(points[k]);
+      l.values(i) = (*here)[k];
+      l.slopes(i, 0) = ((*stiffer)[k] - (*here)[k]) / kStep;
+      l.slopes(i, 1) = ((*later)[k] - (*sooner)[k]) / (2 * kStep);
+      l.residuals(i) = points[k].delta_capacitance_F - (*here)[k] - at.shift_F;
+      if (with_c0()) {
+        l.slopes(i, 2) = scale_F;
+      }
     }
-    return n;
+    if (with_c0()) {
+      l.slopes(n, 2) = scale_F;
+      l.weights(n) = 1 / (c0_error_F * c0_error_F);
+      l.residuals(n) = -at.shift_F;
+    }
+    return l;
   }
 };
 
-FitValue value_of(double value, double standard_error, double t) {
-  return {value, standard_error, value - t * standard_error, value + t * standard_error};
+// Of the repeats as a sample: what each adds to the parameters, and C0, which they share.
+Eigen::MatrixXd variance_of_repeats(const Fitter& fitter, const Linear& l,
+                                    const Eigen::MatrixXd& inverse, double scatter, int& repeats) {
+  std::map<std::int32_t, Eigen::VectorXd> scores;
+  for (std::size_t k = 0; k < fitter.points.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    auto [it, fresh] =
+        scores.try_emplace(fitter.points[k].repeat, Eigen::VectorXd::Zero(l.slopes.cols()));
+    it->second += l.weights(i) * l.residuals(i) * l.slopes.row(i).transpose();
+  }
+  repeats = static_cast<int>(scores.size());
+  Eigen::MatrixXd middle = Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
+  if (repeats < 2) {
+    return middle;
+  }
+  for (const auto& [repeat, score] : scores) {
+    middle += score * score.transpose() * repeats / (repeats - 1.0);
+  }
+  if (fitter.with_c0()) {
+    const Eigen::Index last = l.slopes.rows() - 1;
+    middle += scatter * l.weights(last) * l.slopes.row(last).transpose() * l.slopes.row(last);
+  }
+  return inverse * middle * inverse;
 }
 
-Fit summarize(const Fitter& fitter, const Normal& n, double mu, double offset, int iterations) {
+struct Spread {
+  Eigen::MatrixXd of_residuals, of_repeats;
+  Eigen::VectorXd per_model_error;
+  int freedom = 1, repeats = 0;
+};
+
+// `unit`: of one step of the parameter.
+FitValue value_of(double value, Eigen::Index k, double unit, const Spread& s) {
+  const double residuals = s.of_residuals(k, k), between = s.of_repeats(k, k);
+  const bool sample = s.repeats >= 2 && (s.repeats == 2 || between > residuals);
+  const double error = unit * std::sqrt(sample ? between : residuals);
+  const double half = student_t975(sample ? s.repeats - 1 : s.freedom) * error;
+  return {value, error, value - half, value + half, unit * s.per_model_error(k)};
+}
+
+Fit summarize(const Fitter& fitter, const Linear& l, const Place& at, int iterations) {
   Fit fit;
   fit.points = static_cast<int>(fitter.points.size());
   fit.iterations = iterations;
-  const int freedom = fit.points - 2;
-  const double t = student_t975(freedom);
-  const double scatter = n.chi2 / freedom;
-  const double c00 = n.a11 / n.determinant(), c11 = n.a00 / n.determinant();
-  fit.shear_modulus_Pa = value_of(mu, mu * std::sqrt(c00 * scatter), t);
-  fit.contact_offset_Pa = value_of(offset, fitter.scale_Pa * std::sqrt(c11 * scatter), t);
-  fit.correlation = -n.a01 / std::sqrt(n.a00 * n.a11);
+  Spread s;
+  s.freedom = fit.points - 2;
+  const double scatter = l.chi2() / s.freedom;
+  const Eigen::MatrixXd inverse = l.normal().inverse();
+  s.of_residuals = inverse * scatter;
+  s.of_repeats = variance_of_repeats(fitter, l, inverse, scatter, s.repeats);
+  s.per_model_error = -inverse * (l.slopes.transpose() * (l.weights.asDiagonal() * l.values));
+  fit.repeats = s.repeats >= 2 ? s.repeats : 0;
+  fit.shear_modulus_Pa = value_of(at.mu_Pa, 0, at.mu_Pa, s);
+  fit.contact_offset_Pa = value_of(at.offset_Pa, 1, fitter.scale_Pa, s);
+  if (fitter.with_c0()) {
+    fit.c0_shift_F = value_of(at.shift_F, 2, fitter.scale_F, s);
+  }
+  fit.correlation = inverse(0, 1) / std::sqrt(inverse(0, 0) * inverse(1, 1));
   double weights = 0;
   for (const auto& p : fitter.points) {
     weights += fitter.weight(p);
   }
-  fit.residual_F = std::sqrt(n.chi2 / weights);
+  fit.residual_F = std::sqrt(l.chi2() / weights);
   return fit;
 }
 
 // One Gauss-Newton step, halved until it improves; returns its relative length.
-Result<double> improve(const Fitter& fitter, const Normal& n, double& mu, double& offset) {
-  const double d0 = (n.a11 * n.b0 - n.a01 * n.b1) / n.determinant();
-  const double d1 = (n.a00 * n.b1 - n.a01 * n.b0) / n.determinant();
+double improve(const Fitter& fitter, const Linear& l, Place& at) {
+  const Eigen::VectorXd step = l.normal().ldlt().solve(l.score());
+  const double before = l.chi2();
   for (double length = 1; length > 1e-4; length /= 2) {
-    const double next_mu = mu * std::exp(std::clamp(length * d0, -1.0, 1.0));
-    const double next_offset = offset + length * d1 * fitter.scale_Pa;
-    const auto chi2 = fitter.chi2(next_mu, next_offset);
-    if (chi2 && *chi2 <= n.chi2 * (1 + 1e-12)) {
-      mu = next_mu;
-      offset = next_offset;
-      return length * (std::abs(d0) + std::abs(d1));
+    Place next = at;
+    next.mu_Pa *= std::exp(std::clamp(length * step(0), -1.0, 1.0));
+    next.offset_Pa += length * step(1) * fitter.scale_Pa;
+    if (fitter.with_c0()) {
+      next.shift_F += length * step(2) * fitter.scale_F;
+    }
+    const auto chi2 = fitter.chi2(next);
+    if (chi2 && *chi2 <= before * (1 + 1e-12)) {
+      at = next;
+      return length * step.cwiseAbs().sum();
     }
   }
-  return 0.0;  // at the minimum as far as rounding can tell
+  return 0;  // at the minimum as far as rounding can tell
+}
+
+// Scaled by its diagonal, so that only the likeness of the columns counts.
+bool is_determined(const Eigen::MatrixXd& normal) {
+  return normal.determinant() > 1e-20 * normal.diagonal().prod();
 }
 
 }  // namespace
@@ -170,39 +243,41 @@ double student_t975(int degrees_of_freedom) {
 }
 
 Result<Fit> fit_response(const Specimen& specimen, const LevelSettings& settings,
-                         const std::vector<FitPoint>& points) {
+                         const std::vector<FitPoint>& points, double c0_standard_error_F) {
   if (auto ok = check_specimen(specimen); !ok) {
     return fail(ok.error());
   }
-  if (points.size() < 4) {
-    return fail(Errc::invalid_request, "fit: {} points, at least 4 are needed", points.size());
+  const std::size_t least = c0_standard_error_F > 0 ? 5 : 4;
+  if (points.size() < least) {
+    return fail(Errc::invalid_request, "fit: {} points, at least {} are needed", points.size(),
+                least);
   }
   const auto soft = find_soft(specimen);
   if (!soft) {
     return fail(soft.error());
   }
-  double highest = 0;
+  double highest = 0, largest = 0;
   for (const auto& p : points) {
     if (!std::isfinite(p.pressure_Pa) || !std::isfinite(p.delta_capacitance_F)) {
       return fail(Errc::invalid_request, "fit: a point is not a number");
     }
     highest = std::max(highest, p.pressure_Pa);
+    largest = std::max(largest, std::abs(p.delta_capacitance_F));
   }
   const Curve2 curve(specimen, settings, *soft, points);
-  const Fitter fitter{curve, points, std::max(highest, 1.0)};
-  double mu = specimen.materials[*soft].shear_modulus_Pa();
-  double offset = 0;
+  const Fitter fitter{curve, points, std::max(highest, 1.0), std::max(largest, 1e-18),
+                      c0_standard_error_F};
+  Place at{specimen.materials[*soft].shear_modulus_Pa(), 0, 0};
   for (int i = 1; i <= kMostIterations; ++i) {
-    const auto n = fitter.normal(mu, offset);
-    if (!n) {
-      return fail(n.error());
+    const auto l = fitter.linear(at);
+    if (!l) {
+      return fail(l.error());
     }
-    if (!(n->determinant() > 1e-20 * n->a00 * n->a11)) {
+    if (!is_determined(l->normal())) {
       break;
     }
-    const auto length = improve(fitter, *n, mu, offset);
-    if (length && *length < 1e-9) {
-      return summarize(fitter, *n, mu, offset, i);
+    if (improve(fitter, *l, at) < kSettled) {
+      return summarize(fitter, *l, at, i);
     }
   }
   return fail(Errc::invalid_request,

@@ -5,10 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <optional>
 
 #include "analysis/least_squares.hpp"
 #include "analysis/line_fit.hpp"
+#include "analysis/peak_curve.hpp"
 
 namespace lcrig {
 
@@ -16,9 +19,10 @@ namespace {
 
 constexpr double kEdge = 1e-6;  // relative: a level at 30 kPa lies in 0-30 kPa
 // As the analysis has them (analysis/cycles.cpp): where a loading begins, what its peak is.
-constexpr double kLoaded = 0.05, kPlateauReadings = 10, kUpper = 0.5;
+constexpr double kLoaded = 0.05, kPlateauReadings = 10;
 // A reading's force lies between two samples: over all places the variance is 2/3 of a sample's.
 constexpr double kInterpolated = 2.0 / 3;
+constexpr int kParts = 40;  // equally likely ones of a mean square
 // Where the last reading before a peak falls is chance: averaged over these parts of an interval.
 constexpr double kPhases[] = {0.1, 0.3, 0.5, 0.7, 0.9};
 
@@ -152,31 +156,24 @@ std::optional<Parts> slope_of_loadings(const PlannedRun& run, const PressureRang
 std::vector<double> upper_half(const Loading& loading, double nearest_s, double peak_kPa) {
   std::vector<double> out;
   for (const double kPa : loading.kPa(nearest_s)) {
-    if (kPa >= kUpper * peak_kPa) out.push_back(kPa / peak_kPa - 1);
+    if (kPa >= PeakCurve::kUpper * peak_kPa) out.push_back(kPa / peak_kPa - 1);
   }
   return out;
 }
 
 // Variance of C at the peak from the fit to the upper half of the force, for unit variance of a
-// reading: one slope for each branch and a common bend. The readings go on through the turn, so the
-// nearer the last one before it, the farther the first one after it.
+// reading. The readings go on through the turn, so the nearer the last one before it, the farther
+// the first one after it.
 double unit_variance_of_fit(const PlannedRun& run, const PlannedCycle& cycle) {
   const Loading loading(run, cycle);
   double mean = 0;
   for (const double phase : kPhases) {
     const auto up = upper_half(loading, phase * run.interval_s, cycle.peak_kPa);
     const auto down = upper_half(loading, (1 - phase) * run.interval_s, cycle.peak_kPa);
-    const bool branches = up.size() >= 2 && down.size() >= 2;
-    const bool bend = up.size() + down.size() >= 8;
-    LeastSquares fit(1 + (branches ? 2U : 1U) + (bend ? 1U : 0U));
-    for (const double d : up) {
-      const double row[4] = {1, d, branches ? 0 : d * d, d * d};
-      fit.add(row, 0);
-    }
-    for (const double d : down) {
-      const double row[4] = {1, branches ? 0 : d, branches ? d : d * d, d * d};
-      fit.add(row, 0);
-    }
+    const PeakCurve curve(std::ssize(up), std::ssize(down));
+    LeastSquares fit(curve.columns());
+    for (const double d : up) fit.add(curve.row(d, true).data(), 0);
+    for (const double d : down) fit.add(curve.row(d, false).data(), 0);
     const auto solution = fit.solve();
     mean += (solution && solution->freedom >= 1 ? solution->unit_covariance[0] : 1.0) /
             std::size(kPhases);
@@ -265,6 +262,20 @@ Prediction not_predicted(std::string quantity, std::string unit, std::string rea
   return p;
 }
 
+// Of the slope of a range, in standard errors.
+double half_widths(const PlannedRun& run, const PressureRange& range, double confidence) {
+  if (run.levels.empty()) {
+    return expected_half_width(static_cast<int>(run.cycles.size()), 1, confidence);
+  }
+  std::map<int, int> levels;  // of each repeat
+  for (const PlannedLevel& l : run.levels) {
+    if (inside(range, l.pressure_kPa) && l.readings > 0) ++levels[l.repeat];
+  }
+  std::erase_if(levels, [](const auto& repeat) { return repeat.second < 2; });
+  if (levels.empty()) return expected_half_width(1, 1, confidence);
+  return expected_half_width(static_cast<int>(levels.size()), levels.begin()->second, confidence);
+}
+
 Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range,
                                const MeterAccuracy& meter, const AnalysisOptions& options) {
   const std::string name = fmt::format("sensitivity {:g}-{:g} kPa", range.from_kPa, range.to_kPa);
@@ -274,6 +285,7 @@ Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range
     return not_predicted(name, "fF/kPa", "fewer than two different pressures lie in the range");
   }
   Prediction p = predicted(name, "fF/kPa", *parts);
+  p.half_width = p.standard_error * half_widths(run, range, options.confidence);
   add_limits(p.budget, "meter gain", meter.gain, "basic accuracy without its offset");
   add_rig(run, options.rig, p.budget);
   combine(p.budget, options.confidence);
@@ -291,6 +303,8 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
                                             : "no reading is taken at rest, or none at the peak");
   }
   Prediction p = predicted("dynamic range", "%", *parts);
+  const auto cycles = static_cast<int>(run.cycles.size());
+  p.half_width = p.standard_error * expected_half_width(cycles, 1, options.confidence);
   add_limits(p.budget, "meter offset in C0", meter.offset_F / run.c0_F,
              "basic accuracy, the part that does not grow with C");
   const PlannedCycle& c = run.cycles.front();
@@ -304,7 +318,37 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
   return p;
 }
 
+// Mean of chi-square over its degrees of freedom at the middles of equally likely parts.
+std::vector<double> mean_squares(int freedom) {
+  std::vector<double> out;
+  for (int i = 0; i < kParts; ++i) {
+    out.push_back(chi_squared_quantile((i + 0.5) / kParts, freedom) / freedom);
+  }
+  return out;
+}
+
 }  // namespace
+
+double expected_half_width(int repeats, int levels, double confidence) {
+  if (repeats < 2) return coverage_factor(confidence, std::numeric_limits<double>::infinity());
+  const int of_slopes = repeats - 1, rest = (levels - 2) * (repeats - 1);
+  const double t_slopes = coverage_factor(confidence, of_slopes);
+  const auto slopes = mean_squares(of_slopes);
+  double sum = 0;
+  if (repeats == 2 || rest < 1) {
+    for (const double s : slopes) sum += t_slopes * std::sqrt(s);
+    return sum / kParts;
+  }
+  const double t_all = coverage_factor(confidence, of_slopes + rest);
+  const auto others = mean_squares(rest);
+  for (const double s : slopes) {
+    for (const double r : others) {
+      const double all = (of_slopes * s + rest * r) / (of_slopes + rest);
+      sum += s >= all ? t_slopes * std::sqrt(s) : t_all * std::sqrt(all);
+    }
+  }
+  return sum / kParts / kParts;
+}
 
 Result<std::vector<Prediction>> predict_errors(const PlannedRun& run,
                                                const AnalysisOptions& options) {

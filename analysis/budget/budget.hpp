@@ -4,6 +4,7 @@
 // docs/report.md, "Budget", has the formulas.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@ namespace lcrig {
 struct PlannedLevel {
   double pressure_kPa = 0;
   double readings = 0;
+  int repeat = 1;
 };
 
 // One excursion of the force.
@@ -47,9 +49,17 @@ struct Prediction {
   std::string reason;  // why there is none; empty: the rest is filled
   double value = 0;  // what the model lets expect
   double standard_error = 0;  // of the scatter: what repeated runs would show
+  // Half of the interval that `analyze` is expected to print: of few repeats it is much more than
+  // two standard errors, because they must tell their own scatter.
+  double half_width = 0;
   UncertaintyBudget budget;  // with the systematic parts
+  double relative_half_width() const { return half_width / std::abs(value); }
   double relative() const { return standard_error / std::abs(value); }
 };
+
+// Expected half-width of the interval of a slope, in standard errors: `repeats` as a sample, or the
+// scatter of `levels` between them while that is the larger (docs/analysis.md, "Which scatter").
+double expected_half_width(int repeats, int levels, double confidence);
 
 // Every sensitivity of the ranges, then the dynamic range. Errors: a reading noise, interval or
 // area that is not positive; the meter's setting is outside its tables.

@@ -117,7 +117,7 @@ class SyntheticRun {
       reading_.bind_null(7);
       reading_.bind_null(8);
     }
-    reading_.bind(9, std::int64_t{capacitance_F ? 0 : 1});
+    reading_.bind(9, flags | (capacitance_F ? 0 : 1));
     if (capacitance_F) {
       reading_.bind(10, *capacitance_F);
     } else {
@@ -148,6 +148,7 @@ class SyntheticRun {
     }
   }
   bool with_frame = true;
+  std::int64_t flags = 0;  // of the next readings; storage/flags.hpp
   int lost_frames = 0;  // the next ones are missing
   std::function<double(double)> travel_m = [](double force) { return 3e-3 + 1e-5 * force; };
 

@@ -22,7 +22,7 @@ class Search {
       if (point && point->possible()) out.curve.push_back(std::move(*point));
     }
     if (q_.target) out.to_target = least(aperture, frequency_Hz);
-    if (q_.target && out.planned.possible() && out.planned.worst <= *q_.target &&
+    if (q_.target && out.planned.meets(*q_.target) &&
         (!out.to_target || out.planned.duration_s < out.to_target->duration_s)) {
       out.to_target = out.planned;
     }
@@ -59,11 +59,11 @@ class Search {
     auto low = static_cast<std::int64_t>(std::ceil(knob().min)) - 1;
     auto high = static_cast<std::int64_t>(knob().max);
     auto best = with_knob(aperture, frequency_Hz, high);
-    if (!best || !best->possible() || best->worst > *q_.target) return std::nullopt;
+    if (!best || !best->meets(*q_.target)) return std::nullopt;
     while (high - low > 1) {
       const std::int64_t middle = low + (high - low) / 2;
       auto point = with_knob(aperture, frequency_Hz, middle);
-      const bool enough = point && point->possible() && point->worst <= *q_.target;
+      const bool enough = point && point->meets(*q_.target);
       (enough ? high : low) = middle;
       if (enough) best = std::move(point);
     }
@@ -105,9 +105,14 @@ class Search {
     out.predictions = std::move(*predictions);
     bool any = false;
     for (const Prediction& p : out.predictions) {
-      if (!p.reason.empty()) continue;
+      if (!p.reason.empty()) {
+        out.not_predicted.push_back(p.quantity);
+        continue;
+      }
       any = true;
       out.worst = std::max(out.worst, p.relative());
+      out.worst_half_width = std::max(out.worst_half_width, p.relative_half_width());
+      out.worst_expanded = std::max(out.worst_expanded, p.budget.expanded / std::abs(p.value));
     }
     if (!any) out.refused = out.predictions.front().reason;
   }

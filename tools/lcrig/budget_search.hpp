@@ -25,6 +25,12 @@ struct BudgetPoint {
   std::int64_t readings = 0;  // of `measure` steps; without such, all that are recorded
   std::vector<Prediction> predictions;
   double worst = 0;  // largest relative standard error of the predictions
+  double worst_half_width = 0;  // relative, of the interval that `analyze` is expected to print
+  double worst_expanded = 0;  // relative, with the systematic parts
+  std::vector<std::string> not_predicted;  // results: they can never be said to meet a target
+  bool meets(double target) const {
+    return possible() && not_predicted.empty() && worst_half_width <= target;
+  }
   bool front = false;  // no other point is both quicker and better
   bool possible() const { return refused.empty(); }
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A budget as table, JSON and picture.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -25,6 +26,8 @@ json to_json(const Prediction& p) {
   out["value"] = p.value;
   out["standard_error"] = p.standard_error;
   out["relative_percent"] = p.relative() * 100;
+  out["half_width"] = p.half_width;
+  out["half_width_percent"] = p.relative_half_width() * 100;
   out["combined_uncertainty"] = p.budget.combined;
   out["expanded_uncertainty"] = p.budget.expanded;
   out["dominating"] = p.budget.dominating() ? p.budget.dominating()->name : "";
@@ -53,6 +56,9 @@ json to_json(const BudgetPoint& p, bool with_results) {
   out["duration_s"] = p.duration_s;
   out["readings"] = p.readings;
   out["worst_percent"] = p.worst * 100;
+  out["worst_half_width_percent"] = p.worst_half_width * 100;
+  out["worst_expanded_percent"] = p.worst_expanded * 100;
+  out["not_predicted"] = p.not_predicted;
   out["front"] = p.front;
   if (!with_results) return out;
   json results = json::array();
@@ -95,6 +101,13 @@ void append_row(const BudgetPoint& p, std::string& out) {
                        r.relative() * 100, r.budget.expanded, most ? most->name : "");
   }
   if (!p.note.empty()) out += fmt::format("{:38}  {}\n", "", p.note);
+}
+
+// What cannot be predicted is unmet, never met.
+std::string unmet_text(const BudgetSetting& s) {
+  if (s.planned.not_predicted.empty()) return "not within the protocol's parameters\n";
+  return fmt::format("cannot be told: nothing predicts {}\n",
+                     fmt::join(s.planned.not_predicted, ", "));
 }
 
 plot::Series series_of(const std::vector<BudgetPoint>& points) {
@@ -168,13 +181,18 @@ std::string to_table(const Budget& budget) {
                                 "std error", "", "all, +-", "largest part");
   for (const BudgetSetting& s : budget.settings) append_row(s.planned, out);
   if (!budget.target) return out;
-  out += fmt::format("\nfor a standard error of {:g} % of every result:\n", *budget.target * 100);
+  out += fmt::format(
+      "\nfor an interval of +-{:g} % of every result (half of what analyze is expected to print; "
+      "in brackets with what the rig may err by, which no measuring makes smaller):\n",
+      *budget.target * 100);
   for (const BudgetSetting& s : budget.settings) {
     out += fmt::format("{:8} {:>9}  ", to_string(s.planned.aperture),
                        frequency_text(s.planned.frequency_Hz));
-    out += s.to_target ? fmt::format("{:>9} {:>7.2g}%{}\n", format_time(s.to_target->duration_s),
-                                     s.to_target->worst * 100, parameter_text(*s.to_target))
-                       : "not within the protocol's parameters\n";
+    out += s.to_target
+               ? fmt::format("{:>9} {:>7.2g}% ({:.2g}%){}\n", format_time(s.to_target->duration_s),
+                             s.to_target->worst_half_width * 100, s.to_target->worst_expanded * 100,
+                             parameter_text(*s.to_target))
+               : unmet_text(s);
   }
   out += budget.cheapest
              ? fmt::format("\ncheapest: aperture {}, {}: {}\n", setting_text(*budget.cheapest),

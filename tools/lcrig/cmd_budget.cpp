@@ -20,6 +20,7 @@ namespace lcrig::cli {
 
 namespace {
 
+constexpr double kUsual_Hz[] = {1e3, 1e4, 1e5};  // searched for a target
 constexpr double kForceReserve = 1.2;  // of the curve, beyond the largest force of the plan
 
 class BudgetCommand final : public Command {
@@ -35,8 +36,9 @@ class BudgetCommand final : public Command {
     list.positional("PROTOCOL", protocol_, "Name or file");
     list.option("-s,--specimen", specimen_, "S", "What will be pressed: a name or a file", true);
     list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
-    list.option("--frequency-Hz", frequencies_, "F,...", "Test frequencies (default: the file's)");
-    list.option("--target", target_, "PERCENT", "Find what meets this standard error: 1%");
+    list.option("--frequency-Hz", frequencies_, "F,...",
+                "Test frequencies (default: the file's; with a target also 1, 10 and 100 kHz)");
+    list.option("--target", target_, "PERCENT", "Find what gives intervals of +-1%");
     list.option("--bench", bench_, "B", "Instruments and fixture (default: paper)");
     list.option("--svg", svg_, "FILE", "Picture of error against time");
   }
@@ -54,7 +56,7 @@ class BudgetCommand final : public Command {
   Outcome<Rig> rig(const Context& context, const LibraryPath& library, const LibraryFile& specimen,
                    const Protocol& protocol) const;
   Outcome<std::optional<double>> target() const;
-  Outcome<std::vector<double>> frequencies(const Protocol& protocol) const;
+  Outcome<std::vector<double>> frequencies(const Protocol& protocol, const Rig& rig) const;
   Failure refused(const Error& error) const;
 
   std::string protocol_, specimen_, frequencies_, target_, bench_ = "paper", svg_;
@@ -79,8 +81,19 @@ Outcome<std::optional<double>> BudgetCommand::target() const {
   return std::optional(*percent / 100);
 }
 
-Outcome<std::vector<double>> BudgetCommand::frequencies(const Protocol& protocol) const {
-  if (frequencies_.empty()) return std::vector<double>{protocol.sample.lcr.frequency.si()};
+// Who has a target wants the quickest way there, and the test frequency decides it.
+std::vector<double> usual_frequencies(const Protocol& protocol, const Rig& rig, bool with_target) {
+  std::vector<double> out{protocol.sample.lcr.frequency.si()};
+  for (const double Hz : kUsual_Hz) {
+    const bool can = rig.lcr.frequency_min.si() <= Hz && Hz <= rig.lcr.frequency_max.si();
+    if (with_target && can && Hz != out.front()) out.push_back(Hz);
+  }
+  return out;
+}
+
+Outcome<std::vector<double>> BudgetCommand::frequencies(const Protocol& protocol,
+                                                        const Rig& rig) const {
+  if (frequencies_.empty()) return usual_frequencies(protocol, rig, !target_.empty());
   std::vector<double> out;
   std::string_view rest = frequencies_;
   while (true) {
@@ -142,7 +155,7 @@ Outcome<ExitCode> BudgetCommand::run(Context& context) {
   if (!wanted) return tl::unexpected(wanted.error());
   auto what = scene(context);
   if (!what) return tl::unexpected(what.error());
-  auto list = frequencies(what->protocol);
+  auto list = frequencies(what->protocol, what->rig);
   if (!list) return tl::unexpected(list.error());
   BudgetQuestion question{
       what->protocol, what->environment, what->rig, what->curve, {}, {}, {}, {}};

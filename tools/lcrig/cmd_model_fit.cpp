@@ -2,9 +2,13 @@
 // model fit: shear modulus and contact offset of a recorded run.
 #include <fmt/ostream.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "analysis/analysis.hpp"
+#include "model/auto_level.hpp"
 #include "model/fit.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/run_summary.hpp"
@@ -19,6 +23,10 @@ namespace lcrig::cli {
 using nlohmann::json;
 
 namespace {
+
+constexpr double kTolerances[] = {1e-3, 1e-2,
+                                  0.1};  // of the model, relative; the first that is met
+constexpr std::size_t kLeastWithC0 = 5;  // points that determine modulus, offset and C0
 
 class FitCommand final : public Command {
  public:
@@ -63,8 +71,30 @@ Outcome<std::vector<LevelMean>> level_means(const Database& db, std::int64_t run
   }
 }
 
-Outcome<std::vector<FitPoint>> fit_points(const Database& db, std::int64_t run,
+struct FitData {
+  std::vector<FitPoint> points;
+  double c0_error_F = 0;  // in the unit of the points' weights; 0: C0 is not fitted
+};
+
+// Levels as the analysis has them: drift subtracted, weights by the number of readings.
+std::optional<FitData> fit_data_of_levels(const Database& db, std::int64_t run,
                                           const Specimen& specimen) {
+  const auto data = load_run_data(db, run);
+  if (!data || !data->area_m2) return std::nullopt;
+  const auto analysis = analyse(*data);
+  if (!analysis || !analysis->c0 || analysis->c0.rows < 1) return std::nullopt;
+  FitData out;
+  for (const LevelResult& l : analysis->levels) {
+    if (!l.delta_C_fF || !(l.pressure_kPa > 0)) continue;
+    const double Pa = l.pressure_kPa * 1e3 * *data->area_m2 / specimen.area_m2();
+    out.points.emplace_back(Pa, *l.delta_C_fF * 1e-15, 1e-15 / std::sqrt(l.readings), l.repeat);
+  }
+  out.c0_error_F = 1e-15 / std::sqrt(static_cast<double>(analysis->c0.rows));
+  return out.points.size() >= kLeastWithC0 ? std::optional(std::move(out)) : std::nullopt;
+}
+
+Outcome<FitData> fit_data(const Database& db, std::int64_t run, const Specimen& specimen) {
+  if (auto of_levels = fit_data_of_levels(db, run, specimen)) return std::move(*of_levels);
   auto summary = summarise_run(db, run);
   if (!summary) return tl::unexpected(Failure(summary.error()));
   if (!summary->c0_F) {
@@ -73,17 +103,66 @@ Outcome<std::vector<FitPoint>> fit_points(const Database& db, std::int64_t run,
   }
   auto means = level_means(db, run);
   if (!means) return tl::unexpected(means.error());
-  std::vector<FitPoint> points;
+  FitData out;
   for (const auto& m : *means) {
-    points.push_back({m.force_N / specimen.area_m2(), m.capacitance_F - *summary->c0_F, 0});
+    out.points.emplace_back(m.force_N / specimen.area_m2(), m.capacitance_F - *summary->c0_F);
   }
-  return points;
+  return out;
 }
 
-json to_json(const FitValue& v, double scale) {
+// The level whose own estimate of its error allows it; the best there is, when none is good enough.
+Result<LevelChoice> choose(const Specimen& specimen, const std::vector<FitPoint>& points) {
+  double highest = 1;
+  for (const FitPoint& p : points) highest = std::max(highest, p.pressure_Pa);
+  Result<LevelChoice> choice = fail(Errc::bug, "no tolerance");
+  for (const double tolerance : kTolerances) {
+    choice = choose_level(specimen, tolerance, Pressure::from_si(highest));
+    if (choice) break;
+  }
+  return choice;
+}
+
+json to_json(const FitValue& v, double scale, double model_error) {
   return json{{"value", v.value * scale},
               {"standard_error", v.standard_error * scale},
-              {"ci95", json::array({v.ci95_low * scale, v.ci95_high * scale})}};
+              {"ci95", json::array({v.ci95_low * scale, v.ci95_high * scale})},
+              {"model_uncertainty", model_error * std::abs(v.per_model_error) * scale}};
+}
+
+json to_json(std::int64_t run, const LevelSettings& level, double model_error, const Fit& fit) {
+  return json{{"run", run},
+              {"level", to_string(level.level)},
+              {"model_error", model_error},
+              {"shear_modulus_kPa", to_json(fit.shear_modulus_Pa, 1e-3, model_error)},
+              {"contact_offset_kPa", to_json(fit.contact_offset_Pa, 1e-3, model_error)},
+              {"c0_shift_fF", to_json(fit.c0_shift_F, 1e15, model_error)},
+              {"residual_fF", fit.residual_F * 1e15},
+              {"repeats", fit.repeats},
+              {"points", fit.points}};
+}
+
+std::string line_of(const char* name, const FitValue& v, double scale, const char* unit,
+                    double model_error) {
+  std::string out = fmt::format("{:<15} {:.4g} {}, 95 % {:.4g} to {:.4g}", name, v.value * scale,
+                                unit, v.ci95_low * scale, v.ci95_high * scale);
+  if (model_error > 0) {
+    out += fmt::format("; the model may move it by {:.2g}",
+                       model_error * std::abs(v.per_model_error) * scale);
+  }
+  return out + "\n";
+}
+
+std::string to_text(std::int64_t run, const LevelSettings& level, double model_error,
+                    const Fit& fit) {
+  std::string out =
+      fmt::format("run {}: {} levels, model {}", run, fit.points, to_string(level.level));
+  if (model_error > 0) out += fmt::format(" (its estimated error: {:.2g} %)", model_error * 100);
+  out += "\n" + line_of("shear modulus", fit.shear_modulus_Pa, 1e-3, "kPa", model_error);
+  out += line_of("contact offset", fit.contact_offset_Pa, 1e-3, "kPa", model_error);
+  if (fit.c0_shift_F.standard_error > 0) {
+    out += line_of("C0 shift", fit.c0_shift_F, 1e15, "fF", model_error);
+  }
+  return out + fmt::format("residual        {:.3g} fF rms\n", fit.residual_F * 1e15);
 }
 
 Outcome<ExitCode> FitCommand::run(Context& context) {
@@ -97,30 +176,25 @@ Outcome<ExitCode> FitCommand::run(Context& context) {
   if (!specimen) return tl::unexpected(Failure(specimen.error()));
   auto settings = options_.settings();
   if (!settings) return tl::unexpected(settings.error());
-  auto points = fit_points(*db, *id, *specimen);
-  if (!points) return tl::unexpected(points.error());
-  LevelSettings level;  // the cheapest that knows these faces: the fit solves it many times
-  if (specimen->faces == Faces::bonded_laminate) level.level = Level::bonded;
-  if (specimen->faces == Faces::bonded_base) level.level = Level::fem_linear;
-  auto fit = fit_response(*specimen, settings->value_or(level), *points);
-  if (!fit) return tl::unexpected(Failure(fit.error(), "lcrig runs show " + run_));
-  const auto& mu = fit->shear_modulus_Pa;
-  const auto& offset = fit->contact_offset_Pa;
-  if (context.global.json) {
-    json out{{"run", *id}, {"level", to_string(settings->value_or(level).level)}};
-    out["shear_modulus_kPa"] = to_json(mu, 1e-3);
-    out["contact_offset_kPa"] = to_json(offset, 1e-3);
-    out["residual_fF"] = fit->residual_F * 1e15;
-    out["points"] = fit->points;
-    print_json(context.console.out, out);
-    return kOk;
+  auto data = fit_data(*db, *id, *specimen);
+  if (!data) return tl::unexpected(data.error());
+  LevelSettings level;
+  double model_error = 0;  // relative, of delta C; a level that was asked for has no estimate
+  if (*settings) {
+    level = **settings;
+  } else {
+    auto choice = choose(*specimen, data->points);
+    if (!choice) return tl::unexpected(Failure(choice.error(), "lcrig model ladder --help"));
+    level = choice->settings;
+    model_error = choice->error_estimate;
   }
-  fmt::print(context.console.out,
-             "run {}: {} levels\nshear modulus   {:.4g} kPa, 95 % {:.4g} to {:.4g}\n"
-             "contact offset  {:.4g} kPa, 95 % {:.4g} to {:.4g}\nresidual        {:.3g} fF rms\n",
-             *id, fit->points, mu.value / 1e3, mu.ci95_low / 1e3, mu.ci95_high / 1e3,
-             offset.value / 1e3, offset.ci95_low / 1e3, offset.ci95_high / 1e3,
-             fit->residual_F * 1e15);
+  auto fit = fit_response(*specimen, level, data->points, data->c0_error_F);
+  if (!fit) return tl::unexpected(Failure(fit.error(), "lcrig runs show " + run_));
+  if (context.global.json) {
+    print_json(context.console.out, to_json(*id, level, model_error, *fit));
+  } else {
+    context.console.out << to_text(*id, level, model_error, *fit);
+  }
   return kOk;
 }
 

@@ -146,7 +146,8 @@ class Walk {
   void measure(double count) {
     const double kPa = force_ / rig_.probe_area.si() * 1e-3;
     if (force_ > edge_) {
-      (force_ > last_level_ ? levels : falling_).push_back({kPa, count});
+      (force_ > last_level_ ? levels : falling_)
+          .push_back({kPa, count, static_cast<int>(cycles.size()) + 1});
       last_level_ = force_;
     }
     stay(count);

@@ -18,7 +18,9 @@ using testing::HasSubstr;
 TEST(Analyse, FindsTheSlopeC0AndNoiseOfAStraightSpecimen) {
   const auto a = of_static(SyntheticRun::Static());
   EXPECT_NEAR(a.c0.value(), 3.65, 4 * 0.044 / 10);
-  EXPECT_NEAR(*a.c0.estimate->standard_error, 0.0044, 0.001);
+  // 44 fF/sqrt(100), or what ten parts of the baseline say where that is more.
+  EXPECT_GT(*a.c0.estimate->standard_error, 0.0044 * 0.8);
+  EXPECT_LT(*a.c0.estimate->standard_error, 0.0044 * 1.6);
   EXPECT_NEAR(a.noise.value(), 44, 10);
   ASSERT_EQ(a.ranges.size(), 2U);
   for (const RangeResult& r : a.ranges) {
@@ -26,8 +28,9 @@ TEST(Analyse, FindsTheSlopeC0AndNoiseOfAStraightSpecimen) {
     EXPECT_NEAR(r.sensitivity.value(), 6, 4 * se);
     EXPECT_GT(r.robust->standard_error, 0);
   }
-  // Noise of a level 44/sqrt(30) fF, pressures 10, 20, 30 in four repeats: sxx = 4 * 200.
-  EXPECT_NEAR(*a.ranges[0].sensitivity.estimate->standard_error, 8.03 / std::sqrt(800), 0.12);
+  // Noise of a level 44/sqrt(30) fF, pressures 10, 20, 30 in four repeats: sxx = 4 * 200. The rests
+  // add theirs, and the slopes of four repeats know it to a third.
+  EXPECT_NEAR(*a.ranges[0].sensitivity.estimate->standard_error, 8.03 / std::sqrt(800), 0.2);
   EXPECT_EQ(a.ranges[0].points, 12);
   EXPECT_EQ(a.ranges[0].pressures, 3);
   EXPECT_EQ(a.ranges[0].sensitivity.rows, 12 * 30);

@@ -196,8 +196,11 @@ TEST(Uncertainty, CombinesWithWelchAndSatterthwaite) {
   b.parts = {a, s};
   combine(b);
   EXPECT_NEAR(b.combined, 5, 1e-12);
-  EXPECT_NEAR(b.effective_degrees_of_freedom, 625.0 / 9, 1e-9);
-  EXPECT_NEAR(b.expanded, 5 * student_t_quantile(0.975, 625.0 / 9), 1e-9);
+  EXPECT_EQ(b.effective_degrees_of_freedom, 69) << "625/9, truncated (GUM G.4.1)";
+  EXPECT_NEAR(b.expanded, 5 * student_t_quantile(0.975, 69), 1e-9);
+  b.least = 20;
+  combine(b);
+  EXPECT_EQ(b.expanded, 20) << "never below the half-width of the scatter alone";
   EXPECT_EQ(b.dominating()->standard_uncertainty, 4);
   EXPECT_NEAR(rectangular(1), 0.57735, 1e-5);
 }

@@ -5,6 +5,9 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <random>
+
+#include "analysis/line_fit.hpp"
 
 namespace lcrig {
 namespace {
@@ -106,7 +109,7 @@ TEST(Budget, FewerReadingsUnderLoadMakeTheRangeWorse) {
   const double quick = predict(run).back().standard_error;
   run.cycles[0].loading_s = 10;
   const double slow = predict(run).back().standard_error;
-  EXPECT_GT(quick, 2.5 * slow);
+  EXPECT_GT(quick, 2.2 * slow);  // the root of ten times the readings, less two more parameters
   EXPECT_LT(slow, 1.0 / 40 * 40);  // better than one reading: 1 %
 }
 
@@ -138,6 +141,25 @@ TEST(Budget, ForceClassIsRectangular) {
     return;
   }
   FAIL() << "no part for the force";
+}
+
+// Normal deviates of given size, the rule of analyze, many times: the expectation must be its mean.
+TEST(Budget, HalfWidthIsWhatTheRuleGivesInTheMean) {
+  std::mt19937_64 random(3);
+  for (const int repeats : {2, 3, 4, 8}) {
+    const int levels = 6, rest = (levels - 2) * (repeats - 1);
+    double sum = 0;
+    for (int i = 0; i < 20'000; ++i) {
+      std::chi_squared_distribution<double> a(repeats - 1), b(rest);
+      const double slopes = a(random), others = b(random);
+      const double pooled = (slopes + others) / (repeats - 1 + rest), own = slopes / (repeats - 1);
+      const bool sample = repeats == 2 || own >= pooled;
+      sum += coverage_factor(0.95, sample ? repeats - 1 : repeats - 1 + rest) *
+             std::sqrt(sample ? own : pooled);
+    }
+    EXPECT_NEAR(expected_half_width(repeats, levels, 0.95) / (sum / 20'000), 1, 0.02) << repeats;
+  }
+  EXPECT_NEAR(expected_half_width(1, 6, 0.95), 1.96, 0.001);
 }
 
 TEST(Budget, OnePressureHasNoSlope) {

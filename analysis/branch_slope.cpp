@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sensitivity of a run without levels: from the readings of the loading branches.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/replicates.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr const char* kSensitivity = "sensitivity_fF_per_kPa";
+constexpr const char* kOfCycles =
+    "slope of C against pressure: least squares over the readings of the loading branches in the "
+    "range, one level for each cycle; the interval from the scatter between cycles";
+
+// Readings of one loading branch.
+struct Branch {
+  std::vector<LinePoint> points;
+  std::vector<LinePoint> rates;  // y: kPa/s
+  double instant_s = 0;
+};
+Branch branch(const Scene& scene, const CycleResult& c, const PressureRange& range,
+              Moving& moving) {
+  Branch b;
+  const double rest_fF = c.rest_pF * 1e3 - scene.drift.at(c.rest_s);
+  for (std::size_t i = c.first; i < c.last; ++i) {
+    const RunReading& r = scene.data.readings[i];
+    if (!moving(i) || r.t_s > c.peak_s || spans_turn(c, r)) continue;
+    const double kPa = *scene.kPa(scene.above_rest_N(r));
+    if (!is_inside(range, kPa)) continue;
+    b.points.push_back({kPa, scene.fF(r) - rest_fF, 1});
+    b.rates.push_back({kPa, *scene.kPa(r.force_rate_N_s), 1});
+    b.instant_s = std::max(b.instant_s, static_cast<double>(r.alignment_s));
+  }
+  return b;
+}
+
+struct CycleBranches {
+  std::vector<LineFit> lines;
+  double sxx = 0, sxy = 0, syy = 0, residual_ss = 0, weight = 0, x = 0, y = 0;
+  double rate_sxy = 0, instant_s = 0;
+};
+
+CycleBranches fit_branches(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
+  CycleBranches b;
+  Moving moving(scene, out);
+  for (const CycleResult& c : out.cycles) {
+    const Branch readings = branch(scene, c, range, moving);
+    const auto line = fit_line(readings.points);
+    if (!line) continue;
+    b.lines.push_back(*line);
+    b.rate_sxy += fit_line(readings.rates)->sxy;
+    b.instant_s = std::max(b.instant_s, readings.instant_s);
+    b.sxx += line->sxx;
+    b.sxy += line->sxy;
+    b.syy += line->syy;
+    b.weight += line->sum_weights;
+    b.x += line->sum_weights * line->x_mean;
+    b.y += line->sum_weights * line->y_mean;
+  }
+  const double slope = b.sxy / b.sxx;
+  for (const LineFit& l : b.lines) {
+    b.residual_ss += l.residual_ss + l.sxx * (l.slope - slope) * (l.slope - slope);
+  }
+  return b;
+}
+
+// One slope for all cycles, each with its own level; its scatter between the cycles knows nothing
+// of the shape of the curve. One cycle: the scatter about its line, with what neighbours know of
+// each other.
+PureError branch_error(const Scene& scene, const CycleBranches& b, double slope) {
+  const auto cycles = static_cast<double>(b.lines.size());
+  if (cycles >= 2) {
+    double ss = 0;
+    for (const LineFit& l : b.lines) ss += l.sxx * (l.slope - slope) * (l.slope - slope);
+    return {ss / (cycles - 1), cycles - 1,
+            fmt::format("scatter of the slopes of {} cycles", b.lines.size())};
+  }
+  const double freedom = b.weight - cycles - 1, rho = scene.correlation.rho;
+  return {b.residual_ss / freedom * (1 + rho) / (1 - rho),
+          scene.correlation.freedom > 0 ? scene.correlation.degrees_of_freedom(freedom) : freedom,
+          "scatter about the line of one cycle, the curve's own shape included"};
+}
+
+}  // namespace
+
+RangeResult slope_of_cycles(const Scene& scene, const RunAnalysis& out,
+                            const PressureRange& range) {
+  RangeResult r;
+  r.range = range;
+  r.sensitivity = metric(kSensitivity, kOfCycles);
+  const CycleBranches b = fit_branches(scene, out, range);
+  r.sensitivity.rows = static_cast<std::int64_t>(b.weight);
+  r.points = static_cast<std::int32_t>(b.weight);
+  const auto parameters = static_cast<double>(b.lines.size()) + 1;
+  if (b.lines.empty() || b.weight <= parameters) {
+    r.sensitivity.reason =
+        fmt::format("too few readings in {} while the load grew", range_text(range));
+    return r;
+  }
+  r.pressures = r.points;
+  const double slope = b.sxy / b.sxx;
+  const PureError error = branch_error(scene, b, slope);
+  r.parts_of_error = {{std::sqrt(error.variance / b.sxx), error.degrees_of_freedom}};
+  r.sensitivity.estimate = estimate_of_parts(slope, r.parts_of_error, scene.options.confidence);
+  if (b.lines.size() == 1) {
+    add_remark(r.sensitivity.reason,
+               "one cycle: the interval knows nothing of what differs between cycles");
+  }
+  r.scatter_basis = error.basis;
+  if (b.syy > 0) r.r_squared = std::max(0.0, 1 - b.residual_ss / b.syy);
+  r.residual_fF = std::sqrt(b.residual_ss / b.weight);
+  r.mean_kPa = b.x / b.weight;
+  r.mean_delta_C_fF = b.y / b.weight;
+  r.intercept_fF = *r.mean_delta_C_fF - slope * *r.mean_kPa;
+  for (const LineFit& l : b.lines) r.slope_of_repeat.push_back(l.slope);
+  r.rate_tilt_per_s = b.rate_sxy / b.sxx;
+  r.instant_s = b.instant_s;
+  r.residual_pattern = "continuous loading: see the loops";
+  r.estimand = name_estimand(scene, out, range);
+  return r;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the unloaded capacitance moves during a run: what is subtracted from every loaded reading.
+// Private to analysis/.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace lcrig {
+
+// A stretch without load: the baseline before contact, or the later half of a rest.
+struct RestNode {
+  double t_s = 0;  // mean time
+  double fF = 0;  // mean
+  double se_fF = 0;  // from the scatter of its readings and their correlation
+  double readings = 0;
+  std::size_t first = 0, last = 0;  // of RunData::readings; those between that count are the node's
+};
+
+// A line through the rests, and of what they deviate from it the part that noise cannot explain
+// (the others would only carry the noise of the rests into the result). Constant before the first
+// rest, along the line after the last.
+class Drift {
+ public:
+  Drift() = default;
+  explicit Drift(std::vector<RestNode> nodes);
+
+  bool known() const { return nodes_.size() >= 2; }
+  const std::vector<RestNode>& nodes() const { return nodes_; }
+  double at(double t_s) const;  // fF, 0 at the first rest
+  double rate_fF_s() const { return rate_; }
+  // Of the rate of the line: from the deviations where they exceed the noise of the rests.
+  double rate_se_fF_s() const { return rate_se_; }
+  double rate_freedom() const { return freedom_; }
+  double followed() const { return follow_; }  // part of the deviations that is subtracted, 0 to 1
+  void follow(double part);
+  // By what each rest moves at(t_s).
+  std::vector<double> influence(double t_s) const;
+
+ private:
+  double raw(double t_s) const;  // not yet 0 at the first rest
+
+  std::vector<RestNode> nodes_;
+  std::vector<double> deviations_;  // of the nodes from the line, fF
+  double t_mean_ = 0, mean_ = 0, rate_ = 0, rate_se_ = 0, freedom_ = 0;
+  double weights_ = 0, stt_ = 0;
+  double follow_ = 0, zero_ = 0;
+};
+
+}  // namespace lcrig

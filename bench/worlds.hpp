@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs whose truth is known, made in memory: the times and forces of a run (made up, or recorded by
+// somebody) with capacitances written anew by a world that can be unkind in one way at a time, or
+// in all ways at once. The limits that are drawn from are transcribed here and nowhere in
+// analysis/.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/analysis.hpp"
+
+namespace lcrig::worlds {
+
+// The specimen: C = C0 + curve(pressure).
+struct TrueSpecimen {
+  double c0_fF = 3650;
+  std::function<double(double kPa)> delta_fF;
+};
+TrueSpecimen straight_and_bent();  // 9 fF/kPa at first, 5 fF/kPa at the end
+
+struct StaticShape {
+  int repeats = 4, levels = 10, readings = 30, baseline = 100;
+  double rest_s = 5, settle_s = 1, reading_s = 0.12;
+};
+// Levels from 10 to 100 kPa in equal steps, unloading and rest after each repeat; capacitances 0.
+RunData static_run(const StaticShape& shape);
+
+struct DynamicShape {
+  int cycles = 5;
+  double peak_N = 1, branch_s = 4, rest_s = 5, baseline_s = 20, reading_s = 0.065;
+};
+RunData dynamic_run(const DynamicShape& shape);
+
+// One way (or several) in which a world differs from a quiet one. Standard deviations and limits.
+struct World {
+  std::string name;
+  double noise_fF = 0.44;  // white, of one reading
+  double ar1 = 0;  // correlation of neighbours in the noise
+  double force_noise_N = 0.0005;  // of a sample of the frame
+  double noise_per_kPa = 0;  // noise grows by this share per kPa
+  double slope_sd = 0;  // relative, of each repeat or cycle
+  double offset_sd_fF = 0;  // of each repeat, while it is loaded
+  double walk_fF_sqrt_s = 0;  // random walk
+  double flicker_fF = 0;  // 1/f: this much in each octave of time constants from 0.2 to 1600 s
+  double drift_fF_h = 0;
+  double hum_fF = 0;  // amplitude of a beat with the mains, of 5 to 10 s
+  double shared_sd_fF = 0;  // of a level, common to all repeats
+  double outlier_share = 0, outlier_fF = 40;
+  double gain_limit = 0, force_limit = 0, diameter_limit_mm = 0;  // uniform within +-
+  double offset_limit_fF = 0;  // of the meter
+  double force_zero_limit_N = 0;
+  double creep_per_decade = 0;  // of delta C, from the value at 1 s under the load
+  double hysteresis = 0;  // gap of unloading over loading in the middle, of the span
+};
+
+// What is drawn once in a run and never seen by the readings alone.
+struct Truth {
+  double gain = 0, force = 0, diameter_mm = 0, offset_fF = 0;
+  std::vector<double> shared_fF;  // of each level index, from 1
+};
+struct MadeRun {
+  RunData data;
+  Truth truth;
+};
+MadeRun rewrite(const RunData& shape, const TrueSpecimen& specimen, const World& world,
+                std::uint64_t seed);
+
+// A result with its two intervals, and the two truths: what this rig would show without noise,
+// drift and difference of repeats; and the specimen's own.
+struct Judged {
+  std::string result;
+  Estimate estimate;
+  std::optional<double> expanded;
+  double of_rig = 0, own = 0;
+};
+std::vector<Judged> judge(const MadeRun& run, const TrueSpecimen& specimen, const World& world,
+                          const AnalysisOptions& options = {});
+
+// Those of the table in docs/analysis.md. `dynamic`: those that say something about cycles.
+std::vector<World> static_worlds();
+std::vector<World> dynamic_worlds();
+// Everything at once, from the limits of the instruments' own specifications.
+World realistic_world();
+
+}  // namespace lcrig::worlds

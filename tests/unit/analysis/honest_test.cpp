@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+// Repeats that differ, drift, garbage and bad input: an interval must hold or say that it cannot.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "analysis/analysis_text.hpp"
+#include "analysis/correlation.hpp"
+#include "analysis/drift.hpp"
+#include "tests/unit/analysis/analysed.hpp"
+
+namespace lcrig {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+double half_width(const Metric& m) {
+  return ((*m.estimate->interval)[1] - (*m.estimate->interval)[0]) / 2;
+}
+
+TEST(Honest, SlopesThatDifferAreTheSample) {
+  SyntheticRun::Static s;
+  s.noise_F = 0.1e-15;
+  const double factors[] = {0.98, 1.01, 0.99, 1.02};
+  s.spoil = [&](int level, int, double v) {
+    return 3.65e-12 + (v - 3.65e-12) * factors[(level - 1) / 10];
+  };
+  const auto a = of_static(s);
+  const double deviation = 6 * std::sqrt((4 + 1 + 1 + 4) * 1e-4 / 3);
+  for (const RangeResult& r : a.ranges) {
+    EXPECT_NEAR(*r.sensitivity.estimate->standard_error, deviation / 2, 0.01 * deviation);
+    EXPECT_EQ(*r.sensitivity.estimate->degrees_of_freedom, 3);
+    EXPECT_THAT(r.scatter_basis, HasSubstr("slopes of 4 repeats"));
+    EXPECT_THAT(r.sensitivity.reason, HasSubstr("differ more than the readings scatter"));
+    EXPECT_GE(r.budget.expanded, half_width(r.sensitivity));
+  }
+}
+
+TEST(Honest, TwoRepeatsAreAlwaysTheSample) {
+  SyntheticRun::Static s;
+  s.repeats = 2;
+  const auto a = of_static(s);
+  EXPECT_EQ(a.ranges[1].parts_of_error[0].degrees_of_freedom, 1);
+}
+
+TEST(Honest, OneRepeatSaysWhatItCannotKnow) {
+  SyntheticRun::Static s;
+  s.repeats = 1;
+  const auto a = of_static(s);
+  EXPECT_THAT(a.ranges[0].sensitivity.reason, HasSubstr("one repeat"));
+  EXPECT_TRUE(holds(a.ranges[0].sensitivity, 6));
+}
+
+TEST(Honest, ADriftIsSubtractedAndItsErrorStays) {
+  SyntheticRun run;
+  run.begin();
+  SyntheticRun::Static s;
+  s.noise_F = 1e-15;
+  s.capacitance_F = [&run](double kPa) {
+    return 3.65e-12 + 6e-15 * kPa + 500e-15 / 3600 * run.t_s;
+  };
+  run.play(s);
+  run.end();
+  const auto a = analysed(run);
+  EXPECT_TRUE(holds(a.drift, 500));
+  for (const RangeResult& r : a.ranges) {
+    EXPECT_NEAR(r.sensitivity.value(), 6, 4 * *r.sensitivity.estimate->standard_error);
+    EXPECT_LT(*r.sensitivity.estimate->standard_error, 0.05);
+    EXPECT_GT(r.parts_of_error[1].se, 0);
+  }
+  EXPECT_GT(a.levels.back().drift_fF, 20);
+}
+
+TEST(Honest, GarbageDoesNotPassWithoutAWord) {
+  SyntheticRun::Static s;
+  s.spoil = [](int level, int i, double v) {
+    return (level == 3 || level == 12) && i == 5 ? 9.9e-9 : v;
+  };
+  const auto a = of_static(s);
+  const RangeResult& low = a.ranges[0];
+  EXPECT_GT(std::abs(low.sensitivity.value() - 6), 100);
+  EXPECT_THAT(low.sensitivity.reason, HasSubstr("2 outliers among its readings move it"));
+  EXPECT_NEAR(low.robust->slope_fF_per_kPa, 6, 4 * low.robust->standard_error);
+  EXPECT_LT(low.robust->standard_error, 1);
+  EXPECT_GE(low.robust->down_weighted, 2);
+  EXPECT_EQ(a.outlier_count, 2);
+}
+
+TEST(Honest, RobustAndPlainEstimateTheSame) {
+  SyntheticRun::Static s;
+  s.noise_F = 5e-15;
+  s.capacitance_F = [](double kPa) { return 3.65e-12 + (9 * kPa - 0.03 * kPa * kPa) * 1e-15; };
+  const auto a = of_static(s);
+  for (const RangeResult& r : a.ranges) {
+    EXPECT_NEAR(r.robust->slope_fF_per_kPa, r.sensitivity.value(),
+                *r.sensitivity.estimate->standard_error);
+  }
+}
+
+TEST(Honest, OutliersOfTheBaselineAreListed) {
+  SyntheticRun run;
+  run.begin();
+  SyntheticRun::Static s;
+  int n = 0;
+  s.capacitance_F = [&n](double kPa) { return 3.65e-12 + 6e-15 * kPa + (++n == 50 ? 5e-12 : 0); };
+  run.play(s);
+  run.end();
+  const auto a = analysed(run);
+  ASSERT_EQ(a.outlier_count, 1);
+  EXPECT_EQ(a.outliers[0].level, 0);
+}
+
+TEST(Honest, FlaggedReadingsAreLeftOut) {
+  SyntheticRun run;
+  run.begin();
+  SyntheticRun::Static s;
+  s.spoil = [&run](int, int i, double v) {
+    run.flags = i == 3 ? 4 : 0;  // after_resync
+    return i == 3 ? v + 1e-12 : v;
+  };
+  run.play(s);
+  run.end();
+  const auto a = analysed(run);
+  EXPECT_EQ(a.levels[0].readings, 29);
+  EXPECT_TRUE(holds(a.ranges[1].sensitivity, 6));
+  EXPECT_THAT(a.notes, Contains(HasSubstr("40 readings are flagged")));
+}
+
+TEST(Honest, ARangeChangesNothingThatItDoesNotName) {
+  AnalysisOptions other;
+  other.ranges = {{50, 80}};
+  const auto usual = to_json(of_static(SyntheticRun::Static()));
+  const auto asked = to_json(of_static(SyntheticRun::Static(), other));
+  EXPECT_EQ(usual["metrics"].dump(), asked["metrics"].dump());
+  const auto rest = [](const nlohmann::json& j) {
+    std::string out;
+    for (const auto& b : j["uncertainty"]) {
+      if (!b["quantity"].get<std::string>().starts_with("sensitivity")) out += b.dump();
+    }
+    return out;
+  };
+  EXPECT_EQ(rest(usual), rest(asked));
+}
+
+TEST(Honest, ConstantAndNegativeReadingsGetARemark) {
+  SyntheticRun::Static s;
+  s.noise_F = 0;
+  s.capacitance_F = [](double) { return -1e-12; };
+  const auto a = of_static(s);
+  EXPECT_THAT(a.notes, Contains(HasSubstr("all readings are alike")));
+  EXPECT_THAT(a.notes, Contains(HasSubstr("negative capacitance")));
+  EXPECT_THAT(a.ranges[0].sensitivity.reason, HasSubstr("nothing scatters"));
+  EXPECT_FALSE(a.ranges[0].r_squared);
+  EXPECT_FALSE(a.limit_of_detection);
+}
+
+TEST(Honest, NoResultIsNotANumber) {
+  for (const double c0 : {0.0, 3.65e-12}) {
+    SyntheticRun::Static s;
+    s.noise_F = 0;
+    s.repeats = 1;
+    s.capacitance_F = [c0](double kPa) { return c0 + 0 * kPa; };
+    const std::string text = to_text(of_static(s));
+    EXPECT_THAT(text, Not(HasSubstr("nan")));
+    EXPECT_THAT(text, Not(HasSubstr("inf fF")));
+  }
+}
+
+TEST(Honest, ARunThatNeverUnloadsSaysThatItKnowsNoDrift) {
+  SyntheticRun run;
+  run.begin();
+  const double force = 20e3 * SyntheticRun::area_m2();
+  for (int level = 1; level <= 3; ++level) {
+    run.level(1, level, 20.0 * level, 10);
+    for (int i = 0; i < 10; ++i) {
+      run.reading(3.65e-12 + level * 1e-13 + (i % 2) * 1e-15, force * level);
+    }
+    run.end_level();
+  }
+  run.end();
+  const auto a = analysed(run);
+  EXPECT_THAT(a.notes, Contains(HasSubstr("no two stretches without load")));
+  EXPECT_FALSE(a.drift);
+}
+
+TEST(Honest, ABaselineOfThreeReadingsGivesAnInterval) {
+  SyntheticRun::Static s;
+  s.baseline = 3;
+  const auto a = of_static(s);
+  ASSERT_TRUE(a.c0);
+  EXPECT_TRUE(a.ranges[0].sensitivity);
+}
+
+TEST(Correlation, IsFoundInShortStretchesWithMeansOfTheirOwn) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  for (const double rho : {0.0, 0.5, 0.8}) {
+    for (const bool trend : {false, true}) {
+      std::vector<EvenStretch> stretches(40);
+      for (EvenStretch& s : stretches) {
+        s.trend = trend;
+        double y = normal(random);
+        for (int i = 0; i < 20; ++i) {
+          s.add(100 + y + (trend ? 0.3 * i : 0));
+          y = rho * y + std::sqrt(1 - rho * rho) * normal(random);
+        }
+      }
+      const Correlation c = fit_correlation(stretches);
+      EXPECT_NEAR(c.rho, rho, 0.1) << trend;
+      EXPECT_NEAR(c.variance, 1, 0.35) << trend;
+    }
+  }
+}
+
+TEST(Drift, FollowsWhatExceedsTheNoiseOfTheRestsOnly) {
+  std::vector<RestNode> nodes;
+  for (int k = 0; k < 6; ++k) nodes.push_back({100.0 * k, 0.1 * 100 * k, 1, 10, 0, 0});
+  const Drift line(nodes);
+  EXPECT_EQ(line.followed(), 0);
+  EXPECT_NEAR(line.rate_fF_s(), 0.1, 1e-12);
+  EXPECT_NEAR(line.at(250), 25, 1e-9);
+  nodes[3].fF += 50;
+  const Drift bent(nodes);
+  EXPECT_GT(bent.followed(), 0.99);
+  EXPECT_NEAR(bent.at(300) - bent.at(0), 80, 1);
+  const auto influence = bent.influence(250);
+  EXPECT_NEAR(influence[2], 0.5, 0.02);
+  EXPECT_NEAR(influence[3], 0.5, 0.02);
+}
+
+}  // namespace
+}  // namespace lcrig
