@@ -60,7 +60,7 @@ void run(const Specimen& s, Pressure pressure, const std::function<double()>& no
     }
   }
   if (const auto estimate = estimate_error(s, row.settings, pressure)) {
-    row.error_estimate = *estimate;
+    row.error_estimate = estimate->relative;
   }
 }
 
