@@ -75,7 +75,6 @@ std::vector<Omission> list_omissions(const Specimen& s, Pressure pressure, doubl
   return list;
 }
 
-constexpr int kFinestFinite = 2;  // finite strain: finer corners fold over before they help
 constexpr double kHarder = 8;  // times longer takes the next mesh, about
 
 // Cheapest first; what cannot describe the faces drops out by its error estimate.
@@ -97,7 +96,8 @@ std::vector<LevelSettings> candidates(const Specimen& s) {
   }
   for (const Level level : {Level::fem_linear, Level::fem_finite}) {
     for (int refinement = 0;
-         refinement <= (level == Level::fem_finite ? kFinestFinite : kFinestMesh); ++refinement) {
+         refinement <= (level == Level::fem_finite ? kFinestFiniteMesh : kFinestMesh);
+         ++refinement) {
       add(level, refinement);
     }
   }
@@ -121,10 +121,10 @@ std::string beyond(const std::optional<Pressure>& lost) {
 }
 
 // One search for the cheapest level that is good enough.
-class Search {
+class LevelSearch {
  public:
-  Search(ErrorEstimator& estimator, double tolerance, Pressure pressure,
-         const std::optional<WorkBudget>& budget)
+  LevelSearch(ErrorEstimator& estimator, double tolerance, Pressure pressure,
+              const std::optional<WorkBudget>& budget)
       : estimator_(estimator),
         tolerance_(tolerance),
         pressure_(pressure),
@@ -155,7 +155,7 @@ class Search {
 };
 
 // Whether a finer mesh of a level cannot help, by what the coarser one has shown.
-bool Search::hopeless(const LevelSettings& settings) const {
+bool LevelSearch::hopeless(const LevelSettings& settings) const {
   if (!last_ || last_->first.level != settings.level || settings.level < Level::fem_linear) {
     return false;
   }
@@ -167,14 +167,14 @@ bool Search::hopeless(const LevelSettings& settings) const {
       (e.lost_beyond || (!e.settled && last_->first.mesh.refinement > 0))) {
     return true;
   }
-  const int finest = settings.level == Level::fem_finite ? kFinestFinite : kFinestMesh;
+  const int finest = settings.level == Level::fem_finite ? kFinestFiniteMesh : kFinestMesh;
   const int steps = finest - last_->first.mesh.refinement;
   constexpr double kBestOrder = 4;
   return e.settled && e.mesh * std::exp2(-kBestOrder * steps) > tolerance_;
 }
 
 // Seconds that the next mesh would take, where that is over the budget.
-std::optional<double> Search::too_long() const {
+std::optional<double> LevelSearch::too_long() const {
   if (!budget_) {
     return std::nullopt;
   }
@@ -183,7 +183,7 @@ std::optional<double> Search::too_long() const {
   return over ? std::optional(next) : std::nullopt;
 }
 
-Result<ErrorEstimate> Search::rate(const LevelSettings& settings) {
+Result<ErrorEstimate> LevelSearch::rate(const LevelSettings& settings) {
   const double before = budget_ ? budget_->seconds_now() : 0;
   auto estimate = estimator_.estimate(settings, pressure_);
   last_s_ = budget_ ? budget_->seconds_now() - before : 0;
@@ -194,7 +194,7 @@ Result<ErrorEstimate> Search::rate(const LevelSettings& settings) {
   return estimate;
 }
 
-LevelChoice Search::choice(const LevelSettings& settings, const ErrorEstimate& estimate) {
+LevelChoice LevelSearch::choice(const LevelSettings& settings, const ErrorEstimate& estimate) {
   const Specimen& s = estimator_.specimen();
   LevelChoice choice;
   choice.settings = settings;
@@ -210,7 +210,7 @@ LevelChoice Search::choice(const LevelSettings& settings, const ErrorEstimate& e
   return choice;
 }
 
-tl::unexpected<Error> Search::refuse(const std::string& limit) const {
+tl::unexpected<Error> LevelSearch::refuse(const std::string& limit) const {
   const std::string best = std::isfinite(least_) ? fmt::format("{:.2g} can be met", least_ * 1.01)
                                                  : "no level covers this stack at this pressure";
   return fail(Errc::invalid_request,
@@ -219,7 +219,7 @@ tl::unexpected<Error> Search::refuse(const std::string& limit) const {
               estimator_.specimen().name, tolerance_, pressure_.si() / 1e3, best, limit, rejected_);
 }
 
-Result<LevelChoice> Search::run() {
+Result<LevelChoice> LevelSearch::run() {
   for (const LevelSettings& settings : candidates(estimator_.specimen())) {
     if (hopeless(settings)) {
       continue;
@@ -260,7 +260,7 @@ Result<LevelChoice> choose_level(ErrorEstimator& estimator, double tolerance, Pr
   if (auto ok = check_specimen(estimator.specimen()); !ok) {
     return fail(ok.error());
   }
-  return Search(estimator, tolerance, max_pressure, budget).run();
+  return LevelSearch(estimator, tolerance, max_pressure, budget).run();
 }
 
 nlohmann::json to_json(const LevelChoice& choice) {

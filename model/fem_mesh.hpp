@@ -21,6 +21,7 @@ struct MeshSettings {
   std::size_t max_unknowns = affordable_unknowns();  // more is refused before work starts
 };
 inline constexpr int kFinestMesh = 3;
+inline constexpr int kFinestFiniteMesh = 2;  // finite strain: finer corners fold over early
 inline constexpr int kCoarsestMember = -2;  // the family goes on at both ends, for estimates
 inline constexpr int kFinestMember = 5;  // and for references
 

@@ -13,8 +13,6 @@
 namespace lcrig {
 namespace {
 
-constexpr int kFinestFinite = 2;
-
 std::vector<LadderRow> rungs(const Specimen& s) {
   std::vector<LadderRow> rows;
   const auto add = [&](Level level, std::string setting, auto&& change) {
@@ -33,7 +31,7 @@ std::vector<LadderRow> rungs(const Specimen& s) {
     add(Level::bonded, "nonlinear", nothing);
   }
   for (const Level level : {Level::fem_linear, Level::fem_finite}) {
-    const int finest = level == Level::fem_linear ? kFinestMesh : kFinestFinite;
+    const int finest = level == Level::fem_linear ? kFinestMesh : kFinestFiniteMesh;
     for (int mesh = 0; mesh <= finest; ++mesh) {
       add(level, fmt::format("mesh {}", mesh), [&](auto& x) { x.mesh.refinement = mesh; });
     }
@@ -84,7 +82,8 @@ bool find_limit(ErrorEstimator& estimator, Ladder& ladder) {
   LevelSettings settings;
   for (const Level level : {Level::fem_finite, Level::fem_linear}) {
     settings.level = level;
-    for (int mesh = level == Level::fem_finite ? kFinestFinite : kFinestMesh; mesh >= 0; --mesh) {
+    for (int mesh = level == Level::fem_finite ? kFinestFiniteMesh : kFinestMesh; mesh >= 0;
+         --mesh) {
       settings.mesh.refinement = mesh;
       const auto limit = estimator.mesh_limit(settings, ladder.pressure);
       if (limit && limit->value > 0) {
