@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
-#include "model/error_estimate.hpp"
 #include "model/fringe.hpp"
 
 namespace lcrig {
@@ -75,9 +75,7 @@ std::vector<Omission> list_omissions(const Specimen& s, Pressure pressure, doubl
   return list;
 }
 
-}  // namespace
-
-namespace {
+constexpr double kHarder = 8;  // times longer takes the next mesh, about
 
 // Cheapest first; what cannot describe the faces drops out by its error estimate.
 std::vector<LevelSettings> candidates(const Specimen& s) {
@@ -97,9 +95,10 @@ std::vector<LevelSettings> candidates(const Specimen& s) {
     add(Level::bonded, 1);
   }
   for (const Level level : {Level::fem_linear, Level::fem_finite}) {
-    for (int refinement = 0; refinement <= (level == Level::fem_finite ? 1 : kFinestMesh);
+    for (int refinement = 0;
+         refinement <= (level == Level::fem_finite ? kFinestFiniteMesh : kFinestMesh);
          ++refinement) {
-      add(level, refinement);  // finite strain: finer corners fold over before they help
+      add(level, refinement);
     }
   }
   return list;
@@ -113,42 +112,155 @@ std::string name_of(const LevelSettings& settings) {
   return name;
 }
 
+std::string beyond(const std::optional<Pressure>& lost) {
+  return lost ? fmt::format(
+                    "; finite strain has no solution beyond {:.4g} kPa, what lies there is "
+                    "extrapolated",
+                    lost->si() / 1e3)
+              : "";
+}
+
+// One search for the cheapest level that is good enough.
+class LevelSearch {
+ public:
+  LevelSearch(ErrorEstimator& estimator, double tolerance, Pressure pressure,
+              const std::optional<WorkBudget>& budget)
+      : estimator_(estimator),
+        tolerance_(tolerance),
+        pressure_(pressure),
+        budget_(budget),
+        start_s_(budget ? budget->seconds_now() : 0) {}
+
+  Result<LevelChoice> run();
+
+ private:
+  bool hopeless(const LevelSettings& settings) const;
+  std::optional<double> too_long() const;
+  Result<ErrorEstimate> rate(const LevelSettings& settings);
+  LevelChoice choice(const LevelSettings& settings, const ErrorEstimate& estimate);
+  tl::unexpected<Error> refuse(const std::string& limit) const;
+  void reject(const LevelSettings& settings, const std::string& why) {
+    rejected_ += fmt::format("{}{} {}", rejected_.empty() ? "" : ", ", name_of(settings), why);
+  }
+
+  ErrorEstimator& estimator_;
+  double tolerance_;
+  Pressure pressure_;
+  const std::optional<WorkBudget>& budget_;
+  double start_s_;
+  double last_s_ = 0;  // seconds of the last rating
+  std::optional<std::pair<LevelSettings, ErrorEstimate>> last_;  // the mesh before, if it answered
+  std::string rejected_;
+  double least_ = std::numeric_limits<double>::infinity();
+};
+
+// Whether a finer mesh of a level cannot help, by what the coarser one has shown.
+bool LevelSearch::hopeless(const LevelSettings& settings) const {
+  if (!last_ || last_->first.level != settings.level || settings.level < Level::fem_linear) {
+    return false;
+  }
+  const ErrorEstimate& e = last_->second;
+  if (settings.level == Level::fem_linear && e.left_out > tolerance_) {
+    return true;
+  }
+  if (settings.level == Level::fem_finite &&
+      (e.lost_beyond || (!e.settled && last_->first.mesh.refinement > 0))) {
+    return true;
+  }
+  const int finest = settings.level == Level::fem_finite ? kFinestFiniteMesh : kFinestMesh;
+  const int steps = finest - last_->first.mesh.refinement;
+  constexpr double kBestOrder = 4;
+  return e.settled && e.mesh * std::exp2(-kBestOrder * steps) > tolerance_;
+}
+
+// Seconds that the next mesh would take, where that is over the budget.
+std::optional<double> LevelSearch::too_long() const {
+  if (!budget_) {
+    return std::nullopt;
+  }
+  const double next = kHarder * last_s_;
+  const bool over = budget_->seconds_now() - start_s_ + next > budget_->seconds;
+  return over ? std::optional(next) : std::nullopt;
+}
+
+Result<ErrorEstimate> LevelSearch::rate(const LevelSettings& settings) {
+  const double before = budget_ ? budget_->seconds_now() : 0;
+  auto estimate = estimator_.estimate(settings, pressure_);
+  last_s_ = budget_ ? budget_->seconds_now() - before : 0;
+  last_.reset();
+  if (estimate) {
+    last_.emplace(settings, *estimate);
+  }
+  return estimate;
+}
+
+LevelChoice LevelSearch::choice(const LevelSettings& settings, const ErrorEstimate& estimate) {
+  const Specimen& s = estimator_.specimen();
+  LevelChoice choice;
+  choice.settings = settings;
+  choice.error_estimate = estimate.relative;
+  choice.lost_beyond = estimate.lost_beyond;
+  choice.reason =
+      fmt::format("faces `{}`, up to {:.4g} kPa: {} errs by {:.2g} of the {:.2g} allowed{}{}{}",
+                  to_string(s.faces), estimate.lost_beyond.value_or(pressure_).si() / 1e3,
+                  name_of(settings), estimate.relative, tolerance_, beyond(estimate.lost_beyond),
+                  rejected_.empty() ? "" : "; cheaper: ", rejected_);
+  const Pressure at = estimate.lost_beyond.value_or(pressure_);
+  choice.left_out = list_omissions(s, at, estimator_.delta_F(settings, at).value_or(0));
+  return choice;
+}
+
+tl::unexpected<Error> LevelSearch::refuse(const std::string& limit) const {
+  const std::string best = std::isfinite(least_) ? fmt::format("{:.2g} can be met", least_ * 1.01)
+                                                 : "no level covers this stack at this pressure";
+  return fail(Errc::invalid_request,
+              "specimen {}: no level meets a tolerance of {:.2g} at {:.4g} kPa; {}{} (estimated "
+              "errors: {})",
+              estimator_.specimen().name, tolerance_, pressure_.si() / 1e3, best, limit, rejected_);
+}
+
+Result<LevelChoice> LevelSearch::run() {
+  for (const LevelSettings& settings : candidates(estimator_.specimen())) {
+    if (hopeless(settings)) {
+      continue;
+    }
+    if (const auto seconds = too_long()) {
+      return refuse(fmt::format("; {} would take about {:.2g} s more, over the budget of {:.4g} s",
+                                name_of(settings), *seconds, budget_->seconds));
+    }
+    const auto estimate = rate(settings);
+    if (!estimate) {
+      reject(settings, "not applicable");
+      continue;
+    }
+    if (estimate->relative <= tolerance_) {
+      return choice(settings, *estimate);
+    }
+    least_ = std::min(least_, estimate->relative);
+    reject(settings, fmt::format("{:.2g}{}", estimate->relative,
+                                 estimate->settled ? "" : " (its meshes do not converge)"));
+  }
+  return refuse("");
+}
+
 }  // namespace
 
-Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance,
-                                 Pressure max_pressure) {
+Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance, Pressure max_pressure,
+                                 const std::optional<WorkBudget>& budget) {
+  ErrorEstimator estimator(specimen);
+  return choose_level(estimator, tolerance, max_pressure, budget);
+}
+
+Result<LevelChoice> choose_level(ErrorEstimator& estimator, double tolerance, Pressure max_pressure,
+                                 const std::optional<WorkBudget>& budget) {
   if (!(tolerance > 0) || !(max_pressure.si() > 0) || !std::isfinite(max_pressure.si())) {
     return fail(Errc::invalid_request, "tolerance {} and largest pressure {} Pa must be positive",
                 tolerance, max_pressure.si());
   }
-  if (auto ok = check_specimen(specimen); !ok) {
+  if (auto ok = check_specimen(estimator.specimen()); !ok) {
     return fail(ok.error());
   }
-  std::string rejected;
-  double least = std::numeric_limits<double>::infinity();
-  for (const LevelSettings& settings : candidates(specimen)) {
-    const auto error = estimate_error(specimen, settings, max_pressure);
-    if (error && *error <= tolerance) {
-      LevelChoice choice;
-      choice.settings = settings;
-      choice.error_estimate = *error;
-      choice.reason =
-          fmt::format("faces `{}`, up to {:.4g} kPa: {} errs by {:.2g} of the {:.2g} allowed{}{}",
-                      to_string(specimen.faces), max_pressure.si() / 1e3, name_of(settings), *error,
-                      tolerance, rejected.empty() ? "" : "; cheaper: ", rejected);
-      const auto delta = delta_at(specimen, settings, max_pressure);
-      choice.left_out = list_omissions(specimen, max_pressure, delta.value_or(0));
-      return choice;
-    }
-    least = std::min(least, error.value_or(least));
-    rejected += fmt::format("{}{} {}", rejected.empty() ? "" : ", ", name_of(settings),
-                            error ? fmt::format("{:.2g}", *error) : "not applicable");
-  }
-  return fail(Errc::invalid_request,
-              "specimen {}: no level meets a tolerance of {:.2g} at {:.4g} kPa; {:.2g} can be met "
-              "(estimated "
-              "errors: {})",
-              specimen.name, tolerance, max_pressure.si() / 1e3, least * 1.01, rejected);
+  return LevelSearch(estimator, tolerance, max_pressure, budget).run();
 }
 
 nlohmann::json to_json(const LevelChoice& choice) {
@@ -157,7 +269,10 @@ nlohmann::json to_json(const LevelChoice& choice) {
     left_out.push_back(
         {{"effect", o.effect}, {"relative_size", o.relative_size}, {"note", o.note}});
   }
+  const auto lost =
+      choice.lost_beyond ? nlohmann::json(choice.lost_beyond->si() / 1e3) : nlohmann::json(nullptr);
   return {{"level", to_string(choice.settings.level)},
+          {"lost_beyond_kPa", lost},
           {"mesh", choice.settings.mesh.refinement},
           {"form", to_string(choice.settings.form)},
           {"pressure_kind", to_string(choice.settings.pressure_kind)},

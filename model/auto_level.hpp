@@ -2,11 +2,13 @@
 // The scene decides the physics: the cheapest level whose estimated error meets the tolerance.
 #pragma once
 
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "model/level.hpp"
+#include "model/error_estimate.hpp"
 
 namespace lcrig {
 
@@ -19,13 +21,26 @@ struct Omission {
 
 struct LevelChoice {
   LevelSettings settings;
-  double error_estimate = 0;  // relative, of delta C at max_pressure, against the best level
+  double error_estimate = 0;  // relative, of delta C at max_pressure or where that is lost
+  // Finite strain loses its solution here, below max_pressure: beyond lies extrapolation.
+  std::optional<Pressure> lost_beyond;
   std::string reason;
   std::vector<Omission> left_out;
 };
 
-// Errors: the specimen is wrong; no level meets the tolerance (the message names the best one).
-Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance, Pressure max_pressure);
+// How long the search may take. The model has no clock: the caller lends one.
+struct WorkBudget {
+  double seconds = 0;
+  std::function<double()> seconds_now;
+};
+
+// Errors: the specimen is wrong; no level meets the tolerance, or none within the budget (the
+// message names the best one, and what a finer one would cost).
+Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance, Pressure max_pressure,
+                                 const std::optional<WorkBudget>& budget = std::nullopt);
+// The same with what the estimator has solved before.
+Result<LevelChoice> choose_level(ErrorEstimator& estimator, double tolerance, Pressure max_pressure,
+                                 const std::optional<WorkBudget>& budget = std::nullopt);
 
 // For the run row and `--json`.
 nlohmann::json to_json(const LevelChoice& choice);

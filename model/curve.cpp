@@ -6,8 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "model/error_estimate.hpp"
-
 namespace lcrig {
 namespace {
 
@@ -78,7 +76,8 @@ Result<std::vector<Pressure>> parse_pressures_kPa(std::string_view text) {
 }
 
 Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSettings>& settings,
-                         double tolerance, const std::vector<Pressure>& pressures) {
+                         double tolerance, const std::vector<Pressure>& pressures,
+                         const std::optional<WorkBudget>& budget) {
   if (pressures.empty() || pressures.size() > kMostPressures) {
     return fail(Errc::invalid_request, "pressures: 1 to {} points", kMostPressures);
   }
@@ -87,12 +86,13 @@ Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSett
   if (settings) {
     curve.settings = *settings;
   } else {
-    auto choice = choose_level(specimen, tolerance, highest);
+    auto choice = choose_level(specimen, tolerance, highest, budget);
     if (!choice) {
       return fail(choice.error());
     }
     curve.settings = choice->settings;
     curve.error_estimate = choice->error_estimate;
+    curve.lost_beyond = choice->lost_beyond;
     curve.choice = std::move(*choice);
   }
   auto model = make_level_model(specimen, curve.settings);
@@ -101,7 +101,8 @@ Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSett
   }
   if (settings) {  // after the level has accepted the specimen: an estimate can be work
     if (const auto estimate = estimate_error(specimen, *settings, highest)) {
-      curve.error_estimate = *estimate;
+      curve.error_estimate = estimate->relative;
+      curve.lost_beyond = estimate->lost_beyond;
     }
   }
   for (const Pressure p : pressures) {
@@ -110,7 +111,8 @@ Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSett
       return fail(state.error().code, "at {} kPa: {}", p.si() / 1e3, state.error().what);
     }
     curve.points.push_back({p.si(), (*model)->c0_F() + state->delta_capacitance_F,
-                            state->delta_capacitance_F, state->shortening_m});
+                            state->delta_capacitance_F, state->shortening_m,
+                            curve.lost_beyond && p > *curve.lost_beyond});
   }
   return curve;
 }
@@ -122,12 +124,17 @@ nlohmann::json to_json(const Curve& curve) {
                       {"capacitance_pF", p.capacitance_F * 1e12},
                       {"delta_C_fF", p.delta_capacitance_F * 1e15},
                       {"shortening_um", p.shortening_m * 1e6}});
+    if (p.extrapolated) {
+      points.back()["extrapolated"] = true;
+    }
   }
   nlohmann::json json{{"level", to_string(curve.settings.level)},
                       {"pressure_kind", to_string(curve.settings.pressure_kind)},
                       {"points", points}};
   json["error_estimate"] =
       curve.error_estimate ? nlohmann::json(*curve.error_estimate) : nlohmann::json(nullptr);
+  json["lost_beyond_kPa"] =
+      curve.lost_beyond ? nlohmann::json(curve.lost_beyond->si() / 1e3) : nlohmann::json(nullptr);
   if (curve.choice) {
     json["choice"] = to_json(*curve.choice);
   }

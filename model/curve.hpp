@@ -20,12 +20,15 @@ Result<std::vector<Pressure>> parse_pressures_kPa(std::string_view text);
 
 struct ModelPoint {
   double pressure_Pa = 0, capacitance_F = 0, delta_capacitance_F = 0, shortening_m = 0;
+  bool extrapolated = false;  // finite strain, which rates the level, has no solution there
 };
 
 struct Curve {
   LevelSettings settings;
-  // Relative, of delta C at the last pressure; nothing: the level is too far off to be rated.
+  // Relative, of delta C at the last pressure that is not extrapolated; nothing: the level is too
+  // far off to be rated.
   std::optional<double> error_estimate;
+  std::optional<Pressure> lost_beyond;  // of LevelChoice or ErrorEstimate
   std::optional<LevelChoice> choice;  // when the level was chosen here
   std::vector<ModelPoint> points;
 };
@@ -33,7 +36,8 @@ struct Curve {
 // With `settings` empty the cheapest level within `tolerance` is taken. Errors: as choose_level and
 // the level itself; the message names the pressure.
 Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSettings>& settings,
-                         double tolerance, const std::vector<Pressure>& pressures);
+                         double tolerance, const std::vector<Pressure>& pressures,
+                         const std::optional<WorkBudget>& budget = std::nullopt);
 
 nlohmann::json to_json(const Curve& curve);  // docs/cli-json.md, "model curve"
 

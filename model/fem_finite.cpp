@@ -87,7 +87,6 @@ void FemFinite::keep(double pressure_Pa, FemState state) {
     known_.erase(least);
   }
   known_[pressure_Pa] = std::move(state);
-  largest_Pa_ = std::max(largest_Pa_, pressure_Pa);
 }
 
 bool FemFinite::step_to(double pressure_Pa) {
@@ -191,10 +190,16 @@ Result<double> FemFinite::dead_of(double true_Pa) {
               true_Pa / 1e3);
 }
 
+// The largest load that was reached, unless a layer has folded over and closed there.
 std::optional<Pressure> FemFinite::last_converged() const {
   const bool dead = kind_ == PressureKind::dead;
-  const double ratio = dead ? 1 : space_.top_area_ratio(known_.at(largest_Pa_).u);
-  return Pressure::from_si(largest_Pa_ / ratio);
+  for (auto it = known_.rbegin(); it != known_.rend(); ++it) {
+    const auto& [load_Pa, state] = *it;
+    if (capacitance_changes(space_, space_.capacitors(), state.u, 1, area_)) {
+      return Pressure::from_si(load_Pa / (dead ? 1 : space_.top_area_ratio(state.u)));
+    }
+  }
+  return std::nullopt;
 }
 
 Result<StackState> FemFinite::at_pressure(Pressure pressure) {

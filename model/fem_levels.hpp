@@ -84,7 +84,6 @@ class FemFinite final : public LevelModel {
   double c0_F_;
   FemSystem system_;
   std::map<double, FemState> known_;  // by dead pressure, Pa
-  double largest_Pa_ = 0;
   int iterations_ = 0;
   FemSystem::Newton report_;
 };

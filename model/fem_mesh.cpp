@@ -4,39 +4,61 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace lcrig {
 namespace {
 
-// Counts and ratios were found by halving the error of the bonded laminate and of the bonded disc
-// against their references (docs/model.md, "Meshes").
-struct Grading {
-  int rim_cells, inner_cells, soft_rows, stiff_rows;
-  double rim_ratio, soft_ratio, stiff_ratio;
-};
-constexpr std::array<Grading, 6> kGradings{{{10, 6, 6, 2, 30, 10, 3},
-                                            {12, 10, 8, 2, 40, 8, 3},
-                                            {20, 12, 16, 3, 300, 30, 5},
-                                            {24, 16, 30, 4, 1e3, 100, 10},
-                                            {36, 24, 44, 6, 4e3, 400, 50},
-                                            {44, 28, 52, 8, 1e4, 1e3, 100}}};
-// A block alone has all the error to itself and costs little: it starts two steps finer. Not at
-// finite strain, where cells that small at a bonded rim fold over long before the stack does.
-const Grading& grading(const MeshStyle& style) {
-  const bool finer = style.alone && !style.finite;
-  return kGradings[static_cast<std::size_t>(style.refinement + (finer ? 2 : 0))];
-}
-constexpr double kInnerRatio = 60;
-constexpr double kRimWidth = 2.4;  // of the edge zone, in thicknesses of the thinnest layer
+// Of mesh 1. They set what a mesh costs; how fast the family converges does not depend on them.
+constexpr double kRadialCells = 24;
+constexpr double kSoftRows = 8;
+constexpr int kOfMesh1 = 1 << (1 - kCoarsestMember);  // cells of mesh 1 for one of the coarsest
 
-std::vector<double> sizes_growing(int n, double ratio) {
-  std::vector<double> h;
-  for (int i = 0; i < n; ++i) {
-    h.push_back(std::pow(ratio, n > 1 ? static_cast<double>(i) / (n - 1) : 0.0));
+// Distance from a corner grows like s^q over s evenly divided. With q above 2/lambda, lambda >= 0.5
+// the exponent of the corner, corners converge as fast as the elements do where all is smooth.
+constexpr double kRadialGrading = 3;
+constexpr double kAxialGrading = 3;
+// Finite strain: where the corner folds over at a load that falls with the size of its cells,
+// smaller ones lose more than they gain.
+constexpr double kMildGrading = 2;
+
+// Cells in each of its boundary layers' lengths, over this many lengths from the rim.
+constexpr double kCellsPerLength = 2;
+constexpr double kLengths = 4;
+
+int members(double cells_of_mesh_1, const MeshStyle& style) {
+  const int coarsest = std::max(1, static_cast<int>(std::lround(cells_of_mesh_1 / kOfMesh1)));
+  return coarsest << (style.refinement - kCoarsestMember);
+}
+
+// A block alone costs little and has all the error to itself, and capacitors may end anywhere in
+// it: it starts finer. Not with mild corners: there the cells would fold over early.
+bool starts_finer(const MeshStyle& style) {
+  return style.alone && !style.mild_corners;
+}
+
+double axial_grading(const MeshStyle& style) {
+  return style.mild_corners ? kMildGrading : kAxialGrading;
+}
+
+// Cells per unit of x, of mesh 1; x is 0 at the rim, 1 at the axis, and the distance from the rim
+// is radius x^kRadialGrading.
+double radial_density(double x, double radius, const MeshStyle& style) {
+  const double distance = radius * std::pow(x, kRadialGrading);
+  const double slope = radius * kRadialGrading * std::pow(x, kRadialGrading - 1);
+  double density = kRadialCells;
+  for (const double length : style.lengths_m) {
+    const double depth = distance / (kLengths * length);
+    const double share = depth < 1 ? 1 : 1 / (depth * depth);
+    density = std::max(density, kCellsPerLength / length * share * slope);
   }
-  return h;
+  const double half = style.thinnest_m / 2;
+  if (style.mild_corners && distance < half) {  // as the rows grow from a face
+    const double rows =
+        kSoftRows / 2 / kMildGrading / half * std::pow(distance / half, 1 / kMildGrading - 1);
+    density = std::min(density, rows * slope);
+  }
+  return density;
 }
 
 }  // namespace
@@ -50,59 +72,59 @@ std::size_t affordable_unknowns() {
   return static_cast<std::size_t>(std::clamp(memory / 2 / kBytesPerUnknown, 1e4, kMost));
 }
 
-std::vector<double> graded(double a, double b, int n, Fine fine, double ratio) {
-  std::vector<double> h;
-  if (fine == Fine::at_both) {
-    h = sizes_growing((n + 1) / 2, ratio);
-    const std::vector<double> half = h;
-    h.insert(h.end(), half.rbegin() + n % 2, half.rend());
-  } else {
-    h = sizes_growing(n, fine == Fine::nowhere ? 1 : ratio);
-    if (fine == Fine::at_b) {
-      std::reverse(h.begin(), h.end());
-    }
+std::vector<double> even_edges(double a, double b, int n) {
+  std::vector<double> x;
+  for (int i = 0; i < n; ++i) {
+    x.push_back(a + (b - a) * i / n);
   }
-  double total = 0;
-  for (const double size : h) {
-    total += size;
-  }
-  std::vector<double> x{a};
-  double sum = 0;
-  for (const double size : h) {
-    sum += size;
-    x.push_back(a + (b - a) * (sum / total));
-  }
-  x.back() = b;
+  x.push_back(b);
   return x;
 }
 
-std::vector<double> radial_edges(double radius, double thinnest, const MeshStyle& style) {
+// Equal shares of the integral of the density: every second edge of a member is one of the coarser.
+std::vector<double> radial_edges(double radius, const MeshStyle& style) {
   if (!style.bonded) {
-    return graded(0, radius, 2, Fine::nowhere, 1);  // uniform strain: two cells are exact
+    return even_edges(0, radius, 2);  // uniform strain: two cells are exact
   }
-  const Grading& g = grading(style);
-  const double rim = std::min(kRimWidth * thinnest, 0.6 * radius);
-  auto edge = graded(radius - rim, radius, g.rim_cells, Fine::at_b, g.rim_ratio);
-  const double outer_cell = edge[1] - edge[0];
-  const double even = (radius - rim) / g.inner_cells;
-  const double ratio = std::clamp(3 * even / outer_cell, 1.0, kInnerRatio);
-  auto r = graded(0, radius - rim, g.inner_cells, Fine::at_b, ratio);
-  r.insert(r.end(), edge.begin() + 1, edge.end());
-  return r;
+  constexpr int kSteps = 2048;
+  std::vector<double> sum{0};
+  for (int i = 0; i < kSteps; ++i) {
+    sum.push_back(sum.back() + radial_density((i + 0.5) / kSteps, radius, style) / kSteps);
+  }
+  const int cells = members((starts_finer(style) ? 2 : 1) * sum.back(), style);
+  std::vector<double> edges{radius};
+  std::size_t step = 0;
+  for (int i = 1; i < cells; ++i) {
+    const double share = sum.back() * i / cells;
+    while (sum[step + 1] < share) {
+      ++step;
+    }
+    const double part = (share - sum[step]) / (sum[step + 1] - sum[step]);
+    const double x = (static_cast<double>(step) + part) / kSteps;
+    edges.push_back(radius * (1 - std::pow(x, kRadialGrading)));
+  }
+  edges.push_back(0);
+  std::reverse(edges.begin(), edges.end());
+  return edges;
 }
 
-std::vector<double> axial_edges(double z0, double z1, double thinnest, bool stiff,
-                                const MeshStyle& style) {
+std::vector<double> axial_edges(double z0, double z1, bool stiff, const MeshStyle& style) {
   if (!style.bonded) {
     return {z0, z1};
   }
-  const Grading& g = grading(style);
-  if (stiff) {
-    return graded(z0, z1, g.stiff_rows, Fine::at_both, g.stiff_ratio);
+  if (stiff) {  // a row bends and stretches already; its corners hold little of the energy
+    return even_edges(z0, z1, 1 << std::max(style.refinement + 1, 0));
   }
-  const double thicker = std::max((z1 - z0) / thinnest, 1.0);
-  const int rows = g.soft_rows + 2 * static_cast<int>(std::lround(std::log2(thicker)));
-  return graded(z0, z1, rows, Fine::at_both, g.soft_ratio * std::sqrt(thicker));
+  const int rows = members((starts_finer(style) ? 3 : 1) * kSoftRows, style);
+  const double q = axial_grading(style);
+  const double half = (z1 - z0) / 2;
+  std::vector<double> z{z0};
+  for (int i = 1; i < rows; ++i) {
+    const double s = 2.0 * i / rows;  // 1 in the middle
+    z.push_back(s <= 1 ? z0 + half * std::pow(s, q) : z1 - half * std::pow(2 - s, q));
+  }
+  z.push_back(z1);
+  return z;
 }
 
 }  // namespace lcrig

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cells of the axisymmetric mesh: a tensor grid, graded towards the rim and towards bonded faces,
-// where the stress of a bonded edge is singular.
+// where the stress of a bonded edge is singular. One family: each member halves every cell of the
+// one before, so that three of them show how fast they converge.
 #pragma once
 
 #include <cstddef>
 #include <vector>
-
-#include "model/specimen.hpp"
 
 namespace lcrig {
 
@@ -16,25 +15,30 @@ std::size_t affordable_unknowns();
 // How fine. 0 to 3 are the rows of `model ladder`; 1 is the default.
 struct MeshSettings {
   int refinement = 1;
+  // Corners as fem_finite grades them, whose smallest cells must not fold over; fem_linear can
+  // shrink them faster.
+  bool mild_corners = false;
   std::size_t max_unknowns = affordable_unknowns();  // more is refused before work starts
 };
 inline constexpr int kFinestMesh = 3;
+inline constexpr int kFinestFiniteMesh = 2;  // finite strain: finer corners fold over early
+inline constexpr int kCoarsestMember = -2;  // the family goes on at both ends, for estimates
+inline constexpr int kFinestMember = 5;  // and for references
 
-// n + 1 positions from a to b; cell sizes grow geometrically, `ratio` from the smallest to the
-// largest, away from the named end.
-enum class Fine { at_a, at_b, at_both, nowhere };
-std::vector<double> graded(double a, double b, int n, Fine fine, double ratio);
+// n + 1 positions from a to b, n cells of one size.
+std::vector<double> even_edges(double a, double b, int n);
 
 struct MeshStyle {
   int refinement = 1;
   bool bonded = true;  // otherwise strains are uniform and one cell is exact
   bool alone = false;  // one block of one material: a disc, not a laminate
-  bool finite = false;  // finite strain
+  bool mild_corners = false;
+  double thinnest_m = 1e9;  // of the soft blocks
+  std::vector<double> lengths_m;  // of boundary layers at the rim
 };
-// Radial cell edges, 0 to radius; `thinnest_m` is the thinnest soft block.
-std::vector<double> radial_edges(double radius_m, double thinnest_m, const MeshStyle& style);
+// Radial cell edges, 0 to radius.
+std::vector<double> radial_edges(double radius_m, const MeshStyle& style);
 // Axial cell edges of a block of one material. `stiff` blocks (films) need fewer.
-std::vector<double> axial_edges(double z0_m, double z1_m, double thinnest_m, bool stiff,
-                                const MeshStyle& style);
+std::vector<double> axial_edges(double z0_m, double z1_m, bool stiff, const MeshStyle& style);
 
 }  // namespace lcrig

@@ -6,17 +6,11 @@
 #include <numbers>
 #include <utility>
 
+#include "model/fem_blocks.hpp"
 #include "model/gauss.hpp"
 
 namespace lcrig {
 namespace {
-
-// Layers that are one continuum, or one rigid layer.
-struct Block {
-  double z0, z1;
-  std::size_t material;
-  bool rigid;
-};
 
 // How a node line moves.
 struct Line {
@@ -25,26 +19,6 @@ struct Line {
   int tie = -1;  // every node of every line with this number moves as one
   int axial_twin = -1;  // shares its axial displacement, node by node, with that line
 };
-
-std::vector<Block> find_blocks(const Specimen& s) {
-  std::vector<Block> blocks;
-  double z = 0;
-  for (const auto& capacitor : s.capacitors) {
-    for (const auto& layer : capacitor.layers) {
-      const bool rigid = s.material(layer).rigid;
-      const double top = z + layer.thickness_m;
-      const bool joins = !blocks.empty() && blocks.back().material == layer.material &&
-                         s.faces == Faces::bonded_base && !rigid;
-      if (joins) {
-        blocks.back().z1 = top;
-      } else {
-        blocks.push_back({z, top, layer.material, rigid});
-      }
-      z = top;
-    }
-  }
-  return blocks;
-}
 
 }  // namespace
 
@@ -67,12 +41,16 @@ class SpaceBuilder {
         finite_(finite),
         bonded_(specimen.faces != Faces::free),
         blocks_(find_blocks(specimen)),
-        style_{mesh.refinement, bonded_, blocks_.size() == 1, finite} {}
+        style_{mesh.refinement,
+               bonded_,
+               blocks_.size() == 1,
+               finite || mesh.mild_corners,
+               thinnest_soft_m(specimen, blocks_),
+               decay_lengths_m(specimen, blocks_)} {}
 
   Result<StackSpace> build();
 
  private:
-  void measure();
   void add_radii();
   void add_block(const Block& block);
   void add_rigid();
@@ -91,7 +69,6 @@ class SpaceBuilder {
   bool finite_, bonded_;
   std::vector<Block> blocks_;
   MeshStyle style_;
-  double thinnest_m_ = 1e9;
   StackSpace space_;
   std::vector<Line> lines_;
   int below_ = -1;  // line that the next block stands on; -1: the base
@@ -99,14 +76,6 @@ class SpaceBuilder {
   bool on_base_ = true;  // nothing that can move lies below
   int ties_ = 0;
 };
-
-void SpaceBuilder::measure() {
-  for (const Block& block : blocks_) {
-    if (soft(block)) {
-      thinnest_m_ = std::min(thinnest_m_, block.z1 - block.z0);
-    }
-  }
-}
 
 int SpaceBuilder::add_line() {
   lines_.emplace_back();
@@ -136,8 +105,8 @@ void SpaceBuilder::add_block(const Block& block) {
   const Material& m = s_.materials[block.material];
   const bool stiff = !soft(block);
   const auto z = variation_.uniform_cells > 0
-                     ? graded(block.z0, block.z1, variation_.uniform_cells, Fine::nowhere, 1)
-                     : axial_edges(block.z0, block.z1, thinnest_m_, stiff, style_);
+                     ? even_edges(block.z0, block.z1, variation_.uniform_cells)
+                     : axial_edges(block.z0, block.z1, stiff, style_);
   int bottom = below_;
   if (on_base_ || tie_below_ >= 0 || !bonded_) {
     bottom = add_line();
@@ -246,8 +215,8 @@ void SpaceBuilder::add_slabs() {
 void SpaceBuilder::add_radii() {
   const double radius = s_.disc_diameter_m / 2;
   const auto edges = variation_.uniform_cells > 0
-                         ? graded(0, radius, 2 * variation_.uniform_cells, Fine::nowhere, 1)
-                         : radial_edges(radius, std::min(thinnest_m_, radius), style_);
+                         ? even_edges(0, radius, 2 * variation_.uniform_cells)
+                         : radial_edges(radius, style_);
   space_.r_ = {edges[0]};
   for (std::size_t i = 1; i < edges.size(); ++i) {
     space_.r_.push_back((edges[i - 1] + edges[i]) / 2);
@@ -260,11 +229,10 @@ Result<StackSpace> SpaceBuilder::build() {
     return fail(Errc::invalid_request,
                 "specimen {}: faces `free` and top `bonded_plate` contradict each other", s_.name);
   }
-  if (mesh_.refinement < 0 || mesh_.refinement > kFinestMesh) {
-    return fail(Errc::invalid_request, "mesh refinement {} must be 0 to {}", mesh_.refinement,
-                kFinestMesh);
+  if (mesh_.refinement < kCoarsestMember || mesh_.refinement > kFinestMember) {
+    return fail(Errc::invalid_request, "mesh refinement {} must be {} to {}", mesh_.refinement,
+                kCoarsestMember, kFinestMember);
   }
-  measure();
   space_.area_m2_ = s_.area_m2();
   add_radii();
   for (std::size_t i = 0; i < blocks_.size(); ++i) {

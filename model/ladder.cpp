@@ -31,7 +31,7 @@ std::vector<LadderRow> rungs(const Specimen& s) {
     add(Level::bonded, "nonlinear", nothing);
   }
   for (const Level level : {Level::fem_linear, Level::fem_finite}) {
-    const int finest = level == Level::fem_linear ? kFinestMesh : 2;
+    const int finest = level == Level::fem_linear ? kFinestMesh : kFinestFiniteMesh;
     for (int mesh = 0; mesh <= finest; ++mesh) {
       add(level, fmt::format("mesh {}", mesh), [&](auto& x) { x.mesh.refinement = mesh; });
     }
@@ -40,7 +40,8 @@ std::vector<LadderRow> rungs(const Specimen& s) {
 }
 
 // Fills seconds and, as relative_error for now, delta C itself.
-void run(const Specimen& s, Pressure pressure, const std::function<double()>& now, LadderRow& row) {
+void run(ErrorEstimator& estimator, const Specimen& s, Pressure pressure,
+         const std::function<double()>& now, LadderRow& row) {
   constexpr double kQuick = 0.2;  // seconds; longer ones are timed once
   row.seconds = 1e300;
   for (int repeat = 0; repeat < 3; ++repeat) {
@@ -59,23 +60,43 @@ void run(const Specimen& s, Pressure pressure, const std::function<double()>& no
       break;
     }
   }
-  if (const auto estimate = estimate_error(s, row.settings, pressure)) {
-    row.error_estimate = *estimate;
+  if (const auto estimate = estimator.estimate(row.settings, pressure)) {
+    row.error_estimate = estimate->relative;
+    row.lost_beyond = estimate->lost_beyond;
   }
 }
 
-// The best that answered: with free faces the exact one-dimensional solution, else the finest
-// finite-strain mesh.
-LadderRow* find_reference(const Specimen& s, std::vector<LadderRow>& rows) {
-  LadderRow* best = nullptr;
+// With free faces the exact one-dimensional solution.
+LadderRow* find_exact(const Specimen& s, std::vector<LadderRow>& rows) {
   for (auto& row : rows) {
-    const bool exact = s.faces == Faces::free && row.settings.level == Level::hyperelastic &&
-                       row.settings.lateral == Lateral::free;
-    if (row.failure.empty() && (exact || s.faces != Faces::free)) {
-      best = &row;
+    if (s.faces == Faces::free && row.failure.empty() &&
+        row.settings.level == Level::hyperelastic && row.settings.lateral == Lateral::free) {
+      return &row;
     }
   }
-  return best;
+  return nullptr;
+}
+
+// The limit of the finest meshes that have one at this pressure.
+bool find_limit(ErrorEstimator& estimator, Ladder& ladder) {
+  LevelSettings settings;
+  for (const Level level : {Level::fem_finite, Level::fem_linear}) {
+    settings.level = level;
+    for (int mesh = level == Level::fem_finite ? kFinestFiniteMesh : kFinestMesh; mesh >= 0;
+         --mesh) {
+      settings.mesh.refinement = mesh;
+      const auto limit = estimator.mesh_limit(settings, ladder.pressure);
+      if (limit && limit->value > 0) {
+        ladder.delta_capacitance_F = limit->value;
+        ladder.reference_doubt = limit->doubt / limit->value;
+        ladder.reference =
+            fmt::format("the limit of {}, meshes up to {}{}", to_string(level), mesh,
+                        level == Level::fem_linear ? ": finite strain has no solution here" : "");
+        return true;
+      }
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -85,17 +106,22 @@ Result<Ladder> climb_ladder(const Specimen& specimen, Pressure pressure,
   if (auto ok = check_specimen(specimen); !ok) {
     return fail(ok.error());
   }
-  Ladder ladder{pressure, 0, rungs(specimen)};
+  Ladder ladder;
+  ladder.pressure = pressure;
+  ladder.rows = rungs(specimen);
+  ErrorEstimator estimator(specimen);
   for (auto& row : ladder.rows) {
-    run(specimen, pressure, seconds_now, row);
+    // without contact gaps, which are no strain: the errors are those of the stack
+    run(estimator, estimator.specimen(), pressure, seconds_now, row);
   }
-  LadderRow* reference = find_reference(specimen, ladder.rows);
-  if (!reference) {
+  if (LadderRow* exact = find_exact(specimen, ladder.rows)) {
+    exact->reference = true;
+    ladder.delta_capacitance_F = exact->relative_error;
+    ladder.reference = "exact";
+  } else if (!find_limit(estimator, ladder)) {
     return fail(Errc::invalid_request, "specimen {}: no level answers at {} kPa: {}", specimen.name,
                 pressure.si() / 1e3, ladder.rows.back().failure);
   }
-  reference->reference = true;
-  ladder.delta_capacitance_F = reference->relative_error;
   for (auto& row : ladder.rows) {
     row.relative_error = std::abs(row.relative_error / ladder.delta_capacitance_F - 1);
   }
@@ -115,6 +141,9 @@ nlohmann::json to_json(const Ladder& ladder) {
     if (row.failure.empty()) {
       item["relative_error"] = row.relative_error;
       item["error_estimate"] = row.error_estimate ? nlohmann::json(*row.error_estimate) : nullptr;
+      if (row.lost_beyond) {
+        item["estimate_at_kPa"] = row.lost_beyond->si() / 1e3;
+      }
     } else {
       item["relative_error"] = nullptr;
       item["failure"] = row.failure;
@@ -123,6 +152,8 @@ nlohmann::json to_json(const Ladder& ladder) {
   }
   return {{"pressure_kPa", ladder.pressure.si() / 1e3},
           {"delta_C_fF", ladder.delta_capacitance_F * 1e15},
+          {"reference", ladder.reference},
+          {"reference_doubt", ladder.reference_doubt},
           {"rows", rows}};
 }
 
@@ -139,9 +170,17 @@ std::string to_table(const Ladder& ladder) {
     } else if (row.reference) {
       text += fmt::format("{:>10} {:>10}\n", "reference", estimate);
     } else {
-      text += fmt::format("{:>10.2g} {:>10}\n", row.relative_error, estimate);
+      text += fmt::format("{:>10.2g} {:>10}{}\n", row.relative_error, estimate,
+                          row.lost_beyond ? fmt::format(" at {:.4g} kPa, beyond: extrapolated",
+                                                        row.lost_beyond->si() / 1e3)
+                                          : "");
     }
   }
+  text += fmt::format("errors are against {:.7g} fF: {}", ladder.delta_capacitance_F * 1e15,
+                      ladder.reference);
+  text += ladder.reference_doubt > 0
+              ? fmt::format(", itself in doubt by {:.2g}\n", ladder.reference_doubt)
+              : "\n";
   return text;
 }
 

@@ -28,6 +28,11 @@ bool positive(double value) {
   return std::isfinite(value) && value > 0;
 }
 
+// No solid lies outside, and inside no product or quotient of two leaves the range of numbers.
+bool sensible_modulus(double value_Pa) {
+  return value_Pa >= 1e-3 && value_Pa <= 1e15;
+}
+
 Result<> check_material(const Material& m) {
   if (!std::isfinite(m.relative_permittivity) || m.relative_permittivity < 1) {
     return fail(Errc::invalid_request, "material {}: relative permittivity {} must be at least 1",
@@ -36,17 +41,17 @@ Result<> check_material(const Material& m) {
   if (m.rigid) {
     return {};
   }
-  if (!positive(m.youngs_modulus_Pa)) {
-    return fail(Errc::invalid_request, "material {}: Young's modulus {} Pa must be positive",
+  if (!sensible_modulus(m.youngs_modulus_Pa)) {
+    return fail(Errc::invalid_request, "material {}: Young's modulus {} Pa must be 1e-3 to 1e15 Pa",
                 m.name, m.youngs_modulus_Pa);
   }
   if (!(m.poisson_ratio >= 0 && m.poisson_ratio <= 0.5)) {
     return fail(Errc::invalid_request, "material {}: Poisson ratio {} must be in 0 to 0.5", m.name,
                 m.poisson_ratio);
   }
-  if (m.given_shear_modulus_Pa && !positive(*m.given_shear_modulus_Pa)) {
-    return fail(Errc::invalid_request, "material {}: shear modulus {} Pa must be positive", m.name,
-                *m.given_shear_modulus_Pa);
+  if (m.given_shear_modulus_Pa && !sensible_modulus(*m.given_shear_modulus_Pa)) {
+    return fail(Errc::invalid_request, "material {}: shear modulus {} Pa must be 1e-3 to 1e15 Pa",
+                m.name, *m.given_shear_modulus_Pa);
   }
   return {};
 }

@@ -25,12 +25,15 @@ class CurveCommand final : public Command {
     options_.declare_level(list);
     list.option("--pressure-kPa", pressures_, "FROM:TO:STEP", "Or a list P1,P2,... (0:100:10)");
     list.option("--tolerance", tolerance_, "X", "Relative error allowed to `auto` (0.01)");
+    list.option("--budget-s", budget_s_, "T", "Seconds that `auto` may search (no limit)");
   }
   Outcome<ExitCode> run(Context& context) override;
 
  private:
+  Outcome<std::optional<WorkBudget>> work_budget(const Context& context) const;
+
   ModelOptions options_;
-  std::string pressures_ = "0:100:10", tolerance_ = "0.01";
+  std::string pressures_ = "0:100:10", tolerance_ = "0.01", budget_s_;
 };
 
 void print_text(std::ostream& out, const Curve& curve) {
@@ -40,13 +43,29 @@ void print_text(std::ostream& out, const Curve& curve) {
     const std::string estimate =
         curve.error_estimate ? fmt::format("{:.2g}", *curve.error_estimate) : "unknown";
     fmt::print(out, "level {}, estimated error {}\n", to_string(curve.settings.level), estimate);
+    if (curve.lost_beyond) {
+      fmt::print(out, "finite strain has no solution beyond {:.4g} kPa\n",
+                 curve.lost_beyond->si() / 1e3);
+    }
   }
   fmt::print(out, "\n{:>12} {:>14} {:>14} {:>14}\n", "pressure_kPa", "capacitance_pF", "delta_C_fF",
              "shortening_um");
   for (const auto& p : curve.points) {
-    fmt::print(out, "{:>12.6g} {:>14.8g} {:>14.8g} {:>14.6g}\n", p.pressure_Pa / 1e3,
-               p.capacitance_F * 1e12, p.delta_capacitance_F * 1e15, p.shortening_m * 1e6);
+    fmt::print(out, "{:>12.6g} {:>14.8g} {:>14.8g} {:>14.6g}{}\n", p.pressure_Pa / 1e3,
+               p.capacitance_F * 1e12, p.delta_capacitance_F * 1e15, p.shortening_m * 1e6,
+               p.extrapolated ? "  extrapolated" : "");
   }
+}
+
+Outcome<std::optional<WorkBudget>> CurveCommand::work_budget(const Context& context) const {
+  if (budget_s_.empty()) return std::optional<WorkBudget>();
+  auto seconds = parse_number("--budget-s", budget_s_);
+  if (!seconds) return tl::unexpected(seconds.error());
+  if (!(*seconds > 0)) {
+    return tl::unexpected(Failure(kUsage, "--budget-s must be positive", "--budget-s 10"));
+  }
+  const auto now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
+  return std::optional(WorkBudget{*seconds, now});
 }
 
 Outcome<ExitCode> CurveCommand::run(Context& context) {
@@ -60,7 +79,9 @@ Outcome<ExitCode> CurveCommand::run(Context& context) {
   if (!pressures) {
     return tl::unexpected(Failure(kUsage, pressures.error().what, "--pressure-kPa 0:100:10"));
   }
-  auto curve = calc_curve(*specimen, *settings, *tolerance, *pressures);
+  auto budget = work_budget(context);
+  if (!budget) return tl::unexpected(budget.error());
+  auto curve = calc_curve(*specimen, *settings, *tolerance, *pressures, *budget);
   if (!curve) return tl::unexpected(Failure(curve.error(), "lcrig model ladder --help"));
   if (context.global.json) {
     print_json(context.console.out, to_json(*curve));

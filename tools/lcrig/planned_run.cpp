@@ -206,9 +206,10 @@ Result<SpecimenCurve> tabulate(const Specimen& specimen, Force force_max, Area p
   const Pressure most = Pressure::from_si(force_max.si() / specimen.area_m2());
   Result<LevelChoice> choice = fail(Errc::bug, "no tolerance");
   double tolerance = 0;
+  ErrorEstimator estimator(specimen);  // keeps what the stricter tolerance has solved
   for (const double t : kTolerances) {
     tolerance = t;
-    choice = choose_level(specimen, t, most);
+    choice = choose_level(estimator, t, most);
     if (choice) break;
   }
   if (!choice) return fail(choice.error());

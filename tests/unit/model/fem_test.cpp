@@ -71,8 +71,10 @@ TEST(FemLinear, ErrorFallsWithTheMesh) {
   EXPECT_LT(fine, medium / 2);
 }
 
-double slope_fF_kPa(const Specimen& s, int refinement) {
-  auto model = FemLinear::make(s, at_level(Level::fem_linear, refinement)).value();
+double slope_fF_kPa(const Specimen& s, int refinement, bool mild_corners = false) {
+  LevelSettings settings = at_level(Level::fem_linear, refinement);
+  settings.mesh.mild_corners = mild_corners;
+  auto model = FemLinear::make(s, settings).value();
   return model->at_pressure(1e-6 * 1.0_kPa)->delta_capacitance_F * 1e15 / 1e-6;
 }
 
@@ -197,7 +199,7 @@ TEST(FemFinite, LaminateToHundredKilopascal) {
 TEST(FemFinite, SmallLoadIsTheLinearLimit) {
   auto model = FemFinite::make(laminate(1), at_level(Level::fem_finite)).value();
   const double slope = model->at_pressure(1e-6 * 1.0_kPa)->delta_capacitance_F * 1e15 / 1e-6;
-  expect_relative(slope, slope_fF_kPa(laminate(1), 1), 1e-6);
+  expect_relative(slope, slope_fF_kPa(laminate(1), 1, true), 1e-6);  // on the same mesh
 }
 
 TEST(FemFinite, NewtonConvergesQuadratically) {

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/mesh_limit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace lcrig {
+namespace {
+
+// What every corner allows: displacement goes like r^1/2 at worst, a functional converges twice as
+// fast, and cells at the mildest corner shrink with the square of their number. Meshes do better
+// than that, coarse ones by chance; the doubt does not count on more.
+constexpr double kMostOrder = 2;
+constexpr double kLeastOrder = 1;  // halving the error is what the family promises
+constexpr double kRounding = 1e-15;
+
+}  // namespace
+
+MeshLimit limit_of(const std::vector<double>& values) {
+  std::vector<double> steps;
+  for (std::size_t i = values.size() > 4 ? values.size() - 4 : 0; i + 1 < values.size(); ++i) {
+    steps.push_back(values[i + 1] - values[i]);
+  }
+  MeshLimit limit;
+  limit.value = values.back();
+  const double rounding = 8 * kRounding * std::abs(values.back());
+  const double last = steps.back();
+  const double before = steps[steps.size() - 2];
+  limit.doubt = std::max(std::max(std::abs(last), std::abs(before)), rounding);
+  if (limit.doubt <= rounding) {
+    limit.settled = true;
+    return limit;
+  }
+  if (last * before <= 0) {  // around the limit: it lies between the last two
+    limit.settled = std::abs(last) <= std::abs(before) / 2;
+    limit.doubt = limit.settled ? std::max(std::abs(last), rounding) : limit.doubt;
+    return limit;
+  }
+  // A single ratio scatters; the mean over three steps is steadier.
+  const double first = steps.front() * last > 0 ? steps.front() : before;
+  const double count = steps.front() * last > 0 ? static_cast<double>(steps.size() - 1) : 1;
+  const double order = std::log2(first / last) / count;
+  limit.order = order;
+  const bool still = std::log2(before / last) >= kLeastOrder / 2;
+  limit.settled = still && order >= kLeastOrder;
+  if (!limit.settled) {
+    return limit;
+  }
+  limit.value += last / (std::exp2(order) - 1);
+  // The last step may be small by chance: not less than the one before, shrunk as fast as it can.
+  const double step = std::max(std::abs(last), std::abs(before) * std::exp2(-2 * kMostOrder));
+  limit.doubt = std::max(step / (std::exp2(std::min(order, kMostOrder)) - 1), rounding);
+  return limit;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// The model's error estimates against the errors themselves, over seeded stacks: one line of CSV
+// for each answer of each level, then the shares that docs/model.md quotes.
+//   model_study FIRST_SEED COUNT [PRESSURE_kPa ...]   without pressures: small strains alone
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/support/stack_truth.hpp"
+
+namespace lcrig {
+namespace {
+
+struct Share {
+  std::vector<double> ratio;
+  int left_out = 0;  // no truth good enough
+};
+
+void print_share(const std::string& level, Share& share) {
+  auto& r = share.ratio;
+  if (r.empty()) return;
+  std::sort(r.begin(), r.end());
+  const auto below = [&](double limit) {
+    return static_cast<double>(std::lower_bound(r.begin(), r.end(), limit) - r.begin()) /
+           static_cast<double>(r.size());
+  };
+  std::printf(
+      "# %-20s %5zu judged, %5d not: below 0.5 %.2f %%, below 1 %.2f %%, 1 to 10 %.1f %%, "
+      "median %.2f, least %.2f, most %.3g\n",
+      level.c_str(), r.size(), share.left_out, 100 * below(0.5), 100 * below(1),
+      100 * (below(10) - below(1)), r[r.size() / 2], r.front(), r.back());
+}
+
+int run(std::uint64_t first, std::uint64_t count, const JudgePlan& plan) {
+  std::map<std::string, Share> shares;
+  std::printf("seed,pressure_kPa,level,mesh,estimate,error,truth_doubt,order,settled,counts\n");
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    judge_stack(seed, plan, [&](const Judged& j) {
+      std::printf("%llu,%g,%s,%d,%.3e,%.3e,%.1e,%.2f,%d,%d\n",
+                  static_cast<unsigned long long>(j.seed), j.pressure_Pa / 1e3, j.level.c_str(),
+                  j.mesh, j.estimate, j.error, j.truth_doubt, j.order, j.settled, j.counts());
+      Share& share = shares[j.level];
+      if (j.counts()) {
+        share.ratio.push_back(j.ratio());
+      } else {
+        ++share.left_out;
+      }
+    });
+    std::fflush(stdout);
+  }
+  for (auto& [level, share] : shares) print_share(level, share);
+  return 0;
+}
+
+}  // namespace
+}  // namespace lcrig
+
+int main(int argc, char** argv) {
+  if (argc < 3) {
+    std::fprintf(stderr, "usage: model_study FIRST_SEED COUNT [PRESSURE_kPa ...]\n");
+    return 2;
+  }
+  lcrig::JudgePlan plan;
+  plan.pressure_Pa.clear();
+  for (int i = 3; i < argc; ++i) plan.pressure_Pa.push_back(1e3 * std::strtod(argv[i], nullptr));
+  return lcrig::run(std::strtoull(argv[1], nullptr, 10), std::strtoull(argv[2], nullptr, 10), plan);
+}

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the levels answer for a random stack against solutions on finer meshes than any of them
+// uses, and what they believed of themselves.
+#pragma once
+
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/error_estimate.hpp"
+#include "tests/support/random_stack.hpp"
+
+namespace lcrig {
+
+// One answer of one level, judged.
+struct Judged {
+  std::uint64_t seed = 0;
+  double pressure_Pa = 0;
+  std::string level;  // "fem_linear (own)": against small strains, the mesh alone
+  int mesh = 0;
+  double estimate = 0, error = 0;  // relative
+  double truth_doubt = 0;  // relative, of what it was judged by
+  double order = 0;
+  bool settled = true;
+  double ratio() const { return estimate / error; }
+  // Known ten times better than the error judged, and an error that matters.
+  bool counts() const { return truth_doubt <= error / 10 && error > 1e-7; }
+};
+
+struct JudgePlan {
+  std::vector<double> pressure_Pa{10e3, 30e3, 100e3};
+  int finest_linear = 1, finest_finite = 1;  // meshes that are judged
+  int truth_linear = 3, truth_finite = 2;  // whose limits judge them
+};
+
+// Aitken's limit of the three finest meshes, and how far that of the three before them is away.
+struct StackTruth {
+  double value_F = 0, doubt_F = 0;
+};
+
+inline std::optional<StackTruth> find_truth(ErrorEstimator& solved, Level level, int finest,
+                                            Pressure pressure) {
+  std::vector<double> v;
+  for (int mesh = finest - 3; mesh <= finest; ++mesh) {
+    LevelSettings settings;
+    settings.level = level;
+    settings.mesh.refinement = mesh;
+    const auto value = solved.delta_F(settings, pressure);
+    if (!value) return std::nullopt;
+    v.push_back(*value);
+  }
+  const auto limit = [&](std::size_t i) {  // of the three that end at i
+    const double before = v[i - 1] - v[i - 2], last = v[i] - v[i - 1];
+    return std::abs(before) > 1.5 * std::abs(last) ? v[i] + last * last / (before - last) : v[i];
+  };
+  const bool falling = std::abs(v[2] - v[1]) > 1.5 * std::abs(v[3] - v[2]);
+  if (!falling) return std::nullopt;
+  return StackTruth{limit(3), std::abs(limit(3) - limit(2))};
+}
+
+inline void judge_own_mesh(ErrorEstimator& solved, const JudgePlan& plan, std::uint64_t seed,
+                           const std::function<void(const Judged&)>& take) {
+  const Pressure tiny = Pressure::from_si(1.0);
+  const auto truth = find_truth(solved, Level::fem_linear, plan.truth_linear, tiny);
+  if (!truth) return;
+  for (int mesh = 0; mesh <= plan.finest_linear; ++mesh) {
+    LevelSettings settings;
+    settings.level = Level::fem_linear;
+    settings.mesh.refinement = mesh;
+    const auto limit = solved.mesh_limit(settings, tiny);
+    const auto mine = solved.delta_F(settings, tiny);
+    if (!limit || !mine) continue;
+    const double estimate = (std::abs(*mine - limit->value) + kDoubtFactor * limit->doubt) /
+                            (limit->value - kDoubtFactor * limit->doubt);
+    take({seed, 1, "fem_linear (own)", mesh, estimate, std::abs(*mine / truth->value_F - 1),
+          truth->doubt_F / truth->value_F, limit->order, limit->settled});
+  }
+}
+
+inline std::vector<LevelSettings> judged_levels(const Specimen& s, const JudgePlan& plan) {
+  std::vector<LevelSettings> list;
+  const auto add = [&](Level level, int mesh) {
+    LevelSettings settings;
+    settings.level = level;
+    settings.mesh.refinement = mesh;
+    list.push_back(settings);
+  };
+  add(Level::linear, 0);
+  if (s.faces == Faces::bonded_laminate) add(Level::bonded, 0);
+  for (int mesh = 0; mesh <= plan.finest_linear; ++mesh) add(Level::fem_linear, mesh);
+  for (int mesh = 0; mesh <= plan.finest_finite; ++mesh) add(Level::fem_finite, mesh);
+  return list;
+}
+
+inline void judge_stack(std::uint64_t seed, const JudgePlan& plan,
+                        const std::function<void(const Judged&)>& take) {
+  const Specimen s = random_stack(seed);
+  ErrorEstimator solved(s);
+  judge_own_mesh(solved, plan, seed, take);
+  for (const double pressure_Pa : plan.pressure_Pa) {
+    const Pressure pressure = Pressure::from_si(pressure_Pa);
+    const auto truth = find_truth(solved, Level::fem_finite, plan.truth_finite, pressure);
+    if (!truth) continue;
+    for (const LevelSettings& settings : judged_levels(s, plan)) {
+      const auto mine = solved.delta_F(settings, pressure);
+      const auto estimate = solved.estimate(settings, pressure);
+      if (!mine || !estimate || estimate->lost_beyond) continue;
+      take({seed, pressure_Pa, std::string(to_string(settings.level)), settings.mesh.refinement,
+            estimate->relative, std::abs(*mine / truth->value_F - 1),
+            truth->doubt_F / truth->value_F, estimate->order, estimate->settled});
+    }
+  }
+}
+
+}  // namespace lcrig

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/mesh_limit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace lcrig {
+namespace {
+
+std::vector<double> falling(double limit, double error, double ratio, int count) {
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i) values.push_back(limit + error / std::pow(ratio, i));
+  return values;
+}
+
+TEST(MeshLimit, FindsTheLimitOfAGeometricSequence) {
+  for (const double ratio : {2.5, 4.0, 9.0, 15.0}) {
+    for (const int count : {3, 4, 6}) {
+      const auto values = falling(7, -0.1, ratio, count);
+      const MeshLimit limit = limit_of(values);
+      EXPECT_TRUE(limit.settled);
+      EXPECT_NEAR(limit.value, 7, 1e-12);
+      EXPECT_NEAR(limit.order, std::log2(ratio), 1e-9);
+      EXPECT_GE(limit.doubt, (7 - values.back()) * (1 - 1e-9));
+    }
+  }
+}
+
+TEST(MeshLimit, SaysWhenTheMeshesDoNotConvergeYet) {
+  for (const std::vector<double>& values :
+       {std::vector<double>{1, 2, 3}, {1, 2, 3.9}, {1, 2, 1}, {1, 1.1, 1.9}, {4, 1, 2, 3.5}}) {
+    const MeshLimit limit = limit_of(values);
+    EXPECT_FALSE(limit.settled);
+    EXPECT_EQ(limit.value, values.back());
+    EXPECT_GE(limit.doubt, std::abs(values.back() - values[values.size() - 2]));
+  }
+}
+
+TEST(MeshLimit, AStepThatIsSmallByChanceIsNotBelieved) {
+  const MeshLimit limit = limit_of({1, 2, 2 + 1e-9});
+  EXPECT_GT(limit.doubt, 1e-2);
+}
+
+TEST(MeshLimit, AroundTheLimitItIsNoFartherThanTheLastStep) {
+  const MeshLimit limit = limit_of({1, 2, 1.75});
+  EXPECT_TRUE(limit.settled);
+  EXPECT_DOUBLE_EQ(limit.doubt, 0.25);
+}
+
+TEST(MeshLimit, EqualValuesAreExactToRounding) {
+  const MeshLimit limit = limit_of({3, 3, 3});
+  EXPECT_TRUE(limit.settled);
+  EXPECT_LT(limit.doubt, 1e-13);
+}
+
+}  // namespace
+}  // namespace lcrig

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stacks that nobody fitted: what holds for the model's errors on all of them. The many are judged
+// by model_study (docs/model.md, "Auto"); these are as many as every push can pay for.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "model/auto_level.hpp"
+#include "tests/support/stack_truth.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace literals;
+
+// Not the seeds of the study, and not those that anything was tuned on (1 to 120).
+constexpr std::uint64_t kFirstSeed = 500'001;
+constexpr std::uint64_t kStacks = 10;
+constexpr std::size_t kMostLayers = 8;  // a scene for a push, not for a night
+
+template <class Judge>
+void for_each_stack(const Judge& judge) {
+  std::uint64_t judged = 0;
+  for (std::uint64_t seed = kFirstSeed; judged < kStacks; ++seed) {
+    if (random_stack(seed).layer_count() > kMostLayers) continue;
+    ++judged;
+    judge(seed);
+  }
+}
+
+JudgePlan short_plan() {
+  JudgePlan plan;
+  plan.pressure_Pa = {10e3};
+  plan.finest_linear = plan.finest_finite = 0;
+  plan.truth_linear = 2;
+  plan.truth_finite = 1;
+  return plan;
+}
+
+TEST(RandomStacks, EstimatesCoverTheErrorAndAreNotFarAboveIt) {
+  int judged = 0, below = 0, far_above = 0;
+  for_each_stack([&](std::uint64_t seed) {
+    judge_stack(seed, short_plan(), [&](const Judged& j) {
+      if (!j.counts()) return;
+      ++judged;
+      below += j.ratio() < 1;
+      far_above += j.ratio() > 10;
+      EXPECT_GE(j.ratio(), 0.5) << "seed " << j.seed << " " << j.level << " mesh " << j.mesh;
+    });
+  });
+  EXPECT_GE(judged, 20);
+  EXPECT_LE(below, judged / 20);
+  EXPECT_LE(far_above, judged / 10);
+}
+
+TEST(RandomStacks, EachMeshHalvesTheErrorAtLeast) {
+  for_each_stack([](std::uint64_t seed) {
+    ErrorEstimator solved(random_stack(seed));
+    std::vector<double> delta;
+    for (int mesh = -1; mesh <= 2; ++mesh) {
+      LevelSettings settings;
+      settings.level = Level::fem_linear;
+      settings.mesh.refinement = mesh;
+      const auto value = solved.delta_F(settings, Pressure::from_si(1.0));
+      ASSERT_TRUE(value) << value.error().what;
+      delta.push_back(*value);
+    }
+    const double first = delta[1] - delta[0], second = delta[2] - delta[1];
+    const double third = delta[3] - delta[2];
+    // Of a sequence that falls by half each time the steps do; alone a step may be lucky.
+    EXPECT_LE(std::abs(third), std::abs(first) / 4) << seed;
+    EXPECT_LE(std::abs(third), std::abs(second) / 2 + 1e-7 * delta[3]) << seed;
+  });
+}
+
+TEST(RandomStacks, AutoKeepsTheToleranceOrRefuses) {
+  int chosen = 0;
+  for_each_stack([&](std::uint64_t seed) {
+    ErrorEstimator solved(random_stack(seed));
+    const auto truth = find_truth(solved, Level::fem_finite, 1, 10.0_kPa);
+    for (const double tolerance : {0.1, 1e-2}) {
+      const auto choice = choose_level(solved, tolerance, 10.0_kPa);
+      if (!choice) {
+        EXPECT_NE(choice.error().what.find("can be met"), std::string::npos) << choice.error().what;
+        continue;
+      }
+      EXPECT_LE(choice->error_estimate, tolerance);
+      if (!truth || choice->lost_beyond || truth->doubt_F > tolerance / 10 * truth->value_F) {
+        continue;
+      }
+      ++chosen;
+      const double delta = solved.delta_F(choice->settings, 10.0_kPa).value();
+      EXPECT_LE(std::abs(delta / truth->value_F - 1), tolerance) << seed << " " << choice->reason;
+    }
+  });
+  EXPECT_GE(chosen, 10);
+}
+
+TEST(RandomStacks, ABudgetEndsTheSearch) {
+  double time = 0;
+  const WorkBudget budget{3, [&] { return time += 0.5; }};
+  const auto choice = choose_level(random_stack(kFirstSeed), 1e-9, 10.0_kPa, budget);
+  ASSERT_FALSE(choice);
+  EXPECT_NE(choice.error().what.find("over the budget"), std::string::npos) << choice.error().what;
+}
+
+TEST(RandomStacks, AModulusOfNoSolidIsRefused) {
+  for (const double modulus_Pa : {0.0, 5e-324, 1e-310, 1e300, HUGE_VAL, std::nan("")}) {
+    Specimen s = random_stack(kFirstSeed);
+    s.materials.front().youngs_modulus_Pa = modulus_Pa;
+    EXPECT_FALSE(choose_level(s, 1e-2, 10.0_kPa)) << modulus_Pa;
+  }
+}
+
+// A soft block that folds over below the largest load: the estimate holds where that happens.
+TEST(RandomStacks, AnEstimateBeyondTheLastSolutionSaysWhereThatIs) {
+  Specimen s = random_stack(26);  // four soft-topped capacitors of 78 kPa
+  ErrorEstimator estimator(s);
+  LevelSettings settings;
+  settings.level = Level::fem_finite;
+  settings.mesh.refinement = 0;
+  const auto estimate = estimator.estimate(settings, Pressure::from_si(1e6));
+  ASSERT_TRUE(estimate) << estimate.error().what;
+  ASSERT_TRUE(estimate->lost_beyond);
+  EXPECT_LT(*estimate->lost_beyond, Pressure::from_si(1e6));
+  EXPECT_FALSE(estimator.delta_F(settings, Pressure::from_si(1e6)));
+  EXPECT_TRUE(estimator.delta_F(settings, *estimate->lost_beyond));
+}
+
+}  // namespace
+}  // namespace lcrig
