@@ -19,7 +19,7 @@ constexpr Duration kGrace = 300ms;
 constexpr double kLeastProgress = 0.1;  // of the way that the speed makes
 constexpr int kQuarters = 4;
 constexpr double kLeastDigit_m = 1e-10;  // below any drive's resolution: rounding
-constexpr double kCoarsestDigit_m = 25e-6;  // above any drive's: the way between two samples
+constexpr double kCoarsestDigit_m = 12e-6;  // above any drive's: the way between two samples
 constexpr double kOneDigit = 1.5;  // less than two digits of the travel are no way
 // A force that jumps while the frame stands: the medians of two short times, so far apart that no
 // knock lasts that long and no relaxation is that quick.

@@ -315,6 +315,8 @@ class Run final : private LoadFrame::Listener {
   bool finishing_ = false;
   bool stop_pending_ = false;
   bool over_ = false;
+  bool ending_ = false;  // stopped for the last time
+  std::optional<std::string> moves_again_;  // what was seen then
   bool standing_ = false;
   bool prepared_ = false;  // something may have been asked of the instruments
   std::uint64_t stands_ = 0, failed_stops_ = 0;

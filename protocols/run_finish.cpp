@@ -99,7 +99,13 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
     result.code = Errc::not_standing;
   }
   tell_hands_off(result, clears);
+  ending_ = true;
+  stop_pending_ = false;
   if (moves() && prepared_) co_await tell_load(result);
+  if (moves_again_ && standing_) {
+    co_await stop_frame();
+    fail_with(result, Errc::refused, *moves_again_ + "; it was stopped again");
+  }
   co_await sampler_.stop();
   if (!meter_away_) {
     auto safe = co_await setup_.lcr.make_safe();

@@ -103,6 +103,10 @@ void Run::judge_truth(const FrameSample& sample) {
   if (!plausible_) return;
   const auto no = plausible_->check(sample);
   if (stop_pending_) return;
+  if (ending_) {  // it was stopped, and nothing was asked since
+    if (no && no->disbelief == Disbelief::stillness) moves_again_ = no->why;
+    return;
+  }
   if (no) return disbelieve(*no);
   judge_fall(sample);
 }

@@ -28,7 +28,7 @@ const std::vector<Row>& rows() {
   static const Words kStop{"standstill", "STOP"};
   static const Words kNothing{};
   static const std::vector<Row> kRows{
-      {force_frozen, "force_frozen", Distrust::force, {"frozen"}},
+      {force_frozen, "force_frozen", Distrust::force, {"frozen", "does not follow"}},
       {force_held, "force_held", Distrust::force, kHeld},
       {force_gain, "force_gain", Distrust::force, kHeld},
       {force_reversed, "force_reversed", Distrust::force, kForce},
