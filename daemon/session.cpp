@@ -304,21 +304,10 @@ void Session::acknowledge(const Committed& c) {
   if (on_events_) on_events_(c.events);
 }
 
-// Of an interrupted run: what its samples said means nothing under another zero, not even under
-// its own, when it died before it could store that: somebody else may have set one, too.
 Result<> Session::compare_origin() const {
-  const auto& from = prepared_.continues;
-  if (!from || !from->point.origin || !commands_) return {};
-  const auto now = instruments_->frame().origin();
-  if (now == from->point.origin) return {};
-  const Step* step = step_at(prepared_.protocol, prepared_.environment, from->point.steps_done);
-  const bool own = step != nullptr && std::holds_alternative<ZeroStep>(step->action);
-  return fail(Errc::frame_fault,
-              "run {} cannot be continued: the zero of force or travel was lost or changed since "
-              "then (origin {}, then it was {}{}); whether its specimen is loaded is not known: "
-              "look at the rig, drive the frame away at the machine, begin a new run",
-              from->run, now.value_or("not stated"), *from->point.origin,
-              own ? "; it was interrupted while it zeroed" : "");
+  if (!prepared_.continues || !commands_) return {};
+  return compare_with_now(*prepared_.continues, prepared_.protocol, prepared_.environment,
+                          instruments_->frame().origin());
 }
 
 Task<Result<std::int64_t>> Session::open() {

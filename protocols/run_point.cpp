@@ -2,6 +2,7 @@
 #include "protocols/run_point.hpp"
 
 #include <nlohmann/json.hpp>
+#include <variant>
 
 #include "protocols/expand.hpp"
 
@@ -46,6 +47,20 @@ const Step* step_at(const Protocol& protocol, Environment environment, std::int6
   const Step* step = cursor.next();
   for (std::int64_t i = 0; i < steps_done && step != nullptr; ++i) step = cursor.next();
   return step;
+}
+
+Result<> compare_with_now(const Continuation& from, const Protocol& protocol,
+                          const Environment& environment,
+                          const std::optional<std::string>& origin) {
+  if (!from.point.origin || origin == from.point.origin) return {};
+  const Step* step = step_at(protocol, environment, from.point.steps_done);
+  const bool own = step != nullptr && std::holds_alternative<ZeroStep>(step->action);
+  return fail(Errc::frame_fault,
+              "run {} cannot be continued: the zero of force or travel was lost or changed since "
+              "then (origin {}, then it was {}{}); whether its specimen is loaded is not known: "
+              "look at the rig, drive the frame away at the machine, begin a new run",
+              from.run, origin.value_or("not stated"), *from.point.origin,
+              own ? "; it was interrupted while it zeroed" : "");
 }
 
 std::int64_t first_step_of(const Protocol& protocol, Environment environment,

@@ -44,6 +44,12 @@ struct Continuation {
 // `protocol`.
 const Step* step_at(const Protocol& protocol, Environment environment, std::int64_t steps_done);
 
+// What the samples of an interrupted run said means nothing under another zero (LoadFrame::origin),
+// not even under its own, when it died before it could store that: somebody else may have set one,
+// too. Errors: frame_fault.
+Result<> compare_with_now(const Continuation& from, const Protocol& protocol,
+                          const Environment& environment, const std::optional<std::string>& origin);
+
 // The step to begin at: the interrupted one, or, because a rod does not know what lies on it, the
 // `place_weight` before it.
 std::int64_t first_step_of(const Protocol& protocol, Environment environment,

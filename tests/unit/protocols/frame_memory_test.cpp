@@ -170,5 +170,23 @@ TEST(RunPoint, NamesTheStepThatItStandsAt) {
   EXPECT_EQ(step_at(frame, env, 1'000'000), nullptr);
 }
 
+TEST(RunPoint, IsRefusedUnderAnotherZeroAndSaysWhoseItMayBe) {
+  const auto frame = load_protocol("protocols/library/static-frame.json").value();
+  const auto env = bind_parameters(frame, {}).value();
+  Continuation from;
+  from.run = 7;
+  EXPECT_TRUE(compare_with_now(from, frame, env, "4")) << "its gateway could not say it";
+  from.point.origin = "3";
+  EXPECT_TRUE(compare_with_now(from, frame, env, "3"));
+  const auto zeroed = compare_with_now(from, frame, env, "4");
+  ASSERT_FALSE(zeroed);
+  EXPECT_NE(zeroed.error().what.find("interrupted while it zeroed"), std::string::npos);
+  from.point.steps_done = 5;
+  const auto later = compare_with_now(from, frame, env, std::nullopt);
+  ASSERT_FALSE(later);
+  EXPECT_EQ(later.error().code, Errc::frame_fault);
+  EXPECT_EQ(later.error().what.find("interrupted while it zeroed"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace lcrig
