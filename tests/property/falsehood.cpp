@@ -123,6 +123,8 @@ Falsehood draw_falsehood(Dice& dice, FrameLie what, const sim::RandomRig& rig) {
     f.n = dice.below(5);
     f.after_s = dice.even(0, 1) * dice.even(0, 3);
   }
+  // Against a contact that was measured, after the search and its steps back.
+  if (what == force_held || what == force_gain) f.n += 4 + dice.below(10);
   const double side = dice.below(2) == 0 ? -1 : 1;
   const double delay_s = dice.scale(0.2, 10);
   const bool passes = dice.below(4) == 0;
