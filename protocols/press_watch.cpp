@@ -29,11 +29,7 @@ constexpr int kSurely = 2;  // samples: one may be a spike
 }  // namespace
 
 void PressWatch::know(MonoTime now, double travel_m, double felt_N, double stiffness_N_m) {
-  Contact& c = contact_.emplace();
-  c.since = now;
-  c.travel_m = c.deepest_m = travel_m;
-  c.felt_N = c.there_N = felt_N;
-  c.stiffness_N_m = stiffness_N_m;
+  contact_.emplace(now, travel_m, felt_N, stiffness_N_m);
 }
 
 void PressWatch::begin(const Motion& motion, MonoTime now) {

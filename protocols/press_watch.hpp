@@ -40,11 +40,17 @@ class PressWatch {
 
  private:
   struct Contact {
-    Contact() = default;
+    Contact(MonoTime t, double x_m, double f_N, double k_N_m)
+        : since(t),
+          travel_m(x_m),
+          felt_N(f_N),
+          stiffness_N_m(k_N_m),
+          deepest_m(x_m),
+          there_N(f_N) {}
     MonoTime since;
-    double travel_m = 0, felt_N = 0, stiffness_N_m = 0;
-    double deepest_m = 0;  // of this run
-    double there_N = 0;  // the last force felt at that depth
+    double travel_m, felt_N, stiffness_N_m;
+    double deepest_m;  // of this run
+    double there_N;  // the last force felt at that depth
   };
   double least_N(MonoTime t, double travel_m, double doubt_m) const;
   double relaxed_N(MonoTime t) const;
