@@ -21,6 +21,7 @@ double weight_of(const RestNode& n) {
 Drift::Drift(std::vector<RestNode> nodes) : nodes_(std::move(nodes)) {
   if (nodes_.size() < 2) return;
   std::vector<LinePoint> points;
+  points.reserve(nodes_.size());
   for (const RestNode& n : nodes_) points.push_back({n.t_s, n.fF, weight_of(n)});
   const auto line = fit_line(points);
   if (!line) {

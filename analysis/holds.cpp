@@ -148,6 +148,7 @@ Series series_of(const Scene& scene, const Stretch& s, HoldResult& h) {
 
 void fit_log_time(const Series& s, HoldResult& h) {
   std::vector<LinePoint> points;
+  points.reserve(s.t_s.size());
   for (std::size_t i = 0; i < s.t_s.size(); ++i) {
     points.push_back({std::log10(s.t_s[i]), s.fF[i], 1});
   }

@@ -63,6 +63,7 @@ std::vector<LinePoint> means(const std::vector<RangePoint>& points) {
     g.y += p.at.weight / g.weight * (p.at.y - g.y);
   }
   std::vector<LinePoint> out;
+  out.reserve(groups.size());
   for (const auto& [key, g] : groups) out.push_back(g);
   std::sort(out.begin(), out.end(),
             [](const LinePoint& a, const LinePoint& b) { return a.x < b.x; });
@@ -178,6 +179,7 @@ void set_slope(const Scene& scene, const Input& in, const LineFit& line,
   SlopePart drift;
   if (!scatter->one_repeat && scene.drift.known()) {  // else the rests are in the scatter already
     std::vector<LinePoint> times;
+    times.reserve(in.points.size());
     for (const RangePoint& p : in.points) times.push_back({p.at.x, p.t_s, p.at.weight});
     const double s_per_kPa = fit_line(times)->slope;
     drift = {std::abs(s_per_kPa) * scene.drift.rate_se_fF_s() * (1 - scene.drift.followed()),

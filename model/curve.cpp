@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 namespace lcrig {
@@ -14,8 +15,10 @@ std::optional<std::vector<double>> split_numbers(std::string_view text, char sep
   while (true) {
     const auto end = std::min(text.find(separator), text.size());
     double value = 0;
-    const auto [stop, error] = std::from_chars(text.data(), text.data() + end, value);
-    if (error != std::errc() || stop != text.data() + end || !std::isfinite(value)) {
+    const std::string_view word = text.substr(0, end);
+    const char* last = std::to_address(word.end());
+    const auto [stop, error] = std::from_chars(std::to_address(word.begin()), last, value);
+    if (error != std::errc() || stop != last || !std::isfinite(value)) {
       return std::nullopt;
     }
     numbers.push_back(value);

@@ -45,6 +45,7 @@ Result<std::unique_ptr<FemFinite>> FemFinite::make(const Specimen& specimen,
 // is a worse start: the corner cells do not follow it.
 FemState FemFinite::guess(double pressure_Pa) const {
   std::vector<std::pair<double, const FemState*>> near;
+  near.reserve(known_.size());
   for (const auto& [p, state] : known_) {
     near.emplace_back(p, &state);
   }
@@ -143,7 +144,7 @@ Result<double> FemFinite::close_bracket(double true_Pa, Trial low, Trial high) {
   for (int i = 0; i < kMostSecants; ++i) {
     const double dead = (low.dead_Pa * high.error_Pa - high.dead_Pa * low.error_Pa) /
                         (high.error_Pa - low.error_Pa);
-    const auto found = true_of(dead);
+    auto found = true_of(dead);
     if (!found) {
       return found;
     }
@@ -169,7 +170,7 @@ Result<double> FemFinite::dead_of(double true_Pa) {
   }
   double low = 0, low_error = -true_Pa, high = true_Pa;
   for (int i = 0; i < kMostSecants; ++i) {
-    const auto found = true_of(high);
+    auto found = true_of(high);
     if (!found) {
       return found;
     }

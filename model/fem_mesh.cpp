@@ -74,6 +74,7 @@ std::size_t affordable_unknowns() {
 
 std::vector<double> even_edges(double a, double b, int n) {
   std::vector<double> x;
+  x.reserve(static_cast<std::size_t>(n) + 1);
   for (int i = 0; i < n; ++i) {
     x.push_back(a + (b - a) * i / n);
   }

@@ -43,7 +43,7 @@ FemSystem::FemSystem(const StackSpace& space, Kinematics kinematics)
   const int columns = space.cells_per_row();
   for (const auto& row : space.rows()) {
     for (int c = 0; c < columns; ++c) {
-      const auto left = static_cast<std::size_t>(2 * c);
+      const auto left = 2 * static_cast<std::size_t>(c);
       geometry_.push_back({space.radii()[left], space.radii()[left + 2], row.z0, row.z1});
       laws_.push_back(row.law);
       auto& eq = equations_.emplace_back();

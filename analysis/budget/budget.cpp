@@ -321,6 +321,7 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
 // Mean of chi-square over its degrees of freedom at the middles of equally likely parts.
 std::vector<double> mean_squares(int freedom) {
   std::vector<double> out;
+  out.reserve(kParts);
   for (int i = 0; i < kParts; ++i) {
     out.push_back(chi_squared_quantile((i + 0.5) / kParts, freedom) / freedom);
   }
@@ -360,6 +361,7 @@ Result<std::vector<Prediction>> predict_errors(const PlannedRun& run,
   const auto meter = meter_accuracy(run.meter, options.rig.meter, run.c0_F);
   if (!meter) return fail(meter.error());
   std::vector<Prediction> out;
+  out.reserve(options.ranges.size() + 1);
   for (const PressureRange& range : options.ranges) {
     out.push_back(predict_sensitivity(run, range, *meter, options));
   }
