@@ -26,7 +26,7 @@
 
 #include "base/log.hpp"
 #include "daemon/app.hpp"
-#include "daemon/latency.hpp"
+#include "daemon/record/latency.hpp"
 #include "drivers/fd_transport.hpp"
 #include "drivers/lcr6100/sim.hpp"
 #include "drivers/zwick/sim.hpp"

@@ -14,7 +14,7 @@
 
 #include "daemon/rehearse.hpp"
 #include "model/specimen_file.hpp"
-#include "protocols/parse.hpp"
+#include "protocols/file/parse.hpp"
 #include "storage/database.hpp"
 #include "tools/lcrig/planned_run.hpp"
 

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "daemon/recorder.hpp"
+#include "daemon/record/recorder.hpp"
 
 namespace lcrig {
 namespace {

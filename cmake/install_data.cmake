@@ -3,7 +3,7 @@ set(LCRIG_DATA_DIR ${CMAKE_INSTALL_DATADIR}/lcrig)
 install(DIRECTORY protocols/library/ DESTINATION ${LCRIG_DATA_DIR}/protocols
   FILES_MATCHING PATTERN "*.json")
 file(GLOB specimens CONFIGURE_DEPENDS model/library/*.json)
-file(GLOB benches CONFIGURE_DEPENDS daemon/benches/*.json)
+file(GLOB benches CONFIGURE_DEPENDS daemon/rig/benches/*.json)
 install(FILES ${specimens} DESTINATION ${LCRIG_DATA_DIR}/specimens)
 install(FILES ${benches} DESTINATION ${LCRIG_DATA_DIR}/benches)
 file(GLOB schemas CONFIGURE_DEPENDS schema/*.schema.json)

@@ -7,7 +7,7 @@
 
 #include "base/log.hpp"
 #include "protocols/expand.hpp"
-#include "protocols/parse.hpp"
+#include "protocols/file/parse.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 

@@ -10,11 +10,11 @@
 
 #include "base/clock.hpp"
 #include "daemon/config.hpp"
-#include "daemon/control.hpp"
-#include "daemon/control_handler.hpp"
-#include "daemon/instruments.hpp"
+#include "daemon/control/handler.hpp"
+#include "daemon/control/server.hpp"
 #include "daemon/liveness.hpp"
-#include "daemon/recorder.hpp"
+#include "daemon/record/recorder.hpp"
+#include "daemon/rig/instruments.hpp"
 #include "daemon/service.hpp"
 #include "daemon/session.hpp"
 

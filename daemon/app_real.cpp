@@ -3,7 +3,7 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <utility>
 
-#include "daemon/instruments.hpp"
+#include "daemon/rig/instruments.hpp"
 #include "drivers/dead_weight/driver.hpp"
 #include "drivers/port.hpp"
 #include "drivers/recording_transport.hpp"

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "daemon/instruments.hpp"
-#include "daemon/recording.hpp"
+#include "daemon/rig/instruments.hpp"
+#include "daemon/rig/recording.hpp"
 #include "drivers/dead_weight/driver.hpp"
 #include "drivers/dead_weight/sim.hpp"
 #include "drivers/fd_transport.hpp"

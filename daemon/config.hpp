@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/bench.hpp"
+#include "daemon/rig/bench.hpp"
 #include "drivers/load_frame.hpp"
 #include "drivers/registry.hpp"
 

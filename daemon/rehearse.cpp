@@ -6,8 +6,8 @@
 #include <exception>
 #include <utility>
 
+#include "daemon/rig/surroundings.hpp"
 #include "daemon/session.hpp"
-#include "daemon/surroundings.hpp"
 #include "drivers/faults/player.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/run_summary.hpp"

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "base/result.hpp"
-#include "protocols/run_sink.hpp"
+#include "protocols/run/sink.hpp"
 
 namespace lcrig {
 
@@ -57,7 +57,7 @@ struct BenchRequest {
   std::string specimen_name, specimen_text;  // empty: no estimates of the specimen
   bool weights = false;  // a rod with dead weights instead of the load frame
 };
-struct Rig;  // protocols/check.hpp
+struct Rig;  // protocols/plan/check.hpp
 Result<Rig> bench_rig(const BenchRequest& request);
 
 }  // namespace lcrig

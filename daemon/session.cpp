@@ -10,9 +10,9 @@
 #include "model/specimen_file.hpp"
 #include "model/specimen_stiffness.hpp"
 #include "protocols/expand.hpp"
-#include "protocols/parse.hpp"
-#include "protocols/rest.hpp"
-#include "protocols/rig_forecast.hpp"
+#include "protocols/file/parse.hpp"
+#include "protocols/plan/rig_forecast.hpp"
+#include "protocols/watch/rest.hpp"
 
 namespace lcrig {
 

@@ -9,13 +9,13 @@
 #include <string>
 
 #include "base/clock.hpp"
-#include "daemon/instruments.hpp"
-#include "daemon/recorder.hpp"
+#include "daemon/record/recorder.hpp"
+#include "daemon/rig/instruments.hpp"
 #include "model/specimen.hpp"
-#include "protocols/forecast.hpp"
-#include "protocols/plan.hpp"
+#include "protocols/plan/forecast.hpp"
+#include "protocols/plan/plan.hpp"
 #include "protocols/protocol.hpp"
-#include "protocols/run.hpp"
+#include "protocols/run/run.hpp"
 
 namespace lcrig {
 

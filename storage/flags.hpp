@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The bits of the `flags` columns and the words that exports show for them. Part of the schema:
-// bits are added, never reused. drivers/ has the same constants; daemon/recorder.cpp asserts it.
+// bits are added, never reused. drivers/ has the same constants; daemon/record/recorder.cpp asserts
+// it.
 #pragma once
 
 #include <array>

@@ -5,7 +5,7 @@
 #include <boost/asio/io_context.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/control_dispatch.hpp"
+#include "daemon/control/dispatch.hpp"
 #include "tests/fuzz/targets.hpp"
 
 namespace lcrig::fuzz {

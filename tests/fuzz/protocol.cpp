@@ -4,8 +4,8 @@
 
 #include "drivers/lcr6100/codec.hpp"
 #include "protocols/expand.hpp"
-#include "protocols/parse.hpp"
-#include "protocols/plan.hpp"
+#include "protocols/file/parse.hpp"
+#include "protocols/plan/plan.hpp"
 #include "tests/fuzz/targets.hpp"
 
 namespace lcrig::fuzz {

@@ -99,7 +99,7 @@ TEST(Analysis, ReadingsUnderAMovingForceLieOnTheSpecimensCurve) {
   request.db_path = dir.file("r.db");
   request.protocol_text =
       with(library("dynamic-cycles"), R"("aperture": "fast")", R"("aperture": "medium")");
-  request.bench_text = with(read_text_file("daemon/benches/paper.json").value(),
+  request.bench_text = with(read_text_file("daemon/rig/benches/paper.json").value(),
                             R"("noise_medium_fF": 44)", R"("noise_medium_fF": 0.001)");
   request.bench_text =
       with(request.bench_text, R"("force_noise_mN": 0.5)", R"("force_noise_mN": 0.05)");

@@ -7,7 +7,7 @@
 #include <boost/asio/detached.hpp>
 #include <nlohmann/json.hpp>
 
-#include "daemon/bench_door.hpp"
+#include "daemon/rig/bench_door.hpp"
 #include "drivers/zwick/sim.hpp"
 #include "model/plant.hpp"
 #include "tests/support/protocol_text.hpp"

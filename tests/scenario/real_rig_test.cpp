@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "daemon/bench_door.hpp"
+#include "daemon/rig/bench_door.hpp"
 #include "drivers/zwick/sim.hpp"
 #include "tests/support/daemon_world.hpp"
 #include "tests/support/protocol_text.hpp"

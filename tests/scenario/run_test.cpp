@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "daemon/bench_door.hpp"
+#include "daemon/rig/bench_door.hpp"
 #include "drivers/zwick/sim.hpp"
 #include "storage/chain.hpp"
 #include "storage/run_summary.hpp"

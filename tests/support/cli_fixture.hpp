@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "daemon/rehearse.hpp"
-#include "protocols/check.hpp"
+#include "protocols/plan/check.hpp"
 #include "tests/support/temp_dir.hpp"
 #include "tools/lcrig/command.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/control_handler.hpp"
+#include "daemon/control/handler.hpp"
 
 namespace lcrig::support {
 

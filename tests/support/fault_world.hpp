@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/database.hpp"
-#include "daemon/surroundings.hpp"
+#include "daemon/record/database.hpp"
+#include "daemon/rig/surroundings.hpp"
 #include "drivers/faults/player.hpp"
 #include "drivers/lcr6100/sim.hpp"
 #include "drivers/zwick/sim.hpp"

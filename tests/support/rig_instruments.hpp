@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/instruments.hpp"
+#include "daemon/rig/instruments.hpp"
 #include "drivers/dead_weight/sim.hpp"
 #include "drivers/lcr6100/driver.hpp"
 #include "drivers/lcr6100/sim.hpp"

@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/rig/surroundings.hpp"
 #include "daemon/session.hpp"
-#include "daemon/surroundings.hpp"
 #include "drivers/faults/player.hpp"
 #include "drivers/memory_pipe.hpp"
 #include "storage/database.hpp"

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/log.hpp"
-#include "daemon/bench.hpp"
+#include "daemon/rig/bench.hpp"
 #include "drivers/faults/player.hpp"
 #include "model/bench_world.hpp"
 #include "model/specimen_file.hpp"

@@ -7,7 +7,7 @@
 #include "daemon/rehearse.hpp"
 #include "model/specimen_file.hpp"
 #include "protocols/expand.hpp"
-#include "protocols/parse.hpp"
+#include "protocols/file/parse.hpp"
 #include "tools/lcrig/budget_search.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"

@@ -6,8 +6,8 @@
 
 #include "daemon/rehearse.hpp"
 #include "protocols/expand.hpp"
-#include "protocols/parse.hpp"
-#include "protocols/plan.hpp"
+#include "protocols/file/parse.hpp"
+#include "protocols/plan/plan.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/plan_text.hpp"

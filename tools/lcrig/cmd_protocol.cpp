@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
-#include "protocols/parse.hpp"
+#include "protocols/file/parse.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/print_json.hpp"

@@ -10,7 +10,7 @@
 #include <variant>
 
 #include "base/clock.hpp"
-#include "daemon/control_messages.hpp"
+#include "daemon/control/messages.hpp"
 #include "tools/lcrig/exit_code.hpp"
 
 namespace lcrig::cli {

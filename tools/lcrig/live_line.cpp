@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "daemon/control_messages.hpp"
+#include "daemon/control/messages.hpp"
 
 namespace lcrig::cli {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "base/clock.hpp"
-#include "protocols/run_sink.hpp"
+#include "protocols/run/sink.hpp"
 #include "tools/lcrig/console.hpp"
 
 namespace lcrig::cli {

@@ -7,7 +7,7 @@
 
 #include "analysis/budget/budget.hpp"
 #include "model/specimen.hpp"
-#include "protocols/plan.hpp"
+#include "protocols/plan/plan.hpp"
 
 namespace lcrig::cli {
 

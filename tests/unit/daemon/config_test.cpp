@@ -38,7 +38,7 @@ TEST(ConfigCorpus, EveryGoodFileIsAccepted) {
 }
 
 TEST(Bench, TheShippedOneIsRead) {
-  const auto text = read_text_file("daemon/benches/paper.json");
+  const auto text = read_text_file("daemon/rig/benches/paper.json");
   ASSERT_TRUE(text) << text.error().what;
   const auto b = parse_bench(*text, "paper.json");
   ASSERT_TRUE(b) << b.error().what;

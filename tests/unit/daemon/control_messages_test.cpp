@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/decimal.hpp"
-#include "daemon/control_messages.hpp"
+#include "daemon/control/messages.hpp"
 
 namespace lcrig {
 namespace {

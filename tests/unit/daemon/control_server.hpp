@@ -14,7 +14,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "daemon/control.hpp"
+#include "daemon/control/server.hpp"
 #include "tests/support/control_fixture.hpp"
 #include "tests/support/run_task.hpp"
 #include "tests/support/temp_dir.hpp"

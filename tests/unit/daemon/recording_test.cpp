@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/recording.hpp"
+#include "daemon/rig/recording.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "protocols/parse.hpp"
+#include "protocols/file/parse.hpp"
 #include "tests/support/corpus.hpp"
 
 namespace lcrig {

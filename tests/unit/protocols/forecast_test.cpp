@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/forecast.hpp"
+#include "protocols/plan/forecast.hpp"
 
 #include <gtest/gtest.h>
 

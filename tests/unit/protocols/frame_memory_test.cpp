@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/frame_memory.hpp"
+#include "protocols/run/frame_memory.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
 
-#include "protocols/parse.hpp"
-#include "protocols/run_point.hpp"
+#include "protocols/file/parse.hpp"
+#include "protocols/run/point.hpp"
 
 namespace lcrig {
 namespace {

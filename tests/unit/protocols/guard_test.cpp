@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/guard.hpp"
+#include "protocols/watch/guard.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 
-#include "protocols/parse.hpp"
-#include "protocols/run.hpp"
+#include "protocols/file/parse.hpp"
+#include "protocols/run/run.hpp"
 #include "tests/support/run_task.hpp"
 
 namespace lcrig {

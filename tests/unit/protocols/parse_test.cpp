@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/parse.hpp"
+#include "protocols/file/parse.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "protocols/parse.hpp"
-#include "protocols/plan.hpp"
+#include "protocols/file/parse.hpp"
+#include "protocols/plan/plan.hpp"
 
 namespace lcrig {
 

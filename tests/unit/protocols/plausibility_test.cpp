@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/plausibility.hpp"
+#include "protocols/watch/plausibility.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Specimens of several kinds, pressed by arithmetic of their own, and cells that do not show it.
-#include "protocols/press_watch.hpp"
+#include "protocols/watch/press_watch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/pressing.hpp"
+#include "protocols/watch/pressing.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/rest.hpp"
+#include "protocols/watch/rest.hpp"
 
 #include <gtest/gtest.h>
 

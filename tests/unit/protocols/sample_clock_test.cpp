@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/sample_clock.hpp"
+#include "protocols/run/sample_clock.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <csignal>
 #include <random>
 
-#include "daemon/recorder.hpp"
+#include "daemon/record/recorder.hpp"
 #include "tests/support/run_task.hpp"
 #include "tests/support/temp_dir.hpp"
 

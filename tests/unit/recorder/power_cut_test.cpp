@@ -5,8 +5,8 @@
 
 #include <random>
 
-#include "daemon/batch.hpp"
-#include "daemon/database.hpp"
+#include "daemon/record/batch.hpp"
+#include "daemon/record/database.hpp"
 #include "storage/chain.hpp"
 #include "storage/runs.hpp"
 #include "tests/support/power_cut_vfs.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/recorder.hpp"
+#include "daemon/record/recorder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "daemon/control.hpp"
+#include "daemon/control/server.hpp"
 #include "tests/support/cli_fixture.hpp"
 #include "tests/support/control_fixture.hpp"
 

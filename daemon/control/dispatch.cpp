@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control/dispatch.hpp"
+
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "base/text.hpp"
+#include "daemon/control/limits.hpp"
+#include "daemon/control/params.hpp"
+
+namespace lcrig {
+
+using nlohmann::json;
+
+ControlCall::ControlCall()
+    : id(std::make_unique<json>()), params(std::make_unique<json>(json::object())) {}
+ControlCall::~ControlCall() = default;
+ControlCall::ControlCall(ControlCall&&) noexcept = default;
+ControlCall& ControlCall::operator=(ControlCall&&) noexcept = default;
+
+namespace {
+
+using Answer = Task<Result<json>>;
+
+Result<json> nothing_or(const Result<>& done) {
+  if (!done) return fail(done.error());
+  return json::object();
+}
+
+// The members of a method that takes none.
+Result<> no_params(const json& params) {
+  ParamsReader in(params, "/params");
+  in.refuse_unknown();
+  return in.finish();
+}
+
+Result<std::string> one_text(const json& params, const char* key, bool required, std::size_t most) {
+  std::string out;
+  ParamsReader in(params, "/params");
+  in.text(key, out, required, most);
+  in.refuse_unknown();
+  if (auto done = in.finish(); !done) return fail(done.error());
+  return out;
+}
+
+Answer on_status(ControlHandler& handler, json params, PeerCredentials) {
+  if (auto ok = no_params(params); !ok) co_return fail(ok.error());
+  co_return to_json(handler.status());
+}
+
+Answer on_version(ControlHandler& handler, json params, PeerCredentials) {
+  if (auto ok = no_params(params); !ok) co_return fail(ok.error());
+  json out = json::object();
+  out["version"] = handler.status().version;
+  co_return out;
+}
+
+Answer on_start(ControlHandler& handler, json params, PeerCredentials peer) {
+  auto request = parse_start_run(params);
+  if (!request) co_return fail(request.error());
+  if (request->operator_name.empty()) request->operator_name = peer.user;
+  auto started = co_await handler.start_run(std::move(*request), std::move(peer));
+  if (!started) co_return fail(started.error());
+  json out = json::object();
+  out["run"] = started->run;
+  co_return out;
+}
+
+Answer on_plan(ControlHandler& handler, json params, PeerCredentials peer) {
+  auto request = parse_start_run(params);
+  if (!request) co_return fail(request.error());
+  auto plan = co_await handler.plan_run(std::move(*request), std::move(peer));
+  if (!plan) co_return fail(plan.error());
+  co_return json::parse(*plan);
+}
+
+Answer on_ask(ControlHandler& handler, json params, PeerCredentials peer) {
+  if (auto ok = no_params(params); !ok) co_return fail(ok.error());
+  auto asked = co_await handler.ask_instruments(std::move(peer));
+  if (!asked) co_return fail(asked.error());
+  co_return to_json(handler.status());
+}
+
+Answer on_pause(ControlHandler& handler, json params, PeerCredentials peer) {
+  if (auto ok = no_params(params); !ok) co_return fail(ok.error());
+  auto done = co_await handler.pause(std::move(peer));
+  co_return nothing_or(done);
+}
+
+Answer on_resume(ControlHandler& handler, json params, PeerCredentials peer) {
+  std::int64_t run = 0;
+  ParamsReader in(params, "/params");
+  const bool given = in.member("run") != nullptr;
+  if (given) in.integer("run", run);
+  bool confirmed = false;
+  in.boolean("confirm_specimen", confirmed);
+  in.refuse_unknown();
+  if (auto ok = in.finish(); !ok) co_return fail(ok.error());
+  std::optional<std::int64_t> which;
+  if (given) which = run;
+  auto going = co_await handler.resume(which, confirmed, std::move(peer));
+  if (!going) co_return fail(going.error());
+  json out = json::object();
+  out["run"] = going->run;
+  co_return out;
+}
+
+Answer on_abort(ControlHandler& handler, json params, PeerCredentials peer) {
+  auto why = one_text(params, "why", false, kWhyMax);
+  if (!why) co_return fail(why.error());
+  auto done = co_await handler.abort(std::move(*why), std::move(peer));
+  if (!done) co_return fail(done.error());
+  co_return to_json(*done);
+}
+
+Answer on_freeze(ControlHandler& handler, json params, PeerCredentials peer) {
+  auto why = one_text(params, "why", false, kWhyMax);
+  if (!why) co_return fail(why.error());
+  auto done = co_await handler.freeze(std::move(*why), std::move(peer));
+  if (!done) co_return fail(done.error());
+  co_return to_json(*done);
+}
+
+Answer on_confirm(ControlHandler& handler, json params, PeerCredentials peer) {
+  if (auto ok = no_params(params); !ok) co_return fail(ok.error());
+  auto done = co_await handler.confirm(std::move(peer));
+  co_return nothing_or(done);
+}
+
+Answer on_add_specimen(ControlHandler& handler, json params, PeerCredentials peer) {
+  auto text = one_text(params, "text", true, kControlLineLimit);
+  if (!text) co_return fail(text.error());
+  auto name = co_await handler.add_specimen(std::move(*text), std::move(peer));
+  if (!name) co_return fail(name.error());
+  json out = json::object();
+  out["name"] = *name;
+  co_return out;
+}
+
+struct Method {
+  std::string_view name;
+  Answer (*run)(ControlHandler&, json, PeerCredentials);
+};
+constexpr std::array<Method, 12> kMethods{{{"status", on_status},
+                                           {"watch", on_status},  // the session subscribes
+                                           {"version", on_version},
+                                           {"run.start", on_start},
+                                           {"run.plan", on_plan},
+                                           {"instruments.ask", on_ask},
+                                           {"run.pause", on_pause},
+                                           {"run.resume", on_resume},
+                                           {"run.abort", on_abort},
+                                           {"run.freeze", on_freeze},
+                                           {"run.confirm", on_confirm},
+                                           {"specimen.add", on_add_specimen}}};
+
+const Method* find_method(std::string_view name) {
+  for (const auto& method : kMethods) {
+    if (method.name == name) return &method;
+  }
+  return nullptr;
+}
+
+std::string method_names() {
+  std::string out;
+  for (const auto& method : kMethods) {
+    if (!out.empty()) out += ", ";
+    out += method.name;
+  }
+  return out;
+}
+
+std::string refuse(const json& id, const std::string& why) {
+  return error_line(id, RpcError(rpc_code::kInvalidRequest, why,
+                                 "one JSON-RPC 2.0 request per line; see docs/control.md"));
+}
+
+// JSON-RPC allows null as an id but calls it a bad idea; we answer nobody we cannot name.
+tl::expected<ControlCall, std::string> call_of(json&& message) {
+  if (message.is_array()) return tl::unexpected(refuse(nullptr, "batches are not supported"));
+  if (!message.is_object()) return tl::unexpected(refuse(nullptr, "a request is a JSON object"));
+  ControlCall call;
+  if (const auto id = message.find("id"); id != message.end()) {
+    if (!id->is_string() && !id->is_number()) {
+      return tl::unexpected(refuse(nullptr, "/id: expected a string or a number"));
+    }
+    *call.id = *id;
+    call.wants_answer = true;
+  }
+  const auto version = message.find("jsonrpc");
+  if (version == message.end() || *version != "2.0") {
+    return tl::unexpected(refuse(*call.id, "/jsonrpc: expected \"2.0\""));
+  }
+  const auto method = message.find("method");
+  if (method == message.end() || !method->is_string()) {
+    return tl::unexpected(refuse(*call.id, "/method: expected a string"));
+  }
+  call.method = method->get<std::string>();
+  if (const auto params = message.find("params"); params != message.end()) {
+    *call.params = std::move(*params);
+  }
+  return call;
+}
+
+std::string line_of_answer(const json& id, const Result<json>& answer) {
+  if (answer) return answer_line(id, *answer);
+  RpcError error = rpc_error_of(answer.error());
+  // A request that names its own member is a parameter error of JSON-RPC.
+  if (error.message.starts_with("/params")) error.code = rpc_code::kInvalidParams;
+  return error_line(id, error);
+}
+
+}  // namespace
+
+tl::expected<ControlCall, std::string> parse_control_call(std::string_view line) {
+  if (const auto why = refuse_structure(line)) return tl::unexpected(refuse(nullptr, *why));
+  try {
+    return call_of(json::parse(line));
+  } catch (const json::parse_error& e) {
+    return tl::unexpected(
+        error_line(nullptr, RpcError(rpc_code::kParseError,
+                                     fmt::format("not JSON: error at byte {} of the line", e.byte),
+                                     "one JSON-RPC 2.0 request per line; see docs/control.md")));
+  } catch (const json::exception& e) {  // a number out of range
+    return tl::unexpected(error_line(
+        nullptr,
+        RpcError(rpc_code::kParseError, fmt::format("not JSON: {}", printable(e.what(), 200)),
+                 "see docs/control.md")));
+  }
+}
+
+Task<std::optional<std::string>> answer_control_call(ControlHandler& handler, ControlCall call,
+                                                     PeerCredentials peer) {
+  const Method* method = find_method(call.method);
+  std::string line;
+  if (method == nullptr) {
+    line = error_line(*call.id,
+                      RpcError(rpc_code::kMethodNotFound,
+                               fmt::format("unknown method '{}'", printable(call.method, 60)),
+                               "methods: " + method_names()));
+  } else {
+    auto answer = co_await method->run(handler, std::move(*call.params), std::move(peer));
+    line = line_of_answer(*call.id, answer);
+  }
+  if (!call.wants_answer) co_return std::nullopt;
+  co_return line;
+}
+
+}  // namespace lcrig

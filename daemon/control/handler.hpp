@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the control socket asks of the daemon. App implements it; called on the io_context thread.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "base/clock.hpp"
+#include "base/result.hpp"
+#include "daemon/control/messages.hpp"
+
+namespace lcrig {
+
+// Calls of several clients, and several of one client, may overlap: a stop is never queued behind
+// a start that is still preparing. A task is not cancelled when its client goes away.
+class ControlHandler {
+ public:
+  virtual ~ControlHandler() = default;
+  // Returns when the run row exists and the run goes on by itself. Errors: busy, invalid_request
+  // (protocol, parameters, specimen), whatever the instruments said.
+  virtual Task<Result<RunStarted>> start_run(StartRunRequest request, PeerCredentials peer) = 0;
+  virtual Task<Result<>> pause(PeerCredentials peer) = 0;
+  // Goes on after a pause, or (with `run`) continues an interrupted run at its step, in a new run:
+  // `confirmed` says that a person found the specimen untouched; without it the run asks first.
+  // Returns the run that goes on.
+  virtual Task<Result<RunStarted>> resume(std::optional<std::int64_t> run, bool confirmed,
+                                          PeerCredentials peer) = 0;
+  // Return when the frame confirmed standstill after this request, or when it is known what happens
+  // instead: `finally` goes on, a run that was being prepared does not begin. Errors: not_standing.
+  virtual Task<Result<StopAnswer>> abort(std::string why, PeerCredentials peer) = 0;
+  virtual Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials peer) = 0;
+  // What a start with the same request would do on this rig: looks, and commands nothing. A plan as
+  // JSON. Errors: as start_run.
+  virtual Task<Result<std::string>> plan_run(StartRunRequest request, PeerCredentials peer) = 0;
+  // Asks both instruments who they are; nothing at the frame changes. Errors: busy.
+  virtual Task<Result<>> ask_instruments(PeerCredentials peer) = 0;
+  virtual Task<Result<>> confirm(PeerCredentials peer) = 0;
+  // Stores a specimen; returns its name. Errors: invalid_request with the JSON pointer.
+  virtual Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) = 0;
+  virtual DaemonStatus status() const = 0;
+};
+
+}  // namespace lcrig

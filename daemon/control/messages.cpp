@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control/messages.hpp"
+
+#include "base/decimal.hpp"
+#include "base/text.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "daemon/control/params.hpp"
+
+namespace lcrig {
+
+using nlohmann::json;
+
+namespace {
+
+struct StateName {
+  RunState state;
+  std::string_view word;
+};
+constexpr std::array<StateName, 7> kStates{
+    {{RunState::preparing, "preparing"},
+     {RunState::running, "running"},
+     {RunState::paused, "paused"},
+     {RunState::waiting_for_operator, "waiting_for_operator"},
+     {RunState::waiting_for_instrument, "waiting_for_instrument"},
+     {RunState::finishing, "finishing"},
+     {RunState::ended, "ended"}}};
+
+struct ErrcRow {
+  Errc errc;
+  int code;
+  std::string_view hint;
+};
+constexpr std::array<ErrcRow, 14> kErrcs{{
+    {Errc::no_reply, -32001, "check cable, power and the instrument's port choice; lcrig status"},
+    {Errc::reply_cut_off, -32002, "check the cable; lcrig status"},
+    {Errc::garbled, -32003, "check that the right instrument is on this port; lcrig status"},
+    {Errc::refused, -32004, "the instrument did not take it: change the protocol's settings"},
+    {Errc::unsupported, -32011, "this instrument cannot do that: use another one"},
+    {Errc::not_standing, -32012, "standstill not confirmed: use the E-stop, then look at the rig"},
+    {Errc::frame_fault, -32013, "look at the frame, clear its fault, unload it by hand, run again"},
+    {Errc::disconnected, -32005, "plug the instrument in again; lcrig status"},
+    {Errc::busy, -32006, "lcrig status shows what is going on; lcrig abort ends it"},
+    {Errc::limit_tripped, -32007, "a limit was reached: check specimen and limits, then run again"},
+    {Errc::invalid_request, -32008, "correct the request; lcrig protocol check FILE"},
+    {Errc::aborted, -32009, "it was stopped; start it again with lcrig run"},
+    {Errc::io, -32010, "the operating system refused; the message says what and why"},
+    {Errc::bug, -32603, "a fault of this program: report it with the wire log"},
+}};
+
+const ErrcRow& row_of(Errc errc) {
+  for (const auto& row : kErrcs) {
+    if (row.errc == errc) return row;
+  }
+  return kErrcs.back();
+}
+
+std::optional<Errc> errc_of_word(std::string_view word) {
+  for (const auto& row : kErrcs) {
+    if (to_string(row.errc) == word) return row.errc;
+  }
+  return std::nullopt;
+}
+
+json optional_number(const std::optional<double>& value, int power) {
+  if (!value) return nullptr;
+  return shift_decimal(*value, power);
+}
+
+// Replaces bytes that are no UTF-8 (a file name, an instrument's words) instead of throwing.
+std::string line_of(const json& message) {
+  return message.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+std::string_view state_word(RunState state) {
+  return kStates.at(static_cast<std::size_t>(state)).word;
+}
+
+int rpc_code_of(Errc code) {
+  return row_of(code).code;
+}
+
+RpcError rpc_error_of(const Error& error) {
+  const auto& row = row_of(error.code);
+  constexpr std::size_t kLongest = 4000;  // it may quote a file or an instrument
+  RpcError out(row.code, printable(error.what, kLongest), std::string(row.hint));
+  out.errc = error.code;
+  return out;
+}
+
+json to_json(const RunStatus& s) {
+  return json{{"run", s.run},
+              {"protocol", s.protocol},
+              {"specimen", s.specimen},
+              {"state", state_word(s.state)},
+              {"step", s.step_id},
+              {"step_kind", s.step_kind},
+              {"prompt", s.prompt},
+              {"repeat", s.repeat},
+              {"repeats", s.repeats},
+              {"elapsed_s", s.elapsed_s},
+              {"planned_s", s.planned_s},
+              {"lcr_readings", s.lcr_readings},
+              {"measure_readings", s.measure_readings},
+              {"frame_samples", s.frame_samples},
+              {"capacitance_pF", optional_number(s.capacitance_F, 12)},
+              {"secondary", optional_number(s.secondary, 0)},
+              {"force_N", optional_number(s.force_N, 0)},
+              {"travel_mm", optional_number(s.travel_m, 3)},
+              {"gap_mm", optional_number(s.gap_m, 3)},
+              {"pressure_kPa", optional_number(s.pressure_Pa, -3)}};
+}
+
+namespace {
+void read_state(ParamsReader& in, RunState& out) {
+  std::string word;
+  in.text("state", word, true);
+  for (const auto& row : kStates) {
+    if (row.word != word) continue;
+    out = row.state;
+    return;
+  }
+  in.fail_with(Error(Errc::garbled, fmt::format("{}: unknown state", in.pointer("state"))));
+}
+}  // namespace
+
+Result<RunStatus> parse_run_status(const json& value) {
+  RunStatus s;
+  ParamsReader in(value, "");
+  in.integer("run", s.run, true);
+  in.text("protocol", s.protocol);
+  in.text("specimen", s.specimen);
+  read_state(in, s.state);
+  in.text("step", s.step_id);
+  in.text("step_kind", s.step_kind);
+  in.text("prompt", s.prompt);
+  in.integer("repeat", s.repeat);
+  in.integer("repeats", s.repeats);
+  in.number("elapsed_s", s.elapsed_s);
+  in.number("planned_s", s.planned_s);
+  in.integer("lcr_readings", s.lcr_readings);
+  in.integer("measure_readings", s.measure_readings);
+  in.integer("frame_samples", s.frame_samples);
+  in.quantity("capacitance_pF", s.capacitance_F, -12);
+  in.quantity("secondary", s.secondary, 0);
+  in.quantity("force_N", s.force_N, 0);
+  in.quantity("travel_mm", s.travel_m, -3);
+  in.quantity("gap_mm", s.gap_m, -3);
+  in.quantity("pressure_kPa", s.pressure_Pa, 3);
+  if (auto done = in.finish(); !done) return fail(done.error());
+  return s;
+}
+
+json to_json(const StopAnswer& a) {
+  return {{"standing", a.standing}, {"state", a.state}, {"note", a.note}};
+}
+
+json to_json(const RunEnded& e) {
+  json code = nullptr;
+  if (e.code) code = to_string(*e.code);
+  return json{{"run", e.run},
+              {"exit_status", e.exit_status},
+              {"code", std::move(code)},
+              {"reason", e.reason},
+              {"lcr_readings", e.lcr_readings},
+              {"measure_readings", e.measure_readings},
+              {"frame_samples", e.frame_samples},
+              {"duration_s", e.duration_s},
+              {"wall_s", e.wall_s}};
+}
+
+Result<RunEnded> parse_run_ended(const json& value) {
+  RunEnded e;
+  ParamsReader in(value, "");
+  in.integer("run", e.run, true);
+  in.text("exit_status", e.exit_status, true);
+  if (const auto* code = in.member("code")) {
+    e.code = code->is_string() ? errc_of_word(code->get<std::string>()) : std::nullopt;
+    if (!e.code) in.fail_with(Error(Errc::garbled, "/code: unknown code"));
+  }
+  in.text("reason", e.reason);
+  in.integer("lcr_readings", e.lcr_readings);
+  in.integer("measure_readings", e.measure_readings);
+  in.integer("frame_samples", e.frame_samples);
+  in.number("duration_s", e.duration_s);
+  in.number("wall_s", e.wall_s);
+  if (auto done = in.finish(); !done) return fail(done.error());
+  return e;
+}
+
+json to_json(const RunEventNote& n) {
+  return json{{"run", n.run},
+              {"t_mono_ns", n.event.t.time_since_epoch().count()},
+              {"kind", n.event.kind},
+              {"step", n.event.step_id},
+              {"detail", n.event.detail}};
+}
+
+Result<RunEventNote> parse_run_event(const json& value) {
+  RunEventNote n;
+  std::int64_t t = 0;
+  ParamsReader in(value, "");
+  in.integer("run", n.run, true);
+  in.integer("t_mono_ns", t);
+  in.text("kind", n.event.kind, true);
+  in.text("step", n.event.step_id);
+  in.text("detail", n.event.detail);
+  if (auto done = in.finish(); !done) return fail(done.error());
+  n.event.t = MonoTime(Duration(t));
+  return n;
+}
+
+json to_json(const DaemonStatus& s) {
+  json instruments = json::array();
+  for (const auto& i : s.instruments) {
+    instruments.push_back(
+        json{{"name", i.name}, {"port", i.port}, {"state", i.state}, {"identity", i.identity}});
+  }
+  json out{{"version", s.version}, {"database", s.database}};
+  out["instruments"] = std::move(instruments);
+  out["run"] = s.run ? to_json(*s.run) : json(nullptr);
+  out["last_run"] = s.last_run ? to_json(*s.last_run) : json(nullptr);
+  return out;
+}
+
+namespace {
+Result<std::vector<InstrumentState>> parse_instruments(const json& list) {
+  if (!list.is_array()) return fail(Errc::garbled, "/instruments: expected an array");
+  std::vector<InstrumentState> out;
+  for (const auto& item : list) {
+    InstrumentState state;
+    ParamsReader in(item, "/instruments/" + std::to_string(out.size()));
+    in.text("name", state.name, true);
+    in.text("port", state.port);
+    in.text("state", state.state);
+    in.text("identity", state.identity);
+    if (auto done = in.finish(); !done) return fail(done.error());
+    out.push_back(std::move(state));
+  }
+  return out;
+}
+}  // namespace
+
+Result<DaemonStatus> parse_daemon_status(const json& value) {
+  DaemonStatus s;
+  ParamsReader in(value, "");
+  in.text("version", s.version, true);
+  in.text("database", s.database);
+  if (const auto* list = in.member("instruments")) {
+    auto instruments = parse_instruments(*list);
+    if (!instruments) return fail(instruments.error());
+    s.instruments = std::move(*instruments);
+  }
+  if (const auto* run = in.member("run")) {
+    auto status = parse_run_status(*run);
+    if (!status) return fail(status.error());
+    s.run = std::move(*status);
+  }
+  if (const auto* last = in.member("last_run")) {
+    auto ended = parse_run_ended(*last);
+    if (!ended) return fail(ended.error());
+    s.last_run = std::move(*ended);
+  }
+  if (auto done = in.finish(); !done) return fail(done.error());
+  return s;
+}
+
+json to_json(const StartRunRequest& r) {
+  json out{{"protocol", r.protocol}, {"parameters", r.parameters}, {"specimen", r.specimen}};
+  if (!r.protocol_text.empty()) out["protocol_text"] = r.protocol_text;
+  if (!r.specimen_text.empty()) out["specimen_text"] = r.specimen_text;
+  if (!r.operator_name.empty()) out["operator"] = r.operator_name;
+  if (!r.note.empty()) out["note"] = r.note;
+  return out;
+}
+
+Result<StartRunRequest> parse_start_run(const json& params) {
+  StartRunRequest r;
+  ParamsReader in(params, "/params");
+  in.text("protocol", r.protocol, true, kNameMax);
+  in.text("protocol_text", r.protocol_text);
+  in.numbers("parameters", r.parameters);
+  in.text("specimen", r.specimen, true, kNameMax);
+  in.text("specimen_text", r.specimen_text);
+  in.text("operator", r.operator_name, false, kNameMax);
+  in.text("note", r.note, false, kNoteMax);
+  in.refuse_unknown();
+  if (auto done = in.finish(); !done) return fail(done.error());
+  return r;
+}
+
+std::string request_line(std::int64_t id, std::string_view method, const json& params) {
+  json message{{"jsonrpc", "2.0"}, {"id", id}, {"method", method}};
+  if (!params.is_null()) message["params"] = params;
+  return line_of(message);
+}
+
+std::string answer_line(const json& id, const json& result) {
+  return line_of(json{{"jsonrpc", "2.0"}, {"id", id}, {"result", result}});
+}
+
+std::string error_line(const json& id, const RpcError& error) {
+  const json data{{"errc", to_string(error.errc)}, {"hint", error.hint}};
+  json body{{"code", error.code}, {"message", error.message}};
+  body["data"] = data;
+  json message{{"jsonrpc", "2.0"}, {"id", id}};
+  message["error"] = std::move(body);
+  return line_of(message);
+}
+
+std::string notification_line(std::string_view method, const json& params) {
+  return line_of(json{{"jsonrpc", "2.0"}, {"method", method}, {"params", params}});
+}
+
+}  // namespace lcrig

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// What travels over the control socket: JSON-RPC 2.0, one message per line. docs/control.md is the
+// contract. Plain structs here (SI inside), lab units on the wire.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.hpp"
+#include "protocols/run/sink.hpp"
+
+namespace lcrig {
+
+constexpr std::size_t kControlLineLimit = std::size_t{1} << 20U;  // bytes, without the newline
+
+// Who is at the other end (SO_PEERCRED). `user` is the name of `uid`, or its number.
+struct PeerCredentials {
+  PeerCredentials() = default;
+  std::uint32_t uid = 0;
+  std::int32_t pid = 0;
+  std::string user;
+};
+
+struct StartRunRequest {
+  StartRunRequest() = default;
+  std::string protocol;  // name, for messages and the run row
+  std::string protocol_text;  // empty: the daemon looks `protocol` up in its library
+  std::map<std::string, std::string> parameters;  // as typed, in the unit of the name's suffix
+  std::string specimen;
+  std::string specimen_text;  // empty: the daemon looks `specimen` up
+  std::string operator_name;  // empty: the peer's user name
+  std::string note;
+};
+
+struct RunStarted {
+  RunStarted() = default;
+  std::int64_t run = 0;
+};
+
+// What came of an abort or a freeze.
+struct StopAnswer {
+  StopAnswer() = default;
+  StopAnswer(bool s, std::string st, std::string n)
+      : standing(s), state(std::move(st)), note(std::move(n)) {}
+  bool standing = false;  // the frame confirmed it after this request
+  std::string state;  // "standing", "finally", "not_begun", "not_ours"
+  std::string note;  // in words
+};
+
+// How a run ended; also the result that `lcrig run --json` prints.
+struct RunEnded {
+  RunEnded() = default;
+  std::int64_t run = 0;
+  std::string exit_status;  // "success", "abort", "fail"
+  std::optional<Errc> code;  // why, when it was not a success
+  std::string reason;
+  std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;
+  double duration_s = 0, wall_s = 0;
+};
+
+struct InstrumentState {
+  InstrumentState() = default;
+  std::string name;  // "lcr", "frame"
+  std::string port;
+  std::string state;  // "ready", "absent", "fault", ...
+  std::string identity;  // as the instrument sent it; empty while unknown
+};
+
+struct DaemonStatus {
+  DaemonStatus() = default;
+  std::string version, database;
+  std::vector<InstrumentState> instruments;
+  std::optional<RunStatus> run;  // the run that is going on
+  std::optional<RunEnded> last_run;  // the last one of this daemon's life
+};
+
+// An event row of a run, as a watcher sees it.
+struct RunEventNote {
+  RunEventNote() = default;
+  std::int64_t run = 0;
+  RunEvent event;
+};
+
+// Codes of an error answer. Every Errc has one; JSON-RPC's own keep their meaning.
+namespace rpc_code {
+constexpr int kParseError = -32700;
+constexpr int kInvalidRequest = -32600;
+constexpr int kMethodNotFound = -32601;
+constexpr int kInvalidParams = -32602;
+constexpr int kLineTooLong = -32020;
+constexpr int kTooManyClients = -32021;
+constexpr int kTooManyCalls = -32022;  // of one client at the same time
+}  // namespace rpc_code
+int rpc_code_of(Errc code);
+
+struct RpcError {
+  RpcError() = default;
+  RpcError(int c, std::string m, std::string h)
+      : code(c), message(std::move(m)), hint(std::move(h)) {}
+  int code = 0;
+  std::string message;
+  std::string hint;  // what to do next
+  Errc errc = Errc::invalid_request;
+};
+RpcError rpc_error_of(const Error& error);
+
+// Wire forms. The parsers refuse a wrong type and name the JSON pointer; members that they do not
+// know are ignored in answers and refused in requests.
+nlohmann::json to_json(const RunStatus& status);
+nlohmann::json to_json(const RunEnded& ended);
+nlohmann::json to_json(const StopAnswer& answer);
+nlohmann::json to_json(const RunEventNote& note);
+nlohmann::json to_json(const DaemonStatus& status);
+nlohmann::json to_json(const StartRunRequest& request);
+Result<RunStatus> parse_run_status(const nlohmann::json& value);
+Result<RunEnded> parse_run_ended(const nlohmann::json& value);
+Result<RunEventNote> parse_run_event(const nlohmann::json& value);
+Result<DaemonStatus> parse_daemon_status(const nlohmann::json& value);
+Result<StartRunRequest> parse_start_run(const nlohmann::json& params);
+
+// Whole lines, with their newline. `id` is a JSON string, number or null.
+std::string request_line(std::int64_t id, std::string_view method, const nlohmann::json& params);
+std::string answer_line(const nlohmann::json& id, const nlohmann::json& result);
+std::string error_line(const nlohmann::json& id, const RpcError& error);
+std::string notification_line(std::string_view method, const nlohmann::json& params);
+
+// Word of a state on the wire: "waiting_for_operator".
+std::string_view state_word(RunState state);
+
+}  // namespace lcrig

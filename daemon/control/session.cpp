@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control/session.hpp"
+
+#include <algorithm>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/write.hpp>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "base/as_result.hpp"
+#include "base/log.hpp"
+#include "daemon/control/dispatch.hpp"
+
+namespace lcrig {
+
+namespace {
+using namespace asio::experimental::awaitable_operators;
+
+constexpr std::size_t kChunk = 16384;
+// Of one client, before the instruments and the others have their turn.
+constexpr int kLinesAtOnce = 16;
+}  // namespace
+
+ControlSession::ControlSession(Socket socket, Clock& clock, ControlHandler& handler,
+                               PeerCredentials peer, ControlOptions options,
+                               std::shared_ptr<ControlBudget> budget)
+    : socket_(std::move(socket)),
+      clock_(clock),
+      handler_(handler),
+      peer_(std::move(peer)),
+      options_(options),
+      budget_(std::move(budget)),
+      tokens_(options.burst),
+      refilled_(clock.now()),
+      wake_(socket_.get_executor(), 1) {
+  budget_->come();
+}
+
+ControlSession::~ControlSession() {
+  budget_->go();
+}
+
+Task<> ControlSession::run() {
+  const auto self = shared_from_this();
+  // The writer decides when the connection ends: it outlives the reader until all is answered.
+  co_await (read_loop() && write_loop());
+  close();
+}
+
+void ControlSession::wake() {
+  wake_.try_send(boost::system::error_code());
+}
+
+void ControlSession::close() {
+  closed_ = true;
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+  wake();
+}
+
+void ControlSession::finish() {
+  finishing_ = true;
+  boost::system::error_code ignored;
+  // Ends the reader with end of file; the peer may still receive.
+  socket_.shutdown(Socket::shutdown_receive, ignored);
+  wake();
+}
+
+void ControlSession::send(std::string line) {
+  if (closed_) return;
+  queued_bytes_ += line.size();
+  if (queued_bytes_ > options_.max_queue_bytes) {
+    spdlog::warn("control: {} (pid {}) does not read its answers; connection cut", peer_.user,
+                 peer_.pid);
+    return close();
+  }
+  queue_.push_back(std::move(line));
+  wake();
+}
+
+void ControlSession::send_status(const std::string& line) {
+  if (closed_) return;
+  status_ = line;
+  wake();
+}
+
+Task<> ControlSession::read_loop() {
+  std::vector<char> chunk(kChunk);
+  while (!closed_ && !finishing_) {
+    auto r = co_await socket_.async_read_some(asio::buffer(chunk), kAsResult);
+    const auto& [ec, n] = r;
+    if (ec) break;  // end of file; half a message is dropped with it
+    // Doubling would take twice of what a line may have.
+    if (in_.size() + n > 4 * kChunk) in_.reserve(kControlLineLimit + kChunk);
+    in_.append(chunk.data(), n);
+    const bool more = co_await take_lines();
+    if (!more) break;
+  }
+  finishing_ = true;
+  wake();
+}
+
+Task<bool> ControlSession::take_lines() {
+  std::size_t begin = 0;
+  int lines = 0;
+  for (;;) {
+    const auto end = in_.find('\n', std::max(begin, scanned_));
+    if (end == std::string::npos) break;
+    if (end - begin > kControlLineLimit) break;
+    co_await slow_down(end - begin);
+    if (++lines % kLinesAtOnce == 0) co_await asio::post(socket_.get_executor(), kAsResult);
+    if (closed_ || finishing_) co_return false;
+    on_line(std::string_view(in_).substr(begin, end - begin));
+    begin = end + 1;
+    scanned_ = begin;
+  }
+  in_.erase(0, begin);
+  scanned_ = in_.size();
+  if (in_.size() <= kControlLineLimit) co_return true;
+  send(error_line(nullptr, RpcError(rpc_code::kLineTooLong,
+                                    fmt::format("a line is limited to {} bytes", kControlLineLimit),
+                                    "send smaller messages; the connection is closed")));
+  co_return false;
+}
+
+// A token bucket: the client is read more slowly, nothing is lost and nobody else notices.
+Task<> ControlSession::slow_down(std::size_t bytes) {
+  constexpr double kBytesPerCall = 4096;
+  const MonoTime now = clock_.now();
+  const double share = budget_->share(), calls_per_s = options_.calls_per_s * share;
+  tokens_ = std::min(options_.burst * share, tokens_ + to_seconds(now - refilled_) * calls_per_s);
+  refilled_ = now;
+  tokens_ -= 1 + static_cast<double>(bytes) / kBytesPerCall;
+  if (tokens_ < 0) co_await clock_.wait_for(from_seconds(-tokens_ / calls_per_s));
+  // Only now: clients that waited as long as each other must not be served all at once.
+  const Duration others = budget_->charge(bytes, clock_.now());
+  if (others > Duration::zero()) co_await clock_.wait_for(others);
+}
+
+bool ControlSession::take_call(std::size_t bytes) {
+  if (calls_ >= options_.max_calls || call_bytes_ + bytes > options_.max_call_bytes) return false;
+  if (!budget_->take_call(bytes)) return false;
+  ++calls_;
+  call_bytes_ += bytes;
+  return true;
+}
+
+void ControlSession::on_line(std::string_view line) {
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  if (line.find_first_not_of(" \t") == std::string_view::npos) return;
+  auto call = parse_control_call(line);
+  if (!call) return send(std::move(call.error()));
+  if (!take_call(line.size())) {
+    return send(error_line(*call->id, RpcError(rpc_code::kTooManyCalls,
+                                               "too many calls of this client, or too many bytes "
+                                               "of all clients, are under way",
+                                               "wait for their answers")));
+  }
+  if (call->method == "watch") watching_ = true;
+  asio::co_spawn(socket_.get_executor(), answer(std::move(*call)),
+                 [self = shared_from_this(), bytes = line.size()](const std::exception_ptr& error) {
+                   --self->calls_;
+                   self->call_bytes_ -= bytes;
+                   self->budget_->end_call(bytes);
+                   self->wake();
+                   if (error) std::rethrow_exception(error);  // a bug: leaves io_context::run
+                 });
+}
+
+Task<> ControlSession::answer(ControlCall call) {
+  auto line = co_await answer_control_call(handler_, std::move(call), peer_);
+  if (line) send(std::move(*line));
+}
+
+Task<> ControlSession::write_loop() {
+  while (!closed_) {
+    if (queue_.empty() && status_) {
+      queued_bytes_ += status_->size();
+      queue_.push_back(std::move(*status_));
+      status_.reset();
+    }
+    if (queue_.empty()) {
+      if (finishing_ && idle()) break;
+      co_await wake_.async_receive(kAsResult);
+      continue;
+    }
+    const auto bytes = asio::buffer(queue_.front());
+    auto r = co_await (asio::async_write(socket_, bytes, kAsResult) ||
+                       clock_.wait_for(options_.write_timeout));
+    if (r.index() == 1 || std::get<0>(std::get<0>(r))) break;
+    queued_bytes_ -= queue_.front().size();
+    queue_.pop_front();
+  }
+  close();
+}
+
+}  // namespace lcrig

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// One client of the control socket.
+#pragma once
+
+#include <boost/asio/experimental/channel.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "daemon/control/handler.hpp"
+#include "daemon/control/limits.hpp"
+
+namespace lcrig {
+
+struct ControlOptions {
+  ControlOptions() = default;
+  std::size_t max_clients = 64;
+  std::size_t max_calls = 16;  // of one client at the same time ...
+  std::size_t max_call_bytes = std::size_t{4} << 20U;  // ... and the lines that they came in
+  std::size_t max_queue_bytes = std::size_t{1} << 20U;  // of one client, waiting to be sent
+  Duration write_timeout = std::chrono::seconds(10);  // a client that does not read is cut off
+  // A client that asks more is read more slowly, down to this, or to an equal share of what eight
+  // may have where there are more of them. A long line counts as one call for
+  // every 4 KiB of it: what it costs is time of the thread that runs the instruments.
+  double calls_per_s = 200;
+  double burst = 400;
+  // Of all clients together: what lines above 4 KiB may bring, and what may be under way.
+  double long_bytes_per_s = 4 << 20U;
+  std::size_t max_all_call_bytes = std::size_t{16} << 20U;
+};
+
+// Shared with the calls that it has under way: a call outlives its client, because a run that was
+// asked for must not depend on who is still connected. `handler` and `clock` outlive it.
+struct ControlCall;
+
+class ControlSession : public std::enable_shared_from_this<ControlSession> {
+ public:
+  using Socket = asio::local::stream_protocol::socket;
+
+  ControlSession(Socket socket, Clock& clock, ControlHandler& handler, PeerCredentials peer,
+                 ControlOptions options, std::shared_ptr<ControlBudget> budget);
+  ~ControlSession();
+  ControlSession(const ControlSession&) = delete;
+  ControlSession& operator=(const ControlSession&) = delete;
+
+  Task<> run();  // until the client goes, is cut off, or `close`
+  // A watcher that is slow sees fewer of these, only the newest waits.
+  void send_status(const std::string& line);
+  void send(std::string line);
+  void forget_status() { status_.reset(); }  // the run ended: a waiting status is history
+  // Reads no more; ends when everything queued and under way is answered.
+  void finish();
+  void close();  // now
+  bool watching() const { return watching_; }
+  // Of lines that came in: at most one of the largest size, what is read at once, and calls.
+  std::size_t held_bytes() const { return in_.capacity() + call_bytes_; }
+  // What waits to be sent: at most max_queue_bytes and one status.
+  std::size_t waiting_bytes() const { return queued_bytes_ + (status_ ? status_->size() : 0); }
+
+ private:
+  Task<> read_loop();
+  Task<> write_loop();
+  Task<bool> take_lines();  // false: end the connection after what is queued
+  Task<> slow_down(std::size_t bytes);
+  bool take_call(std::size_t bytes);
+  void on_line(std::string_view line);
+  Task<> answer(ControlCall call);
+  bool idle() const { return queue_.empty() && !status_ && calls_ == 0; }
+  void wake();
+
+  Socket socket_;
+  Clock& clock_;
+  ControlHandler& handler_;
+  PeerCredentials peer_;
+  ControlOptions options_;
+  std::shared_ptr<ControlBudget> budget_;
+  std::string in_;
+  std::size_t scanned_ = 0;  // bytes of in_ known to hold no newline
+  std::deque<std::string> queue_;
+  std::size_t queued_bytes_ = 0;
+  std::optional<std::string> status_;
+  std::size_t calls_ = 0, call_bytes_ = 0;  // under way
+  double tokens_;
+  MonoTime refilled_;
+  bool watching_ = false, finishing_ = false, closed_ = false;
+  asio::experimental::channel<void(boost::system::error_code)> wake_;
+};
+
+}  // namespace lcrig

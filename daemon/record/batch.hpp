@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rows of one run on their way to the database, and the statements that store them.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "protocols/run/sink.hpp"
+#include "storage/chain.hpp"
+#include "storage/runs.hpp"
+
+namespace lcrig {
+
+struct Batch {
+  struct TaggedReading {
+    LcrReading reading;
+    ReadingTag tag;
+  };
+  std::vector<LoadLevel> levels;
+  std::vector<RunEvent> events;
+  std::vector<TaggedReading> readings;
+  std::vector<FrameSample> samples;
+  std::optional<MonoTime> oldest;  // on the real clock: when the first row was queued
+
+  std::size_t rows() const {
+    return levels.size() + events.size() + readings.size() + samples.size();
+  }
+  void clear();  // keeps the memory
+};
+
+// Stores batches, each in one transaction with one link of the hash chain. One thread.
+class BatchWriter {
+ public:
+  static Result<BatchWriter> prepare(const Database& db);
+  // All of `batch`, and the run's end if given; nothing on error. Calling it again with the same
+  // rows after an error never stores them twice, even if the failed COMMIT reached the disk.
+  Result<> write(const Database& db, std::int64_t run, const Batch& batch, const RunEnd* end);
+  // The link whose COMMIT failed: hand it to the writer of a reopened connection.
+  const std::optional<Sha256>& failed_attempt() const { return failed_attempt_; }
+  void set_failed_attempt(std::optional<Sha256> hash) { failed_attempt_ = hash; }
+
+ private:
+  Result<> write_rows(std::int64_t run, const Batch& batch, ChainHead& head);
+  Result<> write_level(std::int64_t run, std::int64_t seq, const LoadLevel& level);
+  Result<> write_event(std::int64_t run, std::int64_t seq, const RunEvent& event);
+  Result<> write_reading(std::int64_t run, std::int64_t seq, const Batch::TaggedReading& row);
+  Result<> write_sample(std::int64_t run, std::int64_t seq, const FrameSample& sample);
+  Result<> write_end(std::int64_t run, const RunEnd& end);
+
+  std::optional<RowWriter> levels_, events_, readings_, samples_, ends_;
+  std::optional<ChainWriter> chain_;
+  RowHash hash_;
+  std::optional<Sha256> failed_attempt_;
+};
+
+}  // namespace lcrig

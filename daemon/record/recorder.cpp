@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/record/recorder.hpp"
+
+#include <boost/asio/experimental/channel.hpp>
+#include <boost/asio/post.hpp>
+
+#include "base/as_result.hpp"
+
+namespace lcrig {
+
+namespace {}
+
+// Something a coroutine waits for. The writer thread fills the result, then it is signalled.
+struct Recorder::Request {
+  enum class Kind { begin, flush, end };
+  Request(asio::io_context& io, Kind k) : kind(k), done(io, 1) {}
+  Kind kind;
+  RunRow row;
+  RunEnd end;
+  Result<std::int64_t> result = fail(Errc::bug, "recorder: not served");
+  asio::experimental::channel<void(boost::system::error_code)> done;
+};
+
+Result<std::unique_ptr<Recorder>> Recorder::open(asio::io_context& io, Clock& clock,
+                                                 Options options) {
+  auto owned = open_as_owner(options.path, clock.unix_ns(), options.vfs);
+  if (!owned) return fail(owned.error());
+  auto writer = BatchWriter::prepare(owned->db);
+  if (!writer) return fail(writer.error());
+  return std::unique_ptr<Recorder>(
+      new Recorder(io, clock, std::move(options), std::move(*owned), std::move(*writer)));
+}
+
+Recorder::Recorder(asio::io_context& io, Clock& clock, Options options, OwnedDatabase owned,
+                   BatchWriter writer)
+    : io_(io),
+      clock_(clock),
+      virtual_(dynamic_cast<VirtualClock*>(&clock)),
+      options_(std::move(options)),
+      alive_(std::make_shared<int>(0)),
+      owned_(std::move(owned)),
+      writer_(std::move(writer)) {
+  thread_ = std::thread([this] { write_loop(); });
+}
+
+Recorder::~Recorder() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+  free_reserve();
+}
+
+void Recorder::on_committed(std::function<void(const Committed&)> callback) {
+  on_committed_ = std::move(callback);
+}
+void Recorder::on_fault(std::function<void(const Error&)> callback) {
+  on_fault_ = std::move(callback);
+}
+
+CommitStats Recorder::stats() const {
+  const std::lock_guard lock(mutex_);
+  return stats_;
+}
+
+std::optional<std::uint64_t> Recorder::beats() const {
+  const std::lock_guard lock(mutex_);
+  if (queued_ == 0 && requests_.empty()) return std::nullopt;
+  if (fault_) return std::nullopt;  // told already; the run ends by it
+  return stats_.commits;
+}
+
+// `f` runs on the io_context's thread, unless the recorder is gone by then.
+template <class F>
+void Recorder::post(F f) {
+  asio::post(io_, [alive = std::weak_ptr<int>(alive_), f = std::move(f)]() mutable {
+    if (!alive.expired()) f();
+  });
+}
+
+template <class Add>
+void Recorder::push(std::size_t rows, Add add) {
+  if (!accepting_ || rows == 0) return;
+  bool overflow = false;
+  std::size_t queued = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    if (queued_ + rows > options_.max_queued_rows) {
+      lost_ += rows;
+      overflow = !fault_;
+    } else {
+      if (!incoming_.oldest) incoming_.oldest = RealClock().now();
+      add(incoming_);
+      queued_ += rows;
+    }
+    queued = fault_ ? 0 : queued_;
+  }
+  if (overflow) {
+    set_fault(Error(Errc::io, fmt::format("{}: the disk is too slow: {} rows wait to be written; "
+                                          "stop other programs that use it, or use another disk",
+                                          options_.path, options_.max_queued_rows)));
+  }
+  wake_.notify_one();
+  hold_while_behind(queued);
+}
+
+void Recorder::hold_while_behind(std::size_t queued) {
+  if (virtual_ == nullptr) return;
+  if (2 * queued <= options_.max_queued_rows) {
+    hold_.reset();
+  } else if (!hold_) {
+    hold_.emplace(*virtual_);
+  }
+}
+
+void Recorder::reading(const LcrReading& reading, const ReadingTag& tag) {
+  push(1, [&](Batch& b) { b.readings.push_back(Batch::TaggedReading{reading, tag}); });
+}
+void Recorder::samples(std::span<const FrameSample> rows) {
+  push(rows.size(), [&](Batch& b) { b.samples.insert(b.samples.end(), rows.begin(), rows.end()); });
+}
+void Recorder::level(const LoadLevel& level) {
+  push(1, [&](Batch& b) { b.levels.push_back(level); });
+}
+void Recorder::event(const RunEvent& event) {
+  push(1, [&](Batch& b) { b.events.push_back(event); });
+}
+
+Task<Result<>> Recorder::submit(std::shared_ptr<Request> request) {
+  std::optional<VirtualClock::Hold> hold;
+  if (virtual_ != nullptr) hold.emplace(*virtual_);
+  {
+    const std::lock_guard lock(mutex_);
+    requests_.push_back(request);
+  }
+  wake_.notify_one();
+  auto r = co_await request->done.async_receive(kAsResult);
+  if (std::get<0>(r)) co_return fail(Errc::aborted, "{}: no longer waited for", options_.path);
+  if (!request->result) co_return fail(request->result.error());
+  co_return Result<>();
+}
+
+Task<Result<std::int64_t>> Recorder::begin_run(RunRow row) {
+  if (accepting_) co_return fail(Errc::busy, "{}: another run is going on", options_.path);
+  auto request = std::make_shared<Request>(io_, Request::Kind::begin);
+  request->row = std::move(row);
+  auto done = co_await submit(request);
+  if (!done) co_return fail(done.error());
+  accepting_ = true;
+  co_return request->result;
+}
+
+Task<Result<>> Recorder::flush() {
+  auto request = std::make_shared<Request>(io_, Request::Kind::flush);
+  auto done = co_await submit(request);
+  co_return done;
+}
+
+Task<Result<RunEnd>> Recorder::end_run(ExitStatus status, std::string reason) {
+  if (!accepting_) co_return fail(Errc::bug, "{}: no run to end", options_.path);
+  accepting_ = false;
+  auto request = std::make_shared<Request>(io_, Request::Kind::end);
+  request->end.status = status;
+  request->end.reason = std::move(reason);
+  request->end.ended = clock_.now();
+  request->end.ended_unix_ns = clock_.unix_ns();
+  auto done = co_await submit(request);
+  if (!done) co_return fail(done.error());
+  co_return request->end;
+}
+
+// --- writer thread ---
+
+void Recorder::write_loop() {
+  std::vector<std::shared_ptr<Request>> requests;
+  while (take(requests)) {
+    if (writing_.rows() > 0) commit_taken();
+    for (auto& request : requests) {
+      serve(*request);
+      asio::post(io_, [request] { request->done.try_send(boost::system::error_code()); });
+    }
+    requests.clear();
+  }
+}
+
+// Waits for work and takes all of it. While there is a fault, rows stay queued for end_run.
+bool Recorder::take(std::vector<std::shared_ptr<Request>>& requests) {
+  std::unique_lock lock(mutex_);
+  const auto rows_ready = [this] { return !fault_ && incoming_.rows() > 0; };
+  wake_.wait(lock, [&] { return stop_ || !requests_.empty() || rows_ready(); });
+  if (requests_.empty() && !rows_ready()) return false;
+  requests.swap(requests_);
+  if (rows_ready()) std::swap(incoming_, writing_);
+  return true;
+}
+
+void Recorder::commit_taken() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (fault_) return;
+  }
+  if (auto r = commit(writing_, nullptr); !r) {
+    set_fault(r.error());
+  } else {
+    writing_.clear();
+  }
+}
+
+Result<> Recorder::commit(const Batch& batch, const RunEnd* end) {
+  const MonoTime begin = RealClock().now();
+  if (auto r = writer_->write(owned_.db, run_, batch, end); !r) {
+    reopen_first_ = owned_.db.needs_reopening();
+    return r;
+  }
+  const MonoTime done = RealClock().now();
+  Committed summary;
+  summary.run = run_;
+  summary.levels = batch.levels.size();
+  summary.events = batch.events;
+  summary.readings = batch.readings.size();
+  summary.samples = batch.samples.size();
+  for (const auto& row : batch.readings) summary.measure_readings += row.tag.index > 0 ? 1 : 0;
+  if (!batch.readings.empty()) summary.last_reading = batch.readings.back().reading;
+  if (!batch.samples.empty()) summary.last_sample = batch.samples.back();
+  {
+    const std::lock_guard lock(mutex_);
+    queued_ -= batch.rows();
+    ++stats_.commits;
+    stats_.rows += batch.rows();
+    stats_.commit.add(done - begin);
+    if (batch.oldest) stats_.queued.add(done - *batch.oldest);
+  }
+  if (batch.rows() > 0) acknowledge(std::move(summary));
+  return {};
+}
+
+void Recorder::acknowledge(Committed summary) {
+  post([this, summary = std::move(summary)] {
+    std::size_t queued = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      queued = fault_ ? 0 : queued_;
+    }
+    hold_while_behind(queued);
+    if (on_committed_) on_committed_(summary);
+  });
+}
+
+// From either thread; reported once.
+void Recorder::set_fault(Error error) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (fault_) return;
+    fault_ = error;
+  }
+  post([this, error = std::move(error)] {
+    hold_.reset();
+    if (on_fault_) on_fault_(error);
+  });
+}
+
+void Recorder::serve(Request& request) {
+  switch (request.kind) {
+    case Request::Kind::begin: request.result = begin_in_database(request.row); return;
+    case Request::Kind::end: {
+      auto r = end_in_database(request.end);
+      if (r) request.result = run_;
+      if (!r) request.result = fail(r.error());
+      return;
+    }
+    case Request::Kind::flush: {
+      const std::lock_guard lock(mutex_);
+      if (fault_) request.result = fail(*fault_);
+      if (!fault_) request.result = run_;
+      return;
+    }
+  }
+}
+
+}  // namespace lcrig

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stores a run: rows go into a bounded queue, one writer thread commits whatever has arrived. At
+// the rates of a rig every reading gets its own commit at once; under a burst commits grow by
+// themselves.
+//
+// Faults. A commit that fails is rolled back and its rows stay in memory; the fault is reported
+// once, later rows are queued behind. `end_run` frees the reserve file (disk full) or reopens the
+// database (I/O error, failed fsync), stores what is in memory, and closes the run. Rows that could
+// not be stored, or were more than the queue holds, make the run `fail` and are counted in its
+// reason.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "daemon/record/batch.hpp"
+#include "daemon/record/database.hpp"
+#include "daemon/record/latency.hpp"
+#include "protocols/run/sink.hpp"
+
+namespace lcrig {
+
+// What one commit made durable. Only from here on may it be shown or sent to anybody.
+struct Committed {
+  Committed() = default;
+  std::int64_t run = 0;
+  std::size_t levels = 0, readings = 0, samples = 0;
+  std::size_t measure_readings = 0;  // readings that a `measure` step counted
+  std::vector<RunEvent> events;
+  std::optional<LcrReading> last_reading;
+  std::optional<FrameSample> last_sample;
+};
+
+struct CommitStats {
+  std::uint64_t commits = 0, rows = 0;
+  LatencyHistogram commit;  // BEGIN to the end of COMMIT
+  LatencyHistogram queued;  // first row queued to the end of COMMIT
+};
+
+// Used from the io_context's thread, which must outlive it. All callbacks run there.
+class Recorder final : public RunSink {
+ public:
+  struct Options {
+    explicit Options(std::string database_path) : path(std::move(database_path)) {}
+    std::string path;
+    std::string vfs;  // of SQLite; empty: the operating system's
+    std::size_t max_queued_rows = 200'000;  // about 40 MB
+    std::int64_t reserve_bytes = 1 << 20;  // kept free on the disk for the end of a run
+  };
+
+  // Locks, migrates and opens the database and closes orphaned runs. A VirtualClock is held while
+  // commits lag (more than half of the queue) and during begin, flush and end.
+  static Result<std::unique_ptr<Recorder>> open(asio::io_context& io, Clock& clock,
+                                                Options options);
+  ~Recorder() override;  // commits what is queued
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  void on_committed(std::function<void(const Committed&)> callback);
+  void on_fault(std::function<void(const Error&)> callback);
+  const std::vector<std::int64_t>& interrupted_runs() const { return owned_.interrupted; }
+
+  // The run row is committed when it returns the run's number. One run at a time.
+  Task<Result<std::int64_t>> begin_run(RunRow row);
+  // Everything queued and the run's end are committed when it returns; later rows are not stored.
+  // The end as it was stored: `fail`, with the reason, when rows were lost.
+  Task<Result<RunEnd>> end_run(ExitStatus status, std::string reason);
+
+  // Rows outside a run are not stored.
+  void reading(const LcrReading& reading, const ReadingTag& tag) override;
+  void samples(std::span<const FrameSample> samples) override;
+  void level(const LoadLevel& level) override;
+  void event(const RunEvent& event) override;
+  Task<Result<>> flush() override;
+
+  CommitStats stats() const;
+  // For the watchdog: commits so far; nullopt while nothing waits to be committed.
+  std::optional<std::uint64_t> beats() const;
+  const std::string& path() const { return options_.path; }
+
+ private:
+  struct Request;
+  Recorder(asio::io_context& io, Clock& clock, Options options, OwnedDatabase owned,
+           BatchWriter writer);
+
+  // io_context's thread
+  template <class Add>
+  void push(std::size_t rows, Add add);
+  Task<Result<>> submit(std::shared_ptr<Request> request);
+  void hold_while_behind(std::size_t queued);
+  template <class F>
+  void post(F f);
+
+  // writer thread
+  void write_loop();
+  bool take(std::vector<std::shared_ptr<Request>>& requests);
+  void commit_taken();
+  Result<> commit(const Batch& batch, const RunEnd* end);
+  void acknowledge(Committed summary);
+  void set_fault(Error error);
+  void serve(Request& request);
+  Result<std::int64_t> begin_in_database(const RunRow& row);
+  Result<> end_in_database(RunEnd& end);
+  Result<> store_rest(const RunEnd& end);
+  Result<> store_all(const RunEnd& end, bool faulted);
+  Result<> store_end_alone(RunEnd& end, const Error& why);
+  Result<> repair();
+  Result<> reopen();
+  Result<> make_reserve() const;
+  void free_reserve() const;
+
+  asio::io_context& io_;
+  Clock& clock_;
+  VirtualClock* virtual_;
+  Options options_;
+  std::shared_ptr<int> alive_;  // callbacks that are still posted when this is gone do nothing
+
+  // io_context's thread
+  std::function<void(const Committed&)> on_committed_;
+  std::function<void(const Error&)> on_fault_;
+  std::optional<VirtualClock::Hold> hold_;
+  bool accepting_ = false;
+
+  // Under mutex_.
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  Batch incoming_;
+  std::vector<std::shared_ptr<Request>> requests_;
+  std::size_t queued_ = 0;  // rows in incoming_ and writing_
+  std::size_t lost_ = 0;  // rows beyond the bound, of this run
+  std::optional<Error> fault_;
+  bool stop_ = false;
+  CommitStats stats_;
+
+  // writer thread
+  OwnedDatabase owned_;  // its `interrupted` never changes
+  std::optional<BatchWriter> writer_;
+  Batch writing_;  // taken from the queue, not committed yet
+  std::int64_t run_ = 0;
+  bool reopen_first_ = false;  // the last failed commit was an I/O error
+  std::thread thread_;
+};
+
+}  // namespace lcrig

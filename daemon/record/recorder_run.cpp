@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// The recorder's writer thread: how a run begins and ends, and what is done after a fault.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "daemon/record/recorder.hpp"
+
+namespace lcrig {
+
+Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
+  bool repaired = false;
+  {
+    const std::lock_guard lock(mutex_);
+    repaired = fault_.has_value();
+  }
+  if (repaired) {  // the last run could not even be closed
+    if (auto r = reopen(); !r) return fail(r.error());
+    if (auto r = close_orphaned_runs(owned_.db, row.started_unix_ns); !r) return fail(r.error());
+  }
+  if (auto r = make_reserve(); !r) return fail(r.error());
+  if (auto r = owned_.db.execute("PRAGMA wal_autocheckpoint = 1000"); !r) return fail(r.error());
+  auto run = insert_run(owned_.db, row);
+  if (!run) return run;
+  run_ = *run;
+  writing_.clear();
+  const std::lock_guard lock(mutex_);
+  incoming_.clear();
+  queued_ = lost_ = 0;
+  fault_.reset();
+  stats_ = CommitStats();
+  return run;
+}
+
+// Stores what a fault left in memory, then the rest and the end. Should that be impossible, the end
+// alone, which says so.
+Result<> Recorder::end_in_database(RunEnd& end) {
+  std::size_t lost = 0;
+  bool faulted = false;
+  {
+    const std::lock_guard lock(mutex_);
+    lost = lost_;
+    faulted = fault_.has_value();
+  }
+  if (lost > 0) {
+    end.status = ExitStatus::fail;
+    end.reason += fmt::format("; {} rows were lost: the disk was too slow", lost);
+  }
+  Result<> stored = store_all(end, faulted);
+  if (!stored) stored = store_end_alone(end, stored.error());
+  if (!stored) {
+    set_fault(stored.error());
+    return stored;
+  }
+  const std::lock_guard lock(mutex_);
+  incoming_.clear();
+  writing_.clear();
+  queued_ = 0;
+  fault_.reset();
+  return {};
+}
+
+// What fails here for the first time is repaired and tried once more.
+Result<> Recorder::store_all(const RunEnd& end, bool faulted) {
+  Result<> stored;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    if (faulted) stored = repair();
+    if (stored) stored = store_rest(end);
+    if (stored || faulted) break;
+    faulted = true;
+  }
+  return stored;
+}
+
+// The batch that failed first, by itself, so that it is recognised if its COMMIT had reached the
+// disk; then everything queued since, with the end.
+Result<> Recorder::store_rest(const RunEnd& end) {
+  if (writing_.rows() > 0) {
+    if (auto r = commit(writing_, nullptr); !r) return r;
+    writing_.clear();
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    std::swap(incoming_, writing_);
+  }
+  return commit(writing_, &end);
+}
+
+Result<> Recorder::store_end_alone(RunEnd& end, const Error& why) {
+  if (auto r = repair(); !r) return r;
+  std::size_t unstored = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    unstored = queued_;
+  }
+  end.status = ExitStatus::fail;
+  end.reason += fmt::format("; the last {} rows could not be stored: {}", unstored, why.what);
+  return commit(Batch(), &end);
+}
+
+// Disk full: the reserve makes room. Any I/O error: after a failed write or fsync the connection's
+// view of the file is not to be trusted; a new one recovers from the log on the disk.
+Result<> Recorder::repair() {
+  free_reserve();
+  if (reopen_first_) {
+    reopen_first_ = false;
+    if (auto r = reopen(); !r) return r;
+  }
+  // A checkpoint would use up the freed space for the main file; the end goes into the log.
+  return owned_.db.execute("PRAGMA wal_autocheckpoint = 0");
+}
+
+Result<> Recorder::reopen() {
+  std::optional<Sha256> failed;
+  if (writer_) failed = writer_->failed_attempt();
+  writer_.reset();
+  owned_.db = Database();
+  auto db = open_read_write(options_.path, options_.vfs);
+  if (!db) return fail(db.error());
+  owned_.db = std::move(*db);
+  auto writer = BatchWriter::prepare(owned_.db);
+  if (!writer) return fail(writer.error());
+  writer_.emplace(std::move(*writer));
+  writer_->set_failed_attempt(failed);
+  return {};
+}
+
+Result<> Recorder::make_reserve() const {
+  const std::string file = options_.path + ".reserve";
+  const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (fd < 0) return fail(Errc::io, "{}: {}", file, std::strerror(errno));
+  const int error = ::posix_fallocate(fd, 0, options_.reserve_bytes);
+  ::close(fd);
+  if (error == 0) return {};
+  free_reserve();
+  return fail(Errc::io, "{}: {}: a run needs at least {} free bytes; free some space on this disk",
+              file, std::strerror(error), options_.reserve_bytes);
+}
+
+void Recorder::free_reserve() const {
+  ::unlink((options_.path + ".reserve").c_str());
+}
+
+}  // namespace lcrig

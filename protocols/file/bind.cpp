@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <charconv>
+#include <cmath>
+
+#include "base/log.hpp"
+#include "base/units.hpp"
+#include "protocols/file/parse.hpp"
+
+namespace lcrig {
+
+namespace {
+
+std::string unit_word(const std::string& name) {
+  const KeyParts key = split_key(name);
+  return key.unit && key.dimension() != Dimension::none ? fmt::format(" {}", key.unit->suffix) : "";
+}
+
+Result<double> read_override(const std::string& name, const Parameter& p, const std::string& text) {
+  double v = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
+  const std::string shown = printable(text, 60);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(v)) {
+    return fail(Errc::invalid_request,
+                "parameter {}: \"{}\" is no number, expected a number from {} to {}{}", name, shown,
+                p.min, p.max, unit_word(name));
+  }
+  if (p.integer && v != std::floor(v)) {
+    return fail(Errc::invalid_request,
+                "parameter {}: {} is a fraction, expected a whole number from {} to {}", name,
+                shown, p.min, p.max);
+  }
+  if (v < p.min || v > p.max) {
+    return fail(Errc::invalid_request, "parameter {}: {} is out of range, expected {} to {}{}",
+                name, shown, p.min, p.max, unit_word(name));
+  }
+  return v;
+}
+
+}  // namespace
+
+Result<Environment> bind_parameters(const Protocol& protocol,
+                                    const std::map<std::string, std::string>& overrides) {
+  Environment env;
+  std::vector<std::string> known;
+  std::string list;
+  for (const auto& [name, p] : protocol.parameters) {
+    env.set(name, p.default_value * p.to_si);
+    known.push_back(name);
+    list += (list.empty() ? "" : ", ") + name;
+  }
+  for (const auto& [name, text] : overrides) {
+    const auto it = protocol.parameters.find(name);
+    if (it == protocol.parameters.end()) {
+      return fail(Errc::invalid_request, "{} has no parameter `{}`{} it has: {}", protocol.name,
+                  printable(name, 60), nearest_word(name, known) ? did_you_mean(name, known) : ",",
+                  list.empty() ? "none" : printable(list, 1000));
+    }
+    const auto v = read_override(name, it->second, text);
+    if (!v) return fail(v.error());
+    env.set(name, *v * it->second.to_si);
+  }
+  return env;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/plan/advice.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace lcrig {
+
+namespace {
+
+enum class Rounding { down, up };
+
+double rounded(double value, Rounding to, bool whole) {
+  if (value == 0) return 0;
+  const double digits = whole ? 0 : 2 - std::floor(std::log10(std::abs(value)));
+  const double scale = std::pow(10.0, std::abs(digits));
+  const double scaled = digits < 0 ? value / scale : value * scale;
+  // What is such a number already, but for the last bits, stays.
+  const double nearest = std::round(scaled);
+  const bool exact = std::abs(scaled - nearest) < 1e-9 * std::abs(scaled);
+  const double cut = exact                  ? nearest
+                     : to == Rounding::down ? std::floor(scaled)
+                                            : std::ceil(scaled);
+  return digits < 0 ? cut * scale : cut / scale;
+}
+
+std::vector<Change> change_of(const Number& n, double si, Rounding to, const Protocol& protocol) {
+  if (n.name.empty()) {
+    const double value = rounded(si / n.to_si, to, false);
+    return {Change(n.pointer, value, false)};
+  }
+  const auto it = protocol.parameters.find(n.name);
+  if (it == protocol.parameters.end()) return {};
+  const Parameter& p = it->second;
+  const double value = rounded(si / p.to_si, to, p.integer);
+  if (value < p.min || value > p.max) return {};
+  return {Change(n.name, value, true)};
+}
+
+}  // namespace
+
+std::string to_string(const Change& c) {
+  return c.parameter ? fmt::format("-p {}={}", c.place, c.value)
+                     : fmt::format("{}: {}", c.place, c.value);
+}
+
+std::string Refusal::text() const {
+  std::string out = why;
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    out += (i == 0 ? " (" : ", ") + to_string(changes[i]);
+  }
+  return changes.empty() ? out : out + ")";
+}
+
+std::vector<Change> at_most(const Number& number, double si, const Protocol& protocol) {
+  return change_of(number, si, Rounding::down, protocol);
+}
+
+std::vector<Change> at_least(const Number& number, double si, const Protocol& protocol) {
+  return change_of(number, si, Rounding::up, protocol);
+}
+
+}  // namespace lcrig

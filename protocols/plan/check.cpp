@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/plan/check.hpp"
+
+#include <cmath>
+
+namespace lcrig {
+
+namespace {
+
+// Slower settings first.
+Aperture usable_aperture(const LcrSettings& settings, const LcrCapabilities& caps, double longest_s,
+                         bool& found) {
+  for (const Aperture a : {Aperture::slow, Aperture::medium, Aperture::fast}) {
+    LcrSettings s = settings;
+    s.aperture = a;
+    found = !exceeds(to_seconds(caps.conversion_time(s)), longest_s);
+    if (found) return a;
+  }
+  return Aperture::fast;
+}
+
+}  // namespace
+
+bool is_force_target(const Target& t) {
+  return t.kind == TargetKind::force || t.kind == TargetKind::pressure;
+}
+
+std::optional<double> force_noise_N(const Rig& rig) {
+  if (rig.force_noise_N || !rig.noise) return rig.force_noise_N;
+  return rig.noise->force_N;
+}
+
+double target_force_N(const Target& target, const Environment& env, const Rig& rig) {
+  const double v = env.get(target.value);
+  return target.kind == TargetKind::pressure ? v * rig.probe_area.si() : v;
+}
+
+MaybeOutside check_force(double force, const BoundLimits& limits, const Rig& rig) {
+  const bool high = exceeds(force, limits.force_max_N);
+  if (high || exceeds(-force, -limits.force_min_N)) {
+    return Outside(fmt::format("a force of {:.4g} N, the limits allow {:.4g} to {:.4g} N", force,
+                               limits.force_min_N, limits.force_max_N),
+                   high ? limits.force_max_N : limits.force_min_N);
+  }
+  const double cell = rig.frame.force_max.si();
+  if (cell > 0 && exceeds(std::abs(force), cell)) {
+    return Outside(fmt::format("a force of {:.4g} N, the load cell ends at {:.4g} N", force, cell),
+                   std::copysign(cell, force));
+  }
+  return std::nullopt;
+}
+
+MaybeOutside check_travel(double travel, const BoundLimits& limits, const Rig& rig) {
+  const bool high = limits.travel_min_m && exceeds(travel, *limits.travel_max_m);
+  if (high || (limits.travel_min_m && exceeds(-travel, -*limits.travel_min_m))) {
+    return Outside(
+        fmt::format("a travel of {:.4g} mm, the limits allow {:.4g} to {:.4g} mm", travel * 1e3,
+                    *limits.travel_min_m * 1e3, *limits.travel_max_m * 1e3),
+        high ? *limits.travel_max_m : *limits.travel_min_m);
+  }
+  const double lowest = rig.frame.travel_min.si(), highest = rig.frame.travel_max.si();
+  if (lowest < highest && (exceeds(travel, highest) || exceeds(-travel, -lowest))) {
+    return Outside(fmt::format("a travel of {:.4g} mm, the frame reaches {:.4g} to {:.4g} mm",
+                               travel * 1e3, lowest * 1e3, highest * 1e3),
+                   travel > highest ? highest : lowest);
+  }
+  return std::nullopt;
+}
+
+MaybeOutside check_speed(double speed, const BoundLimits& limits, const Rig& rig) {
+  if (limits.speed_max_m_s && exceeds(speed, *limits.speed_max_m_s)) {
+    return Outside(fmt::format("a speed of {:.4g} mm/s, the limits allow {:.4g} mm/s", speed * 1e3,
+                               *limits.speed_max_m_s * 1e3),
+                   *limits.speed_max_m_s);
+  }
+  const double low = rig.frame.speed_min.si(), high = rig.frame.speed_max.si();
+  if (high > 0 && (exceeds(speed, high) || exceeds(low, speed))) {
+    return Outside(fmt::format("a speed of {:.4g} mm/s, the frame moves at {:.4g} to {:.4g} mm/s",
+                               speed * 1e3, low * 1e3, high * 1e3),
+                   speed > high ? high : low);
+  }
+  return std::nullopt;
+}
+
+MaybeOutside check_force_limit(double force, const FrameCapabilities& caps) {
+  const double cell = caps.force_max.si();
+  if (!(cell > 0) || !exceeds(std::abs(force), cell)) return std::nullopt;
+  return Outside(
+      fmt::format("a limit of {:.4g} N, the load cell is good for {:.4g} N", force, cell),
+      std::copysign(cell, force));
+}
+
+MaybeOutside check_travel_limit(double travel, const FrameCapabilities& caps) {
+  const double low = caps.travel_min.si(), high = caps.travel_max.si();
+  if (low >= high || (!exceeds(travel, high) && !exceeds(-travel, -low))) return std::nullopt;
+  return Outside(fmt::format("a limit of {:.4g} mm, this frame goes from {:.4g} to {:.4g} mm",
+                             travel * 1e3, low * 1e3, high * 1e3),
+                 travel > high ? high : low);
+}
+
+Words check_lcr(const LcrSettings& s, const LcrCapabilities& caps) {
+  const auto outside = [](double v, double low, double high, std::string_view what,
+                          std::string_view unit) -> Words {
+    if (!exceeds(v, high) && !exceeds(low, v)) return std::nullopt;
+    return fmt::format("a {} of {:.6g} {}, the meter offers {:.6g} to {:.6g} {}", what, v, unit,
+                       low, high, unit);
+  };
+  if (std::find(caps.functions.begin(), caps.functions.end(), s.function) == caps.functions.end()) {
+    return fmt::format("the function {}, which this meter does not have", to_string(s.function));
+  }
+  if (auto r = outside(s.frequency.si(), caps.frequency_min.si(), caps.frequency_max.si(),
+                       "frequency", "Hz")) {
+    return r;
+  }
+  if (auto r = outside(s.level.si(), caps.level_min.si(), caps.level_max.si(), "level", "V")) {
+    return r;
+  }
+  if (s.bias) {
+    if (auto r = outside(s.bias->si(), caps.bias_min.si(), caps.bias_max.si(), "bias", "V")) {
+      return r;
+    }
+  }
+  return outside(s.average, 1, caps.average_max, "number of averages", "readings");
+}
+
+Words check_measure(std::int64_t count, double within_s, const LcrSettings& s,
+                    const LcrCapabilities& caps) {
+  const double longest = within_s / static_cast<double>(count);
+  const double takes = to_seconds(caps.conversion_time(s));
+  if (!exceeds(takes, longest)) return std::nullopt;
+  bool found = false;
+  const Aperture better = usable_aperture(s, caps, longest, found);
+  const std::string average =
+      s.average > 1 ? fmt::format(" with {} averages", s.average) : std::string();
+  const std::string advice = found           ? fmt::format("use {}", to_string(better))
+                             : s.average > 1 ? "use fewer averages, fewer readings or a longer time"
+                                             : "use fewer readings or a longer time";
+  return fmt::format(
+      "{} readings in {:.4g} s need a conversion of at most {:.0f} ms; aperture {}{} takes {:.0f} "
+      "ms: {}",
+      count, within_s, std::floor(longest * 1e3 + 1e-9), to_string(s.aperture), average,
+      takes * 1e3, advice);
+}
+
+Words check_capability(const Step& step, const FrameCapabilities& caps) {
+  const bool motion = std::holds_alternative<FindContactStep>(step.action) ||
+                      std::holds_alternative<RampStep>(step.action) ||
+                      std::holds_alternative<MoveUntilStep>(step.action);
+  if (motion && !caps.motion) {
+    return fmt::format("{} needs a frame that moves; this rig {}", kind_of(step),
+                       caps.weights ? "has dead weights: use place_weight" : "cannot move");
+  }
+  if (std::holds_alternative<PlaceWeightStep>(step.action) && !caps.weights) {
+    return std::string(
+        "place_weight needs a dead-weight rig; this frame loads by motion: use ramp "
+        "or move_until");
+  }
+  const auto* ramp = std::get_if<RampStep>(&step.action);
+  if (ramp && ramp->force_rate && !caps.force_hold) {
+    return std::string(
+        "a force rate needs a force loop in the frame; this one has none: use "
+        "speed_mm_s");
+  }
+  const auto* hold = std::get_if<HoldStep>(&step.action);
+  // Under dead weights the force holds itself.
+  if (hold && hold->mode == HoldMode::force && !caps.force_hold && !caps.weights) {
+    return std::string(
+        "holding a force needs a force loop in the frame; this one has none: hold "
+        "the travel");
+  }
+  if (hold && hold->at && caps.weights && !caps.force_hold) {
+    return std::string("a dead-weight rig cannot go to a force by itself: use place_weight");
+  }
+  const auto* zero = std::get_if<ZeroStep>(&step.action);
+  if (zero && zero->force && !caps.zero_force) {
+    return std::string("zero of the force, which this rig cannot do");
+  }
+  if (zero && zero->travel && !caps.zero_travel) {
+    return std::string("zero of the travel, which this rig cannot do");
+  }
+  return std::nullopt;
+}
+
+}  // namespace lcrig

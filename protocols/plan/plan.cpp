@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/plan/plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/strict_json.hpp"
+#include "protocols/plan/planner.hpp"
+
+namespace lcrig {
+
+namespace {
+
+// Rows with their indexes and keys, about: a reading carries texts and three times.
+constexpr double kBytesPerReading = 120, kBytesPerSample = 56, kBytesPerRun = 100e3;
+
+// A file may plan for longer than anybody lives: what does not fit is the largest number there is.
+std::int64_t whole(double value) {
+  constexpr double kMost = 9e18;
+  return static_cast<std::int64_t>(std::min(value, kMost));
+}
+
+nlohmann::json finite(std::optional<double> value) {
+  return value && std::isfinite(*value) ? nlohmann::json(*value) : nlohmann::json(nullptr);
+}
+
+// The plan knows pointers; the file's text knows the lines.
+Error placed(const Protocol& protocol, const PlanRefused& refused) {
+  TextPosition at;
+  if (const auto doc = JsonDocument::parse(protocol.text, protocol.name)) {
+    at = doc->value_position(refused.pointer);
+  }
+  return Error(Errc::invalid_request,
+               fmt::format("{}:{}:{} {} ({}): {}", protocol.name, at.line, at.column,
+                           refused.pointer, refused.id, refused.refusal.text()));
+}
+
+void estimate_size(const Protocol& protocol, const Rig& rig, Plan& plan) {
+  double interval = to_seconds(rig.lcr.conversion_time(plan.lcr));
+  if (plan.lcr.poll_interval) interval = std::max(interval, to_seconds(*plan.lcr.poll_interval));
+  plan.lcr_readings = plan.measure_readings;
+  if (protocol.sample.lcr_continuous && interval > 0) {
+    plan.lcr_readings = std::max(plan.lcr_readings, whole(plan.duration_s / interval));
+  }
+  const bool sampled = rig.frame.force_channel || rig.frame.travel_channel;
+  if (sampled && rig.frame.sample_rate_max_Hz > 0) {
+    plan.frame_samples = whole(plan.duration_s * plan.frame_rate_Hz);
+  }
+  plan.bytes = whole(kBytesPerRun + kBytesPerReading * static_cast<double>(plan.lcr_readings) +
+                     kBytesPerSample * static_cast<double>(plan.frame_samples));
+}
+
+}  // namespace
+
+Result<Plan> make_plan(const Protocol& protocol, const Environment& environment, const Rig& rig,
+                       PlanRefused* refused) {
+  const auto limits = bind_limits(protocol, environment, rig.frame);
+  if (!limits) return fail(limits.error());
+  const ApertureChoice choice = choose_aperture(protocol, environment, rig);
+  Planner planner(protocol, environment, rig, *limits, choice);
+  planner.walk();
+  if (planner.refused()) {
+    if (refused != nullptr) *refused = *planner.refused();
+    return fail(placed(protocol, *planner.refused()));
+  }
+  Plan plan = planner.take();
+  plan.limits = *limits;
+  estimate_size(protocol, rig, plan);
+  return plan;
+}
+
+Result<> check_protocol(const Protocol& protocol, const Environment& environment, const Rig& rig) {
+  if (const auto plan = make_plan(protocol, environment, rig); !plan) return fail(plan.error());
+  return {};
+}
+
+nlohmann::json to_json(const Plan& plan) {
+  nlohmann::json steps = nlohmann::json::array();
+  for (const PlannedStep& s : plan.steps) {
+    steps.push_back({{"id", s.id},
+                     {"do", s.kind},
+                     {"start_s", s.start_s},
+                     {"duration_s", s.duration_s},
+                     {"times", s.times},
+                     {"total_s", s.total_s},
+                     {"in_finally", s.in_finally},
+                     {"note", s.note}});
+  }
+  return {{"duration_s", plan.duration_s},
+          {"measure_readings", plan.measure_readings},
+          {"lcr_readings", plan.lcr_readings},
+          {"frame_samples", plan.frame_samples},
+          {"peak_force_N", plan.peak_force_N},
+          {"overshoot_N", plan.overshoot_N},
+          {"force_max_N", plan.limits.force_max_N},
+          {"worst_force_N", plan.worst_force_N},
+          {"worst_force_without_link_N", plan.lost_force_N},
+          {"way_without_link_mm", plan.lost_way_m * 1e3},
+          {"force_uncertainty_N", plan.force_uncertainty.total_N()},
+          {"force_uncertainty",
+           {{"class_N", plan.force_uncertainty.class_N},
+            {"zero_N", plan.force_uncertainty.zero_N},
+            {"noise_N", plan.force_uncertainty.noise_N}}},
+          {"watch", to_json(plan.watch)},
+          {"worst_force_frozen_N", finite(plan.frozen_force_N)},
+          {"worst_force_reversed_N", finite(plan.reversed_force_N)},
+          {"travel_from", plan.travel_from_contact ? "contact" : "machine"},
+          {"travel_mm", {plan.travel_min_m * 1e3, plan.travel_max_m * 1e3}},
+          {"database_bytes", plan.bytes},
+          {"aperture", to_string(plan.lcr.aperture)},
+          {"aperture_note", plan.aperture_note},
+          {"assumptions", plan.assumptions},
+          {"steps", std::move(steps)}};
+}
+
+}  // namespace lcrig

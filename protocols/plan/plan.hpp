@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Expands a protocol without instruments: what it will do, how long, how far, how hard at worst,
+// and whether limits and instruments allow it.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "protocols/plan/advice.hpp"
+#include "protocols/plan/check.hpp"
+#include "protocols/watch/watch_figures.hpp"
+
+namespace lcrig {
+
+// One step of the file; loops are summarised.
+struct PlannedStep {
+  PlannedStep() = default;
+  std::string id, kind;
+  double start_s = 0;  // of the first time
+  double duration_s = 0;  // of the first time
+  std::int64_t times = 0;
+  double total_s = 0;  // of all times
+  std::string note;  // what was chosen or assumed, and why; of the first time
+  bool in_finally = false;
+};
+
+// How far the force that is shown may be from the true one.
+struct ForceUncertainty {
+  ForceUncertainty() = default;
+  double class_N = 0;  // of the cell's class, at the limit
+  double zero_N = 0;  // of its zero, as the class allows it
+  double noise_N = 0;  // four standard deviations of a sample; 0: not known
+  double total_N() const { return class_N + zero_N + noise_N; }
+};
+
+struct Plan {
+  Plan() = default;
+  BoundLimits limits;
+  LcrSettings lcr;  // at the start, with the aperture that was chosen
+  std::string aperture_note;  // the arithmetic behind it
+  double frame_rate_Hz = 0;  // of the samples: as the file says, or as fast as the frame can
+  double duration_s = 0;  // with `finally`
+  std::int64_t measure_readings = 0;  // planned fresh readings of `measure` steps
+  std::int64_t lcr_readings = 0, frame_samples = 0;  // recorded in all, about
+  double peak_force_N = 0;  // commanded or expected, without overshoot
+  double overshoot_N = 0;  // largest that is expected of the specimen's model
+  // What the specimen may feel at worst, on the stiffest contact that is not excluded; and also
+  // when link or host are lost meanwhile: how far the frame then goes on by itself.
+  double worst_force_N = 0, lost_force_N = 0, lost_way_m = 0;
+  ForceUncertainty force_uncertainty;
+  WatchFigures watch;  // what the run will not believe
+  // Beyond every limit: what is pressed until a frozen cell, or a drive that turned round where
+  // the force is largest, has been noticed. Infinite: nothing bounds it.
+  std::optional<double> frozen_force_N, reversed_force_N;
+  double travel_min_m = 0, travel_max_m = 0;  // envelope of machine travel; 0 0 without motion
+  bool travel_from_contact = false;  // ... or counted from contact, where that is not known
+  std::int64_t bytes = 0;  // of the database, about
+  std::vector<std::string> assumptions;
+  std::vector<PlannedStep> steps;
+};
+
+struct PlanRefused {
+  PlanRefused() = default;
+  std::string pointer, id;
+  Refusal refusal;
+};
+
+// Errors: invalid_request, "PROTOCOL:LINE:COL /pointer (step id): reason with its arithmetic, and
+// what to change". The same in parts in `refused`, when it is given.
+Result<Plan> make_plan(const Protocol& protocol, const Environment& environment, const Rig& rig,
+                       PlanRefused* refused = nullptr);
+// The same checks, when only the answer counts.
+Result<> check_protocol(const Protocol& protocol, const Environment& environment, const Rig& rig);
+
+// As in design.md section 10, fields added.
+nlohmann::json to_json(const Plan& plan);
+
+}  // namespace lcrig

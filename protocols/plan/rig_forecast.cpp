@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/plan/rig_forecast.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+
+namespace lcrig {
+
+Forecast make_forecast(const Rig& rig) {
+  constexpr double kRigid = std::numeric_limits<double>::infinity();
+  ForceBound bound(rig.specimen_least_m, rig.frame_stiffness_N_m.value_or(kRigid));
+  std::optional<ForceBound> expected;
+  if (rig.compression_m) expected.emplace(rig.compression_m);
+  return Forecast(rig.frame, std::move(bound), std::move(expected));
+}
+
+std::vector<std::string> forecast_assumptions(const Rig& rig, const Forecast& forecast) {
+  std::vector<std::string> out;
+  out.push_back(rig.frame_stiffness_N_m
+                    ? fmt::format("frame and cell are at most {:.4g} N/mm stiff, as stated",
+                                  *rig.frame_stiffness_N_m * 1e-3)
+                    : "frame and cell are taken for rigid: no stiffness_N_mm is stated for them");
+  out.push_back(rig.specimen_least_m
+                    ? "the specimen is at most as stiff as if its layers could not move sideways"
+                    : "the specimen is taken for rigid: its stiffness is not known");
+  if (forecast.bound().is_bounded()) {
+    out.push_back(fmt::format(
+        "so the contact is at most {:.4g} N/mm stiff at 0 N, {:.4g} N/mm at 1 N",
+        forecast.bound().stiffness_N_m(0) * 1e-3, forecast.bound().stiffness_N_m(1) * 1e-3));
+  }
+  out.push_back(
+      fmt::format("a stop begins within {:.4g} ms and decelerates with {:.4g} mm/s2, as the "
+                  "frame says",
+                  to_seconds(rig.frame.reaction) * 1e3, rig.frame.deceleration.si() * 1e3));
+  return out;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// From what is known of a rig to what its motions can do.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "protocols/plan/check.hpp"
+#include "protocols/plan/forecast.hpp"
+
+namespace lcrig {
+
+Forecast make_forecast(const Rig& rig);
+// What it rests upon, one line each, for plan and run.
+std::vector<std::string> forecast_assumptions(const Rig& rig, const Forecast& forecast);
+
+}  // namespace lcrig

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// The meter's side of a run: continuous readings in the background, planned readings in `measure`,
+// one exchange at a time.
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/cancellation_signal.hpp>
+#include <boost/asio/experimental/channel.hpp>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "base/clock.hpp"
+#include "drivers/lcr_meter.hpp"
+#include "protocols/run/sink.hpp"
+
+namespace lcrig {
+
+class Sampler {
+ public:
+  struct Hooks {
+    std::function<ReadingTag()> tag;  // for a background reading
+    std::function<void(const LcrReading&, const ReadingTag&)> taken;
+    std::function<void(std::string kind, std::string detail)> event;
+    std::function<void(Error)> lost;  // the meter cannot be read any more
+  };
+  Sampler(asio::any_io_executor executor, Clock& clock, LcrMeter& lcr, LcrSettings settings,
+          Hooks hooks);
+
+  void start(bool continuous);
+  // Ends the background readings after the exchange under way (at once when it takes too long).
+  Task<> stop();
+
+  struct Plan {
+    Plan() = default;
+    LoadLevel level;
+    Duration within{};
+  };
+  // Takes the readings first+1 .. planned_readings of a level at planned instants; `taken` is kept
+  // up to date, so that a cancelled call can go on where it stopped. Errors: why it could not.
+  Task<Result<>> take(const Plan& plan, std::int64_t& taken);
+  Task<Result<>> configure(LcrSettings settings);
+  // One attempt after `lost`; then `start` goes on. Errors as LcrMeter::reconnect.
+  Task<Result<>> reconnect();
+  // Somebody has been waiting for a reading for longer than any answer can take.
+  std::optional<std::string> check_age(MonoTime now) const;
+  // Ends an exchange of the background readings under way.
+  void interrupt();
+  bool is_running() const { return running_; }  // in the background
+  // For the watchdog: exchanges so far while one takes longer than any time-out of a driver.
+  std::optional<std::uint64_t> overdue(MonoTime now) const;
+  const LcrSettings& settings() const { return settings_; }
+
+ private:
+  using Token = asio::experimental::channel<void(boost::system::error_code)>;
+  class Lock;
+
+  Task<> background();
+  Task<Result<LcrReading>> read_once();
+  Task<Result<>> take_one(const Plan& plan, MonoTime due, std::int64_t& taken);
+  Task<> acquire();
+  void release();
+
+  asio::any_io_executor executor_;
+  Clock& clock_;
+  LcrMeter& lcr_;
+  LcrSettings settings_;
+  Hooks hooks_;
+  Token meter_;  // holds one token while the meter is free
+  Token ended_;
+  asio::cancellation_signal cancel_;
+  bool running_ = false, ending_ = false;
+  Result<> lose(Error error);
+
+  int failures_ = 0;  // in a row
+  std::optional<MonoTime> waiting_;  // since the last good reading, while somebody reads
+  bool interrupted_ = false;
+  bool half_set_ = false;  // a configuration was cut off: no reading would mean anything
+  bool after_gap_ = false;  // for the flag of the next reading
+  std::uint64_t exchanges_ = 0;
+  std::optional<MonoTime> exchange_;  // begin of the one under way
+};
+
+}  // namespace lcrig

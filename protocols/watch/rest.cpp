@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/watch/rest.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace lcrig {
+
+namespace {
+
+constexpr double kLeastStep_m = 1e-10;  // below any drive's resolution: rounding
+constexpr double kLeastDigit_N = 1e-9;  // below any cell's
+constexpr std::size_t kBatches = 4;  // of samples that may be correlated
+constexpr std::size_t kInBatch = 3;  // at least
+constexpr double kTwoValues = 1.2;  // of a digit
+
+// The straight line through values at times.
+struct Line {
+  double time_s = 0, value = 0, slope = 0;  // its middle
+};
+Line line_through(std::span<const double> t, std::span<const double> y) {
+  const auto n = static_cast<double>(t.size());
+  Line line;
+  double tt = 0, ty = 0;
+  for (std::size_t i = 0; i < t.size(); ++i) line.time_s += t[i] / n, line.value += y[i] / n;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    tt += (t[i] - line.time_s) * (t[i] - line.time_s);
+    ty += (t[i] - line.time_s) * (y[i] - line.value);
+  }
+  if (tt > 0) line.slope = ty / tt;
+  return line;
+}
+
+std::vector<double> residuals(const std::vector<double>& t, const std::vector<double>& y) {
+  const Line line = line_through(t, y);
+  std::vector<double> out(t.size());
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    out[i] = y[i] - line.value - line.slope * (t[i] - line.time_s);
+  }
+  return out;
+}
+
+double mean_square(const std::vector<double>& v) {
+  double sum = 0;
+  for (const double x : v) sum += x * x;
+  return v.empty() ? 0 : sum / static_cast<double>(v.size());
+}
+
+}  // namespace
+
+void Rest::add(std::span<const FrameSample> samples) {
+  for (const FrameSample& s : samples) {
+    moving_ = moving_ || (s.flags & frame_flag::kMoving) != 0;
+    if (!begin_) begin_ = s.received;
+    const double t = to_seconds(s.received - *begin_);
+    if (s.travel_m) {
+      travel_min_m_ = travels_ == 0 ? *s.travel_m : std::min(travel_min_m_, *s.travel_m);
+      travel_max_m_ = travels_ == 0 ? *s.travel_m : std::max(travel_max_m_, *s.travel_m);
+      travel_sum_m_ += *s.travel_m;
+      ++travels_;
+      travels_seen_.add(t, *s.travel_m);
+    }
+    if (!s.force_N) continue;
+    compare_digits(*s.force_N);
+    ++n_;
+    forces_seen_.add(t, *s.force_N);
+    const auto n = static_cast<double>(n_);
+    const double d = *s.force_N - mean_, dt = t - time_mean_s_;
+    mean_ += d / n;
+    time_mean_s_ += dt / n;
+    squares_ += d * (*s.force_N - mean_);
+    time_squares_ += dt * (t - time_mean_s_);
+    products_ += dt * (*s.force_N - mean_);
+  }
+}
+
+void Rest::compare_digits(double force_N) {
+  const double step = last_N_ ? std::abs(force_N - *last_N_) : 0;
+  const bool same = last_N_ && *last_N_ == force_N;
+  if (last_N_ && !same) ++different_;
+  run_ = same ? run_ + 1 : 1;
+  longest_run_ = std::max(longest_run_, run_);
+  if (step > kLeastDigit_N && (digit_N_ == 0 || step < digit_N_)) digit_N_ = step;
+  last_N_ = force_N;
+}
+
+double Rest::scatter_N() const {
+  return n_ > 1 ? std::sqrt(squares_ / static_cast<double>(n_ - 1)) : 0;
+}
+
+double Rest::error_N() const {
+  return n_ > 0 ? scatter_N() / std::sqrt(static_cast<double>(n_)) : 0;
+}
+
+void Rest::know_drift(const Rest& before, Duration ago) {
+  const double s = to_seconds(ago);
+  known_drift_N_s_ = (force_N() - before.force_N()) / s;
+  known_drift_error_N_s_ = std::hypot(error_N(), before.error_N()) / s;
+}
+
+double Rest::drift_N_s() const {
+  if (known_drift_N_s_) return *known_drift_N_s_;
+  return n_ > 2 && time_squares_ > 0 ? products_ / time_squares_ : 0;
+}
+
+double Rest::drift_error_N_s() const {
+  if (known_drift_N_s_) return known_drift_error_N_s_;
+  if (n_ < 3 || !(time_squares_ > 0)) return std::numeric_limits<double>::infinity();
+  const double left = std::max(0.0, squares_ - products_ * products_ / time_squares_);
+  const double error = std::sqrt(left / static_cast<double>(n_ - 2) / time_squares_);
+  return std::max(correlation() * error, disunity_N_s());
+}
+
+// A drift is the same in both halves: by chance the mean of theirs is off by sqrt(3) of its own
+// standard errors.
+double Rest::disunity_N_s() const {
+  const std::span t(forces_seen_.t_s), y(forces_seen_.value);
+  const std::size_t half = t.size() / 2;
+  if (half < kInBatch) return 0;
+  const double first = line_through(t.first(half), y.first(half)).slope;
+  const double second = line_through(t.subspan(half), y.subspan(half)).slope;
+  return std::abs(drift_N_s() - (first + second) / 2) / std::numbers::sqrt3;
+}
+
+// Hum that the sampling turns into a slow wave looks like a drift: the means of batches then
+// scatter more than those of independent samples (batch means).
+double Rest::correlation() const {
+  const std::size_t n = forces_seen_.value.size();
+  const std::size_t batches = std::min(kBatches, n / kInBatch);
+  if (batches < 3) return 1;
+  const std::vector<double> left = residuals(forces_seen_.t_s, forces_seen_.value);
+  const double each = mean_square(left);
+  if (!(each > 0)) return 1;
+  const std::size_t size = n / batches;
+  std::vector<double> means(batches, 0.0);
+  for (std::size_t i = 0; i < batches * size; ++i) {
+    means[i / size] += left[i] / static_cast<double>(size);
+  }
+  return std::max(1.0, std::sqrt(mean_square(means) * static_cast<double>(size) / each));
+}
+
+double Rest::travel_scatter_m() const {
+  if (travels_seen_.value.size() < 3) return 0;
+  TravelStep digit;
+  for (const double x : travels_seen_.value) digit.add(x);
+  if (travel_max_m_ - travel_min_m_ <= kTwoValues * digit.step_m()) return 0;
+  return std::sqrt(mean_square(residuals(travels_seen_.t_s, travels_seen_.value)));
+}
+
+bool Rest::drifts() const {
+  return std::abs(drift_N_s()) > kSureOfDrift * drift_error_N_s();
+}
+
+std::optional<double> Rest::travel_m() const {
+  if (travels_ == 0) return std::nullopt;
+  return travel_sum_m_ / static_cast<double>(travels_);
+}
+
+bool Rest::stands() const {
+  return !moving_ && travel_max_m_ - travel_min_m_ <= kStanding_m;
+}
+
+std::string Rest::to_json_text() const {
+  std::string text = fmt::format(R"({{"force_N":{},"scatter_N":{},"samples":{}}})", force_N(),
+                                 scatter_N(), forces());
+  if (const auto t = travel_m()) text.insert(text.size() - 1, fmt::format(R"(,"travel_m":{})", *t));
+  return text;
+}
+
+void TravelStep::add(std::optional<double> travel_m) {
+  if (!travel_m) return;
+  const double step = last_m_ ? std::abs(*travel_m - *last_m_) : 0;
+  last_m_ = travel_m;
+  if (step > kLeastStep_m && (!step_m_ || step < *step_m_)) step_m_ = step;
+}
+
+}  // namespace lcrig

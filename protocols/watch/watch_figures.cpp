@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/watch/watch_figures.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace lcrig {
+
+namespace {
+
+// A year of samples at 500 Hz is 2e10: what has this chance does not happen to a healthy cell.
+constexpr double kChance = 1e-12;
+// Two samples of a cell with scatter s and digit q are equal with q / (2 sqrt(pi) s) = 0.28 q/s;
+// and the scatter is an estimate.
+constexpr double kSameDigit = 0.38;
+constexpr double kCoarsest = 1.8;  // a coarser digit hardly ever changes
+constexpr double kSurely = 0.85;  // of the scatter of few samples
+constexpr std::int64_t kLeastRun = 5;
+constexpr std::int64_t kRunsBefore = 4;  // of a gateway that repeats what a slower cell said
+constexpr std::int64_t kAssumedRun = 25;
+constexpr double kKnownBefore = 0.7;  // a short look may see too little scatter
+constexpr double kStall_s = 2;
+constexpr double kBesides_m = 3e-6;  // what a position loop may hunt
+constexpr double kStandingPart = 0.1;  // of the limit: more a creeping frame may not add
+constexpr double kOrderTravel_m = 10e-6;  // a drive that settles
+constexpr double kReply_s = 0.05;
+constexpr double kTravelSigmas = 10;  // the furthest of very many samples to the nearest
+constexpr double kSettled_s = 0.5, kSettledSamples = 3;
+
+// A cell that rests in the middle of a coarse digit shows it again with this chance at most. Of the
+// scatter that is shown a part is the digit's own (q/sqrt(12)).
+double coarse_same(double digits) {
+  const double noise = std::sqrt(std::pow(kSurely / digits, 2) - 1.0 / 12);
+  return std::erf(0.5 / std::sqrt(2.0) / noise);
+}
+
+std::optional<std::int64_t> run_of_equals(const ForceScatter& s) {
+  if (!s.alive || !(s.noise_N > 0)) return std::nullopt;
+  if (s.digit_N > kCoarsest * s.noise_N) return std::nullopt;
+  const double p = s.digit_N > s.noise_N ? coarse_same(s.digit_N / s.noise_N)
+                                         : std::max(kSameDigit * s.digit_N / s.noise_N, 1e-3);
+  const auto n = static_cast<std::int64_t>(std::ceil(std::log(kChance) / std::log(p)));
+  return std::max({n, kLeastRun, kRunsBefore * s.longest_run});
+}
+
+}  // namespace
+
+ForceScatter::ForceScatter(const Rest& rest)
+    : noise_N(rest.scatter_N()),
+      digit_N(rest.digit_N()),
+      longest_run(rest.longest_run()),
+      alive(rest.is_alive()),
+      travel_noise_m(rest.travel_scatter_m()) {}
+
+void ForceScatter::add(const Rest& rest, std::optional<std::int64_t> frozen) {
+  const ForceScatter now(rest);
+  noise_N = std::max(now.noise_N, kKnownBefore * noise_N);
+  if (digit_N == 0 || (now.digit_N > 0 && now.digit_N < digit_N)) digit_N = now.digit_N;
+  // A run that is long already is no habit of the gateway: the cell may be about to freeze.
+  const bool habit = !alive || !frozen || now.longest_run <= *frozen / kRunsBefore;
+  if (habit) longest_run = std::max(longest_run, now.longest_run);
+  alive = alive || now.alive;
+}
+
+WatchFigures watch_figures(const FrameCapabilities& caps, const ForceBound& bound, double limit_N,
+                           double rate_Hz, const std::optional<ForceScatter>& scatter,
+                           double noise_N) {
+  WatchFigures f;
+  f.frozen_samples = scatter ? run_of_equals(*scatter) : kAssumedRun;
+  if (f.frozen_samples && rate_Hz > 0) {
+    f.frozen_force_s = static_cast<double>(*f.frozen_samples) / rate_Hz;
+  }
+  f.stall_s = kStall_s + to_seconds(caps.reaction);
+  f.travel_noise_m = scatter ? scatter->travel_noise_m : 0;
+  const double wanders_m = kTravelSigmas * f.travel_noise_m;
+  f.against_m = kBesides_m + wanders_m;
+  const double stiffness = bound.stiffness_N_m(limit_N);
+  const double bearable_m = stiffness > 0 ? kStandingPart * limit_N / stiffness : kStanding_m;
+  f.standing_m = std::clamp(bearable_m, kBesides_m, kStanding_m) + wanders_m;
+  f.order_travel_m = kOrderTravel_m + wanders_m;
+  f.settled_s = rate_Hz > 0 ? std::max(kSettled_s, kSettledSamples / rate_Hz) : kSettled_s;
+  f.contact_force_N = kContactSigmas * noise_N;
+  f.order_force_N = std::max(f.contact_force_N, 0.01 * limit_N);
+  f.reply_s = kReply_s;
+  return f;
+}
+
+nlohmann::json to_json(const WatchFigures& f) {
+  const auto maybe = [](const std::optional<double>& v) {
+    return v ? nlohmann::json(*v) : nlohmann::json(nullptr);
+  };
+  return {{"frozen_force_s", maybe(f.frozen_force_s)},
+          {"stall_s", f.stall_s},
+          {"against_mm", f.against_m * 1e3},
+          {"standing_mm", f.standing_m * 1e3},
+          {"order_travel_mm", f.order_travel_m * 1e3},
+          {"order_force_N", f.order_force_N},
+          {"contact_force_N", f.contact_force_N},
+          {"travel_noise_mm", f.travel_noise_m * 1e3},
+          {"settled_s", f.settled_s},
+          {"reply_s", f.reply_s}};
+}
+
+}  // namespace lcrig
