@@ -14,7 +14,7 @@
 namespace lcrig {
 namespace {
 
-// Of the capacitor with the widest gap, relative to its C0.
+// Fringe of the capacitor with the widest gap, relative to its C0.
 double fringe_size(const Specimen& s) {
   double worst = 0;
   for (const auto& capacitor : s.capacitors) {
@@ -28,7 +28,8 @@ double fringe_size(const Specimen& s) {
   return worst;
 }
 
-// What the closing would gain if rigid layers were as soft as polyimide (2.5 GPa, nu 0.34).
+// What delta C would gain, relatively, if rigid layers were as soft as polyimide (2.5 GPa, nu
+// 0.34).
 double film_strain_size(const Specimen& s, Pressure pressure, double delta_F) {
   constexpr double kFilmModulus_Pa = 2.5e9 * (1 - 0.34) / ((1 + 0.34) * (1 - 2 * 0.34));
   double gain = 0;
@@ -75,9 +76,9 @@ std::vector<Omission> list_omissions(const Specimen& s, Pressure pressure, doubl
   return list;
 }
 
-constexpr double kHarder = 8;  // times longer takes the next mesh, about
+constexpr double kHarder = 8;  // the next mesh takes about this many times longer
 
-// Cheapest first; what cannot describe the faces drops out by its error estimate.
+// Cheapest first. A level that cannot describe the faces drops out by its error estimate.
 std::vector<LevelSettings> candidates(const Specimen& s) {
   std::vector<LevelSettings> list;
   const auto add = [&](Level level, int refinement) {
@@ -148,13 +149,13 @@ class LevelSearch {
   Pressure pressure_;
   const std::optional<WorkBudget>& budget_;
   double start_s_;
-  double last_s_ = 0;  // seconds of the last rating
-  std::optional<std::pair<LevelSettings, ErrorEstimate>> last_;  // the mesh before, if it answered
+  double last_s_ = 0;  // seconds that the last rating took
+  std::optional<std::pair<LevelSettings, ErrorEstimate>> last_;  // the coarser mesh, if it answered
   std::string rejected_;
   double least_ = std::numeric_limits<double>::infinity();
 };
 
-// Whether a finer mesh of a level cannot help, by what the coarser one has shown.
+// Whether the coarser mesh has shown that a finer one of this level cannot help.
 bool LevelSearch::hopeless(const LevelSettings& settings) const {
   if (!last_ || last_->first.level != settings.level || settings.level < Level::fem_linear) {
     return false;
@@ -173,7 +174,7 @@ bool LevelSearch::hopeless(const LevelSettings& settings) const {
   return e.settled && e.mesh * std::exp2(-kBestOrder * steps) > tolerance_;
 }
 
-// Seconds that the next mesh would take, where that is over the budget.
+// Seconds that the next mesh would take, if they do not fit into the budget.
 std::optional<double> LevelSearch::too_long() const {
   if (!budget_) {
     return std::nullopt;

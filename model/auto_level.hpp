@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene decides the physics: the cheapest level whose estimated error meets the tolerance.
+// Chooses the cheapest level of the stack model whose estimated error meets a tolerance. The bench,
+// `lcrig model curve`, `lcrig model fit` and the plan of a run use it.
 #pragma once
 
 #include <functional>
@@ -12,7 +13,7 @@
 
 namespace lcrig {
 
-// An effect that no level here contains, with what it would do to delta C (or C0) if it did.
+// An effect that no level contains, and what it would change in delta C (or C0).
 struct Omission {
   std::string effect;
   double relative_size = 0;
@@ -21,24 +22,26 @@ struct Omission {
 
 struct LevelChoice {
   LevelSettings settings;
-  double error_estimate = 0;  // relative, of delta C at max_pressure or where that is lost
-  // Finite strain loses its solution here, below max_pressure: beyond lies extrapolation.
+  // relative, of delta C at max_pressure, or at lost_beyond if there is one
+  double error_estimate = 0;
+  // Finite strain has no solution above this pressure, which is below max_pressure. Values beyond
+  // it are extrapolated.
   std::optional<Pressure> lost_beyond;
   std::string reason;
   std::vector<Omission> left_out;
 };
 
-// How long the search may take. The model has no clock: the caller lends one.
+// How long the search may take. The model has no clock, so the caller lends one.
 struct WorkBudget {
   double seconds = 0;
   std::function<double()> seconds_now;
 };
 
-// Errors: the specimen is wrong; no level meets the tolerance, or none within the budget (the
-// message names the best one, and what a finer one would cost).
+// Errors: the specimen is wrong, or no level meets the tolerance, or none does within the budget.
+// The message names the best level, and what a finer one would cost.
 Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance, Pressure max_pressure,
                                  const std::optional<WorkBudget>& budget = std::nullopt);
-// The same with what the estimator has solved before.
+// The same, reusing what the estimator has already solved.
 Result<LevelChoice> choose_level(ErrorEstimator& estimator, double tolerance, Pressure max_pressure,
                                  const std::optional<WorkBudget>& budget = std::nullopt);
 

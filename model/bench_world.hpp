@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The world behind a simulated bench: a specimen under a probe, shared by all its instruments.
+// The world behind a simulated bench: one specimen under a probe, shared by all instruments of the
+// bench. The simulated daemon, lcrig-sim and two benchmarks use it.
 #pragma once
 
 #include <functional>
@@ -13,8 +14,8 @@ namespace lcrig {
 
 class BenchWorld {
  public:
-  // Tabulates the specimen from 0 to max_force at the cheapest level whose error in delta C is
-  // within `tolerance` (relative), and mounts it as `mounting` says. Errors: as choose_level and
+  // Tabulates the specimen from 0 to max_force at the cheapest level whose relative error in delta
+  // C is within `tolerance`, and mounts it as `mounting` says. Errors: as choose_level and
   // make_response.
   static Result<std::unique_ptr<BenchWorld>> make(const Specimen& specimen, double tolerance,
                                                   Force max_force, PlantConfig mounting);
@@ -22,7 +23,7 @@ class BenchWorld {
   Plant& plant() { return plant_; }
   const LevelChoice& level() const { return level_; }
   const TabulatedResponse& response() const { return *response_; }
-  // Drive travel beyond contact that produces a force, m. May outlive the world.
+  // Drive travel beyond contact that produces a force, m. The function may outlive the world.
   std::function<double(double force_N)> compression_m() const;
 
  private:

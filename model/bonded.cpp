@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kAsymptoticFrom = 60;
 
-// With s_n = I_{n+1}/(x I_n) the recurrence of Bessel functions is s_n = 1/(2n + 2 + x^2 s_{n+1});
-// run downwards it forgets its start.
+// With s_n = I_{n+1}/(x I_n) the recurrence of Bessel functions is s_n = 1/(2n + 2 + x^2 s_{n+1}).
+// Run downwards, it forgets the value it started from.
 double by_recurrence(double x) {
   const int start = 24 + static_cast<int>(1.2 * x);
   double s = 1.0 / (2 * start + 2 + x);
@@ -48,16 +48,17 @@ double bessel_bulge(double x) {
   return x < kAsymptoticFrom ? by_recurrence(x) : by_asymptotics(x);
 }
 
-// E_a = (lambda+2mu) - 2 lambda^2 I1/((lambda+2mu) x I0 - 2 mu I1), x = alpha a, written with
-// delta = I2/I0 = 1 - 2 I1/(x I0) and m = mu/lambda: every term is positive, m = 0 is allowed.
+// E_a = (lambda+2mu) - 2 lambda^2 I1/((lambda+2mu) x I0 - 2 mu I1), x = alpha a. It is written with
+// delta = I2/I0 = 1 - 2 I1/(x I0) and m = mu/lambda, because then every term is positive and m = 0
+// is allowed.
 double bonded_modulus_Pa(double mu, double nu, double shape_factor) {
   const double s2 = shape_factor * shape_factor;
   if (nu == 0) {
-    return 2 * mu;  // no lateral contraction, nothing to hold
+    return 2 * mu;  // without lateral contraction the bond holds nothing
   }
   const double m = (1 - 2 * nu) / (2 * nu);
   const double x = std::sqrt(48 * s2 * m / (1 + 2 * m));
-  const double lambda_delta = 6 * s2 * bessel_bulge(x) / (1 + 2 * m);  // over mu
+  const double lambda_delta = 6 * s2 * bessel_bulge(x) / (1 + 2 * m);  // divided by mu
   return mu * (3 + 2 * m + lambda_delta * (1 + m + 2 * m * m)) / (1 + m + m * m * lambda_delta);
 }
 

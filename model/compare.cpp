@@ -28,7 +28,7 @@ Result<Specimen> paper_stack(std::size_t n) {
   return fail(Errc::bug, "no shipped specimen paper-1");
 }
 
-// What the paper built: layers bonded to films of elastic kapton (2.5 GPa, nu 0.34).
+// The stack as the paper built it: layers bonded to films of elastic kapton (2.5 GPa, nu 0.34).
 Specimen bonded(Specimen s) {
   s.faces = Faces::bonded_laminate;
   for (auto& m : s.materials) {
@@ -41,7 +41,7 @@ Specimen bonded(Specimen s) {
 
 class Rows {
  public:
-  // Sensitivity of N capacitors in fF/kPa, straight line from 0 to `to_kPa` in steps of 1 kPa.
+  // Sensitivity of N capacitors in fF/kPa: a straight line from 0 to `to_kPa` in steps of 1 kPa.
   void sensitivity(const char* target, std::size_t n, double paper, const LevelSettings& settings,
                    double to_kPa, const std::string& assumption, bool laminate = false);
   void add(const char* target, std::string quantity, const char* unit, double paper, double model,
@@ -108,7 +108,7 @@ void add_t2(Rows& rows) {
   }
 }
 
-// Gains of T3 from one field of the 1 mm block.
+// The gains of T3, all from one field of the 1 mm block.
 void add_t3(Rows& rows, const char* how, Top top, ElectrodeArea area) {
   auto paper = paper_stack(1);
   if (!paper) {

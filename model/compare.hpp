@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The paper's numbers beside ours: what `lcrig model compare` prints.
+// The paper's numbers beside ours. `lcrig model compare` prints them.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -17,11 +17,11 @@ struct PaperComparison {
   std::string unit;
   double paper = 0, model = 0;
   std::string assumption;  // under which the model gives this number
-  bool reproduced = false;  // within 8 %, what the paper's own numbers scatter by
+  bool reproduced = false;  // within 8 %, which is how far the paper's own numbers scatter
 };
 
-// T1 to T5, each row computed now. A target that no assumption reproduces has rows that say so.
-// Errors: bug only.
+// T1 to T5, each row computed now. If no assumption reproduces a target, its rows say so. Errors:
+// bug only.
 Result<std::vector<PaperComparison>> compare_with_paper();
 
 // Errors and ambiguities of the paper, each with the correct form.

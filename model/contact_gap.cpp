@@ -11,7 +11,7 @@ class GapModel final : public LevelModel {
  public:
   GapModel(const Specimen& s, std::unique_ptr<LevelModel> model)
       : model_(std::move(model)), gap_(*s.contact_gap) {
-    const double scale = model_->c0_F() / s.c0_F();  // fringe of the level underneath
+    const double scale = model_->c0_F() / s.c0_F();  // fringe of the inner level
     for (const auto& capacitor : s.capacitors) {
       inner_m_.push_back(s.dielectric_gap_m(capacitor) / scale);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any level with air left under the electrodes.
+// Adds the air left under the electrodes to any level. make_level_model uses it.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace lcrig {
 
-// specimen.contact_gap must be there. Every capacitor gets the gap in series.
+// Puts the gap in series with every capacitor. specimen.contact_gap must be set.
 std::unique_ptr<LevelModel> with_contact_gap(const Specimen& specimen,
                                              std::unique_ptr<LevelModel> model);
 

@@ -102,7 +102,7 @@ Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSett
   if (!model) {
     return fail(model.error());
   }
-  if (settings) {  // after the level has accepted the specimen: an estimate can be work
+  if (settings) {  // after the level has accepted the specimen, because an estimate can take long
     if (const auto estimate = estimate_error(specimen, *settings, highest)) {
       curve.error_estimate = estimate->relative;
       curve.lost_beyond = estimate->lost_beyond;
@@ -146,7 +146,7 @@ nlohmann::json to_json(const Curve& curve) {
 
 double fit_slope(const std::vector<ModelPoint>& points) {
   const ModelPoint& first =
-      points.front();  // sums start here, so that a large offset costs nothing
+      points.front();  // sums start here, so that a large offset costs no digits
   double mean_x = 0, mean_y = 0;
   for (const auto& p : points) {
     mean_x += (p.pressure_Pa - first.pressure_Pa) / static_cast<double>(points.size());

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sum of 1/t over {sum t = total, t >= least} is convex, so its maximum is a vertex: all layers but
-// one at the least thickness. With free faces it does not matter which. With a bonded base layers
-// near the base hardly strain, so the position decides, and between films thin layers are stiffer:
-// there nothing says that a vertex is best, and every partition on a grid is tried.
+// one have the least thickness. With free faces it does not matter which one is thick. With a
+// bonded base the position matters, because layers near the base hardly strain. Between films, thin
+// layers are stiffer. In these two cases a vertex need not be best, so every partition on a grid is
+// tried.
 #include "model/design.hpp"
 
 #include <fmt/format.h>
@@ -88,7 +89,7 @@ Result<> check(const DesignRequest& r) {
   return check_specimen(block_of(r, {total}));
 }
 
-// How partitions are rated at a pressure, and what a layer adds at none.
+// How partitions are rated at a pressure, and what one layer adds at zero pressure.
 struct Rating {
   std::string method;
   Evaluate evaluate;
@@ -108,7 +109,7 @@ Evaluate closed_form(const DesignRequest& r, Level level) {
   };
 }
 
-// One factorization for every partition: layers share one field.
+// One factorization serves every partition, because all layers share one field.
 Result<Rating> rate_bonded_base(const DesignRequest& r) {
   auto field = FemLinear::make(block_of(r, {r.total.si()}), LevelSettings{});
   if (!field) {
@@ -158,7 +159,7 @@ Result<Rating> make_rating(const DesignRequest& r) {
                 closed_form(r, Level::linear), nullptr};
 }
 
-// Equal layers, then every vertex that differs.
+// Equal layers, then every vertex that gives a different result.
 std::vector<std::pair<std::string, Partition>> named_partitions(const DesignRequest& r) {
   const auto n = static_cast<std::size_t>(r.capacitors);
   const double rest = r.total.si() - r.least_layer.si() * (r.capacitors - 1);
@@ -184,7 +185,7 @@ bool same(const Partition& a, const Partition& b, double total_m) {
   return worst < 1e-6 * total_m;
 }
 
-// Looks among all partitions; what it finds joins the list unless it is there already.
+// Searches all partitions. What it finds joins the list unless it is there already.
 void search(const DesignRequest& r, const Rating& rating, Design& design,
             std::vector<std::pair<std::string, Partition>>& partitions) {
   const auto found =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The best partition of a soft block into capacitors: what `lcrig model design` prints.
+// The best partition of a soft block into capacitors. `lcrig model design` prints it.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -16,7 +16,8 @@ struct DesignRequest {
   Length total = Length::from_si(1e-3);
   Length least_layer = Length::from_si(0.1e-3);
   Length disc_diameter = Length::from_si(4e-3);
-  Faces faces = Faces::bonded_base;  // laminate: every layer between rigid electrodes
+  // with `bonded_laminate` every layer lies between rigid electrodes
+  Faces faces = Faces::bonded_base;
   Top top = Top::pressure;
   Material material{"PDMS", 2.75, false, 200e3, 0.49, {}};
   Pressure max_pressure = Pressure::from_si(100e3);  // for the fitted sensitivity
@@ -27,14 +28,16 @@ struct DesignOption {
   std::vector<double> thickness_m;  // base to top
   double c0_F = 0;
   double initial_F_Pa = 0;  // sensitivity at zero pressure
-  double fitted_F_Pa = 0;  // straight line through 11 points up to max_pressure; 0: out of reach
+  // straight line through 11 points up to max_pressure; 0: a point cannot be solved
+  double fitted_F_Pa = 0;
   double gain = 0;  // initial sensitivity over that of equal layers, minus 1
 };
 
 struct Design {
   std::vector<DesignOption> options;  // best first
   std::string method;  // closed form or computation, and why
-  double search_grid_m = 0;  // every partition on it was tried; 0: the closed form needs no search
+  // step of the grid of which every partition was tried; 0: the closed form needs no search
+  double search_grid_m = 0;
 };
 
 // Errors: capacitors * least_layer > total; sizes out of range.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which area the charge sits on when an electrode is stretched.
+// Which area carries the charge when an electrode is stretched. An option of the finite-element
+// levels.
 #pragma once
 
 #include <optional>
@@ -7,7 +8,7 @@
 
 namespace lcrig {
 
-// reference: the printed disc; deformed: the stretched upper electrode, as a field solver on the
+// reference: the printed disc. deformed: the stretched upper electrode, as a field solver on the
 // deformed mesh sees it.
 enum class ElectrodeArea { reference, deformed };
 std::string_view to_string(ElectrodeArea area);

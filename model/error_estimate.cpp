@@ -9,10 +9,12 @@
 namespace lcrig {
 namespace {
 
-constexpr double kOneDimensional = 1e-13;  // hyperelastic with free faces: rounding
-constexpr int kRatingMesh = 0;  // of the better level that rates the others
-constexpr int kMostRetreats = 4;  // to smaller loads, where a solution is lost
-constexpr double kLeastShare = 1e-3;  // of the pressure asked for: less is no rating of it
+// rounding of `hyperelastic`, which is exact with free faces
+constexpr double kOneDimensional = 1e-13;
+constexpr int kRatingMesh = 0;  // mesh of the better level that rates the others
+constexpr int kMostRetreats = 4;  // to smaller loads, after a solution was lost
+// of the pressure asked for; an answer for less does not rate it
+constexpr double kLeastShare = 1e-3;
 
 bool has_mesh(Level level) {
   return level >= Level::fem_linear;
@@ -27,7 +29,7 @@ LevelSettings on_mesh(LevelSettings settings, Level level, int refinement, bool 
   return settings;
 }
 
-// Four members, where the family has so many.
+// Four members of the family, or as many as it has.
 int coarsest_of(int refinement) {
   return std::max(refinement - 3, kCoarsestMember);
 }
@@ -36,7 +38,7 @@ double relative(double difference, double reference) {
   return reference > 0 ? std::abs(difference) / reference : 0;
 }
 
-// The largest relative error of a value that the doubt leaves room for.
+// The largest relative error of `value` that the doubt in `truth` allows.
 double at_most(double value, double truth, double doubt) {
   const double least = std::max(truth - kDoubtFactor * doubt, truth / 10);
   return relative(std::abs(value - truth) + kDoubtFactor * doubt, least);
@@ -44,7 +46,8 @@ double at_most(double value, double truth, double doubt) {
 
 }  // namespace
 
-// A contact gap is no strain: what it adds is known, and the errors are those of the stack.
+// A contact gap is not strain: its contribution is known exactly, so the errors are those of the
+// stack without it.
 ErrorEstimator::ErrorEstimator(const Specimen& specimen) : specimen_(specimen) {
   specimen_.contact_gap.reset();
 }
@@ -108,8 +111,8 @@ Result<MeshLimit> ErrorEstimator::mesh_limit(const LevelSettings& settings, Pres
   return limit_of(values);
 }
 
-// What finite strain makes of small strain, as the limit of their ratio on the same coarse meshes:
-// what both lack there cancels.
+// The ratio of finite to small strain, as the limit over the same coarse meshes. The errors that
+// both have on these meshes cancel.
 Result<MeshLimit> ErrorEstimator::finite_share(const LevelSettings& settings, Pressure pressure) {
   std::vector<double> ratios;
   for (int mesh = coarsest_of(kRatingMesh); mesh <= kRatingMesh; ++mesh) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How wrong a level is, from solutions: three nested meshes give the limit of its own mesh, and the
-// next better level on coarse meshes gives what it leaves out. docs/model.md, "Auto".
+// Estimates how wrong a level is, from solutions only. Nested meshes give the limit of the level's
+// own mesh, and the next better level on coarse meshes gives what the level leaves out.
+// docs/model.md, "Auto". Used by the choice of a level, by `lcrig model ladder` and by curves.
 #pragma once
 
 #include <map>
@@ -13,31 +14,31 @@
 
 namespace lcrig {
 
-// Of delta C, relative, against the finite-strain continuum with the same boundary.
+// Errors of delta C, relative to the finite-strain continuum with the same boundary.
 struct ErrorEstimate {
-  double relative = 0;  // difference to the best limit, and kDoubtFactor times the doubt in that
-  double mesh = 0;  // the part that a finer mesh would take away; 0 without a mesh
-  double left_out = 0;  // the part that only a better level would take away
+  double relative = 0;  // difference to the best limit plus kDoubtFactor times the doubt in it
+  double mesh = 0;  // the part that a finer mesh would remove; 0 without a mesh
+  double left_out = 0;  // the part that only a better level would remove
   double order = 0;  // observed order of the mesh; 0: none
-  bool settled = true;  // the meshes are in the range where their order can be trusted
-  // Finite strain loses its solution here, below the pressure asked for: everything above holds
-  // here, and what lies beyond is extrapolated.
+  bool settled = true;  // the meshes are fine enough for their order to be trusted
+  // Finite strain has no solution above this pressure, which is below the one asked for. The values
+  // above hold at this pressure; beyond it the level extrapolates.
   std::optional<Pressure> lost_beyond;
 };
 
-// The one safety factor, for all levels and scenes.
+// The only safety factor. It is the same for all levels and specimens.
 inline constexpr double kDoubtFactor = 1.5;
 
-// Keeps what it has solved: several levels and pressures of one specimen cost little more than the
-// finest. Not thread-safe.
+// Keeps what it has solved, so several levels and pressures of one specimen cost little more than
+// the finest. Not thread-safe.
 class ErrorEstimator {
  public:
   explicit ErrorEstimator(const Specimen& specimen);
 
-  // Errors: the level cannot describe the specimen or the pressure at all; finite strain, which
-  // rates it, has no solution at any load worth the name.
+  // Errors: the level cannot describe the specimen or the pressure at all, or finite strain, which
+  // rates the level, has no solution at any load of at least a thousandth of the pressure.
   Result<ErrorEstimate> estimate(const LevelSettings& settings, Pressure pressure);
-  // Of the level's own continuum (of small strains for fem_linear). FEM levels only.
+  // The limit of the level's own continuum (small strains for fem_linear). FEM levels only.
   Result<MeshLimit> mesh_limit(const LevelSettings& settings, Pressure pressure);
   // The level's own answer.
   Result<double> delta_F(const LevelSettings& settings, Pressure pressure);
@@ -46,7 +47,8 @@ class ErrorEstimator {
  private:
   struct Solver {
     std::unique_ptr<LevelModel> model;
-    std::optional<Pressure> lost_beyond;  // it has failed above; trying again is long work
+    // it failed above this pressure; a new attempt would take long
+    std::optional<Pressure> lost_beyond;
     Error why;
   };
   struct Truth {
@@ -63,10 +65,10 @@ class ErrorEstimator {
 
   Specimen specimen_;
   std::map<Key, Solver> solvers_;
-  std::optional<Pressure> lost_;  // by whatever failed last
+  std::optional<Pressure> lost_;  // what the last failure reported
 };
 
-// For one question. Errors as ErrorEstimator::estimate.
+// For a single question. Errors: as ErrorEstimator::estimate.
 Result<ErrorEstimate> estimate_error(const Specimen& specimen, const LevelSettings& settings,
                                      Pressure pressure);
 

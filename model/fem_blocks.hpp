@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stack as blocks that are one continuum each, and the lengths over which their fields change.
+// Divides a stack into blocks that are one continuum each, and gives the lengths over which their
+// fields change. The mesh of the finite-element levels is built from them.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +10,7 @@
 
 namespace lcrig {
 
-// Layers that are one continuum, or one rigid layer. Heights in m from the base.
+// Layers that form one continuum, or one rigid layer. Heights in m from the base.
 struct Block {
   double z0, z1;
   std::size_t material;
@@ -17,12 +18,12 @@ struct Block {
 };
 std::vector<Block> find_blocks(const Specimen& specimen);
 
-// How far from the rim, m, boundary layers reach that are longer than the layers are thick: the
-// pressure of each bonded sheet and the bending of each film on it. Those that reach over half of
-// the radius are no boundary layers and are left out. docs/model.md, "Meshes".
+// How far from the rim (m) those boundary layers reach that are longer than the layers are thick:
+// the pressure of each bonded sheet, and the bending of each film on it. Lengths over half of the
+// radius are left out, because they are no boundary layers. docs/model.md, "Meshes".
 std::vector<double> decay_lengths_m(const Specimen& specimen, const std::vector<Block>& blocks);
 
-// The thinnest soft block, m; huge when there is none.
+// Thickness of the thinnest soft block, m; huge when there is none.
 double thinnest_soft_m(const Specimen& specimen, const std::vector<Block>& blocks);
 
 }  // namespace lcrig

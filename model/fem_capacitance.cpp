@@ -17,8 +17,8 @@ Quadratic quadratic(const double* nodes, double x) {
           nodes[0] * (x - 0.5) - 2 * nodes[1] * x + nodes[2] * (x + 0.5)};
 }
 
-// Per capacitor, by radial node: closing of the dielectric (sum of thickness loss over eps_r) and
-// radial displacement of the upper electrode, m.
+// For one capacitor, by radial node, in m: closing of the dielectric (sum of thickness loss over
+// eps_r) and radial displacement of the upper electrode.
 struct Profile {
   double gap_m = 0;
   std::vector<double> closing, radial;

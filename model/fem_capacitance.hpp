@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Capacitance of deformed layers: local parallel plates, integrated over the electrode.
+// Capacitance of deformed layers: local parallel plates, integrated over the electrode. Both
+// finite-element levels use it.
 #pragma once
 
 #include <vector>
@@ -10,8 +11,9 @@
 
 namespace lcrig {
 
-// Change of each capacitor, F, from the thickness changes themselves. u by equation, multiplied by
-// `scale` (linear problems are solved once). Errors: a layer has closed somewhere.
+// Change of each capacitor, F, computed from the thickness changes themselves. u is by equation and
+// is multiplied by `scale`, because linear problems are solved once for unit pressure. Errors: a
+// layer has closed somewhere.
 Result<std::vector<double>> capacitance_changes(
     const StackSpace& space, const std::vector<StackSpace::Capacitor>& capacitors,
     const std::vector<double>& u, double scale, ElectrodeArea area);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// One axisymmetric rectangle: biquadratic displacement, discontinuous linear pressure (Q2/P-1),
-// neo-Hooke form A with the pressure as a field of its own,
-//   W = mu/2 (I1 - 3 - 2 ln J) + p ln J - p^2/(2 lambda),
-// so that nu = 0.5 (1/lambda = 0) is nothing special and nothing locks. The pressure is condensed
-// inside the cell: what leaves it is symmetric in displacements alone. docs/model.md, "Elements".
+// One axisymmetric rectangular element: biquadratic displacement, discontinuous linear pressure
+// (Q2/P-1), neo-Hooke form A with the pressure as a field of its own,
+// W = mu/2 (I1 - 3 - 2 ln J) + p ln J - p^2/(2 lambda).
+// So nu = 0.5 (1/lambda = 0) is no special case and nothing locks. The pressure is condensed inside
+// the cell, which leaves a symmetric system of displacements for FemSystem. docs/model.md,
+// "Elements".
 #pragma once
 
 #include <array>
@@ -25,20 +26,20 @@ struct CellGeometry {
 struct CellResult {
   std::array<std::array<double, kCellDofs>, kCellDofs> stiffness;  // condensed, N/m; full square
   std::array<double, kCellDofs> force;  // internal nodal force, N
-  std::array<double, kCellDofs> condensed_force;  // with the pressure eliminated, N
+  std::array<double, kCellDofs> condensed_force;  // N, pressure eliminated
   // For the pressure increment: dp = gain (coupling^T du + lack).
   std::array<std::array<double, kCellPressures>, kCellDofs> coupling;
-  std::array<double, kCellPressures> lack;  // of the volume equations, m3
+  std::array<double, kCellPressures> lack;  // residual of the volume equations, m3
   std::array<std::array<double, kCellPressures>, kCellPressures> gain;
-  double lack_scale;  // size of the terms whose difference `lack` is, m3
+  double lack_scale;  // size of the terms that `lack` is the difference of, m3
   double min_j;  // smallest volume ratio; linear: 1
-  double energy;  // whose derivatives `force` and `lack` are, J
+  double energy;  // J; `force` and `lack` are its derivatives
 };
 
-// Fills `out` at displacements u and pressures p. Where the material is so nearly incompressible
-// that condensing would lose its digits (1/lambda below 1e-7/mu) `gain` is that of 1e-7/mu;
-// repeated steps still drive `lack` to zero. False (out is then useless) when an integration point
-// is turned inside out. The stiffness is left alone unless `tangent`.
+// Fills `out` at displacements u and pressures p. For a nearly incompressible material (1/lambda
+// below 1e-7/mu) condensing would lose its digits, so `gain` is that of 1e-7/mu; repeated steps
+// still drive `lack` to zero. Returns false, and `out` is useless, when an integration point is
+// turned inside out. The stiffness is computed only if `tangent` is set.
 bool evaluate_cell(Kinematics kinematics, const CellGeometry& cell, const ElasticLaw& law,
                    const std::array<double, kCellDofs>& u,
                    const std::array<double, kCellPressures>& p, bool tangent, CellResult& out);

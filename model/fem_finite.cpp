@@ -10,12 +10,14 @@
 namespace lcrig {
 namespace {
 
-constexpr double kFirstSteps = 8;  // more only where needed, fewer where it goes well
-// Steps below both mean that the solution is lost: of the load reached, and of the one asked for.
+// smaller steps only where needed, larger ones where it goes well
+constexpr double kFirstSteps = 8;
+// A step below both means that the solution is lost. They are shares of the load reached and of the
+// load asked for.
 constexpr double kLeastStep = 1.0 / 32, kLeastStart = 1.0 / 4096;
 constexpr std::size_t kMostKept = 40;  // converged loads
 constexpr int kMostSecants = 60;
-constexpr double kSameLoad = 1e-9;  // as exact as Newton's method leaves it
+constexpr double kSameLoad = 1e-9;  // relative; as exact as Newton's method is
 
 // Lagrange weights of the points x at t.
 std::vector<double> weights_at(const std::vector<double>& x, double t) {
@@ -41,8 +43,8 @@ Result<std::unique_ptr<FemFinite>> FemFinite::make(const Specimen& specimen,
   return model;
 }
 
-// On the line through the two known loads nearest to the one asked for. A parabola through three
-// is a worse start: the corner cells do not follow it.
+// Extrapolates along the line through the two known loads nearest to the one asked for. A parabola
+// through three is a worse start, because the corner cells do not follow it.
 FemState FemFinite::guess(double pressure_Pa) const {
   std::vector<std::pair<double, const FemState*>> near;
   near.reserve(known_.size());
@@ -75,7 +77,7 @@ FemState FemFinite::guess(double pressure_Pa) const {
 }
 
 void FemFinite::keep(double pressure_Pa, FemState state) {
-  if (known_.size() >= kMostKept) {  // drop the one that its neighbours replace best
+  if (known_.size() >= kMostKept) {  // drop the load that its neighbours replace best
     auto least = std::next(known_.begin());
     double least_gap = 1e300;
     for (auto it = std::next(known_.begin()); std::next(it) != known_.end(); ++it) {
@@ -94,7 +96,7 @@ bool FemFinite::step_to(double pressure_Pa) {
   FemState state = guess(pressure_Pa);
   report_ = system_.solve(pressure_Pa, state);
   iterations_ += report_.iterations;
-  if (!report_.converged) {  // an extrapolation may start worse than where it came from
+  if (!report_.converged) {  // an extrapolation may be a worse start than the load below
     const auto above = known_.upper_bound(pressure_Pa);
     state = std::prev(above)->second;
     report_ = system_.solve(pressure_Pa, state);
@@ -111,7 +113,7 @@ Result<> FemFinite::reach(double pressure_Pa) {
     return {};
   }
   double from = std::prev(known_.upper_bound(pressure_Pa))->first;
-  // Not in one go, even where Newton's method could: it might land on another branch.
+  // Not in a single step, even if Newton's method could do it: it might land on another branch.
   double step = pressure_Pa / kFirstSteps;
   while (from < pressure_Pa) {
     const double next = from + step >= pressure_Pa * (1 - 1e-12) ? pressure_Pa : from + step;
@@ -162,8 +164,9 @@ Result<double> FemFinite::close_bracket(double true_Pa, Trial low, Trial high) {
               true_Pa / 1e3);
 }
 
-// The face grows under load: from the true pressure upwards to a bracket, which secants then close
-// (regula falsi with the Illinois weights).
+// Finds the dead pressure of a true pressure. The face grows under load, so the search goes upwards
+// from the true pressure to a bracket, which is then closed by regula falsi with the Illinois
+// weights.
 Result<double> FemFinite::dead_of(double true_Pa) {
   if (kind_ == PressureKind::dead || true_Pa == 0) {
     return true_Pa;
@@ -191,7 +194,7 @@ Result<double> FemFinite::dead_of(double true_Pa) {
               true_Pa / 1e3);
 }
 
-// The largest load that was reached, unless a layer has folded over and closed there.
+// The largest load reached at which no layer has folded over and closed.
 std::optional<Pressure> FemFinite::last_converged() const {
   const bool dead = kind_ == PressureKind::dead;
   for (auto it = known_.rbegin(); it != known_.rend(); ++it) {

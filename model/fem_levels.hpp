@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two finite-element levels.
+// The two finite-element levels, `fem_linear` and `fem_finite`. make_level_model makes them; the
+// design search, the comparison with the paper and tests use them directly.
 #pragma once
 
 #include <array>
@@ -13,19 +14,20 @@
 
 namespace lcrig {
 
-// Linear elasticity: solved once for unit pressure, then every pressure and, for a block of one
-// material, every partition of it is a sum over the same field.
+// Linear elasticity. It is solved once, for unit pressure; every other pressure is a sum over the
+// same field, and so is every partition of a block of one material.
 class FemLinear final : public LevelModel {
  public:
   static Result<std::unique_ptr<FemLinear>> make(const Specimen& specimen,
                                                  const LevelSettings& settings);
   Result<StackState> at_pressure(Pressure pressure) override;
   double c0_F() const override { return c0_F_; }
-  // The same block cut into other capacitors: thicknesses from base to top, m, which must add up to
-  // the block's. Errors: not one block of one soft material; wrong sum.
+  // The same block cut into other capacitors, with thicknesses from base to top in m. Errors: the
+  // specimen is not one block of one soft material, or the sum is not the block's thickness.
   Result<StackState> at_pressure(Pressure pressure, const std::vector<double>& partition_m);
-  // Volume that the plane at a height (m, base 0) sweeps downwards, m3 per Pa. What a layer of a
-  // block adds to the sensitivity is eps of it over the square of its thickness.
+  // Volume that the plane at a height (m, base 0) sweeps downwards, m3 per Pa. A layer adds to the
+  // sensitivity eps times the difference of this volume between its faces, divided by the square of
+  // its thickness.
   double swept_volume_m3_Pa(double height_m) const;
   const FemSystem::Newton& report() const { return report_; }
   int unknowns() const { return space_.equations(); }
@@ -44,18 +46,20 @@ class FemLinear final : public LevelModel {
   FemSystem::Newton report_;
 };
 
-// Finite strain, neo-Hooke form A. Loads are reached in steps as large as Newton's method can take;
-// converged loads are kept and the next ones start from them. The load is vertical and uniform over
-// the reference area; true pressure is that force over the current area of the uppermost soft face.
+// Finite strain, neo-Hooke form A. Loads are reached in steps as large as Newton's method can take.
+// Converged loads are kept as starting points for the next ones. The load is vertical and uniform
+// over the reference area; true pressure is that force over the current area of the uppermost soft
+// face.
 class FemFinite final : public LevelModel {
  public:
   static Result<std::unique_ptr<FemFinite>> make(const Specimen& specimen,
                                                  const LevelSettings& settings);
-  // Errors: the solution was lost on the way; the message gives the last converged load and why.
+  // Errors: the solution was lost on the way. The message gives the last converged load and the
+  // reason.
   Result<StackState> at_pressure(Pressure pressure) override;
   double c0_F() const override { return c0_F_; }
   std::optional<Pressure> last_converged() const override;
-  int iterations() const { return iterations_; }  // of Newton's method, since the beginning
+  int iterations() const { return iterations_; }  // of Newton's method, in total
   const FemSystem::Newton& report() const { return report_; }  // of the last step
   int unknowns() const { return space_.equations(); }
   bool stable() const { return system_.stable(); }
@@ -69,7 +73,7 @@ class FemFinite final : public LevelModel {
         system_(space_, Kinematics::finite) {}
   FemState guess(double pressure_Pa) const;
   bool step_to(double pressure_Pa);
-  Result<> reach(double pressure_Pa);  // dead
+  Result<> reach(double pressure_Pa);  // pressure_Pa is dead pressure
   Result<double> true_of(double dead_Pa);
   Result<double> dead_of(double true_Pa);
   struct Trial {

@@ -41,7 +41,7 @@ Result<std::unique_ptr<FemLinear>> FemLinear::make(const Specimen& specimen,
   return model;
 }
 
-// The integrand, radius times a quadratic, is a cubic in each cell: Simpson's rule is exact.
+// Radius times a quadratic is a cubic in each cell, which Simpson's rule integrates exactly.
 void FemLinear::sweep() {
   const auto& r = space_.radii();
   for (std::size_t row = 0; row < space_.rows().size(); ++row) {

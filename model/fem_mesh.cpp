@@ -9,20 +9,21 @@
 namespace lcrig {
 namespace {
 
-// Of mesh 1. They set what a mesh costs; how fast the family converges does not depend on them.
+// Sizes of mesh 1. They set what a mesh costs, not how fast the family converges.
 constexpr double kRadialCells = 24;
 constexpr double kSoftRows = 8;
-constexpr int kOfMesh1 = 1 << (1 - kCoarsestMember);  // cells of mesh 1 for one of the coarsest
+// cells of mesh 1 per cell of the coarsest mesh
+constexpr int kOfMesh1 = 1 << (1 - kCoarsestMember);
 
-// Distance from a corner grows like s^q over s evenly divided. With q above 2/lambda, lambda >= 0.5
-// the exponent of the corner, corners converge as fast as the elements do where all is smooth.
+// The distance from a corner grows like s^q over evenly divided s. With q above 2/lambda, where
+// lambda >= 0.5 is the exponent of the corner, corners converge as fast as smooth regions do.
 constexpr double kRadialGrading = 3;
 constexpr double kAxialGrading = 3;
-// Finite strain: where the corner folds over at a load that falls with the size of its cells,
-// smaller ones lose more than they gain.
+// For finite strain: a corner folds over at a load that falls with the size of its cells, so
+// smaller cells lose more than they gain.
 constexpr double kMildGrading = 2;
 
-// Cells in each of its boundary layers' lengths, over this many lengths from the rim.
+// Cells per length of a boundary layer, up to this many lengths from the rim.
 constexpr double kCellsPerLength = 2;
 constexpr double kLengths = 4;
 
@@ -31,8 +32,8 @@ int members(double cells_of_mesh_1, const MeshStyle& style) {
   return coarsest << (style.refinement - kCoarsestMember);
 }
 
-// A block alone costs little and has all the error to itself, and capacitors may end anywhere in
-// it: it starts finer. Not with mild corners: there the cells would fold over early.
+// A single block starts finer: it costs little, has all the error to itself, and capacitors may end
+// anywhere in it. With mild corners it does not, because the cells would fold over early.
 bool starts_finer(const MeshStyle& style) {
   return style.alone && !style.mild_corners;
 }
@@ -41,7 +42,7 @@ double axial_grading(const MeshStyle& style) {
   return style.mild_corners ? kMildGrading : kAxialGrading;
 }
 
-// Cells per unit of x, of mesh 1; x is 0 at the rim, 1 at the axis, and the distance from the rim
+// Cells of mesh 1 per unit of x. x is 0 at the rim and 1 at the axis, and the distance from the rim
 // is radius x^kRadialGrading.
 double radial_density(double x, double radius, const MeshStyle& style) {
   const double distance = radius * std::pow(x, kRadialGrading);
@@ -53,7 +54,7 @@ double radial_density(double x, double radius, const MeshStyle& style) {
     density = std::max(density, kCellsPerLength / length * share * slope);
   }
   const double half = style.thinnest_m / 2;
-  if (style.mild_corners && distance < half) {  // as the rows grow from a face
+  if (style.mild_corners && distance < half) {  // not finer than the rows at a face
     const double rows =
         kSoftRows / 2 / kMildGrading / half * std::pow(distance / half, 1 / kMildGrading - 1);
     density = std::min(density, rows * slope);
@@ -64,7 +65,7 @@ double radial_density(double x, double radius, const MeshStyle& style) {
 }  // namespace
 
 std::size_t affordable_unknowns() {
-  // Matrix, factors and cells, on the safe side: a laminate of ten takes 230 MB on mesh 3.
+  // Matrix, factors and cells, generously: a laminate of ten takes 230 MB on mesh 3.
   constexpr double kBytesPerUnknown = 4096;
   constexpr double kMost = 3e6;
   const double memory =
@@ -82,10 +83,11 @@ std::vector<double> even_edges(double a, double b, int n) {
   return x;
 }
 
-// Equal shares of the integral of the density: every second edge of a member is one of the coarser.
+// Edges at equal shares of the integral of the density, so every second edge of a mesh is an edge
+// of the next coarser one.
 std::vector<double> radial_edges(double radius, const MeshStyle& style) {
   if (!style.bonded) {
-    return even_edges(0, radius, 2);  // uniform strain: two cells are exact
+    return even_edges(0, radius, 2);  // two cells are exact for uniform strain
   }
   constexpr int kSteps = 2048;
   std::vector<double> sum{0};
@@ -113,7 +115,7 @@ std::vector<double> axial_edges(double z0, double z1, bool stiff, const MeshStyl
   if (!style.bonded) {
     return {z0, z1};
   }
-  if (stiff) {  // a row bends and stretches already; its corners hold little of the energy
+  if (stiff) {  // one row can already bend and stretch, and its corners hold little of the energy
     return even_edges(z0, z1, 1 << std::max(style.refinement + 1, 0));
   }
   const int rows = members((starts_finer(style) ? 3 : 1) * kSoftRows, style);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cells of the axisymmetric mesh: a tensor grid, graded towards the rim and towards bonded faces,
-// where the stress of a bonded edge is singular. One family: each member halves every cell of the
-// one before, so that three of them show how fast they converge.
+// where the stress of a bonded edge is singular. The meshes are one family, each halving every cell
+// of the one before, so that three of them show how fast they converge. Used by LevelSettings and
+// by the finite-element space.
 #pragma once
 
 #include <cstddef>
@@ -9,21 +10,21 @@
 
 namespace lcrig {
 
-// What fits into half of the machine's memory, and never more than a few minutes of work.
+// As many as fit into half of the machine's memory, and never more than a few minutes of work.
 std::size_t affordable_unknowns();
 
-// How fine. 0 to 3 are the rows of `model ladder`; 1 is the default.
+// How fine the mesh is. `model ladder` shows 0 to 3; 1 is the default.
 struct MeshSettings {
   int refinement = 1;
-  // Corners as fem_finite grades them, whose smallest cells must not fold over; fem_linear can
-  // shrink them faster.
+  // Grade corners as fem_finite must, whose smallest cells would fold over; fem_linear can use
+  // smaller ones.
   bool mild_corners = false;
-  std::size_t max_unknowns = affordable_unknowns();  // more is refused before work starts
+  std::size_t max_unknowns = affordable_unknowns();  // a larger mesh is refused before work starts
 };
 inline constexpr int kFinestMesh = 3;
-inline constexpr int kFinestFiniteMesh = 2;  // finite strain: finer corners fold over early
-inline constexpr int kCoarsestMember = -2;  // the family goes on at both ends, for estimates
-inline constexpr int kFinestMember = 5;  // and for references
+inline constexpr int kFinestFiniteMesh = 2;  // with finite strain finer corners fold over early
+inline constexpr int kCoarsestMember = -2;  // coarser and finer meshes than these serve estimates
+inline constexpr int kFinestMember = 5;  // and references
 
 // n + 1 positions from a to b, n cells of one size.
 std::vector<double> even_edges(double a, double b, int n);
@@ -33,12 +34,12 @@ struct MeshStyle {
   bool bonded = true;  // otherwise strains are uniform and one cell is exact
   bool alone = false;  // one block of one material: a disc, not a laminate
   bool mild_corners = false;
-  double thinnest_m = 1e9;  // of the soft blocks
-  std::vector<double> lengths_m;  // of boundary layers at the rim
+  double thinnest_m = 1e9;  // thickness of the thinnest soft block
+  std::vector<double> lengths_m;  // lengths of boundary layers at the rim
 };
 // Radial cell edges, 0 to radius.
 std::vector<double> radial_edges(double radius_m, const MeshStyle& style);
-// Axial cell edges of a block of one material. `stiff` blocks (films) need fewer.
+// Axial cell edges of a block of one material. Stiff blocks (films) need fewer.
 std::vector<double> axial_edges(double z0_m, double z1_m, bool stiff, const MeshStyle& style);
 
 }  // namespace lcrig

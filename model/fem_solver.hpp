@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Direct solution of the sparse symmetric systems.
+// Direct solution of the sparse symmetric systems of FemSystem.
 #pragma once
 
 #include <Eigen/Sparse>
@@ -12,7 +12,7 @@ class SparseSolver {
   void analyze(const Eigen::SparseMatrix<double>& lower);
   bool factorize(const Eigen::SparseMatrix<double>& lower);
   std::vector<double> solve(const std::vector<double>& rhs) const;
-  bool positive() const { return positive_; }  // every pivot of the last factorization
+  bool positive() const { return positive_; }  // every pivot of the last factorization is positive
 
  private:
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::AMDOrdering<int>> ldlt_;

@@ -82,7 +82,7 @@ double StackSpace::top_area_ratio(const std::vector<double>& u) const {
 }
 
 double StackSpace::shortening_m(const std::vector<double>& u) const {
-  double work = 0;  // the work of a unit pressure is the area times the mean
+  double work = 0;  // the work of a unit pressure is the area times the mean displacement
   for (std::size_t i = 0; i < unit_load_.size(); ++i) {
     work += unit_load_[i] * u[i];
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stack as a finite-element space: biquadratic displacement on a tensor grid, with the
-// equations of fixed, tied and sliding nodes already worked out.
+// The stack as a finite-element space: biquadratic displacement on a tensor grid, in which the
+// equations of fixed, tied and sliding nodes are already worked out. Used by the finite-element
+// levels.
 #pragma once
 
 #include <array>
@@ -18,18 +19,19 @@ struct ElasticLaw {
   double mu = 0;  // Pa
   double inverse_lambda = 0;  // 1/Pa; 0: incompressible
 };
-// finite: mu and nu; otherwise E and nu.
+// finite: from mu and nu; otherwise from E and nu.
 ElasticLaw elastic_law(const Material& material, bool finite);
 
-// Height in the mesh: a row of cells and the place in it, -1 bottom to 1 top.
+// A height in the mesh: a row of cells, and the place in it from -1 (bottom) to 1 (top).
 struct Height {
-  int row = -1;  // -1: on a rigid layer or the base; see `line`
+  int row = -1;  // -1: in no row, that is, in a rigid layer
   double zeta = 0;
 };
 
-// For verification against solutions that no specimen describes.
+// Variations that no specimen describes, for verification against known solutions.
 struct SpaceVariation {
-  int uniform_cells = 0;  // per block height, twice as many along the radius; 0: the graded mesh
+  // per block height, and twice as many along the radius; 0: the graded mesh
+  int uniform_cells = 0;
   bool wall = false;  // the rim slides along a rigid wall
   std::function<double(double r_m)> load;  // pressure profile over the top; empty: 1
 };
@@ -63,19 +65,19 @@ class StackSpace {
     return equation_[static_cast<std::size_t>(component)]
                     [static_cast<std::size_t>(line) * r_.size() + static_cast<std::size_t>(node)];
   }
-  // Nodal forces of a unit dead pressure on the top face, by equation: N per Pa.
+  // Nodal forces of a unit dead pressure on the top face, by equation, N per Pa.
   const std::vector<double>& unit_load() const { return unit_load_; }
   double radius_m() const { return r_.back(); }
-  // Area of the uppermost soft face under displacements u over its area at rest.
+  // Area of the uppermost soft face under displacements u, divided by its area at rest.
   double top_area_ratio(const std::vector<double>& u) const;
   // Position of a height z (m, undeformed) measured through a block of soft layers.
   Height height(double z) const;
-  // The block cut into other capacitors. Errors: not one block of one soft material; the
+  // The block cut into other capacitors. Errors: not one block of one soft material, or the
   // thicknesses (m, base to top) do not add up to it.
   Result<std::vector<Capacitor>> partition(const std::vector<double>& thickness_m) const;
-  // u (by equation) at the nodes of a height.
+  // Displacements u (by equation) at the nodes of a height.
   std::vector<double> displacement(const std::vector<double>& u, Height h, int component) const;
-  // How far the top face went down, mean over its area (of the rigid top, if it is), m.
+  // How far the top face (or the rigid top) went down, as the mean over its area, m.
   double shortening_m(const std::vector<double>& u) const;
 
  private:
@@ -88,7 +90,7 @@ class StackSpace {
   std::vector<double> unit_load_;
   double area_m2_ = 0;
   int top_line_ = -1;  // -1: nothing can move
-  bool one_field_ = false;  // one block, no films in it
+  bool one_field_ = false;  // one block without films in it
 };
 
 }  // namespace lcrig

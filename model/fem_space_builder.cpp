@@ -16,8 +16,8 @@ namespace {
 struct Line {
   bool radial_fixed = false;
   bool axial_fixed = false;
-  int tie = -1;  // every node of every line with this number moves as one
-  int axial_twin = -1;  // shares its axial displacement, node by node, with that line
+  int tie = -1;  // all nodes of all lines with this number move as one
+  int axial_twin = -1;  // has the same axial displacement, node by node, as that line
 };
 
 }  // namespace
@@ -26,7 +26,7 @@ ElasticLaw elastic_law(const Material& m, bool finite) {
   const double mu =
       finite ? m.shear_modulus_Pa() : m.youngs_modulus_Pa / (2 * (1 + m.poisson_ratio));
   const double nu = m.poisson_ratio;
-  constexpr double kNoLambda = 1e12;  // lambda of a material with nu = 0 is this much below mu
+  constexpr double kNoLambda = 1e12;  // a material with nu = 0 gets mu over this as its lambda
   const double ratio = nu > 0 ? (1 - 2 * nu) / (2 * nu) : kNoLambda;
   return {mu, std::min(ratio, kNoLambda) / mu};
 }
@@ -72,7 +72,7 @@ class SpaceBuilder {
   StackSpace space_;
   std::vector<Line> lines_;
   int below_ = -1;  // line that the next block stands on; -1: the base
-  int tie_below_ = -1;  // the next block stands on this rigid layer
+  int tie_below_ = -1;  // tie of the rigid layer that the next block stands on; -1: none
   bool on_base_ = true;  // nothing that can move lies below
   int ties_ = 0;
 };
@@ -92,8 +92,8 @@ void SpaceBuilder::add_rigid() {
   }
 }
 
-// In a laminate every soft layer lies between stiff films. Where the specimen lists none, above a
-// soft layer that ends at another one or at the top, it is the electrode: rigid, of no thickness.
+// In a laminate every soft layer lies between stiff films. Where the specimen lists no film above a
+// soft layer, the film is the electrode: rigid and without thickness.
 void SpaceBuilder::add_film_above(std::size_t block) {
   const bool next_is_film = block + 1 < blocks_.size() && !soft(blocks_[block + 1]);
   if (s_.faces == Faces::bonded_laminate && soft(blocks_[block]) && !next_is_film) {
@@ -113,7 +113,7 @@ void SpaceBuilder::add_block(const Block& block) {
     Line& line = lines_.back();
     line.axial_fixed = on_base_;
     line.tie = tie_below_;
-    line.radial_fixed = bonded_;  // base and rigid layers hold what is bonded to them
+    line.radial_fixed = bonded_;  // the base and rigid layers hold what is bonded to them
     line.axial_twin = !on_base_ && tie_below_ < 0 ? below_ : -1;
   }
   for (std::size_t i = 0; i + 1 < z.size(); ++i) {

@@ -10,18 +10,19 @@
 namespace lcrig {
 namespace {
 
-constexpr double kLinearTolerance = 1e-11;  // one factorization, cheap refinement
+constexpr double kLinearTolerance = 1e-11;  // one factorization, so refinement is cheap
 constexpr double kFiniteTolerance = 1e-9;
 constexpr double kDefectTolerance = 1e-10;
-// Stiff thin cells far up the stack are carried along by displacements whose last digit is already
-// a force; where the residual stops falling below this, that is what is left.
+// Stiff thin cells high in the stack move a long way as a whole, and the last digit of their
+// displacement is already a force. When the residual stops falling below this limit, only such
+// rounding is left.
 constexpr double kAcceptable = 1e-7;
-// Forces of rounding in stiff cells do next to no work: a step whose work is this small beside that
-// of the load moves nothing by more than its square root, in the energy norm.
+// Rounding forces in stiff cells do almost no work. A step whose work is this small beside that of
+// the load moves nothing by more than the square root of this ratio, in the energy norm.
 constexpr double kNoWork = 1e-18;
 constexpr double kShortestStep = 1.0 / 64;
 constexpr double kRise = 2;
-constexpr double kSmallResidual = 1e-3;  // below this the residual may wander
+constexpr double kSmallResidual = 1e-3;  // below this the residual may rise and fall
 constexpr int kMostNewton = 12;
 
 double norm(const std::vector<double>& v) {
@@ -114,7 +115,7 @@ void FemSystem::add_stiffness(std::size_t cell, const CellResult& result) {
   for (std::size_t i = 0; i < kCellDofs; ++i) {
     for (std::size_t j = 0; j <= i; ++j, ++k) {
       if (slots[k] >= 0) {
-        // nodes of one cell that share an equation meet on the diagonal from both sides
+        // nodes of one cell that share an equation add to its diagonal twice
         const bool twice = i != j && eq[i] == eq[j];
         values[slots[k]] += (twice ? 2 : 1) * result.stiffness[i][j];
       }
@@ -128,7 +129,8 @@ FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_P
   for (double& force : residual_) {
     force *= pressure_Pa;
   }
-  std::vector<double> plain = residual_;  // of the equations as they are, pressures not eliminated
+  // of the original equations, without elimination of the pressures
+  std::vector<double> plain = residual_;
   const double load = norm(plain);
   if (tangent) {
     std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
@@ -181,8 +183,8 @@ std::vector<double> FemSystem::pressure_step(const std::vector<double>& du) cons
   return dp;
 }
 
-// The longest of 1, 1/2, 1/4 ... of the step that turns no cell inside out and does not make the
-// residual much worse. The residual of a mixed method may rise a little before it falls.
+// Takes the longest of 1, 1/2, 1/4 ... of the step that turns no cell inside out and does not make
+// the residual much worse. The residual of a mixed method may rise a little before it falls.
 FemSystem::Residual FemSystem::line_search(double pressure_Pa, bool tangent, const Step& step,
                                            double start, FemState& state) {
   const double allowed = kRise * std::max(start, kSmallResidual);

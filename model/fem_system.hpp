@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Assembly over the stack, the sparse factorization, and Newton's method on top.
+// Assembles the equations of a stack, factorizes them and solves them by Newton's method. Both
+// finite-element levels use it.
 #pragma once
 
 #include <Eigen/Sparse>
@@ -31,14 +32,14 @@ class FemSystem {
     double residual = 0;  // displacement equations, relative to the load
     double defect = 0;  // volume equations, relative to their terms
     double min_j = 1;
-    std::string why;  // of not converging
+    std::string why;  // why it did not converge
     std::vector<double> history;  // residual by iteration
   };
-  // From `state` to equilibrium under the pressure (Pa, dead). state is changed only on success.
-  // keep_factor: go on with the factorization at hand (linear problems).
+  // Goes from `state` to equilibrium under the pressure (Pa, dead). Changes `state` only on
+  // success. keep_factor: reuse the present factorization, for linear problems.
   Newton solve(double pressure_Pa, FemState& state, bool keep_factor = false);
 
-  // Smallest pivot sign: false when the tangent of the last solve was not positive definite.
+  // False when the tangent of the last solve was not positive definite.
   bool stable() const { return solver_.positive(); }
 
  private:
@@ -53,7 +54,7 @@ class FemSystem {
   };
   void gather(const FemState& state, std::size_t cell, std::array<double, kCellDofs>& u,
               std::array<double, kCellPressures>& p) const;
-  // Fills residual_, condensed_ and, if asked, matrix_.
+  // Fills residual_ and condensed_, and matrix_ if `tangent` is set.
   Residual assemble(const FemState& state, double pressure_Pa, bool tangent);
   void add_stiffness(std::size_t cell, const CellResult& result);
   std::optional<Step> direction(bool refactor);
@@ -65,7 +66,8 @@ class FemSystem {
   const StackSpace& space_;
   Kinematics kinematics_;
   std::vector<std::array<int, kCellDofs>> equations_;  // by cell
-  std::vector<std::array<int, kCellDofs*(kCellDofs + 1) / 2>> slots_;  // into the matrix values
+  // positions in the matrix values
+  std::vector<std::array<int, kCellDofs*(kCellDofs + 1) / 2>> slots_;
   std::vector<CellGeometry> geometry_;
   std::vector<ElasticLaw> laws_;
   Eigen::SparseMatrix<double> matrix_;  // lower triangle

@@ -11,8 +11,8 @@ namespace lcrig {
 namespace {
 
 constexpr int kMostIterations = 50;
-constexpr double kStep = 1e-4;  // relative, for derivatives
-constexpr double kSettled = 1e-9;  // relative length of a step
+constexpr double kStep = 1e-4;  // relative step of the derivatives
+constexpr double kSettled = 1e-9;  // relative length of the last step
 
 Result<std::size_t> find_soft(const Specimen& s) {
   std::vector<std::size_t> soft;
@@ -67,9 +67,10 @@ struct Place {
   double mu_Pa = 0, offset_Pa = 0, shift_F = 0;
 };
 
-// Weighted least squares about a place: rows are points, and the last one C0 when it is fitted.
+// Weighted least squares, linearized at a place. Rows are points; the last row is C0 if it is
+// fitted.
 struct Linear {
-  Eigen::MatrixXd slopes;  // of log(mu), offset/scale, shift/scale
+  Eigen::MatrixXd slopes;  // by log(mu), offset/scale_Pa, shift/scale_F
   Eigen::VectorXd residuals, values, weights;
   Eigen::MatrixXd normal() const { return slopes.transpose() * weights.asDiagonal() * slopes; }
   Eigen::VectorXd score() const { return slopes.transpose() * weights.asDiagonal() * residuals; }
@@ -137,7 +138,8 @@ struct Fitter {
   }
 };
 
-// Of the repeats as a sample: what each adds to the parameters, and C0, which they share.
+// Treats the repeats as a sample: what each of them adds to the parameters, plus the error of C0,
+// which all of them share.
 Eigen::MatrixXd variance_of_repeats(const Fitter& fitter, const Linear& l,
                                     const Eigen::MatrixXd& inverse, double scatter, int& repeats) {
   std::map<std::int32_t, Eigen::VectorXd> scores;
@@ -168,7 +170,7 @@ struct Spread {
   int freedom = 1, repeats = 0;
 };
 
-// `unit`: of one step of the parameter.
+// `unit` converts a step of the parameter to the unit of the value.
 FitValue value_of(double value, Eigen::Index k, double unit, const Spread& s) {
   const double residuals = s.of_residuals(k, k), between = s.of_repeats(k, k);
   const bool sample = s.repeats >= 2 && (s.repeats == 2 || between > residuals);
@@ -203,7 +205,7 @@ Fit summarize(const Fitter& fitter, const Linear& l, const Place& at, int iterat
   return fit;
 }
 
-// One Gauss-Newton step, halved until it improves; returns its relative length.
+// Takes one Gauss-Newton step, halved until it improves the fit. Returns its relative length.
 double improve(const Fitter& fitter, const Linear& l, Place& at) {
   const Eigen::VectorXd step = l.normal().ldlt().solve(l.score());
   const double before = l.chi2();
@@ -220,10 +222,10 @@ double improve(const Fitter& fitter, const Linear& l, Place& at) {
       return length * step.cwiseAbs().sum();
     }
   }
-  return 0;  // at the minimum as far as rounding can tell
+  return 0;  // already at the minimum, up to rounding
 }
 
-// Scaled by its diagonal, so that only the likeness of the columns counts.
+// Scaled by the diagonal, so that only the similarity of the columns counts.
 bool is_determined(const Eigen::MatrixXd& normal) {
   return normal.determinant() > 1e-20 * normal.diagonal().prod();
 }
@@ -236,7 +238,7 @@ double student_t975(int degrees_of_freedom) {
   if (degrees_of_freedom <= static_cast<int>(kTable.size())) {
     return kTable[static_cast<std::size_t>(std::max(degrees_of_freedom, 1) - 1)];
   }
-  constexpr double z = 1.959964;  // Cornish and Fisher's expansion in 1/n
+  constexpr double z = 1.959964;  // Cornish-Fisher expansion in 1/n
   const double n = degrees_of_freedom, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
   return z + (z3 + z) / (4 * n) + (5 * z5 + 16 * z3 + 3 * z) / (96 * n * n) +
          (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * n * n * n);

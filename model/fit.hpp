@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shear modulus, contact offset and C0 of a recorded run: what `lcrig model fit` prints.
+// Fits shear modulus, contact offset and C0 to a recorded run. `lcrig model fit` prints it.
 #pragma once
 
 #include <cstdint>
@@ -17,40 +17,41 @@ struct FitPoint {
         delta_capacitance_F(delta_capacitance),
         standard_error_F(error),
         repeat(of_repeat) {}
-  double pressure_Pa = 0;  // over the disc
+  double pressure_Pa = 0;  // force over the area of the disc
   double delta_capacitance_F = 0;
-  double standard_error_F = 0;  // > 0: weights; 0 for all: equal weights
-  std::int32_t repeat = 0;  // points of one repeat may err together
+  double standard_error_F = 0;  // > 0: gives the weight; 0 for all points: equal weights
+  std::int32_t repeat = 0;  // points of one repeat may share errors
 };
 
 struct FitValue {
   double value = 0;
   double standard_error = 0;
   double ci95_low = 0, ci95_high = 0;  // Student's t
-  // By what the value moves when the model's delta C is wrong by a share of 1 everywhere: times the
-  // estimated error of the level, what the model adds to the uncertainty.
+  // How far the value moves for a relative error of 1 in the model's delta C everywhere. Times the
+  // estimated error of the level, this is the model's part of the uncertainty.
   double per_model_error = 0;
 };
 
 struct Fit {
   FitValue shear_modulus_Pa;  // of the soft layers; nu stays as given
-  // Zero of the cell, and pressure that is spent before the faces touch all over: the two act
-  // alike.
+  // Zero of the cell, plus the pressure that is spent before the faces touch everywhere. A fit
+  // cannot tell the two apart.
   FitValue contact_offset_Pa;
-  FitValue c0_shift_F;  // true C0 less the one that delta C was taken from; 0 when it is not fitted
+  // true C0 minus the one that delta C was taken from; 0 when it is not fitted
+  FitValue c0_shift_F;
   double residual_F = 0;  // root mean square
   double correlation = 0;  // of modulus and offset
   int points = 0, iterations = 0;
-  int repeats = 0;  // whose differences the standard errors know; 0: the residuals' only
+  int repeats = 0;  // number of repeats in the standard errors; 0: they come from residuals alone
 };
 
-// delta C(P) = model(max(P - offset, 0); mu) + shift by Gauss-Newton. One material that is not
-// rigid and not a hundred times stiffer than another is taken as the soft one.
-// `c0_standard_error_F`, of the C0 that delta C was taken from and in the unit of the points'
-// weights: above 0, the shift is fitted, because all points share that error. Standard errors come
-// from the residuals, or from what repeats differ by where that is more. Errors: fewer than four
-// points (five with a shift); several soft materials; no convergence; a level that has no answer
-// near the data.
+// Fits delta C(P) = model(max(P - offset, 0); mu) + shift by Gauss-Newton. The specimen must have
+// exactly one soft material: not rigid, and not a hundred times stiffer than another.
+// `c0_standard_error_F` belongs to the C0 that delta C was taken from, in the unit of the points'
+// weights. Above 0 the shift is fitted, because all points share this error. Standard errors come
+// from the residuals, or from the differences between repeats where these are larger. Errors: fewer
+// than four points (five with a shift); several soft materials; no convergence; a level that has no
+// answer near the data.
 Result<Fit> fit_response(const Specimen& specimen, const LevelSettings& settings,
                          const std::vector<FitPoint>& points, double c0_standard_error_F = 0);
 

@@ -13,10 +13,10 @@ namespace lcrig {
 namespace {
 
 constexpr std::size_t kNodes = 10;
-constexpr double kMostClosed = 0.2;  // of the gap, where the interpolation ends
+constexpr double kMostClosed = 0.2;  // share of the gap down to which the interpolation reaches
 
-// L(k0 s) - L(k0) for s = 1 to kMostClosed as (s - 1) q(s), q interpolated at Chebyshev nodes: the
-// difference keeps its digits however small the closing is.
+// L(k0 s) - L(k0) for s = 1 to kMostClosed, as (s - 1) q(s) with q interpolated at Chebyshev nodes.
+// The difference keeps its digits however small the closing is.
 class FringeCurve {
  public:
   explicit FringeCurve(double gap_over_radius) : start_(love_factor(gap_over_radius)) {
@@ -84,7 +84,7 @@ class FringeModel final : public LevelModel {
       double& delta = state->capacitor_delta_F[i];
       const double c0 = parts_[i].c0_F;
       const FringeCurve& curve = curves_[parts_[i].curve];
-      const double closed = delta / (c0 + delta);  // of the gap, electrically
+      const double closed = delta / (c0 + delta);  // electrical share of the gap
       if (closed > 1 - kMostClosed) {
         return fail(Errc::invalid_request, "fringe: a gap closed to less than {} of itself",
                     kMostClosed);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gauss's quadrature with five points on -1 to 1: exact to degree nine.
+// Gauss quadrature with five points on -1 to 1, exact to degree nine. Used by the finite elements.
 #pragma once
 
 #include <array>

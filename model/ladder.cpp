@@ -39,10 +39,10 @@ std::vector<LadderRow> rungs(const Specimen& s) {
   return rows;
 }
 
-// Fills seconds and, as relative_error for now, delta C itself.
+// Fills `seconds`, and for now delta C itself as `relative_error`.
 void run(ErrorEstimator& estimator, const Specimen& s, Pressure pressure,
          const std::function<double()>& now, LadderRow& row) {
-  constexpr double kQuick = 0.2;  // seconds; longer ones are timed once
+  constexpr double kQuick = 0.2;  // seconds; longer ones are timed only once
   row.seconds = 1e300;
   for (int repeat = 0; repeat < 3; ++repeat) {
     const double start = now();
@@ -66,7 +66,7 @@ void run(ErrorEstimator& estimator, const Specimen& s, Pressure pressure,
   }
 }
 
-// With free faces the exact one-dimensional solution.
+// The exact one-dimensional solution, which exists with free faces.
 LadderRow* find_exact(const Specimen& s, std::vector<LadderRow>& rows) {
   for (auto& row : rows) {
     if (s.faces == Faces::free && row.failure.empty() &&
@@ -77,7 +77,7 @@ LadderRow* find_exact(const Specimen& s, std::vector<LadderRow>& rows) {
   return nullptr;
 }
 
-// The limit of the finest meshes that have one at this pressure.
+// The limit of the finest meshes that have a limit at this pressure.
 bool find_limit(ErrorEstimator& estimator, Ladder& ladder) {
   LevelSettings settings;
   for (const Level level : {Level::fem_finite, Level::fem_linear}) {
@@ -111,7 +111,7 @@ Result<Ladder> climb_ladder(const Specimen& specimen, Pressure pressure,
   ladder.rows = rungs(specimen);
   ErrorEstimator estimator(specimen);
   for (auto& row : ladder.rows) {
-    // without contact gaps, which are no strain: the errors are those of the stack
+    // without contact gaps: they are not strain, and the errors are those of the stack
     run(estimator, estimator.specimen(), pressure, seconds_now, row);
   }
   if (LadderRow* exact = find_exact(specimen, ladder.rows)) {

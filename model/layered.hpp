@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levels at which a layer's strain follows from its own material, thickness and the pressure alone.
+// Builds a level in which the strain of a layer depends only on its material, its thickness and the
+// pressure. The levels `linear`, `hyperelastic` and `bonded` are built this way.
 #pragma once
 
 #include <functional>

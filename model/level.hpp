@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The levels of the stack model behind one interface: pressure in, shortening and capacitance out.
+// Used by all that evaluates the model: curves, fits, error estimates and the table of the bench.
 #pragma once
 
 #include <memory>
@@ -25,7 +26,7 @@ struct LevelSettings {
   Level level = Level::hyperelastic;
   EnergyForm form = EnergyForm::a;  // hyperelastic only
   Lateral lateral = Lateral::free;  // hyperelastic only
-  // At small strain, and under films that keep their area (`bonded`), both kinds are the same.
+  // Both kinds are the same at small strain and under films that keep their area (`bonded`).
   PressureKind pressure_kind = PressureKind::dead;
   bool nonlinear = true;  // bonded only: confined neo-Hookean strain instead of P/E_a
   MeshSettings mesh;  // FEM levels only
@@ -37,26 +38,28 @@ struct LevelSettings {
 struct StackState {
   double pressure_Pa = 0;
   double shortening_m = 0;  // of the whole stack
-  double delta_capacitance_F = 0;  // from the thickness change, never C - C0
+  double delta_capacitance_F = 0;  // from the change of thickness, never as C - C0
   std::vector<double> capacitor_delta_F;  // base to top
 };
 
-// A specimen prepared at one level. The specimen is copied. Not thread-safe: solvers keep state.
+// A specimen prepared at one level. It is a copy. Not thread-safe, because solvers keep state.
 class LevelModel {
  public:
   virtual ~LevelModel() = default;
-  // Compressive pressure >= 0 over the disc. Errors: no equilibrium, beyond the level's validity.
+  // Compressive pressure >= 0 over the disc. Errors: no equilibrium; the pressure is beyond the
+  // level's validity.
   virtual Result<StackState> at_pressure(Pressure pressure) = 0;
-  // After a failure: the largest pressure that has an answer; nothing: not known.
+  // After a failure, the largest pressure that has an answer; nullopt if it is not known.
   virtual std::optional<Pressure> last_converged() const { return std::nullopt; }
   virtual double c0_F() const = 0;  // unloaded, with the same options (fringe)
 };
 
-// Errors: the specimen is wrong, or the level cannot describe it or has no such option (says why).
+// Errors: the specimen is wrong, or the level cannot describe it or lacks an option (the message
+// says why).
 Result<std::unique_ptr<LevelModel>> make_level_model(const Specimen& specimen,
                                                      const LevelSettings& settings);
 
-// C0 k e / (1 - k e) for a stack of series dielectrics: gap and closing in m of t/eps_r.
+// C0 k e / (1 - k e) for a stack of dielectrics in series. gap_m and closing_m are sums of t/eps_r.
 double delta_capacitance_F(double c0_F, double gap_m, double closing_m);
 
 }  // namespace lcrig

@@ -9,11 +9,11 @@
 namespace lcrig {
 namespace {
 
-// What every corner allows: displacement goes like r^1/2 at worst, a functional converges twice as
-// fast, and cells at the mildest corner shrink with the square of their number. Meshes do better
-// than that, coarse ones by chance; the doubt does not count on more.
+// The order that every corner allows: displacement goes like r^(1/2) at worst, a functional
+// converges twice as fast, and at a corner with the mildest grading cells shrink with the square of
+// their number. Coarse meshes may show a higher order by chance, so the doubt does not count on it.
 constexpr double kMostOrder = 2;
-constexpr double kLeastOrder = 1;  // halving the error is what the family promises
+constexpr double kLeastOrder = 1;  // the family promises to halve the error at each step
 constexpr double kRounding = 1e-15;
 
 }  // namespace
@@ -33,12 +33,12 @@ MeshLimit limit_of(const std::vector<double>& values) {
     limit.settled = true;
     return limit;
   }
-  if (last * before <= 0) {  // around the limit: it lies between the last two
+  if (last * before <= 0) {  // the values alternate, so the limit lies between the last two
     limit.settled = std::abs(last) <= std::abs(before) / 2;
     limit.doubt = limit.settled ? std::max(std::abs(last), rounding) : limit.doubt;
     return limit;
   }
-  // A single ratio scatters; the mean over three steps is steadier.
+  // A single ratio scatters, so the mean over three steps is taken.
   const double first = steps.front() * last > 0 ? steps.front() : before;
   const double count = steps.front() * last > 0 ? static_cast<double>(steps.size() - 1) : 1;
   const double order = std::log2(first / last) / count;
@@ -49,7 +49,8 @@ MeshLimit limit_of(const std::vector<double>& values) {
     return limit;
   }
   limit.value += last / (std::exp2(order) - 1);
-  // The last step may be small by chance: not less than the one before, shrunk as fast as it can.
+  // The last step may be small by chance, so it counts at least as the one before shrunk at the
+  // highest rate.
   const double step = std::max(std::abs(last), std::abs(before) * std::exp2(-2 * kMostOrder));
   limit.doubt = std::max(step / (std::exp2(std::min(order, kMostOrder)) - 1), rounding);
   return limit;

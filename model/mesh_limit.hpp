@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a sequence of nested meshes leads: each cell is halved from one value to the next.
+// The limit of a sequence of nested meshes, in which each mesh halves every cell of the one before.
+// Used by the error estimates.
 #pragma once
 
 #include <vector>
@@ -7,13 +8,13 @@
 namespace lcrig {
 
 struct MeshLimit {
-  double value = 0;  // Aitken's limit; of a sequence that has not settled the last value itself
-  double doubt = 0;  // how far the limit may be off: what would be left at the least order
+  double value = 0;  // Aitken's limit, or the last value if the sequence has not settled
+  double doubt = 0;  // how far the limit may be off, if the order is the least that is allowed for
   double order = 0;  // observed, over the last steps; 0 when they change sign
   bool settled = false;  // each step is about half of the one before, or less
 };
 
-// `values` from coarse to fine, three or more; the last four count.
+// `values` from coarse to fine, at least three; only the last four count.
 MeshLimit limit_of(const std::vector<double>& values);
 
 }  // namespace lcrig

@@ -6,11 +6,12 @@
 namespace lcrig {
 namespace {
 
-constexpr std::size_t kGrid = 120;  // steps that the spare thickness is handed out in
-constexpr int kHalvings = 12;  // of the grid step, off the grid
+constexpr std::size_t kGrid = 120;  // steps into which the spare thickness is divided
+constexpr int kHalvings = 12;  // of the grid step, when leaving the grid
 constexpr int kMostSweeps = 100;
 
-// Best sensitivity of the lowest layers over a share of the spare thickness, and the last layer's.
+// The best sensitivity of the lowest layers for a share of the spare thickness, and the part of it
+// that the last layer gets.
 struct Best {
   double value = 0;
   std::size_t last = 0;
@@ -68,7 +69,7 @@ std::vector<double> Search::on_grid() const {
   return z;
 }
 
-// Whether moving one boundary improves the two layers at it.
+// Moves one boundary if that improves the two layers next to it; says whether it did.
 bool Search::move(std::vector<double>& z, std::size_t boundary, double by_m) const {
   const double below = z[boundary - 1], at = z[boundary], above = z[boundary + 1];
   const double least = request_.least_m * (1 - 1e-12);

@@ -11,10 +11,11 @@ namespace {
 constexpr std::size_t kGridCells = 256;
 constexpr double kCreepSteps = 50;  // per creep time
 constexpr int kSearchSteps = 200;
-// Half of the longest window: SLOW, 256 averages, 97 s; and what the link takes.
+// The longest window of the meter (SLOW, 256 averages) lasts 97 s. A reading is computed at its
+// middle, and the link takes time as well.
 constexpr Duration kLookBack = std::chrono::minutes(2);
 
-// Times of events are rounded up, so that at the returned instant the event has happened.
+// Rounded up, so that an event has happened at the instant that is returned for it.
 Duration seconds_up(double s) {
   return Duration(static_cast<std::int64_t>(std::ceil(s * 1e9)));
 }
@@ -37,7 +38,8 @@ double Plant::shortening_m(double force_N) const {
   return specimen_.shortening_m(force_N) + force_N * compliance_m_N_;
 }
 
-// Regula falsi with the Illinois weights: shortening rises, so the bracket always closes.
+// Regula falsi with the Illinois weights. Shortening rises with force, so the bracket always
+// closes.
 double Plant::solve_force(double target_m) const {
   double low = 0, high = grid_N_;
   double low_m = 0, high_m = grid_m_[1];
@@ -101,7 +103,7 @@ Plant::Profile Plant::straight(MonoTime t, double from, double to, double speed)
     p.rate = to > from ? speed : -speed;
     p.straight_s = (to - from) / p.rate;
   } else {
-    p.end = speed > 0 ? to : from;  // no speed, no motion
+    p.end = speed > 0 ? to : from;  // without speed there is no motion
     p.value = p.end;
   }
   return p;
@@ -169,13 +171,14 @@ Plant::Load Plant::load_at(const Drive& drive, MonoTime t, double q_N) const {
     const double force = force_at_travel_N(drive.motion.at(t));
     return {force, force};
   }
-  // s(elastic) + (elastic - memory)/k = travel - contact; lifted off where that leaves no force
+  // Solves s(elastic) + (elastic - memory)/k = travel - contact. Where that leaves no force, the
+  // probe has lifted off.
   const double pressed_m = drive.motion.at(t) - config_.contact_travel_m + memory * compliance_m_N_;
   const double elastic = pressed_m > 0 ? solve_force(pressed_m) : 0;
   return elastic > memory ? Load{elastic - memory, elastic} : Load{0, memory};
 }
 
-// One step of q with the force of its middle, exactly integrated.
+// One step of q, integrated exactly with the force at the middle of the step.
 double Plant::creep_step(const Drive& drive, MonoTime from, Duration step, double q_N) const {
   const double force = load_at(drive, from + step / 2, q_N).force_N;
   return q_N + (force - q_N) * -std::expm1(-to_seconds(step) / config_.creep_time_s);
@@ -261,7 +264,7 @@ void Plant::put_load(MonoTime t, double force_N) {
   change_at(t, next);
 }
 
-// Of the travel; of a drive that brakes already what is left.
+// Speed of the travel. If the drive is already braking, the speed that is left.
 double Plant::speed_m_s(MonoTime t) const {
   const bool approaching = drive_.approaching(t);
   const Profile& motion = approaching ? *drive_.approach : drive_.motion;
@@ -314,13 +317,13 @@ std::optional<MonoTime> Plant::force_crossing(double force_N, MonoTime from, Mon
   }
   const double value = drive_.control == Control::force ? force_N : travel_at_force_m(force_N);
   MonoTime t = std::clamp(drive_.motion.time_of(value), from, to);
-  while (t < to && !passed(this->force_N(t))) {  // rounding of the inverse: a nanosecond or two
+  while (t < to && !passed(this->force_N(t))) {  // the inverse is rounded by a nanosecond or two
     t += Duration(1);
   }
   return t;
 }
 
-// With creep the way from travel to force depends on the past: search forward, then halve.
+// With creep, the force at a travel depends on the past. So this searches forward and then bisects.
 std::optional<MonoTime> Plant::creeping_crossing(double force_N, MonoTime from, MonoTime to) const {
   const bool rising = this->force_N(from) < force_N;
   const auto passed = [&](MonoTime t) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a simulated instrument asks of the world. One Plant is shared by the meter and the frame.
+// The physical world of a bench: the drive of the frame, the specimen, and the force and
+// capacitance that follow. One Plant is shared by the simulated meter and the simulated frame.
 #pragma once
 
 #include <array>
@@ -12,7 +13,7 @@
 
 namespace lcrig {
 
-// The specimen as the bench sees it: whatever model level was chosen, tabulated once.
+// The specimen as the bench sees it: any level of the model, tabulated once.
 class SpecimenResponse {
  public:
   virtual ~SpecimenResponse() = default;
@@ -22,32 +23,32 @@ class SpecimenResponse {
   virtual double c0_F() const = 0;
 };
 
-// Everything a bench file may say about instruments and mounting. SI.
+// Everything that a bench file may say about instruments and mounting. SI.
 struct PlantConfig {
   double contact_travel_m = 0;  // machine travel at which the probe touches
   double start_travel_m = 0;  // where the drive stands at first
   double frame_stiffness_N_m = 1e6;  // frame, cell and fixture in series with the specimen
-  double drive_lag_s = 0.001;  // reaction of the device's own stop
+  double drive_lag_s = 0.001;  // until the device's own stop begins to brake
   double deceleration_m_s2 = 0.05;
-  double force_approach_speed_m_s = 0.001;  // of force control while nothing is touched
+  double force_approach_speed_m_s = 0.001;  // of force control until contact
   double force_noise_N = 0.0005;  // standard deviation of a sample
   double force_resolution_N = 0.0001;
   double force_offset_N = 0;  // of the untared cell
   double force_drift_N_s = 0;  // of its zero
-  double force_gain = 1;  // what it shows of a force: within its class
+  double force_gain = 1;  // shown force over true force; within the cell's class
   double travel_resolution_m = 1e-7;
   double force_nominal_N = 20;
   double travel_min_m = -0.1, travel_max_m = 0.1;
   double speed_max_m_s = 0.01;
-  // Meter: conversion time without averaging, and standard deviation of one conversion at 1 kHz and
-  // 1 V; scales with 1/(f V) and 1/sqrt(average) (LCR reference 4.4 and 7). By aperture.
+  // Meter, by aperture: conversion time without averaging, and standard deviation of one conversion
+  // at 1 kHz and 1 V, which scales with 1/(f V) and 1/sqrt(average) (LCR reference 4.4 and 7).
   std::array<double, 3> conversion_s{0.065, 0.120, 0.380};
   std::array<double, 3> capacitance_noise_F{60e-15, 44e-15, 25e-15};
   double dissipation = 0.004;
   double stray_capacitance_F = 0;  // left after open correction
   double thermal_drift_F_per_s = 0;
-  // One Prony term, off by default: under a held force the specimen gives way as if the force were
-  // (1 + fraction) times as large in the end; under held travel the force relaxes.
+  // One Prony term, off by default. Under a held force the specimen finally gives way as if the
+  // force were (1 + fraction) times as large; under held travel the force relaxes.
   double creep_fraction = 0;
   double creep_time_s = 10;
   std::uint64_t seed = 1;
@@ -58,28 +59,29 @@ struct Electrical {
   double dissipation = 0;
 };
 
-// Times never run backwards between calls that change the drive. Queries may look at any later
-// time, and two minutes back: a meter's answer is of a window that lay before the drive was
-// changed. All values are free of noise; the simulated instruments add theirs.
+// Calls that change the drive come in the order of time. Queries may look at any later time, and
+// two minutes back, because a meter's answer is about a window that may lie before the last change.
+// All values are free of noise; the simulated instruments add theirs.
 class Plant {
  public:
   Plant(const SpecimenResponse& specimen, PlantConfig config);
 
   const PlantConfig& config() const { return config_; }
 
-  double travel_m(MonoTime t) const;  // of the drive; includes frame compliance under force
+  // of the drive; under force it includes the frame's compliance
+  double travel_m(MonoTime t) const;
   double force_N(MonoTime t) const;  // on the specimen, >= 0
   Electrical electrical(MonoTime t) const;
 
   // Changes of the drive, from time t on.
   void move_to(MonoTime t, double travel_m, double speed_m_s);  // constant speed
   void ramp_force(MonoTime t, double force_N, double rate_N_s);  // force control, then held
-  void halt(MonoTime t);  // decelerates, holds travel
+  void halt(MonoTime t);  // decelerates, then holds travel
   void put_load(MonoTime t, double force_N);  // dead weight on a rod
-  // When the present motion ends by itself; nullopt while standing.
+  // When the present motion ends by itself; nullopt while the drive stands.
   std::optional<MonoTime> arrival() const;
-  // First time in [from, to] at which the force passes `force_N`; the drive is monotonic between
-  // changes.
+  // First time in [from, to] at which the force passes `force_N`. Between changes the drive is
+  // monotonic.
   std::optional<MonoTime> force_crossing(double force_N, MonoTime from, MonoTime to) const;
   // Static equilibrium of specimen and frame in series.
   double force_at_travel_N(double travel_m) const;
@@ -94,12 +96,12 @@ class Plant {
     double rate = 0;  // per s, signed
     double straight_s = 0;
     double brake = 0;  // m/s2 against the rate after the straight part; 0: no parabola
-    double end = 0;  // final value, exactly
+    double end = 0;  // exact final value
 
     double at(MonoTime t) const;
     double braking_s() const;
     MonoTime finish() const;
-    MonoTime time_of(double v) const;  // of a value between the first and the last
+    MonoTime time_of(double v) const;  // v: between the first and the last value
   };
   struct Memory {
     MonoTime t{};
@@ -110,34 +112,34 @@ class Plant {
     Control control = Control::travel;
     Profile motion;  // in the unit of control
     std::optional<Profile> approach;  // travel, m; force control before contact
-    Memory changed;  // at its beginning
-    mutable Memory latest;  // some whole steps later; queries mostly go forward
+    Memory changed;  // at the beginning
+    mutable Memory latest;  // some whole steps later, because queries mostly go forward
 
     bool approaching(MonoTime t) const;  // the approach precedes the force ramp
   };
   static Profile straight(MonoTime t, double from, double to, double speed);
   double shortening_m(double force_N) const;  // of specimen and frame
   double solve_force(double shortening_m) const;
-  // With creep the specimen answers to force + fraction * q, q' = (force - q)/time.
+  // With creep the specimen answers to force + fraction * q, where q' = (force - q)/time.
   struct Load {
-    double force_N, elastic_N;  // pressed with; answered to
+    double force_N, elastic_N;  // applied; answered to
   };
   Load load_at(const Drive& drive, MonoTime t, double q_N) const;
   double creep_step(const Drive& drive, MonoTime from, Duration step, double q_N) const;
   double creep_N(const Drive& drive, MonoTime t) const;  // q
   Load load(MonoTime t) const;
   const Drive& drive_at(MonoTime t) const;
-  double speed_m_s(MonoTime t) const;  // now or later
+  double speed_m_s(MonoTime t) const;  // t: not before the last change
   void change_at(MonoTime t, Drive next);
   std::optional<MonoTime> creeping_crossing(double force_N, MonoTime from, MonoTime to) const;
 
   const SpecimenResponse& specimen_;
   PlantConfig config_;
   Drive drive_;
-  std::deque<Drive> earlier_;  // that a query may still look at
+  std::deque<Drive> earlier_;  // those that a query may still ask about
   double compliance_m_N_ = 0;  // of the frame; 0: rigid
   double grid_N_ = 1;  // force step of grid_m_
-  std::vector<double> grid_m_;  // shortening at multiples of grid_N_: first guesses
+  std::vector<double> grid_m_;  // shortening at multiples of grid_N_, for first guesses
 };
 
 }  // namespace lcrig

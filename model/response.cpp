@@ -12,7 +12,8 @@ namespace {
 constexpr std::size_t kFirstCells = 8;
 constexpr std::size_t kMostCells = 1U << 15U;
 
-// Derivative at the middle of five equally spaced values, fourth order; at the ends one-sided.
+// Derivative of equally spaced values, fourth order: central from five values, one-sided at the
+// ends.
 double slope_at(const std::vector<double>& y, std::size_t i, double h) {
   const std::size_t last = y.size() - 1;
   if (i >= 2 && i + 2 <= last) {
@@ -28,7 +29,8 @@ double slope_at(const std::vector<double>& y, std::size_t i, double h) {
          (12 * h);
 }
 
-// Fritsch and Carlson: a slope within three times both neighbouring secants keeps a cubic monotone.
+// Fritsch and Carlson: a cubic stays monotone if each slope is within three times both neighbouring
+// secants.
 double limited(double slope, double left, double right) {
   return std::clamp(slope, 0.0, 3 * std::min(left, right));
 }
@@ -37,7 +39,7 @@ struct Sample {
   double shortening_m, delta_F;
 };
 
-// Samples on a uniform grid that is halved until the previous table met the tolerance at all the
+// Samples on a uniform grid. The grid is halved until the previous table meets the tolerance at all
 // new points.
 class TableBuilder {
  public:
@@ -74,7 +76,7 @@ Result<Sample> TableBuilder::sample(double force_N) {
   return Sample{state->shortening_m, state->delta_capacitance_F};
 }
 
-// First samples, over as much of the range as the level can carry.
+// The first samples, over as much of the range as the level can solve.
 Result<> TableBuilder::reach(double max_force_N) {
   const double tiny = 1e-7 * max_force_N;
   auto first = sample(tiny);
@@ -95,7 +97,7 @@ Result<> TableBuilder::reach(double max_force_N) {
     }
     why = last.error();
     if (const auto reached = model_.last_converged()) {
-      top = std::min(top, reached->si() * area_m2_ / 0.9);  // the next try is there
+      top = std::min(top, reached->si() * area_m2_ / 0.9);  // the next try is at this load
     }
   }
   return fail(std::move(why));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A level of the model tabulated once into a monotone interpolant: what the bench evaluates.
+// A level of the model, tabulated once into a monotone interpolant. Simulated benches and the plan
+// of a run evaluate it.
 #pragma once
 
 #include <functional>
@@ -11,8 +12,8 @@
 
 namespace lcrig {
 
-// Monotone cubic through samples of a function that rises from 0 at 0, over a uniform grid.
-// Beyond the last sample it goes on as a straight line with the last slope.
+// Monotone cubic through samples of a function that rises from 0 at 0, on a uniform grid. Beyond
+// the last sample it continues as a straight line with the last slope.
 class MonotoneTable {
  public:
   MonotoneTable() = default;
@@ -42,8 +43,9 @@ class TabulatedResponse final : public SpecimenResponse {
   double capacitance_F(double force_N) const override { return c0_F_ + delta_(force_N); }
   double delta_capacitance_F(double force_N) const { return delta_(force_N); }
   double c0_F() const override { return c0_F_; }
-  double max_force_N() const { return max_force_N_; }  // beyond it both curves go on straight
-  double relative_error() const { return relative_error_; }  // of the table against its level
+  double max_force_N() const { return max_force_N_; }  // both curves are straight beyond it
+  // of the table, compared with its level
+  double relative_error() const { return relative_error_; }
 
  private:
   double c0_F_;
@@ -51,11 +53,11 @@ class TabulatedResponse final : public SpecimenResponse {
   double max_force_N_, relative_error_;
 };
 
-// Table of `settings` from 0 to max_force (over the disc area, dead load) whose shortening and
-// delta C are within tolerance/10 of the level, relative, at every force; verified while building.
-// The table ends earlier, at the last force it could solve, when the level finds no equilibrium
-// (max_force_N() says where). Errors: as make_level_model; tolerance out of 1e-6 to 1; not even a
-// thousandth of max_force can be carried.
+// Tabulates `settings` from 0 to max_force (over the disc area, dead load). Shortening and delta C
+// are within tolerance/10 of the level, relative, at every force; this is verified while building.
+// If the level finds no equilibrium at some force, the table ends at the last force it could solve
+// (see max_force_N()). Errors: as make_level_model; tolerance out of 1e-6 to 1; not even a
+// thousandth of max_force can be solved.
 Result<std::unique_ptr<TabulatedResponse>> make_response(const Specimen& specimen,
                                                          const LevelSettings& settings,
                                                          Force max_force, double tolerance);

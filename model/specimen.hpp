@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is pressed: a stack of disc capacitors, each a stack of layers, listed from base to top.
+// Used by the whole model and by whatever loads, plans or runs a specimen.
 #pragma once
 
 #include <cstddef>
@@ -15,19 +16,19 @@ namespace lcrig {
 
 inline constexpr double kVacuumPermittivity_F_m = 8.8541878128e-12;  // CODATA 2018
 
-// How the layers are held sideways. It decides everything: 100 kPa strains a 25 um layer seventeen
+// How the layers are held sideways. This matters most: 100 kPa strains a 25 um layer seventeen
 // times more when its faces slide than when they are bonded.
 enum class Faces {
   free,  // every face slides without friction: uniaxial stress
   bonded_base,  // lowest face fixed to the base, layers stick to each other
-  // As bonded_base, and every soft layer lies between stiff films it is bonded to: those that are
-  // listed as layers, elsewhere its electrodes, which are then rigid and of no thickness.
+  // As bonded_base, and every soft layer is bonded to stiff films on both sides. These are the
+  // films listed as layers, otherwise its electrodes, which are then rigid and without thickness.
   bonded_laminate,
 };
 std::string_view to_string(Faces faces);
 std::optional<Faces> parse_faces(std::string_view text);
 
-// What presses on the top face (matters for the FEM levels only).
+// What presses on the top face. Matters for the FEM levels only.
 enum class Top { pressure, plate, bonded_plate };  // uniform pressure; frictionless; bonded
 std::string_view to_string(Top top);
 std::optional<Top> parse_top(std::string_view text);
@@ -40,7 +41,7 @@ struct Material {
   double poisson_ratio = 0;  // 0 to 0.5
   std::optional<double> given_shear_modulus_Pa;  // for the finite-strain levels
 
-  // mu of the finite-strain levels: as given, else E/(2(1+nu)), Pa.
+  // mu of the finite-strain levels, Pa: the given one, otherwise E/(2(1+nu)).
   double shear_modulus_Pa() const;
 };
 
@@ -50,18 +51,18 @@ struct Layer {
 };
 
 struct Capacitor {
-  std::vector<Layer> layers;  // base to top; electrodes below the first and above the last
+  std::vector<Layer> layers;  // base to top; the electrodes are below the first and above the last
 };
 
-// Air that stays under each electrode until it is pressed out: roughness, partial contact. Height
-// under pressure P is height/(1 + P/half_pressure). Empirical; no physics behind it.
+// Air that stays under each electrode until it is pressed out (roughness, partial contact). Under
+// pressure P its height is height/(1 + P/half_pressure). Empirical, without physics behind it.
 struct ContactGap {
   double height_m = 0;
   double half_pressure_Pa = 0;
 };
 
-// One Prony term: under a held force the layers strain as if it were (1 + fraction) times larger in
-// the end, approached with this time. Only the simulated bench has time; the levels ignore it.
+// One Prony term: under a held force the layers finally strain as if it were (1 + fraction) times
+// as large; time_s is the time constant. Only the simulated bench knows time; the levels ignore it.
 struct Creep {
   double fraction = 0;
   double time_s = 0;
@@ -74,12 +75,13 @@ struct Specimen {
   Top top = Top::pressure;
   std::vector<Material> materials;
   std::vector<Capacitor> capacitors;
-  std::optional<ContactGap> contact_gap;  // off by default, a parameter of the user
+  std::optional<ContactGap> contact_gap;  // off by default; set by the user
   std::optional<Creep> creep;  // likewise
 
   double area_m2() const;
   const Material& material(const Layer& layer) const { return materials[layer.material]; }
-  // Not a film: neither rigid nor 100 times stiffer than the softest material in the stack.
+  // True for what is not a film: neither rigid nor 100 times stiffer than the softest material in
+  // the stack.
   bool is_soft(const Material& material) const;
   // t / eps_r summed over the dielectric between two electrodes, m.
   double dielectric_gap_m(const Capacitor& capacitor) const;
@@ -88,8 +90,9 @@ struct Specimen {
   std::size_t layer_count() const;
 };
 
-// Empty stack, sizes that are not finite and positive, moduli and ratios out of range, too many
-// layers: invalid_request with the place. Everything in model/ may rely on a specimen that passed.
+// Errors: invalid_request with the place, for an empty stack, sizes that are not finite and
+// positive, moduli and ratios out of range, or too many layers. Everything in model/ may rely on a
+// specimen that passed.
 Result<> check_specimen(const Specimen& specimen);
 
 }  // namespace lcrig

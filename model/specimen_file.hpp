@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file format `specimen/1` (design section 10): what a stack is made of.
+// Reads the file format `specimen/1` (design section 10), which says what a stack is made of. Used
+// by the daemon, by every command that takes a specimen, and by benchmarks.
 #pragma once
 
 #include <string>
@@ -11,10 +12,10 @@
 
 namespace lcrig {
 
-// `source` is what messages call the text. The result passed check_specimen. Errors:
+// `source` is the name of the text in messages. The result has passed check_specimen. Errors:
 // invalid_request with position, JSON pointer, what was found and what was expected.
 Result<Specimen> parse_specimen(std::string_view text, const std::string& source);
-// Errors: also io.
+// Errors: as above, and io.
 Result<Specimen> load_specimen(const std::string& path);
 
 // The specimens that ship with the program, by name: paper-1, paper-2, paper-3.

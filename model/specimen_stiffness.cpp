@@ -13,7 +13,7 @@ namespace lcrig {
 
 namespace {
 
-// Of an estimate of times and expected forces; the bound does not rest upon it.
+// For an estimate of times and expected forces; the bound does not depend on it.
 constexpr double kTolerance = 0.01;
 
 struct SoftLayer {
@@ -28,7 +28,7 @@ std::function<double(double force_N)> least_shortening(const Specimen& specimen)
     for (const Layer& layer : capacitor.layers) {
       const Material& m = specimen.material(layer);
       if (m.rigid) continue;
-      // A file may state both moduli; of two that disagree the stiffer one bounds.
+      // A file may state both moduli. If they disagree, the stiffer one gives the bound.
       const double of_youngs = m.youngs_modulus_Pa / (2 * (1 + m.poisson_ratio));
       const double shear = std::max(m.shear_modulus_Pa(), of_youngs);
       layers.push_back({layer.thickness_m, shear, m.poisson_ratio});

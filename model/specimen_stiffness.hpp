@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the file of a specimen says of how far it gives way, for the plan of a run.
+// What a specimen file says about how far the specimen gives way. The daemon uses it to plan runs.
 #pragma once
 
 #include <functional>
@@ -10,13 +10,13 @@
 
 namespace lcrig {
 
-// Shortening under a force over the disc, m, at least: every layer as if it could not move sideways
-// (uniaxial strain, confined neo-Hookean; whatever holds its faces, it cannot be stiffer). Rigid
-// layers, and incompressible ones, do not give way at all.
+// The least shortening under a force over the disc, m. Every layer is taken as if it could not move
+// sideways (uniaxial strain, confined neo-Hookean), because nothing that holds its faces can make
+// it stiffer. Rigid and incompressible layers do not give way at all.
 std::function<double(double force_N)> least_shortening(const Specimen& specimen);
 
-// Travel beyond contact as the cheapest level of the model has it, specimen and frame in series;
-// empty when no cheap level describes this specimen.
+// Expected travel beyond contact, with specimen and frame in series, by the cheapest level that
+// applies. Empty when no cheap level describes this specimen.
 std::function<double(double force_N)> expected_compression(
     const Specimen& specimen, Force force_max, std::optional<double> frame_stiffness_N_m);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// With j = ln J as the unknown every form has its stretches and pressure in closed form, and no
+// With j = ln J as the unknown, every form has its stretches and pressure in closed form, and no
 // difference of nearly equal numbers appears at any strain. docs/model.md, section "One layer".
 #include "model/stretch.hpp"
 
@@ -69,8 +69,8 @@ Loaded free_coupled(const Law& law, double j) {
           log_r2 / 2};
 }
 
-// Root w of (1+w)^3 - 1 = d (1+w)^2, d >= 0, to full relative precision: Cardano's root of y = 1+w
-// has only positive terms, one Newton step in w restores the digits that y - 1 loses.
+// Root w of (1+w)^3 - 1 = d (1+w)^2, d >= 0, to full relative precision. Cardano's root of y = 1+w
+// has only positive terms; one Newton step in w restores the digits that y - 1 loses.
 double cubic_root(double d) {
   const double d3 = d * d * d / 27;
   const double u = std::cbrt(d3 + 0.5 + std::sqrt(d3 + 0.25));
@@ -126,8 +126,8 @@ Loaded evaluate(const Law& law, double j) {
   return isochoric_split(law.form) ? free_split(law, j) : free_coupled(law, j);
 }
 
-// Newton for ln p over ln x, x = -j, inside a bracket that every evaluation narrows. p starts
-// linear in x and grows like a power, so the logarithms make both ends nearly straight.
+// Newton's method for ln p over ln x, x = -j, inside a bracket that every evaluation narrows. p
+// starts linear in x and grows like a power, so in logarithms both ends are nearly straight.
 std::optional<double> find_equilibrium(const Law& law, double target) {
   double below = 0;  // x with too little pressure
   double above = std::numeric_limits<double>::infinity();
@@ -138,7 +138,7 @@ std::optional<double> find_equilibrium(const Law& law, double target) {
     const double slope = -point.dp * x / point.p;  // d ln p / d ln x
     const double log_step = std::log1p(excess) / slope;
     if (std::abs(log_step) < 1e-8) {
-      return x + x * std::expm1(log_step);  // quadratic: what remains is rounding
+      return x + x * std::expm1(log_step);  // convergence is quadratic, so only rounding remains
     }
     (excess > 0 ? below : above) = x;
     double next = x * std::exp(log_step);
