@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How an Asio operation is awaited here: its error comes as a value, never as an exception.
+// The completion token for every Asio operation that a coroutine awaits: errors come back as
+// values. With plain use_awaitable a failed read throws, and then it does not win a race against a
+// timeout.
 #pragma once
 
 #include <boost/asio/as_tuple.hpp>
@@ -7,7 +9,7 @@
 
 namespace lcrig {
 
-// co_await gives a tuple (error_code, ...).
+// co_await with this token returns a tuple (error_code, ...).
 inline constexpr auto kAsResult = boost::asio::as_tuple(boost::asio::use_awaitable);
 
 }  // namespace lcrig

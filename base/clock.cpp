@@ -15,10 +15,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A loop that comes back so much later than it was to had no processor, and whatever arrived
-// meanwhile is still in the kernel.
+// A timer that fires this late means that the process got no processor time. Bytes that arrived in
+// the meantime are still in the kernel.
 constexpr Duration kStoodStill = 50ms;
-constexpr Duration kCatchUp = 5ms;  // time to read it
+constexpr Duration kCatchUp = 5ms;  // for reading those bytes
 
 }  // namespace
 
@@ -32,7 +32,8 @@ std::int64_t RealClock::unix_ns() const {
       .count();
 }
 
-// The timer of one wait, which a Wakeup may end. Neither outlives the other's use of it.
+// The timer of one wait, which a Wakeup may end early. Whichever of the two is destroyed first
+// detaches itself from the other.
 struct Wakeup::Sleeper {
   Sleeper(asio::any_io_executor executor, Wakeup* early)
       : timer(std::move(executor)), wakeup(early) {
@@ -74,20 +75,21 @@ Task<bool> RealClock::wait(MonoTime t, Wakeup* early) {
   timer.expires_at(std::chrono::steady_clock::time_point(t.time_since_epoch()));
   auto r = co_await timer.async_wait(kAsResult);
   if (!std::get<0>(r) && now() - due > kStoodStill) {
-    // Arrivals first: else a deadline would call those silent who answered in time.
+    // Read what has arrived first. Otherwise an instrument that answered in time would count as
+    // silent.
     timer.expires_after(kCatchUp);
     r = co_await timer.async_wait(kAsResult);
   }
   co_return !std::get<0>(r);
 }
 
-// The timer never expires by itself: cancelling it is how virtual time wakes the coroutine, how a
-// Wakeup does, and how Asio cancels it. `fired` tells them apart.
+// The timer never expires by itself. Virtual time, a Wakeup and a cancellation by Asio all end the
+// wait by cancelling the timer; `fired` is true when virtual time did.
 struct VirtualClock::Waiter : Wakeup::Sleeper {
   Waiter(asio::any_io_executor executor, Wakeup* early, VirtualClock& c, MonoTime t)
       : Sleeper(std::move(executor), early), clock(c), self(clock.waiters_.end()) {
     timer.expires_at(asio::steady_timer::time_point::max());
-    // A deadline in the past fires at the next jump, never in between.
+    // A deadline in the past fires at the next jump, not at once.
     if (t != MonoTime::max()) self = clock.waiters_.emplace(std::max(t, clock.now_), this);
   }
   ~Waiter() {
@@ -97,7 +99,7 @@ struct VirtualClock::Waiter : Wakeup::Sleeper {
   Waiter& operator=(const Waiter&) = delete;
 
   VirtualClock& clock;
-  std::multimap<MonoTime, Waiter*>::iterator self;  // its place in the queue; end(): none
+  std::multimap<MonoTime, Waiter*>::iterator self;  // place in the queue; end() when not queued
   bool fired = false;
 };
 
@@ -141,7 +143,7 @@ bool VirtualClock::pump(asio::io_context& io, const std::function<bool()>& done,
   const auto work = asio::make_work_guard(io);
   while (!done()) {
     if (io.stopped()) io.restart();
-    // Once is enough: it goes on until nothing can run.
+    // One call is enough: poll() runs handlers until none is ready.
     if (io.poll() > 0 && done()) return true;
     if (holds_ > 0) {
       io.run_one();

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time for everybody: production code never names steady_clock, sleep_for or steady_timer.
+// The clock that everything waits on: real time in the daemon, virtual time in rehearsals and
+// tests. Other production code never names steady_clock, sleep_for or steady_timer, so that all of
+// it can run in virtual time.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -36,9 +38,9 @@ constexpr double to_seconds(Duration d) {
   return static_cast<double>(d.count()) * 1e-9;
 }
 
-// How one coroutine ends the wait of another on the same thread. A remembered knock for one waiter:
-// a notify without a waiter ends the next wait at once. A wait may end for no reason, so the waiter
-// looks at its own condition in a loop.
+// Lets one coroutine end the wait of another on the same thread. It serves one waiter. A notify
+// without a waiter is remembered and ends the next wait at once. A wait may also end without a
+// reason, so the waiter checks its own condition in a loop.
 class Wakeup {
  public:
   Wakeup() = default;
@@ -52,7 +54,7 @@ class Wakeup {
   friend class VirtualClock;
   struct Sleeper;
   bool knocked_ = false;
-  Sleeper* sleeper_ = nullptr;  // who waits
+  Sleeper* sleeper_ = nullptr;  // the wait under way, if any
 };
 
 class Clock {
@@ -60,11 +62,12 @@ class Clock {
   virtual ~Clock() = default;
   virtual MonoTime now() const = 0;
   virtual std::int64_t unix_ns() const = 0;  // wall clock, to anchor a run once
-  // True when the time came, false when the wait was cancelled. Never throws, honours terminal
-  // cancellation, so it may stand on either side of `||`. A program that had no processor until
-  // after `t` reads what arrived meanwhile before this returns: silence is not the instrument's.
+  // True when the time came, false when the wait was cancelled. Never throws and honours terminal
+  // cancellation, so it may stand on either side of `||`. If the process got no processor time
+  // until after `t`, pending input is read before this returns, so that the instrument is not
+  // blamed for the silence.
   Task<bool> wait_until(MonoTime t) { return wait(t, nullptr); }
-  // The same; false also when `early` was knocked. MonoTime::max() never comes.
+  // The same, and false when `early` was notified. MonoTime::max() waits without a deadline.
   Task<bool> wait_until(MonoTime t, Wakeup& early) { return wait(t, &early); }
   Task<bool> wait_for(Duration d) { return wait_until(now() + d); }
 
@@ -81,9 +84,9 @@ class RealClock final : public Clock {
   Task<bool> wait(MonoTime t, Wakeup* early) override;
 };
 
-// Deterministic time for rehearsals and tests: stands still while anything can run, then jumps to
-// the earliest deadline. Used from one thread. Works over wires in memory and over socketpairs,
-// never over ptys (the kernel delivers pty bytes later; see docs/decisions/0002).
+// Deterministic time for rehearsals and tests. It stands still while anything can run, then jumps
+// to the earliest deadline. Used from one thread. Works with in-memory pipes and with socketpairs,
+// but not with ptys: the kernel delivers pty bytes later (docs/decisions/0002).
 class VirtualClock final : public Clock {
  public:
   explicit VirtualClock(std::int64_t unix_start_ns = 1'767'225'600'000'000'000);  // 2026-01-01
@@ -96,7 +99,7 @@ class VirtualClock final : public Clock {
   std::size_t pending() const { return waiters_.size(); }
   bool advance_to_next();  // false when nobody waits
 
-  // While a Hold lives, time does not advance: somebody waits for another thread (a commit).
+  // Time does not advance while a Hold exists. Held while another thread works, e.g. on a commit.
   class Hold {
    public:
     explicit Hold(VirtualClock& clock) : clock_(&clock) { ++clock_->holds_; }
@@ -108,8 +111,8 @@ class VirtualClock final : public Clock {
     VirtualClock* clock_;
   };
 
-  // Pumps `io` (poll until idle, then jump to the earliest deadline) until `done`, or until nothing
-  // is left that could ever run. True when `done`.
+  // Pumps `io` (poll until idle, then jump to the earliest deadline) until `done` or until nothing
+  // is left to run. True when `done`.
   bool run(asio::io_context& io, const std::function<bool()>& done);
   void run_for(asio::io_context& io, Duration d);
 

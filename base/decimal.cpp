@@ -10,7 +10,7 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::size_t kLongest = 48;  // sign, 17 digits, point, zeros or exponent
+constexpr std::size_t kLongest = 48;  // sign, 17 digits, point, and zeros or exponent
 
 char* copy(char* to, const char* from, std::size_t count) {
   std::memcpy(to, from, count);
@@ -61,7 +61,8 @@ void append_decimal_shift(std::string& out, double value, int power) {
   char* to = number;
   char* digits = text;
   if (*digits == '-') *to++ = *digits++;
-  // The shortest scientific form is d.ddde-07: the mark stands four or five before the end.
+  // The shortest scientific form is d.ddde-07: the 'e' stands four or five characters before the
+  // end.
   char* mark = end - (end[-4] == 'e' ? 4 : 5);
   int exponent = 0;
   for (const char* c = mark + 2; c != end; ++c) exponent = exponent * 10 + (*c - '0');

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers as text with the digits of the stored value, in another power of ten.
+// Writes a number in another power of ten with exactly the digits of the stored value, e.g. farads
+// as picofarads. Used by CSV export, control messages and the frame link.
 #pragma once
 
 #include <cstdint>
@@ -7,16 +8,16 @@
 
 namespace lcrig {
 
-// Appends the shortest decimal that reads back as `value`, with its point moved by `power` places:
-// 1.84249e-12 and 12 give 1.84249, never 1.8424900000000002. No rounding takes place; the text's
-// value is exactly (shortest digits) * 10^power. Plain notation for exponents -6..20, else 1.5e-9.
-// Not finite: "inf", "-inf", "nan".
+// Appends the shortest decimal that reads back as `value`, with its point moved by `power` places.
+// 1.84249e-12 and 12 give 1.84249, not 1.8424900000000002. Nothing is rounded: the text is exactly
+// (shortest digits) * 10^power. Plain notation for exponents -6..20, otherwise like 1.5e-9. Values
+// that are not finite give "inf", "-inf" or "nan".
 void append_decimal_shift(std::string& out, double value, int power);
 // The same for an integer: 1234500000 and -9 give 1.2345.
 void append_decimal_shift(std::string& out, std::int64_t value, int power);
 
-// The double nearest to (shortest digits of `value`) * 10^power: 0.065 and -3 give 6.5e-05, which
-// 0.065 / 1000 misses. What is not finite stays as it is.
+// The double nearest to (shortest digits of `value`) * 10^power. 0.065 and -3 give 6.5e-05; the
+// division 0.065 / 1000 gives a neighbouring double. Infinities and NaN are returned unchanged.
 double shift_decimal(double value, int power);
 
 inline std::string decimal_shift(double value, int power) {

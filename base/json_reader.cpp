@@ -17,13 +17,13 @@ struct JsonReader::State {
 };
 
 struct JsonReader::Known {
-  std::vector<std::string> keys;  // may stand in the object
+  std::vector<std::string> keys;  // that the object may contain
   std::vector<std::string> shown;  // as a message names them
 };
 
 namespace {
 
-// What a reader looks at after a failure.
+// The value that readers return after a failure.
 const json& nothing() {
   static const json kNothing;
   return kNothing;
@@ -162,7 +162,7 @@ std::int64_t JsonReader::integer(std::int64_t min, std::int64_t max) const {
     return fmt::format("expected a whole number from {} to {}", min, max);
   };
   const double v = is_number() ? value_->get<double>() : std::nan("");
-  // 2^53: beyond it a double is no longer a count.
+  // 2^53: above it a double cannot represent every integer.
   if (!(std::abs(v) <= 9007199254740992.0) || v != std::floor(v)) {
     refuse(fmt::format("{}, {}", shown(), expected()));
     return 0;

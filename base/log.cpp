@@ -25,7 +25,8 @@ class PriorityFlag final : public spdlog::custom_flag_formatter {
   }
 };
 
-// A message may quote a note or an instrument: no line of the log is forged, no terminal steered.
+// A message may quote an operator's note or an instrument's reply. Escaping it prevents forged log
+// lines and terminal escape codes.
 class HarmlessMessage final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& msg, const std::tm&,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Logging goes to stderr; under systemd with <N> priority prefixes, which the journal understands.
+// Set-up of logging to stderr, called by the programs' main(); everybody else includes this header
+// to log. Under systemd each line carries the <N> priority prefix that the journal understands.
 #pragma once
 
 #include <spdlog/spdlog.h>
@@ -11,10 +12,10 @@
 
 namespace lcrig {
 
-// Level: trace, debug, info, warn, error, off. Returns false for any other word. Every message is
-// made one harmless line (`printable`) of at most 4000 characters.
+// Level: trace, debug, info, warn, error, off. Returns false for any other word. Every message
+// becomes one line of at most 4000 characters, escaped by `printable`.
 bool set_up_logging(std::string_view level);
-// How a line of it looks: for the journal, or for a terminal with time and level.
+// The format of a log line: for the journal, or with time and level for a terminal.
 std::unique_ptr<spdlog::formatter> log_formatter(bool journal);
 
 }  // namespace lcrig

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Physical quantities as types: a wrong unit does not compile. Values are always coherent SI.
+// Physical quantities as types, so that a wrong unit does not compile. Values are always coherent
+// SI. Used by the instrument interfaces, the model and the protocols.
 #pragma once
 
 #include <compare>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors that a cable, an instrument, a file or a person can cause. Exceptions are for bugs only.
+// Result<T>, the return type of everything that a cable, an instrument, a file or a person can make
+// fail. Exceptions are for bugs only.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,22 +12,22 @@
 
 namespace lcrig {
 
-// Each value says what the operator should do; `Error::what` names device and exchange.
+// Each value tells the operator what to do; `Error::what` names the device and the exchange.
 enum class Errc {
-  no_reply,  // did not start to answer in time: check cable, power, front-panel port choice
-  reply_cut_off,  // stopped in the middle of an answer: check cable
-  garbled,  // an answer that does not parse: wrong instrument or line noise
+  no_reply,  // no answer began in time: check cable, power, front-panel port choice
+  reply_cut_off,  // the answer stopped in the middle: check the cable
+  garbled,  // the answer does not parse: wrong instrument or line noise
   refused,  // the instrument said no, or did not take a setting
   unsupported,  // this instrument cannot do that at all: use another one, or ask for something else
   disconnected,  // the port went away: plug it in again
-  busy,  // somebody else owns it: stop the other program
+  busy,  // another program owns the port: stop it
   limit_tripped,  // a limit of the protocol or the machine was reached
-  not_standing,  // a frame did not confirm that it stands: use the E-stop
-  frame_fault,  // a frame reports a fault (E-stop, drive) or does not obey: look at it, clear it
+  not_standing,  // the frame did not confirm that it stands: use the E-stop
+  frame_fault,  // the frame reports a fault (E-stop, drive) or does not obey: inspect, clear
   invalid_request,  // the request (file, flag, message) is wrong: correct it
   aborted,  // a person or a signal stopped it
   io,  // the operating system refused: read the message
-  bug,  // ours: report it with the wire log
+  bug,  // a bug of lcrig: report it with the wire log
 };
 std::string_view to_string(Errc code);
 
@@ -38,8 +39,8 @@ struct Error {
   std::string what;
 };
 
-// A value or an Error. tl::expected until g++ has std::expected under -std=c++20; only this class
-// knows. A class of its own, not an alias, so that the compiler can refuse a dropped result.
+// A value or an Error. Only this class knows that tl::expected is behind it, so that std::expected
+// can replace it later. It is a class and not an alias so that [[nodiscard]] applies to it.
 template <class T = void>
 class [[nodiscard]] Result : public tl::expected<T, Error> {
  public:

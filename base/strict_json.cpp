@@ -33,15 +33,16 @@ std::string escape_pointer(std::string_view key) {
   return out;
 }
 
-// Walks over text that the parser has already accepted and counts lines. nlohmann's SAX interface
-// says what a value is but not where; each of its events is one token, so we follow token by token.
+// Counts lines in the text that the parser has already accepted. nlohmann's SAX interface reports
+// values without their positions. Each of its events is one token, so this class steps token by
+// token.
 class TokenFollower {
  public:
   explicit TokenFollower(std::string_view text) : text_(text) {
     if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
   }
 
-  // Start of the next value or key; the follower then stands behind it.
+  // Returns where the next value or key starts, and moves behind it.
   TextPosition next() {
     skip_between();
     const TextPosition start = here_;
@@ -63,7 +64,7 @@ class TokenFollower {
     return p;
   }
 
-  // nlohmann also accepts C comments; the format has `//` only.
+  // nlohmann also accepts /* */ comments; the file formats allow only `//`.
   const std::optional<TextPosition>& block_comment() const { return block_comment_; }
   void skip_between() {
     while (at_ < text_.size()) {
@@ -192,7 +193,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
   }
 
  private:
-  // nlohmann refuses them in strings, but not in comments.
+  // nlohmann refuses control characters in strings but not in comments.
   void refuse_steering() {
     std::string_view rest = text_;
     if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);

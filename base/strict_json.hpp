@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strict JSON with positions. The fifth thing in base, on purpose: every file format of lcrig
-// (protocol, specimen, bench, config) is strict JSON, and a wrong file of any of them is refused in
-// the same words: `FILE:LINE:COLUMN /json/pointer: what was found, what was expected`.
+// Strict JSON with positions, for every file format of lcrig: protocol, specimen, bench, config,
+// fault script. A wrong file is always refused in the same form: `FILE:LINE:COLUMN /json/pointer:
+// what was found, what was expected`.
 //
-// Strict: `//` comments are the only addition to JSON. Duplicate keys, numbers beyond double,
-// nesting beyond 64, more than 4 MiB or 100,000 values, keys beyond 200 bytes, control characters
-// and characters that reorder text (also in comments: people are shown them), and anything after
-// the value are refused.
+// Strict means: `//` comments are the only addition to JSON. Refused are duplicate keys, numbers
+// beyond double, nesting beyond 64, more than 4 MiB or 100,000 values, keys beyond 200 bytes,
+// anything after the value, and control characters and characters that reorder text. The last two
+// are refused in comments too, because people are shown the comments.
 #pragma once
 
 #include <cstdint>
@@ -25,24 +25,24 @@
 namespace lcrig {
 
 struct TextPosition {
-  int line = 1, column = 1;  // of characters, not bytes
+  int line = 1, column = 1;  // columns count characters, not bytes
 };
 
 inline constexpr std::size_t kJsonSizeMax = 4 << 20;  // bytes
 inline constexpr int kJsonDepthMax = 64;
-// A place is kept for every value: these bound what a small file can make of our memory.
+// The position of every value is kept. These limits bound how much memory a small file can take.
 inline constexpr std::size_t kJsonValuesMax = 100'000;
 inline constexpr std::size_t kJsonKeyMax = 200, kJsonPointerMax = 1000;  // bytes
 
 // A parsed file; immutable and cheap to copy.
 class JsonDocument {
  public:
-  // Every error is invalid_request and one printable line. `name` is what messages call the text.
+  // Every error is invalid_request and one printable line. Messages call the text `name`.
   static Result<JsonDocument> parse(std::string_view text, std::string name);
 
   const nlohmann::json& root() const;
   const std::string& name() const;
-  // Where the value (or the key in front of it) that `pointer` names begins.
+  // Where the value that `pointer` names begins, or the key in front of it.
   TextPosition value_position(const std::string& pointer) const;
   TextPosition key_position(const std::string& pointer) const;
 
@@ -57,7 +57,7 @@ Result<std::string> read_text_file(const std::string& path);
 // read_text_file and JsonDocument::parse.
 Result<JsonDocument> load_json(const std::string& path);
 
-// Closed interval; `si` quantities are compared in SI.
+// An interval that includes both ends, except as `open_min` says. Quantities are compared in SI.
 struct Range {
   double min = -1e300, max = 1e300;
   bool open_min = false;  // min itself is refused ("greater than 0")
@@ -71,14 +71,14 @@ inline constexpr Range kNotNegative{0, 1e300, false};
 
 struct QuantityField;
 
-// A typed look at one value of a document. The first failure is kept and shared by all readers of
-// the document: read everything, then ask `result()` before using anything that was read. After a
-// failure the functions return harmless values (0, "", empty), which must not be used.
+// A typed view of one value of a document. All readers of a document share its first failure: read
+// everything, then check `result()` before using any of it. After a failure the functions return
+// harmless values (0, "", empty), which must not be used.
 class JsonReader {
  public:
   explicit JsonReader(const JsonDocument& document);
 
-  bool ok() const;  // nothing failed so far, anywhere in the document
+  bool ok() const;  // no reader of the document has failed so far
   Result<> result() const;
   const std::string& pointer() const { return pointer_; }
   std::string last_key() const;  // last part of the pointer, unescaped
@@ -94,10 +94,10 @@ class JsonReader {
   bool is_boolean() const;
   bool is_null() const;
 
-  // This value as ... ; refused when it is something else.
+  // This value as the named type; refused when it has another type.
   double number(const Range& range = kAnyNumber) const;
-  double number_in(double to_si, const Range& si) const;  // in a unit; returns SI
-  std::int64_t integer(std::int64_t min, std::int64_t max) const;  // 5.0 is one, 5.5 is not
+  double number_in(double to_si, const Range& si) const;  // value * to_si, in SI
+  std::int64_t integer(std::int64_t min, std::int64_t max) const;  // accepts 5.0, not 5.5
   bool boolean() const;
   std::string string() const;
   std::string nonempty_string(std::size_t max_bytes = 200) const;
@@ -105,13 +105,13 @@ class JsonReader {
   template <class E>
   E word(std::span<const std::pair<std::string_view, E>> table) const;
 
-  // Members of this object. Asking for a key makes it known.
+  // Members of this object. Asking for a key makes it known to `no_other_keys`.
   bool has(std::string_view key) const;
   std::vector<std::string> keys() const;
   std::optional<JsonReader> find(std::string_view key) const;
   JsonReader at(std::string_view key) const;  // refused when absent
   JsonReader object(std::string_view key) const;
-  std::vector<JsonReader> members() const;  // all (at most 1000), when the keys are names
+  std::vector<JsonReader> members() const;  // all, at most 1000; for keys that are free names
 
   double number(std::string_view key, const Range& range = kAnyNumber) const;
   std::int64_t integer(std::string_view key, std::int64_t min, std::int64_t max) const;
@@ -128,16 +128,17 @@ class JsonReader {
   }
 
   // A number whose key ends in a unit: quantity("thickness", Dimension::length) takes
-  // "thickness_um" or "thickness_mm" and returns metres. `range` is SI. At most one such key.
+  // "thickness_um" or "thickness_mm" and returns metres. `range` is in SI. Two such keys in one
+  // object are refused.
   double quantity(std::string_view stem, Dimension d, const Range& range = kAnyNumber) const;
   std::optional<double> optional_quantity(std::string_view stem, Dimension d,
                                           const Range& range = kAnyNumber) const;
   // The member itself, for values that are not plain numbers.
   std::optional<QuantityField> find_quantity(std::string_view stem, Dimension d) const;
 
-  // Last call on an object: refuses every key that was not asked for, with the list of known ones.
+  // Call last on an object: refuses every key that was not asked for, and lists the known ones.
   void no_other_keys() const;
-  // Refuses unless "format" is `expected` ("specimen/1"); names the version it found.
+  // Refuses the document unless "format" is `expected`, e.g. "specimen/1"; names what it found.
   void expect_format(std::string_view expected) const;
 
  private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one table from unit suffix to dimension and SI factor. At every edge (files, flags, CSV) the
-// unit is in the name: `speed_mm_s`; inside the program values are SI.
+// The one table from unit suffix to dimension and SI factor. Names in files and flags end in their
+// unit (`speed_mm_s`); values inside the program are SI. Used by the JSON reader and by protocol
+// parameters.
 #pragma once
 
 #include <optional>
@@ -39,10 +40,10 @@ struct Unit {
 };
 
 std::span<const Unit> all_units();
-const Unit* find_unit(std::string_view suffix);  // nullptr: not in the table
+const Unit* find_unit(std::string_view suffix);  // nullptr when not in the table
 
-// "speed_mm_s" -> "speed" and mm_s (the longest suffix that is in the table). A key without a known
-// suffix is all stem, and `unit` is nullptr.
+// "speed_mm_s" -> "speed" and mm_s, the longest suffix that is in the table. Without a known suffix
+// the whole key is the stem and `unit` is nullptr.
 struct KeyParts {
   std::string_view stem;
   const Unit* unit = nullptr;
@@ -51,12 +52,12 @@ struct KeyParts {
 };
 KeyParts split_key(std::string_view key);
 
-// "_um, _mm, _m": what a message names when the suffix is wrong.
+// "_um, _mm, _m": the list for a message about a wrong suffix.
 std::string suffixes_of(Dimension d);
 
-// The nearest of `known` to `word`, when it is near enough to be a slip of the fingers.
+// The nearest of `known` to `word`, if it is near enough that `word` may be a typing error.
 std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known);
-// ", did you mean `force_N`?" or nothing.
+// ", did you mean `force_N`?", or "" when no known word is near.
 std::string did_you_mean(std::string_view word, std::span<const std::string> known);
 
 }  // namespace lcrig
