@@ -13,7 +13,8 @@ namespace lcrig {
 
 namespace {
 
-// What the chain covers. A column that a later migration adds is not among these: a new tag is.
+// What the chain covers. When a migration adds a column, do not add it to a row here: give the
+// table a new tag.
 struct TableSpec {
   std::string_view name;
   char tag;
@@ -185,7 +186,7 @@ class Verifier {
 
   const Database& db_;
   std::int64_t run_;
-  std::vector<Statement> rows_;  // by RunTable; each stands at the next row of its table
+  std::vector<Statement> rows_;  // by RunTable; each is at the next row of its table
   std::array<std::int64_t, kRunTables> last_{};
   RowHash hash_;
   Sha256 previous_{};

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hash chain of a run: one link per commit over all rows of that commit and the link before.
-// It shows that rows were changed, removed or added behind the program's back; against somebody who
-// can rewrite the whole chain only a copy of its last hash helps (`lcrig verify` prints it).
+// The hash chain of a run: one link per commit, over all rows of that commit and the previous link.
+// The recorder appends links; `lcrig verify` and the report check them. The chain shows that rows
+// were changed, removed or added outside the program. Only a copy of its last hash (`lcrig verify`
+// prints it) protects against somebody who rewrites the whole chain.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +31,7 @@ struct ChainHead {
   std::int64_t& last_of(RunTable t) { return last[static_cast<std::size_t>(t)]; }
 };
 
-// Inserts rows of one table and hashes what it inserts. Values in the order of the table's columns.
+// Inserts rows into one table and hashes them. Add the values in the order of the table's columns.
 class RowWriter {
  public:
   static Result<RowWriter> prepare(const Database& db, std::string_view table);
@@ -55,7 +56,7 @@ class ChainWriter {
  public:
   static Result<ChainWriter> prepare(const Database& db);
   Result<ChainHead> head(std::int64_t run);
-  // `head` carries the new `last` and `ended`; its seq and hash are advanced.
+  // The caller sets `last` and `ended` in `head`; this advances its seq and hash.
   Result<> append(ChainHead& head, RowHash& rows);
 
  private:

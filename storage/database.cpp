@@ -38,14 +38,14 @@ Result<Content> inspect(const Database& db) {
 }
 
 Result<> configure(const Database& db) {
-  // 5 s: longer than any writer of ours; a backup copies without blocking a writer.
+  // 5 s is longer than any of our writers takes. A backup does not block writers.
   if (auto r = db.execute("PRAGMA busy_timeout = 5000"); !r) return r;
   if (auto r = db.execute("PRAGMA foreign_keys = ON"); !r) return r;
-  // Else INSERT OR REPLACE would delete without asking the triggers.
+  // Otherwise INSERT OR REPLACE would delete rows without firing the delete triggers.
   return db.execute("PRAGMA recursive_triggers = ON");
 }
 
-// SQLite opens a file that it may not write read-only without a word.
+// SQLite silently opens a file read-only when it may not write it.
 Result<> require_writable(const Database& db) {
   const std::filesystem::path file(db.path());
   std::error_code ignored;
@@ -87,7 +87,7 @@ Result<Database> open_read_only(const std::string& path, const std::string& vfs)
   auto content = inspect(*db);
   if (!content && db->error_code() == SQLITE_CANTOPEN &&
       !std::filesystem::exists(path + "-wal", ignored)) {
-    // WAL needs its -shm file, which a read-only folder does not take.
+    // WAL mode needs its -shm file, which cannot be created in a read-only folder.
     db = Database::open(path, Database::Mode::immutable);
     if (!db) return fail(db.error());
     content = inspect(*db);

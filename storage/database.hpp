@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opening an lcrig database: is it one, is its schema ours, may we write.
+// Opens an lcrig database after checking that it is one, that its schema is known and, for writing,
+// that the file is writable. Used by the daemon, the command line and analysis.
 #pragma once
 
 #include <string>
@@ -10,17 +11,17 @@ namespace lcrig {
 
 constexpr std::int32_t kApplicationId = 0x6c637267;  // "lcrg", in the file's header
 
-// As `vfs`: a database in memory, for tests that want none on a disk. All connections of this
-// process that give the same absolute path share it, and it is gone with the last of them. A reader
-// keeps a writer waiting, and the other way round: it has no WAL.
+// Pass as `vfs` for a database in memory, in tests. All connections of the process that give the
+// same absolute path share it, and it is gone when the last one closes. It has no WAL, so readers
+// and writers block each other.
 inline constexpr const char* kInMemory = "memdb";
 
-// Creates or migrates the file; WAL, synchronous=FULL, foreign keys. Refuses what is no database,
-// another program's, or newer than this program.
+// Creates or migrates the file; sets WAL, synchronous=FULL and foreign keys. Refuses a file that is
+// not a database, belongs to another program, or has a newer schema than this program.
 Result<Database> open_read_write(const std::string& path, const std::string& vfs = "");
 
-// For analysis and export: never changes the file, works beside a running daemon and on a read-only
-// medium. Refuses an older schema too (only a writer migrates).
+// For analysis and export. Never changes the file; works beside a running daemon and on a read-only
+// medium. Also refuses an older schema, because only a writer migrates.
 Result<Database> open_read_only(const std::string& path, const std::string& vfs = "");
 
 }  // namespace lcrig

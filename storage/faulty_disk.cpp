@@ -17,7 +17,7 @@ constexpr std::int64_t kNever = -1;
 
 }  // namespace
 
-// The state is read by the writer's thread and set by another one.
+// The state is set by one thread and read by the writer's thread.
 class FaultyDisk::Vfs final : public ForwardingVfs {
  public:
   using ForwardingVfs::ForwardingVfs;
@@ -25,7 +25,7 @@ class FaultyDisk::Vfs final : public ForwardingVfs {
   std::atomic<bool> read_only = false;
   std::atomic<std::int64_t> delay_us = 0;
   std::atomic<std::int64_t> operations = 0;
-  std::atomic<std::int64_t> fail_at = kNever;  // of `operations`
+  std::atomic<std::int64_t> fail_at = kNever;  // value of `operations`
   std::atomic<bool> failed = false;
   Failure how = Failure::io_error;
 
@@ -50,7 +50,7 @@ class FaultyDisk::Vfs final : public ForwardingVfs {
     return true;
   }
 
-  // SQLITE_OK, or what goes wrong with this write, truncation or sync.
+  // SQLITE_OK, or the error for this write, truncation or sync.
   int next_operation(int io_error) {
     const std::int64_t n = operations++;
     if (n == fail_at) {
@@ -100,7 +100,7 @@ class FaultyDisk::Vfs final : public ForwardingVfs {
   }
 
   std::atomic<bool> full_ = false;
-  std::mutex mutex_;  // of the members below
+  std::mutex mutex_;  // guards the members below
   std::string reserve_;  // path; empty until the main database was opened
   std::int64_t reserve_bytes_ = 0;  // when the disk became full
   std::int64_t grown_bytes_ = 0;  // since then
@@ -138,7 +138,8 @@ std::int64_t FaultyDisk::operations() const {
 }
 
 void set_sqlite_memory_short(bool on) {
-  // A hard limit that is below what is in use refuses every further allocation; 0 is no limit.
+  // With a hard limit below the memory in use, SQLite refuses every further allocation; 0 means no
+  // limit.
   sqlite3_hard_heap_limit64(on ? 1 : 0);
   if (!on) sqlite3_soft_heap_limit64(0);
 }

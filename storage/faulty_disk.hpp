@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A disk that goes wrong on command, for drills and tests: an SQLite VFS over the real one. What it
-// does to a write is what the real one would report.
+// A disk that fails on command, for rehearsed faults and tests: an SQLite VFS on top of the real
+// one. It returns the errors that a real failing disk would return.
 #pragma once
 
 #include <atomic>
@@ -12,7 +12,7 @@
 
 namespace lcrig {
 
-// Set from any thread. Outlives every connection that was opened with its name.
+// Its functions may be called from any thread. Must outlive every connection opened with its name.
 class FaultyDisk {
  public:
   FaultyDisk();
@@ -21,26 +21,26 @@ class FaultyDisk {
   FaultyDisk& operator=(const FaultyDisk&) = delete;
   const std::string& name() const;  // for Database::open
 
-  // No file grows any more. Deleting the reserve file (DATABASE.reserve) makes as much room as it
-  // had, as on a real disk.
+  // Files can no longer grow. As on a real disk, deleting the reserve file (DATABASE.reserve) frees
+  // as much room as it took.
   void set_full(bool on);
-  // As after the kernel remounted it: open files refuse writes, files open only for reading.
+  // As after the kernel remounted the disk: open files refuse writes, and files open read-only.
   void set_read_only(bool on);
-  // Each sync takes so much longer, in real time; 0: none.
+  // Each sync takes longer by `delay`, in real time.
   void set_sync_delay(Duration delay);
 
-  // The nth write, truncation or sync from now on (0: the next one) fails, once.
+  // The nth write, truncation or sync from now on (0: the next one) fails once.
   enum class Failure { io_error, full };
   void fail_operation(std::int64_t n, Failure how);
-  bool has_failed() const;  // it was reached
-  std::int64_t operations() const;  // so far
+  bool has_failed() const;  // the failure set by fail_operation happened
+  std::int64_t operations() const;
 
  private:
   class Vfs;
   std::unique_ptr<Vfs> vfs_;
 };
 
-// Every further allocation of SQLite in this process fails (SQLITE_NOMEM) until it is switched off.
+// While on, every SQLite allocation in this process fails with SQLITE_NOMEM.
 void set_sqlite_memory_short(bool on);
 
 }  // namespace lcrig

@@ -5,7 +5,7 @@
 
 namespace lcrig {
 
-// The functions that SQLite calls.
+// The callbacks that SQLite calls.
 struct ForwardingMethods {
   using File = ForwardingVfs::File;
 
@@ -17,7 +17,7 @@ struct ForwardingMethods {
 
   static int open(sqlite3_vfs* vfs, sqlite3_filename path, sqlite3_file* f, int flags, int* out) {
     File& file = file_of(f);
-    file.base.pMethods = nullptr;  // SQLite closes only what has methods
+    file.base.pMethods = nullptr;  // SQLite closes only files with methods
     file.vfs = &vfs_of(vfs);
     file.own = nullptr;
     const int rc = file.vfs->open(file, path, flags, out);
@@ -42,7 +42,7 @@ struct ForwardingMethods {
 
   static sqlite3_io_methods make() {
     sqlite3_io_methods m{};
-    m.iVersion = 2;  // without xFetch: no writes through mapped memory
+    m.iVersion = 2;  // version 2 has no xFetch: no writes through mapped memory
     m.xClose = [](sqlite3_file* f) { return real_of(f)->pMethods->xClose(real_of(f)); };
     m.xRead = [](sqlite3_file* f, void* to, int n, sqlite3_int64 at) {
       return real_of(f)->pMethods->xRead(real_of(f), to, n, at);

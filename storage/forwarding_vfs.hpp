@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An SQLite VFS that hands everything on to the real one. Who wants a disk that behaves otherwise
-// derives from it and changes what it must.
+// An SQLite VFS that forwards everything to the real one. Base class of simulated disks: FaultyDisk
+// and the power cuts of the tests.
 #pragma once
 
 #include <sqlite3.h>
@@ -9,10 +9,10 @@
 
 namespace lcrig {
 
-// Registered while it lives; outlives every connection that was opened with its name.
+// Registered with SQLite while it exists. Must outlive every connection opened with its name.
 class ForwardingVfs {
  public:
-  // The default VFS of the process when `takes_over`.
+  // With `takes_over` it becomes the default VFS of the process.
   explicit ForwardingVfs(std::string name, bool takes_over = false);
   virtual ~ForwardingVfs();
   ForwardingVfs(const ForwardingVfs&) = delete;
@@ -20,11 +20,12 @@ class ForwardingVfs {
   const std::string& name() const { return name_; }
 
  protected:
-  // An open file. SQLite allots it, and the real one behind it, so it has no constructor.
+  // An open file. SQLite allocates its memory, with the real file behind it, so it has no
+  // constructor.
   struct File {
     sqlite3_file base;
     ForwardingVfs* vfs;
-    void* own;  // of the derived class, set in its `open`
+    void* own;  // data of the derived class, set in its `open`
     sqlite3_file* real() { return reinterpret_cast<sqlite3_file*>(this + 1); }
   };
 

@@ -10,7 +10,7 @@ namespace {
 Result<> apply(const Database& db, const Migration& m) {
   auto transaction = Transaction::begin(db);
   if (!transaction) return fail(transaction.error());
-  // Another process may have been faster while this one waited for the lock.
+  // Another process may have migrated while this one waited for the lock.
   auto version = db.integer("PRAGMA user_version");
   if (!version) return fail(version.error());
   if (*version >= m.version) return {};

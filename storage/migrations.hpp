@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forward-only schema changes, schema/sql/NNNN_*.sql, embedded at build time.
+// Forward-only schema changes, schema/sql/NNNN_*.sql, embedded at build time. Applied by
+// open_read_write (storage/database.hpp).
 #pragma once
 
 #include <span>
@@ -17,7 +18,7 @@ struct Migration {
 
 std::span<const Migration> shipped_migrations();
 
-// Runs what `db` lacks, each migration in one transaction that also raises user_version.
+// Runs the migrations that `db` lacks, each in one transaction that also raises user_version.
 Result<> migrate(const Database& db, std::span<const Migration> migrations = shipped_migrations());
 
 }  // namespace lcrig

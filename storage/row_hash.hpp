@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SHA-256, and the canonical bytes of stored rows that the hash chain covers.
+// SHA-256, and the canonical bytes of stored rows that the hash chain (storage/chain.hpp) covers.
 #pragma once
 
 #include <array>
@@ -18,13 +18,13 @@ using Sha256 = std::array<unsigned char, 32>;
 std::string sha256_hex(std::string_view bytes);
 std::string to_hex(std::span<const unsigned char> bytes);
 
-// Canonical bytes: a row is its table's tag and its values in the order of the columns; a value is
-// 'n' (NULL), 'i' + 8 bytes (integer), 'r' + 8 bytes (IEEE 754), 't' + 8 bytes length + bytes;
-// numbers big-endian. They depend on the stored values only, not on how SQLite packs them.
+// Canonical bytes: a row is its table's tag and its values in the order of the columns. A value is
+// 'n' (NULL), 'i' + 8 bytes (integer), 'r' + 8 bytes (IEEE 754), or 't' + 8 bytes length + bytes.
+// Numbers are big-endian. The bytes depend only on the stored values, not on how SQLite packs them.
 class RowHash {
  public:
   RowHash();
-  void start(std::span<const unsigned char> previous);  // begins a new hash
+  void start(std::span<const unsigned char> previous);  // begins a new hash with `previous`
   void row(char table_tag) { byte(table_tag); }
   void null() { byte('n'); }
   void integer(std::int64_t value);

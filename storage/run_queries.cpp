@@ -5,7 +5,8 @@ namespace lcrig {
 
 namespace {
 
-// Numbers of rows are the last seqs of the last link: no counting, however long the run.
+// The numbers of rows are read from the last link of the chain, so that a long run costs no
+// counting.
 constexpr std::string_view kListing =
     "SELECT run.id, protocol_name, specimen_name, operator, simulated, started_unix_ns,"
     " exit_status, coalesce(reason, ''), ended_unix_ns, lcr_reading_seq, frame_sample_seq,"

@@ -21,7 +21,7 @@ Result<std::optional<double>> real(const Database& db, std::string_view sql,
   return *row ? statement->optional_real(0) : std::nullopt;
 }
 
-// The instants of largest force, one for each excursion above half of the peak.
+// The times of largest force, one for each excursion above half of the peak.
 Result<std::vector<std::int64_t>> peaks(const Database& db, std::int64_t run, double peak_N) {
   auto samples = db.prepare(
       "SELECT received_mono_ns, force_N FROM frame_sample WHERE run_id = ? AND force_N IS NOT NULL "
@@ -29,7 +29,7 @@ Result<std::vector<std::int64_t>> peaks(const Database& db, std::int64_t run, do
   if (!samples) return fail(samples.error());
   samples->bind(0, run);
   std::vector<std::int64_t> out;
-  double highest = 0;  // of the excursion under way; 0: none
+  double highest = 0;  // of the current excursion; 0: none
   for (;;) {
     auto row = samples->step();
     if (!row) return fail(row.error());
@@ -45,7 +45,8 @@ Result<std::vector<std::int64_t>> peaks(const Database& db, std::int64_t run, do
   }
 }
 
-// Mean over `instants` of the reading whose exchange was under way or nearest, within 0.2 s.
+// Mean of the readings nearest to each of `instants`, at most 0.2 s away. The time of a reading is
+// the middle of its exchange.
 Result<std::optional<double>> mean_near(const Database& db, std::int64_t run,
                                         const std::vector<std::int64_t>& instants) {
   constexpr std::int64_t kNear_ns = 200'000'000;
@@ -94,7 +95,7 @@ Result<std::optional<double>> capacitance_at_peak(const Database& db, std::int64
 Result<> add_counts(const Database& db, std::int64_t run, RunSummary& out) {
   auto counts = db.prepare(
       "SELECT (SELECT COUNT(*) FROM lcr_reading WHERE run_id = ?1 AND fresh),"
-      // Of levels that were begun anew only the last counts.
+      // A level that was abandoned and begun again counts only in its last attempt.
       " (SELECT COUNT(reading_index) FROM lcr_reading WHERE run_id = ?1 AND (level IS NULL OR level"
       "  NOT IN (SELECT json_extract(detail, '$.level') FROM event WHERE run_id = ?1 AND kind ="
       "  'level_abandoned'))),"
@@ -127,7 +128,7 @@ Result<RunSummary> summarise_run(const Database& db, std::int64_t run) {
                  {run});
   if (!c0) return fail(c0.error());
   out.c0_F = *c0;
-  // The device's report at the end of a motion may hold a peak that lies between two samples.
+  // A peak between two samples is only in the device's report at the end of the motion.
   auto peak = real(db,
                    "SELECT MAX(f) FROM (SELECT MAX(force_N) AS f FROM frame_sample WHERE run_id = "
                    "?1 UNION ALL SELECT MAX(json_extract(detail, '$.force_N')) FROM event WHERE "

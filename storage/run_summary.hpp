@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The few figures of a run that a person wants to see at once. Statistics are analysis' business.
+// The few figures of a run that people want to see at once, for `lcrig rehearse` and `lcrig model
+// fit`. Statistics belong to analysis/.
 #pragma once
 
 #include <cstdint>
@@ -11,18 +12,18 @@ namespace lcrig {
 
 struct RunSummary {
   RunSummary() = default;
-  std::int64_t lcr_readings = 0;  // fresh ones
-  std::int64_t measure_readings = 0;  // that a `measure` step counted
+  std::int64_t lcr_readings = 0;  // only fresh ones
+  std::int64_t measure_readings = 0;  // counted by a `measure` step
   std::int64_t frame_samples = 0;
   std::optional<double> duration_s;
-  // Mean of the readings before contact (before the first weight); absent without such an event.
+  // Mean of the readings before contact, or before the first weight; absent without such an event.
   std::optional<double> c0_F;
   std::optional<double> peak_force_N;
-  // Capacitance minus C0: the mean at the highest level of `measure` steps; without levels the mean
-  // over loadings of the reading nearest to each one's largest force.
+  // Capacitance minus C0. The capacitance is the mean at the highest level of `measure` steps.
+  // Without levels it is the mean of the readings nearest to the largest force of each loading.
   std::optional<double> delta_at_peak_F;
 };
-// The run's functions must measure a capacitance for the capacitances to be there.
+// The capacitances are present only if the run's meter functions measure a capacitance.
 Result<RunSummary> summarise_run(const Database& db, std::int64_t run);
 
 }  // namespace lcrig

@@ -42,7 +42,8 @@ std::optional<std::int64_t> mono_ns(const std::optional<MonoTime>& t) {
   return t->time_since_epoch().count();
 }
 
-// Adds rows to a run: begins after its last link, `write(head, hash)` inserts, one new link.
+// Adds rows to a run in one transaction: `write(head, hash)` inserts them, then one new link covers
+// them.
 template <class Write>
 Result<> append_link(const Database& db, std::int64_t run, Write write) {
   auto chain = ChainWriter::prepare(db);
@@ -80,7 +81,7 @@ std::string read_boot_id() {
 Result<std::int64_t> insert_run(const Database& db, const RunRow& row) {
   auto transaction = Transaction::begin(db);
   if (!transaction) return fail(transaction.error());
-  // AUTOINCREMENT would choose the same; the hash needs the number before the row exists.
+  // The number that AUTOINCREMENT would choose. The hash needs it before the row exists.
   auto id =
       db.integer("SELECT coalesce((SELECT seq FROM sqlite_sequence WHERE name='run'), 0) + 1");
   if (!id) return fail(id.error());
@@ -131,7 +132,7 @@ Result<> add_run_note(const Database& db, std::int64_t run, std::string_view ope
 
 namespace {
 
-// What a person must know who finds the rig as a crash left it.
+// What a person must know who finds the rig after a crash.
 Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
   std::string reason = "the daemon ended without closing the run; found at the next start";
   auto s = db.prepare(

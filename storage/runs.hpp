@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs: what is known before the first sample, how they ended, notes, and queries for lists.
+// The rows of a run besides its samples: what is known before the first sample, how it ended,
+// notes, and queries for lists. Written by the daemon, read by analysis and the command line.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +14,7 @@
 
 namespace lcrig {
 
-// Everything known before data. `*_json` are JSON texts; "{}" says that nothing is known.
+// Everything known before the first sample. `*_json` are JSON texts; "{}" means nothing is known.
 struct RunRow {
   RunRow() = default;
   std::string protocol_name, protocol_text;
@@ -21,8 +22,8 @@ struct RunRow {
   std::optional<std::int64_t> specimen_id;  // StoredSpecimen::id
   std::string specimen_name, specimen_text;
   std::optional<double> probe_diameter_m;
-  std::string lcr_identity, frame_identity;  // the replies as the instruments sent them
-  std::string lcr_settings_json = "{}";  // as read back
+  std::string lcr_identity, frame_identity;  // replies exactly as sent
+  std::string lcr_settings_json = "{}";  // as read back from the meter
   std::string frame_capabilities_json = "{}", frame_limits_json = "{}";
   std::string correction_json = "{}";
   std::string bench_name, bench_text;
@@ -53,19 +54,19 @@ struct RunNote {
   std::int64_t added_unix_ns = 0;
 };
 
-// One line of `lcrig runs`. Counts are those of the last commit.
+// One line of `lcrig runs`. Counts are as of the last commit.
 struct RunListing {
   std::int64_t run = 0;
   std::string protocol_name, specimen_name, operator_name;
   bool simulated = false;
   std::int64_t started_unix_ns = 0;
-  std::optional<std::string> exit_status;  // absent: still going on
+  std::optional<std::string> exit_status;  // absent: still running
   std::string reason;
   std::optional<std::int64_t> ended_unix_ns;
   std::int64_t lcr_readings = 0, frame_samples = 0, levels = 0, events = 0;
 };
 
-// The kernel's id of this boot; empty where there is none.
+// The kernel's id of this boot; empty when it has none.
 std::string read_boot_id();
 
 // Writers. Each is one transaction and one link of the run's hash chain.
@@ -73,10 +74,11 @@ Result<std::int64_t> insert_run(const Database& db, const RunRow& row);
 Result<> insert_run_end(const Database& db, std::int64_t run, const RunEnd& end);
 Result<> add_run_note(const Database& db, std::int64_t run, std::string_view operator_name,
                       std::string_view text, std::int64_t now_unix_ns);
-// Closes runs without an end as `interrupted`; for the only writer, when no run can be going on.
+// Closes runs without an end as `interrupted`. Only the sole writer may call it, while no run is
+// active.
 Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db, std::int64_t now_unix_ns);
 
-// "12" or "last". Errors: no such run, not a number.
+// `text` is "12" or "last". Errors: no such run, not a number.
 Result<std::int64_t> find_run(const Database& db, std::string_view text);
 Result<std::vector<RunListing>> list_runs(const Database& db);  // newest first
 Result<RunListing> get_run_listing(const Database& db, std::int64_t run);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Specimens, versioned by content: a changed file is a new version of its name.
+// Stored specimen files, versioned by content: a changed file becomes a new version of its name.
+// Used by the daemon and by `lcrig specimen`.
 #pragma once
 
 #include <cstdint>
@@ -16,16 +17,17 @@ struct StoredSpecimen {
   std::string name;
   std::int64_t version = 0;
   std::string sha256;  // of text, hex
-  std::string text;  // the file as it was
+  std::string text;  // the whole file
   std::int64_t added_unix_ns = 0;
 };
 
-// Stores `text` as the newest version of `name`; the same content again is the same row.
+// Stores `text` as the newest version of `name`. If the newest version already has this content,
+// its row is returned.
 Result<StoredSpecimen> add_specimen(const Database& db, const std::string& name,
                                     const std::string& text, std::int64_t now_unix_ns);
-// The newest version, or nothing.
+// The newest version, if the name is known.
 Result<std::optional<StoredSpecimen>> find_specimen(const Database& db, std::string_view name);
-// The newest version of every name, by name.
+// The newest version of every name, sorted by name.
 Result<std::vector<StoredSpecimen>> list_specimens(const Database& db);
 
 }  // namespace lcrig

@@ -46,7 +46,7 @@ Error make_error(sqlite3* handle, std::string_view path, std::string_view doing)
                                         code, advice.text));
 }
 
-// A URI needs its own special characters escaped.
+// Escapes the characters that have a meaning in a URI.
 std::string immutable_uri(std::string_view path) {
   std::string uri = "file:";
   for (const char c : path) {
@@ -68,7 +68,7 @@ void Database::Close::operator()(sqlite3* db) const {
   sqlite3_close_v2(db);
 }
 
-// A bind fails only for a wrong index, a statement in use or no memory: bugs.
+// A bind fails only for a wrong index, a statement in use or lack of memory, so it asserts.
 void Statement::bind(int parameter, std::int64_t value) {
   [[maybe_unused]] const int rc = sqlite3_bind_int64(handle_.get(), parameter + 1, value);
   assert(rc == SQLITE_OK);
@@ -219,7 +219,7 @@ Result<Transaction> Transaction::begin_read(const Database& db) {
 }
 
 Transaction::~Transaction() {
-  // A failed COMMIT may or may not have ended the transaction; SQLite itself knows.
+  // A failed COMMIT may or may not have ended the transaction, so ask SQLite.
   if (db_ != nullptr && db_->in_transaction()) static_cast<void>(db_->execute("ROLLBACK"));
 }
 

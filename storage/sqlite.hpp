@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// RAII over the SQLite C API. A connection and its statements belong to one thread at a time.
+// RAII over the SQLite C API, for storage/, the recorder and analysis. A connection and its
+// statements belong to one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +20,12 @@ namespace lcrig {
 
 class Database;
 
-// A prepared statement. Parameters and columns count from 0. Keeps its connection open.
+// A prepared statement. Parameters and columns count from 0. It keeps its connection open.
 class Statement {
  public:
   Statement() = default;
 
-  // Texts and blobs must live until the next `step`, `run` or `reset` returned.
+  // Texts and blobs must stay alive until the next `step`, `run` or `reset` has returned.
   void bind(int parameter, std::int64_t value);
   void bind(int parameter, double value);
   void bind(int parameter, std::string_view text);
@@ -32,7 +33,7 @@ class Statement {
   void bind_null(int parameter);
 
   Result<bool> step();  // true: a row is there
-  Result<> run();  // to its end, then resets
+  Result<> run();  // runs to the end, then resets
   void reset();
 
   int columns() const;
@@ -59,15 +60,15 @@ class Statement {
 // A connection.
 class Database {
  public:
-  // immutable: read-only on a medium where SQLite cannot create its -shm file; nobody may write.
+  // immutable: read-only where SQLite cannot create its -shm file; nobody may write meanwhile.
   enum class Mode { read_only, immutable, read_write_create };
   Database() = default;
-  // `path` as the user wrote it; it stands in every message. Nothing is read yet.
-  // `vfs` names one that is registered (storage/faulty_disk.hpp); empty: the operating system's.
+  // `path` is as the user wrote it and appears in every message. Nothing is read yet. `vfs` names a
+  // registered VFS (storage/faulty_disk.hpp); empty means the operating system's.
   static Result<Database> open(const std::string& path, Mode mode, const std::string& vfs = "");
 
   Result<Statement> prepare(std::string_view sql) const;
-  Result<> execute(const std::string& sql) const;  // any number of statements, rows are dropped
+  Result<> execute(const std::string& sql) const;  // any number of statements; rows are ignored
   Result<std::int64_t> integer(std::string_view sql) const;  // first column of the first row
   std::int64_t last_insert_id() const;
   bool in_transaction() const;
@@ -75,9 +76,9 @@ class Database {
   const std::string& vfs() const { return vfs_; }
   // Extended result code of the last call that failed (SQLITE_FULL, SQLITE_IOERR_FSYNC, ...).
   int error_code() const;
-  // The last failed call left a connection that is not to be trusted: reopen the file.
+  // True when the connection cannot be trusted after the last failed call and must be reopened.
   bool needs_reopening() const;
-  // The last failed call as an Error: what happened to which file and what to do.
+  // The last failed call as an Error that says what happened to which file and what to do.
   Error error(std::string_view doing) const;
 
  private:
@@ -88,12 +89,12 @@ class Database {
   std::unique_ptr<sqlite3, Close> handle_;
 };
 
-// BEGIN IMMEDIATE ... COMMIT on a connection that stays where it is; what is not committed is
-// rolled back by the destructor.
+// BEGIN IMMEDIATE ... COMMIT. The destructor rolls back what was not committed. The connection must
+// not be moved meanwhile.
 class Transaction {
  public:
   static Result<Transaction> begin(const Database& db);
-  // BEGIN: all reads until the end see one state, beside a writer.
+  // BEGIN: all reads of the transaction see one state, even while another connection writes.
   static Result<Transaction> begin_read(const Database& db);
   Transaction(Transaction&& other) noexcept : db_(std::exchange(other.db_, nullptr)) {}
   Transaction& operator=(Transaction&&) = delete;
