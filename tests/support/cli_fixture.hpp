@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line in this process: arguments in, exit code and both outputs back.
+// Runs the lcrig command line inside the test process: arguments in, exit code and both outputs
+// back. For the unit tests of tools/.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +17,7 @@
 
 namespace lcrig::support {
 
-// What the fake `rehearse` was asked, and what it answers.
+// A `rehearse` that records the request and gives the answer that a test sets.
 struct FakeRehearsal {
   static inline RehearseRequest last;
   static inline Result<RehearseResult> answer = RehearseResult();
@@ -59,7 +60,7 @@ class Cli {
     cli::Context context(console, env, clock, daemon);
     return cli::run_cli(args, context);
   }
-  // Library of protocols and specimens; $LCRIG_DATA.
+  // Adds a file to the library of protocols and specimens, and points $LCRIG_DATA to it.
   void add_data(const std::string& name, const std::string& text) {
     const auto path = std::filesystem::path(dir.file("data")) / name;
     std::filesystem::create_directories(path.parent_path());

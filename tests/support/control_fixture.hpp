@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A control handler that remembers what it was asked.
+// A control handler that records its calls, for tests of the control server and client.
 #pragma once
 
 #include <chrono>
@@ -61,7 +61,7 @@ class FakeHandler : public ControlHandler {
   DaemonStatus state;
   std::optional<Error> next_error;
   bool hold_start = false;
-  std::function<void()> after_start;  // before the answer goes out
+  std::function<void()> after_start;  // called before the answer is sent
   RealClock clock;
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The corpora that a C++ parser and its JSON schema share (tests/corpus/check_schema.py runs the
-// other half).
+// Checks the corpora of wrong files that a C++ parser and its JSON schema share.
+// tests/corpus/check_schema.py checks them against the schema.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -24,15 +24,15 @@ inline std::vector<std::filesystem::path> files(const std::string& folder) {
   return out;
 }
 
-// "// expect: WORDS" in the first line.
+// The WORDS of "// expect: WORDS" in the first line.
 inline std::string expectation(const std::string& text) {
   const std::string mark = "// expect: ";
   if (!text.starts_with(mark)) return {};
   return text.substr(mark.size(), text.find('\n') - mark.size());
 }
 
-// `parse(text, name)` returns a Result; every file is refused with its position and the words it
-// expects.
+// Every file must be refused by `parse(text, name)`, which returns a Result, with a position and
+// with the words that the file expects.
 template <class Parse>
 void expect_all_refused(const std::string& folder, std::size_t at_least, Parse parse) {
   const auto all = files(folder);

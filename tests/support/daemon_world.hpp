@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole daemon on a real socket in virtual time, and clients that send and read what they like.
+// The whole daemon on a real socket in virtual time, and a plain client, for scenario tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ namespace lcrig::support {
 
 using nlohmann::json;
 
-// A client without an io_context: what the daemon sent lies in the socket until somebody takes it.
+// A client without an io_context. What the daemon sends stays in the socket until take().
 class PlainClient {
  public:
   explicit PlainClient(const std::string& path) {
@@ -38,7 +38,7 @@ class PlainClient {
   PlainClient(const PlainClient&) = delete;
   PlainClient& operator=(const PlainClient&) = delete;
 
-  // As much as the socket takes now; what is left.
+  // Sends as much as the socket takes now, and returns the rest.
   std::string_view push(std::string_view bytes) {
     while (!bytes.empty()) {
       const auto n = ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
@@ -54,7 +54,7 @@ class PlainClient {
   void call(const std::string& method, const json& params = json::object()) {
     send(request_line(++id_, method, params));
   }
-  // What is there now.
+  // All complete messages that have arrived.
   std::vector<json> take() {
     char buffer[65536];
     for (;;) {
@@ -113,13 +113,13 @@ class DaemonWorld : public testing::Test {
     bool down = false;
     asio::co_spawn(io, app->shut_down("test"),
                    [&](const std::exception_ptr&, bool) { down = true; });
-    // Every task of it has ended, as in `main`.
+    // All tasks must have ended, as in `main`.
     EXPECT_TRUE(clock.run(io, [&] { return down && clock.pending() == 0; }));
     io.poll();
     app.reset();
   }
   std::string socket_path() const { return dir.file("d.sock"); }
-  // A text of 1000 characters in every mark, so that events soon fill a buffer.
+  // Each mark has a text of 1000 characters, so that events soon fill a buffer.
   static json start_request(const std::string& protocol = kWatchedProtocol) {
     std::string text = protocol;
     if (const auto at = text.find("LONG"); at != std::string::npos) {
@@ -130,7 +130,7 @@ class DaemonWorld : public testing::Test {
                 {"specimen", "paper-1"},
                 {"specimen_text", std::string(shipped_specimens().front().text)}};
   }
-  // Pumps until `client` got a message that `wanted` likes.
+  // Runs the daemon until `client` receives a message for which `wanted` is true.
   template <class Wanted>
   json wait_for(PlainClient& client, Wanted wanted) {
     json found;

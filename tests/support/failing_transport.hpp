@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // "Fail the nth operation": one read or write of all wrapped transports fails with an I/O error.
+// For tests/scenario/nth_operation_test.cpp.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +11,10 @@
 
 namespace lcrig {
 
-// Shared by the wires of one bench; counts their operations in the order in which they begin.
+// Counts the operations of all wires of a bench, in the order in which they begin.
 struct NthOperation {
   explicit NthOperation(std::int64_t n) : fails_at(n) {}
-  std::int64_t fails_at;  // below 0: none
+  std::int64_t fails_at;  // negative: none fails
   std::int64_t begun = 0;
   bool reached = false;
   bool next() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole run in virtual time on a bench on which things go wrong, and a witness of what was really
-// there: every reading and sample that the instruments gave, the true force and travel.
+// A whole run in virtual time on a bench with faults, and a record of the truth: every reading and
+// sample that the instruments gave, and the true force and travel. For scenario tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,27 +24,27 @@ namespace lcrig {
 
 class FaultWorld : public SessionWorld {
  public:
-  // `script`: the whole text of a fault script; empty: nothing goes wrong.
+  // `script`: the text of a fault script; empty: no faults.
   FaultWorld(std::string protocol, std::string script)
       : SessionWorld(std::move(protocol)), script_(std::move(script)) {}
   ~FaultWorld() override { player.reset(); }
 
-  struct Given {  // a reading for an answer
+  struct Given {  // a reading that the meter sent
     MonoTime t;
     std::string text;
   };
   std::vector<Given> given;
-  std::multimap<std::int64_t, FrameSample> samples;  // by the number of the device
-  double peak_N = 0;  // on the specimen
-  double top_m = -1, bottom_m = 1;  // of the travel
-  bool stood = false;  // when the run row was closed
+  std::multimap<std::int64_t, FrameSample> samples;  // by the device's sequence number
+  double peak_N = 0;  // true force on the specimen
+  double top_m = -1, bottom_m = 1;  // extremes of the true travel
+  bool stood = false;  // the frame stood when the run row was closed
   MonoTime over;
 
   std::function<void(SimRequest&)> adjust_sim;
   VirtualSurroundings surroundings{clock};
   std::unique_ptr<FaultPlayer> player;
   const Plant* plant = nullptr;
-  // As the run left it, before the ports were closed.
+  // At the end of the run, before the ports were closed.
   double last_force_N = 0, last_travel_m = 0;
 
  protected:
@@ -109,13 +109,14 @@ class FaultWorld : public SessionWorld {
   bool witnessed_ = false;
 };
 
-// What must hold whatever went wrong.
+// Limits of what must hold whatever went wrong.
 struct FaultLimits {
   FaultLimits() = default;
   double force_max_N = 1, travel_min_m = -10e-3, travel_max_m = 10e-3;
-  double speed_m_s = 0;  // fastest that the specimen is pressed with
-  double reaction_s = 0;  // beyond the device's own, where the device does not stop by itself
-  bool may_move_on = false;  // it obeys no STOP
+  double speed_m_s = 0;  // highest speed of pressing
+  // added to the device's own reaction, for a device that does not stop by itself
+  double reaction_s = 0;
+  bool may_move_on = false;  // the frame ignores STOP
 };
 
 class Invariants {
@@ -141,7 +142,7 @@ class Invariants {
     EXPECT_TRUE(!world_.player || world_.player->is_idle());
   }
 
-  // A disk that takes nothing any more leaves the run open: the next start closes it.
+  // On a disk that accepts nothing more, the run stays open, and the next start closes it.
   void expect_closed_run() {
     if (world_.count("SELECT COUNT(*) FROM run_end") == 0) {
       EXPECT_EQ(result_->exit_status, "fail") << "an end that nobody stored";
@@ -168,7 +169,7 @@ class Invariants {
     const double v = limits_.speed_m_s;
     const double way_m = v * (limits_.reaction_s + p.drive_lag_s) + v * v / 2 / p.deceleration_m_s2;
     const double at_limit_m = plant.travel_at_force_m(limits_.force_max_N);
-    // The tare is only as good as the cell's noise.
+    // The tare is only as good as the cell's noise
     const double bound_N = plant.force_at_travel_N(at_limit_m + way_m) + 4 * p.force_noise_N;
     EXPECT_LE(world_.peak_N, bound_N) << "limit " << limits_.force_max_N << " N";
     EXPECT_LE(world_.top_m, limits_.travel_max_m);
@@ -185,7 +186,7 @@ class Invariants {
     return value;
   }
 
-  // Each stored reading is one that the meter gave for this very question.
+  // Each stored reading must be one that the meter gave between this question and this answer.
   void expect_true_readings() {
     const Database db = world_.open();
     auto row = db.prepare(

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A ZwickLink and a ZwickSim on a wire in memory under virtual time, and a listener that remembers.
+// A ZwickLink and a ZwickSim joined by a wire in memory, in virtual time, with a listener that
+// records. For tests of load frames.
 #pragma once
 
 #include <array>
@@ -44,7 +45,7 @@ inline FrameLimits wide_limits() {
   return l;
 }
 
-// A task that runs beside the test body, which may forget it.
+// A task that runs beside the test body. The test need not wait for it.
 template <class T>
 struct Running {
   bool done() const { return out.done; }
@@ -104,7 +105,7 @@ struct FrameBench {
     }
   }
 
-  VirtualClock clock;  // outlives io: waits that are destroyed with it deregister
+  VirtualClock clock;  // outlives io, because waits that io destroys deregister here
   asio::io_context io;
   LinearScene scene;
   MemoryListener listener;
@@ -125,7 +126,7 @@ struct FrameBench {
   }
 };
 
-// A far end that answers only what the test says.
+// A frame link whose far end is played by the test.
 struct MuteBench {
   MuteBench() {
     auto ends = make_memory_pipe(io.get_executor(), clock, "tcp:gateway");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a person, a file or an instrument may hand in as a name or a note, and what must be true of
-// every output that shows it.
+// Texts that a person, a file or an instrument may hand in as a name or note, and checks of the
+// outputs that show them.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -79,14 +79,14 @@ inline const std::vector<HostileText>& hostile_texts() {
   return kTexts;
 }
 
-// All of them in one; of each the first `most` bytes.
+// All texts in one, each cut to its first `most` bytes.
 inline std::string every_hostile_text(std::size_t most = 2'000) {
   std::string out;
   for (const auto& t : hostile_texts()) out += t.text.substr(0, most) + " | ";
   return out;
 }
 
-// No byte that a terminal obeys, at most `lines` lines, and not more than anybody wants to see.
+// Nothing that a terminal obeys, at most `lines` lines, and not too long to read.
 inline void expect_harmless_on_a_terminal(const std::string& shown, std::size_t lines,
                                           const std::string& of) {
   EXPECT_EQ(shown, printable_lines(shown)) << of;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A linear spring behind a gap: every answer is known in closed form.
+// A linear spring behind a gap, for which every answer is known in closed form. The world of
+// FrameBench.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run of any length whose every cell is known in integers, stored by one statement a table.
+// A run of any length in which every cell is known in integers, stored with one SQL statement per
+// table. For tests/scale.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,13 +16,13 @@
 
 namespace lcrig {
 
-// Nineteen samples of the frame to a reading. Cycles of 40 s: half of it rest, then a triangle to
+// Nineteen samples of the frame per reading. Cycles of 40 s: 20 s of rest, then a triangle to
 // 1 N. The specimen has a knee at 0.4 N: 800 fF/N below, 380 fF/N above.
 struct LongRun {
   static constexpr std::int64_t kRatio = 19;
   static constexpr std::int64_t kSample_ms = 20, kReading_ms = kRatio * kSample_ms;
-  static constexpr std::int64_t kDelay_ms = 3;  // the shortest; every third sample has it
-  static constexpr std::int64_t kMiddle_ms = 5;  // of a reading's window
+  static constexpr std::int64_t kDelay_ms = 3;  // the shortest delay, which every third sample has
+  static constexpr std::int64_t kMiddle_ms = 5;  // middle of a reading's window
   static constexpr std::int64_t kContact_ms = 19'000, kContact_pm = 3'200'000'000;
   static constexpr double kDiameter_m = 0.004;
   static constexpr double kArea_m2 = std::numbers::pi / 4 * kDiameter_m * kDiameter_m;
@@ -43,11 +44,11 @@ struct LongRun {
   static std::int64_t received_ms(std::int64_t i) {
     return kSample_ms * i + kDelay_ms + 7 * (i % 3);
   }
-  // In the middle of the window of reading j.
+  // Force in the middle of the window of reading j.
   static std::int64_t force_at_uN(std::int64_t j) {
     return force_uN(kReading_ms * j + kMiddle_ms - kDelay_ms);
   }
-  // Of reading j, with 10 fF of scatter to either side.
+  // Reading j, with 10 fF of scatter to either side.
   static std::int64_t capacitance_aF(std::int64_t j) {
     const std::int64_t force = force_at_uN(j);
     const std::int64_t curve =
@@ -101,11 +102,11 @@ struct LongRun {
   static void must(const Result<>& r) {
     if (!r) throw std::runtime_error(r.error().what);
   }
-  // The same integers as above, in SQL. `t`: ms on the frame's clock.
+  // The same integers as above, in SQL. `t` is in ms on the frame's clock.
   static constexpr const char* kForceSql =
       "CASE WHEN t % 40000 < 20000 THEN 0 WHEN t % 40000 < 30000 THEN 100 * (t % 40000 - 20000)"
       " ELSE 100 * (40000 - t % 40000) END";
-  // One cycle, then all cycles times it: a third quicker than counting the rows.
+  // One cycle, which is then repeated: a third faster than counting the rows.
   static std::string shape_sql() {
     return fmt::format(
         "DROP TABLE IF EXISTS temp.shape; CREATE TEMP TABLE shape AS WITH RECURSIVE n(k) AS (SELECT"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs whose instruments vanish or fall silent, and what must hold afterwards.
+// For scenario tests: runs whose instruments vanish or fall silent, and what must hold afterwards.
 #pragma once
 
 #include <gtest/gtest.h>

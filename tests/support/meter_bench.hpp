@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An LCR-6100 driver and its simulator on the two ends of a wire in memory, in virtual time.
+// An LCR-6100 driver and its simulator joined by a wire in memory, in virtual time. For tests of
+// the meter.
 #pragma once
 
 #include <boost/asio/co_spawn.hpp>

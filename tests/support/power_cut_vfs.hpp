@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A power cut for SQLite: a VFS that remembers what was synced and what was only written. At the
-// nth write the power "fails": what is then on the disk is the synced image and any part of the
-// unsynced writes, sectors torn. The real files go on, nobody looks at them any more.
+// A power cut for SQLite: a VFS that distinguishes what was synced from what was only written. At
+// the nth write the power "fails". The disk then has the synced image and any part of the unsynced
+// writes, with torn sectors. The real files go on, but nobody reads them any more.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ class PowerCutVfs final : public ForwardingVfs {
 
   void cut_after(int writes) { left_ = writes; }
   bool is_cut() const { return cut_; }
-  // What a reader finds after the power came back, as files in `folder`.
+  // Writes the files that a reader finds after the power is back to `folder`.
   void write_survivors(const std::string& folder) const {
     for (const auto& [path, bytes] : survivors_) {
       const auto name = path.substr(path.rfind('/') + 1);
@@ -33,7 +33,7 @@ class PowerCutVfs final : public ForwardingVfs {
   }
 
  private:
-  struct Change {  // a write; or, without bytes, a truncation
+  struct Change {  // a write, or a truncation
     std::size_t offset = 0;
     std::vector<char> bytes;
     bool truncates = false;
@@ -42,7 +42,7 @@ class PowerCutVfs final : public ForwardingVfs {
     std::vector<char> synced;
     std::vector<Change> pending;
   };
-  // nullptr: a temporary file.
+  // nullptr for a temporary file.
   static Image* image_of(const File& file) { return static_cast<Image*>(file.own); }
 
   static void apply(std::vector<char>& to, const Change& c) {
@@ -51,7 +51,7 @@ class PowerCutVfs final : public ForwardingVfs {
     std::copy(c.bytes.begin(), c.bytes.end(), to.begin() + static_cast<std::ptrdiff_t>(c.offset));
   }
 
-  // Sectors of one write reach the disk in any order, or not.
+  // Some sectors of a write reach the disk and others do not.
   void apply_torn(std::vector<char>& to, const Change& c) {
     constexpr std::size_t kSector = 512;
     if (c.truncates || random_() % 3 == 0) return apply(to, c);
@@ -112,9 +112,9 @@ class PowerCutVfs final : public ForwardingVfs {
   }
 
   std::mt19937_64 random_;
-  std::map<std::string, Image> images_;  // by path; addresses stay
+  std::map<std::string, Image> images_;  // by path; addresses must not change
   std::map<std::string, std::vector<char>> survivors_;
-  int left_ = -1;  // writes until the cut; below 0: never
+  int left_ = -1;  // writes until the cut; negative: never
   bool cut_ = false;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of a protocol: as it is shipped, and with a part of it replaced.
+// Texts of protocols for scenario tests: shipped ones, and variants with a part replaced.
 #pragma once
 
 #include <stdexcept>
@@ -9,7 +9,7 @@
 
 namespace lcrig {
 
-// Loads to 0.5 N of 1 N, and unloads.
+// Loads to 0.5 N with a limit of 1 N, and unloads.
 inline constexpr const char* kLoad = R"({ "format": "load-protocol/1", "name": "load",
   "limits": { "force_N": [-0.2, 1.0], "gap_mm": [-1, 10], "speed_mm_s": 2 },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast" },
@@ -25,7 +25,7 @@ inline std::string library(const std::string& name) {
   return read_text_file("protocols/library/" + name + ".json").value();
 }
 
-// Throws when there is no `from`: the test would not test what it says.
+// Throws if `from` is not in the text, because then the test would not test what it says.
 inline std::string with(std::string text, const std::string& from, const std::string& to) {
   const auto at = text.find(from);
   if (at == std::string::npos) throw std::invalid_argument("not in the text: " + from);

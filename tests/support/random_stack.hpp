@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Seeded stacks over all that the finite-element levels admit: laminates, soft tops, blocks from
-// thin to as high as wide, plates, few and many capacitors, moduli from equal to 1e5 apart. One
-// seed is one stack, on every machine: the draws do not go through the library's distributions.
+// Random stacks over the whole range of the finite-element levels: laminates, soft tops, blocks
+// from thin to as high as wide, plates, few and many capacitors, moduli from equal to 1e5 apart.
+// One seed gives the same stack on every machine, because no distribution of the standard library
+// is used. For judging error estimates (stack_truth.hpp).
 #pragma once
 
 #include <algorithm>
@@ -36,7 +37,7 @@ class StackDice {
 
 enum class StackKind { laminate, bare_laminate, soft_top, block, thick_block, mixed };
 
-// Mostly below 0.499, where the sheet's pressure decays within a few thicknesses; some at the end.
+// Mostly below 0.499, where the sheet's pressure decays within a few thicknesses; sometimes 0.5.
 inline double draw_poisson_ratio(StackDice& dice) {
   const double which = dice.fraction();
   return which < 0.1    ? 0.5

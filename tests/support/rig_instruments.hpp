@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A random rig as the instruments of a run: the drivers of a real rig on one end of a wire, the
-// simulators on the other. The run is told what a config file would tell it, and nothing else.
+// A random rig as the instruments of a run: the drivers of a real rig on one end of each wire, the
+// simulators on the other. The run knows only what a config file would say. Used by RigWorld.
 #pragma once
 
 #include <boost/asio/co_spawn.hpp>
@@ -24,7 +24,7 @@
 
 namespace lcrig {
 
-// Hears every line that the driver sends and gets.
+// Passes on every line that the driver sends and receives.
 class TapTransport final : public Transport {
  public:
   using Heard = std::function<void(std::string_view line)>;
@@ -60,7 +60,8 @@ class TapTransport final : public Transport {
 
 class RigInstruments final : public Instruments, private BenchDoor {
  public:
-  // Told of what the run sends to the frame. `wire`: makes a pair of transports.
+  // `wire` makes a pair of transports. `sent` and `got` are called with every line of the frame
+  // link.
   RigInstruments(asio::any_io_executor executor, Clock& clock, const sim::RandomRig& rig,
                  MakeWire wire, TapTransport::Heard sent, TapTransport::Heard got)
       : executor_(std::move(executor)),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Remembers what a simulated frame showed, what was true at that instant, when the daemon had it,
-// and every word that was said in both directions.
+// Records what a simulated frame showed, what was true then, when the sample reached the daemon,
+// and every line in both directions. Property tests judge lying frames by it.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ class RigWitness {
  public:
   struct Seen {
     MonoTime taken;
-    std::optional<MonoTime> arrived;  // none: lost on the way
+    std::optional<MonoTime> arrived;  // empty if lost on the way
     FrameSample shown;
     double true_N = 0, true_m = 0;
   };
@@ -31,7 +31,7 @@ class RigWitness {
   };
 
   std::vector<Seen> seen;
-  std::vector<Word> words;  // no samples, no heartbeats
+  std::vector<Word> words;  // without samples and heartbeats
 
   void take(MonoTime t, const FrameSample& shown, double true_N, double true_m) {
     Seen& s = seen.emplace_back();
@@ -55,7 +55,7 @@ class RigWitness {
     std::from_chars(from, line.data() + line.size(), value);
     return value;
   }
-  // Numbers begin anew with each session: the latest with this number is meant.
+  // Sequence numbers start again with each session, so the latest sample with this number counts.
   void arrive(MonoTime at, std::string_view line) {
     const std::int64_t first = field(line, " seq="), last = first + field(line, " n=") - 1;
     for (auto s = seen.rbegin(); s != seen.rend(); ++s) {

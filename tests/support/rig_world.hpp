@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole session on a random rig in virtual time, planned as on a real one, with a witness of the
-// truth, and with whatever is to happen in the middle of it.
+// A whole session on a random rig in virtual time, planned as on a real rig, with a record of the
+// truth and with acts in the middle of the run. For the property tests.
 #pragma once
 
 #include <unistd.h>
@@ -27,7 +27,7 @@
 
 namespace lcrig {
 
-// A motion that stopped at a force, as the run judged it.
+// A motion that stopped at a force, as the run reported it.
 struct Overshoot {
   Overshoot() = default;
   MonoTime at;
@@ -37,52 +37,52 @@ struct Overshoot {
 
 class RigWorld {
  public:
-  // Something that happens: so long after the very start, after this part of the planned time, or
-  // so long after the n-th step, the n-th change of the drive (from 0), or `finally`, began.
+  // Something that happens `after_s` after the start, after this part of the planned time, or
+  // `after_s` after the n-th step, the n-th change of the drive (from 0) or `finally` began.
   struct Act {
     enum class When { time, part, step, drive, finally };
     When when = When::time;
     std::size_t n = 0;
-    double after_s = 0;  // of `part`: 0 to 1
+    double after_s = 0;  // with `part`: 0 to 1
     std::function<void(RigWorld&)> act;
-    double lasts_s = 0;  // then `undo`, if there is one
+    double lasts_s = 0;  // then `undo` is called, if set
     std::function<void(RigWorld&)> undo;
   };
   struct Acted {
     MonoTime at;
-    bool prepared = false, moving = false, finishing = false;  // there and then
+    bool prepared = false, moving = false, finishing = false;  // at that instant
   };
 
   RigWorld(sim::RandomRig rig, std::string protocol_text)
       : rig_(std::move(rig)), text_(std::move(protocol_text)) {}
   ~RigWorld() { player_.reset(); }
 
-  // Before `run`.
+  // Set before `run`.
   std::map<std::string, std::string> parameters;
   std::vector<Act> acts;
   std::string fault_script;
-  double longest_s = 4000;  // then somebody aborts it
+  double longest_s = 4000;  // then the run is aborted
   bool plan_only = false;
-  bool is_witnessed = false;  // `witness` remembers all
+  bool is_witnessed = false;  // `witness` records
 
-  // After it. How far it came:
-  std::optional<Error> refused;  // nothing was begun, and why
+  // Valid after `run`. How far the run came:
+  std::optional<Error> refused;  // why nothing was begun
   std::optional<RunResult> result;
   std::optional<Plan> plan;
   std::vector<RunEvent> events;
   std::vector<Overshoot> overshoots;
-  // What was sent to the frame until the plan was refused, or the run began.
+  // Counted until the plan was refused or the run began.
   std::int64_t hellos = 0, commands = 0, motions = 0, stops = 0;
-  // The truth.
-  Extremes all, since;  // `since` somebody called scene().watch_anew
+  // The truth:
+  Extremes all, since;  // `since`: from the last scene().watch_anew
   bool stood = false, was_idle = false;
-  double last_N = 0, outside_m = 0;  // at the end; the farthest outside of the travel limits
+  double last_N = 0, outside_m = 0;  // force at the end; greatest distance beyond the travel limits
   std::vector<TruthScene::Change> changes;  // of the drive
-  std::vector<bool> was_finishing;  // at each of them
-  std::size_t changes_at_end = 0;  // when the run was over
+  std::vector<bool> was_finishing;  // for each change
+  std::size_t changes_at_end = 0;  // when the run ended
   std::vector<Acted> acted;
   bool too_long = false;
-  bool is_clean = false;  // nothing waits any more
+  bool is_clean = false;  // nothing is waiting any more
   RigWitness witness;
   MonoTime over_at;
 
@@ -115,7 +115,7 @@ class RigWorld {
     return player_ ? player_->happened() : std::vector<std::int64_t>();
   }
 
-  // As a person, or SIGTERM: also while the run is being prepared.
+  // Like a person or SIGTERM; also works while the run is being prepared.
   void interrupt(Interrupt kind, const std::string& why) {
     if (Run* r = live()) {
       r->interrupt(InterruptRequest(kind, why));
@@ -124,18 +124,18 @@ class RigWorld {
     }
   }
 
-  // A pause that was asked for in preparation begins with the first step: until then there is
-  // nothing to resume, and a person tries again.
+  // A pause that was requested during preparation begins with the first step. Until then there is
+  // nothing to resume, so this tries again.
   void resume() { spawn(resume_once_paused()); }
 
   VirtualClock clock;
   asio::io_context io{1};
-  std::vector<std::int64_t> happened;  // each fault of the script, so often
+  std::vector<std::int64_t> happened;  // how often each fault of the script happened
 
  private:
   Recorder::Options recorder_options() {
     Recorder::Options options(database());
-    // A script may break the disk: then there has to be one.
+    // A script may break the disk, so there has to be one.
     options.vfs = fault_script.empty() ? kInMemory : surroundings_.disk().name();
     return options;
   }
@@ -258,7 +258,7 @@ class RigWorld {
     if (counted) ++n;
   }
 
-  // Waits no longer than the run lasts.
+  // Waits, but not beyond the end of the run. False when the run is over.
   Task<bool> wait_in_run(Duration d) {
     const MonoTime due = clock.now() + d;
     waiting_.push_back(std::make_unique<Wakeup>());
@@ -338,8 +338,8 @@ class RigWorld {
     overshoots.push_back(o);
   }
 
-  // The windows of the limits, in the machine's own travel. What was outside when a window came to
-  // be is not held against the run unless it went farther.
+  // Compares the travel with the limits, which are windows in the machine's own travel. A travel
+  // that was already outside when a window began counts only if it goes farther.
   void look(MonoTime t) {
     const double travel = instruments_->truth().travel_m(t);
     const double zero = instruments_->door()->frame_sim()->travel_zero_m();

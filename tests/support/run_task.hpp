@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a coroutine to its end from a plain test body (ASSERT_* do not compile in a coroutine).
+// Runs a coroutine to its end from a plain test body, because ASSERT_* do not compile in a
+// coroutine.
 #pragma once
 
 #include <boost/asio/co_spawn.hpp>
@@ -37,7 +38,7 @@ T take(Outcome<T>& out) {
 }
 }  // namespace support
 
-// Real clock.
+// In real time.
 template <class T>
 T run_task(asio::io_context& io, Task<T> task) {
   support::Outcome<T> out;
@@ -48,7 +49,7 @@ T run_task(asio::io_context& io, Task<T> task) {
   return support::take(out);
 }
 
-// Virtual clock.
+// In virtual time.
 template <class T>
 T run_task(asio::io_context& io, VirtualClock& clock, Task<T> task) {
   support::Outcome<T> out;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole run in virtual time: recorder, session, simulated instruments, and an event when a step
-// begins, so that a test can act in the middle of it.
+// A whole run in virtual time: recorder, session and simulated instruments. A test can act in the
+// middle of a step. For scenario tests.
 #pragma once
 
 #include <boost/asio/co_spawn.hpp>
@@ -20,7 +20,7 @@ namespace lcrig {
 
 class SessionWorld {
  public:
-  // `act` runs in the middle of the run, `after` into the step of this id.
+  // `act` is called `after` the beginning of the step with this id.
   struct Act {
     std::string step_id;
     Duration after{};
@@ -31,11 +31,11 @@ class SessionWorld {
   virtual ~SessionWorld() = default;
 
   Bench bench = *find_bench("paper");
-  bool in_memory = false;  // the database, for a test that wants none on the disk
+  bool in_memory = false;  // keeps the database in memory, not on the disk
   std::map<std::string, std::string> parameters;
   std::vector<Act> acts;
 
-  // The outcome, or why the run never began.
+  // The outcome, or why the run did not begin.
   Result<RunResult> run() {
     SessionRequest request;
     request.protocol_name = "test";
@@ -76,7 +76,7 @@ class SessionWorld {
     if (!db) throw std::runtime_error(db.error().what);
     return std::move(*db);
   }
-  // First column of a query on the finished run.
+  // First column of the first row of a query on the finished run.
   std::int64_t count(const std::string& sql) const {
     const Database db = open();
     return db.integer(sql).value();
@@ -99,12 +99,12 @@ class SessionWorld {
 
  protected:
   virtual void adjust(SimRequest& /*sim*/, Recorder::Options& /*recorder*/) {}
-  virtual void built() {}  // nothing was asked yet
+  virtual void built() {}  // before anything is sent to an instrument
   virtual void began() {}  // the run row is stored
   virtual void ended() {}  // the run row is closed, the ports are open
 
  private:
-  // It would be gone with the recorder's connection.
+  // An open connection keeps the database, which would otherwise vanish with the recorder's.
   void keep_in_memory(Recorder::Options& options) {
     options.vfs = kInMemory;
     kept_ = Database::open(database(), Database::Mode::read_write_create, kInMemory).value();

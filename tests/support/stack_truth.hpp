@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the levels answer for a random stack against solutions on finer meshes than any of them
-// uses, and what they believed of themselves.
+// Compares the answers of the levels for a random stack with solutions on finer meshes, and their
+// estimated with their true errors. For tests/model_study and a unit test of the model.
 #pragma once
 
 #include <cmath>
@@ -14,28 +14,28 @@
 
 namespace lcrig {
 
-// One answer of one level, judged.
+// The judgement of one answer of one level.
 struct Judged {
   std::uint64_t seed = 0;
   double pressure_Pa = 0;
-  std::string level;  // "fem_linear (own)": against small strains, the mesh alone
+  std::string level;  // "fem_linear (own)": the error of the mesh alone, at small strains
   int mesh = 0;
   double estimate = 0, error = 0;  // relative
-  double truth_doubt = 0;  // relative, of what it was judged by
+  double truth_doubt = 0;  // relative, of the truth that was used
   double order = 0;
   bool settled = true;
   double ratio() const { return estimate / error; }
-  // Known ten times better than the error judged, and an error that matters.
+  // The truth is ten times better known than the error, and the error is not negligible.
   bool counts() const { return truth_doubt <= error / 10 && error > 1e-7; }
 };
 
 struct JudgePlan {
   std::vector<double> pressure_Pa{10e3, 30e3, 100e3};
-  int finest_linear = 1, finest_finite = 1;  // meshes that are judged
-  int truth_linear = 3, truth_finite = 2;  // whose limits judge them
+  int finest_linear = 1, finest_finite = 1;  // the finest meshes that are judged
+  int truth_linear = 3, truth_finite = 2;  // the finest meshes whose limits judge them
 };
 
-// Aitken's limit of the three finest meshes, and how far that of the three before them is away.
+// Aitken's limit of the three finest meshes, and its distance from the limit of the three before.
 struct StackTruth {
   double value_F = 0, doubt_F = 0;
 };
@@ -51,7 +51,7 @@ inline std::optional<StackTruth> find_truth(ErrorEstimator& solved, Level level,
     if (!value) return std::nullopt;
     v.push_back(*value);
   }
-  const auto limit = [&](std::size_t i) {  // of the three that end at i
+  const auto limit = [&](std::size_t i) {  // of the three meshes that end at i
     const double before = v[i - 1] - v[i - 2], last = v[i] - v[i - 1];
     return std::abs(before) > 1.5 * std::abs(last) ? v[i] + last * last / (before - last) : v[i];
   };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run made up row by row, for tests that must know the truth behind it.
+// Builds a stored run row by row, for tests of the analysis that must know the truth behind it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ class SyntheticRun {
   }
 
   RunRow row;
-  double t_s = 0;  // of the next row
+  double t_s = 0;  // time of the next row
   double reading_s = 0.12;
   double frame_s = 0.02;
 
@@ -97,8 +97,8 @@ class SyntheticRun {
   }
   void end_level() { level_ = 0; }
 
-  // A reading that takes reading_s, under the force that `force_N` gives; nullopt: an overload.
-  // Frame samples go on beside it.
+  // Stores a reading that takes reading_s, and the frame samples beside it. `force_N` gives the
+  // force at a time. nullopt means an overload.
   void reading(std::optional<double> capacitance_F, const std::function<double(double)>& force_N) {
     const double from = t_s;
     t_s += reading_s;
@@ -128,7 +128,7 @@ class SyntheticRun {
   void reading(std::optional<double> capacitance_F, double force_N) {
     reading(capacitance_F, [force_N](double) { return force_N; });
   }
-  // Samples after the last one up to `until_s`.
+  // Stores the samples after the last one up to `until_s`.
   void frame_until(double until_s, const std::function<double(double)>& force_N) {
     for (; with_frame && frame_t_s_ <= until_s; frame_t_s_ += frame_s) {
       ++device_seq_;
@@ -148,8 +148,8 @@ class SyntheticRun {
     }
   }
   bool with_frame = true;
-  std::int64_t flags = 0;  // of the next readings; storage/flags.hpp
-  int lost_frames = 0;  // the next ones are missing
+  std::int64_t flags = 0;  // flags of the next readings; storage/flags.hpp
+  int lost_frames = 0;  // how many of the next samples are missing
   std::function<double(double)> travel_m = [](double force) { return 3e-3 + 1e-5 * force; };
 
   // The static experiment: a baseline, then repeats over the levels.
@@ -162,7 +162,7 @@ class SyntheticRun {
     };
     std::uint64_t seed = 1;
     int baseline = 100;
-    // May change a reading: level (from 1), reading (from 1), value.
+    // May change a reading. Arguments: level (from 1), reading (from 1), value.
     std::function<std::optional<double>(int, int, double)> spoil = [](int, int, double v) {
       return std::optional<double>(v);
     };
@@ -204,8 +204,8 @@ class SyntheticRun {
     };
     std::uint64_t seed = 1;
     double baseline_s = 20;
-    bool anywhere = false;  // a loading begins within a reading, in each cycle elsewhere
-    int window_points = 1;  // a reading is the mean over so many instants of its window
+    bool anywhere = false;  // loading begins within a reading, at another place in each cycle
+    int window_points = 1;  // a reading is the mean over this many instants of its window
   };
   void play(const Dynamic& d) {
     std::mt19937_64 random(d.seed);

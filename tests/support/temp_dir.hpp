@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A folder that is gone after the test.
+// A temporary folder for a test, removed by the destructor.
 #pragma once
 
 #include <stdlib.h>

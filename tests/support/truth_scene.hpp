@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The world behind a simulated frame, and a witness of what really happened there. Between two
-// changes of its drive the force only rises or only falls, so looking at each change sees every
-// extreme.
+// The world behind a simulated frame, with a record of what really happened. Between two changes of
+// the drive the force only rises or only falls, so a look at each change finds every extreme. Used
+// by RigInstruments.
 #pragma once
 
 #include <algorithm>
@@ -14,12 +14,12 @@
 
 namespace lcrig {
 
-// From one look to the next.
+// Extremes over some time.
 struct Extremes {
   Extremes() = default;
   double peak_N = 0;
   double top_m = -1e9, bottom_m = 1e9;
-  double way_m = 0;  // there and back
+  double way_m = 0;  // total distance, forwards and backwards
   void add(double force_N, double travel_m) {
     peak_N = std::max(peak_N, force_N);
     top_m = std::max(top_m, travel_m);
@@ -33,7 +33,7 @@ class TruthScene final : public PlantScene {
   struct Change {
     MonoTime at;
     Drive drive = Drive::halt;
-    double from_m = 0, force_N = 0;  // there and then
+    double from_m = 0, force_N = 0;  // at that instant
     double to = 0;  // m or N
     bool is_towards = false;  // more travel, or more force
   };
@@ -42,13 +42,13 @@ class TruthScene final : public PlantScene {
     all.add(0, last_m_);
   }
 
-  Extremes all;  // of the run
-  Extremes since;  // of what somebody began to watch
+  Extremes all;  // since the beginning
+  Extremes since;  // since the last watch_anew
   std::vector<Change> changes;
   std::function<void(const Change&)> on_change;
   std::function<void(MonoTime)> on_look;
 
-  // Also at the end, when nothing changes any more.
+  // Called at each change. Call it at the end as well, when nothing changes any more.
   void look(MonoTime t) {
     const double force = force_N(t), travel = travel_m(t);
     const double way = std::abs(travel - last_m_);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests run as root pass every permission bit. These take that right away, so that "no rights" is
-// the same test for root and for everybody else.
+// Takes away the rights with which root passes every permission bit, so that tests of "no rights"
+// give the same result for root and for other users.
 #pragma once
 
 #include <linux/capability.h>
@@ -14,7 +14,7 @@
 
 namespace lcrig {
 
-// For this thread, until the end of the scope.
+// Drops capabilities of this thread until the end of the scope.
 class WithoutRights {
  public:
   explicit WithoutRights(std::uint32_t capabilities) {
@@ -32,16 +32,16 @@ class WithoutRights {
   std::array<__user_cap_data_struct, 2> before_{};
 };
 
-struct WithoutFileRights : WithoutRights {  // those of the permission bits remain
+struct WithoutFileRights : WithoutRights {  // only permission bits count
   WithoutFileRights() : WithoutRights(1U << CAP_DAC_OVERRIDE | 1U << CAP_DAC_READ_SEARCH) {}
 };
 
-struct WithoutResourceRights : WithoutRights {  // limits of the process bind
+struct WithoutResourceRights : WithoutRights {  // resource limits apply
   WithoutResourceRights() : WithoutRights(1U << CAP_SYS_RESOURCE | 1U << CAP_IPC_LOCK) {}
 };
 
-// For the program that this process becomes; callable between fork and exec. Who is not root has
-// nothing to give away, and the calls fail without harm.
+// For the program that this process will become; may be called between fork and exec. A process
+// without these rights has nothing to drop, and then the calls fail without harm.
 inline void give_up_file_rights_at_exec() {
   ::prctl(PR_CAPBSET_DROP, CAP_DAC_OVERRIDE);
   ::prctl(PR_CAPBSET_DROP, CAP_DAC_READ_SEARCH);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is a text well-formed XML (as far as SVG and our HTML need it)? Finds what escaping forgot.
+// Checks that a text is well-formed XML, as far as SVG and our HTML need it. Finds missing escapes
+// in charts and reports.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +13,8 @@ namespace lcrig {
 
 class XmlCheck {
  public:
-  // Empty when well-formed, else what is wrong and where. `void_elements` need no end ("br").
+  // Empty when well-formed, otherwise what is wrong and where. `void_elements` have no end tag
+  // ("br").
   static std::string fault(std::string_view text, std::vector<std::string> void_elements = {}) {
     XmlCheck check(text, std::move(void_elements));
     return check.run();
