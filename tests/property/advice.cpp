@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does what refusals say, as a person would.
+// Follows the advice of refusals as a person would.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace lcrig::property {
 namespace {
 
 using json = nlohmann::ordered_json;
-constexpr int kPatience = 25;  // refusals of one protocol
+constexpr int kPatience = 25;  // most refusals of one protocol
 
 bool has(const std::string& text, std::string_view words) {
   return text.find(words) != std::string::npos;
@@ -47,7 +47,7 @@ std::string pointer_of(const std::string& text) {
   return std::regex_search(text, m, place) ? m[1].str() : "";
 }
 
-// What is said in words, done to the step it is said of.
+// Follows advice in words, at the step that it names.
 bool follow_words(const std::string& text, Draft& draft) {
   const std::string pointer = pointer_of(text);
   if (pointer.empty()) return false;
@@ -86,7 +86,7 @@ Broken advice_is_good(const Case& c, Counters& counters) {
   draft.protocol = json::parse(c.protocol);
   draft.gap_m = c.make_rig().gap_m;
   draft.speed_m_s = c.make_rig().declared().speed_min.si() * 10;
-  std::map<std::string, int> told;  // how often at each place
+  std::map<std::string, int> told;  // how often each place was refused
   for (int i = 0; i < kPatience; ++i) {
     Case again = c;
     again.protocol = draft.protocol.dump();

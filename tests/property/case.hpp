@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One rig, one protocol, and what happens in the middle of its run: all that is needed to see a
-// run again. As text it is a file of tests/property/cases.
+// One rig, one protocol, and what happens in the middle of its run: enough to repeat a run exactly.
+// The files of tests/property/cases are cases as text. Used by all property tests.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace lcrig::property {
 
-// What somebody does, or what breaks.
+// An interruption by somebody, or a fault of the link.
 struct Happening : Instant {
   enum class Kind { abort, freeze, shutdown, pause, deaf, silent, unplug };
   Happening() = default;
@@ -27,15 +27,15 @@ bool is_of_link(Happening::Kind kind);
 
 struct Case {
   Case() = default;
-  std::string property;  // that it was made for
+  std::string property;  // the property it was made for
   std::uint64_t rig = 1;
-  std::uint32_t without = 0;  // quirks that are left out
-  std::optional<sim::Lie> lie;  // of what is told of the rig
+  std::uint32_t without = 0;  // sim::RandomRig quirks that are left out
+  std::optional<sim::Lie> lie;  // about what is told of the rig
   std::optional<double> gap_m;
-  bool is_within = true;  // of what the rig can do, by our own arithmetic
+  bool is_within = true;  // our own arithmetic says that the rig can do it
   std::string protocol;
   std::vector<Happening> happenings;
-  std::vector<Falsehood> lies;  // of the frame
+  std::vector<Falsehood> lies;  // told by the frame
   std::string fault_script;  // docs/faults.md
 
   sim::RandomRig make_rig() const;

@@ -12,14 +12,15 @@ namespace {
 using Seen = RigWitness::Seen;
 using Word = RigWitness::Word;
 
-// Samples come in batches of 0.1 s, at most 0.1 s apart, and two may be needed to see a thing.
+// Samples come in batches of 0.1 s, up to 0.1 s apart, and two may be needed to see something.
 constexpr Duration kSlack = std::chrono::milliseconds(300);
-// DONE is believed when the samples that follow agree; a zero is seen to be lost over a second.
+// DONE is believed when the samples that follow agree. A lost zero is seen within a second.
 constexpr Duration kAfterDone = std::chrono::milliseconds(550);
-constexpr double kQuicker = 0.45;  // of the printed time: so soon it may be noticed, too
+// share of the printed time; a lie may also be noticed this early
+constexpr double kQuicker = 0.45;
 constexpr Duration kZeroTime = std::chrono::milliseconds(1500);
 
-// One lie and its window, looked at sample by sample.
+// Examines one lie and its window sample by sample.
 class Look {
  public:
   Look(const Trial& t, const PrintedWatch& p, std::size_t lie)
@@ -72,7 +73,7 @@ class Look {
     if (order != nullptr) c.speed_m_s = order->speed_m_s, c.rate_N_s = order->rate_N_s;
     return c;
   }
-  // Samples that the daemon had while this motion of ours was under way and the lie lasted.
+  // Samples that the daemon received while this motion was under way and the lie lasted.
   template <class F>
   void each(const Ordered& o, F f) const {
     const MonoTime begin = std::max(from_, o.sent), end = std::min(to_, o.over);
@@ -82,7 +83,8 @@ class Look {
     }
   }
 
-  // A run of samples in which a value is the same for this long; or for less, and then STOP came.
+  // Samples in which a value stays the same for `long_s`, or for a shorter time that ended with
+  // STOP.
   template <class Same>
   Found unchanged(double long_s, Same same) const {
     for (const Ordered& o : orders_) {
@@ -108,10 +110,11 @@ class Look {
     }
     return std::nullopt;
   }
-  // What is missing in the samples takes its time, and so does a way that can be seen.
+  // Factor for missing samples, and for a speed at which a visible distance takes longer.
   double patience(const Ordered& o) const {
     const double missing = std::max(rig_.frame.missing_force, rig_.frame.missing_travel);
-    const double there = missing > 0 ? 1.2 : 1;  // at most every twentieth, and they may cluster
+    // at most every twentieth is missing, but they may cluster
+    const double there = missing > 0 ? 1.2 : 1;
     if (lie_.what == FrameLie::force_frozen || o.speed_m_s <= 0) return there;
     const double way_m = std::max(2 * watch_.against_m, 4 * rig_.plant.travel_resolution_m);
     return there * std::max(1.0, way_m / o.speed_m_s / watch_.stall_s);
@@ -130,7 +133,7 @@ class Look {
       return *a.shown.force_N == *b.shown.force_N ? 1 : 0;
     });
   }
-  // A force loop may have nothing to do.
+  // RAMPF is left out, because a force loop may have nothing to do.
   Found stood_still() const {
     return unchanged(2 * watch_.stall_s, [](const Ordered& o, const Seen& a, const Seen& b) {
       if (o.word == "RAMPF" || !a.shown.travel_m) return 0;
@@ -158,7 +161,7 @@ class Look {
     return std::nullopt;
   }
 
-  // Pressed harder and harder, and the force shown falls: by more than a specimen relaxes.
+  // In a motion towards the specimen, the force shown falls by more than a specimen relaxes.
   Found fell() const {
     for (const Ordered& o : orders_) {
       if (o.direction <= 0) continue;
@@ -181,15 +184,17 @@ class Look {
       if (!found && last != nullptr && (o.is_stopped || o.is_limited)) {
         found = at(*last, o.over, &o);
       }
-      // It stands already, and may look at what it felt on the way back.
+      // The device has already stopped by itself, and the run may look at what it felt on the way
+      // back.
       if (found && o.is_limited) found->due = world_.over_at;
       if (found) return found;
     }
     return std::nullopt;
   }
 
-  // Pressed deeper than ever, and the force shown does not rise by a twenty-fifth of what the
-  // contact did when it was found; nor does what it was lose a third.
+  // In a motion deeper than any before, the force shown rises by less than 1/25 of the stiffness
+  // that was measured at contact. Or it is less than 70 % of the true force, and something stopped
+  // it.
   Found did_not_follow() const {
     for (const Ordered& o : orders_) {
       const auto contact = printed_contact(world_, o.sent);
@@ -212,14 +217,14 @@ class Look {
         if (so_far == 3) found = at(s, *s.arrived, &o);
         if (*s.shown.force_N < 0.7 * s.true_N - 2 * watch_.order_force_N - digits_N_) last = &s;
       });
-      // It was seen sooner than that.
+      // The run noticed it earlier than that.
       if (!found && o.is_stopped && last != nullptr) found = at(*last, o.over, &o);
       if (found) return found;
     }
     return std::nullopt;
   }
 
-  // A force jumps while the axis stands pressed and nothing is ordered.
+  // The force shown jumps while the axis stands pressed and nothing is ordered.
   Found lost_zero() const {
     const Seen* before = nullptr;
     for (const Seen& s : seen_) {
@@ -240,7 +245,7 @@ class Look {
     return std::nullopt;
   }
 
-  // Nothing of ours for so long before and afterwards that a jump can be seen; no force is held.
+  // No motion of ours for long enough before and after to see a jump, and no force is held.
   bool is_quiet(MonoTime t) const {
     const bool moves = std::ranges::any_of(orders_, [t](const Ordered& o) {
       return o.sent <= t + kZeroTime && (t < o.over + kZeroTime || o.word == "RAMPF");
@@ -248,7 +253,7 @@ class Look {
     return !moves && t + kZeroTime < world_.over_at;
   }
 
-  // The axis goes where a held force wants it, from the order on.
+  // From this order on, the axis goes where a held force wants it.
   MonoTime force_held_from(MonoTime t) const {
     for (const Word& w : world_.witness.words) {
       const bool holds = w.is_sent && w.line.find("HOLD mode=force") != std::string::npos;
@@ -257,7 +262,7 @@ class Look {
     return MonoTime::max();
   }
 
-  // Between two motions of ours, after the frame said that it stands.
+  // The axis moves between two of our motions, after the frame said that it stands.
   Found moved_unasked() const {
     for (std::size_t i = 0; i < orders_.size(); ++i) {
       if (orders_[i].word == "RAMPF") continue;  // a force may be held
@@ -285,7 +290,7 @@ class Look {
     for (const Ordered& o : orders_) v = std::max(v, o.speed_m_s);
     return v;
   }
-  // A motion that was cut stands when STOPPED says so.
+  // When the frame said that it stands. After a motion that was cut this is STOPPED.
   MonoTime stands_from(const Ordered& o) const {
     for (const Word& w : world_.witness.words) {
       if (w.at < o.over || w.is_sent) continue;
@@ -294,7 +299,7 @@ class Look {
     return MonoTime::max();
   }
 
-  // DONE, and what was shown last before it is somewhere else.
+  // DONE was said, but the last sample before it shows another place.
   Found was_not_there() const {
     for (const Ordered& o : orders_) {
       if (!o.is_done || o.over < from_ || o.sent > to_) continue;
@@ -309,7 +314,7 @@ class Look {
     }
     return std::nullopt;
   }
-  // Also in what comes next: a motion that ends by itself meanwhile was as good as done.
+  // The next samples must show it too: a motion that ends by itself meanwhile counts as done.
   bool stays_off(const Ordered& o) const {
     for (const Seen& s : seen_) {
       if (s.taken < o.over || !s.arrived) continue;
@@ -319,7 +324,7 @@ class Look {
     return true;
   }
   bool is_off(const Ordered& o, const Seen& s) const {
-    const double way_m = o.speed_m_s * 0.1;  // since that sample
+    const double way_m = o.speed_m_s * 0.1;  // travelled since that sample
     if (o.travel_m) {
       const double off = std::abs(s.shown.travel_m.value_or(*o.travel_m) - *o.travel_m);
       return off > watch_.order_travel_m + way_m + 2 * rig_.plant.travel_resolution_m;
@@ -334,7 +339,7 @@ class Look {
 
   Found told_of_fault() const {
     for (const Word& w : world_.witness.words) {
-      // Of one that was over before there was anything to command nobody can know.
+      // Nobody can know of an E-stop that was over before the first command.
       if (w.is_sent || w.at < from_ || orders_.empty() || w.at < orders_.front().sent) continue;
       const bool estop = w.line.find("kind=\"estop\"") != w.line.npos;
       if (!estop && w.line.find("reason=\"fault\"") == w.line.npos) continue;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// When what a simulated frame showed first contradicted the truth, what was ordered, or itself: by
-// our own eyes, from what was witnessed. The only numbers of the product in it are those that its
-// plan prints (`watch`), and they are what is judged.
+// Finds when the samples of a simulated frame first contradicted the truth, the orders or
+// themselves, independently of the product. It takes only those numbers from the product that the
+// plan prints (`watch`), and these are what is judged. Used by the judge of lies.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace lcrig::property {
 
-// As the plan prints it, and the run again whenever it knows the cell better (event `watch`).
+// As the plan prints it. The run prints it again when it knows the cell better (event `watch`).
 struct PrintedWatch {
   PrintedWatch() = default;
   std::optional<double> frozen_force_s;
@@ -22,12 +22,12 @@ std::optional<PrintedWatch> printed_watch(const RigWorld& world, MonoTime at);
 
 struct Contradiction {
   Contradiction() = default;
-  MonoTime taken, first;  // the first sample that is not true: when it was taken, when it arrived
-  MonoTime due;  // by then STOP must be on its way
-  double true_N = 0;  // when it was taken
-  double speed_m_s = 0, rate_N_s = 0;  // in force
+  MonoTime taken, first;  // when the first false sample was taken, and when it arrived
+  MonoTime due;  // STOP must have been sent by then
+  double true_N = 0;  // at `taken`
+  double speed_m_s = 0, rate_N_s = 0;  // of the motion at that time
 };
-// nullopt: it showed nowhere, or not for long enough; docs/testing.md
+// nullopt: it never showed, or not long enough (docs/testing.md).
 std::optional<Contradiction> contradiction_of(const Trial& t, const PrintedWatch& w,
                                               std::size_t lie);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random numbers of a disturbance, and when in a run it comes.
+// Random numbers of a disturbance, and the instant in a run at which it comes. Used by cases.
 #pragma once
 
 #include <algorithm>
@@ -31,10 +31,10 @@ struct Instant {
   RigWorld::Act::When when = RigWorld::Act::When::time;
   std::int64_t n = 0;
   double after_s = 0;
-  double lasts_s = 0;  // until it is over; 0: for ever
+  double lasts_s = 0;  // 0: to the end
 };
 
-// Preparation, anywhere, right after a change of the drive, `finally`.
+// During preparation, at any time, soon after a change of the drive, or in `finally`.
 inline void draw_instant(Dice& dice, Instant& at) {
   using When = RigWorld::Act::When;
   switch (dice.below(5)) {

@@ -18,7 +18,8 @@ struct Row {
 
 const std::vector<Row>& rows() {
   using enum FrameLie;
-  // The device itself, or the guard, may be first: a force that nothing pulls with is named too.
+  // The device or the guard may be the first to stop, so their words count as well, and so does a
+  // force that pulls.
   static const Words kForce{"against the command", "falls w",     "zero",  "frozen",
                             "outside the limits",  "force limit", "pulls", "does not follow"};
   static const Words kHeld{"does not follow",   "falls w", "at once",
@@ -59,7 +60,7 @@ const Row& row_of(FrameLie lie) {
   return rows().at(static_cast<std::size_t>(lie));
 }
 
-// Every transmission comes so much later.
+// Delays every transmission by this time.
 ZwickSimHooks lateness(double seconds) {
   ZwickSimHooks hooks;
   if (seconds > 0) {
@@ -118,12 +119,12 @@ Falsehood draw_falsehood(Dice& dice, FrameLie what, const sim::RandomRig& rig) {
   Falsehood f;
   f.what = what;
   draw_instant(dice, f);
-  if (dice.below(10) < 7) {  // most lies are told early, when there is something to press yet
+  if (dice.below(10) < 7) {  // most lies are told early, while there is still something to press
     f.when = RigWorld::Act::When::drive;
     f.n = dice.below(5);
     f.after_s = dice.even(0, 1) * dice.even(0, 3);
   }
-  // Against a contact that was measured, after the search and its steps back.
+  // These show only against a measured contact, so they begin after the search and its steps back.
   if (what == force_held || what == force_gain) f.n += 4 + dice.below(10);
   const double side = dice.below(2) == 0 ? -1 : 1;
   const double delay_s = dice.scale(0.2, 10);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A lie of the simulated frame, as docs/faults.md names it: when it begins, and how big it is.
+// A lie of the simulated frame, named as in docs/faults.md: when it begins and how large it is.
+// Used by the cases of the property tests.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +16,11 @@ namespace lcrig::property {
 enum class FrameLie {
   force_frozen,
   force_held,
-  force_gain,  // times
+  force_gain,  // factor
   force_reversed,
   force_drift,  // N/s
-  force_scatter,  // times
-  tare_lost,  // 1: and told
+  force_scatter,  // factor
+  tare_lost,  // 1: the frame tells of it
   stall,
   drive_reversed,
   creep,  // m/s
@@ -31,7 +32,7 @@ enum class FrameLie {
   stop_late,  // s
   stop_unconfirmed,
   stop_ignored,
-  clock_rate,  // 0: frozen
+  clock_rate,  // factor; 0: frozen
   clock_jump,  // s
   samples_late,  // s
   restart_untared,
@@ -41,16 +42,16 @@ constexpr int kFrameLies = 23;
 std::string_view to_string(FrameLie lie);
 FrameLie lie_of(std::string_view name);  // throws
 
-// Who is not believed any more when it came out (docs/testing.md).
+// What is no longer believed once the lie is noticed (docs/testing.md).
 enum class Distrust { force, drive, gateway, nobody };
 Distrust distrust_of(FrameLie lie);
-// What the reason of the run then says, one of these.
+// The reason of the run must contain one of these.
 const std::vector<std::string_view>& words_of(FrameLie lie);
 
 struct Falsehood : Instant {
   Falsehood() = default;
   FrameLie what = FrameLie::force_frozen;
-  double value = 1;  // in the unit above
+  double value = 1;  // in the unit given at FrameLie
 };
 
 Falsehood draw_falsehood(Dice& dice, FrameLie what, const sim::RandomRig& rig);

@@ -12,7 +12,7 @@ namespace lcrig::property {
 
 namespace {
 
-constexpr auto kReach = std::chrono::milliseconds(2);  // two words in one breath
+constexpr auto kReach = std::chrono::milliseconds(2);  // two lines sent together
 constexpr auto kStopping = std::chrono::seconds(1);
 
 bool has_one(const std::string& text, const std::vector<std::string_view>& words) {
@@ -64,13 +64,14 @@ class LieJudge {
     out_.push_back(fmt::format(words, std::forward<A>(a)...));
   }
 
-  // Whatever is told: it ends by itself, and stands or says that it may not.
+  // Whatever the lie, the run ends by itself, and the frame stands or the reason says that it may
+  // not.
   void judge_end() {
     if (!w_.is_clean) broken("clean: something still waits after the run");
     if (w_.too_long) broken("long: it did not end by itself");
     if (w_.stood || !w_.result) return;
     const bool told = !succeeded() && has_one(reason(), {"standstill", "E-stop", "STOP"});
-    // Just before the end, or after it, for all that anybody can know.
+    // A motion just before the end, or after it, cannot be known to the run.
     const bool late = tells(FrameLie::order_late) || tells_after_last_stop(FrameLie::creep);
     if (!told && !late) broken("standing: the frame moves at the end, `{}`", reason());
   }
@@ -107,7 +108,8 @@ class LieJudge {
     }
   }
 
-  // STOP is at its end, or at least its answer.
+  // After a STOP that the frame ignored or did not confirm, the run must fail, name the lie and
+  // order no more motions.
   void judge_stop_lies() {
     using enum FrameLie;
     for (std::size_t i = 0; i < lies_.size(); ++i) {
@@ -126,7 +128,7 @@ class LieJudge {
         continue;
       }
       if (!has_one(reason(), words_of(what))) broken("words: {}: `{}`", lie, reason());
-      // The first STOP may be repeated; what is sent before it is given up is not meant.
+      // A motion that was sent together with the first STOP does not count.
       for (const Ordered& o : ordered_motions(w_.witness)) {
         if (o.sent > *stop + kReach) return broken("again: {}: {} after the STOP", lie, o.word);
       }
@@ -147,7 +149,7 @@ class LieJudge {
     return std::nullopt;
   }
 
-  // What was stopped for it before we would have seen it; what follows is the way back.
+  // The run stopped and named the lie before our arithmetic saw it. What follows is the way back.
   bool was_named_before() const {
     const MonoTime from = *t_.told()[lie_].from;
     const auto stops = stops_sent(w_.witness);
@@ -159,7 +161,7 @@ class LieJudge {
            has_one(reason(), words_of(lies_[lie_].what));
   }
 
-  // Somebody had stopped it, and it had not said yet that it stands: there is nothing to add.
+  // A STOP was sent and not yet answered, so nothing can be added to it.
   bool was_being_stopped() const {
     bool owed = false;
     for (const auto& w : w_.witness.words) {
@@ -172,8 +174,8 @@ class LieJudge {
     }
     return owed && !first_stop_is_first();
   }
-  // Stopped for another reason, and nothing was ordered since; or, of a pair, on the way back with
-  // a force that is not believed any more.
+  // The run was stopped for another reason and ordered nothing since. Or, with two lies, it is on
+  // its way back because it no longer believes the force.
   bool was_at_its_end() const {
     const auto stops = stops_sent(w_.witness);
     const bool of_force = distrust_of(lies_[lie_].what) == Distrust::force;
@@ -186,7 +188,7 @@ class LieJudge {
     return std::ranges::none_of(ordered_motions(w_.witness),
                                 [&](const Ordered& o) { return o.sent > stops.back(); });
   }
-  // The STOP that is owed is the answer to the lie itself.
+  // The unanswered STOP is the answer to this lie.
   bool first_stop_is_first() const {
     const auto stop = first_stop();
     return stop && *stop <= first_->due;
@@ -234,7 +236,8 @@ class LieJudge {
 
   void judge_motions(MonoTime stop) {
     const Distrust distrust = distrust_of(lies_[lie_].what);
-    // Of a pair another one may have been believed first, and the frame may leave.
+    // With two lies, another one may have been noticed first, one after which the frame may go
+    // back.
     if (lies_.size() > 1 && !has_one(reason(), {"does not move", "against the command"})) return;
     for (const Ordered& o : ordered_motions(w_.witness)) {
       if (o.sent <= stop + kReach) continue;
@@ -247,8 +250,8 @@ class LieJudge {
     }
   }
 
-  // From the first sample that is not true: the time that the plan says, the speed in force, and
-  // the way of a stop, on the stiffest contact that was told.
+  // The bound counts from the first false sample: the time that the plan prints, the speed at that
+  // moment and the stopping distance, on the stiffest contact that was told.
   void judge_force(MonoTime stop, LieFigures& f) {
     if (tells(FrameLie::stop_ignored) || tells(FrameLie::order_late)) return;
     const OwnContact contact(t_.rig());
@@ -265,7 +268,7 @@ class LieJudge {
     broken("force: {}: {:.5g} N were pressed, and {:.3f} s at {:.4g} um/s allow {:.5g} N", name(),
            peak, time_s, v * 1e6, bound);
   }
-  // A force loop that closes makes its own way.
+  // A force loop that approaches contact has its own speed.
   double approach_m_s() const {
     if (first_->rate_N_s <= 0) return 0;
     const double k = t_.rig().stiffness_N_m(0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must hold on a rig that lies behind an honest gateway, and behind one that is not.
-// docs/testing.md says what can be noticed, and when.
+// What must hold on a frame that lies, behind an honest gateway or a lying one. docs/testing.md
+// says what can be noticed, and when.
 #include <gtest/gtest.h>
 
 #include "tests/property/lie_judge.hpp"
@@ -17,7 +17,7 @@ bool is_of_stop(FrameLie lie) {
   return lie == stop_late || lie == stop_unconfirmed || lie == stop_ignored;
 }
 
-// Without a STOP there is none to be ignored.
+// A lie about STOP needs a STOP.
 void abort_it(Dice& dice, Case& c) {
   Happening h;
   h.kind = Happening::Kind::abort;
@@ -50,7 +50,7 @@ void play(const std::string& name, double share, int lies,
 TEST(Properties, ALieOfTheFrameIsNoticedInTime) {
   play("frame-lies", 5, 1,
        {"force_frozen: contradicted",
-        "force_held: told",  // mostly where nobody can notice it; LyingRig.EachLie* does
+        "force_held: told",  // rarely where it can be noticed; LyingRig.EachLie* tests that
         "force_gain: contradicted",
         "force_reversed: contradicted",
         "stall: contradicted",

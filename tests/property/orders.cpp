@@ -29,7 +29,7 @@ std::int64_t number_in(const std::string& line) {
   return n;
 }
 
-// What was shown last before an instant.
+// The last travel shown before an instant.
 std::optional<double> shown_m(const RigWitness& w, MonoTime before) {
   std::optional<double> out;
   for (const Seen& s : w.seen) {

@@ -10,7 +10,7 @@ namespace lcrig::property {
 
 namespace {
 
-// The root of a rising function by halving.
+// The root of a rising function, by bisection.
 template <class F>
 double root(double low, double high, F f) {
   for (int i = 0; i < 200 && high - low > 1e-15 * std::abs(high); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a rig can do, worked out again from what is told of it: by other formulas and other means
-// than the product's, so that a mistake would have to be made twice.
+// What a rig can do, calculated again from what is told of it. The formulas and methods differ from
+// the product's, so that one mistake cannot hide in both. Used by all property tests.
 #pragma once
 
 #include <optional>
@@ -9,16 +9,16 @@
 
 namespace lcrig::property {
 
-// The stiffest contact that what is told allows: the frame as stated, in series with layers that
-// cannot spread (docs/model.md: energy A, uniaxial strain).
+// The stiffest contact that the told values allow: the frame as stated, in series with layers that
+// cannot spread sideways (docs/model.md: energy A, uniaxial strain).
 class OwnContact {
  public:
   explicit OwnContact(const sim::RandomRig& rig);
   bool is_bounded() const { return bounded_; }
-  double way_m(double force_N) const;  // beyond contact, at least
+  double way_m(double force_N) const;  // beyond contact; a lower bound
   double force_after_N(double force_N, double way_m) const;
-  double stiffness_N_m(double force_N) const;  // at most
-  // How far a specimen that may spread freely would go, about: twice what is likely.
+  double stiffness_N_m(double force_N) const;  // an upper bound
+  // Twice the likely shortening of a specimen whose layers may spread freely, frame included.
   double generous_way_m(double force_N) const;
 
  private:
@@ -28,13 +28,15 @@ class OwnContact {
   double shear_Pa_ = 0, poisson_ = 0, thickness_m_ = 0, area_m2_ = 1;
 };
 
-// v tau + v^2/2a with what CAPS say; 20 ms more for a gateway that polls (docs/protocol-file.md).
+// v tau + v^2/2a with the values of CAPS, plus 20 ms for a gateway that polls
+// (docs/protocol-file.md).
 double own_stopping_way_m(const sim::RandomRig& rig, double speed_m_s);
 double own_speed_m_s(const sim::RandomRig& rig, double way_m);
-// The fastest that stops from one force below another; 0: nothing bounds it.
+// The highest speed from which a stop at one force stays below another; 0: nothing bounds the
+// force.
 double own_fastest_m_s(const sim::RandomRig& rig, double from_N, double to_N);
-// How far the true force may be from the one that is shown: class at the limit, zero by the class
-// (a tenth of it, of the nominal force), four standard deviations of the noise.
+// How far the true force may be from the one shown: the class at the limit, a tenth of the class of
+// the nominal force for the zero, and four standard deviations of the noise.
 double own_uncertainty_N(const sim::RandomRig& rig, double limit_N);
 // From the loss of the host until the frame stands: 1 s of silence, 20 ms, and the stop.
 double own_lost_way_m(const sim::RandomRig& rig, double speed_m_s);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must hold on rigs that nobody here has seen: issue "The real rig first", the proof.
-// Rig and protocol are random; the daemon knows only what a config file would tell it.
+// What must hold on rigs that the product was not developed on (issue "The real rig first"). Rig
+// and protocol are random. The daemon knows only what a config file would say.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

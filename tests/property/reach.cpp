@@ -34,7 +34,7 @@ Reach::Reach(const Recipe& recipe, const sim::RandomRig& rig)
   }
 }
 
-// What the force may be, and how far the specimen may give way.
+// Chooses the forces, and how far the specimen may give way.
 void Reach::settle_forces() {
   limit_N = typed(even(base(0), 1.0, 0.6) * rig_.limit_N);
   zeroed = base(1) < 500;
@@ -65,7 +65,7 @@ void Reach::settle_search() {
 }
 
 void Reach::settle_ways() {
-  // Contact is called where the search stands, inside of the specimen.
+  // The search stands inside of the specimen when it reports contact.
   inside_m = 1.3 * (likely_m(rise_N) + own_stopping_way_m(rig_, search_m_s)) + 20e-6;
   const double above_m = rig_.plant.contact_travel_m - rig_.plant.travel_min_m;
   clear_m = typed(std::min(inside_m + even(base(3), 0.05e-3, 4e-3), 0.5 * above_m));

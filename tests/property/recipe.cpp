@@ -41,7 +41,7 @@ class Writer {
   enum class Place { unknown, apart, pressed };
 
   int base(std::size_t i) const { return recipe_.base[i]; }
-  // Some protocols are nothing but fast: what the plan then asks of the stiffness at contact.
+  // Some protocols only go too fast, so that the plan depends on the stiffness measured at contact.
   bool is_hasty() const { return recipe_.beyond > 0 && base(2) % 2 == 0; }
   bool is_beyond(const Choice& c) const { return !is_hasty() && c.at[3] % 1000 < recipe_.beyond; }
 
@@ -84,7 +84,7 @@ class Writer {
     return out;
   }
 
-  // Away from the specimen, wherever it is.
+  // Away from the specimen, whatever its place.
   json finally_steps() {
     json out = json::array();
     const double v = can_.air_m_s(500);
@@ -118,7 +118,7 @@ class Writer {
     written_.presses = can_.may_press;
     place_ = Place::apart;
     apart_m_ = can_.back_m();
-    // The plan reckons with 3 mm to go where nobody has said.
+    // Without a stated gap, the plan assumes 3 mm.
     const double gap_m = std::max(written_.gap_m, 3.2e-3);
     const double way_s =
         (gap_m + can_.likely_m(can_.rise_N)) / can_.search_m_s + apart_m_ / can_.asked_m_s;
@@ -133,7 +133,7 @@ class Writer {
   }
   double air_m() const { return place_ == Place::pressed ? 0 : apart_m_; }
   double press_m_s(double force_N, int at) const { return can_.press_m_s(force_N, air_m(), at); }
-  // Above the present one.
+  // A force above the present one.
   double more_force(int at) const {
     if (place_ != Place::pressed) return can_.force_of(at);
     return typed(even(at, std::max(can_.least_N, 1.03 * force_N_ + 2 * can_.off_N), can_.most_N));
@@ -209,7 +209,7 @@ class Writer {
     force_N_ = 0;
   }
 
-  // Towards a specimen that may be anywhere, and not as far as it is.
+  // Towards a specimen whose place is not known, but not as far as it really is.
   void blind(json& out, const Choice& c) {
     const double fast = can_.blind_m_s();
     const double start_m = rig_.plant.contact_travel_m - written_.gap_m;
@@ -227,7 +227,7 @@ class Writer {
                                 {"timeout_s", timeout(2e-3 / v + written_.gap_m / v)}}));
   }
 
-  // Into the specimen by travel: no deeper than is free of danger on the stiffest contact.
+  // Into the specimen by travel, no deeper than is safe on the stiffest contact.
   void press_by_travel(json& out, const Choice& c) {
     if (!can_.may_press || place_ == Place::unknown) return wait_instead(out, c);
     const double depth = typed(even(c.at[0], 0.05, 0.8) * can_.free_m()) * beyond_by(c);
@@ -238,10 +238,10 @@ class Writer {
                                 {"speed_mm_s", typed(v) * 1e3},
                                 {"timeout_s", timeout((apart_m_ + depth + 2e-3) / typed(v))}}));
     place_ = Place::pressed;
-    force_N_ = 0;  // nobody knows
+    force_N_ = 0;  // not known
   }
 
-  // Without contact the device first approaches, and stops as soon as it feels it.
+  // Without contact the device approaches first and stops when it feels contact.
   bool loop_begins(const ForceLoop& l) const {
     if (place_ == Place::pressed && force_N_ > 1.5 * l.contact.si() + 2 * can_.off_N) return true;
     const bool near = place_ == Place::apart && apart_m_ / l.approach.si() < kPatience_s;
@@ -329,7 +329,7 @@ class Writer {
     place_ = Place::pressed;
     force_N_ = high;
   }
-  // What this rig cannot do at all, or what the file forgot.
+  // Something that this rig cannot do at all, or that lacks what it needs.
   void impossible(json& out, const Choice& c) {
     if (!is_beyond(c)) return measure(out, c);
     switch (c.at[0] % 4) {
@@ -384,7 +384,7 @@ class Writer {
   double fastest_ = 0;
   bool moved_ = false, is_away_ = false;
   Place place_ = Place::unknown;
-  double apart_m_ = 0, force_N_ = 0;  // where the run should be
+  double apart_m_ = 0, force_N_ = 0;  // where the run should be now
   double lowest_m_ = 1e9;
   int ids_ = 0;
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random protocols. A recipe is a few small numbers that know nothing of a rig: RapidCheck draws
-// and shrinks them. `write_protocol` makes of it a file for one rig, with speeds and forces that
-// our own arithmetic says the rig can do, or on purpose beyond them.
+// Random protocols. A recipe is a few small integers, independent of any rig, which RapidCheck
+// draws and shrinks. `write_protocol` turns it into a protocol for one rig, with speeds and forces
+// within what our own arithmetic allows, or deliberately beyond. Used by sweeps.
 #pragma once
 
 #include <array>
@@ -15,20 +15,21 @@ namespace lcrig::property {
 struct Choice {
   Choice() = default;
   int kind = 0;
-  std::array<int, 4> at{};  // 0 to 1000: where in its range each number lies
+  std::array<int, 4> at{};  // 0 to 1000: place of each number in its range
 };
 
 struct Recipe {
   Recipe() = default;
-  int beyond = 0;  // 0: everything within; else so many thousandths of the steps are not
-  std::array<int, 10> base{};  // of limits, contact and samples
+  // 0: everything within the rig's abilities; otherwise this many of 1000 steps go beyond
+  int beyond = 0;
+  std::array<int, 10> base{};  // for limits, contact and samples
   std::vector<Choice> steps;
 };
 
 struct Written {
   Written() = default;
   std::string text;
-  double gap_m = 0;  // of the rig at the start, so that the way is not too long
+  double gap_m = 0;  // gap of the rig at the start, so that no way is too long
   bool presses = false;
 };
 

@@ -16,15 +16,15 @@ namespace lcrig::property {
 namespace {
 
 constexpr double kSlack = 0.8;  // of what our own arithmetic allows
-constexpr double kPatience_s = 60;  // of an approach, so that the test does not take a day
+constexpr double kPatience_s = 60;  // for an approach, so that the test does not take too long
 
-// What the file asks of a rig, read with our own eyes.
+// What the file asks of a rig, as read by a person.
 struct Needs {
   const char* file;
   double limit_N = 0, force_N = 0, overshoot_N = 0, speed_m_s = 0;
-  double rate_N_s = 0;  // of force control
-  double pressure_Pa = 0;  // held, of force control
-  double way_s = 0;  // for one way
+  double rate_N_s = 0;  // with force control
+  double pressure_Pa = 0;  // held by force control
+  double way_s = 0;  // longest time for one way
 };
 constexpr Needs kShipped[] = {
     {"dynamic-cycles", 1.5, 1.0, 0.2, 0.016e-3, 0, 0, 200},
@@ -62,7 +62,7 @@ bool has_loop(const Needs& n, const sim::RandomRig& rig) {
   const double held_N = n.pressure_Pa * area_m2, v = loop->approach.si();
   const double beyond_N = n.rate_N_s * to_seconds(loop->lag) + loop->ripple.si();
   const double begun_N = contact.force_after_N(loop->contact.si(), own_stopping_way_m(rig, v));
-  // A zero that drifts must not be taken for contact, nor the lowest level lie below it.
+  // Contact must be above a drifting zero and below the lowest level.
   return held_N + beyond_N < kSlack * n.limit_N && n.rate_N_s < loop->rate_max.si() &&
          begun_N < kSlack * n.limit_N && 0.2e-3 / v < n.way_s &&
          loop->contact.si() < 0.02 * held_N &&
@@ -72,7 +72,7 @@ bool has_loop(const Needs& n, const sim::RandomRig& rig) {
 bool can(const Needs& n, const sim::RandomRig& rig) {
   const FrameCapabilities& c = rig.declared();
   const PlantConfig& p = rig.plant;
-  // The cell: its range, and what it shows before it is zeroed; 0.02 N must be above its noise.
+  // The cell needs the range, a small offset before it is zeroed, and noise well below 0.02 N.
   const bool has_cell = c.force_max.si() > 1.05 * n.limit_N && p.force_noise_N < kRise_N / 12 &&
                         p.force_offset_N > -0.15 && p.force_offset_N < 0.45 &&
                         2e-3 * c.force_max.si() < kRise_N;
@@ -103,7 +103,7 @@ void expect_success(const sim::RandomRig& rig, const std::string& name) {
   EXPECT_EQ(w.result->exit_status, "success") << w.result->reason;
 }
 
-// A gap for which nobody has to wait for hours.
+// A rig with a gap that takes no more than kPatience_s.
 sim::RandomRig near(std::uint64_t seed, const Needs& n) {
   const sim::RandomRig far = sim::random_rig(seed);
   sim::RigOptions options;
@@ -135,7 +135,7 @@ TEST(Properties, FollowOnlyWatchesAnyFrameOfRevision2) {
   }
 }
 
-// The frame of the issue: its travel goes from 0 to 60 mm, with the specimen at 30.
+// The frame of the issue: travel from 0 to 60 mm, specimen at 30 mm.
 TEST(Properties, ShippedProtocolsSucceedWhereContactIsAt30Of60Mm) {
   for (const Needs& n : kShipped) {
     bool found = false;

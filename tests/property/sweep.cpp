@@ -21,14 +21,15 @@ namespace {
 constexpr std::int64_t kDefaultPairs = 60;
 constexpr std::uint64_t kDefaultSeed = 20260101;
 constexpr int kShrinkTrials = 80;
-constexpr std::size_t kMostFailures = 5;  // shrunk and told; the others are counted
+// this many are shrunk and reported, the others only counted
+constexpr std::size_t kMostFailures = 5;
 
 std::uint64_t number_of(const char* name, std::uint64_t otherwise) {
   const char* text = std::getenv(name);
   return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
 }
 
-// splitmix64: neighbours get seeds that have nothing in common.
+// splitmix64, so that neighbouring numbers give unrelated seeds.
 std::uint64_t mix(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15ULL;
   x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9ULL;
@@ -49,7 +50,7 @@ rc::Gen<Choice> choices() {
 }
 
 rc::Gen<Recipe> recipes(int beyond) {
-  // Short ones: long protocols meet nothing that short ones do not, in the end.
+  // Short protocols, because long ones find nothing that many short ones do not.
   auto steps = rc::gen::scale(
       0.07, rc::gen::container<std::vector<Choice>>(rc::gen::resize(rc::kNominalSize, choices())));
   return rc::gen::map(
@@ -146,7 +147,7 @@ class Sweep {
     return "";
   }
 
-  // First a plainer protocol, then a plainer rig.
+  // First simplifies the protocol, then the rig.
   Failure shrink(rc::Shrinkable<Recipe> at, std::uint64_t seed, Failure f) {
     int left = kShrinkTrials;
     for (bool found = true; found && left > 0;) {

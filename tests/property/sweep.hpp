@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many pairs of rig and protocol against one property: drawn from seeds, shrunk when they fail,
-// counted. docs/testing.md says how to run a big one.
+// Tests one property on many pairs of rig and protocol, drawn from seeds, and shrinks the failures.
+// docs/testing.md says how to run a big sweep. Used by properties_test.cpp and lies_test.cpp.
 #pragma once
 
 #include <functional>
@@ -11,15 +11,15 @@
 
 namespace lcrig::property {
 
-// What a sweep makes of each pair before it is run.
+// How a sweep prepares each pair before it is run.
 struct Kind {
-  std::string name;  // of the property, in files and messages
-  double share = 1;  // of LCRIG_PAIRS
+  std::string name;  // name of the property in files and messages
+  double share = 1;  // number of pairs as a share of LCRIG_PAIRS
   bool lies = false;
-  int beyond = 0;  // of 1000 protocols, so many go beyond the rig's abilities
-  // What happens in the middle; may be empty. Drawn from the number given.
+  int beyond = 0;  // this many of 1000 protocols go beyond the rig's abilities
+  // Adds what happens in the middle of the run, drawn from `draw`. May be empty.
   std::function<void(std::uint64_t draw, Case&)> disturb;
-  // Told of each pair once, when it was judged. May be empty.
+  // Called once for each pair after it was judged. May be empty.
   std::function<void(Trial&)> note = {};
 };
 using Judge = std::function<Broken(Trial&, Counters&)>;
@@ -33,11 +33,11 @@ struct Summary {
   std::int64_t pairs = 0, held = 0;
   Counters counters;
   Worst worst;
-  std::vector<std::string> failures;  // each with a case that shows it
+  std::vector<std::string> failures;  // words, and the case that shows it
 };
 
-// Runs it, writes what LCRIG_SWEEP asks for, and tells GoogleTest of failures and of counters
-// that stayed 0.
+// Runs the sweep, writes what LCRIG_SWEEP asks for, and reports failures, and counters of
+// `sometimes` that stayed 0, to GoogleTest.
 Summary sweep(const Kind& kind, const Judge& judge, const std::vector<std::string>& sometimes);
 
 }  // namespace lcrig::property

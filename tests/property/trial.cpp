@@ -83,7 +83,7 @@ double limit_of(const std::string& protocol) {
   return limits.contains("force_N") ? limits.at("force_N").at(1).get<double>() : 1e9;
 }
 
-// A motion that never ends may take all the time that the protocol gives it.
+// A motion that never ends may take all the time that the protocol allows.
 double patience_s(const nlohmann::json& steps) {
   double sum = 0;
   for (const auto& step : steps) {
@@ -93,7 +93,7 @@ double patience_s(const nlohmann::json& steps) {
   return sum;
 }
 
-// A loop that holds a force wavers by its ripple: that is none.
+// Motion towards the specimen. The ripple of a loop that holds a force does not count.
 bool is_towards(const Change& c, const sim::RandomRig& rig) {
   if (!c.is_towards) return false;
   if (c.drive == Drive::travel) return c.to > rig.plant.contact_travel_m;
@@ -201,7 +201,7 @@ Broken force_within_limit(Trial& t) {
                     "the printed uncertainty {:.3g} N",
                     w.all.peak_N, t.limit_N(), printed));
   }
-  // The scatter of ten samples is off by a third now and then.
+  // The scatter of ten samples may be off by a third.
   const bool moves = w.plan->worst_force_N > 0;
   if (moves && printed > own + 12 * t.rig().plant.force_noise_N) {
     out.push_back(fmt::format("uncertainty: {:.3g} N are printed, our own arithmetic says {:.3g} N",
@@ -255,7 +255,7 @@ Broken ends_standing_and_honest(Trial& t) {
     out.push_back(
         fmt::format("loaded: {:.4g} N press at the end, and the reason is `{}`", w.last_N, reason));
   }
-  // The way back is never what keeps the frame on the specimen.
+  // The way back must never be what keeps the frame on the specimen.
   if (reason.find("rises on the way back") != std::string::npos && t.what().fault_script.empty()) {
     out.push_back(fmt::format("return: `finally` was ended, and the reason is `{}`", reason));
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A case carried out, and what was promised held against what happened.
+// Carries out a case and compares what was promised with what happened. Used by sweeps and by the
+// judge of lies.
 #pragma once
 
 #include <map>
@@ -12,14 +13,14 @@
 
 namespace lcrig::property {
 
-// How often something really happened, by name.
+// How often each named situation occurred.
 using Counters = std::map<std::string, std::int64_t>;
 
 class Trial {
  public:
   explicit Trial(Case c);
   void run();
-  // Plans only, with these changes of parameters.
+  // Only plans the run, with these values of parameters.
   void plan_only(std::map<std::string, std::string> parameters);
 
   const Case& what() const { return case_; }
@@ -28,19 +29,19 @@ class Trial {
   const sim::RandomRig& rig() const { return rig_; }
   double limit_N() const { return limit_N_; }
   bool is_accepted() const { return !world_->refused; }
-  // Accepted on condition of the stiffness measured at contact; ended because it did not allow it.
+  // Conditional: accepted if the stiffness measured at contact allows it. Declined: it did not.
   bool is_conditional() const;
   bool is_declined() const;
-  // The truth lies within what was told.
+  // The truth lies within what the rig was told to be.
   bool is_honest() const;
   double uncertainty_N() const;  // as the plan prints it
   void count(Counters& counters) const;
-  // When each lie of the case began, and when it was over.
+  // When each lie of the case began and ended.
   struct Told {
     std::optional<MonoTime> from, to;
   };
   const std::vector<Told>& told() const { return told_; }
-  LieTable lie_figures;  // of this trial, once it was judged
+  LieTable lie_figures;  // set when the trial is judged
 
  private:
   Case case_;
@@ -50,7 +51,7 @@ class Trial {
   std::vector<Told> told_;
 };
 
-// Each gives what was broken, empty: nothing. Words before the colon name the kind.
+// Each function returns what was broken; empty means nothing. Words before the colon name the kind.
 using Broken = std::vector<std::string>;
 Broken force_within_limit(Trial& t);
 Broken travel_within_limits(Trial& t);

@@ -18,7 +18,7 @@ struct Points {
   double low = 1e9, high = 0;
 };
 
-// What rose beyond the threshold. What the noise of the cell hides is not shown.
+// Rises above the threshold. Those within the noise of the cell are left out.
 void read(const std::string& path, Points& points) {
   std::ifstream file(path);
   std::string line;
