@@ -20,7 +20,7 @@ namespace {
 
 using namespace asio::experimental::awaitable_operators;
 
-// What the kernel says when the other side of a tty, pty or socket went away.
+// The errors that the kernel reports when the other side of a tty, pty or socket went away.
 bool is_gone(const boost::system::error_code& ec) {
   return ec == asio::error::eof || ec == asio::error::broken_pipe ||
          ec == asio::error::connection_reset || ec == asio::error::bad_descriptor ||
@@ -79,9 +79,9 @@ Result<std::size_t> FdTransport::read_now(std::span<char> buffer) {
 
 Task<Result<std::size_t>> FdTransport::read_some(std::span<char> buffer, MonoTime deadline) {
   if (!descriptor_.is_open()) co_return fail(Errc::disconnected, "{}: the port is closed", name_);
-  // Bytes that are there are taken at once, without a detour over the reactor, which costs more
-  // than the read itself. Every 64th time over the reactor after all: a peer that floods the line
-  // must not keep the other coroutines of this thread from running.
+  // Bytes that have arrived are read directly, because going through the reactor costs more than
+  // the read itself. Every 64th read still goes through the reactor, so that a peer that floods the
+  // line cannot starve the other coroutines of this thread.
   const bool only_look = deadline <= clock_.now();
   if (only_look || ++eager_reads_ % 64 != 0) {
     auto got = read_now(buffer);
@@ -103,8 +103,8 @@ Task<Result<std::size_t>> FdTransport::read_some(std::span<char> buffer, MonoTim
   co_return n;
 }
 
-// Takes what the kernel accepts off `bytes`. A socket whose other end is closed must not raise
-// SIGPIPE, hence send(); anything else is written.
+// Writes what the kernel accepts and removes it from `bytes`. Sockets use send(), because write()
+// raises SIGPIPE when the other end is closed.
 Result<> FdTransport::write_now(std::string_view& bytes) {
   const int fd = descriptor_.native_handle();
   ssize_t n = is_socket_ ? ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A transport over any stream file descriptor: tty, pty, socketpair, connected TCP socket.
+// A transport over any stream file descriptor: tty, pty, socketpair, connected TCP socket. Used by
+// serial_transport, tcp_transport, lcrig-sim and runs simulated in real time.
 #pragma once
 
 #include <boost/asio/posix/stream_descriptor.hpp>
@@ -12,8 +13,8 @@ namespace lcrig {
 
 class FdTransport final : public Transport {
  public:
-  // Takes ownership of `fd`. `closer` gets the descriptor after it was released from Asio and
-  // closes it (libserialport wants to do that itself); by default ::close.
+  // Takes ownership of `fd`. `closer` gets the descriptor after Asio has released it, and closes
+  // it; the default is ::close. It exists for ports that need more than ::close.
   FdTransport(asio::any_io_executor executor, Clock& clock, int fd, std::string name,
               std::function<void(int)> closer = {});
   ~FdTransport() override;

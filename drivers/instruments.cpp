@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words of lcr_meter.hpp and load_frame.hpp.
+// The conversions between enumerations and words that lcr_meter.hpp and load_frame.hpp declare.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the rest of the program knows of an LCR meter. Capabilities are data.
+// The interface of every LCR meter. Protocols and daemon know no more of the instrument than this;
+// drivers and simulators are behind it.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +17,12 @@ namespace lcrig {
 
 struct Identity {
   std::string maker, model, firmware, serial;
-  std::string text;  // the reply as the instrument sent it
-  bool simulated = false;  // it says of itself that it is not real
+  std::string text;  // the reply exactly as sent
+  bool simulated = false;  // the instrument says that it is simulated
 };
 
-// Impedance functions of the LCR-6000 dialect that measure a capacitance or what a rig needs beside
-// it (reference manual: FUNCtion). The name is the instrument's own word, "Cp-D".
+// The impedance functions of the LCR-6000 dialect that the rig uses (reference manual: FUNCtion).
+// The word is the instrument's own, e.g. "Cp-D".
 enum class LcrFunction { CsRs, CsD, CpRp, CpD, RX, ZThr, ZThd };
 std::string_view to_string(LcrFunction f);
 std::optional<LcrFunction> parse_lcr_function(std::string_view word);  // case ignored
@@ -30,8 +31,8 @@ enum class Aperture { fast, medium, slow };
 std::string_view to_string(Aperture a);  // "fast", "medium", "slow": the words of a protocol file
 std::optional<Aperture> parse_aperture(std::string_view word);
 
-// bus: one conversion per request (*TRG), known to be newer than the request.
-// internal: the meter converts all the time and is polled (FETC?); fastest.
+// bus: one conversion per request (*TRG), which is certainly newer than the request.
+// internal: the meter converts continuously and is polled (FETC?); fastest.
 enum class LcrTrigger { bus, internal };
 std::string_view to_string(LcrTrigger t);
 
@@ -44,11 +45,12 @@ struct LcrSettings {
   Aperture aperture = Aperture::medium;
   int average = 1;
   LcrTrigger trigger = LcrTrigger::bus;
-  // Internal trigger only: the pause between polls. Absent: the driver follows the meter's pace.
+  // Internal trigger only: the pause between polls. When absent, the driver follows the meter's
+  // pace.
   std::optional<Duration> poll_interval;
   bool operator==(const LcrSettings&) const = default;
 };
-// As a JSON object with units in the keys, for run rows and events; analysis needs the conversion
+// As a JSON object with units in the keys, for run rows and events. Analysis needs the conversion
 // time to know the window of a polled reading.
 std::string to_json_text(const LcrSettings& s,
                          std::optional<Duration> conversion_time = std::nullopt);
@@ -90,25 +92,25 @@ class LcrMeter {
   virtual ~LcrMeter() = default;
   virtual const LcrCapabilities& capabilities() const = 0;
   virtual Task<Result<Identity>> identify() = 0;
-  // Sends every setting, reads each back, retries lost ones, and refuses with the difference.
-  // Returns what was read back.
+  // Sends every setting, reads each back and retries lost ones. Returns the settings as read back.
+  // Fails with the difference when the meter does not take one.
   virtual Task<Result<LcrSettings>> configure(LcrSettings settings) = 0;
-  // As configure, for a meter that was configured before: may send only what differs, but reads
-  // everything back.
+  // As configure, for a meter that was configured before. May send only the settings that differ,
+  // but reads all of them back.
   virtual Task<Result<LcrSettings>> restore(LcrSettings settings);
-  // One reading under the settings in force: a new conversion (bus), or the next answer to a poll
-  // (internal; look at `fresh`).
+  // One reading with the current settings: a new conversion (bus trigger), or the next answer to a
+  // poll (internal trigger; check `fresh`).
   virtual Task<Result<LcrReading>> measure() = 0;
-  // Open or short correction with the fixture prepared by a person; minutes.
+  // Open or short correction, after a person has prepared the fixture. Takes minutes.
   enum class Correction { open, short_circuit };
   virtual Task<Result<>> correct(Correction kind) = 0;
-  // After a cancelled or failed exchange: nothing that was asked before can be taken for an answer.
+  // Call after a cancelled or failed exchange, so that no late answer is taken for a later one.
   virtual Task<Result<>> resync() = 0;
-  // Leaves the meter as a person wants to find it: continuous trigger, keys unlocked.
+  // Leaves the meter ready for use by hand: continuous trigger, keys unlocked.
   virtual Task<Result<>> make_safe() = 0;
-  // One attempt to bring a lost meter back under the settings in force (reopening.hpp). Errors:
-  // refused (another instrument answers), invalid_request (nothing to open again), anything else:
-  // not there yet.
+  // One attempt to bring back a lost meter with its current settings (reopening.hpp). Errors:
+  // refused (another instrument answers), invalid_request (there is nothing to reopen); any other
+  // error means that it is not there yet.
   virtual Task<Result<LcrSettings>> reconnect();
   virtual void close() = 0;
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can happen to bytes on their way from a simulated instrument.
+// What can happen to bytes on their way from a simulated instrument. Used by the simulators and by
+// the FaultPlayer.
 #pragma once
 
 #include <cstdint>
@@ -14,16 +15,16 @@ struct LineFault {
   enum class Kind { none, delay, drop, cut, twice, garble, echo };
   explicit LineFault(Kind k = Kind::none, Duration d = {}) : kind(k), delay(d) {}
   Kind kind;
-  Duration delay;  // with any kind: so much later
+  Duration delay;  // applies to every kind
 };
 
-// `drop`, `cut`, `twice`, `garble` done to one transmission; the others leave it as it is. Garbled:
-// every third character becomes another one, digits become letters.
+// Applies `drop`, `cut`, `twice` or `garble` to one transmission; other kinds leave it unchanged.
+// Garbling replaces every third character and turns digits into letters.
 std::string spoiled(std::string bytes, LineFault::Kind kind);
 
-// Hits each byte with a probability. What is hit arrives with its top bit set, as after a framing
-// error. A bit that makes a digit of a digit is not simulated: no program could see it on a line
-// without check sums (docs/faults.md).
+// Spoils each byte with a probability. A spoiled byte arrives with its top bit set, as after a
+// framing error. Errors that turn one digit into another are not simulated, because no program
+// could notice them on a line without checksums (docs/faults.md).
 class LineNoise {
  public:
   explicit LineNoise(std::uint64_t seed) : random_(seed) {}

@@ -12,7 +12,7 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::size_t kCapacity = 64 * 1024;  // bytes on the way to one end
+constexpr std::size_t kCapacity = 64 * 1024;  // bytes under way to one end
 
 class MemoryPipeEnd final : public Transport {
  public:
@@ -41,8 +41,8 @@ class MemoryPipeEnd final : public Transport {
   std::string name_;
   bool open_ = true;
   MemoryPipeEnd* peer_ = nullptr;  // nullptr: closed
-  std::string inbox_;  // sent by the peer, not read yet
-  Wakeup arrived_;  // something came, or an end closed
+  std::string inbox_;  // sent by the peer and not yet read
+  Wakeup arrived_;  // bytes arrived, or an end closed
   Wakeup room_;  // the peer has read, or an end closed
   unsigned reads_ = 0;
 };
@@ -75,8 +75,8 @@ std::size_t MemoryPipeEnd::accept(std::string_view bytes) {
 
 Task<Result<std::size_t>> MemoryPipeEnd::read_some(std::span<char> buffer, MonoTime deadline) {
   if (!open_) co_return fail(Errc::disconnected, "{}: the port is closed", name_);
-  // Every 64th time the others go first: a peer that floods the line must not keep them from
-  // running.
+  // Every 64th read lets other coroutines run first, so that a peer that floods the line cannot
+  // starve them.
   const bool only_look = deadline <= clock_.now();
   if (!only_look && ++reads_ % 64 == 0) co_await asio::post(executor_, asio::use_awaitable);
   while (true) {

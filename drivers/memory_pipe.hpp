@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A wire in memory, for virtual time: the manners of a socketpair without the kernel.
+// A pipe in memory between driver and simulator, for virtual time: it behaves like a socketpair,
+// without the kernel.
 #pragma once
 
 #include <string>
@@ -8,8 +9,8 @@
 
 namespace lcrig {
 
-// What one end writes the other one reads. An end takes 64 KiB that nobody read, then its peer
-// waits; what was sent before an end closed can still be read. The ends may go in any order.
+// Each end reads what the other wrote. At most 64 KiB wait unread at an end; then its peer waits.
+// What was sent before an end closed can still be read. The ends may be destroyed in any order.
 TransportPair make_memory_pipe(asio::any_io_executor executor, Clock& clock,
                                const std::string& name);
 

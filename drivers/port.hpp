@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opens a port by its name (port_url.hpp). Only opening differs between the kinds of ports.
+// Opens a real port by its name (port_url.hpp), for the App. The kinds of ports differ only in how
+// they are opened.
 #pragma once
 
 #include <memory>
@@ -10,7 +11,7 @@
 
 namespace lcrig {
 
-// A path that leads to a pty is opened as one by itself. Errors: those of parse_port_url,
+// A plain path that leads to a pty is opened as a pty. Errors: those of parse_port_url,
 // open_serial, open_pty and open_tcp (connect within 5 s).
 Task<Result<std::unique_ptr<Transport>>> open_port(std::string url, SerialSettings settings,
                                                    Clock& clock);

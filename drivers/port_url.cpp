@@ -25,7 +25,7 @@ std::optional<std::uint16_t> parse_u16(std::string_view text, int base) {
   return value;
 }
 
-// Four hexadecimal digits, as lsusb prints them.
+// Four hexadecimal digits, the form that lsusb prints.
 std::optional<std::uint16_t> parse_usb_id(std::string_view text) {
   return text.size() == 4 ? parse_u16(text, 16) : std::nullopt;
 }

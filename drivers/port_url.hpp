@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of ports, as people write them in the configuration:
+// Parses the names of ports that people write in the configuration, for port.cpp:
 //   serial:/dev/ttyUSB0   serial:2184:005f   serial:2184:005f:GWAIHMULA   pty:/dev/pts/4
 //   tcp:host:port   tcp://host:port   tcp://[::1]:port   /dev/ttyUSB0 (a bare path)
 #pragma once
@@ -24,7 +24,7 @@ struct PortUrl {
   std::uint16_t tcp_port = 0;
 };
 
-// Errors: invalid_request, naming what was expected.
+// Errors: invalid_request, which names what was expected.
 Result<PortUrl> parse_port_url(std::string_view url);
 
 }  // namespace lcrig

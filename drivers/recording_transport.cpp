@@ -11,7 +11,7 @@ RecordingTransport::RecordingTransport(std::unique_ptr<Transport> inner, Clock& 
   log_ << format_wire_header(header) << std::flush;
 }
 
-// A full disk must not stop an experiment: the log ends there, with a warning.
+// A full disk must not stop an experiment, so the log just ends with a warning.
 void RecordingTransport::note(bool to_instrument, std::string_view bytes) {
   if (!log_.is_open()) return;
   log_ << format_wire_entry((clock_.now() - start_).count(), to_instrument, bytes) << std::flush;
@@ -26,7 +26,7 @@ Task<Result<std::size_t>> RecordingTransport::read_some(std::span<char> buffer, 
   co_return r;
 }
 
-// Noted before it is sent: the log shows what was tried when the port hangs.
+// Logged before it is sent, so that the log shows what was tried when the port hangs.
 Task<Result<>> RecordingTransport::write_all(std::string_view bytes, MonoTime deadline) {
   note(true, bytes);
   auto r = co_await inner_->write_all(bytes, deadline);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wraps a transport and writes a wire log of what goes through it. A bug report is a wire log.
+// Wraps a transport and writes a wire log (wire_log.hpp) of everything that goes through it. Used
+// by the App when the configuration asks for it; the log belongs in bug reports.
 #pragma once
 
 #include <fstream>

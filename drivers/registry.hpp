@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The drivers, in one table per kind of instrument: adding one is one line.
+// The table of meter drivers; adding a driver is one line. The configuration looks drivers up here.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace lcrig {
 
-// Takes an open port; `serial` is the serial number to insist on, empty for any.
+// Takes an open port. `serial` is the required serial number; empty accepts any.
 using MakeMeter = std::unique_ptr<LcrMeter> (*)(std::unique_ptr<Transport> transport, Clock& clock,
                                                 std::string serial);
 std::unique_ptr<LcrMeter> make_lcr6100(std::unique_ptr<Transport> transport, Clock& clock,
@@ -20,7 +20,7 @@ std::unique_ptr<LcrMeter> make_lcr6100(std::unique_ptr<Transport> transport, Clo
 
 struct MeterDriver {
   std::string_view name;  // in the configuration
-  std::string_view instrument;  // for people
+  std::string_view instrument;  // shown to people
   MakeMeter make;
 };
 

@@ -22,7 +22,7 @@ Result<> compare_identity(const Identity& first, const Identity& now) {
 
 namespace {
 
-// A new zero of travel moves both ends alike.
+// A new zero of travel shifts both ends of the travel range by the same amount.
 bool is_same_machine(FrameCapabilities now, const FrameCapabilities& first) {
   constexpr double kRounding_m = 1e-6;
   const double moved_m = now.travel_min.si() - first.travel_min.si();

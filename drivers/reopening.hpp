@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instruments that can be plugged in again: the port is opened anew by the same name (a path, a USB
-// identity, a host), the identity compared with the first, the settings verified. One call is one
-// attempt; whoever waits decides how often and how long.
+// Wrappers that reconnect an instrument that was unplugged, used by the App. They open the port
+// again by the same name (a path, a USB identity, a host), compare the identity with the first one
+// and verify the settings. One call is one attempt; the caller decides how often and how long to
+// try.
 #pragma once
 
 #include <functional>
@@ -13,12 +14,12 @@
 
 namespace lcrig {
 
-// Opens the port and makes a driver for it. Errors as open_port.
+// Opens the port and makes a driver for it. Errors: as open_port.
 using OpenMeter = std::function<Task<Result<std::unique_ptr<LcrMeter>>>()>;
 using OpenFrame = std::function<Task<Result<std::unique_ptr<LoadFrame>>>()>;
 
-// refused when another instrument than `first` answers, naming both serial numbers (or, without
-// them, both identity lines).
+// Errors: refused when `now` is not the instrument `first`; names both serial numbers or, without
+// them, both identity lines.
 Result<> compare_identity(const Identity& first, const Identity& now);
 
 class ReopeningMeter final : public LcrMeter {
@@ -83,8 +84,8 @@ class ReopeningFrame final : public LoadFrame {
   OpenFrame open_;
   Listener* listener_ = nullptr;
   std::optional<Identity> identity_;
-  std::optional<double> observed_Hz_;  // observed, not commanded, at this rate
-  FrameCapabilities capabilities_;  // of the first identify, in its travel; they never change
+  std::optional<double> observed_Hz_;  // sample rate of an observed frame; absent: commanded
+  FrameCapabilities capabilities_;  // as of the first identify, with its zero of travel
 };
 
 }  // namespace lcrig

@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kMaxLine = 1000;  // bytes; the longest known answer has 70
 constexpr Duration kWriteTime = 2s;
-constexpr Duration kQuiet = 50ms;  // nothing for so long: the line is drained
+constexpr Duration kQuiet = 50ms;  // after this long without a byte the line is drained
 constexpr Duration kDrainAtMost = 1s;  // a meter that sends unasked is never quiet
 constexpr std::string_view kSentinel = "*IDN?";
 
@@ -49,7 +49,7 @@ bool ScpiLink::take_stray_seen() {
 }
 
 bool ScpiLink::is_identity(std::string_view line) const {
-  // A line whose beginning was cut off runs into the next one.
+  // When the LF before the identity was lost, the identity is only the end of the line.
   if (!identity_.empty()) return line.ends_with(identity_);
   return line.size() > 2 && is_letter(line[0]) && is_letter(line[1]) &&
          std::ranges::count(line, ',') >= 3;
@@ -75,7 +75,7 @@ Task<Result<std::size_t>> ScpiLink::fill(MonoTime deadline) {
   co_return n;
 }
 
-// The next line that is not blank; false when there is none yet.
+// Takes the next line that is not blank; false when there is none yet.
 bool ScpiLink::take_line(std::string& out) {
   while (true) {
     const auto end = in_.find('\n');
@@ -110,7 +110,8 @@ Task<Result<>> ScpiLink::write_line(std::string_view command) {
   co_return written;
 }
 
-// Complete lines that repeat what was sent: the meter's handshake is on.
+// True when only complete lines are pending that repeat what was sent, i.e. the meter's handshake
+// is on.
 bool ScpiLink::only_echo() {
   std::string_view rest = in_;
   while (!rest.empty()) {
@@ -121,7 +122,7 @@ bool ScpiLink::only_echo() {
   return true;
 }
 
-// Before a question the line must be silent: whatever is there now was not asked for by it.
+// The line must be empty before a question. Bytes that are pending now cannot be its answer.
 Task<Result<>> ScpiLink::prepare() {
   if (!dirty_) {
     auto stray = co_await fill(clock_.now());
@@ -140,7 +141,7 @@ Task<Result<>> ScpiLink::prepare() {
 }
 
 Task<Result<Reply>> ScpiLink::exchange(std::string_view command, Duration timeout) {
-  dirty_ = true;  // until the answer is complete; also when this coroutine is cancelled
+  dirty_ = true;  // until the answer is complete; stays if this is cancelled
   const bool identity = command == kSentinel;
   if (identity) ++open_identities_;
   const MonoTime asked = clock_.now();
@@ -203,7 +204,7 @@ Task<Result<>> ScpiLink::flush() {
   co_return drained;
 }
 
-// True when the answers to all sentinels came (or those that are missing are lost).
+// True when all sentinels were answered, or at least one was and the others are lost.
 Task<Result<bool>> ScpiLink::await_identity() {
   MonoTime deadline = clock_.now() + patience_;
   bool seen = false;
@@ -230,7 +231,7 @@ Task<Result<>> ScpiLink::resync() {
     auto drained = co_await drain(kQuiet);
     if (!drained) co_return drained;
     ++open_identities_;
-    // A command may have been cut off in the middle: the second try ends it first.
+    // A command may have been cut off in the middle, so later tries end it with a LF first.
     const std::string_view sentinel = attempt == 0 ? "*IDN?" : "\n*IDN?";
     auto written = co_await write_line(sentinel);
     if (!written) co_return written;

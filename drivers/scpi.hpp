@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines and questions over a transport, for instruments that answer in the order they are asked.
+// Lines and questions over a transport, for instruments that answer in the order in which they are
+// asked. Used by the LCR-6000 driver.
 //
-// An answer is never paired with another question: whenever an exchange did not end cleanly
-// (time-out, cut-off, cancelled, more bytes than asked for) the line is dirty, and the next
-// question is preceded by a resynchronisation: drain, ask the sentinel `*IDN?`, throw every line
-// away until the identity came, drain. Because the instrument answers in order, whatever was late
-// came before.
+// An answer is never paired with the wrong question. An exchange that does not end cleanly
+// (time-out, cut-off, cancelled, more bytes than asked for) makes the line dirty, and the next
+// question is preceded by a resynchronisation: drain, ask the sentinel `*IDN?`, discard every line
+// until the identity comes, drain. Because the instrument answers in order, all late answers come
+// before the identity.
 #pragma once
 
 #include <array>
@@ -19,7 +20,7 @@ namespace lcrig {
 
 struct Reply {
   Reply() = default;
-  std::string text;  // without line end and outer blanks; never empty
+  std::string text;  // without line end and surrounding blanks; never empty
   MonoTime asked, first_byte, last_byte;
 };
 
@@ -27,28 +28,28 @@ class ScpiLink {
  public:
   ScpiLink(std::unique_ptr<Transport> transport, Clock& clock);
 
-  // `command` without line end; it must stay alive until the task ends. Errors: no_reply,
+  // `command` has no line end and must stay alive until the task ends. Errors: no_reply,
   // reply_cut_off, garbled (a line beyond 1000 bytes), disconnected, io; `what` names the exchange.
   Task<Result<Reply>> query(std::string_view command, Duration timeout);
   Task<Result<>> send(std::string_view command);
-  // The next line of an answer with several lines, without asking. After a query.
+  // After a query: the next line of an answer of several lines.
   Task<Result<Reply>> next_line(std::string_view command, Duration timeout);
 
-  // Makes the line clean, also when it seems to be. Errors as in query.
+  // Resynchronises the line even when it seems clean. Errors: as query.
   Task<Result<>> resync();
-  // Throws away what is there and starts afresh; only before the identity is known.
+  // Discards pending bytes and takes the line for clean. Only before the identity is known.
   Task<Result<>> flush();
-  // The last answer made no sense: do not trust what follows either.
+  // Call when the last answer made no sense, so that the line is resynchronised.
   void mark_dirty() { dirty_ = true; }
   bool dirty() const { return dirty_; }
-  // Identity line to wait for in a resynchronisation; until it is known, anything that looks like
-  // one (four fields or more, begins with two letters).
+  // The identity line that a resynchronisation waits for. Until it is set, any line that looks like
+  // one counts (four or more fields, two letters first).
   void set_identity(std::string text) { identity_ = std::move(text); }
-  // The longest time the instrument may be busy with one command.
+  // The longest time that the instrument may be busy with one command.
   void set_patience(Duration d) { patience_ = d; }
-  // True once after a resynchronisation.
+  // True on the first call after a resynchronisation.
   bool take_resynced();
-  // The instrument repeats commands, or sends lines unasked (since the last call).
+  // Since the last call the instrument repeated a command (echo) or sent a line unasked (stray).
   bool take_echo_seen();
   bool take_stray_seen();
 
@@ -74,7 +75,7 @@ class ScpiLink {
   std::array<char, 512> chunk_{};
   MonoTime first_byte_{}, last_byte_{};
   Duration patience_ = std::chrono::seconds(2);
-  int open_identities_ = 0;  // `*IDN?` whose answers are still due
+  int open_identities_ = 0;  // number of `*IDN?` not yet answered
   bool dirty_ = false, resynced_ = false, echo_seen_ = false, stray_seen_ = false;
 };
 

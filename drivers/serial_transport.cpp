@@ -79,7 +79,8 @@ tl::unexpected<Error> open_failed(const std::string& name, int error) {
   }
 }
 
-// TIOCEXCL keeps other users out, flock a second daemon of root's, whom TIOCEXCL does not stop.
+// TIOCEXCL keeps other users out. It does not stop root, so flock keeps out a second daemon that
+// runs as root.
 Result<> claim(const std::string& name, int fd) {
   if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
     return errno == EWOULDBLOCK ? open_failed(name, EBUSY) : open_failed(name, errno);
@@ -122,8 +123,8 @@ bool configure(sp_port* port, int fd, const SerialSettings& settings) {
   sp_set_config_flowcontrol(config, SP_FLOWCONTROL_NONE);
   const bool ok = sp_set_config(port, config) == SP_OK;
   sp_free_config(config);
-  // libserialport leaves VMIN at 0: read() of an idle port then returns 0, which is taken for the
-  // end of the file.
+  // libserialport leaves VMIN at 0. Then read() of an idle port returns 0, which looks like end of
+  // file.
   termios t{};
   if (!ok || ::tcgetattr(fd, &t) != 0) return false;
   t.c_cc[VMIN] = 1;
@@ -190,7 +191,7 @@ Result<std::unique_ptr<Transport>> open_pty(asio::any_io_executor executor, Cloc
     ::close(fd);
     return fail(ready.error());
   }
-  // A pty lives on while its other side is open: the exclusive mark would stay behind.
+  // A pty exists as long as its other side is open, so the exclusive mark must be removed.
   return std::make_unique<FdTransport>(std::move(executor), clock, fd, name, [](int open_fd) {
     ::ioctl(open_fd, TIOCNXCL);
     ::close(open_fd);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opens terminals: hardware ports with libserialport (find, configure), ptys directly, because
-// libserialport 0.1.1 refuses whatever has no entry in sysfs. Bytes then go through FdTransport.
+// Opens serial ports, for port.cpp: hardware ports with libserialport, ptys directly, because
+// libserialport 0.1.1 refuses devices without an entry in sysfs. Bytes then go through FdTransport.
 #pragma once
 
 #include <memory>
@@ -11,15 +11,15 @@
 
 namespace lcrig {
 
-// 8 data bits, no parity, one stop bit, no flow control: what every supported instrument uses.
+// All supported instruments use 8 data bits, no parity, one stop bit and no flow control.
 struct SerialSettings {
   SerialSettings() = default;
   explicit SerialSettings(int b) : baud(b) {}
   int baud = 115200;
 };
 
-// Errors: disconnected (no such port; the message lists those that exist), io (no rights),
-// busy (somebody else has it), invalid_request (not a terminal).
+// Errors: disconnected (no such port; the message lists those that exist), io (no rights), busy
+// (another program has it open), invalid_request (not a terminal).
 Result<std::unique_ptr<Transport>> open_serial(asio::any_io_executor executor, Clock& clock,
                                                const PortUrl& url, const SerialSettings& settings);
 Result<std::unique_ptr<Transport>> open_pty(asio::any_io_executor executor, Clock& clock,

@@ -22,7 +22,7 @@ tl::unexpected<Error> silent(const std::string& name) {
               name);
 }
 
-// A numeric address needs no name server, and no deadline.
+// A numeric address needs no name server and therefore no deadline.
 Task<Result<std::vector<tcp::endpoint>>> find_endpoints(std::string host, std::uint16_t port,
                                                         std::string name, Clock& clock,
                                                         MonoTime deadline) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A TCP connection as a transport: the frame link, and serial servers.
+// A TCP connection as a transport, for the frame link and for serial device servers. Used by
+// port.cpp.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 namespace lcrig {
 
 // Errors: no_reply (the host does not answer before the deadline), disconnected (nobody listens, or
-// no way to the host), invalid_request (no such host name).
+// the host cannot be reached), invalid_request (no such host name).
 Task<Result<std::unique_ptr<Transport>>> open_tcp(std::string host, std::uint16_t port,
                                                   Clock& clock, MonoTime deadline);
 

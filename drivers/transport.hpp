@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A byte stream to an instrument. Every wait has a deadline.
+// The byte stream between a driver and its instrument or simulator. Every wait has a deadline.
 #pragma once
 
 #include <cstddef>
@@ -26,13 +26,13 @@ class Transport {
   // Writes everything. Errors: io (deadline: the other side does not drain), disconnected.
   // `bytes` must stay alive until the task ends.
   virtual Task<Result<>> write_all(std::string_view bytes, MonoTime deadline) = 0;
-  // Ends every wait with `disconnected`, now and from now on. Idempotent.
+  // Ends all current and future waits with `disconnected`. Idempotent.
   virtual void close() = 0;
-  // What a person calls this port: "serial:/dev/ttyUSB0", "tcp:127.0.0.1:4711", "sim:lcr".
+  // The port's name for people: "serial:/dev/ttyUSB0", "tcp:127.0.0.1:4711", "sim:lcr".
   virtual const std::string& name() const = 0;
 };
 
-// Two transports back to back: a driver on one end, a simulator on the other.
+// The two ends of a wire: a driver on one, a simulator on the other.
 struct TransportPair {
   std::unique_ptr<Transport> near, far;
 };

@@ -43,7 +43,7 @@ std::optional<char> unescape_hex(std::string_view two) {
   return static_cast<char>(value);
 }
 
-// `text` with its quotation marks; nothing may follow the closing one.
+// Takes `text` with its quotation marks. Nothing may follow the closing one.
 std::optional<std::string> unquote(std::string_view text) {
   if (text.size() < 2 || text.front() != '"' || text.back() != '"') return std::nullopt;
   text = text.substr(1, text.size() - 2);
@@ -124,7 +124,7 @@ class Parser {
   WireLog log_;
 };
 
-// A header value is one line.
+// Header values must be one line.
 std::string one_line(std::string_view text) {
   return printable(text);
 }

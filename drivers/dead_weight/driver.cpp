@@ -11,10 +11,10 @@ namespace lcrig {
 namespace {
 using namespace asio::experimental::awaitable_operators;
 constexpr double kRateMax_Hz = 10;
-constexpr double kMassMax_kg = 1000;  // beyond this a unit was mistaken
+constexpr double kMassMax_kg = 1000;  // a larger mass is taken for a mistaken unit
 }  // namespace
 
-// Shared with the sampling coroutine, which may end a little later than the frame.
+// Shared with the sampling coroutine, which may end slightly after the frame is destroyed.
 struct DeadWeightFrame::State {
   State(Clock& c, asio::any_io_executor e, DeadWeightSettings s)
       : clock(c), executor(e), settings(std::move(s)) {}
@@ -54,7 +54,7 @@ struct DeadWeightFrame::State {
   Wakeup sampler, prompt_end;
   Listener* listener = nullptr;
   std::optional<FrameLimits> limits;
-  Mass mass, pending;  // on the rod; asked for
+  Mass mass, pending;  // on the rod now; asked for by the open prompt
   Force force;
   std::int64_t next_seq = 1;
   bool started = false, closed = false, prompting = false;
@@ -100,7 +100,7 @@ tl::unexpected<Error> DeadWeightFrame::no_motion() const {
   return fail(Errc::refused, "dead weights: this rig does not move by itself; use place_weight");
 }
 
-// Nobody commands a rod.
+// A rod takes no commands, so observing it is the same as identifying it.
 Task<Result<Identity>> DeadWeightFrame::observe(double rate_Hz) {
   auto identity = co_await identify();
   if (!identity) co_return identity;
@@ -159,7 +159,7 @@ Task<Result<>> DeadWeightFrame::hold_travel() {
 }
 
 Task<Result<>> DeadWeightFrame::hold_force(Force force) {
-  // Weights hold their own force and no other.
+  // Weights can hold only the force that they exert.
   if (std::abs((force - state_->force).si()) <= 1e-3 * std::abs(force.si())) co_return Result<>();
   co_return no_motion();
 }
@@ -176,7 +176,7 @@ Result<> DeadWeightFrame::check_place(Mass mass) const {
     return fail(Errc::invalid_request, "dead weights: a mass of {} kg", mass.si());
   }
   const double force = force_of(mass).si();
-  // Taking everything off is always allowed.
+  // Unloading completely is always allowed.
   if (mass.si() > 0 &&
       (force > state_->limits->force_max.si() || force < state_->limits->force_min.si())) {
     return fail(Errc::limit_tripped, "dead weights: {:.4g} N is outside {:.4g} to {:.4g} N", force,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The manual rig: a guided rod, loaded with weights by a person. Force is mass times local g.
+// The load frame of the manual rig: a guided rod that a person loads with weights. Force is mass
+// times local g. Created by the App.
 #pragma once
 
 #include <memory>
@@ -13,15 +14,15 @@ namespace lcrig {
 struct DeadWeightSettings {
   DeadWeightSettings() = default;
   double g_m_s2 = 9.80665;  // local
-  Mass rod;  // of rod and plate: always on the specimen
+  Mass rod;  // rod and plate, which always rest on the specimen
   std::optional<Area> probe_area;  // for the pressure in the prompt
   double sample_rate_Hz = 1;
-  std::string serial;  // of the weight set, if it has a certificate
+  std::string serial;  // of the weight set's certificate, if any
 };
 
-// place_mass() is the only motion; everything else that moves is refused. Samples come at every
-// change and at the sample rate from identify() on. `person` must honour cancellation, so that
-// stop() can end a prompt. Operator and Clock must outlive this object, the Clock the io_context.
+// place_mass() is the only motion; all other motions are refused. From identify() on, samples come
+// at every change and at the sample rate. `person` must honour cancellation, so that stop() can end
+// a prompt. Operator and Clock must outlive this object; the Clock must outlive the io_context.
 class DeadWeightFrame final : public LoadFrame {
  public:
   DeadWeightFrame(Operator& person, Clock& clock, asio::any_io_executor executor,
@@ -39,16 +40,17 @@ class DeadWeightFrame final : public LoadFrame {
   Task<Result<>> hold_travel() override;  // nothing to do: weights lie still
   Task<Result<>> hold_force(Force force) override;
   Task<Result<>> zero(bool force, bool travel) override;
-  // `mass` is what lies on the rod, the rod not counted. Errors: refused (not armed),
-  // limit_tripped (force beyond the limits), busy, or what the operator's prompt says. A stop()
-  // meanwhile gives the outcome `stopped`, the mass unchanged.
+  // `mass` is the weights on the rod, without the rod. Errors: refused (not armed), limit_tripped
+  // (force beyond the limits), busy, or the error of the operator's prompt. A stop() during the
+  // prompt gives the outcome `stopped` and leaves the mass unchanged.
   Task<Result<MotionOutcome>> place_mass(Mass mass) override;
-  Task<Result<>> stop() override;  // ends a prompt at once; asks nothing
+  Task<Result<>> stop() override;  // ends an open prompt at once
   Task<Result<>> resync() override;
   void close() override;
   void set_listener(Listener* listener) override;
 
-  // On the specimen now, and what it will be when the open prompt is confirmed (equal without one).
+  // The force on the specimen now, and the force after the open prompt is confirmed. Without a
+  // prompt the two are equal.
   Force force() const;
   Force pending_force() const;
 

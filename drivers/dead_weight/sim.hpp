@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A person for rehearsals.
+// A simulated person who confirms prompts, for simulated rigs and tests.
 #pragma once
 
 #include <functional>
@@ -9,12 +9,12 @@
 
 namespace lcrig {
 
-// Confirms every prompt after `delay`. `act` is called just before, to do what the prompt says:
-// with dead weights, plant.put_load(clock.now(), frame.pending_force().si()).
+// Confirms every prompt after `delay`. Just before that it calls `act`, which does what the prompt
+// asks for: with dead weights, plant.put_load(clock.now(), frame.pending_force().si()).
 class SimOperator final : public Operator {
  public:
   SimOperator(Clock& clock, Duration delay) : clock_(clock), delay_(delay) {}
-  // While absent nobody confirms; who comes back looks at the prompt within a second.
+  // While absent, prompts stay open. After coming back the person confirms within a second.
   void set_absent(bool absent) { absent_ = absent; }
   void set_act(std::function<void(const std::string& prompt)> act) { act_ = std::move(act); }
   // Errors: aborted (cancelled).

@@ -82,7 +82,7 @@ LineFault FaultPlayer::next_transmission() {
   return f != nullptr ? line_fault(*f) : LineFault();
 }
 
-// Every fault of these kinds counts the event; the first that is due happens.
+// Every fault of these kinds counts the event. The first one that is due happens.
 const Fault* FaultPlayer::counted_event(std::initializer_list<FaultKind> kinds) {
   if (stopped_) return nullptr;
   State* chosen = nullptr;
@@ -105,7 +105,7 @@ bool FaultPlayer::is_due(State& s) {
   return static_cast<double>(random_() >> 11U) * 0x1p-53 < *f.probability;
 }
 
-// Each of a flood of counted faults is an event of the run, but only its first a line of the log.
+// Every counted fault becomes an event of the run, but only its first occurrence a line in the log.
 void FaultPlayer::happen(State& s) {
   ++s.fired;
   const std::string text = describe(*s.fault);
@@ -147,7 +147,7 @@ void FaultPlayer::begin() {
   }
 }
 
-// Answers go wrong in their step only; what lasts may outlast the step that it began in.
+// Counted faults end with their step. Lasting faults may go on after the step in which they began.
 void FaultPlayer::enter_step(std::string_view id, std::string_view kind, bool finishing) {
   const std::uint64_t step = ++step_;
   for (State& s : states_) {
@@ -160,7 +160,7 @@ void FaultPlayer::enter_step(std::string_view id, std::string_view kind, bool fi
       continue;
     }
     schedule(clock_.now() + from_seconds(s.fault->after_s), [this, &s, step] {
-      if (step_ == step) open(s);  // else the step was shorter
+      if (step_ == step) open(s);  // otherwise the step has already ended
     });
   }
 }

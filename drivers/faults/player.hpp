@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plays a fault script on a simulated bench: seeded, so that the same script on the same run does
-// the same again in virtual time.
+// Plays a fault script on a simulated bench. It is seeded: in virtual time the same script on the
+// same run does the same again. Used by rehearsals and lcrig-sim.
 #pragma once
 
 #include <cstdint>
@@ -21,23 +21,23 @@ namespace lcrig {
 
 class FaultPlayer {
  public:
-  // Told of every fault when it happens and when it ends; the text is one line.
+  // Called when a fault happens and when it ends; the text is one line.
   using Told = std::function<void(MonoTime at, const std::string& text)>;
-  // Everything outlives the player; `surroundings` may be nullptr (then check_stage refused what
-  // needs them).
+  // All references must outlive the player. `surroundings` may be nullptr; check_stage must then
+  // have refused the faults that need them.
   FaultPlayer(asio::any_io_executor executor, Clock& clock, FaultBench& bench,
               FaultSurroundings* surroundings, FaultScript script, Told told);
   ~FaultPlayer();
   FaultPlayer(const FaultPlayer&) = delete;
   FaultPlayer& operator=(const FaultPlayer&) = delete;
 
-  // Time zero of `at_s`; counted faults without at_s and in_step happen from the construction on.
+  // Sets time zero of `at_s`. Counted faults without at_s and in_step happen from construction on.
   void begin();
   void enter_step(std::string_view id, std::string_view kind, bool finishing);
-  // Mends what can be mended (plugs, disk, memory) and ends the player's task; idempotent.
+  // Ends the faults that can be ended (plugs, disk, memory) and the player's task. Idempotent.
   void stop();
   bool is_idle() const { return !running_; }
-  // How often each fault of the script happened so far.
+  // How often each fault of the script has happened.
   std::vector<std::int64_t> happened() const;
   const FaultScript& script() const { return script_; }
 
@@ -45,8 +45,8 @@ class FaultPlayer {
   struct State {
     explicit State(const Fault& f) : fault(&f) {}
     const Fault* fault;
-    bool open = false;  // its time, or its step, has come
-    std::int64_t opened = 0;  // how often; tells an older end from this one
+    bool open = false;  // its time or its step has come
+    std::int64_t opened = 0;  // how often; an end that was scheduled earlier is ignored
     std::int64_t seen = 0;  // events of a counted fault
     std::int64_t fired = 0;
   };
@@ -79,7 +79,7 @@ class FaultPlayer {
   std::string first_identity_;  // of the meter that the bench began with
   std::multimap<MonoTime, Act> agenda_;
   Wakeup wakeup_;
-  std::uint64_t step_ = 0;  // steps entered so far
+  std::uint64_t step_ = 0;  // number of steps entered
   bool running_ = false, stopped_ = false;
 };
 

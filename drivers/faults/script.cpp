@@ -12,7 +12,7 @@ namespace lcrig {
 
 namespace {
 
-// Parameters, as bits; a capital R marks one that the fault cannot do without.
+// Parameters, as bits.
 enum Parameter : unsigned {
   kDelay = 1U << 0U,
   kFactor = 1U << 1U,
@@ -114,7 +114,7 @@ constexpr std::array<std::pair<std::string_view, FaultTarget>, 3> kTargets{{
     {"bench", T::bench},
 }};
 
-constexpr double kLongest_s = 1e7;  // of any time: some months
+constexpr double kLongest_s = 1e7;  // upper limit of every time, about four months
 constexpr Range kAnyTime{0, kLongest_s};
 constexpr Range kSomeTime{0, kLongest_s, true};
 constexpr Range kTimeChange{-1e9, 1e9};
@@ -138,7 +138,7 @@ const Spec* find_spec(const JsonReader& r, FaultTarget on, std::string_view name
 void read_parameters(const JsonReader& r, unsigned which, Fault& f) {
   const auto has = [which](Parameter p) { return (which & p) != 0; };
   if (has(kDelay)) f.delay_s = r.number("delay_s", Range{0, 3600, true});
-  // A cell may show less; whatever else is multiplied grows.
+  // A load cell may show less than the true force; the other factors only increase a value.
   const double least = f.kind == FaultKind::force_gain ? 0 : 1;
   if (has(kFactor)) f.factor = r.number("factor", Range{least, 1e4});
   if (has(kBytes)) f.byte_probability = r.number("byte_probability", kProbability);
@@ -172,7 +172,7 @@ void read_rate(const JsonReader& r, Fault& f) {
   if (!f.has_window() && !f.every && !f.probability) {
     r.refuse("does not say when; give at_s, in_step, every or probability");
   }
-  // "The next one from then on" is what a bare time means.
+  // A time without a count means the next event from then on.
   if (f.has_window() && !f.every && !f.probability && !f.for_s && !f.times) f.times = 1;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fault script `faults/1`: what goes wrong on a simulated bench, and when. docs/faults.md describes
-// it, schema/faults.schema.json is its schema.
+// The fault script `faults/1`, which says what goes wrong on a simulated bench and when. Played by
+// FaultPlayer. Described in docs/faults.md; the schema is schema/faults.schema.json.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@
 namespace lcrig {
 
 enum class FaultKind {
-  // meter, each answer
+  // meter, counted by answer
   reply_late,
   reply_lost,
   reply_cut,
   reply_doubled,
   reply_garbled,
   reply_echoed,
-  // meter, each set command
+  // meter, counted by set command
   set_lost,
   // meter
   unsolicited,
@@ -33,13 +33,13 @@ enum class FaultKind {
   meter_unplug,
   meter_power_cycle,
   other_instrument,
-  // frame, each transmission of the gateway
+  // frame, counted by transmission of the gateway
   line_late,
   line_lost,
   line_cut,
   line_doubled,
   line_garbled,
-  // frame, each command; each end of a motion
+  // frame, counted by command and by end of a motion
   refusal,
   completion_lost,
   // frame
@@ -55,7 +55,7 @@ enum class FaultKind {
   deaf,
   frame_unplug,
   frame_power_cycle,
-  // frame, what is not true of it
+  // frame, lies: what it does or says that is not true
   force_frozen,
   force_held,
   force_gain,
@@ -87,7 +87,8 @@ enum class FaultKind {
 
 enum class FaultTarget { meter, frame, bench };
 
-// How a fault happens: to single events that are counted (answers, commands), for a while, or once.
+// A counted fault hits single events (answers, commands), a lasting one goes on for a while, and
+// one that happens once has no end.
 enum class FaultShape { counted, lasting, once };
 
 struct Fault {
@@ -98,7 +99,7 @@ struct Fault {
   std::string name;  // "reply_late"
   std::string where;  // "FILE:LINE:COLUMN /faults/0", for messages
 
-  // When. Seconds of the rig since the start of the run (or of lcrig-sim), or into a step.
+  // When, in seconds of the rig's clock since the start of the run (or of lcrig-sim) or of a step.
   std::optional<double> at_s;
   std::optional<std::string> in_step;  // id or kind of a step, or "finally"
   double after_s = 0;
@@ -106,7 +107,7 @@ struct Fault {
   std::optional<std::int64_t> every, times;
   std::optional<double> probability;
 
-  // Parameters; each only with the faults that docs/faults.md names.
+  // Parameters. docs/faults.md says which fault takes which.
   double delay_s = 0, factor = 1, byte_probability = 0, jump_s = 0, force_N = 0, step_s = 0;
   double rate_N_s = 0, speed_um_s = 0;
   std::int64_t samples = 1;
@@ -119,7 +120,7 @@ struct Fault {
 struct FaultScript {
   FaultScript() = default;
   std::string name, text;
-  std::uint64_t seed = 1;  // of probabilities
+  std::uint64_t seed = 1;  // for probabilities
   std::vector<Fault> faults;
 };
 
@@ -127,14 +128,14 @@ struct FaultScript {
 Result<FaultScript> parse_fault_script(std::string_view text, const std::string& name);
 Result<FaultScript> load_fault_script(const std::string& path);  // also io
 
-// Who plays it.
+// What the bench that plays the script has.
 struct FaultStage {
   FaultStage() = default;
-  bool has_frame = true;  // false: weights on a rod
+  bool has_frame = true;  // false: dead weights
   bool knows_steps = true;  // false: lcrig-sim
   bool has_surroundings = true;  // disk, wall clock, memory, operator; false: lcrig-sim
 };
-// Errors: invalid_request, with the first fault that cannot happen there.
+// Errors: invalid_request, naming the first fault that cannot happen on this bench.
 Result<> check_stage(const FaultScript& script, const FaultStage& stage);
 
 // One line for logs and events: "meter reply_late, delay_s 1.5".
