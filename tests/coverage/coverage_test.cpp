@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Do the intervals hold their truths where the specimen, the meter or the repeats are unkind? A
-// hundred seeds of every world, judged as a sum over the cells; bench/coverage_worlds.cpp has the
-// table. The seeds of no two cells are alike, so that their counts are independent.
+// Do the confidence intervals contain the true values when the specimen, the meter or the repeats
+// are difficult? A hundred seeds of every world, judged by the sum over the cells;
+// bench/coverage_worlds.cpp has the table. No two cells share seeds, so their counts are
+// independent.
 #include <gtest/gtest.h>
 
 #include <boost/math/distributions/binomial.hpp>
@@ -15,8 +16,8 @@ namespace lcrig::worlds {
 namespace {
 
 constexpr int kSeeds = 100;
-constexpr double kLeast = 0.93, kMost = 0.97;  // of intervals that hold, in the long run
-constexpr double kChance = 0.0005;  // on either side
+constexpr double kLeast = 0.93, kMost = 0.97;  // share of intervals that hold, in the long run
+constexpr double kChance = 0.0005;  // probability on either side
 
 struct Count {
   int runs = 0, held = 0;
@@ -47,8 +48,8 @@ void visit(const RunData& shape, const World& world, std::uint64_t first, Tally&
   }
 }
 
-// What is slower than a run cannot be seen in it: C0 before contact is one place of a noise that
-// goes on for hours (docs/analysis.md has how often it holds).
+// A run cannot show what is slower than the run: C0 before contact is a single sample of a noise
+// that goes on for hours (docs/analysis.md says how often it holds).
 bool is_out_of_sight(const std::string& cell) {
   const bool slow = cell.starts_with("1/f") || cell.starts_with("random walk") ||
                     cell.starts_with("hum") || cell.starts_with("everything");

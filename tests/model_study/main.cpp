@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The model's error estimates against the errors themselves, over seeded stacks: one line of CSV
-// for each answer of each level, then the shares that docs/model.md quotes.
+// Compares the model's error estimates with the true errors, over seeded stacks. Prints one line of
+// CSV for each answer of each level, then the shares that docs/model.md quotes.
 //   model_study FIRST_SEED COUNT [PRESSURE_kPa ...]   without pressures: small strains alone
 #include <algorithm>
 #include <cstdio>
@@ -16,7 +16,7 @@ namespace {
 
 struct Share {
   std::vector<double> ratio;
-  int left_out = 0;  // no truth good enough
+  int left_out = 0;  // without a good enough truth
 };
 
 void print_share(const std::string& level, Share& share) {
