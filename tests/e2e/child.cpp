@@ -31,7 +31,7 @@ namespace {
   throw std::runtime_error(what + ": " + std::strerror(errno));
 }
 
-// In the child, between fork and exec: only calls that are safe there.
+// Runs in the child between fork and exec, so it makes only calls that are safe there.
 [[noreturn]] void become(char* const* argv, char* const* envp, int out, int log) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   const int nothing = ::open("/dev/null", O_RDONLY);

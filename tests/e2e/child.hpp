@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program of ours as a process of its own. Every wait is for an event of the kernel, with a
-// deadline.
+// Starts one of our programs as a process, and talks to it. Every wait is for a kernel event and
+// has a deadline. Used by all end-to-end tests.
 #pragma once
 
 #include <sys/types.h>
@@ -17,10 +17,10 @@ namespace lcrig::e2e {
 using namespace std::chrono_literals;
 using Timeout = std::chrono::milliseconds;
 
-// Waits until `fd` can be read (or its other end is gone). False: not in time.
+// Waits until `fd` can be read or its other end is closed. False on timeout.
 bool readable(int fd, Timeout timeout);
 
-// Lines from a descriptor, which it owns.
+// Reads lines from a descriptor and owns it.
 class LineReader {
  public:
   explicit LineReader(int fd) : fd_(fd) {}
@@ -28,7 +28,7 @@ class LineReader {
   ~LineReader();
   LineReader(const LineReader&) = delete;
   LineReader& operator=(const LineReader&) = delete;
-  // nullopt: end of file, or not in time.
+  // nullopt: end of file, or timeout.
   std::optional<std::string> next(Timeout timeout);
   std::string rest(Timeout timeout);  // to the end of file
   int fd() const { return fd_; }
@@ -39,15 +39,16 @@ class LineReader {
   std::string buffer_;
 };
 
-// This process's environment without LCRIG_*, and with `variables`; and as execve takes it.
+// environment(): of this process without LCRIG_*, plus `variables`. pointers(): as execve takes it.
 std::vector<std::string> environment(const std::map<std::string, std::string>& variables);
 std::vector<char*> pointers(std::vector<std::string>& texts);
 
 class Child {
  public:
   using Variables = std::map<std::string, std::string>;
-  enum class Rights { as_we_are, those_of_the_files };  // the latter: not root's beyond the bits
-  // Its standard error goes to the file `log`. It dies with this process.
+  // the latter: without root's power to ignore permission bits
+  enum class Rights { as_we_are, those_of_the_files };
+  // Standard error goes to the file `log`. The child dies with this process.
   Child(const std::vector<std::string>& command, const std::string& log,
         const Variables& variables = {}, Rights rights = Rights::as_we_are);
   ~Child();  // kills it if it still runs
@@ -60,7 +61,7 @@ class Child {
   // Exit code, or 128 + the signal that ended it. nullopt: it still runs.
   std::optional<int> wait(Timeout timeout);
   LineReader& out() { return *out_; }
-  std::string log() const;  // what it wrote to standard error so far
+  std::string log() const;  // standard error so far
 
  private:
   pid_t pid_ = -1;
@@ -70,7 +71,7 @@ class Child {
   std::string log_;
 };
 
-// A client of a Unix stream socket that speaks lines: the daemon's, and the simulator's back door.
+// A line-based client of a Unix stream socket: the daemon's, or the simulator's back door.
 class LineClient {
  public:
   explicit LineClient(const std::string& path);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// lcrig-sim --faults: the same scripts as a rehearsal's, in real time on real ports.
+// lcrig-sim --faults plays the scripts of a rehearsal, in real time on real ports.
 #include <filesystem>
 
 #include "tests/e2e/rig.hpp"
@@ -15,7 +15,7 @@ class FaultScripts : public Rig {
     write("faults.json", R"({ "format": "faults/1", "faults": [)" + faults + "] }");
     return file("faults.json");
   }
-  // Asks until the meter is at another port, or has none; "" when it has none.
+  // Waits until the meter's port differs from `port`, and returns it. "" means that it has none.
   std::string port_other_than(const std::string& port) {
     const auto limit = std::chrono::steady_clock::now() + 15s;
     std::string now = port;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cables pulled in the middle of a run, and ports where no rig is.
+// Cables pulled in the middle of a run, and ports without a rig.
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -14,7 +14,7 @@ using testing::HasSubstr;
 
 class Faults : public Rig {
  protected:
-  // A slow run in the middle of its ramp.
+  // Starts a slow run and waits until it is in the middle of its ramp.
   std::unique_ptr<Control> ramp() {
     start_daemon(config());
     auto client = std::make_unique<Control>(control());
@@ -25,7 +25,7 @@ class Faults : public Rig {
     return client;
   }
 
-  // `lcrig run` is refused, says why, and nothing has moved.
+  // `lcrig run` must be refused with a reason, and nothing may have moved.
   void expect_no_run(const json& config, const std::string& what, int code = 4,
                      Child::Rights rights = Child::Rights::as_we_are) {
     start_daemon(config, "d1", rights);

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rig whose frame is the reference gateway in Python (tools/gateway), with a simulated machine
-// and a witness of its own; the meter is lcrig-sim's.
+// A rig whose frame is the reference gateway in Python (tools/gateway). It has a simulated machine
+// and its own record of the truth. The meter is lcrig-sim's. Used by gateway_test.cpp and
+// lies_test.cpp.
 #pragma once
 
 #include "tests/e2e/rig.hpp"
 
 namespace lcrig::e2e {
 
-// Contact at 30 mm of 0 to 60, 120 N/mm, a device that reacts within 8 ms.
+// Travel 0 to 60 mm with contact at 30, 120 N/mm, a device that reacts within 8 ms.
 extern const std::vector<std::string> kForeign;
 
 class Gateway : public Rig {
@@ -15,17 +16,17 @@ class Gateway : public Rig {
   void start_rig(const std::vector<std::string>& machine = kForeign,
                  const std::vector<std::string>& options = {});
   void TearDown() override;
-  // Its last words: the sums of what was really there.
+  // Ends the gateway and returns the summary of the true values that it writes last.
   json end_gateway();
-  std::vector<json> truth() const;  // the witness's lines so far
+  std::vector<json> truth() const;  // the lines of the record so far
   json foreign_config(std::optional<double> stiffness_N_mm = 150) const;
-  std::string panel(const std::string& order) const;  // its answer
+  std::string panel(const std::string& order) const;  // returns the answer
 
   std::unique_ptr<Child> gateway_;
   json ready_;
 };
 
-// Zero, search for contact, 0.8 N, 3 s there, up again.
+// Zeroes, searches for contact, loads to 0.8 N, waits 3 s there and unloads.
 std::string foreign_protocol(const std::string& contact_mm_s, const std::string& load_mm_s);
 
 }  // namespace lcrig::e2e

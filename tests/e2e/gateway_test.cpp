@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The daemon on a frame that shares no code with it: the reference gateway in Python
-// (tools/gateway), written from docs/frame-link.md alone, with a simulated machine of its own and a
-// witness that knows the true force.
+// (tools/gateway), which was written from docs/frame-link.md alone. It has its own simulated
+// machine and records the true force.
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
@@ -22,8 +22,8 @@ TEST_F(Gateway, ARunOnAForeignFrameSucceedsWithinItsLimit) {
   const json end = client.run_ended(60s);
   EXPECT_EQ(end.value("exit_status", ""), "success") << end;
   EXPECT_EQ(number("SELECT simulated FROM run"), 1) << "the gateway says that it is not real";
-  // The contact (120 N/mm) is measured by a few looks at a cell that scatters, bounded from above,
-  // and every prediction held.
+  // The contact (120 N/mm) is measured from a few samples of a cell that scatters. The upper bound
+  // must hold, and every prediction as well.
   const std::string of_contact = "') FROM event WHERE kind='stiffness'";
   EXPECT_GE(number("SELECT json_extract(detail,'$.at_most_N_m" + of_contact), 118e3);
   EXPECT_NEAR(number("SELECT json_extract(detail,'$.stiffness_N_m" + of_contact), 120e3, 50e3);
@@ -99,7 +99,7 @@ TEST_F(Gateway, AKilledDaemonLeavesAFrameThatStandsAndTheNextOneStopsItFirst) {
   gateway_.reset();
 }
 
-// testXpert, or a person at the panel, works with the machine.
+// Meanwhile testXpert or a person at the panel works with the machine.
 TEST_F(Gateway, AnIdleDaemonLeavesTheFrameAlone) {
   start_rig();
   start_daemon(foreign_config());
@@ -152,7 +152,7 @@ TEST_F(Gateway, AnOldGatewayIsCommandedButNotObserved) {
   gateway_.reset();
 }
 
-// What the samples of the first run said means nothing any more.
+// After a new zero, the samples of the first run mean nothing any more.
 TEST_F(Gateway, ARunIsNotContinuedUnderAnotherZero) {
   start_rig();
   Child& daemon = start_daemon(foreign_config());
@@ -173,7 +173,7 @@ TEST_F(Gateway, ARunIsNotContinuedUnderAnotherZero) {
   gateway_.reset();
 }
 
-// A frame whose stop is polled and slow: nothing but the config's stiffness makes it possible.
+// A frame whose stop is polled and slow. Only the stiffness in the config makes a run possible.
 TEST_F(Gateway, ASlowPollingFrameIsSlowedDownAndStaysWithinTheLimit) {
   auto slow = kForeign;
   slow.insert(slow.end(), {"device_stop=false", "poll_reaction_s=0.05", "start_travel_mm=29.9"});
@@ -195,7 +195,7 @@ TEST_F(Gateway, ASlowPollingFrameIsSlowedDownAndStaysWithinTheLimit) {
   gateway_.reset();
 }
 
-// lcrig's own simulator under the check for authors of gateways.
+// lcrig's own simulator must pass the check for authors of gateways.
 TEST_F(Rig, TheSimulatorPassesTheCheckForGateways) {
   start_sim();
   const std::string url = ports_.at("frame").get<std::string>();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// kill -9 at random instants: nothing acknowledged is missing, the frame is made safe first, and
-// the run goes on in a new one. Five kills here; LCRIG_KILLS=200 e2e_tests
-// --gtest_filter='Kills.*'.
+// kill -9 at random instants: nothing that was acknowledged is missing, the frame is made safe
+// first, and the run continues in a new run. Five kills by default; for more:
+//   LCRIG_KILLS=200 e2e_tests --gtest_filter='Kills.*'.
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
@@ -29,7 +29,7 @@ struct Acknowledged {
 
 class Kills : public Rig {
  protected:
-  // Continues the last run when that is possible, or begins another one. Returns its number.
+  // Continues the last run if possible, otherwise starts another one. Returns its number.
   std::int64_t begin(Control& client, std::int64_t interrupted) {
     if (interrupted > 0) {
       const json answer =
@@ -38,7 +38,7 @@ class Kills : public Rig {
         ++resumed_;
         return answer["result"].value("run", std::int64_t{0});
       }
-      // The only honest reasons: nothing to go on with, or a zero that nobody vouches for.
+      // The only valid reasons: there is nothing to continue, or a zero that nobody can confirm.
       EXPECT_THAT(answer.dump(),
                   testing::AnyOf(HasSubstr("in `finally`"), HasSubstr("before its first step"),
                                  HasSubstr("interrupted while it zeroed")));
@@ -116,8 +116,8 @@ TEST_F(Kills, AtRandomInstantsLoseNothingAndTheRunGoesOn) {
               static_cast<long long>(acknowledged_), static_cast<long long>(missing_));
 }
 
-// A process that stands still altogether: nothing is said for it. What hangs inside is in
-// tests/unit/daemon and tests/scenario.
+// The whole process is stopped, so nothing may report that it works. Hangs inside of the process
+// are tested in tests/unit/daemon and tests/scenario.
 TEST_F(Kills, TheServiceManagerHearsOfAWorkingDaemonAndOfNoStoppedOne) {
   start_sim();
   daemon_variables_["WATCHDOG_USEC"] = "400000";
@@ -128,7 +128,7 @@ TEST_F(Kills, TheServiceManagerHearsOfAWorkingDaemonAndOfNoStoppedOne) {
   ASSERT_TRUE(start_run(client, kSlowProtocol).contains("result"));
   for (int i = 0; i < 5; ++i) EXPECT_TRUE(manager.wait("WATCHDOG=1", 2s)) << i;
   daemon.signal(SIGSTOP);
-  while (manager.wait("WATCHDOG=1", 300ms)) continue;  // sent before it stood still
+  while (manager.wait("WATCHDOG=1", 300ms)) continue;  // sent before it was stopped
   EXPECT_FALSE(manager.wait("WATCHDOG=1", 1s));
   daemon.signal(SIGCONT);
   EXPECT_TRUE(manager.wait("WATCHDOG=1", 5s));
@@ -146,7 +146,7 @@ TEST_F(Kills, TheFrameIsMadeSafeFirstEvenWithoutAMeter) {
   sim("unplug lcr");
   start_daemon(config(), "d2");
   Control again = control();
-  // A start waits until the frame was made safe; this one then fails at the absent meter.
+  // A start waits until the frame was made safe. This one then fails because the meter is absent.
   EXPECT_TRUE(start_run(again, kQuickProtocol).contains("error"));
   EXPECT_FALSE(sim("status").value("moving", true));
   EXPECT_THAT(query("SELECT text FROM run_note WHERE run_id = 1"),
@@ -185,7 +185,7 @@ TEST_F(Kills, AResumedRunAsksForTheSpecimenAndGoesOnAtItsStep) {
             "done\n")
       << "the gap of the first run is known to the second";
   EXPECT_THAT(query("SELECT text FROM run_note WHERE run_id = 1"), HasSubstr("continued by run 2"));
-  // Once only.
+  // A run can be continued only once.
   const json twice = again.call("run.resume", {{"run", 1}, {"confirm_specimen", true}});
   EXPECT_THAT(twice.dump(), HasSubstr("was continued by run 2"));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The daemon on a rig that lies behind an honest link: the reference gateway in Python with --lie
-// (docs/faults.md). What was true says its witness. Real time.
+// (docs/faults.md), which also records the truth. In real time.
 #include <algorithm>
 #include <cmath>
 #include <csignal>
@@ -32,7 +32,7 @@ std::string protocol(const std::string& load_mm_s, const std::string& more = "")
 
 class Lies : public Gateway {
  protected:
-  // A daemon on a machine with these lies, and a run that has begun.
+  // Starts a daemon on a machine with these lies, and a run.
   void begin(const std::vector<std::string>& lies, const std::string& text = protocol("0.05"),
              const std::vector<std::string>& machine = kForeign, double stiffness_N_mm = 150) {
     std::vector<std::string> options;
@@ -63,10 +63,10 @@ class Lies : public Gateway {
   void await(const std::string& step) {
     client_->wait_for("status", [&](const json& s) { return s.value("step", "") == step; }, 60s);
   }
-  // The run's end, and then the gateway's: what was true of it is in sums_ and lines_.
+  // Waits for the end of the run, then ends the gateway. The truth is then in sums_ and lines_.
   json ended(Timeout within) {
     const json end = client_->run_ended(within);
-    client_->listen(1s);  // whoever still wants to move something shall do so
+    client_->listen(1s);  // time for any motion that is still to come
     sums_ = end_gateway();
     lines_ = truth();
     gateway_.reset();
@@ -91,7 +91,7 @@ class Lies : public Gateway {
   void expect_stop_within(double time_s) const {
     EXPECT_LT(to_stop_s(), time_s) << "STOP came late, or never";
   }
-  // From the first STOP after the lie on, but for the way that braking takes.
+  // From the first STOP after the lie on, except for the time that braking takes.
   void expect_nothing_moves_after_the_stop() const {
     ASSERT_LT(stopped_, lines_.size());
     const double t_s = lines_[stopped_].value("t_s", 0.0) + 0.3;
@@ -114,10 +114,11 @@ class Lies : public Gateway {
   std::optional<Control> client_;
   json sums_;
   std::vector<json> lines_;
-  std::size_t lied_ = 0, stopped_ = 0;  // lines: the lie begins; the first STOP after it
+  // lines where the lie begins, and of the first STOP after it
+  std::size_t lied_ = 0, stopped_ = 0;
 };
 
-// It pressed 206 N.
+// This once pressed with 206 N.
 TEST_F(Lies, AForceThatFreezesInTheSearchStopsIt) {
   begin({"force_frozen,motion=1,after_s=0.5"});
   const json end = ended(30s);
@@ -127,7 +128,7 @@ TEST_F(Lies, AForceThatFreezesInTheSearchStopsIt) {
   EXPECT_LT(at_the_end(), 0.01) << "left loaded";
 }
 
-// It scatters on, and would be pressed to the end of the gap limits: 120 N.
+// The force keeps scattering. This once pressed to the end of the gap limits, with 120 N.
 TEST_F(Lies, AForceThatIsHeldWhileItIsPressedIsNotFollowed) {
   begin({});
   lie_in("load", "force_held");
@@ -146,7 +147,7 @@ TEST_F(Lies, AGainThatFellToATenthIsNoticedNearContact) {
   EXPECT_LT(at_the_end(), 0.01) << "left loaded";
 }
 
-// 6.8 N at 1 mm/s, left there because no contact was found.
+// This once pressed with 6.8 N at 1 mm/s, and stayed there because no contact was found.
 TEST_F(Lies, AForceWithTheWrongSignStopsTheSearch) {
   begin({"force_reversed,motion=1"});
   const json end = ended(30s);
@@ -155,7 +156,7 @@ TEST_F(Lies, AForceWithTheWrongSignStopsTheSearch) {
   EXPECT_LT(at_the_end(), 0.01) << "left loaded";
 }
 
-// 5.6 N: `finally` went the wrong way too, five times faster.
+// This once pressed with 5.6 N: `finally` went the wrong way too, five times faster.
 TEST_F(Lies, ADriveThatGoesTheWrongWayIsNotUsedAgain) {
   begin({});
   lie_in("stay", "drive_reversed");
@@ -174,7 +175,7 @@ TEST_F(Lies, ADriveThatStallsIsNoticedBeforeTheTimeoutOfItsStep) {
   expect_nothing_moves_after_the_stop();
 }
 
-// 0.5 N became 1.1 N, and the run a success.
+// This once rose from 0.5 N to 1.1 N, and the run succeeded.
 TEST_F(Lies, AnAxisThatCreepsAfterDoneIsStopped) {
   auto soft = kForeign;
   soft.insert(soft.end(), {"stiffness_N_mm=20", "stiffness_most_N_mm=25"});
@@ -186,7 +187,7 @@ TEST_F(Lies, AnAxisThatCreepsAfterDoneIsStopped) {
   EXPECT_LT(at_the_end(), 0.01) << "left loaded";
 }
 
-// Five readings at 0 N were stored as those of 1.0 N.
+// Five readings at 0 N were once stored as readings at 1.0 N.
 TEST_F(Lies, ADoneThatIsNotTrueIsNoLevel) {
   begin({});
   lie_in("ready", "done_unmoved,times=1");
@@ -212,14 +213,15 @@ TEST_F(Lies, APulseOfTheEmergencyStopEndsAllMotion) {
   EXPECT_EQ(moved, 0) << "moved after an E-stop that nobody has looked at";
 }
 
-// It was armed again, and success was said at a true 1.81 N.
+// The frame was once armed again, and the run succeeded at a true force of 1.81 N.
 class LostTare : public Lies, public testing::WithParamInterface<const char*> {};
 INSTANTIATE_TEST_SUITE_P(TellsANewOrigin, LostTare,
                          testing::Values("origin_changes=0", "origin_changes=1"));
 
 TEST_P(LostTare, WithTheLinkIsNotGoneOnWith) {
   auto machine = kForeign;
-  machine.push_back("cell_offset_N=-0.4");  // forgotten: 0.4 N more than is shown
+  // once the zero is lost, the true force is 0.4 N above the one shown
+  machine.push_back("cell_offset_N=-0.4");
   begin({}, protocol("0.01", R"("on_loss": "wait",)"), machine);
   await_load(0.3);
   lie(std::string("tare_lost,restart=1,") + GetParam());
@@ -229,7 +231,7 @@ TEST_P(LostTare, WithTheLinkIsNotGoneOnWith) {
   expect_nothing_moves_after_the_stop();
 }
 
-// 0 N became 1.0 N while the status said "paused".
+// This once rose from 0 N to 1.0 N while the status said "paused".
 TEST_F(Lies, AnOrderThatIsObeyedInAPauseIsStopped) {
   begin({}, protocol("0.05"));
   lie_in("ready", "order_late,delay_s=3,times=1");

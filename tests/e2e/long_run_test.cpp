@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Long runs need no more of anything than short ones: memory, descriptors and the write-ahead log
-// stay flat, and what was planned happens when it was planned. Short forms here; in full:
-// LCRIG_LONG_HOURS=72 LCRIG_SOAK_MINUTES=20 e2e_tests --gtest_filter='LongRun.*'
+// Long runs need no more than short ones: memory, descriptors and the write-ahead log stay flat,
+// and planned actions happen on time. These are short forms; the full ones:
+//   LCRIG_LONG_HOURS=72 LCRIG_SOAK_MINUTES=20 e2e_tests --gtest_filter='LongRun.*'
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ double wanted(const char* variable, double otherwise) {
   return otherwise;
 }
 
-// Levels of 30 readings in 10 s, as the static experiment has them; a pass takes 20 s.
+// Levels of 30 readings in 10 s, as in the static experiment. A pass takes 20 s.
 std::string protocol_of(double hours) {
   const int passes = std::max(2, static_cast<int>(hours * 3600 / 20));
   return R"({ "format": "load-protocol/1", "name": "long", "on_loss": "wait",
@@ -85,10 +85,10 @@ Need most(const std::vector<Need>& needs, std::size_t from, std::size_t to) {
 
 class LongRun : public Rig {
  protected:
-  // What the address sanitizer keeps of freed memory would grow all the time.
+  // The address sanitizer keeps freed memory, which would grow all the time.
   LongRun() { ::setenv("ASAN_OPTIONS", "quarantine_size_mb=1", 1); }
 
-  // The first tenth is the start.
+  // The first tenth is left out as the start.
   static void expect_flat(const std::vector<Need>& needs, int spare_descriptors) {
     ASSERT_GE(needs.size(), 10U) << "too short to be watched";
     const std::size_t n = needs.size();
@@ -100,23 +100,23 @@ class LongRun : public Rig {
                 early.memory_MB, late.memory_MB, early.descriptors, late.descriptors, late.wal_MB);
   }
 
-  // The k-th reading of a level is asked for (k - 1)/3 s after the first one. `late_ns`: how far
-  // from that it was.
+  // The k-th reading of a level is due (k - 1)/3 s after the first one. `late_ns` is the difference
+  // from that.
   const std::string kLate =
       " FROM (SELECT level, asked_mono_ns, asked_mono_ns - first_ns - (reading_index - 1) *"
       " 10000000000 / 30 AS late_ns FROM (SELECT *, first_value(asked_mono_ns) OVER (PARTITION BY"
       " level ORDER BY reading_index) AS first_ns FROM lcr_reading WHERE run_id = 1 AND"
       " reading_index IS NOT NULL)) ";
 
-  // s, the largest in the levels of one half of the run.
+  // Largest lateness in the levels of one half of the run, s.
   double lateness_s(bool second_half) const {
     const std::string half = "(SELECT max(level) / 2 FROM lcr_reading WHERE run_id = 1)";
     return number("SELECT max(abs(late_ns)) / 1e9" + kLate + "WHERE level " +
                   std::string(second_half ? "> " : "<= ") + half);
   }
 
-  // s, the largest, less the time for which the machine stood still from a second before the
-  // reading was planned until it was asked for.
+  // Largest lateness, s, without the time for which the machine stood still between one second
+  // before the reading was due and the moment it was asked for.
   double own_lateness_s(const StandstillWatch& machine) const {
     std::istringstream rows(query("SELECT asked_mono_ns || ' ' || abs(late_ns)" + kLate));
     Duration worst{};
@@ -181,7 +181,7 @@ TEST_F(LongRun, TheDaemonNeedsNoMoreWhileClientsComeAndGo) {
       " lateness of readings %.3g s, of it our own %.3g s\n",
       minutes, to_seconds(stood_still), to_seconds(machine.longest()),
       number("SELECT count(*) FROM event WHERE kind = 'loss'"), late_s, own_s);
-  // Two simulators, a daemon, two clients and whatever else runs share the processors.
+  // Two simulators, a daemon, two clients and other programs share the processors.
   EXPECT_LT(own_s, 0.25);
 }
 

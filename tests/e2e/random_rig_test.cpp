@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// lcrig-sim plays a rig that nobody built, and says what a config file would say of it.
+// lcrig-sim plays a random rig, and writes what a config file would say about it.
 #include <csignal>
 #include <fstream>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cable that is pulled and plugged in again: the port comes back as another device node.
+// A cable that is pulled and plugged in again, after which the port is another device node.
 #include <fcntl.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -21,8 +21,8 @@ std::string patient_protocol() {
   return text.insert(text.find("\"limits\""), "\"on_loss\": \"wait\", ");
 }
 
-// While it lives no pty that is opened gets the name `node`. The kernel gives the lowest number
-// that is free, and other tests open and close theirs meanwhile.
+// Keeps the name `node` from being given to a new pty. The kernel gives the lowest free number, and
+// other tests open and close ptys at the same time.
 class Occupied {
  public:
   explicit Occupied(const std::string& node) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole rig of processes in a folder of its own: lcrig-sim, lcrigd, lcrig.
+// A whole rig of processes in a temporary folder: lcrig-sim, lcrigd and lcrig. The fixture of all
+// end-to-end tests.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -20,14 +21,14 @@ namespace lcrig::e2e {
 
 using nlohmann::json;
 
-// The daemon's control socket.
+// A client of the daemon's control socket.
 class Control {
  public:
   explicit Control(const std::string& socket) : client_(socket) {}
-  // The whole answer; notifications that come before it are kept.
+  // Returns the whole answer. Notifications that come before it are kept.
   json call(const std::string& method, const json& params = json::object());
-  // The next notification of this method that `fits`, out of those not yet looked at. Fails the
-  // test when none comes in time.
+  // The next notification of this method that `fits`, including those kept. Fails the test if none
+  // comes in time.
   json wait_for(const std::string& method, const std::function<bool(const json&)>& fits,
                 Timeout timeout = 15s);
   json run_ended(Timeout timeout = 15s);
@@ -43,14 +44,14 @@ class Control {
   int id_ = 0;
 };
 
-// Where systemd would listen (sd_notify).
+// Listens in the place of systemd (sd_notify).
 class NotifySocket {
  public:
   explicit NotifySocket(const std::string& path);
   ~NotifySocket();
   NotifySocket(const NotifySocket&) = delete;
   NotifySocket& operator=(const NotifySocket&) = delete;
-  // False: no message with this word in time.
+  // False: no message with this word came in time.
   bool wait(std::string_view word, Timeout timeout) const;
 
  private:
@@ -66,18 +67,18 @@ struct Ended {
 class Rig : public testing::Test {
  protected:
   void SetUp() override;
-  void TearDown() override;  // nothing may be left running
+  void TearDown() override;  // fails the test if a process is left
 
   std::string file(const std::string& name) const { return dir_.file(name); }
   void write(const std::string& name, const std::string& text) const;
 
-  // lcrig-sim with the quick bench; its ports are in `ports` afterwards.
+  // Starts lcrig-sim with the quick bench and stores its ports in `ports_`.
   void start_sim(const std::vector<std::string>& options = {});
-  json sim(const std::string& command);  // on its back door
-  void wait_until_standing();  // the simulated drive
+  json sim(const std::string& command);  // sends a command to the back door
+  void wait_until_standing();  // waits for the simulated drive
 
-  json config() const;  // of the ports that the simulator offered
-  // Waits for READY=1. `name` tells several daemons apart.
+  json config() const;  // with the ports that the simulator offers
+  // Waits for READY=1. `name` distinguishes several daemons.
   Child& start_daemon(const json& config, const std::string& name = "d1",
                       Child::Rights rights = Child::Rights::as_we_are);
   Child& launch_daemon(const json& config, const std::string& name,
@@ -85,17 +86,17 @@ class Rig : public testing::Test {
   Ended lcrig(std::vector<std::string> arguments, Timeout timeout = 30s);
   Control control() const { return Control(file("control.sock")); }
 
-  // Through the socket; returns the answer.
+  // Starts a run through the socket and returns the answer.
   json start_run(Control& control, const std::string& protocol_text) const;
-  // Of the database; a text with the rows' first columns, one a line.
+  // Queries the database. Returns the first column of each row, one per line.
   std::string query(const std::string& sql) const;
   double number(const std::string& sql) const;
-  // An instrument that is there is not lost: every loss in the database needs a machine that stood
-  // still just before it.
+  // Every loss in the database must follow a time in which the machine stood still, because the
+  // instruments were always there.
   void expect_losses_only_while_it_stood_still(const StandstillWatch& machine) const;
 
   json ports_;
-  Child::Variables daemon_variables_;  // of the daemons started from now on
+  Child::Variables daemon_variables_;  // for daemons started after this
   std::unique_ptr<Child> sim_;
   std::vector<std::unique_ptr<Child>> daemons_;
 

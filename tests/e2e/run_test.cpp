@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run on ptys and TCP from the first command to the CSV, and the stops that a person asks for.
+// A run on ptys and TCP from the first command to the CSV, and the stops that a person can ask for.
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -36,7 +36,7 @@ TEST_F(Rig, DaemonRunsAProtocolOnPtyAndTcp) {
   EXPECT_GT(end.value("lcr_readings", 0), 10);
   EXPECT_GT(end.value("frame_samples", 0), 50);
   EXPECT_EQ(number("SELECT count(*) FROM lcr_reading"), end.value("lcr_readings", 0));
-  // What the device reports at the turn; 50 samples a second may miss the peak.
+  // The force that the device reports when it stops; 50 samples a second may miss the peak.
   EXPECT_NEAR(number("SELECT json_extract(detail, '$.force_N') FROM event "
                      "WHERE step_id = 'load' AND kind = 'motion'"),
               0.3, 0.03);
@@ -120,7 +120,7 @@ TEST_F(Rig, TermInTheMiddleOfAStepStopsTheFrameAndClosesTheRun) {
   EXPECT_FALSE(sim("settle").value("moving", true));
 }
 
-// The finite elements of 60 bonded layers take a minute and more.
+// The finite elements of 60 bonded layers take more than a minute.
 std::string specimen_of_many_layers() {
   std::string capacitors;
   for (int i = 0; i < 60; ++i) {
@@ -183,7 +183,7 @@ TEST_F(Rig, KillNineLeavesNothingLost) {
   EXPECT_EQ(query("SELECT exit_status FROM run_end"), "interrupted\n");
   EXPECT_GE(number("SELECT count(*) FROM lcr_reading"), readings);
   EXPECT_GE(number("SELECT count(*) FROM frame_sample"), samples);
-  // The ports of the dead are free again.
+  // The ports of the killed daemon are free again.
   Control again = control();
   again.call("watch");
   ASSERT_TRUE(start_run(again, kQuickProtocol).contains("result"));

@@ -13,7 +13,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kTick = 10ms;
-constexpr Duration kLate = 10ms;  // less is the scheduler at work
+constexpr Duration kLate = 10ms;  // shorter delays are normal scheduling
 
 void sleep_until(MonoTime t) {
   const auto ns = t.time_since_epoch().count();

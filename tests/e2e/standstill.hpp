@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// When did the machine itself stand still? A test in real time shares its processors with others,
-// and a virtual one loses them to its host for a while (steal time): no program is on time then.
+// Measures when the machine itself stood still. A test in real time shares its processors with
+// other programs, and a virtual machine loses them to its host at times (steal time). No program
+// can be on time then. Used by tests that judge lateness or losses.
 #pragma once
 
 #include <memory>
@@ -12,7 +13,7 @@
 
 namespace lcrig::e2e {
 
-// A thread on each processor that sleeps 10 ms at a time and notes when it was woken late.
+// Runs a thread on each processor that sleeps 10 ms at a time and notes when it was woken late.
 class StandstillWatch {
  public:
   StandstillWatch();
@@ -20,9 +21,9 @@ class StandstillWatch {
   StandstillWatch(const StandstillWatch&) = delete;
   StandstillWatch& operator=(const StandstillWatch&) = delete;
 
-  // How much of this time at least one processor stood still for 10 ms or more.
+  // For how much of this time at least one processor stood still for 10 ms or more.
   Duration within(MonoTime from, MonoTime to) const;
-  Duration longest() const;  // of one processor, so far
+  Duration longest() const;  // longest standstill of one processor so far
 
  private:
   struct Interval {
@@ -32,7 +33,7 @@ class StandstillWatch {
 
   mutable std::mutex mutex_;
   std::vector<Interval> intervals_;
-  std::vector<std::jthread> threads_;  // last: they end first
+  std::vector<std::jthread> threads_;  // declared last, so that they end first
 };
 
 }  // namespace lcrig::e2e

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A computer that is overloaded, or whose host takes its processors away, stands still for a while.
-// What arrives meanwhile waits in the kernel: nobody is to be called silent for it.
+// An overloaded computer, or one whose host takes its processors away, stands still for a while.
+// What arrives meanwhile waits in the kernel, so no instrument may be called silent for it.
 #include "tests/e2e/rig.hpp"
 
 namespace lcrig::e2e {
@@ -32,8 +32,8 @@ class Standstill : public Rig {
 };
 
 TEST_F(Standstill, OfTheDaemonIsNotTakenForSilenceOfTheInstruments) {
-  // Longer than a frame may be silent (0.5 s), shorter than its gateway lets us be (1 s), less a
-  // heartbeat (0.25 s).
+  // Longer than a frame may be silent (0.5 s), and shorter than the gateway waits for us (1 s) less
+  // a heartbeat (0.25 s).
   constexpr auto kStop = 560ms;
   Child& daemon = ramp();
   const StandstillWatch machine;
@@ -43,7 +43,7 @@ TEST_F(Standstill, OfTheDaemonIsNotTakenForSilenceOfTheInstruments) {
     daemon.signal(SIGSTOP);
     expect_no_answer_for(kStop);
     daemon.signal(SIGCONT);
-    client_->listen(Timeout(350 + 37 * i));  // at other instants of what it does
+    client_->listen(Timeout(350 + 37 * i));  // so that the stops come at different instants
   }
   EXPECT_GT(readings(), before + 8);
   expect_losses_only_while_it_stood_still(machine);
@@ -51,7 +51,7 @@ TEST_F(Standstill, OfTheDaemonIsNotTakenForSilenceOfTheInstruments) {
               testing::HasSubstr("the event loop was"));
 }
 
-// Nobody is left who could stop the frame but its gateway.
+// While the daemon stands still, only the gateway can stop the frame.
 TEST_F(Standstill, OfMoreThanASecondStopsTheFrameAndTheRunGoesOnAfterIt) {
   Child& daemon = ramp();
   daemon.signal(SIGSTOP);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program on a terminal of its own (a pty), and the person before it.
+// Runs a program on a terminal of its own (a pty) and plays the person in front of it. Used by
+// terminal_test.cpp.
 #pragma once
 
 #include <sys/types.h>
@@ -19,9 +20,9 @@ class Terminal {
   Terminal& operator=(const Terminal&) = delete;
 
   void type(std::string_view keys) const;
-  // Waits until the terminal has received this text since the last call; false: not in time.
+  // Waits until this text has arrived since the last call. False on timeout.
   bool shows(std::string_view text, Timeout timeout = 15s);
-  // Everything the program sent so far, escape codes and all.
+  // Everything the program has sent so far, including escape codes.
   const std::string& received() const { return received_; }
   int wait(Timeout timeout);  // exit code, or 128 + signal; -1: it still runs
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A person before `lcrig run`: what the terminal shows, Enter, Ctrl-C. And the rigs that a terminal
-// is needed for: weights placed by hand; the link on a serial line.
+// A person in front of `lcrig run`: what the terminal shows, Enter, Ctrl-C. Also the rigs that need
+// a terminal: weights placed by hand, and the frame link on a serial line.
 #include "tests/e2e/terminal.hpp"
 #include <algorithm>
 
@@ -11,7 +11,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// Two loads by hand, ten readings each.
+// Two weights placed by hand, then ten readings.
 constexpr const char* kWeights = R"({ "format": "load-protocol/1", "name": "weights",
   "limits": { "force_N": [-0.2, 1.0] },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1.0,
@@ -43,7 +43,7 @@ TEST_F(OnATerminal, TheLiveLineIsRewrittenInPlace) {
   const auto& all = terminal.received();
   EXPECT_THAT(all, HasSubstr(" pF  P "));
   EXPECT_THAT(all, HasSubstr("left 0:"));
-  // One line while it runs: rewriting draws many times and scrolls hardly at all.
+  // While it runs there is one line, which is redrawn many times and hardly ever scrolls.
   EXPECT_GT(std::count(all.begin(), all.end(), '\r'), 20);
   EXPECT_LT(std::count(all.begin(), all.end(), '\n'), 20) << all;
 }
