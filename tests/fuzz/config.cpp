@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An accepted configuration names either a bench or both instruments.
+// Property: an accepted configuration names either a bench or both instruments.
 #include "daemon/config.hpp"
 
 #include <cmath>

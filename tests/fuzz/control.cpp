@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines of the control socket, read as the daemon reads them (every call is made, of a handler that
-// does nothing) and as a client reads them.
+// Lines of the control socket, read as the daemon reads them and as a client does. Every call is
+// made, with a handler that does nothing.
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <nlohmann/json.hpp>
@@ -38,7 +38,7 @@ class IdleHandler final : public ControlHandler {
   std::optional<StartRunRequest> start;
 };
 
-// What goes back: one line of JSON, and when it is an error, one that says something.
+// An answer is one line of JSON. If it is an error, it has a message and a hint.
 void require_good_line(const std::string& line) {
   require(line.ends_with('\n') && line.find('\n') == line.size() - 1, "not one line: " + line);
   const json answer = json::parse(line, nullptr, false);

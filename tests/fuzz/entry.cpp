@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// libFuzzer's entry; compiled once per target with LCRIG_FUZZ_TARGET=read_control and so on. An
-// exception that leaves it is a crash to libFuzzer.
+// libFuzzer's entry point, compiled once per target with LCRIG_FUZZ_TARGET=read_control and so on.
+// libFuzzer treats an escaping exception as a crash.
 #include <cstddef>
 #include <cstdint>
 

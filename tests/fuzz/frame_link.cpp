@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A byte stream from the gateway: cut into lines the same way however it arrives, and every line is
-// refused, or understood and written back as it was.
+// A byte stream from the gateway. Property: the lines do not depend on how the bytes arrive, and
+// every line is either refused or written back as it was.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,7 @@ namespace {
 
 using namespace frame_link;
 
-constexpr double kSane = 1e6;  // beyond it a value in mm no longer survives the grid of 1 pm
+constexpr double kSane = 1e6;  // a larger value in mm loses digits on the grid of 1 pm
 
 std::vector<std::string> lines_of(std::string_view bytes, std::size_t piece) {
   LineSplitter splitter;
@@ -49,7 +49,7 @@ void read_caps(const Line& line) {
   require(std::isfinite(most) && std::isfinite(caps->sample_rate_max_Hz), "CAPS not finite");
   if (most > kSane) return;
   const std::string text = format_caps(*caps);
-  // The grid of 1 pm may make a tiny range empty; a second time nothing moves any more.
+  // The grid of 1 pm may make a tiny range empty. Written a second time, the text must not change.
   if (const auto again = parse_caps(parsed(text))) {
     require(format_caps(*again) == text, "CAPS changed: " + text);
   }
@@ -115,7 +115,7 @@ void read_line(std::string_view text) {
 
 }  // namespace
 
-// The first byte says how the stream is cut.
+// The first byte is the size of the pieces, minus one.
 void read_frame_link(std::string_view input) {
   if (input.empty()) return;
   const std::size_t piece = 1 + static_cast<unsigned char>(input.front());

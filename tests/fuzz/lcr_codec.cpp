@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the meter says: readings, identity, settings as read back.
+// What the meter sends: readings, identity and settings that are read back.
 #include <algorithm>
 #include <cmath>
 
@@ -13,17 +13,18 @@ namespace {
 using namespace lcr6100;
 
 bool is_sound(const std::optional<double>& value) {
-  return !value || (std::isfinite(*value) && std::abs(*value) < 9.9e19);  // more is an overload
+  // a larger value is an overload
+  return !value || (std::isfinite(*value) && std::abs(*value) < 9.9e19);
 }
 
-// "+4.64627e-10,+3.88413e-03" again from the numbers.
+// The numbers, written like "+4.64627e-10,+3.88413e-03" and read again, must be the same.
 void require_same_numbers(const ReadingLine& reading) {
   if (!reading.primary || !reading.secondary) return;
   const std::string line =
       format_number(*reading.primary) + "," + format_number(*reading.secondary);
   const auto again = parse_reading(line);
   if (!again) {
-    // Our format has three digits for an exponent where the meter has two.
+    // Our format writes three digits of such an exponent; the meter has two.
     const bool tiny = std::min(std::abs(*reading.primary), std::abs(*reading.secondary)) < 1e-99;
     return require(tiny, "our own reading is refused: " + line);
   }

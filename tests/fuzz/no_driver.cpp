@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The config parser stores a pointer to the driver that a file names and never calls it: the fuzzed
-// program does without the drivers.
+// Stands in for the drivers. The config parser stores a pointer to the driver that a file names and
+// never calls it, so the fuzzed program needs none.
 #include "drivers/registry.hpp"
 
 namespace lcrig {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An accepted protocol has a plan with finite numbers, or a refusal that names the place.
+// Property: an accepted protocol has a plan with finite numbers, or a refusal that names the place.
 #include <cmath>
 
 #include "drivers/lcr6100/codec.hpp"
@@ -30,8 +30,8 @@ Rig some_rig(bool weights) {
   return rig;
 }
 
-// Steps that a plan would visit, as far as literals tell: a plan may take seconds for its two
-// million, which a fuzzer would call a hang.
+// The number of steps that a plan would visit, as far as literals tell. A plan of two million steps
+// takes seconds, which a fuzzer would call a hang.
 double visits(const Steps& steps, const Environment& environment) {
   double sum = 0;
   for (const Step& step : steps) {

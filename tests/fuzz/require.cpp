@@ -10,7 +10,8 @@ void require(bool holds, const std::string& what) {
 }
 
 void require_good_message(const Error& error) {
-  constexpr std::size_t kLongest = 16'384;  // bytes; escapes of what is cut at 2000 characters
+  // bytes; texts are cut at 2000 characters, and escapes make them longer
+  constexpr std::size_t kLongest = 16'384;
   require(!error.what.empty(), "an empty message");
   require(error.what.size() <= kLongest, "a message of " + std::to_string(error.what.size()));
   require(error.what == printable(error.what), "a message that steers a terminal: " + error.what);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An accepted specimen is one that a model can work with.
+// Property: a model can work with every accepted specimen.
 #include <cmath>
 
 #include "model/specimen_file.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is fuzzed: one function per reader of bytes from outside. The same functions run under
-// libFuzzer (tools/check/fuzz) and, over the seeds and every crash found, in unit_fuzz_tests.
+// The fuzz targets, one function per reader of bytes from outside. They run under libFuzzer
+// (tools/check/fuzz), and in unit_fuzz_tests over the seeds and every crash found so far.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace lcrig::fuzz {
 
-// Each reads `input` with the real code and throws std::logic_error when a property does not hold.
+// Each reads `input` with the real code and throws std::logic_error if a property does not hold.
 void read_lcr_codec(std::string_view input);
 void read_frame_link(std::string_view input);
 void read_control(std::string_view input);
@@ -36,7 +36,7 @@ inline constexpr std::array<Target, 7> kTargets{{
 }};
 
 void require(bool holds, const std::string& what);
-// Of every refusal: it says something, on one harmless line that somebody can read.
+// A refusal must have a text of one readable line that is harmless on a terminal.
 void require_good_message(const Error& error);
 inline void require_good_message(std::string_view what) {
   require_good_message(Error(Errc::invalid_request, std::string(what)));

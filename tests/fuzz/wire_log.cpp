@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading, writing and reading a wire log again gives the same log.
+// Property: a wire log that is read, written and read again stays the same.
 #include "drivers/wire_log.hpp"
 
 #include "tests/fuzz/targets.hpp"
