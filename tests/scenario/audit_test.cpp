@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who asked the daemon for what stands in the run, or in the log where there is no run.
+// Who asked the daemon for something is stored in the run, or logged where there is no run.
 #include <gmock/gmock.h>
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
@@ -20,7 +20,7 @@ using support::PlainClient;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// Asks a person first, moves nothing.
+// Asks a person first and moves nothing.
 constexpr const char* kAsking = R"({ "format": "load-protocol/1", "name": "asking",
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast" },
@@ -31,7 +31,7 @@ constexpr const char* kAsking = R"({ "format": "load-protocol/1", "name": "askin
 
 class Daemon : public support::DaemonWorld {
  protected:
-  // The requests of all runs in order, each with the kernel's word on who asked.
+  // The requests of all runs in order, each with the user that the kernel reports.
   std::vector<std::string> kinds() const {
     std::vector<std::string> out;
     for (const json& row : requests()) {
@@ -84,8 +84,8 @@ TEST_F(Daemon, FreezeAndConfirmStandInTheRunToo) {
   EXPECT_EQ(requests().back()["why"], "smoke");
 }
 
-// Both lines lie in the socket at once: the step ends, and somebody stops the run, in one turn of
-// the loop.
+// Both lines are in the socket at once, so in one turn of the loop the step ends and the run is
+// stopped.
 TEST_F(Daemon, AStopInTheInstantInWhichAStepEndsIsObeyed) {
   PlainClient client(socket_path());
   for (const char* stop : {"run.abort", "run.freeze"}) {
@@ -112,7 +112,7 @@ TEST_F(Daemon, ARequestThatIsRefusedStandsNowhere) {
   EXPECT_THAT(kinds(), ElementsAre("run.start", "run.abort"));
 }
 
-// The disk as a crash leaves it: copied in the middle of a run, and found by the next daemon.
+// The disk as a crash leaves it: copied in the middle of a run and found by the next daemon.
 TEST_F(Daemon, WhoContinuedAnInterruptedRunStandsInTheRunThatContinuesIt) {
   {
     PlainClient client(socket_path());
@@ -132,7 +132,7 @@ TEST_F(Daemon, WhoContinuedAnInterruptedRunStandsInTheRunThatContinuesIt) {
   const json going = answer(client, "run.resume", {{"run", 1}});
   ASSERT_TRUE(going.contains("result")) << going;
   EXPECT_EQ(going["result"]["run"], 2);
-  wait_until_asked(client);  // to look at the specimen
+  wait_until_asked(client);  // asked to look at the specimen
   ASSERT_TRUE(answer(client, "run.confirm").contains("result"));
   const json stopped = answer(client, "run.abort");
   ASSERT_TRUE(stopped.contains("result")) << stopped;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every fault in every phase of a run, in virtual time. Whatever goes wrong: no limit is exceeded,
-// the frame stands, no reading is invented or paired with another question, the run is closed with
-// a true reason, nothing is left waiting. docs/faults.md lists the faults.
+// Every fault in every phase of a run, in virtual time. In all cases no limit is exceeded, the frame
+// stands, no reading is invented or paired with another question, the run is closed with a true
+// reason, and nothing is left waiting. docs/faults.md lists the faults.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr double kLimit_N = 1.0;
-constexpr double kPressing_m_s = 0.05e-3;  // the fastest that presses the specimen
+constexpr double kPressing_m_s = 0.05e-3;  // the highest speed of pressing
 
 std::string head(const std::string& trigger, const std::string& rate_Hz) {
   return R"({ "format": "load-protocol/1", "name": "matrix", "on_loss": "wait", "on_loss_timeout_s": 5,
@@ -32,7 +32,7 @@ std::string head(const std::string& trigger, const std::string& rate_Hz) {
          trigger + R"(" }, "frame": { "rate_Hz": )" + rate_Hz + " } }, ";
 }
 
-// The phases are the ids of the steps; "finally" is its only one.
+// The phases are the ids of the steps. "finally" is the only step of `finally`.
 const std::string kFrameSteps = R"(
   "steps": [
     { "id": "zero", "do": "zero", "force": true, "max_offset_N": 0.5 },
@@ -52,18 +52,18 @@ const std::string kRodSteps = R"(
   "finally_timeout_s": 60,
   "finally": [ { "id": "off", "do": "place_weight", "mass_g": 0 } ] })";
 
-enum class Rig { frame, frame_bus, rod };  // frame_bus: the meter is triggered
+enum class Rig { frame, frame_bus, rod };  // frame_bus: with a triggered meter
 
 enum class Target { meter, frame, bench };
 
 struct Row {
   const char* name;
   Target target;
-  const char* what;  // members of the fault, without on, in_step and after_s
-  bool survived = false;  // the run must succeed, wherever it happens
-  // A lie: these are the phases in which it comes out, then or later: the run must not succeed.
+  const char* what;  // members of the fault without on, in_step and after_s
+  bool survived = false;  // the run must succeed in every phase
+  // For a lie: the phases in which it is noticed, at once or later. The run must then not succeed.
   const char* comes_out = "";
-  // How long, and how fast, the probe may go on pressing until it does.
+  // How long, and how fast, the probe may go on pressing until then.
   double noticed_s = 0, speed_m_s = kPressing_m_s;
 };
 constexpr const char* kEverywhere = "approach load hold measure unload finally";
@@ -71,7 +71,7 @@ void PrintTo(const Row& row, std::ostream* out) {
   *out << row.what;
 }
 
-// A time of 0.3 s into the step, for faults that only mean something in the middle of it.
+// Some have a time of 0.3 s into the step, because they only mean something in the middle of it.
 constexpr Row kRows[] = {
     {"reply_late", Target::meter, R"("fault": "reply_late", "delay_s": 1.5)", true},
     {"reply_lost", Target::meter, R"("fault": "reply_lost")", true},
@@ -197,8 +197,8 @@ bool is(const Row& row, std::string_view name) {
   return row.name == name;
 }
 
-// Some faults have no occasion in some phases: nothing is commanded while a level is measured, no
-// motion ends while a force is held, nobody is asked anything on a frame.
+// Some faults cannot happen in some phases: nothing is commanded while a level is measured, no
+// motion ends while a force is held, and nobody is asked anything on a frame.
 bool has_occasion(const Row& row, std::string_view phase, Rig rig) {
   const bool moves =
       phase == "approach" || phase == "load" || phase == "unload" || phase == "finally";
@@ -211,7 +211,8 @@ bool has_occasion(const Row& row, std::string_view phase, Rig rig) {
 
 std::vector<Cell> cells_of(const Row& row) {
   const std::vector<const char*> frame{"approach", "load", "hold", "measure", "unload", "finally"};
-  const std::vector<const char*> triggered{"load", "measure"};  // the meter's own part
+  // phases in which a trigger matters to the meter
+  const std::vector<const char*> triggered{"load", "measure"};
   const std::vector<const char*> rod{"load", "measure", "hold", "finally"};
   std::vector<Cell> out;
   for (const Rig rig : {Rig::frame, Rig::frame_bus, Rig::rod}) {
@@ -236,7 +237,7 @@ std::string script_of(const Cell& c) {
       to_string(c.row->target), c.phase, from_the_start ? 0 : 0.3, c.row->what);
 }
 
-// What a true reason for the end of a run names one of.
+// Words of which a true reason for the end of a run contains at least one.
 std::vector<std::string_view> culprits(Target t) {
   switch (t) {
     case Target::meter: return {"lcr", "meter", "readings"};
@@ -271,7 +272,7 @@ void play(const Cell& cell, std::map<std::string, int>& ended) {
     limits.speed_m_s = cell.row->speed_m_s;
   }
   limits.may_move_on = is(*cell.row, "stop_ignored") || is(*cell.row, "order_late");
-  // A device that stops too late is stopped by the guard: a batch of 100 ms and its way here.
+  // The guard stops a device that stops too late, after a batch of 100 ms and the transmission.
   if (is(*cell.row, "overshoot")) limits.reaction_s = 0.12;
   Invariants invariants(world, result, limits);
   ASSERT_NO_FATAL_FAILURE(invariants.expect_all());
@@ -287,7 +288,7 @@ void play(const Cell& cell, std::map<std::string, int>& ended) {
   if (comes_out) {
     EXPECT_NE(result->exit_status, "success") << "nobody noticed";
   }
-  // `finally` clears the specimen, or the reason says why it did not.
+  // Either `finally` clears the specimen, or the reason says why it did not.
   const bool says_why = names_one_of(result->reason, {"`finally`", "is still loaded"});
   if (!rod && !says_why && !limits.may_move_on) {
     EXPECT_NEAR(world.last_travel_m, 0, 1e-5) << result->reason;
@@ -303,7 +304,7 @@ void play(const Cell& cell, std::map<std::string, int>& ended) {
   ++ended[result->exit_status];
 }
 
-// One row a test; the trace of a failure names the cell.
+// One test per row. The trace of a failure names the cell.
 class FaultMatrix : public ::testing::TestWithParam<Row> {};
 
 TEST_P(FaultMatrix, KeepsThePromisesInEveryPhase) {
@@ -321,14 +322,14 @@ INSTANTIATE_TEST_SUITE_P(EveryFault, FaultMatrix, ::testing::ValuesIn(kRows), []
   return fmt::format("{}_{}", to_string(r.param.target), r.param.name);
 });
 
-// docs/promises.md says how many.
+// docs/promises.md states the number.
 TEST(FaultMatrixItself, HasSoManyCells) {
   std::size_t cells = 0;
   for (const Row& row : kRows) cells += cells_of(row).size();
   EXPECT_EQ(cells, 693U);
 }
 
-// A matrix whose runs do not get that far would prove nothing.
+// The matrix proves nothing unless the runs get as far as every phase.
 TEST(FaultMatrixItself, WithoutFaultsTheRunsSucceedAndMeasure) {
   for (const Rig rig : {Rig::frame, Rig::frame_bus, Rig::rod}) {
     const bool rod = rig == Rig::rod;

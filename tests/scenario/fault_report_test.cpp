@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A frame that says itself that something is wrong, that came back as another one, or that does not
-// confirm a STOP: nothing moves any more, and the run says what lies under the probe.
+// A frame that reports a fault itself, that comes back as another one, or that does not confirm a
+// STOP. Nothing moves any more, and the run says whether the specimen is still loaded.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ ZwickSim& frame(SessionWorld& world) {
   return *world.session->instruments().door()->frame_sim();
 }
 
-// Of whatever began to move, since the run kept its hands off.
+// Motions of any kind that began after this event.
 std::int64_t motions_after(const SessionWorld& world, const std::string& kind) {
   return world.count(
       "SELECT COUNT(*) FROM event WHERE (kind = 'step_begin' OR (kind = 'motion' AND detail LIKE "
@@ -27,7 +27,7 @@ std::int64_t motions_after(const SessionWorld& world, const std::string& kind) {
       kind + "')");
 }
 
-// The way from the first sample a second after this event to the last one.
+// Change of travel from the first sample one second after this event to the last one.
 double way_after_mm(const SessionWorld& world, const std::string& kind) {
   return 1e3 * world.real(
                    "SELECT MAX(travel_m) - MIN(travel_m) FROM frame_sample WHERE received_mono_ns "
@@ -92,7 +92,7 @@ TEST(FaultReport, AFrameThatIsNotReadyIsLeftToAPerson) {
   expect_hands_off(world, *r, Errc::frame_fault);
 }
 
-// Also while the run is paused, or about to be aborted.
+// The same holds while the run is paused or being aborted.
 TEST(FaultReport, AFaultWhileTheRunIsBeingStoppedCountsAsOne) {
   for (const Interrupt kind : {Interrupt::pause, Interrupt::abort}) {
     SCOPED_TRACE(to_string(kind));
@@ -109,7 +109,7 @@ TEST(FaultReport, AFaultWhileTheRunIsBeingStoppedCountsAsOne) {
   }
 }
 
-// The tare is forgotten, and neither serial number nor clock tells.
+// The tare is lost, and neither the serial number nor the clock shows it.
 void forget_quietly(SessionWorld& w) {
   frame(w).forget();
   frame(w).faults.clock_jump_s = 1e4;
@@ -141,7 +141,7 @@ TEST(LostOrigin, EndsTheRunBeforeAnythingIsArmed) {
   }
 }
 
-// A gateway that has no word for it.
+// An old gateway cannot report faults.
 struct OldWorld final : SessionWorld {
   using SessionWorld::SessionWorld;
   void built() override { frame(*this).settings().revision = 1; }
@@ -216,7 +216,7 @@ TEST(StopReport, WithoutAConfirmedStandstillFinallyDoesNotBegin) {
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id = 'clear'"), 0);
 }
 
-// The force goes over its limit after STOP was sent, and before the frame says that it stands.
+// The force exceeds its limit after STOP was sent and before the frame says that it stands.
 TEST(StopReport, ALimitThatTripsWhileTheFrameStopsDoesNotKillFinally) {
   for (const Interrupt kind : {Interrupt::abort, Interrupt::pause, Interrupt::limit}) {
     SCOPED_TRACE(to_string(kind));

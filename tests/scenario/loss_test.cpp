@@ -72,7 +72,7 @@ TEST_P(Loss, InAStepIsSurvivedOrEndsTheRunAsTheProtocolSays) {
   EXPECT_EQ(events(world, "repeat"), std::string(policy) == "repeat_step" ? 1 : 0);
   EXPECT_NEAR(world.real("SELECT json_extract(detail, '$.seconds') FROM event WHERE kind = 'gap'"),
               3.5, 1.0);
-  // The force that the protocol asked for was reached and the level was measured there, whole.
+  // The force that the protocol asked for was reached, and the whole level was measured there.
   const auto summary = summarise_run(world.open(), 1);
   ASSERT_TRUE(summary) << summary.error().what;
   EXPECT_EQ(summary->measure_readings, 20);
@@ -85,7 +85,7 @@ TEST_P(Loss, InAStepIsSurvivedOrEndsTheRunAsTheProtocolSays) {
 
 INSTANTIATE_TEST_SUITE_P(EveryStep, Loss, ::testing::ValuesIn(every_case()), name_of);
 
-// Fewer where each costs ten times as much (LCRIG_REPLUGS).
+// Fewer in builds that run ten times slower (LCRIG_REPLUGS).
 int replugs() {
   const char* wanted = std::getenv("LCRIG_REPLUGS");
   return wanted != nullptr ? std::max(1, std::atoi(wanted)) : 100;
@@ -174,7 +174,8 @@ TEST(Reconnect, AMeterThatLostItsSettingsGetsThemAgainBeforeItIsRead) {
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->exit_status, "success") << r->reason;
-  // Unset it would convert in 380 ms; set, 15 readings a second.
+  // Without its settings it would take 380 ms per conversion; with them it makes 15 readings a
+  // second.
   EXPECT_GT(world.count("SELECT COUNT(*) FROM lcr_reading WHERE last_byte_mono_ns > (SELECT "
                         "MAX(last_byte_mono_ns) FROM lcr_reading) - 5000000000"),
             70);
@@ -295,7 +296,7 @@ TEST(Reconnect, AFrameThatForgotItsZeroIsNotMovedAgain) {
   SessionWorld world(loss_protocol("wait", kEveryKind));
   world.acts.push_back({"settle", 300ms, [](SessionWorld& w) {
                           unplug(w, Which::frame);
-                          // Its clock starts anew: somebody switched it off and on.
+                          // Its clock starts again, as after it was switched off and on.
                           w.session->instruments().door()->frame_sim()->faults.clock_jump_s = -1e4;
                         }});
   world.acts.push_back({"settle", 3s, [](SessionWorld& w) { plug(w, Which::frame); }});

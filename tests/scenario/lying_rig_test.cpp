@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A sensor, a drive or a gateway that says what is not true: noticed, stopped, named, and left as
-// the disbelief allows. The truth is the simulated bench's own.
+// A sensor, a drive or a gateway that says what is not true. The lie must be noticed, the frame
+// stopped and the cause named, and then only that may move which is still believed. The truth comes
+// from the simulated bench.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +22,7 @@ using ::testing::HasSubstr;
 
 constexpr double kLimit_N = 1.0;
 constexpr const char* kHandsOff = "until a person has looked";
-// Loads, rests, measures, unloads by a step of its own.
+// Loads, rests, measures and unloads in a step of its own.
 std::string lied_to() {
   std::string text = with(kLoad, R"("within_s": 4 })", R"("within_s": 4 },
     { "id": "unload", "do": "move_until", "until": { "force_N": 0.1 }, "speed_mm_s": 0.01, "timeout_s": 60 })");
@@ -30,7 +31,7 @@ std::string lied_to() {
     { "id": "level")");
 }
 
-// Keeps the truth while the run goes on.
+// Records the truth during the run.
 class LyingWorld final : public SessionWorld {
  public:
   explicit LyingWorld(std::string text = lied_to()) : SessionWorld(std::move(text)) {}
@@ -70,8 +71,8 @@ struct Told {
   const char* step;
   Duration after;
   std::function<void(ZwickSimLies&)> lie;
-  const char* word;  // of the reason
-  const char* end;  // of the reason, where the specimen is left loaded; empty: it is not
+  const char* word;  // in the reason
+  const char* end;  // in the reason, if the specimen is left loaded; otherwise empty
 };
 
 const std::vector<Told>& lies() {
@@ -123,7 +124,7 @@ TEST(LyingRig, EachLieIsNoticedAndNamedAndTheTrueForceStaysWithinTheLimit) {
   }
 }
 
-// Nobody can notice it before contact was found: how far a search may press is its own limit.
+// Before contact is found this cannot be noticed, so a search is limited in how far it may press.
 TEST(LyingRig, ASearchWithoutContactGoesBackToWhereItBegan) {
   LyingWorld world;
   world.lie_in("contact", 100ms, [](auto& l) { l.force_held = true; });
@@ -175,7 +176,7 @@ TEST(LyingRig, ATareThatIsLostWhileItStandsIsNoticedByTheJump) {
   EXPECT_LT(world.true_N(), 0.01);
 }
 
-// 5 mN/s: the search of a file that stops at 20 mN would find it 4 s early.
+// 5 mN/s, with which a search that stops at a fixed 20 mN would find contact 4 s too early.
 TEST(LyingRig, ADriftIsFollowedAndNotTakenForContact) {
   LyingWorld world;
   world.bench.plant.force_drift_N_s = 5e-3;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole run of which the nth operation fails, for n = 0, 1, ... until a run never gets that far:
-// each read and write of both wires, each write and sync of the database.
+// A whole run in which the nth operation fails, for n = 0, 1, ... until a run no longer gets that
+// far. Operations are each read and write of both wires, and each write and sync of the database.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -13,8 +13,8 @@
 namespace lcrig {
 namespace {
 
-constexpr std::int64_t kEach = 40;  // so many at the start, where everything is set up, one by one
-constexpr std::int64_t kRuns = 100;  // about so many in all
+constexpr std::int64_t kEach = 40;  // the first operations, which set everything up, are all tested
+constexpr std::int64_t kRuns = 100;  // about this many in all
 
 const std::string kProtocol = R"({ "format": "load-protocol/1", "name": "nth",
   "on_loss": "wait", "on_loss_timeout_s": 5,
@@ -27,7 +27,7 @@ const std::string kProtocol = R"({ "format": "load-protocol/1", "name": "nth",
     { "id": "measure", "do": "measure", "count": 4, "within_s": 1 } ],
   "finally": [ { "id": "clear", "do": "ramp", "to": { "travel_mm": 0 }, "speed_mm_s": 2, "timeout_s": 6 } ] })";
 
-// Every nth at the start, then evenly spread (LCRIG_EACH_OPERATION=1: all of them).
+// Every n at the start, then evenly spread ones (LCRIG_EACH_OPERATION=1: all of them).
 std::int64_t stride(std::int64_t operations) {
   if (std::getenv("LCRIG_EACH_OPERATION") != nullptr) return 1;
   return std::max<std::int64_t>(1, (operations - kEach) / (kRuns - kEach));
@@ -70,7 +70,7 @@ TEST(NthOperation, OfTheWiresMayFailAndTheRunIsSafeAndTrue) {
       EXPECT_GT(n, operations / 2) << "runs without a failure have more operations";
       break;
     }
-    if (!result) {  // before the run row: refused, nothing was stored or moved
+    if (!result) {  // refused before the run row: nothing was stored or moved
       EXPECT_NE(result.error().what.find("Input/output error"), std::string::npos)
           << result.error().what;
       EXPECT_EQ(world.count("SELECT COUNT(*) FROM run"), 0);
@@ -101,7 +101,7 @@ void fail_each_disk_operation(FaultyDisk::Failure how, const char* what) {
       continue;
     }
     if (!disk.has_failed()) break;
-    if (!result) {  // the database could not be made, or the run row not be written
+    if (!result) {  // the database could not be created, or the run row not written
       EXPECT_NE(result.error().what.find("t.db"), std::string::npos) << result.error().what;
       EXPECT_EQ(world.peak_N, 0);
       ++ended["refused"];

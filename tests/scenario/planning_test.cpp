@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A protocol may have two million steps: the thread that runs the instruments does not reckon them,
-// and while a run goes on nobody does.
+// A protocol may have two million steps, so the thread that runs the instruments does not plan
+// them, and during a run no thread does.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 using support::PlainClient;
 
-// Of the simulated bench, with an eye on who asks for the compression of the specimen.
+// Instruments of the simulated bench that record which thread asks for the specimen's compression.
 class WatchedInstruments final : public Instruments {
  public:
   WatchedInstruments(std::unique_ptr<Instruments> inner, std::set<std::thread::id>& planners)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must hold on a rig that nobody here has seen: travel origins, overloads and ways back, stops
-// that are not confirmed, stops at any moment, a frame that belongs to somebody else.
+// What must hold on a real rig that is not known in advance: travel origins, overloads and ways
+// back, stops that are not confirmed, stops at any moment, a frame that somebody else uses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ ZwickSim& frame(SessionWorld& world) {
   return *world.session->instruments().door()->frame_sim();
 }
 
-// From the beginning of this step on the device's own stop comes so much later.
+// From this step on, the device's own stop is late by this time.
 void stop_late(SessionWorld& world, const std::string& step_id, double late_s) {
   world.acts.push_back({step_id, 10ms, [late_s](SessionWorld& w) {
                           frame(w).faults.late_stop_s = late_s;
@@ -32,7 +32,7 @@ void expect_unloaded(const SessionWorld& world) {
   EXPECT_LT(world.real("SELECT force_N FROM frame_sample ORDER BY seq DESC"), 0.02);
 }
 
-// Travel from 0 to 60 mm, the specimen at 30: no file knows where.
+// Travel from 0 to 60 mm with the specimen at 30 mm, which no file says.
 TEST(RealRig, ShippedProtocolsRunWhereverContactIs) {
   const std::map<std::string, std::map<std::string, std::string>> shorter{
       {"static-frame", {{"repeats", "1"}, {"levels", "3"}}},
@@ -54,7 +54,7 @@ TEST(RealRig, ShippedProtocolsRunWhereverContactIs) {
   }
 }
 
-// The places stay where they were; only their numbers move.
+// The positions stay the same; only the numbers for them change.
 TEST(RealRig, ANewZeroOfTravelMovesNoLimit) {
   std::string text =
       with(kLoad, R"("gap_mm": [-1, 10])", R"("travel_mm": [0, 40], "gap_mm": [-1, 40])");
@@ -103,7 +103,7 @@ TEST(RealRig, AGapThatAPersonStatesNeedsNoSearch) {
   EXPECT_NEAR(world.real("SELECT travel_m FROM frame_sample ORDER BY seq DESC"), 1.2e-3, 1e-6);
 }
 
-// The device's own stop comes late: the force goes far beyond the limit. What was broken must not
+// The device's own stop is late, and the force goes far beyond the limit. The broken limit must not
 // keep the frame on the specimen.
 TEST(RealRig, AnOverloadIsLeftByTheWayItCame) {
   SessionWorld world(with(kLoad, R"("until": { "force_N": 0.5 }, "speed_mm_s": 0.01)",
@@ -134,7 +134,8 @@ TEST(RealRig, AnOverloadInTheSearchIsLeftThoughContactWasNeverFound) {
 TEST(RealRig, ASpecimenThatPullsIsLeftToAPerson) {
   SessionWorld world(kLoad);
   world.acts.push_back({"level", 500ms, [](SessionWorld& w) {
-                          frame(w).faults.lies.force_drift_N_s = -0.5;  // as if it pulled slowly
+                          // as if something pulled slowly
+                          frame(w).faults.lies.force_drift_N_s = -0.5;
                           frame(w).poke();
                         }});
   const auto r = world.run();
@@ -244,7 +245,7 @@ TEST_F(StopDaemon, AnAbortWhileARunIsPreparedIsObeyed) {
   }
 }
 
-// From the first byte of the request to the first step: nothing may move after the stop.
+// Stops from the first byte of the request to the first step: nothing may move afterwards.
 TEST_F(StopDaemon, AtAnyInstantOfThePreparationAStopIsObeyed) {
   for (int ms = 0; ms < 1200; ms += 37) {
     SCOPED_TRACE(ms);
@@ -287,7 +288,7 @@ TEST_F(StopDaemon, APlanForThisRigStartsNothing) {
   EXPECT_TRUE(answer(client, "run.start", start_request()).contains("result"));
 }
 
-// Somebody tares the cell while it presses: what it shows is 0.5 N less from there on.
+// The cell is tared while it presses, and from then on shows 0.5 N less.
 TEST(RealRig, ATareAtThePanelUnderLoadEndsTheRunByTheWayAway) {
   SessionWorld world(kLoad);
   world.acts.push_back({"level", 100ms, [](SessionWorld& w) {

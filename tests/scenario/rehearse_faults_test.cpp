@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rehearsal with a fault script: what happened stands in the run, and happens again the same way.
+// A rehearsal with a fault script: the run records what happened, and a repetition gives the same.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ class RehearseFaults : public ::testing::Test {
     r.faults_text = R"({ "format": "faults/1", "seed": 3, "faults": [)" + faults + "] }";
     return r;
   }
-  // Instants and texts of what was injected into a run, one line each.
+  // Times and texts of the faults injected into a run, one per line.
   std::string injected(std::int64_t run) const {
     const auto db = open_read_only(dir.file("r.db")).value();
     auto row = db.prepare(

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording played through the wires of both simulated instruments comes out of the export digit
-// for digit, each reading once.
+// A recording that is played through the wires of both simulated instruments must come out of the
+// export digit for digit, with each reading once.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ namespace {
 
 using Row = std::vector<std::string>;
 
-// The named columns of a CSV file without line breaks in cells.
+// The named columns of a CSV file that has no line breaks in cells.
 std::vector<Row> columns(const std::string& path, const std::vector<std::string>& names) {
   std::ifstream file(path);
   std::vector<Row> rows;

@@ -16,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-// A short loading with every part that matters: contact, load, hold, measure, unload, finally.
+// A short loading with every important part: contact, load, hold, measure, unload, finally.
 constexpr const char* kShort = R"({ "format": "load-protocol/1", "name": "short",
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast" },
@@ -30,7 +30,7 @@ constexpr const char* kShort = R"({ "format": "load-protocol/1", "name": "short"
     { "id": "unload", "do": "ramp", "to": { "gap_mm": 0.5 }, "speed_mm_s": 0.1, "timeout_s": 60 } ],
   "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 2 }, "speed_mm_s": 0.5, "timeout_s": 60 } ] })";
 
-// What holds after every run that began, however it ended.
+// What must hold after every run that began, however it ended.
 void expect_invariants(const SessionWorld& world) {
   EXPECT_EQ(world.clock.pending(), 0U) << "a task still waits";
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM run_end"), 1);
@@ -69,7 +69,7 @@ TEST(Run, KeepsTheDynamicExperimentBelowItsOvershootAndAllReadingsFresh) {
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->exit_status, "success") << r->reason;
   EXPECT_NEAR(r->peak_force_N, 1.0, 0.01);
-  // 15.4 conversions a second, none lost and none told twice.
+  // 15.4 conversions a second, none lost and none stored twice.
   const double seconds = world.real(
       "SELECT (MAX(last_byte_mono_ns) - MIN(last_byte_mono_ns)) * "
       "1e-9 FROM lcr_reading");
@@ -138,7 +138,7 @@ TEST_P(Stop, InTheMiddleOfAStepStopsTheFrameAndClosesTheRun) {
   if (kind == Interrupt::freeze) {
     EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='clear'"), 0);
   } else if (std::string(step) != "zero" && std::string(step) != "contact") {
-    expect_cleared(world);  // before contact is known there is nothing to clear
+    expect_cleared(world);  // before contact is known, nothing can be cleared
   }
 }
 
@@ -183,7 +183,7 @@ TEST(Run, ASecondAbortNeverInterruptsFinally) {
 }
 
 TEST(Run, AForceLimitStopsTheRunAndUnloads) {
-  // No plan sees that somebody leans on the table.
+  // As if somebody leaned on the table, which no plan can know.
   SessionWorld world(with(kShort, "[-0.2, 1.0]", "[-0.2, 0.7]"));
   world.acts.push_back({"settle", 100ms, [](SessionWorld& w) {
                           auto& faults = w.session->instruments().door()->frame_sim()->faults;

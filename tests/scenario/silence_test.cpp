@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instruments that are there but say nothing, and lines that stay dead, in virtual time.
+// Instruments that are there but do not answer, and links that stay dead, in virtual time.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <spdlog/sinks/base_sink.h>
@@ -18,7 +18,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Log lines by minute of virtual time, while it lives.
+// Counts log lines by minute of virtual time during its lifetime.
 class LineCount {
  public:
   explicit LineCount(const VirtualClock& clock)

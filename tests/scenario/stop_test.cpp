@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every stop in every kind of step, in virtual time: the frame stands soon, `finally` runs once and
-// to its end, the run is closed with the true reason.
+// to its end, and the run is closed with the true reason.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-// `rate_Hz`: a rod tells its force ten times a second at most.
+// A rod reports its force at most ten times a second, hence `rate_Hz`.
 std::string head(const std::string& rate_Hz) {
   return R"({ "format": "load-protocol/1", "name": "stops",
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
@@ -46,7 +46,7 @@ const std::string kWeights = head("10") + R"(
     { "id": "until", "do": "record", "until": "confirmed", "timeout_s": 60 } ],
   "finally": [ { "id": "off", "do": "place_weight", "mass_g": 0 } ] })";
 
-// How the run learns of it. SIGTERM and SIGINT are what App::shut_down sends to the run.
+// How the run is stopped. For SIGTERM and SIGINT this is what App::shut_down sends to the run.
 enum class Cause { sigterm, sigint, abort, freeze, limit, client_gone };
 
 const char* word(Cause c) {
@@ -68,7 +68,8 @@ void act(SessionWorld& w, Cause cause) {
     case Cause::abort: return w.interrupt(Interrupt::abort, "by a person");
     case Cause::freeze: return w.interrupt(Interrupt::freeze, "by a person");
     case Cause::limit: return w.interrupt(Interrupt::limit, "force 1.1 N is outside the limits");
-    case Cause::client_gone: return;  // whoever started it went away: a run is the daemon's
+    // the client that started it went away; the run belongs to the daemon
+    case Cause::client_gone: return;
   }
 }
 

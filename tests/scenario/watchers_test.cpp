@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole daemon on a real socket in virtual time, among clients that do not read: the run goes
-// on as without them, whoever reads is told in time, and memory stays bounded.
+// The whole daemon on a real socket in virtual time, with clients that do not read. The run is the
+// same as without them, clients that read are told in time, and memory stays bounded.
 #include "tests/support/daemon_world.hpp"
 
 #include <algorithm>
@@ -14,17 +14,17 @@ using namespace std::chrono_literals;
 using nlohmann::json;
 using support::PlainClient;
 
-// What a client that reads saw of a run.
+// What a reading client saw of a run.
 struct Seen {
   std::int64_t events = 0, statuses = 0;
   Duration longest_silence{};
   json ended;
-  std::size_t clients = 0;  // at the end, itself included
+  std::size_t clients = 0;  // number of clients at the end, including itself
 };
 
 class Watchers : public support::DaemonWorld {
  protected:
-  // `meanwhile` is called whenever the daemon has nothing to do right now.
+  // `meanwhile` is called whenever the daemon has nothing to do.
   Seen watch_a_run(std::size_t stalled, const std::function<void()>& meanwhile = [] {}) {
     std::vector<std::unique_ptr<PlainClient>> deaf;
     for (std::size_t i = 0; i < stalled; ++i) {
@@ -58,7 +58,8 @@ class Watchers : public support::DaemonWorld {
     }
     if (method == "run_ended") seen.ended = message["params"];
   }
-  // The same bench, seed and protocol: the same run, to the reading and the nanosecond.
+  // With the same bench, seed and protocol, the run must be the same in every reading and
+  // nanosecond.
   void expect_same_run(const Seen& among, const Seen& alone) const {
     EXPECT_EQ(among.ended["exit_status"], "success") << among.ended;
     for (const char* field : {"lcr_readings", "measure_readings", "frame_samples", "duration_s"}) {
@@ -67,7 +68,7 @@ class Watchers : public support::DaemonWorld {
     EXPECT_EQ(count("SELECT count(*) FROM lcr_reading WHERE run_id = 2"),
               count("SELECT count(*) FROM lcr_reading WHERE run_id = 1"));
     EXPECT_EQ(count("SELECT count(*) FROM event WHERE kind = 'lag'"), 0);
-    // Whoever reads got every event, and a status ten times a second.
+    // A reading client got every event, and a status ten times a second.
     EXPECT_EQ(among.events, count("SELECT count(*) FROM event WHERE run_id = 2"));
     EXPECT_LE(among.longest_silence, 150ms);
   }
@@ -82,14 +83,14 @@ TEST_F(Watchers, FiftyThatDoNotReadHoldUpNothing) {
   ASSERT_FALSE(among.ended.is_null());
   expect_same_run(among, alone);
   EXPECT_EQ(among.statuses, alone.statuses);
-  // Bounded, and those who took nothing for 10 s are gone.
+  // Memory is bounded, and clients that took nothing for 10 s are disconnected.
   EXPECT_LE(most_waiting, (kStalled + 1) * (ControlOptions().max_queue_bytes + 4096));
   EXPECT_GT(most_waiting, 50 * 1000U) << "they were not stalled: the test shows nothing";
   EXPECT_EQ(among.clients, 1U);
 }
 
-// As many clients as there may be beside one that is served, all of whom send the longest lines as
-// fast as they may and read nothing.
+// As many clients as are allowed beside the one that is served. All of them send the longest lines
+// as fast as they can and read nothing.
 class Flood {
  public:
   Flood(const std::string& path, std::size_t clients) {
@@ -120,7 +121,7 @@ class Flood {
   }
 
   std::vector<std::unique_ptr<PlainClient>> clients_;
-  std::deque<std::string> bytes_;  // addresses stay
+  std::deque<std::string> bytes_;  // addresses must not change
   std::vector<std::string_view> left_;
 };
 
@@ -134,7 +135,7 @@ TEST_F(Watchers, AsManyAsMayComeWhoSendTheLongestLinesHoldUpNothing) {
   expect_same_run(among, alone);
   EXPECT_TRUE(flood.is_sent()) << "what a client may send, it must get rid of";
   EXPECT_EQ(among.clients, options.max_clients);
-  constexpr std::size_t kOfOne = kControlLineLimit + 16384;  // a line and what is read at once
+  constexpr std::size_t kOfOne = kControlLineLimit + 16384;  // a line, and what is read at once
   EXPECT_LE(most_held, options.max_clients * kOfOne + options.max_all_call_bytes);
   EXPECT_GT(most_held, (options.max_clients - 1) / 2 * kOfOne) << "the test shows nothing";
   EXPECT_LE(most_waiting, options.max_clients * (options.max_queue_bytes + 4096));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Virtual time runs over wires in memory; what the kernel's sockets carry is the same.
+// Virtual time uses wires in memory. The kernel's sockets must carry the same.
 #include <gtest/gtest.h>
 
 #include "drivers/fd_transport.hpp"
@@ -18,7 +18,7 @@ class WiredWorld final : public SessionWorld {
     away(*this, "level", Which::meter, 1s, 3s);
     away(*this, "record", Which::frame, 500ms, 2s);
   }
-  // Every value of every row, one line each.
+  // Every value of every row, one per line.
   std::string rows(const std::string& table) const {
     const Database db = open();
     auto row = db.prepare("SELECT * FROM " + table).value();
