@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One axisymmetric rectangular element: biquadratic displacement, discontinuous linear pressure
 // (Q2/P-1), neo-Hooke form A with the pressure as a field of its own,
-// W = mu/2 (I1 - 3 - 2 ln J) + p ln J - p^2/(2 lambda).
+//   W = mu/2 (I1 - 3 - 2 ln J) + p ln J - p^2/(2 lambda).
 // So nu = 0.5 (1/lambda = 0) is no special case and nothing locks. The pressure is condensed inside
 // the cell, which leaves a symmetric system of displacements for FemSystem. docs/model.md,
 // "Elements".
