@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every fault in every phase of a run, in virtual time. In all cases no limit is exceeded, the frame
-// stands, no reading is invented or paired with another question, the run is closed with a true
-// reason, and nothing is left waiting. docs/faults.md lists the faults.
+// Every fault in every phase of a run, in virtual time. In all cases no limit is exceeded, the
+// frame stands, no reading is invented or paired with another question, the run is closed with a
+// true reason, and nothing is left waiting. docs/faults.md lists the faults.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -27,7 +27,7 @@ std::int64_t motions_after(const SessionWorld& world, const std::string& kind) {
       kind + "')");
 }
 
-// Change of travel from the first sample one second after this event to the last one.
+// Range of travel in the samples from 0.3 s after this event on.
 double way_after_mm(const SessionWorld& world, const std::string& kind) {
   return 1e3 * world.real(
                    "SELECT MAX(travel_m) - MIN(travel_m) FROM frame_sample WHERE received_mono_ns "
