@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the author of a gateway implements for his machine: one class, `Backend`.
+"""What the author of a gateway implements for a machine: one class, `Backend`.
 
 Signs and units are those of the link: N and mm, compression positive, travel grows towards the
 specimen. Forces and travels are values as the machine shows them, after tare.
 
-Threads. The link thread calls what is marked AT ONCE: it must return within a few milliseconds,
-whatever the machine or another call does, because `stop` goes the same way. The command thread calls
-what is marked MAY BLOCK, one call at a time; the answer to the daemon waits for it, so 0.5 s is the
-most that is decent (section 4 allows 1 s in all). A back end may call its `Listener` from any thread;
-those calls never block.
+Threads: the link thread makes the calls marked AT ONCE. They must return within a few milliseconds,
+whatever the machine or another call does, because `stop` is called in the same thread. The command
+thread makes the calls marked MAY BLOCK, one at a time. The answer to the daemon waits for them, so
+0.5 s is the most they should take (section 4 allows 1 s in all). A back end may call its `Listener`
+from any thread; these calls never block.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Protocol, Sequence, Union
 
 
 class Refused(Exception):
-    """A command that the machine does not take. `code` is one of section 4's table of errors."""
+    """A command that the machine does not accept. `code` is one of the errors of section 4."""
 
     def __init__(self, code: str, text: str) -> None:
         super().__init__(text)
@@ -50,9 +50,9 @@ class ForceLoop:
 
 @dataclass(frozen=True)
 class Capabilities:
-    """First table of CAPS, by the same names. Each value is a bound that holds in the worst case.
+    """First table of CAPS, with the same names. Each value is a bound that holds in the worst case.
 
-    Travel is as the machine shows it at present: after a zero of travel the numbers are others, the
+    Travel is as the machine shows it at present. After a zero of travel the numbers differ, but the
     places are the same.
     """
 
@@ -81,21 +81,21 @@ class Capabilities:
 
 @dataclass(frozen=True)
 class State:
-    """What the machine does at present, by its own account."""
+    """The machine's own account of what it is doing."""
 
-    moving: bool  # until it verifiably stands; a hold that has reached its force does not count
+    moving: bool  # until it is known to stand; a hold that has reached its force does not count
     holds_force: bool  # force control is on
     force_N: float | None  # None: not known, or beyond the load cell
     travel_mm: float | None
     overload: bool  # force beyond the load cell
-    force_noise_N: float  # how far the shown force of a machine at rest strays, at most
+    force_noise_N: float  # largest deviation of the force shown by a machine at rest
     not_ready: str = ""  # why it cannot move: drive off, E-stop, shield open; empty: it can
     device_s: float | None = None  # the device's own clock, if it has one
 
 
 @dataclass(frozen=True)
 class Window:
-    """What the device watches during one motion. The daemon's LIMITS, widened for the way back."""
+    """What the device watches during one motion: the daemon's LIMITS, widened for the way back."""
 
     force_min_N: float
     force_max_N: float
@@ -106,7 +106,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Move:
-    token: int  # comes back in Ended
+    token: int  # given back in Ended
     window: Window
     travel_mm: float
     speed_mm_s: float
@@ -114,8 +114,9 @@ class Move:
 
 @dataclass(frozen=True)
 class MoveToForce:
-    """Ends with `target` when the force is at least (speed > 0) or at most (speed < 0) force_N, with
-    `travel_limit` at guard_mm, where it stands at the latest. Both may be so at the beginning."""
+    """Ends with `target` when the force is at least (speed > 0) or at most (speed < 0) force_N, or
+    with `travel_limit` at guard_mm, beyond which it must not go. Both may be true at the
+    beginning."""
 
     token: int
     window: Window
@@ -126,7 +127,7 @@ class MoveToForce:
 
 @dataclass(frozen=True)
 class RampForce:
-    """Approaches if there is no contact, ramps, ends with `target` and goes on holding the force."""
+    """Approaches if there is no contact, ramps, ends with `target` and then holds the force."""
 
     token: int
     window: Window
@@ -152,12 +153,12 @@ class Sample:
     force_control: bool = False
     overload: bool = False
     flags_known: bool = True
-    lost_before: int = 0  # samples that the machine took and lost just before this one
+    lost_before: int = 0  # how many samples the machine took and lost just before this one
 
 
 @dataclass(frozen=True)
 class Ended:
-    """A motion ended and the machine stands, or has begun to hold the force of a RAMPF."""
+    """A motion has ended. The machine stands, or has begun to hold the force of a RAMPF."""
 
     token: int
     reason: str  # target, force_limit, travel_limit, stop, fault
@@ -167,7 +168,7 @@ class Ended:
 
 
 class Listener(Protocol):
-    """What a back end tells the gateway. Samples and ends are passed on in this order."""
+    """What a back end reports to the gateway. Samples and ends are passed on in this order."""
 
     def samples(self, samples: Sequence[Sample]) -> None: ...
 
@@ -176,7 +177,7 @@ class Listener(Protocol):
     def event(self, kind: str, text: str) -> None: ...
 
     def origin_changed(self, origin: str, text: str) -> None:
-        """A zero changed, and not by zero(): a tare at the panel, a new reference run."""
+        """A zero changed, but not by zero(): a tare at the panel, a new reference run."""
 
 
 class Backend(ABC):
@@ -186,11 +187,11 @@ class Backend(ABC):
 
     @abstractmethod
     def stop(self) -> None:
-        """Begin to decelerate within 20 ms, end force control, hold the travel.
+        """Begin to decelerate within 20 ms, end force control and hold the travel.
 
-        Must not wait for standstill, a lock, a file or another call of this class. A start() that is
-        under way in the command thread either refuses or is stopped too. Once stop() was called,
-        state() does not say standing before the stop was carried out.
+        Must not wait for standstill, a lock, a file or another call of this class. A start() that
+        is under way in the command thread must either refuse or be stopped too. After stop() was
+        called, state() must not report standstill before the stop was carried out.
         """
 
     @abstractmethod
@@ -204,33 +205,33 @@ class Backend(ABC):
 
     @abstractmethod
     def origin(self) -> str:
-        """Changes whenever the zero of force or travel may have changed; never the same again, also
-        not after a restart that forgot the zero."""
+        """Changes whenever the zero of force or travel may have changed. A value never comes again,
+        not even after a restart that lost the zero."""
 
     # --- MAY BLOCK, in the command thread, one at a time. Each may raise Refused. ---
 
     def refresh(self) -> None:
-        """Called before each command is judged: the place for a slow look at the machine."""
+        """Called before each command is judged. A slow query of the machine belongs here."""
 
     def arm(self, window: Window) -> None:
-        """LIMITS were accepted. A machine that can take limits of its own takes these, and returns
-        when it has. They also hold for a force that is being held."""
+        """LIMITS were accepted. If the machine can take limits of its own, give it these, and
+        return when it has them. They also apply to a force that is being held."""
 
     @abstractmethod
     def start(self, motion: Motion) -> None:
-        """Begin a motion and return; Listener.ended() tells its end, exactly once."""
+        """Begin a motion and return. Listener.ended() reports its end exactly once."""
 
     def hold_force(self, hold: HoldForce) -> None:
         raise Refused("unsupported", "this machine has no force loop")
 
     def zero(self, force: bool, travel: bool) -> None:
-        """The present values become 0, and origin() is another one."""
+        """Make the present values 0 and change origin()."""
         raise Refused("unsupported", "this machine sets no zero")
 
     @abstractmethod
     def set_rate(self, hz: float) -> None:
-        """Samples per second to Listener.samples(), 0: none. Once set_rate(0) has returned, none that
-        was taken before it is passed on."""
+        """Set the samples per second for Listener.samples(); 0 means none. After set_rate(0) has
+        returned, no sample taken before it may be passed on."""
 
     # --- life of the gateway ---
 
@@ -240,4 +241,4 @@ class Backend(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Called once at the end. What a daemon commanded has been told to stop by then."""
+        """Called once at the end, after the motions commanded by a daemon were told to stop."""

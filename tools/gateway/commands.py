@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands of docs/frame-link.md, section 4: how each is read, judged and passed to the machine."""
+"""The commands of docs/frame-link.md, section 4: how each is read, judged and given to the
+machine."""
 
 from __future__ import annotations
 
@@ -15,15 +16,16 @@ from .rules import Situation, require
 
 @dataclass(frozen=True)
 class Command(ABC):
-    """`judge` runs in the link thread and may raise Refused; what it returns is called in the command
-    thread, may block, and returns the fields of the OK."""
+    """`judge` runs in the link thread and may raise Refused. It returns a function for the command
+    thread, which may block and returns the fields of the OK."""
 
     moves = False  # needs LIMITS, and STOP cancels it
     ends_with_done = False
 
     @classmethod
     def read(cls, line: Line) -> Self:
-        """The members are named as the fields of the line, and are numbers unless a class says else."""
+        """Members have the names of the line's fields. They are numbers unless a class says
+        otherwise."""
         return cls(*(line.real(field.name) for field in fields(cls)))
 
     @abstractmethod
@@ -109,7 +111,7 @@ class ZeroCommand(Command, Action):
         require(can.zero_force or not self.force, "unsupported", "this machine cannot zero its force")
         require(can.zero_travel or not self.travel, "unsupported", "this machine cannot zero its travel")
         require(not s.busy, "busy", s.busy)
-        # Else the zero would move under the force that the loop holds.
+        # Otherwise the zero would change under the force that the loop holds.
         require(not s.state.holds_force, "busy", "a force is being held: send HOLD mode=travel first")
         require(not (self.force and s.state.overload), "overload", "the load cell is beyond its range")
         require(s.state.force_N is not None or not self.force, "not_ready", "the force is not known")
@@ -152,7 +154,7 @@ class MoveToForceCommand(Motion):
 
 
 def _loop_window(force_N: float, s: Situation, limits: Window) -> Window:
-    """Force control moves back only from a contact that presses harder than wanted."""
+    """Force control may only go back from a contact that presses harder than wanted."""
     contact_N = s.capabilities.loop.force_contact_N if s.capabilities.loop else 0.0
     now_N = s.state.force_N
     require(now_N is not None, "overload", "the load cell is beyond its range: move to less travel first")
@@ -241,7 +243,7 @@ _READERS = {
 
 
 def read(line: Line) -> Command:
-    """Raises Malformed (not received), Missing or Refused."""
+    """Raises Malformed (the line counts as not received), Missing or Refused."""
     if line.word not in _READERS:
         raise Refused("unknown_command", f"{line.word} is no command")
     return _READERS[line.word](line)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands of a session, one after the other: looked at, judged, carried out, answered, and DONE.
+"""The commands of a session, one at a time: refreshed, judged, carried out, answered, and DONE.
 
-Everything here runs in the link thread; only what is given to `Host.run` runs in the command thread.
-STOP never waits for any of it: the session calls Backend.stop() itself, then `cancel_motions`.
+Everything here runs in the link thread, except for what is given to `Host.run_command`, which runs
+in the command thread. STOP never waits for any of it: the session calls Backend.stop() itself, and
+then `cancel_motions`.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ Done = Callable[[object, "Exception | None"], None]
 
 
 class Host(Protocol):
-    """What a session needs of the program around it. Nothing here blocks."""
+    """What a session needs from the program around it. Nothing here blocks."""
 
     def now_s(self) -> float: ...
 
     def send(self, line: bytes) -> None: ...
 
     def send_samples(self, line: bytes) -> None:
-        """May drop the line when the peer does not read."""
+        """May drop the line if the peer does not read."""
 
     def run_command(self, work: Callable[[], object], done: Done) -> None:
         """Calls `work` in the command thread, then `done` with its result in the link thread."""
@@ -39,10 +40,10 @@ class Host(Protocol):
 
 @dataclass
 class _Job:
-    number: int | None  # None: our own, nobody waits for an answer
+    number: int | None  # None: our own command, without an answer
     command: Command
     session: int
-    cancelled: str = ""  # why a motion must not begin any more
+    cancelled: str = ""  # why a motion must no longer begin
 
 
 @dataclass
@@ -50,8 +51,8 @@ class _Motion:
     number: int
     token: int
     answered: bool = False
-    end: Ended | None = None  # came before the OK went out
-    fault: str = ""  # why the gateway itself ended it
+    end: Ended | None = None  # set if the end came before the OK was sent
+    fault: str = ""  # why the gateway itself ended the motion
 
 
 class Executor:
@@ -90,11 +91,12 @@ class Executor:
         self._submit(_Job(number, command, self._session))
 
     def cancel_motions(self, why: str) -> None:
-        """Motions that have not begun never will; the one under way is being stopped."""
+        """Motions that have not begun are refused. The caller stops the one under way."""
         self._cancel(lambda command: command.moves, why)
 
     def forget_limits(self, why: str) -> None:
-        """For a fault: the motion under way ends with it, and what is still waiting arms nothing."""
+        """After a fault: the motion under way ends with this fault, and waiting commands neither
+        move nor arm."""
         self.limits = None
         if self._motion:
             self._motion.fault = why
@@ -109,8 +111,9 @@ class Executor:
                 self._refuse(job.number, Refused("not_ready", why))
 
     def settle(self) -> None:
-        """The session itself has just stopped the machine: commands wait a little for standstill.
-        Else the LIMITS that follow a HELLO would be refused for a stop of a few milliseconds."""
+        """The session has just stopped the machine, so commands wait a short time for standstill.
+        Otherwise the LIMITS that follow a HELLO would be refused because of a stop of a few
+        milliseconds."""
         self._settle_until_s = self._now_s() + SETTLE_S
 
     def tick(self) -> None:
@@ -119,17 +122,17 @@ class Executor:
             self._judge()
 
     def polls(self) -> bool:
-        """Something waits for standstill."""
+        """True while something waits for standstill."""
         return self.stopping or self._settling
 
     def moves(self) -> bool:
-        """A motion is under way, or may still begin."""
+        """True if a motion is under way or may still begin."""
         return self._motion is not None or bool(self._job and self._job.command.moves)
 
     def ended(self, end: Ended) -> None:
         motion = self._motion
         if motion is None or motion.token != end.token:
-            return  # of a session that is over
+            return  # from a session that is over
         motion.end = end
         if motion.answered:
             self._done(motion, end)
@@ -170,7 +173,7 @@ class Executor:
                 raise Refused("not_ready", job.cancelled)
             self._tokens += 1
             action = job.command.judge(self._situation(), self._tokens)
-        except Exception as error:  # whatever it is: the daemon gets its answer
+        except Exception as error:  # in any case the daemon gets an answer
             self._answer_error(job, error)
             self._finish()
             return
@@ -187,7 +190,7 @@ class Executor:
     def _acted(self, result: object, error: Exception | None) -> None:
         job = self._job
         assert job is not None
-        # What began while a STOP, a silence or a new session came in between must end as well.
+        # A motion that began during a STOP, a silence or a change of session must end as well.
         if job.command.moves and (error or job.cancelled or job.session != self._session):
             self._backend.stop()
         if isinstance(job.command, LimitsCommand) and job.cancelled:
@@ -222,7 +225,7 @@ class Executor:
         self._begin_next()
 
     def _done(self, motion: _Motion, end: Ended) -> None:
-        """The last sample of the motion goes out first."""
+        """Sends the last sample of the motion first."""
         self._motion = None
         self._samples.flush()
         by_us = motion.fault and end.reason == "stop"

@@ -34,7 +34,7 @@ _EXAMPLES = """examples:
 
 
 class Usage(Exception):
-    """What the user asked for cannot be."""
+    """The user asked for something that is not possible."""
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -112,14 +112,14 @@ def _tell_ready(options: argparse.Namespace, port: Port, panel: Panel | None) ->
              "revision": options.revision, "pid": os.getpid()}
     line = json.dumps(ready)
     if options.ready_file:
-        # In one piece: who sees the file sees all of it.
+        # Renamed in one step, so that nobody sees an incomplete file.
         part = Path(options.ready_file + ".part")
         part.write_text(line + "\n", encoding="utf-8")
         part.replace(options.ready_file)
     print(line, flush=True)
 
 
-# The threads take turns so often, s: STOP must not wait for the simulated machine to let go.
+# Time in s after which Python switches threads. STOP must not wait long for the simulated machine.
 _SWITCH_S = 0.0005
 
 
@@ -179,6 +179,6 @@ def serve(arguments: Sequence[str]) -> int:
 def main(arguments: Sequence[str] | None = None) -> int:
     given = list(sys.argv[1:] if arguments is None else arguments)
     if given[:1] == ["check"]:
-        from .check.main import main as check  # its own program; not needed to serve
+        from .check.main import main as check  # a program of its own, not needed to serve
         return check(given[1:])
     return serve(given)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lines of frame-link/1 (docs/frame-link.md, section 1): a strict writer and a forgiving reader."""
+"""Lines of frame-link/1 (docs/frame-link.md, section 1): a strict writer and a tolerant reader."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from typing import Iterator, Mapping, Sequence, Union
 
 MAX_LINE_BYTES = 65536
 MAX_FIELDS = 100
-MAX_TEXT_CHARACTERS = 1000  # of what we write: a text never fills a line
+MAX_TEXT_CHARACTERS = 1000  # of our own texts, so that none fills a line
 
-_REAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)\Z")  # section 1 knows no exponents
+_REAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)\Z")  # section 1 has no exponents
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _KEY = re.compile(r"[A-Za-z0-9_]+\Z")
 _PLAIN_TEXT = re.compile(r"[A-Za-z_][A-Za-z0-9_.:/-]*\Z")
@@ -28,7 +28,7 @@ _ESCAPED = re.compile(r'\\(["\\])')
 
 
 class Malformed(Exception):
-    """A line that counts as not received. `command` is its number where one can be made out."""
+    """A line that counts as not received. `command` is its number if one can be read."""
 
     def __init__(self, why: str, command: int | None = None) -> None:
         super().__init__(why)
@@ -36,12 +36,13 @@ class Malformed(Exception):
 
 
 class Missing(Exception):
-    """A line that was received and lacks a field."""
+    """A received line that lacks a field."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """A word, perhaps a command number, and fields as text. Values are read with real(), flag(), ..."""
+    """A word, perhaps a command number, and fields as text. real(), flag() and others read the
+    values."""
 
     word: str
     command: int | None = None
@@ -56,11 +57,12 @@ class Line:
         return default if default is not None and key not in self.fields else self._text(key)
 
     def real(self, key: str, default: float | None = None) -> float:
-        """A finite number. Raises Missing, or Malformed for a comma, NaN, an exponent, ..."""
+        """A finite number. Raises Missing, or Malformed for a comma, NaN, an exponent and the
+        like."""
         if default is not None and key not in self.fields:
             return default
         value = self._text(key)
-        # A number of 400 digits has the right form and is still infinite.
+        # A number of 400 digits has a valid form but is infinite.
         if not _REAL.match(value) or not math.isfinite(float(value)):
             raise Malformed(f"{key}={_shown(value)} is not a number", self.command)
         return float(value)
@@ -74,7 +76,7 @@ class Line:
 
 
 def _shown(text: str) -> str:
-    """A piece of a bad line for a message: short and printable."""
+    """A part of a bad line for a message, short and printable."""
     return "".join(c if c.isprintable() else "?" for c in text[:40])
 
 
@@ -96,7 +98,7 @@ def _decoded(raw: bytes) -> str:
         text = raw.decode("utf-8")
     except UnicodeDecodeError as error:
         raise Malformed(f"byte {error.start} is not UTF-8") from None
-    # Most lines are printable, and asking so is quick; category Cc holds C0, DEL and C1.
+    # isprintable() is fast, and most lines pass it. Category Cc contains C0, DEL and C1.
     if not text.isprintable() and any(unicodedata.category(c) == "Cc" for c in text):
         raise Malformed("a control character")
     return text
@@ -133,7 +135,7 @@ def _add_field(fields: dict[str, str], token: re.Match[str]) -> None:
 
 
 def _line(words: list[str], fields: dict[str, str]) -> Line:
-    """`#17 MOVE` and `OK #17`: the number may stand before or after the word."""
+    """Both `#17 MOVE` and `OK #17`: the number may be before or after the word."""
     numbers = [word for word in words if word.startswith("#")]
     others = [word for word in words if not word.startswith("#")]
     if len(others) != 1 or len(numbers) > 1 or not _WORD.match(others[0]):
@@ -148,7 +150,7 @@ def _line(words: list[str], fields: dict[str, str]) -> Line:
 
 @dataclass(frozen=True)
 class Column:
-    """One value per sample, None where it is missing (section 5)."""
+    """One value per sample, None where a value is missing (section 5)."""
 
     values: Sequence[Union[float, str, None]]
 
@@ -200,8 +202,8 @@ def write(word: str, fields: Mapping[str, Value] | None = None, answer_to: int |
 
 
 class LineSplitter:
-    """Cuts a stream into lines. Of a line that is too long only the beginning is kept, so that
-    parse() refuses it and a peer that never sends an LF cannot fill the memory."""
+    """Cuts a stream into lines. Of a line that is too long only the beginning is kept. parse() then
+    refuses it, and a peer that never sends an LF cannot fill the memory."""
 
     def __init__(self) -> None:
         self._rest = bytearray()
@@ -215,5 +217,6 @@ class LineSplitter:
         self._keep(pieces[-1])
 
     def _keep(self, piece: bytes) -> None:
-        room = MAX_LINE_BYTES + 2 - len(self._rest)  # one for CR, one to see that it is too long
+        # one byte for CR, one to see that the line is too long
+        room = MAX_LINE_BYTES + 2 - len(self._rest)
         self._rest += piece[:max(room, 0)]

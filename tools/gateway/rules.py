@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""When a command is refused, and what the device has to watch (docs/frame-link.md, section 4).
+"""When a command is refused, and what the device must watch (docs/frame-link.md, section 4).
 
-Pure functions of the situation. Where several reasons apply the order is: bad_value, unsupported,
+Pure functions of the situation. If several reasons apply, the order is: bad_value, unsupported,
 not_armed, busy, not_ready, machine_limits, limits, overload, no_contact.
 """
 
@@ -17,7 +17,7 @@ class Situation:
     capabilities: Capabilities
     limits: Window | None  # None: not armed
     state: State
-    busy: str  # which motion is under way, for people; empty: none
+    busy: str  # the motion under way, in words for people; empty: none
 
 
 def require(condition: bool, code: str, text: str) -> None:
@@ -43,7 +43,7 @@ def check_limits(wanted: Window, s: Situation) -> None:
 
 
 def check_ready(s: Situation) -> Window:
-    """What holds for whatever moves, force control included. Returns the limits."""
+    """What every motion needs, including force control. Returns the limits."""
     require(s.capabilities.motion, "unsupported", "this gateway moves nothing")
     if s.limits is None:
         raise Refused("not_armed", "send LIMITS first")
@@ -62,8 +62,8 @@ def check_speed(speed_mm_s: float, s: Situation, limits: Window) -> None:
 
 
 def check_travel(name: str, travel_mm: float, s: Situation, limits: Window) -> None:
-    """A target. LIMITS were inside the machine's own when they were accepted, and ZERO may have
-    moved them since: the machine's own never move."""
+    """Checks a target. The limits were inside the machine's own when they were accepted, but a ZERO
+    may have moved them since. The machine's own limits never move."""
     require(limits.travel_min_mm <= travel_mm <= limits.travel_max_mm, "limits",
             f"{name}={travel_mm:g} is outside LIMITS, {limits.travel_min_mm:g} to "
             f"{limits.travel_max_mm:g} mm")
@@ -80,8 +80,8 @@ def check_force(force_N: float, limits: Window) -> None:
 
 
 def window(direction: int, s: Situation, limits: Window) -> Window:
-    """What the device watches during a motion in this direction (+1: towards the specimen): the
-    limits, widened where the motion is the way back from beyond one of them."""
+    """What the device watches during a motion in this direction (+1: towards the specimen). These
+    are the limits, widened where the motion is the way back from beyond one of them."""
     return _travel_window(direction, s, _force_window(direction, s, limits))
 
 
@@ -91,8 +91,8 @@ def _force_window(direction: int, s: Situation, limits: Window) -> Window:
         require(direction < 0, "overload", "the load cell is beyond its range: only less travel is allowed")
         return replace(limits, force_max_N=float("inf"))
     force_N = state.force_N
-    assert force_N is not None  # check_ready saw to it
-    # The force now and the force watched later are both noisy.
+    assert force_N is not None  # check_ready has made sure of this
+    # Both the present force and the force watched later are noisy.
     noise_N = 2 * state.force_noise_N
     if force_N > limits.force_max_N:
         require(direction < 0, "limits", f"the force, {force_N:g} N, is beyond force_max_N: "

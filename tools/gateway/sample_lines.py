@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samples to `S` lines (docs/frame-link.md, section 5)."""
+"""Groups samples into `S` lines (docs/frame-link.md, section 5)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Callable, Sequence
 from .backend import Sample
 from .protocol import Column, Value, write
 
-LINE_COVERS_S = 0.1  # at most
-_MAX_PER_LINE = 500  # far from 65,536 bytes with all digits of every number
+LINE_COVERS_S = 0.1  # at most this time per line
+_MAX_PER_LINE = 500  # far below 65,536 bytes even with all digits of every number
 
 
 class SampleLines:
-    """Numbers samples and groups them. A line that `send` drops stays visible as a hole in seq."""
+    """Numbers samples and groups them. A line that `send` drops shows as a gap in seq."""
 
     def __init__(self, send: Callable[[bytes], None]) -> None:
         self._send = send
@@ -32,7 +32,7 @@ class SampleLines:
 
     def add(self, samples: Sequence[Sample], now_s: float) -> None:
         if self._hz <= 0:
-            return  # of a session that is over, or of a rate that was not yet answered
+            return  # from a session that is over, or a rate that was not yet answered
         for sample in samples:
             if sample.lost_before:
                 self.flush()
@@ -44,7 +44,7 @@ class SampleLines:
                 self.flush()
 
     def due_s(self) -> float:
-        """When the pending samples must go out at the latest."""
+        """When the pending samples must be sent at the latest."""
         return self._first_arrived_s + LINE_COVERS_S if self._pending else math.inf
 
     def flush(self) -> None:

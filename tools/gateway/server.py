@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The program around a session: one link, two threads.
 
-The link thread (the caller of `Server.run`) waits for bytes, for what the machine says and for the
-next deadline, and never for anything else: no file, no lock that is held for long, no command. STOP,
-silence and the end of a connection are recognised there and go straight to `Backend.stop`, so nothing
-that a command does can delay them (section 7, number 2). Commands may take their time and run in the
-command thread.
+The link thread (the caller of `Server.run`) waits for bytes, for reports of the machine and for the
+next deadline, and for nothing else: no file, no lock that is held for long, no command. It
+recognises STOP, silence and the end of a connection, and calls `Backend.stop` directly, so that no
+command can delay them (section 7, number 2). Commands run in the command thread and may take their
+time.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from .session import SILENCE_S, Session
 from .transport import Channel, Port
 from .witness import Witness
 
-MAX_UNSENT_SAMPLES_BYTES = 1 << 18  # beyond this samples are dropped: the peer does not read
-MAX_UNSENT_BYTES = 1 << 20  # beyond this the connection is closed
+MAX_UNSENT_SAMPLES_BYTES = 1 << 18  # above this, samples are dropped because the peer does not read
+MAX_UNSENT_BYTES = 1 << 20  # above this, the connection is closed
 RETRY_S = 1.0
-MOST_READS = 64  # in a row
+MOST_READS = 64  # reads in a row
 
 
 class Server:
     def __init__(self, port: Port, backend: Backend, revision: int = 2,
                  witness: Witness | None = None,
                  withholds: Callable[[bytes], bool] = lambda line: False) -> None:
-        """withholds: lines that a gateway which breaks its promises does not send."""
+        """`withholds` selects lines that are not sent, for a gateway that breaks its promises."""
         self._port = port
         self._withholds = withholds
         self._backend = backend
@@ -51,7 +51,7 @@ class Server:
         self._channel: Channel | None = None
         self._splitter = LineSplitter()
         self._unsent = bytearray()
-        self._uncounted = 0  # bytes that the witness does not know yet
+        self._uncounted = 0  # bytes that were not yet reported to the witness
         self._ending = False
         self._retry_s = 0.0
         self._session = Session(backend, self, revision, self._witness)
@@ -59,8 +59,8 @@ class Server:
     # --- for the main program ---
 
     def run(self, ready: Callable[[], None] = lambda: None) -> None:
-        """Calls `ready` when daemons may come. Returns after end() was called; a session that may
-        command ends then, and with it the motion."""
+        """Calls `ready` when daemons may connect. Returns after end() was called. A session that
+        may command ends then, and its motion with it."""
         self._backend.open(self)
         worker = threading.Thread(target=self._commands, name="commands", daemon=True)
         worker.start()
@@ -76,12 +76,12 @@ class Server:
             self._shut_down(worker)
 
     def end(self) -> None:
-        """From any thread, also from a signal handler."""
+        """May be called from any thread and from a signal handler."""
         self._ending = True
         self._wake()
 
     def hang_up(self) -> None:
-        """From any thread: the connection ends, as that of a gateway that begins anew."""
+        """May be called from any thread. The connection ends as if the gateway had restarted."""
         self._post(self._hang_up)
 
     def end_on_signals(self) -> None:
@@ -135,7 +135,7 @@ class Server:
             deadline_s = min(deadline_s, self._retry_s)
         wait_s = max(0.0, deadline_s - self.now_s())
         readable = {key.fd for key, _ in self._selector.select(wait_s)}
-        # What has arrived is read before anybody is called silent.
+        # What has arrived is read before the peer can be called silent.
         self._read()
         if self._wake_read.fileno() in readable:
             self._drain_wake()
@@ -145,7 +145,7 @@ class Server:
         self._session.tick()
 
     def _read(self) -> bool:
-        """Some of what has arrived. False when there is nothing."""
+        """Reads some of what has arrived. False if there is nothing."""
         if self._channel is None:
             return False
         try:
@@ -160,10 +160,10 @@ class Server:
         self._uncounted += len(data)
         lines = list(self._splitter.feed(data))
         if len(lines) > 1 and any(_is_stop(line) for line in lines):
-            self._backend.stop()  # now; the session counts it when its turn comes
+            self._backend.stop()  # at once; the session counts it when it comes to this line
         for line in lines:
             self._session.received(line)
-            self._count(len(line) + 1)  # HELLO belongs to the session that it opens
+            self._count(len(line) + 1)  # HELLO counts for the session that it opens
         return True
 
     def _count(self, most: int) -> None:
@@ -178,14 +178,15 @@ class Server:
         channel = self._port.accept()
         if channel is None:
             return
-        for _ in range(MOST_READS):  # a daemon that comes back at once has hung up before: see it
+        # a daemon that reconnects at once has closed its old connection
+        for _ in range(MOST_READS):
             if not self._read():
                 break
         if self._channel is not None:
             if self._session.silent_for_s() < SILENCE_S:
                 _turn_away(channel)
                 return
-            self._hang_up()  # dead, or a port scanner: it must not lock out the daemon
+            self._hang_up()  # dead, or a port scanner, which must not lock out the daemon
         self._channel = channel
         self._splitter = LineSplitter()
         self._selector.register(channel.fileno(), selectors.EVENT_READ)
@@ -196,7 +197,7 @@ class Server:
         if channel is None:
             return
         self._channel = None
-        self._session.closed()  # first of all
+        self._session.closed()  # first, because it stops the machine
         self._count(self._uncounted)
         self._unsent.clear()
         self._selector.unregister(channel.fileno())
@@ -230,7 +231,7 @@ class Server:
         try:
             self._wake_write.send(b".")
         except (BlockingIOError, OSError):
-            pass  # full: it wakes anyway; closed: nobody is left to be woken
+            pass  # full: the thread wakes anyway; closed: there is no thread to wake
 
     def _drain_wake(self) -> None:
         try:
@@ -254,7 +255,7 @@ class Server:
 def _call(work: Callable[[], object]) -> tuple[object, Exception | None]:
     try:
         return work(), None
-    except Exception as error:  # whatever a back end raises is answered as ERR
+    except Exception as error:  # any exception of a back end is answered as ERR
         return None, error
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The session of one connection (docs/frame-link.md, sections 2, 3 and 6): HELLO, OBSERVE, STOP, life
-signs and silence. It has no sockets, threads or clock of its own: the link thread calls it."""
+"""The session of one connection (docs/frame-link.md, sections 2, 3 and 6): HELLO, OBSERVE, STOP,
+heartbeats and silence. It has no sockets, threads or clock of its own. The link thread calls it."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from .witness import Witness
 HEARTBEAT_S = 0.25
 SILENCE_S = 1.0
 STANDSTILL_POLL_S = 0.005
-MAX_REPORTS_PER_S = 20  # of lines that we do not understand
+MAX_REPORTS_PER_S = 20  # about lines that we do not understand
 
 
 class Kind(enum.Enum):
-    NONE = "none"  # neither HELLO nor OBSERVE was said
+    NONE = "none"  # neither HELLO nor OBSERVE was received
     COMMAND = "command"
     OBSERVER = "observer"
 
@@ -46,7 +46,8 @@ class Session:
     # --- the connection ---
 
     def opened(self, restarted: bool = False) -> None:
-        """A connection begins; `restarted`: on a line that was there before we were (serial)."""
+        """A connection begins. `restarted`: on a serial line that existed before this program
+        started."""
         self._heard_s = self._sent_s = self._host.now_s()
         self._silent = False
         self._witness.connection(True)
@@ -63,7 +64,7 @@ class Session:
     # --- what the daemon says ---
 
     def received(self, raw: bytes) -> None:
-        """One line without its LF."""
+        """Handles one line without its LF."""
         if not raw.strip(b" \r"):
             return
         try:
@@ -97,7 +98,8 @@ class Session:
         self._stops += 1
         self._executor.cancel_motions("STOP came first")
         self._executor.stopping = True
-        if line.command is not None:  # not what section 4 says; stopping does no harm
+        # section 4 does not allow a number here, but stopping does no harm
+        if line.command is not None:
             code = "observer" if self.kind is Kind.OBSERVER else "syntax"
             self._refuse(line.command, code, "STOP carries no number")
         self._answer_stop()
@@ -169,7 +171,7 @@ class Session:
         self._say("CAPS", dict(self._backend.capabilities().fields(self._revision)))
 
     def _give_up(self) -> None:
-        """The other side speaks another protocol: whatever session there was is over."""
+        """The other side speaks another protocol, so any session is over."""
         if self.kind is Kind.COMMAND:
             self._backend.stop()
         self._begin(Kind.NONE)
@@ -213,7 +215,7 @@ class Session:
     # --- time ---
 
     def tick(self) -> None:
-        """To be called at deadline_s() at the latest, after all that has arrived was read."""
+        """Must be called no later than deadline_s(), after everything that has arrived was read."""
         now_s = self._host.now_s()
         self._executor.tick()
         self._answer_stop()
@@ -240,7 +242,7 @@ class Session:
         return self._host.now_s() - self._heard_s
 
     def _silence(self) -> None:
-        """An observer that is silent only gets no more samples, until it is heard again."""
+        """A silent observer only gets no more samples until it is heard again."""
         self._silent = True
         if self.kind is Kind.COMMAND:
             self._backend.stop()
@@ -276,7 +278,8 @@ class Session:
         self._send(refusal(number, Refused(code, text)))
 
     def _report(self, kind: str, text: str) -> None:
-        """A gateway of revision 1 says nothing before a HELLO. Noise must not be answered by noise."""
+        """A gateway of revision 1 reports nothing before a HELLO, so that noise does not answer
+        noise."""
         now_s = self._host.now_s()
         if now_s - self._reports_s >= 1.0:
             self._reports_s, self._reports = now_s, 0

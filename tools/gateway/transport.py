@@ -14,15 +14,15 @@ _GONE = (errno.EIO, errno.ENXIO, errno.ENODEV, errno.ENOENT, errno.EBADF)
 
 
 class Channel(Protocol):
-    """One connection. read() and write() raise OSError when it broke."""
+    """One connection. read() and write() raise OSError when it is broken."""
 
     def fileno(self) -> int: ...
 
     def read(self) -> bytes | None:
-        """What has arrived; b"" at the end of the connection, None when nothing is there."""
+        """What has arrived; b"" at the end of the connection, None if there is nothing yet."""
 
     def write(self, data: bytes) -> int:
-        """How many bytes were taken; 0 when there is no room."""
+        """The number of bytes taken, 0 if there is no room."""
 
     def close(self) -> None: ...
 
@@ -31,10 +31,10 @@ class Port(Protocol):
     """Where connections come from."""
 
     address: str
-    restarted: bool  # a line that was there before us: we say HELLO by ourselves
+    restarted: bool  # a line that existed before this program: we send HELLO unasked
 
     def fileno(self) -> int | None:
-        """Readable when accept() has something; None: accept() is to be asked once a second."""
+        """Readable when accept() has a connection. None: call accept() once a second instead."""
 
     def accept(self) -> Channel | None: ...
 
@@ -82,7 +82,7 @@ class TcpPort:
     def accept(self) -> TcpChannel | None:
         try:
             return TcpChannel(self._socket.accept()[0])
-        except OSError:  # the peer has gone already
+        except OSError:  # the peer has already gone
             return None
 
     def close(self) -> None:
@@ -113,7 +113,8 @@ class SerialChannel:
 
 
 class SerialPort:
-    """115200 8N1, no flow control. A port that vanished (USB) is opened again when it is back."""
+    """115200 8N1, no flow control. A port that vanished (USB) is opened again when it comes
+    back."""
 
     restarted = True
 

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a test may want to know about the link. A real gateway has no witness."""
+"""What a test may want to know about the link. A real gateway uses this class, which does
+nothing."""
 
 from __future__ import annotations
 
 
 class Witness:
-    """Called by the link thread: no call may block."""
+    """The link thread calls it, so no call may block."""
 
     def connection(self, opened: bool) -> None:
         """A connection was opened or closed."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the checks share: the gateway, what the user allows, and the list of checks."""
+"""What the checks share: the gateway, the user's permissions, and the list of checks."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Bench:
         return client
 
     def last_sample(self, client: Client, mark: int = 0) -> Received:
-        """The first one since the mark that has a travel."""
+        """The first sample since the mark that has a travel."""
         return client.expect("a sample with travel_mm", mark,
                              lambda r: r.word == "S" and bool(travels_mm(r)), 2.0 * self.patience)
 
@@ -89,7 +89,7 @@ class Bench:
                         f"speed_max_mm_s={self.fastest_mm_s():g}")
 
     def widest_limits(self, **changes: float) -> str:
-        """LIMITS a little inside what CAPS say."""
+        """LIMITS slightly inside of what CAPS say."""
         low, high = self.cap("travel_min_mm"), self.cap("travel_max_mm")
         inset_mm = 0.01 * (high - low)
         limits = {"force_min_N": -0.99 * self.cap("force_max_N"),
@@ -110,7 +110,7 @@ def values(samples: Received, key: str) -> list[float | None]:
 
 
 def travels_mm(samples: Received) -> list[float]:
-    """Without those that are missing."""
+    """All travels, without missing values."""
     return [v for v in values(samples, "travel_mm") if v is not None]
 
 
@@ -133,7 +133,8 @@ CHECKS: list[Check] = []
 
 def check(name: str, section: str, promise: str,
           moves: bool = False) -> Callable[[Callable[[Bench], None]], Callable[[Bench], None]]:
-    """Adds a function to the list. It raises Failed or Skipped, or the promise is kept."""
+    """Decorator that adds a function to the list of checks. The promise is kept unless the function
+    raises Failed or Skipped."""
 
     def add(run: Callable[[Bench], None]) -> Callable[[Bench], None]:
         CHECKS.append(Check(name, section, promise, run, moves))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The side of the daemon, for the check: sends what it is told, keeps all that comes."""
+"""The daemon's side of the link for the check: sends what it is given and keeps all that
+arrives."""
 
 from __future__ import annotations
 
@@ -16,11 +17,11 @@ HEARTBEAT_S = 0.2
 
 
 class Failed(Exception):
-    """A promise that was not kept."""
+    """A promise was not kept."""
 
 
 class Skipped(Exception):
-    """A check that cannot be made here, and why."""
+    """A check cannot be made here; the text says why."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Received:
 
 
 class Client:
-    """One connection. With `keep_alive` a thread of its own sends HB."""
+    """One connection. With `keep_alive` a separate thread sends HB."""
 
     def __init__(self, host: str, port: int, patience: float, ill_formed: list[str]) -> None:
         self.patience = patience
@@ -133,7 +134,7 @@ class Client:
             self._ill_formed.append(f"{bad}: {text[:120]}")
 
     def mark(self) -> int:
-        """A place in what was received: what comes from now on."""
+        """A position in what was received, from which later calls look on."""
         with self._news:
             return len(self._received)
 
@@ -143,7 +144,7 @@ class Client:
             return [r for r in self._received[mark:] if not wanted or r.word in wanted]
 
     def find(self, mark: int, wanted: Callable[[Received], bool], timeout_s: float) -> Received | None:
-        """The first line since the mark that is wanted; waits for it."""
+        """The first wanted line since the mark. Waits for it."""
         deadline_s = time.monotonic() + timeout_s
         at = mark
         with self._news:
@@ -165,7 +166,7 @@ class Client:
         return found
 
     def lately(self, mark: int) -> str:
-        """What came instead, for a message."""
+        """For a message: what arrived instead."""
         if self.closed_by_gateway:
             return "the gateway closed the connection"
         lines = [r.text[:100] for r in self.since(mark) if r.word not in ("S", "HB")]
@@ -174,7 +175,7 @@ class Client:
     # --- commands ---
 
     def command(self, text: str, number: int | None = None) -> Received:
-        """Sends a numbered command and waits for OK or ERR: at once, within 1 s."""
+        """Sends a numbered command and waits for OK or ERR, which must come within 1 s."""
         if number is None:
             number = self.number()
         mark = self.mark()
@@ -187,7 +188,7 @@ class Client:
                            1.0 * self.patience)
 
     def accepted(self, text: str) -> int:
-        """The number of a command that must be accepted."""
+        """Sends a command that must be accepted, and returns its number."""
         answer = self.command(text)
         if answer.word != "OK":
             raise Failed(f"`{text}` was refused: {answer.text}")
@@ -213,5 +214,5 @@ class Client:
 
 
 def seconds(duration_s: float) -> None:
-    """A pause in which something must or must not happen."""
+    """Waits, for something that must or must not happen meanwhile."""
     time.sleep(duration_s)

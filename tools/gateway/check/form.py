@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The form of what a gateway writes, checked strictly: what a reader forgives, a writer does not use."""
+"""Checks strictly the form of what a gateway writes. A reader must forgive some forms that a writer
+must not use."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ _REASONS = ("target", "force_limit", "travel_limit", "stop", "fault")
 
 
 def complaints(raw: bytes) -> Iterator[str]:
-    """What is wrong with one line of the gateway."""
+    """Everything that is wrong with one line of the gateway."""
     if len(raw) >= MAX_LINE_BYTES:
         yield "more than 65,536 bytes"
     if raw.endswith(b"\r"):
@@ -27,7 +28,7 @@ def complaints(raw: bytes) -> Iterator[str]:
     try:
         line = parse(raw)
     except Malformed:
-        return  # reported by who reads it
+        return  # the reader reports it
     yield from _blanks(raw.decode("utf-8"))
     if line.word not in _WORDS:
         yield "no word of section 1 to 6"

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Section 1: what a reader forgives and what it refuses."""
+"""Section 1: what a reader must forgive and what it must refuse."""
 
 from __future__ import annotations
 
 from .bench import Bench, check, require
 from .client import seconds
 
-_BAD = [  # each asks for samples, so that obeying it would be seen
+_BAD = [  # each asks for samples, so that obeying it would show
     ("a control character", b"#%d RATE hz=50 x=\x01"),
     ("a tab", b"#%d RATE\thz=50"),
     ("CR in the middle", b"#%d RATE hz=50\r x=1"),

@@ -67,7 +67,7 @@ def _bench(options: argparse.Namespace, parser: argparse.ArgumentParser) -> Benc
 
 
 def _meet(bench: Bench) -> None:
-    """Who is there, for the checks that depend on it."""
+    """Find out who is there, for the checks that depend on it."""
     with bench.connect() as client:
         hello, caps = bench.open(client)
         bench.hello, bench.caps = hello.line.fields, caps.line.fields
@@ -85,7 +85,7 @@ def _run(check: Check, bench: Bench) -> str:
     except Skipped as reason:
         print(f"skip  {label}: {reason}", flush=True)
         return "skipped"
-    except Exception as error:  # a bug of either side must not hide the other checks
+    except Exception as error:  # a bug on either side must not hide the other checks
         kind = "" if isinstance(error, Failed) else f"{type(error).__name__}: "
         print(f"FAIL  {label}: {kind}{error}", flush=True)
         return "failed"

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sections 4, 6 and 7 on a machine that moves; only inside what the user allows."""
+"""Sections 4, 6 and 7 on a machine that moves, but only within what the user allows."""
 
 from __future__ import annotations
 
 from .bench import Bench, check, flags, now_s, require, travels_mm, values
 from .client import Client, Received, Skipped, seconds
 
-_NEAR_MM = 0.05  # how exactly a gateway of any machine stands
+_NEAR_MM = 0.05  # within which any machine must stand
 
 
 def _go(bench: Bench, client: Client, text: str) -> tuple[int, int]:
-    """Says what will move, and moves. Returns number and mark."""
+    """Prints what will move, and moves it. Returns number and mark."""
     bench.say(f"moves: {text}")
     mark = client.mark()
     return client.accepted(text), mark
@@ -22,7 +22,7 @@ def _patience_s(bench: Bench) -> float:
 
 
 def _begin(bench: Bench) -> Client:
-    """A session with limits, samples, and the machine at the lower end of what is allowed."""
+    """A session with limits and samples, and the machine at the lower end of the allowed range."""
     client = bench.session(bench.rate_hz())
     try:
         bench.arm(client)
@@ -42,7 +42,7 @@ def _back(bench: Bench, client: Client) -> None:
 
 
 def _middle_mm(bench: Bench) -> float:
-    """A place that is reached in about half a second."""
+    """A travel that is reached in about half a second."""
     low, high = bench.travel_mm
     return min(high, low + 0.5 * bench.speed_mm_s)
 
@@ -107,7 +107,7 @@ def busy(bench: Bench) -> None:
 
 
 def _slow_speed_mm_s(bench: Bench) -> float:
-    """At which the whole way lasts for at least 4 s."""
+    """A speed at which the whole way takes at least 4 s."""
     low, high = bench.travel_mm
     return max(min(bench.speed_mm_s, (high - low) / 4), bench.cap("speed_min_mm_s"))
 
@@ -130,11 +130,12 @@ def stop(bench: Bench) -> None:
         require(order == ["DONE", "STOPPED"], f"expected DONE, then STOPPED, found {order}")
         _check_way(bench, before, sent_s, stopped)
         _require_standing(bench, client)
-        _back(bench, client)  # the limits stayed
+        _back(bench, client)  # the limits have not changed
 
 
 def _check_way(bench: Bench, before: Received, sent_s: float, stopped: Received) -> None:
-    """From the place at STOP: 20 ms, then the deceleration; and the age of the sample."""
+    """Checks the stopping distance from the place at STOP: 20 ms, then the deceleration, and the
+    age of the sample."""
     at = travels_mm(before)[-1]
     end = stopped.line.real("travel_mm")
     v = _slow_speed_mm_s(bench)

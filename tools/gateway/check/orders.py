@@ -22,7 +22,7 @@ def not_armed(bench: Bench) -> None:
     slow = bench.cap("speed_min_mm_s")
     with bench.session(bench.rate_hz()) as client:
         travel_mm = bench.present_travel_mm(client)
-        # Each would lead nowhere, should it be accepted by mistake.
+        # None of these would move the machine if it were accepted by mistake.
         client.refused(f"MOVE travel_mm={travel_mm:f} speed_mm_s={slow:f}", "not_armed")
         client.refused(f"MOVEF force_N=0 speed_mm_s={-slow:f} guard_mm={travel_mm:f}", "not_armed")
         force_codes = ("not_armed",) if bench.cap("force_hold") else ("not_armed", "unsupported")

@@ -8,7 +8,7 @@ from .bench import (CAPS_FLAGS, CAPS_NUMBERS, HELLO, LOOP_NUMBERS, OBSERVE, Benc
                     require, travels_mm)
 from .client import Client, Failed, Skipped, seconds
 
-_QUIET_S = 0.3  # in which nothing may come
+_QUIET_S = 0.3  # time in which nothing may arrive
 
 
 @check("hello", "2", "HELLO is answered by HELLO and CAPS, with all required fields")
@@ -77,7 +77,7 @@ def hello_again(bench: Bench) -> None:
 
 
 def _stay(bench: Bench, travel_mm: float) -> str:
-    """A motion that leads nowhere, should it be accepted by mistake."""
+    """A motion to the present place, which does no harm if it is accepted by mistake."""
     return f"MOVE travel_mm={travel_mm:f} speed_mm_s={bench.cap('speed_min_mm_s')}"
 
 

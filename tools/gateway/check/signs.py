@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sections 5 and 6 on a machine that stands: samples, life signs, silence."""
+"""Sections 5 and 6 on a machine that stands: samples, heartbeats and silence."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drive, specimen and load cell together: what is truly there, and what is shown of it."""
+"""Drive, specimen and load cell together: their true state, and what is shown of it."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Body:
 
     @property
     def travel_mm(self) -> float:
-        """True, machine's own."""
+        """True travel, in the machine's own coordinates."""
         return self._drive.travel_mm
 
     def turning(self) -> bool:
-        """The axis truly moves."""
+        """The axis is really moving."""
         return self._drive.true_mm_s != 0.0
 
     def device_s(self) -> float | None:
@@ -48,7 +48,7 @@ class Body:
         return in_steps(self._drive.travel_mm - self._zero_mm, self._rig.travel_resolution_mm)
 
     def _feel(self) -> None:
-        """The axis has made its step."""
+        """Called after the axis has made its step."""
         self.force_N = self._specimen.force_N(self._drive.travel_mm)
         self.peak_force_N = max(self.peak_force_N, self.force_N)
         self.max_travel_mm = max(self.max_travel_mm, self._drive.travel_mm)

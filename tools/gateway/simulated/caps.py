@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the simulated machine declares in CAPS, and whether that is honest."""
+"""What the simulated machine declares in CAPS, and whether it keeps that."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ _LESS_IS_SAFER = ("declared_deceleration_mm_s2", "declared_force_max_N", "declar
 
 
 def _truth(rig: Rig) -> dict[str, float]:
-    """The worst case of this machine, by the names of its declarations."""
-    # The force is seen at the next watch; when polling, in a reading of the last device cycle.
+    """The worst case of this machine, with the names of its declarations."""
+    # The force is noticed at the next watch. With polling, it is noticed in a reading of the last
+    # device cycle.
     cycles_s = rig.watch_cycle_s() + (0.0 if rig.device_stop else rig.device_cycle_s)
-    # A creeping specimen loses force at no more than twice the rate of a straight one.
+    # A creeping specimen loses force at no more than twice the rate of one that does not creep.
     creep_N_s = 2 * rig.cell_nominal_N * rig.creep_fraction / rig.creep_time_s
     return {
         "declared_force_max_N": rig.cell_nominal_N,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lies of the load cell, of its tare, of the samples and of their clock."""
+"""Lies of the load cell, its tare, the samples and their clock."""
 
 from __future__ import annotations
 
@@ -84,7 +84,8 @@ class ClockFrozen(Lie):
 
     def clock_s(self, device_s: float) -> float:
         if self._kept_s is None:
-            self._kept_s = device_s - (self.t_s - self.began_s)  # nobody asked until now
+            # the first question after the lie began
+            self._kept_s = device_s - (self.t_s - self.began_s)
         return self._kept_s
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samples on their way from the simulated device to the gateway: taken, spoilt, delayed."""
+"""Samples on their way from the simulated device to the gateway: taken, corrupted, delayed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Item = Union[Sample, Ended]
 
 
 class Sampler:
-    """When samples are due, and what is lost or missing of them."""
+    """Decides when samples are due, and which are lost or lack values."""
 
     def __init__(self, rig: Rig, seed: int) -> None:
         self._rig = rig
@@ -33,7 +33,7 @@ class Sampler:
         self._lost = 0
 
     def take(self, step_count: int, sample: Callable[[], Sample]) -> Sample | None:
-        """To be called after every step."""
+        """Must be called after every step."""
         if step_count < self._due_step:
             return None
         self._due_step += self._period_steps
@@ -57,8 +57,8 @@ class Sampler:
 
 
 class Delivery:
-    """Hands items over in their order: after a delay, samples also in bursts. The end of a motion
-    does not wait for the next burst, and takes the samples before it along."""
+    """Hands items over in order after a delay, samples also in bursts. The end of a motion does not
+    wait for the next burst, and takes the samples before it along."""
 
     def __init__(self, rig: Rig, lies: Honest | None = None) -> None:
         self._lies = lies or Honest()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The controller of the simulated machine. It has no clock and no thread: step() is STEP_S of its
-life, and what happens depends on nothing but the seed and the steps at which orders came."""
+"""The controller of the simulated machine. It has no clock and no thread: step() simulates STEP_S.
+What happens depends only on the seed and on the steps at which orders came."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ class Device(Body):
         self._cycle_steps = max(1, _steps(rig.device_cycle_s))
         self._watch_steps = max(1, _steps(rig.watch_cycle_s()))
         self._orders = Orders()
-        self._late: deque[tuple[int, Task]] = deque()  # a lie: motions that begin later
+        self._late: deque[tuple[int, Task]] = deque()  # for a lie: motions that begin later
         self._accepted = self._accepted_step = 0
         self._mode = _Mode.STAND
         self._task: Task | None = None
         self._loop: ForceLoop | None = None
         self._loop_window = NO_WINDOW
-        self._loop_ends = False  # a hold left its limits, the order to end it is on its way
+        self._loop_ends = False  # a hold left its limits, and the order to end it was given
         self._at_rest_N: deque[float] = deque(maxlen=max(1, round(
             rig.zero_average_s / (self._cycle_steps * STEP_S))))
         self._stood = True
@@ -58,7 +58,7 @@ class Device(Body):
     # --- what it knows ---
 
     def moving(self) -> bool:
-        """Until it stands, by its own account; a force that is held does not count."""
+        """Until the device says that it stands. A force that is held does not count."""
         task = self._task
         if task and task.hidden:
             return False
@@ -68,7 +68,7 @@ class Device(Body):
         return begins or seeks or brakes
 
     def state(self) -> State:
-        # An order on its way may set it in motion, or end a force that is held.
+        # An order that is not yet carried out may start a motion or end a force that is held.
         moving = self.moving() or bool(self._orders)
         return State(moving, self._loop is not None, self.shown_force_N(), self.shown_travel_mm(),
                      self._overload, 5 * self._rig.cell_noise_N + self._rig.cell_resolution_N,
@@ -87,7 +87,7 @@ class Device(Body):
         self._accept()
         task = plan(self._rig, motion, self._drive.travel_mm, self._zero_mm)
         delay_s = self._lies.order_delay_s()
-        if self._task:  # told long ago, and still under way
+        if self._task:  # DONE was sent too early, and it still moves
             self._mode, self._loop = _Mode.STAND, None
         self._task = task
         if delay_s:
@@ -200,7 +200,8 @@ class Device(Body):
             task.crossed_step, task.crossed_N = self.step_count, self.force_N
 
     def _cycle(self) -> None:
-        """Once per cycle of the controller: read, watch, control, see whether it stands."""
+        """Once per cycle of the controller: read, watch, control, and see whether the axis
+        stands."""
         self._cell.read(self.t_s, self.force_N)
         self._see_overload()
         if self._loop:
@@ -248,7 +249,7 @@ class Device(Body):
             self._see_loop_at_its_end(task, loop)
 
     def _see_loop_at_its_end(self, task: Task | None, loop: ForceLoop) -> None:
-        """Force control that would have to leave the limits of travel holds the travel there."""
+        """Force control that would leave the limits of travel holds the travel there."""
         low, high = self._range_mm(self._loop_window)
         at = self._drive.travel_mm
         outwards = high - at if loop.speed_mm_s > 0 else at - low
@@ -298,7 +299,7 @@ class Device(Body):
         self._outlet.truth("force_control", target_N=target_N, rate_N_s=rate_N_s)
 
     def _for_hold(self, window: Window, target_N: float) -> Window:
-        """A force that is held goes on being held, even where new limits exclude it."""
+        """A force that is held stays held, even if new limits exclude it."""
         loop = self.capabilities().loop
         band_N = 2 * loop.force_ripple_N if loop else 0.0
         return replace(window, force_min_N=min(window.force_min_N, target_N - band_N),
@@ -329,7 +330,8 @@ class Device(Body):
                        self._rig.loop_contact_N)
 
     def _brake_soon(self, task: Task | None, reason: str, text: str) -> None:
-        """The order goes out after the reaction of the watch; a motion begun later is not meant."""
+        """The order is carried out after the watch's reaction time. It does not stop a motion begun
+        later."""
         loop = self._loop
 
         def brake() -> None:
@@ -370,7 +372,7 @@ class Device(Body):
     # --- motions of a lie ---
 
     def _begin_late(self) -> None:
-        """An order that was accepted long ago, and perhaps stopped since."""
+        """Begins a motion that was accepted earlier and may have been stopped since."""
         if not self._late or self._late[0][0] > self.step_count:
             return
         task = self._late[0][1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lies of the drive, of the ends of motions, of STOP, and of what the machine declares."""
+"""Lies of the drive, of the ends of motions, of STOP, and of the machine's declarations."""
 
 from __future__ import annotations
 

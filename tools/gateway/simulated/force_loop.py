@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The closed force loop of the simulated device: a speed from the force that it reads, every cycle."""
+"""The closed force loop of the simulated device: in every cycle it sets a speed from the force
+read."""
 
 from __future__ import annotations
 
@@ -12,8 +13,9 @@ _SETTLED_S = 0.02
 
 
 class ForceLoop:
-    """Follows a reference that goes to the target at a rate. It knows the slope of the force, as an
-    adaptive controller does, but acts on readings that are loop_delay_s old: hence its overshoot."""
+    """Follows a reference that goes to the target at a rate. Like an adaptive controller it knows
+    the slope of the force, but it acts on readings that are loop_delay_s old. That is why it
+    overshoots."""
 
     def __init__(self, rig: Rig, now_N: float, target_N: float, rate_N_s: float,
                  tolerance_N: float) -> None:
@@ -25,7 +27,7 @@ class ForceLoop:
         self._tolerance_N = tolerance_N
         self._within_s = 0.0
         self.target_N = target_N
-        self.settled = False  # the target was reached: from now on it is held
+        self.settled = False  # the target was reached and is now held
         self.speed_mm_s = 0.0
 
     def cycle(self, t_s: float, reading_N: float, stiffness_N_mm: float) -> None:
@@ -39,7 +41,8 @@ class ForceLoop:
         self._see_whether_settled(reading_N)
 
     def _advance_reference(self) -> float:
-        """Returns its slope. It waits for a force that cannot follow, lest it shoot beyond later."""
+        """Returns the slope of the reference. The reference waits for a force that cannot follow,
+        so that the force does not overshoot later."""
         step_N = self._rate_N_s * self._cycle_s
         ahead_N = self._rate_N_s * 2 * self._rig.loop_response_s
         to_go_N = self.target_N - self._reference_N

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The hooks of a machine that lies or breaks. An honest machine passes every value on; a lie
-(cell_lies.py, drive_lies.py) overrides some of them, and is told from its beginning to
-its end only."""
+"""The hooks of a machine that lies or breaks. An honest machine passes every value on. A lie
+(cell_lies.py, drive_lies.py) overrides some of the hooks, and does so only from its beginning to
+its end."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from ..backend import Capabilities
 
 
 class Victim(Protocol):
-    """What a lie can do to the machine at its beginning and at its end."""
+    """What a lie can do to the machine when it begins or ends."""
 
     def trip(self, kind: str, text: str) -> None:
-        """The drive is cut off: whatever moves ends with a fault, and an EVENT tells so."""
+        """The drive is cut off. A motion under way ends with a fault, and an EVENT reports it."""
 
     def forget_tare(self, told: bool) -> None:
-        """told: the machine knows it and says a new origin."""
+        """told: the machine notices it and reports a new origin."""
 
     def restart_link(self) -> None:
-        """The gateway hangs up, as one does that begins anew."""
+        """The gateway hangs up, as if it had restarted."""
 
     def note_lie(self, name: str, on: bool) -> None: ...
 
@@ -31,7 +31,7 @@ class Honest:
     # --- load cell ---
 
     def felt_N(self, t_s: float, force_N: float) -> float:
-        """What the load cell makes of the force."""
+        """The force as the load cell senses it."""
         return force_N
 
     def scatter_N(self, noise_N: float) -> float:
@@ -39,63 +39,63 @@ class Honest:
         return noise_N
 
     def read_N(self, raw_N: float) -> float:
-        """The reading, with its noise, before tare."""
+        """The reading with noise, before tare."""
         return raw_N
 
     # --- drive ---
 
     def driven_mm_s(self, speed_mm_s: float) -> float:
-        """How fast the crosshead goes when the drive turns so fast."""
+        """The speed of the crosshead at this speed of the drive."""
         return speed_mm_s
 
     def not_ready(self) -> str:
-        """Why it cannot move; empty: it can."""
+        """Why the machine cannot move; empty if it can."""
         return ""
 
     def stopped(self) -> None:
-        """The drive carries out a STOP."""
+        """Called when the drive carries out a STOP."""
 
     # --- orders and ends ---
 
     def order_delay_s(self) -> float:
-        """A motion is accepted now and begins so much later."""
+        """An accepted motion begins this much later."""
         return 0.0
 
     def stop_delay_s(self) -> float:
-        """A STOP is carried out so much later; inf: never."""
+        """A STOP is carried out this much later; inf: never."""
         return 0.0
 
     def false_done_s(self) -> float | None:
-        """This motion does not take place, and DONE says target after so long; None: it does."""
+        """If not None, this motion does not take place, and DONE says target after this time."""
         return None
 
     def claims_target(self) -> bool:
-        """Such a DONE has the values that were asked for, not those that are there."""
+        """Such a DONE contains the requested values, not the present ones."""
         return False
 
     def ends_early(self, age_s: float) -> bool:
-        """DONE of a motion that is so old and goes on is told now."""
+        """DONE of a motion of this age is sent now, while it goes on."""
         return False
 
     def hides_motion(self) -> bool:
-        """After a DONE that came early the machine says that it stands."""
+        """After such a DONE the machine says that it stands."""
         return False
 
     def done_delay_s(self) -> float:
-        """DONE comes so much later than its standstill."""
+        """DONE is sent this long after standstill."""
         return 0.0
 
     def done_told(self) -> None:
-        """A motion has ended and DONE goes out."""
+        """Called when a motion has ended and DONE is sent."""
 
     # --- samples, clock, what is declared, the link ---
 
     def clock_s(self, device_s: float) -> float:
-        """What the device's clock shows."""
+        """The time that the device's clock shows."""
         return device_s
 
     def sample_due_s(self, t_s: float) -> float:
-        """When a sample of this time is handed over."""
+        """When a sample taken at t_s is handed over."""
         return t_s
 
     def done_overtakes_samples(self) -> bool:
@@ -105,22 +105,23 @@ class Honest:
         return true
 
     def withholds(self, line: bytes) -> bool:
-        """A line to the daemon that is not sent. Called by the link thread."""
+        """True for a line to the daemon that is not sent. Called by the link thread."""
         return False
 
     # --- time ---
 
     def follow(self, t_s: float, motion: int, since_s: float, victim: Victim) -> None:
-        """The time, how many motions were accepted, and how long ago the last one was."""
+        """Called with the time, the number of motions accepted so far, and the time since the last
+        one."""
 
     def untold(self) -> Sequence[str]:
-        """Lies that have not yet begun."""
+        """Lies that have not begun yet."""
         return ()
 
 
 @dataclass(frozen=True)
 class When:
-    """From at_s on, or from after_s of the n-th motion on; for_s long, or for ever."""
+    """From at_s on, or from after_s of the n-th motion on. It lasts for_s, or for ever."""
 
     at_s: float = 0.0
     motion: int = 0  # 0: at_s counts
@@ -136,14 +137,14 @@ class When:
 @dataclass(frozen=True)
 class Parameter:
     meaning: str
-    default: float | None = None  # None: must be given, unless it is optional
+    default: float | None = None  # None: must be given unless it is optional
     low: float = -math.inf
     high: float = math.inf
     optional: bool = False
 
 
 class Lie(Honest):
-    """One lie. `on` says whether it is told at present."""
+    """One lie. `on` says whether it is being told."""
 
     name: ClassVar[str]
     meaning: ClassVar[str]
@@ -152,7 +153,7 @@ class Lie(Honest):
     def __init__(self, when: When, values: Mapping[str, float], times: float = math.inf) -> None:
         self._when = when
         self._value = values
-        self._left = times  # of lies about single motions: so often
+        self._left = times  # how many motions it still applies to
         self._began = False
         self.on = False
         self.t_s = self.began_s = 0.0
@@ -168,23 +169,23 @@ class Lie(Honest):
             victim.note_lie(self.name, False)
 
     def begin(self, victim: Victim) -> None:
-        """Once."""
+        """Called once, when the lie begins."""
 
     def untold(self) -> Sequence[str]:
         return () if self._began else (self.name,)
 
     def once_more(self) -> bool:
-        """Counts."""
+        """Counts one motion."""
         self._left -= 1
         return self._left >= 0
 
 
 class CountedLie(Lie):
-    """About single motions: takes `times`."""
+    """A lie about single motions, which takes `times`."""
 
 
 class Lies(Honest):
-    """Several at once, each applied to what the one before it made."""
+    """Several lies at once. Each is applied to the result of the one before."""
 
     def __init__(self, lies: Iterable[Lie] = ()) -> None:
         self._lies = list(lies)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated machine as a back end: the device in real time, in a thread of its own.
 
-Orders carry the time at which they came and take effect at the next step after it, also when the
-thread is late: what happens depends on the times of the orders and the seed, not on the computer.
+Orders carry the time at which they came and take effect at the next step after it, even when the
+thread is late. So what happens depends on the times of the orders and the seed, not on the
+computer.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ from .rig import STEP_S, Rig
 from .truth import LINES_PER_S, Truth
 
 TURN_S = 0.001
-MOST_STEPS = 1000  # at once, when the thread is late
-PANEL_TOKEN = -1  # of motions that the link did not command
+MOST_STEPS = 1000  # at once, if the thread is late
+PANEL_TOKEN = -1  # for motions that the link did not command
 
 
 class SimulatedMachine(Backend):
@@ -35,7 +36,8 @@ class SimulatedMachine(Backend):
                  lies: Lies | None = None) -> None:
         self._rig = rig
         self._lies = lies or Lies()
-        self.hang_up: Callable[[], None] = lambda: None  # of the server, for a gateway that restarts
+        # of the server, for a gateway that restarts
+        self.hang_up: Callable[[], None] = lambda: None
         self._truth = truth
         self._listener: Listener | None = None
         self._device = Device(rig, seed, self, self._lies)
@@ -44,7 +46,7 @@ class SimulatedMachine(Backend):
         self._state = self._device.state()
         self._capabilities = self._device.capabilities()
         self._orders: deque[tuple[float, Callable[[], None]]] = deque()
-        self._late: list[tuple[float, Ended]] = []  # a lie: DONE that comes later
+        self._late: list[tuple[float, Ended]] = []  # for a lie: DONE that comes later
         self._boot = format(time.time_ns(), "x")
         self._zeros = 0
         self._ending = False
@@ -60,7 +62,7 @@ class SimulatedMachine(Backend):
         self._orders.append((self._now_s(), self._stop_device))
 
     def state(self) -> State:
-        # An order that the thread has not yet carried out may change everything.
+        # An order that is not yet carried out may change everything.
         return replace(self._state, moving=True) if self._orders else self._state
 
     def identity(self) -> Identity:
@@ -70,7 +72,7 @@ class SimulatedMachine(Backend):
         return self._capabilities
 
     def origin(self) -> str:
-        # Every start of the program is a machine that forgot its zero.
+        # Every start of the program is a machine that has lost its zero.
         return f"{self._boot}-{self._zeros}"
 
     # --- Backend: may block ---
@@ -100,7 +102,8 @@ class SimulatedMachine(Backend):
         self._thread.start()
 
     def close(self) -> None:
-        """Nothing moves a machine that is not there. Waits for standstill: a test asks where."""
+        """The device is gone, so nothing moves. Waits for standstill, because a test asks for the
+        place."""
         self.stop()
         deadline_s = self._now_s() + 2.0
         while self.state().moving and self._now_s() < deadline_s:
@@ -121,7 +124,7 @@ class SimulatedMachine(Backend):
             self._listener.origin_changed(self.origin(), "zeroed at the panel")
 
     def panel_lie(self, lie: Lie) -> None:
-        """Begins at its own time, which is now if that has gone by."""
+        """The lie begins at its own time, or now if that has passed."""
         self._call(lambda: self._lies.add(lie))
 
     # --- Outlet: for the device, in the machine's thread ---
@@ -174,7 +177,7 @@ class SimulatedMachine(Backend):
         steps = int(until_s / STEP_S) - device.step_count
         for _ in range(min(steps, MOST_STEPS)):
             while self._orders and self._orders[0][0] <= device.t_s:
-                self._orders[0][1]()  # taken away when it is done: see state()
+                self._orders[0][1]()  # removed only when it is done: see state()
                 self._orders.popleft()
             device.step()
             sample = self._sampler.take(device.step_count, device.sample)
@@ -186,7 +189,7 @@ class SimulatedMachine(Backend):
         self._state = device.state()
 
     def _hand_over(self) -> None:
-        """To the gateway, in order."""
+        """Passes reports to the gateway, in order."""
         assert self._listener is not None
         self._release_late(self._device.t_s)
         samples: list[Sample] = []
@@ -208,7 +211,7 @@ class SimulatedMachine(Backend):
             self._listener.samples(samples)
 
     def _call(self, order: Callable[[], None]) -> None:
-        """Lets the machine's thread do it, and waits for what becomes of it."""
+        """Lets the machine's thread make the call, and waits for the result."""
         result: Future[None] = Future()
 
         def carry_out() -> None:
@@ -223,7 +226,7 @@ class SimulatedMachine(Backend):
         result.result(timeout=5.0)
 
     def _stop_device(self) -> None:
-        self._release_late(math.inf)  # else STOPPED would be late too
+        self._release_late(math.inf)  # otherwise STOPPED would be late too
         self._device.stop()
         self._state = self._device.state()
 

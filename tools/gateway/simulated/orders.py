@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Orders on their way to the drive."""
+"""Orders on their way to the simulated drive."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Callable
 
 
 class Orders:
-    """Kept by the step at which they are due: a STOP overtakes what a slow watch has ordered."""
+    """Sorted by the step at which they are due, so a STOP overtakes the order of a slow watch."""
 
     def __init__(self) -> None:
         self._waiting: deque[tuple[int, Callable[[], None]]] = deque()

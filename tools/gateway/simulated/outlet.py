@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whom the simulated device talks to."""
+"""What the simulated device reports to."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..backend import Ended
 
 
 class Outlet(Protocol):
-    """What the device says: to the gateway, and to the witness of the truth."""
+    """Reports of the device to the gateway, and to the record of the truth."""
 
     def ended(self, end: Ended) -> None: ...
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The back door of the simulated machine: what a person at its panel can do, whoever commands the
-link. Lines of the same form over TCP: `MOVE travel_mm=12 speed_mm_s=0.5`, `STOP`,
-`ZERO force=1 travel=0`, each answered by `OK` or `ERR text=".."`. Travel is as shown. And what a person
-cannot: `LIE text="creep,speed_um_s=5"`, as --lie, from now on."""
+link. Lines over TCP in the form of the link (`MOVE travel_mm=12 speed_mm_s=0.5`, `STOP`, `ZERO
+force=1 travel=0`) are answered by `OK` or `ERR text=".."`. Travel is as shown. There is also one
+order that no person could give: `LIE text="creep,speed_um_s=5"` works like --lie, from now on."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drive, specimen and load cell. Travel here is the machine's own; all is advanced by STEP_S."""
+"""Drive, specimen and load cell. Travel is in the machine's own coordinates. Time goes in steps of
+STEP_S."""
 
 from __future__ import annotations
 
@@ -11,8 +12,9 @@ from .rig import STEP_S, Rig
 
 
 class Specimen:
-    """All that gives way in series: force = k d (1 + c d), its slope kept within bounds. Pressed
-    only; it never pulls. With creep a part of the compression goes away with time."""
+    """Everything that gives way in series: force = k d (1 + c d), with its slope kept within
+    bounds. It can only be pressed and never pulls. With creep, a part of the compression vanishes
+    with time."""
 
     def __init__(self, rig: Rig) -> None:
         self._contact_mm = rig.contact_travel_mm
@@ -21,7 +23,7 @@ class Specimen:
         self._crept_mm = 0.0
         self._creep_fraction = rig.creep_fraction
         self._creep_step = STEP_S / rig.creep_time_s
-        # Beyond this compression the slope stays at its bound.
+        # Above this compression the slope stays at its bound.
         bound = rig.stiffness_most_N_mm if self._c > 0 else rig.stiffness_least_N_mm
         self._bend_mm = (bound / self._k - 1) / (2 * self._c) if self._c else math.inf
         self._bound_N_mm = bound
@@ -40,13 +42,14 @@ class Specimen:
         return force + (d - bend) * self._bound_N_mm if d > bend else force
 
     def stiffness_N_mm(self, travel_mm: float) -> float:
-        """Slope of the force; without contact what it will be at first touch."""
+        """Slope of the force; without contact, the slope at first touch."""
         d = max(0.0, travel_mm - self._contact_mm - self._crept_mm)
         return self._k * (1 + 2 * self._c * d) if d < self._bend_mm else self._bound_N_mm
 
 
 def braking_speed_mm_s(distance_mm: float, deceleration_mm_s2: float) -> float:
-    """Fastest speed from which the drive, in steps, still stands within this distance."""
+    """The highest speed from which the drive, which moves in steps, can still stop within this
+    distance."""
     if distance_mm <= 0:
         return 0.0
     per_step = deceleration_mm_s2 * STEP_S
@@ -59,7 +62,7 @@ class Drive:
     def __init__(self, rig: Rig, lies: Honest) -> None:
         self.travel_mm = rig.start_travel_mm
         self.speed_mm_s = 0.0
-        self.true_mm_s = 0.0  # of the axis
+        self.true_mm_s = 0.0  # true speed of the axis
         self._ends_mm = rig.travel_min_mm, rig.travel_max_mm
         self._faster = rig.acceleration_mm_s2 * STEP_S
         self._slower = rig.deceleration_mm_s2 * STEP_S
@@ -72,7 +75,7 @@ class Drive:
         change = wanted_mm_s - v
         slowing = v * change < 0
         if slowing and v * wanted_mm_s < 0:
-            change = -v  # through standstill first
+            change = -v  # stop first
         most = self._slower if slowing else self._faster
         self.speed_mm_s = v + max(-most, min(most, change))
         self.true_mm_s = self._lies.driven_mm_s(self.speed_mm_s)
@@ -81,13 +84,13 @@ class Drive:
             self._meet_end()
 
     def _meet_end(self) -> None:
-        """What stops an axis that goes where nobody sent it."""
+        """An axis that goes where nothing sent it is stopped at the end of its travel."""
         low, high = self._ends_mm
         if not low <= self.travel_mm <= high:
             self.travel_mm, self.true_mm_s = max(low, min(high, self.travel_mm)), 0.0
 
     def step_to(self, target_mm: float, speed_mm_s: float) -> bool:
-        """One step of a motion that stands at the target. True when it does."""
+        """One step of a motion to the target. True when the axis stands there."""
         distance = target_mm - self.travel_mm
         if abs(distance) < self.ARRIVED_MM and abs(self.speed_mm_s) <= self._slower:
             self.travel_mm, self.speed_mm_s, self.true_mm_s = target_mm, 0.0, 0.0
@@ -97,7 +100,7 @@ class Drive:
         return False
 
     def step_within(self, wanted_mm_s: float, low_mm: float, high_mm: float) -> None:
-        """One step at the wanted speed that never leads out of a range of travel."""
+        """One step at the wanted speed that never leaves the range of travel."""
         up = braking_speed_mm_s(high_mm - self.travel_mm, self._deceleration)
         down = braking_speed_mm_s(self.travel_mm - low_mm, self._deceleration)
         self.step(max(-down, min(up, wanted_mm_s)))
@@ -111,14 +114,14 @@ class LoadCell:
         self._random = random.Random(f"cell {seed}")
         self._lies = lies
         self.tare_N = 0.0
-        self.raw_N = 0.0  # last reading, before tare and resolution
+        self.raw_N = 0.0  # last reading before tare and resolution
 
     def unloaded_N(self, t_s: float) -> float:
-        """What it shows without load and noise."""
+        """The value shown without load and noise."""
         return self._rig.cell_offset_N + self._rig.cell_drift_N_s * t_s - self.tare_N
 
     def quiet_N(self, t_s: float, force_N: float) -> float:
-        """What it would show without noise and steps."""
+        """The value shown without noise and resolution."""
         return self._rig.cell_gain_ratio * force_N + self.unloaded_N(t_s)
 
     def read(self, t_s: float, force_N: float) -> None:
@@ -138,5 +141,5 @@ class LoadCell:
 
 
 def in_steps(value: float, step: float) -> float:
-    # The second rounding takes away the last bits, which no instrument shows.
+    # The second rounding removes the last bits, which no instrument shows.
     return round(round(value / step) * step, 9) if step else value

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of the simulated machine: what it truly is, and what it declares.
+"""The parameters of the simulated machine: its true properties and what it declares.
 
-A key has its unit in its name. Unknown keys are refused.
+Each key has its unit in its name. Unknown keys are refused.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from typing import Any, Iterator, Mapping
 
-STEP_S = 0.0002  # of the physics
+STEP_S = 0.0002  # step of the physics
 
 
 class BadRig(Exception):
@@ -178,7 +178,8 @@ def _check_together(rig: Rig) -> None:
 
 
 def parse_text(text: str, name: str) -> dict[str, Any]:
-    """A rig file: one JSON object, whole lines of // are remarks. Raises BadRig."""
+    """Reads a rig file: one JSON object, in which lines that begin with // are remarks. Raises
+    BadRig."""
     bare = "\n".join("" if line.lstrip().startswith("//") else line for line in text.splitlines())
     try:
         found = json.loads(bare, object_pairs_hook=_no_doubles)
@@ -199,7 +200,7 @@ def _no_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def parse_setting(text: str) -> tuple[str, Any]:
-    """key=value of --set. A value that is no JSON is a text."""
+    """Reads key=value of --set. A value that is not JSON is taken as text."""
     key, equals, value = text.partition("=")
     if not equals:
         raise BadRig(f"--set {text}: expected key=value")
@@ -210,7 +211,7 @@ def parse_setting(text: str) -> tuple[str, Any]:
 
 
 def describe(rig: Rig) -> Iterator[str]:
-    """A rig file with all parameters and their meaning."""
+    """The lines of a rig file with all parameters and their meaning."""
     known = list(_fields().values())
     yield "{"
     for f in known:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One motion of the simulated device: what was asked, how far it is, what a reading says about it."""
+"""One motion of the simulated device: what was asked, its progress, and what a reading says about
+it."""
 
 from __future__ import annotations
 
@@ -18,19 +19,19 @@ class Task:
     goal_mm: float  # machine's own travel
     speed_mm_s: float
     running: bool = False
-    reason: str = ""  # why it is ending; empty: it goes on
+    reason: str = ""  # why it is ending; empty while it goes on
     text: str = ""
-    contact: bool = False  # of RAMPF: found, standing comes next, then the loop
-    crossed_step: int = 0  # of MOVEF: when the true force passed the threshold
+    contact: bool = False  # for RAMPF: contact was found, then comes standstill, then the loop
+    crossed_step: int = 0  # for MOVEF: step at which the true force passed the threshold
     crossed_N: float = 0.0
     brake_step: int = 0
     begin_step: int = 0
-    told: bool = False  # a lie: DONE was said already
-    hidden: bool = False  # a lie: it goes on, and the machine says that it stands
-    asleep: bool = False  # a lie: it begins later, or never
+    told: bool = False  # for a lie: DONE was already sent
+    hidden: bool = False  # for a lie: it goes on, while the machine says that it stands
+    asleep: bool = False  # for a lie: it begins later or never
 
     def truth(self, end_N: float) -> dict[str, object]:
-        """How the force ended a MOVEF."""
+        """For the record of the truth: how the force ended a MOVEF."""
         motion, crossed = self.motion, self.crossed_step > 0
         assert isinstance(motion, MoveToForce)
         reaction_s = (self.brake_step - self.crossed_step) * STEP_S
@@ -42,13 +43,13 @@ class Task:
 
 
 def range_mm(rig: Rig, window: Window, zero_mm: float) -> tuple[float, float]:
-    """Machine's own travel within which a motion stays."""
+    """The range of travel that a motion must not leave, in the machine's own coordinates."""
     return (max(rig.travel_min_mm, window.travel_min_mm + zero_mm),
             min(rig.travel_max_mm, window.travel_max_mm + zero_mm))
 
 
 def plan(rig: Rig, motion: Motion, at_mm: float, zero_mm: float) -> Task:
-    """The task of a motion that begins at this travel, the machine's own."""
+    """The task of a motion that begins at at_mm, in the machine's own coordinates."""
     low, high = range_mm(rig, motion.window, zero_mm)
     if isinstance(motion, Move):
         goal = motion.travel_mm + zero_mm
@@ -64,8 +65,8 @@ def plan(rig: Rig, motion: Motion, at_mm: float, zero_mm: float) -> Task:
 
 def finding(task: Task | None, loop_window: Window | None, value_N: float, overload: bool,
             contact_N: float) -> tuple[str, str] | None:
-    """What a reading says about the motion under way: reason and text of its end, or None.
-    loop_window: what bounds the force loop, if it has the drive."""
+    """What a reading means for the motion under way: reason and text of its end, or None.
+    loop_window: bounds of the force loop if it has the drive, otherwise None."""
     direction = task.direction if task and not loop_window else 0
     if task and isinstance(task.motion, MoveToForce):
         if (value_N - task.motion.force_N) * task.direction >= 0:
@@ -81,7 +82,7 @@ def finding(task: Task | None, loop_window: Window | None, value_N: float, overl
 
 
 def claimed(task: Task, force_N: float | None, travel_mm: float) -> Ended:
-    """A lie: the end of a motion that did not take place, as if it had reached its target."""
+    """For a lie: the end of a motion that did not take place, as if it had reached its target."""
     motion = task.motion
     if isinstance(motion, Move):
         travel_mm = motion.travel_mm

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The witness: what truly happened, as JSON lines, for a test to read while it runs.
+"""The record of the truth as JSON lines, which a test can read while the machine runs.
 
-Every line has t_s (seconds of the machine's life), force_N, travel_mm (true; the machine's own),
-peak_force_N, moving, session and bytes_received. An event has its name in `event`; what came over the
-link has the time of its coming and the state of the machine that was last known. A line without an
-event comes at most 50 times a second. The last line is the event `summary`.
+Every line has t_s (seconds since the machine began), force_N, travel_mm (true, in the machine's own
+coordinates), peak_force_N, moving, session and bytes_received. An event has its name in `event`. An
+event of the link has the time at which it came, and the last known state of the machine. Lines
+without an event come at most 50 times a second. The last line is the event `summary`.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ LINES_PER_S = 50
 
 
 class Truth(Witness):
-    """All methods only put something into a queue; a thread of its own writes, so that no file ever
-    holds up the link or the machine."""
+    """All methods only put something into a queue, which a separate thread writes. So no file ever
+    delays the link or the machine."""
 
     def __init__(self, file: TextIO) -> None:
         self._file = file
@@ -34,7 +34,7 @@ class Truth(Witness):
     # --- the machine ---
 
     def put(self, event: str, **fields: Any) -> None:
-        """event "": only the state of the machine."""
+        """event "": records only the state of the machine."""
         self._queue.put((event, fields))
 
     def close(self) -> None:
@@ -75,7 +75,7 @@ class Truth(Witness):
 
 
 class _Book:
-    """What the lines say, and the sums."""
+    """What the lines contain, and the sums."""
 
     _WORDS = {"STOP": "stops", "HELLO": "hellos", "OBSERVE": "observes", "HB": "life_signs"}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A session without threads, sockets and real time; a gateway as a process."""
+"""A session without threads, sockets and real time, and a gateway as a process."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PROGRAM = Path(__file__).resolve().parents[1] / "lcrig-gateway"
 
 
 class FakeMachine(Backend):
-    """Does nothing by itself; keeps what it was told."""
+    """Does nothing by itself and records its calls."""
 
     def __init__(self) -> None:
         self.calls: list[Any] = []
@@ -88,7 +88,7 @@ class FakeMachine(Backend):
 
 
 class Desk:
-    """A session with its daemon, its machine and its clock, all at hand."""
+    """A session together with its daemon, its machine and its clock."""
 
     def __init__(self, revision: int = 2) -> None:
         self.machine = FakeMachine()
@@ -131,7 +131,7 @@ class Desk:
             count -= 1
 
     def say(self, *texts: str) -> list[Line]:
-        """Lines of the daemon; returns what the gateway says."""
+        """The daemon sends these lines. Returns what the gateway answers."""
         for text in texts:
             self.session.received(text.encode())
         return self.said()
@@ -146,12 +146,12 @@ class Desk:
         return lines[0]
 
     def code(self, text: str) -> str:
-        """OK, or the code of the refusal."""
+        """OK, or the code of the refusal, as the answer to a command."""
         line = self.one(text)
         return line.fields["code"] if line.word == "ERR" else line.word
 
     def wait(self, seconds: float, step_s: float = 0.01) -> list[Line]:
-        """Time goes by; the daemon says nothing."""
+        """Lets time pass while the daemon is silent."""
         for _ in range(round(seconds / step_s)):
             self.time_s += step_s
             self.session.tick()
@@ -163,7 +163,7 @@ class Desk:
         return self
 
     def end(self, reason: str, text: str = "") -> list[Line]:
-        """The last motion ends."""
+        """Ends the last motion."""
         self.session.ended(Ended(self.machine.motion().token, reason, text, 0.5, 1.0))
         return self.said()
 
@@ -187,7 +187,7 @@ class Gateway:
 
     @functools.cached_property
     def ready(self) -> dict[str, Any]:
-        """Waits for it."""
+        """Waits until the gateway is ready."""
         assert self.process.stdout
         line = self.process.stdout.readline()
         if not line:
@@ -207,7 +207,7 @@ class Gateway:
         return host, int(port)
 
     def end(self) -> tuple[int, str]:
-        """SIGTERM; exit code and what it said on stderr."""
+        """Sends SIGTERM. Returns the exit code and standard error."""
         if self.process.poll() is None:
             self.process.terminate()
         _, errors = self.process.communicate(timeout=10)

@@ -29,7 +29,7 @@ SCRIPT = Path(check_main.__file__).resolve().parents[1] / "check_gateway.py"
 
 class Runs:
     """The whole check as a program, against the simulated gateway of one revision. The checks are
-    dealt out to several gateways, which run at the same time."""
+    divided among several gateways, which run at the same time."""
 
     def __init__(self, revision: int, hands: int) -> None:
         self._stack = contextlib.ExitStack()
@@ -62,7 +62,7 @@ _RUNS: dict[int, Runs] = {}
 
 
 def setUpModule() -> None:
-    """They take their time, most of it waiting: the other tests run meanwhile."""
+    """Starts the checks, which mostly wait, so that the other tests run meanwhile."""
     _RUNS.update({2: Runs(2, 6), 1: Runs(1, 3)})
     for runs in _RUNS.values():
         runs.begin()
@@ -95,7 +95,8 @@ class Conformance(unittest.TestCase):
 
 @contextlib.contextmanager
 def served(**rig: Any) -> Iterator[list[str]]:
-    """The simulated gateway in this process, so that a test can break it: address for the check."""
+    """Serves the simulated gateway in this process, so that a test can break it. Yields the address
+    for the check."""
     machine = SimulatedMachine(with_values(Rig(), {**RIG, **rig}))
     port = TcpPort("127.0.0.1", 0)
     panel = Panel(machine, 0)
@@ -111,7 +112,7 @@ def served(**rig: Any) -> Iterator[list[str]]:
 
 
 class BrokenGateways(unittest.TestCase):
-    """The check finds a gateway that breaks a promise."""
+    """The check must find a gateway that breaks a promise."""
 
     def fails(self, name: str, *patches: Any, moves: bool = False) -> None:
         output = io.StringIO()

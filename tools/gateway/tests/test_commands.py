@@ -135,7 +135,7 @@ class Malformed(unittest.TestCase):
 
 
 class Judging(unittest.TestCase):
-    """Section 4: limits, and the way back from beyond them."""
+    """Section 4: limits, and the way back from beyond a limit."""
 
     def check(self, text: str, expected: str, **state: object) -> Desk:
         desk = Desk().armed()

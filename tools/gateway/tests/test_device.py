@@ -52,7 +52,7 @@ class Bench:
         return self
 
     def do(self, motion: Any, most_s: float = 20.0) -> Ended:
-        """Runs until the motion has ended."""
+        """Steps until the motion has ended."""
         count = len(self.ends)
         self.device.start(motion)
         for _ in range(round(most_s / STEP_S)):
@@ -190,7 +190,7 @@ class ForceStops(unittest.TestCase):
         bench.device.start(MoveToForce(1, WIDE, 0.01, 0.1, 22.0))
         while bench.device.force_N < 0.02:
             bench.run(0.01)
-        bench.run(0.06)  # the look has happened, its order is on its way
+        bench.run(0.06)  # the watch has noticed it, and its order is not yet carried out
         bench.device.stop()
         bench.run(0.02)
         self.assertEqual(len(bench.ends), 1)

@@ -292,7 +292,7 @@ class Ends(unittest.TestCase):
 
 
 class TwoAtATime(unittest.TestCase):
-    """Whatever lies meet: the machine stays within its ends and tells each end once."""
+    """Whatever lies are combined, the machine stays within its ends and reports each end once."""
 
     _VALUES = {"rate_N_s": 0.5, "factor": 10, "jump_s": 5, "delay_s": 0.3, "period_s": 0.5, "speed_um_s": 50}
 

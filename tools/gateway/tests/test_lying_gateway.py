@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lies as a daemon meets them: options of the program, over the link."""
+"""Lies as a daemon meets them: as options of the program, and over the link."""
 
 import sys
 import unittest

@@ -21,7 +21,7 @@ _LINES = ["STOP", "HB", "STATUS", "RATE hz=50", "RATE hz=x", LIMITS, LIMITS, "ZE
 
 
 class Ledger:
-    """Follows one session from outside, and objects."""
+    """Follows one session from outside and reports violations."""
 
     def __init__(self, test: unittest.TestCase) -> None:
         self.test = test
@@ -64,7 +64,7 @@ class Ledger:
 
 
 class RandomSessions(unittest.TestCase):
-    """Whatever comes in whatever order: one answer per command, DONE after OK, nothing begins without
+    """For any sequence of lines: one answer per command, DONE after OK, nothing begins without
     limits or twice, and every STOP is answered in the end."""
 
     def test_hundreds(self) -> None:
@@ -118,7 +118,7 @@ class RandomSessions(unittest.TestCase):
             ledger.see(line)
 
     def settle(self, desk: Desk, ledger: Ledger) -> None:
-        """All motions end, and everything is answered."""
+        """All motions end, and every line is answered."""
         desk.blocked = False
         desk.release()
         for call in list(desk.machine.calls):

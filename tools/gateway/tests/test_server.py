@@ -22,7 +22,7 @@ HELLO = "HELLO proto=1 revision=2 side=host"
 
 
 class Blocked(FakeMachine):
-    """Hangs in every command until it is let go, and says when it was stopped."""
+    """Hangs in every command until it is released, and tells when it was stopped."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -39,7 +39,7 @@ class Blocked(FakeMachine):
 
 
 class Running:
-    """A server in a thread, on a fake machine."""
+    """A server in a thread, with a fake machine."""
 
     def __init__(self, machine: FakeMachine) -> None:
         self.port = TcpPort("127.0.0.1", 0)
@@ -59,7 +59,7 @@ class Running:
 
 
 class Paths(unittest.TestCase):
-    """Section 7, number 2: nothing blocks STOP, silence and a closed connection."""
+    """Section 7, number 2: nothing delays STOP, silence or the end of a connection."""
 
     def hanging(self, machine: Blocked, link: Link) -> None:
         link.send(HELLO)
@@ -205,7 +205,7 @@ class Program(unittest.TestCase):
         self.assertAlmostEqual(summary["peak_force_N"], 0.5, delta=0.1)
 
     def _check_stop(self, gateway: Gateway) -> None:
-        """By the times of the witness, which no load of the computer can spoil."""
+        """Uses the times of the witness, which do not depend on the load of the computer."""
         received_s = gateway.events("stop_received")[0]["t_s"]
         begun_s = next(e["t_s"] for e in gateway.events("stop_begun") if e["t_s"] >= received_s)
         self.assertLess(begun_s - received_s, 0.02)

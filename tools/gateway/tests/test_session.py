@@ -116,7 +116,8 @@ class Observing(unittest.TestCase):
         self.assertEqual((words, desk.said()), ({"HB"}, []))
         desk.say("HB")
         desk.session.samples([sample()])
-        self.assertEqual(desk.said()[0].fields["seq"], "4")  # what was not sent is a hole
+        # the samples that were not sent show as a gap
+        self.assertEqual(desk.said()[0].fields["seq"], "4")
 
     def test_observe_gives_the_command_back(self) -> None:
         desk = Desk().armed()
@@ -173,7 +174,7 @@ class Stopping(unittest.TestCase):
         desk = Desk().armed()
         desk.blocked = True
         desk.say("#2 MOVE travel_mm=1 speed_mm_s=1")
-        desk.release(1)  # refresh; start() is now in the command thread
+        desk.release(1)  # releases refresh(); start() is now in the command thread
         self.assertEqual(desk.say("STOP"), [])
         desk.release()
         self.assertEqual(desk.machine.stops(), 2)
