@@ -13,8 +13,8 @@ namespace lcrig {
 // Nothing overflows and no difference is taken. Relative error below 1e-14.
 double bessel_bulge(double x);
 
-// E_a, Pa. shape_factor S = radius/(2 thickness) > 0, poisson_ratio 0 to 0.5. At 0.5 it is E (1 + 2
-// S^2). Within 2.9 % of the exact modulus for S = 0.5 to 80, and 0.2 % from S = 40.
+// E_a, Pa. shape_factor S = radius/(2 thickness) > 0, poisson_ratio 0 to 0.5. At 0.5 the result is
+// E (1 + 2 S^2). Within 2.9 % of the exact modulus for S = 0.5 to 80, and 0.2 % from S = 40.
 double bonded_modulus_Pa(double shear_modulus_Pa, double poisson_ratio, double shape_factor);
 
 // Strain of the nonlinear form: the confined neo-Hookean strain (form A, dead pressure) times the

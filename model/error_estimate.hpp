@@ -22,7 +22,8 @@ struct ErrorEstimate {
   double order = 0;  // observed order of the mesh; 0: none
   bool settled = true;  // the meshes are fine enough for their order to be trusted
   // Finite strain has no solution above this pressure, which is below the one asked for. The values
-  // above hold at this pressure; beyond it the level extrapolates.
+  // above hold at this pressure; values beyond it are
+  // extrapolated.
   std::optional<Pressure> lost_beyond;
 };
 
@@ -65,7 +66,7 @@ class ErrorEstimator {
 
   Specimen specimen_;
   std::map<Key, Solver> solvers_;
-  std::optional<Pressure> lost_;  // what the last failure reported
+  std::optional<Pressure> lost_;  // where the last failure lost the solution
 };
 
 // For a single question. Errors: as ErrorEstimator::estimate.

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One axisymmetric rectangular element: biquadratic displacement, discontinuous linear pressure
-// (Q2/P-1), neo-Hooke form A with the pressure as a field of its own,
-//   W = mu/2 (I1 - 3 - 2 ln J) + p ln J - p^2/(2 lambda).
-// So nu = 0.5 (1/lambda = 0) is no special case and nothing locks. The pressure is condensed inside
-// the cell, which leaves a symmetric system of displacements for FemSystem. docs/model.md,
-// "Elements".
+// One axisymmetric rectangular element for FemSystem: biquadratic displacement and discontinuous
+// linear pressure (Q2/P-1). The pressure is condensed inside the cell, which leaves a symmetric
+// system of displacements. docs/model.md, "Elements".
 #pragma once
 
 #include <array>
@@ -36,6 +33,9 @@ struct CellResult {
   double energy;  // J; `force` and `lack` are its derivatives
 };
 
+// The energy is that of neo-Hooke form A, with the pressure as a field of its own,
+//   W = mu/2 (I1 - 3 - 2 ln J) + p ln J - p^2/(2 lambda),
+// so nu = 0.5 (1/lambda = 0) is no special case and nothing locks.
 // Fills `out` at displacements u and pressures p. For a nearly incompressible material (1/lambda
 // below 1e-7/mu) condensing would lose its digits, so `gain` is that of 1e-7/mu; repeated steps
 // still drive `lack` to zero. Returns false, and `out` is useless, when an integration point is

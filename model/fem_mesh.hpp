@@ -23,8 +23,8 @@ struct MeshSettings {
 };
 inline constexpr int kFinestMesh = 3;
 inline constexpr int kFinestFiniteMesh = 2;  // with finite strain finer corners fold over early
-inline constexpr int kCoarsestMember = -2;  // coarser and finer meshes than these serve estimates
-inline constexpr int kFinestMember = 5;  // and references
+inline constexpr int kCoarsestMember = -2;  // of the family, for estimates
+inline constexpr int kFinestMember = 5;  // of the family, for references
 
 // n + 1 positions from a to b, n cells of one size.
 std::vector<double> even_edges(double a, double b, int n);
