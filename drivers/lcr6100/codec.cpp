@@ -36,8 +36,8 @@ std::optional<double> take_number(std::string_view& text) {
   return value;
 }
 
-// Sign, one digit, point, decimals, 'e', sign, two digits: anything else lost or won a byte on its
-// way. Returns the number of decimals, 0 when the form is another one.
+// The only valid form is sign, one digit, point, decimals, 'e', sign, two digits. Any other lost or
+// gained a byte on its way. Returns the number of decimals, or 0 for another form.
 std::size_t output_decimals(std::string_view f) {
   if (f.size() < 8 || (f[0] != '+' && f[0] != '-') || !is_digit(f[1]) || f[2] != '.') return 0;
   const std::size_t e = f.size() - 4;
@@ -122,7 +122,7 @@ Result<Identity> parse_identity(std::string_view line) {
     part[i] = trimmed(rest.substr(0, comma));
     rest.remove_prefix(comma + 1);
   }
-  part[3] = trimmed(rest);  // has a comma of its own: "Good Will Instrument Co., Ltd."
+  part[3] = trimmed(rest);  // contains a comma: "Good Will Instrument Co., Ltd."
   Identity out;
   out.model = part[0];
   out.firmware = part[1];
@@ -170,7 +170,8 @@ LcrCapabilities capabilities() {
   c.bias_min = Voltage::from_si(-2.5);
   c.bias_max = Voltage::from_si(2.5);
   c.average_max = 256;
-  // FAST from logs of a real LCR-6100, SLOW from 120-fold averaging on an LCR-6300, MED estimated.
+  // FAST is from logs of a real LCR-6100, SLOW from 120-fold averaging on an LCR-6300, MED
+  // estimated.
   c.conversion[0] = std::chrono::milliseconds(65);
   c.conversion[1] = std::chrono::milliseconds(120);
   c.conversion[2] = std::chrono::milliseconds(380);

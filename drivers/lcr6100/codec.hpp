@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The LCR-6000 dialect, bytes <-> values; pure. Manual of the series, PDF p.98 ff. (commands, line
-// ends, numbers), behaviour as seen on real meters.
+// The LCR-6000 dialect: pure functions from bytes to values and back, for driver and settings.
+// Sources: manual of the series, PDF p.98 ff. (commands, line ends, numbers), and real meters.
 //
 // Reading line: `<primary>,<secondary>[,<mon1>,<mon2>],<bin>,<aux>,<total>` CR LF, for example
 // `+4.64627e-10,+3.88413e-03,OUT ,AUX-NG,NG`; DCR has one number and no <aux>. Numbers are C
-// "%+.5e" in SI units; 1e20 is an overload. The words judge a comparator and say nothing about
-// validity.
+// "%+.5e" in SI units; 1e20 is an overload. The words are the comparator's verdict and say nothing
+// about validity.
 #pragma once
 
 #include <optional>
@@ -34,10 +34,10 @@ bool is_supported_model(std::string_view model);
 
 // A number in the meter's output format, "%+.5e".
 std::string format_number(double value);
-// A number as a parameter, shortest form that reads back the same.
+// A number as a parameter: the shortest form that reads back the same.
 std::string format_parameter(double value);
-// `1.000000e+03`, `1.000e-01V`, `+2.50V`, `12ms`, `100`: value in SI. nullopt: not a number with a
-// known unit.
+// The SI value of `1.000000e+03`, `1.000e-01V`, `+2.50V`, `12ms` or `100`. nullopt: not a number
+// with a known unit.
 std::optional<double> parse_with_unit(std::string_view text);
 
 enum class SettingId {
@@ -59,7 +59,7 @@ enum class SettingId {
   correction
 };
 
-// One line of the set-up: what is sent, how it is asked back, and what must come.
+// One line of the set-up: the command, the query that reads it back, and the expected answer.
 struct Setting {
   Setting(SettingId i, std::string_view n, std::string h, std::string v)
       : id(i), name(n), set(h + " " + v), query(std::move(h) + "?"), wanted(std::move(v)) {}
@@ -68,12 +68,12 @@ struct Setting {
   std::string set, query;  // command lines
   std::string wanted;
 };
-// In the order in which they are to be sent; the trigger is the last.
+// All settings in the order in which to send them; the trigger comes last.
 std::vector<Setting> settings_for(const LcrSettings& s);
-// True when the read-back says what was wanted: words in any case, numbers within the meter's
-// resolution. A reply that does not parse is no match.
+// True when the read-back is what was wanted. The case of words is ignored; numbers may differ by
+// the meter's resolution. A reply that does not parse does not match.
 bool matches(const Setting& setting, std::string_view reply);
-// Writes a read-back that matches into `s`, with the meter's own digits.
+// Stores a matching read-back in `s`, with the meter's own digits.
 void apply(const Setting& setting, std::string_view reply, LcrSettings& s);
 
 // Ranges and conversion times of the LCR-6100.

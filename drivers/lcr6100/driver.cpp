@@ -13,13 +13,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kAfterOpen = 500ms;  // the meter's USB bridge needs it
-constexpr Duration kPace = 150ms;  // after a set command, else some are lost
+constexpr Duration kAfterOpen = 500ms;  // needed by the meter's USB bridge
+constexpr Duration kPace = 150ms;  // after a set command; without it some are lost
 constexpr Duration kReplyTime = 1s;
 constexpr Duration kCorrectionTime = 120s;
 constexpr int kTries = 3;
 constexpr int kSlowReadings = 5;
-// FAST at 1 kHz and more gives 15 readings a second; far fewer mean that the meter fell into its
+// FAST at 1 kHz and above gives 15 readings a second. Far fewer mean that the meter fell into its
 // slow state, which ends when the set-up is sent again.
 constexpr double kFastFrom = 1000;  // Hz
 constexpr double kSlowFactor = 2.2;
@@ -49,8 +49,8 @@ Task<Result<>> Lcr6100::set(std::string_view command) {
   co_return sent;
 }
 
-// The first line after opening may be garbage, and nothing is known of the other side yet: asked up
-// to three times, on a line that was emptied before.
+// The first line after opening may be garbage, and the other side is not known yet. So this asks up
+// to three times and empties the line before each.
 Task<Result<Reply>> Lcr6100::ask_identity() {
   Result<Reply> reply = fail(Errc::no_reply, "{}: not asked", link_.name());
   for (int i = 0; i < kTries; ++i) {
@@ -93,7 +93,7 @@ Task<Result<Identity>> Lcr6100::identify() {
   co_return identity;
 }
 
-// Result codes off; echo and unasked readings off too when the meter was seen to send them.
+// Turns result codes off. Turns echo and unasked readings off when the meter was seen to send them.
 Task<Result<>> Lcr6100::quieten() {
   auto sent = co_await set("SYST:CODE OFF");
   if (!sent) co_return sent;
@@ -131,7 +131,7 @@ Result<> Lcr6100::check(const LcrSettings& s) const {
   return {};
 }
 
-// Sends one setting until its read-back says that it was taken.
+// Sends one setting until its read-back matches, up to three times.
 Task<Result<>> Lcr6100::establish(const Setting& setting, LcrSettings& got) {
   Result<Reply> reply = fail(Errc::bug, "{}: not asked", link_.name());
   for (int i = 0; i < kTries; ++i) {
@@ -198,7 +198,7 @@ Task<Result<LcrSettings>> Lcr6100::set_up(LcrSettings settings, bool look_first)
   co_return got;
 }
 
-// Five readings in a row, each far slower than the setting allows.
+// The meter counts as slow after five readings in a row that took far too long for the setting.
 void Lcr6100::note_duration(Duration d) {
   const bool fast = settings_.aperture == Aperture::fast && settings_.frequency.si() >= kFastFrom;
   const bool slow = to_seconds(d) > kSlowFactor * to_seconds(conversion_);
@@ -247,7 +247,7 @@ Task<Result<LcrReading>> Lcr6100::measure() {
   co_return polled;
 }
 
-// *TRG answers by itself; FETC? after it would leave a line behind.
+// *TRG itself sends the reading. A FETC? after it would leave an unread line behind.
 Task<Result<LcrReading>> Lcr6100::trigger() {
   const Duration timeout = std::max<Duration>(5s, 3 * conversion_);
   auto reply = co_await link_.query("*TRG", timeout);
@@ -267,7 +267,7 @@ MonoTime Lcr6100::next_poll(MonoTime now) const {
 Task<Result<LcrReading>> Lcr6100::poll() {
   const MonoTime begin = clock_.now();
   const MonoTime give_up = begin + 3 * conversion_;
-  // Only readings that follow each other without a pause tell the meter's speed.
+  // Only consecutive readings without a pause show the meter's speed.
   if (begin - last_poll_ > conversion_) last_fresh_ = MonoTime{};
   const Duration timeout = std::max<Duration>(kReplyTime, 2 * conversion_);
   while (true) {
@@ -291,7 +291,7 @@ Task<Result<LcrReading>> Lcr6100::poll() {
   }
 }
 
-// Text lines, the last of which says `pass` or `fail`.
+// The meter sends lines of text; the last one says `pass` or `fail`.
 Task<Result<>> Lcr6100::await_verdict(std::string_view command) {
   const MonoTime end = clock_.now() + kCorrectionTime;
   auto line = co_await link_.query(command, kCorrectionTime);
@@ -317,7 +317,7 @@ Task<Result<>> Lcr6100::correct(Correction kind) {
   const std::string command = node + ":LCR";
   link_.set_patience(kCorrectionTime);
   auto verdict = co_await await_verdict(command);
-  // A meter that gave no verdict may still be busy with it.
+  // A meter that gave no verdict may still be busy with the correction.
   const bool answered = verdict || verdict.error().code == Errc::refused;
   if (answered) link_.set_patience(std::max<Duration>(2s, conversion_ + conversion_ / 2));
   if (!verdict) co_return verdict;

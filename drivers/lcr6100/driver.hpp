@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// GW Instek LCR-6000 series over its serial dialect (codec.hpp).
+// The driver of the GW Instek LCR-6000 series over its serial dialect (codec.hpp). Created by the
+// registry.
 #pragma once
 
 #include <memory>
@@ -14,14 +15,15 @@ namespace lcrig::lcr6100 {
 
 class Lcr6100 final : public LcrMeter {
  public:
-  // The port was opened just now. With a serial number, identify() refuses any other meter.
+  // The port must have been opened just before. With a serial number, identify() refuses any other
+  // meter.
   Lcr6100(std::unique_ptr<Transport> transport, Clock& clock, std::string expected_serial = "");
 
   const LcrCapabilities& capabilities() const override { return capabilities_; }
   Task<Result<Identity>> identify() override;
   Task<Result<LcrSettings>> configure(LcrSettings settings) override;
-  // Asks for every setting and sends those that differ: pauses after set commands make up most of
-  // the time of a whole set-up (2.3 s).
+  // Reads every setting and sends only those that differ. Most of the 2.3 s of a whole set-up are
+  // pauses after set commands.
   Task<Result<LcrSettings>> restore(LcrSettings settings) override;
   Task<Result<LcrReading>> measure() override;
   Task<Result<>> correct(Correction kind) override;
@@ -55,10 +57,10 @@ class Lcr6100 final : public LcrMeter {
   bool awake_ = false, configured_ = false;
 
   Pace pace_;
-  std::string last_values_;  // numbers of the last answer, as sent
+  std::string last_values_;  // the numbers of the last answer, as sent
   MonoTime last_poll_{};
   MonoTime last_fresh_{};
-  int slow_ = 0;  // readings in a row that took far too long
+  int slow_ = 0;  // number of consecutive readings that took far too long
   bool set_up_again_ = false;  // for the flag of the next reading
 };
 

@@ -8,7 +8,7 @@ namespace lcrig::lcr6100 {
 namespace {
 using namespace std::chrono_literals;
 
-constexpr Duration kStep = 4ms;  // a new value is found within this time
+constexpr Duration kStep = 4ms;  // a new value is found at most this late
 constexpr Duration kJitter = 200us;  // of one edge
 constexpr std::int64_t kAnchorEdges = 256;
 
@@ -35,7 +35,7 @@ MonoTime Pace::next_poll(MonoTime now) const {
   const MonoTime begin = std::max(lo_ + period_min_ - kJitter, stale_at_);
   const MonoTime end = hi_ + period_max_ + kJitter;
   MonoTime t = end;
-  if (begin >= end) {  // overdue: an equal value, or a slower meter
+  if (begin >= end) {  // overdue: two equal values, or a slower meter
     t = stale_at_ + (stale_at_ < end + nominal_ / 4 ? kStep : std::max(kStep, nominal_ / 8));
   } else if (end - begin > 2 * kStep) {
     t = begin + kStep;
@@ -57,8 +57,8 @@ void Pace::lose_phase(MonoTime asked, MonoTime answered) {
   since_anchor_ = 0;
 }
 
-// The value came after its window. A period that is not much longer is learnt; otherwise two equal
-// values followed each other, or the meter made a pause.
+// The value came after its window. If the period is not much longer than nominal, it is the new
+// period. Otherwise two consecutive values were equal, or the meter paused.
 void Pace::late(MonoTime asked, MonoTime answered) {
   const Duration shortest = stale_at_ - hi_;
   const Duration longest = answered - lo_;
@@ -97,7 +97,7 @@ void Pace::fresh(MonoTime asked, MonoTime answered) {
   const MonoTime window_begin = lo_ + period_min_ - kJitter;
   const MonoTime window_end = hi_ + period_max_ + kJitter;
   if (stale_at_ >= window_end) return late(asked, answered);
-  // Edges that are surely past, beside the one that may be.
+  // The number of edges that are certainly past. One more may be.
   std::int64_t steps = std::max<std::int64_t>(0, (asked - hi_ - kJitter) / period_max_);
   const bool maybe_more = lo_ + (steps + 1) * period_min_ - kJitter < answered;
   if (steps == 0 && answered < window_begin) {  // too early for the period

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// When to ask a meter that converts by itself, so that nearly every question finds a new value and
-// none is missed. The meter finishes conversions on a grid whose phase and period are not known
-// exactly; both are kept as intervals that every answer narrows: an old value says that the edge
-// was not before the question, a new one that it was not after the answer.
+// Decides when the driver polls a meter that converts continuously, so that nearly every poll finds
+// a new value and none is missed. The meter finishes conversions at the edges of a grid whose phase
+// and period are known only as intervals, which every answer narrows: an old value means that the
+// edge came after the question, a new one that it came before the answer.
 #pragma once
 
 #include "base/clock.hpp"
@@ -13,7 +13,7 @@ class Pace {
  public:
   // A new grid begins at about `now`; `nominal` is the expected period.
   void restart(MonoTime now, Duration nominal);
-  // Never earlier than now; at least 1 ms after the last answer that was old.
+  // Not earlier than now, and at least 1 ms after the last question that got an old value.
   MonoTime next_poll(MonoTime now) const;
   void fresh(MonoTime asked, MonoTime answered);
   void stale(MonoTime asked);
@@ -29,11 +29,11 @@ class Pace {
   Duration period_min_{}, period_max_{};
   bool started_ = false;  // an edge was seen
   MonoTime first_poll_{};
-  MonoTime lo_{}, hi_{};  // the newest edge that was seen lies in (lo_, hi_]
-  MonoTime stale_at_{};  // the newest question that was answered with an old value
+  MonoTime lo_{}, hi_{};  // the newest edge seen lies in (lo_, hi_]
+  MonoTime stale_at_{};  // the newest question that got an old value
   MonoTime anchor_lo_{}, anchor_hi_{};  // an older edge, for the period
   std::int64_t since_anchor_ = 0;  // edges
-  int unverified_ = 0;  // early polls in a row that found a new value already
+  int unverified_ = 0;  // consecutive early polls that found a new value
 };
 
 }  // namespace lcrig::lcr6100

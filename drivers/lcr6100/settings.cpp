@@ -22,8 +22,8 @@ std::string_view field(std::string_view reply, int index) {
   return comma == reply.npos ? std::string_view() : trimmed(reply.substr(comma + 1));
 }
 
-// Half a step of what the read-back can show: three decimals of the mantissa for the level, two of
-// a volt for the bias, six of the mantissa for the frequency.
+// Half a step of the read-back's resolution: three decimals of the mantissa for the level, two
+// decimals of a volt for the bias, six of the mantissa for the frequency.
 double tolerance(SettingId id, double wanted) {
   switch (id) {
     case SettingId::level: return 0.6e-3 * std::abs(wanted);

@@ -12,8 +12,8 @@ namespace lcrig::lcr6100 {
 namespace {
 using namespace std::chrono_literals;
 
-constexpr std::string_view kWords = ",OUT ,AUX-NG,NG";  // no limits are set
-constexpr std::size_t kMaxLine = 1000;  // receive buffer of the relative AT381x
+constexpr std::string_view kWords = ",OUT ,AUX-NG,NG";  // the comparator has no limits
+constexpr std::size_t kMaxLine = 1000;  // receive buffer of the related AT381x
 constexpr Duration kWriteTime = 5s;
 constexpr Duration kSweepTime = 20s;
 }  // namespace
@@ -94,7 +94,7 @@ Task<> Lcr6100Sim::take(std::string_view bytes) {
   }
 }
 
-// One message: commands joined by ';', each on the path of the one before.
+// One message: commands joined by ';'. Each continues on the header path of the one before.
 Task<> Lcr6100Sim::line(std::string_view text) {
   path_.clear();
   if (value("SYST:SHAK").word == "ON" && !text.empty()) co_await answer(std::string(text));
@@ -106,7 +106,7 @@ Task<> Lcr6100Sim::line(std::string_view text) {
   }
 }
 
-// Sends one line, or does to it what the back door asked for.
+// Sends one line, with the faults that tests or scripts asked for.
 Task<> Lcr6100Sim::answer(std::string text) {
   if (faults_.silent) co_return;
   SimFaults::Reply fault(SimFaults::Kind::none);
@@ -129,7 +129,7 @@ Task<> Lcr6100Sim::answer(std::string text) {
   }
   noise_.spoil(out_, faults_.byte_noise);
   auto written = co_await transport_->write_all(out_, clock_.now() + kWriteTime);
-  static_cast<void>(written);  // nobody listens: a meter does not care
+  static_cast<void>(written);  // a meter does not care whether anybody listens
 }
 
 void Lcr6100Sim::tell() const {
@@ -165,8 +165,8 @@ MonoTime Lcr6100Sim::next_edge() const {
   return grid_start_ + (finished() + 1) * conversion();
 }
 
-// A setting changed: what was finished stays readable until the first conversion under the new one
-// ends, as in the meter.
+// Called when a setting changes. As in the meter, the last finished value stays readable until the
+// first conversion under the new setting ends.
 void Lcr6100Sim::restart_grid() {
   if (!recording_ && internal() && finished() > 0 && finished() != computed_) {
     compute(grid_start_ + finished() * conversion() - conversion() / 2, finished());
@@ -182,7 +182,7 @@ double Lcr6100Sim::sigma(double frequency, double volt) const {
   return once * (1000 / frequency) / volt / std::sqrt(average_);
 }
 
-// The conversion whose window has its middle there.
+// Computes the conversion whose window has its middle at `middle`.
 void Lcr6100Sim::compute(MonoTime middle, std::int64_t index) {
   computed_ = index;
   if (faults_.stuck && !reading_.empty()) return;
@@ -221,7 +221,7 @@ void Lcr6100Sim::compute_recorded() {
   if (row) reading_ = std::move(*row);
 }
 
-// FETC? in its forms: the latest finished conversion; the first one is waited for.
+// All forms of FETC?: answers the latest finished conversion and waits for the first one.
 Task<> Lcr6100Sim::fetch(std::string_view what) {
   ++fetches_;
   if (recording_) {
@@ -231,7 +231,7 @@ Task<> Lcr6100Sim::fetch(std::string_view what) {
     const std::int64_t k = finished();
     if (k > 0 && k != computed_) compute(grid_start_ + k * conversion() - conversion() / 2, k);
   }
-  if (reading_.empty()) co_return;  // BUS, and nothing was triggered yet
+  if (reading_.empty()) co_return;  // trigger BUS, and nothing was triggered yet
   if (what == ":MON") {
     if (monitors_.empty()) co_return;
     std::string text = monitors_.substr(1);

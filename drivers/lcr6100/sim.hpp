@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulated LCR-6100: answers the bytes that the real one would, from a source of electrical
-// values or from recorded readings.
+// A simulated LCR-6100 for rehearsals, lcrig-sim, replays and tests. It answers the bytes that the
+// real one would, from a source of electrical values or from recorded readings.
 #pragma once
 
 #include <array>
@@ -21,67 +21,69 @@ namespace lcrig::lcr6100 {
 struct SimConfig {
   SimConfig() = default;
   std::string identity = "LCR-6100,REV E8.13,SIM000001,Good Will Instrument Co., Ltd.";
-  // By aperture (fast, medium, slow), without averaging.
+  // Time of one conversion by aperture (fast, medium, slow), without averaging.
   std::array<double, 3> conversion_s{0.065, 0.120, 0.380};
-  // Standard deviation of one conversion at 1 kHz and 1 V; scales with 1/(f V sqrt(average)).
+  // Standard deviation of one conversion at 1 kHz and 1 V. It scales with 1/(f V sqrt(average)).
   std::array<double, 3> capacitance_noise_F{60e-15, 44e-15, 25e-15};
   std::uint64_t seed = 1;
 };
 
-// The back door: not reachable over the instrument's grammar.
+// Faults to inject. They cannot be reached with the instrument's own commands.
 struct SimFaults {
   using Kind = LineFault::Kind;
   using Reply = LineFault;
-  std::deque<Reply> replies;  // what happens to the next answers, one each
-  int lose_sets = 0;  // so many set commands are lost
+  std::deque<Reply> replies;  // what happens to the next answers, one entry each
+  int lose_sets = 0;  // the next n set commands are lost
   std::string first_line;  // bytes sent before the first answer
   bool silent = false;
   bool streaming = false;  // sends every reading unasked, until SYST:RES FETCH
   bool stuck = false;  // repeats its last reading
   bool overload = false;
-  double slow_factor = 1;  // of the conversion time, until the aperture is set again
-  double byte_noise = 0;  // each byte of an answer is hit with this probability
+  double slow_factor = 1;  // on the conversion time, until the aperture is set again
+  double byte_noise = 0;  // probability that a byte of an answer is spoiled
   bool correction_fails = false;
 };
 
-// Asked at every occasion, so that a script can decide (drivers/faults). May be empty. They stay
-// with the meter when its cable is pulled.
+// Called at every occasion, so that a fault script can decide (drivers/faults). May be empty. They
+// stay in force when the meter is unplugged.
 struct SimHooks {
   SimHooks() = default;
   std::function<LineFault()> answer;  // what happens to this answer
-  std::function<bool()> loses_set;  // this set command is lost
+  std::function<bool()> loses_set;  // true: this set command is lost
 };
 
 class Lcr6100Sim {
  public:
-  // Value at a time; asked for with times that never run backwards by more than one conversion.
+  // The value at a time. The times asked for never go back by more than one conversion.
   using Source = std::function<Electrical(MonoTime)>;
-  // Playing back: "primary,secondary" as the meter sent it, newest at this time since the first
-  // FETC? or *TRG; nullopt: nothing yet. Conversion times, settings and noise play no part then.
+  // For replays: the newest "primary,secondary" as the meter sent it, at this time after the first
+  // FETC? or *TRG; nullopt: nothing yet. Conversion times, settings and noise are then not
+  // simulated.
   using Recording = std::function<std::optional<std::string>(Duration)>;
 
   Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimConfig config, Source source);
   Lcr6100Sim(std::unique_ptr<Transport> transport, Clock& clock, SimConfig config,
              Recording recording);
 
-  // Answers until the transport closes. The object outlives the task.
+  // Answers until the transport closes. This object must outlive the task.
   Task<> run();
   void close() { transport_->close(); }
-  // The cable is plugged in again, after `run` has ended: settings are as they were. run() anew.
+  // Plugs the cable in again after `run` has ended, with the settings kept. Call run() again.
   void attach(std::unique_ptr<Transport> transport);
-  // Takes over what another object of this meter had been set to: only its cable was pulled.
+  // Takes over the settings of an earlier object of the same meter, of which only the cable was
+  // pulled.
   void keep_settings_of(const Lcr6100Sim& before);
-  // As after a power cut: factory settings, nothing measured yet. Another identity is another
-  // meter.
+  // As after a power cut: factory settings, nothing measured yet. With another identity it is
+  // another meter.
   void power_on(std::string identity = "");
   SimFaults& faults() { return faults_; }
   void set_hooks(SimHooks hooks) { hooks_ = std::move(hooks); }
-  // Sends a line that nobody asked for; an empty text is the latest reading again.
+  // Sends a line unasked. An empty text repeats the latest reading.
   Task<> speak(std::string text);
   const std::string& identity() const { return config_.identity; }
-  // For tests: told each reading when it is given for an answer, before any fault of the line.
+  // For tests: `told` gets each reading when it is answered, before any fault of the line.
   void watch(std::function<void(MonoTime, const std::string&)> told) { told_ = std::move(told); }
-  // Counted for tests: FETC? in all its forms.
+  // For tests: the number of FETC? in all forms.
   std::int64_t fetches() const { return fetches_; }
 
  private:
@@ -133,15 +135,15 @@ class Lcr6100Sim {
   std::vector<Value> values_;  // in the order of parameters()
   int aperture_ = 2, average_ = 1;
   std::string error_ = "*E00";
-  std::string path_;  // of the message that is being read
+  std::string path_;  // header path of the current message
   std::string in_, out_;
   bool garbage_sent_ = false;
 
   MonoTime grid_start_{};
-  std::uint64_t epoch_ = 0;  // of the grid
-  std::int64_t computed_ = 0;  // conversion of this epoch that `reading_` is
+  std::uint64_t epoch_ = 0;  // counts restarts of the grid
+  std::int64_t computed_ = 0;  // index in this epoch of the conversion in `reading_`
   std::int64_t streamed_ = 0;
-  std::string reading_;  // numbers of the latest conversion that was looked at; may be empty
+  std::string reading_;  // numbers of the latest computed conversion; may be empty
   std::string monitors_;
   std::optional<MonoTime> play_start_;
   std::int64_t fetches_ = 0;

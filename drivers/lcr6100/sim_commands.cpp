@@ -16,9 +16,9 @@ enum class Reply { as_is, lower, frequency, volt, bias, number, delay, silent };
 
 struct Lcr6100Sim::Parameter {
   std::string_view header;
-  std::string_view words;  // separated by blanks; a word may be followed by nothing else
+  std::string_view words;  // accepted words, separated by blanks; nothing may follow one
   double min = 1, max = 0;  // min > max: words only
-  std::string_view word;  // at power-on; empty: the number
+  std::string_view word;  // value at power-on; empty: `number`
   double number = 0;
   Reply reply = Reply::as_is;
   bool restarts = false;  // a change begins a new conversion
@@ -56,7 +56,7 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-// The word of the list that `text` is, in the list's spelling.
+// The word of the list that equals `text`, in the list's spelling.
 std::optional<std::string_view> find_word(std::string_view list, std::string_view text) {
   const std::string wanted = upper(text);
   while (!list.empty()) {
@@ -116,7 +116,7 @@ std::string shown(Reply reply, const std::string& word, double number) {
 
 }  // namespace
 
-// Power-on values differ from what a driver wants, so that a lost command shows.
+// Power-on values differ from what a driver sets, so that a lost command is noticed.
 const std::vector<Lcr6100Sim::Parameter>& Lcr6100Sim::parameters() {
   constexpr std::string_view kOnOff = "ON OFF";
   static const std::vector<Parameter> table{
@@ -161,7 +161,7 @@ const Lcr6100Sim::Value& Lcr6100Sim::value(std::string_view header) const {
   return values_.at(static_cast<std::size_t>(it - parameters().begin()));
 }
 
-// Upper case, short forms, on the path of the message; also moves the path.
+// Turns a header into upper case and short form, relative to the message's path. Updates the path.
 std::string Lcr6100Sim::resolve(std::string_view header) {
   std::string text = upper(header);
   if (text.starts_with('*')) return text;
@@ -274,7 +274,7 @@ std::optional<std::string> Lcr6100Sim::read(std::string_view header) const {
   return it->reply == Reply::silent ? std::string() : shown(it->reply, v.word, v.number);
 }
 
-// An unknown question is not answered; its code waits for ERR?.
+// An unknown question is not answered. Its error code can be read with ERR?.
 Task<> Lcr6100Sim::ask(std::string header) {
   header.pop_back();
   if (header.starts_with("FETC")) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the simulated meter computes from a capacitance: every function of its menu, and its noise.
+// The values that the simulated meter (sim.cpp) derives from a capacitance: all functions of its
+// menu, and noise.
 #pragma once
 
 #include <cstdint>
@@ -9,22 +10,24 @@
 
 namespace lcrig::lcr6100 {
 
-// SI values of all functions at one frequency, from the parallel capacitance and the dissipation.
+// SI values of all functions at one frequency, from parallel capacitance and dissipation.
 class Impedance {
  public:
   Impedance(double parallel_F, double dissipation, double frequency_Hz);
-  // Value of one word of a function name or a monitor: "Cp", "D", "Rs", "thd", ... (case ignored).
+  // The value for one word of a function name or a monitor: "Cp", "D", "Rs", "thd", ... (case
+  // ignored).
   double value(std::string_view word) const;
 
  private:
   double cp_, d_, omega_, r_, x_, z2_;
 };
 
-// Two independent standard normal numbers, a pure function of its arguments: a conversion has its
-// noise whether or not anybody asks for it.
+// Two independent standard normal numbers. A pure function of its arguments, so that a conversion
+// has the same noise whether or not anybody reads it.
 std::pair<double, double> noise_pair(std::uint64_t seed, std::uint64_t epoch, std::int64_t index);
 
-// One number of a reading, as the meter shows it: a resistance beyond 99.9999 Mohm is an overload.
+// Appends one number of a reading as the meter shows it. A resistance above 99.9999 Mohm is an
+// overload.
 void append_value(std::string& line, std::string_view word, double value);
 
 }  // namespace lcrig::lcr6100

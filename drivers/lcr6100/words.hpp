@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words as the meter writes them: blanks around them, either case.
+// Compares words of the meter's dialect, which may have blanks around them and either case. Used by
+// codec, settings and simulator.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +9,7 @@
 
 namespace lcrig::lcr6100 {
 
-// Without blanks and carriage returns at its ends.
+// Removes blanks and carriage returns at both ends.
 inline std::string_view trimmed(std::string_view text) {
   const auto begin = text.find_first_not_of(" \t\r");
   if (begin == text.npos) return {};
