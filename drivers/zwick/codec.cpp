@@ -91,7 +91,7 @@ std::string format_caps(const FrameCapabilities& c) {
 
 namespace {
 
-// All six fields or none: half of it bounds nothing.
+// All six fields must be present, or none, because some of them alone bound nothing.
 Result<std::optional<ForceLoop>> parse_force_loop(const Line& line) {
   constexpr std::array<std::string_view, 6> kKeys{
       "force_approach_mm_s", "force_contact_N", "force_rate_max_N_s",

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// frame-link/1, text to values and back. Pure functions; docs/frame-link.md is the specification.
+// frame-link/1: pure functions from text to values and back, for driver, link and simulator.
+// docs/frame-link.md is the specification.
 //
 //   HELLO proto=1 side=gateway maker=... model=... serial=... version=...
 //   #17 MOVEF force_N=1 speed_mm_s=0.016 guard_mm=3      OK #17      DONE #17 reason=target ...
 //   S seq=101 n=2 t_s=4.02,4.04 force_N=0.1213,0.1229 travel_mm=2.5003,2.5006 flags=M
 //
-// Reader: unknown fields are ignored, CR before LF and a leading '+' are forgiven; a number that is
-// not finite, a duplicate key, a control character or a line beyond 64 kB is not. Writer: strict.
+// The reader ignores unknown fields and accepts CR before LF and a leading '+'. It refuses a number
+// that is not finite, a duplicate key, a control character and a line beyond 64 kB. The writer is
+// strict.
 #pragma once
 
 #include <chrono>
@@ -36,11 +38,11 @@ struct Hello {
   int revision = kRevision;
   std::string side;  // "host" or "gateway"
   Identity identity;  // firmware: the gateway's version
-  std::string origin;  // of force and travel zero; a gateway of revision 2 has one
+  std::string origin;  // of the zeros of force and travel; from revision 2 on
 };
 std::string format_hello(const Hello& hello);
 Result<Hello> parse_hello(const Line& line);
-// What an observer says instead of HELLO.
+// The line that an observer sends instead of HELLO.
 std::string format_observe(const Hello& hello, double rate_Hz);
 
 std::string format_caps(const FrameCapabilities& caps);
@@ -57,7 +59,7 @@ std::string format_zero(std::int64_t number, bool force, bool travel);
 std::string format_rate(std::int64_t number, double rate_Hz);
 std::string format_status(std::int64_t number);
 constexpr std::string_view kStop = "STOP\n";
-// `text` of a DONE with reason=fault that the gateway's watchdog caused.
+// The `text` of a DONE with reason=fault that the gateway's watchdog caused.
 constexpr std::string_view kHostSilent = "host silent";
 constexpr std::string_view kHostHeartbeat = "HB\n";
 
@@ -74,11 +76,12 @@ std::string format_done(std::int64_t number, const MotionOutcome& outcome);
 std::string format_stopped(std::int64_t stops, const MotionOutcome& standing);
 std::string format_event(std::string_view kind, std::string_view text);
 std::string format_heartbeat(double device_time_s);
-// Appends one line for at least one sample, to `out`.
+// Appends one line to `out`. There must be at least one sample.
 void append_samples(std::string& out, std::span<const FrameSample> samples);
 
 MotionOutcome parse_done(const Line& line);  // an unknown reason is a fault
-// Appends the samples of a line, `received` left unset. Errors: garbled, and `out` is unchanged.
+// Appends the samples of a line and leaves `received` unset. Errors: garbled; `out` is then
+// unchanged.
 Result<> parse_samples(const Line& line, std::vector<FrameSample>& out);
 
 }  // namespace lcrig::frame_link

@@ -12,7 +12,7 @@ namespace lcrig::frame_link {
 
 namespace {
 
-// A column of a sample line: n values, comma separated; an empty one is a missing value.
+// A column of a sample line: n values separated by commas. An empty value is missing.
 template <class Get>
 void append_column(std::string& out, std::string_view key, std::span<const FrameSample> samples,
                    Get get) {

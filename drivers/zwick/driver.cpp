@@ -14,9 +14,9 @@ namespace {
 using frame_link::Link;
 
 constexpr Duration kAnswerTime = std::chrono::seconds(1);
-constexpr Duration kStopTime = std::chrono::seconds(1);  // beyond the deceleration
+constexpr Duration kStopTime = std::chrono::seconds(1);  // in addition to the time of deceleration
 constexpr Duration kStopTimeMax = std::chrono::seconds(30);
-constexpr Duration kHelloTime = std::chrono::seconds(1);  // twice
+constexpr Duration kHelloTime = std::chrono::seconds(1);  // per attempt
 
 Result<> check_finite(const Link& link, std::initializer_list<double> values) {
   for (const double v : values) {
@@ -72,7 +72,7 @@ Task<Result<MotionOutcome>> motion(std::shared_ptr<Link> link, MakeLine make_lin
   std::string line = make_line(exchange.number);
   auto answer = co_await answer_to(exchange, std::move(line));
   if (!answer) {
-    // It may have started, or may start yet.
+    // The motion may have started, or may still start.
     if (answer.error().code == Errc::no_reply) link->send_stop();
     co_return fail(answer.error());
   }
@@ -80,7 +80,7 @@ Task<Result<MotionOutcome>> motion(std::shared_ptr<Link> link, MakeLine make_lin
   co_return outcome;
 }
 
-// Asks for a session; waits until the gateway said HELLO and CAPS, or the deadline.
+// Asks for a session, then waits for the gateway's HELLO and CAPS or for the deadline.
 Task<Result<>> greeting(Link::Waiting& waiting, std::optional<double> observe_Hz) {
   Link& link = waiting.link();
   const MonoTime deadline = link.clock().now() + kHelloTime;
@@ -139,7 +139,7 @@ void ZwickLink::set_listener(Listener* listener) {
   link_->set_listener(listener);
 }
 
-// Two attempts to open a session: one that may command, or an observer's.
+// Makes two attempts to open a session, either one that may command or an observer's.
 Task<Result<>> ZwickLink::greet(std::optional<double> observe_Hz) {
   const auto link = link_;
   link->start();
@@ -245,7 +245,8 @@ Task<Result<>> ZwickLink::zero(bool force, bool travel) {
 }
 
 Task<Result<>> ZwickLink::resync() {
-  // Numbered answers cannot be mixed up; one exchange shows that the gateway still obeys.
+  // Answers are numbered and cannot be mixed up, so one exchange that shows that the gateway obeys
+  // is enough.
   auto answer = co_await command(link_, &frame_link::format_status);
   co_return answer;
 }
@@ -254,7 +255,7 @@ Task<Result<MotionOutcome>> ZwickLink::place_mass(Mass) {
   co_return fail(Errc::refused, "{}: a load frame carries no dead weights", link_->name());
 }
 
-// A machine that decelerates slowly needs its time before it can say that it stands.
+// A machine that decelerates slowly needs longer before it can confirm standstill.
 Duration ZwickLink::stop_time() const {
   const double a = capabilities_.deceleration.si();
   if (!(a > 0)) return kStopTime;

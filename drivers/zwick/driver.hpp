@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A load frame behind a frame-link/1 gateway: ZwickRoell beside testXpert, DOLI EDC, or the
-// simulator.
+// The driver of a load frame behind a frame-link/1 gateway: ZwickRoell beside testXpert, DOLI EDC,
+// or the simulator. Created by the App.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,9 @@ class Link;
 }
 
 // One session over one transport. When the link is lost (1 s of silence, closed port, restarted
-// gateway) every wait ends with `disconnected`, the listener hears it once, and the object is done:
-// reconnect with a new one. Destroying it closes the link. The Clock must outlive the io_context.
+// gateway), every wait ends with `disconnected` and the listener is told once. The object cannot be
+// used afterwards; make a new one to reconnect. Destroying it closes the link. The Clock must
+// outlive the io_context.
 class ZwickLink final : public LoadFrame {
  public:
   ZwickLink(std::unique_ptr<Transport> transport, Clock& clock, asio::any_io_executor executor);
@@ -24,14 +25,15 @@ class ZwickLink final : public LoadFrame {
 
   const FrameCapabilities& capabilities() const override { return capabilities_; }
   std::optional<std::string> origin() const override;
-  // Starts the link; says STOP first. Errors: no_reply, garbled (something else answers), refused
-  // (other protocol).
+  // Starts the link and sends STOP first. Errors: no_reply, garbled (something else answers),
+  // refused (another protocol).
   Task<Result<Identity>> identify() override;
-  // A gateway of revision 1 does not know the word, and is not asked in any other way.
+  // Fails with a gateway of revision 1, which does not know the word OBSERVE. Nothing else is
+  // tried.
   Task<Result<Identity>> observe(double rate_Hz) override;
   Task<Result<>> arm(FrameLimits limits) override;
   Task<Result<>> set_sample_rate(double rate_Hz) override;
-  // A motion whose command is not answered within 1 s is stopped, in case it did start.
+  // A motion whose command is not answered within 1 s is stopped, in case it has started.
   Task<Result<MotionOutcome>> move_to(Length travel, Velocity speed) override;
   Task<Result<MotionOutcome>> move_until_force(Force force, Velocity speed, Length guard) override;
   Task<Result<MotionOutcome>> ramp_force(Force force, ForceRate rate) override;
@@ -39,8 +41,8 @@ class ZwickLink final : public LoadFrame {
   Task<Result<>> hold_force(Force force) override;
   Task<Result<>> zero(bool force, bool travel) override;
   Task<Result<MotionOutcome>> place_mass(Mass mass) override;
-  // Errors: not_standing (two STOPs, each unconfirmed for 1 s more than the machine needs to
-  // decelerate), disconnected.
+  // Errors: not_standing (two STOPs were not confirmed, each within the time of deceleration plus 1
+  // s), disconnected.
   Task<Result<>> stop() override;
   Task<Result<>> resync() override;
   void close() override;

@@ -33,7 +33,7 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 
 void append_number(std::string& out, double value) {
   assert(std::isfinite(value));
-  char buffer[512];  // the longest double has some 330 digits
+  char buffer[512];  // the longest double has about 330 digits
   const auto r = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed);
   out.append(buffer, r.ptr);
 }
@@ -46,7 +46,7 @@ void append_integer(std::string& out, std::int64_t value) {
 
 namespace {
 
-// The end of the token that starts at `from`: a blank outside quotes. npos: a quote is not closed.
+// The end of the token that starts at `from`, i.e. a blank outside quotes. npos: unclosed quote.
 std::size_t token_end(std::string_view text, std::size_t from) {
   bool quoted = false;
   for (std::size_t i = from; i < text.size(); ++i) {
@@ -62,7 +62,7 @@ std::size_t token_end(std::string_view text, std::size_t from) {
   return quoted ? std::string_view::npos : text.size();
 }
 
-// Takes the next token off the front of `text`; empty at the end, nullopt for an open quote.
+// Removes and returns the next token of `text`: empty at the end, nullopt for an unclosed quote.
 std::optional<std::string_view> take_token(std::string_view& text) {
   const auto begin = std::min(text.find_first_not_of(' '), text.size());
   const auto end = token_end(text, begin);
@@ -80,8 +80,8 @@ Result<std::int64_t> command_number(std::string_view token) {
   return *value;
 }
 
-// A key that was hit on the line would be a field that nobody knows, and its value would be
-// missing.
+// A key with a spoiled byte would be ignored as unknown, and its value would silently be missing.
+// So keys with unusual characters are refused.
 bool is_key(std::string_view text) {
   return std::ranges::all_of(text, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines of frame-link/1: framing, words, fields, numbers. What they mean is in codec.hpp.
+// The syntax of frame-link/1 lines: framing, words, fields, numbers. Used by codec.hpp, which knows
+// their meaning.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +15,9 @@
 namespace lcrig::frame_link {
 
 constexpr std::size_t kMaxLine = 65536;  // bytes, LF included
-constexpr std::size_t kMaxFields = 100;  // each is compared with all others
+constexpr std::size_t kMaxFields = 100;  // bounds the search for duplicate keys
 
-// One message. Views point into the text that was parsed.
+// One message. Its views point into the parsed text.
 struct Line {
   Line() = default;
   std::optional<std::int64_t> number;  // of "#17 MOVE" and of "OK #17"
@@ -34,7 +35,7 @@ struct Line {
 
 // Errors: garbled. `text` is one line without its LF.
 Result<Line> parse_line(std::string_view text);
-// The number of a command that does not parse, if so much of it can be read.
+// The number of a command that does not parse, if at least that can be read.
 std::optional<std::int64_t> number_of_bad_line(std::string_view text);
 
 // Cuts a byte stream into lines. A line longer than kMaxLine is dropped up to its LF and counted.
@@ -47,8 +48,8 @@ class LineSplitter {
 
  private:
   std::string buffer_;
-  std::size_t begin_ = 0;  // of the first byte not handed out
-  std::size_t searched_ = 0;  // no LF before this
+  std::size_t begin_ = 0;  // position of the first byte not yet returned
+  std::size_t searched_ = 0;  // there is no LF before this position
   std::size_t dropped_ = 0;
   bool skipping_ = false;
 };
@@ -56,12 +57,12 @@ class LineSplitter {
 // Text to a number. Errors: garbled (not finite, not decimal, something after it).
 Result<double> parse_number(std::string_view text);
 std::optional<std::int64_t> parse_integer(std::string_view text);
-// Finite; the shortest form without an exponent that reads back.
+// `value` must be finite. Appends the shortest form without an exponent that reads back the same.
 void append_number(std::string& out, double value);
 void append_integer(std::string& out, std::int64_t value);
 std::string_view excerpt(std::string_view text);  // for messages
 
-// Builds one line; text that needs it is quoted, control characters become blanks.
+// Builds one line. Text is quoted, control characters become blanks.
 class Writer {
  public:
   explicit Writer(std::string_view word) : out_(word) {}

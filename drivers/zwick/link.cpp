@@ -14,10 +14,10 @@ namespace lcrig::frame_link {
 namespace {
 
 constexpr Duration kWriteTime = std::chrono::seconds(1);
-constexpr Duration kGarbageReports = std::chrono::seconds(1);  // at most one event per this
-constexpr double kClockTolerance_s = 0.5;  // a batch may be late by less than the silence limit
+constexpr Duration kGarbageReports = std::chrono::seconds(1);  // at most one event in this time
+constexpr double kClockTolerance_s = 0.5;  // a late batch is late by less than kSilence
 
-// Commands lead to few codes; the others mean that the machine said no.
+// `busy` and `not_ready` have codes of their own; every other word means that the machine refused.
 Errc errc_of(std::string_view code) {
   if (code == "busy") return Errc::busy;
   return code == "not_ready" ? Errc::frame_fault : Errc::refused;
@@ -115,7 +115,7 @@ void Link::greet(std::string_view line) {
   ++hellos_owed_;
   caps_owed_ = true;
   stops_sent_ = stopped_ = 0;
-  // The LF ends whatever a predecessor left unfinished in the gateway's buffer.
+  // The LF ends a line that a previous daemon may have left unfinished in the gateway's buffer.
   queue("\n");
   queue(line);
 }
@@ -126,7 +126,8 @@ void Link::give_up_greeting() {
 }
 
 std::int64_t Link::send_stop() {
-  // The LF ends what a predecessor left unfinished: STOP must not be the end of its last line.
+  // The LF ends a line that a previous daemon may have left unfinished. Otherwise STOP would become
+  // part of it.
   if (!identity_) urgent_ += "\n";
   urgent_ += kStop;
   writer_.notify();
@@ -174,7 +175,7 @@ Task<> Link::read() {
     } else {
       heard_ = clock_.now();
     }
-    // Garbage is no life sign, but it keeps the port awake.
+    // Garbage makes read_some return, but it is no sign of life.
     if (!lost_ && is_greeted() && clock_.now() - heard_ >= kSilence) {
       lose(Error(Errc::disconnected, name() + ": no valid line from the gateway for 1 s"));
     }
@@ -187,7 +188,7 @@ void Link::dispatch(std::string_view text) {
   if (!line) return on_garbage(text, line.error().what);
   if (line->word == "HELLO") return on_hello(*line);
   if (line->word == "STOPPED") return on_stopped(*line);
-  if (!identity_) return on_garbage(text, "before HELLO");  // of an older session
+  if (!identity_) return on_garbage(text, "before HELLO");  // from an older session
   heard_ = clock_.now();
   if (line->word == "S") return on_samples(*line);
   if (line->word == "HB") return;
@@ -212,7 +213,7 @@ void Link::on_hello(const Line& line) {
   auto hello = parse_hello(line);
   if (!hello) return on_garbage("HELLO", hello.error().what);
   if (hellos_owed_ == 0) {
-    if (!identity_) return;  // of an older session; ours is not yet asked for
+    if (!identity_) return;  // from an older session; ours is not asked for yet
     return lose(Error(Errc::disconnected, name() + ": the gateway was restarted"));
   }
   --hellos_owed_;
@@ -254,7 +255,7 @@ void Link::on_answer(const Line& line) {
     return;
   }
   const auto code = line.text("code");
-  // A STOP that overtook the command is no fault of the machine.
+  // If a STOP overtook the command, the refusal is not a fault of the machine.
   const bool overtaken = stops_sent_ > it->second->stops;
   it->second->answer = fail(overtaken ? Errc::refused : errc_of(code), "{}: refused: {} ({})",
                             name(), printable(line.text("text")), printable(code));
@@ -262,25 +263,25 @@ void Link::on_answer(const Line& line) {
 
 void Link::on_done(const Line& line) {
   MotionOutcome outcome = parse_done(line);
-  // Also of a motion that was cut: a fault while it brakes is one. A reason that nobody knows is
-  // not, nor is one of another session.
+  // This also applies to a stopped motion, because a fault during braking is a fault. It does not
+  // apply to an unknown reason or to a DONE of another session.
   const bool ours = *line.number <= last_number_;
   if (ours && line.text("reason") == to_string(MotionEnd::fault) && outcome.detail != kHostSilent) {
     event(std::string(frame_event::kMotionFault), outcome.detail);
   }
   const auto it = exchanges_.find(*line.number);
-  if (it == exchanges_.end()) return;  // its task was cancelled; the samples show the rest
+  if (it == exchanges_.end()) return;  // its task was cancelled; the samples show the end
   if (!it->second->answer) it->second->answer = Result<>();
   it->second->done = std::move(outcome);
 }
 
 void Link::on_stopped(const Line& line) {
   const auto stops = line.number_of("stops");
-  // While a HELLO is on its way the number is one of the session before.
+  // Until HELLO is answered, the number belongs to the previous session.
   const bool known = stops && identity_ && hellos_owed_ == 0;
   const auto sent = static_cast<double>(stops_sent_);
   heard_ = clock_.now();
-  // Nothing confirms a STOP that was not sent yet.
+  // A STOP that was not sent yet cannot be confirmed.
   const double count = known ? std::clamp(*stops, 0.0, sent) : sent;
   stopped_ = std::max(stopped_, static_cast<std::int64_t>(count));
   knock();
@@ -305,7 +306,7 @@ void Link::check_sequence() {
     event("gap",
           fmt::format("{}: {} samples missing before seq {}", name(), first - expected, first));
   } else if (first < expected) {
-    // Never twice: (run, seq) is a key of the recording.
+    // No sample may be passed on twice, because (run, seq) is a key of the recording.
     const auto n = std::erase_if(batch_, [&](const auto& s) { return s.device_seq < expected; });
     event("repeated_samples", fmt::format("{}: {} samples from seq {} again", name(), n, first));
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's end of frame-link/1: one coroutine reads and dispatches lines, one writes and keeps
-// the life sign. What a command means is in driver.cpp.
+// The daemon's end of frame-link/1, used by the driver only. One coroutine reads and dispatches
+// lines, the other writes lines and heartbeats. driver.cpp knows what a command means.
 #pragma once
 
 #include <array>
@@ -18,21 +18,21 @@
 
 namespace lcrig::frame_link {
 
-// Owned by ZwickLink and by its two running coroutines, so that neither outlives its data.
-// The Clock must outlive the io_context.
+// Shared by ZwickLink and the two coroutines, so that none of them outlives it. The Clock must
+// outlive the io_context.
 class Link : public std::enable_shared_from_this<Link> {
  public:
   Link(std::unique_ptr<Transport> transport, Clock& clock, asio::any_io_executor executor);
 
-  // A wait for lines of the link; while it lives, the link knocks after every line that may matter.
+  // A wait for lines of the link. While it exists, every relevant line wakes it.
   class Waiting {
    public:
     explicit Waiting(std::shared_ptr<Link> link);
     ~Waiting();
     Waiting(const Waiting&) = delete;
     Waiting& operator=(const Waiting&) = delete;
-    // Waits for the next line, the deadline or the loss of the link. Errors: disconnected (lost),
-    // aborted (the calling task was cancelled).
+    // Waits for the next line, the deadline or the loss of the link. Errors: disconnected (link
+    // lost), aborted (the calling task was cancelled).
     Task<Result<>> next(std::optional<MonoTime> deadline);
     Link& link() { return *link_; }
 
@@ -41,7 +41,7 @@ class Link : public std::enable_shared_from_this<Link> {
     Wakeup wakeup_;
   };
 
-  // One numbered command. An answer to a number that nobody waits for any more is dropped.
+  // One numbered command. Answers that come after it was destroyed are dropped.
   class Exchange {
    public:
     explicit Exchange(std::shared_ptr<Link> link);
@@ -50,7 +50,7 @@ class Link : public std::enable_shared_from_this<Link> {
     Exchange& operator=(const Exchange&) = delete;
 
     const std::int64_t number;
-    const std::int64_t stops;  // sent before it
+    const std::int64_t stops;  // number of STOPs sent before it
     Waiting waiting;
     std::optional<Result<>> answer;  // OK or ERR
     std::optional<MotionOutcome> done;
@@ -59,16 +59,16 @@ class Link : public std::enable_shared_from_this<Link> {
   void start();  // idempotent
   void close();  // idempotent; ends both coroutines and every wait
   void send(std::string_view line) { queue(line); }
-  // Asks for a session that may command. STOP comes first: who commanded before may have died, and
-  // who answers no HELLO may still move.
+  // Asks for a session that may command. Sends STOP first, because a previous daemon may have died,
+  // and a gateway that does not answer HELLO may still move.
   void send_hello();
-  void send_observe(double rate_Hz);  // asks for one that may not
-  void give_up_greeting();  // nobody answered: a HELLO from now on is nobody's answer
-  // Sends STOP before anything that is queued. Returns how many were sent in this session.
+  void send_observe(double rate_Hz);  // asks for a session that may not command
+  void give_up_greeting();  // nobody answered; a later HELLO is not taken for the answer
+  // Sends STOP ahead of everything queued. Returns the number of STOPs sent in this session.
   std::int64_t send_stop();
   bool is_stopped(std::int64_t stops) const { return stopped_ >= stops; }
 
-  // The gateway has said who it is and what it can, in the session that was asked for last.
+  // True when HELLO and CAPS have come for the session that was asked for last.
   bool is_greeted() const { return identity_ && caps_ && hellos_owed_ == 0 && !caps_owed_; }
   bool is_observer() const { return observer_; }
   const std::optional<Hello>& hello() const { return identity_; }
@@ -138,8 +138,8 @@ class Link : public std::enable_shared_from_this<Link> {
 
   std::vector<FrameSample> batch_;
   std::optional<std::int64_t> next_seq_;
-  std::optional<double> device_time_s_;  // of the last sample ...
-  MonoTime device_time_received_;  // ... and when it came
+  std::optional<double> device_time_s_;  // of the last sample
+  MonoTime device_time_received_;  // when that sample came
 };
 
 }  // namespace lcrig::frame_link

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// frame-link/1 counts in millimetres, the program in metres. For the codec alone.
+// Converts between the millimetres of frame-link/1 and the program's metres. Only for the codec.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace lcrig::frame_link {
 
-// Millimetres to a picometre, so that a decimal travel survives the way through metres.
+// Rounds to a picometre, so that a decimal travel survives the conversion to metres and back.
 inline double to_mm(double metres) {
   return shift_decimal(std::round(metres * 1e12) / 1e12, 3);
 }

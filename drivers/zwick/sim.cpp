@@ -52,7 +52,7 @@ Task<> ZwickSim::run() {
   if (!observer_) end_command("link closed");
 }
 
-// Whoever could command is gone: the machine stops and obeys nobody until it is armed again.
+// The host that could command is gone. The machine stops, and must be armed again.
 void ZwickSim::end_command(std::string_view why) {
   if (!machine_) return;
   clerk_->end_session();
@@ -149,7 +149,7 @@ Task<> ZwickSim::serve() {
   }
 }
 
-// One transmission, with what happens to it on the line.
+// Sends one transmission, with the faults of the line.
 void ZwickSim::transmit(std::string bytes, MonoTime now) {
   said_ = now;
   const LineFault fault = hooks.sends ? hooks.sends() : LineFault();
@@ -174,7 +174,7 @@ MonoTime ZwickSim::next_due() const {
   }
   if (stop_due_) due = std::min(due, *stop_due_);
   if (rate_Hz_ > 0 && machine_) {
-    // The last sample of this batch: the device fills a batch, then sends it.
+    // Wake at the last sample of this batch, because the device fills a batch before it sends it.
     const auto missing = static_cast<std::int64_t>(0.1 * rate_Hz_) - std::ssize(batch_) - 1;
     due = std::min(due, sample_time(rate_index_ + std::max<std::int64_t>(0, missing)));
   } else if (const auto row = next_sample()) {
@@ -198,7 +198,7 @@ std::optional<MonoTime> ZwickSim::next_sample() const {
   return sample_time(rate_index_);
 }
 
-// Samples and machine events up to now, in the order of their own times.
+// Takes samples and handles machine events up to now, in the order of their times.
 void ZwickSim::catch_up(MonoTime now) {
   if (machine_) machine_->set_never_complete(faults.never_complete);
   if (machine_) machine_->set_late_stop(faults.late_stop_s);
@@ -228,7 +228,7 @@ void ZwickSim::play_until(MonoTime now) {
   }
 }
 
-// What was changed from outside holds from now on.
+// Lies that were changed from outside take effect now.
 void ZwickSim::lie(MonoTime now) {
   if (!machine_) return;
   if (std::exchange(faults.lose_tare, false)) {
@@ -316,7 +316,7 @@ double ZwickSim::chance() {
   return static_cast<double>(random_() >> 11U) * 0x1p-53;
 }
 
-// The end of a motion never overtakes the answer to its command.
+// Answers stay in order, so that the end of a motion never overtakes the answer to its command.
 void ZwickSim::answer(std::string line) {
   MonoTime due = clock_.now();
   if (settings_.answer_delay_s > 0) due += from_seconds(settings_.answer_delay_s * chance());

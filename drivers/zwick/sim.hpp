@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reference frame-link/1 gateway: answers the grammar of docs/frame-link.md from a scene.
+// A simulated frame-link/1 gateway and machine (docs/frame-link.md), acting on a scene. Used by
+// rehearsals, lcrig-sim, replays and tests.
 #pragma once
 
 #include <array>
@@ -20,7 +21,7 @@
 
 namespace lcrig {
 
-// What the simulated machine asks of the world: exactly the calls of Plant that a frame needs.
+// What the simulated machine needs of the world: the calls of Plant that concern a frame.
 class FrameScene {
  public:
   virtual ~FrameScene() = default;
@@ -29,7 +30,7 @@ class FrameScene {
   virtual double force_N(MonoTime t) const = 0;
   virtual void move_to(MonoTime t, double travel_m, double speed_m_s) = 0;
   virtual void ramp_force(MonoTime t, double force_N, double rate_N_s) = 0;
-  virtual void halt(MonoTime t) = 0;  // reacts after drive_lag_s, then decelerates; holds travel
+  virtual void halt(MonoTime t) = 0;  // reacts after drive_lag_s, decelerates, then holds travel
   virtual std::optional<MonoTime> arrival() const = 0;
   virtual std::optional<MonoTime> force_crossing(double force_N, MonoTime from,
                                                  MonoTime to) const = 0;
@@ -63,7 +64,7 @@ class PlantScene : public FrameScene {
   Plant& plant_;
 };
 
-// One row of a recording; an absent value stays absent.
+// One row of a recording. An absent value is also absent in the sample.
 struct RecordedRow {
   RecordedRow() = default;
   double t_s = 0;  // ascending
@@ -73,88 +74,89 @@ struct RecordedRow {
 struct ZwickSimSettings {
   ZwickSimSettings() = default;
   std::string serial = "simulated";
-  int revision = frame_link::kRevision;  // 1: as a gateway of before observer sessions
+  int revision = frame_link::kRevision;  // 1: a gateway without observer sessions
   double rate_max_Hz = 500;
   bool force_hold = true;
   double speed_min_m_s = 1e-7;
-  double approach_m_s = 1e-4;  // of RAMPF before contact
+  double approach_m_s = 1e-4;  // speed of RAMPF before contact
   double device_clock_start_s = 0;
-  double device_clock_ppm = 0;  // fast by this
+  double device_clock_ppm = 0;  // runs fast by this
   std::uint64_t seed = 1;  // noise
 
-  // What CAPS say where it is not the truth; travel as at the first reference run.
+  // Replaces the true capabilities in CAPS. Travel is as at the first reference run.
   std::optional<FrameCapabilities> declared;
-  // The gateway looks at the force so often; 0: the device watches it all the time.
+  // How often the gateway checks the force; 0: the device watches it continuously.
   double watch_period_s = 0;
-  // Of the force loop: it passes the target of a ramp by its rate times `lag`, holds a force
-  // within the ripple, and lands with the stop that every motion has. By default it is exact.
+  // The force loop. It overshoots the target of a ramp by its rate times the lag and holds a force
+  // within the ripple. With `loop_lands` it first stops at contact, as every motion does. By
+  // default it is exact.
   double loop_lag_s = 0, loop_ripple_N = 0, loop_rate_max_N_s = 1e3;
   bool loop_lands = false;
-  // Of the link. Each transmission is late by the delay and a random part of the jitter, each
-  // answer by a random part of its own; STOP is never answered late.
+  // The link. Each transmission is late by the delay and a random part of the jitter, each answer
+  // by a random part of the answer delay. STOP is never answered late.
   double line_delay_s = 0, line_jitter_s = 0, answer_delay_s = 0;
-  // Each value of a sample is missing with this probability.
+  // The probability that a value is missing in a sample.
   double missing_time = 0, missing_force = 0, missing_travel = 0;
 };
 
-// What is not true of a machine behind an honest gateway, or of what the gateway says of it.
-// docs/faults.md. Each may begin and end at any instant.
+// Wrong behaviour of the machine, or wrong reports of the gateway (docs/faults.md). Each may begin
+// and end at any time.
 struct ZwickSimLies {
   ZwickSimLies() = default;
   // The cell.
-  bool force_frozen = false;  // its last value, again and again
-  bool force_held = false;  // its mean, while it scatters
-  double force_gain = 1;  // times what it shows of the force, from now on
+  bool force_frozen = false;  // repeats its last value
+  bool force_held = false;  // shows a constant mean with scatter
+  double force_gain = 1;  // factor on the force that it shows
   bool force_reversed = false;
-  double force_drift_N_s = 0;  // from then on
-  double force_scatter = 1;  // times its noise
+  double force_drift_N_s = 0;  // from the moment it is set
+  double force_scatter = 1;  // factor on its noise
   // The drive.
-  bool drive_reversed = false;  // away from where it is told
-  double creep_m_s = 0;  // goes on after every motion, and from now on; STOP ends it
-  bool estop = false;  // held
-  // What the gateway does with orders, and says of them.
-  double order_late_s = 0;  // carried out so much later, even after a STOP
-  bool done_early = false;  // half-way, and in a motion at once, with the target's own values
-  bool done_unmoved = false;  // after half a second, and nothing has moved
+  bool drive_reversed = false;  // moves away from its target
+  double creep_m_s = 0;  // moves on after every motion, and from now on; STOP ends it
+  bool estop = false;  // held down
+  // How the gateway handles orders and reports on them.
+  double order_late_s = 0;  // orders are carried out this late, even after a STOP
+  bool done_early = false;  // half-way (in a motion: at once), with the target's values
+  bool done_unmoved = false;  // DONE after 0.5 s without any motion
   double done_late_s = 0;
-  bool stop_ignored = false;  // neither obeyed nor answered
-  bool stop_unconfirmed = false;  // obeyed, not answered
-  double stop_late_s = 0;  // answered so much later
-  double clock_rate = 1;  // of the device clock; 0: frozen
-  bool other_caps = false;  // half the deceleration
+  bool stop_ignored = false;  // STOP is neither obeyed nor answered
+  bool stop_unconfirmed = false;  // STOP is obeyed but not answered
+  double stop_late_s = 0;  // STOP is answered this late
+  double clock_rate = 1;  // rate of the device clock; 0: frozen
+  bool other_caps = false;  // CAPS state half the deceleration
   bool operator==(const ZwickSimLies&) const = default;
 };
 
-// Not reachable over the grammar. Every fault is off until set; counters count down.
+// Faults to inject; the frame link cannot reach them. All are off until set. Counters count down.
 struct ZwickSimFaults {
   ZwickSimFaults() = default;
-  bool silent = false;  // sends nothing any more, HB included
-  bool deaf = false;  // hears nothing any more, the line stays open
-  std::int64_t lose_samples = 0;  // the next n samples are lost; their numbers are not
+  bool silent = false;  // sends nothing, not even HB
+  bool deaf = false;  // receives nothing, but the line stays open
+  std::int64_t lose_samples = 0;  // the next n samples are lost; their numbers are used up
   double clock_jump_s = 0;  // added to the device clock
   std::string refuse_next;  // error code for the next command
-  bool never_complete = false;  // motions end, but the gateway thinks that they go on
+  bool never_complete = false;  // the gateway does not notice that motions end
   int lose_done = 0;  // the next n DONE lines are lost
   int lose_answers = 0;  // the next n OK or ERR lines are lost
   int lose_stopped = 0;  // the next n STOPPED lines are lost
   std::string say;  // sent verbatim at once, then cleared
-  bool not_ready = false;  // E-stop, shield or drive: whatever moves is refused
-  bool no_heartbeats = false;  // HB is lost in both directions, everything else goes through
-  double byte_noise = 0;  // each byte that is sent is hit with this probability
-  double spike_N = 0;  // added to what the cell shows ...
-  std::int64_t spike_samples = 0;  // ... in the next n samples
-  double late_stop_s = 0;  // the device's own stop (goal, force limit) comes so much later
-  bool lose_tare = false;  // of force, once ...
-  bool tell_origin = false;  // ... and a new origin is told
+  bool not_ready = false;  // E-stop, shield or drive: all motions are refused
+  bool no_heartbeats = false;  // only HB is lost, in both directions
+  double byte_noise = 0;  // probability that a sent byte is spoiled
+  double spike_N = 0;  // added to the shown force
+  std::int64_t spike_samples = 0;  // in the next n samples
+  double late_stop_s = 0;  // delay of the device's own stop (goal, force limit)
+  bool lose_tare = false;  // the tare of force, once
+  bool tell_origin = false;  // lose_tare also reports a new origin
   ZwickSimLies lies;
 };
 
-// Asked at every occasion, so that a script can decide (drivers/faults). May be empty.
+// Called at every occasion, so that a fault script can decide (drivers/faults). May be empty.
 struct ZwickSimHooks {
   ZwickSimHooks() = default;
   std::function<LineFault()> sends;  // what happens to this transmission, of one line or more
   std::function<std::string()> refuses;  // error code for this command; empty: none
-  std::function<bool()> loses_done;  // this DONE is lost
+  std::function<bool()> loses_done;  // true: this DONE is lost
 };
 
 namespace frame_link {
@@ -162,20 +164,22 @@ class SimClerk;
 class SimMachine;
 }  // namespace frame_link
 
-// One session over one transport. `run` serves until the transport closes, then stops the machine.
-// Clock, scene and this object must outlive `run`.
+// One session over one transport. `run` serves until the transport closes and then stops the
+// machine. Clock, scene and this object must outlive `run`.
 class ZwickSim {
  public:
   ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, FrameScene& scene,
            ZwickSimSettings settings = ZwickSimSettings());
-  // Plays `rows` as samples, verbatim, from start_recording() on; has no motion and takes any RATE.
+  // Plays `rows` verbatim as samples from start_recording() on. It cannot move and accepts any
+  // RATE.
   ZwickSim(std::unique_ptr<Transport> transport, Clock& clock, std::vector<RecordedRow> rows,
            ZwickSimSettings settings = ZwickSimSettings());
   ~ZwickSim();
 
   Task<> run();
   void close();  // ends `run`; idempotent
-  // A new connection after `run` has ended; the machine keeps position, tare and clock. run() anew.
+  // A new connection after `run` has ended. The machine keeps position, tare and clock. Call run()
+  // again.
   void attach(std::unique_ptr<Transport> transport);
 
   void start_recording();
@@ -183,23 +187,23 @@ class ZwickSim {
 
   // Changes take effect after poke().
   ZwickSimFaults faults;
-  ZwickSimHooks hooks;  // stay when the connection ends
-  // For tests: told each sample as it is taken, lost or not.
+  ZwickSimHooks hooks;  // kept when the connection ends
+  // For tests: called with each sample as it is taken, even if it is then lost.
   std::function<void(MonoTime, const FrameSample&)> watch;
   void poke() { wakeup_.notify(); }
-  void stall();  // the drive stops moving, nobody notices
-  // The machine stops by itself; `kind`: a word of docs/frame-link.md, section 6, or none.
+  void stall();  // the drive stops moving without anybody noticing
+  // The machine stops by itself. `kind` is a word of docs/frame-link.md, section 6, or empty.
   void trip(std::string_view kind, std::string_view text);
   ZwickSimSettings& settings() {
     return settings_;
-  }  // of the gateway; they act with the next HELLO
-  // As after switching off and on: tare and limits are forgotten, the clock starts anew.
+  }  // of the gateway; changes act with the next HELLO
+  // As after switching off and on: tare and limits are lost, and the clock restarts.
   void forget();
-  // The gateway's program was restarted on an open line: motion stops, the session is over.
+  // The gateway's program restarts on an open line: motion stops and the session ends.
   void restart();
   bool is_moving() const;
   bool is_armed() const;
-  double travel_zero_m() const;  // the machine's own travel where the samples show 0
+  double travel_zero_m() const;  // the machine's own travel where samples show 0
 
  private:
   Task<> read();
@@ -240,8 +244,8 @@ class ZwickSim {
   std::unique_ptr<Transport> transport_;
   Clock& clock_;
   ZwickSimSettings settings_;
-  std::unique_ptr<frame_link::SimMachine> machine_;  // none while a recording is played
-  std::unique_ptr<frame_link::SimClerk> clerk_;  // with it
+  std::unique_ptr<frame_link::SimMachine> machine_;  // null while a recording is played
+  std::unique_ptr<frame_link::SimClerk> clerk_;  // null without machine_
   std::optional<std::vector<RecordedRow>> recording_;
   std::optional<MonoTime> recording_start_;
   std::size_t next_row_ = 0;
@@ -257,19 +261,19 @@ class ZwickSim {
     MonoTime due;
     std::string bytes;
   };
-  std::deque<Sent> line_;  // on the way; nothing overtakes on a line
-  std::deque<Sent> answers_;  // not given yet
+  std::deque<Sent> line_;  // under way; a line keeps their order
+  std::deque<Sent> answers_;  // not yet sent
   LineNoise noise_;
-  std::mt19937_64 random_;  // of what is late or missing
+  std::mt19937_64 random_;  // decides what is late or missing
   std::array<char, 8192> buffer_{};
   frame_link::LineSplitter splitter_;
   MonoTime power_on_, heard_, said_;
   std::int64_t stops_ = 0;  // received in this session
-  std::int64_t last_number_ = -1;  // of a command in it
+  std::int64_t last_number_ = -1;  // of a command in this session
   bool stop_owed_ = false;
-  std::optional<MonoTime> stop_due_;  // its answer, of a gateway that is late
+  std::optional<MonoTime> stop_due_;  // when a late gateway answers it
   ZwickSimLies lies_;  // as of the latest catch_up
-  double clock_gain_s_ = 0;  // by a wrong rate, until and since
+  double clock_gain_s_ = 0;  // gained by a wrong rate until clock_since_
   MonoTime clock_since_;
 
   double rate_Hz_ = 0;

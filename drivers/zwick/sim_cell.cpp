@@ -7,11 +7,11 @@ namespace lcrig::frame_link {
 
 namespace {
 
-constexpr int kLooks = 400;  // ahead, of a cell that no formula describes
+constexpr int kLooks = 400;  // steps of the search when the cell lies
 
 }  // namespace
 
-// As close as a double can be to its decimal form.
+// The result is the double nearest to its decimal form.
 double quantise(double value, double resolution) {
   if (resolution <= 0) return value;
   const double steps = std::round(value / resolution);
@@ -68,7 +68,7 @@ double SimCell::raw_N(MonoTime t, double shown_N) const {
   return (shown_N + tare_N_ - offset_N(t)) / (reversed_ ? -gain : gain);
 }
 
-// The zero of the cell drifts while the motion goes on.
+// The zero of the cell may drift during the motion, so a first estimate is refined once.
 std::optional<MonoTime> SimCell::crossing(double shown_N, MonoTime from, MonoTime to) const {
   if (!is_honest()) return searched(shown_N, from, to);
   auto at = scene_.force_crossing(raw_N(from, shown_N), from, to);
@@ -96,7 +96,7 @@ std::optional<MonoTime> SimCell::searched(double wanted_N, MonoTime from, MonoTi
   return high;
 }
 
-// The cell averages over some twenty conversions.
+// Taring averages over about twenty conversions.
 void SimCell::tare(MonoTime t) {
   const double cell = cell_N(t);
   tare_N_ = cell;

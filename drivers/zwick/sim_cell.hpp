@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The load cell of the simulated machine: what it shows of the true force, honestly or not.
+// The load cell of the simulated machine (sim_machine.hpp): how it shows the true force, with or
+// without lies.
 #pragma once
 
 #include <optional>
@@ -9,9 +10,9 @@
 
 namespace lcrig::frame_link {
 
-double quantise(double value, double resolution);  // to a multiple of it
+double quantise(double value, double resolution);  // to a multiple of `resolution`
 
-// Shown values are tared. Scene and random numbers must outlive it; times never run backwards.
+// Shown values are tared. Scene and random numbers must outlive it. Times must not go backwards.
 class SimCell {
  public:
   SimCell(const FrameScene& scene, std::mt19937_64& random) : scene_(scene), random_(random) {}
@@ -20,18 +21,18 @@ class SimCell {
   bool is_honest() const {
     return !is_frozen() && !reversed_ && gain_ == 1 && rate_N_s_ == 0 && past_N_ == 0;
   }
-  bool is_frozen() const { return frozen_N_ || held_N_ || gain_ == 0; }  // but for its noise
-  double drift_N_s() const { return rate_N_s_; }  // of a cell that lies
+  bool is_frozen() const { return frozen_N_ || held_N_ || gain_ == 0; }  // apart from noise
+  double drift_N_s() const { return rate_N_s_; }  // drift that was injected as a lie
 
-  // One conversion, tared and in digits; nullopt: beyond the range. `spike_N` is on the cell, not
-  // on the specimen.
+  // One conversion, tared and rounded to digits; nullopt: out of range. `spike_N` acts on the cell,
+  // not on the specimen.
   std::optional<double> convert(MonoTime t, double spike_N);
-  // Free of noise and digits.
+  // Without noise and rounding.
   double shown_N(MonoTime t) const;
   double unloaded_N(MonoTime t) const { return offset_N(t) - tare_N_; }
-  // The true force at which a cell that still converts shows this one.
+  // The true force at which a cell that is not frozen shows `shown_N`.
   double raw_N(MonoTime t, double shown_N) const;
-  // When it first passes this value; whatever the drive does.
+  // When the cell first passes this value, whatever the drive does.
   std::optional<MonoTime> crossing(double shown_N, MonoTime from, MonoTime to) const;
 
   void tare(MonoTime t);
@@ -47,13 +48,13 @@ class SimCell {
   std::mt19937_64& random_;
   std::normal_distribution<double> normal_;
   double tare_N_ = 0;
-  std::optional<double> frozen_N_;  // the cell, noise included
-  std::optional<double> last_N_;  // of the latest conversion
-  std::optional<double> held_N_;  // the cell, without noise
+  std::optional<double> frozen_N_;  // cell value, noise included
+  std::optional<double> last_N_;  // cell value of the latest conversion
+  std::optional<double> held_N_;  // cell value without noise
   bool reversed_ = false;
   double gain_ = 1;
   double scatter_ = 1;
-  double past_N_ = 0, rate_N_s_ = 0;  // drift until and since
+  double past_N_ = 0, rate_N_s_ = 0;  // drift until `since_`, and its rate from then on
   MonoTime since_;
 };
 

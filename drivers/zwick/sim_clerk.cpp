@@ -8,7 +8,7 @@ namespace lcrig::frame_link {
 
 namespace {
 
-constexpr Duration kPretence = std::chrono::milliseconds(500);  // of a motion that is none
+constexpr Duration kPretence = std::chrono::milliseconds(500);  // before a false DONE
 
 }  // namespace
 
@@ -86,7 +86,7 @@ void SimClerk::hear_machine(MonoTime t) {
   }
 }
 
-// The target, with the target's own values.
+// Claims that the target was reached, and reports the target's values as measured.
 void SimClerk::claim(MonoTime t) {
   const Claim said = *std::exchange(claim_, std::nullopt);
   if (said.moves && !machine_.is_moving()) return;

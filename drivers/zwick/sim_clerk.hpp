@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Between the words of the simulated gateway and its machine: passes orders on and tells of their
-// ends, at once and truly, or late, early, or without having done anything.
+// Stands between ZwickSim and its SimMachine: passes orders on and reports the ends of motions. By
+// default at once and truthfully; as a fault late, early, or without any motion.
 #pragma once
 
 #include <cstdint>
@@ -17,19 +17,19 @@ namespace lcrig::frame_link {
 struct Order {
   Order() = default;
   std::int64_t number = 0;
-  std::optional<double> travel_m, force_N;  // where it leads, as the samples show it
+  std::optional<double> travel_m, force_N;  // target, as the samples show it
   std::function<Verdict(MonoTime t)> carry_out;
 };
 
-// The machine must outlive it. Events as those of the machine, which it includes.
+// The machine must outlive it. next_event() and advance() include the machine's events.
 class SimClerk {
  public:
   explicit SimClerk(SimMachine& machine) : machine_(machine) {}
 
   void set_lies(MonoTime t, const ZwickSimLies& lies);
   Verdict take(MonoTime t, Order order);
-  void stop(MonoTime t);  // before the machine is halted
-  void end_session();  // nobody is told of anything any more
+  void stop(MonoTime t);  // call before the machine is halted
+  void end_session();  // drops all reports that are still due
 
   std::optional<MonoTime> next_event() const;
   void advance();
@@ -39,7 +39,7 @@ class SimClerk {
   struct Waiting {
     MonoTime due;
     Order order;
-    bool is_wanted = true;  // no STOP came since
+    bool is_wanted = true;  // false after a STOP
   };
   struct Claim {
     MonoTime due;

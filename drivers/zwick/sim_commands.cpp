@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the simulated gateway does with each line that it hears.
+// How the simulated gateway handles each line that it receives.
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -71,7 +71,7 @@ Verdict zero(SimMachine& m, MonoTime t, const Line& line) {
 }
 
 using Handler = Verdict (*)(SimMachine&, MonoTime, const Line&);
-// Where a motion leads; none: a command without DONE.
+// The order of a motion command; nullopt for a command without DONE.
 std::optional<Order> order_of(SimMachine& m, const Line& line, std::string_view text,
                               Handler handler) {
   if (line.word != "MOVE" && line.word != "MOVEF" && line.word != "RAMPF") return std::nullopt;
@@ -151,7 +151,7 @@ void ZwickSim::open_session() {
   begin_session(false);
 }
 
-// Who speaks another protocol is told ours, and has no session.
+// A host with another protocol gets our HELLO but no session.
 void ZwickSim::greet(const Line& line) {
   const auto hello = frame_link::parse_hello(line);
   if (!hello) return say(frame_link::format_event("syntax", hello.error().what));
@@ -164,7 +164,7 @@ void ZwickSim::greet(const Line& line) {
   observe(line);
 }
 
-// Touches nothing at the machine, unless it takes the place of a session that commands.
+// Changes nothing at the machine, except that it ends a session that may command.
 void ZwickSim::observe(const Line& line) {
   if (session_ && !observer_) end_command("the daemon only observes from now on");
   begin_session(true);

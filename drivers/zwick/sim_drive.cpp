@@ -47,7 +47,7 @@ bool SimDrive::wants_more(MonoTime t) const {
   return order_->to > (order_->is_force ? world_.force_N(t) : world_.travel_m(t));
 }
 
-// The controller sees the distance grow and goes on, to the end of the way.
+// The controller sees the distance to its target grow and drives on to the end of travel.
 void SimDrive::disobey(MonoTime t) {
   const PlantConfig& p = world_.config();
   const bool towards = !wants_more(t);

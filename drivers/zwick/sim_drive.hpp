@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The drive of the simulated machine between its controller and the world: does what it is told,
-// or runs the other way, or creeps.
+// The drive of the simulated machine (sim_machine.hpp), between its controller and the scene. It
+// does what it is told or, as a fault, runs the other way or creeps.
 #pragma once
 
 #include <optional>
@@ -13,12 +13,12 @@ class SimDrive final : public FrameScene {
  public:
   explicit SimDrive(FrameScene& world) : world_(world) {}
 
-  // A motion under way turns round.
+  // A motion under way reverses.
   void set_reversed(MonoTime t, bool on);
-  // Towards the specimen, or away; until it is halted or told to move.
+  // Positive: towards the specimen. Creeps until it is halted or told to move.
   void creep(MonoTime t, double speed_m_s);
   bool is_creeping() const { return creeps_; }
-  // Runs where nobody told it to: it will never arrive.
+  // Runs away from its target and will never arrive.
   bool is_astray() const { return order_ && reversed_; }
 
   const PlantConfig& config() const override { return world_.config(); }
@@ -43,11 +43,11 @@ class SimDrive final : public FrameScene {
   };
   void obey(MonoTime t);
   void disobey(MonoTime t);
-  bool wants_more(MonoTime t) const;  // travel, or force
+  bool wants_more(MonoTime t) const;  // the target lies above the present travel or force
 
   FrameScene& world_;
   bool reversed_ = false, creeps_ = false;
-  std::optional<Order> order_;  // none after a halt
+  std::optional<Order> order_;  // empty after a halt
 };
 
 }  // namespace lcrig::frame_link

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Force control of the simulated machine: approach, ramp, hold; and what a loop does that believes
-// a cell that lies.
+// Force control of the simulated machine: approach, ramp, hold, and how the loop behaves with a
+// cell that lies.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@ namespace lcrig::frame_link {
 
 namespace {
 
-constexpr double kHoldTime_s = 0.1;  // a force hold reaches its force within this
+constexpr double kHoldTime_s = 0.1;  // a force hold reaches its force in this time
 constexpr double kMinRate_N_s = 1e-3;
 
 double sign(double v) {
@@ -38,7 +38,7 @@ Verdict SimMachine::ramp(MonoTime t, std::int64_t number, double force_N, double
   return std::nullopt;
 }
 
-// Force control without contact first drives, slowly, until something is felt.
+// Without contact, force control first approaches slowly until the cell shows contact.
 void SimMachine::begin_approach(MonoTime t, double force_N, double rate_N_s) {
   const PlantConfig& p = scene_.config();
   const double speed =
@@ -54,7 +54,7 @@ void SimMachine::begin_approach(MonoTime t, double force_N, double rate_N_s) {
   look_ahead(t);
 }
 
-// What felt the contact stops first, then the loop closes.
+// At contact: if the loop lands, the drive stops first and then the loop closes.
 void SimMachine::land(MonoTime t) {
   if (!settings_.loop_lands) return begin_ramp(t, ramp_target_N_, ramp_rate_N_s_);
   scene_.halt(t);
@@ -62,7 +62,7 @@ void SimMachine::land(MonoTime t) {
   await_arrival(t);
 }
 
-// A loop with a lag goes beyond its target first.
+// A loop with a lag first overshoots its target.
 void SimMachine::begin_ramp(MonoTime t, double force_N, double rate_N_s) {
   phase_ = Phase::moving;
   goal_N_.reset();
@@ -95,7 +95,8 @@ void SimMachine::consider_edge(MonoTime t) {
   if (at_edge > 0) consider(scene_.force_crossing(at_edge, t, event_), Cause::travel_limit);
 }
 
-// A loop believes its cell: it goes on until that shows what it should, at the rate it was told.
+// The loop believes a cell that lies: it goes on at the commanded rate until the cell shows the
+// target.
 void SimMachine::control(MonoTime t) {
   if (cell_.is_honest() || !limits_.are_set()) {
     if (phase_ == Phase::moving)
@@ -115,7 +116,7 @@ void SimMachine::control(MonoTime t) {
       direction_ > 0 ? limits_.now().travel_max.si() : limits_.now().travel_min.si();
   const double rate = is_there ? std::abs(follows) : ramp_rate_N_s_;
   scene_.ramp_force(t, scene_.force_at_travel_N(edge + travel_zero_m_), rate);
-  if (is_there && phase_ == Phase::standing) return;  // it holds, as far as it knows
+  if (is_there && phase_ == Phase::standing) return;  // as far as the loop knows, it holds
   phase_ = Phase::moving;
   await_arrival(t);
   arrival_reason_ = MotionEnd::travel_limit;
@@ -123,20 +124,20 @@ void SimMachine::control(MonoTime t) {
   consider_force_limits(t);
 }
 
-// The loop has what it wants, and holds it.
+// The cell shows the target, so the loop holds the present force.
 void SimMachine::settle_as_felt(MonoTime t) {
   scene_.ramp_force(t, scene_.force_N(t), ramp_rate_N_s_);
   finish(t, MotionEnd::target);
   if (cell_.drift_N_s() != 0) control(t);
 }
 
-// Back from beyond the target.
+// Returns from the overshoot to the target.
 void SimMachine::settle(MonoTime t) {
   scene_.ramp_force(t, ramp_target_N_, ramp_rate_N_s_);
   await_arrival(t);
 }
 
-// Where within the ripple the loop comes to rest.
+// The force, within the ripple, at which the loop comes to rest.
 double SimMachine::held_N(double goal_N) {
   if (settings_.loop_ripple_N <= 0 || goal_N <= 0) return goal_N;
   std::uniform_real_distribution<double> part(-1.0, 1.0);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kMaxStiffness_N_m = 1e8;
 constexpr double kTravelSlack_m = 1e-10;  // below any drive's resolution
-constexpr double kForceSlack_N = 1e-12;  // of a motion that stopped at a limit
+constexpr double kForceSlack_N = 1e-12;  // for a motion that stopped exactly at a limit
 
 }  // namespace
 
@@ -31,7 +31,7 @@ FrameCapabilities SimLimits::of_machine() const {
     c.force_loop->contact = Force::from_si(felt_N(p));
     c.force_loop->rate_max = ForceRate::from_si(settings_.loop_rate_max_N_s);
     c.force_loop->lag = from_seconds(settings_.loop_lag_s);
-    // What wavers is the cell, too: as it shows it.
+    // The ripple as shown includes the noise of the cell.
     c.force_loop->ripple = Force::from_si(settings_.loop_ripple_N + 5 * p.force_noise_N);
     c.force_loop->stiffness_max = Stiffness::from_si(kMaxStiffness_N_m);
   }
@@ -91,7 +91,7 @@ Verdict SimLimits::check_force(double force_N) const {
   return std::nullopt;
 }
 
-// A motion may lead away from an exceeded force limit, never deeper.
+// Beyond a force limit, only motion away from it is allowed.
 Verdict SimLimits::check_direction(double shown_N, double direction) const {
   if (direction > 0 && shown_N > limits_->force_max.si() + kForceSlack_N) {
     return Refusal("limits", "the force is beyond force_max: move away first");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the simulated machine can do, and what it was armed to: who asks for more is refused.
+// The capabilities of the simulated machine (sim_machine.hpp) and the limits that it was armed
+// with. Requests beyond them are refused.
 #pragma once
 
 #include <optional>
@@ -17,9 +18,9 @@ struct Refusal {
 };
 using Verdict = std::optional<Refusal>;  // nullopt: accepted
 
-double felt_N(const PlantConfig& config);  // the least force that the device takes for contact
+double felt_N(const PlantConfig& config);  // the smallest force that counts as contact
 
-// Scene and settings must outlive it. `zero_m`: the machine's own travel where the samples show 0.
+// Scene and settings must outlive it. `zero_m` is the machine's own travel where samples show 0.
 class SimLimits {
  public:
   SimLimits(const FrameScene& scene, const ZwickSimSettings& settings)
@@ -31,7 +32,7 @@ class SimLimits {
   bool are_set() const { return limits_.has_value(); }
   const FrameLimits& now() const { return limits_.value(); }
 
-  // Of limits that are set.
+  // The limits must be set.
   Verdict check_motion(double target_m, double speed_m_s, double zero_m) const;
   Verdict check_force(double force_N) const;
   Verdict check_direction(double shown_N, double direction) const;

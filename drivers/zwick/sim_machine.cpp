@@ -38,7 +38,7 @@ void SimMachine::set_lies(MonoTime t, const ZwickSimLies& lies) {
   if (phase_ == Phase::moving) look_ahead(t);
 }
 
-// The power to the drive is gone, whatever it did.
+// E-stop: the drive has no power, so whatever it does ends.
 void SimMachine::cut(MonoTime t) {
   if (phase_ == Phase::standing && !force_control_ && !drive_.is_creeping()) return;
   text_ = "E-stop";
@@ -87,12 +87,12 @@ void SimMachine::await_arrival(MonoTime t) {
   cause_ = Cause::arrived;
 }
 
-// What will end the motion under way, as far as the device can know.
+// Finds the event that will end the current motion, as far as the device can know it.
 void SimMachine::look_ahead(MonoTime t) {
   await_arrival(t);
   if (goal_N_) consider(crossing(t, *goal_N_), goal_cause_);
   if (goal_N_ && goal_cause_ == Cause::contact && cell_.is_honest()) return;
-  consider_force_limits(t);  // second, so that a goal at the limit is a goal
+  consider_force_limits(t);  // after the goal, so that a goal at the limit counts as goal
 }
 
 void SimMachine::consider(std::optional<MonoTime> at, Cause cause) {
@@ -108,7 +108,7 @@ std::optional<MonoTime> SimMachine::crossing(MonoTime t, double shown_N) const {
   return std::max(*at, MonoTime(from_seconds(looks * settings_.watch_period_s)));
 }
 
-// One limit lies ahead of a drive and a cell that are what they should be. Else both may.
+// With an honest cell and drive only the limit ahead can be reached. Otherwise either one can.
 void SimMachine::consider_force_limits(MonoTime t) {
   if (!limits_.are_set()) return;
   const double low = limits_.now().force_min.si(), high = limits_.now().force_max.si();
@@ -144,7 +144,7 @@ Verdict SimMachine::move_until(MonoTime t, std::int64_t number, double force_N, 
   if (auto no = check_direction(t, direction)) return no;
   const double way = (guard_m + travel_zero_m_ - scene_.travel_m(t)) * direction;
   double goal = force_N;
-  // Released means: what the cell shows is no more than the goal, half a digit included.
+  // A release ends when the shown force is at most the goal, within half a digit.
   if (direction < 0) {
     goal = std::max(goal, cell_.unloaded_N(t) + scene_.config().force_resolution_N / 2);
   }
@@ -176,8 +176,8 @@ Verdict SimMachine::zero(MonoTime t, bool force, bool travel) {
 
 void SimMachine::halt(MonoTime t, MotionEnd reason, std::string text) {
   if (phase_ == Phase::standing && !force_control_ && !drive_.is_creeping()) return;
-  if (phase_ == Phase::braking) return;  // what began to brake says why
-  if (phase_ == Phase::landing) {  // it brakes already
+  if (phase_ == Phase::braking) return;  // the first cause of braking is reported
+  if (phase_ == Phase::landing) {  // it is braking already
     phase_ = Phase::braking;
     reason_ = reason;
     text_ = std::move(text);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The machine behind the simulated gateway: limits, motion with device-side stops, tare, noise.
+// The machine behind the simulated gateway (sim.hpp): limits, motion with device-side stops, tare,
+// noise.
 #pragma once
 
 #include <cstdint>
@@ -15,25 +16,25 @@
 
 namespace lcrig::frame_link {
 
-// A motion that ended. Without a number nobody asked to be told.
+// A motion that ended. Without a number nobody waits for its end.
 struct FinishedMotion {
   FinishedMotion() = default;
   std::optional<std::int64_t> number;
   MotionOutcome outcome;
 };
 
-// Values are as the samples show them (tared) unless a name says raw. Times never run backwards;
+// Values are tared, as the samples show them, unless a name says raw. Times must not go backwards:
 // the owner handles every next_event() before it commands anything later.
 class SimMachine {
  public:
   SimMachine(FrameScene& scene, const ZwickSimSettings& settings);
 
   FrameCapabilities capabilities() const { return limits_.of_machine(); }
-  // A new one whenever a zero was lost or changed.
+  // Changes whenever a zero was lost or changed.
   std::string origin() const { return std::to_string(origin_); }
   Verdict set_limits(const FrameLimits& limits);
   void disarm() { limits_.forget(); }
-  void forget_command() { number_.reset(); }  // nobody is told when its motion ends
+  void forget_command() { number_.reset(); }  // the end of its motion is not reported
   bool is_armed() const { return limits_.are_set(); }
 
   Verdict move(MonoTime t, std::int64_t number, double travel_m, double speed_m_s);
@@ -42,17 +43,17 @@ class SimMachine {
   Verdict ramp(MonoTime t, std::int64_t number, double force_N, double rate_N_s);
   Verdict hold_force(MonoTime t, double force_N);
   Verdict zero(MonoTime t, bool force, bool travel);
-  // Brakes; the motion that was cut ends with `reason`. Also leaves force control.
+  // Brakes and leaves force control. The interrupted motion ends with `reason`.
   void halt(MonoTime t, MotionEnd reason, std::string text);
   void stall(MonoTime t);
   void set_lies(MonoTime t, const ZwickSimLies& lies);
-  void drop_number() { number_.reset(); }  // nobody is told of the end of this motion ...
-  // ... which the gateway takes for over, so that others may begin.
+  void drop_number() { number_.reset(); }  // the end of this motion is not reported
+  // As drop_number, and the gateway takes the motion for ended, so that others may begin.
   void disown() { disowned_ = number_.has_value(), number_.reset(); }
   void lose_tare(bool says_so);
   void set_never_complete(bool on) { never_complete_ = on; }
   void set_late_stop(double seconds) { late_stop_s_ = seconds; }
-  // A sample beyond the limits that no true force explains ends a motion all the same.
+  // Ends a motion when a sample is beyond the limits, even if no true force explains it.
   void feel(MonoTime t, const FrameSample& shown);
   void forget();  // as after switching off: tare, zero and limits
 
@@ -63,7 +64,7 @@ class SimMachine {
   void advance();
   std::optional<FinishedMotion> take_finished() { return std::exchange(finished_, std::nullopt); }
 
-  // Without number and device time. `spike_N` is on the cell, not on the specimen.
+  // Leaves number and device time unset. `spike_N` acts on the cell, not on the specimen.
   FrameSample sample(MonoTime t, double spike_N = 0);
 
  private:
@@ -82,7 +83,7 @@ class SimMachine {
   void await_arrival(MonoTime t);
   void look_ahead(MonoTime t);
   void consider(std::optional<MonoTime> at, Cause cause);
-  // When a motion that began at t is seen to pass what the samples show as this.
+  // When the device notices that a motion from `t` on passes `shown_N`.
   std::optional<MonoTime> crossing(MonoTime t, double shown_N) const;
   void consider_force_limits(MonoTime t);
   void consider_edge(MonoTime t);
@@ -94,7 +95,7 @@ class SimMachine {
   double held_N(double goal_N);
 
   SimDrive drive_;
-  FrameScene& scene_;  // as the drive lets it be
+  FrameScene& scene_;  // the scene as the drive acts on it
   const ZwickSimSettings& settings_;
   SimLimits limits_;
   std::mt19937_64 random_;
@@ -108,9 +109,9 @@ class SimMachine {
   bool force_control_ = false;
   bool never_complete_ = false;
   double late_stop_s_ = 0;
-  bool put_off_ = false;  // the stop of this motion was put off once
+  bool put_off_ = false;  // the stop of this motion was delayed once
   bool disowned_ = false;
-  std::optional<double> goal_N_;  // of a motion that stops at a force, as shown
+  std::optional<double> goal_N_;  // for a motion that stops at a force; as shown
   Cause goal_cause_ = Cause::goal;
   std::optional<std::int64_t> number_;
   double direction_ = 0;  // +1 towards the specimen
@@ -120,7 +121,7 @@ class SimMachine {
   MotionEnd reason_ = MotionEnd::target;  // after braking
   std::string text_;
   double ramp_target_N_ = 0, ramp_rate_N_s_ = 0;  // raw
-  double ramp_shown_N_ = 0;  // what the loop is to show
+  double ramp_shown_N_ = 0;  // the target as shown
   std::optional<FinishedMotion> finished_;
 };
 
