@@ -17,7 +17,7 @@ namespace lcrig::plot {
 
 namespace {
 
-// Okabe and Ito's colours, ordered so that neighbours differ in grey too.
+// Okabe and Ito's colours, in an order in which neighbours also differ in grey.
 constexpr std::array<std::string_view, 6> kColors{"#0b3d91", "#c8500a", "#2f2f2f",
                                                   "#009e73", "#a0468c", "#7a6a00"};
 constexpr std::array<Dash, 5> kDashes{Dash::solid, Dash::dashed, Dash::dash_dot, Dash::dotted,
@@ -26,10 +26,10 @@ constexpr std::array<Marker, 7> kMarkers{Marker::circle,       Marker::square, M
                                          Marker::diamond,      Marker::cross,  Marker::plus,
                                          Marker::triangle_down};
 constexpr std::string_view kShade = "#ececec", kBandShade = "#c9d6e8", kGrid = "#dddddd";
-constexpr double kThinMarksFrom = 400;  // points: fewer are all drawn
+constexpr double kThinMarksFrom = 400;  // points; with fewer, all are drawn
 constexpr double kColumnGap = 24;
 
-// The part of a panel that is drawn inside its frame.
+// Draws the part of a panel that is inside its frame.
 class Pen {
  public:
   Pen(const Panel& panel, const PanelLayout& at) : panel_(panel), at_(at) {}
@@ -136,7 +136,7 @@ void Pen::series(const Series& s) {
   out_ += marks_element(many ? thin_marks(all, 1) : all, s.style);
 }
 
-// Above, below, right or left of the point: the first place that is free.
+// Puts the tag at the first free place above, below, right or left of the point.
 bool Pen::put_tag(Pixel p, const Tag& tag) {
   const double width = text_width(tag.text, kFont - 1), height = kFont;
   const std::array<Pixel, 4> corners{
@@ -186,7 +186,7 @@ std::string legend_entry(const LegendEntry& entry) {
     const std::array<Pixel, 2> ends{Pixel{entry.x, y}, Pixel{entry.x + 26, y}};
     const std::array<Pixel, 3> marks{Pixel{entry.x + 13, y}, Pixel{entry.x + 6, y + 3},
                                      Pixel{entry.x + 20, y - 3}};
-    const bool dots = style.marker == Marker::dot;  // one alone would not be seen
+    const bool dots = style.marker == Marker::dot;  // a single dot would be invisible
     if (style.line) out += polyline_element(ends, style);
     out += marks_element(std::span(marks).first(dots ? 3 : 1), style);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Charts as data, and as self-contained SVG. Legible in grey: series differ in dash pattern and
-// marker, colour only helps. Nothing is drawn over the data but the data.
+// Charts as data, and their conversion to self-contained SVG, for reports and the command line.
+// Legible in grey, because series differ in dash pattern and marker; colour only helps. Labels
+// never cover the data.
 #pragma once
 
 #include <optional>
@@ -19,19 +20,19 @@ struct Style {
   Dash dash = Dash::solid;
   Marker marker = Marker::none;
   bool line = true;
-  bool filled = true;  // the marker
+  bool filled = true;  // of the marker
   double width = 1.5;  // of the line, pixels
 };
-// The n-th of a set that is told apart without colour. Lines only; with markers only.
+// The n-th style of a set that can be told apart without colour: lines only, or markers only.
 Style line_style(std::size_t n);
 Style mark_style(std::size_t n);
 
 // A value that is not finite (or not positive on a logarithmic axis) breaks the line.
 struct Series {
   Series() = default;
-  std::string label;  // in the legend; empty: not there
+  std::string label;  // in the legend; empty: no entry
   std::vector<double> x, y;
-  std::vector<double> error;  // half length of the bars, empty: none
+  std::vector<double> error;  // half length of the error bars; empty: none
   Style style;
 };
 
@@ -41,7 +42,7 @@ struct Band {  // between two curves
   std::vector<double> x, low, high;
 };
 
-struct Range {  // of x, shaded; its label stands above the plot
+struct Range {  // of x, shaded; its label is above the plot
   Range() = default;
   double from = 0, to = 0;
   std::string label;
@@ -82,7 +83,7 @@ struct Panel {
 
 struct Figure {
   Figure() = default;
-  std::string description;  // for those who do not see it
+  std::string description;  // read to people who cannot see the figure
   double width = 820;
   int columns = 1;
   std::vector<Panel> panels;  // row by row

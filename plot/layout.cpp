@@ -11,7 +11,7 @@ namespace lcrig::plot {
 
 namespace {
 
-constexpr double kSymbol = 34;  // of a legend entry, with the blank after it
+constexpr double kSymbol = 34;  // width of a legend entry's symbol and the gap after it
 constexpr double kMostLegendText = 330;
 constexpr double kTickGap = 6;
 
@@ -65,7 +65,7 @@ Extent extent_y(const Panel& p) {
   return e;
 }
 
-// The axis over the data, with a little air on both sides.
+// An axis that covers the data, with a small margin on both sides.
 Scale scale_of(const Axis& axis, Extent e, bool& empty) {
   Scale s;
   s.log = axis.log;
@@ -106,7 +106,7 @@ int y_tick_count(double height) {
   return std::max(4, static_cast<int>(height / 34));
 }
 
-// As many as fit beside each other.
+// As many ticks as fit beside each other.
 Ticks x_ticks_of(const Scale& s, double width) {
   for (int most = std::max(2, static_cast<int>(width / 48)); most > 2; --most) {
     Ticks ticks = ticks_of(s, most);
@@ -178,7 +178,7 @@ PanelLayout lay_out(const Panel& panel, double width, double left, double least_
   out.x.from = left;
   out.x.to = width - out.right;
   out.x_ticks = x_ticks_of(out.x, out.x.to - out.x.from);
-  for (std::size_t i = 0; i < out.x_ticks.at.size(); ++i) {  // the last label stands out
+  for (std::size_t i = 0; i < out.x_ticks.at.size(); ++i) {  // the last label may stick out
     const double half = text_width(out.x_ticks.labels[i], kFont) / 2;
     out.right = std::max(out.right, out.x(out.x_ticks.at[i]) + half - width + out.right + 2);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where everything of one panel goes; inside plot/ only.
+// Computes where the parts of one panel go. Used by chart.cpp only.
 #pragma once
 
 #include "plot/chart.hpp"
@@ -10,14 +10,14 @@ namespace lcrig::plot {
 constexpr double kFont = 12.5;  // pixels
 constexpr double kLine = 18;  // of text
 
-// From a value to a pixel.
+// Converts a value to a pixel.
 struct Scale {
   double low = 0, high = 1;
   bool log = false;
   double from = 0, to = 1;
   bool shows(double value) const;  // finite, and positive on a logarithmic axis
   double operator()(double value) const;
-  // Within the axis; what it cannot show is at its low end.
+  // As operator(), limited to the axis. A value that the axis cannot show goes to its low end.
   double clamped(double value) const;
 };
 
@@ -39,9 +39,10 @@ struct PanelLayout {
   bool empty = false;
 };
 
-// `left` is the margin that the labels of the y axis need, shared by a column of panels.
+// The left margin that the labels of the y axis need.
 double wanted_left_margin(const Panel& panel);
-// `head` at least, so that plots beside each other stand on one line.
+// `left` is the margin shared by a column of panels. The head is at least `head` high, so that
+// plots beside each other are aligned.
 PanelLayout lay_out(const Panel& panel, double width, double left, double head = 0);
 
 }  // namespace lcrig::plot

@@ -11,7 +11,7 @@ namespace {
 
 constexpr char32_t kReplacement = 0xFFFD;
 
-// Bytes that are no UTF-8 are one U+FFFD each.
+// Each byte that is not UTF-8 becomes one U+FFFD.
 char32_t next_character(std::string_view& text) {
   const char32_t c = take_character(text);
   return c == kNotUtf8 ? kReplacement : c;
@@ -25,7 +25,7 @@ char32_t made_visible(char32_t c) {
   return is_steering(c) || no_xml ? kReplacement : c;
 }
 
-// In em, of Helvetica's widths rounded up; other faces of the kind are narrower.
+// Width in em, from Helvetica's widths rounded up. Similar faces are narrower.
 double em_of(char32_t c) {
   constexpr std::string_view kNarrow = "ijl|!.,:;'`";
   constexpr std::string_view kSlim = "()[]{}-\"/\\ frt*I";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text for SVG and HTML: made harmless, measured, cut and wrapped.
+// Escapes, measures, cuts and wraps text for SVG and HTML. Used by plot/ and by the report.
 #pragma once
 
 #include <string>
@@ -8,16 +8,16 @@
 
 namespace lcrig::plot {
 
-// For element content and for attributes in either kind of quotes. A control character becomes its
-// picture (U+2400 ff.), line feed and tab stay; bytes that are no UTF-8 and characters that
+// For element content and for attributes in either kind of quotes. Control characters become their
+// pictures (U+2400 ff.) except line feed and tab. Bytes that are not UTF-8 and characters that
 // reorder text (U+202A..E, U+2066..9) become U+FFFD.
 std::string escape(std::string_view text);
 
-// Width in pixels of `text` (not escaped) in a sans-serif face, rather too large than too small.
+// Width in pixels of unescaped `text` in a sans-serif face; too large rather than too small.
 double text_width(std::string_view text, double font_size);
-// Cut at the end with an ellipsis so that it is at most `width` wide.
+// Cuts the text at the end, with an ellipsis, to at most `width`.
 std::string cut_to_width(std::string_view text, double width, double font_size);
-// Broken at blanks; a longer word is cut.
+// Breaks the text at blanks and cuts words that are wider than `width`.
 std::vector<std::string> wrap(std::string_view text, double width, double font_size);
 
 }  // namespace lcrig::plot

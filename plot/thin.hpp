@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fewer points for the same picture. Only the drawing is thinned, never the data.
+// Removes points that make no difference to the picture. Only what is drawn is thinned, never the
+// data. Used by marks and charts.
 #pragma once
 
 #include <span>
@@ -12,10 +13,10 @@ struct Pixel {
   bool operator==(const Pixel&) const = default;
 };
 
-// Of each run of consecutive points in one column of the given width: the first, the lowest, the
-// highest and the last, in their order. Every extremum of the line stays; works for loops too.
+// Keeps the first, lowest, highest and last of each run of consecutive points in one column of the
+// given width, in their order. Every extremum of the line stays. Also works for loops.
 std::vector<Pixel> thin_line(std::span<const Pixel> points, double column);
-// One point of each occupied square cell, the first one, and always the lowest and the highest.
+// Keeps the first point of each occupied square cell, and always the lowest and the highest point.
 std::vector<Pixel> thin_marks(std::span<const Pixel> points, double cell);
 
 }  // namespace lcrig::plot

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where an axis is marked: round numbers, and their texts with equal decimals.
+// Chooses the ticks of an axis: round numbers, with labels of equal decimals. Used by layout.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ struct Ticks {
 // Multiples of 1, 2, 2.5 or 5 times a power of ten within [low, high], at most `most` (>= 2).
 // Precondition: low < high, finite.
 Ticks linear_ticks(double low, double high, int most);
-// Powers of ten; over less than two decades also 2 and 5 times these, over less than that as
+// Powers of ten. Over less than two decades also 2 and 5 times these; when that gives too few, as
 // linear_ticks. Precondition: 0 < low < high.
 Ticks log_ticks(double low, double high, int most);
 
