@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The back door: a Unix socket on which a person or a test breaks the bench. docs/simulator.md
+// The back door of lcrig-sim: a Unix socket through which a person or a test injects faults
+// (docs/simulator.md).
 #pragma once
 
 #include <boost/asio/local/stream_protocol.hpp>
@@ -15,7 +16,7 @@
 
 namespace lcrig::sim {
 
-// What the commands act on; frame is nullptr with a rod.
+// What the commands act on. `frame` is nullptr with dead weights.
 struct Bench {
   Clock& clock;
   Plant& plant;
@@ -23,17 +24,17 @@ struct Bench {
   FramePort* frame;
 };
 
-// One command line in, the bench's state or the reason why not out.
+// Executes one command line. Returns the bench's state, or the reason for refusing.
 Result<nlohmann::json> obey(Bench& bench, std::string_view line);
 
-// The drive, whoever commands it or no longer does.
+// True while the drive moves, whether or not anybody is connected.
 bool is_moving(const Bench& bench);
 
 class BackDoor {
  public:
   BackDoor(asio::any_io_executor executor, Bench bench);
   ~BackDoor();
-  // Replaces a socket that a predecessor left behind. Errors: io.
+  // Replaces a socket file that an earlier process left behind. Errors: io.
   Result<> listen(const std::string& path);
   void close();
   bool is_idle() const { return running_ == 0; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words of the back door.
+// The commands of the back door.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -114,13 +114,13 @@ Result<> load(Bench& b, const Words& words) {
 }
 
 struct Word {
-  std::string_view verb, target;  // an empty target: none follows
+  std::string_view verb, target;  // empty target: the command has none
   Result<> (*act)(Bench&, const Words&);
 };
 
 constexpr std::array<Word, 17> kWords{{
     {"status", "", [](Bench&, const Words&) { return Result<>(); }},
-    // The answer comes when the drive stands, or after 10 s.
+    // BackDoor delays the answer until the drive stands, for at most 10 s.
     {"settle", "", [](Bench&, const Words&) { return Result<>(); }},
     {"heal", "", [](Bench& b, const Words&) { return heal(b); }},
     {"load", "", load},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The ports of this program as a fault script sees them.
+// Connects the fault script of lcrig-sim (`FaultPlayer`) to its two ports.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace lcrig::sim {
 
-// `frame` is nullptr with a rod. Both outlive this.
+// `frame` is nullptr with dead weights. Both must outlive this.
 class PortBench final : public FaultBench {
  public:
   PortBench(MeterPort& meter, FramePort* frame) : meter_(meter), frame_(frame) {}
@@ -35,7 +35,7 @@ class PortBench final : public FaultBench {
   void stall_frame() override;
   void restart_gateway(bool forgets_zero) override;
 
-  // Nobody is asked anything here: check_stage refuses it.
+  // lcrig-sim has no operator, so check_stage refuses this fault.
   void set_operator_absent(bool /*absent*/) override {}
 
  private:

@@ -18,7 +18,7 @@ namespace {
 using namespace std::chrono_literals;
 using asio::ip::tcp;
 
-// A client that was killed is gone a moment before its end of file arrives here.
+// How long to wait for the end of file of a killed client, which arrives a moment after its end.
 constexpr Duration kPatience = 500ms;
 
 }  // namespace
@@ -84,7 +84,7 @@ void FramePort::hook(ZwickSimHooks hooks) {
 
 void FramePort::change(const std::function<void(ZwickSimFaults&)>& change) {
   change(lasting_);
-  // Of the present connection only.
+  // These apply to the present connection only.
   lasting_.lose_samples = lasting_.spike_samples = 0;
   lasting_.lose_tare = lasting_.tell_origin = false;
   if (!gateway_) return;
@@ -135,7 +135,7 @@ Task<> FramePort::admit(int fd) {
   serve(fd, "sim:" + url_);
 }
 
-// One machine: it keeps position, tare and clock from one connection to the next.
+// It is one machine, which keeps position, tare and clock from one connection to the next.
 void FramePort::serve(int fd, const std::string& name) {
   auto wire = std::make_unique<FdTransport>(executor_, clock_, fd, name);
   if (parked_) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated load frame behind its gateway: frame-link/1 on loopback TCP, or on a pty.
+// The simulated load frame of lcrig-sim behind its gateway: frame-link/1 on loopback TCP or a pty.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -16,26 +16,27 @@ namespace lcrig::sim {
 
 class FramePort {
  public:
-  // The scene outlives the port.
+  // The scene must outlive the port.
   FramePort(asio::any_io_executor executor, Clock& clock, FrameScene& scene,
             ZwickSimSettings settings);
 
-  // One of the two, once. 0: any free port. Errors: the port is taken, no pty.
+  // Call one of the two, once. Port 0: any free port. Errors: the port is taken, no pty.
   Result<> listen(std::uint16_t tcp_port);
   Result<> open_pty();
   const std::string& url() const { return url_; }  // "tcp://127.0.0.1:40123", "pty:/dev/pts/6"
 
-  // Cuts the line; TCP refuses new clients. plug() takes them again on the same port.
+  // unplug() cuts the line, and TCP refuses new clients. plug() accepts them again on the same
+  // port.
   void unplug();
   Result<> plug();
-  // For fault scripts. They stay when the connection ends.
+  // For fault scripts. Both stay in force when the connection ends.
   void hook(ZwickSimHooks hooks);
   void change(const std::function<void(ZwickSimFaults&)>& change);
   void heal();
   void forget();  // as after switching off and on
-  void restart(bool forgets_zero);  // of the gateway's program
+  void restart(bool forgets_zero);  // restarts the gateway's program
 
-  ZwickSim* gateway() { return gateway_.get(); }  // nullptr: nobody is connected
+  ZwickSim* gateway() { return gateway_.get(); }  // nullptr: no client
   bool is_idle() const { return running_ == 0; }  // every task has ended
 
  private:
@@ -54,9 +55,9 @@ class FramePort {
   asio::ip::tcp::acceptor acceptor_;
   std::optional<Pty> pty_;
   std::shared_ptr<ZwickSim> gateway_;
-  std::shared_ptr<ZwickSim> parked_;  // the machine while nobody is connected
+  std::shared_ptr<ZwickSim> parked_;  // the machine while there is no client
   ZwickSimHooks hooks_;
-  ZwickSimFaults lasting_;  // of a script
+  ZwickSimFaults lasting_;  // faults of a script
   int running_ = 0;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// lcrig-sim: the simulated bench as a process of its own, in real time. docs/simulator.md
+// lcrig-sim: the simulated bench as a separate process, in real time (docs/simulator.md).
 #include <CLI/CLI.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
@@ -36,7 +36,7 @@ struct Options {
   bool frame_pty = false, weights = false;
 };
 
-// Whoever waits for the file never sees half of it.
+// Writes to another file and renames it, so that a reader never sees half of the text.
 Result<> write_whole(const std::string& path, const std::string& text) {
   const std::string half = path + ".part";
   std::ofstream file(half);
@@ -58,7 +58,7 @@ Result<Specimen> find_specimen(const std::string& what) {
   return fail(Errc::invalid_request, "no specimen `{}`; shipped: {}, or give a file", what, names);
 }
 
-// Everything on the bench. Lives until its tasks have ended.
+// Everything on the bench. Must live until its tasks have ended.
 class SimBench {
  public:
   SimBench(asio::io_context& io, Clock& clock, Options options)
@@ -107,7 +107,7 @@ class SimBench {
     return {};
   }
 
-  // A machine and a specimen that nobody built, and what a config file would say of them.
+  // Builds a random machine and specimen, and what a config file would say about them.
   Result<> build_random() {
     auto rig = parse_rig(options_.rig);
     if (!rig) return fail(rig.error());
@@ -175,7 +175,7 @@ class SimBench {
   Clock& clock_;
   Options options_;
   std::unique_ptr<BenchWorld> world_;
-  std::optional<RandomRig> rig_;  // instead of it
+  std::optional<RandomRig> rig_;  // instead of world_
   std::unique_ptr<CurvedSpecimen> rig_specimen_;
   std::unique_ptr<Plant> rig_plant_;
   std::unique_ptr<PlantScene> scene_;
@@ -196,7 +196,8 @@ Task<> end_on_signal(asio::io_context& io, asio::signal_set& signals, SimBench& 
 int serve(Options options) {
   RealClock clock;
   asio::io_context io(1);
-  // Before the line that says where it listens: whoever read it may end it at once.
+  // Set up before the line that says where it listens, because a reader of that line may send a
+  // signal at once.
   asio::signal_set signals(io, SIGTERM, SIGINT);
   SimBench bench(io, clock, std::move(options));
   if (auto started = bench.start(); !started) {
@@ -248,7 +249,7 @@ void declare(CLI::App& cli, Options& o) {
 }  // namespace lcrig::sim
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a client that went away is an error code
+  std::signal(SIGPIPE, SIG_IGN);  // report a client that went away as an error code
   lcrig::sim::Options options;
   CLI::App cli{"lcrig-sim: the simulated meter and load frame on a pty and TCP, in real time"};
   lcrig::sim::declare(cli, options);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulated LCR-6100 on a pty, with a plug that can be pulled.
+// The simulated LCR-6100 of lcrig-sim on a pty that can be unplugged.
 #pragma once
 
 #include <functional>
@@ -14,13 +14,13 @@ namespace lcrig::sim {
 
 class MeterPort {
  public:
-  // `link`: a symbolic link to the pty, replaced at every plug(); empty: none.
+  // `link` is the path of a symbolic link to the pty, replaced at every plug(); empty: none.
   MeterPort(asio::any_io_executor executor, Clock& clock, lcr6100::SimConfig config,
             lcr6100::Lcr6100Sim::Source source, std::string link);
   ~MeterPort();
 
-  // `other_port`: under another name than before. Errors: no pty, or something that is no link
-  // stands where the link should.
+  // With `other_port` the pty gets another name than before. Errors: no pty, or something other
+  // than a link is at the link's path.
   Result<> plug(bool other_port = false);
   void unplug();  // idempotent
   bool is_plugged() const { return pty_.has_value(); }
@@ -28,7 +28,7 @@ class MeterPort {
   lcr6100::Lcr6100Sim* meter() { return meter_.get(); }  // nullptr: unplugged
   bool is_idle() const { return running_ == 0; }  // every task has ended
 
-  // For fault scripts. They stay when the cable is pulled.
+  // For fault scripts. Both stay in force when the cable is pulled.
   void hook(lcr6100::SimHooks hooks);
   void change(const std::function<void(lcr6100::SimFaults&)>& change);
   void heal();
@@ -48,10 +48,10 @@ class MeterPort {
   std::string link_;
   std::optional<Pty> pty_;
   std::shared_ptr<lcr6100::Lcr6100Sim> meter_;
-  std::shared_ptr<lcr6100::Lcr6100Sim> unplugged_;  // its settings come back with the plug
+  std::shared_ptr<lcr6100::Lcr6100Sim> unplugged_;  // keeps the settings until the next plug()
   std::string last_path_;  // of the pty
   lcr6100::SimHooks hooks_;
-  lcr6100::SimFaults lasting_;  // of a script
+  lcr6100::SimFaults lasting_;  // faults of a script
   int running_ = 0;
 };
 

@@ -54,10 +54,10 @@ int Pty::release_master() {
 void Pty::forget_dead_client() const {
   int exclusive = 0;
   if (::ioctl(device_, TIOCGEXCL, &exclusive) != 0 || exclusive == 0) return;
-  // A living client holds this lock as well; the kernel drops it with the process.
+  // A client that is alive also holds this lock; the kernel releases it when the process ends.
   if (::flock(device_, LOCK_EX | LOCK_NB) != 0) return;
   ::ioctl(device_, TIOCNXCL);
-  ::tcflush(device_, TCIFLUSH);  // answers that nobody came for
+  ::tcflush(device_, TCIFLUSH);  // answers that nobody read
   ::flock(device_, LOCK_UN);
 }
 

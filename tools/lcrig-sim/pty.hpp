@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pseudo-terminal that plays the part of a serial port.
+// A pseudo-terminal that stands in for a serial port. Used by the ports of lcrig-sim.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace lcrig::sim {
 
-// Raw mode. The device stays open on this side, so that a client that leaves is no unplug: whoever
-// opens it next finds the same instrument. Closing both sides is the unplug.
+// In raw mode. The device stays open on this side too, so that the next client finds the same
+// instrument when one leaves. Closing both sides unplugs it.
 class Pty {
  public:
   static Result<Pty> open();
@@ -19,8 +19,8 @@ class Pty {
 
   const std::string& path() const { return path_; }  // "/dev/pts/5"
   int release_master();  // once; the caller closes it
-  // A serial port forgets TIOCEXCL when its last user is gone, even by SIGKILL. This device always
-  // has a user (us), so the mark of a dead client is taken off here.
+  // A serial port loses TIOCEXCL when its last user is gone, even by SIGKILL. This device is always
+  // open in this process, so this removes the mark of a dead client.
   void forget_dead_client() const;
 
  private:

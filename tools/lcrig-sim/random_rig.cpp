@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-// The same numbers from a seed on every computer, whatever its standard library.
+// Gives the same numbers for a seed with every standard library.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : random_(seed) {
@@ -38,15 +38,15 @@ double round_to(double value, int digits) {
   return std::round(value / unit) * unit;
 }
 
-// Never less, never more than told: what is told is drawn on the safe side of the truth.
+// What a plan is told is drawn on the safe side of the truth.
 struct Contact {
   double frame_N_m = 0, specimen_N_m = 0, curvature_1_m = 0;
 };
 
 Contact draw_contact(Draw& draw, double limit_N, bool curved) {
   const double stiffness = draw.scale(1e3, 1000e3);
-  const double share = draw.even(0.05, 0.9);  // of the compliance that is the frame's
-  // Of the specimen's stiffness up to twice the limit.
+  const double share = draw.even(0.05, 0.9);  // the frame's share of the compliance
+  // How much the specimen's stiffness grows up to twice the limit.
   const double growth = draw.chance(0.5) ? draw.scale(1, 1.5) : draw.scale(1, 4);
   Contact c;
   c.frame_N_m = stiffness / share;
@@ -133,7 +133,7 @@ void draw_link(Draw& draw, std::uint32_t quirks, RandomRig& rig) {
   if ((quirks & kSlowAnswers) != 0) f.answer_delay_s = answers_s;
 }
 
-// CAPS: each value a bound that holds in the worst case.
+// CAPS: each value is a bound that holds in the worst case.
 void tell_capabilities(Draw& draw, RandomRig& rig) {
   const PlantConfig& p = rig.plant;
   const ZwickSimSettings& f = rig.frame;
@@ -164,8 +164,8 @@ void tell_capabilities(Draw& draw, RandomRig& rig) {
   rig.frame.declared = c;
 }
 
-// A file whose confined stiffness is at least that of the specimen at twice the limit: it only
-// stiffens from there. M = 2 mu (1 - nu)/(1 - 2 nu) = E (1 - nu)/((1 + nu)(1 - 2 nu)).
+// Writes a specimen file whose confined stiffness is at least that of the specimen at twice the
+// limit and only grows from there. M = 2 mu (1 - nu)/(1 - 2 nu) = E (1 - nu)/((1 + nu)(1 - 2 nu)).
 void tell_specimen(Draw& draw, double true_N_m, RandomRig& rig) {
   const double diameter_m = draw.even(4e-3, 12e-3), margin = draw.scale(1.02, 8);
   const double nu = draw.chance(0.5) ? draw.even(0.2, 0.45) : draw.even(0.45, 0.495);
@@ -222,7 +222,7 @@ std::uint32_t draw_quirks(Draw& draw) {
 
 double CurvedSpecimen::shortening_m(double force_N) const {
   if (curvature_1_m_ <= 0) return force_N / stiffness_N_m_;
-  // The root of c x^2 + x = F/k, in the form that does not cancel.
+  // The root of c x^2 + x = F/k, in the form without cancellation.
   const double way = force_N / stiffness_N_m_;
   return 2 * way / (1 + std::sqrt(1 + 4 * curvature_1_m_ * way));
 }
@@ -241,7 +241,8 @@ double RandomRig::stiffness_N_m(double force_N) const {
   return 1 / (1 / specimen().stiffness_N_m(force_N) + 1 / plant.frame_stiffness_N_m);
 }
 
-// Everything is drawn, in one order, whatever is left out afterwards.
+// Everything is drawn in a fixed order, even what is left out afterwards, so that leaving a quirk
+// out does not change the rest.
 RandomRig random_rig(std::uint64_t seed, const RigOptions& options) {
   Draw draw(seed);
   RandomRig rig;
@@ -261,7 +262,7 @@ RandomRig random_rig(std::uint64_t seed, const RigOptions& options) {
 
   rig.lie = options.lie.value_or(Lie());
   PlantConfig& p = rig.plant;
-  // Twice the stiffness at every force: k and c both double.
+  // Scaling the stiffness at every force scales both k and c.
   rig.specimen_N_m = contact.specimen_N_m * rig.lie.stiffness;
   rig.curvature_1_m = contact.curvature_1_m * rig.lie.stiffness;
   p.frame_stiffness_N_m = contact.frame_N_m * rig.lie.stiffness;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rigs that nobody built: a machine and a specimen drawn from a seed, and, drawn independently,
-// what a plan is told of them. docs/simulator.md
+// Random rigs for `lcrig-sim --rig` and the property tests: a machine and a specimen drawn from a
+// seed, and, drawn independently, what a plan is told about them (docs/simulator.md).
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace lcrig::sim {
 
-// F = k x (1 + c x): a closed form, as stiff as one likes.
+// F = k x (1 + c x): a closed form for any stiffness.
 class CurvedSpecimen final : public SpecimenResponse {
  public:
   CurvedSpecimen(double stiffness_N_m, double curvature_1_m)
@@ -30,16 +30,16 @@ class CurvedSpecimen final : public SpecimenResponse {
   double stiffness_N_m_, curvature_1_m_;
 };
 
-// What makes a rig awkward, as bits: a case that failed is made plainer by taking them away.
+// What makes a rig difficult, as bits. Removing bits simplifies a case that failed.
 enum Quirk : std::uint32_t {
   kOffset = 1U << 0U,  // the cell is not tared
   kDrift = 1U << 1U,  // its zero drifts
-  kGain = 1U << 2U,  // it is off by a part of its class
+  kGain = 1U << 2U,  // its gain is wrong by a part of its class
   kMissing = 1U << 3U,  // values are missing in the samples
   kLate = 1U << 4U,  // samples come late and in bursts
   kSlowAnswers = 1U << 5U,
-  kPolled = 1U << 6U,  // the gateway stops by polling
-  kLoopWavers = 1U << 7U,  // the force loop has lag and ripple, and lands like any other motion
+  kPolled = 1U << 6U,  // the gateway polls the force to stop
+  kLoopWavers = 1U << 7U,  // the force loop has lag and ripple and stops at contact
   kCurved = 1U << 8U,  // the specimen stiffens under force
   kOddTravel = 1U << 9U,  // travel does not begin at 0
   kRevision1 = 1U << 10U,
@@ -47,28 +47,28 @@ enum Quirk : std::uint32_t {
 };
 constexpr std::uint32_t kAllQuirks = (1U << 12U) - 1;
 
-// The truth lies outside of what is told: by so much.
+// By how much the truth lies outside of what is told.
 struct Lie {
   Lie() = default;
-  double stiffness = 1;  // the contact is so many times stiffer
-  double reaction = 1;  // the drive reacts so many times later
+  double stiffness = 1;  // factor on the stiffness of the contact
+  double reaction = 1;  // factor on the reaction time of the drive
   bool is_one() const { return stiffness > 1 || reaction > 1; }
 };
 
 struct RandomRig {
   RandomRig() = default;
   std::uint64_t seed = 1;
-  std::uint32_t quirks = 0;  // it has
+  std::uint32_t quirks = 0;  // that this rig has
   Lie lie;
 
   // The truth.
   double specimen_N_m = 0, curvature_1_m = 0;
   PlantConfig plant;
-  ZwickSimSettings frame;  // `declared` is told
+  ZwickSimSettings frame;  // `declared` is what is told
   double gap_m = 0;  // from the start to contact
 
-  // Told: what the config of a daemon says of the frame (docs/config-file.md), and the file of
-  // the specimen; empty: nothing is known of it.
+  // Told: what a daemon's config says about the frame (docs/config-file.md), and the specimen's
+  // file. Empty: the specimen is unknown.
   std::optional<double> frame_stiffness_N_m;
   double force_class_percent = 1;
   std::optional<ForceLoop> force_loop;
@@ -79,7 +79,7 @@ struct RandomRig {
 
   const FrameCapabilities& declared() const { return frame.declared.value(); }
   CurvedSpecimen specimen() const { return CurvedSpecimen(specimen_N_m, curvature_1_m); }
-  double stiffness_N_m(double force_N) const;  // of the contact, in truth
+  double stiffness_N_m(double force_N) const;  // true stiffness of the contact
   double reaction_s() const { return plant.drive_lag_s + frame.watch_period_s; }
 };
 
@@ -87,11 +87,11 @@ struct RigOptions {
   RigOptions() = default;
   std::uint32_t without = 0;  // quirks that are left out
   std::optional<Lie> lie;
-  std::optional<double> gap_m;  // instead of the one that was drawn
+  std::optional<double> gap_m;  // instead of the drawn one
 };
 
 RandomRig random_rig(std::uint64_t seed, const RigOptions& options = RigOptions());
-Lie random_lie(std::uint64_t seed);  // up to 20 times
+Lie random_lie(std::uint64_t seed);  // factors up to 20
 // "random:7". Errors: invalid_request.
 Result<RandomRig> parse_rig(std::string_view text);
 // The members of "frame" and "fixture" in a daemon's config, and the specimen's file, as JSON.
