@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// From an abort on the control socket to the frame's STOP on the wire, and to the answer
-// (standstill confirmed); from a freeze in `finally` likewise; and from an abort while the run is
-// prepared to its answer. Three threads in real time: client, daemon, and simulators behind
-// loopback TCP. Then the same from a SIGTERM to lcrigd, a process of its own (the one beside this
-// program). Usage: abort_latency_bench [ABORTS [SIGTERMS]]
+// Measures the time from an abort on the control socket to the frame's STOP on the wire and to the
+// answer (standstill confirmed); the same for a freeze in `finally`; and from an abort while a run
+// is prepared to its answer. Client, daemon and simulators (behind loopback TCP) run in real time
+// in three threads. Then the same for a SIGTERM to a separate lcrigd process, the program beside
+// this one. Usage: abort_latency_bench [ABORTS [SIGTERMS]]
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -60,7 +60,7 @@ T must(cli::Outcome<T> outcome) {
   return std::move(*outcome);
 }
 
-// Notes when a STOP that is waited for arrives at the gateway.
+// Notes when an expected STOP arrives at the gateway.
 class StopWatch final : public Transport {
  public:
   StopWatch(std::unique_ptr<Transport> inner, std::atomic<std::int64_t>& stop_ns)
@@ -90,7 +90,7 @@ void rethrow(std::exception_ptr error) {
   if (error) std::rethrow_exception(error);
 }
 
-// Both instruments, each serving one client after the other.
+// Both instruments. Each serves one client after the other.
 class Simulators {
  public:
   Simulators() : world_(make_world()), scene_(world_->plant()), meter_(io_), frame_(io_) {
@@ -113,7 +113,7 @@ class Simulators {
   std::string meter_url() const { return url(meter_); }
   std::string frame_url() const { return url(frame_); }
 
-  std::atomic<std::int64_t> stop_ns{0};  // of the first STOP since it was set to 0
+  std::atomic<std::int64_t> stop_ns{0};  // time of the first STOP since this was set to 0
 
  private:
   static std::unique_ptr<BenchWorld> make_world() {
@@ -210,7 +210,7 @@ class Client {
   void wait_for_end() {
     wait([](const cli::ControlNews& news) { return std::holds_alternative<RunEnded>(news); });
   }
-  // So that aborts fall anywhere between samples and conversions.
+  // Waits, so that aborts come at any time between samples and conversions.
   void let_pass(int ms) { ::poll(nullptr, 0, ms); }
 
  private:
@@ -237,7 +237,7 @@ struct Latencies {
   LatencyHistogram to_stop, to_answer;
 };
 
-// One stop that the frame has to confirm; false: it stood already, and nothing was left to stop.
+// One stop that the frame has to confirm. False when the frame already stood.
 bool stop_and_note(Simulators& sims, Client& client, const char* method, Latencies& l) {
   sims.stop_ns = 0;
   const auto stop = client.stop(method);
@@ -248,7 +248,7 @@ bool stop_and_note(Simulators& sims, Client& client, const char* method, Latenci
   return true;
 }
 
-// Somebody starts a run; another one aborts it before it has begun, at any instant.
+// One client starts a run and another aborts it at some time before it has begun.
 void stop_a_start(const std::string& socket, Client& client, int after_ms, LatencyHistogram& l,
                   int& begun) {
   std::thread starter([&socket] { static_cast<void>(Client(socket).try_start()); });
@@ -261,7 +261,7 @@ void stop_a_start(const std::string& socket, Client& client, int after_ms, Laten
       client.wait_for_end();
     }
   } catch (const std::runtime_error&) {
-    // The abort was quicker than the start: nothing was going on yet.
+    // The abort came before the start, when there was nothing to abort.
   }
   starter.join();
 }
@@ -305,7 +305,7 @@ void measure(const std::string& folder, int aborts) {
   fmt::print("{} freezes came when `finally` was over\n", over);
 }
 
-// lcrigd as systemd starts and ends it.
+// Starts and ends lcrigd as systemd does.
 class DaemonProcess {
  public:
   explicit DaemonProcess(const std::string& config) {
@@ -342,7 +342,7 @@ void write_config(const std::string& path, const std::string& folder, const Simu
   std::ofstream(path) << config.dump();
 }
 
-// The file is there a moment before anybody listens.
+// The socket file exists a moment before the daemon listens.
 void wait_for_daemon(const std::string& socket) {
   const RealClock clock;
   for (int i = 0; i < 2000; ++i) {

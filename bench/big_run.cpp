@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes one long run, for figures of `lcrig analyze` and `lcrig export` at scale:
+// Writes one long run, to measure `lcrig analyze` and `lcrig export` at scale:
 //
 //   big_run_bench FILE FRAME_SAMPLES LCR_READINGS
 //   /usr/bin/time -v lcrig analyze last --db FILE --json > /dev/null
@@ -27,13 +27,13 @@ void must(const Result<>& r) {
 constexpr double kSample_s = 0.02;
 constexpr double kCycle_s = 40, kPeak_N = 1;
 
-// Triangles of force, half of the time at rest.
+// Triangles of force, followed by rest for the other half of the cycle.
 double force_at(double t_s) {
   const double x = std::fmod(t_s, kCycle_s) / kCycle_s;
   return x < 0.25 ? 4 * x * kPeak_N : x < 0.5 ? (2 - 4 * x) * kPeak_N : 0;
 }
 
-// As instruments send it: few digits.
+// Instruments send few digits.
 double rounded(double value, double per_unit) {
   return std::round(value * per_unit) / per_unit;
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is the budget right? Its predicted standard errors against the scatter of seeded rehearsals of a
-// short static test, and of the dynamic test, for each aperture.
-//   build/bin/budget_scatter_bench [REHEARSALS [PROTOCOL]]   from the source tree; 400 of both
+// Checks the budget: compares its predicted standard errors with the scatter of seeded rehearsals
+// of a short static test and of the dynamic test, for each aperture. Run it from the source tree;
+// by default it makes 400 rehearsals of both protocols.
+//   build/bin/budget_scatter_bench [REHEARSALS [PROTOCOL]]
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -34,7 +35,7 @@ struct Case {
   std::map<std::string, std::string> parameters;
 };
 
-// The file's own text with another aperture: a rehearsal takes files.
+// The text of the protocol file with another aperture, because a rehearsal takes text.
 std::string text_of(const Case& c) {
   std::string text = read("protocols/library/" + c.protocol + ".json");
   const auto begin = text.find("\"aperture\": \"") + std::strlen("\"aperture\": \"");

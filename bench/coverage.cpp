@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often the 95 % interval of a sensitivity holds the truth: seeded rehearsals of a short form
-// of static-frame, for each aperture. The truth is the least-squares slope of the specimen's own
-// curve at the pressures that were held. With a second argument the run that `analyze` sees is
-// kept.
+// Measures how often the 95 % interval of a sensitivity contains the truth, by seeded rehearsals of
+// a short form of static-frame, for each aperture. The truth is the least-squares slope of the
+// specimen's own curve at the pressures that were held.
 //
 //   coverage_bench [RUNS=400] [FIRST_SEED=1]
 #include <fmt/format.h>
@@ -49,7 +48,7 @@ std::string with(std::string text, const std::string& from, const std::string& t
   return text.replace(at, from.size(), to);
 }
 
-// Slope of the true curve at the targets of the levels in the range.
+// The slope of the true curve at the targets of the levels in the range.
 double true_slope(const TabulatedResponse& response, const RunAnalysis& a,
                   const PressureRange& range, double area_m2) {
   std::vector<LinePoint> points;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often `ci95` and the expanded uncertainty hold their truths in unkind worlds; the table of
-// docs/analysis.md. No instrument and no protocol: times and forces of a made-up run (or of a
-// recorded one, whose capacitances are written anew), so that 600 seeds take minutes.
+// Measures how often `ci95` and the expanded uncertainty contain their truths under disturbances
+// (the table of docs/analysis.md). It uses no instrument and no protocol, only the times and forces
+// of a synthetic or recorded run with new capacitances, so that 600 seeds take minutes.
 //
 //   coverage_worlds_bench [SEEDS=200] [FIRST_SEED=1] [REPEATS=4] [static|dynamic|real|all] [WORLD]
 //   coverage_worlds_bench ... recorded WORLD|'' FILE.db RUN    the times and forces of a recorded
@@ -42,7 +42,7 @@ struct Cell {
   }
 };
 
-// Half-widths beside what the scatter of the errors would need: 1.96 of its root mean square.
+// Prints half-widths beside the width that the errors need, 1.96 times their root mean square.
 void print(const std::string& world, const std::string& result, const Cell& c) {
   const double n = c.runs, truth = c.truth / n;
   fmt::print("{:<30} {:<20} {:>5} {:>7.1f} {:>7.1f} {:>9.3f} {:>9.3f} {:>8.2f} {:>9.3f} {:>8.2f}\n",
@@ -57,7 +57,7 @@ void print(const std::string& world, const std::string& result, const Cell& c) {
 void run(const RunData& shape, const std::vector<World>& list, int seeds, int first,
          const std::string& only) {
   const TrueSpecimen specimen = straight_and_bent();
-  std::uint64_t cell = 0;  // no two worlds have the same dice
+  std::uint64_t cell = 0;  // each world gets its own random numbers
   for (const World& w : list) {
     cell += 100'000;
     if (!only.empty() && w.name.find(only) == std::string::npos) continue;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Speed and error of every level of the model against the figures that docs/model.md quotes. Prints
-// a table and one JSON object; "meets" is false where a figure is missed. CPU is one thread.
-// Usage: model_bench
+// Compares speed and error of every level of the model with the figures in docs/model.md. Prints a
+// table and one JSON object; "meets" is false where a figure is missed. Uses one thread. Usage:
+// model_bench
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -20,12 +20,12 @@ namespace {
 using nlohmann::json;
 using namespace literals;
 
-// Processor time: others may be at work on the machine.
+// Processor time, because other programs may be running.
 double now() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-// Best of `repeats` times of `work`, s.
+// The shortest of `repeats` times of `work`, s.
 template <class F>
 double best_of(int repeats, F&& work) {
   double best = std::numeric_limits<double>::infinity();
@@ -37,7 +37,7 @@ double best_of(int repeats, F&& work) {
   return best;
 }
 
-// Seconds per call of something quick.
+// Seconds per call, for quick functions.
 template <class F>
 double per_call(int calls, F&& work) {
   return best_of(5,
@@ -104,7 +104,7 @@ json bench_points() {
   const double love = best_of(3, [&] { sum += love_factor(0.0125); });
   rows.push_back(row("fringe, Love, gap 25 um", love, 1e-2,
                      std::abs(love_factor(0.0125) / 1.0293083926 - 1), 1e-8));
-  if (!std::isfinite(sum)) std::abort();  // nothing above may be optimized away
+  if (!std::isfinite(sum)) std::abort();  // keeps the calls above from being optimized away
   return rows;
 }
 
@@ -143,8 +143,8 @@ json bench_finite(const LaminateReference& r) {
              r.n <= 3 ? 1 : 6, error, 3e-4);
 }
 
-// The same with the estimate of its error, as `curve` and `auto` pay for it: at small strains that
-// of the mesh, at finite ones all of it.
+// The same with the error estimate that `curve` and `auto` compute: at small strains that of the
+// mesh, at finite strains the whole one.
 json bench_estimated(const LaminateReference& r, Level level) {
   const Specimen s = laminate(r.n);
   const bool finite = level == Level::fem_finite;

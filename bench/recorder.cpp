@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Readings per second of the recorder in a burst, and the latency of single commits, each against
+// Compares the recorder's readings per second in a burst, and its latency of single commits, with
 // plain SQLite inserts of the same columns. Prints one JSON object. Usage: recorder_bench [FOLDER]
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>

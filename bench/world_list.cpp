@@ -54,8 +54,8 @@ std::vector<World> dynamic_worlds() {
   };
 }
 
-// LCR-6100 at 100 kHz and 1 V: 0.05 % basic accuracy, 5 fF of offset after an open correction; a
-// class 1 cell with a zero within 5 mN; a probe turned to 20 um; the rest as seen on real
+// LCR-6100 at 100 kHz and 1 V: 0.05 % basic accuracy, 5 fF of offset after an open correction. A
+// class 1 cell with a zero within 5 mN. A probe turned to 20 um. The rest is as seen on real
 // specimens.
 World realistic_world() {
   return changed("everything at once", [](World& w) {

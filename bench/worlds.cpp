@@ -20,7 +20,7 @@ double newton_of(double kPa) {
   return kPa * 1e3 * kArea_m2;
 }
 
-// Grows a run reading by reading.
+// Builds a run reading by reading.
 class Maker {
  public:
   Maker(RunData& out, double reading_s) : out_(out), reading_s_(reading_s) {
@@ -80,7 +80,8 @@ class Maker {
   double reading_s_;
 };
 
-// A sum of first-order processes, one in each octave: 1/f between the slowest and the fastest.
+// A sum of first-order processes, one per octave, which gives 1/f noise between the slowest and the
+// fastest.
 class Flicker {
  public:
   Flicker(double sigma, std::mt19937_64& random) : sigma_(sigma), random_(random) {
@@ -104,7 +105,7 @@ class Flicker {
   std::vector<double> taus_, state_;
 };
 
-// What goes on with time whatever the load.
+// Disturbances that depend on time and not on the load.
 class Background {
  public:
   Background(const World& w, std::mt19937_64& random)
@@ -141,7 +142,7 @@ double creep_factor(const World& w, double under_load_s) {
   return 1 + w.creep_per_decade * std::log10(std::max(under_load_s, 0.1));
 }
 
-// Time under the load of each reading: since the level was reached (a ramp starts anew).
+// For each reading the time since its level was reached. A ramp restarts the time.
 std::vector<double> under_load(const RunData& data) {
   std::vector<double> out;
   double since = 0;
@@ -158,7 +159,7 @@ double level_kPa(const RunData& data, std::int32_t level) {
   return *data.levels[static_cast<std::size_t>(level - 1)].target_pressure_Pa * 1e-3;
 }
 
-// The mean of creep over the readings of the levels of a range, as the estimand has it.
+// The mean creep factor over the readings of a level, as the estimand defines it.
 double mean_creep(const MadeRun& run, const World& w, std::int32_t level) {
   const auto time = under_load(run.data);
   double sum = 0, n = 0;
@@ -171,7 +172,8 @@ double mean_creep(const MadeRun& run, const World& w, std::int32_t level) {
   return n > 0 ? sum / n : 1;
 }
 
-// Least-squares slope of the true curve over the levels of a range: of the rig, and the own one.
+// The least-squares slopes of the true curves over the levels of a range: as the rig shows it, and
+// the specimen's own.
 std::optional<Judged> judge_slope(const MadeRun& run, const TrueSpecimen& specimen, const World& w,
                                   const RangeResult& r) {
   if (!r.sensitivity || !r.sensitivity.estimate->interval) return std::nullopt;
@@ -181,13 +183,13 @@ std::optional<Judged> judge_slope(const MadeRun& run, const TrueSpecimen& specim
     if (kPa < r.range.from_kPa - 1e-6 || kPa > r.range.to_kPa + 1e-6) continue;
     const double creep = w.creep_per_decade > 0 ? mean_creep(run, w, l.level) : 1;
     const double delta = specimen.delta_fF(kPa) * creep;
-    // Their own slope is that of the middle of the branches.
+    // The specimen's own slope is that of the middle between loading and unloading.
     const double u = kPa / 100;
     const double half_gap = 2 * w.hysteresis * specimen.delta_fF(100) * u * (1 - u);
     const double shared =
         run.truth.shared_fF.empty() ? 0 : run.truth.shared_fF[static_cast<std::size_t>(l.index)];
     rig.push_back({kPa * (1 + run.truth.force), (1 + run.truth.gain) * (delta + shared), 1});
-    // The true pressure is that of the true force on the true area.
+    // The true pressure is the true force on the true area.
     const double area = std::pow(1 + run.truth.diameter_mm / kDiameter_mm, 2);
     own.push_back({kPa / area, delta + half_gap, 1});
   }
@@ -297,7 +299,7 @@ MadeRun rewrite(const RunData& shape, const TrueSpecimen& specimen, const World&
   for (std::size_t i = 0; i < out.data.readings.size(); ++i) {
     RunReading& r = out.data.readings[i];
     const auto [factor, offset] = repeats[r.repeat];
-    // The force loop holds the force that it reads.
+    // The force loop holds the force that the cell shows.
     const double kPa = r.level > 0 ? level_kPa(shape, r.level)
                                    : std::max(0.0, (r.load_N - rest_N) / kArea_m2 * 1e-3);
     double delta = specimen.delta_fF(kPa) * factor;
@@ -335,7 +337,7 @@ std::vector<Judged> judge(const MadeRun& run, const TrueSpecimen& specimen, cons
   }
   const Truth& t = run.truth;
   const double c0 = (1 + t.gain) * specimen.c0_fF + t.offset_fF;
-  // C0 is that of the middle of the baseline.
+  // C0 refers to the middle of the baseline.
   const double drifted = world.drift_fF_h * run.data.contact_s.value_or(0) / 2 / 3600;
   add(out, "C0", a.c0, expanded_of(a, "C0"), (c0 + drifted) * 1e-3,
       (specimen.c0_fF + drifted) * 1e-3);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs whose truth is known, made in memory: the times and forces of a run (made up, or recorded by
-// somebody) with capacitances written anew by a world that can be unkind in one way at a time, or
-// in all ways at once. The limits that are drawn from are transcribed here and nowhere in
+// Makes runs whose truth is known, for coverage_worlds_bench and its test: the times and forces of
+// a synthetic or recorded run, with capacitances computed under one kind of disturbance or under
+// all at once. The limits that errors are drawn from are written down here and are not taken from
 // analysis/.
 #pragma once
 
@@ -26,7 +26,8 @@ struct StaticShape {
   int repeats = 4, levels = 10, readings = 30, baseline = 100;
   double rest_s = 5, settle_s = 1, reading_s = 0.12;
 };
-// Levels from 10 to 100 kPa in equal steps, unloading and rest after each repeat; capacitances 0.
+// Levels from 10 to 100 kPa in equal steps, with unloading and rest after each repeat. Capacitances
+// are 0.
 RunData static_run(const StaticShape& shape);
 
 struct DynamicShape {
@@ -35,15 +36,15 @@ struct DynamicShape {
 };
 RunData dynamic_run(const DynamicShape& shape);
 
-// One way (or several) in which a world differs from a quiet one. Standard deviations and limits.
+// The disturbances of a world, as standard deviations and limits. By default it is quiet.
 struct World {
   std::string name;
   double noise_fF = 0.44;  // white, of one reading
-  double ar1 = 0;  // correlation of neighbours in the noise
+  double ar1 = 0;  // correlation of neighbouring readings in the noise
   double force_noise_N = 0.0005;  // of a sample of the frame
   double noise_per_kPa = 0;  // noise grows by this share per kPa
   double slope_sd = 0;  // relative, of each repeat or cycle
-  double offset_sd_fF = 0;  // of each repeat, while it is loaded
+  double offset_sd_fF = 0;  // of each repeat, while loaded
   double walk_fF_sqrt_s = 0;  // random walk
   double flicker_fF = 0;  // 1/f: this much in each octave of time constants from 0.2 to 1600 s
   double drift_fF_h = 0;
@@ -53,11 +54,11 @@ struct World {
   double gain_limit = 0, force_limit = 0, diameter_limit_mm = 0;  // uniform within +-
   double offset_limit_fF = 0;  // of the meter
   double force_zero_limit_N = 0;
-  double creep_per_decade = 0;  // of delta C, from the value at 1 s under the load
-  double hysteresis = 0;  // gap of unloading over loading in the middle, of the span
+  double creep_per_decade = 0;  // of delta C, relative to its value after 1 s under load
+  double hysteresis = 0;  // gap between unloading and loading in the middle, as a share of the span
 };
 
-// What is drawn once in a run and never seen by the readings alone.
+// Errors that are drawn once per run and that the readings alone cannot show.
 struct Truth {
   double gain = 0, force = 0, diameter_mm = 0, offset_fF = 0;
   std::vector<double> shared_fF;  // of each level index, from 1
@@ -69,8 +70,8 @@ struct MadeRun {
 MadeRun rewrite(const RunData& shape, const TrueSpecimen& specimen, const World& world,
                 std::uint64_t seed);
 
-// A result with its two intervals, and the two truths: what this rig would show without noise,
-// drift and difference of repeats; and the specimen's own.
+// A result with its two intervals and two truths: what this rig would show without noise, drift and
+// differences between repeats, and the specimen's own value.
 struct Judged {
   std::string result;
   Estimate estimate;
@@ -80,10 +81,10 @@ struct Judged {
 std::vector<Judged> judge(const MadeRun& run, const TrueSpecimen& specimen, const World& world,
                           const AnalysisOptions& options = {});
 
-// Those of the table in docs/analysis.md. `dynamic`: those that say something about cycles.
+// The worlds of the table in docs/analysis.md. The dynamic ones concern cycles.
 std::vector<World> static_worlds();
 std::vector<World> dynamic_worlds();
-// Everything at once, from the limits of the instruments' own specifications.
+// Everything at once, with the limits of the instruments' specifications.
 World realistic_world();
 
 }  // namespace lcrig::worlds
