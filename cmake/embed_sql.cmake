@@ -1,4 +1,5 @@
-# cmake -DOUT=file.cpp -DSQL="a.sql;b.sql" -P embed_sql.cmake: migrations as a C++ table, by number.
+# Writes the migrations into a C++ table, sorted by number:
+#   cmake -DOUT=file.cpp -DSQL="a.sql;b.sql" -P embed_sql.cmake
 list(SORT SQL)
 set(rows "")
 set(expected 1)

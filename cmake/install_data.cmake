@@ -1,4 +1,5 @@
-# The files that the programs read at run time: PREFIX/share/lcrig/{protocols,specimens,benches,schema}.
+# Installs the files that the programs read at run time:
+# PREFIX/share/lcrig/{protocols,specimens,benches,schema}.
 set(LCRIG_DATA_DIR ${CMAKE_INSTALL_DATADIR}/lcrig)
 install(DIRECTORY protocols/library/ DESTINATION ${LCRIG_DATA_DIR}/protocols
   FILES_MATCHING PATTERN "*.json")

@@ -1,4 +1,4 @@
-# Flags and small functions shared by every folder.
+# Compiler flags and small functions for every folder.
 
 set(LCRIG_SANITIZE "" CACHE STRING "address (ASan+UBSan), thread, or empty")
 option(LCRIG_WERROR "Warnings are errors" ON)
@@ -17,15 +17,15 @@ target_include_directories(lcrig_flags INTERFACE ${CMAKE_SOURCE_DIR})
 target_compile_definitions(lcrig_flags INTERFACE BOOST_ASIO_NO_DEPRECATED
   LCRIG_VERSION="${PROJECT_VERSION}")
 if(LCRIG_SANITIZE STREQUAL "address")
-  # A check of every pointer at every use would almost double the time to compile coroutines, and
-  # ASan stops at the same places.
+  # Pointer checks at every use would almost double the compile time of coroutines, and ASan finds the
+  # same errors.
   target_compile_options(lcrig_flags INTERFACE -fsanitize=address,undefined
     -fno-sanitize=null,alignment,object-size,vptr -fno-sanitize-recover=all
     -fno-omit-frame-pointer)
   target_link_options(lcrig_flags INTERFACE -fsanitize=address,undefined)
   target_compile_definitions(lcrig_flags INTERFACE _GLIBCXX_ASSERTIONS)
 elseif(LCRIG_SANITIZE STREQUAL "thread")
-  # -Wno-tsan: Asio's fences are not modelled by TSan and would warn in every file.
+  # -Wno-tsan: TSan does not model Asio's fences, so g++ would warn in every file.
   target_compile_options(lcrig_flags INTERFACE -fsanitize=thread)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(lcrig_flags INTERFACE -Wno-tsan)
@@ -33,8 +33,8 @@ elseif(LCRIG_SANITIZE STREQUAL "thread")
   target_link_options(lcrig_flags INTERFACE -fsanitize=thread)
 endif()
 
-# Headers of Asio and JSON cost more than our code: several sources in one unit build in half the
-# time. Off where single files are edited all day.
+# The headers of Asio and JSON take longer to compile than our code, so several sources in one unit
+# build in half the time. Turn it off while editing single files.
 set(LCRIG_UNITY OFF CACHE STRING "Compile several sources as one unit: ON, OFF, or TESTS (tests only)")
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 6)
 if(LCRIG_UNITY)
@@ -42,7 +42,7 @@ if(LCRIG_UNITY)
     set(CMAKE_UNITY_BUILD ON)
   endif()
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # Every source is an included file then.
+    # In a unity build every source is an included file, which triggers this warning.
     target_compile_options(lcrig_flags INTERFACE -Wno-subobject-linkage)
   endif()
 endif()
@@ -62,7 +62,7 @@ function(lcrig_program name)
   install(TARGETS ${name})
 endfunction()
 
-# lcrig_test(name SOURCES ... LINK ... [LABEL word]): a GoogleTest program; `slow` gets more time.
+# lcrig_test(name SOURCES ... LINK ... [LABEL word]): a GoogleTest program. Label `slow`: more time.
 function(lcrig_test name)
   cmake_parse_arguments(ARG "" "LABEL" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
@@ -73,11 +73,11 @@ function(lcrig_test name)
   endif()
   set(properties PROPERTIES TIMEOUT 120)
   if(ARG_LABEL STREQUAL "slow")
-    # They wait more than they compute: first, side by side, before those that need the processors.
+    # Slow tests wait more than they compute, so they start first and run in parallel.
     set(properties PROPERTIES TIMEOUT 300 COST 100)
   endif()
   if(LCRIG_SANITIZE)
-    # Test code runs once: compiling it is what takes time.
+    # Test code takes longer to compile than to run.
     target_compile_options(${name} PRIVATE -Og)
   endif()
   if(ARG_LABEL)
