@@ -18,7 +18,7 @@ namespace lcrig {
 
 namespace asio = boost::asio;
 
-// A coroutine. Its parameters are values, or references owned by App (house style 5).
+// A coroutine. Its parameters are values, or references to objects that App owns.
 template <class T = void>
 using Task = asio::awaitable<T>;
 

@@ -20,7 +20,7 @@ enum class Errc {
   refused,  // the instrument said no, or did not take a setting
   unsupported,  // this instrument cannot do that at all: use another one, or ask for something else
   disconnected,  // the port went away: plug it in again
-  busy,  // another program owns the port: stop it
+  busy,  // another program or run uses it: end that one first
   limit_tripped,  // a limit of the protocol or the machine was reached
   not_standing,  // the frame did not confirm that it stands: use the E-stop
   frame_fault,  // the frame reports a fault (E-stop, drive) or does not obey: inspect, clear
@@ -34,7 +34,7 @@ std::string_view to_string(Errc code);
 struct Error {
   Error() = default;
   Error(Errc c, std::string w)
-      : code(c), what(std::move(w)) {}  // no aggregate: see the g++ 12 notes
+      : code(c), what(std::move(w)) {}  // not an aggregate: g++ 12 coroutines
   Errc code = Errc::bug;
   std::string what;
 };

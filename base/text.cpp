@@ -23,7 +23,7 @@ void append_escaped(std::string& out, char32_t c, std::string_view bytes) {
   for (const char byte : bytes) out += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
 }
 
-// Takes at most `most` characters off the front of `text`.
+// Removes at most `most` characters from the front of `text` and returns them escaped.
 std::string take_printable(std::string_view& text, std::size_t most, bool keep_lines) {
   std::string out;
   for (; !text.empty() && most > 0; --most) {

@@ -4,8 +4,7 @@
 // of a synthetic or recorded run with new capacitances, so that 600 seeds take minutes.
 //
 //   coverage_worlds_bench [SEEDS=200] [FIRST_SEED=1] [REPEATS=4] [static|dynamic|real|all] [WORLD]
-//   coverage_worlds_bench ... recorded WORLD|'' FILE.db RUN    the times and forces of a recorded
-//   run
+//   coverage_worlds_bench ... recorded WORLD|'' FILE.db RUN    times and forces of that run
 #include <fmt/format.h>
 
 #include <cmath>

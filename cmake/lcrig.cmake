@@ -17,8 +17,8 @@ target_include_directories(lcrig_flags INTERFACE ${CMAKE_SOURCE_DIR})
 target_compile_definitions(lcrig_flags INTERFACE BOOST_ASIO_NO_DEPRECATED
   LCRIG_VERSION="${PROJECT_VERSION}")
 if(LCRIG_SANITIZE STREQUAL "address")
-  # Pointer checks at every use would almost double the compile time of coroutines, and ASan finds the
-  # same errors.
+  # Pointer checks at every use would almost double the compile time of coroutines, and ASan finds
+  # the same errors.
   target_compile_options(lcrig_flags INTERFACE -fsanitize=address,undefined
     -fno-sanitize=null,alignment,object-size,vptr -fno-sanitize-recover=all
     -fno-omit-frame-pointer)

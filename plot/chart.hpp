@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Charts as data, and their conversion to self-contained SVG, for reports and the command line.
-// Legible in grey, because series differ in dash pattern and marker; colour only helps. Labels
-// never cover the data.
+// Legible in grey, because series differ in dash pattern and marker; colour only helps. Only
+// data is drawn over data.
 #pragma once
 
 #include <optional>

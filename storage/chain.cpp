@@ -235,7 +235,7 @@ Result<> Verifier::hash_range(std::size_t table, std::int64_t to) {
   return {};
 }
 
-// Columns: seq, five last seqs, run_end, sha256.
+// The columns of `link`: seq, the last seqs of the five tables, run_end, sha256.
 Result<> Verifier::check_link(const Statement& link) {
   ++report_.links;
   if (link.integer(0) != report_.links) {
@@ -262,7 +262,7 @@ Result<> Verifier::check_link(const Statement& link) {
   return {};
 }
 
-// Rows that no link covers.
+// Reports rows that no link covers.
 Result<> Verifier::check_rest() {
   for (std::size_t i = 0; i < kRunTables; ++i) {
     auto row = rows_[i].step();

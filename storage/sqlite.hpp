@@ -57,7 +57,7 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Finalize> handle_;
 };
 
-// A connection.
+// A connection to one database file.
 class Database {
  public:
   // immutable: read-only where SQLite cannot create its -shm file; nobody may write meanwhile.

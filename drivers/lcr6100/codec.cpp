@@ -20,7 +20,7 @@ bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
-// The number at the beginning of `text`, and what follows it. No "inf", no "nan", no hex.
+// Removes and returns the number at the beginning of `text`. Refuses "inf", "nan" and hex.
 std::optional<double> take_number(std::string_view& text) {
   std::string_view digits = text;
   if (digits.starts_with('+')) digits.remove_prefix(1);
