@@ -15,7 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kLook = 300ms;
-constexpr Duration kUnderWay = 100ms;  // samples of the motion that still arrive after its end
+constexpr Duration kStillArrives = 100ms;  // samples of the motion that still arrive after its end
 constexpr double kFirstStep_m = 0.2e-6;
 constexpr double kFastest_m_s = 10e-6;  // of the steps back
 constexpr int kSteps = 12;  // each twice as far: up to 0.8 mm
@@ -62,7 +62,7 @@ std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resol
 Task<Result<std::vector<Rest>>> Run::step_back(const MotionOutcome& contact, const Rest& before) {
   const double touched_m = *contact.travel_m;
   std::vector<Rest> looks;
-  co_await setup_.clock.wait_for(kUnderWay);
+  co_await setup_.clock.wait_for(kStillArrives);
   auto touched = co_await watch_rest(kLook);
   if (!touched) co_return fail(touched.error());
   looks.push_back(*touched);
@@ -76,7 +76,7 @@ Task<Result<std::vector<Rest>>> Run::step_back(const MotionOutcome& contact, con
        ++i, step_m *= 2) {
     auto moved = co_await move_to_travel(touched_m - step_m, speed, 60 + step_m / speed);
     if (!moved) co_return fail(moved.error());
-    co_await setup_.clock.wait_for(kUnderWay);
+    co_await setup_.clock.wait_for(kStillArrives);
     auto now = co_await watch_rest(kLook);
     if (!now) co_return fail(now.error());
     left_N = now->force_N() - before.force_N();

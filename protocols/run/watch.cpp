@@ -111,19 +111,18 @@ void Run::judge_truth(const FrameSample& sample) {
   judge_fall(sample);
 }
 
-// Below the lower limit: a specimen that pulls is left to a person, a cell that lies is not
+// Below the lower limit. A specimen that pulls is left to a person. A cell that lies is not
 // believed, and the probe leaves.
 void Run::judge_fall(const FrameSample& sample) {
   const double least_N = guard_.limits().force_min_N;
   if (sample.force_N.value_or(least_N) >= least_N) return;
   const double felt_N = std::max(guard_.peak_force_N(), guard_.force_max_N());
   const double stiffness_N_m = pressing_ ? pressing_->forecast().bound().stiffness_N_m(felt_N) : 0;
-  if (pressing_ && plausible_->fell_at_once(stiffness_N_m)) {
+  if (pressing_ && plausible_->changed_sign(stiffness_N_m)) {
     return disbelieve(Contradiction(
         Disbelief::force,
-        fmt::format("the force falls to {:.4f} N at once, which neither the way of the frame nor a "
-                    "specimen that pulls can do: the load cell is connected the wrong way, or "
-                    "lost its zero",
+        fmt::format("the force falls to {:.4f} N at once, which is what it was with the other "
+                    "sign: the load cell is connected the wrong way",
                     *sample.force_N)));
   }
   if (plausible_->may_pull()) return;

@@ -98,12 +98,14 @@ double Plausibility::travel_doubt_m() const {
   return kContactDoubt_m + kOneDigit * digit_m_ + kNoiseSigmas * figures_.travel_noise_m;
 }
 
-bool Plausibility::fell_at_once(double stiffness_N_m) const {
+bool Plausibility::changed_sign(double stiffness_N_m) const {
   if (!force_believed_ || !place_before_ || !place_) return false;
   if (!place_->travel_m || !place_before_->travel_m) return false;
   const double way_m = std::abs(*place_->travel_m - *place_before_->travel_m) + travel_doubt_m();
-  const double fall_N = place_before_->force_N - place_->force_N;
-  return fall_N > stiffness_N_m * way_m + 2 * figures_.contact_force_N;
+  const double by_way_N = stiffness_N_m * way_m + 2 * figures_.contact_force_N;
+  const double before_N = place_before_->force_N - motion_.rest_N;
+  const double now_N = place_->force_N - motion_.rest_N;
+  return before_N - now_N > by_way_N && std::abs(before_N + now_N) < by_way_N;
 }
 
 std::optional<Contradiction> Plausibility::check(const FrameSample& sample) {

@@ -62,9 +62,10 @@ class Plausibility {
   void look_away();
   // A specimen may pull at a probe that stands, or goes away; never at one that comes nearer.
   bool may_pull() const { return state_ != State::moving || motion_.direction <= 0; }
-  // The last force is further below the one before than a contact of this stiffness makes of the
-  // way between them: no specimen does that, whether it pulls or not.
-  bool fell_at_once(double stiffness_N_m) const;
+  // The last force is the one before with the other sign, and the way between them does not explain
+  // it on a contact of this stiffness. Only a cell does that; any other fall may be a specimen that
+  // pulls.
+  bool changed_sign(double stiffness_N_m) const;
   // What is known of the contact.
   PressWatch& press() { return press_; }
   const PressWatch& press() const { return press_; }

@@ -26,7 +26,7 @@ TEST_F(Gateway, ARunOnAForeignFrameSucceedsWithinItsLimit) {
   // must hold, and every prediction as well.
   const std::string of_contact = "') FROM event WHERE kind='stiffness'";
   EXPECT_GE(number("SELECT json_extract(detail,'$.at_most_N_m" + of_contact), 118e3);
-  EXPECT_NEAR(number("SELECT json_extract(detail,'$.stiffness_N_m" + of_contact), 120e3, 50e3);
+  EXPECT_NEAR(number("SELECT json_extract(detail,'$.stiffness_N_m" + of_contact), 120e3, 25e3);
   EXPECT_EQ(number("SELECT count(*) FROM event WHERE kind='overshoot'"), 2);
   EXPECT_EQ(number("SELECT count(*) FROM event WHERE kind='overshoot_exceeded'"), 0);
   const json sums = end_gateway();

@@ -22,9 +22,7 @@ const std::vector<Row>& rows() {
   // force that pulls.
   static const Words kForce{"against the command", "falls w",     "zero",  "frozen",
                             "outside the limits",  "force limit", "pulls", "does not follow"};
-  static const Words kHeld{"does not follow",   "falls w", "at once",
-                           "travel limit",      "jumped",  "no contact was found",
-                           "outside the limits"};
+  static const Words kHeld{"does not follow", "falls w", "at once", "jumped"};
   static const Words kDone{"DONE", "nobody told it to", "does not move"};
   static const Words kStop{"standstill", "STOP"};
   static const Words kNothing{};
@@ -38,7 +36,7 @@ const std::vector<Row>& rows() {
       {tare_lost, "tare_lost", Distrust::force, {"zero", "tare"}},
       {stall, "stall", Distrust::drive, {"does not move"}},
       {drive_reversed, "drive_reversed", Distrust::drive, {"against the command"}},
-      {creep, "creep", Distrust::gateway, {"nobody told it to", "outside the limits"}},
+      {creep, "creep", Distrust::gateway, {"nobody told it to"}},
       {estop, "estop", Distrust::drive, {"E-stop", "fault"}},
       {done_early, "done_early", Distrust::gateway, kDone},
       {done_unmoved, "done_unmoved", Distrust::gateway, kDone},

@@ -225,13 +225,19 @@ class LieJudge {
     }
   }
 
+  // A creep that truly presses beyond the limit is stopped for the limit.
+  bool crept_beyond_limit() const {
+    return tells(FrameLie::creep) && has_one(reason(), {"outside the limits"}) &&
+           peak_N(*t_.told()[lie_].from, MonoTime::max()) > t_.limit_N();
+  }
+
   void judge_result() {
     if (!w_.result) return;
     if (succeeded()) return broken("success: {}: it showed, and the run succeeded", name());
     if (!t_.what().happenings.empty()) return;
     const bool named = std::ranges::any_of(
         lies_, [this](const Falsehood& l) { return has_one(reason(), words_of(l.what)); });
-    if (!named) broken("words: {}: the reason does not name it: `{}`", name(), reason());
+    if (!named && !crept_beyond_limit()) broken("words: {}: the reason does not name it: `{}`", name(), reason());
   }
 
   void judge_motions(MonoTime stop) {

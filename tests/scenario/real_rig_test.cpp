@@ -134,8 +134,8 @@ TEST(RealRig, AnOverloadInTheSearchIsLeftThoughContactWasNeverFound) {
 TEST(RealRig, ASpecimenThatPullsIsLeftToAPerson) {
   SessionWorld world(kLoad);
   world.acts.push_back({"level", 500ms, [](SessionWorld& w) {
-                          // as if something pulled slowly
-                          frame(w).faults.lies.force_drift_N_s = -0.5;
+                          frame(w).faults.spike_N = -2;
+                          frame(w).faults.spike_samples = 1'000'000;
                           frame(w).poke();
                         }});
   const auto r = world.run();

@@ -260,16 +260,20 @@ TEST(Plausibility, AForceThatFallsFarBelowItsOwnPeakIsNotBelieved) {
   EXPECT_EQ(frame.found->disbelief, Disbelief::force);
 }
 
-TEST(Plausibility, TellsAFallThatNoSpecimenMakes) {
+TEST(Plausibility, TellsAForceThatChangedItsSignFromOneThatIsPulled) {
   FakeFrame frame;
   frame.eyes.stand(frame.t);
-  frame.show(1e-3, 0.6);
-  frame.show(1e-3, -0.6);
-  EXPECT_TRUE(frame.eyes.fell_at_once(100e3));
-  frame.show(1e-3, -0.61);
-  EXPECT_FALSE(frame.eyes.fell_at_once(100e3)) << "it was there before";
-  frame.show(1e-3 - 10e-6, -1.5);
-  EXPECT_FALSE(frame.eyes.fell_at_once(100e3)) << "as far as the way explains";
+  frame.show(1e-3, 1);
+  frame.show(1e-3, -1);
+  EXPECT_TRUE(frame.eyes.changed_sign(100e3));
+  frame.show(1e-3, -1.01);
+  EXPECT_FALSE(frame.eyes.changed_sign(100e3)) << "it had that sign before";
+  frame.show(1e-3, 1);
+  frame.show(1e-3, -2.5);
+  EXPECT_FALSE(frame.eyes.changed_sign(100e3)) << "a specimen may pull as hard as it likes";
+  frame.show(1e-3, 0.3);
+  frame.show(1e-3 - 10e-6, -0.3);
+  EXPECT_FALSE(frame.eyes.changed_sign(100e3)) << "as far as the way explains";
 }
 
 ForceScatter scatter(double noise_N, double digit_N) {
