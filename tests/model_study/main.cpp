@@ -2,6 +2,7 @@
 // Compares the model's error estimates with the true errors, over seeded stacks. Prints one line of
 // CSV for each answer of each level, then the shares that docs/model.md quotes.
 //   model_study FIRST_SEED COUNT [PRESSURE_kPa ...]   without pressures: small strains alone
+//   model_study describe FIRST_SEED COUNT             the stacks as JSON lines, for other codes
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -55,16 +56,51 @@ int run(std::uint64_t first, std::uint64_t count, const JudgePlan& plan) {
   return 0;
 }
 
+void describe_layer(const Specimen& s, std::size_t capacitor, const Layer& layer, bool first) {
+  const Material& m = s.material(layer);
+  std::printf(
+      "%s{\"capacitor\":%zu,\"thickness_mm\":%.17g,\"relative_permittivity\":%.17g,"
+      "\"youngs_modulus_kPa\":%.17g,\"poisson_ratio\":%.17g,\"rigid\":%s,\"soft\":%s}",
+      first ? "" : ",", capacitor, layer.thickness_m * 1e3, m.relative_permittivity,
+      m.youngs_modulus_Pa / 1e3, m.poisson_ratio, m.rigid ? "true" : "false",
+      s.is_soft(m) ? "true" : "false");
+}
+
+int describe(std::uint64_t first, std::uint64_t count) {
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const Specimen s = random_stack(seed);
+    std::printf(R"({"seed":%llu,"diameter_mm":%.17g,"faces":"%s","top":"%s","layers":[)",
+                static_cast<unsigned long long>(seed), s.disc_diameter_m * 1e3,
+                std::string(to_string(s.faces)).c_str(), std::string(to_string(s.top)).c_str());
+    for (std::size_t i = 0; i < s.capacitors.size(); ++i) {
+      for (const Layer& layer : s.capacitors[i].layers) {
+        describe_layer(s, i, layer, i == 0 && &layer == &s.capacitors[0].layers[0]);
+      }
+    }
+    std::printf("]}\n");
+  }
+  return 0;
+}
+
+std::uint64_t whole(const char* text) {
+  return std::strtoull(text, nullptr, 10);
+}
+
 }  // namespace
 }  // namespace lcrig
 
 int main(int argc, char** argv) {
+  if (argc == 4 && std::string(argv[1]) == "describe") {
+    return lcrig::describe(lcrig::whole(argv[2]), lcrig::whole(argv[3]));
+  }
   if (argc < 3) {
-    std::fprintf(stderr, "usage: model_study FIRST_SEED COUNT [PRESSURE_kPa ...]\n");
+    std::fprintf(stderr,
+                 "usage: model_study FIRST_SEED COUNT [PRESSURE_kPa ...]\n"
+                 "       model_study describe FIRST_SEED COUNT\n");
     return 2;
   }
   lcrig::JudgePlan plan;
   plan.pressure_Pa.clear();
   for (int i = 3; i < argc; ++i) plan.pressure_Pa.push_back(1e3 * std::strtod(argv[i], nullptr));
-  return lcrig::run(std::strtoull(argv[1], nullptr, 10), std::strtoull(argv[2], nullptr, 10), plan);
+  return lcrig::run(lcrig::whole(argv[1]), lcrig::whole(argv[2]), plan);
 }

@@ -1,0 +1,173 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Slope of the capacitance at zero load of random stacks, by FEniCSx: the truths that judge lcrig's
+own elements.
+
+Reads stacks, one JSON object a line (`model_study describe FIRST COUNT`), and writes one line of
+CSV for each: the slope on three meshes. Written from docs/model.md alone; nothing is shared with
+model/. Displacements of degree 4 to 6 on rectangles, integrated twice as well as they need to be,
+that shrink geometrically towards the rim and towards every face: exponential convergence at the
+corners, and every decay length is met by some cell. Sparse LU by MUMPS.
+
+    model_study describe 900001 80 | python3 truths.py > truths.csv
+
+Needs Debian's python3-dolfinx 0.5 (in a root of its own; it is large). A stack is left out where
+this formulation cannot describe it: rigid layers and electrodes (ties), nu above 0.4999.
+"""
+import json
+import logging
+import sys
+import time
+
+import numpy as np
+
+logging.disable(logging.INFO)
+import ufl
+from dolfinx import fem, mesh
+from mpi4py import MPI
+from petsc4py import PETSc
+
+VACUUM_fF_mm = 8.8541878128  # permittivity, F/m times 1e12
+LEVELS = ((4, 4), (6, 5), (8, 6))  # halvings towards a face (by RATIO), degree
+RATIO = 0.3
+RIM_RATIO = 0.45
+
+
+def towards_both(low, high, depth):
+    """Edges from low to high that shrink towards both ends."""
+    half = (high - low) / 2
+    near = low + half * RATIO ** np.arange(depth, 0, -1)
+    return np.concatenate([[low], near, [low + half], (low + high - near)[::-1], [high]])
+
+
+def towards_rim(radius, least):
+    """Edges from the axis to the rim that shrink towards the rim."""
+    steps = int(np.ceil(np.log(least / radius) / np.log(RIM_RATIO)))
+    return np.concatenate([[0.0], radius * (1 - RIM_RATIO ** np.arange(1, steps + 1)), [radius]])
+
+
+def tensor_mesh(radii, heights):
+    cells = [len(radii) - 1, len(heights) - 1]
+    grid = mesh.create_rectangle(MPI.COMM_SELF, [np.zeros(2), np.array(cells, dtype=float)], cells,
+                                 mesh.CellType.quadrilateral)
+    points = grid.geometry.x
+    columns, rows = np.rint(points[:, 0]).astype(int), np.rint(points[:, 1]).astype(int)
+    points[:, 0], points[:, 1] = radii[columns], heights[rows]
+    return grid
+
+
+def can_be_described(stack):
+    layers = stack["layers"]
+    if any(layer["rigid"] or layer["poisson_ratio"] > 0.4999 for layer in layers):
+        return False
+    if stack["faces"] != "bonded_laminate":
+        return stack["faces"] == "bonded_base"
+    above = [layer["soft"] for layer in layers[1:]] + [True]  # the top counts: its electrode is rigid
+    return not any(layer["soft"] and next_soft for layer, next_soft in zip(layers, above))
+
+
+class Study:
+    """One stack on one mesh; lengths in mm, stresses in kPa."""
+
+    def __init__(self, stack, depth, degree):
+        self.stack, self.layers, self.degree = stack, stack["layers"], degree
+        thickness = np.array([layer["thickness_mm"] for layer in self.layers])
+        self.faces = np.concatenate([[0.0], np.cumsum(thickness)])
+        edges = [towards_both(a, b, depth)[:-1] for a, b in zip(self.faces[:-1], self.faces[1:])]
+        heights = np.concatenate(edges + [[self.faces[-1]]])
+        self.radius = stack["diameter_mm"] / 2
+        self.radii = towards_rim(self.radius, thickness.min() / 2 * RATIO**depth)
+        self.grid = tensor_mesh(self.radii, heights)
+        self.space = fem.VectorFunctionSpace(self.grid, ("CG", degree))
+        self.dx = ufl.dx(metadata={"quadrature_degree": 2 * degree + 1})
+        self.r = ufl.SpatialCoordinate(self.grid)[0]
+
+    def by_layer(self, values):
+        constant = fem.FunctionSpace(self.grid, ("DG", 0))
+        field = fem.Function(constant)
+        layer = np.searchsorted(self.faces, constant.tabulate_dof_coordinates()[:, 1]) - 1
+        field.x.array[:] = np.asarray(values)[layer]
+        return field
+
+    def strain(self, u):
+        shear = (u[0].dx(1) + u[1].dx(0)) / 2
+        return ufl.as_matrix([[u[0].dx(0), 0, shear], [0, u[0] / self.r, 0],
+                              [shear, 0, u[1].dx(1)]])
+
+    def stiffness(self, u, v):
+        young = np.array([layer["youngs_modulus_kPa"] for layer in self.layers])
+        nu = np.array([layer["poisson_ratio"] for layer in self.layers])
+        mu = self.by_layer(young / (2 * (1 + nu)))
+        lame = self.by_layer(young * nu / ((1 + nu) * (1 - 2 * nu)))
+        a, b = self.strain(u), self.strain(v)
+        return (2 * mu * ufl.inner(a, b) + lame * ufl.tr(a) * ufl.tr(b)) * self.r * self.dx
+
+    def held(self, component, where, value=0.0):
+        facets = mesh.locate_entities_boundary(self.grid, 1, where)
+        part = self.space.sub(component)
+        return fem.dirichletbc(PETSc.ScalarType(value),
+                               fem.locate_dofs_topological(part, 1, facets), part)
+
+    def conditions(self):
+        def base(x):
+            return np.isclose(x[1], 0)
+
+        conditions = [self.held(0, lambda x: np.isclose(x[0], 0)), self.held(0, base),
+                      self.held(1, base)]
+        if self.stack["top"] != "pressure":  # pushed down by 1 mm, scaled afterwards
+            conditions.append(self.held(1, self.is_top, -1.0))
+        if self.stack["top"] == "bonded_plate":
+            conditions.append(self.held(0, self.is_top))
+        return conditions
+
+    def is_top(self, x):
+        return np.isclose(x[1], self.faces[-1])
+
+    def load(self, v):
+        if self.stack["top"] != "pressure":
+            return fem.Constant(self.grid, PETSc.ScalarType(0)) * v[0] * self.r * self.dx
+        facets = np.sort(mesh.locate_entities_boundary(self.grid, 1, self.is_top))
+        tags = mesh.meshtags(self.grid, 1, facets, np.ones(len(facets), dtype=np.int32))
+        ds = ufl.Measure("ds", domain=self.grid, subdomain_data=tags)
+        return fem.Constant(self.grid, PETSc.ScalarType(-1)) * v[1] * self.r * ds(1)
+
+    def slope_fF_kPa(self):
+        u, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
+        options = {"ksp_type": "preonly", "pc_type": "lu", "pc_factor_mat_solver_type": "mumps",
+                   "mat_mumps_icntl_14": 100}
+        problem = fem.petsc.LinearProblem(self.stiffness(u, v), self.load(v), self.conditions(),
+                                          petsc_options=options)
+        field = problem.solve()
+        per_kPa = 1.0
+        if self.stack["top"] != "pressure":
+            energy = fem.assemble_scalar(fem.form(self.stiffness(field, field)))
+            per_kPa = self.radius**2 / 2 / energy
+        gaps = {}
+        for layer in self.layers:
+            gaps.setdefault(layer["capacitor"], 0.0)
+            gaps[layer["capacitor"]] += layer["thickness_mm"] / layer["relative_permittivity"]
+        weight = self.by_layer([1 / layer["relative_permittivity"] / gaps[layer["capacitor"]] ** 2
+                                for layer in self.layers])
+        closing = fem.assemble_scalar(fem.form(-field[1].dx(1) * weight * self.r * self.dx))
+        return 2 * np.pi * VACUUM_fF_mm * per_kPa * closing
+
+
+def main():
+    print("seed,capacitors,layers,unknowns,seconds,slope0_fF_kPa,slope1_fF_kPa,slope2_fF_kPa",
+          flush=True)
+    for line in sys.stdin:
+        stack = json.loads(line)
+        if not can_be_described(stack):
+            continue
+        began, slopes = time.process_time(), []
+        for depth, degree in LEVELS:
+            study = Study(stack, depth, degree)
+            slopes.append(study.slope_fF_kPa())
+        unknowns = 2 * study.space.dofmap.index_map.size_global
+        count = len({layer["capacitor"] for layer in stack["layers"]})
+        print(f"{stack['seed']},{count},{len(stack['layers'])},{unknowns},"
+              f"{time.process_time() - began:.1f}," + ",".join(f"{s:.10g}" for s in slopes),
+              flush=True)
+
+
+main()
