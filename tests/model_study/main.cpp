@@ -3,9 +3,11 @@
 // CSV for each answer of each level, then the shares that docs/model.md quotes.
 //   model_study FIRST_SEED COUNT [PRESSURE_kPa ...]   without pressures: small strains alone
 //   model_study describe FIRST_SEED COUNT             the stacks as JSON lines, for other codes
+//   model_study judge < truths.csv                    against bench/fenicsx/truths.py
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <iostream>
 #include <map>
 #include <string>
 #include <vector>
@@ -35,21 +37,37 @@ void print_share(const std::string& level, Share& share) {
       100 * (below(10) - below(1)), r[r.size() / 2], r.front(), r.back());
 }
 
+void print(const Judged& j, std::map<std::string, Share>& shares) {
+  std::printf("%llu,%g,%s,%d,%.3e,%.3e,%.1e,%.2f,%d,%d\n", static_cast<unsigned long long>(j.seed),
+              j.pressure_Pa / 1e3, j.level.c_str(), j.mesh, j.estimate, j.error, j.truth_doubt,
+              j.order, j.settled, j.counts());
+  Share& share = shares[j.level];
+  if (j.counts()) {
+    share.ratio.push_back(j.ratio());
+  } else {
+    ++share.left_out;
+  }
+}
+
+constexpr const char* kColumns =
+    "seed,pressure_kPa,level,mesh,estimate,error,truth_doubt,order,settled,counts\n";
+
 int run(std::uint64_t first, std::uint64_t count, const JudgePlan& plan) {
   std::map<std::string, Share> shares;
-  std::printf("seed,pressure_kPa,level,mesh,estimate,error,truth_doubt,order,settled,counts\n");
+  std::printf("%s", kColumns);
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    judge_stack(seed, plan, [&](const Judged& j) {
-      std::printf("%llu,%g,%s,%d,%.3e,%.3e,%.1e,%.2f,%d,%d\n",
-                  static_cast<unsigned long long>(j.seed), j.pressure_Pa / 1e3, j.level.c_str(),
-                  j.mesh, j.estimate, j.error, j.truth_doubt, j.order, j.settled, j.counts());
-      Share& share = shares[j.level];
-      if (j.counts()) {
-        share.ratio.push_back(j.ratio());
-      } else {
-        ++share.left_out;
-      }
-    });
+    judge_stack(seed, plan, [&](const Judged& j) { print(j, shares); });
+    std::fflush(stdout);
+  }
+  for (auto& [level, share] : shares) print_share(level, share);
+  return 0;
+}
+
+int judge_by_other_code() {
+  std::map<std::string, Share> shares;
+  std::printf("%s", kColumns);
+  for (const SlopeTruth& truth : read_slope_truths(std::cin)) {
+    judge_slope(truth, 2, [&](const Judged& j) { print(j, shares); });
     std::fflush(stdout);
   }
   for (auto& [level, share] : shares) print_share(level, share);
@@ -90,13 +108,15 @@ std::uint64_t whole(const char* text) {
 }  // namespace lcrig
 
 int main(int argc, char** argv) {
+  if (argc == 2 && std::string(argv[1]) == "judge") return lcrig::judge_by_other_code();
   if (argc == 4 && std::string(argv[1]) == "describe") {
     return lcrig::describe(lcrig::whole(argv[2]), lcrig::whole(argv[3]));
   }
   if (argc < 3) {
     std::fprintf(stderr,
                  "usage: model_study FIRST_SEED COUNT [PRESSURE_kPa ...]\n"
-                 "       model_study describe FIRST_SEED COUNT\n");
+                 "       model_study describe FIRST_SEED COUNT\n"
+                 "       model_study judge < truths.csv\n");
     return 2;
   }
   lcrig::JudgePlan plan;

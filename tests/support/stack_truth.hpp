@@ -3,9 +3,12 @@
 // estimated with their true errors. For tests/model_study and a unit test of the model.
 #pragma once
 
+#include <cctype>
 #include <cmath>
 #include <functional>
+#include <istream>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -60,22 +63,68 @@ inline std::optional<StackTruth> find_truth(ErrorEstimator& solved, Level level,
   return StackTruth{limit(3), std::abs(limit(3) - limit(2))};
 }
 
+// The mesh of one answer at small strain alone, whatever judges it.
+inline std::optional<Judged> judge_mesh(ErrorEstimator& solved, std::uint64_t seed, int mesh,
+                                        Pressure pressure, const StackTruth& truth) {
+  LevelSettings settings;
+  settings.level = Level::fem_linear;
+  settings.mesh.refinement = mesh;
+  const auto limit = solved.mesh_limit(settings, pressure);
+  const auto mine = solved.delta_F(settings, pressure);
+  if (!limit || !mine) return std::nullopt;
+  const double doubt = kDoubtFactor * limit->doubt;
+  const double estimate = (std::abs(*mine - limit->value) + doubt) / (limit->value - doubt);
+  return Judged{seed,
+                pressure.si(),
+                "fem_linear (own)",
+                mesh,
+                estimate,
+                std::abs(*mine / truth.value_F - 1),
+                truth.doubt_F / truth.value_F,
+                limit->order,
+                limit->settled};
+}
+
+// What another code found for a stack's slope at zero load, and what its last refinement changed.
+struct SlopeTruth {
+  std::uint64_t seed = 0;
+  double slope_F_Pa = 0, doubt_F_Pa = 0;
+};
+
+// The table that bench/fenicsx/truths.py writes.
+inline std::vector<SlopeTruth> read_slope_truths(std::istream& in) {
+  constexpr double kPerPa = 1e-15 / 1e3;  // from fF/kPa
+  std::vector<SlopeTruth> truths;
+  for (std::string line; std::getline(in, line);) {
+    if (line.empty() || std::isdigit(static_cast<unsigned char>(line[0])) == 0) continue;
+    std::stringstream cells(line);
+    std::vector<double> v;
+    for (std::string cell; std::getline(cells, cell, ',');) v.push_back(std::stod(cell));
+    const double before = v.at(6), last = v.at(7);
+    truths.push_back(
+        {static_cast<std::uint64_t>(v.at(0)), last * kPerPa, std::abs(last - before) * kPerPa});
+  }
+  return truths;
+}
+
+inline void judge_slope(const SlopeTruth& truth, int finest_mesh,
+                        const std::function<void(const Judged&)>& take) {
+  const Specimen s = random_stack(truth.seed);
+  ErrorEstimator solved(s);
+  const Pressure tiny = Pressure::from_si(1e-3);
+  const StackTruth at{truth.slope_F_Pa * tiny.si(), truth.doubt_F_Pa * tiny.si()};
+  for (int mesh = 0; mesh <= finest_mesh; ++mesh) {
+    if (const auto j = judge_mesh(solved, truth.seed, mesh, tiny, at)) take(*j);
+  }
+}
+
 inline void judge_own_mesh(ErrorEstimator& solved, const JudgePlan& plan, std::uint64_t seed,
                            const std::function<void(const Judged&)>& take) {
   const Pressure tiny = Pressure::from_si(1.0);
   const auto truth = find_truth(solved, Level::fem_linear, plan.truth_linear, tiny);
   if (!truth) return;
   for (int mesh = 0; mesh <= plan.finest_linear; ++mesh) {
-    LevelSettings settings;
-    settings.level = Level::fem_linear;
-    settings.mesh.refinement = mesh;
-    const auto limit = solved.mesh_limit(settings, tiny);
-    const auto mine = solved.delta_F(settings, tiny);
-    if (!limit || !mine) continue;
-    const double estimate = (std::abs(*mine - limit->value) + kDoubtFactor * limit->doubt) /
-                            (limit->value - kDoubtFactor * limit->doubt);
-    take({seed, 1, "fem_linear (own)", mesh, estimate, std::abs(*mine / truth->value_F - 1),
-          truth->doubt_F / truth->value_F, limit->order, limit->settled});
+    if (const auto j = judge_mesh(solved, seed, mesh, tiny, *truth)) take(*j);
   }
 }
 
