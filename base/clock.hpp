@@ -1,42 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // The clock that everything waits on: real time in the daemon, virtual time in rehearsals and
 // tests. Other production code never names steady_clock, sleep_for or steady_timer, so that all of
-// it can run in virtual time.
+// it can run in virtual time. Who needs only the types includes base/time.hpp.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
 
-#include "base/result.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
 
 namespace lcrig {
 
 namespace asio = boost::asio;
-
-// A coroutine. Its parameters are values, or references to objects that App owns.
-template <class T = void>
-using Task = asio::awaitable<T>;
-
-using Duration = std::chrono::nanoseconds;
-// Monotonic time of the run's clock, ns; in the database as `_mono_ns`.
-struct MonoTag {
-  using rep = std::int64_t;
-  using period = std::nano;
-  using duration = Duration;
-};
-using MonoTime = std::chrono::time_point<MonoTag, Duration>;
-
-constexpr Duration from_seconds(double s) {
-  return Duration(static_cast<std::int64_t>(s * 1e9 + (s < 0 ? -0.5 : 0.5)));
-}
-constexpr double to_seconds(Duration d) {
-  return static_cast<double>(d.count()) * 1e-9;
-}
 
 // Lets one coroutine end the wait of another on the same thread. It serves one waiter. A notify
 // without a waiter is remembered and ends the next wait at once. A wait may also end without a

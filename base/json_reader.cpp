@@ -3,8 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/log.hpp"
 #include "base/strict_json.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

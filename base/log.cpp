@@ -3,9 +3,12 @@
 
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
 
 #include <cstdlib>
 #include <memory>
+
+#include "base/text.hpp"
 
 namespace lcrig {
 

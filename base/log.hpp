@@ -3,12 +3,12 @@
 // to log. Under systemd each line carries the <N> priority prefix that the journal understands.
 #pragma once
 
-#include <spdlog/spdlog.h>
-
 #include <memory>
 #include <string_view>
 
-#include "base/text.hpp"
+namespace spdlog {
+class formatter;
+}
 
 namespace lcrig {
 

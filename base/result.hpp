@@ -3,7 +3,7 @@
 // fail. Exceptions are for bugs only.
 #pragma once
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <string>
 #include <string_view>

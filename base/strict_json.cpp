@@ -8,7 +8,7 @@
 #include <set>
 #include <unordered_map>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

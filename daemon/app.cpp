@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/app.hpp"
 
+#include <spdlog/spdlog.h>
 #include <boost/asio/co_spawn.hpp>
 #include <exception>
 #include <utility>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
 #include "storage/database.hpp"

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What clients of the control socket ask for: runs that start, go on and stop, specimens.
+#include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 #include "daemon/app.hpp"
 #include "daemon/aside.hpp"
 #include "daemon/continuation.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 
 namespace lcrig {
 

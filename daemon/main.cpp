@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // lcrigd: the daemon.
+#include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
@@ -9,6 +10,7 @@
 #include <cstdlib>
 
 #include "base/log.hpp"
+#include "base/text.hpp"
 #include "daemon/app.hpp"
 #include "daemon/service.hpp"
 

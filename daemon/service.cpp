@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

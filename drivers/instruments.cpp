@@ -7,6 +7,7 @@
 #include <cctype>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
 

@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 
 namespace lcrig {
 

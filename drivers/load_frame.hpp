@@ -11,9 +11,10 @@
 #include <string_view>
 #include <vector>
 
-#include "base/clock.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
 #include "drivers/lcr_meter.hpp"
 
 namespace lcrig {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

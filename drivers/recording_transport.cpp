@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording_transport.hpp"
-
-#include "base/log.hpp"
+#include <spdlog/spdlog.h>
 
 namespace lcrig {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

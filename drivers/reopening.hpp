@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 
+#include "base/clock.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
 

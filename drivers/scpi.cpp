@@ -5,7 +5,7 @@
 #include <cctype>
 #include <utility>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

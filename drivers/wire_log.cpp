@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

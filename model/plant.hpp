@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 
 namespace lcrig {
 

@@ -10,8 +10,8 @@
 #include <variant>
 #include <vector>
 
-#include "base/clock.hpp"
 #include "base/quantity.hpp"
+#include "base/time.hpp"
 #include "drivers/lcr_meter.hpp"
 
 namespace lcrig {

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 
 namespace lcrig {
 

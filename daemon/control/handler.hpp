@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "base/clock.hpp"
 #include "base/result.hpp"
+#include "base/task.hpp"
 #include "daemon/control/messages.hpp"
 
 namespace lcrig {

@@ -2,6 +2,7 @@
 #include "daemon/control/server.hpp"
 
 #include <pwd.h>
+#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -15,7 +16,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/as_result.hpp"
-#include "base/log.hpp"
 
 namespace lcrig {
 

@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "base/clock.hpp"
 #include "daemon/control/session.hpp"
 
 namespace lcrig {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/session.hpp"
 
+#include <spdlog/spdlog.h>
 #include <algorithm>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -11,7 +12,6 @@
 #include <vector>
 
 #include "base/as_result.hpp"
-#include "base/log.hpp"
 #include "daemon/control/dispatch.hpp"
 
 namespace lcrig {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "base/clock.hpp"
 #include "daemon/control/handler.hpp"
 #include "daemon/control/limits.hpp"
 

@@ -7,7 +7,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 
 namespace lcrig {
 

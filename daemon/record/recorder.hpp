@@ -19,6 +19,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/clock.hpp"
 #include "daemon/record/batch.hpp"
 #include "daemon/record/database.hpp"
 #include "daemon/record/latency.hpp"

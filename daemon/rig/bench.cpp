@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/rig/bench.hpp"
 
+#include <fmt/format.h>
 #include <numbers>
 
 namespace lcrig {

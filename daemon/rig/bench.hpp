@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "base/clock.hpp"
 #include "base/result.hpp"
 #include "base/strict_json.hpp"
+#include "base/time.hpp"
 #include "model/plant.hpp"
 
 namespace lcrig {

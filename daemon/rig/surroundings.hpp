@@ -2,6 +2,7 @@
 // Disk, memory and wall clock of a run in virtual time, for fault scripts.
 #pragma once
 
+#include "base/clock.hpp"
 #include "drivers/faults/bench.hpp"
 #include "storage/faulty_disk.hpp"
 

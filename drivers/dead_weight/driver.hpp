@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "base/clock.hpp"
 #include "drivers/load_frame.hpp"
 
 namespace lcrig {

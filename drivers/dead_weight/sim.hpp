@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "base/clock.hpp"
 #include "drivers/load_frame.hpp"
 
 namespace lcrig {

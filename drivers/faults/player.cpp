@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/faults/player.hpp"
 
+#include <spdlog/spdlog.h>
 #include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <exception>
 #include <utility>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 #include "drivers/lcr6100/sim.hpp"
 #include "drivers/zwick/sim.hpp"
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/faults/script.hpp"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <array>
 #include <iterator>

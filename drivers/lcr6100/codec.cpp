@@ -7,7 +7,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 #include "drivers/lcr6100/words.hpp"
 
 namespace lcrig::lcr6100 {

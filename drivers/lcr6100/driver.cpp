@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/lcr6100/driver.hpp"
 
+#include <spdlog/spdlog.h>
 #include <algorithm>
 #include <cctype>
 #include <utility>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 
 namespace lcrig::lcr6100 {
 

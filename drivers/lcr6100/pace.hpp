@@ -5,7 +5,7 @@
 // edge came after the question, a new one that it came before the answer.
 #pragma once
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 
 namespace lcrig::lcr6100 {
 

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 
 namespace lcrig::frame_link {
 

@@ -7,7 +7,7 @@
 #include <boost/asio/this_coro.hpp>
 #include <cmath>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 
 namespace lcrig::frame_link {
 

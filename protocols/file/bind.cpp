@@ -2,7 +2,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 #include "base/units.hpp"
 #include "protocols/file/parse.hpp"
 

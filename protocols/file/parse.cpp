@@ -5,7 +5,7 @@
 #include <cctype>
 #include <cmath>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/lcr_words.hpp"
 #include "protocols/file/parse_steps.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/file/scope.hpp"
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

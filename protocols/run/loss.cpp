@@ -2,12 +2,13 @@
 // What a run does when an instrument vanishes. The frame holds its travel, or goes on holding the
 // force if only the meter is away; the guard stays active; whoever asks for a stop gets it.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <utility>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 #include "protocols/run/run.hpp"
 
 namespace lcrig {

@@ -8,7 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "base/clock.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
 

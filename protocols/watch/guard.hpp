@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "drivers/load_frame.hpp"
 #include "protocols/plan/limits.hpp"
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 
 namespace lcrig {
 

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <ctime>
 
+#include "base/clock.hpp"
+
 namespace lcrig::e2e {
 
 namespace {

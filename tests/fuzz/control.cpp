@@ -5,6 +5,7 @@
 #include <boost/asio/io_context.hpp>
 #include <nlohmann/json.hpp>
 
+#include "base/clock.hpp"
 #include "daemon/control/dispatch.hpp"
 #include "tests/fuzz/targets.hpp"
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/clock.hpp"
 #include "daemon/control/handler.hpp"
 
 namespace lcrig::support {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "drivers/load_frame.hpp"
 
 namespace lcrig {

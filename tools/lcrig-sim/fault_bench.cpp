@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lcrig-sim/fault_bench.hpp"
 
+#include <spdlog/spdlog.h>
 #include <utility>
-
-#include "base/log.hpp"
 
 namespace lcrig::sim {
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lcrig-sim/frame_port.hpp"
 
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <boost/asio/co_spawn.hpp>
@@ -8,7 +9,6 @@
 #include <utility>
 
 #include "base/as_result.hpp"
-#include "base/log.hpp"
 #include "drivers/fd_transport.hpp"
 
 namespace lcrig::sim {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // lcrig-sim: the simulated bench as a separate process, in real time (docs/simulator.md).
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "base/log.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "daemon/rehearse.hpp"

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 #include "tools/lcrig/live_line.hpp"
 
 namespace lcrig::cli {
