@@ -2,21 +2,18 @@
 #include "analysis/align.hpp"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "base/time.hpp"
+#include "events/payloads.hpp"
 
 namespace lcrig {
 
 void WindowBefore::add(std::int64_t since_mono_ns, std::string_view settings_json) {
-  using nlohmann::json;
-  const json j = json::parse(settings_json, nullptr, false);
-  if (!j.is_object() || !j.contains("trigger")) return;
-  const auto time = j.find("conversion_time_s");
-  const bool known = time != j.end() && time->is_number();
-  const bool internal = j["trigger"] == "internal";
-  since_.push_back(
-      {since_mono_ns, internal && known ? from_seconds(time->get<double>()).count() : 0});
+  const auto settings = from_json<SettingsEvent>(settings_json);
+  if (!settings || !settings->trigger) return;
+  const double window_s =
+      settings->internal_trigger() ? settings->conversion_time_s.value_or(0) : 0;
+  since_.push_back({since_mono_ns, from_seconds(window_s).count()});
 }
 
 std::int64_t WindowBefore::at(std::int64_t asked_mono_ns) {

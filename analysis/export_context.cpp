@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "analysis/event_detail.hpp"
+#include "events/payloads.hpp"
 
 namespace lcrig {
 
@@ -61,12 +61,12 @@ Result<> load_value_columns(const Database& db, ExportContext& c) {
 
 // Each event of a kind, in order: at(mono_ns, detail).
 template <class At>
-Result<> for_each_event(const Database& db, std::int64_t run, std::string_view kind, At at) {
+Result<> for_each_event(const Database& db, std::int64_t run, EventKind kind, At at) {
   auto s =
       db.prepare("SELECT at_mono_ns, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq");
   if (!s) return fail(s.error());
   s->bind(0, run);
-  s->bind(1, kind);
+  s->bind(1, to_string(kind));
   for (;;) {
     auto row = s->step();
     if (!row) return fail(row.error());
@@ -75,24 +75,27 @@ Result<> for_each_event(const Database& db, std::int64_t run, std::string_view k
   }
 }
 
-// A detail that is no JSON object with the number is a text for people.
+void add_settings(ExportContext& c, std::int64_t at, std::string_view stored) {
+  c.before.add(at, stored);
+  const auto settings = from_json<SettingsEvent>(stored);
+  if (settings && settings->frequency_Hz) c.frequencies.push_back({at, *settings->frequency_Hz});
+}
+
+// Of a run that was recorded long ago a detail may be a text for people.
 Result<> load_events(const Database& db, ExportContext& c) {
   auto contacts =
-      for_each_event(db, c.id, "contact", [&](std::int64_t at, std::string_view detail) {
-        if (const auto travel = number_in(detail, "travel_m")) c.contacts.push_back({at, *travel});
+      for_each_event(db, c.id, EventKind::contact, [&](std::int64_t at, std::string_view detail) {
+        const auto contact = from_json<ContactEvent>(detail);
+        if (contact) c.contacts.push_back({at, contact->travel_m});
       });
   if (!contacts) return contacts;
-  return for_each_event(db, c.id, "settings", [&](std::int64_t at, std::string_view detail) {
-    c.before.add(at, detail);
-    if (const auto f = number_in(detail, "frequency_Hz")) c.frequencies.push_back({at, *f});
-  });
+  return for_each_event(
+      db, c.id, EventKind::settings,
+      [&](std::int64_t at, std::string_view detail) { add_settings(c, at, detail); });
 }
 
 void read_settings(ExportContext& c) {
-  c.before.add(INT64_MIN, c.run.lcr_settings_json);
-  if (const auto f = number_in(c.run.lcr_settings_json, "frequency_Hz")) {
-    c.frequencies.push_back({INT64_MIN, *f});
-  }
+  add_settings(c, INT64_MIN, c.run.lcr_settings_json);
   const json frame = json::parse(c.run.frame_capabilities_json, nullptr, false);
   c.hold_force = frame.is_object() && frame.value("weights", json()) == true;
 }

@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
+
+#include "events/payloads.hpp"
 
 namespace lcrig {
 
 namespace {
-
-using nlohmann::json;
 
 constexpr std::array<std::string_view, 3> kSpeeds{"fast", "medium", "slow"};
 // One conversion, s, and its scatter at 1 kHz and 1 V, F: 3 fF at 20 kHz, FAST, of recordings, on
@@ -65,12 +64,6 @@ Result<double> temperature_factor(double celsius) {
               "no accuracy is known at {} degrees Celsius: the tables go from 8 to 38", celsius);
 }
 
-std::optional<double> number(const json& j, const char* key) {
-  const auto it = j.find(key);
-  if (it == j.end() || !it->is_number()) return std::nullopt;
-  return it->get<double>();
-}
-
 }  // namespace
 
 std::string_view to_string(MeterSpeed s) {
@@ -85,20 +78,17 @@ std::optional<MeterSpeed> parse_meter_speed(std::string_view word) {
 }
 
 std::optional<MeterSetting> parse_meter_setting(std::string_view json_text) {
-  const json j = json::parse(json_text, nullptr, false);
-  if (!j.is_object()) return std::nullopt;
-  const auto frequency = number(j, "frequency_Hz"), level = number(j, "level_V");
-  const auto word = j.find("aperture");
-  if (!frequency || !level || word == j.end() || !word->is_string()) return std::nullopt;
-  const auto speed = parse_meter_speed(word->get<std::string>());
-  if (!speed || !(*frequency > 0) || !(*level > 0)) return std::nullopt;
+  const auto stored = from_json<SettingsEvent>(json_text);
+  if (!stored || !stored->aperture) return std::nullopt;
+  const auto speed = parse_meter_speed(*stored->aperture);
   MeterSetting out;
-  out.frequency_Hz = *frequency;
-  out.level_V = *level;
+  out.frequency_Hz = stored->frequency_Hz.value_or(0);
+  out.level_V = stored->level_V.value_or(0);
+  if (!speed || !(out.frequency_Hz > 0) || !(out.level_V > 0)) return std::nullopt;
   out.speed = *speed;
-  out.average = static_cast<int>(std::clamp(number(j, "average").value_or(1), 1.0, 256.0));
-  out.internal_trigger = j.value("trigger", json()) == "internal";
-  out.conversion_s = number(j, "conversion_time_s");
+  out.average = static_cast<int>(std::clamp(stored->average.value_or(1), 1.0, 256.0));
+  out.internal_trigger = stored->internal_trigger();
+  out.conversion_s = stored->conversion_time_s;
   return out;
 }
 

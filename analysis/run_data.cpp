@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "analysis/align.hpp"
-#include "analysis/event_detail.hpp"
 #include "analysis/pieces.hpp"
 
 namespace lcrig {
@@ -146,25 +145,21 @@ class Loader {
       auto row = s->step();
       if (!row) return fail(row.error());
       if (!*row) return {};
-      EventRow e;
-      e.t_s = seconds(s->integer(0));
-      e.kind = s->text(1);
-      e.step_id = s->text(2);
-      e.detail = s->text(3);
-      if (e.kind == "settings") {
+      EventRow e{seconds(s->integer(0)), EventName(std::string(s->text(1))),
+                 std::string(s->text(2)), std::string(s->text(3))};
+      if (e.kind == EventKind::settings) {
         before_.add(s->integer(0), e.detail);
         if (const auto m = parse_meter_setting(e.detail)) out_.settings.push_back({e.t_s, *m});
       }
-      if (e.kind == "level_abandoned") abandon(e.detail);
+      if (e.kind == EventKind::level_abandoned) abandon(e.detail);
       out_.duration_s = std::max(out_.duration_s, e.t_s);
       out_.events.push_back(std::move(e));
     }
   }
 
   void abandon(const std::string& detail) {
-    const json lost = json::parse(detail, nullptr, false);
-    if (!lost.is_object() || !lost.contains("level") || !lost["level"].is_number_integer()) return;
-    LevelRow* const row = find_level(lost["level"].get<std::int64_t>());
+    const auto lost = from_json<LevelAbandonedEvent>(detail);
+    LevelRow* const row = lost ? find_level(lost->level) : nullptr;
     if (row != nullptr) row->abandoned = true;
   }
 
@@ -280,9 +275,9 @@ class Loader {
 
   void read_spans() {
     for (const EventRow& e : out_.events) {
-      if (e.kind == "step_begin") {
+      if (e.kind == EventKind::step_begin) {
         out_.spans.push_back({e.step_id, e.detail, e.t_s, out_.duration_s});
-      } else if (e.kind == "step_end" && !out_.spans.empty()) {
+      } else if (e.kind == EventKind::step_end && !out_.spans.empty()) {
         out_.spans.back().end_s = e.t_s;
       }
     }
@@ -291,12 +286,15 @@ class Loader {
   // A frame tells when it touched; a person hangs a weight while the step waits.
   void read_contact() {
     for (const EventRow& e : out_.events) {
-      if (e.kind == "contact") {
+      if (e.kind == EventKind::contact) {
         out_.contact_s = e.t_s - kBeforeContact_s;
-        out_.rest_force_N = number_in(e.detail, "rest_force_N");
+        const auto contact = from_json<ContactEvent>(e.detail);
+        if (contact) out_.rest_force_N = contact->rest_force_N;
         return;
       }
-      if (e.kind != "confirm" || number_in(e.detail, "force_N").value_or(0) <= 0) continue;
+      if (e.kind != EventKind::confirm) continue;
+      const auto placed = from_json<WeightPlacedEvent>(e.detail);
+      if (!placed || placed->force_N.value_or(0) <= 0) continue;
       out_.contact_s = e.t_s - kBeforeContact_s;
       for (const StepSpan& s : out_.spans) {
         if (s.begin_s <= e.t_s && e.t_s <= s.end_s) out_.contact_s = s.begin_s;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "analysis/meter_accuracy.hpp"
+#include "events/payloads.hpp"
 #include "storage/runs.hpp"
 
 namespace lcrig {
@@ -66,7 +67,8 @@ struct LevelRow {
 
 struct EventRow {
   double t_s = 0;
-  std::string kind, step_id, detail;
+  EventName kind;
+  std::string step_id, detail;
 };
 
 // A step from its begin to its end. `kind` as in the protocol file ("hold", "measure", ...).

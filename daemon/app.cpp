@@ -135,7 +135,7 @@ void App::tell_lag(Duration late) {
   const std::string text = fmt::format("the event loop was {:.0f} ms late", to_seconds(late) * 1e3);
   spdlog::warn("{}", text);
   if (live_run() == nullptr) return;
-  recorder_->event(RunEvent(now, "lag", "", text));
+  recorder_->event(RunEvent(now, EventKind::lag, "", text));
 }
 
 // What `status` calls the instruments before they were asked.

@@ -20,12 +20,12 @@ struct StoredEvent {
 
 // The last of its kind; nullopt: none.
 Result<std::optional<StoredEvent>> last_event(const Database& db, std::int64_t run,
-                                              std::string_view kind) {
+                                              EventKind kind) {
   auto rows = db.prepare(
       "SELECT seq, step_id, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq DESC");
   if (!rows) return fail(rows.error());
   rows->bind(0, run);
-  rows->bind(1, kind);
+  rows->bind(1, to_string(kind));
   auto row = rows->step();
   if (!row) return fail(row.error());
   if (!*row) return std::optional<StoredEvent>();
@@ -98,9 +98,9 @@ Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run) {
   auto row = get_run(db, run);
   if (!row) return fail(row.error());
   if (auto ok = check_interrupted(db, run); !ok) return fail(ok.error());
-  auto state = last_event(db, run, "state");
+  auto state = last_event(db, run, EventKind::state);
   if (!state) return fail(state.error());
-  auto begun = last_event(db, run, "step_begin");
+  auto begun = last_event(db, run, EventKind::step_begin);
   if (!begun) return fail(begun.error());
   if (!*state) {
     return fail(Errc::invalid_request,

@@ -96,7 +96,7 @@ class Rehearsal {
     const bool over = text.ends_with(": over");
     if (!over) ++faults_;
     const std::string step = run_ != 0 ? session_->run()->progress().step_id : "";
-    RunEvent event(at, "injected", step, "fault injected: " + text);
+    RunEvent event(at, EventKind::injected, step, "fault injected: " + text);
     if (run_ == 0) {
       early_faults_.push_back(std::move(event));
     } else {

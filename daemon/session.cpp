@@ -159,7 +159,7 @@ struct Looker final : LoadFrame::Listener {
   Looker(const Looker&) = delete;
   Looker& operator=(const Looker&) = delete;
   void on_samples(std::span<const FrameSample> samples) override { rest.add(samples); }
-  void on_frame_event(std::string, std::string) override {}
+  void on_frame_event(EventName, std::string) override {}
   void on_frame_lost(Error error) override { lost = std::move(error); }
   LoadFrame& frame;
   Rest rest;
@@ -261,7 +261,7 @@ RunRow Session::make_row() const {
   row.lcr_identity = meter_identity_.text;
   row.frame_identity = frame_identity_.text;
   const Duration conversion = instruments_->meter().capabilities().conversion_time(settings_);
-  row.lcr_settings_json = to_json_text(settings_, conversion);
+  row.lcr_settings_json = to_json(settings_event(settings_, conversion));
   row.frame_capabilities_json = capabilities_json(instruments_->frame().capabilities());
   row.frame_limits_json = limits_json(plan_.limits);
   row.bench_name = info.bench_name;
@@ -297,9 +297,9 @@ void Session::acknowledge(const Committed& c) {
   }
   // A level that is begun anew counts once.
   for (const RunEvent& event : c.events) {
-    if (event.kind != "level_abandoned") continue;
-    const json detail = json::parse(event.detail, nullptr, false);
-    if (detail.is_object()) s.measure_readings -= detail.value("readings", std::int64_t{0});
+    if (event.kind != EventKind::level_abandoned) continue;
+    const auto lost = from_json<LevelAbandonedEvent>(event.detail);
+    if (lost) s.measure_readings -= lost->readings.value_or(0);
   }
   if (on_events_) on_events_(c.events);
 }

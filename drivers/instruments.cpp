@@ -79,30 +79,24 @@ std::string_view to_string(MotionEnd e) {
   return "fault";
 }
 
-bool frame_event::is_fault(std::string_view kind) {
-  constexpr std::array<std::string_view, 5> kFaults{
-      "device_estop", "device_drive_off", "device_shield", "device_drive_fault", kMotionFault};
+bool is_frame_fault(EventKind kind) {
+  constexpr std::array<EventKind, 5> kFaults{
+      EventKind::device_estop, EventKind::device_drive_off, EventKind::device_shield,
+      EventKind::device_drive_fault, EventKind::motion_fault};
   return std::ranges::find(kFaults, kind) != kFaults.end();
 }
 
-std::string to_json_text(const MotionOutcome& o) {
-  std::string text = fmt::format(R"({{"reason":"{}")", to_string(o.reason));
-  if (o.force_N) text += fmt::format(R"(,"force_N":{})", *o.force_N);
-  if (o.travel_m) text += fmt::format(R"(,"travel_m":{})", *o.travel_m);
-  return text + "}";
-}
-
-std::string to_json_text(const LcrSettings& s, std::optional<Duration> conversion_time) {
-  std::string conversion;
-  if (conversion_time) {
-    conversion = fmt::format(R"(,"conversion_time_s":{})", to_seconds(*conversion_time));
-  }
-  return fmt::format(
-      R"({{"function":"{}","frequency_Hz":{},"level_V":{},"bias_V":{},"aperture":"{}",)"
-      R"("average":{},"trigger":"{}"{}}})",
-      to_string(s.function), s.frequency.si(), s.level.si(),
-      s.bias ? fmt::format("{}", s.bias->si()) : "null", to_string(s.aperture), s.average,
-      to_string(s.trigger), conversion);
+SettingsEvent settings_event(const LcrSettings& s, Duration conversion_time) {
+  SettingsEvent out;
+  out.function = to_string(s.function);
+  out.frequency_Hz = s.frequency.si();
+  out.level_V = s.level.si();
+  if (s.bias) out.bias_V = s.bias->si();
+  out.aperture = to_string(s.aperture);
+  out.average = s.average;
+  out.trigger = to_string(s.trigger);
+  out.conversion_time_s = to_seconds(conversion_time);
+  return out;
 }
 
 Task<Result<LcrSettings>> LcrMeter::restore(LcrSettings settings) {

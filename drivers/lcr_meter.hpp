@@ -13,6 +13,7 @@
 #include "base/result.hpp"
 #include "base/task.hpp"
 #include "base/time.hpp"
+#include "events/payloads.hpp"
 
 namespace lcrig {
 
@@ -51,10 +52,9 @@ struct LcrSettings {
   std::optional<Duration> poll_interval;
   bool operator==(const LcrSettings&) const = default;
 };
-// As a JSON object with units in the keys, for run rows and events. Analysis needs the conversion
-// time to know the window of a polled reading.
-std::string to_json_text(const LcrSettings& s,
-                         std::optional<Duration> conversion_time = std::nullopt);
+// For run rows and events; analysis needs the conversion time to know the window of a polled
+// reading.
+SettingsEvent settings_event(const LcrSettings& settings, Duration conversion_time);
 
 struct LcrCapabilities {
   std::vector<LcrFunction> functions;

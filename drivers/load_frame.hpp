@@ -16,6 +16,7 @@
 #include "base/task.hpp"
 #include "base/time.hpp"
 #include "drivers/lcr_meter.hpp"
+#include "events/payloads.hpp"
 
 namespace lcrig {
 
@@ -89,7 +90,10 @@ struct MotionOutcome {
   std::optional<double> travel_m;
 };
 
-std::string to_json_text(const MotionOutcome& outcome);  // for events
+template <EventKind kind>
+MotionEnded<kind> ended_event(const MotionOutcome& o) {
+  return {std::string(to_string(o.reason)), o.force_N, o.travel_m};
+}
 
 // A person at the rig. `confirm` returns when the person confirms the prompt.
 class Operator {
@@ -99,14 +103,9 @@ class Operator {
   virtual const std::string& prompt() const = 0;  // the open prompt; empty: none
 };
 
-// Kinds of `on_frame_event` after which a person must look at the frame (docs/frame-link.md,
-// section 6).
-namespace frame_event {
-constexpr std::string_view kOrigin = "device_origin";  // a zero changed
-constexpr std::string_view kWatchdog = "device_watchdog";  // the gateway heard nothing from us
-bool is_fault(std::string_view kind);  // E-stop, drive off, shield, or a fault ended a motion
-constexpr std::string_view kMotionFault = "motion_fault";  // DONE reason=fault
-}  // namespace frame_event
+// Whether the frame reports what only a person can clear (docs/frame-link.md, section 6): E-stop,
+// drive off, shield, a motion that a fault ended.
+bool is_frame_fault(EventKind kind);
 
 // One motion at a time. A motion task returns when the device reports the end of the motion.
 // Cancelling the task does not stop the frame; `stop` does.
@@ -153,7 +152,7 @@ class LoadFrame {
   struct Listener {
     virtual ~Listener() = default;
     virtual void on_samples(std::span<const FrameSample> samples) = 0;
-    virtual void on_frame_event(std::string kind, std::string detail) = 0;
+    virtual void on_frame_event(EventName kind, std::string detail) = 0;
     virtual void on_frame_lost(Error error) = 0;
   };
   virtual void set_listener(Listener* listener) = 0;

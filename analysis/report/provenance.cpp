@@ -18,13 +18,16 @@ namespace {
 
 constexpr std::size_t kMostEvents = 200;
 // What every run has; the rest is worth reading.
-// `state` is where a run could be continued.
-constexpr std::array<std::string_view, 7> kOrdinary{"step_begin", "step_end", "motion", "zero",
-                                                    "settings",   "level",    "state"};
-
 bool is_ordinary(const EventRow& event) {
-  return std::ranges::find(kOrdinary, event.kind) != kOrdinary.end() &&
-         !(event.kind == "step_end" && event.detail != "done");
+  switch (event.kind.kind()) {
+    case EventKind::step_begin:
+    case EventKind::motion:
+    case EventKind::zero:
+    case EventKind::settings:
+    case EventKind::state: return true;
+    case EventKind::step_end: return !from_json<StepEndEvent>(event.detail)->stopped_by;
+    default: return false;
+  }
 }
 
 // A JSON object as "name value, name value"; what is none stays as it is.
@@ -128,7 +131,7 @@ std::string event_table(const ReportRun& run) {
     ++all;
     if (listed == kMostEvents) continue;
     ++listed;
-    table.row({number(e.t_s, 1.0), text(e.kind), or_dash(e.step_id), flat_json(e.detail)});
+    table.row({number(e.t_s, 1.0), text(e.kind.word()), or_dash(e.step_id), flat_json(e.detail)});
   }
   if (listed > 0) out += table.html();
   if (all > listed) out += paragraph(fmt::format("The first {} of {}.", listed, all), "small");

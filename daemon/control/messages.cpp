@@ -197,7 +197,7 @@ Result<RunEnded> parse_run_ended(const json& value) {
 json to_json(const RunEventNote& n) {
   return json{{"run", n.run},
               {"t_mono_ns", n.event.t.time_since_epoch().count()},
-              {"kind", n.event.kind},
+              {"kind", n.event.kind.word()},
               {"step", n.event.step_id},
               {"detail", n.event.detail}};
 }
@@ -205,14 +205,16 @@ json to_json(const RunEventNote& n) {
 Result<RunEventNote> parse_run_event(const json& value) {
   RunEventNote n;
   std::int64_t t = 0;
+  std::string kind;
   ParamsReader in(value, "");
   in.integer("run", n.run, true);
   in.integer("t_mono_ns", t);
-  in.text("kind", n.event.kind, true);
+  in.text("kind", kind, true);
   in.text("step", n.event.step_id);
   in.text("detail", n.event.detail);
   if (auto done = in.finish(); !done) return fail(done.error());
   n.event.t = MonoTime(Duration(t));
+  n.event.kind = EventName(std::move(kind));
   return n;
 }
 

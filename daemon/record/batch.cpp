@@ -122,7 +122,13 @@ Result<> BatchWriter::write_level(std::int64_t run, std::int64_t seq, const Load
 }
 
 Result<> BatchWriter::write_event(std::int64_t run, std::int64_t seq, const RunEvent& e) {
-  events_->begin(hash_).add(run).add(seq).add(ns(e.t)).add(e.kind).add(e.step_id).add(e.detail);
+  events_->begin(hash_)
+      .add(run)
+      .add(seq)
+      .add(ns(e.t))
+      .add(e.kind.word())
+      .add(e.step_id)
+      .add(e.detail);
   return events_->insert();
 }
 

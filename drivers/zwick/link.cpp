@@ -138,7 +138,7 @@ void Link::knock() {
   for (Wakeup* w : waiting_) w->notify();
 }
 
-void Link::event(std::string kind, std::string detail) {
+void Link::event(EventName kind, std::string detail) {
   if (listener_ != nullptr) listener_->on_frame_event(std::move(kind), std::move(detail));
 }
 
@@ -239,15 +239,15 @@ void Link::take_origin(const Line& line) {
 }
 
 void Link::on_event(const Line& line) {
-  const std::string kind = "device_" + line.text("kind");
-  if (kind == frame_event::kOrigin) take_origin(line);
-  event(kind, line.text("text"));
+  EventName kind("device_" + line.text("kind"));
+  if (kind == EventKind::device_origin) take_origin(line);
+  event(std::move(kind), line.text("text"));
 }
 
 void Link::on_answer(const Line& line) {
   const auto it = exchanges_.find(*line.number);
   if (it == exchanges_.end() || it->second->answer) {
-    return event("late_answer", fmt::format("{} #{}", line.word, *line.number));
+    return event(EventKind::late_answer, fmt::format("{} #{}", line.word, *line.number));
   }
   if (line.word == "OK") {
     take_origin(line);
@@ -267,7 +267,7 @@ void Link::on_done(const Line& line) {
   // apply to an unknown reason or to a DONE of another session.
   const bool ours = *line.number <= last_number_;
   if (ours && line.text("reason") == to_string(MotionEnd::fault) && outcome.detail != kHostSilent) {
-    event(std::string(frame_event::kMotionFault), outcome.detail);
+    event(EventKind::motion_fault, outcome.detail);
   }
   const auto it = exchanges_.find(*line.number);
   if (it == exchanges_.end()) return;  // its task was cancelled; the samples show the end
@@ -303,12 +303,13 @@ void Link::check_sequence() {
   const auto expected = next_seq_.value_or(first);
   if (first > expected) {
     batch_.front().flags |= frame_flag::kAfterGap;
-    event("gap",
+    event(EventKind::gap,
           fmt::format("{}: {} samples missing before seq {}", name(), first - expected, first));
   } else if (first < expected) {
     // No sample may be passed on twice, because (run, seq) is a key of the recording.
     const auto n = std::erase_if(batch_, [&](const auto& s) { return s.device_seq < expected; });
-    event("repeated_samples", fmt::format("{}: {} samples from seq {} again", name(), n, first));
+    event(EventKind::repeated_samples,
+          fmt::format("{}: {} samples from seq {} again", name(), n, first));
   }
   if (!batch_.empty()) next_seq_ = batch_.back().device_seq + 1;
 }
@@ -320,7 +321,7 @@ void Link::check_device_clock() {
     const double device_s = *last.device_time_s - *device_time_s_;
     const double host_s = to_seconds(last.received - device_time_received_);
     if (device_s < 0 || std::abs(device_s - host_s) > kClockTolerance_s) {
-      event("device_clock_jump",
+      event(EventKind::device_clock_jump,
             fmt::format("{}: device clock went {:.3f} s in {:.3f} s", name(), device_s, host_s));
     }
   }
@@ -336,7 +337,7 @@ void Link::on_garbage(std::string_view text, std::string_view why) {
   const bool first = garbage_reported_ == MonoTime();
   if (!is_greeted() || (!first && clock_.now() < garbage_reported_ + kGarbageReports)) return;
   garbage_reported_ = clock_.now();
-  event("garbled",
+  event(EventKind::garbled,
         fmt::format("{}: {} lines, last '{}': {}", name(), garbage_count_, garbage_, garbage_why_));
   garbage_count_ = 0;
 }

@@ -90,7 +90,7 @@ class Link : public std::enable_shared_from_this<Link> {
   void queue(std::string_view line);
   void greet(std::string_view line);
   void knock();
-  void event(std::string kind, std::string detail);
+  void event(EventName kind, std::string detail);
 
   void dispatch(std::string_view text);
   void dispatch_report(const Line& line);

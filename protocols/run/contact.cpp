@@ -115,12 +115,14 @@ void Run::conclude_stiffness(const std::vector<Rest>& looks, const Rest& before,
     const auto slope = slope_of(touched, *now, resolution.step_m());
     if (slope && (!best || slope->at_most < best->at_most)) best = slope;
   }
-  const auto number = [](std::optional<double> v) { return v ? fmt::format("{}", *v) : "null"; };
-  event("stiffness",
-        fmt::format(R"({{"force_N":{},"stiffness_N_m":{},"at_most_N_m":{},"at_least_N_m":{}}})",
-                    touched.force_N(), number(best ? std::optional(best->about) : std::nullopt),
-                    number(best ? std::optional(best->at_most) : std::nullopt),
-                    number(best ? std::optional(best->at_least) : std::nullopt)));
+  StiffnessEvent measured;
+  measured.force_N = touched.force_N();
+  if (best) {
+    measured.stiffness_N_m = best->about;
+    measured.at_most_N_m = best->at_most;
+    measured.at_least_N_m = best->at_least;
+  }
+  event(measured);
   if (!best) return;
   pressing_->measured(felt_N, best->at_most);
   if (plausible_ && touched.travel_m()) {
@@ -170,8 +172,7 @@ Task<Result<>> Run::execute(const FindContactStep& step, StepProgress& progress)
       auto result = co_await take_contact(step, *touched, *rest, *looks);
       co_return result;
     }
-    event("no_contact", fmt::format(R"({{"travel_m":{},"force_N":{},"rest_force_N":{}}})",
-                                    *touched->travel_m, looks->front().force_N(), rest->force_N()));
+    event(NoContactEvent{*touched->travel_m, looks->front().force_N(), rest->force_N()});
     rest = co_await living_rest();
     if (!rest) co_return fail(rest.error());
     rest->know_drift(first, setup_.clock.now() - begun);
@@ -207,8 +208,7 @@ Task<Result<>> Run::take_contact(const FindContactStep& step, const MotionOutcom
   }
   searched_from_m_.reset();
   place_contact(*touched.travel_m, std::max(felt_N, env.get(step.force)));
-  event("contact", fmt::format(R"({{"travel_m":{},"force_N":{},"rest_force_N":{}}})",
-                               *contact_travel_m_, touched.force_N.value_or(0), rest.force_N()));
+  event(ContactEvent{*contact_travel_m_, touched.force_N.value_or(0), rest.force_N()});
   const double clear_m = *contact_travel_m_ - env.get(step.back_off);
   auto result = co_await back_off(clear_m, step, rest, looks);
   co_return result;
@@ -223,7 +223,7 @@ Task<Result<>> Run::back_away(const Target& to, double speed_m_s, double timeout
   const auto force = present_force();
   const bool presses = !force || guard_.is_distrusted() || is_loaded(*force);
   if (!progress.away_m && !presses && !searched_from_m_) {
-    event("skipped",
+    event(EventKind::skipped,
           "no contact was found, and nothing presses: there is nothing to move away from");
     co_return Result<>();
   }

@@ -22,7 +22,7 @@ void Run::keep_hands_off(std::string why, Errc code) {
   hands_off_ = Error(code, why);
   held_force_N_.reset();
   armed_.reset();
-  event("hands_off", why);
+  event(EventKind::hands_off, why);
   interrupt(InterruptRequest(Interrupt::fault, Error(code, std::move(why))));
 }
 
@@ -48,12 +48,12 @@ void Run::tell_hands_off(RunResult& result, bool cleared) const {
 }
 
 // E-stop, drive off, shield: whoever resets it does not thereby say that the frame may move.
-void Run::heed_fault(std::string_view kind, const std::string& detail) {
+void Run::heed_fault(const EventName& kind, const std::string& detail) {
   constexpr std::string_view kFromDevice = "device_";
-  if (kind.starts_with(kFromDevice)) kind.remove_prefix(kFromDevice.size());
-  keep_hands_off(fmt::format("the frame reports {} ({}): clear it at the machine",
-                             kind == frame_event::kMotionFault ? "a fault" : kind,
-                             printable(detail)));
+  const std::string what =
+      kind == EventKind::motion_fault ? "a fault" : kind.word().substr(kFromDevice.size());
+  keep_hands_off(
+      fmt::format("the frame reports {} ({}): clear it at the machine", what, printable(detail)));
 }
 
 // Not even the way away from here is known: contact and limits are places of another zero.

@@ -46,7 +46,7 @@ Task<> Run::stop_frame() {
   standing_ = stopped.has_value();
   if (plausible_ && standing_) plausible_->stand(setup_.clock.now());
   ++(standing_ ? stands_ : failed_stops_);
-  event(stopped ? "stopped" : "stop_failed", stopped ? "" : stopped.error().what);
+  event(stopped ? EventKind::stopped : EventKind::stop_failed, stopped ? "" : stopped.error().what);
 }
 
 // The last samples before a standstill are of the motion: the way back is allowed what the specimen
@@ -78,11 +78,11 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   if (stop) {
     const bool wanted = stop->kind == Interrupt::abort || stop->kind == Interrupt::freeze;
     result.exit_status = wanted ? "abort" : "fail";
-    result.reason = fmt::format("{}: {}", to_string(stop->kind), stop->why);
+    result.reason = fmt::format("{}: {}", to_string(event_of(stop->kind)), stop->why);
     result.code = stop->code;
     if (setup_.commands) {
       auto line = co_await setup_.frame.resync();
-      if (!line) event("retry", line.error().what);
+      if (!line) event(EventKind::retry, line.error().what);
     }
   }
   if (stop && prepared_) co_await see_standstill();
@@ -109,7 +109,7 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   co_await sampler_.stop();
   if (!meter_away_) {
     auto safe = co_await setup_.lcr.make_safe();
-    if (!safe) event("retry", safe.error().what);
+    if (!safe) event(EventKind::retry, safe.error().what);
   }
   setup_.frame.set_listener(nullptr);
   over_ = true;
@@ -174,7 +174,7 @@ Task<> Run::run_finally(RunResult& result) {
     code = stop->code;
   }
   if (why.empty()) co_return;
-  event("fault", why);
+  event(EventKind::fault, why);
   fail_with(result, code, why);
 }
 
@@ -231,7 +231,7 @@ Task<> Run::tell_load(RunResult& result) {
                       rest->force_N() - (bare_ ? bare_->force_N() : 0));
   }
   if (why.empty()) co_return;
-  event("loaded", why);
+  event(EventKind::loaded, why);
   fail_with(result, Errc::limit_tripped, why);
 }
 

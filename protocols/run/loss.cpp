@@ -33,12 +33,6 @@ bool is_absent(Errc code) {
          code == Errc::not_standing;
 }
 
-std::string absence(const char* instrument, Duration since_data, Duration since_loss,
-                    std::int64_t attempts) {
-  return fmt::format(R"({{"instrument":"{}","seconds":{:.3f},"away_s":{:.3f},"attempts":{}}})",
-                     instrument, to_seconds(since_data), to_seconds(since_loss), attempts);
-}
-
 }  // namespace
 
 void Run::lose_meter(Error error) {
@@ -61,7 +55,7 @@ void Run::lose(std::optional<Away>& away, const std::optional<MonoTime>& data, E
   if (over_ || away) return;
   const MonoTime now = setup_.clock.now();
   away.emplace(error, now, data.value_or(now));
-  event("loss", error.what);
+  event(EventKind::loss, error.what);
   spdlog::warn("run {}: instrument lost: {}", setup_.run, printable(error.what));
   if (finishing_ && &away == &meter_away_) return;
   push_interrupt(InterruptRequest(Interrupt::loss, std::move(error)));
@@ -92,7 +86,7 @@ Task<std::optional<InterruptRequest>> Run::survive_loss(StepProgress& progress) 
   if (shaky_in_finally || (!finishing_ && (policy == OnLoss::abort || shaky))) {
     stop = InterruptRequest(Interrupt::fault, why);
     if (shaky) stop->why += fmt::format(" (lost {} times within a minute)", losses_.size());
-    event("fault", stop->why);
+    event(EventKind::fault, stop->why);
     co_return stop;
   }
   if (progress.begin) progress.spent += setup_.clock.now() - *progress.begin;
@@ -134,7 +128,7 @@ Task<std::optional<InterruptRequest>> Run::wait_for_return(Duration patience) {
       stop->why += fmt::format("; it did not come back within {:.0f} s ({} attempts, the last: {})",
                                to_seconds(patience), away.attempts, away.last);
     }
-    if (stop && r.index() != 1 && !hands_off_) event("fault", stop->why);
+    if (stop && r.index() != 1 && !hands_off_) event(EventKind::fault, stop->why);
   }
   co_return stop;
 }
@@ -159,7 +153,7 @@ void Run::note_attempt(Away& away, const Error& error) {
   ++away.attempts;
   // Another instrument on this port is worth a row, once.
   if (error.code == Errc::refused && away.last != error.what) {
-    event("refused", error.what);
+    event(EventKind::refused, error.what);
     spdlog::warn("run {}: {}", setup_.run, printable(error.what));
   }
   away.last = error.what;
@@ -287,12 +281,10 @@ Result<> Run::compare_with(const FrameMemory& before) const {
 
 void Run::welcome(std::optional<Away>& away, const char* instrument) {
   const MonoTime now = setup_.clock.now();
-  const std::string detail =
-      absence(instrument, now - away->data, now - away->since, away->attempts);
-  event("gap", detail);
-  event("reconnected", detail);
-  spdlog::info("run {}: {} is back after {:.2f} s", setup_.run, instrument,
-               to_seconds(now - away->since));
+  const double without_s = to_seconds(now - away->data), away_s = to_seconds(now - away->since);
+  event(GapEvent{instrument, without_s, away_s, away->attempts});
+  event(ReconnectedEvent{instrument, without_s, away_s, away->attempts});
+  spdlog::info("run {}: {} is back after {:.2f} s", setup_.run, instrument, away_s);
   away.reset();
 }
 
@@ -300,15 +292,14 @@ void Run::welcome(std::optional<Away>& away, const char* instrument) {
 // stay, and an event says that they do not count.
 void Run::begin_again(StepProgress& progress) {
   if (progress.level) {
-    event("level_abandoned",
-          fmt::format(R"({{"level":{},"readings":{}}})", progress.level->level, progress.readings));
+    event(LevelAbandonedEvent{progress.level->level, progress.readings});
     --level_in_repeat_;
   }
   const auto start_travel_m = progress.start_travel_m, away_m = progress.away_m;
   progress = StepProgress();
   progress.start_travel_m = start_travel_m;
   progress.away_m = away_m;
-  event("repeat", "the step begins anew");
+  event(EventKind::repeat, "the step begins anew");
 }
 
 Task<Result<>> Run::restore_hold() {
@@ -325,7 +316,7 @@ Task<> Run::recover_frame_for_finally() {
   do {
     auto tried = co_await try_frame();
     if (!tried) {
-      event("fault", tried.error().what);
+      event(EventKind::fault, tried.error().what);
       co_return;
     }
     if (frame_away_) co_await setup_.clock.wait_for(kPause);

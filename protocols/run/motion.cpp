@@ -75,7 +75,7 @@ Task<Result<MotionOutcome>> Run::timed(const Order& order, Task<Result<MotionOut
     if (plausible_) plausible_->look_away();  // whether it moves now, nobody knows
     co_return fail(outcome.error());
   }
-  event("motion", to_json_text(*outcome));
+  event(ended_event<EventKind::motion>(*outcome));
   see_end(order, *outcome);
   const bool fell = outcome->force_N.value_or(force_N_.value_or(0)) < order.motion.force_N;
   if (order.either_side && outcome->reason == MotionEnd::force_limit && fell) co_return *outcome;
@@ -116,7 +116,11 @@ Task<Result<MotionOutcome>> Run::watched(Order order, Permit permit,
   if (!true_word) co_return fail(true_word.error());
   const auto seen = pressing_->end(*outcome, rest_ ? rest_->scatter_N() : 0);
   if (!seen) co_return outcome;
-  event(seen->exceeded ? "overshoot_exceeded" : "overshoot", seen->to_json_text());
+  if (seen->exceeded) {
+    event(seen->event<EventKind::overshoot_exceeded>());
+  } else {
+    event(seen->event<EventKind::overshoot>());
+  }
   if (!seen->exceeded || seen->observed_N <= guard_.force_max_N()) co_return outcome;
   co_return fail(Errc::limit_tripped, "step {}: the force went to {:.4f} N, the limit is {:.4f} N",
                  step_->id, seen->observed_N, guard_.force_max_N());
@@ -173,7 +177,8 @@ Run::Order Run::order_of(double force_N, int side, double speed_m_s) const {
 
 Task<Result<>> Run::move_to_travel(double travel_m, double speed_m_s, double timeout_s) {
   if (guard_.is_distrusted() && memory_.travel_m && travel_m > *memory_.travel_m) {
-    event("skipped", "it leads towards the specimen, and the force is not believed any more");
+    event(EventKind::skipped,
+          "it leads towards the specimen, and the force is not believed any more");
     co_return Result<>();
   }
   Permit permit;
@@ -291,7 +296,7 @@ Task<Result<Rest>> Run::living_rest() {
 Task<Result<>> Run::look_at_rest() {
   auto rest = co_await watch_rest(kRestTime);
   if (!rest) co_return fail(rest.error());
-  event("rest", rest->to_json_text());
+  event(rest->event<EventKind::rest>());
   if (!rest->stands()) {
     co_return fail(Errc::busy, "the frame moves, and nobody here told it to: stop whoever does");
   }

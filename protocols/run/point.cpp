@@ -1,45 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/run/point.hpp"
 
-#include <nlohmann/json.hpp>
 #include <variant>
 
 #include "protocols/expand.hpp"
 
 namespace lcrig {
 
-using nlohmann::json;
-
-std::string to_json_text(const RunPoint& p) {
-  json out{{"steps_done", p.steps_done},
-           {"levels", p.levels},
-           {"level_in_repeat", p.level_in_repeat},
-           {"level_repeat", p.level_repeat},
-           {"zeroed", p.zeroed}};
-  if (p.contact_travel_m) out["contact_travel_m"] = *p.contact_travel_m;
-  if (p.travel_m) out["travel_m"] = *p.travel_m;
-  if (p.origin) out["origin"] = *p.origin;
-  return out.dump();
-}
-
 Result<RunPoint> parse_run_point(std::string_view text) {
-  try {
-    const json in = json::parse(text);
-    RunPoint p;
-    p.steps_done = in.at("steps_done").get<std::int64_t>();
-    p.levels = in.at("levels").get<std::int64_t>();
-    p.level_in_repeat = in.at("level_in_repeat").get<std::int64_t>();
-    p.level_repeat = in.at("level_repeat").get<std::int64_t>();
-    p.zeroed = in.at("zeroed").get<bool>();
-    if (in.contains("contact_travel_m")) p.contact_travel_m = in["contact_travel_m"].get<double>();
-    if (in.contains("travel_m")) p.travel_m = in["travel_m"].get<double>();
-    if (in.contains("origin")) p.origin = in["origin"].get<std::string>();
-    if (p.steps_done < 0 || p.levels < 0)
-      return fail(Errc::garbled, "a state with negative counts");
-    return p;
-  } catch (const json::exception& e) {
-    return fail(Errc::garbled, "the stored state of the run does not parse: {}", e.what());
+  auto point = from_json<RunPoint>(text);
+  if (!point) {
+    return fail(Errc::garbled, "the stored state of the run does not parse: {}",
+                point.error().what);
   }
+  if (point->steps_done >= 0 && point->levels >= 0) return point;
+  return fail(Errc::garbled, "a state with negative counts");
 }
 
 const Step* step_at(const Protocol& protocol, Environment environment, std::int64_t steps_done) {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a run stands: enough to begin again, in a new run, at the step that was interrupted.
-// Written as an event (`state`) when a step begins, so it is in the same transaction as the
-// samples.
+// A run that was interrupted goes on where its last `state` event says (events/payloads.hpp).
 #pragma once
 
 #include <cstdint>
@@ -10,23 +8,12 @@
 #include <string_view>
 
 #include "base/result.hpp"
+#include "events/payloads.hpp"
 #include "protocols/protocol.hpp"
 #include "protocols/run/frame_memory.hpp"
 
 namespace lcrig {
 
-struct RunPoint {
-  RunPoint() = default;
-  std::int64_t steps_done = 0;  // leaf steps before this one, in the order of execution
-  std::int64_t levels = 0;  // `measure` levels begun before it
-  std::int64_t level_in_repeat = 0, level_repeat = -1;
-  std::optional<double> contact_travel_m;  // gap zero
-  std::optional<double> travel_m;  // of the frame when the step began
-  bool zeroed = false;
-  std::optional<std::string> origin;  // LoadFrame::origin
-};
-
-std::string to_json_text(const RunPoint& point);
 // Errors: garbled.
 Result<RunPoint> parse_run_point(std::string_view text);
 

@@ -56,7 +56,7 @@ Task<std::optional<InterruptRequest>> Run::confirm_specimen() {
         "Run {} stopped in step {}. Look at the rig: if specimen {} was not touched since, confirm "
         "to go on.",
         from.run, from.step_id, setup_.specimen);
-    event("prompt", prompt);
+    event(EventKind::prompt, prompt);
     auto r = co_await (setup_.person->confirm(prompt) || interrupted());
     if (r.index() == 1) {
       stop = take_interrupt();
@@ -69,7 +69,8 @@ Task<std::optional<InterruptRequest>> Run::confirm_specimen() {
     unconfirmed_ = stop.has_value();
     progress_.state = RunState::running;
   }
-  if (!stop) event("confirm", fmt::format("the specimen of run {} was not touched", from.run));
+  if (!stop)
+    event(EventKind::confirm, fmt::format("the specimen of run {} was not touched", from.run));
   co_return stop;
 }
 
@@ -77,8 +78,7 @@ Task<std::optional<InterruptRequest>> Run::confirm_specimen() {
 // were.
 Task<Result<>> Run::take_over(StepCursor& cursor) {
   const Continuation& from = *setup_.continues;
-  event("continues", fmt::format(R"({{"run":{},"step":"{}","steps_done":{}}})", from.run,
-                                 from.step_id, from.point.steps_done));
+  event(ContinuesEvent{from.run, from.step_id, from.point.steps_done});
   auto heard = co_await await_samples();
   if (!heard) co_return heard;
   const std::int64_t first =

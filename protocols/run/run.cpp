@@ -44,16 +44,16 @@ InterruptRequest request_for(const Error& error) {
 
 }  // namespace
 
-std::string_view to_string(Interrupt i) {
+EventKind event_of(Interrupt i) {
   switch (i) {
-    case Interrupt::pause: return "pause";
-    case Interrupt::abort: return "abort";
-    case Interrupt::freeze: return "freeze";
-    case Interrupt::limit: return "limit";
-    case Interrupt::fault: return "fault";
-    case Interrupt::loss: return "loss";
+    case Interrupt::pause: return EventKind::pause;
+    case Interrupt::abort: return EventKind::abort;
+    case Interrupt::freeze: return EventKind::freeze;
+    case Interrupt::limit: return EventKind::limit;
+    case Interrupt::fault: return EventKind::fault;
+    case Interrupt::loss: return EventKind::loss;
   }
-  return "fault";
+  return EventKind::fault;
 }
 
 InterruptRequest::InterruptRequest(Interrupt k, std::string w)
@@ -89,14 +89,12 @@ Sampler::Hooks Run::sampler_hooks() {
     return tag;
   };
   hooks.taken = [this](const LcrReading& r, const ReadingTag& tag) { on_reading(r, tag); };
-  hooks.event = [this](std::string kind, std::string detail) {
-    event(std::move(kind), std::move(detail));
-  };
+  hooks.event = [this](EventKind kind, std::string detail) { event(kind, std::move(detail)); };
   hooks.lost = [this](Error e) { lose_meter(std::move(e)); };
   return hooks;
 }
 
-void Run::event(std::string kind, std::string detail) {
+void Run::event(EventName kind, std::string detail) {
   const RunEvent row(setup_.clock.now(), std::move(kind), step_ != nullptr ? step_->id : "",
                      std::move(detail));
   setup_.sink.event(row);
@@ -107,7 +105,7 @@ void Run::on_reading(const LcrReading& reading, const ReadingTag& tag) {
   if (reading.fresh) {
     setup_.sink.reading(reading, tag);
   } else if (!repeating_) {
-    event("repeated", "the meter repeats its last value");
+    event(EventKind::repeated, "the meter repeats its last value");
   }
   repeating_ = !reading.fresh;
   last_reading_ = reading.last_byte;
@@ -127,17 +125,17 @@ void Run::on_samples(std::span<const FrameSample> samples) {
     if (prepared_) judge_truth(s);
     // What the frame shows before anything was moved is judged by look_at_rest, with advice.
     if (auto why = guard_.check(s); why && !stop_pending_ && (prepared_ || !moves())) {
-      event("limit", *why);
+      event(EventKind::limit, *why);
       interrupt(InterruptRequest(Interrupt::limit, std::move(*why)));
     }
   }
 }
 
-void Run::on_frame_event(std::string kind, std::string detail) {
+void Run::on_frame_event(EventName kind, std::string detail) {
   // The gateway heard nothing from us: it stopped, left force control and forgot the limits.
-  const bool watchdog = kind == frame_event::kWatchdog;
-  const bool zeroed = kind == frame_event::kOrigin && !zeroing_ && setup_.commands;
-  const bool fault = frame_event::is_fault(kind) && setup_.commands;
+  const bool watchdog = kind == EventKind::device_watchdog;
+  const bool zeroed = kind == EventKind::device_origin && !zeroing_ && setup_.commands;
+  const bool fault = is_frame_fault(kind.kind()) && setup_.commands;
   event(kind, detail);
   if (zeroed) distrust_zero(detail);
   if (fault) heed_fault(kind, detail);
@@ -160,7 +158,7 @@ Run::Taken Run::interrupt(InterruptRequest request) {
   if (finishing_ && asks) return Taken::finally_goes_on;
   if (stops && request.kind != Interrupt::freeze && stop_pending_) return Taken::acts;
   stop_pending_ = stop_pending_ || stops;
-  if (request.kind != Interrupt::limit) event(std::string(to_string(request.kind)), request.why);
+  if (request.kind != Interrupt::limit) event(event_of(request.kind), request.why);
   push_interrupt(std::move(request));
   return Taken::acts;
 }
@@ -196,7 +194,7 @@ Task<RunResult> Run::execute() {
 }
 
 Task<Result<>> Run::prepare() {
-  if (!setup_.plan_json.empty()) event("plan", setup_.plan_json);
+  if (!setup_.plan_json.empty()) event(EventKind::plan, setup_.plan_json);
   const bool moves = this->moves();
   if (moves) {
     auto stopped = co_await setup_.frame.stop();
@@ -281,7 +279,7 @@ void Run::watch_wall_clock() {
   const Duration step = offset - wall_offset_.value_or(offset);
   wall_offset_ = offset;
   if (std::chrono::abs(step) < kWallClockStep) return;
-  event("clock_step", fmt::format(R"({{"seconds":{:.3f}}})", to_seconds(step)));
+  event(ClockStepEvent{to_seconds(step)});
 }
 
 Task<std::optional<InterruptRequest>> Run::run_protocol() {
@@ -315,8 +313,8 @@ Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   progress_.step_kind = kind_of(step);
   progress_.elapsed_s = to_seconds(setup_.clock.now() - start_);
   // First, so that a crash right after `step_begin` finds it.
-  if (!finishing_) event("state", to_json_text(point()));
-  event("step_begin", std::string(progress_.step_kind));
+  if (!finishing_) event(point());
+  event(EventKind::step_begin, std::string(progress_.step_kind));
   if (setup_.on_step) setup_.on_step(progress_);
   StepProgress progress;
   progress.start_travel_m = std::exchange(first_start_travel_m_, std::nullopt);
@@ -337,7 +335,9 @@ Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
     if (!request && waits) request = take_interrupt();
     if (request) stop = co_await handle(std::move(*request), progress);
   }
-  event("step_end", stop ? std::string(to_string(stop->kind)) : "done");
+  StepEndEvent end;
+  if (stop) end.stopped_by = event_of(stop->kind);
+  event(end);
   step_ = nullptr;
   co_return stop;
 }
@@ -374,7 +374,7 @@ Task<std::optional<InterruptRequest>> Run::stay_paused(StepProgress& progress) {
   }
   if (stop) co_return stop;
   progress_.state = before;
-  event("resume", "");
+  event(EventKind::resume, "");
   auto held = co_await restore_hold();
   if (!held) stop = request_for(held.error());
   co_return stop;

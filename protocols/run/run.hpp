@@ -31,7 +31,7 @@ namespace lcrig {
 // limit and fault are aborts that nobody asked for; the run has failed.
 // loss: an instrument vanished; the protocol's `on_loss` decides.
 enum class Interrupt { pause, abort, freeze, limit, fault, loss };
-std::string_view to_string(Interrupt i);
+EventKind event_of(Interrupt i);  // whose word is the word of the interrupt
 
 struct InterruptRequest {
   InterruptRequest() = default;
@@ -136,7 +136,7 @@ class Run final : private LoadFrame::Listener {
   };
 
   void on_samples(std::span<const FrameSample> samples) override;
-  void on_frame_event(std::string kind, std::string detail) override;
+  void on_frame_event(EventName kind, std::string detail) override;
   void on_frame_lost(Error error) override;
 
   Task<Result<>> prepare();
@@ -193,7 +193,7 @@ class Run final : private LoadFrame::Listener {
   void keep_hands_off(std::string why, Errc code = Errc::frame_fault);
   Result<> may_move() const;
   void tell_hands_off(RunResult& result, bool cleared) const;
-  void heed_fault(std::string_view kind, const std::string& detail);
+  void heed_fault(const EventName& kind, const std::string& detail);
   void distrust_zero(const std::string& detail);
   void lose_origin(const std::string& why);
 
@@ -300,7 +300,11 @@ class Run final : private LoadFrame::Listener {
   void watch_wall_clock();
   static void apply_settings(const SetLcrStep& step, const Environment& env, LcrSettings& s);
   LoadLevel next_level(std::int64_t count);
-  void event(std::string kind, std::string detail);
+  void event(EventName kind, std::string detail);
+  template <EventPayload P>
+  void event(const P& payload) {
+    event(P::kKind, to_json(payload));
+  }
 
   asio::any_io_executor executor_;
   RunSetup setup_;

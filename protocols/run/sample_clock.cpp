@@ -22,7 +22,7 @@ SampleClock::Finding SampleClock::add(std::span<const FrameSample> batch) {
   const FrameSample& last = batch.back();
   if (!first.device_time_s || !last.device_time_s) return out;
   const double host = to_seconds(last.received.time_since_epoch());
-  out.event = judge(host, *last.device_time_s);
+  out.news = judge(host, *last.device_time_s);
   if (stands_since_s_) return out;  // it tells no ages
   if (!has_window_ || host - window_begin_s_ > kWindow_s) {
     quickest_before_s_ = has_window_ ? quickest_s_ : host - *last.device_time_s;
@@ -36,8 +36,7 @@ SampleClock::Finding SampleClock::add(std::span<const FrameSample> batch) {
   return out;
 }
 
-std::optional<std::pair<std::string, std::string>> SampleClock::judge(double host_s,
-                                                                      double device_s) {
+std::optional<SampleClock::News> SampleClock::judge(double host_s, double device_s) {
   const bool moved = !last_device_s_ || device_s != *last_device_s_;
   const bool back = last_device_s_ && device_s < *last_device_s_;
   last_device_s_ = device_s;
@@ -48,8 +47,8 @@ std::optional<std::pair<std::string, std::string>> SampleClock::judge(double hos
   if (!moved) {
     if (!stands_since_s_) stands_since_s_ = host_s;
     if (host_s - *stands_since_s_ < kFrozen_s || std::exchange(frozen_told_, true)) return {};
-    return std::pair<std::string, std::string>(
-        "device_clock_frozen",
+    return News(
+        EventKind::device_clock_frozen,
         fmt::format("the device's clock stands at {:.3f} s: nobody knows how old its samples are",
                     device_s));
   }
@@ -64,8 +63,8 @@ std::optional<std::pair<std::string, std::string>> SampleClock::judge(double hos
   first_host_s_ = host_s;
   first_device_s_ = device_s;
   if (std::abs(device / host - 1) < kRateError || std::exchange(rate_told_, true)) return {};
-  return std::pair<std::string, std::string>(
-      "device_clock_rate",
+  return News(
+      EventKind::device_clock_rate,
       fmt::format("the device's clock went {:.3f} s in {:.3f} s: its rate is wrong", device, host));
 }
 

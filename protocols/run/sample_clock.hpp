@@ -14,10 +14,10 @@ namespace lcrig {
 
 class SampleClock {
  public:
+  using News = std::pair<EventKind, std::string>;  // of the device's clock, an event
   struct Finding {
     double age_s = 0;  // of the oldest sample of this batch
-    // Something new about the device's clock, as an event: kind and detail.
-    std::optional<std::pair<std::string, std::string>> event;
+    std::optional<News> news;
   };
   Finding add(std::span<const FrameSample> batch);
   void forget() { *this = SampleClock(); }  // after a gap, or in a new session
@@ -25,7 +25,7 @@ class SampleClock {
   static constexpr double kLate_s = 0.2;
 
  private:
-  std::optional<std::pair<std::string, std::string>> judge(double host_s, double device_s);
+  std::optional<News> judge(double host_s, double device_s);
 
   std::optional<double> first_host_s_, first_device_s_;  // of the present judgement of its rate
   std::optional<double> last_device_s_;

@@ -165,7 +165,7 @@ Task<Result<LcrReading>> Sampler::read_once() {
     if (std::exchange(after_gap_, false)) reading->flags |= lcr_flag::kAfterGap;
   } else {
     ++failures_;
-    hooks_.event("retry", reading.error().what);
+    hooks_.event(EventKind::retry, reading.error().what);
   }
   co_return reading;
 }
@@ -216,8 +216,8 @@ Task<Result<>> Sampler::take_one(const Plan& plan, MonoTime due, std::int64_t& t
   if (reading->fresh) tag.index = ++taken;
   hooks_.taken(*reading, tag);
   if (late > kLateness) {
-    hooks_.event("late", fmt::format("reading {} of level {} was asked {:.0f} ms late", tag.index,
-                                     tag.level, to_seconds(late) * 1e3));
+    hooks_.event(EventKind::late, fmt::format("reading {} of level {} was asked {:.0f} ms late",
+                                              tag.index, tag.level, to_seconds(late) * 1e3));
   }
   co_return Result<>();
 }

@@ -21,7 +21,7 @@ class Sampler {
   struct Hooks {
     std::function<ReadingTag()> tag;  // for a background reading
     std::function<void(const LcrReading&, const ReadingTag&)> taken;
-    std::function<void(std::string kind, std::string detail)> event;
+    std::function<void(EventKind kind, std::string detail)> event;
     std::function<void(Error)> lost;  // the meter cannot be read any more
   };
   Sampler(asio::any_io_executor executor, Clock& clock, LcrMeter& lcr, LcrSettings settings,

@@ -132,7 +132,7 @@ Task<Result<MotionOutcome>> Run::search(const FindContactStep& step, Rest& rest,
     auto now = co_await watch_rest(kDriftTime);
     if (!now) co_return fail(now.error());
     const Duration ago = setup_.clock.now() - begun;
-    event("drift", now->to_json_text());
+    event(now->event<EventKind::drift>());
     const double felt_N = felt_beyond_drift_N(rest, *now, ago);
     if (felt_N > 0) {  // it touches already, more softly than the threshold
       rest.shift(now->force_N() - felt_N - rest.force_N());

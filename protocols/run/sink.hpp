@@ -12,6 +12,7 @@
 #include "base/time.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
+#include "events/run_event.hpp"
 
 namespace lcrig {
 
@@ -35,17 +36,6 @@ struct ReadingTag {
   std::int64_t level = 0;  // 0: not one of a `measure` step
   std::int64_t index = 0;  // within the level, from 1; 0 for a repeated (not fresh) value
   std::optional<MonoTime> planned;  // the instant at which it was due
-};
-
-// An event row. `kind` is one of docs/protocol-file.md's list ("step_begin", "limit", "gap", ...).
-struct RunEvent {
-  RunEvent() = default;
-  RunEvent(MonoTime at, std::string k, std::string step, std::string text)
-      : t(at), kind(std::move(k)), step_id(std::move(step)), detail(std::move(text)) {}
-  MonoTime t;
-  std::string kind;
-  std::string step_id;
-  std::string detail;
 };
 
 class RunSink {

@@ -85,8 +85,8 @@ Task<Result<>> Run::execute(const ZeroStep& step, StepProgress& /*progress*/) {
   if (plausible_) plausible_->zero_force(setup_.clock.now());
   memory_.zeroed = true;
   if (step.travel) zero_travel(rest->travel_m().value_or(0));
-  event("state", to_json_text(point()));  // the origin is another one
-  event("zero", fmt::format(R"({{"force_before_N":{}}})", rest->force_N()));
+  event(point());  // the origin is another one
+  event(ZeroEvent{rest->force_N()});
   // Samples from before the zero are still on the way: at most one, or 100 ms of them.
   const Duration stale = std::max<Duration>(250ms, from_seconds(2 / setup_.frame_rate_Hz));
   co_await setup_.clock.wait_for(stale);
@@ -230,7 +230,7 @@ Task<Result<>> Run::execute(const PlaceWeightStep& step, StepProgress& /*progres
   auto placed = co_await setup_.frame.place_mass(Mass::from_si(mass_kg));
   if (!finishing_) progress_.state = RunState::running;
   if (!placed) co_return fail(placed.error());
-  event("confirm", to_json_text(*placed));
+  event(ended_event<EventKind::confirm>(*placed));
   co_return Result<>();
 }
 
@@ -244,7 +244,7 @@ Task<Result<>> Run::execute(const RecordStep& step, StepProgress& progress) {
   const std::string prompt = "Recording. Confirm to end the recording.";
   auto r = co_await (setup_.person->confirm(prompt) || setup_.clock.wait_until(deadline));
   if (r.index() == 0) co_return std::get<0>(r);
-  event("late", "nobody confirmed the end of the recording; it ended by its time-out");
+  event(EventKind::late, "nobody confirmed the end of the recording; it ended by its time-out");
   co_return Result<>();
 }
 
@@ -265,7 +265,7 @@ Task<Result<>> Run::execute(const SetLcrStep& step, StepProgress& /*progress*/) 
   auto set = co_await sampler_.configure(std::move(s));
   if (!set) co_return set;
   const Duration conversion = setup_.lcr.capabilities().conversion_time(sampler_.settings());
-  event("settings", to_json_text(sampler_.settings(), conversion));
+  event(settings_event(sampler_.settings(), conversion));
   co_return Result<>();
 }
 
@@ -276,12 +276,12 @@ Task<Result<>> Run::execute(const SetGapStep& step, StepProgress& /*progress*/) 
   }
   const double contact_m = *memory_.travel_m + setup_.environment.get(step.gap);
   place_contact(contact_m, 0);
-  event("gap_stated", fmt::format(R"({{"contact_travel_m":{}}})", contact_m));
+  event(GapStatedEvent{contact_m});
   co_return Result<>();
 }
 
 Task<Result<>> Run::execute(const MarkStep& step, StepProgress& /*progress*/) {
-  event("mark", step.text);
+  event(EventKind::mark, step.text);
   co_return Result<>();
 }
 

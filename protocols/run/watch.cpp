@@ -50,7 +50,7 @@ void Run::learn_scatter(const Rest& rest) {
     figures.frozen_force_s = before.frozen_force_s;
   }
   plausible_->set_figures(figures);
-  event("watch", to_json(plausible_->figures()).dump());
+  event(EventKind::watch, to_json(plausible_->figures()).dump());
 }
 
 // Samples that are old say nothing of what happens now: a motion that nobody can watch is stopped.
@@ -58,11 +58,11 @@ void Run::learn_scatter(const Rest& rest) {
 void Run::judge_age(std::span<const FrameSample> samples) {
   const MonoTime now = setup_.clock.now();
   const auto finding = sample_clock_.add(samples);
-  if (finding.event) event(finding.event->first, finding.event->second);
+  if (finding.news) event(finding.news->first, finding.news->second);
   if (finding.age_s <= SampleClock::kLate_s || now - tick_ > 2 * kTick) return;
   if (now - age_told_ >= 1s || age_told_ == MonoTime()) {
     age_told_ = now;
-    event("late_samples", fmt::format(R"({{"age_s":{:.3f}}})", finding.age_s));
+    event(LateSamplesEvent{finding.age_s});
   }
   if (!in_motion_ || finishing_) return;
   lose_frame(
@@ -139,7 +139,7 @@ void Run::judge_fall(const FrameSample& sample) {
 void Run::disbelieve(const Contradiction& contradiction) {
   const std::string& why = contradiction.why;
   plausible_->look_away();
-  event("contradiction", why);
+  event(EventKind::contradiction, why);
   switch (contradiction.disbelief) {
     case Disbelief::force:
       plausible_->distrust_force();
@@ -196,7 +196,7 @@ Task<Result<>> Run::believe(const Order& order, const MotionOutcome& outcome) {
     why = disagreement(order, outcome);
   }
   if (why.empty()) co_return Result<>();
-  event("contradiction", why);
+  event(EventKind::contradiction, why);
   co_return fail(Errc::refused, "step {}: the frame says DONE, but that is not true: {}", step_->id,
                  why);
 }

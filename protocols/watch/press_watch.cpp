@@ -16,7 +16,7 @@ constexpr double kNear = 0.25;  // where the stiffness was measured ...
 constexpr double kNearForces = 4;  // ... and up to so many times that force
 constexpr double kFar = 0.05;
 constexpr double kComesBack = 0.25;  // of a force, at the depth where it was felt last
-constexpr double kRelaxes = 0.3;  // of a force, if nobody saw how fast
+constexpr double kRelaxesUnseen = 0.3;  // of a force, if nobody saw how fast
 constexpr double kSooner = 1.5;  // a relaxation that is disturbed
 // Of the indentation, per second: what a specimen creeps while it is pressed, and under a force
 // that is held.
@@ -24,7 +24,7 @@ constexpr double kCreeps_s = 0.01, kCreepsHeld_s = 0.1;
 constexpr double kThermal_m_s = 1e-9;  // 3.6 um in an hour: rig and specimen grow
 constexpr double kThere_m = 1e-6;
 constexpr double kGoesOn = 0.5;  // of the speed that was ordered
-constexpr int kSurely = 2;  // samples: one may be a spike
+constexpr int kSurelyShort = 2;  // samples: one may be a spike
 
 }  // namespace
 
@@ -65,7 +65,7 @@ double PressWatch::least_N(MonoTime t, double travel_m, double doubt_m) const {
 
 // Of the force that the motion began with.
 double PressWatch::relaxed_N(MonoTime t) const {
-  const double most_N = kRelaxes * std::max(0.0, motion_.felt_N);
+  const double most_N = kRelaxesUnseen * std::max(0.0, motion_.felt_N);
   if (!motion_.relaxes_N_s) return most_N;
   return std::min(kSooner * *motion_.relaxes_N_s * to_seconds(t - begun_), most_N);
 }
@@ -106,7 +106,7 @@ std::optional<std::string> PressWatch::check(MonoTime t, double travel_m, double
   double least = least_since_then_N(travel_m, felt_N, tolerance_N, is_in);
   if (is_in) least = std::max(least, least_N(t, travel_m, doubt_m));
   short_of_ = felt_N < least - tolerance_N ? short_of_ + 1 : 0;
-  if (short_of_ < kSurely) return std::nullopt;
+  if (short_of_ < kSurelyShort) return std::nullopt;
   return fmt::format(
       "the force does not follow the way into the specimen: {:.4f} N at {:.4f} mm beyond contact, "
       "which was {:.3g} N/mm stiff when it was found and should show {:.3g} N at least; the load "
@@ -129,7 +129,7 @@ std::optional<double> PressWatch::furthest_m(MonoTime now, double felt_N, double
   motion.felt_N = contact_->there_N;
   next.begin(motion, now);
   const double k = contact_->stiffness_N_m, near = next.near_N();
-  const double lost_N = next.loaded_ ? kRelaxes * std::max(0.0, next.base_N_) : 0;
+  const double lost_N = next.loaded_ ? kRelaxesUnseen * std::max(0.0, next.base_N_) : 0;
   const double rise_N = std::max(0.0, felt_N + tolerance_N + lost_N - next.base_N_);
   const double by_near_N = std::min(rise_N, kNear * near);
   return next.from_m(now, doubt_m) + by_near_N / kNear / k + (rise_N - by_near_N) / kFar / k;

@@ -148,10 +148,4 @@ std::optional<Pressing::Comparison> Pressing::end(const MotionOutcome& outcome, 
   return c;
 }
 
-std::string Pressing::Comparison::to_json_text() const {
-  return fmt::format(R"({{"threshold_N":{},"predicted_N":{},"expected_N":{},"observed_N":{}}})",
-                     threshold_N, predicted_N,
-                     expected_N ? fmt::format("{}", *expected_N) : std::string("null"), observed_N);
-}
-
 }  // namespace lcrig

@@ -58,7 +58,10 @@ class Pressing {
     double threshold_N = 0, predicted_N = 0, observed_N = 0;
     std::optional<double> expected_N;
     bool exceeded = false;
-    std::string to_json_text() const;
+    template <EventKind kind>
+    OvershootOf<kind> event() const {
+      return {threshold_N, predicted_N, expected_N, observed_N};
+    }
   };
   // nullopt when the motion had no force to stop at, or never came there, and kept its bound.
   std::optional<Comparison> end(const MotionOutcome& outcome, double noise_N);

@@ -164,13 +164,6 @@ bool Rest::stands() const {
   return !moving_ && travel_max_m_ - travel_min_m_ <= kStanding_m;
 }
 
-std::string Rest::to_json_text() const {
-  std::string text = fmt::format(R"({{"force_N":{},"scatter_N":{},"samples":{}}})", force_N(),
-                                 scatter_N(), forces());
-  if (const auto t = travel_m()) text.insert(text.size() - 1, fmt::format(R"(,"travel_m":{})", *t));
-  return text;
-}
-
 void TravelStep::add(std::optional<double> travel_m) {
   if (!travel_m) return;
   const double step = last_m_ ? std::abs(*travel_m - *last_m_) : 0;

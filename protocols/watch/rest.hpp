@@ -43,7 +43,10 @@ class Rest {
   // that flips is none.
   double travel_scatter_m() const;
   bool stands() const;  // within 10 um, and no flag says that it moves
-  std::string to_json_text() const;
+  template <EventKind kind>
+  LookAtRest<kind> event() const {
+    return {force_N(), scatter_N(), forces(), travel_m()};
+  }
 
  private:
   void compare_digits(double force_N);

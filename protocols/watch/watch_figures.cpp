@@ -15,7 +15,7 @@ constexpr double kChance = 1e-12;
 // and the scatter is an estimate.
 constexpr double kSameDigit = 0.38;
 constexpr double kCoarsest = 1.8;  // a coarser digit hardly ever changes
-constexpr double kSurely = 0.85;  // of the scatter of few samples
+constexpr double kSureOfScatter = 0.85;  // of the scatter of few samples
 constexpr std::int64_t kLeastRun = 5;
 constexpr std::int64_t kRunsBefore = 4;  // of a gateway that repeats what a slower cell said
 constexpr std::int64_t kAssumedRun = 25;
@@ -31,7 +31,7 @@ constexpr double kSettled_s = 0.5, kSettledSamples = 3;
 // A cell that rests in the middle of a coarse digit shows it again with this chance at most. Of the
 // scatter that is shown a part is the digit's own (q/sqrt(12)).
 double coarse_same(double digits) {
-  const double noise = std::sqrt(std::pow(kSurely / digits, 2) - 1.0 / 12);
+  const double noise = std::sqrt(std::pow(kSureOfScatter / digits, 2) - 1.0 / 12);
   return std::erf(0.5 / std::sqrt(2.0) / noise);
 }
 

@@ -371,10 +371,10 @@ class Look {
 std::optional<PrintedWatch> printed_watch(const RigWorld& world, MonoTime at) {
   std::optional<PrintedWatch> out;
   for (const RunEvent& e : world.events) {
-    if ((e.kind != "plan" && e.kind != "watch") || (out && e.t > at)) continue;
+    if ((e.kind != EventKind::plan && e.kind != EventKind::watch) || (out && e.t > at)) continue;
     auto j = nlohmann::json::parse(e.detail);
-    if (e.kind == "plan" && !j.contains("watch")) continue;
-    if (e.kind == "plan") j = nlohmann::json(j.at("watch"));
+    if (e.kind == EventKind::plan && !j.contains("watch")) continue;
+    if (e.kind == EventKind::plan) j = nlohmann::json(j.at("watch"));
     PrintedWatch& w = out.emplace();
     if (!j.at("frozen_force_s").is_null()) w.frozen_force_s = j.at("frozen_force_s");
     w.stall_s = j.at("stall_s");

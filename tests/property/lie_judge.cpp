@@ -137,8 +137,8 @@ class LieJudge {
   }
 
   bool was_lost_before(MonoTime t) const {
-    return std::ranges::any_of(w_.events,
-                               [t](const RunEvent& e) { return e.kind == "loss" && e.t <= t; });
+    return std::ranges::any_of(
+        w_.events, [t](const RunEvent& e) { return e.kind == EventKind::loss && e.t <= t; });
   }
 
   std::optional<MonoTime> first_stop() const {

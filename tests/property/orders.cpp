@@ -99,12 +99,12 @@ std::optional<PrintedContact> printed_contact(const RigWorld& world, MonoTime be
   double travel_m = 0;
   for (const RunEvent& e : world.events) {
     if (e.t > before) break;
-    if (e.kind == "contact") {
+    if (e.kind == EventKind::contact) {
       out.reset();
       travel_m = nlohmann::json::parse(e.detail).at("travel_m");
     }
-    if (e.kind == "zero") out.reset();
-    if (e.kind != "stiffness") continue;
+    if (e.kind == EventKind::zero) out.reset();
+    if (e.kind != EventKind::stiffness) continue;
     const auto detail = nlohmann::json::parse(e.detail);
     if (detail.at("at_least_N_m").is_null()) continue;
     out.emplace();

@@ -219,8 +219,8 @@ TEST(Properties, OneCase) {
                w.plan->worst_force_N, w.plan->lost_force_N, t.uncertainty_N(), w.plan->duration_s);
   }
   for (const RunEvent& e : w.events) {
-    if (e.kind == "plan" || e.kind == "state") continue;
-    fmt::print("{:10.4f} {} {} {}\n", to_seconds(e.t.time_since_epoch()), e.kind, e.step_id,
+    if (e.kind == EventKind::plan || e.kind == EventKind::state) continue;
+    fmt::print("{:10.4f} {} {} {}\n", to_seconds(e.t.time_since_epoch()), e.kind.word(), e.step_id,
                e.detail);
   }
   for (std::size_t i = 0; i < w.changes.size(); ++i) {

@@ -170,16 +170,17 @@ void Trial::count(Counters& n) const {
     if (c.drive == Drive::force && c.is_towards) ++n["force-controlled rises"];
   }
   for (const RunEvent& e : w.events) {
-    if (e.kind == "contact") ++n["contacts found"];
-    if (e.kind == "stiffness" && e.detail.find("\"at_most_N_m\":null") == std::string::npos) {
+    if (e.kind == EventKind::contact) ++n["contacts found"];
+    if (e.kind == EventKind::stiffness &&
+        e.detail.find("\"at_most_N_m\":null") == std::string::npos) {
       ++n["stiffness measured"];
     }
-    if (e.kind == "step_begin" && e.detail == "hold") ++n["holds"];
-    if (e.kind == "loss") ++n["losses"];
-    if (e.kind == "reconnected") ++n["reconnected"];
-    if (e.kind == "loaded") ++n["left loaded, and said so"];
-    if (e.kind == "limit") ++n["stopped by the guard"];
-    if (e.kind == "contradiction") ++n["not believed"];
+    if (e.kind == EventKind::step_begin && e.detail == "hold") ++n["holds"];
+    if (e.kind == EventKind::loss) ++n["losses"];
+    if (e.kind == EventKind::reconnected) ++n["reconnected"];
+    if (e.kind == EventKind::loaded) ++n["left loaded, and said so"];
+    if (e.kind == EventKind::limit) ++n["stopped by the guard"];
+    if (e.kind == EventKind::contradiction) ++n["not believed"];
   }
   for (const std::int64_t times : w.happened) n["faults injected"] += times;
   if (!w.events.empty()) {

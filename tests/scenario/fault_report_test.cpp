@@ -95,7 +95,7 @@ TEST(FaultReport, AFrameThatIsNotReadyIsLeftToAPerson) {
 // The same holds while the run is paused or being aborted.
 TEST(FaultReport, AFaultWhileTheRunIsBeingStoppedCountsAsOne) {
   for (const Interrupt kind : {Interrupt::pause, Interrupt::abort}) {
-    SCOPED_TRACE(to_string(kind));
+    SCOPED_TRACE(to_string(event_of(kind)));
     SessionWorld world(loss_protocol("wait", kEveryKind));
     world.acts.push_back({"load", 300ms, [=](SessionWorld& w) {
                             w.interrupt(kind);
@@ -219,7 +219,7 @@ TEST(StopReport, WithoutAConfirmedStandstillFinallyDoesNotBegin) {
 // The force exceeds its limit after STOP was sent and before the frame says that it stands.
 TEST(StopReport, ALimitThatTripsWhileTheFrameStopsDoesNotKillFinally) {
   for (const Interrupt kind : {Interrupt::abort, Interrupt::pause, Interrupt::limit}) {
-    SCOPED_TRACE(to_string(kind));
+    SCOPED_TRACE(to_string(event_of(kind)));
     SessionWorld world(loss_protocol("wait", kEveryKind));
     world.acts.push_back({"load", 300ms, [=](SessionWorld& w) {
                             frame(w).faults.lose_stopped = 1;

@@ -149,7 +149,9 @@ INSTANTIATE_TEST_SUITE_P(
                       StopCase{"level", Interrupt::abort}, StopCase{"unload", Interrupt::abort},
                       StopCase{"contact", Interrupt::freeze}, StopCase{"load", Interrupt::freeze},
                       StopCase{"level", Interrupt::freeze}),
-    [](const auto& c) { return std::string(to_string(c.param.kind)) + "_" + c.param.step; });
+    [](const auto& c) {
+      return std::string(to_string(event_of(c.param.kind))) + "_" + c.param.step;
+    });
 
 TEST(Run, GoesOnAfterAPauseWithoutLosingOrRepeatingReadings) {
   for (const char* step : {"contact", "load", "settle", "level", "unload"}) {

@@ -22,8 +22,8 @@ struct MemoryListener final : LoadFrame::Listener {
     samples.insert(samples.end(), s.begin(), s.end());
     ++batches;
   }
-  void on_frame_event(std::string kind, std::string detail) override {
-    events.push_back(kind + ": " + detail);
+  void on_frame_event(EventName kind, std::string detail) override {
+    events.push_back(kind.word() + ": " + detail);
   }
   void on_frame_lost(Error error) override { lost.push_back(std::move(error)); }
   bool has_event(std::string_view kind) const {

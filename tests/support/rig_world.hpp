@@ -326,8 +326,8 @@ class RigWorld {
 
   void take(const RunEvent& e) {
     events.push_back(e);
-    const bool exceeded = e.kind == "overshoot_exceeded";
-    if (!exceeded && e.kind != "overshoot") return;
+    const bool exceeded = e.kind == EventKind::overshoot_exceeded;
+    if (!exceeded && e.kind != EventKind::overshoot) return;
     const auto detail = nlohmann::json::parse(e.detail);
     Overshoot o;
     o.at = e.t;

@@ -117,13 +117,14 @@ class Follower {
     if (!ours(note.run)) return;
     // Steps are in the live line, requests end in a state, and figures are for those who look at
     // the run afterwards; the rest is worth a line of its own.
-    constexpr std::array<std::string_view, 9> kQuiet{"step_begin", "step_end",  "state",
-                                                     "request",    "plan",      "rest",
-                                                     "motion",     "stiffness", "overshoot"};
-    if (std::ranges::find(kQuiet, note.event.kind) != kQuiet.end()) return;
-    line_.say(
-        printable(fmt::format("{} {}: {}", note.event.kind, note.event.step_id, note.event.detail),
-                  kLongestWords));
+    constexpr std::array<EventKind, 9> kQuiet{
+        EventKind::step_begin, EventKind::step_end,  EventKind::state,
+        EventKind::request,    EventKind::plan,      EventKind::rest,
+        EventKind::motion,     EventKind::stiffness, EventKind::overshoot};
+    if (std::ranges::find(kQuiet, note.event.kind.kind()) != kQuiet.end()) return;
+    line_.say(printable(
+        fmt::format("{} {}: {}", note.event.kind.word(), note.event.step_id, note.event.detail),
+        kLongestWords));
   }
   void on(RunEnded& ended) {
     if (ours(ended.run)) ended_ = std::move(ended);

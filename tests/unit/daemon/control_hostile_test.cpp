@@ -118,7 +118,7 @@ TEST_F(Control, AWatcherThatNeverReadsIsCutOffAndTheOthersAreNot) {
   RawClient fine(io, path);
   deaf.call(request("watch"));
   RunEventNote note;
-  note.event = RunEvent(MonoTime(), "mark", "s", std::string(1000, 'x'));
+  note.event = RunEvent(MonoTime(), EventKind::mark, "s", std::string(1000, 'x'));
   for (int i = 0; i < 200; ++i) server->publish_event(note);
   EXPECT_TRUE(fine.call(request("status")).contains("result"));
   EXPECT_EQ(server->clients(), 1U);
@@ -133,7 +133,7 @@ TEST_F(Control, AClientThatTakesNoBytesIsCutOffAfterTheWriteTimeout) {
   RawClient deaf(io, path);
   deaf.call(request("watch"));
   RunEventNote note;
-  note.event = RunEvent(MonoTime(), "mark", "s", std::string(1'000'000, 'x'));
+  note.event = RunEvent(MonoTime(), EventKind::mark, "s", std::string(1'000'000, 'x'));
   for (int i = 0; i < 5; ++i) server->publish_event(note);  // more than a socket buffer holds
   const auto end = clock.now() + 20s;
   while (server->clients() > 0 && clock.now() < end) io.run_one_for(50ms);

@@ -120,7 +120,7 @@ TEST_F(Control, AWatcherGetsStatusEventsAndTheEndInOrder) {
   EXPECT_EQ(first["params"]["pressure_kPa"].dump(), "12.3456");
   RunEventNote note;
   note.run = 7;
-  note.event = RunEvent(MonoTime(5ns), "limit", "load", "force");
+  note.event = RunEvent(MonoTime(5ns), EventKind::limit, "load", "force");
   server->publish_event(note);
   EXPECT_EQ(watcher.read()["params"]["kind"], "limit");
   server->publish_status(status);  // overtaken by the end

@@ -80,14 +80,13 @@ TEST(ZwickFault, IsReportedAlsoOfAMotionThatNobodyWaitsForAnyMore) {
   b.sim->faults.say = "DONE #1 reason=fault text=\"E-stop\"\n";
   b.sim->poke();
   b.pass(100ms);
-  ASSERT_TRUE(b.listener.has_event(frame_event::kMotionFault));
-  EXPECT_TRUE(frame_event::is_fault(frame_event::kMotionFault));
-  for (const char* kind :
-       {"device_estop", "device_drive_off", "device_shield", "device_drive_fault"}) {
-    EXPECT_TRUE(frame_event::is_fault(kind)) << kind;
+  ASSERT_TRUE(b.listener.has_event("motion_fault"));
+  for (const char* kind : {"motion_fault", "device_estop", "device_drive_off", "device_shield",
+                           "device_drive_fault"}) {
+    EXPECT_TRUE(is_frame_fault(EventName(kind).kind())) << kind;
   }
   for (const char* kind : {"device_watchdog", "device_origin", "device_shield_closed", "estop"}) {
-    EXPECT_FALSE(frame_event::is_fault(kind)) << kind;
+    EXPECT_FALSE(is_frame_fault(EventName(kind).kind())) << kind;
   }
 }
 
@@ -99,7 +98,7 @@ TEST(ZwickFault, ASilentHostIsNone) {
       "DONE #99 reason=fault text=\"of another session\"\n";
   b.sim->poke();
   b.pass(100ms);
-  EXPECT_FALSE(b.listener.has_event(frame_event::kMotionFault));
+  EXPECT_FALSE(b.listener.has_event("motion_fault"));
 }
 
 TEST(ZwickFault, ACommandThatAStopOvertookIsNone) {

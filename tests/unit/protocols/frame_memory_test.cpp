@@ -129,7 +129,7 @@ TEST(RunPoint, SurvivesItsText) {
   p.travel_m = -2.5e-3;
   p.zeroed = true;
   p.origin = "18 \"x\"";
-  const auto back = parse_run_point(to_json_text(p));
+  const auto back = parse_run_point(to_json(p));
   ASSERT_TRUE(back) << back.error().what;
   EXPECT_EQ(back->steps_done, 17);
   EXPECT_EQ(back->levels, 5);
@@ -139,7 +139,7 @@ TEST(RunPoint, SurvivesItsText) {
   EXPECT_EQ(back->travel_m, -2.5e-3);
   EXPECT_TRUE(back->zeroed);
   EXPECT_EQ(back->origin, p.origin);
-  EXPECT_FALSE(parse_run_point(to_json_text(RunPoint()))->origin);
+  EXPECT_FALSE(parse_run_point(to_json(RunPoint()))->origin);
   for (const char* bad :
        {"", "[]", "{}", R"({"steps_done":"x"})",
         R"({"steps_done":-1,"levels":0,"level_in_repeat":0,"level_repeat":0,"zeroed":false})"}) {

@@ -21,10 +21,10 @@ std::vector<FrameSample> batch(double first_s, int n, double period_s, double ar
 
 struct Seen {
   double worst_s = 0;
-  std::vector<std::string> events;
+  std::vector<EventKind> events;
   void note(const SampleClock::Finding& f) {
     worst_s = std::max(worst_s, f.age_s);
-    if (f.event) events.push_back(f.event->first);
+    if (f.news) events.push_back(f.news->first);
   }
 };
 
@@ -69,7 +69,7 @@ TEST(SampleClock, AWrongRateIsNamedOnce) {
   SampleClock clock;
   Seen seen;
   for (int i = 0; i < 600; ++i) seen.note(clock.add(batch(0.1 * i * 0.97, 5, 0.02, 0.1 * i)));
-  EXPECT_EQ(seen.events, std::vector<std::string>{"device_clock_rate"});
+  EXPECT_EQ(seen.events, std::vector<EventKind>{EventKind::device_clock_rate});
 }
 
 TEST(SampleClock, AFrozenClockIsNamedOnceAndTellsNoAges) {
@@ -77,7 +77,7 @@ TEST(SampleClock, AFrozenClockIsNamedOnceAndTellsNoAges) {
   Seen seen;
   for (int i = 0; i < 20; ++i) seen.note(clock.add(batch(0.1 * i, 5, 0.02, 0.1 * i + 0.08)));
   for (int i = 20; i < 60; ++i) seen.note(clock.add(batch(2.0, 1, 0, 0.1 * i + 0.08)));
-  EXPECT_EQ(seen.events, std::vector<std::string>{"device_clock_frozen"});
+  EXPECT_EQ(seen.events, std::vector<EventKind>{EventKind::device_clock_frozen});
   EXPECT_LT(seen.worst_s, 0.2);
 }
 

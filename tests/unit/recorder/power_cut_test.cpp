@@ -30,7 +30,7 @@ Batch some_rows(std::mt19937_64& random) {
     row.reading.status = std::string(random() % 200, 's');
     batch.readings.push_back(row);
   }
-  RunEvent event(MonoTime(), "mark", "m", "x");
+  RunEvent event(MonoTime(), EventKind::mark, "m", "x");
   if (random() % 4 == 0) batch.events.push_back(event);
   return batch;
 }

@@ -112,7 +112,7 @@ TEST_F(RecorderTest, StoresEveryKindOfRowAndItsChainHolds) {
   FrameSample sample;
   sample.force_N = -0.0;
   recorder_->samples(std::span(&sample, 1));
-  recorder_->event(RunEvent(MonoTime(9ms), "mark", "s", "hello"));
+  recorder_->event(RunEvent(MonoTime(9ms), EventKind::mark, "s", "hello"));
   end(ExitStatus::success, "");
   EXPECT_EQ(integer("SELECT count(*) FROM lcr_reading WHERE capacitance_F = 1.84249e-12 AND"
                     " dissipation = 0.004 AND level = 1 AND reading_index = 1"),

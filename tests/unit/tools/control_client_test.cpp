@@ -46,7 +46,7 @@ class Served : public ::testing::Test {
   void end_run() {
     RunEventNote note;
     note.run = 7;
-    note.event = RunEvent(MonoTime(), "mark", "load", "half way");
+    note.event = RunEvent(MonoTime(), EventKind::mark, "load", "half way");
     server.publish_event(note);
     server.publish_run_ended(ended);
   }

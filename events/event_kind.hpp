@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kinds of event rows that a run writes. The run, the drivers and the daemon write them; the
+// analysis, the command line and a continued run read them. docs/events.md lists each kind with its
+// payload.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lcrig {
+
+// Stored as their words, which are a format: never rename one.
+enum class EventKind {
+  step_begin,
+  step_end,
+  state,
+  continues,
+  mark,
+  plan,
+  watch,
+  rest,
+  drift,
+  zero,
+  contact,
+  no_contact,
+  stiffness,
+  gap_stated,
+  motion,
+  overshoot,
+  overshoot_exceeded,
+  settings,
+  level_abandoned,
+  repeat,
+  skipped,
+  prompt,
+  confirm,
+  request,
+  pause,
+  resume,
+  abort,
+  freeze,
+  limit,
+  fault,
+  loss,
+  reconnected,
+  refused,
+  contradiction,
+  hands_off,
+  stopped,
+  stop_failed,
+  loaded,
+  retry,
+  repeated,
+  late,
+  late_answer,
+  late_samples,
+  gap,
+  garbled,
+  repeated_samples,
+  clock_step,
+  device_clock_frozen,
+  device_clock_rate,
+  device_clock_jump,
+  device_origin,
+  device_watchdog,
+  device_estop,
+  device_drive_off,
+  device_drive_fault,
+  device_shield,
+  motion_fault,
+  lag,
+  injected,
+  other  // a word of the frame's own, or one that this version does not know
+};
+
+std::string_view to_string(EventKind kind);
+std::vector<EventKind> all_event_kinds();  // without `other`
+
+// A kind with its stored word, which for `other` only the word tells.
+class EventName {
+ public:
+  EventName(EventKind kind) : kind_(kind), word_(to_string(kind)) {}
+  explicit EventName(std::string word);
+
+  EventKind kind() const { return kind_; }
+  const std::string& word() const { return word_; }
+  bool operator==(EventKind kind) const { return kind_ == kind; }
+
+ private:
+  EventKind kind_;
+  std::string word_;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "events/payloads.hpp"
+
+#include <nlohmann/json.hpp>
+#include <type_traits>
+
+namespace lcrig {
+
+namespace {
+
+using nlohmann::json;
+
+std::string quoted(const std::string& text) {
+  return json(text).dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+// Fields in the order in which they are named; an absent one is left out.
+class FieldWriter {
+ public:
+  void field(const char* key, double v) { put(key, fmt::format("{}", v)); }
+  void field(const char* key, std::int64_t v) { put(key, fmt::format("{}", v)); }
+  void field(const char* key, bool v) { put(key, v ? "true" : "false"); }
+  void field(const char* key, const std::string& v) { put(key, quoted(v)); }
+  template <class T>
+  void field(const char* key, const std::optional<T>& v) {
+    if (v) field(key, *v);
+  }
+  void or_null(const char* key, const std::optional<double>& v) {
+    put(key, v ? fmt::format("{}", *v) : "null");
+  }
+  void milli(const char* key, double v) { put(key, fmt::format("{:.3f}", v)); }
+  // As the JSON library writes it: 1.0, not 1.
+  void decimal(const char* key, const std::optional<double>& v) {
+    if (v) put(key, json(*v).dump());
+  }
+  std::string text() const { return "{" + text_ + "}"; }
+
+ private:
+  void put(const char* key, std::string_view value) {
+    text_ += fmt::format(R"({}"{}":{})", text_.empty() ? "" : ",", key, value);
+  }
+  std::string text_;
+};
+
+class FieldReader {
+ public:
+  explicit FieldReader(const json& from) : from_(from) {}
+
+  template <class T>
+  void field(const char* key, T& v) {
+    if (!take(key, v) && !missing_) missing_ = key;
+  }
+  template <class T>
+  void field(const char* key, std::optional<T>& v) {
+    if (T got{}; take(key, got)) v = std::move(got);
+  }
+  void or_null(const char* key, std::optional<double>& v) { field(key, v); }
+  void milli(const char* key, double& v) { field(key, v); }
+  void decimal(const char* key, std::optional<double>& v) { field(key, v); }
+  const char* missing() const { return missing_; }
+
+ private:
+  template <class T>
+  bool take(const char* key, T& v) const {
+    const auto it = from_.find(key);
+    if (it == from_.end() || !is(*it, v)) return false;
+    v = it->get<T>();
+    return true;
+  }
+  static bool is(const json& j, double) { return j.is_number(); }
+  static bool is(const json& j, std::int64_t) { return j.is_number_integer(); }
+  static bool is(const json& j, bool) { return j.is_boolean(); }
+  static bool is(const json& j, const std::string&) { return j.is_string(); }
+
+  const json& from_;
+  const char* missing_ = nullptr;
+};
+
+template <class F, EventKind kind>
+void fields(F& f, MotionEnded<kind>& e) {
+  f.field("reason", e.reason);
+  f.field("force_N", e.force_N);
+  f.field("travel_m", e.travel_m);
+}
+template <class F, EventKind kind>
+void fields(F& f, Touch<kind>& e) {
+  f.field("travel_m", e.travel_m);
+  f.field("force_N", e.force_N);
+  f.field("rest_force_N", e.rest_force_N);
+}
+template <class F, EventKind kind>
+void fields(F& f, LookAtRest<kind>& e) {
+  f.field("force_N", e.force_N);
+  f.field("scatter_N", e.scatter_N);
+  f.field("samples", e.samples);
+  f.field("travel_m", e.travel_m);
+}
+template <class F, EventKind kind>
+void fields(F& f, OvershootOf<kind>& e) {
+  f.field("threshold_N", e.threshold_N);
+  f.field("predicted_N", e.predicted_N);
+  f.or_null("expected_N", e.expected_N);
+  f.field("observed_N", e.observed_N);
+}
+template <class F, EventKind kind>
+void fields(F& f, Absence<kind>& e) {
+  f.field("instrument", e.instrument);
+  f.milli("seconds", e.seconds);
+  f.milli("away_s", e.away_s);
+  f.field("attempts", e.attempts);
+}
+template <class F>
+void fields(F& f, StiffnessEvent& e) {
+  f.field("force_N", e.force_N);
+  f.or_null("stiffness_N_m", e.stiffness_N_m);
+  f.or_null("at_most_N_m", e.at_most_N_m);
+  f.or_null("at_least_N_m", e.at_least_N_m);
+}
+template <class F>
+void fields(F& f, ZeroEvent& e) {
+  f.field("force_before_N", e.force_before_N);
+}
+template <class F>
+void fields(F& f, GapStatedEvent& e) {
+  f.field("contact_travel_m", e.contact_travel_m);
+}
+template <class F>
+void fields(F& f, ClockStepEvent& e) {
+  f.milli("seconds", e.seconds);
+}
+template <class F>
+void fields(F& f, LateSamplesEvent& e) {
+  f.milli("age_s", e.age_s);
+}
+template <class F>
+void fields(F& f, LevelAbandonedEvent& e) {
+  f.field("level", e.level);
+  f.field("readings", e.readings);
+}
+template <class F>
+void fields(F& f, ContinuesEvent& e) {
+  f.field("run", e.run);
+  f.field("step", e.step);
+  f.field("steps_done", e.steps_done);
+}
+template <class F>
+void fields(F& f, SettingsEvent& e) {
+  f.field("function", e.function);
+  f.field("frequency_Hz", e.frequency_Hz);
+  f.field("level_V", e.level_V);
+  f.or_null("bias_V", e.bias_V);
+  f.field("aperture", e.aperture);
+  f.field("average", e.average);
+  f.field("trigger", e.trigger);
+  f.field("conversion_time_s", e.conversion_time_s);
+}
+template <class F>
+void fields(F& f, RunPoint& e) {
+  f.decimal("contact_travel_m", e.contact_travel_m);
+  f.field("level_in_repeat", e.level_in_repeat);
+  f.field("level_repeat", e.level_repeat);
+  f.field("levels", e.levels);
+  f.field("origin", e.origin);
+  f.field("steps_done", e.steps_done);
+  f.decimal("travel_m", e.travel_m);
+  f.field("zeroed", e.zeroed);
+}
+template <class F>
+void fields(F& f, RequestEvent& e) {
+  f.field("pid", e.pid);
+  f.field("request", e.request);
+  f.field("uid", e.uid);
+  f.field("user", e.user);
+  f.field("why", e.why);
+}
+
+constexpr std::string_view kDone = "done";
+
+}  // namespace
+
+template <EventPayload P>
+std::string to_json(const P& payload) {
+  FieldWriter writer;
+  P copy = payload;
+  fields(writer, copy);
+  return writer.text();
+}
+
+template <EventPayload P>
+Result<P> from_json(std::string_view detail) {
+  const json object = json::parse(detail, nullptr, false);
+  if (!object.is_object()) {
+    return fail(Errc::garbled, "the event `{}` has no object in its detail", to_string(P::kKind));
+  }
+  FieldReader reader(object);
+  P out{};
+  fields(reader, out);
+  if (reader.missing() == nullptr) return out;
+  return fail(Errc::garbled, "the event `{}` does not say `{}`", to_string(P::kKind),
+              reader.missing());
+}
+
+template <>
+std::string to_json(const StepEndEvent& e) {
+  return e.stopped_by ? e.stopped_by->word() : std::string(kDone);
+}
+
+template <>
+Result<StepEndEvent> from_json(std::string_view detail) {
+  if (detail == kDone) return StepEndEvent();
+  return StepEndEvent{EventName(std::string(detail))};
+}
+
+#define LCRIG_PAYLOAD(P)                          \
+  template std::string to_json(const P& payload); \
+  template Result<P> from_json(std::string_view detail);
+LCRIG_PAYLOAD(MotionEvent)
+LCRIG_PAYLOAD(WeightPlacedEvent)
+LCRIG_PAYLOAD(ContactEvent)
+LCRIG_PAYLOAD(NoContactEvent)
+LCRIG_PAYLOAD(RestEvent)
+LCRIG_PAYLOAD(DriftEvent)
+LCRIG_PAYLOAD(OvershootEvent)
+LCRIG_PAYLOAD(OvershootExceededEvent)
+LCRIG_PAYLOAD(GapEvent)
+LCRIG_PAYLOAD(ReconnectedEvent)
+LCRIG_PAYLOAD(StiffnessEvent)
+LCRIG_PAYLOAD(ZeroEvent)
+LCRIG_PAYLOAD(GapStatedEvent)
+LCRIG_PAYLOAD(ClockStepEvent)
+LCRIG_PAYLOAD(LateSamplesEvent)
+LCRIG_PAYLOAD(LevelAbandonedEvent)
+LCRIG_PAYLOAD(ContinuesEvent)
+LCRIG_PAYLOAD(SettingsEvent)
+LCRIG_PAYLOAD(RunPoint)
+LCRIG_PAYLOAD(RequestEvent)
+#undef LCRIG_PAYLOAD
+
+}  // namespace lcrig

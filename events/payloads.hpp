@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an event carries beside its kind, where programs read it. The detail of every other kind is
+// words for people. Whoever writes such an event fills the struct; whoever reads one gets it back.
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/result.hpp"
+#include "events/event_kind.hpp"
+
+namespace lcrig {
+
+// `confirm` of a placed weight, too; the other confirmations are words.
+template <EventKind kind>
+struct MotionEnded {
+  static constexpr EventKind kKind = kind;
+  std::string reason;
+  std::optional<double> force_N, travel_m;
+};
+using MotionEvent = MotionEnded<EventKind::motion>;
+using WeightPlacedEvent = MotionEnded<EventKind::confirm>;
+
+template <EventKind kind>
+struct Touch {
+  static constexpr EventKind kKind = kind;
+  double travel_m = 0;
+  std::optional<double> force_N, rest_force_N;
+};
+using ContactEvent = Touch<EventKind::contact>;
+using NoContactEvent = Touch<EventKind::no_contact>;  // what was felt there did not stay
+
+template <EventKind kind>
+struct LookAtRest {
+  static constexpr EventKind kKind = kind;
+  double force_N = 0, scatter_N = 0;
+  std::int64_t samples = 0;
+  std::optional<double> travel_m;
+};
+using RestEvent = LookAtRest<EventKind::rest>;
+using DriftEvent = LookAtRest<EventKind::drift>;
+
+// Of a motion that stopped at a force.
+template <EventKind kind>
+struct OvershootOf {
+  static constexpr EventKind kKind = kind;
+  double threshold_N = 0, predicted_N = 0;
+  std::optional<double> expected_N;
+  double observed_N = 0;
+};
+using OvershootEvent = OvershootOf<EventKind::overshoot>;
+using OvershootExceededEvent = OvershootOf<EventKind::overshoot_exceeded>;
+
+// Of an instrument that was lost.
+template <EventKind kind>
+struct Absence {
+  static constexpr EventKind kKind = kind;
+  std::string instrument;
+  double seconds = 0, away_s = 0;  // without data; since the loss was seen
+  std::int64_t attempts = 0;
+};
+using GapEvent = Absence<EventKind::gap>;
+using ReconnectedEvent = Absence<EventKind::reconnected>;
+
+struct StiffnessEvent {
+  static constexpr EventKind kKind = EventKind::stiffness;
+  double force_N = 0;
+  std::optional<double> stiffness_N_m, at_most_N_m, at_least_N_m;
+};
+
+struct ZeroEvent {
+  static constexpr EventKind kKind = EventKind::zero;
+  double force_before_N = 0;
+};
+
+struct GapStatedEvent {
+  static constexpr EventKind kKind = EventKind::gap_stated;
+  double contact_travel_m = 0;
+};
+
+struct ClockStepEvent {
+  static constexpr EventKind kKind = EventKind::clock_step;
+  double seconds = 0;
+};
+
+struct LateSamplesEvent {
+  static constexpr EventKind kKind = EventKind::late_samples;
+  double age_s = 0;
+};
+
+struct LevelAbandonedEvent {
+  static constexpr EventKind kKind = EventKind::level_abandoned;
+  std::int64_t level = 0;
+  std::optional<std::int64_t> readings;
+};
+
+struct ContinuesEvent {
+  static constexpr EventKind kKind = EventKind::continues;
+  std::int64_t run = 0;
+  std::string step;
+  std::int64_t steps_done = 0;
+};
+
+// Meter settings as read back; the run row has them in the same form. A reader takes what is there.
+struct SettingsEvent {
+  static constexpr EventKind kKind = EventKind::settings;
+  std::optional<std::string> function;
+  std::optional<double> frequency_Hz, level_V, bias_V;  // bias: none when off
+  std::optional<std::string> aperture;
+  std::optional<double> average;
+  std::optional<std::string> trigger;
+  std::optional<double> conversion_time_s;
+
+  bool internal_trigger() const { return trigger == "internal"; }
+};
+
+// Where a run stands: enough to begin again, in a new run, at the step that was interrupted.
+// Written when a step begins, so it is in the same transaction as the samples.
+struct RunPoint {
+  static constexpr EventKind kKind = EventKind::state;
+  RunPoint() = default;
+  std::int64_t steps_done = 0;  // leaf steps before this one, in the order of execution
+  std::int64_t levels = 0;  // `measure` levels begun before it
+  std::int64_t level_in_repeat = 0, level_repeat = -1;
+  std::optional<double> contact_travel_m;  // gap zero
+  std::optional<double> travel_m;  // of the frame when the step began
+  bool zeroed = false;
+  std::optional<std::string> origin;  // LoadFrame::origin
+};
+
+// Who asked something of the run, by the kernel's word (docs/control.md).
+struct RequestEvent {
+  static constexpr EventKind kKind = EventKind::request;
+  std::string request, user;
+  std::int64_t uid = 0, pid = 0;
+  std::optional<std::string> why;
+};
+
+// How a step ended: stored as `done`, or as the word of what stopped it.
+struct StepEndEvent {
+  static constexpr EventKind kKind = EventKind::step_end;
+  std::optional<EventName> stopped_by;
+};
+
+template <class P>
+concept EventPayload = requires {
+  { P::kKind } -> std::convertible_to<EventKind>;
+};
+
+// Defined for the structs above.
+template <EventPayload P>
+std::string to_json(const P& payload);
+// Errors: garbled, no JSON object, or one without what this payload must have.
+template <EventPayload P>
+Result<P> from_json(std::string_view detail);
+
+}  // namespace lcrig

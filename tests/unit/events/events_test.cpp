@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stored words and payloads are a format: what databases of years ago hold must still read.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
+
+#include "base/strict_json.hpp"
+#include "events/payloads.hpp"
+
+namespace lcrig {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Of docs/events.md: what stands in the second column, by kind.
+std::map<std::string, std::string> documented() {
+  std::map<std::string, std::string> out;
+  const std::regex row(R"(\| `(\w+)` \| ([^|]*) \|.*)");
+  std::istringstream page(read_text_file("docs/events.md").value());
+  for (std::string line; std::getline(page, line);) {
+    std::smatch match;
+    if (!std::regex_match(line, match, row)) continue;
+    EXPECT_TRUE(out.emplace(match[1], match[2]).second) << match[1] << " has two rows";
+  }
+  return out;
+}
+
+TEST(EventKind, EachHasOneWordAndOneRowInThePage) {
+  const auto rows = documented();
+  for (const EventKind kind : all_event_kinds()) {
+    EXPECT_EQ(rows.count(std::string(to_string(kind))), 1U) << to_string(kind);
+    EXPECT_EQ(EventName(std::string(to_string(kind))).kind(), kind);
+  }
+  EXPECT_EQ(rows.size(), all_event_kinds().size());
+}
+
+TEST(EventKind, AWordThatNobodyKnowsIsKept) {
+  const EventName name("device_coffee");
+  EXPECT_EQ(name.kind(), EventKind::other);
+  EXPECT_EQ(name.word(), "device_coffee");
+}
+
+template <class P>
+void expect_stored(const P& payload, const std::string& stored) {
+  SCOPED_TRACE(to_string(P::kKind));
+  EXPECT_EQ(to_json(payload), stored);
+  const auto back = from_json<P>(stored);
+  ASSERT_TRUE(back) << back.error().what;
+  EXPECT_EQ(to_json(*back), stored);
+  EXPECT_FALSE(from_json<P>("words for people"));
+  const auto page = documented();
+  for (const auto& [key, value] : nlohmann::json::parse(stored).items()) {
+    EXPECT_THAT(page.at(std::string(to_string(P::kKind))), HasSubstr("`" + key + "`"));
+  }
+}
+
+TEST(EventPayload, OfAMotionIsWhatWasStored) {
+  expect_stored(MotionEvent{"target", 1.0, 0.00125},
+                R"({"reason":"target","force_N":1,"travel_m":0.00125})");
+  expect_stored(MotionEvent{"stopped", std::nullopt, std::nullopt}, R"({"reason":"stopped"})");
+  expect_stored(WeightPlacedEvent{"target", 0.5, std::nullopt},
+                R"({"reason":"target","force_N":0.5})");
+  expect_stored(OvershootEvent{1, 1.25, std::nullopt, 1.1},
+                R"({"threshold_N":1,"predicted_N":1.25,"expected_N":null,"observed_N":1.1})");
+  expect_stored(OvershootExceededEvent{1, 1.25, 1.2, 1.5},
+                R"({"threshold_N":1,"predicted_N":1.25,"expected_N":1.2,"observed_N":1.5})");
+}
+
+TEST(EventPayload, OfAContactIsWhatWasStored) {
+  expect_stored(RestEvent{-0.001, 2e-4, 25, 0.5e-3},
+                R"({"force_N":-0.001,"scatter_N":0.0002,"samples":25,"travel_m":0.0005})");
+  expect_stored(DriftEvent{0, 2e-4, 25, std::nullopt},
+                R"({"force_N":0,"scatter_N":0.0002,"samples":25})");
+  expect_stored(ContactEvent{0.003, 0.02, 0.0},
+                R"({"travel_m":0.003,"force_N":0.02,"rest_force_N":0})");
+  expect_stored(NoContactEvent{0.003, 0.02, 1e-05},
+                R"({"travel_m":0.003,"force_N":0.02,"rest_force_N":1e-05})");
+  expect_stored(StiffnessEvent{0.02, 1250.5, std::nullopt, 900.0},
+                R"({"force_N":0.02,"stiffness_N_m":1250.5,"at_most_N_m":null,"at_least_N_m":900})");
+  expect_stored(ZeroEvent{0.01}, R"({"force_before_N":0.01})");
+  expect_stored(GapStatedEvent{0.004}, R"({"contact_travel_m":0.004})");
+}
+
+TEST(EventPayload, OfALossIsWhatWasStored) {
+  const char* absence = R"({"instrument":"meter","seconds":1.500,"away_s":1.250,"attempts":3})";
+  expect_stored(GapEvent{"meter", 1.5, 1.25, 3}, absence);
+  expect_stored(ReconnectedEvent{"meter", 1.5, 1.25, 3}, absence);
+  expect_stored(LevelAbandonedEvent{3, 30}, R"({"level":3,"readings":30})");
+  expect_stored(ClockStepEvent{-3600}, R"({"seconds":-3600.000})");
+  expect_stored(LateSamplesEvent{0.25}, R"({"age_s":0.250})");
+}
+
+TEST(EventPayload, OfAStateIsWhatWasStored) {
+  RunPoint p;
+  p.steps_done = 17;
+  p.levels = 5;
+  expect_stored(
+      p, R"({"level_in_repeat":0,"level_repeat":-1,"levels":5,"steps_done":17,"zeroed":false})");
+  p.contact_travel_m = 2;
+  p.travel_m = -2.5e-3;
+  p.origin = "18 \"x\"";
+  p.zeroed = true;
+  expect_stored(p, R"({"contact_travel_m":2.0,"level_in_repeat":0,"level_repeat":-1,"levels":5,)"
+                   R"("origin":"18 \"x\"","steps_done":17,"travel_m":-0.0025,"zeroed":true})");
+  expect_stored(ContinuesEvent{12, "load", 4}, R"({"run":12,"step":"load","steps_done":4})");
+}
+
+TEST(EventPayload, OfSettingsAndRequestsIsWhatWasStored) {
+  SettingsEvent s{"Cp-D", 1000.0, 1.0, std::nullopt, "fast", 1.0, "internal", 0.065};
+  expect_stored(s,
+                R"({"function":"Cp-D","frequency_Hz":1000,"level_V":1,"bias_V":null,)"
+                R"("aperture":"fast","average":1,"trigger":"internal","conversion_time_s":0.065})");
+  EXPECT_TRUE(s.internal_trigger());
+  EXPECT_EQ(from_json<SettingsEvent>(R"({"frequency_Hz": 2000})")->frequency_Hz, 2000);
+  expect_stored(
+      RequestEvent{"run.abort", "lab", 1000, 4711, "wrong \"specimen\""},
+      R"({"pid":4711,"request":"run.abort","uid":1000,"user":"lab","why":"wrong \"specimen\""})");
+}
+
+TEST(EventPayload, OfAStepThatEndedIsAWord) {
+  EXPECT_EQ(to_json(StepEndEvent()), "done");
+  EXPECT_EQ(to_json(StepEndEvent{EventKind::abort}), "abort");
+  EXPECT_FALSE(from_json<StepEndEvent>("done")->stopped_by);
+  EXPECT_EQ(from_json<StepEndEvent>("limit")->stopped_by, EventKind::limit);
+}
+
+TEST(EventPayload, SaysWhatIsMissing) {
+  const auto got = from_json<LevelAbandonedEvent>(R"({"level":"three"})");
+  ASSERT_FALSE(got);
+  EXPECT_THAT(got.error().what, HasSubstr("`level`"));
+}
+
+}  // namespace
+}  // namespace lcrig
