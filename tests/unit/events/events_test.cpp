@@ -53,7 +53,8 @@ void expect_stored(const P& payload, const std::string& stored) {
   EXPECT_EQ(to_json(*back), stored);
   EXPECT_FALSE(from_json<P>("words for people"));
   const auto page = documented();
-  for (const auto& [key, value] : nlohmann::json::parse(stored).items()) {
+  const auto object = nlohmann::json::parse(stored);
+  for (const auto& [key, value] : object.items()) {
     EXPECT_THAT(page.at(std::string(to_string(P::kKind))), HasSubstr("`" + key + "`"));
   }
 }
