@@ -3,45 +3,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 namespace lcrig {
 
-const Steps* steps_inside(const Step& step) {
-  if (const auto* repeat = std::get_if<RepeatStep>(&step.action)) return &repeat->steps;
-  if (const auto* sweep = std::get_if<SweepStep>(&step.action)) return &sweep->steps;
-  return nullptr;
-}
-
 std::int64_t passes(const Step& step, const Environment& environment) {
-  if (const auto* repeat = std::get_if<RepeatStep>(&step.action)) {
-    return std::llround(environment.get(repeat->count));
-  }
-  const auto& sweep = std::get<SweepStep>(step.action);
-  if (sweep.count) return std::llround(environment.get(*sweep.count));
-  return static_cast<std::int64_t>(sweep.values.size());
-}
-
-double sweep_value(const SweepStep& sweep, std::int64_t index, const Environment& environment) {
-  if (!sweep.count) {
-    return environment.get(sweep.values.at(static_cast<std::size_t>(index - 1)));
-  }
-  const double from = environment.get(*sweep.from), to = environment.get(*sweep.to);
-  const double last = environment.get(*sweep.count) - 1;
-  const auto i = static_cast<double>(index - 1);
-  return i >= last ? to : from + (to - from) * (i / last);  // the end exactly
+  const StepFacts facts = facts_of(step);
+  if (facts.passes != nullptr) return std::llround(environment.get(*facts.passes));
+  return static_cast<std::int64_t>(facts.sweep->values.size());
 }
 
 StepCursor::StepCursor(const Steps& steps, Environment& environment)
     : steps_(steps), environment_(environment) {}
 
 const Steps& StepCursor::inner() const {
-  return *steps_inside(*loops_.back().step);
+  return *facts_of(*loops_.back().step).inside;
 }
 
 void StepCursor::set_variable(const Loop& loop) {
-  const auto* sweep = std::get_if<SweepStep>(&loop.step->action);
-  if (sweep) environment_.set(sweep->name, sweep_value(*sweep, loop.index, environment_));
+  const SweepStep* sweep = facts_of(*loop.step).sweep;
+  if (sweep != nullptr) environment_.set(sweep->name, sweep->value(loop.index, environment_));
 }
 
 void StepCursor::enter(const Step& step) {
@@ -61,9 +41,8 @@ bool StepCursor::again() {
     set_variable(loop);
     return true;
   }
-  if (const auto* sweep = std::get_if<SweepStep>(&loop.step->action)) {
-    environment_.unset(sweep->name);
-  }
+  const SweepStep* sweep = facts_of(*loop.step).sweep;
+  if (sweep != nullptr) environment_.unset(sweep->name);
   loops_.pop_back();
   return false;
 }
@@ -78,16 +57,15 @@ const Step* StepCursor::next() {
       continue;
     }
     const Step& step = list[at++];
-    if (!steps_inside(step)) return &step;
+    if (facts_of(step).inside == nullptr) return &step;
     enter(step);
   }
 }
 
 namespace {
 const StepCursor::Loop* outermost_repeat(const std::vector<StepCursor::Loop>& loops) {
-  const auto it = std::ranges::find_if(loops, [](const StepCursor::Loop& loop) {
-    return std::holds_alternative<RepeatStep>(loop.step->action);
-  });
+  const auto it = std::ranges::find_if(
+      loops, [](const StepCursor::Loop& loop) { return facts_of(*loop.step).sweep == nullptr; });
   return it == loops.end() ? nullptr : &*it;
 }
 }  // namespace
@@ -104,43 +82,34 @@ std::int64_t StepCursor::repeats() const {
 
 namespace {
 
-bool any_step(const Steps& steps, const std::function<bool(const Step&)>& holds) {
+bool any_step(const Steps& steps, bool (*holds)(const StepFacts&)) {
   return std::ranges::any_of(steps, [&](const Step& step) {
-    const Steps* inner = steps_inside(step);
-    return inner != nullptr ? any_step(*inner, holds) : holds(step);
+    const StepFacts facts = facts_of(step);
+    return facts.inside != nullptr ? any_step(*facts.inside, holds) : holds(facts);
   });
 }
 
-bool is_pressure(const std::optional<Target>& target) {
-  return target && target->kind == TargetKind::pressure;
+bool any_step(const Protocol& protocol, bool (*holds)(const StepFacts&)) {
+  return any_step(protocol.steps, holds) || any_step(protocol.finally_steps, holds);
 }
 
 }  // namespace
 
 bool places_weights(const Steps& steps) {
-  return any_step(
-      steps, [](const Step& step) { return std::holds_alternative<PlaceWeightStep>(step.action); });
+  return any_step(steps, [](const StepFacts& facts) { return facts.places_weight; });
+}
+
+bool moves_frame(const Protocol& protocol) {
+  return any_step(protocol, [](const StepFacts& facts) { return facts.moves; });
 }
 
 bool commands_frame(const Protocol& protocol) {
-  const auto commands = [](const Step& step) {
-    const auto* hold = std::get_if<HoldStep>(&step.action);
-    return std::holds_alternative<ZeroStep>(step.action) ||
-           std::holds_alternative<FindContactStep>(step.action) ||
-           std::holds_alternative<RampStep>(step.action) ||
-           std::holds_alternative<MoveUntilStep>(step.action) ||
-           (hold != nullptr && hold->mode == HoldMode::force);
-  };
-  return any_step(protocol.steps, commands) || any_step(protocol.finally_steps, commands);
+  return any_step(protocol, [](const StepFacts& facts) { return facts.commands_frame(); });
 }
 
 bool aims_at_pressure(const Steps& steps) {
-  return any_step(steps, [](const Step& step) {
-    if (const auto* s = std::get_if<RampStep>(&step.action)) return is_pressure(s->to);
-    if (const auto* s = std::get_if<MoveUntilStep>(&step.action)) return is_pressure(s->until);
-    if (const auto* s = std::get_if<HoldStep>(&step.action)) return is_pressure(s->at);
-    const auto* s = std::get_if<PlaceWeightStep>(&step.action);
-    return s != nullptr && is_pressure(s->load);
+  return any_step(steps, [](const StepFacts& facts) {
+    return facts.aim != nullptr && facts.aim->kind == TargetKind::pressure;
   });
 }
 

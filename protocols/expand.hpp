@@ -15,7 +15,7 @@ namespace lcrig {
 class StepCursor {
  public:
   struct Loop {
-    const Step* step = nullptr;  // its action is a RepeatStep or a SweepStep
+    const Step* step = nullptr;  // a repeat or a sweep
     std::int64_t index = 1;  // from 1
     std::int64_t count = 0;
     std::size_t at = 0;  // next step inside
@@ -43,14 +43,12 @@ class StepCursor {
   std::vector<Loop> loops_;
 };
 
-// The steps inside a repeat or sweep; nullptr for a leaf.
-const Steps* steps_inside(const Step& step);
 // Passes of a repeat or sweep under this environment.
 std::int64_t passes(const Step& step, const Environment& environment);
-// SI value of a sweep's variable in pass `index` (from 1).
-double sweep_value(const SweepStep& sweep, std::int64_t index, const Environment& environment);
 // Whether any of them is a place_weight: the rig must be a rod with dead weights.
 bool places_weights(const Steps& steps);
+// Whether any step of the protocol is a motion.
+bool moves_frame(const Protocol& protocol);
 // Whether the protocol asks the frame for anything: a motion, a held force, a zero. One that does
 // not only records, and leaves the frame to whoever commands it.
 bool commands_frame(const Protocol& protocol);

@@ -164,7 +164,7 @@ void parse_steps(const JsonReader& top, const Scope& scope, Protocol& out) {
   if (loads && !out.limits.force_min) {
     top.at("limits").refuse("no force window, expected force_N in a protocol that loads");
   }
-  if (!parser.has_motion()) return;
+  if (!moves_frame(out)) return;
   if (out.finally_steps.empty()) {
     finally_steps.refuse("no steps, expected at least one in a protocol with motion");
   }

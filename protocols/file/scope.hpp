@@ -7,7 +7,7 @@
 #include <string>
 
 #include "base/strict_json.hpp"
-#include "protocols/protocol.hpp"
+#include "protocols/number.hpp"
 
 namespace lcrig {
 

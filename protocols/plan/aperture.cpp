@@ -26,18 +26,18 @@ void tighten(Demand& d, double longest_s, std::string why) {
 }
 
 void look_at(const Step& step, const Environment& env, const Rig& rig, int average, Demand& d) {
-  if (const auto* m = std::get_if<MeasureStep>(&step.action)) {
+  const StepFacts facts = facts_of(step);
+  if (const MeasureStep* m = facts.measures) {
     const double count = env.get(m->count), within = env.get(m->within);
     if (within / count >= d.longest_s * average) return;
     tighten(d, within / count / average,
             fmt::format("{:.0f} readings in {:.4g} s ({}) need a conversion of at most {:.0f} ms",
                         count, within, step.id, std::floor(within / count * 1e3)));
   }
-  const auto* move = std::get_if<MoveUntilStep>(&step.action);
-  if (!move || !is_force_target(move->until)) return;
-  const double force = target_force_N(move->until, env, rig);
+  if (!facts.loads_a_cycle) return;
+  const double force = target_force_N(*facts.aim, env, rig);
   if (force <= 0) return;
-  const auto loaded = loaded_time_s(force, env.get(move->speed), rig);
+  const auto loaded = loaded_time_s(force, env.get(*facts.speed), rig);
   if (!loaded) {
     d.unknown_motion = true;
     return;
@@ -70,9 +70,9 @@ ApertureChoice choose_aperture(const Protocol& protocol, const Environment& envi
   for (std::int64_t n = 0; n < kStepsMax; ++n) {
     const Step* step = cursor.next();
     if (!step) break;
-    measures = measures || std::holds_alternative<MeasureStep>(step->action);
-    const bool moves = std::holds_alternative<MoveUntilStep>(step->action);
-    if (!moves || measures_while_moving) look_at(*step, env, rig, lcr.average, demand);
+    const StepFacts facts = facts_of(*step);
+    measures = measures || facts.measures != nullptr;
+    if (!facts.moves || measures_while_moving) look_at(*step, env, rig, lcr.average, demand);
   }
   if (demand.unknown_motion && !measures) {
     out.aperture = Aperture::fast;

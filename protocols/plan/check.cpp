@@ -21,18 +21,13 @@ Aperture usable_aperture(const LcrSettings& settings, const LcrCapabilities& cap
 
 }  // namespace
 
-bool is_force_target(const Target& t) {
-  return t.kind == TargetKind::force || t.kind == TargetKind::pressure;
-}
-
 std::optional<double> force_noise_N(const Rig& rig) {
   if (rig.force_noise_N || !rig.noise) return rig.force_noise_N;
   return rig.noise->force_N;
 }
 
 double target_force_N(const Target& target, const Environment& env, const Rig& rig) {
-  const double v = env.get(target.value);
-  return target.kind == TargetKind::pressure ? v * rig.probe_area.si() : v;
+  return target_force_N(target, env, LoadFactors(rig.probe_area.si(), rig.gravity_m_s2));
 }
 
 MaybeOutside check_force(double force, const BoundLimits& limits, const Rig& rig) {
@@ -143,14 +138,12 @@ Words check_measure(std::int64_t count, double within_s, const LcrSettings& s,
 }
 
 Words check_capability(const Step& step, const FrameCapabilities& caps) {
-  const bool motion = std::holds_alternative<FindContactStep>(step.action) ||
-                      std::holds_alternative<RampStep>(step.action) ||
-                      std::holds_alternative<MoveUntilStep>(step.action);
-  if (motion && !caps.motion) {
+  const StepFacts facts = facts_of(step);
+  if (facts.moves && !caps.motion) {
     return fmt::format("{} needs a frame that moves; this rig {}", kind_of(step),
                        caps.weights ? "has dead weights: use place_weight" : "cannot move");
   }
-  if (std::holds_alternative<PlaceWeightStep>(step.action) && !caps.weights) {
+  if (facts.places_weight && !caps.weights) {
     return std::string(
         "place_weight needs a dead-weight rig; this frame loads by motion: use ramp "
         "or move_until");

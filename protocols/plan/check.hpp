@@ -77,6 +77,5 @@ Words check_capability(const Step& step, const FrameCapabilities& caps);
 
 std::optional<double> force_noise_N(const Rig& rig);
 double target_force_N(const Target& target, const Environment& env, const Rig& rig);
-bool is_force_target(const Target& target);
 
 }  // namespace lcrig

@@ -274,11 +274,10 @@ Planner::Outcome Planner::on(const MeasureStep& s) {
 Planner::Outcome Planner::on(const PlaceWeightStep& s) {
   Outcome out;
   out.seconds = kOperator_s;
-  const double force =
-      s.mass ? env_.get(*s.mass) * rig_.gravity_m_s2 : target_force_N(*s.load, env_, rig_);
+  const double force = target_force_N(s.load, env_, rig_);
   out.note = fmt::format("{:.4g} g = {:.4g} N; about {:.0f} s for the operator",
                          force / rig_.gravity_m_s2 * 1e3, force, kOperator_s);
-  go_to_force(force, s.load ? &s.load->value : nullptr, out);
+  go_to_force(force, s.load.kind == TargetKind::mass ? nullptr : &s.load.value, out);
   foresee(force, 0);
   return out;
 }
@@ -293,15 +292,7 @@ Planner::Outcome Planner::on(const RecordStep& s) {
 Planner::Outcome Planner::on(const SetLcrStep& s) {
   Outcome out;
   out.seconds = kSetLcr_s;
-  if (s.frequency) lcr_.frequency = Frequency::from_si(env_.get(*s.frequency));
-  if (s.level) lcr_.level = Voltage::from_si(env_.get(*s.level));
-  if (s.bias) lcr_.bias = Voltage::from_si(env_.get(*s.bias));
-  if (s.bias_off) lcr_.bias.reset();
-  if (s.average) lcr_.average = static_cast<int>(std::lround(env_.get(*s.average)));
-  if (s.aperture) lcr_.aperture = *s.aperture;
-  if (s.function) lcr_.function = *s.function;
-  if (s.trigger) lcr_.trigger = *s.trigger;
-  if (lcr_.trigger == LcrTrigger::bus) lcr_.poll_interval.reset();
+  lcr_ = s.change(lcr_, env_);
   if (auto why = check_lcr(lcr_, rig_.lcr)) out.refuse(Refusal(std::move(*why)));
   return out;
 }

@@ -76,9 +76,9 @@ void Planner::go_to_force(double force, const Number* given, Outcome& out) {
   if (const auto no = check_force(force, limits_, rig_)) {
     std::vector<Change> changes;
     // A pressure is stated over the area of the tip.
-    const bool is_force = given != nullptr && rig_.probe_area.si() > 0 &&
-                          std::abs(env_.get(*given) - force) <= 1e-9 * std::abs(force);
-    const double unit = is_force ? 1 : rig_.probe_area.si();
+    const bool in_N = given != nullptr && rig_.probe_area.si() > 0 &&
+                      std::abs(env_.get(*given) - force) <= 1e-9 * std::abs(force);
+    const double unit = in_N ? 1 : rig_.probe_area.si();
     if (given != nullptr && unit > 0) changes = at_most(*given, no->end / unit, protocol_);
     out.refuse(Refusal(no->why, std::move(changes)));
   }
@@ -269,7 +269,7 @@ Planner::Outcome Planner::on(const RampStep& s) {
   Outcome out;
   if (s.speed) {
     use_speed(*s.speed, out);
-    if (is_force_target(s.to)) {
+    if (is_force(s.to)) {
       const double force = target_force_N(s.to, env_, rig_);
       const bool loading = force > force_;
       force_move(s.to, *s.speed, out);
@@ -296,7 +296,7 @@ Planner::Outcome Planner::on(const RampStep& s) {
 Planner::Outcome Planner::on(const MoveUntilStep& s) {
   Outcome out;
   use_speed(s.speed, out);
-  if (!is_force_target(s.until)) {
+  if (!is_force(s.until)) {
     travel_move(s.until, s.speed, out);
     check_timeout(s.timeout, out);
     return out;

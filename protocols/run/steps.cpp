@@ -217,8 +217,8 @@ Task<Result<>> Run::execute(const MeasureStep& step, StepProgress& progress) {
 
 double Run::aim_at_mass(const PlaceWeightStep& step) {
   aim_at(step.load);
-  if (!step.mass) return *target_force_N_ / setup_.gravity_m_s2;
-  const double mass_kg = setup_.environment.get(*step.mass);
+  if (step.load.kind != TargetKind::mass) return *target_force_N_ / setup_.gravity_m_s2;
+  const double mass_kg = setup_.environment.get(step.load.value);
   target_force_N_ = mass_kg * setup_.gravity_m_s2;
   if (setup_.probe_area_m2) target_pressure_Pa_ = *target_force_N_ / *setup_.probe_area_m2;
   return mass_kg;

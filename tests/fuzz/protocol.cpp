@@ -35,12 +35,12 @@ Rig some_rig(bool weights) {
 double visits(const Steps& steps, const Environment& environment) {
   double sum = 0;
   for (const Step& step : steps) {
-    const Steps* inside = steps_inside(step);
+    const Steps* inside = facts_of(step).inside;
     if (inside == nullptr) {
       sum += 1;
       continue;
     }
-    const auto* sweep = std::get_if<SweepStep>(&step.action);
+    const SweepStep* sweep = facts_of(step).sweep;
     Environment inner = environment;
     if (sweep != nullptr) inner.set(sweep->name, 1);
     sum += static_cast<double>(passes(step, environment)) * visits(*inside, inner);

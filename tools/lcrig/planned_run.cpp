@@ -62,7 +62,7 @@ class Walk {
   Result<> run() {
     StepCursor cursor(protocol_.steps, environment_);
     while (const Step* step = cursor.next()) {
-      if (std::holds_alternative<SetLcrStep>(step->action)) {
+      if (facts_of(*step).sets_meter != nullptr) {
         return fail(Errc::invalid_request,
                     "{}: step {} changes the meter's settings: a budget needs one setting for all",
                     protocol_.name, step->id);
@@ -97,14 +97,13 @@ class Walk {
   void take(const Step& step) {
     const auto found = seconds_.find(step.id);
     const double seconds = found == seconds_.end() ? 0 : found->second;
-    if (const auto* s = std::get_if<RampStep>(&step.action)) {
-      go(s->to, s->speed ? environment_.get(*s->speed) : 0, seconds);
-    } else if (const auto* m = std::get_if<MoveUntilStep>(&step.action)) {
-      go(m->until, environment_.get(m->speed), seconds);
-    } else if (const auto* w = std::get_if<PlaceWeightStep>(&step.action)) {
-      place(*w, seconds);
-    } else if (const auto* l = std::get_if<MeasureStep>(&step.action)) {
-      measure(environment_.get(l->count));
+    const StepFacts facts = facts_of(step);
+    if (facts.places_weight) {
+      place(*facts.aim, seconds);
+    } else if (facts.moves && facts.aim != nullptr) {
+      go(*facts.aim, facts.speed != nullptr ? environment_.get(*facts.speed) : 0, seconds);
+    } else if (facts.measures != nullptr) {
+      measure(environment_.get(facts.measures->count));
     } else {
       stay(readings_in(seconds));
     }
@@ -112,7 +111,7 @@ class Walk {
 
   void go(const Target& to, double speed, double seconds) {
     const double from = force_;
-    if (!is_force_target(to)) {
+    if (!is_force(to)) {
       unload(speed, seconds);
       return;
     }
@@ -134,9 +133,8 @@ class Walk {
     rest_ += readings_in(seconds - falling);
   }
 
-  void place(const PlaceWeightStep& w, double seconds) {
-    const double force = w.mass ? environment_.get(*w.mass) * rig_.gravity_m_s2
-                                : target_force_N(*w.load, environment_, rig_);
+  void place(const Target& load, double seconds) {
+    const double force = target_force_N(load, environment_, rig_);
     if (force <= edge_) end_cycle();
     // The person takes the time before the load is there.
     if (force_ <= edge_) rest_ += readings_in(seconds);

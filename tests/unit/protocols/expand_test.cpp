@@ -72,9 +72,9 @@ TEST(StepCursor, ALinearSweepEndsExactlyAtItsEnd) {
   s.from = Number(10e3);
   s.to = Number(100e3);
   s.count = Number(14);
-  EXPECT_EQ(sweep_value(s, 1, env), 10e3);
-  EXPECT_NEAR(sweep_value(s, 2, env), 10e3 + 90e3 / 13, 1e-9);
-  EXPECT_EQ(sweep_value(s, 14, env), 100e3);
+  EXPECT_EQ(s.value(1, env), 10e3);
+  EXPECT_NEAR(s.value(2, env), 10e3 + 90e3 / 13, 1e-9);
+  EXPECT_EQ(s.value(14, env), 100e3);
 }
 
 TEST(StepCursor, AnInnerCountMayFollowAnOuterVariable) {

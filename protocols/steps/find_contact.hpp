@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// find_contact: moves towards the specimen until the force rises, and back off.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct FindContactStep {
+  static constexpr std::string_view kWord = "find_contact";
+  Number speed, force, back_off, timeout;  // m/s, N (rise over the baseline), m, s
+  std::optional<Number> within;  // m, longest way of the search; absent: as far as the limits allow
+  std::optional<Number> overshoot;  // N allowed beyond the rise; plan and run refuse more
+  bool slow_down = false;  // `speed` is at most: slower where this rig stops too late
+
+  static FindContactStep parse(const StepReader& r);
+  StepFacts facts() const;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// hold: holds travel or force for a time.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct HoldStep {
+  static constexpr std::string_view kWord = "hold";
+  HoldMode mode = HoldMode::travel;
+  std::optional<Target> at;  // force or pressure to hold; absent: where it stands
+  Number duration;  // s; the mode stays in force until the next motion
+
+  static HoldStep parse(const StepReader& r);
+  StepFacts facts() const;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/steps/mark.hpp"
+
+#include "protocols/file/step_reader.hpp"
+
+namespace lcrig {
+
+MarkStep MarkStep::parse(const StepReader& r) {
+  return {r.json.at("text").nonempty_string(1000)};
+}
+
+StepFacts MarkStep::facts() const {
+  return {};
+}
+
+}  // namespace lcrig

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// mark: writes a text of the file into the record.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct MarkStep {
+  static constexpr std::string_view kWord = "mark";
+  std::string text;
+
+  static MarkStep parse(const StepReader& r);
+  StepFacts facts() const;
+};
+
+}  // namespace lcrig

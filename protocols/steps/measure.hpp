@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// measure: takes fresh readings of the meter within a time; they make one level.
+#pragma once
+
+#include <string_view>
+
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct MeasureStep {
+  static constexpr std::string_view kWord = "measure";
+  Number count;  // fresh readings
+  Number within;  // s
+
+  static MeasureStep parse(const StepReader& r);
+  StepFacts facts() const;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// move_until: moves until a target is reached, towards the specimen or away from it.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct MoveUntilStep {
+  static constexpr std::string_view kWord = "move_until";
+  Target until;
+  Number speed;  // m/s
+  std::optional<Number> final_speed;  // m/s, two-speed approach ...
+  std::optional<Number> final_from;  // ... from this fraction of the target force on (0..1)
+  std::optional<Number> overshoot;  // N allowed beyond the target; plan and run refuse more
+  Number timeout;  // s
+
+  static MoveUntilStep parse(const StepReader& r);
+  StepFacts facts() const;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// place_weight: a person places a mass on the rod and confirms.
+#pragma once
+
+#include <string_view>
+
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct PlaceWeightStep {
+  static constexpr std::string_view kWord = "place_weight";
+  Target load;  // a mass, or the force or pressure that it shall produce
+
+  static PlaceWeightStep parse(const StepReader& r);
+  StepFacts facts() const;
+};
+
+}  // namespace lcrig

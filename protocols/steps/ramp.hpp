@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// ramp: moves to a target at a speed, or lets the force loop of the frame follow a rate.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct RampStep {
+  static constexpr std::string_view kWord = "ramp";
+  Target to;
+  std::optional<Number> speed;  // m/s
+  std::optional<Number> force_rate;  // N/s, for force and pressure targets
+  Number timeout;  // s
+
+  static RampStep parse(const StepReader& r);
+  StepFacts facts() const;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// record: only records, for a time or until a person confirms.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct RecordStep {
+  static constexpr std::string_view kWord = "record";
+  std::optional<Number> duration;  // s
+  bool until_confirmed = false;
+  Number timeout;  // s, with until_confirmed
+
+  static RecordStep parse(const StepReader& r);
+  StepFacts facts() const;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// repeat: runs its steps several times.
+#pragma once
+
+#include <string_view>
+
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct RepeatStep {
+  static constexpr std::string_view kWord = "repeat";
+  Number count;
+  Steps steps;
+
+  static RepeatStep parse(const StepReader& r);
+  StepFacts facts() const;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// set_gap: a person says how far the probe is from the specimen; no search is needed.
+#pragma once
+
+#include <string_view>
+
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct SetGapStep {
+  static constexpr std::string_view kWord = "set_gap";
+  Number gap;  // m, at the present travel
+
+  static SetGapStep parse(const StepReader& r);
+  StepFacts facts() const;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/steps/set_lcr.hpp"
+
+#include <cmath>
+
+#include "protocols/file/lcr_words.hpp"
+#include "protocols/file/step_reader.hpp"
+
+namespace lcrig {
+
+SetLcrStep SetLcrStep::parse(const StepReader& r) {
+  SetLcrStep out;
+  out.frequency = r.optional("frequency", Dimension::frequency, kFrequencyRange);
+  out.level = r.optional("level", Dimension::voltage, kLevelRange);
+  out.bias = r.optional("bias", Dimension::voltage, kBiasRange);
+  if (const auto off = r.json.find("bias")) {
+    static constexpr std::pair<std::string_view, bool> kOff[] = {{"off", true}};
+    out.bias_off = off->word<bool>(kOff);
+  }
+  if (out.bias && out.bias_off) r.json.refuse("a bias voltage and \"off\", expected one of them");
+  if (r.json.has("average")) out.average = r.count("average", 1, kAverageMax);
+  if (r.json.has("aperture")) out.aperture = r.json.word<Aperture>("aperture", kApertureWords);
+  if (r.json.has("function")) out.function = r.json.word<LcrFunction>("function", kFunctionWords);
+  if (r.json.has("trigger")) out.trigger = r.json.word<LcrTrigger>("trigger", kTriggerWords);
+  if (r.json.keys().size() < 3) r.json.refuse("no setting, expected at least one to change");
+  return out;
+}
+
+StepFacts SetLcrStep::facts() const {
+  return {.sets_meter = this};
+}
+
+LcrSettings SetLcrStep::change(LcrSettings settings, const Environment& env) const {
+  if (frequency) settings.frequency = Frequency::from_si(env.get(*frequency));
+  if (level) settings.level = Voltage::from_si(env.get(*level));
+  if (bias) settings.bias = Voltage::from_si(env.get(*bias));
+  if (bias_off) settings.bias.reset();
+  if (average) settings.average = static_cast<int>(std::lround(env.get(*average)));
+  if (aperture) settings.aperture = *aperture;
+  if (function) settings.function = *function;
+  if (trigger) settings.trigger = *trigger;
+  // A meter that is asked for each reading is not polled.
+  if (settings.trigger == LcrTrigger::bus) settings.poll_interval.reset();
+  return settings;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// set_lcr: changes settings of the meter. Only what is given changes.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "drivers/lcr_meter.hpp"
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct SetLcrStep {
+  static constexpr std::string_view kWord = "set_lcr";
+  std::optional<Number> frequency, level, bias, average;  // Hz, V, V, 1
+  bool bias_off = false;
+  std::optional<Aperture> aperture;
+  std::optional<LcrFunction> function;
+  std::optional<LcrTrigger> trigger;
+
+  static SetLcrStep parse(const StepReader& r);
+  StepFacts facts() const;
+  // The settings after this step.
+  LcrSettings change(LcrSettings settings, const Environment& env) const;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// All kinds of steps. A kind is a struct with its data and with
+//   kWord     the word after "do" in a file,
+//   parse()   its keys,
+//   facts()   what it asks of the rig (facts.hpp).
+// Whoever treats a step by its kind visits `action`, so a kind that lacks one does not compile.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "protocols/steps/find_contact.hpp"
+#include "protocols/steps/hold.hpp"
+#include "protocols/steps/mark.hpp"
+#include "protocols/steps/measure.hpp"
+#include "protocols/steps/move_until.hpp"
+#include "protocols/steps/place_weight.hpp"
+#include "protocols/steps/ramp.hpp"
+#include "protocols/steps/record.hpp"
+#include "protocols/steps/repeat.hpp"
+#include "protocols/steps/set_gap.hpp"
+#include "protocols/steps/set_lcr.hpp"
+#include "protocols/steps/sweep.hpp"
+#include "protocols/steps/zero.hpp"
+
+namespace lcrig {
+
+// In the order in which messages list the words.
+using Action = std::variant<ZeroStep, FindContactStep, RampStep, MoveUntilStep, HoldStep,
+                            MeasureStep, PlaceWeightStep, RecordStep, SetLcrStep, RepeatStep,
+                            SweepStep, MarkStep, SetGapStep>;
+
+struct Step {
+  std::string id;  // unique in the file
+  std::string pointer;  // JSON pointer, for messages
+  Action action;
+};
+
+// The word after "do": "find_contact".
+std::string_view kind_of(const Step& step);
+StepFacts facts_of(const Step& step);
+
+}  // namespace lcrig

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/steps/sweep.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "base/log.hpp"
+#include "protocols/file/step_reader.hpp"
+#include "protocols/steps/step.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr std::int64_t kSweepValuesMax = 10'000;
+
+// Fills `values`, or `from`, `to` and `count` when one of them is a reference.
+ScopeEntry sweep_values(const StepReader& r, const KeyParts& key, SweepStep& out) {
+  ScopeEntry entry;
+  entry.dimension = key.dimension();
+  const auto read = [&](const JsonReader& v) {
+    return r.scope.read(v, key.dimension(), key.to_si(), kAnyNumber);
+  };
+  if (const auto values = r.json.find("values")) {
+    for (const JsonReader& v : values->items(1, kSweepValuesMax)) out.values.push_back(read(v));
+    if (r.json.has("from") || r.json.has("to") || r.json.has("count")) {
+      r.json.refuse("values and from/to/count, expected only one way to give them");
+    }
+  } else {
+    out.from = read(r.json.at("from"));
+    out.to = read(r.json.at("to"));
+    out.count = r.count("count", 2, kSweepValuesMax);
+  }
+  std::vector<Number> all = out.values;
+  if (out.from) all.insert(all.end(), {*out.from, *out.to});
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const ScopeEntry b = r.scope.bounds(all[i], key.dimension());
+    entry.min = i == 0 ? b.min : std::min(entry.min, b.min);
+    entry.max = i == 0 ? b.max : std::max(entry.max, b.max);
+  }
+  return entry;
+}
+
+}  // namespace
+
+SweepStep SweepStep::parse(const StepReader& r) {
+  SweepStep out;
+  const JsonReader name = r.json.at("name");
+  out.name = name.nonempty_string(64);
+  const auto good = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+  if (!std::ranges::all_of(out.name, good)) {
+    name.refuse(fmt::format("\"{}\", expected letters, digits and _ only", printable(out.name)));
+  }
+  if (r.scope.has(out.name)) {
+    name.refuse(
+        fmt::format("\"{}\" is already a parameter or the variable of a sweep around this "
+                    "one, expected a new name",
+                    out.name));
+  }
+  const KeyParts key = split_key(out.name);
+  ScopeEntry entry = sweep_values(r, key, out);
+  const auto whole = [](const Number& n) {
+    return n.name.empty() && n.value == std::floor(n.value);
+  };
+  entry.integer = !key.unit && !out.values.empty() && std::ranges::all_of(out.values, whole);
+  if (!r.json.ok()) return out;
+  r.scope.add(out.name, entry);
+  out.steps = r.steps();
+  r.scope.remove(out.name);
+  return out;
+}
+
+StepFacts SweepStep::facts() const {
+  return {.inside = &steps, .passes = count ? &*count : nullptr, .sweep = this};
+}
+
+double SweepStep::value(std::int64_t index, const Environment& env) const {
+  if (!count) return env.get(values.at(static_cast<std::size_t>(index - 1)));
+  const double first = env.get(*from), end = env.get(*to), last = env.get(*count) - 1;
+  const auto i = static_cast<double>(index - 1);
+  return i >= last ? end : first + (end - first) * (i / last);  // the end exactly
+}
+
+}  // namespace lcrig

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// sweep: runs its steps once for each value of a variable.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct SweepStep {
+  static constexpr std::string_view kWord = "sweep";
+  std::string name;  // variable; its unit suffix says what the values are
+  std::vector<Number> values;  // or from/to/count, expanded by the parser when they are literals
+  std::optional<Number> from, to, count;
+  Steps steps;
+
+  static SweepStep parse(const StepReader& r);
+  StepFacts facts() const;
+  // SI value of the variable in pass `index` (from 1).
+  double value(std::int64_t index, const Environment& env) const;
+};
+
+}  // namespace lcrig

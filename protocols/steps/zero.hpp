@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// zero: sets the zero of force, travel or both to what the frame shows now.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct StepReader;
+
+struct ZeroStep {
+  static constexpr std::string_view kWord = "zero";
+  bool force = false, travel = false;
+  std::optional<Number> max_offset;  // N; a larger offset means that the probe already touches
+
+  static ZeroStep parse(const StepReader& r);
+  StepFacts facts() const;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the kinds of steps say of themselves: parser, planner and runner ask nothing else.
+#include <gtest/gtest.h>
+
+#include "protocols/expand.hpp"
+#include "protocols/protocol.hpp"
+
+namespace lcrig {
+namespace {
+
+Target at(TargetKind kind, double value) {
+  Target out;
+  out.kind = kind;
+  out.value = Number(value);
+  return out;
+}
+
+TEST(Steps, KindsAreTheWordsOfTheFile) {
+  Step step;
+  step.action = FindContactStep();
+  EXPECT_EQ(kind_of(step), "find_contact");
+  step.action = SetGapStep();
+  EXPECT_EQ(kind_of(step), "set_gap");
+}
+
+TEST(Steps, OnlyMotionsMove) {
+  EXPECT_TRUE(FindContactStep().facts().moves);
+  EXPECT_TRUE(RampStep().facts().moves);
+  EXPECT_TRUE(MoveUntilStep().facts().moves);
+  EXPECT_FALSE(HoldStep().facts().moves);
+  EXPECT_FALSE(ZeroStep().facts().moves);
+  EXPECT_FALSE(PlaceWeightStep().facts().moves);
+  EXPECT_FALSE(SetGapStep().facts().moves);
+}
+
+TEST(Steps, AHeldTravelAsksNothingOfTheFrameAHeldForceDoes) {
+  HoldStep hold;
+  EXPECT_FALSE(hold.facts().commands_frame());
+  hold.mode = HoldMode::force;
+  EXPECT_TRUE(hold.facts().commands_frame());
+  EXPECT_TRUE(ZeroStep().facts().commands_frame());
+  EXPECT_FALSE(MeasureStep().facts().commands_frame());
+  EXPECT_FALSE(PlaceWeightStep().facts().commands_frame());
+}
+
+TEST(Steps, ARampLeavesTheControlThatItUsed) {
+  RampStep ramp;
+  ramp.to = at(TargetKind::force, 1);
+  ramp.force_rate = Number(0.1);
+  EXPECT_EQ(ramp.facts().leaves, HoldMode::force);
+  EXPECT_EQ(ramp.facts().speed, nullptr);
+  ramp.speed = Number(1e-3);
+  EXPECT_EQ(ramp.facts().leaves, HoldMode::travel);
+  EXPECT_EQ(ramp.facts().speed->value, 1e-3);
+  EXPECT_EQ(ramp.facts().aim->kind, TargetKind::force);
+}
+
+TEST(Steps, OnlyAMotionToAForceLoadsACycle) {
+  MoveUntilStep move;
+  move.until = at(TargetKind::travel, 1e-3);
+  EXPECT_FALSE(move.facts().loads_a_cycle);
+  move.until = at(TargetKind::pressure, 1e4);
+  EXPECT_TRUE(move.facts().loads_a_cycle);
+}
+
+TEST(Steps, WhatNeedsTheMeterSaysSo) {
+  EXPECT_TRUE(MeasureStep().facts().needs_meter());
+  EXPECT_TRUE(SetLcrStep().facts().needs_meter());
+  EXPECT_FALSE(RecordStep().facts().needs_meter());
+}
+
+TEST(Steps, ATargetIsAForceByAreaOrGravity) {
+  Environment env;
+  const LoadFactors factors(2e-4, 9.8);
+  EXPECT_EQ(target_force_N(at(TargetKind::force, 3), env, factors), 3);
+  EXPECT_EQ(target_force_N(at(TargetKind::pressure, 1e4), env, factors), 2);
+  EXPECT_EQ(target_force_N(at(TargetKind::mass, 0.5), env, factors), 4.9);
+  EXPECT_TRUE(is_force(at(TargetKind::mass, 0.5)));
+  EXPECT_FALSE(is_force(at(TargetKind::gap, 0.5)));
+}
+
+// The planner forgot the interval here, the runner kept it.
+TEST(Steps, AMeterThatIsAskedForEachReadingIsNotPolled) {
+  Environment env;
+  LcrSettings settings;
+  settings.trigger = LcrTrigger::internal;
+  settings.poll_interval = std::chrono::milliseconds(10);
+  SetLcrStep step;
+  step.average = Number(4);
+  EXPECT_EQ(step.change(settings, env).poll_interval, settings.poll_interval);
+  EXPECT_EQ(step.change(settings, env).average, 4);
+  step.trigger = LcrTrigger::bus;
+  EXPECT_FALSE(step.change(settings, env).poll_interval);
+}
+
+}  // namespace
+}  // namespace lcrig
