@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// "aperture": "auto". Slower conversions are quieter, so the slowest one that fits is chosen.
+// Slower conversions are quieter, so the slowest one that fits is chosen.
+#include "protocols/plan/aperture.hpp"
+
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "protocols/expand.hpp"
-#include "protocols/plan/planner.hpp"
 
 namespace lcrig {
 
@@ -52,6 +55,11 @@ void look_at(const Step& step, const Environment& env, const Rig& rig, int avera
 }
 
 }  // namespace
+
+std::optional<double> loaded_time_s(double force_N, double speed_m_s, const Rig& rig) {
+  if (!rig.compression_m || force_N <= 0) return std::nullopt;
+  return rig.compression_m(force_N) / speed_m_s;
+}
 
 ApertureChoice choose_aperture(const Protocol& protocol, const Environment& environment,
                                const Rig& rig) {

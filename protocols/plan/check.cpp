@@ -148,29 +148,6 @@ Words check_capability(const Step& step, const FrameCapabilities& caps) {
         "place_weight needs a dead-weight rig; this frame loads by motion: use ramp "
         "or move_until");
   }
-  const auto* ramp = std::get_if<RampStep>(&step.action);
-  if (ramp && ramp->force_rate && !caps.force_hold) {
-    return std::string(
-        "a force rate needs a force loop in the frame; this one has none: use "
-        "speed_mm_s");
-  }
-  const auto* hold = std::get_if<HoldStep>(&step.action);
-  // Under dead weights the force holds itself.
-  if (hold && hold->mode == HoldMode::force && !caps.force_hold && !caps.weights) {
-    return std::string(
-        "holding a force needs a force loop in the frame; this one has none: hold "
-        "the travel");
-  }
-  if (hold && hold->at && caps.weights && !caps.force_hold) {
-    return std::string("a dead-weight rig cannot go to a force by itself: use place_weight");
-  }
-  const auto* zero = std::get_if<ZeroStep>(&step.action);
-  if (zero && zero->force && !caps.zero_force) {
-    return std::string("zero of the force, which this rig cannot do");
-  }
-  if (zero && zero->travel && !caps.zero_travel) {
-    return std::string("zero of the travel, which this rig cannot do");
-  }
   return std::nullopt;
 }
 

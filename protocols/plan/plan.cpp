@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/strict_json.hpp"
+#include "protocols/plan/aperture.hpp"
 #include "protocols/plan/planner.hpp"
 
 namespace lcrig {
@@ -58,14 +59,18 @@ Result<Plan> make_plan(const Protocol& protocol, const Environment& environment,
   const auto limits = bind_limits(protocol, environment, rig.frame);
   if (!limits) return fail(limits.error());
   const ApertureChoice choice = choose_aperture(protocol, environment, rig);
-  Planner planner(protocol, environment, rig, *limits, choice);
+  Plan plan;
+  plan.limits = *limits;
+  plan.lcr = protocol.sample.lcr;
+  plan.lcr.aperture = choice.aperture;
+  plan.aperture_note = choice.note;
+  Environment values = environment;  // sweep variables come and go
+  Planner planner(protocol, values, rig, *limits, plan);
   planner.walk();
   if (planner.refused()) {
     if (refused != nullptr) *refused = *planner.refused();
     return fail(placed(protocol, *planner.refused()));
   }
-  Plan plan = planner.take();
-  plan.limits = *limits;
   estimate_size(protocol, rig, plan);
   return plan;
 }

@@ -10,6 +10,11 @@
 
 namespace lcrig {
 
+// What the functions of a step work with.
+struct StepReader;  // file/step_reader.hpp
+class PlannedRig;  // plan/planned_rig.hpp
+struct StepPlan;
+
 struct MeasureStep;
 struct SetLcrStep;
 struct SweepStep;

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/steps/find_contact.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "protocols/file/step_reader.hpp"
+#include "protocols/file/words.hpp"
+#include "protocols/plan/planned_motion.hpp"
 
 namespace lcrig {
 
@@ -24,6 +30,69 @@ FindContactStep FindContactStep::parse(const StepReader& r) {
 
 StepFacts FindContactStep::facts() const {
   return {.moves = true, .speed = &speed, .leaves = HoldMode::travel};
+}
+
+namespace {
+
+// Where the limits or the machine end, seen from here; all of the machine when its travel is not
+// known.
+double window_m(const PlannedRig& rig) {
+  const FrameCapabilities& caps = rig.frame();
+  const double machine = caps.travel_max.si();
+  const double end = std::min(rig.limits().travel_max_m.value_or(machine), machine);
+  const bool known = rig.known().start_travel || rig.known().expected_contact;
+  return known ? std::max(0.0, end - rig.travel_m()) : machine - caps.travel_min.si();
+}
+
+// What the noise shows by itself is no contact.
+void check_threshold(const Number& force, const PlannedRig& rig, StepPlan& out) {
+  const double noise = force_noise_N(rig.known()).value_or(0), rise = rig.get(force);
+  const double least = kContactSigmas * noise;
+  if (!exceeds(least, rise)) return;
+  out.refuse(
+      Refusal(fmt::format("contact at {:.3g} N, but the load cell scatters by {:.3g} N (standard "
+                          "deviation) while it rests: at least {:.3g} N, {:.0f} times that",
+                          rise, noise, least, kContactSigmas),
+              at_least(force, 1.05 * least, rig.protocol())));
+}
+
+}  // namespace
+
+double FindContactStep::search_speed_m_s(const Environment& env, const Forecast& forecast,
+                                         double room_N, double slowest_m_s) const {
+  const double v = env.get(speed), rise = env.get(force);
+  if (!slow_down) return v;
+  const double fastest = forecast.fastest_m_s(rise, rise + 0.5 * room_N);
+  return std::max(std::min(v, fastest), std::min(v, slowest_m_s));
+}
+
+StepPlan FindContactStep::plan(PlannedRig& rig) const {
+  StepPlan out;
+  PlannedMotion motion(rig, timeout, out);
+  check_threshold(force, rig, out);
+  rig.use_speed(speed, out);
+  const double rise = rig.get(force), back = rig.get(back_off), most = rig.get(speed);
+  const double v = search_speed_m_s(rig.environment(), rig.forecast(),
+                                    rig.limits().force_max_N - rise, rig.frame().speed_min.si());
+  if (v < most) add_note(out.note, fmt::format("slowed down to {:.3g} mm/s", v * 1e3));
+  const double approach = std::max(0.0, rig.contact_m() - rig.travel_m());
+  if (rig.contact() == PlannedRig::Contact::unknown && approach > 0) {
+    add_note(out.note, fmt::format("assumes a gap of {:.3g} mm", approach * 1e3));
+  }
+  double longest = std::min(window_m(rig), v * rig.get(timeout));
+  if (within) longest = std::min(longest, rig.get(*within));
+  add_note(out.note, fmt::format("searches at most {:.4g} mm", longest * 1e3));
+  out.seconds = approach / v + back / most + kSearchStop_s;
+  rig.begin_search();
+  rig.go_to_force(rise, &force, out);
+  motion.search(approach);
+  motion.check_stop(rise, v < most ? Number(v) : speed, overshoot);
+  motion.check_timeout();
+  rig.find_contact(rise, v);
+  rig.go_to_travel(rig.travel_at(rise), nullptr, out);
+  rig.go_to_travel(rig.contact_m() - back, nullptr, out);
+  rig.unload();
+  return out;
 }
 
 }  // namespace lcrig

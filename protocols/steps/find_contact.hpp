@@ -9,7 +9,7 @@
 
 namespace lcrig {
 
-struct StepReader;
+class Forecast;
 
 struct FindContactStep {
   static constexpr std::string_view kWord = "find_contact";
@@ -20,6 +20,11 @@ struct FindContactStep {
 
   static FindContactStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
+  // With slow_down as fast as the file says, but so slow that the stop needs no more than half of
+  // the room from the threshold up to the limit.
+  double search_speed_m_s(const Environment& env, const Forecast& forecast, double room_N,
+                          double slowest_m_s) const;
 };
 
 }  // namespace lcrig

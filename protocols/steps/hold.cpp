@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/steps/hold.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "protocols/file/step_reader.hpp"
+#include "protocols/file/words.hpp"
+#include "protocols/plan/planned_motion.hpp"
 
 namespace lcrig {
 
@@ -22,6 +28,42 @@ HoldStep HoldStep::parse(const StepReader& r) {
 
 StepFacts HoldStep::facts() const {
   return {.aim = at ? &*at : nullptr, .leaves = mode};
+}
+
+StepPlan HoldStep::plan(PlannedRig& rig) const {
+  StepPlan out(rig.get(duration));
+  const FrameCapabilities& caps = rig.frame();
+  // Under dead weights the force holds itself.
+  if (mode == HoldMode::force && !caps.force_hold && !caps.weights) {
+    out.refuse(
+        Refusal("holding a force needs a force loop in the frame; this one has none: hold "
+                "the travel"));
+  } else if (at && caps.weights && !caps.force_hold) {
+    out.refuse(Refusal("a dead-weight rig cannot go to a force by itself: use place_weight"));
+  }
+  if (out.why) return out;
+  const bool by_loop = mode == HoldMode::force && !caps.weights;
+  const double before_N = rig.force_N(), force_N = at ? rig.force_of(*at) : before_N;
+  if (at) {
+    add_note(out.note, fmt::format("holds {:.4g} N", force_N));
+    rig.go_to_travel(rig.travel_at(force_N), nullptr, out);
+    rig.go_to_force(force_N, &at->value, out);
+  }
+  if (by_loop) check_force_loop(force_N, rig, out);
+  if (!by_loop || out.why) return out;
+  const ForceLoop& loop = *caps.force_loop;
+  const double limit_N = rig.limits().force_max_N;
+  const double worst_N = rig.felt_N(std::max(force_N, before_N)) + loop.ripple.si() +
+                         (force_N > before_N ? loop.rate_max.si() * to_seconds(loop.lag) : 0);
+  if (exceeds(worst_N, limit_N)) {
+    out.refuse(
+        Refusal(fmt::format("holding {:.4g} N may end at {:.3g} N, the limit is {:.4g} N: "
+                            "ramp to the force first, or hold the travel",
+                            force_N, worst_N, limit_N)));
+  } else {
+    rig.foresee(worst_N, 0);
+  }
+  return out;
 }
 
 }  // namespace lcrig

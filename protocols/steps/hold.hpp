@@ -9,8 +9,6 @@
 
 namespace lcrig {
 
-struct StepReader;
-
 struct HoldStep {
   static constexpr std::string_view kWord = "hold";
   HoldMode mode = HoldMode::travel;
@@ -19,6 +17,7 @@ struct HoldStep {
 
   static HoldStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
 };
 
 }  // namespace lcrig

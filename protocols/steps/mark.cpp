@@ -2,6 +2,7 @@
 #include "protocols/steps/mark.hpp"
 
 #include "protocols/file/step_reader.hpp"
+#include "protocols/plan/planned_rig.hpp"
 
 namespace lcrig {
 
@@ -10,6 +11,10 @@ MarkStep MarkStep::parse(const StepReader& r) {
 }
 
 StepFacts MarkStep::facts() const {
+  return {};
+}
+
+StepPlan MarkStep::plan(PlannedRig& /*rig*/) const {
   return {};
 }
 

@@ -9,14 +9,13 @@
 
 namespace lcrig {
 
-struct StepReader;
-
 struct MarkStep {
   static constexpr std::string_view kWord = "mark";
   std::string text;
 
   static MarkStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
 };
 
 }  // namespace lcrig

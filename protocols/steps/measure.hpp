@@ -8,8 +8,6 @@
 
 namespace lcrig {
 
-struct StepReader;
-
 struct MeasureStep {
   static constexpr std::string_view kWord = "measure";
   Number count;  // fresh readings
@@ -17,6 +15,7 @@ struct MeasureStep {
 
   static MeasureStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
 };
 
 }  // namespace lcrig

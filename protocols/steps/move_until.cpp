@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/steps/move_until.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
 #include "protocols/file/step_reader.hpp"
+#include "protocols/file/words.hpp"
+#include "protocols/plan/aperture.hpp"
+#include "protocols/plan/planned_motion.hpp"
 
 namespace lcrig {
 
@@ -30,6 +38,36 @@ StepFacts MoveUntilStep::facts() const {
           .aim = &until,
           .speed = &speed,
           .leaves = HoldMode::travel};
+}
+
+StepPlan MoveUntilStep::plan(PlannedRig& rig) const {
+  StepPlan out;
+  PlannedMotion motion(rig, timeout, out);
+  rig.use_speed(speed, out);
+  if (!is_force(until)) {
+    motion.to_travel(until, speed);
+    motion.check_timeout();
+    return out;
+  }
+  const double force_N = rig.force_of(until), v = rig.get(speed), from_m = rig.travel_m();
+  const bool loading = force_N > rig.force_N();
+  motion.to_force(until, speed);
+  const Number& last = final_speed ? *final_speed : speed;
+  if (final_speed) {
+    rig.use_speed(last, out);
+    const double turn_N = rig.get(*final_from) * force_N, to_m = rig.travel_m();
+    const double slow_m = std::min(std::abs(to_m - from_m), std::abs(to_m - rig.travel_at(turn_N)));
+    out.seconds += slow_m / rig.get(last) - slow_m / v;
+    if (loading) motion.check_stop(rig.felt_N(turn_N), speed, std::nullopt);
+  }
+  if (const auto t = loaded_time_s(force_N, v, rig.known()); loading && t && !final_speed) {
+    const double each = to_seconds(rig.known().lcr.conversion_time(rig.meter()));
+    add_note(out.note, fmt::format("loaded for {:.3g} s: {:.0f} readings of {:.0f} ms", *t,
+                                   std::floor(*t / each), each * 1e3));
+  }
+  if (loading) motion.check_stop(rig.felt_N(force_N), last, overshoot);
+  motion.check_timeout();
+  return out;
 }
 
 }  // namespace lcrig

@@ -9,8 +9,6 @@
 
 namespace lcrig {
 
-struct StepReader;
-
 struct MoveUntilStep {
   static constexpr std::string_view kWord = "move_until";
   Target until;
@@ -22,6 +20,7 @@ struct MoveUntilStep {
 
   static MoveUntilStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
 };
 
 }  // namespace lcrig

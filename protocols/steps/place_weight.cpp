@@ -4,8 +4,13 @@
 #include <fmt/format.h>
 
 #include "protocols/file/step_reader.hpp"
+#include "protocols/plan/planned_rig.hpp"
 
 namespace lcrig {
+
+namespace {
+constexpr double kOperator_s = 15;  // to place a mass and confirm
+}  // namespace
 
 PlaceWeightStep PlaceWeightStep::parse(const StepReader& r) {
   PlaceWeightStep out;
@@ -29,6 +34,16 @@ PlaceWeightStep PlaceWeightStep::parse(const StepReader& r) {
 
 StepFacts PlaceWeightStep::facts() const {
   return {.places_weight = true, .aim = &load};
+}
+
+StepPlan PlaceWeightStep::plan(PlannedRig& rig) const {
+  StepPlan out(kOperator_s);
+  const double force_N = rig.force_of(load);
+  out.note = fmt::format("{:.4g} g = {:.4g} N; about {:.0f} s for the operator",
+                         force_N / rig.known().gravity_m_s2 * 1e3, force_N, kOperator_s);
+  rig.go_to_force(force_N, load.kind == TargetKind::mass ? nullptr : &load.value, out);
+  rig.foresee(force_N, 0);
+  return out;
 }
 
 }  // namespace lcrig

@@ -8,14 +8,13 @@
 
 namespace lcrig {
 
-struct StepReader;
-
 struct PlaceWeightStep {
   static constexpr std::string_view kWord = "place_weight";
   Target load;  // a mass, or the force or pressure that it shall produce
 
   static PlaceWeightStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
 };
 
 }  // namespace lcrig

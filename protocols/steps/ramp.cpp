@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/steps/ramp.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
 #include "protocols/file/step_reader.hpp"
+#include "protocols/file/words.hpp"
+#include "protocols/plan/planned_motion.hpp"
 
 namespace lcrig {
 
@@ -28,6 +35,87 @@ StepFacts RampStep::facts() const {
           .aim = &to,
           .speed = speed ? &*speed : nullptr,
           .leaves = speed ? HoldMode::travel : HoldMode::force};
+}
+
+namespace {
+
+// By the force loop of the frame, which closes the gap first, at a speed of its own.
+void check_ramp(const RampStep& step, double force_N, PlannedRig& rig, StepPlan& out) {
+  check_force_loop(force_N, rig, out);
+  if (out.why) return;
+  const ForceLoop& loop = *rig.frame().force_loop;
+  const Number& rate = *step.force_rate;
+  const double r = rig.get(rate), limit = rig.limits().force_max_N;
+  if (exceeds(r, loop.rate_max.si())) {
+    return out.refuse(Refusal(
+        fmt::format("{:.4g} N/s, the frame's force loop follows {:.4g} N/s", r, loop.rate_max.si()),
+        at_most(rate, loop.rate_max.si(), rig.protocol())));
+  }
+  const double from = rig.felt_N(rig.force_N()), felt = rig.felt_N(force_N);
+  double worst = rig.forecast().ramp_N(from, felt, r);
+  if (exceeds(worst, limit) && rig.can_be_measured()) {
+    worst = rig.forecast().ramp_if_measured_N(from, felt, r).value_or(worst);
+    add_note(out.note, "if the stiffness that is measured at contact allows it");
+  }
+  add_note(out.note, fmt::format("{:.3g} N at worst", worst));
+  if (!exceeds(worst, limit)) return rig.foresee(worst, loop.approach.si());
+  const double fastest = rig.forecast().fastest_ramp_N_s(felt, limit);
+  const std::string why =
+      fmt::format("{:.4g} N/s to {:.4g} N may end at {:.3g} N, the limit is {:.4g} N", r, force_N,
+                  worst, limit);
+  if (fastest > 0 && fastest < r) {
+    return out.refuse(Refusal(fmt::format("{}: at most {:.3g} N/s", why, fastest),
+                              at_most(rate, fastest, rig.protocol())));
+  }
+  if (fastest <= 0) {
+    const double most = limit - rig.felt_N(0) - loop.ripple.si();
+    return out.refuse(
+        Refusal(why + ": a held force may be off by its ripple",
+                at_most(step.to.value, rig.get(step.to.value) * most / std::max(force_N, 1e-9),
+                        rig.protocol())));
+  }
+  out.refuse(
+      Refusal(fmt::format("{}: the frame approaches with {:.3g} mm/s by itself; press the "
+                          "specimen with move_until first, or use speed_mm_s",
+                          why, loop.approach.si() * 1e3)));
+}
+
+void plan_rate(const RampStep& step, PlannedRig& rig, StepPlan& out) {
+  if (!rig.frame().force_hold) {
+    return out.refuse(
+        Refusal("a force rate needs a force loop in the frame; this one has none: use speed_mm_s"));
+  }
+  const double from_N = rig.force_N(), to_N = rig.force_of(step.to);
+  const double rate = rig.get(*step.force_rate);
+  check_ramp(step, to_N, rig, out);
+  out.seconds = std::abs(to_N - from_N) / rate;
+  add_note(out.note, fmt::format("{:.4g} N to {:.4g} N at {:.4g} N/s", from_N, to_N, rate));
+  const double gap_m = from_N > 0 ? 0 : rig.contact_m() - rig.travel_m();
+  const auto& loop = rig.frame().force_loop;
+  if (loop && loop->approach.si() > 0 && gap_m > 0) out.seconds += gap_m / loop->approach.si();
+  rig.go_to_travel(rig.travel_at(to_N), nullptr, out);
+  rig.go_to_force(to_N, &step.to.value, out);
+}
+
+}  // namespace
+
+StepPlan RampStep::plan(PlannedRig& rig) const {
+  StepPlan out;
+  PlannedMotion motion(rig, timeout, out);
+  if (!speed) {
+    plan_rate(*this, rig, out);
+  } else {
+    rig.use_speed(*speed, out);
+    const bool loading = is_force(to) && rig.force_of(to) > rig.force_N();
+    if (is_force(to)) {
+      motion.to_force(to, *speed);
+    } else {
+      motion.to_travel(to, *speed);
+    }
+    if (loading) motion.check_stop(rig.felt_N(rig.force_of(to)), *speed, std::nullopt);
+  }
+  motion.check_timeout();
+  return out;
 }
 
 }  // namespace lcrig

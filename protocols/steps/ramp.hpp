@@ -9,8 +9,6 @@
 
 namespace lcrig {
 
-struct StepReader;
-
 struct RampStep {
   static constexpr std::string_view kWord = "ramp";
   Target to;
@@ -20,6 +18,7 @@ struct RampStep {
 
   static RampStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
 };
 
 }  // namespace lcrig

@@ -2,6 +2,7 @@
 #include "protocols/steps/record.hpp"
 
 #include "protocols/file/step_reader.hpp"
+#include "protocols/plan/planned_rig.hpp"
 
 namespace lcrig {
 
@@ -21,6 +22,12 @@ RecordStep RecordStep::parse(const StepReader& r) {
 
 StepFacts RecordStep::facts() const {
   return {};
+}
+
+StepPlan RecordStep::plan(PlannedRig& rig) const {
+  StepPlan out(rig.get(until_confirmed ? timeout : *duration));
+  if (until_confirmed) out.note = "until confirmed, at most this long";
+  return out;
 }
 
 }  // namespace lcrig

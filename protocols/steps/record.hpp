@@ -9,8 +9,6 @@
 
 namespace lcrig {
 
-struct StepReader;
-
 struct RecordStep {
   static constexpr std::string_view kWord = "record";
   std::optional<Number> duration;  // s
@@ -19,6 +17,7 @@ struct RecordStep {
 
   static RecordStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
 };
 
 }  // namespace lcrig

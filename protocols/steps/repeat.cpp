@@ -2,6 +2,7 @@
 #include "protocols/steps/repeat.hpp"
 
 #include "protocols/file/step_reader.hpp"
+#include "protocols/plan/planned_rig.hpp"
 #include "protocols/steps/step.hpp"
 
 namespace lcrig {
@@ -15,6 +16,11 @@ RepeatStep RepeatStep::parse(const StepReader& r) {
 
 StepFacts RepeatStep::facts() const {
   return {.inside = &steps, .passes = &count};
+}
+
+// The plan meets the steps inside, one after the other.
+StepPlan RepeatStep::plan(PlannedRig& /*rig*/) const {
+  return {};
 }
 
 }  // namespace lcrig

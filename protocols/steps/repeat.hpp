@@ -8,8 +8,6 @@
 
 namespace lcrig {
 
-struct StepReader;
-
 struct RepeatStep {
   static constexpr std::string_view kWord = "repeat";
   Number count;
@@ -17,6 +15,7 @@ struct RepeatStep {
 
   static RepeatStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
 };
 
 }  // namespace lcrig

@@ -8,14 +8,13 @@
 
 namespace lcrig {
 
-struct StepReader;
-
 struct SetGapStep {
   static constexpr std::string_view kWord = "set_gap";
   Number gap;  // m, at the present travel
 
   static SetGapStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
 };
 
 }  // namespace lcrig

@@ -5,6 +5,7 @@
 
 #include "protocols/file/lcr_words.hpp"
 #include "protocols/file/step_reader.hpp"
+#include "protocols/plan/planned_rig.hpp"
 
 namespace lcrig {
 
@@ -42,6 +43,13 @@ LcrSettings SetLcrStep::change(LcrSettings settings, const Environment& env) con
   // A meter that is asked for each reading is not polled.
   if (settings.trigger == LcrTrigger::bus) settings.poll_interval.reset();
   return settings;
+}
+
+StepPlan SetLcrStep::plan(PlannedRig& rig) const {
+  StepPlan out(0.5);  // each setting is read back
+  rig.set_meter(*this);
+  if (auto why = check_lcr(rig.meter(), rig.known().lcr)) out.refuse(Refusal(std::move(*why)));
+  return out;
 }
 
 }  // namespace lcrig

@@ -10,8 +10,6 @@
 
 namespace lcrig {
 
-struct StepReader;
-
 struct SetLcrStep {
   static constexpr std::string_view kWord = "set_lcr";
   std::optional<Number> frequency, level, bias, average;  // Hz, V, V, 1
@@ -22,6 +20,7 @@ struct SetLcrStep {
 
   static SetLcrStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
   // The settings after this step.
   LcrSettings change(LcrSettings settings, const Environment& env) const;
 };

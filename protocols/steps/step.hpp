@@ -2,7 +2,8 @@
 // All kinds of steps. A kind is a struct with its data and with
 //   kWord     the word after "do" in a file,
 //   parse()   its keys,
-//   facts()   what it asks of the rig (facts.hpp).
+//   facts()   what it asks of the rig (facts.hpp),
+//   plan()    how long it takes, what it may do to the specimen, and whether that is allowed.
 // Whoever treats a step by its kind visits `action`, so a kind that lacks one does not compile.
 #pragma once
 

@@ -7,6 +7,7 @@
 
 #include "base/log.hpp"
 #include "protocols/file/step_reader.hpp"
+#include "protocols/plan/planned_rig.hpp"
 #include "protocols/steps/step.hpp"
 
 namespace lcrig {
@@ -80,6 +81,11 @@ double SweepStep::value(std::int64_t index, const Environment& env) const {
   const double first = env.get(*from), end = env.get(*to), last = env.get(*count) - 1;
   const auto i = static_cast<double>(index - 1);
   return i >= last ? end : first + (end - first) * (i / last);  // the end exactly
+}
+
+// The plan meets the steps inside, one after the other.
+StepPlan SweepStep::plan(PlannedRig& /*rig*/) const {
+  return {};
 }
 
 }  // namespace lcrig

@@ -12,8 +12,6 @@
 
 namespace lcrig {
 
-struct StepReader;
-
 struct SweepStep {
   static constexpr std::string_view kWord = "sweep";
   std::string name;  // variable; its unit suffix says what the values are
@@ -23,6 +21,7 @@ struct SweepStep {
 
   static SweepStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
   // SI value of the variable in pass `index` (from 1).
   double value(std::int64_t index, const Environment& env) const;
 };

@@ -2,6 +2,7 @@
 #include "protocols/steps/zero.hpp"
 
 #include "protocols/file/step_reader.hpp"
+#include "protocols/plan/planned_rig.hpp"
 
 namespace lcrig {
 
@@ -21,6 +22,19 @@ ZeroStep ZeroStep::parse(const StepReader& r) {
 
 StepFacts ZeroStep::facts() const {
   return {.zeroes = true};
+}
+
+StepPlan ZeroStep::plan(PlannedRig& rig) const {
+  StepPlan out(1);
+  const FrameCapabilities& caps = rig.frame();
+  if (force && !caps.zero_force) {
+    out.refuse(Refusal("zero of the force, which this rig cannot do"));
+  } else if (travel && !caps.zero_travel) {
+    out.refuse(Refusal("zero of the travel, which this rig cannot do"));
+  }
+  if (travel) rig.zero_travel();
+  if (force) rig.zero_force();
+  return out;
 }
 
 }  // namespace lcrig

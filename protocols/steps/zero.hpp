@@ -9,8 +9,6 @@
 
 namespace lcrig {
 
-struct StepReader;
-
 struct ZeroStep {
   static constexpr std::string_view kWord = "zero";
   bool force = false, travel = false;
@@ -18,6 +16,7 @@ struct ZeroStep {
 
   static ZeroStep parse(const StepReader& r);
   StepFacts facts() const;
+  StepPlan plan(PlannedRig& rig) const;
 };
 
 }  // namespace lcrig

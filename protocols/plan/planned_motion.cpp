@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/plan/planned_motion.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "protocols/file/words.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr const char* kNoHelp =
+    "no change of the protocol can help: state frame.stiffness_N_mm in the config if the frame is "
+    "softer than rigid, or use one that stops sooner";
+
+}  // namespace
+
+Refusal PlannedMotion::too_fast(const std::string& why, const Number& speed, double fastest,
+                                bool may_take_longer) {
+  if (!rig_.forecast().bound().is_bounded()) {
+    return Refusal(why +
+                   ", for nothing bounds how stiff specimen and frame are: state "
+                   "frame.stiffness_N_mm in the config, or name a specimen whose file has its "
+                   "materials; no change of the protocol can help");
+  }
+  if (fastest <= 0 || fastest < rig_.frame().speed_min.si()) {
+    return Refusal(why + ", and no speed of this frame is slow enough: " + kNoHelp);
+  }
+  auto changes = at_most(speed, fastest, rig_.protocol());
+  if (!changes.empty() && may_take_longer) {
+    const double to_si = changes.front().parameter
+                             ? rig_.protocol().parameters.at(changes.front().place).to_si
+                             : speed.to_si;
+    const double needed = way_m_ / (changes.front().value * to_si) + kSearchStop_s;
+    if (needed > rig_.get(timeout_)) {
+      for (Change& c : at_least(timeout_, 1.05 * needed, rig_.protocol())) changes.push_back(c);
+    }
+  }
+  return Refusal(fmt::format("{}: at most {:.3g} mm/s", why, fastest * 1e3), std::move(changes));
+}
+
+// A motion that the device stops at a force: where it ends on the stiffest contact that is
+// possible, and on the one that the specimen's model expects.
+void PlannedMotion::check_stop(double felt, const Number& speed,
+                               const std::optional<Number>& allowed) {
+  const double v = rig_.get(speed), limit = rig_.limits().force_max_N;
+  double worst = rig_.stop_N(felt, v);
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const double measured =
+      rig_.can_be_measured() ? rig_.forecast().stop_if_measured_N(felt, v).value_or(kNone) : kNone;
+  if (exceeds(worst, limit) && !exceeds(measured, limit)) {
+    worst = measured;
+    add_note(out_.note, "if the stiffness that is measured at contact allows it");
+    rig_.assume(
+        fmt::format("beyond contact at most {:.3g} times as stiff as expected; measured at "
+                    "contact, else nothing is pressed faster than the stiffest contact allows",
+                    Forecast::growth_margin()));
+  }
+  if (exceeds(worst, limit)) {
+    const double fastest = rig_.can_be_measured()
+                               ? std::max(rig_.forecast().fastest_m_s(felt, limit),
+                                          rig_.forecast().fastest_if_measured_m_s(felt, limit))
+                               : rig_.forecast().fastest_m_s(felt, limit);
+    const std::string why = fmt::format(
+        "{:.4g} mm/s to {:.4g} N may end at {:.3g} N on a contact of up to {:.3g} N/mm, "
+        "the limit is {:.4g} N",
+        v * 1e3, felt, worst, rig_.forecast().bound().stiffness_N_m(worst) * 1e-3, limit);
+    out_.refuse(too_fast(why, speed, fastest, true));
+  }
+  add_note(out_.note, fmt::format("{:.3g} N at worst", worst));
+  check_expected(felt, speed, allowed);
+  if (!out_.why) rig_.foresee(worst, v);
+}
+
+// The step's own allowance is judged by what is expected, or, without a model, by the worst.
+void PlannedMotion::check_expected(double force, const Number& speed,
+                                   const std::optional<Number>& allowed) {
+  const double v = rig_.get(speed);
+  const auto expected = rig_.forecast().expected_stop_N(force, v);
+  const double end = expected ? *expected : rig_.forecast().stop_N(force, v);
+  if (expected) rig_.expect_overshoot(end - force);
+  if (!allowed || !exceeds(end - force, rig_.get(*allowed))) return;
+  const double most = force + rig_.get(*allowed);
+  const double fastest = expected ? rig_.forecast().expected_fastest_m_s(force, most)
+                                  : rig_.forecast().fastest_m_s(force, most);
+  const std::string why =
+      fmt::format("{:.4g} mm/s overshoots by {:.3g} N, the step allows {:.3g} N", v * 1e3,
+                  end - force, rig_.get(*allowed));
+  out_.refuse(too_fast(why, speed, fastest, true));
+}
+
+// A travel inside the specimen. The device is told to stop at a force from which it cannot go
+// beyond the limit, and that must be more than the travel is expected to take.
+void PlannedMotion::check_pressing(double depth, double expected_N, const Number& speed) {
+  const double v = rig_.get(speed), limit = rig_.limits().force_max_N;
+  // Gap zero is where the search stood, which is pressed already.
+  const double worst = rig_.forecast().bound().force_after_N(rig_.contact_N(), depth);
+  if (!exceeds(worst, limit)) return rig_.foresee(worst, v);
+  const double needed =
+      1.2 * expected_N + least_trip_N(rig_.frame(), force_noise_N(rig_.known()).value_or(0));
+  if (rig_.forecast().trip_N(v, limit) >= needed) return rig_.foresee(limit, v);
+  const std::string why = fmt::format(
+      "{:.4g} mm/s, {:.4g} um deep into the specimen: a stop at {:.3g} N may end beyond the limit "
+      "of {:.4g} N",
+      v * 1e3, depth * 1e6, needed, limit);
+  out_.refuse(too_fast(why, speed, rig_.forecast().fastest_m_s(needed, limit), false));
+}
+
+// Towards a specimen that may be anywhere: the device stops at a force of its own, which must be
+// above its noise and early enough.
+void PlannedMotion::check_blind(const Number& speed) {
+  const double v = rig_.get(speed), limit = rig_.limits().force_max_N,
+               trip = least_trip_N(rig_.frame(), force_noise_N(rig_.known()).value_or(0));
+  add_note(out_.note, "towards a specimen that may be anywhere");
+  if (rig_.forecast().trip_N(v, limit) >= trip) return rig_.foresee(limit, v);
+  const std::string why = fmt::format(
+      "{:.4g} mm/s towards a specimen whose place is not known yet: a stop at {:.3g} N may end at "
+      "{:.3g} N, the limit is {:.4g} N; find_contact first, state the gap (set_gap), or go slower",
+      v * 1e3, trip, rig_.forecast().stop_N(trip, v), limit);
+  out_.refuse(too_fast(why, speed, rig_.forecast().fastest_m_s(trip, limit), false));
+}
+
+void PlannedMotion::check_timeout() {
+  const double most = rig_.get(timeout_);
+  if (out_.why || out_.seconds <= most) return;
+  out_.refuse(Refusal(
+      fmt::format("takes {:.4g} s ({}), timeout_s is {:.4g}", out_.seconds, out_.note, most),
+      at_least(timeout_, 1.02 * out_.seconds, rig_.protocol())));
+}
+
+void PlannedMotion::to_travel(const Target& to, const Number& speed) {
+  const double value = rig_.get(to.value), v = rig_.get(speed);
+  const bool is_gap = to.kind == TargetKind::gap;
+  if (is_gap && rig_.contact() == PlannedRig::Contact::unknown) {
+    return out_.refuse(
+        Refusal("a gap before find_contact, and no gap was stated: find the contact first, or "
+                "state the gap (set_gap, or frame.start_gap_mm in the config)"));
+  }
+  const double target = is_gap ? rig_.contact_m() - value : value;
+  way_m_ = std::abs(target - rig_.travel_m());
+  out_.seconds = way_m_ / v;
+  add_note(out_.note, fmt::format("{:.4g} mm at {:.4g} mm/s", way_m_ * 1e3, v * 1e3));
+  // Of a specimen that may be anywhere nothing is expected: its gap is a guess, made for times.
+  const bool somewhere =
+      rig_.contact() != PlannedRig::Contact::unknown || rig_.known().expected_contact;
+  const double expected = somewhere ? rig_.force_at(target) : 0;
+  const bool comparable = is_gap || rig_.is_placed() || rig_.known().start_travel;
+  const bool away = comparable && target <= rig_.travel_m();
+  if (!away && rig_.contact() == PlannedRig::Contact::unknown) {
+    check_blind(speed);
+  } else if (!away && (is_gap || rig_.is_placed())) {
+    if (target > rig_.contact_m()) check_pressing(target - rig_.contact_m(), expected, speed);
+  } else if (!is_gap && !rig_.is_placed() && rig_.contact() == PlannedRig::Contact::found) {
+    add_note(out_.note, "checked when the contact was found");
+  }
+  rig_.go_to_travel(target, &to, out_);
+  if (const auto no = check_force(expected, rig_.limits(), rig_.known())) {
+    const double end = rig_.travel_at(no->end);
+    out_.refuse(Refusal(no->why, is_gap
+                                     ? at_least(to.value, rig_.contact_m() - end, rig_.protocol())
+                                     : at_most(to.value, end, rig_.protocol())));
+  }
+  rig_.go_to_force(expected, nullptr, out_);
+}
+
+void PlannedMotion::to_force(const Target& to, const Number& speed) {
+  const double force = rig_.force_of(to), v = rig_.get(speed);
+  const double target = rig_.travel_at(force);
+  way_m_ = std::abs(target - rig_.travel_m());
+  out_.seconds = way_m_ / v;
+  add_note(out_.note,
+           fmt::format("{:.4g} mm at {:.4g} mm/s to {:.4g} N", way_m_ * 1e3, v * 1e3, force));
+  rig_.go_to_travel(target, nullptr, out_);
+  rig_.go_to_force(force, &to.value, out_);
+}
+
+void check_force_loop(double force, const PlannedRig& rig, StepPlan& out) {
+  const auto& loop = rig.frame().force_loop;
+  if (!loop) {
+    return out.refuse(
+        Refusal("this frame does not say what bounds its force loop (its gateway has revision 1 of "
+                "frame-link/1): state frame.force_loop in the config, or use speed_mm_s and hold "
+                "the travel"));
+  }
+  if (rig.forecast().loop_can_hold(force)) return;
+  if (rig.can_be_measured() && rig.forecast().loop_can_hold_if_measured(force)) {
+    return add_note(out.note, "if the stiffness that is measured at contact allows it");
+  }
+  out.refuse(Refusal(fmt::format(
+      "the contact may be {:.3g} N/mm stiff, the frame's force loop is good for {:.3g} N/mm: use "
+      "speed_mm_s and hold the travel",
+      rig.forecast().bound().stiffness_N_m(force) * 1e-3, loop->stiffness_max.si() * 1e-3)));
+}
+
+}  // namespace lcrig

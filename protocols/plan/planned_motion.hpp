@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// One motion of a plan: where it ends, how long it takes, and whether what it may do to the
+// specimen is allowed. The steps that move the frame plan with it.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "protocols/plan/planned_rig.hpp"
+
+namespace lcrig {
+
+// To measure the stiffness at contact, standing, s.
+inline constexpr double kSearchStop_s = 4;
+
+class PlannedMotion {
+ public:
+  // `timeout` is the step's; refusals go to `out`.
+  PlannedMotion(PlannedRig& rig, const Number& timeout, StepPlan& out)
+      : rig_(rig), timeout_(timeout), out_(out) {}
+
+  void to_travel(const Target& to, const Number& speed);
+  void to_force(const Target& to, const Number& speed);
+  void search(double way_m) { way_m_ = way_m; }
+  // A motion that the device stops when the specimen feels `felt_N`. `allowed`: the overshoot that
+  // the step allows.
+  void check_stop(double felt_N, const Number& speed, const std::optional<Number>& allowed);
+  void check_timeout();
+
+ private:
+  void check_expected(double force_N, const Number& speed, const std::optional<Number>& allowed);
+  void check_pressing(double depth_m, double expected_N, const Number& speed);
+  void check_blind(const Number& speed);
+  Refusal too_fast(const std::string& why, const Number& speed, double fastest_m_s,
+                   bool may_take_longer);
+
+  PlannedRig& rig_;
+  const Number& timeout_;
+  StepPlan& out_;
+  double way_m_ = 0;
+};
+
+// Whether the frame's force loop can hold the contact at this force.
+void check_force_loop(double force_N, const PlannedRig& rig, StepPlan& out);
+
+}  // namespace lcrig

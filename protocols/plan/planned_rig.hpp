@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rig as a plan sees it while it walks through a protocol: where it stands, what presses, what
+// is known of the specimen, how the meter is set. Each step meets it as the steps before it left
+// it. protocols/steps changes it; the planner reads the sums.
+#pragma once
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "protocols/plan/plan.hpp"
+#include "protocols/plan/rig_forecast.hpp"
+
+namespace lcrig {
+
+// What one step adds to a plan.
+struct StepPlan {
+  StepPlan() = default;
+  explicit StepPlan(double s) : seconds(s) {}
+  double seconds = 0;
+  double way_m = 0;  // of its motion
+  std::string note;  // what was chosen or assumed, and why
+  MaybeRefusal why;  // it is refused; the first reason counts
+
+  void refuse(Refusal refusal) {
+    if (!why) why = std::move(refusal);
+  }
+};
+
+class PlannedRig {
+ public:
+  // Whether it is known where the specimen is.
+  static constexpr double kAssumedGap_m = 3e-3;  // where nobody has said
+  enum class Contact { unknown, stated, found };
+
+  // `protocol`, `environment` and `plan` outlive it. The plan gets the largest forces and the
+  // envelope of travel.
+  PlannedRig(const Protocol& protocol, const Environment& environment, const Rig& rig,
+             const BoundLimits& limits, Plan& plan);
+
+  const Protocol& protocol() const { return protocol_; }
+  const Environment& environment() const { return environment_; }
+  double get(const Number& number) const { return environment_.get(number); }
+  // What is known from outside the file; its travel counts from the present zero.
+  const Rig& known() const { return rig_; }
+  const FrameCapabilities& frame() const { return rig_.frame; }
+  const BoundLimits& limits() const { return limits_; }
+  const Forecast& forecast() const { return forecast_; }
+  double force_of(const Target& t) const { return target_force_N(t, environment_, rig_); }
+
+  const LcrSettings& meter() const { return lcr_; }
+  double travel_m() const { return travel_; }
+  double force_N() const { return force_; }  // as the cell shows it
+  // What the specimen feels when the cell shows `force_N`.
+  double felt_N(double force_N) const { return force_N + below_N_; }
+  double contact_m() const { return contact_; }  // an estimate until it is placed
+  double contact_N() const { return contact_N_; }
+  Contact contact() const { return contact_state_; }
+  bool can_be_measured() const { return contact_state_ == Contact::found; }
+  bool is_placed() const { return placed_; }
+  bool has_moved() const { return moved_; }
+  double fastest_m_s() const { return fastest_m_s_; }
+  double pressed_m_s() const { return pressed_m_s_; }
+  // With the specimen as its model expects it.
+  double travel_at(double force_N) const;
+  double force_at(double travel_m) const;
+
+  // Steps that do not move.
+  void zero_force() { force_ = below_N_ = 0; }
+  void zero_travel();
+  void state_gap(double gap_m);
+  void set_meter(const SetLcrStep& step) { lcr_ = step.change(lcr_, environment_); }
+  void add_readings(std::int64_t count) { plan_.measure_readings += count; }
+
+  // The end of a motion, or of a load that was placed; refused when the limits do not allow it.
+  // `to` and `given` are what the file says, for advice.
+  void go_to_travel(double travel_m, const Target* to, StepPlan& out);
+  void go_to_force(double force_N, const Number* given, StepPlan& out);
+  void use_speed(const Number& speed, StepPlan& out);
+  // What the specimen may feel at worst, and how fast it may be pressed then.
+  void foresee(double worst_N, double speed_m_s);
+  double stop_N(double felt_N, double speed_m_s);  // of the forecast, which takes long
+  void expect_overshoot(double N) { plan_.overshoot_N = std::max(plan_.overshoot_N, N); }
+  void assume(const std::string& text);
+
+  void begin_search() { contact_state_ = Contact::unknown; }  // nothing is measured yet
+  void find_contact(double rise_N, double speed_m_s);
+  void unload() { force_ = 0; }
+
+ private:
+  const Protocol& protocol_;
+  const Environment& environment_;
+  Rig rig_;  // its travel moves with the zero
+  BoundLimits limits_;
+  Forecast forecast_;
+  Plan& plan_;
+  LcrSettings lcr_;
+  std::map<std::pair<double, double>, double> stops_;  // of (force, speed)
+  double contact_ = 0;  // machine travel of first contact, m: an estimate until it is placed
+  double contact_N_ = 0;  // the largest force that gap zero may be pressed with
+  double travel_ = 0;  // present, m
+  double force_ = 0;  // present, N
+  double below_N_ = 0;  // what the unloaded cell shows below zero
+  double fastest_m_s_ = 0, pressed_m_s_ = 0;  // of all motions; of those that may press
+  Contact contact_state_ = Contact::unknown;
+  bool placed_ = false;  // travel of the machine and place of contact are known together
+  bool moved_ = false;
+};
+
+}  // namespace lcrig
