@@ -137,6 +137,11 @@ Words check_measure(std::int64_t count, double within_s, const LcrSettings& s,
       takes * 1e3, advice);
 }
 
+double reading_interval_s(const LcrSettings& settings, const LcrCapabilities& caps) {
+  return to_seconds(
+      std::max(caps.conversion_time(settings), settings.poll_interval.value_or(Duration::zero())));
+}
+
 Words check_capability(const Step& step, const FrameCapabilities& caps) {
   const StepFacts facts = facts_of(step);
   if (facts.moves && !caps.motion) {

@@ -72,7 +72,9 @@ Words check_lcr(const LcrSettings& settings, const LcrCapabilities& caps);
 // `count` fresh readings within `within_s`: the conversion must be short enough.
 Words check_measure(std::int64_t count, double within_s, const LcrSettings& settings,
                     const LcrCapabilities& caps);
-// Motion, weights, force loop: what this rig cannot do at all.
+// Between readings of a continuous record, s.
+double reading_interval_s(const LcrSettings& settings, const LcrCapabilities& caps);
+// Motion or weights: what this rig cannot do at all.
 Words check_capability(const Step& step, const FrameCapabilities& caps);
 
 std::optional<double> force_noise_N(const Rig& rig);

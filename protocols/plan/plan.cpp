@@ -38,8 +38,7 @@ Error placed(const Protocol& protocol, const PlanRefused& refused) {
 }
 
 void estimate_size(const Protocol& protocol, const Rig& rig, Plan& plan) {
-  double interval = to_seconds(rig.lcr.conversion_time(plan.lcr));
-  if (plan.lcr.poll_interval) interval = std::max(interval, to_seconds(*plan.lcr.poll_interval));
+  const double interval = reading_interval_s(plan.lcr, rig.lcr);
   plan.lcr_readings = plan.measure_readings;
   if (protocol.sample.lcr_continuous && interval > 0) {
     plan.lcr_readings = std::max(plan.lcr_readings, whole(plan.duration_s / interval));

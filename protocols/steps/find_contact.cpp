@@ -28,10 +28,6 @@ FindContactStep FindContactStep::parse(const StepReader& r) {
   return out;
 }
 
-StepFacts FindContactStep::facts() const {
-  return {.moves = true, .speed = &speed, .leaves = HoldMode::travel};
-}
-
 namespace {
 
 // Where the limits or the machine end, seen from here; all of the machine when its travel is not

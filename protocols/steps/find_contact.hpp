@@ -2,9 +2,6 @@
 // find_contact: moves towards the specimen until the force rises, and back off.
 #pragma once
 
-#include <optional>
-#include <string_view>
-
 #include "protocols/steps/facts.hpp"
 
 namespace lcrig {
@@ -19,7 +16,7 @@ struct FindContactStep {
   bool slow_down = false;  // `speed` is at most: slower where this rig stops too late
 
   static FindContactStep parse(const StepReader& r);
-  StepFacts facts() const;
+  StepFacts facts() const { return {.moves = true, .speed = &speed, .leaves = HoldMode::travel}; }
   StepPlan plan(PlannedRig& rig) const;
   // With slow_down as fast as the file says, but so slow that the stop needs no more than half of
   // the room from the threshold up to the limit.

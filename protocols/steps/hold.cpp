@@ -26,10 +26,6 @@ HoldStep HoldStep::parse(const StepReader& r) {
   return out;
 }
 
-StepFacts HoldStep::facts() const {
-  return {.aim = at ? &*at : nullptr, .leaves = mode};
-}
-
 StepPlan HoldStep::plan(PlannedRig& rig) const {
   StepPlan out(rig.get(duration));
   const FrameCapabilities& caps = rig.frame();

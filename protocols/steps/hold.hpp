@@ -2,9 +2,6 @@
 // hold: holds travel or force for a time.
 #pragma once
 
-#include <optional>
-#include <string_view>
-
 #include "protocols/steps/facts.hpp"
 
 namespace lcrig {
@@ -16,7 +13,7 @@ struct HoldStep {
   Number duration;  // s; the mode stays in force until the next motion
 
   static HoldStep parse(const StepReader& r);
-  StepFacts facts() const;
+  StepFacts facts() const { return {.aim = at ? &*at : nullptr, .leaves = mode}; }
   StepPlan plan(PlannedRig& rig) const;
 };
 

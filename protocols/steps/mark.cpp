@@ -10,10 +10,6 @@ MarkStep MarkStep::parse(const StepReader& r) {
   return {r.json.at("text").nonempty_string(1000)};
 }
 
-StepFacts MarkStep::facts() const {
-  return {};
-}
-
 StepPlan MarkStep::plan(PlannedRig& /*rig*/) const {
   return {};
 }

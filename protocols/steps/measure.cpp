@@ -17,10 +17,6 @@ MeasureStep MeasureStep::parse(const StepReader& r) {
   return out;
 }
 
-StepFacts MeasureStep::facts() const {
-  return {.measures = this};
-}
-
 StepPlan MeasureStep::plan(PlannedRig& rig) const {
   const auto readings = std::llround(rig.get(count));
   const double time_s = rig.get(within);

@@ -2,8 +2,6 @@
 // measure: takes fresh readings of the meter within a time; they make one level.
 #pragma once
 
-#include <string_view>
-
 #include "protocols/steps/facts.hpp"
 
 namespace lcrig {
@@ -14,7 +12,7 @@ struct MeasureStep {
   Number within;  // s
 
   static MeasureStep parse(const StepReader& r);
-  StepFacts facts() const;
+  StepFacts facts() const { return {.measures = this}; }
   StepPlan plan(PlannedRig& rig) const;
 };
 

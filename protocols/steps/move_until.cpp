@@ -32,14 +32,6 @@ MoveUntilStep MoveUntilStep::parse(const StepReader& r) {
   return out;
 }
 
-StepFacts MoveUntilStep::facts() const {
-  return {.moves = true,
-          .loads_a_cycle = is_force(until),
-          .aim = &until,
-          .speed = &speed,
-          .leaves = HoldMode::travel};
-}
-
 StepPlan MoveUntilStep::plan(PlannedRig& rig) const {
   StepPlan out;
   PlannedMotion motion(rig, timeout, out);

@@ -2,9 +2,6 @@
 // move_until: moves until a target is reached, towards the specimen or away from it.
 #pragma once
 
-#include <optional>
-#include <string_view>
-
 #include "protocols/steps/facts.hpp"
 
 namespace lcrig {
@@ -19,7 +16,13 @@ struct MoveUntilStep {
   Number timeout;  // s
 
   static MoveUntilStep parse(const StepReader& r);
-  StepFacts facts() const;
+  StepFacts facts() const {
+    return {.moves = true,
+            .loads_a_cycle = is_force(until),
+            .aim = &until,
+            .speed = &speed,
+            .leaves = HoldMode::travel};
+  }
   StepPlan plan(PlannedRig& rig) const;
 };
 

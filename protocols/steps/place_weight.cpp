@@ -32,10 +32,6 @@ PlaceWeightStep PlaceWeightStep::parse(const StepReader& r) {
   return out;
 }
 
-StepFacts PlaceWeightStep::facts() const {
-  return {.places_weight = true, .aim = &load};
-}
-
 StepPlan PlaceWeightStep::plan(PlannedRig& rig) const {
   StepPlan out(kOperator_s);
   const double force_N = rig.force_of(load);

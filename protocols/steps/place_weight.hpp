@@ -2,8 +2,6 @@
 // place_weight: a person places a mass on the rod and confirms.
 #pragma once
 
-#include <string_view>
-
 #include "protocols/steps/facts.hpp"
 
 namespace lcrig {
@@ -13,7 +11,7 @@ struct PlaceWeightStep {
   Target load;  // a mass, or the force or pressure that it shall produce
 
   static PlaceWeightStep parse(const StepReader& r);
-  StepFacts facts() const;
+  StepFacts facts() const { return {.places_weight = true, .aim = &load}; }
   StepPlan plan(PlannedRig& rig) const;
 };
 

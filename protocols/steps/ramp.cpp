@@ -30,13 +30,6 @@ RampStep RampStep::parse(const StepReader& r) {
   return out;
 }
 
-StepFacts RampStep::facts() const {
-  return {.moves = true,
-          .aim = &to,
-          .speed = speed ? &*speed : nullptr,
-          .leaves = speed ? HoldMode::travel : HoldMode::force};
-}
-
 namespace {
 
 // By the force loop of the frame, which closes the gap first, at a speed of its own.

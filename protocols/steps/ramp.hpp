@@ -2,9 +2,6 @@
 // ramp: moves to a target at a speed, or lets the force loop of the frame follow a rate.
 #pragma once
 
-#include <optional>
-#include <string_view>
-
 #include "protocols/steps/facts.hpp"
 
 namespace lcrig {
@@ -17,7 +14,12 @@ struct RampStep {
   Number timeout;  // s
 
   static RampStep parse(const StepReader& r);
-  StepFacts facts() const;
+  StepFacts facts() const {
+    return {.moves = true,
+            .aim = &to,
+            .speed = speed ? &*speed : nullptr,
+            .leaves = speed ? HoldMode::travel : HoldMode::force};
+  }
   StepPlan plan(PlannedRig& rig) const;
 };
 

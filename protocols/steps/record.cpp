@@ -20,10 +20,6 @@ RecordStep RecordStep::parse(const StepReader& r) {
   return out;
 }
 
-StepFacts RecordStep::facts() const {
-  return {};
-}
-
 StepPlan RecordStep::plan(PlannedRig& rig) const {
   StepPlan out(rig.get(until_confirmed ? timeout : *duration));
   if (until_confirmed) out.note = "until confirmed, at most this long";

@@ -2,9 +2,6 @@
 // record: only records, for a time or until a person confirms.
 #pragma once
 
-#include <optional>
-#include <string_view>
-
 #include "protocols/steps/facts.hpp"
 
 namespace lcrig {
@@ -16,7 +13,7 @@ struct RecordStep {
   Number timeout;  // s, with until_confirmed
 
   static RecordStep parse(const StepReader& r);
-  StepFacts facts() const;
+  StepFacts facts() const { return {}; }
   StepPlan plan(PlannedRig& rig) const;
 };
 

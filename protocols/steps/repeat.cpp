@@ -14,10 +14,6 @@ RepeatStep RepeatStep::parse(const StepReader& r) {
   return out;
 }
 
-StepFacts RepeatStep::facts() const {
-  return {.inside = &steps, .passes = &count};
-}
-
 // The plan meets the steps inside, one after the other.
 StepPlan RepeatStep::plan(PlannedRig& /*rig*/) const {
   return {};

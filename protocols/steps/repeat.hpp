@@ -2,8 +2,6 @@
 // repeat: runs its steps several times.
 #pragma once
 
-#include <string_view>
-
 #include "protocols/steps/facts.hpp"
 
 namespace lcrig {
@@ -14,7 +12,7 @@ struct RepeatStep {
   Steps steps;
 
   static RepeatStep parse(const StepReader& r);
-  StepFacts facts() const;
+  StepFacts facts() const { return {.inside = &steps, .passes = &count}; }
   StepPlan plan(PlannedRig& rig) const;
 };
 

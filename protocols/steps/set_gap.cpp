@@ -12,10 +12,6 @@ SetGapStep SetGapStep::parse(const StepReader& r) {
   return {r.required("gap", Dimension::length, Range{0, 1})};
 }
 
-StepFacts SetGapStep::facts() const {
-  return {};
-}
-
 StepPlan SetGapStep::plan(PlannedRig& rig) const {
   StepPlan out;
   rig.state_gap(rig.get(gap));

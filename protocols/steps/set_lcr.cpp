@@ -27,10 +27,6 @@ SetLcrStep SetLcrStep::parse(const StepReader& r) {
   return out;
 }
 
-StepFacts SetLcrStep::facts() const {
-  return {.sets_meter = this};
-}
-
 LcrSettings SetLcrStep::change(LcrSettings settings, const Environment& env) const {
   if (frequency) settings.frequency = Frequency::from_si(env.get(*frequency));
   if (level) settings.level = Voltage::from_si(env.get(*level));

@@ -2,9 +2,6 @@
 // set_lcr: changes settings of the meter. Only what is given changes.
 #pragma once
 
-#include <optional>
-#include <string_view>
-
 #include "drivers/lcr_meter.hpp"
 #include "protocols/steps/facts.hpp"
 
@@ -19,7 +16,7 @@ struct SetLcrStep {
   std::optional<LcrTrigger> trigger;
 
   static SetLcrStep parse(const StepReader& r);
-  StepFacts facts() const;
+  StepFacts facts() const { return {.sets_meter = this}; }
   StepPlan plan(PlannedRig& rig) const;
   // The settings after this step.
   LcrSettings change(LcrSettings settings, const Environment& env) const;

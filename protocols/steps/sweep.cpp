@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/steps/sweep.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 
-#include "base/log.hpp"
+#include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
 #include "protocols/steps/step.hpp"
@@ -70,10 +72,6 @@ SweepStep SweepStep::parse(const StepReader& r) {
   out.steps = r.steps();
   r.scope.remove(out.name);
   return out;
-}
-
-StepFacts SweepStep::facts() const {
-  return {.inside = &steps, .passes = count ? &*count : nullptr, .sweep = this};
 }
 
 double SweepStep::value(std::int64_t index, const Environment& env) const {

@@ -2,12 +2,6 @@
 // sweep: runs its steps once for each value of a variable.
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
-
 #include "protocols/steps/facts.hpp"
 
 namespace lcrig {
@@ -20,7 +14,9 @@ struct SweepStep {
   Steps steps;
 
   static SweepStep parse(const StepReader& r);
-  StepFacts facts() const;
+  StepFacts facts() const {
+    return {.inside = &steps, .passes = count ? &*count : nullptr, .sweep = this};
+  }
   StepPlan plan(PlannedRig& rig) const;
   // SI value of the variable in pass `index` (from 1).
   double value(std::int64_t index, const Environment& env) const;

@@ -20,10 +20,6 @@ ZeroStep ZeroStep::parse(const StepReader& r) {
   return out;
 }
 
-StepFacts ZeroStep::facts() const {
-  return {.zeroes = true};
-}
-
 StepPlan ZeroStep::plan(PlannedRig& rig) const {
   StepPlan out(1);
   const FrameCapabilities& caps = rig.frame();

@@ -2,9 +2,6 @@
 // zero: sets the zero of force, travel or both to what the frame shows now.
 #pragma once
 
-#include <optional>
-#include <string_view>
-
 #include "protocols/steps/facts.hpp"
 
 namespace lcrig {
@@ -15,7 +12,7 @@ struct ZeroStep {
   std::optional<Number> max_offset;  // N; a larger offset means that the probe already touches
 
   static ZeroStep parse(const StepReader& r);
-  StepFacts facts() const;
+  StepFacts facts() const { return {.zeroes = true}; }
   StepPlan plan(PlannedRig& rig) const;
 };
 

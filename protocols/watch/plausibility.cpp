@@ -29,9 +29,9 @@ constexpr double kCreeps = 0.2;  // of the way that is tolerated, if the force c
 constexpr double kOneStep = 0.6;  // of a jump, at least, is one step
 constexpr double kJump = 0.1;  // of the force that is felt
 constexpr double kFalls = 0.4;  // of the largest force of a motion that presses
-constexpr int kSurely = 2;  // forces one after another: one may be a spike
+constexpr int kSureFalls = 2;  // forces one after another: one may be a spike
 constexpr double kSpeedDoubt = 1.2;
-constexpr Duration kUnderWay = 200ms;  // of a sample
+constexpr Duration kOnTheWay = 200ms;  // of a sample
 constexpr double kContactDoubt_m = 1e-6;  // of a place that was found
 constexpr double kSmooth = 0.2;  // the weight of a new sample
 constexpr double kSmoothSquare = 0.05;  // ... and of its square
@@ -152,7 +152,7 @@ std::optional<Contradiction> Plausibility::check_begin(MonoTime t, double travel
   if (!said_m_) return std::nullopt;
   const double from_m = *std::exchange(said_m_, std::nullopt);
   if (motion_.direction == 0) return std::nullopt;
-  const double way_m = kSpeedDoubt * motion_.speed_m_s * to_seconds(t - since_ + kUnderWay);
+  const double way_m = kSpeedDoubt * motion_.speed_m_s * to_seconds(t - since_ + kOnTheWay);
   const double off_m = std::abs(travel_m - from_m);
   if (off_m <= figures_.order_travel_m + way_m + kOneDigit * digit_m_) return std::nullopt;
   return Contradiction(
@@ -188,7 +188,7 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
   before_N_ = force_N;
   const double falls_N = allowed_N + kFalls * std::abs(*peak_N_ - motion_.rest_N);
   fallen_ = motion_.direction > 0 && force_N < *peak_N_ - falls_N ? fallen_ + 1 : 0;
-  if (fallen_ >= kSurely) {
+  if (fallen_ >= kSureFalls) {
     return Contradiction(
         Disbelief::force,
         fmt::format("the force falls while the frame presses: {:.4f} N after {:.4f} N; the load "

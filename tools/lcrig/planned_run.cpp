@@ -41,17 +41,12 @@ double reading_noise_F(const MeterSetting& m, const Rig& rig) {
   return once * (1000 / m.frequency_Hz) / m.level_V / std::sqrt(m.average);
 }
 
-double interval_s(const LcrSettings& s, const LcrCapabilities& caps) {
-  const double conversion = to_seconds(caps.conversion_time(s));
-  return s.poll_interval ? std::max(conversion, to_seconds(*s.poll_interval)) : conversion;
-}
-
 // Follows the force through the steps.
 class Walk {
  public:
   Walk(const Protocol& protocol, const Environment& environment, const Rig& rig, const Plan& plan)
       : protocol_(protocol), environment_(environment), rig_(rig) {
-    interval_ = interval_s(plan.lcr, rig.lcr);
+    interval_ = reading_interval_s(plan.lcr, rig.lcr);
     continuous_ = protocol.sample.lcr_continuous;
     for (const PlannedStep& s : plan.steps) {
       if (s.times > 0) seconds_[s.id] = s.total_s / static_cast<double>(s.times);
@@ -193,8 +188,10 @@ template <class Visit>
 void each_step(Steps& steps, const Visit& visit) {
   for (Step& step : steps) {
     visit(step);
-    if (auto* repeat = std::get_if<RepeatStep>(&step.action)) each_step(repeat->steps, visit);
-    if (auto* sweep = std::get_if<SweepStep>(&step.action)) each_step(sweep->steps, visit);
+    const auto go_inside = [&visit](auto& s) {
+      if constexpr (requires { s.steps; }) each_step(s.steps, visit);
+    };
+    std::visit(go_inside, step.action);
   }
 }
 
@@ -235,7 +232,7 @@ Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& en
   out.meter = setting_of(plan.lcr, rig.lcr);
   out.reading_noise_F = reading_noise_F(out.meter, rig);
   out.force_noise_N = rig.noise ? rig.noise->force_N : 0;
-  out.interval_s = interval_s(plan.lcr, rig.lcr);
+  out.interval_s = reading_interval_s(plan.lcr, rig.lcr);
   out.area_m2 = rig.probe_area.si();
   out.c0_F = curve.c0_F;
   out.delta_C_fF = curve.delta_C_fF;
@@ -256,7 +253,7 @@ Variant with_settings(const Protocol& protocol, const Environment& environment, 
   const double conversion = to_seconds(rig.lcr.conversion_time(out.protocol.sample.lcr));
   Environment env = environment;
   each_step(out.protocol.steps, [&](Step& step) {
-    auto* measure = std::get_if<MeasureStep>(&step.action);
+    const MeasureStep* measure = facts_of(step).measures;
     if (!measure) return;
     const bool known = measure->count.name.empty() || env.values().contains(measure->count.name);
     const bool timed = measure->within.name.empty() || env.values().contains(measure->within.name);
@@ -267,7 +264,9 @@ Variant with_settings(const Protocol& protocol, const Environment& environment, 
     out.note = measure->within.name.empty()
                    ? fmt::format("within_s of step {} must be {:g}", step.id, within)
                    : fmt::format("needs -p {}={:g}", measure->within.name, within);
-    measure->within = Number(within);
+    MeasureStep longer = *measure;
+    longer.within = Number(within);
+    step.action = std::move(longer);
   });
   return out;
 }
@@ -277,7 +276,7 @@ Knobs find_knobs(const Protocol& protocol) {
   bool fixed = false;
   Steps steps = protocol.steps;
   each_step(steps, [&](Step& step) {
-    const auto* measure = std::get_if<MeasureStep>(&step.action);
+    const MeasureStep* measure = facts_of(step).measures;
     if (!measure) return;
     readings.insert(measure->count.name);
     within.insert(measure->within.name);
@@ -290,9 +289,10 @@ Knobs find_knobs(const Protocol& protocol) {
     out.within = *within.begin();
   }
   for (const Step& step : protocol.steps) {
-    const auto* repeat = std::get_if<RepeatStep>(&step.action);
-    if (repeat && protocol.parameters.contains(repeat->count.name)) {
-      out.repeats = repeat->count.name;
+    const StepFacts facts = facts_of(step);
+    const bool repeats = facts.passes != nullptr && facts.sweep == nullptr;
+    if (repeats && protocol.parameters.contains(facts.passes->name)) {
+      out.repeats = facts.passes->name;
     }
   }
   return out;
