@@ -25,7 +25,7 @@ Advice advice_for(int extended_code) {
     case SQLITE_LOCKED: return {Errc::busy, "; another program holds it: stop it or wait"};
     case SQLITE_NOTADB:
       return {Errc::invalid_request, "; this is no lcrig database: give another --db"};
-    case SQLITE_CORRUPT: return {Errc::io, "; restore a backup (`lcrig backup`)"};
+    case SQLITE_CORRUPT: return {Errc::io, "; restore a copy of the file"};
     case SQLITE_CANTOPEN:
     case SQLITE_PERM:
     case SQLITE_READONLY:

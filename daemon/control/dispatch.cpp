@@ -3,6 +3,7 @@
 
 #include <array>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "base/clock.hpp"
 #include "base/text.hpp"
@@ -21,11 +22,18 @@ ControlCall& ControlCall::operator=(ControlCall&&) noexcept = default;
 
 namespace {
 
-using Answer = Task<Result<json>>;
+// What a method answers: its result, or the error as JSON-RPC knows it.
+using Answer = Task<tl::expected<json, RpcError>>;
 
-Result<json> nothing_or(const Result<>& done) {
-  if (!done) return fail(done.error());
-  return json::object();
+tl::unexpected<RpcError> refused(const Error& error) {
+  return tl::unexpected(rpc_error_of(error));
+}
+
+tl::unexpected<RpcError> bad_params(const Error& error) {
+  RpcError out = rpc_error_of(error);
+  out.code = rpc_code::kInvalidParams;
+  out.hint = "docs/control.md lists the params of each method";
+  return tl::unexpected(std::move(out));
 }
 
 // The members of a method that takes none.
@@ -45,12 +53,12 @@ Result<std::string> one_text(const json& params, const char* key, bool required,
 }
 
 Answer on_status(ControlHandler& handler, json params, PeerCredentials) {
-  if (auto ok = no_params(params); !ok) co_return fail(ok.error());
+  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
   co_return to_json(handler.status());
 }
 
 Answer on_version(ControlHandler& handler, json params, PeerCredentials) {
-  if (auto ok = no_params(params); !ok) co_return fail(ok.error());
+  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
   json out = json::object();
   out["version"] = handler.status().version;
   co_return out;
@@ -58,10 +66,10 @@ Answer on_version(ControlHandler& handler, json params, PeerCredentials) {
 
 Answer on_start(ControlHandler& handler, json params, PeerCredentials peer) {
   auto request = parse_start_run(params);
-  if (!request) co_return fail(request.error());
+  if (!request) co_return bad_params(request.error());
   if (request->operator_name.empty()) request->operator_name = peer.user;
   auto started = co_await handler.start_run(std::move(*request), std::move(peer));
-  if (!started) co_return fail(started.error());
+  if (!started) co_return refused(started.error());
   json out = json::object();
   out["run"] = started->run;
   co_return out;
@@ -69,38 +77,39 @@ Answer on_start(ControlHandler& handler, json params, PeerCredentials peer) {
 
 Answer on_plan(ControlHandler& handler, json params, PeerCredentials peer) {
   auto request = parse_start_run(params);
-  if (!request) co_return fail(request.error());
+  if (!request) co_return bad_params(request.error());
   auto plan = co_await handler.plan_run(std::move(*request), std::move(peer));
-  if (!plan) co_return fail(plan.error());
+  if (!plan) co_return refused(plan.error());
   co_return json::parse(*plan);
 }
 
 Answer on_ask(ControlHandler& handler, json params, PeerCredentials peer) {
-  if (auto ok = no_params(params); !ok) co_return fail(ok.error());
+  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
   auto asked = co_await handler.ask_instruments(std::move(peer));
-  if (!asked) co_return fail(asked.error());
+  if (!asked) co_return refused(asked.error());
   co_return to_json(handler.status());
 }
 
 Answer on_pause(ControlHandler& handler, json params, PeerCredentials peer) {
-  if (auto ok = no_params(params); !ok) co_return fail(ok.error());
+  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
   auto done = co_await handler.pause(std::move(peer));
-  co_return nothing_or(done);
+  if (!done) co_return refused(done.error());
+  co_return json::object();
 }
 
 Answer on_resume(ControlHandler& handler, json params, PeerCredentials peer) {
-  std::int64_t run = 0;
   ParamsReader in(params, "/params");
-  const bool given = in.member("run") != nullptr;
-  if (given) in.integer("run", run);
+  std::optional<std::int64_t> which;
+  if (in.member("run") != nullptr) in.integer("run", which.emplace());
   bool confirmed = false;
   in.boolean("confirm_specimen", confirmed);
+  if (confirmed && !which) {
+    in.fail_with(Error(Errc::invalid_request, "/params/confirm_specimen: needs `run`"));
+  }
   in.refuse_unknown();
-  if (auto ok = in.finish(); !ok) co_return fail(ok.error());
-  std::optional<std::int64_t> which;
-  if (given) which = run;
+  if (auto ok = in.finish(); !ok) co_return bad_params(ok.error());
   auto going = co_await handler.resume(which, confirmed, std::move(peer));
-  if (!going) co_return fail(going.error());
+  if (!going) co_return refused(going.error());
   json out = json::object();
   out["run"] = going->run;
   co_return out;
@@ -108,52 +117,58 @@ Answer on_resume(ControlHandler& handler, json params, PeerCredentials peer) {
 
 Answer on_abort(ControlHandler& handler, json params, PeerCredentials peer) {
   auto why = one_text(params, "why", false, kWhyMax);
-  if (!why) co_return fail(why.error());
+  if (!why) co_return bad_params(why.error());
   auto done = co_await handler.abort(std::move(*why), std::move(peer));
-  if (!done) co_return fail(done.error());
+  if (!done) co_return refused(done.error());
   co_return to_json(*done);
 }
 
 Answer on_freeze(ControlHandler& handler, json params, PeerCredentials peer) {
   auto why = one_text(params, "why", false, kWhyMax);
-  if (!why) co_return fail(why.error());
+  if (!why) co_return bad_params(why.error());
   auto done = co_await handler.freeze(std::move(*why), std::move(peer));
-  if (!done) co_return fail(done.error());
+  if (!done) co_return refused(done.error());
   co_return to_json(*done);
 }
 
 Answer on_confirm(ControlHandler& handler, json params, PeerCredentials peer) {
-  if (auto ok = no_params(params); !ok) co_return fail(ok.error());
+  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
   auto done = co_await handler.confirm(std::move(peer));
-  co_return nothing_or(done);
+  if (!done) co_return refused(done.error());
+  co_return json::object();
 }
 
 Answer on_add_specimen(ControlHandler& handler, json params, PeerCredentials peer) {
   auto text = one_text(params, "text", true, kControlLineLimit);
-  if (!text) co_return fail(text.error());
+  if (!text) co_return bad_params(text.error());
   auto name = co_await handler.add_specimen(std::move(*text), std::move(peer));
-  if (!name) co_return fail(name.error());
+  if (!name) co_return refused(name.error());
   json out = json::object();
   out["name"] = *name;
   co_return out;
 }
 
+constexpr const char* kCheck = "correct the request; lcrig protocol check FILE";
+constexpr const char* kLook = "lcrig status shows what is going on";
+
 struct Method {
   std::string_view name;
   Answer (*run)(ControlHandler&, json, PeerCredentials);
+  const char* hint;  // when the handler calls the request invalid
 };
-constexpr std::array<Method, 12> kMethods{{{"status", on_status},
-                                           {"watch", on_status},  // the session subscribes
-                                           {"version", on_version},
-                                           {"run.start", on_start},
-                                           {"run.plan", on_plan},
-                                           {"instruments.ask", on_ask},
-                                           {"run.pause", on_pause},
-                                           {"run.resume", on_resume},
-                                           {"run.abort", on_abort},
-                                           {"run.freeze", on_freeze},
-                                           {"run.confirm", on_confirm},
-                                           {"specimen.add", on_add_specimen}}};
+constexpr std::array<Method, 12> kMethods{
+    {{"status", on_status, kLook},
+     {"watch", on_status, kLook},  // the session subscribes
+     {"version", on_version, kLook},
+     {"run.start", on_start, kCheck},
+     {"run.plan", on_plan, kCheck},
+     {"instruments.ask", on_ask, kLook},
+     {"run.pause", on_pause, kLook},
+     {"run.resume", on_resume, "lcrig status shows what is going on, lcrig runs what was"},
+     {"run.abort", on_abort, kLook},
+     {"run.freeze", on_freeze, kLook},
+     {"run.confirm", on_confirm, kLook},
+     {"specimen.add", on_add_specimen, "correct the file; lcrig specimen show paper-1 is one"}}};
 
 const Method* find_method(std::string_view name) {
   for (const auto& method : kMethods) {
@@ -174,6 +189,29 @@ std::string method_names() {
 std::string refuse(const json& id, const std::string& why) {
   return error_line(id, RpcError(rpc_code::kInvalidRequest, why,
                                  "one JSON-RPC 2.0 request per line; see docs/control.md"));
+}
+
+// A line holds more values, or deeper ones, than a message may have.
+struct TooMuch : std::length_error {
+  using std::length_error::length_error;
+};
+
+// Throws TooMuch at the first value too many, and what nlohmann throws.
+json parse_limited(std::string_view line) {
+  using Event = json::parse_event_t;
+  std::size_t values = 0;
+  const auto count = [&values](int depth, Event event, const json&) {
+    if (event == Event::key || event == Event::object_end || event == Event::array_end) return true;
+    if (event != Event::value && depth >= static_cast<int>(kControlDepthMax)) {
+      throw TooMuch(
+          fmt::format("more than {} objects and arrays inside each other", kControlDepthMax));
+    }
+    if (++values > kControlValuesMax) {
+      throw TooMuch(fmt::format("more than {} values in one message", kControlValuesMax));
+    }
+    return true;
+  };
+  return json::parse(line, count);
 }
 
 // JSON-RPC allows null as an id but calls it a bad idea; we answer nobody we cannot name.
@@ -203,20 +241,13 @@ tl::expected<ControlCall, std::string> call_of(json&& message) {
   return call;
 }
 
-std::string line_of_answer(const json& id, const Result<json>& answer) {
-  if (answer) return answer_line(id, *answer);
-  RpcError error = rpc_error_of(answer.error());
-  // A request that names its own member is a parameter error of JSON-RPC.
-  if (error.message.starts_with("/params")) error.code = rpc_code::kInvalidParams;
-  return error_line(id, error);
-}
-
 }  // namespace
 
 tl::expected<ControlCall, std::string> parse_control_call(std::string_view line) {
-  if (const auto why = refuse_structure(line)) return tl::unexpected(refuse(nullptr, *why));
   try {
-    return call_of(json::parse(line));
+    return call_of(parse_limited(line));
+  } catch (const TooMuch& e) {
+    return tl::unexpected(refuse(nullptr, e.what()));
   } catch (const json::parse_error& e) {
     return tl::unexpected(
         error_line(nullptr, RpcError(rpc_code::kParseError,
@@ -241,7 +272,10 @@ Task<std::optional<std::string>> answer_control_call(ControlHandler& handler, Co
                                "methods: " + method_names()));
   } else {
     auto answer = co_await method->run(handler, std::move(*call.params), std::move(peer));
-    line = line_of_answer(*call.id, answer);
+    if (!answer && answer.error().code == rpc_code_of(Errc::invalid_request)) {
+      answer.error().hint = method->hint;
+    }
+    line = answer ? answer_line(*call.id, *answer) : error_line(*call.id, answer.error());
   }
   if (!call.wants_answer) co_return std::nullopt;
   co_return line;

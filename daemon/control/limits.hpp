@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What clients may cost all together: time and memory of the thread that runs the instruments.
+// What clients may cost the thread that runs the instruments, in time and memory. The control
+// sessions ask before they read on or take a call; dispatch.cpp limits the structure of a line.
 #pragma once
 
 #include <cstddef>
-#include <optional>
-#include <string>
-#include <string_view>
 
 #include "base/time.hpp"
 
@@ -13,10 +11,6 @@ namespace lcrig {
 
 // Of one message. The largest honest one is a run.start with its parameters.
 inline constexpr std::size_t kControlDepthMax = 16, kControlValuesMax = 5000;
-
-// Why `line` is not to be parsed, in words; nullopt: it may be, though it need not be JSON. Stops
-// reading at the first value too many.
-std::optional<std::string> refuse_structure(std::string_view line);
 
 // Shared by all clients of one server.
 class ControlBudget {

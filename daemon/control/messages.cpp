@@ -46,7 +46,7 @@ constexpr std::array<ErrcRow, 14> kErrcs{{
     {Errc::disconnected, -32005, "plug the instrument in again; lcrig status"},
     {Errc::busy, -32006, "lcrig status shows what is going on; lcrig abort ends it"},
     {Errc::limit_tripped, -32007, "a limit was reached: check specimen and limits, then run again"},
-    {Errc::invalid_request, -32008, "correct the request; lcrig protocol check FILE"},
+    {Errc::invalid_request, -32008, "correct the request"},
     {Errc::aborted, -32009, "it was stopped; start it again with lcrig run"},
     {Errc::io, -32010, "the operating system refused; the message says what and why"},
     {Errc::bug, -32603, "a fault of this program: report it with the wire log"},

@@ -29,10 +29,10 @@ struct PeerCredentials {
 struct StartRunRequest {
   StartRunRequest() = default;
   std::string protocol;  // name, for messages and the run row
-  std::string protocol_text;  // empty: the daemon looks `protocol` up in its library
+  std::string protocol_text;  // of the file; an empty one is refused
   std::map<std::string, std::string> parameters;  // as typed, in the unit of the name's suffix
   std::string specimen;
-  std::string specimen_text;  // empty: the daemon looks `specimen` up
+  std::string specimen_text;  // empty: the daemon looks `specimen` up in its database
   std::string operator_name;  // empty: the peer's user name
   std::string note;
 };

@@ -8,8 +8,6 @@
 
 namespace lcrig {
 
-namespace {}
-
 // Something a coroutine waits for. The writer thread fills the result, then it is signalled.
 struct Recorder::Request {
   enum class Kind { begin, flush, end };

@@ -19,6 +19,7 @@ using nlohmann::json;
 using support::PlainClient;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 // Asks a person first and moves nothing.
 constexpr const char* kAsking = R"({ "format": "load-protocol/1", "name": "asking",
@@ -108,7 +109,12 @@ TEST_F(Daemon, ARequestThatIsRefusedStandsNowhere) {
   EXPECT_EQ(answer(client, "run.start", start_request(kAsking))["error"]["data"]["errc"], "busy");
   ASSERT_TRUE(answer(client, "run.abort").contains("result"));
   wait_until_over(client);
-  EXPECT_TRUE(answer(client, "run.confirm").contains("error"));
+  for (const char* verb : {"run.abort", "run.freeze", "run.confirm", "run.pause", "run.resume"}) {
+    const json error = answer(client, verb)["error"];
+    EXPECT_THAT(error.value("/data/hint"_json_pointer, ""),
+                StartsWith("lcrig status shows what is going on"))
+        << verb;
+  }
   EXPECT_THAT(kinds(), ElementsAre("run.start", "run.abort"));
 }
 

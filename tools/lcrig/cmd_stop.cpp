@@ -86,8 +86,13 @@ class VerbCommand final : public Command {
 Outcome<json> VerbCommand::params() const {
   json out = json::object();
   if (!why_.empty()) out["why"] = why_;
-  if (run_.empty()) return out;
   if (confirmed_) out["confirm_specimen"] = true;
+  if (run_.empty() && confirmed_) {
+    return tl::unexpected(Failure(kUsage,
+                                  "--confirm-specimen is about an interrupted run: RUN is missing",
+                                  "lcrig runs   (then lcrig resume RUN --confirm-specimen)"));
+  }
+  if (run_.empty()) return out;
   std::int64_t number = 0;
   const auto* end = run_.data() + run_.size();
   const auto r = std::from_chars(run_.data(), end, number);

@@ -232,10 +232,12 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
 
 std::string Parser::help_of(const Command* command, const std::string& group) const {
   if (command != nullptr) {
+    const auto words = name_words(*command);
+    const std::string parent = words.size() > 1 ? "lcrig " + words[0] : "lcrig";
     return fmt::format(
         "Example: {}\n\n{}\nEverywhere: --db FILE, --socket PATH, --config FILE, "
         "--json\n",
-        command->example(), apps.at(command)->help("lcrig"));
+        command->example(), apps.at(command)->help(parent));
   }
   if (!group.empty()) {
     for (const auto& one : all) {

@@ -41,6 +41,8 @@ TEST_F(Control, WrongRequestsAreRefusedWithThePointerAndTheConnectionLives) {
        "/params/wy"},
       {R"({"jsonrpc":"2.0","id":1,"method":"run.resume","params":{"run":1.5}})", -32602,
        "/params/run"},
+      {R"({"jsonrpc":"2.0","id":1,"method":"run.resume","params":{"confirm_specimen":true}})",
+       -32602, "/params/confirm_specimen"},
       {R"({"jsonrpc":"2.0","id":1,"method":"run.start","params":{"specimen":"s"}})", -32602,
        "/params/protocol"},
       {R"({"jsonrpc":"2.0","id":1,"method":"run.start","params":)"

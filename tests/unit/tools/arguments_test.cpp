@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include <iterator>
+#include <sstream>
+
 #include "tests/support/cli_fixture.hpp"
 
 namespace lcrig {
@@ -48,6 +51,7 @@ TEST(Arguments, EveryMistakeIsUsageAndSaysWhatToTypeNext) {
       {{"status", "--why", "x"}, "unknown option --why"},
       {{"resume", "yesterday"}, "not the number of a run"},
       {{"resume", "0"}, "not the number of a run"},
+      {{"resume", "--confirm-specimen"}, "RUN is missing"},
       {{"verify"}, "RUN"},
       {{"export", "1", "-o", "-", "--layout", "colums"}, "layout"},
       {{"export", "1", "-o", "x", "--layout", "frame"}, "--layout is for -o -"},
@@ -80,6 +84,17 @@ TEST(Arguments, HelpStartsWithAnExampleAndIsAResult) {
   }
   cli.run({"abort", "--help"});
   EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("--why"), HasSubstr("--json")));
+}
+
+TEST(Arguments, TheUsageLineCanBeTyped) {
+  Cli cli;
+  for (const auto& command : cli::make_commands()) {
+    std::istringstream name(command->name());
+    std::vector<std::string> args(std::istream_iterator<std::string>(name), {});
+    args.emplace_back("--help");
+    cli.run(args);
+    EXPECT_THAT(cli.out.str(), HasSubstr(fmt::format("Usage: lcrig {}", command->name())));
+  }
 }
 
 TEST(Arguments, HelpNamesEveryCommand) {

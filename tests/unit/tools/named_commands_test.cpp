@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// Texts that tell somebody what to type name commands and programs that exist.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tools/lcrig/command.hpp"
+
+namespace lcrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+// "run", "runs", "runs list": what may follow `lcrig`.
+std::set<std::string> known_words() {
+  std::set<std::string> out;
+  for (const auto& command : cli::make_commands()) {
+    const std::string name = command->name();
+    out.insert(name);
+    out.insert(name.substr(0, name.find(' ')));
+  }
+  return out;
+}
+
+// Of a group ("runs") the second word counts too; what follows a whole command may be anything.
+bool exists(const std::set<std::string>& known, const std::string& first,
+            const std::string& second) {
+  if (!known.contains(first)) return false;
+  const bool is_group = std::ranges::any_of(
+      known, [&](const std::string& name) { return name.starts_with(first + " "); });
+  return !is_group || second.empty() || known.contains(first + " " + second);
+}
+
+std::vector<std::string> unknown_in(const std::string& text, const std::set<std::string>& known) {
+  static const std::regex command(R"(\blcrig ([a-z][a-z-]*)(?: ([a-z][a-z-]*))?)");
+  static const std::regex program(R"(\blcrig-[a-z]+)");
+  static const std::set<std::string> programs{"lcrig-sim", "lcrig-gateway"};
+  std::vector<std::string> out;
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), command);
+       it != std::sregex_iterator(); ++it) {
+    if (!exists(known, (*it)[1], (*it)[2])) out.push_back(it->str());
+  }
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), program);
+       it != std::sregex_iterator(); ++it) {
+    if (!programs.contains(it->str())) out.push_back(it->str());
+  }
+  return out;
+}
+
+// What is code in a page: between backticks, and the lines of a fenced or indented block.
+std::string code_of_page(const fs::path& path) {
+  static const std::regex span("`([^`]+)`");
+  std::ifstream in(path);
+  std::string out, line;
+  bool fenced = false;
+  while (std::getline(in, line)) {
+    if (line.starts_with("```")) {
+      fenced = !fenced;
+    } else if (fenced || line.starts_with("    ")) {
+      out += line.substr(0, line.find('#')) + '\n';
+    } else {
+      for (auto it = std::sregex_iterator(line.begin(), line.end(), span);
+           it != std::sregex_iterator(); ++it) {
+        out += (*it)[1].str() + '\n';
+      }
+    }
+  }
+  return out;
+}
+
+// The texts of a source file, without its comments.
+std::string strings_of_source(const fs::path& path) {
+  static const std::regex literal(R"("((?:[^"\\]|\\.)*)") ");
+      std::ifstream in(path);
+  std::string out, line;
+  while (std::getline(in, line)) {
+    line = line.substr(0, line.find("// "));
+    for (auto it = std::sregex_iterator(line.begin(), line.end(), literal);
+         it != std::sregex_iterator(); ++it) {
+      out += (*it)[1].str() + '\n';
+    }
+  }
+  return out;
+}
+
+TEST(NamedCommands, NothingIsNamedThatDoesNotExist) {
+  const auto known = known_words();
+  std::size_t pages = 0, sources = 0;
+  for (const char* top : {"README.md", "CONTRIBUTING.md"}) {
+    EXPECT_THAT(unknown_in(code_of_page(top), known), ::testing::IsEmpty()) << top;
+  }
+  for (const char* folder : {"docs", "base", "storage", "model", "drivers", "protocols", "daemon",
+                             "analysis", "tools"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+      const auto kind = entry.path().extension();
+      std::string text;
+      if (kind == ".md") text = code_of_page(entry.path()), ++pages;
+      if (kind == ".cpp" || kind == ".hpp") text = strings_of_source(entry.path()), ++sources;
+      EXPECT_THAT(unknown_in(text, known), ::testing::IsEmpty()) << entry.path();
+    }
+  }
+  EXPECT_GT(pages, 10U);
+  EXPECT_GT(sources, 200U);
+}
+
+TEST(NamedCommands, WhatDoesNotExistIsFound) {
+  const auto known = known_words();
+  EXPECT_THAT(unknown_in("lcrig backup", known), ::testing::ElementsAre("lcrig backup"));
+  EXPECT_THAT(unknown_in("lcrig runs shwo 1", known), ::testing::ElementsAre("lcrig runs shwo"));
+  EXPECT_THAT(unknown_in("lcrig-web", known), ::testing::ElementsAre("lcrig-web"));
+  EXPECT_THAT(unknown_in("lcrig status shows it; lcrig runs; lcrig-sim", known),
+              ::testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace lcrig
