@@ -33,8 +33,8 @@ void add_notes(const RunData& data, RunAnalysis& out) {
   } else if (data.row.simulated) {
     note("simulated: nothing was measured");
   }
-  if (out.exit_status != "success") {
-    note(fmt::format("the run ended with {}{}{}", out.exit_status.value_or("?"),
+  if (out.exit_status != ExitStatus::success) {
+    note(fmt::format("the run ended with {}{}{}", to_string(out.exit_status, "?"),
                      data.listing.reason.empty() ? "" : ": ", data.listing.reason));
   }
   if (data.overloads > 0) note(fmt::format("{} readings are overloads", data.overloads));

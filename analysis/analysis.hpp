@@ -210,7 +210,7 @@ struct RunAnalysis {
   std::int64_t run = 0;
   std::string protocol, specimen, function;
   bool simulated = false;
-  std::optional<std::string> exit_status;
+  std::optional<ExitStatus> exit_status;
   AnalysisOptions options;
   std::vector<std::string> notes;  // what a reader must know: gaps, overloads, assumptions
 

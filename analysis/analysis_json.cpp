@@ -249,7 +249,7 @@ json to_json(const RunAnalysis& a) {
           {"specimen", a.specimen},
           {"function", a.function},
           {"simulated", a.simulated},
-          {"exit_status", a.exit_status ? json(*a.exit_status) : json(nullptr)},
+          {"exit_status", a.exit_status ? json(to_string(*a.exit_status)) : json(nullptr)},
           {"C0_pF", value_of(a.c0)},
           {"C0_standard_error_pF", error_of(a.c0)},
           {"noise_fF", value_of(a.noise)},

@@ -123,7 +123,7 @@ json metadata_of(const ExportContext& c, const RunListing& listing) {
             {"specimen_text", r.specimen_text},
             {"exit_status", nullptr},  // null: the run was still going on
             {"reason", listing.reason}};
-  if (listing.exit_status) j["exit_status"] = *listing.exit_status;
+  if (listing.exit_status) j["exit_status"] = to_string(*listing.exit_status);
   if (r.probe_diameter_m) j["probe_diameter_m"] = *r.probe_diameter_m;
   if (r.seed) j["seed"] = *r.seed;
   if (r.model_level) j["model_level"] = *r.model_level;

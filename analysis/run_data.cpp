@@ -270,7 +270,7 @@ class Loader {
                   out_.overloads, out_.run);
     }
     return fail(Errc::invalid_request, "run {} has no readings (it ended with {}{}{})", out_.run,
-                l.exit_status.value_or("?"), l.reason.empty() ? "" : ": ", l.reason);
+                to_string(l.exit_status, "?"), l.reason.empty() ? "" : ": ", l.reason);
   }
 
   void read_spans() {

@@ -88,7 +88,7 @@ Result<std::vector<Metric>> rehearse_once(const Case& c, const std::string& spec
   request.db_path = db_path;
   auto result = rehearse(request);
   if (!result) return fail(result.error());
-  if (result->exit_status != "success") return fail(Errc::aborted, "{}", result->reason);
+  if (result->exit_status != ExitStatus::success) return fail(Errc::aborted, "{}", result->reason);
   auto db = open_read_only(db_path);
   if (!db) return fail(db.error());
   auto analysis = analyse(*db, result->run);

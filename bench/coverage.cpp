@@ -72,7 +72,7 @@ RunAnalysis rehearse_once(const std::string& protocol, const std::string& specim
   request.seed = seed;
   request.db_path = path;
   const auto result = rehearse(request);
-  if (!result || result->exit_status != "success") {
+  if (!result || result->exit_status != ExitStatus::success) {
     throw std::runtime_error(result ? result->reason : result.error().what);
   }
   const auto db = open_read_only(path).value();

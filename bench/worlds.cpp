@@ -26,7 +26,7 @@ class Maker {
   Maker(RunData& out, double reading_s) : out_(out), reading_s_(reading_s) {
     out_.run = 1;
     out_.row.protocol_name = "world";
-    out_.listing.exit_status = "success";
+    out_.listing.exit_status = ExitStatus::success;
     out_.area_m2 = kArea_m2;
     out_.probe_diameter_m = kDiameter_mm * 1e-3;
     out_.function = "Cp-D";

@@ -279,7 +279,8 @@ Task<> App::run_to_its_end() {
   last_run_ = ended;
   control_->publish_run_ended(ended);
   notifier_.status("idle");
-  spdlog::info("run {} ended: {} {}", ended.run, ended.exit_status, printable(ended.reason));
+  spdlog::info("run {} ended: {} {}", ended.run, to_string(ended.exit_status),
+               printable(ended.reason));
 }
 
 DaemonStatus App::status() const {

@@ -39,10 +39,10 @@ Result<std::optional<StoredEvent>> last_event(const Database& db, std::int64_t r
 Result<> check_interrupted(const Database& db, std::int64_t run) {
   auto listing = get_run_listing(db, run);
   if (!listing) return fail(listing.error());
-  if (listing->exit_status != "interrupted") {
+  if (listing->exit_status != ExitStatus::interrupted) {
     return fail(Errc::invalid_request,
                 "run {} ended with `{}`: only a run that was interrupted can be continued", run,
-                listing->exit_status.value_or("nothing yet"));
+                to_string(listing->exit_status, "nothing yet"));
   }
   auto next = db.integer(fmt::format(
       "SELECT coalesce(max(run_id), 0) FROM event WHERE kind = 'continues' AND run_id > {} AND "

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "base/exit_status.hpp"
 #include "base/result.hpp"
 #include "protocols/run/sink.hpp"
 
@@ -33,7 +34,7 @@ struct RehearseRequest {
 struct RehearseResult {
   RehearseResult() = default;
   std::int64_t run = 0;
-  std::string exit_status;  // "success", "abort", "fail"
+  ExitStatus exit_status = ExitStatus::fail;
   std::optional<Errc> code;  // why, when it was not a success
   std::string reason;
   std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;

@@ -52,11 +52,6 @@ std::string parameters_json(const Environment& environment) {
   return out.dump();
 }
 
-ExitStatus exit_status(const std::string& word) {
-  if (word == "success") return ExitStatus::success;
-  return word == "abort" ? ExitStatus::abort : ExitStatus::fail;
-}
-
 }  // namespace
 
 namespace {
@@ -363,15 +358,15 @@ RunSetup Session::make_setup(std::int64_t run) {
 Task<RunResult> Session::execute() {
   RunResult result = co_await run_->execute();
   std::string reason = result.reason;
-  auto closed = co_await recorder_.end_run(exit_status(result.exit_status), std::move(reason));
+  auto closed = co_await recorder_.end_run(result.exit_status, std::move(reason));
   recorder_.on_fault({});
   recorder_.on_committed({});
   if (!closed) {
-    result.exit_status = "fail";
+    result.exit_status = ExitStatus::fail;
     result.code = closed.error().code;
     result.reason += (result.reason.empty() ? "" : "; ") + closed.error().what;
-  } else if (to_string(closed->status) != result.exit_status) {  // rows were lost at the end
-    result.exit_status = to_string(closed->status);
+  } else if (closed->status != result.exit_status) {  // rows were lost at the end
+    result.exit_status = closed->status;
     result.code = Errc::io;
     result.reason = closed->reason;
   }

@@ -14,7 +14,7 @@ constexpr std::string_view kListing =
     " JOIN chain ON chain.run_id = run.id"
     " AND chain.seq = (SELECT max(seq) FROM chain AS c WHERE c.run_id = run.id)";
 
-RunListing read_listing(const Statement& s) {
+Result<RunListing> read_listing(const Statement& s) {
   RunListing out;
   out.run = s.integer(0);
   out.protocol_name = s.text(1);
@@ -22,7 +22,12 @@ RunListing read_listing(const Statement& s) {
   out.operator_name = s.text(3);
   out.simulated = s.integer(4) != 0;
   out.started_unix_ns = s.integer(5);
-  if (!s.is_null(6)) out.exit_status.emplace(s.text(6));
+  if (!s.is_null(6)) {
+    out.exit_status = parse_exit_status(s.text(6));
+    if (!out.exit_status) {
+      return fail(Errc::garbled, "run {}: ended with an unknown word, `{}`", out.run, s.text(6));
+    }
+  }
   out.reason = s.text(7);
   out.ended_unix_ns = s.optional_integer(8);
   out.lcr_readings = s.integer(9);
@@ -82,7 +87,9 @@ Result<std::vector<RunListing>> list_runs(const Database& db) {
     auto row = s->step();
     if (!row) return fail(row.error());
     if (!*row) return out;
-    out.push_back(read_listing(*s));
+    auto listing = read_listing(*s);
+    if (!listing) return fail(listing.error());
+    out.push_back(std::move(*listing));
   }
 }
 

@@ -61,16 +61,6 @@ Result<> append_link(const Database& db, std::int64_t run, Write write) {
 
 }  // namespace
 
-std::string_view to_string(ExitStatus s) {
-  switch (s) {
-    case ExitStatus::success: return "success";
-    case ExitStatus::abort: return "abort";
-    case ExitStatus::fail: return "fail";
-    case ExitStatus::interrupted: return "interrupted";
-  }
-  return "fail";
-}
-
 std::string read_boot_id() {
   std::ifstream file("/proc/sys/kernel/random/boot_id");
   std::string id;

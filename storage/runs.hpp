@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/exit_status.hpp"
 #include "base/time.hpp"
 #include "storage/sqlite.hpp"
 
@@ -37,9 +38,6 @@ struct RunRow {
   std::string boot_id;
 };
 
-enum class ExitStatus { success, abort, fail, interrupted };
-std::string_view to_string(ExitStatus s);
-
 struct RunEnd {
   RunEnd() = default;
   ExitStatus status = ExitStatus::success;
@@ -60,7 +58,7 @@ struct RunListing {
   std::string protocol_name, specimen_name, operator_name;
   bool simulated = false;
   std::int64_t started_unix_ns = 0;
-  std::optional<std::string> exit_status;  // absent: still running
+  std::optional<ExitStatus> exit_status;  // absent: still running
   std::string reason;
   std::optional<std::int64_t> ended_unix_ns;
   std::int64_t lcr_readings = 0, frame_samples = 0, levels = 0, events = 0;

@@ -31,7 +31,7 @@ std::string results_table(std::span<const ReportRun> runs) {
   row("origin", simulated_word);
   row("started", [](const ReportRun& r) { return format_utc(r.data.row.started_unix_ns); });
   row("ended as", [](const ReportRun& r) {
-    return text(r.data.listing.exit_status.value_or("still going on"));
+    return std::string(to_string(r.data.listing.exit_status, "still going on"));
   });
   const auto reference = runs.front().analysis.metrics();
   for (std::size_t i = 0; i < reference.size(); ++i) {

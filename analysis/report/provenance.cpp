@@ -95,9 +95,10 @@ std::string simulated_mark(std::span<const ReportRun> runs) {
 std::string status_mark(const ReportRun& run) {
   const auto& listing = run.data.listing;
   std::string out;
-  if (listing.exit_status != "success") {
+  if (listing.exit_status != ExitStatus::success) {
     out += fmt::format("<div class='mark'>Run {}: {}. <span>{}</span></div>\n", run.data.run,
-                       text(listing.exit_status.value_or("still going on")), text(listing.reason));
+                       std::string(to_string(listing.exit_status, "still going on")),
+                       text(listing.reason));
   }
   if (!run.chain.intact) {
     out += fmt::format(
@@ -151,8 +152,8 @@ std::string provenance_table(const ReportRun& run) {
                                 : row.simulated  ? "<b>simulated</b>"
                                                  : "measured")});
   table.row({"started", format_utc(row.started_unix_ns)});
-  table.row({"ended", (listing.ended_unix_ns ? format_utc(*listing.ended_unix_ns) : "–") +
-                          std::string(", ") + text(listing.exit_status.value_or("still going on")) +
+  table.row({"ended", (listing.ended_unix_ns ? format_utc(*listing.ended_unix_ns) : "–") + ", " +
+                          std::string(to_string(listing.exit_status, "still going on")) +
                           (listing.reason.empty() ? "" : ": " + text(listing.reason))});
   table.row({"protocol", text(row.protocol_name) + ", " + flat_json(row.parameters_json)});
   table.row({"specimen", or_dash(row.specimen_name)});

@@ -40,7 +40,7 @@ void write_run(const ReportRun& run, CsvWriter& out) {
   out.text(run.data.row.specimen_name);
   out.text(run.data.row.protocol_name);
   out.word(run.data.row.simulated ? "true" : "false");
-  out.text(run.data.listing.exit_status.value_or(""));
+  out.text(to_string(run.data.listing.exit_status, ""));
   out.word(run.chain.intact ? "true" : "false");
   out.integer(run.data.fresh_readings);
   for (const Metric* metric : run.analysis.metrics()) {

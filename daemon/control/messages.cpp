@@ -165,7 +165,7 @@ json to_json(const RunEnded& e) {
   json code = nullptr;
   if (e.code) code = to_string(*e.code);
   return json{{"run", e.run},
-              {"exit_status", e.exit_status},
+              {"exit_status", to_string(e.exit_status)},
               {"code", std::move(code)},
               {"reason", e.reason},
               {"lcr_readings", e.lcr_readings},
@@ -179,7 +179,13 @@ Result<RunEnded> parse_run_ended(const json& value) {
   RunEnded e;
   ParamsReader in(value, "");
   in.integer("run", e.run, true);
-  in.text("exit_status", e.exit_status, true);
+  std::string status;
+  in.text("exit_status", status, true);
+  if (const auto known = parse_exit_status(status)) {
+    e.exit_status = *known;
+  } else {
+    in.fail_with(Error(Errc::garbled, "/exit_status: unknown word"));
+  }
   if (const auto* code = in.member("code")) {
     e.code = code->is_string() ? errc_of_word(code->get<std::string>()) : std::nullopt;
     if (!e.code) in.fail_with(Error(Errc::garbled, "/code: unknown code"));

@@ -35,8 +35,8 @@ Result<> Run::may_move() const {
 // A reason that does not name the fault yet does so now.
 void Run::tell_hands_off(RunResult& result, bool cleared) const {
   if (!hands_off_) return;
-  if (result.exit_status == "success") {  // every step had ended well
-    result.exit_status = "fail";
+  if (result.exit_status == ExitStatus::success) {  // every step had ended well
+    result.exit_status = ExitStatus::fail;
     result.code = hands_off_->code;
   }
   const bool named = result.reason.find(hands_off_->what) != std::string::npos;

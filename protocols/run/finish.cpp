@@ -26,8 +26,8 @@ constexpr std::string_view kUnknown =
 constexpr double kZeroDoubt = 1e-3;  // of the cell's nominal: what class 1 allows its zero
 
 void fail_with(RunResult& result, Errc code, std::string_view why) {
-  if (result.exit_status == "success") {
-    result.exit_status = "fail";
+  if (result.exit_status == ExitStatus::success) {
+    result.exit_status = ExitStatus::fail;
     result.code = code;
   }
   add_note(result.reason, why);
@@ -74,10 +74,10 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
   pending_.clear();
   co_await stop_frame();
   if (frame_away_) co_await recover_frame_for_finally();
-  result.exit_status = "success";
+  result.exit_status = ExitStatus::success;
   if (stop) {
     const bool wanted = stop->kind == Interrupt::abort || stop->kind == Interrupt::freeze;
-    result.exit_status = wanted ? "abort" : "fail";
+    result.exit_status = wanted ? ExitStatus::abort : ExitStatus::fail;
     result.reason = fmt::format("{}: {}", to_string(event_of(stop->kind)), stop->why);
     result.code = stop->code;
     if (setup_.commands) {
@@ -95,7 +95,7 @@ Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
     constexpr std::string_view kWhy = "standstill not confirmed: use the E-stop";
     const bool said = result.reason.find(kWhy) != std::string::npos;
     if (!said) fail_with(result, Errc::not_standing, kWhy);
-    result.exit_status = "fail";
+    result.exit_status = ExitStatus::fail;
     result.code = Errc::not_standing;
   }
   tell_hands_off(result, clears);
@@ -121,8 +121,8 @@ bool Run::may_clear(bool frozen, RunResult& result) {
   if (frozen) return false;
   if (!prepared_ && setup_.commands) return false;  // nothing was asked of the frame
   if (frame_away_) {
-    if (result.exit_status == "success") {  // every step had ended well
-      result.exit_status = "fail";
+    if (result.exit_status == ExitStatus::success) {  // every step had ended well
+      result.exit_status = ExitStatus::fail;
       result.reason = frame_away_->why.what;
       result.code = frame_away_->why.code;
     }
@@ -133,7 +133,7 @@ bool Run::may_clear(bool frozen, RunResult& result) {
   }
   if (hands_off_) return false;  // tell_hands_off says why
   if (moves() && !standing_) {
-    result.exit_status = "fail";
+    result.exit_status = ExitStatus::fail;
     result.code = Errc::not_standing;
     add_note(result.reason,
              "`finally` did not run: standstill not confirmed: use the E-stop, then look at the "

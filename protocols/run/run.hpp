@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/clock.hpp"
+#include "base/exit_status.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
 #include "protocols/expand.hpp"
@@ -44,7 +45,7 @@ struct InterruptRequest {
 
 struct RunResult {
   RunResult() = default;
-  std::string exit_status;  // "success", "abort", "fail"
+  ExitStatus exit_status = ExitStatus::fail;
   std::string reason;  // empty on success
   std::optional<Errc> code;  // why, when it was no success
   double peak_force_N = 0;

@@ -46,7 +46,7 @@ class LieJudge {
 
  private:
   const std::string& reason() const { return w_.result->reason; }
-  bool succeeded() const { return w_.result && w_.result->exit_status == "success"; }
+  bool succeeded() const { return w_.result && w_.result->exit_status == ExitStatus::success; }
   bool tells(FrameLie lie) const {
     return std::ranges::any_of(lies_, [lie](const Falsehood& f) { return f.what == lie; });
   }

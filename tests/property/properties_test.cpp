@@ -233,7 +233,7 @@ TEST(Properties, OneCase) {
     fmt::print("{:10.4f} {} {}\n", to_seconds(word.at.time_since_epoch()), word.is_sent ? ">" : "<",
                word.line);
   }
-  if (w.result) fmt::print("{}: {}\n", w.result->exit_status, w.result->reason);
+  if (w.result) fmt::print("{}: {}\n", to_string(w.result->exit_status), w.result->reason);
   fmt::print("true: peak {:.6g} N, at the end {:.6g} N, {}; outside {:.3g} um\n", w.all.peak_N,
              w.last_N, w.stood ? "stands" : "moves", w.outside_m * 1e6);
   for (const std::string& b : judge_all(t)) ADD_FAILURE() << b;

@@ -100,7 +100,7 @@ void expect_success(const sim::RandomRig& rig, const std::string& name) {
   w.run();
   SCOPED_TRACE(name + " on " + sim::describe(rig));
   ASSERT_FALSE(w.refused) << w.refused->what;
-  EXPECT_EQ(w.result->exit_status, "success") << w.result->reason;
+  EXPECT_EQ(w.result->exit_status, ExitStatus::success) << w.result->reason;
 }
 
 // A rig with a gap that takes no more than kPatience_s.

@@ -134,7 +134,7 @@ bool Trial::is_conditional() const {
 
 bool Trial::is_declined() const {
   const auto& result = world_->result;
-  return is_conditional() && result && result->exit_status == "fail" &&
+  return is_conditional() && result && result->exit_status == ExitStatus::fail &&
          result->code == Errc::invalid_request &&
          (result->reason.find("at contact)") != std::string::npos ||
           result->reason.find("force loop is good for") != std::string::npos);
@@ -188,7 +188,7 @@ void Trial::count(Counters& n) const {
     n["rig seconds"] += std::llround(to_seconds(took));
   }
   if (!w.result) return;
-  ++n["ended " + w.result->exit_status];
+  ++n[fmt::format("ended {}", to_string(w.result->exit_status))];
 }
 
 Broken force_within_limit(Trial& t) {
@@ -229,9 +229,9 @@ Broken healthy_runs_succeed(Trial& t) {
                     o.observed_N, o.predicted_N)};
   }
   if (t.is_declined()) return {};
-  if (w.result->exit_status == "success") return {};
-  return {fmt::format("success: a run on a healthy rig ended with {} ({})", w.result->exit_status,
-                      w.result->reason)};
+  if (w.result->exit_status == ExitStatus::success) return {};
+  return {fmt::format("success: a run on a healthy rig ended with {} ({})",
+                      to_string(w.result->exit_status), w.result->reason)};
 }
 
 Broken ends_standing_and_honest(Trial& t) {
@@ -240,7 +240,7 @@ Broken ends_standing_and_honest(Trial& t) {
   if (!w.is_clean) out.push_back("clean: something still waits after the run");
   if (w.too_long) out.push_back("long: it did not end by itself");
   const std::string reason = w.result ? w.result->reason : "";
-  const bool failed = !w.result || w.result->exit_status != "success";
+  const bool failed = !w.result || w.result->exit_status != ExitStatus::success;
   const bool says_so =
       reason.find("standstill") != std::string::npos || reason.find("E-stop") != std::string::npos;
   if (!w.stood && !(failed && says_so)) {

@@ -27,7 +27,7 @@ RunAnalysis rehearsed(RehearseRequest request) {
   request.protocol_text = library(request.protocol_name);
   const auto result = rehearse(request);
   if (!result) throw std::runtime_error(result.error().what);
-  EXPECT_EQ(result->exit_status, "success") << result->reason;
+  EXPECT_EQ(result->exit_status, ExitStatus::success) << result->reason;
   return analyse(open_read_only(request.db_path).value(), result->run).value();
 }
 

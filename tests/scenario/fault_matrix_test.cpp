@@ -277,16 +277,16 @@ void play(const Cell& cell, std::map<std::string, int>& ended) {
   Invariants invariants(world, result, limits);
   ASSERT_NO_FATAL_FAILURE(invariants.expect_all());
   EXPECT_GT(world.player->happened().front(), 0) << "the fault never happened";
-  if (result->exit_status != "success") {
+  if (result->exit_status != ExitStatus::success) {
     EXPECT_TRUE(names_one_of(result->reason, culprits(cell.row->target))) << result->reason;
   }
   if (cell.row->survived) {
-    EXPECT_EQ(result->exit_status, "success") << result->reason;
+    EXPECT_EQ(result->exit_status, ExitStatus::success) << result->reason;
   }
   const bool comes_out =
       std::string_view(cell.row->comes_out).find(cell.phase) != std::string_view::npos;
   if (comes_out) {
-    EXPECT_NE(result->exit_status, "success") << "nobody noticed";
+    EXPECT_NE(result->exit_status, ExitStatus::success) << "nobody noticed";
   }
   // Either `finally` clears the specimen, or the reason says why it did not.
   const bool says_why = names_one_of(result->reason, {"`finally`", "is still loaded"});
@@ -301,7 +301,7 @@ void play(const Cell& cell, std::map<std::string, int>& ended) {
     EXPECT_GE(world.count("SELECT COUNT(*) FROM event WHERE kind = 'loss'"), 1)
         << "the gateway stopped by itself";
   }
-  ++ended[result->exit_status];
+  ++ended[std::string(to_string(result->exit_status))];
 }
 
 // One test per row. The trace of a failure names the cell.
@@ -341,7 +341,7 @@ TEST(FaultMatrixItself, WithoutFaultsTheRunsSucceedAndMeasure) {
     FaultLimits limits;
     limits.speed_m_s = rod ? 0 : kPressing_m_s;
     Invariants(world, result, limits).expect_all();
-    EXPECT_EQ(result->exit_status, "success") << result->reason;
+    EXPECT_EQ(result->exit_status, ExitStatus::success) << result->reason;
     EXPECT_EQ(world.count("SELECT COUNT(*) FROM lcr_reading WHERE level = 1"), 6);
     EXPECT_GT(world.peak_N, 0.45);
   }

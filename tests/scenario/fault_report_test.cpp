@@ -36,7 +36,7 @@ double way_after_mm(const SessionWorld& world, const std::string& kind) {
 }
 
 void expect_hands_off(const SessionWorld& world, const RunResult& r, Errc code) {
-  EXPECT_EQ(r.exit_status, "fail");
+  EXPECT_EQ(r.exit_status, ExitStatus::fail);
   EXPECT_EQ(r.code, code) << r.reason;
   EXPECT_THAT(r.reason, HasSubstr("nothing is moved any more until a person has looked"));
   EXPECT_THAT(r.reason, HasSubstr("loaded"));
@@ -169,7 +169,7 @@ TEST(LostOrigin, IsSeenInTheForceWhenTheGatewayCannotSayIt) {
     ASSERT_TRUE(r) << r.error().what;
     EXPECT_TRUE(moved) << "the frame stood";
     if (offset_N == 0) {
-      EXPECT_EQ(r->exit_status, "success") << r->reason;
+      EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
       continue;
     }
     EXPECT_THAT(r->reason, HasSubstr("no contact does that"));
@@ -191,7 +191,7 @@ TEST(LostOrigin, AnotherMachineOrOtherCapabilitiesEndTheWaitAtOnce) {
     world.acts.push_back({"load", 3s, [](SessionWorld& w) { plug(w, Which::frame); }});
     const auto r = world.run();
     ASSERT_TRUE(r) << r.error().what;
-    EXPECT_EQ(r->exit_status, "fail");
+    EXPECT_EQ(r->exit_status, ExitStatus::fail);
     EXPECT_EQ(r->code, Errc::refused);
     EXPECT_THAT(r->reason, HasSubstr(name));
     EXPECT_THAT(r->reason, HasSubstr("nothing is moved any more"));
@@ -210,7 +210,7 @@ TEST(StopReport, WithoutAConfirmedStandstillFinallyDoesNotBegin) {
                         }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_EQ(r->code, Errc::not_standing);
   EXPECT_THAT(r->reason, HasSubstr("standstill not confirmed: use the E-stop"));
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id = 'clear'"), 0);
@@ -232,7 +232,7 @@ TEST(StopReport, ALimitThatTripsWhileTheFrameStopsDoesNotKillFinally) {
     const auto r = world.run();
     ASSERT_TRUE(r) << r.error().what;
     EXPECT_GT(world.real("SELECT MAX(force_N) FROM frame_sample"), 1.4);
-    EXPECT_NE(r->exit_status, "success");
+    EXPECT_NE(r->exit_status, ExitStatus::success);
     EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id = 'clear' AND kind = 'motion' "
                           "AND detail LIKE '%\"target\"%'"),
               1)

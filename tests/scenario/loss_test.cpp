@@ -62,11 +62,11 @@ TEST_P(Loss, InAStepIsSurvivedOrEndsTheRunAsTheProtocolSays) {
   expect_cleared(world);
   EXPECT_EQ(events(world, "loss"), 1);
   if (std::string(policy) == "abort") {
-    EXPECT_EQ(r->exit_status, "fail");
+    EXPECT_EQ(r->exit_status, ExitStatus::fail);
     EXPECT_EQ(r->code, Errc::disconnected) << r->reason;
     return;
   }
-  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   EXPECT_EQ(events(world, "gap"), 1);
   EXPECT_EQ(events(world, "reconnected"), 1);
   EXPECT_EQ(events(world, "repeat"), std::string(policy) == "repeat_step" ? 1 : 0);
@@ -111,7 +111,7 @@ TEST(Reconnect, MeterIsBackWithinASecondOfTheReplugAHundredTimes) {
   }
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   ASSERT_EQ(std::ssize(plugged), count);
   EXPECT_EQ(events(world, "reconnected"), count);
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM lcr_reading WHERE flags & 16"), count);
@@ -149,7 +149,7 @@ TEST(Reconnect, FrameIsBackWithinASecondOfTheReplugAHundredTimes) {
   }
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   ASSERT_EQ(std::ssize(plugged), count);
   double worst_s = 0;
   for (const MonoTime t : plugged) {
@@ -173,7 +173,7 @@ TEST(Reconnect, AMeterThatLostItsSettingsGetsThemAgainBeforeItIsRead) {
                         }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   // Without its settings it would take 380 ms per conversion; with them it makes 15 readings a
   // second.
   EXPECT_GT(world.count("SELECT COUNT(*) FROM lcr_reading WHERE last_byte_mono_ns > (SELECT "
@@ -192,7 +192,7 @@ TEST(Reconnect, AnotherSerialNumberIsRefusedAndNamed) {
                         }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_THAT(r->reason, HasSubstr("OTHER0007"));
   EXPECT_THAT(r->reason, HasSubstr("SIM000001"));
   EXPECT_EQ(events(world, "refused"), 1) << "said once, not at every attempt";
@@ -211,7 +211,7 @@ TEST(Reconnect, WaitingHasALimit) {
     world.acts.push_back({"record", 2s, [=](SessionWorld& w) { unplug(w, which); }});
     const auto r = world.run();
     ASSERT_TRUE(r) << r.error().what;
-    EXPECT_EQ(r->exit_status, "fail");
+    EXPECT_EQ(r->exit_status, ExitStatus::fail);
     EXPECT_EQ(r->code, Errc::disconnected);
     EXPECT_THAT(r->reason, HasSubstr("did not come back within 20 s"));
     if (which == Which::meter) {
@@ -234,7 +234,7 @@ TEST(Reconnect, AbortActsWhileAnInstrumentIsAway) {
                         }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "abort");
+  EXPECT_EQ(r->exit_status, ExitStatus::abort);
   EXPECT_THAT(r->reason, HasSubstr("a person"));
   expect_cleared(world);
   expect_invariants(world);
@@ -250,7 +250,7 @@ TEST(Reconnect, TheForceIsHeldAndGuardedWhileTheMeterIsAway) {
   world.acts.push_back({"settle", 30500ms, [](SessionWorld& w) { plug(w, Which::meter); }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   const auto ns = std::to_string(gone.time_since_epoch().count());
   const std::string meanwhile =
       " FROM frame_sample WHERE received_mono_ns BETWEEN " + ns + " AND " + ns + " + 30000000000";
@@ -266,7 +266,7 @@ TEST(Reconnect, RepeatStepWritesASecondLevelAndCountsItsReadingsOnce) {
       {"unload", 0ms, [&](SessionWorld& w) { shown = w.session->status().measure_readings; }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM level"), 2);
   EXPECT_EQ(world.count("SELECT COUNT(DISTINCT level_index) FROM level"), 1) << "the same place";
   const auto cut = world.count("SELECT COUNT(*) FROM lcr_reading WHERE level = 1");
@@ -287,7 +287,7 @@ TEST(Reconnect, APluckedCableThatNeverHoldsEndsTheRun) {
   for (int i = 0; i < 12; ++i) away(world, "record", Which::meter, 2s + i * 4s, 1s);
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_THAT(r->reason, HasSubstr("lost 5 times within a minute"));
   expect_invariants(world);
 }
@@ -302,7 +302,7 @@ TEST(Reconnect, AFrameThatForgotItsZeroIsNotMovedAgain) {
   world.acts.push_back({"settle", 3s, [](SessionWorld& w) { plug(w, Which::frame); }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_THAT(r->reason, HasSubstr("may have forgotten its zero"));
   EXPECT_THAT(r->reason, HasSubstr("`finally` did not run"));
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id = 'clear'"), 0);

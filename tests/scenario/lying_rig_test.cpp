@@ -111,10 +111,10 @@ TEST(LyingRig, EachLieIsNoticedAndNamedAndTheTrueForceStaysWithinTheLimit) {
     const auto r = world.run();
     ASSERT_TRUE(r) << r.error().what;
     if (*lie.word == '\0') {
-      EXPECT_EQ(r->exit_status, "success") << r->reason;
+      EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
       continue;
     }
-    EXPECT_EQ(r->exit_status, "fail");
+    EXPECT_EQ(r->exit_status, ExitStatus::fail);
     EXPECT_THAT(r->reason, HasSubstr(lie.word));
     EXPECT_LT(world.largest_true_N(), kLimit_N);
     EXPECT_THAT(r->reason, HasSubstr(lie.end));
@@ -130,7 +130,7 @@ TEST(LyingRig, ASearchWithoutContactGoesBackToWhereItBegan) {
   world.lie_in("contact", 100ms, [](auto& l) { l.force_held = true; });
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_GT(world.largest_true_N(), kLimit_N) << "it never touched: nothing was tried";
   EXPECT_LT(world.true_N(), 0.01) << r->reason;
   EXPECT_NEAR(world.real("SELECT travel_m FROM frame_sample ORDER BY seq DESC LIMIT 1"),
@@ -155,7 +155,7 @@ TEST(LyingRig, ALateOrderThatIsObeyedInAPauseIsStopped) {
   world.acts.push_back({"load", 200ms, [](SessionWorld& w) { w.interrupt(Interrupt::pause); }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_THAT(r->reason, HasSubstr("while nobody told it to"));
   EXPECT_LT(world.largest_true_N(), 0.3);
   EXPECT_LT(world.true_N(), 0.01);
@@ -171,7 +171,7 @@ TEST(LyingRig, ATareThatIsLostWhileItStandsIsNoticedByTheJump) {
                         }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_THAT(r->reason, HasSubstr("jumped"));
   EXPECT_LT(world.true_N(), 0.01);
 }
@@ -216,7 +216,7 @@ TEST(LyingRig, TheTolerancesAreOfThePlanAndStoredWithTheRun) {
   LyingWorld world;
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   const auto plan =
       nlohmann::json::parse(world.text("SELECT detail FROM event WHERE kind = 'plan'"));
   const auto watch =

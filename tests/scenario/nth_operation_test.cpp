@@ -61,7 +61,7 @@ TEST(NthOperation, OfTheWiresMayFailAndTheRunIsSafeAndTrue) {
     };
     const auto result = world.run();
     if (n < 0) {
-      ASSERT_TRUE(result && result->exit_status == "success") << "without any failure";
+      ASSERT_TRUE(result && result->exit_status == ExitStatus::success) << "without any failure";
       operations = nth.begun;
       step = stride(operations);
       continue;
@@ -79,7 +79,7 @@ TEST(NthOperation, OfTheWiresMayFailAndTheRunIsSafeAndTrue) {
       continue;
     }
     Invariants(world, result, limits()).expect_all();
-    ++ended[result->exit_status];
+    ++ended[std::string(to_string(result->exit_status))];
     if (HasFailure()) break;
   }
   print("wires", operations, ended);
@@ -95,7 +95,7 @@ void fail_each_disk_operation(FaultyDisk::Failure how, const char* what) {
     if (n >= 0) disk.fail_operation(n, how);
     const auto result = world.run();
     if (n < 0) {
-      ASSERT_TRUE(result && result->exit_status == "success") << "without any failure";
+      ASSERT_TRUE(result && result->exit_status == ExitStatus::success) << "without any failure";
       operations = disk.operations();
       step = stride(operations);
       continue;
@@ -108,7 +108,7 @@ void fail_each_disk_operation(FaultyDisk::Failure how, const char* what) {
       continue;
     }
     Invariants(world, result, limits()).expect_all();
-    ++ended[result->exit_status];
+    ++ended[std::string(to_string(result->exit_status))];
     if (::testing::Test::HasFailure()) break;
   }
   print(what, operations, ended);

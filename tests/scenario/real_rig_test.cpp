@@ -49,7 +49,7 @@ TEST(RealRig, ShippedProtocolsRunWhereverContactIs) {
     world.bench.plant.contact_travel_m = 30e-3;
     const auto r = world.run();
     ASSERT_TRUE(r) << r.error().what;
-    EXPECT_EQ(r->exit_status, "success") << r->reason;
+    EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
     expect_unloaded(world);
   }
 }
@@ -70,7 +70,7 @@ TEST(RealRig, ANewZeroOfTravelMovesNoLimit) {
   world.bench.plant.contact_travel_m = 30e-3;
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   EXPECT_NEAR(world.real("SELECT travel_m FROM frame_sample ORDER BY seq DESC"), -20e-3, 1e-6);
   SessionWorld beyond(with(text, R"("travel_mm": -20)", R"("travel_mm": -26)"));
   beyond.bench = world.bench;
@@ -99,7 +99,7 @@ TEST(RealRig, AGapThatAPersonStatesNeedsNoSearch) {
       R"("speed_mm_s": 0.01)", R"("speed_mm_s": 0.1)"));
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   EXPECT_NEAR(world.real("SELECT travel_m FROM frame_sample ORDER BY seq DESC"), 1.2e-3, 1e-6);
 }
 
@@ -111,7 +111,7 @@ TEST(RealRig, AnOverloadIsLeftByTheWayItCame) {
   stop_late(world, "load", 0.3);
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_GT(world.real("SELECT MAX(force_N) FROM frame_sample"), 1.2) << "nothing was overloaded";
   EXPECT_THAT(r->reason, Not(HasSubstr("in `finally`")));
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='clear' AND kind='motion' AND "
@@ -125,7 +125,7 @@ TEST(RealRig, AnOverloadInTheSearchIsLeftThoughContactWasNeverFound) {
   stop_late(world, "contact", 5);
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_GT(r->peak_force_N, 1.0);
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE kind='contact'"), 0);
   expect_unloaded(world);
@@ -140,7 +140,7 @@ TEST(RealRig, ASpecimenThatPullsIsLeftToAPerson) {
                         }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_THAT(r->reason, HasSubstr("the specimen pulls at the probe"));
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='clear'"), 0);
 }
@@ -153,7 +153,7 @@ TEST(RealRig, AStopThatIsNotConfirmedFailsTheRunWithACodeOfItsOwn) {
                         }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_EQ(r->code, Errc::not_standing);
   EXPECT_THAT(r->reason, HasSubstr("standstill not confirmed: use the E-stop"));
 }
@@ -163,7 +163,7 @@ TEST(RealRig, AFrozenRunSaysThatTheSpecimenIsLoaded) {
   world.acts.push_back({"level", 500ms, [](SessionWorld& w) { w.interrupt(Interrupt::freeze); }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "abort");
+  EXPECT_EQ(r->exit_status, ExitStatus::abort);
   EXPECT_THAT(r->reason, HasSubstr("the specimen is still loaded with about 0.5"));
 }
 
@@ -201,7 +201,7 @@ TEST(RealRig, AfterAPredictionThatWasExceededNothingIsPressedAnyMore) {
   stop_late(world, "contact", 0.01);
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_THAT(r->reason, HasSubstr("nothing is pressed any more"));
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE kind='overshoot_exceeded'"), 1);
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='load' AND kind='motion'"), 0);
@@ -221,7 +221,7 @@ TEST(RealRig, SamplesThatComeLateStopAMotion) {
                         }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_THAT(r->reason, HasSubstr("old when they arrive"));
   EXPECT_GE(world.count("SELECT COUNT(*) FROM event WHERE kind='late_samples'"), 1);
 }
@@ -301,7 +301,7 @@ TEST(RealRig, ATareAtThePanelUnderLoadEndsTheRunByTheWayAway) {
                         }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_THAT(r->reason, HasSubstr("zero of force or travel was changed"));
   EXPECT_THAT(r->reason, HasSubstr("whether the specimen is still loaded is not known"));
   EXPECT_NEAR(world.real("SELECT force_N FROM frame_sample ORDER BY seq DESC"), -0.5, 0.01)

@@ -59,7 +59,7 @@ TEST_F(RehearseFaults, WhatHappenedStandsInTheRunAndHappensAgainTheSameWay) {
     { "fault": "force_spike", "on": "frame", "in_step": "level", "after_s": 1, "force_N": 0.2 })");
   const auto first = rehearse(wanted);
   ASSERT_TRUE(first) << first.error().what;
-  EXPECT_EQ(first->exit_status, "success") << first->reason;
+  EXPECT_EQ(first->exit_status, ExitStatus::success) << first->reason;
   EXPECT_GE(first->faults, 3);
   const std::string told = injected(first->run);
   EXPECT_THAT(told, HasSubstr("5000000000 watch fault injected: frame unplug\n"));

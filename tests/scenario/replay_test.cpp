@@ -64,7 +64,7 @@ void expect_played_exactly(const std::string& directory) {
   request.db_path = dir.file("r.db");
   const auto result = rehearse(request);
   ASSERT_TRUE(result) << result.error().what;
-  ASSERT_EQ(result->exit_status, "success") << result->reason;
+  ASSERT_EQ(result->exit_status, ExitStatus::success) << result->reason;
   const auto db = open_read_only(request.db_path);
   ASSERT_TRUE(db);
   ExportOptions options;

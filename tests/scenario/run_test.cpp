@@ -53,7 +53,7 @@ TEST(Run, ReadsExactlyWhatTheStaticExperimentPlans) {
   SessionWorld world(library("static-frame"));
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   EXPECT_EQ(world.count("SELECT COUNT(reading_index) FROM lcr_reading WHERE fresh"), 14 * 30 * 4);
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM level"), 14 * 4);
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM (SELECT level FROM lcr_reading WHERE reading_index "
@@ -67,7 +67,7 @@ TEST(Run, KeepsTheDynamicExperimentBelowItsOvershootAndAllReadingsFresh) {
   world.parameters = {{"cycles", "1"}};
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   EXPECT_NEAR(r->peak_force_N, 1.0, 0.01);
   // 15.4 conversions a second, none lost and none stored twice.
   const double seconds = world.real(
@@ -85,7 +85,7 @@ TEST(Run, PlacesWeightsWithAnOperator) {
   world.parameters = {{"repeats", "1"}};
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "success") << r->reason;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   EXPECT_EQ(world.count("SELECT COUNT(reading_index) FROM lcr_reading"), 14 * 30);
   EXPECT_NEAR(world.real("SELECT MAX(force_N) FROM frame_sample"), 100e3 * 12.566370614e-6, 1e-6);
 }
@@ -128,7 +128,7 @@ TEST_P(Stop, InTheMiddleOfAStepStopsTheFrameAndClosesTheRun) {
                         }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "abort");
+  EXPECT_EQ(r->exit_status, ExitStatus::abort);
   EXPECT_THAT(r->reason, HasSubstr("a person"));
   expect_invariants(world);
   const auto stopped =
@@ -162,7 +162,7 @@ TEST(Run, GoesOnAfterAPauseWithoutLosingOrRepeatingReadings) {
         {step, 5300ms, [](SessionWorld& w) { EXPECT_TRUE(w.session->run()->resume()); }});
     const auto r = world.run();
     ASSERT_TRUE(r) << r.error().what;
-    EXPECT_EQ(r->exit_status, "success") << r->reason;
+    EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
     EXPECT_EQ(world.count("SELECT COUNT(DISTINCT reading_index) FROM lcr_reading"), 20);
     EXPECT_EQ(world.count("SELECT COUNT(reading_index) FROM lcr_reading"), 20);
     EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE kind IN ('pause', 'resume')"), 2);
@@ -194,7 +194,7 @@ TEST(Run, AForceLimitStopsTheRunAndUnloads) {
                         }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_EQ(r->code, Errc::limit_tripped);
   EXPECT_THAT(r->reason, HasSubstr("limit"));
   expect_cleared(world);
@@ -205,7 +205,7 @@ TEST(Run, AProbeThatAlreadyTouchesIsNotZeroed) {
   SessionWorld world(with(kShort, R"("max_offset_N": 0.5)", R"("max_offset_N": 0.001)"));
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "fail");
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
   EXPECT_THAT(r->reason, HasSubstr("already touch"));
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE kind='zero'"), 0);
 }
@@ -226,7 +226,7 @@ TEST(Run, FinallyThatTakesTooLongLeavesTheFrameStanding) {
   world.acts.push_back({"settle", 300ms, [](SessionWorld& w) { w.interrupt(Interrupt::abort); }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
-  EXPECT_EQ(r->exit_status, "abort");
+  EXPECT_EQ(r->exit_status, ExitStatus::abort);
   EXPECT_THAT(r->reason, HasSubstr("`finally` did not end"));
   expect_invariants(world);
 }

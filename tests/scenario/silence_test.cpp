@@ -74,7 +74,7 @@ TEST(Reconnect, TenDeadMinutesDoNotFloodLogOrDatabase) {
     const LineCount lines(world.clock);
     const auto r = world.run();
     ASSERT_TRUE(r) << r.error().what;
-    EXPECT_EQ(r->exit_status, "success") << r->reason;
+    EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
     EXPECT_GT(lines.total(), 2) << lines.text();
     EXPECT_LE(lines.worst(), 10);
     EXPECT_LE(world.count("SELECT COUNT(*) FROM event"), 40);
@@ -99,7 +99,7 @@ TEST(Reconnect, ASilentInstrumentIsALostOne) {
     world.acts.push_back({"settle", 20300ms, [&](SessionWorld& w) { set(w, false); }});
     const auto r = world.run();
     ASSERT_TRUE(r) << r.error().what;
-    EXPECT_EQ(r->exit_status, "success") << r->reason;
+    EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
     EXPECT_EQ(events(world, "loss"), 1);
     EXPECT_EQ(events(world, "reconnected"), 1);
     expect_invariants(world);

@@ -122,10 +122,10 @@ TEST_P(EveryStop, StopsTheFrameRunsFinallyOnceAndClosesTheRun) {
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM run_end"), 1);
   EXPECT_EQ(steps_ended(world, last, "done"), cause == Cause::freeze ? 0 : 1);
   if (cause == Cause::client_gone) {
-    EXPECT_EQ(r->exit_status, "success") << r->reason;
+    EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
     return;
   }
-  EXPECT_EQ(r->exit_status, cause == Cause::limit ? "fail" : "abort");
+  EXPECT_EQ(r->exit_status, cause == Cause::limit ? ExitStatus::fail : ExitStatus::abort);
   EXPECT_THAT(r->reason, HasSubstr(cause == Cause::sigterm  ? "SIGTERM"
                                    : cause == Cause::sigint ? "SIGINT"
                                    : cause == Cause::limit  ? "outside the limits"

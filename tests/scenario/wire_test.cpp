@@ -42,7 +42,7 @@ TEST(Wire, MemoryAndSocketsCarryTheSameRunToTheNanosecond) {
   for (WiredWorld* world : {&memory, &sockets}) {
     const auto r = world->run();
     ASSERT_TRUE(r) << r.error().what;
-    EXPECT_EQ(r->exit_status, "success") << r->reason;
+    EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
   }
   EXPECT_EQ(memory.count("SELECT COUNT(*) FROM event WHERE kind = 'loss'"), 2);
   for (const char* table : {"lcr_reading", "frame_sample", "event", "level", "run_end"}) {

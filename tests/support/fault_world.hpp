@@ -145,7 +145,7 @@ class Invariants {
   // On a disk that accepts nothing more, the run stays open, and the next start closes it.
   void expect_closed_run() {
     if (world_.count("SELECT COUNT(*) FROM run_end") == 0) {
-      EXPECT_EQ(result_->exit_status, "fail") << "an end that nobody stored";
+      EXPECT_EQ(result_->exit_status, ExitStatus::fail) << "an end that nobody stored";
       EXPECT_NE(result_->reason.find(world_.database()), std::string::npos) << result_->reason;
       const auto owned = open_as_owner(world_.database(), 1);
       ASSERT_TRUE(owned) << owned.error().what;
@@ -155,7 +155,7 @@ class Invariants {
     const std::string status = world_.text("SELECT exit_status FROM run_end");
     const std::string reason = world_.text("SELECT reason FROM run_end");
     if (status != "interrupted") {
-      EXPECT_EQ(status, result_->exit_status);
+      EXPECT_EQ(status, to_string(result_->exit_status));
     }
     EXPECT_EQ(reason.empty(), status == "success") << reason;
     const auto chain = verify_chain(world_.open(), 1);

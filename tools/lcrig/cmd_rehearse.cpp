@@ -28,7 +28,7 @@ json number_or_null(const std::optional<double>& value) {
 
 json to_json(const RehearseResult& r) {
   json out{{"run", r.run},
-           {"exit_status", r.exit_status},
+           {"exit_status", to_string(r.exit_status)},
            {"reason", r.reason},
            {"lcr_readings", r.lcr_readings},
            {"measure_readings", r.measure_readings},
@@ -45,7 +45,7 @@ json to_json(const RehearseResult& r) {
 }
 
 void print_text(Console& console, const RehearseResult& r) {
-  fmt::print(console.out, "run {}: {}{} (simulated)\n", r.run, r.exit_status,
+  fmt::print(console.out, "run {}: {}{} (simulated)\n", r.run, to_string(r.exit_status),
              r.reason.empty() ? "" : " (" + printable(r.reason, kLongestWords) + ")");
   fmt::print(console.out, "{} LCR readings ({} of measure steps), {} frame samples\n",
              r.lcr_readings, r.measure_readings, r.frame_samples);

@@ -33,7 +33,7 @@ json listing_json(const RunListing& r) {
            {"frame_samples", r.frame_samples},
            {"levels", r.levels},
            {"events", r.events}};
-  out["exit_status"] = r.exit_status ? json(*r.exit_status) : json(nullptr);
+  out["exit_status"] = r.exit_status ? json(to_string(*r.exit_status)) : json(nullptr);
   out["ended"] = r.ended_unix_ns ? json(format_utc(*r.ended_unix_ns)) : json(nullptr);
   return out;
 }
@@ -60,7 +60,7 @@ class RunsListCommand final : public Command {
     for (const auto& r : *runs) {
       fmt::print(context.console.out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}{}\n", r.run,
                  format_utc(r.started_unix_ns), printable(r.protocol_name, kLongestName),
-                 printable(r.specimen_name, kLongestName), r.exit_status.value_or("running"),
+                 printable(r.specimen_name, kLongestName), to_string(r.exit_status, "running"),
                  r.lcr_readings, r.frame_samples, r.simulated ? "  simulated" : "");
     }
     return kOk;

@@ -34,7 +34,7 @@ void print_status(std::ostream& out, const DaemonStatus& s) {
   fmt::print(out, "no run goes on\n");
   if (!s.last_run) return;
   const auto& last = *s.last_run;
-  fmt::print(out, "last: run {} {} {}\n", last.run, printable(last.exit_status, kLongestName),
+  fmt::print(out, "last: run {} {} {}\n", last.run, to_string(last.exit_status),
              printable(last.reason, kLongestWords));
 }
 

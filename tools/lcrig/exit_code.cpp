@@ -23,9 +23,9 @@ ExitCode exit_code_of(Errc code) {
   return kFailed;
 }
 
-ExitCode exit_code_of_run(const std::string& exit_status, std::optional<Errc> code) {
-  if (exit_status == "success") return kOk;
-  if (exit_status == "abort") return kStopped;
+ExitCode exit_code_of_run(ExitStatus status, std::optional<Errc> code) {
+  if (status == ExitStatus::success) return kOk;
+  if (status == ExitStatus::abort) return kStopped;
   if (!code) return kFailed;
   // A run that could not be planned under the instruments' true capabilities.
   if (*code == Errc::invalid_request) return kProtocol;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "base/exit_status.hpp"
 #include "base/result.hpp"
 
 namespace lcrig::cli {
@@ -22,8 +23,8 @@ enum ExitCode : int {
 };
 
 ExitCode exit_code_of(Errc code);
-// Of a run that ended: exit_status "success", "abort" or "fail", and why.
-ExitCode exit_code_of_run(const std::string& exit_status, std::optional<Errc> code);
+// Of a run that ended, and why.
+ExitCode exit_code_of_run(ExitStatus status, std::optional<Errc> code);
 
 // What went wrong, and the next command to type.
 struct Failure {

@@ -25,7 +25,7 @@ TEST(ControlMessages, EveryStructSurvivesTheWire) {
   s.run->prompt = "place 50 g";
   s.run->travel_m = -1.25e-4;
   s.last_run.emplace();
-  s.last_run->exit_status = "fail";
+  s.last_run->exit_status = ExitStatus::fail;
   s.last_run->code = Errc::no_reply;
   const auto back = parse_daemon_status(json::parse(to_json(s).dump()));
   ASSERT_TRUE(back) << back.error().what;

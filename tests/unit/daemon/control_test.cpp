@@ -126,7 +126,7 @@ TEST_F(Control, AWatcherGetsStatusEventsAndTheEndInOrder) {
   server->publish_status(status);  // overtaken by the end
   RunEnded ended;
   ended.run = 7;
-  ended.exit_status = "abort";
+  ended.exit_status = ExitStatus::abort;
   ended.code = Errc::limit_tripped;
   server->publish_run_ended(ended);
   const auto last = watcher.read();
@@ -186,7 +186,7 @@ TEST_F(Control, CloseSendsWhatIsQueuedAndRemovesTheFile) {
   watcher.call(request("watch"));
   RunEnded ended;
   ended.run = 3;
-  ended.exit_status = "success";
+  ended.exit_status = ExitStatus::success;
   server->publish_run_ended(ended);
   stop();
   EXPECT_EQ(watcher.read()["params"]["run"], 3);

@@ -122,7 +122,7 @@ TEST_F(RecorderTest, StoresEveryKindOfRowAndItsChainHolds) {
             1);
   EXPECT_EQ(integer("SELECT count(*) FROM event WHERE kind = 'mark' AND detail = 'hello'"), 1);
   const auto listed = listing(run);
-  EXPECT_EQ(listed.exit_status, "success");
+  EXPECT_EQ(listed.exit_status, ExitStatus::success);
   EXPECT_EQ(listed.lcr_readings, 2);
   EXPECT_EQ(listed.frame_samples, 1);
   const auto report = chain(run);
@@ -177,7 +177,7 @@ TEST_F(RecorderTest, AnOrphanedRunIsClosedAsInterruptedAtTheNextOpen) {
   EXPECT_EQ(listing(run).lcr_readings, 2);  // what was queued is stored all the same
   open();
   EXPECT_THAT(recorder_->interrupted_runs(), ElementsAre(run));
-  EXPECT_EQ(listing(run).exit_status, "interrupted");
+  EXPECT_EQ(listing(run).exit_status, ExitStatus::interrupted);
   EXPECT_TRUE(chain(run).intact) << chain(run).finding;
 }
 
@@ -214,7 +214,7 @@ TEST_F(RecorderTest, AFullQueueFailsTheRunAndSaysHowMuchIsMissing) {
   ASSERT_EQ(faults_.size(), 1U);
   EXPECT_THAT(faults_[0], HasSubstr("too slow"));
   end(ExitStatus::success, "all done");
-  EXPECT_EQ(listing(run).exit_status, "fail");
+  EXPECT_EQ(listing(run).exit_status, ExitStatus::fail);
   EXPECT_THAT(listing(run).reason, HasSubstr("11 rows were lost"));
   EXPECT_EQ(listing(run).lcr_readings, 2);
   EXPECT_TRUE(chain(run).intact) << chain(run).finding;
@@ -251,7 +251,7 @@ TEST_F(RecorderTest, AnIoErrorIsReportedOnceAndTheEndStoresWhatWasInMemory) {
   EXPECT_EQ(faults_.size(), 1U);
   end(ExitStatus::fail, "disk");
   EXPECT_EQ(listing(run).lcr_readings, 1010);
-  EXPECT_EQ(listing(run).exit_status, "fail");
+  EXPECT_EQ(listing(run).exit_status, ExitStatus::fail);
   EXPECT_EQ(acknowledged_, 1010U);
   EXPECT_TRUE(chain(run).intact) << chain(run).finding;
   const auto next = begin();  // the recorder is usable again
@@ -270,9 +270,9 @@ TEST_F(RecorderTest, ARunThatCannotBeClosedIsInterruptedWhenTheDiskIsBack) {
     EXPECT_FALSE(run_task(io_, clock_, recorder_->begin_run(some_run())));
   }
   const auto next = begin();
-  EXPECT_EQ(listing(run).exit_status, "interrupted");
+  EXPECT_EQ(listing(run).exit_status, ExitStatus::interrupted);
   end(ExitStatus::success, "");
-  EXPECT_EQ(listing(next).exit_status, "success");
+  EXPECT_EQ(listing(next).exit_status, ExitStatus::success);
 }
 
 TEST_F(RecorderTest, AFullDiskStillTakesTheEndOfTheRun) {
@@ -292,7 +292,7 @@ TEST_F(RecorderTest, AFullDiskStillTakesTheEndOfTheRun) {
   EXPECT_THAT(faults_[0], HasSubstr("free some space"));
   const auto acknowledged_before_end = static_cast<std::int64_t>(acknowledged_);
   end(ExitStatus::fail, "the disk is full");
-  EXPECT_EQ(listing(run).exit_status, "fail");
+  EXPECT_EQ(listing(run).exit_status, ExitStatus::fail);
   EXPECT_GE(listing(run).lcr_readings, acknowledged_before_end);
   EXPECT_TRUE(chain(run).intact) << chain(run).finding;
   auto refused = run_task(io_, clock_, recorder_->begin_run(some_run()));

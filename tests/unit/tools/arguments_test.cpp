@@ -152,7 +152,7 @@ class Rehearse : public ::testing::Test {
     FakeRehearsal::last = RehearseRequest();
     FakeRehearsal::answer = RehearseResult();
     FakeRehearsal::answer->run = 3;
-    FakeRehearsal::answer->exit_status = "success";
+    FakeRehearsal::answer->exit_status = ExitStatus::success;
     cli.add_data("protocols/press.json", "{}");
   }
   Cli cli;
@@ -192,9 +192,9 @@ TEST_F(Rehearse, NeverUsesTheDaemonsDatabase) {
 
 TEST_F(Rehearse, ExitCodesFollowTheRun) {
   const std::vector<std::string> args{"rehearse", "press", "-s", "paper-1"};
-  FakeRehearsal::answer->exit_status = "abort";
+  FakeRehearsal::answer->exit_status = ExitStatus::abort;
   EXPECT_EQ(cli.run(args), cli::kStopped);
-  FakeRehearsal::answer->exit_status = "fail";
+  FakeRehearsal::answer->exit_status = ExitStatus::fail;
   FakeRehearsal::answer->code = Errc::limit_tripped;
   EXPECT_EQ(cli.run(args), cli::kStopped);
   FakeRehearsal::answer->code = Errc::no_reply;

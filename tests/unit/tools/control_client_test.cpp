@@ -26,7 +26,7 @@ class Served : public ::testing::Test {
   void SetUp() override {
     handler.state.version = "9.9";
     ended.run = 7;
-    ended.exit_status = "success";
+    ended.exit_status = ExitStatus::success;
     handler.after_start = [this] { end_run(); };
     cli.env.daemon_socket = path;
     cli.add_data("protocols/press.json", "{}");
@@ -125,7 +125,7 @@ TEST_F(Served, RunFollowsToTheEndAndPrintsTheResultLast) {
 
 TEST_F(Served, ATrippedLimitIsFive) {
   on_server([this] {
-    ended.exit_status = "fail";
+    ended.exit_status = ExitStatus::fail;
     ended.code = Errc::limit_tripped;
     ended.reason = "force 1.6 N";
   });

@@ -200,7 +200,7 @@ class ModelFit : public ModelCommands {
     request.db_path = path;
     const auto result = rehearse(request);
     ASSERT_TRUE(result) << result.error().what;
-    ASSERT_EQ(result->exit_status, "success") << result->reason;
+    ASSERT_EQ(result->exit_status, ExitStatus::success) << result->reason;
   }
   virtual std::string specimen_text() const {
     for (const auto& s : shipped_specimens()) {

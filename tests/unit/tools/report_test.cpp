@@ -75,7 +75,7 @@ class Report : public testing::Test {
   static void must(const RehearseRequest& r) {
     const auto result = rehearse(r);
     ASSERT_TRUE(result) << result.error().what;
-    ASSERT_EQ(result->exit_status, "success") << result->reason;
+    ASSERT_EQ(result->exit_status, ExitStatus::success) << result->reason;
   }
   std::string page(const std::vector<std::string>& runs) {
     std::vector<std::string> args{"--db", db, "report"};

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/exit_status.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace lcrig {
+
+namespace {
+
+constexpr std::array<std::string_view, 4> kWords{"success", "abort", "fail", "interrupted"};
+
+}  // namespace
+
+std::string_view to_string(ExitStatus status) {
+  return kWords.at(static_cast<std::size_t>(status));
+}
+
+std::string_view to_string(std::optional<ExitStatus> status, std::string_view absent) {
+  return status ? to_string(*status) : absent;
+}
+
+std::optional<ExitStatus> parse_exit_status(std::string_view word) {
+  const auto* const found = std::ranges::find(kWords, word);
+  if (found == kWords.end()) return std::nullopt;
+  return static_cast<ExitStatus>(found - kWords.begin());
+}
+
+}  // namespace lcrig
