@@ -32,7 +32,7 @@ std::string read(const std::string& path) {
 struct Case {
   std::string protocol;
   Aperture aperture = Aperture::fast;
-  std::map<std::string, std::string> parameters;
+  ParameterValues parameters;
 };
 
 // The text of the protocol file with another aperture, because a rehearsal takes text.

@@ -66,9 +66,7 @@ Task<Result<PreparedRun>> App::read_request(StartRunRequest request) {
   wanted.specimen_text = request.specimen_text;
   wanted.operator_name = request.operator_name;
   wanted.note = request.note;
-  for (const auto& [name, value] : request.parameters) {
-    wanted.parameters[name] = fmt::format("{}", value);
-  }
+  wanted.parameters = std::move(request.parameters);
   auto specimen = find_text(wanted);
   if (!specimen) co_return fail(specimen.error());
   const auto read = [&wanted] { return prepare_run(std::move(wanted)); };

@@ -5,12 +5,12 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 
 #include "base/exit_status.hpp"
 #include "base/result.hpp"
+#include "protocols/file/parse.hpp"
 #include "protocols/run/sink.hpp"
 
 namespace lcrig {
@@ -18,7 +18,7 @@ namespace lcrig {
 struct RehearseRequest {
   RehearseRequest() = default;
   std::string protocol_name, protocol_text;
-  std::map<std::string, std::string> parameters;  // as typed, in the unit of the name's suffix
+  ParameterValues parameters;
   std::string specimen_name, specimen_text;
   std::string bench = "paper";  // a name, or "replay:DIR"
   std::string bench_text;  // of the bench file; empty: `bench` is one that the program knows

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +11,7 @@
 #include "daemon/record/recorder.hpp"
 #include "daemon/rig/instruments.hpp"
 #include "model/specimen.hpp"
+#include "protocols/file/parse.hpp"
 #include "protocols/plan/forecast.hpp"
 #include "protocols/plan/plan.hpp"
 #include "protocols/protocol.hpp"
@@ -22,7 +22,7 @@ namespace lcrig {
 struct SessionRequest {
   SessionRequest() = default;
   std::string protocol_name, protocol_text;
-  std::map<std::string, std::string> parameters;  // as typed
+  ParameterValues parameters;
   std::string specimen_name, specimen_text;  // empty text: nothing known (a replay)
   std::string operator_name, note;
 };

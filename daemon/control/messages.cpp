@@ -280,7 +280,10 @@ Result<DaemonStatus> parse_daemon_status(const json& value) {
 }
 
 json to_json(const StartRunRequest& r) {
-  json out{{"protocol", r.protocol}, {"parameters", r.parameters}, {"specimen", r.specimen}};
+  json out{{"protocol", r.protocol}, {"parameters", json::object()}, {"specimen", r.specimen}};
+  for (const auto& [name, value] : r.parameters) {
+    std::visit([&](const auto& v) { out["parameters"][name] = v; }, value);
+  }
   if (!r.protocol_text.empty()) out["protocol_text"] = r.protocol_text;
   if (!r.specimen_text.empty()) out["specimen_text"] = r.specimen_text;
   if (!r.operator_name.empty()) out["operator"] = r.operator_name;

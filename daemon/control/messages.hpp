@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 
 #include "base/exit_status.hpp"
 #include "base/result.hpp"
+#include "protocols/file/parse.hpp"
 #include "protocols/run/sink.hpp"
 
 namespace lcrig {
@@ -31,7 +31,7 @@ struct StartRunRequest {
   StartRunRequest() = default;
   std::string protocol;  // name, for messages and the run row
   std::string protocol_text;  // of the file; an empty one is refused
-  std::map<std::string, std::string> parameters;  // as typed, in the unit of the name's suffix
+  ParameterValues parameters;
   std::string specimen;
   std::string specimen_text;  // empty: the daemon looks `specimen` up in its database
   std::string operator_name;  // empty: the peer's user name

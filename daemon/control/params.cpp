@@ -87,7 +87,7 @@ void ParamsReader::quantity(const char* key, std::optional<double>& out, int pow
   out = si;
 }
 
-void ParamsReader::numbers(const char* key, std::map<std::string, std::string>& out) {
+void ParamsReader::numbers(const char* key, ParameterValues& out) {
   const auto* value = member(key);
   if (value == nullptr) return;
   if (!value->is_object()) return expected(key, "an object of numbers", *value);
@@ -96,7 +96,11 @@ void ParamsReader::numbers(const char* key, std::map<std::string, std::string>& 
       const std::string inner = std::string(key) + "/" + printable(name, 60);
       return expected(inner.c_str(), "a number", number);
     }
-    out[name] = number.is_string() ? number.get<std::string>() : number.dump();
+    if (number.is_string()) {
+      out[name] = number.get<std::string>();
+    } else {
+      out[name] = number.get<double>();
+    }
   }
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
@@ -11,6 +10,7 @@
 
 #include "base/result.hpp"
 #include "base/text.hpp"
+#include "protocols/file/parse.hpp"
 
 namespace lcrig {
 
@@ -30,7 +30,7 @@ class ParamsReader {
   // null and absent are both "no value". `power` converts to SI: 10^power.
   void quantity(const char* key, std::optional<double>& out, int power);
   // An object of numbers, or of strings that hold one as somebody typed it.
-  void numbers(const char* key, std::map<std::string, std::string>& out);
+  void numbers(const char* key, ParameterValues& out);
   // The member for the caller to read, or nullptr when it is absent or null.
   const nlohmann::json* member(const char* key);
   std::string pointer(const char* key) const { return where_ + "/" + key; }

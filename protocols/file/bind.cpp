@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <charconv>
 #include <cmath>
+#include <optional>
 
 #include "base/text.hpp"
 #include "base/units.hpp"
@@ -15,15 +16,27 @@ std::string unit_word(const std::string& name) {
   return key.unit && key.dimension() != Dimension::none ? fmt::format(" {}", key.unit->suffix) : "";
 }
 
-Result<double> read_override(const std::string& name, const Parameter& p, const std::string& text) {
+std::optional<double> number_in(const std::string& text) {
   double v = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
-  const std::string shown = printable(text, 60);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(v)) {
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return v;
+}
+
+using ParameterValue = ParameterValues::mapped_type;
+
+Result<double> read_override(const std::string& name, const Parameter& p,
+                             const ParameterValue& value) {
+  const auto* text = std::get_if<std::string>(&value);
+  const std::string shown =
+      text != nullptr ? printable(*text, 60) : fmt::format("{}", std::get<double>(value));
+  const auto number = text != nullptr ? number_in(*text) : std::get<double>(value);
+  if (!number || !std::isfinite(*number)) {
     return fail(Errc::invalid_request,
                 "parameter {}: \"{}\" is no number, expected a number from {} to {}{}", name, shown,
                 p.min, p.max, unit_word(name));
   }
+  const double v = *number;
   if (p.integer && v != std::floor(v)) {
     return fail(Errc::invalid_request,
                 "parameter {}: {} is a fraction, expected a whole number from {} to {}", name,
@@ -38,8 +51,7 @@ Result<double> read_override(const std::string& name, const Parameter& p, const 
 
 }  // namespace
 
-Result<Environment> bind_parameters(const Protocol& protocol,
-                                    const std::map<std::string, std::string>& overrides) {
+Result<Environment> bind_parameters(const Protocol& protocol, const ParameterValues& overrides) {
   Environment env;
   std::vector<std::string> known;
   std::string list;
@@ -48,14 +60,14 @@ Result<Environment> bind_parameters(const Protocol& protocol,
     known.push_back(name);
     list += (list.empty() ? "" : ", ") + name;
   }
-  for (const auto& [name, text] : overrides) {
+  for (const auto& [name, value] : overrides) {
     const auto it = protocol.parameters.find(name);
     if (it == protocol.parameters.end()) {
       return fail(Errc::invalid_request, "{} has no parameter `{}`{} it has: {}", protocol.name,
                   printable(name, 60), nearest_word(name, known) ? did_you_mean(name, known) : ",",
                   list.empty() ? "none" : printable(list, 1000));
     }
-    const auto v = read_override(name, it->second, text);
+    const auto v = read_override(name, it->second, value);
     if (!v) return fail(v.error());
     env.set(name, *v * it->second.to_si);
   }

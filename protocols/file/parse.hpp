@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <variant>
 
 #include "base/result.hpp"
 #include "protocols/protocol.hpp"
@@ -17,9 +18,10 @@ Result<Protocol> parse_protocol(std::string_view text, const std::string& name);
 // Reads the file first. Errors: also io.
 Result<Protocol> load_protocol(const std::string& path);
 
-// Defaults, replaced by `overrides` (name -> number as typed, in the unit of the name's suffix).
-// Errors: invalid_request for an unknown name, no number, a fraction of a count, out of range.
-Result<Environment> bind_parameters(const Protocol& protocol,
-                                    const std::map<std::string, std::string>& overrides);
+// Values of parameters by name, in the unit of the name's suffix: a number, or what somebody typed.
+using ParameterValues = std::map<std::string, std::variant<double, std::string>>;
+// Defaults, replaced by `overrides`. Errors: invalid_request for an unknown name, no number, a
+// fraction of a count, out of range.
+Result<Environment> bind_parameters(const Protocol& protocol, const ParameterValues& overrides);
 
 }  // namespace lcrig

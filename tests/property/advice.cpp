@@ -23,7 +23,7 @@ bool has(const std::string& text, std::string_view words) {
 struct Draft {
   Draft() = default;
   json protocol;
-  std::map<std::string, std::string> parameters;
+  ParameterValues parameters;
   double gap_m = 0, speed_m_s = 0;
 };
 
@@ -36,7 +36,7 @@ int follow_numbers(const std::string& text, Draft& draft) {
     draft.protocol[json::json_pointer((*i)[1])] = std::stod((*i)[2]);
   }
   for (std::sregex_iterator i(text.begin(), text.end(), parameter), end; i != end; ++i, ++found) {
-    draft.parameters[(*i)[1]] = (*i)[2];
+    draft.parameters[(*i)[1]] = (*i)[2].str();
   }
   return found;
 }

@@ -119,7 +119,7 @@ void Trial::run() {
   world_->run();
 }
 
-void Trial::plan_only(std::map<std::string, std::string> parameters) {
+void Trial::plan_only(ParameterValues parameters) {
   world_->parameters = std::move(parameters);
   world_->plan_only = true;
   world_->run();

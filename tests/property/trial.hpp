@@ -21,7 +21,7 @@ class Trial {
   explicit Trial(Case c);
   void run();
   // Only plans the run, with these values of parameters.
-  void plan_only(std::map<std::string, std::string> parameters);
+  void plan_only(ParameterValues parameters);
 
   const Case& what() const { return case_; }
   RigWorld& world() { return *world_; }

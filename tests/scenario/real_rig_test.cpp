@@ -34,7 +34,7 @@ void expect_unloaded(const SessionWorld& world) {
 
 // Travel from 0 to 60 mm with the specimen at 30 mm, which no file says.
 TEST(RealRig, ShippedProtocolsRunWhereverContactIs) {
-  const std::map<std::string, std::map<std::string, std::string>> shorter{
+  const std::map<std::string, ParameterValues> shorter{
       {"static-frame", {{"repeats", "1"}, {"levels", "3"}}},
       {"dynamic-cycles", {{"cycles", "1"}, {"gap_mm", "0.2"}}},
       {"preconditioning", {{"cycles", "2"}, {"rest_s", "1"}}},

@@ -58,7 +58,7 @@ class RigWorld {
   ~RigWorld() { player_.reset(); }
 
   // Set before `run`.
-  std::map<std::string, std::string> parameters;
+  ParameterValues parameters;
   std::vector<Act> acts;
   std::string fault_script;
   double longest_s = 4000;  // then the run is aborted

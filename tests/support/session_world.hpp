@@ -32,7 +32,7 @@ class SessionWorld {
 
   Bench bench = *find_bench("paper");
   bool in_memory = false;  // keeps the database in memory, not on the disk
-  std::map<std::string, std::string> parameters;
+  ParameterValues parameters;
   std::vector<Act> acts;
 
   // The outcome, or why the run did not begin.

@@ -3,13 +3,13 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/clock.hpp"
+#include "protocols/file/parse.hpp"
 #include "tools/lcrig/cmd_rehearse.hpp"
 #include "tools/lcrig/console.hpp"
 #include "tools/lcrig/process_env.hpp"
@@ -71,8 +71,7 @@ class Command {
 std::vector<std::unique_ptr<Command>> make_commands();
 
 // "name=value" of every -p. Failure: usage.
-Outcome<std::map<std::string, std::string>> parse_assignments(
-    const std::vector<std::string>& words);
+Outcome<ParameterValues> parse_assignments(const std::vector<std::string>& words);
 std::string login_name();
 
 // Runs the program. `args` without its name. Prints failures; returns the exit code.

@@ -49,9 +49,8 @@ bool Context::prefers_daemon_db() const {
   return global.db.empty() && global.config.empty() && env.default_db() == env.daemon_db;
 }
 
-Outcome<std::map<std::string, std::string>> parse_assignments(
-    const std::vector<std::string>& words) {
-  std::map<std::string, std::string> out;
+Outcome<ParameterValues> parse_assignments(const std::vector<std::string>& words) {
+  ParameterValues out;
   for (const auto& word : words) {
     const auto equals = word.find('=');
     if (equals == 0 || equals == std::string::npos || equals + 1 == word.size()) {

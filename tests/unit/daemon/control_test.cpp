@@ -39,7 +39,7 @@ TEST_F(Control, TheOperatorOfARunIsThePeerUnlessNamed) {
   EXPECT_EQ(handler.last_peer.pid, ::getpid());
   EXPECT_FALSE(handler.last_start.operator_name.empty());
   EXPECT_EQ(handler.last_start.operator_name, handler.last_peer.user);
-  EXPECT_EQ(handler.last_start.parameters.at("force_N"), "0.5");
+  EXPECT_EQ(std::get<double>(handler.last_start.parameters.at("force_N")), 0.5);
   client.call(request("run.start", R"({"protocol":"creep","specimen":"s","operator":"Ada"})"));
   EXPECT_EQ(handler.last_start.operator_name, "Ada");
 }

@@ -69,13 +69,13 @@ inline Rig weights_rig() {
 }
 
 inline Result<Plan> plan_of(const Protocol& p, const Rig& rig,
-                            const std::map<std::string, std::string>& overrides = {}) {
+                            const ParameterValues& overrides = {}) {
   const auto env = bind_parameters(p, overrides);
   if (!env) return fail(env.error());
   return make_plan(p, *env, rig);
 }
 inline Result<Plan> shipped(const std::string& name, const Rig& rig,
-                            const std::map<std::string, std::string>& overrides = {}) {
+                            const ParameterValues& overrides = {}) {
   const auto p = load_protocol("protocols/library/" + name + ".json");
   if (!p) return fail(p.error());
   return plan_of(*p, rig, overrides);

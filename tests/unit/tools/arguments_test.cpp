@@ -166,7 +166,7 @@ TEST_F(Rehearse, HandsEverythingOver) {
   const auto& r = FakeRehearsal::last;
   EXPECT_EQ(r.protocol_name, "press");
   EXPECT_EQ(r.protocol_text, "{}");
-  EXPECT_EQ(r.parameters.at("force_N"), "0.50");
+  EXPECT_EQ(std::get<std::string>(r.parameters.at("force_N")), "0.50");
   EXPECT_EQ(r.specimen_name, "paper-2");
   EXPECT_THAT(r.specimen_text, HasSubstr("specimen/1"));
   EXPECT_EQ(r.seed, 7U);

@@ -116,7 +116,7 @@ TEST_F(Served, RunFollowsToTheEndAndPrintsTheResultLast) {
   EXPECT_EQ(result["exit_status"], "success");
   EXPECT_THAT(cli.err.str(), HasSubstr("mark load: half way"));
   on_server([this] {
-    EXPECT_EQ(handler.last_start.parameters.at("cycles"), "2");
+    EXPECT_EQ(std::get<std::string>(handler.last_start.parameters.at("cycles")), "2");
     EXPECT_EQ(handler.last_start.protocol_text, "{}");
     EXPECT_EQ(handler.last_start.specimen, "mine");
     EXPECT_EQ(handler.last_start.specimen_text, "");  // the daemon's database knows it
