@@ -82,9 +82,6 @@ void App::watch_parts() {
     if (run == nullptr) return std::nullopt;
     return run->sampler().overdue(clock_.now());
   });
-  // Its thread knows nothing of virtual time, in which 10 s may pass while it once waits for the
-  // disk.
-  if (dynamic_cast<VirtualClock*>(&clock_) != nullptr) return;
   liveness_.watch("the recorder", kRecorderPatience, [this] { return recorder_->beats(); });
 }
 

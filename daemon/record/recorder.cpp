@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/record/recorder.hpp"
 
+#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/experimental/channel.hpp>
 #include <boost/asio/post.hpp>
+#include <exception>
+#include <utility>
 
 #include "base/as_result.hpp"
 
 namespace lcrig {
+
+namespace {
+
+// Half of what an acknowledgement may take.
+constexpr Duration kVirtualCommitInterval = std::chrono::milliseconds(50);
+
+}  // namespace
 
 // Something a coroutine waits for. The writer thread fills the result, then it is signalled.
 struct Recorder::Request {
@@ -100,17 +110,24 @@ void Recorder::push(std::size_t rows, Add add) {
                                           "stop other programs that use it, or use another disk",
                                           options_.path, options_.max_queued_rows)));
   }
-  wake_.notify_one();
-  hold_while_behind(queued);
+  if (virtual_ == nullptr) return wake_.notify_one();
+  if (queued > 0 && !std::exchange(is_due_, true)) {
+    asio::co_spawn(io_, commit_soon(alive_), [](std::exception_ptr bug) {
+      if (bug) std::rethrow_exception(bug);
+    });
+  }
+  if (2 * queued > options_.max_queued_rows) due_.notify();
 }
 
-void Recorder::hold_while_behind(std::size_t queued) {
-  if (virtual_ == nullptr) return;
-  if (2 * queued <= options_.max_queued_rows) {
-    hold_.reset();
-  } else if (!hold_) {
-    hold_.emplace(*virtual_);
-  }
+// Virtual time only: the writer thread takes rows when it is told to, and is waited for.
+Task<> Recorder::commit_soon(std::weak_ptr<int> alive) {
+  const MonoTime due = clock_.now() + kVirtualCommitInterval;
+  co_await clock_.wait_until(due, due_);
+  if (alive.expired()) co_return;
+  is_due_ = false;
+  if (!accepting_) co_return;
+  const auto committed = co_await flush();
+  static_cast<void>(committed);  // a fault reports itself
 }
 
 void Recorder::reading(const LcrReading& reading, const ReadingTag& tag) {
@@ -159,6 +176,7 @@ Task<Result<>> Recorder::flush() {
 Task<Result<RunEnd>> Recorder::end_run(ExitStatus status, std::string reason) {
   if (!accepting_) co_return fail(Errc::bug, "{}: no run to end", options_.path);
   accepting_ = false;
+  if (is_due_) due_.notify();
   auto request = std::make_shared<Request>(io_, Request::Kind::end);
   request->end.status = status;
   request->end.reason = std::move(reason);
@@ -187,7 +205,8 @@ void Recorder::write_loop() {
 bool Recorder::take(std::vector<std::shared_ptr<Request>>& requests) {
   std::unique_lock lock(mutex_);
   const auto rows_ready = [this] { return !fault_ && incoming_.rows() > 0; };
-  wake_.wait(lock, [&] { return stop_ || !requests_.empty() || rows_ready(); });
+  const auto may_take = [&] { return virtual_ == nullptr && rows_ready(); };
+  wake_.wait(lock, [&] { return stop_ || !requests_.empty() || may_take(); });
   if (requests_.empty() && !rows_ready()) return false;
   requests.swap(requests_);
   if (rows_ready()) std::swap(incoming_, writing_);
@@ -236,12 +255,6 @@ Result<> Recorder::commit(const Batch& batch, const RunEnd* end) {
 
 void Recorder::acknowledge(Committed summary) {
   post([this, summary = std::move(summary)] {
-    std::size_t queued = 0;
-    {
-      const std::lock_guard lock(mutex_);
-      queued = fault_ ? 0 : queued_;
-    }
-    hold_while_behind(queued);
     if (on_committed_) on_committed_(summary);
   });
 }
@@ -254,7 +267,6 @@ void Recorder::set_fault(Error error) {
     fault_ = error;
   }
   post([this, error = std::move(error)] {
-    hold_.reset();
     if (on_fault_) on_fault_(error);
   });
 }

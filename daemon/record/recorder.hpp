@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stores a run: rows go into a bounded queue, one writer thread commits whatever has arrived. At
 // the rates of a rig every reading gets its own commit at once; under a burst commits grow by
-// themselves.
+// themselves. In virtual time a commit takes what arrived in 50 ms, and time stands still until it
+// is done: a slow disk or a busy computer changes nothing.
 //
 // Faults. A commit that fails is rolled back and its rows stay in memory; the fault is reported
 // once, later rows are queued behind. `end_run` frees the reserve file (disk full) or reopens the
@@ -55,8 +56,7 @@ class Recorder final : public RunSink {
     std::int64_t reserve_bytes = 1 << 20;  // kept free on the disk for the end of a run
   };
 
-  // Locks, migrates and opens the database and closes orphaned runs. A VirtualClock is held while
-  // commits lag (more than half of the queue) and during begin, flush and end.
+  // Locks, migrates and opens the database and closes orphaned runs.
   static Result<std::unique_ptr<Recorder>> open(asio::io_context& io, Clock& clock,
                                                 Options options);
   ~Recorder() override;  // commits what is queued
@@ -94,7 +94,7 @@ class Recorder final : public RunSink {
   template <class Add>
   void push(std::size_t rows, Add add);
   Task<Result<>> submit(std::shared_ptr<Request> request);
-  void hold_while_behind(std::size_t queued);
+  Task<> commit_soon(std::weak_ptr<int> alive);
   template <class F>
   void post(F f);
 
@@ -125,7 +125,8 @@ class Recorder final : public RunSink {
   // io_context's thread
   std::function<void(const Committed&)> on_committed_;
   std::function<void(const Error&)> on_fault_;
-  std::optional<VirtualClock::Hold> hold_;
+  Wakeup due_;  // of the next commit in virtual time
+  bool is_due_ = false;  // there will be one
   bool accepting_ = false;
 
   // Under mutex_.

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <fstream>
 
+#include "storage/faulty_disk.hpp"
 #include "tests/support/run_task.hpp"
 #include "tests/support/temp_dir.hpp"
 
@@ -200,6 +201,34 @@ TEST_F(RecorderTest, VirtualTimeWaitsForTheDiskInsteadOfOverflowing) {
   end(ExitStatus::success, "");
   EXPECT_THAT(faults_, IsEmpty());
   EXPECT_EQ(integer("SELECT count(*) FROM lcr_reading"), 20'000);
+}
+
+// The rows of each commit, and how many there were.
+TEST_F(RecorderTest, InVirtualTimeASlowDiskChangesNoCommit) {
+  std::vector<std::string> commits;
+  for (const Duration delay : {0ms, 3ms}) {
+    FaultyDisk disk;
+    disk.set_sync_delay(delay);
+    path_ = dir_.file(fmt::format("slow-{}.db", delay.count()));
+    Recorder::Options options(path_);
+    options.vfs = disk.name();
+    clock_.run_for(io_, 1s);
+    open(std::move(options));
+    begin();
+    bool done = false;
+    asio::co_spawn(io_, push_in_virtual_time(*recorder_, clock_, 2'000),
+                   [&](std::exception_ptr) { done = true; });
+    EXPECT_TRUE(clock_.run(io_, [&] { return done; }));
+    end(ExitStatus::success, "");
+    EXPECT_EQ(clock_.pending(), 0U);
+    recorder_.reset();
+    auto db = open_read_only(path_).value();
+    auto s = db.prepare("SELECT group_concat(lcr_reading_seq) FROM chain").value();
+    ASSERT_TRUE(s.step().value());
+    commits.emplace_back(s.text(0));
+  }
+  EXPECT_EQ(commits[1], commits[0]);
+  EXPECT_THAT(commits[0], HasSubstr("50,100,150,"));
 }
 
 TEST_F(RecorderTest, AFullQueueFailsTheRunAndSaysHowMuchIsMissing) {
