@@ -208,7 +208,7 @@ class Client {
     return out;
   }
   void wait_for_end() {
-    wait([](const cli::ControlNews& news) { return std::holds_alternative<RunEnded>(news); });
+    wait([](const cli::ControlNews& news) { return std::holds_alternative<RunOutcome>(news); });
   }
   // Waits, so that aborts come at any time between samples and conversions.
   void let_pass(int ms) { ::poll(nullptr, 0, ms); }

@@ -6,7 +6,10 @@
 #include <exception>
 #include <utility>
 
+#include "base/log.hpp"
 #include "base/text.hpp"
+#include "daemon/aside.hpp"
+#include "daemon/rig/sim.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
 #include "storage/database.hpp"
@@ -21,38 +24,66 @@ using namespace std::chrono_literals;
 constexpr Duration kStatusInterval = 100ms;
 constexpr Duration kTolerableLag = 200ms;
 constexpr Duration kWorldPatience = 3s;  // many bonded layers take minutes
-constexpr const char* kNotAsked = "not asked: an idle daemon leaves the frame alone";
 
 }  // namespace
 
-App::App(asio::io_context& io, Clock& clock, Config config)
-    : io_(io), clock_(clock), config_(std::move(config)), person_(io.get_executor()) {}
+App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
+    : io_(io),
+      clock_(clock),
+      config_(std::move(config)),
+      notifier_(std::move(parts.notifier)),
+      person_(io.get_executor()),
+      vfs_(std::move(parts.vfs)),
+      rig_(std::move(parts.rig)),
+      changed_(clock) {
+  if (rig_) return;
+  const auto executor = io.get_executor();
+  if (config_.bench) {
+    rig_ = std::make_unique<SimulatedRig>(executor, clock, *config_.bench, person_);
+  } else {
+    auto real = std::make_unique<RealRig>(executor, clock, config_, person_);
+    real_ = real.get();
+    rig_ = std::move(real);
+  }
+}
 
 App::~App() = default;
 
-Result<> App::start() {
-  auto recorder = Recorder::open(io_, clock_, Recorder::Options(config_.database));
+Result<> App::open() {
+  Recorder::Options options(config_.database);
+  options.vfs = vfs_;
+  auto recorder = Recorder::open(io_, clock_, std::move(options));
   if (!recorder) return fail(recorder.error());
   recorder_ = std::move(*recorder);
+  spawn(heartbeat());
+  return {};
+}
+
+Result<> App::start() {
+  if (auto opened = open(); !opened) return opened;
   for (const auto& orphan : recorder_->interrupted_runs()) {
     spdlog::warn(
         "run {} had not ended when the last daemon died: closed as interrupted; look whether its "
         "specimen is still loaded (lcrig runs show {})",
         orphan, orphan);
-    frame_to_make_safe_ = frame_to_make_safe_ || left_commanding(orphan);
+    frame_to_make_safe_ = frame_to_make_safe_ || (real_ != nullptr && left_commanding(orphan));
   }
   control_ = std::make_unique<ControlServer>(io_.get_executor(), clock_, *this);
   if (auto listening = control_->listen(config_.socket); !listening) return listening;
-  name_instruments();
-  frame_to_make_safe_ = frame_to_make_safe_ && !config_.bench;
-  preparing_ = !config_.bench;  // no run before the frame was made safe
-  spawn(probe());
-  spawn(heartbeat());
+  if (real_ != nullptr) {
+    enter(Use::asking);  // no run before the frame was made safe
+    spawn(probe());
+  }
   notifier_.ready();
   notifier_.status("idle");
   spdlog::info("lcrigd {}: database {}, socket {}", LCRIG_VERSION, config_.database,
                config_.socket);
   return {};
+}
+
+void App::enter(Use use) {
+  use_ = use;
+  changed_.notify_all();
 }
 
 // An exception that leaves a coroutine of ours is a bug: say so and die; the gateway's watchdog and
@@ -135,19 +166,6 @@ void App::tell_lag(Duration late) {
   recorder_->event(RunEvent(now, EventKind::lag, "", text));
 }
 
-// What `status` calls the instruments before they were asked.
-void App::name_instruments() {
-  meter_state_.name = "lcr";
-  frame_state_.name = "frame";
-  meter_state_.port = config_.bench ? "sim" : config_.meter_port;
-  frame_state_.port = config_.bench ? "sim" : config_.frame_port;
-  if (!config_.bench && config_.frame_driver == FrameDriver::dead_weight) {
-    frame_state_.port = "dead weights";
-  }
-  meter_state_.state = config_.bench ? "ready" : "unknown";
-  frame_state_.state = config_.bench ? "ready" : kNotAsked;
-}
-
 // A protocol that cannot be read any more counts as one that commands.
 bool App::left_commanding(std::int64_t run) const {
   auto db = open_read_only(config_.database);
@@ -159,91 +177,55 @@ bool App::left_commanding(std::int64_t run) const {
 }
 
 // Makes the frame safe if a crash left it in the middle of a run; then asks the meter who it is
-// whenever nothing runs. The frame is not asked: it belongs to whoever works with it. An absent
-// instrument is a state, not a failure.
+// whenever nothing runs. The frame is not asked: it belongs to whoever works with it.
 Task<> App::probe() {
-  if (config_.bench) co_return;
+  const auto is_idle = [this] { return use_ == Use::idle || shutting_down_; };
+  const auto is_over = [this] { return shutting_down_; };
   while (!shutting_down_) {
-    preparing_ = true;
-    if (frame_to_make_safe_) co_await make_frame_safe();
-    co_await probe_meter();
-    preparing_ = false;
-    const bool ready = meter_state_.state == "ready" && !frame_to_make_safe_;
-    const Duration pause = ready ? 60s : 10s;
-    co_await clock_.wait_for(pause);
-    while (preparing_ || session_) co_await clock_.wait_for(100ms);
+    enter(Use::asking);
+    if (frame_to_make_safe_) {
+      const bool safe = co_await real_->make_frame_safe();
+      frame_to_make_safe_ = !safe;
+      auto interrupted = recorder_->interrupted_runs();
+      if (safe) {
+        co_await note_runs(std::move(interrupted),
+                           "lcrigd was restarted: the frame confirmed standstill");
+      }
+    }
+    co_await real_->ask_meter();
+    enter(Use::idle);
+    const bool ready = real_->is_meter_ready() && !frame_to_make_safe_;
+    const MonoTime next = clock_.now() + (ready ? 60s : 10s);
+    co_await changed_.wait(is_over, next);
+    co_await changed_.wait(is_idle);
   }
 }
 
-// A dead daemon may have left it moving: STOP comes first, whatever else is wrong on this rig, and
-// also with a gateway that answers no greeting.
-Task<> App::make_frame_safe() {
-  auto frame = co_await open_real_frame(io_.get_executor(), clock_, config_, person_);
-  if (!frame) {
-    frame_state_.state = "absent: " + frame.error().what;
-    co_return;
-  }
-  auto stopped = co_await (*frame)->stop();
-  auto identity = co_await (*frame)->identify();
-  frame_state_.identity = identity ? identity->text : "";
-  frame_state_.state = identity ? "ready" : "absent: " + identity.error().what;
-  if (identity) stopped = co_await (*frame)->stop();
-  if (identity && !stopped) frame_state_.state = "fault: " + stopped.error().what;
-  if (stopped) {
-    frame_to_make_safe_ = false;
-    note_interrupted("lcrigd was restarted: the frame confirmed standstill");
-  }
-  (*frame)->close();
-}
-
-// Nothing at the frame changes by it.
-Task<> App::look_at_frame() {
-  auto frame = co_await open_real_frame(io_.get_executor(), clock_, config_, person_);
-  if (!frame) {
-    frame_state_.state = "absent: " + frame.error().what;
-    co_return;
-  }
-  auto identity = co_await (*frame)->observe(0);
-  frame_state_.identity = identity ? identity->text : "";
-  if (identity) {
-    frame_state_.state = "ready";
-  } else if (identity.error().code == Errc::unsupported) {
-    frame_state_.state = "cannot be asked without commanding it: " + identity.error().what;
-  } else {
-    frame_state_.state = "absent: " + identity.error().what;
-  }
-  (*frame)->close();
-}
-
-void App::note_interrupted(const std::string& text) {
-  if (recorder_->interrupted_runs().empty()) return;
+// Beside the loop: another program may hold the database for seconds.
+Task<> App::note_runs(std::vector<std::int64_t> runs, std::string text) {
+  if (runs.empty()) co_return;
   spdlog::info("{}", text);
-  auto db = open_read_write(config_.database);
-  if (!db) return spdlog::warn("{}", printable(db.error().what));
-  for (const std::int64_t run : recorder_->interrupted_runs()) {
-    auto noted = add_run_note(*db, run, "lcrigd", text, clock_.unix_ns());
-    if (!noted) spdlog::warn("run {}: {}", run, printable(noted.error().what));
-  }
-}
-
-Task<> App::probe_meter() {
-  auto meter = co_await open_real_meter(clock_, config_);
-  if (!meter) {
-    meter_state_.state = "absent: " + meter.error().what;
-    co_return;
-  }
-  auto identity = co_await (*meter)->identify();
-  meter_state_.identity = identity ? identity->text : "";
-  meter_state_.state = identity ? "ready" : "absent: " + identity.error().what;
-  (*meter)->close();
+  const std::int64_t now = clock_.unix_ns();
+  const auto note = [this, &runs, &text, now]() -> Result<> {
+    auto db = open_read_write(config_.database);
+    if (!db) return fail(db.error());
+    Result<> all;
+    for (const std::int64_t run : runs) {
+      if (auto noted = add_run_note(*db, run, "lcrigd", text, now); !noted) all = noted;
+    }
+    return all;
+  };
+  auto noted = co_await run_aside(io_.get_executor(), clock_, note);
+  if (!noted) spdlog::warn("{}", printable(noted.error().what));
 }
 
 void App::publish() {
-  if (!live_run()) return;
+  if (!control_ || live_run() == nullptr) return;
   control_->publish_status(session_->status());
 }
 
 void App::publish_event(const RunEvent& event) {
+  if (!control_) return;
   RunEventNote note;
   note.run = live_run() != nullptr ? live_run()->progress().run : 0;
   note.event = event;
@@ -261,7 +243,7 @@ Task<> App::run_to_its_end() {
   const RunResult result = co_await session_->execute();
   const RunStatus last = session_->status();
   co_await session_->close();
-  RunEnded ended;
+  RunOutcome ended;
   ended.run = last.run;
   ended.exit_status = result.exit_status;
   ended.reason = result.reason;
@@ -274,7 +256,8 @@ Task<> App::run_to_its_end() {
   publish();
   session_.reset();
   last_run_ = ended;
-  control_->publish_run_ended(ended);
+  enter(Use::idle);
+  if (control_) control_->publish_run_ended(ended);
   notifier_.status("idle");
   spdlog::info("run {} ended: {} {}", ended.run, to_string(ended.exit_status),
                printable(ended.reason));
@@ -286,22 +269,26 @@ DaemonStatus App::status() const {
   s.database = config_.database;
   if (live_run() != nullptr) s.run = session_->status();
   s.last_run = last_run_;
-  s.instruments = {meter_state_, frame_state_};
+  s.instruments = rig_->states();
   return s;
 }
 
 Task<bool> App::shut_down(std::string why) {
   if (std::exchange(shutting_down_, true)) co_return true;
+  changed_.notify_all();
   notifier_.stopping();
-  const MonoTime patience = clock_.now() + kWorldPatience;
-  while (preparing_ && !(building_world_ && clock_.now() >= patience)) {
-    co_await clock_.wait_for(10ms);
-  }
+  const auto settled = [this] { return is_settled(); };
+  bool done = false;
+  do {
+    const MonoTime patience = clock_.now() + kWorldPatience;
+    done = co_await changed_.wait(settled, patience);
+  } while (!done && !rig_->is_reckoning());
   if (Run* run = live_run()) run->interrupt(InterruptRequest(Interrupt::abort, why));
-  while (session_) co_await clock_.wait_for(10ms);
-  co_await control_->close(1s);
+  const auto over = [this] { return session_ == nullptr; };
+  co_await changed_.wait(over);
+  if (control_) co_await control_->close(1s);
   recorder_.reset();
-  co_return !building_world_;
+  co_return !rig_->is_reckoning();
 }
 
 }  // namespace lcrig

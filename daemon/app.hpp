@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon: owns recorder, control socket and the rig of the run that is going on.
+// The daemon: owns recorder, control socket and the instruments of the run that is going on.
+// main.cpp makes one on the real clock, rehearse.cpp one in virtual time and without a socket.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -9,57 +10,81 @@
 #include <vector>
 
 #include "base/clock.hpp"
+#include "base/condition.hpp"
 #include "daemon/config.hpp"
 #include "daemon/control/handler.hpp"
 #include "daemon/control/server.hpp"
 #include "daemon/liveness.hpp"
 #include "daemon/record/recorder.hpp"
-#include "daemon/rig/instruments.hpp"
+#include "daemon/rig/operator.hpp"
+#include "daemon/rig/real.hpp"
 #include "daemon/service.hpp"
 #include "daemon/session.hpp"
 
 namespace lcrig {
 
+// What a rehearsal has other than a daemon.
+struct AppParts {
+  AppParts() = default;
+  std::unique_ptr<InstrumentFactory> rig;  // empty: that of the config file
+  std::string vfs;  // of SQLite, for the database; empty: the operating system's
+  ServiceNotifier notifier;
+};
+
 class App final : public ControlHandler {
  public:
-  App(asio::io_context& io, Clock& clock, Config config);
+  App(asio::io_context& io, Clock& clock, Config config, AppParts parts = AppParts());
   ~App() override;
 
-  // Database open, orphaned runs closed, socket listening, systemd told. Errors: as the parts say.
+  // Opens the database and closes orphaned runs; `run_through` needs no more.
+  Result<> open();
+  // `open`, and what others need: socket listening, systemd told, the meter asked now and then.
+  // Errors: as the parts say.
   Result<> start();
   // SIGTERM, SIGINT: stops the run (abort, then `finally`), closes everything. A second call while
   // the first is under way changes nothing. False: a thread still reckons the finite elements of a
   // simulated specimen; the process is to end without it.
   Task<bool> shut_down(std::string why);
+  // One run from its preparation to its end, asked for by nobody at a socket.
+  Task<Result<RunOutcome>> run_through(PreparedRun prepared);
 
   // Of the control socket.
   std::size_t clients() const { return control_->clients(); }
   std::size_t waiting_bytes() const { return control_->waiting_bytes(); }
   std::size_t held_bytes() const { return control_->held_bytes(); }
 
-  Task<Result<RunStarted>> start_run(StartRunRequest request, PeerCredentials peer) override;
+  Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials peer) override;
   Task<Result<>> pause(PeerCredentials peer) override;
   Task<Result<RunStarted>> resume(std::optional<std::int64_t> run, bool confirmed,
                                   PeerCredentials peer) override;
   Task<Result<StopAnswer>> abort(std::string why, PeerCredentials peer) override;
   Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials peer) override;
-  Task<Result<std::string>> plan_run(StartRunRequest request, PeerCredentials peer) override;
+  Task<Result<std::string>> plan_run(RunRequest request, PeerCredentials peer) override;
   Task<Result<>> ask_instruments(PeerCredentials peer) override;
   Task<Result<>> confirm(PeerCredentials peer) override;
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
   DaemonStatus status() const override;
 
  private:
-  Task<Result<RunStarted>> prepare_and_start(StartRunRequest request);
+  // What the instruments are used for. Only an idle daemon begins something new.
+  enum class Use {
+    idle,
+    asking,  // who they are, or what a plan needs to know
+    starting,  // a run is prepared: until its row exists, nothing moves
+    running,  // until its row and the ports are closed
+  };
+  void enter(Use use);
+  bool is_settled() const { return use_ == Use::idle || use_ == Use::running; }
+
+  Task<Result<>> claim(Use use);
   Task<Result<RunStarted>> continue_run(std::int64_t run, bool confirmed, PeerCredentials peer);
-  Task<Result<RunStarted>> prepare_and_continue(std::int64_t run, bool confirmed, std::string user);
-  Task<Result<RunStarted>> start_prepared(PreparedRun prepared);
-  Task<Result<PreparedRun>> read_request(StartRunRequest request);
-  Task<Result<std::string>> preview(StartRunRequest request);
+  Task<Result<RunStarted>> start_claimed(Result<PreparedRun> prepared);
+  Task<Result<RunStarted>> open_run(PreparedRun prepared);
+  Task<Result<PreparedRun>> read_request(RunRequest request);
+  Task<Result<std::string>> preview(RunRequest request);
   Result<> not_stopped() const;
-  Task<Result<>> claim_start();
-  Result<> find_text(SessionRequest& wanted) const;
-  Task<Result<std::unique_ptr<Instruments>>> open_instruments(const PreparedRun& prepared);
+  Result<> find_texts(RunRequest& wanted) const;
+  Task<Result<>> make_session(PreparedRun prepared);
   Task<> run_to_its_end();
   Task<Result<StopAnswer>> stop_run(Interrupt kind, std::string why, const PeerCredentials& peer);
   StopAnswer stop_start(Interrupt kind, std::string why);
@@ -69,13 +94,9 @@ class App final : public ControlHandler {
   void watch_parts();
   bool is_working();
   void tell_lag(Duration late);
-  void name_instruments();
   Task<> probe();
-  Task<> probe_meter();
-  Task<> make_frame_safe();
-  Task<> look_at_frame();
   bool left_commanding(std::int64_t run) const;
-  void note_interrupted(const std::string& text);
+  Task<> note_runs(std::vector<std::int64_t> runs, std::string text);
   void publish_event(const RunEvent& event);
   void publish();
   Run* live_run() const;
@@ -85,21 +106,22 @@ class App final : public ControlHandler {
   Config config_;
   ServiceNotifier notifier_;
   RemoteOperator person_;
+  std::string vfs_;
+  RealRig* real_ = nullptr;  // `rig_`, when it is one
+  std::unique_ptr<InstrumentFactory> rig_;
   std::unique_ptr<Recorder> recorder_;
-  std::unique_ptr<ControlServer> control_;
+  std::unique_ptr<ControlServer> control_;  // nullptr: nobody listens
   std::unique_ptr<Session> session_;
-  bool preparing_ = false;  // between start_run and the run row, or while probing
-  bool starting_ = false;  // of it: a run
+  Use use_ = Use::idle;
+  Condition changed_;  // `use_`, `session_`, `shutting_down_`, or how often the frame was stopped
   std::optional<InterruptRequest> stop_of_start_;  // asked for meanwhile: nothing may move
-  bool building_world_ = false;  // the simulated one, beside the loop
   bool adding_ = false;  // a specimen
+  bool shutting_down_ = false;
+  bool frame_to_make_safe_ = false;  // a run that commanded it was cut off by a crash
   Liveness liveness_;
   std::vector<std::string> stuck_;
   MonoTime lag_told_;
-  InstrumentState meter_state_, frame_state_;
-  bool shutting_down_ = false;
-  bool frame_to_make_safe_ = false;  // a run that commanded it was cut off by a crash
-  std::optional<RunEnded> last_run_;
+  std::optional<RunOutcome> last_run_;
 };
 
 }  // namespace lcrig

@@ -18,10 +18,11 @@ namespace lcrig {
 
 using namespace std::chrono_literals;
 
-// One run at a time; sets preparing_ when it succeeds.
-Task<Result<>> App::claim_start() {
+// One run at a time; whoever claims the instruments gives them back with `enter`.
+Task<Result<>> App::claim(Use use) {
   const MonoTime patience = clock_.now() + 30s;
-  while (preparing_ && !session_ && clock_.now() < patience) co_await clock_.wait_for(20ms);
+  const auto is_known = [this] { return use_ == Use::idle || session_ != nullptr; };
+  co_await changed_.wait(is_known, patience);
   if (shutting_down_) co_return fail(Errc::busy, "the daemon is shutting down");
   if (const Run* run = live_run()) {
     co_return fail(Errc::busy,
@@ -29,74 +30,79 @@ Task<Result<>> App::claim_start() {
                    "`lcrig abort` ends it",
                    run->progress().run);
   }
-  if (preparing_ || session_) {
+  if (use_ != Use::idle) {
     co_return fail(Errc::busy,
                    "a run is being prepared, or the instruments are being asked who they are: try "
                    "again in a minute");
   }
-  preparing_ = true;
+  enter(use);
   co_return Result<>();
 }
 
-Task<Result<RunStarted>> App::start_run(StartRunRequest request, PeerCredentials peer) {
-  auto claimed = co_await claim_start();
+Task<Result<RunStarted>> App::start_run(RunRequest request, PeerCredentials peer) {
+  auto claimed = co_await claim(Use::starting);
   if (!claimed) co_return fail(claimed.error());
-  starting_ = true;
   if (request.operator_name.empty()) request.operator_name = peer.user;
-  auto started = co_await prepare_and_start(std::move(request));
-  preparing_ = starting_ = false;
-  stop_of_start_.reset();
-  if (!started) session_.reset();
+  auto prepared = co_await read_request(std::move(request));
+  auto started = co_await start_claimed(std::move(prepared));
   if (started) recorder_->event(request_event(clock_.now(), "run.start", peer));
   co_return started;
 }
 
-Task<Result<RunStarted>> App::prepare_and_start(StartRunRequest request) {
-  auto prepared = co_await read_request(std::move(request));
-  if (!prepared) co_return fail(prepared.error());
-  auto started = co_await start_prepared(std::move(*prepared));
+Task<Result<RunOutcome>> App::run_through(PreparedRun prepared) {
+  auto claimed = co_await claim(Use::starting);
+  if (!claimed) co_return fail(claimed.error());
+  auto started = co_await start_claimed(std::move(prepared));
+  if (!started) co_return fail(started.error());
+  const auto over = [this] { return use_ == Use::idle; };
+  co_await changed_.wait(over);
+  co_return *last_run_;
+}
+
+Task<Result<RunStarted>> App::start_claimed(Result<PreparedRun> prepared) {
+  Result<RunStarted> started;
+  if (prepared) {
+    started = co_await open_run(std::move(*prepared));
+  } else {
+    started = fail(prepared.error());
+  }
+  stop_of_start_.reset();
+  if (!started) session_.reset();
+  enter(started ? Use::running : Use::idle);
   co_return started;
 }
 
-Task<Result<PreparedRun>> App::read_request(StartRunRequest request) {
-  SessionRequest wanted;
-  wanted.protocol_name = request.protocol;
-  wanted.protocol_text = request.protocol_text;
-  wanted.specimen_name = request.specimen;
-  wanted.specimen_text = request.specimen_text;
-  wanted.operator_name = request.operator_name;
-  wanted.note = request.note;
-  wanted.parameters = std::move(request.parameters);
-  auto specimen = find_text(wanted);
-  if (!specimen) co_return fail(specimen.error());
-  const auto read = [&wanted] { return prepare_run(std::move(wanted)); };
+Task<Result<PreparedRun>> App::read_request(RunRequest request) {
+  const auto read = [this, &request]() -> Result<PreparedRun> {
+    if (auto found = find_texts(request); !found) return fail(found.error());
+    return prepare_run(std::move(request));
+  };
   auto prepared = co_await run_aside(io_.get_executor(), clock_, read);
   co_return prepared;
 }
 
 Result<> App::not_stopped() const {
+  if (shutting_down_) return fail(Errc::aborted, "the daemon is stopping");
   if (!stop_of_start_) return {};
   return fail(Errc::aborted, "stopped while it was being prepared ({}): nothing has moved",
               stop_of_start_->why);
 }
 
 // Looks at the rig and plans; the frame is not commanded.
-Task<Result<std::string>> App::plan_run(StartRunRequest request, PeerCredentials /*peer*/) {
-  auto claimed = co_await claim_start();
+Task<Result<std::string>> App::plan_run(RunRequest request, PeerCredentials /*peer*/) {
+  auto claimed = co_await claim(Use::asking);
   if (!claimed) co_return fail(claimed.error());
   auto plan = co_await preview(std::move(request));
   session_.reset();
-  preparing_ = false;
+  enter(Use::idle);
   co_return plan;
 }
 
-Task<Result<std::string>> App::preview(StartRunRequest request) {
+Task<Result<std::string>> App::preview(RunRequest request) {
   auto prepared = co_await read_request(std::move(request));
   if (!prepared) co_return fail(prepared.error());
-  auto instruments = co_await open_instruments(*prepared);
-  if (!instruments) co_return fail(instruments.error());
-  session_ = std::make_unique<Session>(io_.get_executor(), clock_, *recorder_,
-                                       std::move(*instruments), std::move(*prepared));
+  auto made = co_await make_session(std::move(*prepared));
+  if (!made) co_return fail(made.error());
   auto plan = co_await session_->preview();
   co_await session_->close();
   if (!plan) co_return fail(plan.error());
@@ -104,28 +110,38 @@ Task<Result<std::string>> App::preview(StartRunRequest request) {
 }
 
 Task<Result<>> App::ask_instruments(PeerCredentials /*peer*/) {
-  auto claimed = co_await claim_start();
+  auto claimed = co_await claim(Use::asking);
   if (!claimed) co_return claimed;
-  if (!config_.bench) {
-    co_await look_at_frame();
-    co_await probe_meter();
+  if (real_ != nullptr) {
+    co_await real_->ask_frame();
+    co_await real_->ask_meter();
   }
-  preparing_ = false;
+  enter(Use::idle);
   co_return Result<>();
 }
 
-Task<Result<RunStarted>> App::start_prepared(PreparedRun prepared) {
-  auto instruments = co_await open_instruments(prepared);
+Task<Result<>> App::make_session(PreparedRun prepared) {
+  const InstrumentsRequest wanted = instruments_for(prepared);
+  auto instruments = co_await rig_->open(wanted);
   if (!instruments) co_return fail(instruments.error());
   if (auto going = not_stopped(); !going) {
     co_await (*instruments)->close();
-    co_return fail(going.error());
+    co_return going;
   }
   session_ = std::make_unique<Session>(io_.get_executor(), clock_, *recorder_,
                                        std::move(*instruments), std::move(prepared));
+  changed_.notify_all();
+  co_return Result<>();
+}
+
+// Nothing moves when it fails.
+Task<Result<RunStarted>> App::open_run(PreparedRun prepared) {
+  auto made = co_await make_session(std::move(prepared));
+  if (!made) co_return fail(made.error());
   session_->on_events([this](const std::vector<RunEvent>& events) {
     for (const RunEvent& event : events) publish_event(event);
   });
+  session_->on_stop([this] { changed_.notify_all(); });
   session_->goes_on([this] { return not_stopped(); });
   auto run = co_await session_->open();
   if (!run) {
@@ -140,8 +156,9 @@ Task<Result<RunStarted>> App::start_prepared(PreparedRun prepared) {
   co_return started;
 }
 
-// Clients send texts; a specimen may also be one of the database or one that ships.
-Result<> App::find_text(SessionRequest& wanted) const {
+// Clients send texts; a specimen may also be one of the database or one that ships. Not on the
+// thread of the instruments: another program may hold the database for seconds.
+Result<> App::find_texts(RunRequest& wanted) const {
   if (wanted.protocol_text.empty()) {
     return fail(Errc::invalid_request, "`protocol_text` is missing: send the text of the file");
   }
@@ -162,33 +179,6 @@ Result<> App::find_text(SessionRequest& wanted) const {
               "no specimen `{}`: `lcrig specimen list` shows the known ones, `lcrig specimen add "
               "FILE` stores one",
               wanted.specimen_name);
-}
-
-Task<Result<std::unique_ptr<Instruments>>> App::open_instruments(const PreparedRun& prepared) {
-  const auto executor = io_.get_executor();
-  if (!config_.bench) {
-    auto opened = co_await open_real_instruments(executor, clock_, config_, person_);
-    co_return opened;
-  }
-  if (const auto directory = replay_directory(*config_.bench)) {
-    co_return make_replay_instruments(executor, clock_, *directory);
-  }
-  auto bench = find_bench(*config_.bench);
-  if (!bench) co_return fail(bench.error());
-  SimRequest sim;
-  sim.bench = std::move(*bench);
-  sim.specimen = *prepared.specimen;
-  sim.weights = prepared.places_weights;
-  sim.max_force_N = prepared.max_force_N;
-  sim.person = &person_;
-  const auto build = [&sim] { return make_world(sim); };
-  building_world_ = true;
-  auto world = co_await run_aside(executor, clock_, build);
-  building_world_ = false;
-  if (!world) co_return fail(world.error());
-  if (shutting_down_) co_return fail(Errc::aborted, "the daemon is stopping");
-  sim.world = std::move(*world);
-  co_return make_sim_instruments(executor, clock_, sim);
 }
 
 Task<Result<>> App::pause(PeerCredentials peer) {
@@ -219,33 +209,25 @@ Task<Result<RunStarted>> App::resume(std::optional<std::int64_t> run, bool confi
 }
 
 Task<Result<RunStarted>> App::continue_run(std::int64_t run, bool confirmed, PeerCredentials peer) {
-  auto claimed = co_await claim_start();
+  auto claimed = co_await claim(Use::starting);
   if (!claimed) co_return fail(claimed.error());
-  starting_ = true;
-  auto started = co_await prepare_and_continue(run, confirmed, peer.user);
-  preparing_ = starting_ = false;
-  stop_of_start_.reset();
-  if (!started) session_.reset();
+  const auto read = [this, run, confirmed, &peer]() -> Result<PreparedRun> {
+    auto db = open_read_write(config_.database);
+    if (!db) return fail(db.error());
+    auto prepared = prepare_continuation(*db, run);
+    if (!prepared) return prepared;
+    prepared->continues->confirmed = confirmed;
+    prepared->request.operator_name = peer.user;
+    return prepared;
+  };
+  auto prepared = co_await run_aside(io_.get_executor(), clock_, read);
+  auto started = co_await start_claimed(std::move(prepared));
   if (!started) co_return started;
   recorder_->event(request_event(clock_.now(), "run.resume", peer));
-  auto db = open_read_write(config_.database);
-  if (!db) co_return started;
-  auto noted = add_run_note(*db, run, "lcrigd", fmt::format("continued by run {}", started->run),
-                            clock_.unix_ns());
-  if (!noted) spdlog::warn("run {}: {}", run, printable(noted.error().what));
-  co_return started;
-}
-
-Task<Result<RunStarted>> App::prepare_and_continue(std::int64_t run, bool confirmed,
-                                                   std::string user) {
-  auto db = open_read_write(config_.database);
-  if (!db) co_return fail(db.error());
-  const auto read = [&db, run] { return prepare_continuation(*db, run); };
-  auto prepared = co_await run_aside(io_.get_executor(), clock_, read);
-  if (!prepared) co_return fail(prepared.error());
-  prepared->continues->confirmed = confirmed;
-  prepared->request.operator_name = std::move(user);
-  auto started = co_await start_prepared(std::move(*prepared));
+  std::vector<std::int64_t> before;
+  before.push_back(run);
+  auto text = fmt::format("continued by run {}", started->run);
+  co_await note_runs(std::move(before), std::move(text));
   co_return started;
 }
 
@@ -253,9 +235,7 @@ Task<Result<StopAnswer>> App::stop_run(Interrupt kind, std::string why,
                                        const PeerCredentials& peer) {
   const std::string reason = why.empty() ? "by " + peer.user : why + " (by " + peer.user + ")";
   Run* run = live_run();
-  if (run == nullptr && starting_) {
-    co_return stop_start(kind, reason);
-  }
+  if (run == nullptr && use_ == Use::starting) co_return stop_start(kind, reason);
   if (run == nullptr) co_return fail(Errc::invalid_request, "no run is going on");
   const char* request = kind == Interrupt::freeze ? "run.freeze" : "run.abort";
   recorder_->event(request_event(clock_.now(), request, peer, why));
@@ -281,10 +261,10 @@ StopAnswer App::stop_start(Interrupt kind, std::string why) {
 // "Stopped" is said only of a frame that confirmed it after the request.
 Task<Result<StopAnswer>> App::confirm_stop(Run& run, std::uint64_t stands, std::uint64_t failures) {
   const MonoTime limit = clock_.now() + 70s;  // two STOPs of the slowest machine
-  while (live_run() == &run && run.stands() == stands && clock_.now() < limit) {
-    if (run.failed_stops() > failures) break;
-    co_await clock_.wait_for(2ms);
-  }
+  const auto is_known = [this, &run, stands, failures] {
+    return live_run() != &run || run.stands() != stands || run.failed_stops() > failures;
+  };
+  co_await changed_.wait(is_known, limit);
   const bool gone = live_run() != &run;
   if (!gone && run.stands() == stands) {
     co_return fail(Errc::not_standing, "standstill not confirmed: use the E-stop");

@@ -106,7 +106,7 @@ Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run) {
     return fail(Errc::invalid_request,
                 "run {} stopped before its first step: start it again with `lcrig run`", run);
   }
-  SessionRequest request;
+  RunRequest request;
   request.protocol_name = row->protocol_name;
   request.protocol_text = row->protocol_text;
   request.specimen_name = row->specimen_name;

@@ -69,7 +69,9 @@ int serve(const Config& config) {
   }
   asio::io_context io(1);
   RealClock clock;
-  App app(io, clock, config);
+  AppParts parts;
+  parts.notifier = ServiceNotifier::from_environment();
+  App app(io, clock, config, std::move(parts));
   if (auto started = app.start(); !started) {
     spdlog::error("{}", started.error().what);
     return 1;

@@ -6,9 +6,10 @@
 #include <exception>
 #include <utility>
 
-#include "daemon/rig/surroundings.hpp"
-#include "daemon/session.hpp"
-#include "drivers/faults/player.hpp"
+#include "daemon/app.hpp"
+#include "daemon/rig/drill.hpp"
+#include "daemon/rig/replay.hpp"
+#include "daemon/rig/sim.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/run_summary.hpp"
 
@@ -22,103 +23,64 @@ Result<Bench> bench_of(const std::string& name, const std::string& text) {
   return text.empty() ? find_bench(name) : parse_bench(text, name);
 }
 
-SessionRequest session_request(const RehearseRequest& request) {
-  SessionRequest out;
-  out.protocol_name = request.protocol_name;
-  out.protocol_text = request.protocol_text;
-  out.parameters = request.parameters;
-  out.specimen_name = request.specimen_name;
-  out.specimen_text = request.specimen_text;
-  out.operator_name = request.operator_name;
-  out.note = request.note;
-  return out;
-}
+// The instruments of one run, made before there is a database: what is wrong leaves none behind.
+class ReadyRig final : public InstrumentFactory {
+ public:
+  explicit ReadyRig(std::unique_ptr<Instruments> instruments)
+      : instruments_(std::move(instruments)) {}
+  Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest /*request*/) override {
+    co_return std::move(instruments_);
+  }
+  std::vector<InstrumentState> states() const override { return {}; }
 
-// A whole world of its own: loop, clock, recorder, instruments.
+ private:
+  std::unique_ptr<Instruments> instruments_;
+};
+
+// A whole world of its own: loop, clock, daemon, instruments.
 class Rehearsal {
  public:
   explicit Rehearsal(const RehearseRequest& request) : request_(request) {}
 
   Result<RehearseResult> run() {
-    const RealClock wall;
-    const MonoTime begin = wall.now();
-    if (auto built = build(); !built) return fail(built.error());
-    const bool ended = clock_.run(io_, [this] { return show() && outcome_.has_value(); });
+    const MonoTime begin = wall_.now();
+    auto prepared = prepare_run(request_);
+    if (!prepared) return fail(prepared.error());
+    if (auto made = make_app(*prepared); !made) return fail(made.error());
+    asio::co_spawn(io_, play(std::move(*prepared)),
+                   [this](std::exception_ptr error) { error_ = error; });
+    const bool ended = clock_.run(io_, [this] { return show() && (is_over_ || error_); });
     if (error_) std::rethrow_exception(error_);
     if (!ended) return fail(Errc::bug, "the rehearsal waits for something that never comes");
-    if (!*outcome_) return fail(outcome_->error());
-    auto result = summarise(**outcome_);
-    if (result) result->wall_s = to_seconds(wall.now() - begin);
+    if (!outcome_) return fail(outcome_.error());
+    auto result = summarise();
+    if (result) result->wall_s = to_seconds(wall_.now() - begin);
     return result;
   }
 
  private:
-  Result<> build() {
-    auto prepared = prepare_run(session_request(request_));
-    if (!prepared) return fail(prepared.error());
-    auto instruments = make_instruments(*prepared);
+  Result<> make_app(const PreparedRun& prepared) {
+    if (!request_.faults_text.empty()) {
+      auto drill = FaultDrill::make(clock_, request_.faults_text, request_.faults_name);
+      if (!drill) return fail(drill.error());
+      drill_ = std::move(*drill);
+    }
+    auto instruments = make_instruments(prepared);
     if (!instruments) return fail(instruments.error());
-    if (auto ready = prepare_faults(**instruments, !prepared->places_weights); !ready) return ready;
-    Recorder::Options options(request_.db_path);
-    if (surroundings_) options.vfs = surroundings_->disk().name();
-    auto recorder = Recorder::open(io_, clock_, std::move(options));
-    if (!recorder) return fail(recorder.error());
-    recorder_ = std::move(*recorder);
-    session_ = std::make_unique<Session>(io_.get_executor(), clock_, *recorder_,
-                                         std::move(*instruments), std::move(*prepared));
-    session_->on_step([this](const RunProgress& s) {
-      const bool finishing = s.state == RunState::finishing;
-      if (player_) player_->enter_step(s.step_id, s.step_kind, finishing);
-    });
-    asio::co_spawn(io_, play(), [this](std::exception_ptr error) { error_ = error; });
-    return {};
-  }
-
-  Result<> prepare_faults(Instruments& instruments, bool has_frame) {
-    if (request_.faults_text.empty()) return {};
-    auto script = parse_fault_script(request_.faults_text, request_.faults_name);
-    if (!script) return fail(script.error());
-    if (replay_directory(request_.bench)) {
-      return fail(Errc::invalid_request, "--faults needs a simulated bench; a replay has none");
-    }
-    FaultStage stage;
-    stage.has_frame = has_frame;
-    if (auto fits = check_stage(*script, stage); !fits) return fits;
-    surroundings_ = std::make_unique<VirtualSurroundings>(clock_);
-    const auto told = [this](MonoTime at, const std::string& text) { note_fault(at, text); };
-    player_ = std::make_unique<FaultPlayer>(io_.get_executor(), clock_, *instruments.door(),
-                                            surroundings_.get(), std::move(*script), told);
-    return {};
-  }
-
-  // What happens before the run row exists is written as soon as it does.
-  void note_fault(MonoTime at, const std::string& text) {
-    const bool over = text.ends_with(": over");
-    if (!over) ++faults_;
-    const std::string step = run_ != 0 ? session_->run()->progress().step_id : "";
-    RunEvent event(at, EventKind::injected, step, "fault injected: " + text);
-    if (run_ == 0) {
-      early_faults_.push_back(std::move(event));
-    } else {
-      recorder_->event(event);
-    }
-  }
-
-  void begin_faults() {
-    if (!player_) return;
-    for (const RunEvent& event : early_faults_) recorder_->event(event);
-    early_faults_.clear();
-    player_->begin();
-  }
-
-  Task<> end_faults() {
-    if (!player_) co_return;
-    player_->stop();
-    while (!player_->is_idle()) co_await clock_.wait_for(1ms);
+    AppParts parts;
+    parts.rig = std::make_unique<ReadyRig>(std::move(*instruments));
+    if (drill_) parts.vfs = drill_->disk();
+    Config config;
+    config.database = request_.db_path;
+    app_ = std::make_unique<App>(io_, clock_, std::move(config), std::move(parts));
+    return app_->open();
   }
 
   Result<std::unique_ptr<Instruments>> make_instruments(const PreparedRun& prepared) {
     if (const auto directory = replay_directory(request_.bench)) {
+      if (drill_) {
+        return fail(Errc::invalid_request, "--faults needs a simulated bench; a replay has none");
+      }
       return make_replay_instruments(io_.get_executor(), clock_, *directory);
     }
     if (!prepared.specimen) {
@@ -132,47 +94,37 @@ class Rehearsal {
     if (request_.seed) sim.seed = static_cast<std::int64_t>(*request_.seed);
     sim.weights = prepared.places_weights;
     sim.max_force_N = prepared.max_force_N;
+    sim.drill = drill_.get();
     return make_sim_instruments(io_.get_executor(), clock_, sim);
   }
 
-  Task<> play() {
-    auto run = co_await session_->open();
-    Result<RunResult> outcome;
-    if (run) {
-      run_ = *run;
-      begin_faults();
-      RunResult ended = co_await session_->execute();
-      outcome = std::move(ended);
-    } else {
-      outcome = fail(run.error());
-    }
-    co_await end_faults();
-    co_await session_->close();
+  Task<> play(PreparedRun prepared) {
+    auto outcome = co_await app_->run_through(std::move(prepared));
     outcome_ = std::move(outcome);
+    co_await app_->shut_down("over");
+    is_over_ = true;
   }
 
   // Shows the status now and then; never ends the pump by itself.
   bool show() {
-    if (!request_.progress || session_->run() == nullptr) return true;
+    if (!request_.progress) return true;
     const MonoTime now = wall_.now();
-    if (now < next_show_ && !outcome_) return true;
+    if (now < next_show_ && !is_over_) return true;
     next_show_ = now + 50ms;
-    request_.progress(session_->status());
+    const DaemonStatus status = app_->status();
+    if (status.run) request_.progress(*status.run);
     return true;
   }
 
-  Result<RehearseResult> summarise(const RunResult& ended) {
+  // What the rows say.
+  Result<RehearseResult> summarise() {
     RehearseResult out;
-    out.run = run_;
-    out.exit_status = ended.exit_status;
-    out.code = ended.code;
-    out.reason = ended.reason;
+    static_cast<RunOutcome&>(out) = *outcome_;
     out.db_path = request_.db_path;
-    out.faults = faults_;
-    recorder_.reset();
+    if (drill_) out.faults = drill_->happened();
     auto db = open_read_only(request_.db_path);
     if (!db) return fail(db.error());
-    auto summary = summarise_run(*db, run_);
+    auto summary = summarise_run(*db, out.run);
     if (!summary) return fail(summary.error());
     out.lcr_readings = summary->lcr_readings;
     out.measure_readings = summary->measure_readings;
@@ -188,13 +140,10 @@ class Rehearsal {
   RealClock wall_;
   VirtualClock clock_;
   asio::io_context io_{1};
-  std::unique_ptr<VirtualSurroundings> surroundings_;  // of a rehearsal with faults
-  std::unique_ptr<Recorder> recorder_;
-  std::unique_ptr<Session> session_;
-  std::unique_ptr<FaultPlayer> player_;
-  std::vector<RunEvent> early_faults_;
-  std::int64_t run_ = 0, faults_ = 0;
-  std::optional<Result<RunResult>> outcome_;
+  std::unique_ptr<FaultDrill> drill_;
+  std::unique_ptr<App> app_;
+  Result<RunOutcome> outcome_;
+  bool is_over_ = false;
   std::exception_ptr error_;
   MonoTime next_show_{};
 };
@@ -248,7 +197,7 @@ Result<Rig> bench_rig(const BenchRequest& request) {
                  });
   clock.run(io, [&rig] { return rig.has_value(); });
   if (!rig) return fail(Errc::bug, "the simulated instruments did not answer");
-  if (*rig && !request.bench.starts_with("replay:")) (*rig)->noise = noise;
+  if (*rig && !replay_directory(request.bench)) (*rig)->noise = noise;
   if (*rig && !known) (*rig)->compression_m = (*rig)->specimen_least_m = {};
   return std::move(*rig);
 }

@@ -15,13 +15,15 @@
 
 namespace lcrig {
 
-ServiceNotifier::ServiceNotifier() {
-  if (const char* path = std::getenv("NOTIFY_SOCKET")) path_ = path;
+ServiceNotifier ServiceNotifier::from_environment() {
+  ServiceNotifier out;
+  if (const char* path = std::getenv("NOTIFY_SOCKET")) out.path_ = path;
   if (const char* usec = std::getenv("WATCHDOG_USEC")) {
     std::int64_t value = 0;
     const auto r = std::from_chars(usec, usec + std::strlen(usec), value);
-    if (r.ec == std::errc() && value > 0) interval_ = std::chrono::microseconds(value / 2);
+    if (r.ec == std::errc() && value > 0) out.interval_ = std::chrono::microseconds(value / 2);
   }
+  return out;
 }
 
 void ServiceNotifier::status(std::string_view text) const {

@@ -12,8 +12,9 @@ namespace lcrig {
 
 class ServiceNotifier {
  public:
+  ServiceNotifier() = default;  // silent
   // Reads NOTIFY_SOCKET and WATCHDOG_USEC; silent when they are absent.
-  ServiceNotifier();
+  static ServiceNotifier from_environment();
   void ready() const { send("READY=1"); }
   void stopping() const { send("STOPPING=1"); }
   void watchdog() const { send("WATCHDOG=1"); }

@@ -57,7 +57,7 @@ std::string parameters_json(const Environment& environment) {
 namespace {
 
 // The parsers limit the files; these come with them.
-Result<> check_words(const SessionRequest& request) {
+Result<> check_words(const RunRequest& request) {
   const std::pair<std::string_view, std::string_view> names[] = {
       {"protocol", request.protocol_name},
       {"specimen", request.specimen_name},
@@ -75,7 +75,7 @@ double largest_force_N(const Protocol& protocol, const Environment& environment)
   return protocol.limits.force_max ? environment.get(*protocol.limits.force_max) : kNobodyPresses_N;
 }
 
-Result<PreparedRun> prepare_run(SessionRequest request) {
+Result<PreparedRun> prepare_run(RunRequest request) {
   if (auto good = check_words(request); !good) return fail(good.error());
   PreparedRun out;
   auto protocol = parse_protocol(request.protocol_text, request.protocol_name);
@@ -92,6 +92,14 @@ Result<PreparedRun> prepare_run(SessionRequest request) {
   out.places_weights = places_weights(out.protocol.steps);
   out.max_force_N = largest_force_N(out.protocol, out.environment);
   out.request = std::move(request);
+  return out;
+}
+
+InstrumentsRequest instruments_for(const PreparedRun& run) {
+  InstrumentsRequest out;
+  if (run.specimen) out.specimen = &*run.specimen;
+  out.weights = run.places_weights;
+  out.max_force_N = run.max_force_N;
   return out;
 }
 
@@ -245,7 +253,7 @@ Task<Result<Plan>> Session::preview() {
 
 RunRow Session::make_row() const {
   const InstrumentsInfo& info = instruments_->info();
-  const SessionRequest& request = prepared_.request;
+  const RunRequest& request = prepared_.request;
   RunRow row;
   row.protocol_name = prepared_.protocol.name;
   row.protocol_text = request.protocol_text;
@@ -324,6 +332,7 @@ Task<Result<std::int64_t>> Session::open() {
   recorder_.on_committed([this](const Committed& c) { acknowledge(c); });
   recorder_.on_fault(
       [this](const Error& e) { run_->interrupt(InterruptRequest(Interrupt::fault, e)); });
+  instruments_->begin_run(recorder_);
   co_return *number;
 }
 
@@ -351,7 +360,11 @@ RunSetup Session::make_setup(std::int64_t run) {
   setup.specimen = prepared_.request.specimen_name;
   setup.person = &instruments_->person();
   setup.continues = prepared_.continues;
-  setup.on_step = on_step_;
+  setup.on_step = [this](const RunProgress& progress) {
+    instruments_->enter_step(progress);
+    if (on_step_) on_step_(progress);
+  };
+  setup.on_stop = on_stop_;
   return setup;
 }
 

@@ -10,8 +10,8 @@
 #include "base/clock.hpp"
 #include "daemon/record/recorder.hpp"
 #include "daemon/rig/instruments.hpp"
+#include "daemon/run_request.hpp"
 #include "model/specimen.hpp"
-#include "protocols/file/parse.hpp"
 #include "protocols/plan/forecast.hpp"
 #include "protocols/plan/plan.hpp"
 #include "protocols/protocol.hpp"
@@ -19,18 +19,10 @@
 
 namespace lcrig {
 
-struct SessionRequest {
-  SessionRequest() = default;
-  std::string protocol_name, protocol_text;
-  ParameterValues parameters;
-  std::string specimen_name, specimen_text;  // empty text: nothing known (a replay)
-  std::string operator_name, note;
-};
-
 // A request whose files are right. No instrument has been asked for anything yet.
 struct PreparedRun {
   PreparedRun() = default;
-  SessionRequest request;
+  RunRequest request;
   Protocol protocol;
   Environment environment;
   std::optional<Specimen> specimen;
@@ -41,7 +33,9 @@ struct PreparedRun {
 // Of the limits; a small one where the protocol names none.
 double largest_force_N(const Protocol& protocol, const Environment& environment);
 // Errors: invalid_request with file position and JSON pointer.
-Result<PreparedRun> prepare_run(SessionRequest request);
+Result<PreparedRun> prepare_run(RunRequest request);
+// What its instruments have to be. `run` outlives the answer.
+InstrumentsRequest instruments_for(const PreparedRun& run);
 
 // What a plan needs to know of identified instruments and of the specimen on them.
 Rig describe_rig(Instruments& instruments);
@@ -71,6 +65,8 @@ class Session {
   RunStatus status() const;
   // Called when a step begins. Before `open`.
   void on_step(std::function<void(const RunProgress&)> callback) { on_step_ = std::move(callback); }
+  // Called whenever the frame was stopped, or did not confirm it. Before `open`.
+  void on_stop(std::function<void()> callback) { on_stop_ = std::move(callback); }
   // Asked between the parts of `open`: an error ends it before anything is commanded.
   void goes_on(std::function<Result<>()> callback) { goes_on_ = std::move(callback); }
   // Called with the events of each commit.
@@ -105,6 +101,7 @@ class Session {
   RunRecord acknowledged_;
   std::function<void(const std::vector<RunEvent>&)> on_events_;
   std::function<void(const RunProgress&)> on_step_;
+  std::function<void()> on_stop_;
   std::function<Result<>()> goes_on_;
   std::unique_ptr<Run> run_;
 };

@@ -65,7 +65,7 @@ Answer on_version(ControlHandler& handler, json params, PeerCredentials) {
 }
 
 Answer on_start(ControlHandler& handler, json params, PeerCredentials peer) {
-  auto request = parse_start_run(params);
+  auto request = parse_run_request(params);
   if (!request) co_return bad_params(request.error());
   if (request->operator_name.empty()) request->operator_name = peer.user;
   auto started = co_await handler.start_run(std::move(*request), std::move(peer));
@@ -76,7 +76,7 @@ Answer on_start(ControlHandler& handler, json params, PeerCredentials peer) {
 }
 
 Answer on_plan(ControlHandler& handler, json params, PeerCredentials peer) {
-  auto request = parse_start_run(params);
+  auto request = parse_run_request(params);
   if (!request) co_return bad_params(request.error());
   auto plan = co_await handler.plan_run(std::move(*request), std::move(peer));
   if (!plan) co_return refused(plan.error());

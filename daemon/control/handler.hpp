@@ -19,7 +19,7 @@ class ControlHandler {
   virtual ~ControlHandler() = default;
   // Returns when the run row exists and the run goes on by itself. Errors: busy, invalid_request
   // (protocol, parameters, specimen), whatever the instruments said.
-  virtual Task<Result<RunStarted>> start_run(StartRunRequest request, PeerCredentials peer) = 0;
+  virtual Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials peer) = 0;
   virtual Task<Result<>> pause(PeerCredentials peer) = 0;
   // Goes on after a pause, or (with `run`) continues an interrupted run at its step, in a new run:
   // `confirmed` says that a person found the specimen untouched; without it the run asks first.
@@ -32,7 +32,7 @@ class ControlHandler {
   virtual Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials peer) = 0;
   // What a start with the same request would do on this rig: looks, and commands nothing. A plan as
   // JSON. Errors: as start_run.
-  virtual Task<Result<std::string>> plan_run(StartRunRequest request, PeerCredentials peer) = 0;
+  virtual Task<Result<std::string>> plan_run(RunRequest request, PeerCredentials peer) = 0;
   // Asks both instruments who they are; nothing at the frame changes. Errors: busy.
   virtual Task<Result<>> ask_instruments(PeerCredentials peer) = 0;
   virtual Task<Result<>> confirm(PeerCredentials peer) = 0;

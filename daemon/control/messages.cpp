@@ -161,7 +161,7 @@ json to_json(const StopAnswer& a) {
   return {{"standing", a.standing}, {"state", a.state}, {"note", a.note}};
 }
 
-json to_json(const RunEnded& e) {
+json to_json(const RunOutcome& e) {
   json code = nullptr;
   if (e.code) code = to_string(*e.code);
   return json{{"run", e.run},
@@ -175,8 +175,8 @@ json to_json(const RunEnded& e) {
               {"wall_s", e.wall_s}};
 }
 
-Result<RunEnded> parse_run_ended(const json& value) {
-  RunEnded e;
+Result<RunOutcome> parse_run_outcome(const json& value) {
+  RunOutcome e;
   ParamsReader in(value, "");
   in.integer("run", e.run, true);
   std::string status;
@@ -271,7 +271,7 @@ Result<DaemonStatus> parse_daemon_status(const json& value) {
     s.run = std::move(*status);
   }
   if (const auto* last = in.member("last_run")) {
-    auto ended = parse_run_ended(*last);
+    auto ended = parse_run_outcome(*last);
     if (!ended) return fail(ended.error());
     s.last_run = std::move(*ended);
   }
@@ -279,8 +279,9 @@ Result<DaemonStatus> parse_daemon_status(const json& value) {
   return s;
 }
 
-json to_json(const StartRunRequest& r) {
-  json out{{"protocol", r.protocol}, {"parameters", json::object()}, {"specimen", r.specimen}};
+json to_json(const RunRequest& r) {
+  json out{
+      {"protocol", r.protocol_name}, {"parameters", json::object()}, {"specimen", r.specimen_name}};
   for (const auto& [name, value] : r.parameters) {
     std::visit([&](const auto& v) { out["parameters"][name] = v; }, value);
   }
@@ -291,13 +292,13 @@ json to_json(const StartRunRequest& r) {
   return out;
 }
 
-Result<StartRunRequest> parse_start_run(const json& params) {
-  StartRunRequest r;
+Result<RunRequest> parse_run_request(const json& params) {
+  RunRequest r;
   ParamsReader in(params, "/params");
-  in.text("protocol", r.protocol, true, kNameMax);
+  in.text("protocol", r.protocol_name, true, kNameMax);
   in.text("protocol_text", r.protocol_text);
   in.numbers("parameters", r.parameters);
-  in.text("specimen", r.specimen, true, kNameMax);
+  in.text("specimen", r.specimen_name, true, kNameMax);
   in.text("specimen_text", r.specimen_text);
   in.text("operator", r.operator_name, false, kNameMax);
   in.text("note", r.note, false, kNoteMax);

@@ -10,9 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "base/exit_status.hpp"
 #include "base/result.hpp"
-#include "protocols/file/parse.hpp"
+#include "daemon/run_request.hpp"
 #include "protocols/run/sink.hpp"
 
 namespace lcrig {
@@ -25,17 +24,6 @@ struct PeerCredentials {
   std::uint32_t uid = 0;
   std::int32_t pid = 0;
   std::string user;
-};
-
-struct StartRunRequest {
-  StartRunRequest() = default;
-  std::string protocol;  // name, for messages and the run row
-  std::string protocol_text;  // of the file; an empty one is refused
-  ParameterValues parameters;
-  std::string specimen;
-  std::string specimen_text;  // empty: the daemon looks `specimen` up in its database
-  std::string operator_name;  // empty: the peer's user name
-  std::string note;
 };
 
 struct RunStarted {
@@ -53,17 +41,6 @@ struct StopAnswer {
   std::string note;  // in words
 };
 
-// How a run ended; also the result that `lcrig run --json` prints.
-struct RunEnded {
-  RunEnded() = default;
-  std::int64_t run = 0;
-  ExitStatus exit_status = ExitStatus::fail;
-  std::optional<Errc> code;  // why, when it was not a success
-  std::string reason;
-  std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;
-  double duration_s = 0, wall_s = 0;
-};
-
 struct InstrumentState {
   InstrumentState() = default;
   std::string name;  // "lcr", "frame"
@@ -77,7 +54,7 @@ struct DaemonStatus {
   std::string version, database;
   std::vector<InstrumentState> instruments;
   std::optional<RunStatus> run;  // the run that is going on
-  std::optional<RunEnded> last_run;  // the last one of this daemon's life
+  std::optional<RunOutcome> last_run;  // the last one of this daemon's life
 };
 
 // An event row of a run, as a watcher sees it.
@@ -113,16 +90,16 @@ RpcError rpc_error_of(const Error& error);
 // Wire forms. The parsers refuse a wrong type and name the JSON pointer; members that they do not
 // know are ignored in answers and refused in requests.
 nlohmann::json to_json(const RunStatus& status);
-nlohmann::json to_json(const RunEnded& ended);
+nlohmann::json to_json(const RunOutcome& ended);
 nlohmann::json to_json(const StopAnswer& answer);
 nlohmann::json to_json(const RunEventNote& note);
 nlohmann::json to_json(const DaemonStatus& status);
-nlohmann::json to_json(const StartRunRequest& request);
+nlohmann::json to_json(const RunRequest& request);
 Result<RunStatus> parse_run_status(const nlohmann::json& value);
-Result<RunEnded> parse_run_ended(const nlohmann::json& value);
+Result<RunOutcome> parse_run_outcome(const nlohmann::json& value);
 Result<RunEventNote> parse_run_event(const nlohmann::json& value);
 Result<DaemonStatus> parse_daemon_status(const nlohmann::json& value);
-Result<StartRunRequest> parse_start_run(const nlohmann::json& params);
+Result<RunRequest> parse_run_request(const nlohmann::json& params);
 
 // Whole lines, with their newline. `id` is a JSON string, number or null.
 std::string request_line(std::int64_t id, std::string_view method, const nlohmann::json& params);

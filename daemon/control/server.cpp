@@ -203,7 +203,7 @@ void ControlServer::publish_event(const RunEventNote& note) {
   publish(notification_line("event", to_json(note)));
 }
 
-void ControlServer::publish_run_ended(const RunEnded& ended) {
+void ControlServer::publish_run_ended(const RunOutcome& ended) {
   for (const auto& session : *sessions_) session->forget_status();
   if (watched()) publish(notification_line("run_ended", to_json(ended)));
 }

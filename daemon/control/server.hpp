@@ -31,7 +31,7 @@ class ControlServer {
   // messages first and its connection at last.
   void publish_status(const RunStatus& status);
   void publish_event(const RunEventNote& note);
-  void publish_run_ended(const RunEnded& ended);
+  void publish_run_ended(const RunOutcome& ended);
 
   std::size_t clients() const { return sessions_->size(); }
   std::size_t waiting_bytes() const;  // to be sent, of all clients

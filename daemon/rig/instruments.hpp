@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// The instruments of one run. App alone chooses between a serial port (app_real.cpp) and a
-// simulator (app_sim.cpp); the drivers are the same in both cases.
+// The instruments of one run, and who makes them: real.hpp opens ports, sim.hpp puts simulators at
+// the other end of a wire, replay.hpp plays a recording there. The drivers are the same in all
+// cases, and Session does not know which one it has.
 #pragma once
 
-#include <boost/asio/any_io_executor.hpp>
-#include <boost/asio/experimental/channel.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/clock.hpp"
 #include "daemon/config.hpp"
+#include "daemon/control/messages.hpp"
 #include "daemon/rig/bench.hpp"
 #include "daemon/rig/bench_door.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
-#include "drivers/transport.hpp"
 #include "model/specimen.hpp"
+#include "protocols/run/sink.hpp"
 
 namespace lcrig {
 
@@ -47,64 +48,32 @@ class Instruments {
   virtual Task<> close() = 0;
   // For drills and tests; nullptr on a real rig.
   virtual BenchDoor* door() { return nullptr; }
+  // The run row is stored; a step begins. A drill goes by them.
+  virtual void begin_run(RunSink& /*sink*/) {}
+  virtual void enter_step(const RunProgress& /*progress*/) {}
 
  protected:
   InstrumentsInfo info_;
 };
 
-// A person who acts through `lcrig confirm`, Enter, or a button of the page.
-class RemoteOperator final : public Operator {
+// What a run wants of its instruments.
+struct InstrumentsRequest {
+  InstrumentsRequest() = default;
+  const Specimen* specimen = nullptr;  // nullptr: not known (a replay)
+  bool weights = false;  // a rod with weights instead of a frame
+  double max_force_N = 1;  // of the table of a simulated specimen
+};
+
+// App has one and asks it for the instruments of every run.
+class InstrumentFactory {
  public:
-  explicit RemoteOperator(asio::any_io_executor executor) : confirmations_(executor, 1) {}
-  Task<Result<>> confirm(std::string prompt) override;
-  bool confirmed();  // false: nothing waits for a confirmation
-  const std::string& prompt() const override { return prompt_; }
-
- private:
-  asio::experimental::channel<void(boost::system::error_code)> confirmations_;
-  std::string prompt_;
+  virtual ~InstrumentFactory() = default;
+  // `request.specimen` outlives the task. Errors: what a port or a simulated specimen has to say.
+  virtual Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) = 0;
+  // Of meter and frame, as `lcrig status` shows them.
+  virtual std::vector<InstrumentState> states() const = 0;
+  // A thread reckons a simulated specimen, which may take minutes.
+  virtual bool is_reckoning() const { return false; }
 };
-
-// Opens the ports of the config file, which must outlive them: a port that goes away is opened
-// again by it. Errors: as open_port.
-Task<Result<std::unique_ptr<Instruments>>> open_real_instruments(asio::any_io_executor executor,
-                                                                 Clock& clock, const Config& config,
-                                                                 RemoteOperator& person);
-
-// One of them alone.
-Task<Result<std::unique_ptr<LcrMeter>>> open_real_meter(Clock& clock, const Config& config);
-Task<Result<std::unique_ptr<LoadFrame>>> open_real_frame(asio::any_io_executor executor,
-                                                         Clock& clock, const Config& config,
-                                                         RemoteOperator& person);
-
-class BenchWorld;
-
-struct SimRequest {
-  SimRequest() = default;
-  Bench bench;
-  Specimen specimen;
-  std::int64_t seed = 1;
-  bool weights = false;  // the protocol places weights: a rod instead of a frame
-  double max_force_N = 1;  // of the table of the specimen
-  std::shared_ptr<BenchWorld> world;  // of make_world for this very request; nullptr: made here
-  Operator* person = nullptr;  // nullptr: one who confirms after the bench's reaction time
-  MakeWire wire;  // empty: memory in virtual time, a socketpair in real time
-  // Around the drivers' ends of the wires ("sim:lcr", "sim:frame"); for tests. May be empty.
-  std::function<std::unique_ptr<Transport>(std::unique_ptr<Transport>)> wrap;
-};
-// The specimen under the probe. It takes seconds for one that needs finite elements, and uses
-// nothing but the request. Errors: no model level describes it within the bench's tolerance.
-Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request);
-// Errors: no model level describes the specimen within the bench's tolerance.
-Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor executor,
-                                                          Clock& clock, const SimRequest& request);
-
-// Plays lcr.csv and frame.csv of a directory through the simulated instruments' wires.
-Result<std::unique_ptr<Instruments>> make_replay_instruments(asio::any_io_executor executor,
-                                                             Clock& clock,
-                                                             const std::string& directory);
-
-// "replay:DIR" -> DIR.
-std::optional<std::string> replay_directory(const std::string& bench);
 
 }  // namespace lcrig

@@ -39,6 +39,7 @@ Task<> Run::stop_frame() {
   if (!setup_.frame.capabilities().motion || !setup_.commands) {
     standing_ = true;
     ++stands_;
+    if (setup_.on_stop) setup_.on_stop();
     co_return;
   }
   if (plausible_) plausible_->look_away();
@@ -46,6 +47,7 @@ Task<> Run::stop_frame() {
   standing_ = stopped.has_value();
   if (plausible_ && standing_) plausible_->stand(setup_.clock.now());
   ++(standing_ ? stands_ : failed_stops_);
+  if (setup_.on_stop) setup_.on_stop();
   event(stopped ? EventKind::stopped : EventKind::stop_failed, stopped ? "" : stopped.error().what);
 }
 

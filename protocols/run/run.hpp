@@ -82,6 +82,7 @@ struct RunSetup {
   // Begin there, after a person confirmed the specimen, instead of at the first step.
   std::optional<Continuation> continues;
   std::function<void(const RunProgress&)> on_step;  // told when a step begins; may be empty
+  std::function<void()> on_stop;  // told when `stands` or `failed_stops` counted; may be empty
 };
 
 class Run final : private LoadFrame::Listener {

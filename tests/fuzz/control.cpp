@@ -17,7 +17,7 @@ using nlohmann::json;
 
 class IdleHandler final : public ControlHandler {
  public:
-  Task<Result<RunStarted>> start_run(StartRunRequest request, PeerCredentials) override {
+  Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials) override {
     start = std::move(request);
     co_return RunStarted();
   }
@@ -27,7 +27,7 @@ class IdleHandler final : public ControlHandler {
   }
   Task<Result<StopAnswer>> abort(std::string, PeerCredentials) override { co_return StopAnswer(); }
   Task<Result<StopAnswer>> freeze(std::string, PeerCredentials) override { co_return StopAnswer(); }
-  Task<Result<std::string>> plan_run(StartRunRequest, PeerCredentials) override {
+  Task<Result<std::string>> plan_run(RunRequest, PeerCredentials) override {
     co_return std::string("{}");
   }
   Task<Result<>> ask_instruments(PeerCredentials) override { co_return Result<>(); }
@@ -36,7 +36,7 @@ class IdleHandler final : public ControlHandler {
     co_return text;
   }
   DaemonStatus status() const override { return DaemonStatus(); }
-  std::optional<StartRunRequest> start;
+  std::optional<RunRequest> start;
 };
 
 // An answer is one line of JSON. If it is an error, it has a message and a hint.
@@ -69,7 +69,7 @@ void call_it(ControlCall call) {
   if (line) require_good_line(*line);
   if (!handler.start) return;
   const json wire = to_json(*handler.start);
-  const auto again = parse_start_run(wire);
+  const auto again = parse_run_request(wire);
   require(again && to_json(*again) == wire, "run.start changed on its way");
 }
 
@@ -95,7 +95,7 @@ void read_control(std::string_view input) {
   const json value = json::parse(input, nullptr, false);
   if (!value.is_object()) return;
   read_as_client(value, parse_run_status);
-  read_as_client(value, parse_run_ended);
+  read_as_client(value, parse_run_outcome);
   read_as_client(value, parse_run_event);
   read_as_client(value, parse_daemon_status);
 }

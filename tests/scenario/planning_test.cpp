@@ -6,6 +6,7 @@
 #include <set>
 #include <thread>
 
+#include "daemon/rig/sim.hpp"
 #include "daemon/session.hpp"
 #include "tests/support/daemon_world.hpp"
 #include "tests/support/run_task.hpp"
@@ -37,7 +38,7 @@ class WatchedInstruments final : public Instruments {
 };
 
 PreparedRun prepared_run() {
-  SessionRequest request;
+  RunRequest request;
   request.protocol_name = "watched";
   request.protocol_text = support::kWatchedProtocol;
   request.specimen_name = "paper-1";

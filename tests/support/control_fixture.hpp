@@ -14,8 +14,8 @@ namespace lcrig::support {
 
 class FakeHandler : public ControlHandler {
  public:
-  Task<Result<RunStarted>> start_run(StartRunRequest request, PeerCredentials peer) override {
-    calls.push_back("start " + request.protocol + " by " + request.operator_name);
+  Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials peer) override {
+    calls.push_back("start " + request.protocol_name + " by " + request.operator_name);
     last_start = request;
     last_peer = peer;
     while (hold_start) co_await clock.wait_for(std::chrono::milliseconds(1));
@@ -42,8 +42,8 @@ class FakeHandler : public ControlHandler {
   Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials) override {
     co_return stopped("freeze " + why);
   }
-  Task<Result<std::string>> plan_run(StartRunRequest request, PeerCredentials) override {
-    auto ok = done("plan " + request.protocol);
+  Task<Result<std::string>> plan_run(RunRequest request, PeerCredentials) override {
+    auto ok = done("plan " + request.protocol_name);
     if (!ok) co_return fail(ok.error());
     co_return std::string(R"({"duration_s":1})");
   }
@@ -57,7 +57,7 @@ class FakeHandler : public ControlHandler {
   DaemonStatus status() const override { return state; }
 
   std::vector<std::string> calls;
-  StartRunRequest last_start;
+  RunRequest last_start;
   PeerCredentials last_peer;
   DaemonStatus state;
   std::optional<Error> next_error;

@@ -141,7 +141,7 @@ class RigWorld {
   }
 
   Result<PreparedRun> prepare() {
-    SessionRequest request;
+    RunRequest request;
     request.protocol_name = "random";
     request.protocol_text = text_;
     request.parameters = parameters;

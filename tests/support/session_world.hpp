@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/rig/sim.hpp"
 #include "daemon/session.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
@@ -37,7 +38,7 @@ class SessionWorld {
 
   // The outcome, or why the run did not begin.
   Result<RunResult> run() {
-    SessionRequest request;
+    RunRequest request;
     request.protocol_name = "test";
     request.protocol_text = text_;
     request.parameters = parameters;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/rehearse.hpp"
+#include "daemon/rig/bench.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
 #include "protocols/plan/plan.hpp"
@@ -49,7 +50,7 @@ Outcome<BenchRequest> PlanCommand::bench_request(const Context& context,
                                                  const LibraryPath& library) const {
   BenchRequest out;
   out.bench = bench_;
-  if (!bench_.starts_with("replay:")) {
+  if (!replay_directory(bench_)) {
     auto bench = library.find(LibraryKind::bench, bench_);
     if (!bench) return tl::unexpected(bench.error());
     if (*bench) out.bench_text = std::move((*bench)->text);

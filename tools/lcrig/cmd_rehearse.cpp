@@ -9,6 +9,7 @@
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "daemon/rehearse.hpp"
+#include "daemon/rig/bench.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/live_line.hpp"
@@ -120,7 +121,7 @@ Outcome<RehearseRequest> RehearseCommand::request(const Context& context) const 
   if (!db) return tl::unexpected(db.error());
   out.db_path = std::move(*db);
   out.bench = bench_;
-  const bool replay = bench_.starts_with("replay:");
+  const bool replay = replay_directory(bench_).has_value();
   if (specimen_.empty() && !replay) {
     return tl::unexpected(
         Failure(kUsage, "lcrig rehearse: --specimen is missing",

@@ -34,7 +34,7 @@ class RunCommand final : public Command {
   Outcome<ExitCode> run(Context& context) override;
 
  private:
-  Outcome<StartRunRequest> request(const Context& context) const;
+  Outcome<RunRequest> request(const Context& context) const;
   Outcome<ExitCode> show_plan(Context& context, ControlClient& client, const json& start);
   Outcome<ExitCode> follow(Context& context, ControlClient& client, StopSignals& signals,
                            std::int64_t run);
@@ -46,19 +46,19 @@ class RunCommand final : public Command {
 
 // The daemon may not read our files: it gets their texts. A name that we do not know may be one of
 // its database.
-Outcome<StartRunRequest> RunCommand::request(const Context& context) const {
-  StartRunRequest out;
+Outcome<RunRequest> RunCommand::request(const Context& context) const {
+  RunRequest out;
   auto parameters = parse_assignments(parameters_);
   if (!parameters) return tl::unexpected(parameters.error());
   out.parameters = std::move(*parameters);
   const LibraryPath library(context.env);
   auto protocol = library.get(LibraryKind::protocol, protocol_);
   if (!protocol) return tl::unexpected(protocol.error());
-  out.protocol = protocol->name;
+  out.protocol_name = protocol->name;
   out.protocol_text = std::move(protocol->text);
   auto specimen = library.find(LibraryKind::specimen, specimen_);
   if (!specimen) return tl::unexpected(specimen.error());
-  out.specimen = *specimen ? (*specimen)->name : specimen_;
+  out.specimen_name = *specimen ? (*specimen)->name : specimen_;
   if (*specimen) out.specimen_text = std::move((*specimen)->text);
   out.operator_name = operator_;
   out.note = note_;

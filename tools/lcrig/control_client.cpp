@@ -61,7 +61,7 @@ Outcome<std::optional<ControlNews>> notification(const std::string& path, const 
   };
   if (method == "status") return wrap(parse_run_status(params));
   if (method == "event") return wrap(parse_run_event(params));
-  if (method == "run_ended") return wrap(parse_run_ended(params));
+  if (method == "run_ended") return wrap(parse_run_outcome(params));
   return std::optional<ControlNews>();  // of a newer daemon
 }
 

@@ -21,7 +21,7 @@ struct ControlAnswer {
   std::int64_t id = 0;
   std::optional<Failure> failure;
 };
-using ControlNews = std::variant<RunStatus, RunEventNote, RunEnded, ControlAnswer>;
+using ControlNews = std::variant<RunStatus, RunEventNote, RunOutcome, ControlAnswer>;
 
 class ControlClient {
  public:

@@ -126,7 +126,7 @@ class Follower {
         fmt::format("{} {}: {}", note.event.kind.word(), note.event.step_id, note.event.detail),
         kLongestWords));
   }
-  void on(RunEnded& ended) {
+  void on(RunOutcome& ended) {
     if (ours(ended.run)) ended_ = std::move(ended);
   }
   void on(const ControlAnswer& answer) {
@@ -166,7 +166,7 @@ class Follower {
   StopSignals& signals_;
   FollowOptions options_;
   LiveLine line_;
-  std::optional<RunEnded> ended_;
+  std::optional<RunOutcome> ended_;
   std::int64_t run_ = 0;
   int stops_ = 0;
   bool prompted_ = false;
@@ -181,7 +181,7 @@ Outcome<FollowEnd> follow_run(Context& context, ControlClient& client, StopSigna
   return follower.run();
 }
 
-ExitCode print_run_end(Context& context, const RunEnded& e) {
+ExitCode print_run_end(Context& context, const RunOutcome& e) {
   auto& out = context.console.out;
   if (context.global.json) {
     print_json(out, to_json(e));

@@ -34,7 +34,7 @@ class StopSignals {
 
 struct FollowEnd {
   FollowEnd() = default;
-  RunEnded run;
+  RunOutcome run;
   bool interrupted = false;  // by Ctrl-C here
 };
 
@@ -42,6 +42,6 @@ struct FollowEnd {
 Outcome<FollowEnd> follow_run(Context& context, ControlClient& client, StopSignals& signals,
                               FollowOptions options);
 // Summary (or the JSON line) of a run that ended.
-ExitCode print_run_end(Context& context, const RunEnded& ended);
+ExitCode print_run_end(Context& context, const RunOutcome& ended);
 
 }  // namespace lcrig::cli

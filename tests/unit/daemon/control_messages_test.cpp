@@ -39,7 +39,7 @@ TEST(ControlMessages, AWrongTypeInAnAnswerIsGarbledAndNamed) {
   ASSERT_FALSE(back);
   EXPECT_THAT(back.error().what, HasSubstr("/state"));
   EXPECT_FALSE(parse_run_status(json::parse(R"({"run":"1","state":"running"})")));
-  EXPECT_FALSE(parse_run_ended(json::parse(R"([])")));
+  EXPECT_FALSE(parse_run_outcome(json::parse(R"([])")));
 }
 
 TEST(ControlMessages, ShiftingTheDecimalPointKeepsTheDigits) {

@@ -124,7 +124,7 @@ TEST_F(Control, AWatcherGetsStatusEventsAndTheEndInOrder) {
   server->publish_event(note);
   EXPECT_EQ(watcher.read()["params"]["kind"], "limit");
   server->publish_status(status);  // overtaken by the end
-  RunEnded ended;
+  RunOutcome ended;
   ended.run = 7;
   ended.exit_status = ExitStatus::abort;
   ended.code = Errc::limit_tripped;
@@ -184,7 +184,7 @@ TEST_F(Control, APathTooLongForASocketIsRefused) {
 TEST_F(Control, CloseSendsWhatIsQueuedAndRemovesTheFile) {
   RawClient watcher(io, path);
   watcher.call(request("watch"));
-  RunEnded ended;
+  RunOutcome ended;
   ended.run = 3;
   ended.exit_status = ExitStatus::success;
   server->publish_run_ended(ended);

@@ -67,7 +67,7 @@ class Served : public ::testing::Test {
   asio::executor_work_guard<asio::io_context::executor_type> work = asio::make_work_guard(io);
   RealClock clock;
   support::FakeHandler handler;
-  RunEnded ended;
+  RunOutcome ended;
   ControlServer server{io.get_executor(), clock, handler};
   std::thread thread;
 };
@@ -118,7 +118,7 @@ TEST_F(Served, RunFollowsToTheEndAndPrintsTheResultLast) {
   on_server([this] {
     EXPECT_EQ(std::get<std::string>(handler.last_start.parameters.at("cycles")), "2");
     EXPECT_EQ(handler.last_start.protocol_text, "{}");
-    EXPECT_EQ(handler.last_start.specimen, "mine");
+    EXPECT_EQ(handler.last_start.specimen_name, "mine");
     EXPECT_EQ(handler.last_start.specimen_text, "");  // the daemon's database knows it
   });
 }

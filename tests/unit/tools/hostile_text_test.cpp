@@ -120,7 +120,7 @@ TEST_F(Hostile, ANoteIsLimited) {
 
 TEST(HostileRequest, IsRefusedBeforeAnythingRuns) {
   const auto refusal = [](auto change) {
-    SessionRequest request;
+    RunRequest request;
     request.protocol_name = "p";
     request.specimen_name = "s";
     change(request);

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// What coroutines of one thread wait for instead of asking again and again: something that another
+// coroutine, or a callback on this thread, makes true.
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "base/clock.hpp"
+
+namespace lcrig {
+
+class Condition {
+ public:
+  explicit Condition(Clock& clock) : clock_(clock) {}
+
+  // Whoever changes what somebody may wait for calls this afterwards.
+  void notify_all() {
+    for (Wakeup* sleeper : *sleepers_) sleeper->notify();
+  }
+
+  // True as soon as `holds()`; false when the deadline came first. The clock outlives the wait,
+  // this object need not.
+  template <class Holds>
+  Task<bool> wait(Holds holds, MonoTime deadline = MonoTime::max()) {
+    Clock& clock = clock_;
+    const Sleeper sleeper(sleepers_);
+    while (!holds()) {
+      if (clock.now() >= deadline) co_return false;
+      co_await clock.wait_until(deadline, *sleeper.wakeup);
+    }
+    co_return true;
+  }
+
+ private:
+  using Sleepers = std::vector<Wakeup*>;
+  // One wait, known to the condition for as long as it lasts.
+  struct Sleeper {
+    explicit Sleeper(std::shared_ptr<Sleepers> others) : all(std::move(others)) {
+      all->push_back(wakeup.get());
+    }
+    ~Sleeper() { std::erase(*all, wakeup.get()); }
+    Sleeper(const Sleeper&) = delete;
+    Sleeper& operator=(const Sleeper&) = delete;
+    std::unique_ptr<Wakeup> wakeup = std::make_unique<Wakeup>();
+    std::shared_ptr<Sleepers> all;
+  };
+
+  Clock& clock_;
+  std::shared_ptr<Sleepers> sleepers_ = std::make_shared<Sleepers>();
+};
+
+}  // namespace lcrig

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/rig/real.hpp"
+
+#include <utility>
+
+#include "drivers/dead_weight/driver.hpp"
+#include "drivers/port.hpp"
+#include "drivers/recording_transport.hpp"
+#include "drivers/reopening.hpp"
+#include "drivers/zwick/driver.hpp"
+
+namespace lcrig {
+
+namespace {
+
+class RealInstruments final : public Instruments {
+ public:
+  RealInstruments(const Config& config, std::unique_ptr<LcrMeter> meter,
+                  std::unique_ptr<LoadFrame> frame, Operator& person)
+      : meter_(std::move(meter)), frame_(std::move(frame)), person_(person) {
+    info_.fixture = config.fixture;
+    info_.frame = config.frame;
+  }
+  LcrMeter& meter() override { return *meter_; }
+  LoadFrame& frame() override { return *frame_; }
+  Operator& person() override { return person_; }
+  Task<> close() override {
+    meter_->close();
+    frame_->close();
+    co_return;
+  }
+
+ private:
+  std::unique_ptr<LcrMeter> meter_;
+  std::unique_ptr<LoadFrame> frame_;
+  Operator& person_;
+};
+
+// `busy` tells a client that a run goes on; a port that another program holds is a fault of the
+// rig.
+Error as_rig_fault(Error error) {
+  if (error.code == Errc::busy) error.code = Errc::disconnected;
+  return error;
+}
+
+// Opens a port; with a wire log directory every byte is written down there.
+Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::string instrument,
+                                                     const Config& config, Clock& clock) {
+  auto port = co_await open_port(std::move(url), SerialSettings(), clock);
+  if (!port) co_return fail(as_rig_fault(port.error()));
+  if (config.wire_log_directory.empty()) co_return port;
+  WireLogHeader header;
+  header.instrument = instrument;
+  header.date = fmt::format("{} ns since 1970", clock.unix_ns());
+  const std::string path =
+      fmt::format("{}/{}-{}.wire", config.wire_log_directory, instrument, clock.unix_ns());
+  auto logged = make_recording(std::move(*port), clock, path, header);
+  co_return logged;
+}
+
+std::string absent(const Error& error) {
+  return "absent: " + error.what;
+}
+
+}  // namespace
+
+RealRig::RealRig(asio::any_io_executor executor, Clock& clock, const Config& config,
+                 Operator& person)
+    : executor_(std::move(executor)), clock_(clock), config_(config), person_(person) {
+  const bool weights = config.frame_driver == FrameDriver::dead_weight;
+  meter_.name = "lcr";
+  meter_.port = config.meter_port;
+  meter_.state = "unknown";
+  frame_.name = "frame";
+  frame_.port = weights ? "dead weights" : config.frame_port;
+  frame_.state = "not asked: an idle daemon leaves the frame alone";
+}
+
+Task<Result<std::unique_ptr<LcrMeter>>> RealRig::open_meter() {
+  auto port = co_await open_logged(config_.meter_port, "lcr", config_, clock_);
+  if (!port) co_return fail(port.error());
+  co_return config_.meter_driver->make(std::move(*port), clock_, config_.meter_serial_number);
+}
+
+Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_link() {
+  auto port = co_await open_logged(config_.frame_port, "frame", config_, clock_);
+  if (!port) co_return fail(port.error());
+  co_return std::make_unique<ZwickLink>(std::move(*port), clock_, executor_);
+}
+
+Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_frame() {
+  std::unique_ptr<LoadFrame> frame;
+  if (config_.frame_driver == FrameDriver::dead_weight) {
+    DeadWeightSettings settings;
+    settings.g_m_s2 = config_.fixture.local_gravity_m_s2;
+    if (const auto area_m2 = config_.fixture.probe_area_m2()) {
+      settings.probe_area = Area::from_si(*area_m2);
+    }
+    frame = std::make_unique<DeadWeightFrame>(person_, clock_, executor_, settings);
+    co_return frame;
+  }
+  auto link = co_await open_link();
+  if (!link) co_return link;
+  const auto again = [this] { return open_link(); };
+  frame = std::make_unique<ReopeningFrame>(std::move(*link), again);
+  co_return frame;
+}
+
+Task<Result<std::unique_ptr<Instruments>>> RealRig::open(InstrumentsRequest /*request*/) {
+  auto first = co_await open_meter();
+  if (!first) co_return fail(first.error());
+  const auto again = [this] { return open_meter(); };
+  auto meter = std::make_unique<ReopeningMeter>(std::move(*first), again);
+  auto frame = co_await open_frame();
+  if (!frame) co_return fail(frame.error());
+  std::unique_ptr<Instruments> all =
+      std::make_unique<RealInstruments>(config_, std::move(meter), std::move(*frame), person_);
+  co_return all;
+}
+
+Task<> RealRig::ask_meter() {
+  is_ready_ = false;
+  auto meter = co_await open_meter();
+  if (!meter) {
+    meter_.state = absent(meter.error());
+    co_return;
+  }
+  auto identity = co_await (*meter)->identify();
+  is_ready_ = identity.has_value();
+  meter_.identity = identity ? identity->text : "";
+  meter_.state = identity ? "ready" : absent(identity.error());
+  (*meter)->close();
+}
+
+Task<> RealRig::ask_frame() {
+  auto frame = co_await open_frame();
+  if (!frame) {
+    frame_.state = absent(frame.error());
+    co_return;
+  }
+  auto identity = co_await (*frame)->observe(0);
+  frame_.identity = identity ? identity->text : "";
+  if (identity) {
+    frame_.state = "ready";
+  } else if (identity.error().code == Errc::unsupported) {
+    frame_.state = "cannot be asked without commanding it: " + identity.error().what;
+  } else {
+    frame_.state = absent(identity.error());
+  }
+  (*frame)->close();
+}
+
+Task<bool> RealRig::make_frame_safe() {
+  auto frame = co_await open_frame();
+  if (!frame) {
+    frame_.state = absent(frame.error());
+    co_return false;
+  }
+  auto stopped = co_await (*frame)->stop();
+  auto identity = co_await (*frame)->identify();
+  frame_.identity = identity ? identity->text : "";
+  frame_.state = identity ? "ready" : absent(identity.error());
+  if (identity) stopped = co_await (*frame)->stop();
+  if (identity && !stopped) frame_.state = "fault: " + stopped.error().what;
+  (*frame)->close();
+  co_return stopped.has_value();
+}
+
+}  // namespace lcrig

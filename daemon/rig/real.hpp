@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// The real instruments, at the ports of the config file. App asks them who they are while no run
+// goes on.
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "daemon/rig/instruments.hpp"
+
+namespace lcrig {
+
+// `config`, `clock` and `person` outlive it and what it opens: a port that goes away is opened
+// again. Errors: as open_port.
+class RealRig final : public InstrumentFactory {
+ public:
+  RealRig(asio::any_io_executor executor, Clock& clock, const Config& config, Operator& person);
+
+  Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
+  std::vector<InstrumentState> states() const override { return {meter_, frame_}; }
+
+  // An absent instrument is a state, not a failure.
+  Task<> ask_meter();
+  Task<> ask_frame();  // looks; nothing at the frame changes
+  // STOP comes first, whatever else is wrong, and also with a gateway that answers no greeting.
+  // True: the frame confirmed standstill.
+  Task<bool> make_frame_safe();
+  bool is_meter_ready() const { return is_ready_; }
+
+ private:
+  Task<Result<std::unique_ptr<LcrMeter>>> open_meter();
+  Task<Result<std::unique_ptr<LoadFrame>>> open_link();
+  Task<Result<std::unique_ptr<LoadFrame>>> open_frame();
+
+  asio::any_io_executor executor_;
+  Clock& clock_;
+  const Config& config_;
+  Operator& person_;
+  InstrumentState meter_, frame_;
+  bool is_ready_ = false;
+};
+
+}  // namespace lcrig

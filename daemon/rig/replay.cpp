@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/rig/replay.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "daemon/rig/recording.hpp"
+#include "daemon/rig/simulated.hpp"
+#include "drivers/lcr6100/driver.hpp"
+#include "drivers/zwick/driver.hpp"
+
+namespace lcrig {
+
+namespace {
+
+class ReplayInstruments final : public SimulatedInstruments {
+ public:
+  using SimulatedInstruments::SimulatedInstruments;
+
+  Result<> build(const std::string& directory) {
+    auto recording = load_recording(directory);
+    if (!recording) return fail(recording.error());
+    recording_ = std::move(*recording);
+    info_.bench_name = "replay:" + directory;
+    info_.simulated = true;
+    // Whoever has to confirm the end of a recording does so when it is over.
+    simulated_person_ =
+        std::make_unique<SimOperator>(clock_, from_seconds(recording_.duration_s() + 1));
+    person_ = simulated_person_.get();
+    if (auto built = build_meter(); !built) return built;
+    return build_frame();
+  }
+
+ private:
+  Result<> build_meter() {
+    auto pair = wire("replay:lcr");
+    if (!pair) return fail(pair.error());
+    const auto play = [this](Duration t) { return reading_at(to_seconds(t)); };
+    meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(
+        std::move(pair->far), clock_, lcr6100::SimConfig(), lcr6100::Lcr6100Sim::Recording(play));
+    meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
+    start(meter_sim_->run(), meters_);
+    return {};
+  }
+
+  Result<> build_frame() {
+    auto pair = wire("replay:frame");
+    if (!pair) return fail(pair.error());
+    std::vector<RecordedRow> rows;
+    rows.reserve(recording_.samples.size());
+    for (const RecordedSample& s : recording_.samples) {
+      RecordedRow row;
+      row.t_s = s.t_s;
+      row.travel_m = s.travel_m;
+      row.force_N = s.force_N;
+      rows.push_back(row);
+    }
+    frame_sim_ = std::make_unique<ZwickSim>(std::move(pair->far), clock_, std::move(rows));
+    frame_ = std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_);
+    start(frame_sim_->run(), frames_);
+    return {};
+  }
+
+  // The newest reading at this time, with the meter's own format; the first question starts both
+  // instruments.
+  std::optional<std::string> reading_at(double t_s) {
+    if (!playing_) frame_sim_->start_recording();
+    playing_ = true;
+    const auto& rows = recording_.readings;
+    while (next_ < rows.size() && rows[next_].t_s <= t_s) ++next_;
+    if (next_ == 0) return std::nullopt;
+    return fmt::format("{:+.5e},{:+.5e}", rows[next_ - 1].primary, rows[next_ - 1].secondary);
+  }
+
+  Recording recording_;
+  std::size_t next_ = 0;  // first reading that is not due yet
+  bool playing_ = false;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Instruments>> make_replay_instruments(asio::any_io_executor executor,
+                                                             Clock& clock,
+                                                             const std::string& directory) {
+  auto replay = std::make_unique<ReplayInstruments>(executor, clock);
+  if (auto built = replay->build(directory); !built) return fail(built.error());
+  return std::unique_ptr<Instruments>(std::move(replay));
+}
+
+}  // namespace lcrig

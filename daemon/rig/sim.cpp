@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/rig/sim.hpp"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "daemon/aside.hpp"
+#include "daemon/rig/replay.hpp"
+#include "daemon/rig/simulated.hpp"
+#include "drivers/dead_weight/driver.hpp"
+#include "drivers/lcr6100/driver.hpp"
+#include "drivers/zwick/driver.hpp"
+#include "model/bench_world.hpp"
+#include "model/specimen_stiffness.hpp"
+
+namespace lcrig {
+
+namespace {
+
+// Confirms as another operator does, and then does what the prompt said.
+class ActingOperator final : public Operator {
+ public:
+  ActingOperator(Operator& inner, std::function<void()> act)
+      : inner_(inner), act_(std::move(act)) {}
+  Task<Result<>> confirm(std::string prompt) override {
+    auto done = co_await inner_.confirm(std::move(prompt));
+    if (done) act_();
+    co_return done;
+  }
+  const std::string& prompt() const override { return inner_.prompt(); }
+
+ private:
+  Operator& inner_;
+  std::function<void()> act_;
+};
+
+class BenchInstruments final : public SimulatedInstruments {
+ public:
+  using SimulatedInstruments::SimulatedInstruments;
+
+  Result<> build(const SimRequest& request) {
+    if (request.wire) make_wire_ = request.wire;
+    wrap_ = request.wrap;
+    if (auto built = build_world(request); !built) return built;
+    simulated_person_ = std::make_unique<SimOperator>(clock_, request.bench.operator_reaction);
+    person_ = request.person != nullptr ? request.person : simulated_person_.get();
+    if (auto built = build_meter(request); !built) return built;
+    if (auto built = request.weights ? build_rod(request) : build_frame(request); !built) {
+      return built;
+    }
+    drill_ = request.drill;
+    return drill_ != nullptr ? drill_->attach(executor_, *this) : Result<>();
+  }
+
+ private:
+  const Plant* plant() override { return &world_->plant(); }
+
+  Result<> build_world(const SimRequest& request) {
+    world_ = request.world;
+    if (!world_) {
+      auto world = make_world(request);
+      if (!world) return fail(world.error());
+      world_ = std::move(*world);
+    }
+    info_.fixture = request.bench.fixture;
+    info_.bench_name = request.bench.name;
+    info_.bench_text = request.bench.text;
+    info_.simulated = true;
+    info_.seed = request.seed;
+    info_.model_level = std::string(to_string(world_->level().settings.level));
+    info_.model_json = to_json(world_->level()).dump();
+    // The plan knows what a plan of a real rig knows: where contact is, is only expected.
+    info_.frame.stiffness_N_m = request.bench.plant.frame_stiffness_N_m;
+    info_.specimen_least_m = least_shortening(request.specimen);
+    info_.compression_m = world_->compression_m();
+    info_.expected_contact = Length::from_si(world_->plant().config().contact_travel_m);
+    return {};
+  }
+
+  Result<> build_meter(const SimRequest& request) {
+    auto pair = wire(meter_port_);
+    if (!pair) return fail(pair.error());
+    lcr6100::SimConfig config;
+    config.conversion_s = request.bench.plant.conversion_s;
+    config.capacitance_noise_F = request.bench.plant.capacitance_noise_F;
+    config.seed = static_cast<std::uint64_t>(request.seed);
+    const auto source = [this](MonoTime t) { return world_->plant().electrical(t); };
+    meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(std::move(pair->far), clock_, config,
+                                                       lcr6100::Lcr6100Sim::Source(source));
+    use_meter(std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_));
+    return {};
+  }
+
+  Result<> build_frame(const SimRequest& request) {
+    auto pair = wire(frame_port_);
+    if (!pair) return fail(pair.error());
+    scene_ = std::make_unique<PlantScene>(world_->plant());
+    ZwickSimSettings settings;
+    settings.seed = static_cast<std::uint64_t>(request.seed) + 1;
+    frame_sim_ = std::make_unique<ZwickSim>(std::move(pair->far), clock_, *scene_, settings);
+    use_frame(std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_));
+    return {};
+  }
+
+  Result<> build_rod(const SimRequest& request) {
+    acting_person_ = std::make_unique<ActingOperator>(
+        *person_, [this] { world_->plant().put_load(clock_.now(), rod_->pending_force().si()); });
+    person_ = acting_person_.get();
+    DeadWeightSettings settings;
+    settings.g_m_s2 = request.bench.fixture.local_gravity_m_s2;
+    if (const auto area_m2 = request.bench.fixture.probe_area_m2()) {
+      settings.probe_area = Area::from_si(*area_m2);
+    }
+    auto rod = std::make_unique<DeadWeightFrame>(*person_, clock_, executor_, settings);
+    rod_ = rod.get();
+    frame_ = std::move(rod);
+    return {};
+  }
+
+  std::shared_ptr<BenchWorld> world_;
+  std::unique_ptr<PlantScene> scene_;
+  DeadWeightFrame* rod_ = nullptr;
+};
+
+}  // namespace
+
+Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request) {
+  PlantConfig mounting = request.bench.plant;
+  mounting.seed = static_cast<std::uint64_t>(request.seed);
+  if (request.weights) mounting.contact_travel_m = 0;
+  auto world = BenchWorld::make(request.specimen, request.bench.error_tolerance,
+                                Force::from_si(request.max_force_N), mounting);
+  if (!world) return fail(world.error());
+  return std::shared_ptr<BenchWorld>(std::move(*world));
+}
+
+Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor executor,
+                                                          Clock& clock, const SimRequest& request) {
+  auto bench = std::make_unique<BenchInstruments>(executor, clock);
+  if (auto built = bench->build(request); !built) return fail(built.error());
+  return std::unique_ptr<Instruments>(std::move(bench));
+}
+
+SimulatedRig::SimulatedRig(asio::any_io_executor executor, Clock& clock, std::string bench,
+                           Operator& person)
+    : executor_(std::move(executor)), clock_(clock), bench_(std::move(bench)), person_(person) {}
+
+std::vector<InstrumentState> SimulatedRig::states() const {
+  InstrumentState meter, frame;
+  meter.name = "lcr";
+  frame.name = "frame";
+  meter.port = frame.port = "sim";
+  meter.state = frame.state = "ready";
+  return {meter, frame};
+}
+
+Task<Result<std::unique_ptr<Instruments>>> SimulatedRig::open(InstrumentsRequest request) {
+  if (const auto directory = replay_directory(bench_)) {
+    co_return make_replay_instruments(executor_, clock_, *directory);
+  }
+  if (request.specimen == nullptr) {
+    co_return fail(Errc::invalid_request, "a simulated bench needs a specimen");
+  }
+  auto bench = find_bench(bench_);
+  if (!bench) co_return fail(bench.error());
+  SimRequest sim;
+  sim.bench = std::move(*bench);
+  sim.specimen = *request.specimen;
+  sim.weights = request.weights;
+  sim.max_force_N = request.max_force_N;
+  sim.person = &person_;
+  const auto build = [&sim] { return make_world(sim); };
+  is_reckoning_ = true;
+  auto world = co_await run_aside(executor_, clock_, build);
+  is_reckoning_ = false;
+  if (!world) co_return fail(world.error());
+  sim.world = std::move(*world);
+  co_return make_sim_instruments(executor_, clock_, sim);
+}
+
+}  // namespace lcrig

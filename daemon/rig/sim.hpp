@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// The simulated bench as the instruments of a run: for a daemon without a rig, in real time, and
+// for rehearsals and tests, in virtual time.
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "daemon/rig/instruments.hpp"
+#include "drivers/transport.hpp"
+
+namespace lcrig {
+
+class BenchWorld;
+class FaultDrill;
+
+struct SimRequest {
+  SimRequest() = default;
+  Bench bench;
+  Specimen specimen;
+  std::int64_t seed = 1;
+  bool weights = false;  // the protocol places weights: a rod instead of a frame
+  double max_force_N = 1;  // of the table of the specimen
+  std::shared_ptr<BenchWorld> world;  // of make_world for this very request; nullptr: made here
+  Operator* person = nullptr;  // nullptr: one who confirms after the bench's reaction time
+  FaultDrill* drill = nullptr;  // outlives the instruments; nullptr: nothing goes wrong
+  MakeWire wire;  // empty: memory in virtual time, a socketpair in real time
+  // Around the drivers' ends of the wires ("sim:lcr", "sim:frame"); for tests. May be empty.
+  std::function<std::unique_ptr<Transport>(std::unique_ptr<Transport>)> wrap;
+};
+// The specimen under the probe. It takes seconds for one that needs finite elements, and uses
+// nothing but the request. Errors: no model level describes it within the bench's tolerance.
+Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request);
+// Errors: as make_world; the drill does not fit the bench.
+Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor executor,
+                                                          Clock& clock, const SimRequest& request);
+
+// The rig of a daemon whose config file names a bench, or "replay:DIR".
+class SimulatedRig final : public InstrumentFactory {
+ public:
+  // `clock` and `person` outlive it.
+  SimulatedRig(asio::any_io_executor executor, Clock& clock, std::string bench, Operator& person);
+  Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
+  std::vector<InstrumentState> states() const override;
+  bool is_reckoning() const override { return is_reckoning_; }
+
+ private:
+  asio::any_io_executor executor_;
+  Clock& clock_;
+  std::string bench_;
+  Operator& person_;
+  bool is_reckoning_ = false;
+};
+
+}  // namespace lcrig
