@@ -21,7 +21,9 @@ using namespace std::chrono_literals;
 // One run at a time; whoever claims the instruments gives them back with `enter`.
 Task<Result<>> App::claim(Use use) {
   const MonoTime patience = clock_.now() + 30s;
-  const auto is_known = [this] { return use_ == Use::idle || session_ != nullptr; };
+  const auto is_known = [this] {
+    return use_ == Use::idle || session_ != nullptr || shutting_down_;
+  };
   co_await changed_.wait(is_known, patience);
   if (shutting_down_) co_return fail(Errc::busy, "the daemon is shutting down");
   if (const Run* run = live_run()) {
