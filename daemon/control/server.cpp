@@ -83,6 +83,7 @@ ControlServer::ControlServer(asio::any_io_executor executor, Clock& clock, Contr
       options_(options),
       budget_(std::make_shared<ControlBudget>(options.long_bytes_per_s, options.max_all_call_bytes,
                                               clock.now())),
+      left_(std::make_shared<Condition>(clock)),
       acceptor_(executor) {}
 
 ControlServer::~ControlServer() {
@@ -161,8 +162,9 @@ void ControlServer::admit(Protocol::socket socket) {
   }
   sessions_->insert(session);
   asio::co_spawn(executor_, session->run(),
-                 [session, sessions = sessions_](const std::exception_ptr& error) {
+                 [session, sessions = sessions_, left = left_](const std::exception_ptr& error) {
                    sessions->erase(session);
+                   left->notify_all();
                    if (error) std::rethrow_exception(error);  // a bug: leaves io_context::run
                  });
 }
@@ -214,10 +216,10 @@ Task<> ControlServer::close(Duration grace) {
   remove_socket_file();
   for (const auto& session : *sessions_) session->finish();
   const MonoTime end = clock_.now() + grace;
-  constexpr auto kTick = std::chrono::milliseconds(5);
-  while (!sessions_->empty() && clock_.now() < end) co_await clock_.wait_for(kTick);
+  const auto all_left = [this] { return sessions_->empty(); };
+  co_await left_->wait(all_left, end);
   for (const auto& session : *sessions_) session->close();
-  while (!sessions_->empty()) co_await clock_.wait_for(kTick);
+  co_await left_->wait(all_left);
 }
 
 }  // namespace lcrig

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/clock.hpp"
+#include "base/condition.hpp"
 #include "daemon/control/session.hpp"
 
 namespace lcrig {
@@ -54,6 +55,7 @@ class ControlServer {
   ControlHandler& handler_;
   ControlOptions options_;
   std::shared_ptr<ControlBudget> budget_;
+  std::shared_ptr<Condition> left_;  // a session did; shared as they are
   Protocol::acceptor acceptor_;
   std::string path_;
   std::uint64_t device_ = 0, inode_ = 0;  // of our socket file
