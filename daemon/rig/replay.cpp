@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/rig/replay.hpp"
 
-#include <fmt/format.h>
-
 #include <utility>
 
 #include "daemon/rig/recording.hpp"
 #include "daemon/rig/simulated.hpp"
-#include "drivers/lcr6100/driver.hpp"
-#include "drivers/zwick/driver.hpp"
 
 namespace lcrig {
 

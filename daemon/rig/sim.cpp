@@ -8,8 +8,6 @@
 #include "daemon/rig/replay.hpp"
 #include "daemon/rig/simulated.hpp"
 #include "drivers/dead_weight/driver.hpp"
-#include "drivers/lcr6100/driver.hpp"
-#include "drivers/zwick/driver.hpp"
 #include "model/bench_world.hpp"
 #include "model/specimen_stiffness.hpp"
 

@@ -3,62 +3,158 @@
 // is played (replay.cpp) have in common. Nobody else includes this.
 #pragma once
 
-#include <boost/asio/any_io_executor.hpp>
+#include <fmt/format.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "daemon/rig/drill.hpp"
 #include "daemon/rig/instruments.hpp"
 #include "drivers/dead_weight/sim.hpp"
+#include "drivers/fd_transport.hpp"
+#include "drivers/lcr6100/driver.hpp"
 #include "drivers/lcr6100/sim.hpp"
+#include "drivers/memory_pipe.hpp"
+#include "drivers/reopening.hpp"
+#include "drivers/zwick/driver.hpp"
 #include "drivers/zwick/sim.hpp"
 
 namespace lcrig {
 
+// In real time bytes go through the kernel, as a cable's do.
+inline MakeWire wire_for(const Clock& clock) {
+  if (dynamic_cast<const VirtualClock*>(&clock) != nullptr) return make_memory_pipe;
+  return make_socketpair;
+}
+
 class SimulatedInstruments : public Instruments, protected BenchDoor {
  public:
-  SimulatedInstruments(asio::any_io_executor executor, Clock& clock);
-  ~SimulatedInstruments() override;
-  SimulatedInstruments(const SimulatedInstruments&) = delete;
-  SimulatedInstruments& operator=(const SimulatedInstruments&) = delete;
+  SimulatedInstruments(asio::any_io_executor executor, Clock& clock)
+      : executor_(std::move(executor)), clock_(clock), make_wire_(wire_for(clock)) {}
   LcrMeter& meter() override { return *meter_; }
   LoadFrame& frame() override { return *frame_; }
   Operator& person() override { return *person_; }
-  Task<> close() override;
+  ~SimulatedInstruments() override {
+    if (drill_ != nullptr) drill_->detach();
+  }
+  SimulatedInstruments(const SimulatedInstruments&) = delete;
+  SimulatedInstruments& operator=(const SimulatedInstruments&) = delete;
+  Task<> close() override {
+    if (drill_ != nullptr) co_await drill_->end();
+    meter_->close();
+    frame_->close();
+    meter_sim_->close();
+    if (frame_sim_) frame_sim_->close();
+    while (meters_ + frames_ > 0) co_await clock_.wait_for(std::chrono::milliseconds(1));
+  }
   BenchDoor* door() override { return this; }
-  void begin_run(RunSink& sink) override;
-  void enter_step(const RunProgress& progress) override;
+  void begin_run(RunSink& sink) override {
+    if (drill_ != nullptr) drill_->begin(sink);
+  }
+  void enter_step(const RunProgress& progress) override {
+    if (drill_ != nullptr) drill_->enter_step(progress);
+  }
 
  protected:
+  // A simulator's task is counted, so that nothing it uses is destroyed under it.
+  void start(Task<> task, int& count) {
+    ++count;
+    asio::co_spawn(executor_, std::move(task), [&count](std::exception_ptr error) {
+      --count;
+      if (error) std::rethrow_exception(error);
+    });
+  }
   lcr6100::Lcr6100Sim& meter_sim() override { return *meter_sim_; }
   ZwickSim* frame_sim() override { return frame_sim_.get(); }
   const Plant* plant() override { return nullptr; }
   bool has_frame() const override { return frame_sim_ != nullptr; }
-  void unplug_meter() override;
-  void plug_meter(bool other_port) override;
-  void unplug_frame() override;
-  void plug_frame(bool other_port) override;
+  void unplug_meter() override {
+    meter_plugged_ = false;
+    meter_sim_->close();
+  }
+  void plug_meter(bool other_port) override {
+    meter_plugged_ = true;
+    if (other_port) meter_port_ = fmt::format("sim:lcr#{}", ++ports_);
+  }
+  void unplug_frame() override {
+    frame_plugged_ = false;
+    if (frame_sim_) frame_sim_->close();
+  }
+  void plug_frame(bool other_port) override {
+    frame_plugged_ = true;
+    if (other_port) frame_port_ = fmt::format("sim:frame#{}", ++ports_);
+  }
+
   void hook_meter(lcr6100::SimHooks hooks) override { meter_sim_->set_hooks(std::move(hooks)); }
   void break_meter(const std::function<void(lcr6100::SimFaults&)>& change) override {
     change(meter_sim_->faults());
   }
   std::string meter_identity() const override { return meter_sim_->identity(); }
   void power_meter(const std::string& identity) override { meter_sim_->power_on(identity); }
-  void say_unasked(std::string text) override;
-  void hook_frame(ZwickSimHooks hooks) override;
-  void break_frame(const std::function<void(ZwickSimFaults&)>& change) override;
-  void power_frame() override;
-  void stall_frame() override;
-  void restart_gateway(bool forgets_zero) override;
-  void set_operator_absent(bool absent) override;
+  void say_unasked(std::string text) override {
+    if (meter_plugged_) start(meter_sim_->speak(std::move(text)), meters_);
+  }
+  void hook_frame(ZwickSimHooks hooks) override {
+    if (frame_sim_) frame_sim_->hooks = std::move(hooks);
+  }
+  void break_frame(const std::function<void(ZwickSimFaults&)>& change) override {
+    if (!frame_sim_) return;
+    change(frame_sim_->faults);
+    frame_sim_->poke();
+  }
+  void power_frame() override {
+    if (frame_sim_) frame_sim_->forget();
+  }
+  void stall_frame() override {
+    if (frame_sim_) frame_sim_->stall();
+  }
+  void restart_gateway(bool forgets_zero) override {
+    if (!frame_sim_) return;
+    if (forgets_zero) frame_sim_->forget();
+    frame_sim_->restart();
+  }
+  void set_operator_absent(bool absent) override {
+    if (simulated_person_) simulated_person_->set_absent(absent);
+  }
 
-  // A simulator's task is counted, so that nothing it uses is destroyed under it.
-  void start(Task<> task, int& count);
-  // Both run the simulator; a port that goes away is opened again.
-  void use_meter(std::unique_ptr<LcrMeter> meter);
-  void use_frame(std::unique_ptr<LoadFrame> frame);
-  Result<TransportPair> wire(const std::string& name);
+  // The simulated instruments again, on a new wire, as a port is opened again after an unplug.
+  Task<Result<std::unique_ptr<LcrMeter>>> open_meter() {
+    if (!meter_plugged_) co_return fail(Errc::disconnected, "sim:lcr: no such port");
+    meter_sim_->close();
+    while (meters_ > 0) co_await clock_.wait_for(std::chrono::milliseconds(1));
+    auto pair = wire(meter_port_);
+    if (!pair) co_return fail(pair.error());
+    meter_sim_->attach(std::move(pair->far));
+    start(meter_sim_->run(), meters_);
+    co_return std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_);
+  }
+  Task<Result<std::unique_ptr<LoadFrame>>> open_frame() {
+    if (!frame_plugged_) co_return fail(Errc::disconnected, "sim:frame: nobody listens");
+    frame_sim_->close();
+    while (frames_ > 0) co_await clock_.wait_for(std::chrono::milliseconds(1));
+    auto pair = wire(frame_port_);
+    if (!pair) co_return fail(pair.error());
+    frame_sim_->attach(std::move(pair->far));
+    start(frame_sim_->run(), frames_);
+    co_return std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_);
+  }
+  void use_meter(std::unique_ptr<LcrMeter> meter) {
+    meter_ = std::make_unique<ReopeningMeter>(std::move(meter), [this] { return open_meter(); });
+    start(meter_sim_->run(), meters_);
+  }
+  void use_frame(std::unique_ptr<LoadFrame> frame) {
+    frame_ = std::make_unique<ReopeningFrame>(std::move(frame), [this] { return open_frame(); });
+    start(frame_sim_->run(), frames_);
+  }
+  Result<TransportPair> wire(const std::string& name) {
+    auto pair = make_wire_(executor_, clock_, name);
+    if (pair && wrap_) pair->near = wrap_(std::move(pair->near));
+    return pair;
+  }
 
   asio::any_io_executor executor_;
   Clock& clock_;
@@ -76,11 +172,6 @@ class SimulatedInstruments : public Instruments, protected BenchDoor {
   std::unique_ptr<LcrMeter> meter_;
   std::unique_ptr<LoadFrame> frame_;
   FaultDrill* drill_ = nullptr;
-
- private:
-  // The simulated instruments again, on a new wire.
-  Task<Result<std::unique_ptr<LcrMeter>>> open_meter();
-  Task<Result<std::unique_ptr<LoadFrame>>> open_frame();
 };
 
 }  // namespace lcrig
