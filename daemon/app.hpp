@@ -59,7 +59,7 @@ class App final : public ControlHandler {
                                   PeerCredentials peer) override;
   Task<Result<StopAnswer>> abort(std::string why, PeerCredentials peer) override;
   Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials peer) override;
-  Task<Result<std::string>> plan_run(RunRequest request, PeerCredentials peer) override;
+  Task<Result<Plan>> plan_run(RunRequest request, PeerCredentials peer) override;
   Task<Result<>> ask_instruments(PeerCredentials peer) override;
   Task<Result<>> confirm(PeerCredentials peer) override;
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
@@ -81,7 +81,7 @@ class App final : public ControlHandler {
   Task<Result<RunStarted>> start_claimed(Result<PreparedRun> prepared);
   Task<Result<RunStarted>> open_run(PreparedRun prepared);
   Task<Result<PreparedRun>> read_request(RunRequest request);
-  Task<Result<std::string>> preview(RunRequest request);
+  Task<Result<Plan>> preview(RunRequest request);
   Result<> not_stopped() const;
   Result<> find_texts(RunRequest& wanted) const;
   Task<Result<>> make_session(PreparedRun prepared);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What clients of the control socket ask for: runs that start, go on and stop, specimens.
 #include <spdlog/spdlog.h>
-#include <nlohmann/json.hpp>
+
 #include <utility>
 
 #include "base/text.hpp"
@@ -91,7 +91,7 @@ Result<> App::not_stopped() const {
 }
 
 // Looks at the rig and plans; the frame is not commanded.
-Task<Result<std::string>> App::plan_run(RunRequest request, PeerCredentials /*peer*/) {
+Task<Result<Plan>> App::plan_run(RunRequest request, PeerCredentials /*peer*/) {
   auto claimed = co_await claim(Use::asking);
   if (!claimed) co_return fail(claimed.error());
   auto plan = co_await preview(std::move(request));
@@ -100,15 +100,14 @@ Task<Result<std::string>> App::plan_run(RunRequest request, PeerCredentials /*pe
   co_return plan;
 }
 
-Task<Result<std::string>> App::preview(RunRequest request) {
+Task<Result<Plan>> App::preview(RunRequest request) {
   auto prepared = co_await read_request(std::move(request));
   if (!prepared) co_return fail(prepared.error());
   auto made = co_await make_session(std::move(*prepared));
   if (!made) co_return fail(made.error());
   auto plan = co_await session_->preview();
   co_await session_->close();
-  if (!plan) co_return fail(plan.error());
-  co_return to_json(*plan).dump();
+  co_return plan;
 }
 
 Task<Result<>> App::ask_instruments(PeerCredentials /*peer*/) {

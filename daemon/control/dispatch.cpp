@@ -80,7 +80,7 @@ Answer on_plan(ControlHandler& handler, json params, PeerCredentials peer) {
   if (!request) co_return bad_params(request.error());
   auto plan = co_await handler.plan_run(std::move(*request), std::move(peer));
   if (!plan) co_return refused(plan.error());
-  co_return json::parse(*plan);
+  co_return to_json(*plan);
 }
 
 Answer on_ask(ControlHandler& handler, json params, PeerCredentials peer) {

@@ -9,6 +9,7 @@
 #include "base/result.hpp"
 #include "base/task.hpp"
 #include "daemon/control/messages.hpp"
+#include "protocols/plan/plan.hpp"
 
 namespace lcrig {
 
@@ -30,9 +31,9 @@ class ControlHandler {
   // instead: `finally` goes on, a run that was being prepared does not begin. Errors: not_standing.
   virtual Task<Result<StopAnswer>> abort(std::string why, PeerCredentials peer) = 0;
   virtual Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials peer) = 0;
-  // What a start with the same request would do on this rig: looks, and commands nothing. A plan as
-  // JSON. Errors: as start_run.
-  virtual Task<Result<std::string>> plan_run(RunRequest request, PeerCredentials peer) = 0;
+  // What a start with the same request would do on this rig: looks, and commands nothing.
+  // Errors: as start_run.
+  virtual Task<Result<Plan>> plan_run(RunRequest request, PeerCredentials peer) = 0;
   // Asks both instruments who they are; nothing at the frame changes. Errors: busy.
   virtual Task<Result<>> ask_instruments(PeerCredentials peer) = 0;
   virtual Task<Result<>> confirm(PeerCredentials peer) = 0;

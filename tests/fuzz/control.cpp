@@ -27,9 +27,7 @@ class IdleHandler final : public ControlHandler {
   }
   Task<Result<StopAnswer>> abort(std::string, PeerCredentials) override { co_return StopAnswer(); }
   Task<Result<StopAnswer>> freeze(std::string, PeerCredentials) override { co_return StopAnswer(); }
-  Task<Result<std::string>> plan_run(RunRequest, PeerCredentials) override {
-    co_return std::string("{}");
-  }
+  Task<Result<Plan>> plan_run(RunRequest, PeerCredentials) override { co_return Plan(); }
   Task<Result<>> ask_instruments(PeerCredentials) override { co_return Result<>(); }
   Task<Result<>> confirm(PeerCredentials) override { co_return Result<>(); }
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials) override {

@@ -42,10 +42,12 @@ class FakeHandler : public ControlHandler {
   Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials) override {
     co_return stopped("freeze " + why);
   }
-  Task<Result<std::string>> plan_run(RunRequest request, PeerCredentials) override {
+  Task<Result<Plan>> plan_run(RunRequest request, PeerCredentials) override {
     auto ok = done("plan " + request.protocol_name);
     if (!ok) co_return fail(ok.error());
-    co_return std::string(R"({"duration_s":1})");
+    Plan plan;
+    plan.duration_s = 1;
+    co_return plan;
   }
   Task<Result<>> ask_instruments(PeerCredentials) override { co_return done("ask"); }
   Task<Result<>> confirm(PeerCredentials) override { co_return done("confirm"); }
