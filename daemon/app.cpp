@@ -55,7 +55,6 @@ Result<> App::open() {
   auto recorder = Recorder::open(io_, clock_, std::move(options));
   if (!recorder) return fail(recorder.error());
   recorder_ = std::move(*recorder);
-  spawn(heartbeat());
   return {};
 }
 
@@ -74,6 +73,7 @@ Result<> App::start() {
     enter(Use::asking);  // no run before the frame was made safe
     spawn(probe());
   }
+  spawn(heartbeat());
   notifier_.ready();
   notifier_.status("idle");
   spdlog::info("lcrigd {}: database {}, socket {}", LCRIG_VERSION, config_.database,

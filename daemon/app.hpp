@@ -36,16 +36,16 @@ class App final : public ControlHandler {
   App(asio::io_context& io, Clock& clock, Config config, AppParts parts = AppParts());
   ~App() override;
 
-  // Opens the database and closes orphaned runs; `run_through` needs no more.
+  // Opens the database and closes orphaned runs, for `run_through`.
   Result<> open();
-  // `open`, and what others need: socket listening, systemd told, the meter asked now and then.
-  // Errors: as the parts say.
+  // `open`, socket listening, systemd told; from now on the meter is asked now and then. Errors: as
+  // the parts say.
   Result<> start();
   // SIGTERM, SIGINT: stops the run (abort, then `finally`), closes everything. A second call while
   // the first is under way changes nothing. False: a thread still reckons the finite elements of a
   // simulated specimen; the process is to end without it.
   Task<bool> shut_down(std::string why);
-  // One run from its preparation to its end, asked for by nobody at a socket.
+  // One run to its end, asked for by nobody at a socket. Once.
   Task<Result<RunOutcome>> run_through(PreparedRun prepared);
 
   // Of the control socket.

@@ -52,6 +52,7 @@ Task<Result<RunStarted>> App::start_run(RunRequest request, PeerCredentials peer
 }
 
 Task<Result<RunOutcome>> App::run_through(PreparedRun prepared) {
+  spawn(heartbeat());
   auto claimed = co_await claim(Use::starting);
   if (!claimed) co_return fail(claimed.error());
   auto started = co_await start_claimed(std::move(prepared));
