@@ -88,8 +88,8 @@ class RecorderTest : public testing::Test {
 
   TempDir dir_;
   std::string path_ = dir_.file("a.db");
+  VirtualClock clock_;  // outlives what waits in the loop
   asio::io_context io_;
-  VirtualClock clock_;
   std::size_t acknowledged_ = 0;
   std::vector<std::string> faults_;
   std::unique_ptr<Recorder> recorder_;
