@@ -228,8 +228,8 @@ TEST(ExitCodes, AreThePromisedNumbers) {
   EXPECT_EQ(exit_code_of(Errc::refused), 4);
   EXPECT_EQ(exit_code_of(Errc::aborted), 5);
   EXPECT_EQ(exit_code_of(Errc::limit_tripped), 5);
-  EXPECT_EQ(cli::exit_code_of_run("fail", std::nullopt), 1);
-  EXPECT_EQ(cli::exit_code_of_run("fail", Errc::invalid_request), 6);
+  EXPECT_EQ(cli::exit_code_of_run(ExitStatus::fail, std::nullopt), 1);
+  EXPECT_EQ(cli::exit_code_of_run(ExitStatus::fail, Errc::invalid_request), 6);
 }
 
 TEST(Paths, FollowTheEnvironment) {

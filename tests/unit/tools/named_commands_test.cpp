@@ -76,8 +76,8 @@ std::string code_of_page(const fs::path& path) {
 
 // The texts of a source file, without its comments.
 std::string strings_of_source(const fs::path& path) {
-  static const std::regex literal(R"("((?:[^"\\]|\\.)*)") ");
-      std::ifstream in(path);
+  static const std::regex literal(R"re("((?:[^"\\]|\\.)*)")re");
+  std::ifstream in(path);
   std::string out, line;
   while (std::getline(in, line)) {
     line = line.substr(0, line.find("// "));
