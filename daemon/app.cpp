@@ -6,7 +6,6 @@
 #include <exception>
 #include <utility>
 
-#include "base/log.hpp"
 #include "base/text.hpp"
 #include "daemon/aside.hpp"
 #include "daemon/rig/sim.hpp"
