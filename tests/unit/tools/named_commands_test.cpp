@@ -38,13 +38,16 @@ bool exists(const std::set<std::string>& known, const std::string& first,
 }
 
 std::vector<std::string> unknown_in(const std::string& text, const std::set<std::string>& known) {
-  static const std::regex command(R"(\blcrig ([a-z][a-z-]*)(?: ([a-z][a-z-]*))?)");
-  static const std::regex program(R"(\blcrig-[a-z]+)");
+  static const std::regex command(
+      R"((?:^|[\n`(;:,>$&|] ?)lcrig ([a-z][a-z-]*)(?: ([a-z][a-z-]*))?)");
+  // Not the beginning of a longer name.
+  static const std::regex program(R"(\blcrig-[a-z]+\b(?![-/]))");
   static const std::set<std::string> programs{"lcrig-sim", "lcrig-gateway"};
   std::vector<std::string> out;
   for (auto it = std::sregex_iterator(text.begin(), text.end(), command);
        it != std::sregex_iterator(); ++it) {
-    if (!exists(known, (*it)[1], (*it)[2])) out.push_back(it->str());
+    if (exists(known, (*it)[1], (*it)[2])) continue;
+    out.push_back(it->str().substr(it->str().find("lcrig")));
   }
   for (auto it = std::sregex_iterator(text.begin(), text.end(), program);
        it != std::sregex_iterator(); ++it) {
