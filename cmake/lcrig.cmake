@@ -47,6 +47,12 @@ if(LCRIG_UNITY)
   endif()
 endif()
 
+# Links the tests in less than half the processor time of the default linker.
+find_program(LCRIG_LLD ld.lld)
+if(LCRIG_LLD)
+  add_link_options(-fuse-ld=lld)
+endif()
+
 # lcrig_library(name SOURCES ... LINK ...): a static library with the project's flags.
 function(lcrig_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
