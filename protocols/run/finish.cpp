@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a run ends, whatever happened before: the frame stopped, `finally`, the meter safe, and the
-// truth about what lies under the probe.
+#include "protocols/run/finish.hpp"
+
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/asio/experimental/awaitable_operators.hpp>
-#include <cmath>
 #include <utility>
 #include <variant>
 
 #include "protocols/file/words.hpp"
-#include "protocols/run/run.hpp"
 
 namespace lcrig {
 
@@ -23,218 +22,222 @@ constexpr double kFarClear_m = 100e-6;  // ... and this far above surely nothing
 constexpr std::string_view kUnknown =
     "whether the specimen is still loaded is not known: look at the rig, drive the frame away from "
     "it at the machine";
-constexpr double kZeroDoubt = 1e-3;  // of the cell's nominal: what class 1 allows its zero
+constexpr std::string_view kNotRun = "`finally` did not run";
 
-void fail_with(RunResult& result, Errc code, std::string_view why) {
-  if (result.exit_status == ExitStatus::success) {
-    result.exit_status = ExitStatus::fail;
-    result.code = code;
-  }
-  add_note(result.reason, why);
+bool names(const std::string& reason, std::string_view why) {
+  return reason.find(why) != std::string::npos;
 }
 
 }  // namespace
 
-Task<> Run::stop_frame() {
-  if (!setup_.frame.capabilities().motion || !setup_.commands) {
-    standing_ = true;
-    ++stands_;
-    if (setup_.on_stop) setup_.on_stop();
-    co_return;
+void Finish::fail_with(Errc code, std::string_view why) {
+  if (result_.exit_status == ExitStatus::success) {
+    result_.exit_status = ExitStatus::fail;
+    result_.code = code;
   }
-  if (plausible_) plausible_->look_away();
-  auto stopped = co_await setup_.frame.stop();
-  standing_ = stopped.has_value();
-  if (plausible_ && standing_) plausible_->stand(setup_.clock.now());
-  ++(standing_ ? stands_ : failed_stops_);
-  if (setup_.on_stop) setup_.on_stop();
-  event(stopped ? EventKind::stopped : EventKind::stop_failed, stopped ? "" : stopped.error().what);
+  add_note(result_.reason, why);
+}
+
+void Finish::fail_not_standing(std::string_view why) {
+  result_.exit_status = ExitStatus::fail;
+  result_.code = Errc::not_standing;
+  if (!names(result_.reason, why)) add_note(result_.reason, why);
+}
+
+Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
+  if (stop && stop->code == Errc::frame_fault) run_.drive.keep_hands_off(stop->why);
+  run_.progress.state = RunState::finishing;
+  run_.guard.expect_standstill();
+  stop = run_.interrupts.begin_finish(std::move(stop));
+  co_await run_.drive.stop();
+  if (losses_.frame_away() != nullptr) co_await losses_.bring_frame_back();
+  co_await stop_for(stop);
+  run_.guard.allow_return(run_.truth.noise_N());
+  const bool clears = may_clear(stop && stop->kind == Interrupt::freeze);
+  if (clears) co_await run_finally();
+  run_.guard.expect_standstill();
+  co_await run_.drive.stop();
+  tell_standstill();
+  tell_hands_off(clears);
+  run_.distrust.run_ended();
+  run_.interrupts.expect_no_stop();
+  if (run_.setup.moves() && run_.drive.prepared()) co_await tell_load();
+  if (const auto& moved = run_.distrust.moves_again(); moved && run_.drive.standing()) {
+    co_await run_.drive.stop();
+    fail_with(Errc::refused, *moved + "; it was stopped again");
+  }
+  co_await make_meter_safe();
+  run_.setup.frame.set_listener(nullptr);
+  run_.interrupts.close();
+  run_.progress.state = RunState::ended;
+  result_.peak_force_N = run_.guard.peak_force_N();
+  co_return std::move(result_);
+}
+
+// The links may have been cut in the middle of an exchange.
+Task<> Finish::stop_for(const std::optional<InterruptRequest>& stop) {
+  result_.exit_status = ExitStatus::success;
+  if (!stop) co_return;
+  const bool wanted = stop->kind == Interrupt::abort || stop->kind == Interrupt::freeze;
+  result_.exit_status = wanted ? ExitStatus::abort : ExitStatus::fail;
+  result_.reason = fmt::format("{}: {}", to_string(event_of(stop->kind)), stop->why);
+  result_.code = stop->code;
+  if (run_.setup.commands) {
+    auto line = co_await run_.setup.frame.resync();
+    if (!line) run_.event(EventKind::retry, line.error().what);
+  }
+  if (run_.drive.prepared()) co_await see_standstill();
 }
 
 // The last samples before a standstill are of the motion: the way back is allowed what the specimen
 // feels now. A cell that says nothing is not waited for.
-Task<> Run::see_standstill() {
-  if (!setup_.frame.capabilities().motion || !setup_.commands || frame_away_) co_return;
-  const MonoTime stood = setup_.clock.now();
-  const MonoTime limit = stood + std::max<Duration>(500ms, from_seconds(3 / setup_.frame_rate_Hz));
-  while (force_known_ <= stood && !frame_away_ && setup_.clock.now() < limit) {
-    co_await setup_.clock.wait_for(20ms);
-  }
-}
-
-Task<> Run::finish(std::optional<InterruptRequest> stop, RunResult& result) {
-  if (stop && stop->code == Errc::frame_fault) keep_hands_off(stop->why);
-  finishing_ = true;
-  stop_pending_ = false;
-  progress_.state = RunState::finishing;
-  guard_.expect_standstill();
-  // A stop of the last instant is one, and whoever froze a run that was stopped means it.
-  for (InterruptRequest& late : pending_) {
-    const bool stops = late.kind != Interrupt::pause && late.kind != Interrupt::loss;
-    if (late.kind == Interrupt::freeze || (stops && !stop)) stop = std::move(late);
-  }
-  pending_.clear();
-  co_await stop_frame();
-  if (frame_away_) co_await recover_frame_for_finally();
-  result.exit_status = ExitStatus::success;
-  if (stop) {
-    const bool wanted = stop->kind == Interrupt::abort || stop->kind == Interrupt::freeze;
-    result.exit_status = wanted ? ExitStatus::abort : ExitStatus::fail;
-    result.reason = fmt::format("{}: {}", to_string(event_of(stop->kind)), stop->why);
-    result.code = stop->code;
-    if (setup_.commands) {
-      auto line = co_await setup_.frame.resync();
-      if (!line) event(EventKind::retry, line.error().what);
-    }
-  }
-  if (stop && prepared_) co_await see_standstill();
-  guard_.allow_return(rest_ ? rest_->scatter_N() : 0);
-  const bool clears = may_clear(stop && stop->kind == Interrupt::freeze, result);
-  if (clears) co_await run_finally(result);
-  guard_.expect_standstill();
-  co_await stop_frame();
-  if (moves() && !standing_ && !frame_away_) {
-    constexpr std::string_view kWhy = "standstill not confirmed: use the E-stop";
-    const bool said = result.reason.find(kWhy) != std::string::npos;
-    if (!said) fail_with(result, Errc::not_standing, kWhy);
-    result.exit_status = ExitStatus::fail;
-    result.code = Errc::not_standing;
-  }
-  tell_hands_off(result, clears);
-  ending_ = true;
-  stop_pending_ = false;
-  if (moves() && prepared_) co_await tell_load(result);
-  if (moves_again_ && standing_) {
-    co_await stop_frame();
-    fail_with(result, Errc::refused, *moves_again_ + "; it was stopped again");
-  }
-  co_await sampler_.stop();
-  if (!meter_away_) {
-    auto safe = co_await setup_.lcr.make_safe();
-    if (!safe) event(EventKind::retry, safe.error().what);
-  }
-  setup_.frame.set_listener(nullptr);
-  over_ = true;
-  progress_.state = RunState::ended;
+Task<> Finish::see_standstill() {
+  Clock& clock = run_.setup.clock;
+  if (!run_.setup.moves()) co_return;
+  const MonoTime stood = clock.now();
+  const MonoTime limit =
+      stood + std::max<Duration>(500ms, from_seconds(3 / run_.setup.frame_rate_Hz));
+  const auto waits = [&] {
+    return run_.view.force_known() <= stood && losses_.frame_away() == nullptr;
+  };
+  while (waits() && clock.now() < limit) co_await clock.wait_for(20ms);
 }
 
 // Whether `finally` can and may run; says why not.
-bool Run::may_clear(bool frozen, RunResult& result) {
+bool Finish::may_clear(bool frozen) {
   if (frozen) return false;
-  if (!prepared_ && setup_.commands) return false;  // nothing was asked of the frame
-  if (frame_away_) {
-    if (result.exit_status == ExitStatus::success) {  // every step had ended well
-      result.exit_status = ExitStatus::fail;
-      result.reason = frame_away_->why.what;
-      result.code = frame_away_->why.code;
+  if (!run_.drive.prepared() && run_.setup.commands)
+    return false;  // nothing was asked of the frame
+  if (const Error* why = losses_.frame_away()) {
+    if (result_.exit_status == ExitStatus::success) {  // every step had ended well
+      result_.exit_status = ExitStatus::fail;
+      result_.reason = why->what;
+      result_.code = why->code;
     }
-    add_note(result.reason,
+    add_note(result_.reason,
              "`finally` did not run: the frame is not there; standstill is not "
              "confirmed: look at it, use the E-stop if it moves");
     return false;
   }
-  if (hands_off_) return false;  // tell_hands_off says why
-  if (moves() && !standing_) {
-    result.exit_status = ExitStatus::fail;
-    result.code = Errc::not_standing;
-    add_note(result.reason,
-             "`finally` did not run: standstill not confirmed: use the E-stop, then look at the "
-             "rig");
+  if (run_.drive.hands_off()) return false;  // tell_hands_off says why
+  if (run_.setup.moves() && !run_.drive.standing()) {
+    fail_not_standing(
+        "`finally` did not run: standstill not confirmed: use the E-stop, then look at the rig");
     return false;
   }
-  if (unconfirmed_) {
+  if (take_over_.unconfirmed()) {
     add_note(
-        result.reason,
+        result_.reason,
         "`finally` did not run: nobody confirmed the specimen; look at it, and drive the frame "
         "away at the machine if it is loaded");
     return false;
   }
-  if (setup_.commands && !guard_.is_distrusted() && guard_.is_pulled()) {
+  if (run_.setup.commands && !run_.guard.is_distrusted() && run_.guard.is_pulled()) {
     add_note(
-        result.reason,
+        result_.reason,
         fmt::format("`finally` did not run: the specimen pulls at the probe with {:.3f} N, and "
                     "no way is known to be safe: free it by hand",
-                    -force_N_.value_or(0)));
+                    -run_.view.force_N().value_or(0)));
     return false;
   }
   return true;
 }
 
 // Runs whatever happened before; has its own deadline, after which the frame stays where it is.
-Task<> Run::run_finally(RunResult& result) {
-  const MonoTime deadline = setup_.clock.now() + setup_.protocol.finally_timeout;
-  StepCursor cursor(setup_.protocol.finally_steps, setup_.environment);
-  auto r = co_await (run_steps(cursor) || setup_.clock.wait_until(deadline));
+Task<> Finish::run_finally() {
+  const MonoTime deadline = run_.setup.clock.now() + run_.setup.protocol.finally_timeout;
+  auto r = co_await (run_steps_() || run_.setup.clock.wait_until(deadline));
   std::string why;
   Errc code = Errc::no_reply;
   if (r.index() == 1) {
     why = fmt::format("`finally` did not end in {:.0f} s; the frame was stopped where it stood",
-                      to_seconds(setup_.protocol.finally_timeout));
+                      to_seconds(run_.setup.protocol.finally_timeout));
   } else if (const auto& stop = std::get<0>(r)) {
     const bool frozen = stop->kind == Interrupt::freeze;
     why = fmt::format("in `finally`: {}{}", frozen ? "freeze: " : "", stop->why);
     code = stop->code;
   }
   if (why.empty()) co_return;
-  event(EventKind::fault, why);
-  fail_with(result, code, why);
+  run_.event(EventKind::fault, why);
+  fail_with(code, why);
 }
 
-// A force that an unloaded cell does not show.
-bool Run::is_loaded(double force_N) const {
-  const double rest_N = bare_ ? bare_->force_N() : 0;
-  const double noise_N = bare_ ? bare_->scatter_N() : 0;
-  const double allowed = std::max(5 * noise_N, 0.01 * setup_.limits.force_max_N);
-  return force_N - rest_N > allowed;
+void Finish::tell_standstill() {
+  constexpr std::string_view kWhy = "standstill not confirmed: use the E-stop";
+  if (!run_.setup.moves() || run_.drive.standing() || losses_.frame_away() != nullptr) return;
+  fail_not_standing(kWhy);
 }
 
-double Run::zero_doubt_N() const {
-  return kZeroDoubt * setup_.frame.capabilities().force_max.si();
+// A reason that does not name the fault yet does so now.
+void Finish::tell_hands_off(bool cleared) {
+  const auto& why = run_.drive.hands_off();
+  if (!why) return;
+  if (result_.exit_status == ExitStatus::success) {  // every step had ended well
+    result_.exit_status = ExitStatus::fail;
+    result_.code = why->code;
+  }
+  if (!names(result_.reason, why->what)) add_note(result_.reason, why->what);
+  const bool told = cleared || names(result_.reason, kNotRun);
+  add_note(result_.reason,
+           fmt::format("{}nothing is moved any more until a person has looked at the rig",
+                       told ? "" : fmt::format("{}: ", kNotRun)));
 }
 
 // The specimen is unloaded, or the run says that it is not and what to do now.
-Task<> Run::tell_load(RunResult& result) {
-  auto rest = co_await watch_rest(200ms);
-  const std::optional<double> travel_m = rest ? rest->travel_m() : memory_.travel_m;
-  const double clear_m =
-      contact_travel_m_ && travel_m ? *contact_travel_m_ - *travel_m : -kFarClear_m;
+Task<> Finish::tell_load() {
+  auto rest = co_await run_.view.watch_rest(200ms);
+  const std::string why = load_left(rest);
+  if (why.empty()) co_return;
+  run_.event(EventKind::loaded, why);
+  fail_with(Errc::limit_tripped, why);
+}
+
+// Empty: nothing is left.
+std::string Finish::load_left(const Result<Rest>& rest) const {
+  const double bare_N = run_.truth.bare_N(), zero_doubt_N = run_.truth.zero_doubt_N();
+  const std::optional<double> contact_m = run_.contact.travel_m();
+  const std::optional<double> travel_m = rest ? rest->travel_m() : run_.view.travel_m();
+  const double clear_m = contact_m && travel_m ? *contact_m - *travel_m : -kFarClear_m;
   const bool clear = clear_m > kClear_m;
-  const bool surely = clear_m > kFarClear_m && plausible_ && plausible_->press().knows();
+  const bool surely = clear_m > kFarClear_m && run_.truth.knows_contact();
+  const bool obeys = losses_.frame_away() == nullptr && !run_.drive.hands_off();
   // Contact was called where the search stood, which is inside of a specimen that it ran into: what
   // is shown counts there, too, if it is more than the zero of the cell can be off.
-  const double doubt_N = clear ? zero_doubt_N() : 0;
-  const bool pulls =
-      rest && is_loaded(2 * (bare_ ? bare_->force_N() : 0) - rest->force_N() - zero_doubt_N());
-  if (!hands_off_ && !frame_away_ && clear && !pulls &&
-      (!rest || !is_loaded(rest->force_N() - doubt_N)))
-    co_return;
-  std::string why;
-  if (!frame_away_ && !hands_off_ && rest && surely && !pulls) {
-    why = fmt::format(
+  const double doubt_N = clear ? zero_doubt_N : 0;
+  const bool pulls = rest && run_.truth.is_loaded(2 * bare_N - rest->force_N() - zero_doubt_N);
+  const bool loaded = rest && run_.truth.is_loaded(rest->force_N() - doubt_N);
+  if (obeys && clear && !pulls && !loaded) return {};
+  if (obeys && rest && surely && !pulls) {
+    return fmt::format(
         "by its travel the probe is clear of the specimen, {:.3g} mm above contact, whatever the "
         "load cell shows ({:.3f} N): check its zero",
         clear_m * 1e3, rest->force_N());
-  } else if (frame_away_ || !rest || guard_.is_distrusted()) {
-    why = kUnknown;
-  } else if (is_loaded(rest->force_N())) {
-    why = fmt::format(
+  }
+  if (losses_.frame_away() != nullptr || !rest || run_.guard.is_distrusted()) {
+    return std::string(kUnknown);
+  }
+  const double felt_N = rest->force_N() - bare_N;
+  if (run_.truth.is_loaded(rest->force_N())) {
+    return fmt::format(
         "the specimen is still loaded with about {:.3f} N: drive the frame away from it "
         "at the machine",
-        rest->force_N() - (bare_ ? bare_->force_N() : 0));
+        felt_N);
   }
-  if (why.empty() && pulls) {
-    why = fmt::format(
+  if (pulls) {
+    return fmt::format(
         "the specimen pulls at the probe with about {:.3f} N: free it by hand before the frame is "
         "moved",
-        (bare_ ? bare_->force_N() : 0) - rest->force_N());
+        -felt_N);
   }
-  if (why.empty() && hands_off_) {
-    why = fmt::format("the specimen is not loaded, as far as the cell shows ({:.3f} N)",
-                      rest->force_N() - (bare_ ? bare_->force_N() : 0));
-  }
-  if (why.empty()) co_return;
-  event(EventKind::loaded, why);
-  fail_with(result, Errc::limit_tripped, why);
+  if (obeys) return {};
+  return fmt::format("the specimen is not loaded, as far as the cell shows ({:.3f} N)", felt_N);
+}
+
+Task<> Finish::make_meter_safe() {
+  co_await run_.sampler.stop();
+  if (losses_.meter_away()) co_return;
+  auto safe = co_await run_.setup.lcr.make_safe();
+  if (!safe) run_.event(EventKind::retry, safe.error().what);
 }
 
 }  // namespace lcrig

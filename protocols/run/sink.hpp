@@ -71,6 +71,7 @@ struct RunProgress {
   std::string step_id, step_kind;
   std::int64_t repeat = 0, repeats = 0;
   double elapsed_s = 0, planned_s = 0;
+  std::int64_t steps_done = 0;  // leaf steps, in the order of execution
 };
 
 // What of a run is stored, and the newest stored values: the recorder's to say.

@@ -7,91 +7,12 @@
 
 #include "protocols/file/parse.hpp"
 #include "protocols/run/run.hpp"
-#include "tests/support/run_task.hpp"
+#include "tests/support/stub_rig.hpp"
 
 namespace lcrig {
 namespace {
 
 using namespace std::chrono_literals;
-
-// Measures every 100 ms until it hangs.
-class StubMeter final : public LcrMeter {
- public:
-  explicit StubMeter(Clock& clock) : clock_(clock) {}
-  bool hangs = false;
-
-  const LcrCapabilities& capabilities() const override { return capabilities_; }
-  Task<Result<Identity>> identify() override { co_return Identity(); }
-  Task<Result<LcrSettings>> configure(LcrSettings s) override { co_return s; }
-  Task<Result<LcrReading>> measure() override {
-    if (hangs) co_await clock_.wait_until(MonoTime::max());
-    co_await clock_.wait_for(100ms);
-    co_return LcrReading();
-  }
-  Task<Result<>> correct(Correction) override { co_return Result<>(); }
-  Task<Result<>> resync() override { co_return Result<>(); }
-  Task<Result<>> make_safe() override { co_return Result<>(); }
-  void close() override {}
-
- private:
-  Clock& clock_;
-  LcrCapabilities capabilities_;
-};
-
-// Stands; its STOP is never confirmed when it hangs.
-class StubFrame final : public LoadFrame {
- public:
-  explicit StubFrame(Clock& clock) : clock_(clock) { capabilities_.motion = true; }
-  bool hangs = false;
-
-  const FrameCapabilities& capabilities() const override { return capabilities_; }
-  Task<Result<Identity>> identify() override { co_return Identity(); }
-  Task<Result<Identity>> observe(double) override { co_return Identity(); }
-  Task<Result<>> arm(FrameLimits) override { co_return Result<>(); }
-  Task<Result<>> set_sample_rate(double) override { co_return Result<>(); }
-  Task<Result<MotionOutcome>> move_to(Length, Velocity) override { co_return MotionOutcome(); }
-  Task<Result<MotionOutcome>> move_until_force(Force, Velocity, Length) override {
-    co_return MotionOutcome();
-  }
-  Task<Result<MotionOutcome>> ramp_force(Force, ForceRate) override { co_return MotionOutcome(); }
-  Task<Result<>> hold_travel() override { co_return Result<>(); }
-  Task<Result<>> hold_force(Force) override { co_return Result<>(); }
-  Task<Result<>> zero(bool, bool) override { co_return Result<>(); }
-  Task<Result<MotionOutcome>> place_mass(Mass) override { co_return MotionOutcome(); }
-  Task<Result<>> stop() override {
-    if (hangs) co_await clock_.wait_until(MonoTime::max());
-    co_return Result<>();
-  }
-  Task<Result<>> resync() override { co_return Result<>(); }
-  void close() override {}
-  void set_listener(Listener* listener) override { listener_ = listener; }
-
-  // Samples keep coming whatever hangs.
-  Task<> send_samples() {
-    for (;;) {
-      co_await clock_.wait_for(100ms);
-      FrameSample s;
-      s.force_N = 0;
-      s.travel_m = 0;
-      s.received = clock_.now();
-      if (listener_ != nullptr) listener_->on_samples(std::span(&s, 1));
-    }
-  }
-
- private:
-  Clock& clock_;
-  FrameCapabilities capabilities_;
-  Listener* listener_ = nullptr;
-};
-
-class NoSink final : public RunSink {
- public:
-  void reading(const LcrReading&, const ReadingTag&) override {}
-  void samples(std::span<const FrameSample>) override {}
-  void level(const LoadLevel&) override {}
-  void event(const RunEvent&) override {}
-  Task<Result<>> flush() override { co_return Result<>(); }
-};
 
 constexpr const char* kProtocol = R"({ "format": "load-protocol/1", "name": "t",
   "limits": { "force_N": [-1, 1], "travel_mm": [-1, 1] },
@@ -113,7 +34,7 @@ class Hang : public ::testing::Test {
   asio::io_context io;
   StubMeter meter{clock};
   StubFrame frame{clock};
-  NoSink sink;
+  EventSink sink;
   Protocol protocol = parse_protocol(kProtocol, "t").value();
   std::optional<lcrig::Run> run;
   bool ended = false;

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/contact_probe.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lcrig {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kStillArriving = 100ms;  // samples of the motion that still arrive after its end
+constexpr double kFirstStep_m = 0.2e-6;
+constexpr double kFastest_m_s = 10e-6;  // of the steps back
+constexpr int kSteps = 12;  // each twice as far: up to 0.8 mm
+constexpr double kSlopeSigmas = 3;
+constexpr double kEnough = 0.3;  // of the force at contact: less left tells no more
+constexpr double kLeft = 0.1;  // ... and less than this may be none
+constexpr double kMore = 1.2;  // of it: what a cell may drift meanwhile
+constexpr double kLeastFelt = 0.2;  // of the threshold, once the frame stands
+constexpr double kGone = 0.05;  // of the threshold or what was felt, on the way back
+
+// Largest and least stiffness that a drop of the force on a way back allows, and the best guess,
+// N/m.
+struct Slope {
+  double about = 0, at_most = 0, at_least = 0;
+};
+
+std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resolution_m) {
+  const double error_N = kSlopeSigmas * std::hypot(touched.error_N(), now.error_N());
+  const double drop_N = touched.force_N() - now.force_N();
+  if (!touched.travel_m() || !now.travel_m() || drop_N < 3 * error_N) return std::nullopt;
+  const double way_m = *touched.travel_m() - *now.travel_m();
+  if (way_m <= resolution_m) return std::nullopt;
+  return Slope{drop_N / way_m, (drop_N + error_N) / (way_m - resolution_m),
+               (drop_N - error_N) / (way_m + resolution_m)};
+}
+
+}  // namespace
+
+Task<Result<>> ContactProbe::step_back(double touched_m) {
+  co_await run_.setup.clock.wait_for(kStillArriving);
+  auto touched = co_await run_.view.watch_rest(kLook);
+  if (!touched) co_return fail(touched.error());
+  looks_.push_back(*touched);
+  const FrameCapabilities caps = run_.contact.frame_capabilities();
+  const double speed = std::clamp(kFastest_m_s, caps.speed_min.si(), caps.speed_max.si());
+  const double end_m = device_limits(run_.guard.limits(), caps).travel_min.si();
+  double step_m = kFirstStep_m, left_N = felt_N();
+  for (int i = 0;
+       i < kSteps && std::abs(left_N) > kEnough * std::abs(felt_N()) && touched_m - step_m > end_m;
+       ++i, step_m *= 2) {
+    auto moved = co_await run_.motions.to_travel(touched_m - step_m, speed, 60 + step_m / speed);
+    if (!moved) co_return moved;
+    co_await run_.setup.clock.wait_for(kStillArriving);
+    auto now = co_await run_.view.watch_rest(kLook);
+    if (!now) co_return fail(now.error());
+    left_N = now->force_N() - before_.force_N();
+    looks_.push_back(*now);
+    // A contact never presses harder on the way back: this is none.
+    if (std::abs(left_N) > kMore * std::abs(felt_N()) + kContactSigmas * now->error_N()) break;
+  }
+  co_return Result<>();
+}
+
+bool ContactProbe::is_contact() const {
+  if (std::abs(felt_N()) < kLeastFelt * rise_N_) return false;
+  const Rest& touched = looks_.front();
+  const Rest& last = looks_.back();
+  const double fallen_N = std::copysign(1, felt_N()) * (touched.force_N() - last.force_N());
+  const double doubt_N = 2 * kSlopeSigmas * std::hypot(touched.error_N(), last.error_N());
+  return fallen_N > std::max(doubt_N, kGone * std::min(std::abs(felt_N()), rise_N_));
+}
+
+Result<> ContactProbe::check_felt(double felt_N) const {
+  if (felt_N >= 0) return {};
+  const std::string& step = run_.log.step_id();
+  double least_N = looks_.front().scatter_N();
+  for (const Rest& look : looks_) least_N = std::min(least_N, look.scatter_N());
+  const double wavers_N = kContactSigmas * std::max(before_.scatter_N(), least_N);
+  if (-felt_N < wavers_N) {
+    return fail(Errc::refused,
+                "step {}: where the probe touches the force wavers by {:.3g} N (standard "
+                "deviation), more than contact at {:.3g} N tells: does the frame hunt?",
+                step, least_N, rise_N_);
+  }
+  const std::string why = fmt::format(
+      "the force falls where the probe presses ({:.4f} N, {:.4f} N at rest), and rises on the "
+      "way back: the load cell is connected the wrong way",
+      before_.force_N() + felt_N, before_.force_N());
+  run_.distrust.disbelieve(Contradiction(Disbelief::force, why));
+  return fail(Errc::refused, "step {}: {}", step, why);
+}
+
+// A step on whose way contact was lost would tell of a contact that is softer than it is: what is
+// left must be more than the cell shows without any, before and afterwards, for its zero may have
+// drifted meanwhile.
+void ContactProbe::conclude_stiffness(const Rest& after) const {
+  const Rest& touched = looks_.front();
+  const double none_N = std::max(before_.force_N(), after.force_N());
+  TravelStep resolution;
+  std::optional<Slope> best;
+  for (auto now = looks_.begin() + 1; now != looks_.end(); ++now) {
+    const double noise_N = kSlopeSigmas * std::hypot(before_.error_N(), now->error_N());
+    if (now->force_N() - none_N < std::max(2 * noise_N, kLeft * felt_N())) break;
+    resolution.add(now->travel_m());
+    const auto slope = slope_of(touched, *now, resolution.step_m());
+    if (slope && (!best || slope->at_most < best->at_most)) best = slope;
+  }
+  StiffnessEvent measured;
+  measured.force_N = touched.force_N();
+  if (best) {
+    measured.stiffness_N_m = best->about;
+    measured.at_most_N_m = best->at_most;
+    measured.at_least_N_m = best->at_least;
+  }
+  run_.event(measured);
+  if (!best) return;
+  run_.pressing->measured(felt_N(), best->at_most);
+  if (touched.travel_m()) {
+    run_.truth.know_contact(*touched.travel_m(), felt_N(), best->at_least);
+  }
+}
+
+}  // namespace lcrig

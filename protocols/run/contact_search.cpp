@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/contact_search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <cmath>
+#include <utility>
+
+namespace lcrig {
+
+namespace {
+
+using namespace asio::experimental::awaitable_operators;
+using namespace std::chrono_literals;
+
+constexpr double kDriftOfThreshold = 0.25;  // so much of it a leg may drift away
+constexpr Duration kDriftTime = 3s;  // a look that tells a drift well
+constexpr Duration kLeastLeg = 1s;
+constexpr int kAttempts = 5;  // of a search that finds what is no contact
+// The scatter that the plan saw was an estimate of few samples.
+constexpr double kScatterGrown = 1.5;
+
+}  // namespace
+
+Task<Result<>> ContactSearch::find(StepProgress& progress) {
+  // A search that begins again may already touch: what it would take for the force at rest is not.
+  if (progress.start_travel_m && run_.view.travel_m().value_or(0) > *progress.start_travel_m) {
+    auto back = co_await return_to(*progress.start_travel_m);
+    if (!back) co_return back;
+  }
+  auto seen = co_await look_before();
+  if (!seen) co_return seen;
+  if (!progress.start_travel_m) progress.start_travel_m = run_.view.travel_m();
+  end_m_ = furthest_m();
+  deadline_ = run_.setup.clock.now() + from_seconds(run_.get(step_.timeout));
+  run_.contact.search_from(progress.start_travel_m);
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const MonoTime begun = run_.setup.clock.now();
+    const Rest first = rest_;
+    auto touched = co_await search();
+    if (!touched) co_return fail(touched.error());
+    ContactProbe probe(run_, rest_, rise_N_);
+    auto stepped = co_await probe.step_back(*touched->travel_m);
+    if (!stepped) co_return stepped;
+    if (probe.is_contact()) {
+      auto result = co_await take_contact(*touched, probe);
+      co_return result;
+    }
+    run_.event(NoContactEvent{*touched->travel_m, probe.touched_N(), rest_.force_N()});
+    auto again = co_await look_again(begun, first);
+    if (!again) co_return again;
+  }
+  co_return fail(Errc::refused,
+                 "step {}: the force changed {} times by what contact should be, and not back on "
+                 "the way back: the load cell drifts, the frame hunts, or something else pushes it",
+                 run_.log.step_id(), kAttempts);
+}
+
+Task<Result<>> ContactSearch::return_to(double travel_m) {
+  auto moved =
+      co_await run_.motions.to_travel(travel_m, run_.get(step_.speed), run_.get(step_.timeout));
+  co_return moved;
+}
+
+// Of a cell that is alive; a drift that shows is looked at for longer.
+Task<Result<>> ContactSearch::look_before() {
+  auto rest = co_await run_.view.living_rest();
+  const bool drifts = rest && std::abs(rest->drift_N_s()) > kSureOfDrift * rest->drift_error_N_s();
+  if (drifts) rest = co_await run_.view.watch_rest(kDriftTime);
+  if (!rest) co_return fail(rest.error());
+  if (run_.truth.is_loaded(rest->force_N() - run_.truth.zero_doubt_N())) {
+    co_return fail(Errc::limit_tripped,
+                   "step {}: the cell shows {:.4f} N, and {:.4f} N when nothing pressed: the probe "
+                   "touches already; move it away first",
+                   run_.log.step_id(), rest->force_N(), run_.truth.rest_N());
+  }
+  const double noise = rest->scatter_N();
+  if (kScatterGrown * rise_N_ < kContactSigmas * noise) {
+    co_return fail(Errc::invalid_request,
+                   "step {}: contact at {:.3g} N, but the load cell scatters by {:.3g} N (standard "
+                   "deviation) while it rests: at least {:.3g} N is needed",
+                   run_.log.step_id(), rise_N_, noise, kContactSigmas * noise);
+  }
+  run_.truth.learn_rest(*rest);
+  run_.guard.set_rest_force(rest->force_N(), rest->scatter_N());
+  rest_ = *rest;
+  co_return Result<>();
+}
+
+Task<Result<>> ContactSearch::look_again(MonoTime begun, const Rest& first) {
+  auto rest = co_await run_.view.living_rest();
+  if (!rest) co_return fail(rest.error());
+  rest->know_drift(first, run_.setup.clock.now() - begun);
+  run_.truth.learn_rest(*rest, FrameTruth::Under::perhaps_contact);
+  rest_ = *rest;
+  co_return Result<>();
+}
+
+// With slow_down: the same arithmetic as in the plan.
+double ContactSearch::speed_m_s() const {
+  const double v = run_.get(step_.speed);
+  if (!step_.slow_down) return v;
+  const double room = run_.guard.force_max_N() - rest_.force_N() - rise_N_;
+  const double fastest = run_.pressing->forecast().fastest_m_s(rise_N_, rise_N_ + 0.5 * room);
+  return std::max(std::min(v, fastest),
+                  std::min(v, run_.setup.frame.capabilities().speed_min.si()));
+}
+
+double ContactSearch::furthest_m() const {
+  double longest = speed_m_s() * run_.get(step_.timeout);
+  if (step_.within) longest = std::min(longest, run_.get(*step_.within));
+  return run_.view.travel_m().value_or(0) + longest;
+}
+
+// Touched, at a force of `rest_` and the threshold.
+Task<Result<MotionOutcome>> ContactSearch::search() {
+  const double from_m = run_.view.travel_m().value_or(0);
+  for (;;) {
+    if (rest_.force_N() + rise_N_ > run_.guard.force_max_N()) {
+      co_return fail(Errc::limit_tripped,
+                     "step {}: the cell shows {:.4f} N at rest, {:.4f} N more is beyond the limit "
+                     "of {:.4f} N: zero the force first",
+                     run_.log.step_id(), rest_.force_N(), rise_N_, run_.guard.force_max_N());
+    }
+    const MonoTime begun = run_.setup.clock.now();
+    auto touched = co_await approach();
+    if (!touched && touched.error().code == Errc::limit_tripped) {
+      co_return fail(Errc::limit_tripped, "{}; the search was to go {:.4g} mm at most",
+                     touched.error().what, (end_m_ - from_m) * 1e3);
+    }
+    if (touched && !*touched) touched = co_await look_between(begun);
+    if (!touched) co_return fail(touched.error());
+    if (!*touched) continue;
+    if (auto checked = check_touched(**touched); !checked) co_return fail(checked.error());
+    co_return std::move(**touched);
+  }
+}
+
+// One leg; nullopt: the cell has drifted so far that it has to be looked at again.
+Task<Result<std::optional<MotionOutcome>>> ContactSearch::approach() {
+  const Duration patience = std::max<Duration>(deadline_ - run_.setup.clock.now(), 1s);
+  const double drift_N_s = std::abs(rest_.drift_N_s());
+  Duration leg = patience + 1s;
+  if (rest_.drifts()) {
+    leg = std::max<Duration>(from_seconds(kDriftOfThreshold * rise_N_ / drift_N_s), kLeastLeg);
+  }
+  const Motions::Search limits(end_m_, rest_.force_N() - rise_N_);
+  auto press = run_.motions.press_until(rest_.force_N() + rise_N_, speed_m_s(),
+                                        to_seconds(patience), limits);
+  auto r = co_await (std::move(press) || run_.setup.clock.wait_for(leg));
+  if (r.index() == 0) {
+    auto& outcome = std::get<0>(r);
+    if (!outcome) co_return fail(outcome.error());
+    co_return std::optional(std::move(*outcome));
+  }
+  co_await run_.drive.stop();
+  if (!run_.drive.standing()) {
+    co_return fail(Errc::not_standing, "step {}: standstill not confirmed: use the E-stop",
+                   run_.log.step_id());
+  }
+  co_return std::optional<MotionOutcome>();
+}
+
+// After a leg that found nothing: it may touch already, more softly than the threshold. nullopt: it
+// does not, and the next leg begins.
+Task<Result<std::optional<MotionOutcome>>> ContactSearch::look_between(MonoTime begun) {
+  auto now = co_await run_.view.watch_rest(kDriftTime);
+  if (!now) co_return fail(now.error());
+  const Duration ago = run_.setup.clock.now() - begun;
+  run_.event(now->event<EventKind::drift>());
+  const double felt_N = felt_beyond_drift_N(*now, ago);
+  if (felt_N > 0) {
+    rest_.shift(now->force_N() - felt_N - rest_.force_N());
+    MotionOutcome soft;
+    soft.force_N = now->force_N();
+    soft.travel_m = now->travel_m();
+    co_return std::optional(std::move(soft));
+  }
+  rest_ = *now;
+  run_.truth.learn_rest(rest_, FrameTruth::Under::perhaps_contact);
+  run_.guard.set_rest_force(rest_.force_N(), rest_.scatter_N());
+  co_return std::optional<MotionOutcome>();
+}
+
+// What is felt beyond the drift since `rest_` was seen `ago`; what the drift explains is none.
+double ContactSearch::felt_beyond_drift_N(const Rest& now, Duration ago) const {
+  const double s = to_seconds(ago);
+  const double felt_N = now.force_N() - rest_.force_N() - rest_.drift_N_s() * s;
+  const double doubt_N =
+      kSureOfDrift * (std::hypot(rest_.error_N(), now.error_N()) + rest_.drift_error_N_s() * s);
+  return std::abs(felt_N) > doubt_N ? felt_N : 0;
+}
+
+Result<> ContactSearch::check_touched(const MotionOutcome& touched) const {
+  const std::string& step = run_.log.step_id();
+  if (!touched.travel_m) {
+    return fail(Errc::refused, "step {}: the frame reports no travel at contact", step);
+  }
+  // Of a contact that was run into nobody knows where it began.
+  const auto& broken = run_.pressing->broken();
+  if (broken) return fail(Errc::limit_tripped, "step {}: {}", step, *broken);
+  return {};
+}
+
+// Where the specimen is, and what it is like there.
+Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
+                                           const ContactProbe& probe) {
+  const double felt_N = touched.force_N.value_or(probe.touched_N()) - rest_.force_N();
+  if (auto real = probe.check_felt(felt_N); !real) co_return real;
+  run_.contact.search_from(std::nullopt);
+  run_.contact.place(*touched.travel_m, std::max(felt_N, rise_N_));
+  run_.event(ContactEvent{*touched.travel_m, touched.force_N.value_or(0), rest_.force_N()});
+  auto moved = co_await return_to(*touched.travel_m - run_.get(step_.back_off));
+  if (!moved) co_return moved;
+  auto after = co_await run_.view.watch_rest(ContactProbe::kLook);
+  if (!after) co_return fail(after.error());
+  probe.conclude_stiffness(*after);
+  run_.truth.learn_rest(*after);  // its zero may have drifted on the way
+  run_.guard.set_rest_force(after->force_N(), after->scatter_N());
+  const auto start_m = run_.contact.start_travel_m();
+  if (!run_.setup.check_at_contact || !start_m) co_return moved;
+  const double contact_m = *run_.contact.travel_m() + run_.contact.zero_m();
+  auto possible = co_await run_.setup.check_at_contact(*start_m, contact_m);
+  co_return possible;
+}
+
+}  // namespace lcrig

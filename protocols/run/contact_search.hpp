@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// The search for contact: a live cell, and a bounded way in legs, so that the drift of the cell is
+// not taken for a force. Used by the step `find_contact`.
+#pragma once
+
+#include <optional>
+
+#include "protocols/run/contact_probe.hpp"
+#include "protocols/run/run_parts.hpp"
+
+namespace lcrig {
+
+class ContactSearch {
+ public:
+  // Both outlive it.
+  ContactSearch(RunParts& run, const FindContactStep& step)
+      : run_(run), step_(step), rise_N_(run.get(step.force)) {}
+
+  // Contact is placed, its stiffness known as far as the samples tell, and the probe is back off
+  // it. `progress` remembers where the search began, for one that begins again. Errors: refused (no
+  // contact, or a cell that lies), limit_tripped, invalid_request.
+  Task<Result<>> find(StepProgress& progress);
+
+ private:
+  Task<Result<>> return_to(double travel_m);
+  Task<Result<>> look_before();
+  Task<Result<>> look_again(MonoTime begun, const Rest& first);
+  double speed_m_s() const;
+  double furthest_m() const;
+  Task<Result<MotionOutcome>> search();
+  Task<Result<std::optional<MotionOutcome>>> approach();
+  Task<Result<std::optional<MotionOutcome>>> look_between(MonoTime begun);
+  double felt_beyond_drift_N(const Rest& now, Duration ago) const;
+  Result<> check_touched(const MotionOutcome& touched) const;
+  Task<Result<>> take_contact(const MotionOutcome& touched, const ContactProbe& probe);
+
+  RunParts& run_;
+  const FindContactStep& step_;
+  double rise_N_;  // over the force at rest: what counts as touched
+  Rest rest_;  // what the cell would show here without the specimen
+  double end_m_ = 0;  // of the way
+  MonoTime deadline_{};
+};
+
+}  // namespace lcrig

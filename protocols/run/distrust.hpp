@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// What follows when the frame is not believed any more: the run stops at once, and what is still
+// allowed depends on what cannot be believed. The run feeds it with samples and events.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "protocols/run/contact_place.hpp"
+#include "protocols/run/event_log.hpp"
+#include "protocols/run/frame_drive.hpp"
+#include "protocols/run/frame_truth.hpp"
+#include "protocols/run/interrupts.hpp"
+#include "protocols/run/scoped_flag.hpp"
+#include "protocols/run/setup.hpp"
+#include "protocols/watch/guard.hpp"
+
+namespace lcrig {
+
+class Distrust {
+ public:
+  Distrust(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts, Guard& guard,
+           Pressing* pressing, FrameTruth& truth, ContactPlace& contact, FrameDrive& drive);
+
+  // Every sample of a frame that was prepared: whether it contradicts what the frame was told.
+  void judge(const FrameSample& sample);
+  // What the frame tells by itself.
+  void heed(const EventName& kind, const std::string& detail);
+  // While it lives, a new zero is what this run asked for.
+  ScopedFlag expect_zero() { return ScopedFlag(zeroing_); }
+
+  void disbelieve(const Contradiction& contradiction);
+  // The force means nothing any more; every force is allowed then, and only the way away.
+  void distrust_force();
+  // Places are of another zero: not even the way away is known.
+  void lose_origin(const std::string& why);
+
+  // The frame was stopped for the last time: what moves now is only noted.
+  void run_ended() { ended_ = true; }
+  const std::optional<std::string>& moves_again() const { return moves_again_; }
+
+ private:
+  void heed_fault(const EventName& kind, const std::string& detail);
+  void distrust_zero(const std::string& detail);
+  void forget_places(const std::string& why);
+
+  const RunSetup& setup_;
+  const EventLog& log_;
+  InterruptQueue& interrupts_;
+  Guard& guard_;
+  Pressing* pressing_;  // nullptr: the frame cannot move
+  FrameTruth& truth_;
+  ContactPlace& contact_;
+  FrameDrive& drive_;
+  bool zeroing_ = false, ended_ = false;
+  std::optional<std::string> moves_again_;  // what was seen then
+};
+
+}  // namespace lcrig

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The events of a run as rows, each with the step in which it happened. All parts of a run write
+// theirs here.
+#pragma once
+
+#include <string>
+
+#include "base/clock.hpp"
+#include "events/payloads.hpp"
+#include "protocols/protocol.hpp"
+#include "protocols/run/sink.hpp"
+
+namespace lcrig {
+
+class EventLog {
+ public:
+  // Both outlive it.
+  EventLog(Clock& clock, RunSink& sink) : clock_(clock), sink_(sink) {}
+
+  void event(EventName kind, std::string detail) const {
+    sink_.event(RunEvent(clock_.now(), std::move(kind), step_id_, std::move(detail)));
+  }
+  template <EventPayload P>
+  void event(const P& payload) const {
+    event(P::kKind, to_json(payload));
+  }
+  // Until `end_step` events belong to this step.
+  void begin_step(const Step& step) { step_id_ = step.id; }
+  void end_step() { step_id_.clear(); }
+  const std::string& step_id() const { return step_id_; }  // empty: between steps
+
+ private:
+  Clock& clock_;
+  RunSink& sink_;
+  std::string step_id_;
+};
+
+}  // namespace lcrig

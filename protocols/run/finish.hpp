@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a run ends, whatever happened before: the frame stopped, `finally`, the meter safe, and the
+// truth about what lies under the probe.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string_view>
+
+#include "protocols/run/interrupts.hpp"
+#include "protocols/run/losses.hpp"
+#include "protocols/run/run_parts.hpp"
+#include "protocols/run/take_over.hpp"
+
+namespace lcrig {
+
+class Finish {
+ public:
+  // Runs the steps of `finally`; the answer is what stopped them.
+  using RunSteps = std::function<Task<std::optional<InterruptRequest>>()>;
+  Finish(RunParts& run, Losses& losses, const TakeOver& take_over, RunSteps run_steps)
+      : run_(run), losses_(losses), take_over_(take_over), run_steps_(std::move(run_steps)) {}
+
+  // `stop`: what ended the steps; nullopt when they all were done.
+  Task<RunResult> end(std::optional<InterruptRequest> stop);
+
+ private:
+  Task<> stop_for(const std::optional<InterruptRequest>& stop);
+  Task<> see_standstill();
+  bool may_clear(bool frozen);
+  Task<> run_finally();
+  void tell_standstill();
+  void tell_hands_off(bool cleared);
+  Task<> tell_load();
+  std::string load_left(const Result<Rest>& rest) const;
+  Task<> make_meter_safe();
+  void fail_with(Errc code, std::string_view why);
+  void fail_not_standing(std::string_view why);
+
+  RunParts& run_;
+  Losses& losses_;
+  const TakeOver& take_over_;
+  RunSteps run_steps_;
+  RunResult result_;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the frame shows: the newest force and travel, and looks at it while it stands. The run feeds
+// it with every sample; steps, motions and the recovery read it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "protocols/run/event_log.hpp"
+#include "protocols/run/frame_memory.hpp"
+#include "protocols/run/setup.hpp"
+#include "protocols/watch/rest.hpp"
+
+namespace lcrig {
+
+class FrameView {
+ public:
+  static constexpr Duration kRestTime = std::chrono::milliseconds(500);  // of a look at rest
+
+  FrameView(const RunSetup& setup, const EventLog& log) : setup_(setup), log_(log) {}
+
+  void add(std::span<const FrameSample> samples);
+  // Where a motion ended, by the frame's own word. It is newer than the last sample, which at ten
+  // samples per second is one of the motion: the next step would take a force or a way for one that
+  // leads the other way.
+  void take_standstill(const MotionOutcome& outcome);
+
+  std::optional<double> force_N() const { return force_N_; }  // the last one that was known
+  MonoTime force_known() const { return force_known_; }  // when that was
+  // Errors: no_reply when the last known force is too old to tell which way leads to less.
+  Result<double> present_force_N() const;
+  std::optional<double> travel_m() const { return memory_.travel_m; }
+  // Of the last samples only, whatever the frame said.
+  std::optional<double> shown_force_N() const { return shown_force_N_; }
+  std::optional<double> shown_travel_m() const { return shown_travel_m_; }
+  std::optional<double> done_force_N() const {
+    return done_force_N_;
+  }  // where the last motion ended
+  double wavers_N() const { return wavers_N_; }  // scatter of the force at the last look at rest
+  std::optional<MonoTime> last_sample() const { return last_sample_; }
+
+  // What is compared when the frame comes back after a loss.
+  const FrameMemory& memory() const { return memory_; }
+  void forget(bool zeroed);  // all but whether the run has zeroed the frame
+  void zeroed(bool yes) { memory_.zeroed = yes; }
+
+  // Looks at it at least so long while it stands. Errors: no_reply.
+  Task<Result<Rest>> watch_rest(Duration at_least);
+  // Of a load cell whose digits change. Errors: refused when they never do.
+  Task<Result<Rest>> living_rest();
+  // Until samples come, with a force if `feels`. Errors: no_reply.
+  Task<Result<>> await_samples(bool feels);
+
+ private:
+  const RunSetup& setup_;
+  const EventLog& log_;
+  FrameMemory memory_;
+  std::int64_t samples_ = 0;
+  std::optional<MonoTime> last_sample_;
+  std::optional<double> force_N_;
+  MonoTime force_known_;
+  std::optional<double> shown_force_N_, shown_travel_m_, done_force_N_;
+  std::optional<Rest> watched_;  // fed while somebody watches
+  double wavers_N_ = 0;
+};
+
+}  // namespace lcrig

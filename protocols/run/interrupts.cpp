@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/interrupts.hpp"
+
+#include <algorithm>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <utility>
+
+#include "base/as_result.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace asio::experimental::awaitable_operators;
+
+bool is_stop(const InterruptRequest& request) {
+  return request.kind != Interrupt::pause;
+}
+
+}  // namespace
+
+EventKind event_of(Interrupt i) {
+  switch (i) {
+    case Interrupt::pause: return EventKind::pause;
+    case Interrupt::abort: return EventKind::abort;
+    case Interrupt::freeze: return EventKind::freeze;
+    case Interrupt::limit: return EventKind::limit;
+    case Interrupt::fault: return EventKind::fault;
+    case Interrupt::loss: return EventKind::loss;
+  }
+  return EventKind::fault;
+}
+
+InterruptRequest::InterruptRequest(Interrupt k, std::string w)
+    : kind(k),
+      code(k == Interrupt::limit ? Errc::limit_tripped : Errc::aborted),
+      why(std::move(w)) {}
+
+InterruptRequest request_for(const Error& error) {
+  switch (error.code) {
+    case Errc::limit_tripped: return InterruptRequest(Interrupt::limit, error);
+    case Errc::aborted: return InterruptRequest(Interrupt::abort, error);
+    default: return InterruptRequest(Interrupt::fault, error);
+  }
+}
+
+InterruptQueue::InterruptQueue(asio::any_io_executor executor, Clock& clock, const EventLog& log,
+                               std::function<void()> look)
+    : clock_(clock), log_(log), look_(std::move(look)), wake_(executor, 1), resumes_(executor, 1) {}
+
+InterruptQueue::Taken InterruptQueue::ask(InterruptRequest request) {
+  if (over_) return Taken::over;
+  const bool stops = is_stop(request);
+  // A second abort never ends `finally`, which unloads the specimen.
+  const bool asks = request.kind == Interrupt::pause || request.kind == Interrupt::abort;
+  if (finishing_ && asks) return Taken::finally_goes_on;
+  if (stops && request.kind != Interrupt::freeze && stop_pending_) return Taken::acts;
+  stop_pending_ = stop_pending_ || stops;
+  // The event of a limit names the sample, and was written with it.
+  if (request.kind != Interrupt::limit) log_.event(event_of(request.kind), request.why);
+  push(std::move(request));
+  return Taken::acts;
+}
+
+void InterruptQueue::push(InterruptRequest request) {
+  const auto same = [&](const InterruptRequest& other) { return other.kind == request.kind; };
+  if (std::ranges::none_of(pending_, same)) pending_.push_back(std::move(request));
+  wake_.try_send(boost::system::error_code());
+}
+
+InterruptRequest InterruptQueue::take() {
+  InterruptRequest request = std::move(pending_.front());
+  pending_.pop_front();
+  return request;
+}
+
+InterruptRequest InterruptQueue::take_stop() {
+  const auto first = std::ranges::find_if(pending_, is_stop);
+  if (first != pending_.end()) std::rotate(pending_.begin(), first, std::next(first));
+  return take();
+}
+
+Task<> InterruptQueue::wait() {
+  while (pending_.empty()) {
+    ++ticks_;
+    last_tick_ = clock_.now();
+    auto r = co_await (wake_.async_receive(kAsResult) || clock_.wait_for(kTick));
+    if (r.index() == 1) look_();
+  }
+}
+
+Task<> InterruptQueue::wait_for_stop() {
+  while (std::ranges::none_of(pending_, is_stop)) co_await clock_.wait_for(kTick / 5);
+}
+
+Task<> InterruptQueue::resumed() {
+  auto r = co_await resumes_.async_receive(kAsResult);
+  static_cast<void>(r);
+}
+
+std::optional<InterruptRequest> InterruptQueue::begin_finish(std::optional<InterruptRequest> stop) {
+  finishing_ = true;
+  stop_pending_ = false;
+  // Whoever froze a run that was stopped already means it.
+  for (InterruptRequest& late : pending_) {
+    const bool stops = is_stop(late) && late.kind != Interrupt::loss;
+    if (late.kind == Interrupt::freeze || (stops && !stop)) stop = std::move(late);
+  }
+  pending_.clear();
+  return stop;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Names the load levels of a run: which number each `measure` step gets, and which force it was
+// measured at. Load steps set the target, `measure` takes the next level.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "base/clock.hpp"
+#include "protocols/protocol.hpp"
+#include "protocols/run/point.hpp"
+#include "protocols/run/sink.hpp"
+
+namespace lcrig {
+
+class LevelLabels {
+ public:
+  // `environment` outlives it.
+  LevelLabels(const Environment& environment, std::optional<double> probe_area_m2,
+              double gravity_m_s2)
+      : environment_(environment), probe_area_m2_(probe_area_m2), gravity_m_s2_(gravity_m_s2) {}
+
+  double force_of(const Target& target) const;  // N; of a force or a pressure
+  // The levels that follow are measured at this force, or at none (a travel, or nothing).
+  void aim_at(const std::optional<Target>& target);
+  double aim_at_mass(const PlaceWeightStep& step);  // kg; with its weight as the target
+  std::int64_t repeat() const { return repeat_; }  // of the outermost loop, from 1; 0: none
+  void enter_repeat(std::int64_t repeat) { repeat_ = repeat; }
+  LoadLevel next(std::string step_id, std::int64_t readings, MonoTime begin);
+  // The last level is measured anew: it keeps its place within the repeat, with a new number.
+  void abandon() { --in_repeat_; }
+
+  // So that a run that goes on later counts on.
+  void write_to(RunPoint& point) const;
+  void take_from(const RunPoint& point);
+
+ private:
+  void aim_at_force(double force_N);
+
+  const Environment& environment_;
+  std::optional<double> probe_area_m2_;
+  double gravity_m_s2_;
+  std::optional<double> target_force_N_, target_pressure_Pa_;
+  std::int64_t levels_ = 0;
+  std::int64_t in_repeat_ = 0, of_repeat_ = -1;  // levels so far in this repeat
+  std::int64_t repeat_ = 0;
+};
+
+}  // namespace lcrig

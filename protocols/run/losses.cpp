@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/losses.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <utility>
+
+#include "base/text.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace asio::experimental::awaitable_operators;
+using namespace std::chrono_literals;
+
+// Between two attempts. With the meter's own 0.5 s after opening it is back within a second.
+constexpr Duration kPause = 50ms;
+constexpr Duration kReminder = 60s;  // between log lines while it is away
+// A frame that is lost when the run ends is waited for so long: the specimen is still loaded.
+constexpr Duration kFinallyPatience = 5s;
+// More losses than this within a minute are a broken cable, not a lost plug.
+constexpr std::size_t kLossesAMinute = 4;
+constexpr double kForceTolerance = 0.05;  // of the force window, at rest at the same travel
+
+bool is_absent(Errc code) {
+  return code == Errc::disconnected || code == Errc::no_reply || code == Errc::reply_cut_off ||
+         code == Errc::garbled || code == Errc::io || code == Errc::busy ||
+         code == Errc::not_standing;
+}
+
+}  // namespace
+
+void Losses::lose_meter(Error error) {
+  // `finally` unloads without readings; a step of it that needs the meter fails by itself.
+  lose(meter_, last_reading_, std::move(error));
+}
+
+void Losses::lose_frame(Error error) {
+  run_.guard.set_watch_age(false);
+  run_.truth.look_away();
+  if (!memory_at_loss_) {
+    memory_at_loss_ = run_.view.memory();
+    memory_at_loss_->origin = run_.setup.frame.origin();
+    // The samples of a gateway that tells no times tell no speed.
+    if (run_.motions.in_motion()) memory_at_loss_->begun_m_s = run_.motions.last_speed_m_s();
+  }
+  lose(frame_, run_.view.last_sample(), std::move(error));
+}
+
+void Losses::lose(std::optional<Away>& away, const std::optional<MonoTime>& data, Error error) {
+  if (run_.interrupts.over() || away) return;
+  const MonoTime now = run_.setup.clock.now();
+  away.emplace(error, now, data.value_or(now));
+  run_.event(EventKind::loss, error.what);
+  spdlog::warn("run {}: instrument lost: {}", run_.setup.run, printable(error.what));
+  if (run_.interrupts.finishing() && &away == &meter_) return;
+  run_.interrupts.push(InterruptRequest(Interrupt::loss, std::move(error)));
+}
+
+// If this program itself did not run meanwhile they are not late by the gateway's fault.
+void Losses::judge_age(std::span<const FrameSample> samples) {
+  const MonoTime now = run_.setup.clock.now();
+  const auto finding = sample_clock_.add(samples);
+  if (finding.news) run_.event(finding.news->first, finding.news->second);
+  const bool slept = now - run_.interrupts.last_tick() > 2 * InterruptQueue::kTick;
+  if (finding.age_s <= SampleClock::kLate_s || slept) return;
+  if (now - age_told_ >= 1s || age_told_ == MonoTime()) {
+    age_told_ = now;
+    run_.event(LateSamplesEvent{finding.age_s});
+  }
+  if (!run_.motions.in_motion() || run_.interrupts.finishing()) return;
+  lose_frame(
+      Error(Errc::no_reply, fmt::format("the samples of the frame are {:.2f} s old when they "
+                                        "arrive: nobody can watch a motion like that",
+                                        finding.age_s)));
+}
+
+void Losses::look() {
+  const MonoTime now = run_.setup.clock.now();
+  const bool away_before = is_away();
+  if (auto why = run_.guard.check_age(now); why && !run_.interrupts.stop_pending()) {
+    lose_frame(Error(Errc::no_reply, std::move(*why)));
+  }
+  if (auto why = run_.sampler.check_age(now)) lose_meter(Error(Errc::no_reply, std::move(*why)));
+  const bool finishing = run_.interrupts.finishing();
+  const bool waited_for = finishing || run_.progress.state == RunState::waiting_for_instrument;
+  const bool told = away_before && waited_for;
+  const bool matters = frame_ || (meter_ && !finishing);
+  if (!matters || told) return;
+  run_.interrupts.push(InterruptRequest(Interrupt::loss, first_away().why));
+}
+
+bool Losses::is_of_loss(const Step& step, const Error& error) const {
+  if (frame_) return is_absent(error.code);
+  const bool reads = std::holds_alternative<MeasureStep>(step.action) ||
+                     std::holds_alternative<SetLcrStep>(step.action);
+  return meter_ && reads && !run_.interrupts.finishing();
+}
+
+bool Losses::keeps_vanishing() {
+  const MonoTime now = run_.setup.clock.now();
+  std::erase_if(losses_, [&](MonoTime t) { return now - t > 60s; });
+  losses_.push_back(now);
+  return losses_.size() > kLossesAMinute;
+}
+
+// Whether to go on at all; the reason if not.
+std::optional<InterruptRequest> Losses::give_up() {
+  const bool finishing = run_.interrupts.finishing();
+  const bool shaky = keeps_vanishing();
+  const bool shaky_in_finally = finishing && ++losses_in_finally_ > kLossesAMinute;
+  const bool may_wait = run_.setup.protocol.on_loss != OnLoss::abort && !shaky;
+  if (finishing ? !shaky_in_finally : may_wait) return std::nullopt;
+  InterruptRequest stop(Interrupt::fault, first_away().why);
+  if (shaky) stop.why += fmt::format(" (lost {} times within a minute)", losses_.size());
+  run_.event(EventKind::fault, stop.why);
+  return stop;
+}
+
+Task<std::optional<InterruptRequest>> Losses::survive(StepProgress& progress) {
+  std::optional<InterruptRequest> stop = give_up();
+  if (stop) co_return stop;
+  const bool finishing = run_.interrupts.finishing();
+  progress.interrupt(run_.setup.clock.now());
+  const RunState before = run_.progress.state;
+  if (!finishing) run_.progress.state = RunState::waiting_for_instrument;
+  if (frame_ || !run_.drive.held_force_N()) co_await run_.drive.stop();
+  const Duration patience = finishing ? kFinallyPatience : run_.setup.protocol.on_loss_timeout;
+  stop = co_await wait_for_return(patience);
+  const auto& hands_off = run_.drive.hands_off();
+  if (!stop && hands_off) stop = InterruptRequest(Interrupt::fault, *hands_off);
+  if (stop) co_return stop;
+  run_.progress.state = before;
+  run_.sampler.start(run_.setup.protocol.sample.lcr_continuous);
+  const bool anew = run_.setup.protocol.on_loss == OnLoss::repeat_step || finishing;
+  if (anew) begin_again(progress);
+  if (memory_at_loss_) {  // the frame was lost: it left force control
+    memory_at_loss_.reset();
+    auto held = co_await run_.drive.restore_hold();
+    if (!held) stop = InterruptRequest(Interrupt::fault, held.error());
+  }
+  co_return stop;
+}
+
+Task<std::optional<InterruptRequest>> Losses::wait_for_return(Duration patience) {
+  const MonoTime limit = run_.setup.clock.now() + patience;
+  std::optional<InterruptRequest> stop;
+  while (is_away() && !stop) {
+    auto r =
+        co_await (bring_back() || run_.interrupts.wait() || run_.setup.clock.wait_until(limit));
+    if (r.index() == 0) {
+      const auto& back = std::get<0>(r);
+      if (!back) stop = InterruptRequest(Interrupt::fault, back.error());
+    } else if (r.index() == 1) {
+      InterruptRequest request = run_.interrupts.take();
+      if (request.kind == Interrupt::pause) pause_wanted_ = true;
+      const bool goes_on = request.kind == Interrupt::pause || request.kind == Interrupt::loss;
+      if (!goes_on) stop = std::move(request);
+    } else {
+      const Away& away = first_away();
+      stop = InterruptRequest(Interrupt::fault, away.why);
+      stop->why += fmt::format("; it did not come back within {:.0f} s ({} attempts, the last: {})",
+                               to_seconds(patience), away.attempts, away.last);
+    }
+    if (stop && r.index() != 1 && !run_.drive.hands_off()) run_.event(EventKind::fault, stop->why);
+  }
+  co_return stop;
+}
+
+// Ends when both are back, or with the reason why it is no use to wait.
+Task<Result<>> Losses::bring_back() {
+  for (;;) {
+    if (frame_) {
+      auto tried = co_await try_frame();
+      if (!tried) co_return tried;
+    }
+    if (meter_) {
+      auto tried = co_await try_meter();
+      if (!tried) co_return tried;
+    }
+    if (!is_away()) co_return Result<>();
+    co_await run_.setup.clock.wait_for(kPause);
+  }
+}
+
+void Losses::note_attempt(Away& away, const Error& error) {
+  ++away.attempts;
+  // Another instrument on this port is worth a row, once.
+  if (error.code == Errc::refused && away.last != error.what) {
+    run_.event(EventKind::refused, error.what);
+    spdlog::warn("run {}: {}", run_.setup.run, printable(error.what));
+  }
+  away.last = error.what;
+  const MonoTime now = run_.setup.clock.now();
+  if (now - away.reported < kReminder) return;
+  away.reported = now;
+  spdlog::info("run {}: still away after {:.0f} s and {} attempts: {}", run_.setup.run,
+               to_seconds(now - away.since), away.attempts, printable(error.what));
+}
+
+Task<Result<>> Losses::try_meter() {
+  if (run_.sampler.is_running())
+    run_.sampler.interrupt();  // a silent meter keeps an exchange waiting
+  auto back = co_await run_.sampler.reconnect();
+  if (back) {
+    welcome(meter_, "lcr");
+  } else if (back.error().code == Errc::invalid_request) {
+    co_return fail(meter_->why);
+  } else {
+    note_attempt(*meter_, back.error());
+  }
+  co_return Result<>();
+}
+
+Task<Result<>> Losses::try_frame() {
+  auto identity = co_await run_.setup.frame.reconnect();
+  if (!identity && identity.error().code == Errc::invalid_request) {
+    co_return fail(frame_->why);
+  }
+  // Another machine, or this one with other abilities: it is no use to wait.
+  if (!identity && identity.error().code == Errc::refused) {
+    note_attempt(*frame_, identity.error());
+    if (run_.setup.moves()) run_.drive.keep_hands_off(identity.error().what, Errc::refused);
+    co_return fail(identity.error());
+  }
+  if (!identity) {
+    note_attempt(*frame_, identity.error());
+    co_return Result<>();
+  }
+  auto joined = co_await rejoin_frame();
+  if (joined) co_return joined;
+  if (!is_absent(joined.error().code)) co_return joined;
+  note_attempt(*frame_, joined.error());
+  co_return Result<>();
+}
+
+// It stands, obeys, is armed again, sends samples, and is where it was. One that is not is stopped
+// and heard, no more.
+Task<Result<>> Losses::rejoin_frame() {
+  if (run_.setup.commands) {
+    auto stopped = co_await run_.drive.stop_silently();
+    if (!stopped) co_return stopped;
+  }
+  sample_clock_.forget();
+  run_.view.forget(memory_at_loss_ && memory_at_loss_->zeroed);
+  Result<> same;
+  if (memory_at_loss_) same = compare_origin(run_, *memory_at_loss_);
+  if (!same) run_.distrust.distrust_force();  // what it shows is no reason to trip a limit
+  Result<> armed;
+  if (same && !run_.drive.hands_off()) {
+    armed = co_await run_.drive.take_command();
+  } else {
+    armed = co_await run_.setup.frame.set_sample_rate(run_.setup.frame_rate_Hz);
+  }
+  if (!armed) co_return armed;
+  run_.guard.set_watch_age(false);
+  auto heard = co_await run_.view.await_samples(run_.needs_force());
+  if (!heard) co_return heard;
+  if (same && memory_at_loss_) same = compare_place(run_, *memory_at_loss_);
+  run_.guard.restart_age(run_.setup.clock.now());
+  run_.guard.set_watch_age(run_.setup.moves());
+  run_.truth.stand();
+  welcome(frame_, "frame");
+  if (!same) run_.distrust.lose_origin(same.error().what);
+  co_return Result<>();
+}
+
+void Losses::welcome(std::optional<Away>& away, const char* instrument) {
+  const MonoTime now = run_.setup.clock.now();
+  const double without_s = to_seconds(now - away->data), away_s = to_seconds(now - away->since);
+  run_.event(GapEvent{instrument, without_s, away_s, away->attempts});
+  run_.event(ReconnectedEvent{instrument, without_s, away_s, away->attempts});
+  spdlog::info("run {}: {} is back after {:.2f} s", run_.setup.run, instrument, away_s);
+  away.reset();
+}
+
+// A level that is begun anew gets a number of its own; the readings of the one that was cut off
+// stay, and an event says that they do not count.
+void Losses::begin_again(StepProgress& progress) {
+  if (progress.level) {
+    run_.event(LevelAbandonedEvent{progress.level->level, progress.readings});
+    run_.labels.abandon();
+  }
+  const auto start_travel_m = progress.start_travel_m, away_m = progress.away_m;
+  progress = StepProgress();
+  progress.start_travel_m = start_travel_m;
+  progress.away_m = away_m;
+  run_.event(EventKind::repeat, "the step begins anew");
+}
+
+Task<> Losses::bring_frame_back() {
+  const MonoTime limit = run_.setup.clock.now() + kFinallyPatience;
+  do {
+    auto tried = co_await try_frame();
+    if (!tried) {
+      run_.event(EventKind::fault, tried.error().what);
+      co_return;
+    }
+    if (frame_) co_await run_.setup.clock.wait_for(kPause);
+  } while (frame_ && run_.setup.clock.now() < limit);
+}
+
+Result<> compare_origin(RunParts& run, const FrameMemory& before) {
+  if (!run.setup.moves() || !before.origin) return {};
+  const auto now = run.setup.frame.origin();
+  if (now == before.origin) return {};
+  return fail(Errc::refused,
+              "the zero of force or travel was lost or changed meanwhile (origin {}, before it was "
+              "{}): what the frame shows means nothing to this run any more",
+              now.value_or("not stated"), *before.origin);
+}
+
+Result<> compare_place(RunParts& run, const FrameMemory& before) {
+  if (!run.setup.moves()) return {};  // a frame that others drive may be anywhere
+  FrameTolerance allowed;
+  allowed.force_N = kForceTolerance * (run.setup.limits.force_max_N - run.setup.limits.force_min_N);
+  allowed.deceleration = run.setup.frame.capabilities().deceleration;
+  allowed.rest_N = run.truth.rest_N();
+  allowed.noise_N = run.truth.noise_N();
+  if (run.pressing != nullptr) {
+    allowed.force_after_N = [&run](double felt_N, double way_m) {
+      return run.pressing->forecast().bound().force_after_N(felt_N, way_m);
+    };
+  }
+  return compare_frame(before, run.view.memory(), allowed);
+}
+
+}  // namespace lcrig

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run does when an instrument vanishes. The frame holds its travel, or goes on holding the
+// force if only the meter is away; the guard stays active; whoever asks for a stop gets it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocols/run/frame_memory.hpp"
+#include "protocols/run/interrupts.hpp"
+#include "protocols/run/run_parts.hpp"
+#include "protocols/run/sample_clock.hpp"
+
+namespace lcrig {
+
+class Losses {
+ public:
+  explicit Losses(RunParts& run) : run_(run) {}
+
+  void lose_meter(Error error);
+  void lose_frame(Error error);
+  void meter_answered(MonoTime t) { last_reading_ = t; }
+  // Samples that are old say nothing of what happens now: a motion that nobody can watch is
+  // stopped.
+  void judge_age(std::span<const FrameSample> samples);
+  // Instruments that are there but say nothing are as lost as those that are not there.
+  void look();
+
+  bool is_away() const { return meter_ || frame_; }
+  bool meter_away() const { return meter_.has_value(); }
+  const Error* frame_away() const { return frame_ ? &frame_->why : nullptr; }  // why; nullptr: no
+  // The step failed because its instrument vanished, which is no failure of the step.
+  bool is_of_loss(const Step& step, const Error& error) const;
+
+  // nullopt: it is back, and the step goes on (`wait`) or begins anew (`repeat_step`).
+  Task<std::optional<InterruptRequest>> survive(StepProgress& progress);
+  // Somebody asked for a pause while an instrument was away.
+  bool take_pause() { return std::exchange(pause_wanted_, false); }
+  // The run ends and its frame is not there: `finally` needs it.
+  Task<> bring_frame_back();
+
+ private:
+  // An instrument that vanished.
+  struct Away {
+    Away(Error e, MonoTime t, MonoTime d) : why(std::move(e)), since(t), reported(t), data(d) {}
+    Error why;
+    MonoTime since, reported;
+    MonoTime data;  // of its last reading or sample
+    std::int64_t attempts = 0;
+    std::string last;  // what the last attempt said
+  };
+
+  void lose(std::optional<Away>& away, const std::optional<MonoTime>& data, Error error);
+  const Away& first_away() const { return frame_ ? *frame_ : *meter_; }
+  bool keeps_vanishing();
+  std::optional<InterruptRequest> give_up();
+  void begin_again(StepProgress& progress);
+  Task<std::optional<InterruptRequest>> wait_for_return(Duration patience);
+  Task<Result<>> bring_back();
+  Task<Result<>> try_meter();
+  Task<Result<>> try_frame();
+  Task<Result<>> rejoin_frame();
+  void note_attempt(Away& away, const Error& error);
+  void welcome(std::optional<Away>& away, const char* instrument);
+
+  RunParts& run_;
+  std::optional<Away> meter_, frame_;
+  std::optional<FrameMemory> memory_at_loss_;  // of the frame
+  std::optional<MonoTime> last_reading_;
+  std::vector<MonoTime> losses_;  // of the last minute
+  std::size_t losses_in_finally_ = 0;
+  bool pause_wanted_ = false;
+  SampleClock sample_clock_;
+  MonoTime age_told_{};
+};
+
+// A frame that comes back, after a loss or in a later run, must be the one that was left. Errors:
+// refused, with what differs; nothing may be moved then.
+Result<> compare_origin(RunParts& run, const FrameMemory& before);  // before it is armed
+Result<> compare_place(RunParts& run, const FrameMemory& before);  // with its samples
+
+}  // namespace lcrig

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// One motion of the frame: whether it may begin, what the device watches meanwhile, and whether it
+// ended where it was told to. Steps move the frame through this and through nothing else.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "protocols/run/contact_place.hpp"
+#include "protocols/run/event_log.hpp"
+#include "protocols/run/frame_drive.hpp"
+#include "protocols/run/frame_truth.hpp"
+#include "protocols/run/frame_view.hpp"
+#include "protocols/run/setup.hpp"
+#include "protocols/watch/guard.hpp"
+#include "protocols/watch/pressing.hpp"
+
+namespace lcrig {
+
+class Motions {
+ public:
+  // `pressing`: nullptr for a frame that cannot move.
+  Motions(const RunSetup& setup, const EventLog& log, Guard& guard, Pressing* pressing,
+          FrameView& view, FrameTruth& truth, const ContactPlace& contact, FrameDrive& drive);
+
+  // Errors of all: invalid_request (nothing has moved), no_reply (not within the time-out),
+  // limit_tripped, aborted, refused (also: the frame shows that it is not where it says).
+  Task<Result<>> to_travel(double travel_m, double speed_m_s, double timeout_s);
+  // Towards the specimen when the force has to grow, away from it otherwise.
+  Task<Result<>> to_force(double force_N, double speed_m_s, double timeout_s);
+  Task<Result<>> ramp_to_force(double force_N, double rate_N_s, double timeout_s);
+  // A search for a force: stands at this travel at the latest, and stops at a force that falls so
+  // far.
+  struct Search {
+    Search(double end, double least) : end_m(end), least_N(least) {}
+    double end_m, least_N;
+  };
+  Task<Result<MotionOutcome>> press_until(double force_N, double speed_m_s, double timeout_s,
+                                          std::optional<Search> search);
+
+  bool in_motion() const { return in_motion_; }
+  double last_speed_m_s() const { return last_speed_m_s_; }  // of the last one that was asked
+
+ private:
+  using Permit = Pressing::Permit;
+  Pressing::State pressing_state() const;
+  MotionOrder order_of(double force_N, int side, double speed_m_s) const;
+  Task<Result<MotionOutcome>> watched(MotionOrder order, Permit permit,
+                                      Task<Result<MotionOutcome>> motion, double timeout_s);
+  Task<Result<>> ready_for(const Permit& permit);
+  Task<Result<MotionOutcome>> timed(const MotionOrder& order, Task<Result<MotionOutcome>> motion,
+                                    double timeout_s);
+  void see_end(const MotionOrder& order, const MotionOutcome& outcome);
+  tl::unexpected<Error> refused(const Error& error) const;  // with the step that it was refused to
+
+  const RunSetup& setup_;
+  const EventLog& log_;
+  Guard& guard_;
+  Pressing* pressing_;
+  FrameView& view_;
+  FrameTruth& truth_;
+  const ContactPlace& contact_;
+  FrameDrive& drive_;
+  bool in_motion_ = false;
+  double last_speed_m_s_ = 0;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/run_parts.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace lcrig {
+
+namespace {
+
+// Silence of the sample stream that stops a moving frame: three periods, but never less than two
+// batches of the link (100 ms each) and their jitter.
+Duration stale_after(double rate_Hz) {
+  return std::max<Duration>(from_seconds(3.0 / rate_Hz), std::chrono::milliseconds(500));
+}
+
+}  // namespace
+
+RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, std::function<void()> look,
+                   Sampler::Hooks sampled)
+    : setup(s),
+      pressing(s.pressing ? &*s.pressing : nullptr),
+      log(s.clock, s.sink),
+      interrupts(executor, s.clock, log, std::move(look)),
+      guard(s.limits, stale_after(s.frame_rate_Hz)),
+      view(s, log),
+      truth(s, log, guard, pressing, view),
+      contact(s, guard, truth),
+      drive(s, log, interrupts, guard, truth, contact),
+      distrust(s, log, interrupts, guard, pressing, truth, contact, drive),
+      motions(s, log, guard, pressing, view, truth, contact, drive),
+      labels(s.environment, s.probe_area_m2, s.gravity_m_s2),
+      sampler(executor, s.clock, s.lcr, s.lcr_settings, std::move(sampled)) {
+  progress.run = s.run;
+  progress.protocol = s.protocol.name;
+  progress.specimen = s.specimen;
+  progress.planned_s = s.planned_s;
+}
+
+RunPoint RunParts::point() const {
+  RunPoint p;
+  p.steps_done = progress.steps_done;
+  labels.write_to(p);
+  p.contact_travel_m = contact.travel_m();
+  p.travel_m = view.travel_m();
+  p.zeroed = view.memory().zeroed;
+  p.origin = setup.frame.origin();
+  return p;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run is given, and what comes of it. The daemon fills the first and stores the second.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "base/clock.hpp"
+#include "base/exit_status.hpp"
+#include "drivers/lcr_meter.hpp"
+#include "drivers/load_frame.hpp"
+#include "protocols/plan/limits.hpp"
+#include "protocols/protocol.hpp"
+#include "protocols/run/point.hpp"
+#include "protocols/run/sink.hpp"
+#include "protocols/watch/pressing.hpp"
+
+namespace lcrig {
+
+struct RunResult {
+  RunResult() = default;
+  ExitStatus exit_status = ExitStatus::fail;
+  std::string reason;  // empty on success
+  std::optional<Errc> code;  // why, when it was no success
+  double peak_force_N = 0;
+};
+
+// Everything that a reference here names outlives the run.
+struct RunSetup {
+  RunSetup(Clock& c, LcrMeter& l, LoadFrame& f, RunSink& s, const Protocol& p)
+      : clock(c), lcr(l), frame(f), sink(s), protocol(p) {}
+  // Whether this run may make the frame move.
+  bool moves() const { return commands && frame.capabilities().motion; }
+
+  Clock& clock;
+  LcrMeter& lcr;  // identified and configured
+  LoadFrame& frame;  // identified
+  RunSink& sink;
+  const Protocol& protocol;
+  Environment environment;  // parameters, and the sweep variables of the present step
+  BoundLimits limits;  // of the protocol
+  // False: the protocol asks nothing of the frame, which belongs to somebody else. It is only
+  // observed, and never stopped.
+  bool commands = true;
+  double frame_rate_Hz = 50;  // of the samples
+  std::optional<Pressing> pressing;  // what bounds the force; of a frame that moves
+  std::optional<double> start_gap_m;  // as a person stated it
+  std::string plan_json;  // figures and assumptions of the plan, stored with the run
+  // Plans again, with the place of contact known, before anything is pressed. May be empty.
+  std::function<Task<Result<>>(double start_travel_m, double contact_travel_m)> check_at_contact;
+  LcrSettings lcr_settings;  // as read back
+  std::optional<double> probe_area_m2;  // force = pressure times this
+  double gravity_m_s2 = 9.80665;  // local
+  double planned_s = 0;  // of the plan, for the progress bar
+  std::int64_t run = 0;
+  std::string specimen;
+  // `record until confirmed` waits for this.
+  Operator* person = nullptr;
+  // Begin there, after a person confirmed the specimen, instead of at the first step.
+  std::optional<Continuation> continues;
+  std::function<void(const RunProgress&)> on_step;  // told when a step begins; may be empty
+  std::function<void()> on_stop;  // told when `Run::stands` or `failed_stops` grew; may be empty
+};
+
+}  // namespace lcrig

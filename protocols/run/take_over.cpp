@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/take_over.hpp"
+
+#include <fmt/format.h>
+
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <utility>
+#include <variant>
+
+#include "protocols/run/losses.hpp"
+#include "protocols/run/steps.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace asio::experimental::awaitable_operators;
+
+// Of the motion that step number `n` (from 0) begins with, m/s; 0: it does not move, or along a
+// force.
+double begun_speed(const Protocol& protocol, Environment env, std::int64_t n) {
+  StepCursor ahead(protocol.steps, env);
+  const Step* step = ahead.next();
+  for (; step != nullptr && n > 0; --n) step = ahead.next();
+  if (step == nullptr) return 0;
+  if (const auto* contact = std::get_if<FindContactStep>(&step->action)) {
+    return env.get(contact->speed);
+  }
+  if (const auto* move = std::get_if<MoveUntilStep>(&step->action)) return env.get(move->speed);
+  const auto* ramp = std::get_if<RampStep>(&step->action);
+  return ramp != nullptr && ramp->speed ? env.get(*ramp->speed) : 0;
+}
+
+}  // namespace
+
+Task<std::optional<InterruptRequest>> TakeOver::confirm_specimen() {
+  const Continuation& from = *run_.setup.continues;
+  std::optional<InterruptRequest> stop;
+  if (!from.confirmed) {
+    unconfirmed_ = true;
+    run_.progress.state = RunState::waiting_for_operator;
+    const std::string prompt = fmt::format(
+        "Run {} stopped in step {}. Look at the rig: if specimen {} was not touched since, confirm "
+        "to go on.",
+        from.run, from.step_id, run_.setup.specimen);
+    run_.event(EventKind::prompt, prompt);
+    auto r = co_await (run_.setup.person->confirm(prompt) || run_.interrupts.wait());
+    if (r.index() == 1) {
+      stop = run_.interrupts.take();
+    } else if (const auto& said = std::get<0>(r); !said) {
+      stop = InterruptRequest(Interrupt::abort, said.error());
+    }
+    if (stop && (stop->kind == Interrupt::loss || stop->kind == Interrupt::pause)) {
+      stop->kind = Interrupt::fault;
+    }
+    unconfirmed_ = stop.has_value();
+    run_.progress.state = RunState::running;
+  }
+  if (!stop)
+    run_.event(EventKind::confirm, fmt::format("the specimen of run {} was not touched", from.run));
+  co_return stop;
+}
+
+Result<> TakeOver::compare_frame_at(std::int64_t first_step) const {
+  const Continuation& from = *run_.setup.continues;
+  FrameMemory before = from.frame;
+  before.zeroed = from.point.zeroed;
+  before.origin = from.point.origin;
+  before.begun_m_s = begun_speed(run_.setup.protocol, run_.setup.environment, first_step);
+  auto same = compare_origin(run_, before);
+  if (same) same = compare_place(run_, before);
+  return same;
+}
+
+Task<Result<>> TakeOver::pass_done_steps(StepCursor& cursor) {
+  const Continuation& from = *run_.setup.continues;
+  run_.event(ContinuesEvent{from.run, from.step_id, from.point.steps_done});
+  auto heard = co_await run_.view.await_samples(run_.needs_force());
+  if (!heard) co_return heard;
+  const std::int64_t first =
+      first_step_of(run_.setup.protocol, run_.setup.environment, from.point.steps_done);
+  auto same = compare_frame_at(first);
+  if (!same) {
+    run_.distrust.lose_origin(same.error().what);
+    co_return same;
+  }
+  run_.view.zeroed(from.point.zeroed);
+  start_travel_m_ = from.point.travel_m;
+  run_.contact.take_from(from.point.contact_travel_m);
+  run_.labels.take_from(from.point);
+  LcrSettings settings = run_.sampler.settings();
+  for (; run_.progress.steps_done < first; ++run_.progress.steps_done) {
+    const Step* step = cursor.next();
+    if (step == nullptr) {
+      co_return fail(Errc::invalid_request, "run {}: has no step {}", from.run, first);
+    }
+    pass_over(*step, settings);
+  }
+  if (!(settings == run_.sampler.settings())) {
+    auto set = co_await run_.sampler.configure(std::move(settings));
+    if (!set) co_return set;
+  }
+  auto held = co_await run_.drive.restore_hold();
+  co_return held;
+}
+
+void TakeOver::pass_over(const Step& step, LcrSettings& settings) {
+  if (const auto* place = std::get_if<PlaceWeightStep>(&step.action)) {
+    run_.labels.aim_at_mass(*place);
+  } else if (const auto* set = std::get_if<SetLcrStep>(&step.action)) {
+    apply_settings(*set, run_.setup.environment, settings);
+  } else if (const auto* hold = std::get_if<HoldStep>(&step.action)) {
+    if (hold->at) run_.labels.aim_at(hold->at);
+    run_.drive.will_hold(std::nullopt);
+    if (hold->mode != HoldMode::force) return;
+    run_.drive.will_hold(hold->at ? run_.labels.force_of(*hold->at) : run_.view.force_N());
+  } else if (const auto* ramp = std::get_if<RampStep>(&step.action)) {
+    run_.labels.aim_at(ramp->to);
+    run_.drive.will_hold(std::nullopt);
+    if (!ramp->speed) run_.drive.will_hold(run_.labels.force_of(ramp->to));
+  } else if (const auto* move = std::get_if<MoveUntilStep>(&step.action)) {
+    run_.labels.aim_at(move->until);
+    run_.drive.will_hold(std::nullopt);
+  } else if (std::holds_alternative<FindContactStep>(step.action)) {
+    run_.labels.aim_at(std::nullopt);
+    run_.drive.will_hold(std::nullopt);
+  }
+}
+
+}  // namespace lcrig

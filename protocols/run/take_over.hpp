@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// A run that was interrupted goes on in this one, at the step where it stopped: after a person has
+// looked at the specimen, and if the frame is still where it was.
+#pragma once
+
+#include <optional>
+
+#include "protocols/expand.hpp"
+#include "protocols/run/interrupts.hpp"
+#include "protocols/run/run_parts.hpp"
+
+namespace lcrig {
+
+class TakeOver {
+ public:
+  explicit TakeOver(RunParts& run) : run_(run) {}
+
+  // Nobody knows what happened to the specimen meanwhile: a person looks. nullopt: go on.
+  Task<std::optional<InterruptRequest>> confirm_specimen();
+  // A person was asked and has not said that the specimen was not touched.
+  bool unconfirmed() const { return unconfirmed_; }
+  // Walks past the steps that were done, so that targets, settings and control modes are as they
+  // were. Errors: the frame is not where it was, or an instrument does not answer.
+  Task<Result<>> pass_done_steps(StepCursor& cursor);
+  // Where the frame stood when the step began that now begins again; known once.
+  std::optional<double> take_start_travel_m() { return std::exchange(start_travel_m_, {}); }
+
+ private:
+  Result<> compare_frame_at(std::int64_t first_step) const;
+  void pass_over(const Step& step, LcrSettings& settings);
+
+  RunParts& run_;
+  bool unconfirmed_ = false;
+  std::optional<double> start_travel_m_;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of a run over stub instruments, in virtual time: each can be driven alone.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <optional>
+
+#include "protocols/file/parse.hpp"
+#include "protocols/run/run_parts.hpp"
+#include "tests/support/run_task.hpp"
+#include "tests/support/stub_rig.hpp"
+
+namespace lcrig {
+
+class RunFixture : public ::testing::Test {
+ protected:
+  static constexpr const char* kProtocol = R"({ "format": "load-protocol/1", "name": "t",
+    "limits": { "force_N": [-1, 1], "travel_mm": [0, 60] },
+    "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1,
+                         "aperture": "fast" } },
+    "steps": [ { "id": "r", "do": "ramp", "to": { "travel_mm": 1 }, "speed_mm_s": 1,
+                 "timeout_s": 60 },
+               { "id": "s", "do": "measure", "count": 5, "within_s": 5 } ],
+    "finally": [ { "id": "c", "do": "ramp", "to": { "travel_mm": 0 }, "speed_mm_s": 1,
+                   "timeout_s": 60 } ] })";
+
+  // Before the first use of `parts`.
+  RunSetup& setup() {
+    if (!setup_) {
+      setup_.emplace(clock, meter, frame, sink, protocol);
+      setup_->limits = bind_limits(protocol, setup_->environment, frame.capabilities()).value();
+      const Forecast forecast(frame.capabilities(), ForceBound({}, 120e3), {});
+      setup_->pressing.emplace(forecast, frame.capabilities());
+    }
+    return *setup_;
+  }
+  RunParts& parts() {
+    if (!parts_) {
+      Sampler::Hooks hooks;
+      hooks.tag = [] { return ReadingTag(); };
+      hooks.taken = [](const LcrReading&, const ReadingTag&) {};
+      hooks.event = [](EventKind, const std::string&) {};
+      hooks.lost = [](const Error&) {};
+      parts_.emplace(io.get_executor(), setup(), [this] { ++looks; }, hooks);
+    }
+    return *parts_;
+  }
+  const Step& step(std::size_t i) const { return protocol.steps[i]; }
+  template <class T>
+  T run(Task<T> task) {
+    return run_task(io, clock, std::move(task));
+  }
+  // For tasks without a value: whether it has ended.
+  void start(Task<> task, bool& ended) {
+    asio::co_spawn(io, std::move(task), [&ended](std::exception_ptr) { ended = true; });
+  }
+  // Samples come from now on, ten a second, and the parts of the run see them.
+  void feed() {
+    frame.set_listener(&feed_);
+    asio::co_spawn(io, frame.send_samples(), asio::detached);
+  }
+  // One sample.
+  void show(double force_N, double travel_m) {
+    frame.force_N = force_N;
+    frame.travel_m = travel_m;
+    const FrameSample s = frame.sample();
+    parts().view.add(std::span(&s, 1));
+  }
+  std::int64_t events_of(const std::string& kind) const {
+    return std::ranges::count(sink.kinds(), kind);
+  }
+
+  VirtualClock clock;
+  asio::io_context io;
+  StubMeter meter{clock};
+  StubFrame frame{clock};
+  EventSink sink;
+  Protocol protocol = parse_protocol(kProtocol, "t").value();
+  int looks = 0;
+
+ private:
+  struct Feed final : LoadFrame::Listener {
+    explicit Feed(RunFixture& f) : fixture(f) {}
+    void on_samples(std::span<const FrameSample> samples) override {
+      fixture.parts().view.add(samples);
+      for (const FrameSample& s : samples) fixture.parts().distrust.judge(s);
+    }
+    void on_frame_event(EventName, std::string) override {}
+    void on_frame_lost(Error) override {}
+    RunFixture& fixture;
+  };
+
+  Feed feed_{*this};
+  std::optional<RunSetup> setup_;
+  std::optional<RunParts> parts_;
+};
+
+}  // namespace lcrig

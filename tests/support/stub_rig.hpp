@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// Instruments that do what a test says, and a sink that keeps the events: for the parts of a run
+// alone, without drivers and wires.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drivers/lcr_meter.hpp"
+#include "drivers/load_frame.hpp"
+#include "protocols/run/sink.hpp"
+
+namespace lcrig {
+
+// Measures every 100 ms until it hangs.
+class StubMeter final : public LcrMeter {
+ public:
+  explicit StubMeter(Clock& clock) : clock_(clock) {}
+  bool hangs = false;
+  int made_safe = 0;
+
+  const LcrCapabilities& capabilities() const override { return capabilities_; }
+  Task<Result<Identity>> identify() override { co_return Identity(); }
+  Task<Result<LcrSettings>> configure(LcrSettings s) override { co_return s; }
+  Task<Result<LcrReading>> measure() override {
+    if (hangs) co_await clock_.wait_until(MonoTime::max());
+    co_await clock_.wait_for(std::chrono::milliseconds(100));
+    co_return LcrReading();
+  }
+  Task<Result<LcrSettings>> reconnect() override { co_return LcrSettings(); }
+  Task<Result<>> correct(Correction) override { co_return Result<>(); }
+  Task<Result<>> resync() override { co_return Result<>(); }
+  Task<Result<>> make_safe() override {
+    ++made_safe;
+    co_return Result<>();
+  }
+  void close() override {}
+
+ private:
+  Clock& clock_;
+  LcrCapabilities capabilities_;
+};
+
+// Every command succeeds at once, except that a STOP is never confirmed when it hangs.
+class StubFrame final : public LoadFrame {
+ public:
+  explicit StubFrame(Clock& clock) : clock_(clock) {
+    capabilities_.motion = true;
+    capabilities_.force_max = Force::from_si(20);
+    capabilities_.travel_max = Length::from_si(0.06);
+    capabilities_.speed_max = Velocity::from_si(0.01);
+    capabilities_.reaction = std::chrono::milliseconds(8);
+    capabilities_.deceleration = Acceleration::from_si(0.2);
+    capabilities_.device_stop = true;
+  }
+  bool hangs = false;
+  Result<> stop_says;
+  Result<Identity> reconnect_says = Identity();
+  MotionOutcome motion_says;  // of a travel: goes there instead of where it was told to
+  double force_N = 0, travel_m = 0;  // of the samples
+  std::function<double(double travel_m)> force_at;  // instead of `force_N`
+  double noise_N = 0;  // every other sample shows so much more
+  bool never_ends = false;  // a motion
+  std::optional<std::string> zero_of;  // origin
+  std::vector<std::string> commands;  // that it was given
+
+  FrameCapabilities& abilities() { return capabilities_; }
+  const FrameCapabilities& capabilities() const override { return capabilities_; }
+  std::optional<std::string> origin() const override { return zero_of; }
+  Task<Result<Identity>> identify() override { co_return Identity(); }
+  Task<Result<Identity>> observe(double) override { return identity_after("observe"); }
+  Task<Result<Identity>> reconnect() override {
+    commands.push_back("reconnect");
+    co_return reconnect_says;
+  }
+  Task<Result<>> arm(FrameLimits) override { return done_after("arm"); }
+  Task<Result<>> set_sample_rate(double) override { return done_after("rate"); }
+  Task<Result<MotionOutcome>> move_to(Length to, Velocity) override {
+    return moved_after("move_to", to.si());
+  }
+  Task<Result<MotionOutcome>> move_until_force(Force force, Velocity, Length guard) override {
+    double to_m = travel_m;
+    constexpr double kStep_m = 1e-7;
+    while (force_at && force_at(to_m) < force.si() && to_m < guard.si()) to_m += kStep_m;
+    return moved_after("move_until_force", to_m);
+  }
+  Task<Result<MotionOutcome>> ramp_force(Force, ForceRate) override {
+    return moved_after("ramp_force", travel_m);
+  }
+  Task<Result<>> hold_travel() override { return done_after("hold_travel"); }
+  Task<Result<>> hold_force(Force) override { return done_after("hold_force"); }
+  Task<Result<>> zero(bool, bool) override { return done_after("zero"); }
+  Task<Result<MotionOutcome>> place_mass(Mass) override {
+    return moved_after("place_mass", travel_m);
+  }
+  Task<Result<>> stop() override {
+    commands.push_back("stop");
+    if (hangs) co_await clock_.wait_until(MonoTime::max());
+    co_return stop_says;
+  }
+  Task<Result<>> resync() override { co_return Result<>(); }
+  void close() override {}
+  void set_listener(Listener* listener) override { listener_ = listener; }
+
+  FrameSample sample() {
+    FrameSample s;
+    s.force_N = felt_N() + (++samples_ % 2 == 0 ? noise_N : 0);
+    s.travel_m = travel_m;
+    s.received = clock_.now();
+    return s;
+  }
+  // Samples keep coming whatever hangs.
+  Task<> send_samples() {
+    for (;;) {
+      co_await clock_.wait_for(std::chrono::milliseconds(100));
+      const FrameSample s = sample();
+      if (listener_ != nullptr) listener_->on_samples(std::span(&s, 1));
+    }
+  }
+
+ private:
+  Task<Result<>> done_after(const char* command) {
+    commands.emplace_back(command);
+    co_return Result<>();
+  }
+  Task<Result<Identity>> identity_after(const char* command) {
+    commands.emplace_back(command);
+    co_return Identity();
+  }
+  double felt_N() const { return force_at ? force_at(travel_m) : force_N; }
+  Task<Result<MotionOutcome>> moved_after(const char* command, double to_m) {
+    commands.emplace_back(command);
+    if (never_ends) co_await clock_.wait_until(MonoTime::max());
+    MotionOutcome outcome = motion_says;
+    outcome.travel_m = travel_m = motion_says.travel_m.value_or(to_m);
+    outcome.force_N = felt_N();
+    co_return outcome;
+  }
+
+  Clock& clock_;
+  FrameCapabilities capabilities_;
+  Listener* listener_ = nullptr;
+  std::int64_t samples_ = 0;
+};
+
+class EventSink final : public RunSink {
+ public:
+  std::vector<RunEvent> events;
+
+  void reading(const LcrReading&, const ReadingTag&) override {}
+  void samples(std::span<const FrameSample>) override {}
+  void level(const LoadLevel&) override {}
+  void event(const RunEvent& event) override { events.push_back(event); }
+  Task<Result<>> flush() override { co_return Result<>(); }
+
+  std::vector<std::string> kinds() const {
+    std::vector<std::string> out;
+    for (const RunEvent& e : events) out.push_back(e.kind.word());
+    return out;
+  }
+};
+
+}  // namespace lcrig

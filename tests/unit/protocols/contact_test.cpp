@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// The place of contact, and the search for it.
+#include <gmock/gmock.h>
+
+#include "protocols/run/contact_search.hpp"
+#include "tests/support/run_fixture.hpp"
+
+namespace lcrig {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kContact_m = 5e-3, kStiffness_N_m = 1e4, kThreshold_N = 0.02;
+
+class Contact : public RunFixture {
+ protected:
+  Contact() {
+    frame.noise_N = 1e-4;
+    frame.travel_m = 4.9e-3;
+    find.speed = Number(1e-5);
+    find.force = Number(kThreshold_N);
+    find.back_off = Number(1e-3);
+    find.timeout = Number(300);
+    feed();
+    parts().log.begin_step(step(0));
+  }
+  Result<> search() {
+    ContactSearch search(parts(), find);
+    return run(search.find(progress));
+  }
+  static double specimen(double travel_m) {
+    return kStiffness_N_m * std::max(0.0, travel_m - kContact_m);
+  }
+
+  FindContactStep find;
+  StepProgress progress;
+};
+
+TEST_F(Contact, IsFoundWhereTheSpecimenIs) {
+  frame.force_at = specimen;
+  const auto found = search();
+  ASSERT_TRUE(found) << found.error().what;
+  EXPECT_NEAR(*parts().contact.travel_m(), kContact_m + kThreshold_N / kStiffness_N_m, 1e-6);
+  EXPECT_NEAR(frame.travel_m, *parts().contact.travel_m() - 1e-3, 1e-9) << "and it backed off";
+  EXPECT_EQ(events_of("contact"), 1);
+  EXPECT_EQ(events_of("stiffness"), 1);
+  EXPECT_FALSE(parts().contact.searched_from_m());
+}
+
+TEST_F(Contact, IsNoneWhereTheForceStaysOnTheWayBack) {
+  double shown_N = 0;
+  frame.force_at = [&](double travel_m) { return shown_N = std::max(shown_N, specimen(travel_m)); };
+  const auto found = search();
+  ASSERT_FALSE(found);
+  EXPECT_FALSE(parts().contact.travel_m());
+  EXPECT_GT(events_of("no_contact"), 0);
+  EXPECT_DOUBLE_EQ(*parts().contact.searched_from_m(), 4.9e-3) << "`finally` goes back there";
+}
+
+TEST_F(Contact, IsNotSearchedWhereTheProbeTouchesAlready) {
+  frame.force_N = 0.1;
+  const auto found = search();
+  ASSERT_FALSE(found);
+  EXPECT_THAT(found.error().what, HasSubstr("the probe touches already"));
+}
+
+TEST_F(Contact, IsNotSearchedWithACellThatScattersMoreThanTheThreshold) {
+  frame.noise_N = 0.05;
+  EXPECT_EQ(search().error().code, Errc::invalid_request);
+}
+
+TEST_F(Contact, IsWhereAGapIsCountedFrom) {
+  Target gap;
+  gap.kind = TargetKind::gap;
+  gap.value = Number(1e-3);
+  EXPECT_EQ(parts().contact.travel_of(gap, "r").error().code, Errc::invalid_request);
+  parts().contact.place(kContact_m, 0);
+  EXPECT_DOUBLE_EQ(parts().contact.travel_of(gap, "r").value(), kContact_m - 1e-3);
+}
+
+TEST_F(Contact, IsForgottenWithTheZeroOfTravel) {
+  parts().contact.place(kContact_m, 0);
+  parts().contact.zero_travel(2e-3);
+  parts().contact.zero_travel(1e-3);
+  EXPECT_FALSE(parts().contact.travel_m());
+  EXPECT_DOUBLE_EQ(parts().contact.zero_m(), 3e-3);
+  EXPECT_DOUBLE_EQ(parts().contact.frame_capabilities().travel_min.si(), -3e-3);
+}
+
+}  // namespace
+}  // namespace lcrig

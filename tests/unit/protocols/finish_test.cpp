@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/finish.hpp"
+
+#include <gmock/gmock.h>
+
+#include "tests/support/run_fixture.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+using testing::Not;
+
+class End : public RunFixture {
+ protected:
+  End() {
+    frame.noise_N = 1e-4;
+    feed();
+    parts().drive.set_prepared(true);
+    clock.run_for(io, 1s);
+  }
+  RunResult end(std::optional<InterruptRequest> stop) { return run(finish.end(std::move(stop))); }
+  RunResult end_by(Interrupt kind) { return end(InterruptRequest(kind, "test")); }
+  Task<std::optional<InterruptRequest>> finally_steps() {
+    ++finallies;
+    if (finally_hangs) co_await clock.wait_until(MonoTime::max());
+    co_return finally_stop;
+  }
+
+  int finallies = 0;
+  bool finally_hangs = false;
+  std::optional<InterruptRequest> finally_stop;
+  Losses losses{parts()};
+  TakeOver take_over{parts()};
+  Finish finish{parts(), losses, take_over, [this] { return finally_steps(); }};
+};
+
+TEST_F(End, OfAllStepsIsASuccess) {
+  const RunResult result = end(std::nullopt);
+  EXPECT_EQ(result.exit_status, "success");
+  EXPECT_EQ(result.reason, "");
+  EXPECT_EQ(finallies, 1);
+  EXPECT_EQ(meter.made_safe, 1);
+  EXPECT_EQ(frame.commands.front(), "stop");
+  EXPECT_TRUE(parts().interrupts.over());
+  EXPECT_EQ(parts().progress.state, RunState::ended);
+}
+
+TEST_F(End, ByAnAbortRunsFinally) {
+  const RunResult result = end_by(Interrupt::abort);
+  EXPECT_EQ(result.exit_status, "abort");
+  EXPECT_EQ(result.reason, "abort: test");
+  EXPECT_EQ(finallies, 1);
+}
+
+TEST_F(End, ByAFreezeLeavesTheFrameWhereItIs) {
+  EXPECT_EQ(end_by(Interrupt::freeze).exit_status, "abort");
+  EXPECT_EQ(finallies, 0);
+}
+
+TEST_F(End, ByALimitIsAFailure) {
+  const RunResult result = end_by(Interrupt::limit);
+  EXPECT_EQ(result.exit_status, "fail");
+  EXPECT_EQ(result.code, Errc::limit_tripped);
+  EXPECT_EQ(finallies, 1);
+}
+
+TEST_F(End, WithoutStandstillMovesNothing) {
+  frame.stop_says = fail(Errc::no_reply, "silent");
+  const RunResult result = end(std::nullopt);
+  EXPECT_EQ(finallies, 0);
+  EXPECT_EQ(result.exit_status, "fail");
+  EXPECT_EQ(result.code, Errc::not_standing);
+  EXPECT_THAT(result.reason, HasSubstr("`finally` did not run: standstill not confirmed"));
+}
+
+TEST_F(End, WithHandsOffMovesNothingAndSaysSo) {
+  parts().drive.keep_hands_off("the drive lies");
+  const RunResult result = end(parts().interrupts.take());
+  EXPECT_EQ(finallies, 0);
+  EXPECT_THAT(result.reason, HasSubstr("`finally` did not run: nothing is moved any more until a "
+                                       "person has looked at the rig"));
+  EXPECT_THAT(result.reason, Not(HasSubstr("the drive lies; the drive lies"))) << "told once";
+}
+
+TEST_F(End, OfAFrameFaultKeepsHandsOff) {
+  end(InterruptRequest(Interrupt::fault, Error(Errc::frame_fault, "emergency stop")));
+  EXPECT_TRUE(parts().drive.hands_off());
+  EXPECT_EQ(finallies, 0);
+}
+
+TEST_F(End, BeforeAnythingWasAskedOfTheFrameRunsNoFinally) {
+  parts().drive.set_prepared(false);
+  EXPECT_EQ(end_by(Interrupt::fault).exit_status, "fail");
+  EXPECT_EQ(finallies, 0);
+}
+
+TEST_F(End, OfAFrameThatIsGoneSaysThatFinallyDidNotRun) {
+  frame.reconnect_says = fail(Errc::disconnected, "no port");
+  losses.lose_frame(Error(Errc::disconnected, "gone"));
+  const RunResult result = end(std::nullopt);
+  EXPECT_EQ(result.exit_status, "fail");
+  EXPECT_THAT(result.reason, HasSubstr("gone; `finally` did not run: the frame is not there"));
+  EXPECT_EQ(finallies, 0);
+}
+
+TEST_F(End, WaitsForALostFrameSoThatFinallyCanUnload) {
+  losses.lose_frame(Error(Errc::disconnected, "gone"));
+  end(std::nullopt);
+  EXPECT_FALSE(losses.is_away());
+  EXPECT_EQ(finallies, 1);
+}
+
+TEST_F(End, OfAFinallyThatNeverEndsStopsTheFrameWhereItIs) {
+  finally_hangs = true;
+  const RunResult result = end(std::nullopt);
+  EXPECT_EQ(result.exit_status, "fail");
+  EXPECT_THAT(result.reason, HasSubstr("`finally` did not end in 300 s"));
+  EXPECT_EQ(frame.commands.back(), "stop");
+}
+
+TEST_F(End, OfAFinallyThatFailedSaysWhy) {
+  finally_stop = InterruptRequest(Interrupt::limit, "too far");
+  const RunResult result = end(std::nullopt);
+  EXPECT_EQ(result.exit_status, "fail");
+  EXPECT_THAT(result.reason, HasSubstr("in `finally`: too far"));
+}
+
+TEST_F(End, WithASpecimenThatIsStillLoadedSaysSo) {
+  frame.force_N = 0.5;
+  const RunResult result = end(std::nullopt);
+  EXPECT_EQ(result.exit_status, "fail");
+  EXPECT_THAT(result.reason, HasSubstr("the specimen is still loaded with about 0.500 N"));
+  EXPECT_EQ(events_of("loaded"), 1);
+}
+
+TEST_F(End, OfAFrameOfSomebodyElseCommandsNothing) {
+  setup().commands = false;
+  EXPECT_EQ(end_by(Interrupt::abort).exit_status, "abort");
+  EXPECT_TRUE(frame.commands.empty());
+}
+
+}  // namespace
+}  // namespace lcrig

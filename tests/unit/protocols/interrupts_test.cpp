@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/interrupts.hpp"
+
+#include <gmock/gmock.h>
+
+#include "tests/support/run_fixture.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using Taken = InterruptQueue::Taken;
+
+class Interrupts : public RunFixture {
+ protected:
+  InterruptQueue& queue() { return parts().interrupts; }
+  static InterruptRequest request(Interrupt kind) { return InterruptRequest(kind, "test"); }
+};
+
+TEST_F(Interrupts, AreTakenInTheOrderInWhichTheyCame) {
+  queue().ask(request(Interrupt::pause));
+  queue().ask(request(Interrupt::abort));
+  EXPECT_EQ(queue().take().kind, Interrupt::pause);
+  EXPECT_EQ(queue().take().kind, Interrupt::abort);
+  EXPECT_TRUE(queue().empty());
+  EXPECT_THAT(sink.kinds(), ElementsAre("pause", "abort"));
+}
+
+TEST_F(Interrupts, OfOneKindWaitOnce) {
+  for (int i = 0; i < 1000; ++i) queue().ask(request(Interrupt::pause));
+  queue().take();
+  EXPECT_TRUE(queue().empty());
+}
+
+TEST_F(Interrupts, AStopThatIsPendingHidesAllOthersButAFreeze) {
+  queue().ask(request(Interrupt::abort));
+  queue().ask(request(Interrupt::fault));
+  queue().ask(request(Interrupt::freeze));
+  EXPECT_THAT(sink.kinds(), ElementsAre("abort", "freeze"));
+  EXPECT_TRUE(queue().stop_pending());
+}
+
+TEST_F(Interrupts, AStopIsTakenBeforeAPause) {
+  queue().ask(request(Interrupt::pause));
+  queue().ask(request(Interrupt::freeze));
+  EXPECT_EQ(queue().take_stop().kind, Interrupt::freeze);
+  EXPECT_EQ(queue().take().kind, Interrupt::pause);
+}
+
+TEST_F(Interrupts, EndAWaitAtOnceAndStayInTheQueue) {
+  bool ended = false;
+  start(queue().wait(), ended);
+  clock.run_for(io, 50ms);
+  EXPECT_FALSE(ended);
+  queue().push(request(Interrupt::loss));
+  clock.run_for(io, 1ns);
+  EXPECT_TRUE(ended);
+  EXPECT_EQ(queue().next().kind, Interrupt::loss);
+}
+
+TEST_F(Interrupts, WhoeverWaitsLooksAroundTenTimesASecond) {
+  bool ended = false;
+  start(queue().wait(), ended);
+  clock.run_for(io, 1050ms);
+  EXPECT_EQ(looks, 10);
+  EXPECT_EQ(queue().ticks(), 11U);
+  EXPECT_LE(clock.now() - queue().last_tick(), InterruptQueue::kTick);
+}
+
+TEST_F(Interrupts, APauseDoesNotStopAPreparation) {
+  bool ended = false;
+  start(queue().wait_for_stop(), ended);
+  queue().ask(request(Interrupt::pause));
+  clock.run_for(io, 1s);
+  EXPECT_FALSE(ended);
+  queue().ask(request(Interrupt::abort));
+  clock.run_for(io, 1s);
+  EXPECT_TRUE(ended);
+}
+
+TEST_F(Interrupts, OnlyWhatIsDangerousEndsFinally) {
+  queue().begin_finish(std::nullopt);
+  EXPECT_EQ(queue().ask(request(Interrupt::abort)), Taken::finally_goes_on);
+  EXPECT_EQ(queue().ask(request(Interrupt::pause)), Taken::finally_goes_on);
+  EXPECT_TRUE(queue().empty());
+  EXPECT_EQ(queue().ask(request(Interrupt::limit)), Taken::acts);
+  EXPECT_FALSE(queue().empty());
+}
+
+TEST_F(Interrupts, AStopOfTheLastInstantIsOne) {
+  queue().ask(request(Interrupt::abort));
+  const auto stop = queue().begin_finish(std::nullopt);
+  ASSERT_TRUE(stop);
+  EXPECT_EQ(stop->kind, Interrupt::abort);
+  EXPECT_FALSE(queue().stop_pending());
+}
+
+TEST_F(Interrupts, AFreezeOfTheLastInstantIsMeant) {
+  queue().ask(request(Interrupt::freeze));
+  const auto stop = queue().begin_finish(request(Interrupt::abort));
+  EXPECT_EQ(stop->kind, Interrupt::freeze);
+}
+
+TEST_F(Interrupts, ALossOfTheLastInstantStopsNothing) {
+  queue().push(request(Interrupt::loss));
+  EXPECT_FALSE(queue().begin_finish(std::nullopt));
+  EXPECT_TRUE(queue().empty());
+}
+
+TEST_F(Interrupts, NothingCanBeAskedOfARunThatIsOver) {
+  queue().close();
+  EXPECT_EQ(queue().ask(request(Interrupt::freeze)), Taken::over);
+  EXPECT_TRUE(sink.events.empty());
+}
+
+TEST_F(Interrupts, APauseIsResumedOnce) {
+  EXPECT_TRUE(queue().resume());
+  EXPECT_FALSE(queue().resume()) << "nobody has taken the first one yet";
+  bool ended = false;
+  start(queue().resumed(), ended);
+  clock.run_for(io, 1ns);
+  EXPECT_TRUE(ended);
+}
+
+TEST(InterruptOfAnError, IsALimitAnAbortOrAFault) {
+  EXPECT_EQ(request_for(Error(Errc::limit_tripped, "")).kind, Interrupt::limit);
+  EXPECT_EQ(request_for(Error(Errc::aborted, "")).kind, Interrupt::abort);
+  EXPECT_EQ(request_for(Error(Errc::no_reply, "")).kind, Interrupt::fault);
+}
+
+}  // namespace
+}  // namespace lcrig

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/levels.hpp"
+
+#include <gtest/gtest.h>
+
+namespace lcrig {
+namespace {
+
+constexpr double kArea_m2 = 2e-4, kGravity_m_s2 = 9.81;
+
+Target target(TargetKind kind, double value) {
+  Target t;
+  t.kind = kind;
+  t.value = Number(value);
+  return t;
+}
+
+class Levels : public ::testing::Test {
+ protected:
+  LoadLevel next() { return labels.next("m", 5, MonoTime()); }
+
+  Environment environment;
+  LevelLabels labels{environment, kArea_m2, kGravity_m_s2};
+};
+
+TEST_F(Levels, AreNumberedThroughTheRunAndWithinEachRepeat) {
+  EXPECT_EQ(next().level, 1);
+  labels.enter_repeat(1);
+  EXPECT_EQ(next().index, 1);
+  EXPECT_EQ(next().index, 2);
+  labels.enter_repeat(2);
+  const LoadLevel level = next();
+  EXPECT_EQ(level.level, 4);
+  EXPECT_EQ(level.repeat, 2);
+  EXPECT_EQ(level.index, 1);
+}
+
+TEST_F(Levels, CarryTheForceThatTheLastLoadStepAimedAt) {
+  labels.aim_at(target(TargetKind::force, 0.5));
+  const LoadLevel level = next();
+  EXPECT_DOUBLE_EQ(*level.target_force_N, 0.5);
+  EXPECT_DOUBLE_EQ(*level.target_pressure_Pa, 0.5 / kArea_m2);
+  EXPECT_EQ(level.planned_readings, 5);
+}
+
+TEST_F(Levels, OfAPressureCarryItsForce) {
+  labels.aim_at(target(TargetKind::pressure, 1000));
+  EXPECT_DOUBLE_EQ(*next().target_force_N, 1000 * kArea_m2);
+}
+
+TEST_F(Levels, AtATravelCarryNoForce) {
+  labels.aim_at(target(TargetKind::force, 0.5));
+  labels.aim_at(target(TargetKind::gap, 1e-3));
+  EXPECT_FALSE(next().target_force_N);
+  EXPECT_FALSE(next().target_pressure_Pa);
+}
+
+TEST_F(Levels, UnderAWeightCarryItsForce) {
+  PlaceWeightStep step;
+  step.load = target(TargetKind::mass, 0.1);
+  EXPECT_DOUBLE_EQ(labels.aim_at_mass(step), 0.1);
+  EXPECT_DOUBLE_EQ(*next().target_force_N, 0.1 * kGravity_m_s2);
+  step.load = target(TargetKind::force, 0.5);
+  EXPECT_DOUBLE_EQ(labels.aim_at_mass(step), 0.5 / kGravity_m_s2);
+}
+
+TEST_F(Levels, AnAbandonedOneKeepsItsPlaceAndGetsANewNumber) {
+  labels.enter_repeat(1);
+  next();
+  labels.abandon();
+  const LoadLevel again = next();
+  EXPECT_EQ(again.level, 2);
+  EXPECT_EQ(again.index, 1);
+}
+
+TEST_F(Levels, OfARunThatGoesOnCountOn) {
+  labels.enter_repeat(3);
+  next();
+  next();
+  RunPoint point;
+  labels.write_to(point);
+  LevelLabels later(environment, kArea_m2, kGravity_m_s2);
+  later.take_from(point);
+  later.enter_repeat(3);
+  const LoadLevel level = later.next("m", 5, MonoTime());
+  EXPECT_EQ(level.level, 3);
+  EXPECT_EQ(level.index, 3);
+}
+
+}  // namespace
+}  // namespace lcrig

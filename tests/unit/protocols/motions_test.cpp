@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/motions.hpp"
+
+#include <gmock/gmock.h>
+
+#include "tests/support/run_fixture.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class Motion : public RunFixture {
+ protected:
+  Motion() {
+    frame.noise_N = 1e-4;
+    frame.travel_m = 5e-3;
+    feed();
+    parts().log.begin_step(step(0));
+    parts().truth.learn_rest(run(parts().view.living_rest()).value());
+    sink.events.clear();
+  }
+  Result<> to_travel(double travel_m) { return run(parts().motions.to_travel(travel_m, 1e-3, 60)); }
+};
+
+TEST_F(Motion, ArmsTheDeviceThenMoves) {
+  const auto moved = to_travel(1e-3);
+  EXPECT_TRUE(moved) << moved.error().what;
+  EXPECT_THAT(frame.commands, ElementsAre("arm", "move_to"));
+  EXPECT_DOUBLE_EQ(*parts().view.travel_m(), 1e-3);
+  EXPECT_EQ(sink.kinds().front(), "motion");
+}
+
+TEST_F(Motion, ThatDidNotEndWhereItWasToldToIsNotBelieved) {
+  frame.motion_says.travel_m = 3e-3;
+  const auto moved = to_travel(1e-3);
+  ASSERT_FALSE(moved);
+  EXPECT_THAT(moved.error().what, HasSubstr("step r: the frame says DONE, but that is not true"));
+}
+
+TEST_F(Motion, ThatStopsAtALimitFailsItsStep) {
+  frame.motion_says.reason = MotionEnd::force_limit;
+  EXPECT_EQ(to_travel(1e-3).error().code, Errc::limit_tripped);
+  frame.motion_says.reason = MotionEnd::stopped;
+  EXPECT_EQ(to_travel(1e-3).error().code, Errc::aborted);
+  frame.motion_says.reason = MotionEnd::fault;
+  EXPECT_EQ(to_travel(1e-3).error().code, Errc::refused);
+}
+
+TEST_F(Motion, ThatNeverEndsFailsAfterItsTime) {
+  frame.never_ends = true;
+  const MonoTime begun = clock.now();
+  EXPECT_EQ(to_travel(1e-3).error().code, Errc::no_reply);
+  EXPECT_EQ(clock.now() - begun, 60s);
+  EXPECT_FALSE(parts().motions.in_motion());
+}
+
+TEST_F(Motion, EndsAHold) {
+  parts().drive.will_hold(0.5);
+  EXPECT_TRUE(to_travel(1e-3));
+  EXPECT_FALSE(parts().drive.held_force_N());
+}
+
+TEST_F(Motion, TowardsTheSpecimenIsSkippedOnceTheForceIsNotBelieved) {
+  parts().distrust.distrust_force();
+  EXPECT_TRUE(to_travel(6e-3));
+  EXPECT_THAT(frame.commands, IsEmpty());
+  EXPECT_THAT(sink.kinds(), ElementsAre("skipped"));
+}
+
+TEST_F(Motion, DoesNotBeginOnceHandsAreOff) {
+  parts().drive.keep_hands_off("it lies");
+  EXPECT_FALSE(to_travel(1e-3));
+  EXPECT_FALSE(run(parts().motions.to_force(0.1, 1e-5, 60)));
+  EXPECT_THAT(frame.commands, IsEmpty());
+}
+
+TEST_F(Motion, ThatWouldPressTooHardIsRefusedBeforeAnythingMoves) {
+  EXPECT_EQ(run(parts().motions.to_force(0.9, 0.01, 60)).error().code, Errc::invalid_request);
+  EXPECT_THAT(frame.commands, IsEmpty());
+}
+
+}  // namespace
+}  // namespace lcrig
