@@ -98,14 +98,10 @@ Task<Result<>> ContactSearch::look_again(MonoTime begun, const Rest& first) {
   co_return Result<>();
 }
 
-// With slow_down: the same arithmetic as in the plan.
 double ContactSearch::speed_m_s() const {
-  const double v = run_.get(step_.speed);
-  if (!step_.slow_down) return v;
-  const double room = run_.guard.force_max_N() - rest_.force_N() - rise_N_;
-  const double fastest = run_.pressing->forecast().fastest_m_s(rise_N_, rise_N_ + 0.5 * room);
-  return std::max(std::min(v, fastest),
-                  std::min(v, run_.setup.frame.capabilities().speed_min.si()));
+  return step_.search_speed_m_s(run_.setup.environment, run_.pressing->forecast(),
+                                run_.guard.force_max_N() - rest_.force_N() - rise_N_,
+                                run_.setup.frame.capabilities().speed_min.si());
 }
 
 double ContactSearch::furthest_m() const {

@@ -6,30 +6,18 @@
 namespace lcrig {
 
 double LevelLabels::force_of(const Target& target) const {
-  const double value = environment_.get(target.value);
   // The plan refused a pressure without a probe area.
-  return target.kind == TargetKind::pressure ? value * probe_area_m2_.value() : value;
+  const double area_m2 = target.kind == TargetKind::pressure ? probe_area_m2_.value() : 0;
+  return target_force_N(target, environment_, LoadFactors(area_m2, gravity_m_s2_));
 }
 
-void LevelLabels::aim_at(const std::optional<Target>& target) {
+void LevelLabels::aim(const StepFacts& facts) {
+  if (facts.aim == nullptr && !facts.moves) return;
   target_force_N_.reset();
   target_pressure_Pa_.reset();
-  const bool is_load =
-      target && (target->kind == TargetKind::force || target->kind == TargetKind::pressure);
-  if (is_load) aim_at_force(force_of(*target));
-}
-
-void LevelLabels::aim_at_force(double force_N) {
-  target_force_N_ = force_N;
-  if (probe_area_m2_) target_pressure_Pa_ = force_N / *probe_area_m2_;
-}
-
-double LevelLabels::aim_at_mass(const PlaceWeightStep& step) {
-  aim_at(step.load);
-  if (step.load.kind != TargetKind::mass) return *target_force_N_ / gravity_m_s2_;
-  const double mass_kg = environment_.get(step.load.value);
-  aim_at_force(mass_kg * gravity_m_s2_);
-  return mass_kg;
+  if (facts.aim == nullptr || !is_force(*facts.aim)) return;
+  target_force_N_ = force_of(*facts.aim);
+  if (probe_area_m2_) target_pressure_Pa_ = *target_force_N_ / *probe_area_m2_;
 }
 
 LoadLevel LevelLabels::next(std::string step_id, std::int64_t readings, MonoTime begin) {

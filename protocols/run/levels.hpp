@@ -21,10 +21,10 @@ class LevelLabels {
               double gravity_m_s2)
       : environment_(environment), probe_area_m2_(probe_area_m2), gravity_m_s2_(gravity_m_s2) {}
 
-  double force_of(const Target& target) const;  // N; of a force or a pressure
-  // The levels that follow are measured at this force, or at none (a travel, or nothing).
-  void aim_at(const std::optional<Target>& target);
-  double aim_at_mass(const PlaceWeightStep& step);  // kg; with its weight as the target
+  double force_of(const Target& target) const;  // N; of a target that is a force
+  // The levels that follow are measured at the force that the step aims at, or at none after a
+  // motion to elsewhere. Other steps change nothing.
+  void aim(const StepFacts& facts);
   std::int64_t repeat() const { return repeat_; }  // of the outermost loop, from 1; 0: none
   void enter_repeat(std::int64_t repeat) { repeat_ = repeat; }
   LoadLevel next(std::string step_id, std::int64_t readings, MonoTime begin);
@@ -36,8 +36,6 @@ class LevelLabels {
   void take_from(const RunPoint& point);
 
  private:
-  void aim_at_force(double force_N);
-
   const Environment& environment_;
   std::optional<double> probe_area_m2_;
   double gravity_m_s2_;

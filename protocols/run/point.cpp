@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/run/point.hpp"
 
-#include <variant>
-
 #include "protocols/expand.hpp"
 
 namespace lcrig {
@@ -29,7 +27,7 @@ Result<> compare_with_now(const Continuation& from, const Protocol& protocol,
                           const std::optional<std::string>& origin) {
   if (!from.point.origin || origin == from.point.origin) return {};
   const Step* step = step_at(protocol, environment, from.point.steps_done);
-  const bool own = step != nullptr && std::holds_alternative<ZeroStep>(step->action);
+  const bool own = step != nullptr && facts_of(*step).zeroes;
   return fail(Errc::frame_fault,
               "run {} cannot be continued: the zero of force or travel was lost or changed since "
               "then (origin {}, then it was {}{}); whether its specimen is loaded is not known: "
@@ -46,7 +44,7 @@ std::int64_t first_step_of(const Protocol& protocol, Environment environment,
   for (std::int64_t i = 0; i <= steps_done; ++i) {
     const Step* step = cursor.next();
     if (step == nullptr) break;
-    if (std::holds_alternative<PlaceWeightStep>(step->action)) begin = i;
+    if (facts_of(*step).places_weight) begin = i;
   }
   return begin;
 }

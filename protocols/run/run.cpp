@@ -8,8 +8,6 @@
 #include <utility>
 #include <variant>
 
-#include "protocols/run/steps.hpp"
-
 namespace lcrig {
 
 namespace {
@@ -19,6 +17,13 @@ using namespace std::chrono_literals;
 
 // Between two looks; no slewing of a clock is that fast.
 constexpr Duration kWallClockStep = 500ms;
+
+Task<Result<>> execute_step(const Step& step, RunParts& run, StepProgress& progress) {
+  run.labels.aim(facts_of(step));
+  auto task = std::visit([&](const auto& s) { return s.execute(run, progress); }, step.action);
+  auto result = co_await std::move(task);
+  co_return result;
+}
 
 }  // namespace
 
@@ -221,7 +226,7 @@ Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   for (bool done = false; !done && !stop;) {
     std::optional<InterruptRequest> request;
     if (parts_.interrupts.empty()) {
-      auto r = co_await (run_step_action(step, parts_, progress) || parts_.interrupts.wait());
+      auto r = co_await (execute_step(step, parts_, progress) || parts_.interrupts.wait());
       if (r.index() == 0) {
         const auto& result = std::get<0>(r);
         done = result.has_value();

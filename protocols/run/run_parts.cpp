@@ -48,4 +48,19 @@ RunPoint RunParts::point() const {
   return p;
 }
 
+Task<Result<>> move_to_place(const Target& to, const Number& speed, const Number& timeout,
+                             RunParts& run) {
+  auto travel_m = run.contact.travel_of(to, run.log.step_id());
+  if (!travel_m) co_return fail(travel_m.error());
+  auto moved = co_await run.motions.to_travel(*travel_m, run.get(speed), run.get(timeout));
+  co_return moved;
+}
+
+Task<Result<>> wait_out(double duration_s, RunParts& run, StepProgress& progress) {
+  progress.begin = run.setup.clock.now();
+  const Duration rest = from_seconds(duration_s) - progress.spent;
+  if (rest > Duration::zero()) co_await run.setup.clock.wait_for(rest);
+  co_return Result<>();
+}
+
 }  // namespace lcrig

@@ -5,10 +5,8 @@
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <utility>
-#include <variant>
 
 #include "protocols/run/losses.hpp"
-#include "protocols/run/steps.hpp"
 
 namespace lcrig {
 
@@ -23,12 +21,8 @@ double begun_speed(const Protocol& protocol, Environment env, std::int64_t n) {
   const Step* step = ahead.next();
   for (; step != nullptr && n > 0; --n) step = ahead.next();
   if (step == nullptr) return 0;
-  if (const auto* contact = std::get_if<FindContactStep>(&step->action)) {
-    return env.get(contact->speed);
-  }
-  if (const auto* move = std::get_if<MoveUntilStep>(&step->action)) return env.get(move->speed);
-  const auto* ramp = std::get_if<RampStep>(&step->action);
-  return ramp != nullptr && ramp->speed ? env.get(*ramp->speed) : 0;
+  const Number* speed = facts_of(*step).speed;
+  return speed != nullptr ? env.get(*speed) : 0;
 }
 
 }  // namespace
@@ -105,26 +99,17 @@ Task<Result<>> TakeOver::pass_done_steps(StepCursor& cursor) {
 }
 
 void TakeOver::pass_over(const Step& step, LcrSettings& settings) {
-  if (const auto* place = std::get_if<PlaceWeightStep>(&step.action)) {
-    run_.labels.aim_at_mass(*place);
-  } else if (const auto* set = std::get_if<SetLcrStep>(&step.action)) {
-    apply_settings(*set, run_.setup.environment, settings);
-  } else if (const auto* hold = std::get_if<HoldStep>(&step.action)) {
-    if (hold->at) run_.labels.aim_at(hold->at);
-    run_.drive.will_hold(std::nullopt);
-    if (hold->mode != HoldMode::force) return;
-    run_.drive.will_hold(hold->at ? run_.labels.force_of(*hold->at) : run_.view.force_N());
-  } else if (const auto* ramp = std::get_if<RampStep>(&step.action)) {
-    run_.labels.aim_at(ramp->to);
-    run_.drive.will_hold(std::nullopt);
-    if (!ramp->speed) run_.drive.will_hold(run_.labels.force_of(ramp->to));
-  } else if (const auto* move = std::get_if<MoveUntilStep>(&step.action)) {
-    run_.labels.aim_at(move->until);
-    run_.drive.will_hold(std::nullopt);
-  } else if (std::holds_alternative<FindContactStep>(step.action)) {
-    run_.labels.aim_at(std::nullopt);
-    run_.drive.will_hold(std::nullopt);
+  const StepFacts facts = facts_of(step);
+  run_.labels.aim(facts);
+  if (facts.sets_meter != nullptr) {
+    settings = facts.sets_meter->change(std::move(settings), run_.setup.environment);
   }
+  if (!facts.leaves) return;
+  std::optional<double> held_N;
+  if (facts.leaves == HoldMode::force) {
+    held_N = facts.aim != nullptr ? run_.labels.force_of(*facts.aim) : run_.view.force_N();
+  }
+  run_.drive.will_hold(held_N);
 }
 
 }  // namespace lcrig

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/result.hpp"
+#include "base/task.hpp"
 #include "protocols/target.hpp"
 
 namespace lcrig {
@@ -17,6 +19,8 @@ namespace lcrig {
 struct StepReader;  // file/step_reader.hpp
 class PlannedRig;  // plan/planned_rig.hpp
 struct StepPlan;
+struct RunParts;  // run/run_parts.hpp
+struct StepProgress;
 
 struct MeasureStep;
 struct SetLcrStep;

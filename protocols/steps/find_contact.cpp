@@ -8,6 +8,7 @@
 #include "protocols/file/step_reader.hpp"
 #include "protocols/file/words.hpp"
 #include "protocols/plan/planned_motion.hpp"
+#include "protocols/run/contact_search.hpp"
 
 namespace lcrig {
 
@@ -89,6 +90,12 @@ StepPlan FindContactStep::plan(PlannedRig& rig) const {
   rig.go_to_travel(rig.contact_m() - back, nullptr, out);
   rig.unload();
   return out;
+}
+
+Task<Result<>> FindContactStep::execute(RunParts& run, StepProgress& progress) const {
+  ContactSearch contact(run, *this);
+  auto found = co_await contact.find(progress);
+  co_return found;
 }
 
 }  // namespace lcrig

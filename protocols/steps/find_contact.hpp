@@ -18,6 +18,7 @@ struct FindContactStep {
   static FindContactStep parse(const StepReader& r);
   StepFacts facts() const { return {.moves = true, .speed = &speed, .leaves = HoldMode::travel}; }
   StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
   // With slow_down as fast as the file says, but so slow that the stop needs no more than half of
   // the room from the threshold up to the limit.
   double search_speed_m_s(const Environment& env, const Forecast& forecast, double room_N,

@@ -8,6 +8,7 @@
 #include "protocols/file/step_reader.hpp"
 #include "protocols/file/words.hpp"
 #include "protocols/plan/planned_motion.hpp"
+#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 
@@ -60,6 +61,42 @@ StepPlan HoldStep::plan(PlannedRig& rig) const {
     rig.foresee(worst_N, 0);
   }
   return out;
+}
+
+namespace {
+
+// A specimen that was run into is not held at a force above the one that it shows now.
+Task<Result<>> hold_at_force(const HoldStep& step, RunParts& run) {
+  auto force_N = run.view.present_force_N();
+  if (step.at) force_N = run.labels.force_of(*step.at);
+  if (!force_N) co_return fail(force_N.error());
+  const double most_N = run.view.force_N().value_or(0) + 5 * run.truth.noise_N();
+  const bool broken = run.pressing != nullptr && run.pressing->broken();
+  if (broken && *force_N > most_N) {
+    co_return fail(Errc::limit_tripped, "step {}: {}", run.log.step_id(), *run.pressing->broken());
+  }
+  auto held = co_await run.drive.hold_force(*force_N);
+  run.drive.will_hold(*force_N);
+  co_return held;
+}
+
+}  // namespace
+
+Task<Result<>> HoldStep::execute(RunParts& run, StepProgress& progress) const {
+  // Who only watches holds nothing: it is a time to wait.
+  if (!progress.moved && run.setup.commands) {
+    Result<> held;
+    run.drive.will_hold(std::nullopt);
+    if (mode == HoldMode::travel) {
+      held = co_await run.drive.hold_travel();
+    } else {
+      held = co_await hold_at_force(*this, run);
+    }
+    if (!held) co_return held;
+    progress.moved = true;
+  }
+  auto done = co_await wait_out(run.get(duration), run, progress);
+  co_return done;
 }
 
 }  // namespace lcrig

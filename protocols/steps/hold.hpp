@@ -15,6 +15,7 @@ struct HoldStep {
   static HoldStep parse(const StepReader& r);
   StepFacts facts() const { return {.aim = at ? &*at : nullptr, .leaves = mode}; }
   StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };
 
 }  // namespace lcrig

@@ -3,6 +3,7 @@
 
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
+#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 
@@ -12,6 +13,11 @@ MarkStep MarkStep::parse(const StepReader& r) {
 
 StepPlan MarkStep::plan(PlannedRig& /*rig*/) const {
   return {};
+}
+
+Task<Result<>> MarkStep::execute(RunParts& run, StepProgress& /*progress*/) const {
+  run.event(EventKind::mark, text);
+  co_return Result<>();
 }
 
 }  // namespace lcrig

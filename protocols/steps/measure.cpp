@@ -7,6 +7,7 @@
 
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
+#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 
@@ -34,6 +35,19 @@ StepPlan MeasureStep::plan(PlannedRig& rig) const {
       to_string(meter.aperture), each_s * 1e3);
   rig.add_readings(readings);
   return out;
+}
+
+Task<Result<>> MeasureStep::execute(RunParts& run, StepProgress& progress) const {
+  const auto readings = static_cast<std::int64_t>(std::llround(run.get(count)));
+  if (!progress.level) {
+    progress.level = run.labels.next(run.log.step_id(), readings, run.setup.clock.now());
+    run.setup.sink.level(*progress.level);
+  }
+  Sampler::Plan order;
+  order.level = *progress.level;
+  order.within = from_seconds(run.get(within));
+  auto taken = co_await run.sampler.take(order, progress.readings);
+  co_return taken;
 }
 
 }  // namespace lcrig

@@ -14,6 +14,7 @@ struct MeasureStep {
   static MeasureStep parse(const StepReader& r);
   StepFacts facts() const { return {.measures = this}; }
   StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };
 
 }  // namespace lcrig

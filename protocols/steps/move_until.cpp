@@ -10,6 +10,7 @@
 #include "protocols/file/words.hpp"
 #include "protocols/plan/aperture.hpp"
 #include "protocols/plan/planned_motion.hpp"
+#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 
@@ -60,6 +61,31 @@ StepPlan MoveUntilStep::plan(PlannedRig& rig) const {
   if (loading) motion.check_stop(rig.felt_N(force_N), last, overshoot);
   motion.check_timeout();
   return out;
+}
+
+Task<Result<>> MoveUntilStep::execute(RunParts& run, StepProgress& /*progress*/) const {
+  if (!is_force(until)) {
+    auto moved = co_await move_to_place(until, speed, timeout, run);
+    co_return moved;
+  }
+  const double force_N = run.labels.force_of(until), timeout_s = run.get(timeout);
+  double v = run.get(speed);
+  if (final_speed) {
+    const double near_N = force_N * run.get(*final_from);
+    auto near = co_await run.motions.to_force(near_N, v, timeout_s);
+    if (!near) co_return near;
+    v = run.get(*final_speed);
+  }
+  auto moved = co_await run.motions.to_force(force_N, v, timeout_s);
+  if (!moved || !overshoot) co_return moved;
+  const auto now_N = run.view.present_force_N();
+  if (!now_N) co_return fail(now_N.error());
+  const double beyond = std::max(*now_N, run.view.done_force_N().value_or(*now_N)) - force_N;
+  if (beyond > run.get(*overshoot)) {
+    co_return fail(Errc::limit_tripped, "step {}: overshoot of {:.4f} N, {:.4f} N allowed",
+                   run.log.step_id(), beyond, run.get(*overshoot));
+  }
+  co_return Result<>();
 }
 
 }  // namespace lcrig

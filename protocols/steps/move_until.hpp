@@ -24,6 +24,7 @@ struct MoveUntilStep {
             .leaves = HoldMode::travel};
   }
   StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };
 
 }  // namespace lcrig

@@ -5,6 +5,7 @@
 
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
+#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 
@@ -40,6 +41,19 @@ StepPlan PlaceWeightStep::plan(PlannedRig& rig) const {
   rig.go_to_force(force_N, load.kind == TargetKind::mass ? nullptr : &load.value, out);
   rig.foresee(force_N, 0);
   return out;
+}
+
+Task<Result<>> PlaceWeightStep::execute(RunParts& run, StepProgress& /*progress*/) const {
+  const double mass_kg = load.kind == TargetKind::mass
+                             ? run.get(load.value)
+                             : run.labels.force_of(load) / run.setup.gravity_m_s2;
+  const bool finishing = run.interrupts.finishing();
+  run.progress.state = finishing ? RunState::finishing : RunState::waiting_for_operator;
+  auto placed = co_await run.setup.frame.place_mass(Mass::from_si(mass_kg));
+  if (!finishing) run.progress.state = RunState::running;
+  if (!placed) co_return fail(placed.error());
+  run.event(ended_event<EventKind::confirm>(*placed));
+  co_return Result<>();
 }
 
 }  // namespace lcrig

@@ -13,6 +13,7 @@ struct PlaceWeightStep {
   static PlaceWeightStep parse(const StepReader& r);
   StepFacts facts() const { return {.places_weight = true, .aim = &load}; }
   StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };
 
 }  // namespace lcrig

@@ -9,6 +9,7 @@
 #include "protocols/file/step_reader.hpp"
 #include "protocols/file/words.hpp"
 #include "protocols/plan/planned_motion.hpp"
+#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 
@@ -109,6 +110,62 @@ StepPlan RampStep::plan(PlannedRig& rig) const {
   }
   motion.check_timeout();
   return out;
+}
+
+namespace {
+
+constexpr double kLongWay = 1.2, kLongWayMore_s = 5;  // back from where a search ended
+
+// `finally` asks for a gap, and contact was never found. What presses all the same is left by the
+// same way, from here; a force that nobody knows counts as one that presses.
+// A search that found nothing may have pressed with a cell that did not show it: it goes back to
+// where it began. The place is chosen once, however often the frame is lost on the way.
+Task<Result<>> back_away(const RampStep& step, RunParts& run, StepProgress& progress) {
+  const auto force_N = run.view.present_force_N();
+  const bool presses = !force_N || run.guard.is_distrusted() || run.truth.is_loaded(*force_N);
+  const auto from_m = run.contact.searched_from_m(), here_m = run.view.travel_m();
+  if (!progress.away_m && !presses && !from_m) {
+    run.event(EventKind::skipped,
+              "no contact was found, and nothing presses: there is nothing to move away from");
+    co_return Result<>();
+  }
+  if (!here_m) {
+    co_return fail(Errc::no_reply, "step {}: the frame sends no travel", run.log.step_id());
+  }
+  if (!progress.away_m) {
+    const FrameCapabilities caps = run.contact.frame_capabilities();
+    const double least_m = device_limits(run.guard.limits(), caps).travel_min.si();
+    double target_m = presses ? *here_m - run.get(step.to.value) : *here_m;
+    if (from_m) target_m = std::min(target_m, *from_m);
+    progress.away_m = std::max(least_m, target_m);
+  }
+  if (*progress.away_m >= *here_m) co_return Result<>();
+  const double speed_m_s = run.get(*step.speed);
+  const double way_s = (*here_m - *progress.away_m) / speed_m_s;
+  const double timeout_s = std::max(run.get(step.timeout), kLongWay * way_s + kLongWayMore_s);
+  auto moved = co_await run.motions.to_travel(*progress.away_m, speed_m_s, timeout_s);
+  co_return moved;
+}
+
+}  // namespace
+
+Task<Result<>> RampStep::execute(RunParts& run, StepProgress& progress) const {
+  if (!is_force(to)) {
+    const bool clears = run.interrupts.finishing() && to.kind == TargetKind::gap;
+    if (clears && !run.contact.travel_m()) {
+      auto away = co_await back_away(*this, run, progress);
+      co_return away;
+    }
+    auto moved = co_await move_to_place(to, *speed, timeout, run);
+    co_return moved;
+  }
+  const double force_N = run.labels.force_of(to), timeout_s = run.get(timeout);
+  if (speed) {
+    auto moved = co_await run.motions.to_force(force_N, run.get(*speed), timeout_s);
+    co_return moved;
+  }
+  auto ramped = co_await run.motions.ramp_to_force(force_N, run.get(*force_rate), timeout_s);
+  co_return ramped;
 }
 
 }  // namespace lcrig

@@ -21,6 +21,7 @@ struct RampStep {
             .leaves = speed ? HoldMode::travel : HoldMode::force};
   }
   StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };
 
 }  // namespace lcrig

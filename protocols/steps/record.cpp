@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/steps/record.hpp"
 
+#include <boost/asio/experimental/awaitable_operators.hpp>
+
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
+#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 
@@ -24,6 +27,20 @@ StepPlan RecordStep::plan(PlannedRig& rig) const {
   StepPlan out(rig.get(until_confirmed ? timeout : *duration));
   if (until_confirmed) out.note = "until confirmed, at most this long";
   return out;
+}
+
+Task<Result<>> RecordStep::execute(RunParts& run, StepProgress& progress) const {
+  if (!until_confirmed) {
+    auto done = co_await wait_out(run.get(*duration), run, progress);
+    co_return done;
+  }
+  const MonoTime deadline = run.setup.clock.now() + from_seconds(run.get(timeout));
+  const std::string prompt = "Recording. Confirm to end the recording.";
+  using namespace asio::experimental::awaitable_operators;
+  auto r = co_await (run.setup.person->confirm(prompt) || run.setup.clock.wait_until(deadline));
+  if (r.index() == 0) co_return std::get<0>(r);
+  run.event(EventKind::late, "nobody confirmed the end of the recording; it ended by its time-out");
+  co_return Result<>();
 }
 
 }  // namespace lcrig

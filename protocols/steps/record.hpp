@@ -15,6 +15,7 @@ struct RecordStep {
   static RecordStep parse(const StepReader& r);
   StepFacts facts() const { return {}; }
   StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };
 
 }  // namespace lcrig

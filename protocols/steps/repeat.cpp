@@ -3,6 +3,7 @@
 
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
+#include "protocols/run/run_parts.hpp"
 #include "protocols/steps/step.hpp"
 
 namespace lcrig {
@@ -17,6 +18,10 @@ RepeatStep RepeatStep::parse(const StepReader& r) {
 // The plan meets the steps inside, one after the other.
 StepPlan RepeatStep::plan(PlannedRig& /*rig*/) const {
   return {};
+}
+
+Task<Result<>> RepeatStep::execute(RunParts& /*run*/, StepProgress& /*progress*/) const {
+  co_return fail(Errc::bug, "a loop reached the run");
 }
 
 }  // namespace lcrig

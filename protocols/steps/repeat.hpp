@@ -14,6 +14,7 @@ struct RepeatStep {
   static RepeatStep parse(const StepReader& r);
   StepFacts facts() const { return {.inside = &steps, .passes = &count}; }
   StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };
 
 }  // namespace lcrig

@@ -5,6 +5,7 @@
 
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
+#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 
@@ -17,6 +18,17 @@ StepPlan SetGapStep::plan(PlannedRig& rig) const {
   rig.state_gap(rig.get(gap));
   out.note = fmt::format("a gap of {:.4g} mm, as the protocol says", rig.get(gap) * 1e3);
   return out;
+}
+
+// Known from here on by a person's word, not by a search.
+Task<Result<>> SetGapStep::execute(RunParts& run, StepProgress& /*progress*/) const {
+  if (!run.view.travel_m()) {
+    co_return fail(Errc::no_reply, "step {}: the frame sends no travel", run.log.step_id());
+  }
+  const double contact_m = *run.view.travel_m() + run.get(gap);
+  run.contact.place(contact_m, 0);
+  run.event(GapStatedEvent{contact_m});
+  co_return Result<>();
 }
 
 }  // namespace lcrig

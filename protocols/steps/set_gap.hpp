@@ -13,6 +13,7 @@ struct SetGapStep {
   static SetGapStep parse(const StepReader& r);
   StepFacts facts() const { return {}; }
   StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };
 
 }  // namespace lcrig

@@ -6,6 +6,7 @@
 #include "protocols/file/lcr_words.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
+#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 
@@ -46,6 +47,15 @@ StepPlan SetLcrStep::plan(PlannedRig& rig) const {
   rig.set_meter(*this);
   if (auto why = check_lcr(rig.meter(), rig.known().lcr)) out.refuse(Refusal(std::move(*why)));
   return out;
+}
+
+Task<Result<>> SetLcrStep::execute(RunParts& run, StepProgress& /*progress*/) const {
+  LcrSettings s = change(run.sampler.settings(), run.setup.environment);
+  auto set = co_await run.sampler.configure(std::move(s));
+  if (!set) co_return set;
+  const Duration conversion = run.setup.lcr.capabilities().conversion_time(run.sampler.settings());
+  run.event(settings_event(run.sampler.settings(), conversion));
+  co_return Result<>();
 }
 
 }  // namespace lcrig

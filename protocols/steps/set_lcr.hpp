@@ -18,6 +18,7 @@ struct SetLcrStep {
   static SetLcrStep parse(const StepReader& r);
   StepFacts facts() const { return {.sets_meter = this}; }
   StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
   // The settings after this step.
   LcrSettings change(LcrSettings settings, const Environment& env) const;
 };

@@ -3,7 +3,9 @@
 //   kWord     the word after "do" in a file,
 //   parse()   its keys,
 //   facts()   what it asks of the rig (facts.hpp),
-//   plan()    how long it takes, what it may do to the specimen, and whether that is allowed.
+//   plan()    how long it takes, what it may do to the specimen, and whether that is allowed,
+//   execute() what it does in a run. It ends by itself or with an error; when it is interrupted it
+//             is cancelled, and called again with the same progress when it goes on.
 // Whoever treats a step by its kind visits `action`, so a kind that lacks one does not compile.
 #pragma once
 

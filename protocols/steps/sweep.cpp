@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
+#include "protocols/run/run_parts.hpp"
 #include "protocols/steps/step.hpp"
 
 namespace lcrig {
@@ -84,6 +85,10 @@ double SweepStep::value(std::int64_t index, const Environment& env) const {
 // The plan meets the steps inside, one after the other.
 StepPlan SweepStep::plan(PlannedRig& /*rig*/) const {
   return {};
+}
+
+Task<Result<>> SweepStep::execute(RunParts& /*run*/, StepProgress& /*progress*/) const {
+  co_return fail(Errc::bug, "a loop reached the run");
 }
 
 }  // namespace lcrig

@@ -18,6 +18,7 @@ struct SweepStep {
     return {.inside = &steps, .passes = count ? &*count : nullptr, .sweep = this};
   }
   StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
   // SI value of the variable in pass `index` (from 1).
   double value(std::int64_t index, const Environment& env) const;
 };

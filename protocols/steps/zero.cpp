@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/steps/zero.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
+#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 
@@ -31,6 +35,39 @@ StepPlan ZeroStep::plan(PlannedRig& rig) const {
   if (travel) rig.zero_travel();
   if (force) rig.zero_force();
   return out;
+}
+
+Task<Result<>> ZeroStep::execute(RunParts& run, StepProgress& /*progress*/) const {
+  auto rest = co_await run.view.watch_rest(FrameView::kRestTime);
+  if (!rest) co_return fail(rest.error());
+  if (max_offset && std::abs(rest->force_N()) > run.get(*max_offset)) {
+    co_return fail(Errc::limit_tripped,
+                   "step {}: {:.4f} N at rest before zeroing, {:.4f} N allowed: the probe may "
+                   "already touch; move it away or zero the cell at the machine",
+                   run.log.step_id(), rest->force_N(), run.get(*max_offset));
+  }
+  const ScopedFlag zeroing = run.distrust.expect_zero();  // the gateway may tell of it, too
+  if (travel) run.truth.look_away();
+  auto zeroed = co_await run.setup.frame.zero(force, travel);
+  if (!zeroed) co_return zeroed;
+  run.truth.zero_force();
+  run.view.zeroed(true);
+  if (travel) {
+    run.contact.zero_travel(rest->travel_m().value_or(0));
+    run.drive.forget_limits();
+  }
+  run.event(run.point());  // the origin is another one
+  run.event(ZeroEvent{rest->force_N()});
+  // Samples from before the zero are still on the way: at most one, or 100 ms of them.
+  const Duration stale =
+      std::max<Duration>(std::chrono::milliseconds(250), from_seconds(2 / run.setup.frame_rate_Hz));
+  co_await run.setup.clock.wait_for(stale);
+  if (travel) run.truth.stand();
+  auto after = co_await run.view.watch_rest(FrameView::kRestTime);
+  if (!after) co_return fail(after.error());
+  run.truth.learn_rest(*after);
+  run.guard.set_rest_force(after->force_N(), after->scatter_N());
+  co_return Result<>();
 }
 
 }  // namespace lcrig

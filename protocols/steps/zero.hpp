@@ -14,6 +14,7 @@ struct ZeroStep {
   static ZeroStep parse(const StepReader& r);
   StepFacts facts() const { return {.zeroes = true}; }
   StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };
 
 }  // namespace lcrig

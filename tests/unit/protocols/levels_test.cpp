@@ -17,6 +17,10 @@ Target target(TargetKind kind, double value) {
 
 class Levels : public ::testing::Test {
  protected:
+  void aim(TargetKind kind, double value) {
+    const Target to = target(kind, value);
+    labels.aim({.aim = &to});
+  }
   LoadLevel next() { return labels.next("m", 5, MonoTime()); }
 
   Environment environment;
@@ -36,7 +40,7 @@ TEST_F(Levels, AreNumberedThroughTheRunAndWithinEachRepeat) {
 }
 
 TEST_F(Levels, CarryTheForceThatTheLastLoadStepAimedAt) {
-  labels.aim_at(target(TargetKind::force, 0.5));
+  aim(TargetKind::force, 0.5);
   const LoadLevel level = next();
   EXPECT_DOUBLE_EQ(*level.target_force_N, 0.5);
   EXPECT_DOUBLE_EQ(*level.target_pressure_Pa, 0.5 / kArea_m2);
@@ -44,24 +48,28 @@ TEST_F(Levels, CarryTheForceThatTheLastLoadStepAimedAt) {
 }
 
 TEST_F(Levels, OfAPressureCarryItsForce) {
-  labels.aim_at(target(TargetKind::pressure, 1000));
+  aim(TargetKind::pressure, 1000);
   EXPECT_DOUBLE_EQ(*next().target_force_N, 1000 * kArea_m2);
 }
 
 TEST_F(Levels, AtATravelCarryNoForce) {
-  labels.aim_at(target(TargetKind::force, 0.5));
-  labels.aim_at(target(TargetKind::gap, 1e-3));
+  aim(TargetKind::force, 0.5);
+  aim(TargetKind::gap, 1e-3);
   EXPECT_FALSE(next().target_force_N);
   EXPECT_FALSE(next().target_pressure_Pa);
 }
 
 TEST_F(Levels, UnderAWeightCarryItsForce) {
-  PlaceWeightStep step;
-  step.load = target(TargetKind::mass, 0.1);
-  EXPECT_DOUBLE_EQ(labels.aim_at_mass(step), 0.1);
+  aim(TargetKind::mass, 0.1);
   EXPECT_DOUBLE_EQ(*next().target_force_N, 0.1 * kGravity_m_s2);
-  step.load = target(TargetKind::force, 0.5);
-  EXPECT_DOUBLE_EQ(labels.aim_at_mass(step), 0.5 / kGravity_m_s2);
+}
+
+TEST_F(Levels, KeepTheirForceUntilAMotionGoesElsewhere) {
+  aim(TargetKind::force, 0.5);
+  labels.aim(MeasureStep().facts());
+  EXPECT_DOUBLE_EQ(*next().target_force_N, 0.5);
+  labels.aim(FindContactStep().facts());
+  EXPECT_FALSE(next().target_force_N);
 }
 
 TEST_F(Levels, AnAbandonedOneKeepsItsPlaceAndGetsANewNumber) {
