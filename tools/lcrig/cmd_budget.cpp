@@ -8,7 +8,7 @@
 #include "model/specimen_file.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
-#include "tools/lcrig/budget_search.hpp"
+#include "tools/lcrig/budget_text.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/model_options.hpp"
