@@ -6,6 +6,7 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <boost/math/statistics/univariate_statistics.hpp>
 #include <cmath>
 #include <ranges>
 
@@ -206,19 +207,14 @@ double chi_squared_quantile(double probability, double degrees_of_freedom) {
 }
 
 double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 != 0) return *middle;
-  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+  return boost::math::statistics::median(values);
 }
 
 double robust_sigma(const std::vector<double>& values) {
   if (values.size() < 2) return 0;
+  std::vector<double> copy = values;
   const double middle = median(values);
-  std::vector<double> deviations;
-  deviations.reserve(values.size());
-  for (const double v : values) deviations.push_back(std::abs(v - middle));
-  return kMadToSigma * median(std::move(deviations));
+  return kMadToSigma * boost::math::statistics::median_absolute_deviation(copy, middle);
 }
 
 RunsTest runs_test(std::span<const double> residuals) {

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -74,14 +76,17 @@ class Loading {
   }
 
  private:
-  // The drive moves at constant speed; force by bisection of the compression.
+  // Where the drive is after this part of its way: it moves at constant speed.
   double at(double part) const {
-    double low = 0, high = peak_N_;
-    for (int i = 0; i < 50; ++i) {
-      const double middle = 0.5 * (low + high);
-      (run_.compression_m(middle) < part * way_m_ ? low : high) = middle;
-    }
-    return high / run_.area_m2 * 1e-3;
+    const auto short_of = [&](double force_N) {
+      return run_.compression_m(force_N) - part * way_m_;
+    };
+    if (part >= 1) return cycle_.peak_kPa;
+    if (short_of(0) >= 0) return 0;
+    std::uintmax_t steps = 50;
+    const auto force_N = boost::math::tools::toms748_solve(
+        short_of, 0.0, peak_N_, boost::math::tools::eps_tolerance<double>(48), steps);
+    return force_N.second / run_.area_m2 * 1e-3;
   }
   const PlannedRun& run_;
   const PlannedCycle& cycle_;
