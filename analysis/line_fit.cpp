@@ -212,9 +212,11 @@ double median(std::vector<double> values) {
 
 double robust_sigma(const std::vector<double>& values) {
   if (values.size() < 2) return 0;
-  std::vector<double> copy = values;
   const double middle = median(values);
-  return kMadToSigma * boost::math::statistics::median_absolute_deviation(copy, middle);
+  std::vector<double> deviations;  // Boost 1.81 forgets the middle in median_absolute_deviation
+  deviations.reserve(values.size());
+  for (const double v : values) deviations.push_back(std::abs(v - middle));
+  return kMadToSigma * median(std::move(deviations));
 }
 
 RunsTest runs_test(std::span<const double> residuals) {

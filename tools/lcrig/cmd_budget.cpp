@@ -175,7 +175,7 @@ Outcome<ExitCode> BudgetCommand::run(Context& context) {
     if (!written) return tl::unexpected(written.error());
   }
   if (context.global.json) {
-    auto out = to_json(budget);
+    auto out = cli::to_json(budget);
     out["protocol"] = what->protocol.name;
     out["specimen"] = specimen_;
     out["bench"] = bench_;

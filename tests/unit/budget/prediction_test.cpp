@@ -135,7 +135,7 @@ TEST(Budget, ForceClassIsRectangular) {
   options.rig.force_class_percent = 0.5;
   const auto p = predict_errors(run, options);
   ASSERT_TRUE(p);
-  for (const UncertaintyPart& part : (*p)[0].budget.parts) {
+  for (const UncertaintyPart& part : (*p)[0].uncertainty.parts) {
     if (part.name != "force") continue;
     EXPECT_THAT(part.standard_uncertainty, DoubleNear(2 * 0.005 / std::sqrt(3), 1e-12));
     return;
