@@ -152,7 +152,7 @@ Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options)
   calc_sensitivity(scene, out);
   calc_hysteresis(scene, out);
   calc_limit_of_detection(scene, out);
-  calc_budgets(scene, out);
+  calc_uncertainties(scene, out);
   add_level_notes(data, out);
   return out;
 }

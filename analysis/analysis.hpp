@@ -13,14 +13,11 @@
 #include <string_view>
 #include <vector>
 
+#include "analysis/definitions.hpp"
 #include "analysis/run_data.hpp"
 #include "analysis/uncertainty.hpp"
 
 namespace lcrig {
-
-struct PressureRange {
-  double from_kPa = 0, to_kPa = 0;
-};
 
 // What the run does not record of the rig; every assumption is printed with the result.
 struct RigAccuracy {
@@ -28,6 +25,11 @@ struct RigAccuracy {
   std::optional<double> force_certified_from_N;  // absent: not known
   std::optional<double> probe_diameter_tolerance_mm;  // limits; absent: 0.02
   MeterPlace meter;
+  // What is given, else what is assumed.
+  double force_limit_percent(bool dead_weights) const {
+    return force_class_percent.value_or(dead_weights ? 0.1 : 1.0);  // ISO 7500-1; masses, local g
+  }
+  double diameter_limit_mm() const { return probe_diameter_tolerance_mm.value_or(0.02); }
 };
 
 struct AnalysisOptions {
@@ -37,7 +39,7 @@ struct AnalysisOptions {
   RigAccuracy rig;
 };
 
-// A number and what its scatter says. Type A only: the systematic parts stand in the budgets.
+// A number and what its scatter says. Type A only: the systematic parts stand in the uncertainties.
 struct Estimate {
   double value = 0;
   std::optional<double> standard_error;
@@ -55,6 +57,11 @@ struct Metric {
   explicit operator bool() const { return estimate.has_value(); }
   double value() const { return estimate->value; }  // only when there is one
 };
+
+// Where the capacitance at the peak of a cycle is from: a curve through the readings about it, the
+// mean of those that stay there, or the reading nearest to it.
+enum class PeakMethod { fit, plateau, nearest };
+std::string_view to_string(PeakMethod m);
 
 enum class Direction { up, down };
 std::string_view to_string(Direction d);
@@ -127,7 +134,7 @@ struct RangeResult {
   // Of a continuous loading: change of the rate of pressure with pressure, and the largest standard
   // uncertainty of a reading's instant.
   double rate_tilt_per_s = 0, instant_s = 0;
-  UncertaintyBudget budget;  // empty parts without a sensitivity
+  Uncertainty uncertainty;  // empty parts without a sensitivity
 };
 
 struct RegionSearch {
@@ -156,7 +163,7 @@ struct CycleResult {
   std::optional<double> peak_travel_mm;
   std::int64_t loaded_readings = 0;
   std::size_t first = 0, last = 0;  // loaded readings: [first, last) of RunData::readings
-  std::string peak_method;  // "fit to the force", "mean of the plateau", "nearest reading"
+  PeakMethod peak_method = PeakMethod::fit;
 };
 
 // Loading against unloading, all cycles together, on a grid of force.
@@ -242,7 +249,7 @@ struct RunAnalysis {
   std::vector<Outlier> outliers;  // the 1000 largest
   std::int64_t outlier_count = 0;
   // Of every sensitivity (again), C0, dynamic range, delta C at the highest level, hysteresis.
-  std::vector<UncertaintyBudget> budgets;
+  std::vector<Uncertainty> uncertainties;
 
   // Every metric above that is a Metric, ranges included, in the order of a table.
   std::vector<const Metric*> metrics() const;
@@ -273,6 +280,6 @@ std::vector<Comparison> compare(std::span<const RunAnalysis> runs);
 // The names of `lcrig analyze --json` (design, section 10) and more; docs/analysis.md lists them.
 nlohmann::json to_json(const RunAnalysis& analysis);
 nlohmann::json to_json(const Comparison& comparison);
-nlohmann::json to_json(const UncertaintyBudget& budget);
+nlohmann::json to_json(const Uncertainty& uncertainty);
 
 }  // namespace lcrig

@@ -72,7 +72,7 @@ json of(const RangeResult& r) {
             {"expanded_uncertainty", nullptr},
             {"robust", nullptr}};
   if (r.sensitivity) j["degrees_of_freedom"] = number(r.sensitivity.estimate->degrees_of_freedom);
-  if (!r.budget.parts.empty()) j["expanded_uncertainty"] = number(r.budget.expanded);
+  if (!r.uncertainty.parts.empty()) j["expanded_uncertainty"] = number(r.uncertainty.expanded);
   if (r.robust) {
     j["robust"] = {{"sensitivity_fF_per_kPa", number(r.robust->slope_fF_per_kPa)},
                    {"standard_error", number(r.robust->standard_error)},
@@ -122,7 +122,7 @@ json of(const CycleResult& c) {
           {"rest_standard_error_fF", number(c.rest_se_fF)},
           {"peak_pF", number(c.peak_pF)},
           {"peak_standard_error_fF", number(c.peak_se_fF)},
-          {"peak_method", c.peak_method},
+          {"peak_method", to_string(c.peak_method)},
           {"delta_C_fF", number(c.delta_C_fF)},
           {"delta_C_standard_error_fF", number(c.delta_C_se_fF)},
           {"dynamic_range_percent", number(c.dynamic_range_percent)},
@@ -202,7 +202,7 @@ json rig_of(const RigAccuracy& r) {
 
 }  // namespace
 
-json to_json(const UncertaintyBudget& b) {
+json to_json(const Uncertainty& b) {
   json parts = json::array();
   for (const UncertaintyPart& p : b.parts) {
     parts.push_back({{"part", p.name},
@@ -242,8 +242,8 @@ json to_json(const RunAnalysis& a) {
   for (const Metric* m : a.metrics()) {
     if (m->name != "sensitivity_fF_per_kPa") metrics[m->name] = of(*m);
   }
-  json budgets = json::array();
-  for (const UncertaintyBudget& b : a.budgets) budgets.push_back(to_json(b));
+  json uncertainties = json::array();
+  for (const Uncertainty& b : a.uncertainties) uncertainties.push_back(to_json(b));
   return {{"run", a.run},
           {"protocol", a.protocol},
           {"specimen", a.specimen},
@@ -265,7 +265,7 @@ json to_json(const RunAnalysis& a) {
           {"holds", list(a.holds)},
           {"outliers", list(a.outliers)},
           {"outlier_count", a.outlier_count},
-          {"uncertainty", std::move(budgets)},
+          {"uncertainty", std::move(uncertainties)},
           {"confidence", number(a.options.confidence)},
           {"meaning", {{"ci95", kOfScatter}, {"expanded_uncertainty", kOfAll}}},
           {"rig", rig_of(a.options.rig)},

@@ -83,7 +83,7 @@ void append_cycles(std::string& out, const RunAnalysis& a) {
   }
 }
 
-void append_budget(std::string& out, const UncertaintyBudget& b) {
+void append_uncertainty(std::string& out, const Uncertainty& b) {
   out += fmt::format("\nUncertainty of {}: {:.6g} {}\n", b.quantity, b.value, b.unit);
   for (const UncertaintyPart& p : b.parts) {
     const std::string freedom =
@@ -141,7 +141,7 @@ std::string to_text(const RunAnalysis& a) {
   append_curve(out, a);
   append_cycles(out, a);
   append_outliers(out, a);
-  for (const UncertaintyBudget& b : a.budgets) append_budget(out, b);
+  for (const Uncertainty& b : a.uncertainties) append_uncertainty(out, b);
   return out;
 }
 

@@ -27,7 +27,7 @@ constexpr std::size_t kBatches = 10;
 constexpr double kPlain = 0.2;  // probability that noise alone does it
 
 struct Baseline {
-  Sample capacitance, steady;  // F; the second without the drift
+  RunningMean capacitance, steady;  // F; the second without the drift
   double square_differences = 0;  // of neighbours, F2
   std::vector<double> values;  // the first ones, for the batches
 };

@@ -16,12 +16,12 @@ struct Quantity {
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
 };
 
-Quantity quantity(std::string name, double value, const UncertaintyBudget* budget) {
+Quantity quantity(std::string name, double value, const Uncertainty* uncertainty) {
   Quantity q;
   q.name = std::move(name);
   q.value = value;
-  if (budget == nullptr || budget->parts.empty() || value == 0) return q;
-  UncertaintyBudget own = *budget;
+  if (uncertainty == nullptr || uncertainty->parts.empty() || value == 0) return q;
+  Uncertainty own = *uncertainty;
   std::erase_if(own.parts, [](const UncertaintyPart& p) { return p.shared_by_runs; });
   if (own.parts.empty() || own.parts.front().kind != UncertaintyKind::a) return q;
   combine(own);
@@ -30,8 +30,8 @@ Quantity quantity(std::string name, double value, const UncertaintyBudget* budge
   return q;
 }
 
-const UncertaintyBudget* find_budget(const RunAnalysis& a, const std::string& name) {
-  for (const UncertaintyBudget& b : a.budgets) {
+const Uncertainty* find_uncertainty(const RunAnalysis& a, const std::string& name) {
+  for (const Uncertainty& b : a.uncertainties) {
     if (b.quantity == name) return &b;
   }
   return nullptr;
@@ -42,12 +42,12 @@ std::vector<Quantity> quantities(const RunAnalysis& a) {
   for (const RangeResult& r : a.ranges) {
     if (!r.sensitivity) continue;
     out.push_back(quantity(fmt::format("sensitivity {}", range_text(r.range)),
-                           r.sensitivity.value(), &r.budget));
+                           r.sensitivity.value(), &r.uncertainty));
   }
-  if (a.c0) out.push_back(quantity("C0", a.c0.value(), find_budget(a, "C0")));
+  if (a.c0) out.push_back(quantity("C0", a.c0.value(), find_uncertainty(a, "C0")));
   if (a.dynamic_range) {
     out.push_back(
-        quantity("dynamic range", a.dynamic_range.value(), find_budget(a, "dynamic range")));
+        quantity("dynamic range", a.dynamic_range.value(), find_uncertainty(a, "dynamic range")));
   }
   return out;
 }

@@ -13,11 +13,7 @@ namespace lcrig {
 
 namespace {
 
-// A cycle begins and ends where the force leaves and reaches this share of the largest, and counts
-// when it gets beyond the second.
-constexpr double kEdgeShare = 0.05, kCounts = 0.2;
-constexpr double kPlateau = 0.98;  // of the peak
-constexpr std::int64_t kPlateauReadings = 10;
+constexpr double kCounts = 0.2;  // of the largest force: an excursion beyond it is a cycle
 constexpr double kPlateauTime_s = 2;
 
 void close_cycle(const Scene& scene, CycleResult& c, double highest, RunAnalysis& out) {
@@ -31,7 +27,7 @@ void close_cycle(const Scene& scene, CycleResult& c, double highest, RunAnalysis
 
 void find_excursions(const Scene& scene, RunAnalysis& out) {
   const auto& readings = scene.data.readings;
-  const double edge = std::max(kEdgeShare * scene.peak_N, 5 * scene.force_noise_N);
+  const double edge = std::max(kCycleEdge * scene.peak_N, 5 * scene.force_noise_N);
   bool loaded = false;
   double highest = 0;
   CycleResult c;
@@ -51,7 +47,7 @@ void find_excursions(const Scene& scene, RunAnalysis& out) {
     highest = force;
     c.peak_s = readings[i].t_s;
     c.peak_force_N = force;
-    if (readings[i].has_travel()) c.peak_travel_mm = readings[i].place_m * 1e3;
+    if (readings[i].has_travel()) c.peak_travel_mm = readings[i].travel_m * 1e3;
   }
   if (loaded) close_cycle(scene, c, highest, out);
 }
@@ -63,16 +59,16 @@ void sharpen_peaks(const Scene& scene, RunAnalysis& out) {
     const auto before = [](const FramePoint& p, double t) { return p.t_s < t; };
     auto it = std::lower_bound(frame.begin(), frame.end(), c.begin_s, before);
     for (; it != frame.end() && it->t_s <= c.end_s; ++it) {
-      const double force = it->load_N - scene.rest_N;
+      const double force = it->force_N - scene.rest_N;
       if (!(force > c.peak_force_N)) continue;
       c.peak_force_N = force;
       c.peak_s = it->t_s;
-      if (!std::isnan(it->place_m)) c.peak_travel_mm = it->place_m * 1e3;
+      if (!std::isnan(it->travel_m)) c.peak_travel_mm = it->travel_m * 1e3;
     }
   }
 }
 
-std::optional<double> error_fF(const Sample& s) {
+std::optional<double> error_fF(const RunningMean& s) {
   if (s.count < 2) return std::nullopt;
   return std::sqrt(s.variance() / static_cast<double>(s.count)) * 1e3;
 }
@@ -88,7 +84,7 @@ bool on_plateau(const Scene& scene, const CycleResult& c, const RunReading& r) {
 }
 
 bool peak_of_plateau(const Scene& scene, CycleResult& c) {
-  Sample capacitance, force, time;
+  RunningMean capacitance, force, time;
   double first = 0, last = 0;
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = scene.data.readings[i];
@@ -104,7 +100,7 @@ bool peak_of_plateau(const Scene& scene, CycleResult& c) {
   c.peak_se_fF = error_fF(capacitance);
   c.peak_force_N = force.mean;
   c.peak_s = time.mean;
-  c.peak_method = "mean of the plateau";
+  c.peak_method = PeakMethod::plateau;
   return true;
 }
 
@@ -135,11 +131,10 @@ Peak peak_of_fit(const Scene& scene, CycleResult& c) {
   const auto solution = fit.solve();
   if (!solution || solution->freedom < 1) {
     c.peak_pF = nearest * 1e12;
-    c.peak_method = "nearest reading";
+    c.peak_method = PeakMethod::nearest;
     return {};
   }
   c.peak_pF = solution->value[0] * 1e12;
-  c.peak_method = "fit to the force";
   return {solution->residual_ss, solution->freedom, solution->unit_covariance[0]};
 }
 
@@ -175,7 +170,7 @@ void set_branch_slope(const Scene& scene, CycleResult& c, Moving& moving) {
 // A mean over cycles: their scatter is all that is known of what differs between them.
 Estimate mean_of_cycles(const std::vector<double>& values, std::optional<double> single_error,
                         double confidence) {
-  Sample s;
+  RunningMean s;
   for (const double v : values) s.add(v);
   if (s.count >= 2) {
     const double se = std::sqrt(s.variance() / static_cast<double>(s.count));

@@ -33,7 +33,7 @@ double reached_s(const Scene& scene, std::size_t reading) {
 }
 
 struct Window {
-  Sample from_s, to_s;  // after the load was reached
+  RunningMean from_s, to_s;  // after the load was reached
 };
 
 Window window_of(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
@@ -100,8 +100,7 @@ std::optional<double> gap_of_loop(const Scene& scene, const RunAnalysis& out,
   return line ? std::optional(line->slope) : std::nullopt;
 }
 
-void add_branch(const Scene& scene, const RunAnalysis& out, const RangeResult& r,
-                UncertaintyBudget& b) {
+void add_branch(const Scene& scene, const RunAnalysis& out, const RangeResult& r, Uncertainty& b) {
   auto gap = gap_of_levels(out, r);
   const char* from = "levels";
   if (!gap) gap = gap_of_loop(scene, out, r), from = "ramps";
@@ -116,7 +115,7 @@ void add_branch(const Scene& scene, const RunAnalysis& out, const RangeResult& r
       fmt::format("the slope of the other branch differs by {:.3g} ({}): limits", *gap, from)));
 }
 
-void add_time(const RunAnalysis& out, const RangeResult& r, UncertaintyBudget& b) {
+void add_time(const RunAnalysis& out, const RangeResult& r, Uncertainty& b) {
   if (!out.creep.estimate || !out.creep.estimate->standard_error) {
     b.parts.push_back(other_choice("another time", 0, "creep is not known: no steady load"));
     return;
@@ -142,7 +141,7 @@ std::string name_estimand(const Scene& scene, const RunAnalysis& out, const Pres
 }
 
 void add_other_choices(const Scene& scene, const RunAnalysis& out, const RangeResult& r,
-                       UncertaintyBudget& b) {
+                       Uncertainty& b) {
   add_branch(scene, out, r, b);
   add_time(out, r, b);
 }

@@ -35,8 +35,8 @@ double travel_range(const Scene& scene, const CycleResult& c) {
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = scene.data.readings[i];
     if (!r.has_travel()) continue;
-    low = any ? std::min(low, r.place_m) : r.place_m;
-    high = any ? std::max(high, r.place_m) : r.place_m;
+    low = any ? std::min(low, r.travel_m) : r.travel_m;
+    high = any ? std::max(high, r.travel_m) : r.travel_m;
     any = true;
   }
   return high - low;
@@ -44,10 +44,10 @@ double travel_range(const Scene& scene, const CycleResult& c) {
 
 bool stays(const Scene& scene, const RunReading& from, const RunReading& r, double range_m) {
   const double force = scene.above_rest_N(from);
-  const double change = std::abs(r.load_N - from.load_N);
+  const double change = std::abs(r.force_N - from.force_N);
   if (change <= std::max(kForceBand * force, 6 * scene.force_noise_N)) return true;
   return from.has_travel() && r.has_travel() && change <= kRelaxation * force &&
-         std::abs(r.place_m - from.place_m) <= kTravelBand * range_m;
+         std::abs(r.travel_m - from.travel_m) <= kTravelBand * range_m;
 }
 
 // The end of the ramp before a hold is no creep: readings from which the force still moves by more
@@ -60,7 +60,7 @@ void cut_ramp(const Scene& scene, Stretch& s) {
     if (a.has_force() && b.has_force() && scene.uses(a) && scene.uses(b)) {
       const double noise = 6 * scene.force_noise_N;
       const double allowed = 0.05 * scene.above_rest_N(a) * (b.t_s - a.t_s) + noise;
-      if (std::abs(b.load_N - a.load_N) <= allowed) return;
+      if (std::abs(b.force_N - a.force_N) <= allowed) return;
     }
     ++s.first;
   }
@@ -81,7 +81,7 @@ bool is_held(const Scene& scene, const Stretch& s) {
     const RunReading& r = readings[i];
     if (!r.has_force() || !scene.uses(r)) continue;
     force.push_back({r.t_s, scene.above_rest_N(r), 1});
-    if (r.has_travel()) travel.push_back({r.t_s, r.place_m, 1});
+    if (r.has_travel()) travel.push_back({r.t_s, r.travel_m, 1});
   }
   const double span = readings[s.last - 1].t_s - readings[s.first].t_s;
   double error = 0;
@@ -123,7 +123,7 @@ struct Series {
 
 Series series_of(const Scene& scene, const Stretch& s, HoldResult& h) {
   Series out;
-  Sample force, head, tail, capacitance;
+  RunningMean force, head, tail, capacitance;
   const auto& readings = scene.data.readings;
   const double span = readings[s.last - 1].t_s - readings[s.first].t_s;
   const double begin = readings[s.first].t_s - span / static_cast<double>(s.last - s.first) / 2;
@@ -222,7 +222,7 @@ HoldResult result_of(const Scene& scene, const CycleResult& c, const Stretch& s)
 
 // Of delta C per decade of time, weighted with what is known of each hold.
 void calc_creep(const Scene& scene, RunAnalysis& out) {
-  Sample unweighted;
+  RunningMean unweighted;
   double weights = 0, sum = 0, squares = 0;
   for (const HoldResult& h : out.holds) {
     if (!h.per_decade_se_fF || *h.per_decade_se_fF <= 0 || h.cycle == 0) continue;
@@ -264,7 +264,7 @@ void calc_settling(const Scene& scene, RunAnalysis& out) {
                           : "no hold shows creep beyond its noise that one exponential describes";
     return;
   }
-  Sample s;
+  RunningMean s;
   for (const double t : times) s.add(t);
   Estimate e;
   e.value = s.mean;

@@ -18,7 +18,7 @@ constexpr std::size_t kListedOutliers = 1000;
 constexpr double kFalseOutliers = 0.01;
 
 struct Collected {
-  Sample capacitance, time, force;
+  RunningMean capacitance, time, force;
   double products = 0;  // of force and capacitance, about their means
   double time_products = 0;  // of time and capacitance
   std::size_t first = 0, last = 0;  // [first, last) of the readings
@@ -42,8 +42,8 @@ std::vector<Collected> collect(const Scene& scene) {
     c.time.add(r.t_s);
     c.time_products += above * (r.t_s - c.time.mean);
     if (!r.has_force()) continue;
-    c.force.add(r.load_N);
-    c.products += above * (r.load_N - c.force.mean);
+    c.force.add(r.force_N);
+    c.products += above * (r.force_N - c.force.mean);
   }
   return out;
 }
@@ -181,7 +181,7 @@ void keep_largest_outliers(std::vector<Outlier>& outliers) {
 }
 
 struct Point {
-  Sample capacitance;  // pF, of the levels' means
+  RunningMean capacitance;  // pF, of the levels' means
   double weighted_pF = 0, weighted_kPa = 0;
   double variance_of_sum = 0;  // of weighted_pF, from the scatter of the readings
   std::int64_t readings = 0;
@@ -335,6 +335,15 @@ void calc_repeatability(const Scene& scene, const std::map<LevelKey, Point>& poi
 }
 
 }  // namespace
+
+std::string_view to_string(PeakMethod m) {
+  switch (m) {
+    case PeakMethod::fit: return "fit to the force";
+    case PeakMethod::plateau: return "mean of the plateau";
+    case PeakMethod::nearest: return "nearest reading";
+  }
+  return "";
+}
 
 std::string_view to_string(Direction d) {
   return d == Direction::up ? "up" : "down";

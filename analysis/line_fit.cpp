@@ -6,8 +6,11 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <boost/math/statistics/univariate_statistics.hpp>
 #include <cmath>
 #include <ranges>
+
+#include "analysis/online.hpp"
 
 namespace lcrig {
 
@@ -47,44 +50,14 @@ double mean_of(std::span<const LinePoint> points, double LinePoint::* what, doub
   return first + rest / sum_weights;
 }
 
-// A line that grows point by point. What a point adds to the sum of squared residuals is its error
-// of prediction by the line so far, squared and shortened: only positive terms, so that nothing
-// cancels, as it would in syy - sxy^2 / sxx.
-class GrowingLine {
- public:
-  void add(const LinePoint& p) {
-    const double dx = p.x - x_, dy = p.y - y_;
-    const double weights = weights_ + p.weight;
-    if (weights_ > 0) {
-      const double shorter = 1 / p.weight + 1 / weights_;
-      if (sxx_ > 0) {
-        const double error = dy - sxy_ / sxx_ * dx;
-        residual_ss_ += error * error / (shorter + dx * dx / sxx_);
-      } else if (dx == 0) {  // else two different x: the line goes through both
-        residual_ss_ += dy * dy / shorter;
-      }
-      sxx_ += dx * dx / shorter;
-      sxy_ += dx * dy / shorter;
-    }
-    x_ += p.weight / weights * dx;
-    y_ += p.weight / weights * dy;
-    weights_ = weights;
-  }
-  double residual_ss() const { return residual_ss_; }
-
- private:
-  double weights_ = 0, x_ = 0, y_ = 0;  // means
-  double sxx_ = 0, sxy_ = 0, residual_ss_ = 0;  // weighted
-};
-
 // Sums of squared residuals of the first 1, 2, ... points in the order of the range.
 template <class Range>
 std::vector<double> growing_residuals(const Range& points, const LineFit& centre) {
-  GrowingLine line;
+  RunningLine line;
   std::vector<double> out;
   out.reserve(points.size());
   for (const LinePoint& p : points) {
-    line.add({p.x - centre.x_mean, p.y - centre.y_mean, p.weight});
+    line.add(p.x - centre.x_mean, p.y - centre.y_mean, p.weight);
     out.push_back(line.residual_ss());
   }
   return out;
@@ -234,16 +207,13 @@ double chi_squared_quantile(double probability, double degrees_of_freedom) {
 }
 
 double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 != 0) return *middle;
-  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+  return boost::math::statistics::median(values);
 }
 
 double robust_sigma(const std::vector<double>& values) {
   if (values.size() < 2) return 0;
   const double middle = median(values);
-  std::vector<double> deviations;
+  std::vector<double> deviations;  // Boost 1.81 forgets the middle in median_absolute_deviation
   deviations.reserve(values.size());
   for (const double v : values) deviations.push_back(std::abs(v - middle));
   return kMadToSigma * median(std::move(deviations));

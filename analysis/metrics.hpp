@@ -10,6 +10,7 @@
 #include "analysis/correlation.hpp"
 #include "analysis/drift.hpp"
 #include "analysis/line_fit.hpp"
+#include "analysis/online.hpp"
 
 namespace lcrig {
 
@@ -33,7 +34,7 @@ struct Scene {
   Drift drift;  // of the unloaded capacitance
 
   bool uses(const RunReading& r) const;
-  double above_rest_N(const RunReading& r) const { return r.load_N - rest_N; }
+  double above_rest_N(const RunReading& r) const { return r.force_N - rest_N; }
   bool is_unloaded(const RunReading& r) const;
   // Nothing touches: the reading and both its neighbours are unloaded, so that the edges of a
   // contact, where the force is within its noise already, do not count.
@@ -43,15 +44,6 @@ struct Scene {
   std::optional<double> kPa(double force_N) const;
 };
 Scene look_at(const RunData& data, const AnalysisOptions& options, RunAnalysis& out);
-
-// One mean and what its scatter says; y in the unit of the caller.
-struct Sample {
-  std::int64_t count = 0;
-  double mean = 0;
-  double sum_squares = 0;  // about the mean
-  void add(double y);
-  double variance() const { return sum_squares / static_cast<double>(count - 1); }
-};
 
 Metric metric(std::string name, std::string definition);
 Metric missing(std::string name, std::string definition, std::string reason);
@@ -75,13 +67,13 @@ void calc_sensitivity(const Scene& scene, RunAnalysis& out);
 RangeResult slope_in(const Scene& scene, const RunAnalysis& out, const PressureRange& range);
 void calc_hysteresis(const Scene& scene, RunAnalysis& out);
 void calc_limit_of_detection(const Scene& scene, RunAnalysis& out);
-void calc_budgets(const Scene& scene, RunAnalysis& out);
+void calc_uncertainties(const Scene& scene, RunAnalysis& out);
 
 // "loading branch, from 1.1 to 4.6 s after the load was reached"
 std::string name_estimand(const Scene& scene, const RunAnalysis& out, const PressureRange& range);
 // What the other branch and another time would give instead, as systematic parts.
 void add_other_choices(const Scene& scene, const RunAnalysis& out, const RangeResult& r,
-                       UncertaintyBudget& b);
+                       Uncertainty& b);
 
 // Readings of a branch: of a cycle, with a force, under the settings, not in a hold. Call with
 // growing numbers.

@@ -61,6 +61,5 @@ std::optional<SlopeScatter> scatter_of_slope(const Scene& scene,
 
 // A run without levels.
 RangeResult slope_of_cycles(const Scene& scene, const RunAnalysis& out, const PressureRange& range);
-bool is_inside(const PressureRange& range, double kPa);
 
 }  // namespace lcrig

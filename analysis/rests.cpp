@@ -16,7 +16,7 @@ constexpr std::int64_t kLeastOfRest = 3;  // readings that tell a mean and a sca
 struct Rest {
   double from_s = 0, to_s = 0;
   std::size_t first = 0, last = 0;  // of the readings
-  Sample capacitance, time;  // pF, s; of what counts
+  RunningMean capacitance, time;  // pF, s; of what counts
   bool any = false;
 };
 
@@ -135,7 +135,7 @@ std::vector<RestNode> nodes_of(const Scene& scene, const Rest& baseline,
 void mark_cycles(const Scene& scene, const std::vector<Rest>& rests, RunAnalysis& out) {
   for (std::size_t k = 0; k < out.cycles.size(); ++k) {
     CycleResult& c = out.cycles[k];
-    const Sample& s = rests[k].capacitance;
+    const RunningMean& s = rests[k].capacitance;
     c.rest_pF = s.mean;
     c.rest_s = s.count > 0 ? rests[k].time.mean : c.begin_s;
     if (s.count >= 2) {

@@ -33,16 +33,16 @@ class Thinner {
     if (s.after_gap) ++out_.frame_gaps;
     FramePoint p;
     p.t_s = static_cast<double>(s.t_ns - start_ns_) * 1e-9;
-    p.load_N = narrow(s.force_N);
-    p.place_m = narrow(s.travel_m);
+    p.force_N = narrow(s.force_N);
+    p.travel_m = narrow(s.travel_m);
     p.after_gap = s.after_gap;
     if (out_.frame_stride <= 2) {
       out_.frame.push_back(p);
       return;
     }
     gap_ = gap_ || s.after_gap;
-    if (count_ == 0 || p.load_N < low_.load_N || std::isnan(low_.load_N)) low_ = p;
-    if (count_ == 0 || p.load_N > high_.load_N || std::isnan(high_.load_N)) high_ = p;
+    if (count_ == 0 || p.force_N < low_.force_N || std::isnan(low_.force_N)) low_ = p;
+    if (count_ == 0 || p.force_N > high_.force_N || std::isnan(high_.force_N)) high_ = p;
     if (++count_ == out_.frame_stride) end_stretch();
   }
   void end_stretch() {
@@ -216,11 +216,11 @@ class Loader {
     r.t_s = seconds(a->middle_ns);
     r.capacitance_F = *capacitance;
     if (a->state.force_N) {
-      r.load_N = static_cast<float>(*a->state.force_N);
+      r.force_N = static_cast<float>(*a->state.force_N);
       r.present |= 1;
     }
     if (a->state.travel_m) {
-      r.place_m = static_cast<float>(*a->state.travel_m);
+      r.travel_m = static_cast<float>(*a->state.travel_m);
       r.present |= 2;
     }
     r.alignment_s = static_cast<float>(a->uncertainty_s);
@@ -323,7 +323,7 @@ double RunReading::half_window_s() const {
 
 std::optional<double> RunData::pressure_kPa(const RunReading& r) const {
   if (!r.has_force() || !area_m2) return std::nullopt;
-  return r.load_N / *area_m2 * 1e-3;
+  return r.force_N / *area_m2 * 1e-3;
 }
 
 const MeterSetting* RunData::setting_at(double t_s) const {

@@ -21,7 +21,7 @@ namespace lcrig {
 struct RunReading {
   double t_s = 0;  // middle of the measuring window, since the run's start
   double capacitance_F = 0;
-  float load_N = 0, place_m = 0;  // look at has_force(), has_travel()
+  float force_N = 0, travel_m = 0;  // look at has_force(), has_travel()
   float alignment_s = 0;  // standard uncertainty of the instant (window, spacing of the samples)
   float force_rate_N_s = 0;  // between the samples around it
   std::int32_t level = 0;  // 0: not one of a `measure` step
@@ -33,12 +33,6 @@ struct RunReading {
 
   bool has_force() const { return (present & 1) != 0; }
   bool has_travel() const { return (present & 2) != 0; }
-  std::optional<double> force_N() const {
-    return has_force() ? std::optional(load_N) : std::nullopt;
-  }
-  std::optional<double> travel_m() const {
-    return has_travel() ? std::optional(place_m) : std::nullopt;
-  }
   // Standard uncertainty of the force that comes from that of the instant.
   double alignment_N() const;
   double half_window_s() const;  // and half the spacing of the samples around it
@@ -48,8 +42,8 @@ struct RunReading {
 // of least and the one of largest force, in the order of time, so that no peak is lost.
 struct FramePoint {
   double t_s = 0;  // since the run's start
-  float load_N = std::numeric_limits<float>::quiet_NaN();  // NaN: the sample had none
-  float place_m = std::numeric_limits<float>::quiet_NaN();  // travel; likewise
+  float force_N = std::numeric_limits<float>::quiet_NaN();  // NaN: the sample had none
+  float travel_m = std::numeric_limits<float>::quiet_NaN();  // travel; likewise
   bool after_gap = false;  // samples are missing before it: do not join it to the point before
 };
 

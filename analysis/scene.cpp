@@ -73,7 +73,7 @@ double calc_force_noise(const RunData& data) {
   for (std::size_t i = 0; i + 2 < data.readings.size(); i += stride) {
     const RunReading &a = data.readings[i], &b = data.readings[i + 1], &c = data.readings[i + 2];
     if (!a.has_force() || !b.has_force() || !c.has_force()) continue;
-    differences.push_back((c.load_N - b.load_N) - (b.load_N - a.load_N));
+    differences.push_back((c.force_N - b.force_N) - (b.force_N - a.force_N));
   }
   return robust_sigma(differences) / std::sqrt(6.0);
 }
@@ -82,7 +82,7 @@ void find_rest_and_peak(const RunData& data, Scene& scene) {
   std::vector<double> forces;
   forces.reserve(data.frame.size());
   for (const FramePoint& p : data.frame) {
-    if (!std::isnan(p.load_N)) forces.push_back(p.load_N);
+    if (!std::isnan(p.force_N)) forces.push_back(p.force_N);
   }
   if (forces.empty()) return;
   std::sort(forces.begin(), forces.end());
@@ -148,13 +148,6 @@ bool Moving::operator()(std::size_t reading) {
 
 bool spans_turn(const CycleResult& c, const RunReading& r) {
   return std::abs(r.t_s - c.peak_s) < r.half_window_s();
-}
-
-void Sample::add(double y) {
-  ++count;
-  const double d = y - mean;
-  mean += d / static_cast<double>(count);
-  sum_squares += d * (y - mean);
 }
 
 Metric metric(std::string name, std::string definition) {

@@ -14,7 +14,6 @@ namespace {
 
 // Fewer degrees of freedom make an interval needlessly wide: the next source is asked.
 constexpr double kEnough = 5;
-constexpr double kEdge = 1e-6;  // relative: a level at 30 kPa lies in 0-30 kPa
 
 std::vector<LineFit> lines_of_repeats(const std::vector<RangePoint>& range) {
   std::map<std::int32_t, std::vector<LinePoint>> repeats;
@@ -148,11 +147,6 @@ std::optional<PureError> error_of_readings(const Scene& scene, const std::vector
 }
 
 }  // namespace
-
-bool is_inside(const PressureRange& range, double kPa) {
-  const double slack = kEdge * std::max(std::abs(range.to_kPa), 1.0);
-  return kPa >= range.from_kPa - slack && kPa <= range.to_kPa + slack;
-}
 
 std::optional<SlopeScatter> scatter_of_slope(const Scene& scene,
                                              const std::vector<RangePoint>& range,

@@ -12,7 +12,7 @@ namespace {
 constexpr double kWholeAgain = 1 + 1e-12;  // 3 that is rounded to 2.999... stays 3
 }  // namespace
 
-const UncertaintyPart* UncertaintyBudget::dominating() const {
+const UncertaintyPart* Uncertainty::dominating() const {
   const auto larger = [](const UncertaintyPart& a, const UncertaintyPart& b) {
     return a.standard_uncertainty < b.standard_uncertainty;
   };
@@ -20,21 +20,23 @@ const UncertaintyPart* UncertaintyBudget::dominating() const {
   return it == parts.end() ? nullptr : &*it;
 }
 
-void combine(UncertaintyBudget& budget, double confidence) {
+void combine(Uncertainty& uncertainty, double confidence) {
   double variance = 0;
   double denominator = 0;  // of Welch and Satterthwaite (GUM G.4.1)
-  for (const UncertaintyPart& part : budget.parts) {
+  for (const UncertaintyPart& part : uncertainty.parts) {
     const double u2 = part.standard_uncertainty * part.standard_uncertainty;
     variance += u2;
     if (std::isfinite(part.degrees_of_freedom)) denominator += u2 * u2 / part.degrees_of_freedom;
   }
-  budget.combined = std::sqrt(variance);
-  budget.effective_degrees_of_freedom =
+  uncertainty.combined = std::sqrt(variance);
+  uncertainty.effective_degrees_of_freedom =
       denominator > 0 ? std::max(1.0, std::floor(variance * variance / denominator * kWholeAgain))
                       : std::numeric_limits<double>::infinity();
-  budget.confidence = confidence;
-  budget.coverage_factor = coverage_factor(confidence, budget.effective_degrees_of_freedom);
-  budget.expanded = std::max(budget.least, budget.coverage_factor * budget.combined);
+  uncertainty.confidence = confidence;
+  uncertainty.coverage_factor =
+      coverage_factor(confidence, uncertainty.effective_degrees_of_freedom);
+  uncertainty.expanded =
+      std::max(uncertainty.least, uncertainty.coverage_factor * uncertainty.combined);
 }
 
 double rectangular(double half_width) {

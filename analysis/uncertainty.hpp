@@ -24,7 +24,7 @@ struct UncertaintyPart {
   std::string basis;  // "class 1: limits of 1 % of reading, rectangular; assumed"
 };
 
-struct UncertaintyBudget {
+struct Uncertainty {
   std::string quantity;  // "sensitivity 0-30 kPa"
   std::string unit;  // "fF/kPa"
   double value = 0;
@@ -43,7 +43,7 @@ struct UncertaintyBudget {
 // Root sum of squares, Welch and Satterthwaite's degrees of freedom (truncated to a whole number,
 // as GUM G.4.1 has it), Student's t; never less than the half-width of the scatter alone. The parts
 // are not correlated with each other; what is common to the readings is already inside each part.
-void combine(UncertaintyBudget& budget, double confidence = 0.95);
+void combine(Uncertainty& uncertainty, double confidence = 0.95);
 
 // Standard uncertainty of limits +-a, all values between them alike (GUM 4.3.7).
 double rectangular(double half_width);

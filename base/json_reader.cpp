@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/near_word.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 

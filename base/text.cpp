@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/text.hpp"
 
-#include <array>
+#include <utf8.h>
+
 #include <cstdint>
+#include <iterator>
 
 namespace lcrig {
 
 namespace {
-
-std::size_t bytes_of(unsigned char lead) {
-  if (lead < 0x80) return 1;
-  if (lead >= 0xC2 && lead < 0xE0) return 2;
-  if (lead >= 0xE0 && lead < 0xF0) return 3;
-  return lead >= 0xF0 && lead < 0xF5 ? 4 : 0;
-}
 
 void append_escaped(std::string& out, char32_t c, std::string_view bytes) {
   if (c != kNotUtf8 && c >= 0x80) {
@@ -43,47 +38,30 @@ std::string take_printable(std::string_view& text, std::size_t most, bool keep_l
 }  // namespace
 
 char32_t take_character(std::string_view& text) {
-  const auto lead = static_cast<unsigned char>(text.front());
-  const std::size_t count = bytes_of(lead);
-  char32_t c = count == 1 ? lead : lead & (0xFFU >> (count + 1));
-  bool good = count > 0 && text.size() >= count;
-  for (std::size_t i = 1; good && i < count; ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    good = (byte & 0xC0U) == 0x80U;
-    c = (c << 6U) | (byte & 0x3FU);
+  try {
+    const auto* at = text.data();
+    const char32_t c = utf8::next(at, text.data() + text.size());
+    text.remove_prefix(static_cast<std::size_t>(at - text.data()));
+    return c;
+  } catch (const utf8::exception&) {
+    text.remove_prefix(1);
+    return kNotUtf8;
   }
-  constexpr std::array<char32_t, 5> kShortest{0, 0, 0x80, 0x800, 0x10000};
-  good = good && c >= kShortest[count] && c <= 0x10FFFF && !(c >= 0xD800 && c < 0xE000);
-  text.remove_prefix(good ? count : 1);
-  return good ? c : kNotUtf8;
 }
 
 void append_utf8(std::string& out, char32_t c) {
-  const auto tail = [&](unsigned shift) {
-    out += static_cast<char>(0x80U | ((c >> shift) & 0x3FU));
-  };
-  if (c < 0x80) {
-    out += static_cast<char>(c);
-  } else if (c < 0x800) {
-    out += static_cast<char>(0xC0U | (c >> 6U));
-    tail(0);
-  } else if (c < 0x10000) {
-    out += static_cast<char>(0xE0U | (c >> 12U));
-    tail(6);
-    tail(0);
-  } else {
-    out += static_cast<char>(0xF0U | (c >> 18U));
-    tail(12);
-    tail(6);
-    tail(0);
-  }
+  utf8::unchecked::append(c, std::back_inserter(out));
 }
 
 bool is_utf8(std::string_view text) {
-  while (!text.empty()) {
-    if (take_character(text) == kNotUtf8) return false;
-  }
-  return true;
+  return utf8::is_valid(text.begin(), text.end());
+}
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r\n";
+  const auto begin = text.find_first_not_of(kBlank);
+  if (begin == text.npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
 }
 
 bool is_steering(char32_t c) {

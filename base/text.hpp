@@ -20,6 +20,9 @@ char32_t take_character(std::string_view& text);
 void append_utf8(std::string& out, char32_t c);
 bool is_utf8(std::string_view text);
 
+// Removes blanks, tabs and line ends at both ends.
+std::string_view trimmed(std::string_view text);
+
 // True for characters that change how a terminal shows the text around them: control characters
 // (also U+0080..9F, which some terminals read as escape codes), line and paragraph separators, and
 // characters that reorder text.

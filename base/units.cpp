@@ -65,22 +65,6 @@ constexpr Unit kUnits[] = {
     {"K", Dimension::temperature_difference, 1},
 };
 
-// Levenshtein distance; the words are short.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substitute = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({substitute, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row[b.size()];
-}
-
 }  // namespace
 
 std::string_view to_string(Dimension d) {
@@ -131,24 +115,6 @@ std::string suffixes_of(Dimension d) {
     out += fmt::format("{}_{}", out.empty() ? "" : ", ", unit.suffix);
   }
   return out;
-}
-
-std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known) {
-  std::optional<std::string> best;
-  std::size_t best_distance = std::max<std::size_t>(1, std::min<std::size_t>(3, word.size() / 3));
-  for (const std::string& candidate : known) {
-    if (candidate.size() > word.size() + 3 || word.size() > candidate.size() + 3) continue;
-    const std::size_t distance = edit_distance(word, candidate);
-    if (distance > best_distance || (best && distance == best_distance)) continue;
-    best = candidate;
-    best_distance = distance;
-  }
-  return best;
-}
-
-std::string did_you_mean(std::string_view word, std::span<const std::string> known) {
-  const auto best = nearest_word(word, known);
-  return best ? fmt::format(", did you mean `{}`?", printable(*best)) : std::string();
 }
 
 }  // namespace lcrig

@@ -55,9 +55,4 @@ KeyParts split_key(std::string_view key);
 // "_um, _mm, _m": the list for a message about a wrong suffix.
 std::string suffixes_of(Dimension d);
 
-// The nearest of `known` to `word`, if it is near enough that `word` may be a typing error.
-std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known);
-// ", did you mean `force_N`?", or "" when no known word is near.
-std::string did_you_mean(std::string_view word, std::span<const std::string> known);
-
 }  // namespace lcrig

@@ -13,11 +13,11 @@
 #include <fstream>
 #include <sstream>
 
+#include "budget/planned_run.hpp"
 #include "daemon/rehearse.hpp"
 #include "model/specimen_file.hpp"
 #include "protocols/file/parse.hpp"
 #include "storage/database.hpp"
-#include "tools/lcrig/planned_run.hpp"
 
 namespace lcrig {
 namespace {
@@ -57,9 +57,9 @@ Result<std::vector<Prediction>> predict(const Case& c, const std::string& specim
   auto specimen = parse_specimen(specimen_text, "paper-1");
   if (!specimen) return fail(specimen.error());
   const Force most = Force::from_si(2 * plan->peak_force_N);
-  auto curve = cli::tabulate(*specimen, most, rig->probe_area);
+  auto curve = tabulate(*specimen, most, rig->probe_area);
   if (!curve) return fail(curve.error());
-  auto run = cli::plan_readings(*protocol, *environment, *rig, *plan, *curve);
+  auto run = plan_readings(*protocol, *environment, *rig, *plan, *curve);
   if (!run) return fail(run.error());
   return predict_errors(*run);
 }

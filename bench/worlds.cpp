@@ -38,8 +38,8 @@ class Maker {
   void reading(double from_N, double to_N, std::int32_t level = 0, std::int32_t index = 0) {
     RunReading r;
     r.t_s = t_s + reading_s_ / 2;
-    r.load_N = static_cast<float>((from_N + to_N) / 2);
-    r.place_m = static_cast<float>(3e-3 + 1e-5 * r.load_N);
+    r.force_N = static_cast<float>((from_N + to_N) / 2);
+    r.travel_m = static_cast<float>(3e-3 + 1e-5 * r.force_N);
     r.alignment_s = static_cast<float>(reading_s_ / std::sqrt(12.0));
     r.force_rate_N_s = static_cast<float>((to_N - from_N) / reading_s_);
     r.level = level;
@@ -51,8 +51,8 @@ class Maker {
     for (const double part : {0.0, 0.5}) {
       FramePoint p;
       p.t_s = t_s + part * reading_s_;
-      p.load_N = static_cast<float>(from_N + part * (to_N - from_N));
-      p.place_m = static_cast<float>(3e-3 + 1e-5 * p.load_N);
+      p.force_N = static_cast<float>(from_N + part * (to_N - from_N));
+      p.travel_m = static_cast<float>(3e-3 + 1e-5 * p.force_N);
       out_.frame.push_back(p);
       ++out_.frame_samples;
     }
@@ -196,14 +196,14 @@ std::optional<Judged> judge_slope(const MadeRun& run, const TrueSpecimen& specim
   Judged out;
   out.result = "slope " + std::string(r.range.from_kPa < 1 ? "low" : "high");
   out.estimate = *r.sensitivity.estimate;
-  if (!r.budget.parts.empty()) out.expanded = r.budget.expanded;
+  if (!r.uncertainty.parts.empty()) out.expanded = r.uncertainty.expanded;
   out.of_rig = fit_line(rig)->slope;
   out.own = fit_line(own)->slope;
   return out;
 }
 
 std::optional<double> expanded_of(const RunAnalysis& a, const std::string& quantity) {
-  for (const UncertaintyBudget& b : a.budgets) {
+  for (const Uncertainty& b : a.uncertainties) {
     if (b.quantity == quantity) return b.expanded;
   }
   return std::nullopt;
@@ -293,7 +293,7 @@ MadeRun rewrite(const RunData& shape, const TrueSpecimen& specimen, const World&
   const auto time = under_load(shape);
   const double rest_N = shape.rest_force_N.value_or(0);
   double top = 0;
-  for (const FramePoint& p : shape.frame) top = std::max(top, static_cast<double>(p.load_N));
+  for (const FramePoint& p : shape.frame) top = std::max(top, static_cast<double>(p.force_N));
   const double span = specimen.delta_fF((top - rest_N) / kArea_m2 * 1e-3);
   Background background(w, random);
   for (std::size_t i = 0; i < out.data.readings.size(); ++i) {
@@ -301,7 +301,7 @@ MadeRun rewrite(const RunData& shape, const TrueSpecimen& specimen, const World&
     const auto [factor, offset] = repeats[r.repeat];
     // The force loop holds the force that the cell shows.
     const double kPa = r.level > 0 ? level_kPa(shape, r.level)
-                                   : std::max(0.0, (r.load_N - rest_N) / kArea_m2 * 1e-3);
+                                   : std::max(0.0, (r.force_N - rest_N) / kArea_m2 * 1e-3);
     double delta = specimen.delta_fF(kPa) * factor;
     if (w.creep_per_decade > 0) delta *= creep_factor(w, time[i]);
     if (w.hysteresis > 0 && r.force_rate_N_s < 0) {
@@ -316,12 +316,12 @@ MadeRun rewrite(const RunData& shape, const TrueSpecimen& specimen, const World&
     }
     const double fF = (1 + t.gain) * (specimen.c0_fF + delta) + t.offset_fF;
     r.capacitance_F = (fF + background.step(r.t_s, kPa)) * 1e-15;
-    r.load_N = static_cast<float>(rest_N + (r.load_N - rest_N) * (1 + t.force) + zero_N +
-                                  w.force_noise_N * normal(random));
+    r.force_N = static_cast<float>(rest_N + (r.force_N - rest_N) * (1 + t.force) + zero_N +
+                                   w.force_noise_N * normal(random));
   }
   for (FramePoint& p : out.data.frame) {
-    p.load_N = static_cast<float>(rest_N + (p.load_N - rest_N) * (1 + t.force) + zero_N +
-                                  w.force_noise_N * normal(random));
+    p.force_N = static_cast<float>(rest_N + (p.force_N - rest_N) * (1 + t.force) + zero_N +
+                                   w.force_noise_N * normal(random));
   }
   if (out.data.rest_force_N) *out.data.rest_force_N += zero_N;
   return out;

@@ -19,13 +19,6 @@ constexpr Duration kQuiet = 50ms;  // after this long without a byte the line is
 constexpr Duration kDrainAtMost = 1s;  // a meter that sends unasked is never quiet
 constexpr std::string_view kSentinel = "*IDN?";
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r\n";
-  const auto begin = text.find_first_not_of(kBlank);
-  if (begin == text.npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
-}
-
 bool is_letter(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) != 0;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "base/near_word.hpp"
 #include "base/strict_json.hpp"
 
 namespace lcrig {

@@ -5,7 +5,7 @@
 # shellcheck disable=SC2034  # used by the sourcing scripts
 BUILD_PACKAGES=(g++ cmake ninja-build pkg-config ccache libboost1.81-dev libserialport-dev
   libspdlog-dev libexpected-dev nlohmann-json3-dev libsqlite3-dev libcli11-dev libeigen3-dev
-  libssl-dev)
+  libssl-dev libutfcpp-dev)
 # shellcheck disable=SC2034
 TEST_PACKAGES=(libgtest-dev libgmock-dev librapidcheck-dev git socat sqlite3 strace procps python3 python3-jsonschema
   clang-19 clang-tidy-19 clang-format-19 clang-tools-19 libclang-rt-19-dev lld codespell shellcheck

@@ -76,10 +76,10 @@ std::string increase_table(std::span<const ReportRun> runs) {
          table.html();
 }
 
-std::string budgets(std::span<const ReportRun> runs) {
+std::string uncertainties(std::span<const ReportRun> runs) {
   std::string out;
   for (const ReportRun& run : runs) {
-    const auto tables = budget_tables(run.analysis.budgets);
+    const auto tables = uncertainty_tables(run.analysis.uncertainties);
     if (!tables.empty()) out += "<h3>" + text(run_label(run)) + "</h3>\n" + tables;
   }
   return out;
@@ -119,7 +119,7 @@ std::string comparison_page(std::span<const ReportRun> runs) {
   add(body, "increase", "Increase", increase_table(runs));
   add(body, "pressure", "ΔC against pressure", overlay_figure(runs) + side_by_side_figure(runs));
   add(body, "cycles", "ΔC/C0 over the cycles", cycles_side_by_side_figure(runs));
-  add(body, "uncertainty", "Uncertainty", budgets(runs));
+  add(body, "uncertainty", "Uncertainty", uncertainties(runs));
   add(body, "events", "Events and gaps", events(runs));
   add(body, "provenance", "Provenance", each_provenance(runs));
   return page(title, "<h1>" + text(title) + "</h1>\n" + marks + body);

@@ -35,7 +35,7 @@ void each_loaded(const ReportRun& run, Take take) {
     for (std::size_t i = cycle.first; i < cycle.last; ++i) {
       const RunReading& r = run.data.readings[i];
       if (!r.has_force()) continue;
-      take(r.load_N - rest_N, (r.capacitance_F * 1e12 - cycle.rest_pF) * 1e3,
+      take(r.force_N - rest_N, (r.capacitance_F * 1e12 - cycle.rest_pF) * 1e3,
            r.t_s <= cycle.peak_s);
     }
   }

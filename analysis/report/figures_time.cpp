@@ -56,7 +56,7 @@ plot::Series force_over_time(const RunData& data) {
       series.y.push_back(kBreak);
     }
     series.x.push_back(p.t_s);
-    series.y.push_back(p.load_N);
+    series.y.push_back(p.force_N);
   }
   series.style = plot::line_style(0);
   series.style.width = 1.2;

@@ -55,8 +55,8 @@ void write_run(const ReportRun& run, CsvWriter& out) {
     out.number(e.interval ? std::optional((*e.interval)[1]) : std::nullopt);
   }
   for (const RangeResult& r : run.analysis.ranges) {
-    const bool known = !r.budget.parts.empty();
-    out.number(known ? std::optional(r.budget.expanded) : std::nullopt);
+    const bool known = !r.uncertainty.parts.empty();
+    out.number(known ? std::optional(r.uncertainty.expanded) : std::nullopt);
     out.number(r.r_squared);
   }
 }

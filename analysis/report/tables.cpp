@@ -93,12 +93,12 @@ std::string range_table(const RunAnalysis& analysis) {
       continue;
     }
     const auto& estimate = *r.sensitivity.estimate;
-    table.row({range_name(r.range), measured(estimate.value, estimate.standard_error),
-               interval(estimate.interval, estimate.standard_error),
-               r.budget.parts.empty() ? "–" : number(r.budget.expanded, r.budget.combined),
-               number(r.r_squared), count(r.points), number(r.lack_of_fit_p),
-               text(r.residual_pattern),
-               r.robust ? measured(r.robust->slope_fF_per_kPa, r.robust->standard_error) : "–"});
+    table.row(
+        {range_name(r.range), measured(estimate.value, estimate.standard_error),
+         interval(estimate.interval, estimate.standard_error),
+         r.uncertainty.parts.empty() ? "–" : number(r.uncertainty.expanded, r.uncertainty.combined),
+         number(r.r_squared), count(r.points), number(r.lack_of_fit_p), text(r.residual_pattern),
+         r.robust ? measured(r.robust->slope_fF_per_kPa, r.robust->standard_error) : "–"});
   }
   return table.html();
 }
@@ -175,7 +175,7 @@ std::string cycle_table(const RunAnalysis& analysis) {
                measured(c.delta_C_fF, c.delta_C_se_fF),
                measured(c.dynamic_range_percent, c.dynamic_range_se_percent),
                c.slope_fF_per_N ? measured(*c.slope_fF_per_N, c.slope_se_fF_per_N) : "–",
-               text(c.peak_method)});
+               text(std::string(to_string(c.peak_method)))});
   }
   if (table.empty()) return {};
   return table.html() + rows_left_out(analysis.cycles.size());
@@ -219,9 +219,9 @@ std::string outlier_table(const RunAnalysis& analysis) {
          table.html() + rows_left_out(static_cast<std::size_t>(analysis.outlier_count));
 }
 
-std::string budget_tables(const std::vector<UncertaintyBudget>& budgets) {
+std::string uncertainty_tables(const std::vector<Uncertainty>& uncertainties) {
   std::string out;
-  for (const UncertaintyBudget& b : budgets) {
+  for (const Uncertainty& b : uncertainties) {
     if (b.parts.empty()) continue;
     const double k = b.coverage_factor;
     out += "<h4>" + text(b.quantity) + ": " + number(b.value, b.combined) + " " + text(b.unit) +

@@ -16,7 +16,7 @@ std::string level_table(const ReportRun& run);  // one row a point of the curve,
 std::string cycle_table(const RunAnalysis& analysis);
 std::string hold_table(const RunAnalysis& analysis);
 std::string outlier_table(const RunAnalysis& analysis);
-std::string budget_tables(const std::vector<UncertaintyBudget>& budgets);
+std::string uncertainty_tables(const std::vector<Uncertainty>& uncertainties);
 std::string metric_label(const std::string& name);  // "C0_pF" -> "C0, pF"
 
 // provenance.cpp

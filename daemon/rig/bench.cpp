@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <numbers>
 
+#include "base/near_word.hpp"
+
 namespace lcrig {
 
 namespace {

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "base/decimal.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 
@@ -23,12 +24,6 @@ std::vector<std::string_view> split(std::string_view line) {
     if (comma == std::string_view::npos) return cells;
     line.remove_prefix(comma + 1);
   }
-}
-
-std::string_view trimmed(std::string_view s) {
-  while (!s.empty() && (s.back() == '\r' || s.back() == ' ')) s.remove_suffix(1);
-  while (!s.empty() && s.front() == ' ') s.remove_prefix(1);
-  return s;
 }
 
 // Reads the named columns of a CSV file without quotes, one callback per row.

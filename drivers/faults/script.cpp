@@ -7,6 +7,7 @@
 #include <iterator>
 #include <utility>
 
+#include "base/near_word.hpp"
 #include "base/strict_json.hpp"
 
 namespace lcrig {

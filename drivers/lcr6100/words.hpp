@@ -7,14 +7,9 @@
 #include <cctype>
 #include <string_view>
 
-namespace lcrig::lcr6100 {
+#include "base/text.hpp"
 
-// Removes blanks and carriage returns at both ends.
-inline std::string_view trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\r");
-  if (begin == text.npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
+namespace lcrig::lcr6100 {
 
 inline bool same_word(std::string_view a, std::string_view b) {
   const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "base/near_word.hpp"
 #include "base/text.hpp"
 #include "base/units.hpp"
 #include "protocols/file/parse.hpp"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/file/scope.hpp"
 
+#include "base/near_word.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {

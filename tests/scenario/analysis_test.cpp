@@ -108,7 +108,7 @@ TEST(Analysis, ReadingsUnderAMovingForceLieOnTheSpecimensCurve) {
   const auto data = load_run_data(open_read_only(request.db_path).value(), result->run).value();
   int loaded = 0;
   for (const RunReading& r : data.readings) {
-    const double force = r.load_N - data.rest_force_N.value();
+    const double force = r.force_N - data.rest_force_N.value();
     if (!r.has_force() || force < 0.05) continue;
     ++loaded;
     const double truth_F = world->response().capacitance_F(force);

@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 CODE_FOLDERS = ["base", "events", "plot", "storage", "model", "drivers", "protocols", "daemon", "analysis",
-                "tools", "tests", "bench"]
+                "budget", "tools", "tests", "bench"]
 PRODUCTION = [f for f in CODE_FOLDERS if f not in ("tests", "bench")]
 
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/budget_text.hpp"
+
 // A budget as table, JSON and picture.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include "plot/chart.hpp"
-#include "tools/lcrig/budget_search.hpp"
 #include "tools/lcrig/live_line.hpp"
 
 namespace lcrig::cli {
@@ -28,11 +29,11 @@ json to_json(const Prediction& p) {
   out["relative_percent"] = p.relative() * 100;
   out["half_width"] = p.half_width;
   out["half_width_percent"] = p.relative_half_width() * 100;
-  out["combined_uncertainty"] = p.budget.combined;
-  out["expanded_uncertainty"] = p.budget.expanded;
-  out["dominating"] = p.budget.dominating() ? p.budget.dominating()->name : "";
+  out["combined_uncertainty"] = p.uncertainty.combined;
+  out["expanded_uncertainty"] = p.uncertainty.expanded;
+  out["dominating"] = p.uncertainty.dominating() ? p.uncertainty.dominating()->name : "";
   json parts = json::array();
-  for (const UncertaintyPart& part : p.budget.parts) {
+  for (const UncertaintyPart& part : p.uncertainty.parts) {
     parts.push_back({{"part", part.name},
                      {"standard_uncertainty", part.standard_uncertainty},
                      {"kind", part.kind == UncertaintyKind::a ? "A" : "B"},
@@ -96,9 +97,9 @@ void append_row(const BudgetPoint& p, std::string& out) {
       out += " " + r.reason + "\n";
       continue;
     }
-    const auto* most = r.budget.dominating();
+    const auto* most = r.uncertainty.dominating();
     out += fmt::format(" {:>10.4g} {:>10.2g} {:>8.3g}% {:>10.2g}  {}\n", r.value, r.standard_error,
-                       r.relative() * 100, r.budget.expanded, most ? most->name : "");
+                       r.relative() * 100, r.uncertainty.expanded, most ? most->name : "");
   }
   if (!p.note.empty()) out += fmt::format("{:38}  {}\n", "", p.note);
 }

@@ -8,7 +8,7 @@
 #include "model/specimen_file.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
-#include "tools/lcrig/budget_search.hpp"
+#include "tools/lcrig/budget_text.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/model_options.hpp"
@@ -175,7 +175,7 @@ Outcome<ExitCode> BudgetCommand::run(Context& context) {
     if (!written) return tl::unexpected(written.error());
   }
   if (context.global.json) {
-    auto out = to_json(budget);
+    auto out = cli::to_json(budget);
     out["protocol"] = what->protocol.name;
     out["specimen"] = specimen_;
     out["bench"] = bench_;

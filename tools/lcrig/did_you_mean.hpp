@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+// What the command line says of a word that it does not know. Used by the parser and the lookup of
+// library files.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace lcrig::cli {
 
-// The known word nearest to `typed` (edit distance with swaps), or nothing when none is near.
-std::optional<std::string> nearest_word(std::string_view typed,
-                                        const std::vector<std::string>& known);
 // "; did you mean 'run'?" or "".
 std::string did_you_mean(std::string_view typed, const std::vector<std::string>& known);
 // "a, b, c"

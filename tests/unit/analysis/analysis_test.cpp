@@ -178,7 +178,7 @@ TEST(Analyse, SystematicPartsDoNotShrinkWithReadings) {
   s.readings = 120;
   const auto many = of_static(s);
   const auto part = [](const RunAnalysis& a, const std::string& name) {
-    for (const auto& p : a.ranges[1].budget.parts) {
+    for (const auto& p : a.ranges[1].uncertainty.parts) {
       if (p.name == name) return p.standard_uncertainty;
     }
     return -1.0;
@@ -187,7 +187,7 @@ TEST(Analyse, SystematicPartsDoNotShrinkWithReadings) {
   EXPECT_NEAR(part(many, "force"), 6 * 0.01 / std::sqrt(3), 0.005);
   EXPECT_NEAR(part(many, "force") / part(few, "force"), 1, 0.05);
   EXPECT_EQ(part(many, "meter offset"), 0);
-  EXPECT_GT(many.ranges[1].budget.expanded, 2 * part(many, "force"));
+  EXPECT_GT(many.ranges[1].uncertainty.expanded, 2 * part(many, "force"));
 }
 
 TEST(Analyse, ALevelInAGapOfTheFrameIsNotUsed) {
@@ -302,8 +302,8 @@ TEST(LoadRunData, ThinsTheFrameButKeepsItsPeaks) {
   EXPECT_NEAR(static_cast<double>(data->frame_samples), 12000, 1);
   const auto peak = std::max_element(
       data->frame.begin(), data->frame.end(),
-      [](const FramePoint& a, const FramePoint& b) { return a.load_N < b.load_N; });
-  EXPECT_EQ(peak->load_N, 1);
+      [](const FramePoint& a, const FramePoint& b) { return a.force_N < b.force_N; });
+  EXPECT_EQ(peak->force_N, 1);
   EXPECT_NEAR(peak->t_s, 100.02, 0.011);
 }
 

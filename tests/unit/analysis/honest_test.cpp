@@ -37,7 +37,7 @@ TEST(Honest, SlopesThatDifferAreTheSample) {
     EXPECT_EQ(*r.sensitivity.estimate->degrees_of_freedom, 3);
     EXPECT_THAT(r.scatter_basis, HasSubstr("slopes of 4 repeats"));
     EXPECT_THAT(r.sensitivity.reason, HasSubstr("differ more than the readings scatter"));
-    EXPECT_GE(r.budget.expanded, half_width(r.sensitivity));
+    EXPECT_GE(r.uncertainty.expanded, half_width(r.sensitivity));
   }
 }
 

@@ -186,7 +186,7 @@ TEST(TwoRegions, AreFoundAmongTwoHundredThousandPoints) {
 }
 
 TEST(Uncertainty, CombinesWithWelchAndSatterthwaite) {
-  UncertaintyBudget b;
+  Uncertainty b;
   UncertaintyPart a;
   a.standard_uncertainty = 3;
   a.kind = UncertaintyKind::a;

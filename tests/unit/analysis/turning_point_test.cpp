@@ -32,9 +32,9 @@ RunAnalysis of_mean_windows(double reading_s) {
   return out ? std::move(*out) : RunAnalysis();
 }
 
-double size_of(const std::vector<UncertaintyBudget>& budgets, const std::string& quantity,
+double size_of(const std::vector<Uncertainty>& budgets, const std::string& quantity,
                const std::string& name) {
-  for (const UncertaintyBudget& b : budgets) {
+  for (const Uncertainty& b : budgets) {
     if (b.quantity != quantity) continue;
     for (const UncertaintyPart& p : b.parts) {
       if (p.name == name) return p.standard_uncertainty;
@@ -54,7 +54,7 @@ TEST(TurningPoint, AReadingAcrossItBelongsToNoBranch) {
     double peak_kPa = 0;  // between two samples of the frame the force is a little larger
     for (const CycleResult& c : a.cycles) peak_kPa += *c.peak_kPa / 20;
     const double range = 2.15e-3 * peak_kPa / 3.65 * 100;
-    const double turn = size_of(a.budgets, "dynamic range", "turn within a window");
+    const double turn = size_of(a.uncertainties, "dynamic range", "turn within a window");
     EXPECT_NEAR(turn / range, reading_s / 12, 0.1 * reading_s / 12) << reading_s;
     EXPECT_NEAR(a.dynamic_range.value(), range, 2 * turn) << reading_s;
     EXPECT_FALSE(a.hysteresis.resolved) << reading_s;
@@ -77,7 +77,7 @@ TEST(TurningPoint, TheErrorOfTheInstantStandsInTheBudgetOfASlope) {
     EXPECT_NEAR(r.instant_s, std::hypot(0.12, 0.02) / std::sqrt(12), 1e-4);
     EXPECT_NEAR(r.rate_tilt_per_s, 0, 0.05) << "the force grows evenly";
     const bool told =
-        std::any_of(r.budget.parts.begin(), r.budget.parts.end(),
+        std::any_of(r.uncertainty.parts.begin(), r.uncertainty.parts.end(),
                     [](const UncertaintyPart& p) { return p.name == "alignment of the clocks"; });
     EXPECT_TRUE(told);
   }

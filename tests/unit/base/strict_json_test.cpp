@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/strict_json.hpp"
+#include "base/near_word.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

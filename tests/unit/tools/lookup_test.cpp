@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include "base/near_word.hpp"
 #include "tests/support/cli_fixture.hpp"
-#include "tools/lcrig/did_you_mean.hpp"
 #include "tools/lcrig/library_path.hpp"
 
 namespace lcrig::cli {

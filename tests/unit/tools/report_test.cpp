@@ -127,7 +127,7 @@ TEST_F(Report, ItsNumbersAreThoseOfTheAnalysis) {
       ++compared;
     }
     EXPECT_GE(compared, 8);
-    for (const auto& b : a.budgets) {
+    for (const auto& b : a.uncertainties) {
       EXPECT_THAT(html, HasSubstr(fmt::format("<data value='{}'>", b.expanded))) << b.quantity;
     }
   }

@@ -5,11 +5,11 @@
 #include <optional>
 #include <string>
 
-#include "analysis/budget/budget.hpp"
+#include "budget/prediction.hpp"
 #include "model/specimen.hpp"
 #include "protocols/plan/plan.hpp"
 
-namespace lcrig::cli {
+namespace lcrig {
 
 // Time for readings over what they need: they are planned with some room.
 constexpr double kReadingSlack = 1.02;
@@ -44,4 +44,4 @@ struct Knobs {
 };
 Knobs find_knobs(const Protocol& protocol);
 
-}  // namespace lcrig::cli
+}  // namespace lcrig

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/lcrig/planned_run.hpp"
+#include "budget/planned_run.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,13 +10,11 @@
 #include "model/response.hpp"
 #include "protocols/expand.hpp"
 
-namespace lcrig::cli {
+namespace lcrig {
 
 namespace {
 
 constexpr double kTolerances[] = {1e-3, 1e-2, 0.1};  // of the model, relative
-constexpr double kPlateau = 0.98;  // of the peak force; analysis/cycles.cpp
-constexpr double kUnloaded = 0.05;  // of the largest force
 
 MeterSpeed speed_of(Aperture a) {
   return a == Aperture::fast     ? MeterSpeed::fast
@@ -51,7 +49,7 @@ class Walk {
     for (const PlannedStep& s : plan.steps) {
       if (s.times > 0) seconds_[s.id] = s.total_s / static_cast<double>(s.times);
     }
-    edge_ = kUnloaded * plan.peak_force_N;
+    edge_ = kCycleEdge * plan.peak_force_N;
   }
 
   Result<> run() {
@@ -298,4 +296,4 @@ Knobs find_knobs(const Protocol& protocol) {
   return out;
 }
 
-}  // namespace lcrig::cli
+}  // namespace lcrig

@@ -1,25 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/budget/budget.hpp"
+#include "budget/prediction.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <optional>
 
 #include "analysis/least_squares.hpp"
 #include "analysis/line_fit.hpp"
+#include "analysis/online.hpp"
 #include "analysis/peak_curve.hpp"
 
 namespace lcrig {
 
 namespace {
 
-constexpr double kEdge = 1e-6;  // relative: a level at 30 kPa lies in 0-30 kPa
-// As the analysis has them (analysis/cycles.cpp): where a loading begins, what its peak is.
-constexpr double kLoaded = 0.05, kPlateauReadings = 10;
 // A reading's force lies between two samples: over all places the variance is 2/3 of a sample's.
 constexpr double kInterpolated = 2.0 / 3;
 constexpr int kParts = 40;  // equally likely ones of a mean square
@@ -30,33 +31,6 @@ struct Parts {
   double value = 0;
   double meter = 0, force = 0;  // standard errors of the two scatters
 };
-
-// Sums of the line through weighted points. A level of n readings has weight n.
-struct Sums {
-  double weight = 0, x = 0, y = 0, sxx = 0, sxy = 0;
-};
-
-Sums sums_of(const std::vector<LinePoint>& points) {
-  Sums s;
-  for (const LinePoint& p : points) {
-    s.weight += p.weight;
-    s.x += p.weight * p.x;
-    s.y += p.weight * p.y;
-  }
-  if (s.weight <= 0) return s;
-  s.x /= s.weight;
-  s.y /= s.weight;
-  for (const LinePoint& p : points) {
-    s.sxx += p.weight * (p.x - s.x) * (p.x - s.x);
-    s.sxy += p.weight * (p.x - s.x) * (p.y - s.y);
-  }
-  return s;
-}
-
-bool inside(const PressureRange& range, double kPa) {
-  const double slack = kEdge * std::max(std::abs(range.to_kPa), 1.0);
-  return kPa >= range.from_kPa - slack && kPa <= range.to_kPa + slack;
-}
 
 double force_noise_kPa(const PlannedRun& run) {
   return run.force_noise_N / run.area_m2 * 1e-3 * std::sqrt(kInterpolated);
@@ -71,14 +45,13 @@ Parts slope_of(const PlannedRun& run, double sxx, double sxy) {
 }
 
 std::optional<Parts> slope_of_levels(const PlannedRun& run, const PressureRange& range) {
-  std::vector<LinePoint> points;
+  RunningLine line;  // a level of n readings has weight n
   for (const PlannedLevel& l : run.levels) {
-    if (!inside(range, l.pressure_kPa) || l.readings <= 0) continue;
-    points.push_back({l.pressure_kPa, run.delta_C_fF(l.pressure_kPa), l.readings});
+    if (!is_inside(range, l.pressure_kPa) || l.readings <= 0) continue;
+    line.add(l.pressure_kPa, run.delta_C_fF(l.pressure_kPa), l.readings);
   }
-  const Sums s = sums_of(points);
-  if (!(s.sxx > 1e-12 * s.weight * s.x * s.x)) return std::nullopt;
-  return slope_of(run, s.sxx, s.sxy);
+  if (!(line.sxx() > 1e-12 * line.weights() * line.x_mean() * line.x_mean())) return std::nullopt;
+  return slope_of(run, line.sxx(), line.sxy());
 }
 
 // Pressure at the instants of the readings of one loading, from contact to peak.
@@ -103,14 +76,17 @@ class Loading {
   }
 
  private:
-  // The drive moves at constant speed; force by bisection of the compression.
+  // Where the drive is after this part of its way: it moves at constant speed.
   double at(double part) const {
-    double low = 0, high = peak_N_;
-    for (int i = 0; i < 50; ++i) {
-      const double middle = 0.5 * (low + high);
-      (run_.compression_m(middle) < part * way_m_ ? low : high) = middle;
-    }
-    return high / run_.area_m2 * 1e-3;
+    const auto short_of = [&](double force_N) {
+      return run_.compression_m(force_N) - part * way_m_;
+    };
+    if (part >= 1) return cycle_.peak_kPa;
+    if (short_of(0) >= 0) return 0;
+    std::uintmax_t steps = 50;
+    const auto force_N = boost::math::tools::toms748_solve(
+        short_of, 0.0, peak_N_, boost::math::tools::eps_tolerance<double>(48), steps);
+    return force_N.second / run_.area_m2 * 1e-3;
   }
   const PlannedRun& run_;
   const PlannedCycle& cycle_;
@@ -136,14 +112,14 @@ std::optional<Parts> slope_of_loadings(const PlannedRun& run, const PressureRang
     cycle_sxx = cycle_sxy = 0;
     const Loading loading(run, c);
     for (const double phase : kPhases) {
-      std::vector<LinePoint> points;
+      RunningLine line;
       for (const double kPa : loading.kPa(loading.first_s(phase))) {
-        if (kPa <= kLoaded * c.peak_kPa || !inside(range, kPa)) continue;
-        points.push_back({kPa, run.delta_C_fF(kPa), 1});
+        if (kPa > kCycleEdge * c.peak_kPa && is_inside(range, kPa)) {
+          line.add(kPa, run.delta_C_fF(kPa));
+        }
       }
-      const Sums s = sums_of(points);
-      cycle_sxx += s.sxx / std::size(kPhases);
-      cycle_sxy += s.sxy / std::size(kPhases);
+      cycle_sxx += line.sxx() / std::size(kPhases);
+      cycle_sxy += line.sxy() / std::size(kPhases);
     }
     sxx += cycle_sxx;
     sxy += cycle_sxy;
@@ -189,7 +165,8 @@ std::optional<Parts> dynamic_range(const PlannedRun& run) {
   for (const PlannedCycle& c : run.cycles) {
     if (c.rest_readings < 1) return std::nullopt;
     if (first_rest <= 0) first_rest = c.rest_readings;
-    const bool plateau = c.loading_s <= 0 || c.plateau_readings >= kPlateauReadings;
+    const bool plateau =
+        c.loading_s <= 0 || c.plateau_readings >= static_cast<double>(kPlateauReadings);
     if (plateau && c.plateau_readings < 1) return std::nullopt;
     if (!plateau && !(before && same_loading(*before, c))) fitted = unit_variance_of_fit(run, c);
     before = plateau ? nullptr : &c;
@@ -213,7 +190,7 @@ std::optional<Parts> dynamic_range(const PlannedRun& run) {
   return out;
 }
 
-void add(UncertaintyBudget& budget, std::string name, double size, UncertaintyKind kind,
+void add(Uncertainty& uncertainty, std::string name, double size, UncertaintyKind kind,
          std::string basis) {
   UncertaintyPart part;
   part.name = std::move(name);
@@ -222,35 +199,37 @@ void add(UncertaintyBudget& budget, std::string name, double size, UncertaintyKi
   part.shrinks = kind == UncertaintyKind::a;
   part.shared_by_runs = kind == UncertaintyKind::b;
   part.basis = std::move(basis);
-  budget.parts.push_back(std::move(part));
+  uncertainty.parts.push_back(std::move(part));
 }
 
 // Limits +-relative of the value, all values between them alike.
-void add_limits(UncertaintyBudget& budget, std::string name, double relative, std::string basis) {
-  add(budget, std::move(name), rectangular(relative) * std::abs(budget.value), UncertaintyKind::b,
-      std::move(basis));
+void add_limits(Uncertainty& uncertainty, std::string name, double relative, std::string basis) {
+  add(uncertainty, std::move(name), rectangular(relative) * std::abs(uncertainty.value),
+      UncertaintyKind::b, std::move(basis));
 }
 
-void add_rig(const PlannedRun& run, const RigAccuracy& rig, UncertaintyBudget& budget) {
-  const double force = rig.force_class_percent.value_or(run.dead_weights ? 0.1 : 1.0);
-  add_limits(budget, "force", force / 100,
+void add_rig(const PlannedRun& run, const RigAccuracy& rig, Uncertainty& uncertainty) {
+  const double force = rig.force_limit_percent(run.dead_weights);
+  add_limits(uncertainty, "force", force / 100,
              fmt::format("class {:g}: limits of {:g} % of reading{}", force, force,
                          rig.force_class_percent ? "" : "; assumed"));
-  const double tolerance_m = rig.probe_diameter_tolerance_mm.value_or(0.02) * 1e-3;
-  const double diameter_m = std::sqrt(4 * run.area_m2 / 3.14159265358979323846);
-  add_limits(budget, "area of the probe", 2 * tolerance_m / diameter_m,
+  const double tolerance_m = rig.diameter_limit_mm() * 1e-3;
+  const double diameter_m = std::sqrt(4 * run.area_m2 / std::numbers::pi);
+  add_limits(uncertainty, "area of the probe", 2 * tolerance_m / diameter_m,
              fmt::format("diameter within {:g} mm{}", tolerance_m * 1e3,
                          rig.probe_diameter_tolerance_mm ? "" : "; assumed"));
 }
 
 Prediction predicted(std::string quantity, std::string unit, const Parts& parts) {
   Prediction p;
-  p.quantity = p.budget.quantity = std::move(quantity);
-  p.unit = p.budget.unit = std::move(unit);
-  p.value = p.budget.value = parts.value;
+  p.quantity = p.uncertainty.quantity = std::move(quantity);
+  p.unit = p.uncertainty.unit = std::move(unit);
+  p.value = p.uncertainty.value = parts.value;
   p.standard_error = std::hypot(parts.meter, parts.force);
-  add(p.budget, "scatter of the readings", parts.meter, UncertaintyKind::a, "noise of the meter");
-  add(p.budget, "scatter of the force", parts.force, UncertaintyKind::a, "noise of the load cell");
+  add(p.uncertainty, "scatter of the readings", parts.meter, UncertaintyKind::a,
+      "noise of the meter");
+  add(p.uncertainty, "scatter of the force", parts.force, UncertaintyKind::a,
+      "noise of the load cell");
   return p;
 }
 
@@ -269,7 +248,7 @@ double half_widths(const PlannedRun& run, const PressureRange& range, double con
   }
   std::map<int, int> levels;  // of each repeat
   for (const PlannedLevel& l : run.levels) {
-    if (inside(range, l.pressure_kPa) && l.readings > 0) ++levels[l.repeat];
+    if (is_inside(range, l.pressure_kPa) && l.readings > 0) ++levels[l.repeat];
   }
   std::erase_if(levels, [](const auto& repeat) { return repeat.second < 2; });
   if (levels.empty()) return expected_half_width(1, 1, confidence);
@@ -286,9 +265,9 @@ Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range
   }
   Prediction p = predicted(name, "fF/kPa", *parts);
   p.half_width = p.standard_error * half_widths(run, range, options.confidence);
-  add_limits(p.budget, "meter gain", meter.gain, "basic accuracy without its offset");
-  add_rig(run, options.rig, p.budget);
-  combine(p.budget, options.confidence);
+  add_limits(p.uncertainty, "meter gain", meter.gain, "basic accuracy without its offset");
+  add_rig(run, options.rig, p.uncertainty);
+  combine(p.uncertainty, options.confidence);
   return p;
 }
 
@@ -305,16 +284,16 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
   Prediction p = predicted("dynamic range", "%", *parts);
   const auto cycles = static_cast<int>(run.cycles.size());
   p.half_width = p.standard_error * expected_half_width(cycles, 1, options.confidence);
-  add_limits(p.budget, "meter offset in C0", meter.offset_F / run.c0_F,
+  add_limits(p.uncertainty, "meter offset in C0", meter.offset_F / run.c0_F,
              "basic accuracy, the part that does not grow with C");
   const PlannedCycle& c = run.cycles.front();
   const double h = 0.01 * c.peak_kPa;
   const double slope = (run.delta_C_fF(c.peak_kPa + h) - run.delta_C_fF(c.peak_kPa - h)) / (2 * h);
   const double bend = slope * c.peak_kPa / run.delta_C_fF(c.peak_kPa);
-  const double force = options.rig.force_class_percent.value_or(run.dead_weights ? 0.1 : 1.0);
-  add_limits(p.budget, "force at the peak", bend * force / 100,
+  const double force = options.rig.force_limit_percent(run.dead_weights);
+  add_limits(p.uncertainty, "force at the peak", bend * force / 100,
              fmt::format("class {:g}, times the slope of the curve", force));
-  combine(p.budget, options.confidence);
+  combine(p.uncertainty, options.confidence);
   return p;
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/lcrig/budget_search.hpp"
+#include "budget/search.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace lcrig::cli {
+namespace lcrig {
 
 namespace {
 
@@ -112,7 +112,7 @@ class Search {
       any = true;
       out.worst = std::max(out.worst, p.relative());
       out.worst_half_width = std::max(out.worst_half_width, p.relative_half_width());
-      out.worst_expanded = std::max(out.worst_expanded, p.budget.expanded / std::abs(p.value));
+      out.worst_expanded = std::max(out.worst_expanded, p.uncertainty.expanded / std::abs(p.value));
     }
     if (!any) out.refused = out.predictions.front().reason;
   }
@@ -159,4 +159,4 @@ Budget reckon_budget(const BudgetQuestion& question) {
   return out;
 }
 
-}  // namespace lcrig::cli
+}  // namespace lcrig

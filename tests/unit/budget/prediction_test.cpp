@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Predictions against sums done by hand.
-#include "analysis/budget/budget.hpp"
+#include "budget/prediction.hpp"
 
 #include <gmock/gmock.h>
 
@@ -69,7 +69,7 @@ TEST(Budget, NoiseOfTheForceCounts) {
   const auto p = predict(run);
   const double expected = 2 * 0.3 * std::sqrt(2.0 / 3) / 4 / std::sqrt(200);
   EXPECT_THAT(p[0].standard_error, DoubleNear(expected, 1e-9));
-  EXPECT_EQ(p[0].budget.parts[1].name, "scatter of the force");
+  EXPECT_EQ(p[0].uncertainty.parts[1].name, "scatter of the force");
 }
 
 TEST(Budget, DynamicRangeOfPlateaus) {
@@ -115,18 +115,18 @@ TEST(Budget, FewerReadingsUnderLoadMakeTheRangeWorse) {
 
 TEST(Budget, SystematicPartsDoNotShrink) {
   const auto few = predict(static_run(16, 1)), many = predict(static_run(1600, 100));
-  ASSERT_EQ(few[0].budget.parts.size(), many[0].budget.parts.size());
-  for (std::size_t i = 0; i < few[0].budget.parts.size(); ++i) {
-    const UncertaintyPart& a = few[0].budget.parts[i];
-    const UncertaintyPart& b = many[0].budget.parts[i];
+  ASSERT_EQ(few[0].uncertainty.parts.size(), many[0].uncertainty.parts.size());
+  for (std::size_t i = 0; i < few[0].uncertainty.parts.size(); ++i) {
+    const UncertaintyPart& a = few[0].uncertainty.parts[i];
+    const UncertaintyPart& b = many[0].uncertainty.parts[i];
     if (a.shrinks) {
       EXPECT_LE(b.standard_uncertainty, a.standard_uncertainty / 99);
     } else {
       EXPECT_DOUBLE_EQ(b.standard_uncertainty, a.standard_uncertainty) << a.name;
     }
   }
-  EXPECT_EQ(few[0].budget.dominating()->name, "scatter of the readings");
-  EXPECT_FALSE(many[0].budget.dominating()->shrinks);
+  EXPECT_EQ(few[0].uncertainty.dominating()->name, "scatter of the readings");
+  EXPECT_FALSE(many[0].uncertainty.dominating()->shrinks);
 }
 
 TEST(Budget, ForceClassIsRectangular) {
@@ -135,7 +135,7 @@ TEST(Budget, ForceClassIsRectangular) {
   options.rig.force_class_percent = 0.5;
   const auto p = predict_errors(run, options);
   ASSERT_TRUE(p);
-  for (const UncertaintyPart& part : (*p)[0].budget.parts) {
+  for (const UncertaintyPart& part : (*p)[0].uncertainty.parts) {
     if (part.name != "force") continue;
     EXPECT_THAT(part.standard_uncertainty, DoubleNear(2 * 0.005 / std::sqrt(3), 1e-12));
     return;

@@ -11,10 +11,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr double kAssumedClass_percent = 1;  // ISO 7500-1, class 1: limits of reading
-constexpr double kAssumedWeights_percent = 0.1;  // masses and local g
-constexpr double kAssumedTolerance_mm = 0.02;
-
 UncertaintyPart part(std::string name, double u, std::string basis) {
   UncertaintyPart p;
   p.name = std::move(name);
@@ -55,7 +51,7 @@ struct Relative {
 Relative force_class(const Scene& scene) {
   const bool weights = scene.data.dead_weights;
   const auto given = scene.options.rig.force_class_percent;
-  const double limit = given.value_or(weights ? kAssumedWeights_percent : kAssumedClass_percent);
+  const double limit = scene.options.rig.force_limit_percent(weights);
   const char* what = weights ? "masses and local g" : "force class (ISO 7500-1)";
   return {rectangular(limit / 100), fmt::format("{}: limits of {} % of reading, rectangular{}",
                                                 what, limit, given ? "" : "; assumed")};
@@ -64,14 +60,14 @@ Relative force_class(const Scene& scene) {
 Relative area(const Scene& scene) {
   if (!scene.data.probe_diameter_m) return {0, "the probe's diameter is not known"};
   const auto given = scene.options.rig.probe_diameter_tolerance_mm;
-  const double limit = given.value_or(kAssumedTolerance_mm);
+  const double limit = scene.options.rig.diameter_limit_mm();
   const double diameter_mm = *scene.data.probe_diameter_m * 1e3;
   return {2 * rectangular(limit) / diameter_mm,
           fmt::format("diameter {:g} mm, limits of {} mm, rectangular{}", diameter_mm, limit,
                       given ? "" : "; assumed")};
 }
 
-void add_meter_gain(const std::optional<MeterAccuracy>& a, double value, UncertaintyBudget& b) {
+void add_meter_gain(const std::optional<MeterAccuracy>& a, double value, Uncertainty& b) {
   if (!a) {
     b.parts.push_back(part("meter gain", 0, "not known: the run does not tell the settings"));
     return;
@@ -89,13 +85,9 @@ double tilt(const RunAnalysis& out, const RangeResult& r, Of of) {
   std::vector<LinePoint> points;
   double offset = 0;
   std::int32_t repeat = -1;
-  const double slack = 1e-6 * std::max(1.0, r.range.to_kPa);
   for (const LevelResult& l : out.levels) {
     const double kPa = l.target_kPa.value_or(l.pressure_kPa);
-    if (l.direction != direction_of_line(out) || kPa < r.range.from_kPa - slack ||
-        kPa > r.range.to_kPa + slack) {
-      continue;
-    }
+    if (l.direction != direction_of_line(out) || !is_inside(r.range, kPa)) continue;
     if (l.repeat != repeat) offset = of(l), repeat = l.repeat;
     points.push_back({l.pressure_kPa, of(l) - offset, static_cast<double>(l.readings)});
   }
@@ -104,7 +96,7 @@ double tilt(const RunAnalysis& out, const RangeResult& r, Of of) {
 }
 
 // What the subtraction of the drift leaves.
-void add_drift(const RunAnalysis& out, const RangeResult& r, UncertaintyBudget& b) {
+void add_drift(const RunAnalysis& out, const RangeResult& r, Uncertainty& b) {
   if (!out.drift.estimate) {
     b.parts.push_back(part("drift of C0", 0, "not known: no rests to tell it by"));
     return;
@@ -119,7 +111,7 @@ void add_drift(const RunAnalysis& out, const RangeResult& r, UncertaintyBudget& 
   b.parts.push_back(p);
 }
 
-void add_shared(const RangeResult& r, UncertaintyBudget& b) {
+void add_shared(const RangeResult& r, Uncertainty& b) {
   if (!r.shared) {
     b.parts.push_back(part("scatter that repeats share", 0,
                            "not known: it takes six levels to tell it from the curve's shape"));
@@ -137,7 +129,7 @@ void add_shared(const RangeResult& r, UncertaintyBudget& b) {
 // One error of the instant, the same in all readings, moves each pressure by its rate: what tilts
 // the line is how the rate changes with pressure.
 void add_alignment(const Scene& scene, const RunAnalysis& out, double slope, const RangeResult& r,
-                   UncertaintyBudget& b) {
+                   Uncertainty& b) {
   std::vector<double> rate(scene.data.levels.size() + 1), time(scene.data.levels.size() + 1);
   std::vector<int> count(rate.size());
   for (const RunReading& x : scene.data.readings) {
@@ -161,7 +153,7 @@ void add_alignment(const Scene& scene, const RunAnalysis& out, double slope, con
 }
 
 // Likewise of a loading, where the rate grows as the specimen stiffens.
-void add_alignment_of_cycles(double slope, const RangeResult& r, UncertaintyBudget& b) {
+void add_alignment_of_cycles(double slope, const RangeResult& r, Uncertainty& b) {
   b.parts.push_back(
       part("alignment of the clocks", slope * r.rate_tilt_per_s * r.instant_s,
            fmt::format("instant of a reading +-{:.3g} ms (window and spacing of the frame's "
@@ -169,8 +161,8 @@ void add_alignment_of_cycles(double slope, const RangeResult& r, UncertaintyBudg
                        r.instant_s * 1e3, r.rate_tilt_per_s)));
 }
 
-void budget_of_range(const Scene& scene, const RunAnalysis& out, RangeResult& r) {
-  UncertaintyBudget& b = r.budget;
+void uncertainty_of_range(const Scene& scene, const RunAnalysis& out, RangeResult& r) {
+  Uncertainty& b = r.uncertainty;
   b.quantity = fmt::format("sensitivity {}", range_text(r.range));
   b.unit = "fF/kPa";
   if (!r.sensitivity.estimate) return;
@@ -207,9 +199,9 @@ void budget_of_range(const Scene& scene, const RunAnalysis& out, RangeResult& r)
   combine(b, scene.options.confidence);
 }
 
-void budget_of_c0(const Scene& scene, RunAnalysis& out) {
+void uncertainty_of_c0(const Scene& scene, RunAnalysis& out) {
   if (!out.c0 || !out.c0.estimate->standard_error) return;
-  UncertaintyBudget b;
+  Uncertainty b;
   b.quantity = "C0";
   b.unit = "pF";
   b.value = out.c0.value();
@@ -225,7 +217,7 @@ void budget_of_c0(const Scene& scene, RunAnalysis& out) {
                            "last stretch without load against the first, rectangular"));
   }
   combine(b, scene.options.confidence);
-  out.budgets.push_back(std::move(b));
+  out.uncertainties.push_back(std::move(b));
 }
 
 // A window that reaches over the turn holds less force than its middle: rate x window / 4 less when
@@ -233,7 +225,7 @@ void budget_of_c0(const Scene& scene, RunAnalysis& out) {
 double turn_percent(const Scene& scene, const RunAnalysis& out) {
   double sum_fF = 0;
   for (const CycleResult& c : out.cycles) {
-    if (c.peak_method != "fit to the force" || !c.slope_fF_per_N) continue;
+    if (c.peak_method != PeakMethod::fit || !c.slope_fF_per_N) continue;
     double rate_N_s = 0, window_s = 0;
     for (std::size_t i = c.first; i < c.last; ++i) {
       const RunReading& r = scene.data.readings[i];
@@ -247,9 +239,9 @@ double turn_percent(const Scene& scene, const RunAnalysis& out) {
   return sum_fF / static_cast<double>(out.cycles.size()) / (out.c0.value() * 1e3) * 100;
 }
 
-void budget_of_dynamic_range(const Scene& scene, RunAnalysis& out) {
+void uncertainty_of_dynamic_range(const Scene& scene, RunAnalysis& out) {
   if (!out.dynamic_range || !out.dynamic_range.estimate->standard_error) return;
-  UncertaintyBudget b;
+  Uncertainty b;
   b.quantity = "dynamic range";
   b.unit = "%";
   b.value = out.dynamic_range.value();
@@ -277,7 +269,7 @@ void budget_of_dynamic_range(const Scene& scene, RunAnalysis& out) {
                            "of rate times window less, in the mean"));
   }
   combine(b, scene.options.confidence);
-  out.budgets.push_back(std::move(b));
+  out.uncertainties.push_back(std::move(b));
 }
 
 // Of the curve's upper half, whatever ranges were asked for.
@@ -292,13 +284,13 @@ double slope_at_top(const RunAnalysis& out, const CurvePoint& top) {
   return line ? line->slope : *top.delta_C_fF / top.pressure_kPa;
 }
 
-void budget_of_highest_level(const Scene& scene, RunAnalysis& out) {
+void uncertainty_of_highest_level(const Scene& scene, RunAnalysis& out) {
   if (out.curve.empty() || !out.c0) return;
   const auto& top = *std::max_element(
       out.curve.begin(), out.curve.end(),
       [](const CurvePoint& a, const CurvePoint& b) { return a.pressure_kPa < b.pressure_kPa; });
   if (!top.standard_error_fF || !top.delta_C_fF) return;
-  UncertaintyBudget b;
+  Uncertainty b;
   b.quantity = fmt::format("delta C at {:.4g} kPa", top.pressure_kPa);
   b.unit = "fF";
   b.value = *top.delta_C_fF;
@@ -322,13 +314,13 @@ void budget_of_highest_level(const Scene& scene, RunAnalysis& out) {
                            "last stretch without load against the first, rectangular"));
   }
   combine(b, scene.options.confidence);
-  out.budgets.push_back(std::move(b));
+  out.uncertainties.push_back(std::move(b));
 }
 
-void budget_of_hysteresis(const Scene& scene, RunAnalysis& out) {
+void uncertainty_of_hysteresis(const Scene& scene, RunAnalysis& out) {
   const Hysteresis& h = out.hysteresis;
   if (!h.largest_gap || !h.largest_gap.estimate->standard_error) return;
-  UncertaintyBudget b;
+  Uncertainty b;
   b.quantity = "hysteresis";
   b.unit = "%";
   b.value = h.largest_gap.value();
@@ -337,7 +329,7 @@ void budget_of_hysteresis(const Scene& scene, RunAnalysis& out) {
   b.parts.push_back(part("alignment of the clocks", h.alignment_percent.value_or(0),
                          "one error of the instant shifts loading and unloading apart"));
   combine(b, scene.options.confidence);
-  out.budgets.push_back(std::move(b));
+  out.uncertainties.push_back(std::move(b));
 }
 
 void note_certified_range(const Scene& scene, RunAnalysis& out) {
@@ -355,19 +347,19 @@ void note_certified_range(const Scene& scene, RunAnalysis& out) {
 
 }  // namespace
 
-void calc_budgets(const Scene& scene, RunAnalysis& out) {
+void calc_uncertainties(const Scene& scene, RunAnalysis& out) {
   for (RangeResult& r : out.ranges) {
-    budget_of_range(scene, out, r);
-    if (!r.budget.parts.empty()) out.budgets.push_back(r.budget);
+    uncertainty_of_range(scene, out, r);
+    if (!r.uncertainty.parts.empty()) out.uncertainties.push_back(r.uncertainty);
   }
   if (out.regions && out.regions->reason.empty()) {
-    budget_of_range(scene, out, out.regions->low);
-    budget_of_range(scene, out, out.regions->high);
+    uncertainty_of_range(scene, out, out.regions->low);
+    uncertainty_of_range(scene, out, out.regions->high);
   }
-  budget_of_c0(scene, out);
-  budget_of_dynamic_range(scene, out);
-  budget_of_highest_level(scene, out);
-  budget_of_hysteresis(scene, out);
+  uncertainty_of_c0(scene, out);
+  uncertainty_of_dynamic_range(scene, out);
+  uncertainty_of_highest_level(scene, out);
+  uncertainty_of_hysteresis(scene, out);
   note_certified_range(scene, out);
 }
 

@@ -3,15 +3,14 @@
 #pragma once
 
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "analysis/budget/budget.hpp"
-#include "tools/lcrig/planned_run.hpp"
+#include "budget/planned_run.hpp"
+#include "budget/prediction.hpp"
 
-namespace lcrig::cli {
+namespace lcrig {
 
 // One way to do the experiment.
 struct BudgetPoint {
@@ -61,8 +60,4 @@ struct BudgetQuestion {
 };
 Budget reckon_budget(const BudgetQuestion& question);
 
-nlohmann::json to_json(const Budget& budget);
-std::string to_table(const Budget& budget);
-std::string to_svg(const Budget& budget, const std::string& title);
-
-}  // namespace lcrig::cli
+}  // namespace lcrig
