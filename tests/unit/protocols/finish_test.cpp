@@ -38,7 +38,7 @@ class End : public RunFixture {
 
 TEST_F(End, OfAllStepsIsASuccess) {
   const RunResult result = end(std::nullopt);
-  EXPECT_EQ(result.exit_status, "success");
+  EXPECT_EQ(result.exit_status, ExitStatus::success);
   EXPECT_EQ(result.reason, "");
   EXPECT_EQ(finallies, 1);
   EXPECT_EQ(meter.made_safe, 1);
@@ -49,19 +49,19 @@ TEST_F(End, OfAllStepsIsASuccess) {
 
 TEST_F(End, ByAnAbortRunsFinally) {
   const RunResult result = end_by(Interrupt::abort);
-  EXPECT_EQ(result.exit_status, "abort");
+  EXPECT_EQ(result.exit_status, ExitStatus::abort);
   EXPECT_EQ(result.reason, "abort: test");
   EXPECT_EQ(finallies, 1);
 }
 
 TEST_F(End, ByAFreezeLeavesTheFrameWhereItIs) {
-  EXPECT_EQ(end_by(Interrupt::freeze).exit_status, "abort");
+  EXPECT_EQ(end_by(Interrupt::freeze).exit_status, ExitStatus::abort);
   EXPECT_EQ(finallies, 0);
 }
 
 TEST_F(End, ByALimitIsAFailure) {
   const RunResult result = end_by(Interrupt::limit);
-  EXPECT_EQ(result.exit_status, "fail");
+  EXPECT_EQ(result.exit_status, ExitStatus::fail);
   EXPECT_EQ(result.code, Errc::limit_tripped);
   EXPECT_EQ(finallies, 1);
 }
@@ -70,7 +70,7 @@ TEST_F(End, WithoutStandstillMovesNothing) {
   frame.stop_says = fail(Errc::no_reply, "silent");
   const RunResult result = end(std::nullopt);
   EXPECT_EQ(finallies, 0);
-  EXPECT_EQ(result.exit_status, "fail");
+  EXPECT_EQ(result.exit_status, ExitStatus::fail);
   EXPECT_EQ(result.code, Errc::not_standing);
   EXPECT_THAT(result.reason, HasSubstr("`finally` did not run: standstill not confirmed"));
 }
@@ -92,7 +92,7 @@ TEST_F(End, OfAFrameFaultKeepsHandsOff) {
 
 TEST_F(End, BeforeAnythingWasAskedOfTheFrameRunsNoFinally) {
   parts().drive.set_prepared(false);
-  EXPECT_EQ(end_by(Interrupt::fault).exit_status, "fail");
+  EXPECT_EQ(end_by(Interrupt::fault).exit_status, ExitStatus::fail);
   EXPECT_EQ(finallies, 0);
 }
 
@@ -100,7 +100,7 @@ TEST_F(End, OfAFrameThatIsGoneSaysThatFinallyDidNotRun) {
   frame.reconnect_says = fail(Errc::disconnected, "no port");
   losses.lose_frame(Error(Errc::disconnected, "gone"));
   const RunResult result = end(std::nullopt);
-  EXPECT_EQ(result.exit_status, "fail");
+  EXPECT_EQ(result.exit_status, ExitStatus::fail);
   EXPECT_THAT(result.reason, HasSubstr("gone; `finally` did not run: the frame is not there"));
   EXPECT_EQ(finallies, 0);
 }
@@ -115,7 +115,7 @@ TEST_F(End, WaitsForALostFrameSoThatFinallyCanUnload) {
 TEST_F(End, OfAFinallyThatNeverEndsStopsTheFrameWhereItIs) {
   finally_hangs = true;
   const RunResult result = end(std::nullopt);
-  EXPECT_EQ(result.exit_status, "fail");
+  EXPECT_EQ(result.exit_status, ExitStatus::fail);
   EXPECT_THAT(result.reason, HasSubstr("`finally` did not end in 300 s"));
   EXPECT_EQ(frame.commands.back(), "stop");
 }
@@ -123,21 +123,21 @@ TEST_F(End, OfAFinallyThatNeverEndsStopsTheFrameWhereItIs) {
 TEST_F(End, OfAFinallyThatFailedSaysWhy) {
   finally_stop = InterruptRequest(Interrupt::limit, "too far");
   const RunResult result = end(std::nullopt);
-  EXPECT_EQ(result.exit_status, "fail");
+  EXPECT_EQ(result.exit_status, ExitStatus::fail);
   EXPECT_THAT(result.reason, HasSubstr("in `finally`: too far"));
 }
 
 TEST_F(End, WithASpecimenThatIsStillLoadedSaysSo) {
   frame.force_N = 0.5;
   const RunResult result = end(std::nullopt);
-  EXPECT_EQ(result.exit_status, "fail");
+  EXPECT_EQ(result.exit_status, ExitStatus::fail);
   EXPECT_THAT(result.reason, HasSubstr("the specimen is still loaded with about 0.500 N"));
   EXPECT_EQ(events_of("loaded"), 1);
 }
 
 TEST_F(End, OfAFrameOfSomebodyElseCommandsNothing) {
   setup().commands = false;
-  EXPECT_EQ(end_by(Interrupt::abort).exit_status, "abort");
+  EXPECT_EQ(end_by(Interrupt::abort).exit_status, ExitStatus::abort);
   EXPECT_TRUE(frame.commands.empty());
 }
 
