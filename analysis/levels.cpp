@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The `measure` steps: mean, scatter, outliers; the curve over all repeats; how straight and how
-// repeatable it is.
+// The `measure` steps: mean, scatter, outliers.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "analysis/replicates.hpp"
 
@@ -180,160 +178,6 @@ void keep_largest_outliers(std::vector<Outlier>& outliers) {
   if (outliers.size() > kListedOutliers) outliers.resize(kListedOutliers);
 }
 
-struct Point {
-  RunningMean capacitance;  // pF, of the levels' means
-  double weighted_pF = 0, weighted_kPa = 0;
-  double variance_of_sum = 0;  // of weighted_pF, from the scatter of the readings
-  std::int64_t readings = 0;
-  double low_pF = 0, high_pF = 0;
-};
-
-std::map<LevelKey, Point> group(const RunAnalysis& out) {
-  std::map<LevelKey, Point> points;
-  for (const LevelResult& l : out.levels) {
-    Point& p = points[key_of(l)];
-    if (p.readings == 0) p.low_pF = p.high_pF = l.capacitance_pF;
-    p.low_pF = std::min(p.low_pF, l.capacitance_pF);
-    p.high_pF = std::max(p.high_pF, l.capacitance_pF);
-    p.capacitance.add(l.capacitance_pF);
-    p.weighted_pF += l.readings * l.capacitance_pF;
-    p.weighted_kPa += l.readings * l.pressure_kPa;
-    const double se = l.standard_error_fF.value_or(0) * 1e-3 * l.readings;
-    p.variance_of_sum += se * se;
-    p.readings += l.readings;
-  }
-  return points;
-}
-
-// Between the repeats when there are some; a C0 that moves between them is part of it.
-std::optional<double> error_of(const Point& p) {
-  const auto repeats = static_cast<double>(p.capacitance.count);
-  if (repeats >= 2) return std::sqrt(p.capacitance.variance() / repeats) * 1e3;
-  if (p.variance_of_sum > 0) {
-    return std::sqrt(p.variance_of_sum) / static_cast<double>(p.readings) * 1e3;
-  }
-  return std::nullopt;
-}
-
-void build_curve(const std::map<LevelKey, Point>& points, RunAnalysis& out) {
-  for (const auto& [key, p] : points) {
-    CurvePoint c;
-    c.direction = key.direction;
-    const auto n = static_cast<double>(p.readings);
-    c.pressure_kPa = p.weighted_kPa / n;
-    c.capacitance_pF = p.weighted_pF / n;
-    if (out.c0) c.delta_C_fF = (c.capacitance_pF - out.c0.value()) * 1e3;
-    c.standard_error_fF = error_of(p);
-    c.repeats = static_cast<std::int32_t>(p.capacitance.count);
-    c.readings = p.readings;
-    out.curve.push_back(c);
-  }
-  std::sort(out.curve.begin(), out.curve.end(), [](const CurvePoint& a, const CurvePoint& b) {
-    return a.direction != b.direction ? a.direction < b.direction : a.pressure_kPa < b.pressure_kPa;
-  });
-}
-
-std::vector<LinePoint> line_points(const RunAnalysis& out) {
-  std::vector<LinePoint> points;
-  for (const CurvePoint& c : out.curve) {
-    if (c.direction == direction_of_line(out)) {
-      points.push_back({c.pressure_kPa, c.capacitance_pF * 1e3, 1});
-    }
-  }
-  return points;
-}
-
-double span_of_curve_fF(const RunAnalysis& out) {
-  double low = 0, high = 0;
-  bool first = true;
-  for (const CurvePoint& c : out.curve) {
-    low = first ? c.capacitance_pF : std::min(low, c.capacitance_pF);
-    high = first ? c.capacitance_pF : std::max(high, c.capacitance_pF);
-    first = false;
-  }
-  return (high - low) * 1e3;
-}
-
-double mean_square_error(const RunAnalysis& out) {
-  double sum = 0;
-  int n = 0;
-  for (const CurvePoint& c : out.curve) {
-    if (!c.standard_error_fF) continue;
-    sum += *c.standard_error_fF * *c.standard_error_fF;
-    ++n;
-  }
-  return n > 0 ? sum / n : 0;
-}
-
-double largest_deviation(const std::vector<LinePoint>& points, double slope, double x, double y) {
-  double largest = 0;
-  for (const LinePoint& p : points) {
-    largest = std::max(largest, std::abs(p.y - (y + slope * (p.x - x))));
-  }
-  return largest;
-}
-
-void calc_linearity(RunAnalysis& out) {
-  out.linearity = metric("linearity_percent",
-                         "largest deviation of the curve from its best straight line over all "
-                         "levels, over the span of the curve");
-  out.linearity_terminal = metric("linearity_terminal_percent",
-                                  "the same against the line through the first and last level");
-  const auto points = line_points(out);
-  const auto line = fit_line(points);
-  const double span = span_of_curve_fF(out);
-  if (!line || line->distinct_x < 3 || span <= 0) {
-    out.linearity.reason = out.linearity_terminal.reason = "it takes three different pressures";
-    return;
-  }
-  const double error = std::sqrt(mean_square_error(out)) / span * 100;
-  const auto set = [&](Metric& m, double deviation) {
-    Estimate e;
-    e.value = deviation / span * 100;
-    if (error > 0) e.standard_error = error;
-    m.estimate = e;
-    for (const CurvePoint& c : out.curve) m.rows += c.readings;
-  };
-  set(out.linearity, largest_deviation(points, line->slope, line->x_mean, line->y_mean));
-  const LinePoint &a = points.front(), &b = points.back();
-  set(out.linearity_terminal, largest_deviation(points, (b.y - a.y) / (b.x - a.x), a.x, a.y));
-  if (mean_square_error(out) > 0 && out.linearity.value() < 2 * error) {
-    out.linearity.reason = "no larger than the scatter of the levels makes it";
-  }
-}
-
-void calc_repeatability(const Scene& scene, const std::map<LevelKey, Point>& points,
-                        RunAnalysis& out) {
-  out.repeatability_range = metric("repeatability_range_percent",
-                                   "largest difference between repeats at one level (max - min of "
-                                   "the levels' means), over the span of the curve");
-  out.repeatability_2sigma = metric("repeatability_2sigma_percent",
-                                    "twice the standard deviation of a level's mean between "
-                                    "repeats (pooled over the levels), over the span of the curve");
-  double squares = 0, freedom = 0, range = 0;
-  std::int64_t rows = 0;
-  for (const auto& [key, p] : points) {
-    if (p.capacitance.count < 2) continue;
-    squares += p.capacitance.sum_squares;
-    freedom += static_cast<double>(p.capacitance.count - 1);
-    range = std::max(range, p.high_pF - p.low_pF);
-    rows += p.readings;
-  }
-  const double span = span_of_curve_fF(out);
-  if (freedom < 1 || span <= 0) {
-    out.repeatability_range.reason = out.repeatability_2sigma.reason =
-        "no level was measured in two repeats";
-    return;
-  }
-  const double two_sigma = 2 * std::sqrt(squares / freedom) * 1e3 / span * 100;
-  Estimate e;
-  e.value = range * 1e3 / span * 100;
-  out.repeatability_range.estimate = e;
-  out.repeatability_2sigma.estimate =
-      estimate(two_sigma, two_sigma / std::sqrt(2 * freedom), freedom, scene.options.confidence);
-  out.repeatability_range.rows = out.repeatability_2sigma.rows = rows;
-}
-
 }  // namespace
 
 std::string_view to_string(PeakMethod m) {
@@ -389,16 +233,6 @@ void calc_levels(Scene& scene, RunAnalysis& out) {
   find_outliers(scene, collected, out);
   find_outliers_of_baseline(scene, out);
   keep_largest_outliers(out.outliers);
-}
-
-void calc_curve(const Scene& scene, RunAnalysis& out) {
-  if (out.c0) {
-    for (LevelResult& l : out.levels) l.delta_C_fF = (l.capacitance_pF - out.c0.value()) * 1e3;
-  }
-  const auto points = group(out);
-  build_curve(points, out);
-  calc_linearity(out);
-  calc_repeatability(scene, points, out);
 }
 
 }  // namespace lcrig

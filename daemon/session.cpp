@@ -52,10 +52,6 @@ std::string parameters_json(const Environment& environment) {
   return out.dump();
 }
 
-}  // namespace
-
-namespace {
-
 // The parsers limit the files; these come with them.
 Result<> check_words(const RunRequest& request) {
   const std::pair<std::string_view, std::string_view> names[] = {

@@ -96,9 +96,7 @@ void Losses::look() {
 
 bool Losses::is_of_loss(const Step& step, const Error& error) const {
   if (frame_) return is_absent(error.code);
-  const bool reads = std::holds_alternative<MeasureStep>(step.action) ||
-                     std::holds_alternative<SetLcrStep>(step.action);
-  return meter_ && reads && !run_.interrupts.finishing();
+  return meter_ && facts_of(step).needs_meter() && !run_.interrupts.finishing();
 }
 
 bool Losses::keeps_vanishing() {
