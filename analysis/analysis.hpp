@@ -41,6 +41,8 @@ struct AnalysisOptions {
 
 // A number and what its scatter says. Type A only: the systematic parts stand in the uncertainties.
 struct Estimate {
+  Estimate() = default;
+  explicit Estimate(double v) : value(v) {}
   double value = 0;
   std::optional<double> standard_error;
   std::optional<std::array<double, 2>> interval;  // of AnalysisOptions::confidence
@@ -66,16 +68,14 @@ std::string_view to_string(PeakMethod m);
 enum class Direction { up, down };
 std::string_view to_string(Direction d);
 
-// One `measure` step.
-struct LevelResult {
+// One `measure` step as it was measured.
+struct MeasuredLevel {
   std::int32_t level = 0, repeat = 0, index = 0;
   Direction direction = Direction::up;  // of the pressure, against the level before in the repeat
   double t_s = 0;  // mean time of its readings
   std::optional<double> target_kPa;
   double pressure_kPa = 0;  // mean over the readings, as measured
-  double capacitance_pF = 0;  // mean, the drift of the unloaded capacitance subtracted
-  double drift_fF = 0;  // that was subtracted
-  std::optional<double> delta_C_fF;  // capacitance - C0
+  double mean_pF = 0;  // of the readings, drift included
   std::optional<double> standard_error_fF;  // of the mean, from the scatter of the readings
   std::optional<double> scatter_fF;  // standard deviation of one reading
   // Of one reading: standard deviation of its pressure, and covariance with its capacitance.
@@ -83,7 +83,41 @@ struct LevelResult {
   double trend_ss_fF2 = 0;  // of the readings' squares, what a straight line in time explains
   std::int32_t readings = 0;  // used
   std::int32_t missing = 0;  // planned, but overloaded or without a force
-  std::int32_t outliers = 0;  // among the used ones; see RunAnalysis::outliers
+  std::int32_t outliers = 0;  // among the used ones; see Outliers
+  std::size_t first = 0, last = 0;  // of RunData::readings: [first, last), those that count
+};
+// The same less the drift of the unloaded capacitance.
+struct LevelResult : MeasuredLevel {
+  explicit LevelResult(const MeasuredLevel& measured) : MeasuredLevel(measured) {}
+  double capacitance_pF = 0;
+  double drift_fF = 0;  // that was subtracted
+  std::optional<double> delta_C_fF;  // capacitance - C0
+};
+struct LevelResults {
+  std::vector<LevelResult> levels;
+  // The straight line goes through the levels of one direction, that with more levels.
+  Direction line_direction = Direction::up;
+};
+
+// A reading far from its level's median, or from that of the baseline; kept in every result but the
+// robust ones.
+struct Outlier {
+  double t_s = 0;
+  std::int32_t level = 0, index = 0;  // level 0: of the baseline
+  double capacitance_pF = 0;
+  double deviation_fF = 0, deviations = 0;  // the second in standard deviations
+};
+struct Outliers {
+  std::vector<Outlier> outliers;  // the 1000 largest
+  std::int64_t outlier_count = 0;
+};
+
+struct BaselineResult {
+  Metric c0;  // C0_pF
+  std::string c0_basis;  // what its standard error was made from
+  Metric noise;  // noise_fF, of one reading
+  Metric drift;  // baseline_drift_fF_per_h
+  std::optional<double> drift_of_baseline_fF;  // last rest - first rest
 };
 
 // The levels of all repeats at one pressure and one direction.
@@ -95,6 +129,13 @@ struct CurvePoint {
   std::optional<double> standard_error_fF;  // type A, without that of C0, which all points share
   std::int32_t repeats = 0;
   std::int64_t readings = 0;
+};
+struct CurveResult {
+  std::vector<CurvePoint> curve;  // by direction and pressure
+  Metric linearity;  // linearity_percent, of full scale, best straight line
+  Metric linearity_terminal;  // linearity_terminal_percent
+  Metric repeatability_range;  // repeatability_range_percent
+  Metric repeatability_2sigma;  // repeatability_2sigma_percent
 };
 
 // The same least squares over Huber's locations instead of means.
@@ -143,27 +184,47 @@ struct RegionSearch {
   RangeResult low, high;
   double p_one_line = 1;
 };
+struct SensitivityResult {
+  std::vector<RangeResult> ranges;
+  std::optional<RegionSearch> regions;
+  Metric limit_of_detection;  // limit_of_detection_kPa
+};
 
 // One excursion of the force: a repeat of the static test, a cycle of the dynamic one, a press.
-struct CycleResult {
+struct Loading {
   std::int32_t number = 0;  // from 1
   double begin_s = 0, peak_s = 0, end_s = 0;
   double peak_force_N = 0;  // above rest
   std::optional<double> peak_kPa;
+  double peak_pF = 0;  // at the largest force: the maximum's mark
+  std::optional<double> peak_se_fF;
+  std::optional<double> peak_travel_mm;
+  std::int64_t loaded_readings = 0;
+  std::size_t first = 0, last = 0;  // loaded readings: [first, last) of RunData::readings
+  PeakMethod peak_method = PeakMethod::fit;
+};
+// With the rest before it.
+struct RestedLoading : Loading {
+  explicit RestedLoading(const Loading& loading) : Loading(loading) {}
   double rest_pF = 0;  // mean before this cycle: the minimum's mark
   double rest_s = 0;  // mean time of those readings
-  double peak_pF = 0;  // at the largest force: the maximum's mark
-  std::optional<double> rest_se_fF, peak_se_fF;
+  std::optional<double> rest_se_fF;
+};
+struct CycleResult : RestedLoading {
+  explicit CycleResult(const RestedLoading& loading) : RestedLoading(loading) {}
   double delta_C_fF = 0;  // peak - rest
   std::optional<double> delta_C_se_fF;
   double dynamic_range_percent = 0;  // delta C over C0
   std::optional<double> dynamic_range_se_percent;
   std::optional<double> slope_fF_per_N;  // of the loading branch
   std::optional<double> slope_se_fF_per_N;
-  std::optional<double> peak_travel_mm;
-  std::int64_t loaded_readings = 0;
-  std::size_t first = 0, last = 0;  // loaded readings: [first, last) of RunData::readings
-  PeakMethod peak_method = PeakMethod::fit;
+};
+struct CycleResults {
+  std::vector<CycleResult> cycles;
+  Metric dynamic_range;  // dynamic_range_percent
+  Metric dynamic_range_drift;  // dynamic_range_drift_percent_per_cycle
+  Metric force_sensitivity;  // force_sensitivity_fF_per_N, of the loading branches
+  Metric mullins;  // mullins_index_percent
 };
 
 // Loading against unloading, all cycles together, on a grid of force.
@@ -204,52 +265,35 @@ struct HoldResult {
   std::string reason;  // why something is missing
 };
 
-// A reading far from its level's median, or from that of the baseline; kept in every result but the
-// robust ones.
-struct Outlier {
-  double t_s = 0;
-  std::int32_t level = 0, index = 0;  // level 0: of the baseline
-  double capacitance_pF = 0;
-  double deviation_fF = 0, deviations = 0;  // the second in standard deviations
+struct HoldResults {
+  std::vector<HoldResult> holds;
+  std::size_t holds_left_out = 0;  // beyond the first thousand
+  Metric creep;  // creep_percent_per_decade
+  Metric settling;  // settling_time_s
 };
 
-struct RunAnalysis {
+// What is known of the run before its rows are looked at.
+struct RunFacts {
   std::int64_t run = 0;
   std::string protocol, specimen, function;
   bool simulated = false;
   std::optional<ExitStatus> exit_status;
   AnalysisOptions options;
-  std::vector<std::string> notes;  // what a reader must know: gaps, overloads, assumptions
+};
 
-  Metric c0;  // C0_pF
-  std::string c0_basis;  // what its standard error was made from
-  Metric noise;  // noise_fF, of one reading
-  Metric drift;  // baseline_drift_fF_per_h
-  std::optional<double> drift_of_baseline_fF;  // last rest - first rest
-  double drift_followed =
-      0;  // part of the rests' deviations from a line that is subtracted, 0 to 1
-  std::vector<LevelResult> levels;
-  std::vector<CurvePoint> curve;  // by direction and pressure
-  std::vector<RangeResult> ranges;
-  std::optional<RegionSearch> regions;
-  Metric linearity;  // linearity_percent, of full scale, best straight line
-  Metric linearity_terminal;  // linearity_terminal_percent
-  Metric repeatability_range;  // repeatability_range_percent
-  Metric repeatability_2sigma;  // repeatability_2sigma_percent
-  std::vector<CycleResult> cycles;
-  Metric dynamic_range;  // dynamic_range_percent
-  Metric dynamic_range_drift;  // dynamic_range_drift_percent_per_cycle
-  Metric force_sensitivity;  // force_sensitivity_fF_per_N, of the loading branches
+// The results of all passes side by side. Each pass takes those it builds on and returns its own.
+struct RunAnalysis : RunFacts,
+                     Outliers,
+                     BaselineResult,
+                     LevelResults,
+                     CurveResult,
+                     CycleResults,
+                     HoldResults,
+                     SensitivityResult {
   Hysteresis hysteresis;
-  Metric mullins;  // mullins_index_percent
-  std::vector<HoldResult> holds;
-  Metric creep;  // creep_percent_per_decade
-  Metric settling;  // settling_time_s
-  Metric limit_of_detection;  // limit_of_detection_kPa
-  std::vector<Outlier> outliers;  // the 1000 largest
-  std::int64_t outlier_count = 0;
   // Of every sensitivity (again), C0, dynamic range, delta C at the highest level, hysteresis.
   std::vector<Uncertainty> uncertainties;
+  std::vector<std::string> notes;  // what a reader must know: gaps, overloads, assumptions
 
   // Every metric above that is a Metric, ranges included, in the order of a table.
   std::vector<const Metric*> metrics() const;

@@ -26,7 +26,7 @@ constexpr const char* kDrift =
 constexpr std::size_t kBatches = 10;
 constexpr double kPlain = 0.2;  // probability that noise alone does it
 
-struct Baseline {
+struct Unloaded {
   RunningMean capacitance, steady;  // F; the second without the drift
   double square_differences = 0;  // of neighbours, F2
   std::vector<double> values;  // the first ones, for the batches
@@ -34,7 +34,7 @@ struct Baseline {
 constexpr std::size_t kForBatches = 100000;
 
 // The drift of the run takes part in the mean, which is that of the middle, and not in the scatter.
-void take(Baseline& b, double capacitance_F, double drift_F, std::optional<double>& before) {
+void take(Unloaded& b, double capacitance_F, double drift_F, std::optional<double>& before) {
   b.capacitance.add(capacitance_F);
   b.steady.add(capacitance_F - drift_F);
   if (before) b.square_differences += (capacitance_F - *before) * (capacitance_F - *before);
@@ -43,11 +43,11 @@ void take(Baseline& b, double capacitance_F, double drift_F, std::optional<doubl
 }
 
 // Before contact; a run that tells none: the unloaded readings before the first loading.
-Baseline collect(const Scene& scene, const RunAnalysis& out) {
+Unloaded collect(const Scene& scene) {
   const RunData& data = scene.data;
-  Baseline b;
+  Unloaded b;
   std::optional<double> before;
-  const double end = !out.cycles.empty() ? out.cycles.front().begin_s : data.duration_s;
+  const double end = !scene.loadings.empty() ? scene.loadings.front().begin_s : data.duration_s;
   for (const RunReading& r : data.readings) {
     if (data.contact_s ? r.t_s >= *data.contact_s : r.t_s >= end) break;
     if (!scene.uses(r)) continue;
@@ -65,7 +65,7 @@ struct MeanVariance {
 
 // From the readings and the correlation of neighbours; from batches where those say more: what is
 // slower than the neighbours know shows in them only.
-MeanVariance within_baseline(const Scene& scene, const Baseline& b) {
+MeanVariance within_baseline(const Scene& scene, const Unloaded& b) {
   const auto n = static_cast<double>(b.capacitance.count);
   const Correlation& c = scene.rest_correlation;
   MeanVariance out{b.steady.variance() / c.of_square(n) * c.of_mean(n),
@@ -97,10 +97,9 @@ void add_rests(const Scene& scene, MeanVariance& out) {
   out = {variance, freedom, "scatter of the rests, which exceeds that within the baseline"};
 }
 
-void calc_c0(const Scene& scene, const Baseline& b, RunAnalysis& out) {
+void calc_c0(const Scene& scene, const Unloaded& b, const Outliers& outliers, BaselineResult& out) {
   out.c0.rows = b.capacitance.count;
-  Estimate e;
-  e.value = b.capacitance.mean * 1e12;
+  Estimate e(b.capacitance.mean * 1e12);
   if (b.capacitance.count >= 2) {
     MeanVariance v = within_baseline(scene, b);
     add_rests(scene, v);
@@ -111,14 +110,15 @@ void calc_c0(const Scene& scene, const Baseline& b, RunAnalysis& out) {
   }
   out.c0.estimate = e;
   const double robust = huber_location(b.values) * 1e12, se = e.standard_error.value_or(0);
-  if (out.outlier_count > 0 && std::abs(e.value - robust) > 3 * se && se > 0) {
+  if (outliers.outlier_count > 0 && std::abs(e.value - robust) > 3 * se && se > 0) {
     out.c0.reason =
         fmt::format("outliers move it: without their weight (robust) it is {:.6g} pF", robust);
   }
 }
 
 // The scatter within the levels, when there is no baseline to tell it.
-void calc_noise(const Scene& scene, const Baseline& b, RunAnalysis& out) {
+void calc_noise(const Unloaded& b, const MeasuredLevels& measured, double confidence,
+                BaselineResult& out) {
   double variance = 0, freedom = 0;
   if (b.capacitance.count >= 10) {
     const auto n = static_cast<double>(b.capacitance.count);
@@ -126,7 +126,7 @@ void calc_noise(const Scene& scene, const Baseline& b, RunAnalysis& out) {
     freedom = (n - 1) / 1.5;  // of mean squared differences (von Neumann 1941)
     out.noise.rows = b.capacitance.count;
   } else {
-    for (const LevelResult& l : out.levels) {
+    for (const MeasuredLevel& l : measured.levels) {
       if (!l.scatter_fF) continue;
       const double f = l.readings - 1;
       variance += f * *l.scatter_fF * *l.scatter_fF * 1e-30;
@@ -141,39 +141,38 @@ void calc_noise(const Scene& scene, const Baseline& b, RunAnalysis& out) {
     out.noise.reason = "from the scatter within the levels: there is no baseline";
   }
   const double sigma = std::sqrt(variance) * 1e15;
-  out.noise.estimate =
-      estimate(sigma, sigma / std::sqrt(2 * freedom), freedom, scene.options.confidence);
+  out.noise.estimate = estimate(sigma, sigma / std::sqrt(2 * freedom), freedom, confidence);
 }
 
-void calc_drift(const Scene& scene, RunAnalysis& out) {
-  const Drift& d = scene.drift;
+void calc_drift(const Drift& d, double confidence, BaselineResult& out) {
   if (!d.known()) {
     out.drift.reason = "it takes two stretches without load, before and after a loading";
     return;
   }
   out.drift_of_baseline_fF = d.nodes().back().fF - d.nodes().front().fF;
-  out.drift_followed = d.followed();
   out.drift.rows = static_cast<std::int64_t>(d.nodes().size());
-  out.drift.estimate = estimate(d.rate_fF_s() * 3600, d.rate_se_fF_s() * 3600, d.rate_freedom(),
-                                scene.options.confidence);
+  out.drift.estimate =
+      estimate(d.rate_fF_s() * 3600, d.rate_se_fF_s() * 3600, d.rate_freedom(), confidence);
 }
 
 }  // namespace
 
-void calc_baseline(const Scene& scene, RunAnalysis& out) {
-  const Baseline b = collect(scene, out);
+BaselineResult calc_baseline(const Scene& scene, const MeasuredLevels& measured) {
+  const Unloaded b = collect(scene);
+  BaselineResult out;
   out.c0 = metric("C0_pF", kC0);
   out.noise = metric("noise_fF", kNoise);
   out.drift = metric("baseline_drift_fF_per_h", kDrift);
   if (b.capacitance.count > 0) {
-    calc_c0(scene, b, out);
+    calc_c0(scene, b, measured.outliers, out);
   } else {
     out.c0.reason = scene.data.contact_s
                         ? "no reading was taken before contact under the settings of the run"
                         : "no reading without load comes before the first loading";
   }
-  calc_noise(scene, b, out);
-  calc_drift(scene, out);
+  calc_noise(b, measured, scene.options.confidence, out);
+  calc_drift(scene.drift, scene.options.confidence, out);
+  return out;
 }
 
 }  // namespace lcrig

@@ -44,11 +44,11 @@ struct CycleBranches {
   double rate_sxy = 0, instant_s = 0;
 };
 
-CycleBranches fit_branches(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
+CycleBranches fit_branches(const SlopeBasis& basis, const PressureRange& range) {
   CycleBranches b;
-  Moving moving(scene, out);
-  for (const CycleResult& c : out.cycles) {
-    const Branch readings = branch(scene, c, range, moving);
+  Moving moving(basis.scene, basis.holds);
+  for (const CycleResult& c : basis.cycles.cycles) {
+    const Branch readings = branch(basis.scene, c, range, moving);
     const auto line = fit_line(readings.points);
     if (!line) continue;
     b.lines.push_back(*line);
@@ -87,12 +87,11 @@ PureError branch_error(const Scene& scene, const CycleBranches& b, double slope)
 
 }  // namespace
 
-RangeResult slope_of_cycles(const Scene& scene, const RunAnalysis& out,
-                            const PressureRange& range) {
+RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range) {
   RangeResult r;
   r.range = range;
   r.sensitivity = metric(kSensitivity, kOfCycles);
-  const CycleBranches b = fit_branches(scene, out, range);
+  const CycleBranches b = fit_branches(basis, range);
   r.sensitivity.rows = static_cast<std::int64_t>(b.weight);
   r.points = static_cast<std::int32_t>(b.weight);
   const auto parameters = static_cast<double>(b.lines.size()) + 1;
@@ -103,9 +102,10 @@ RangeResult slope_of_cycles(const Scene& scene, const RunAnalysis& out,
   }
   r.pressures = r.points;
   const double slope = b.sxy / b.sxx;
-  const PureError error = branch_error(scene, b, slope);
+  const PureError error = branch_error(basis.scene, b, slope);
   r.parts_of_error = {{std::sqrt(error.variance / b.sxx), error.degrees_of_freedom}};
-  r.sensitivity.estimate = estimate_of_parts(slope, r.parts_of_error, scene.options.confidence);
+  r.sensitivity.estimate =
+      estimate_of_parts(slope, r.parts_of_error, basis.scene.options.confidence);
   if (b.lines.size() == 1) {
     add_remark(r.sensitivity.reason,
                "one cycle: the interval knows nothing of what differs between cycles");
@@ -120,7 +120,7 @@ RangeResult slope_of_cycles(const Scene& scene, const RunAnalysis& out,
   r.rate_tilt_per_s = b.rate_sxy / b.sxx;
   r.instant_s = b.instant_s;
   r.residual_pattern = "continuous loading: see the loops";
-  r.estimand = name_estimand(scene, out, range);
+  r.estimand = name_estimand(basis.scene, basis.levels, range);
   return r;
 }
 

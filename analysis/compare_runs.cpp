@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "analysis/metrics.hpp"
@@ -16,12 +17,13 @@ struct Quantity {
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
 };
 
-Quantity quantity(std::string name, double value, const Uncertainty* uncertainty) {
+Quantity quantity(const RunAnalysis& a, const std::string& name, double value) {
   Quantity q;
-  q.name = std::move(name);
+  q.name = name;
   q.value = value;
-  if (uncertainty == nullptr || uncertainty->parts.empty() || value == 0) return q;
-  Uncertainty own = *uncertainty;
+  const auto known = std::ranges::find(a.uncertainties, name, &Uncertainty::quantity);
+  if (known == a.uncertainties.end() || value == 0) return q;
+  Uncertainty own = *known;
   std::erase_if(own.parts, [](const UncertaintyPart& p) { return p.shared_by_runs; });
   if (own.parts.empty() || own.parts.front().kind != UncertaintyKind::a) return q;
   combine(own);
@@ -30,25 +32,16 @@ Quantity quantity(std::string name, double value, const Uncertainty* uncertainty
   return q;
 }
 
-const Uncertainty* find_uncertainty(const RunAnalysis& a, const std::string& name) {
-  for (const Uncertainty& b : a.uncertainties) {
-    if (b.quantity == name) return &b;
-  }
-  return nullptr;
-}
-
 std::vector<Quantity> quantities(const RunAnalysis& a) {
   std::vector<Quantity> out;
+  const auto add = [&](const std::string& name, const Metric& m) {
+    if (m) out.push_back(quantity(a, name, m.value()));
+  };
   for (const RangeResult& r : a.ranges) {
-    if (!r.sensitivity) continue;
-    out.push_back(quantity(fmt::format("sensitivity {}", range_text(r.range)),
-                           r.sensitivity.value(), &r.uncertainty));
+    add(fmt::format("sensitivity {}", range_text(r.range)), r.sensitivity);
   }
-  if (a.c0) out.push_back(quantity("C0", a.c0.value(), find_uncertainty(a, "C0")));
-  if (a.dynamic_range) {
-    out.push_back(
-        quantity("dynamic range", a.dynamic_range.value(), find_uncertainty(a, "dynamic range")));
-  }
+  add("C0", a.c0);
+  add("dynamic range", a.dynamic_range);
   return out;
 }
 

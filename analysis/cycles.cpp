@@ -15,31 +15,33 @@ namespace {
 
 constexpr double kCounts = 0.2;  // of the largest force: an excursion beyond it is a cycle
 constexpr double kPlateauTime_s = 2;
+constexpr double kExact = std::numeric_limits<double>::infinity();  // degrees of freedom
 
-void close_cycle(const Scene& scene, CycleResult& c, double highest, RunAnalysis& out) {
-  if (highest < kCounts * scene.peak_N) return;
-  c.number = static_cast<std::int32_t>(out.cycles.size()) + 1;
-  c.begin_s = scene.data.readings[c.first].t_s;
-  c.end_s = scene.data.readings[c.last - 1].t_s;
+void close_loading(const RunView& view, Loading& c, double highest, std::vector<Loading>& out) {
+  if (highest < kCounts * view.peak_N) return;
+  c.number = static_cast<std::int32_t>(out.size()) + 1;
+  c.begin_s = view.data.readings[c.first].t_s;
+  c.end_s = view.data.readings[c.last - 1].t_s;
   c.loaded_readings = static_cast<std::int64_t>(c.last - c.first);
-  out.cycles.push_back(c);
+  out.push_back(c);
 }
 
-void find_excursions(const Scene& scene, RunAnalysis& out) {
-  const auto& readings = scene.data.readings;
-  const double edge = std::max(kCycleEdge * scene.peak_N, 5 * scene.force_noise_N);
+std::vector<Loading> find_excursions(const RunView& view) {
+  std::vector<Loading> out;
+  const auto& readings = view.data.readings;
+  const double edge = std::max(kCycleEdge * view.peak_N, 5 * view.force_noise_N);
   bool loaded = false;
   double highest = 0;
-  CycleResult c;
+  Loading c;
   for (std::size_t i = 0; i < readings.size(); ++i) {
     if (!readings[i].has_force()) continue;
-    const double force = scene.above_rest_N(readings[i]);
+    const double force = view.above_rest_N(readings[i]);
     if (force > edge && !loaded) {
-      c = CycleResult();
+      c = Loading();
       c.first = i;
       highest = 0;
     }
-    if (force <= edge && loaded) close_cycle(scene, c, highest, out);
+    if (force <= edge && loaded) close_loading(view, c, highest, out);
     loaded = force > edge;
     if (!loaded) continue;
     c.last = i + 1;
@@ -49,17 +51,18 @@ void find_excursions(const Scene& scene, RunAnalysis& out) {
     c.peak_force_N = force;
     if (readings[i].has_travel()) c.peak_travel_mm = readings[i].travel_m * 1e3;
   }
-  if (loaded) close_cycle(scene, c, highest, out);
+  if (loaded) close_loading(view, c, highest, out);
+  return out;
 }
 
 // The frame samples more often than the meter: the peak may lie between two readings.
-void sharpen_peaks(const Scene& scene, RunAnalysis& out) {
-  const auto& frame = scene.data.frame;
-  for (CycleResult& c : out.cycles) {
+void sharpen_peaks(const RunView& view, std::vector<Loading>& loadings) {
+  const auto& frame = view.data.frame;
+  for (Loading& c : loadings) {
     const auto before = [](const FramePoint& p, double t) { return p.t_s < t; };
     auto it = std::lower_bound(frame.begin(), frame.end(), c.begin_s, before);
     for (; it != frame.end() && it->t_s <= c.end_s; ++it) {
-      const double force = it->force_N - scene.rest_N;
+      const double force = it->force_N - view.rest_N;
       if (!(force > c.peak_force_N)) continue;
       c.peak_force_N = force;
       c.peak_s = it->t_s;
@@ -68,36 +71,31 @@ void sharpen_peaks(const Scene& scene, RunAnalysis& out) {
   }
 }
 
-std::optional<double> error_fF(const RunningMean& s) {
-  if (s.count < 2) return std::nullopt;
-  return std::sqrt(s.variance() / static_cast<double>(s.count)) * 1e3;
-}
-
 // What is known of the peaks before their scatter is pooled.
 struct Peak {
   double residual_ss = 0, freedom = 0;  // F2
   double unit_variance = 0;  // 0: the standard error is known already
 };
 
-bool on_plateau(const Scene& scene, const CycleResult& c, const RunReading& r) {
-  return r.has_force() && scene.uses(r) && scene.above_rest_N(r) >= kPlateau * c.peak_force_N;
+bool on_plateau(const RunView& view, const Loading& c, const RunReading& r) {
+  return r.has_force() && view.uses(r) && view.above_rest_N(r) >= kPlateau * c.peak_force_N;
 }
 
-bool peak_of_plateau(const Scene& scene, CycleResult& c) {
+bool peak_of_plateau(const RunView& view, Loading& c) {
   RunningMean capacitance, force, time;
   double first = 0, last = 0;
   for (std::size_t i = c.first; i < c.last; ++i) {
-    const RunReading& r = scene.data.readings[i];
-    if (!on_plateau(scene, c, r)) continue;
+    const RunReading& r = view.data.readings[i];
+    if (!on_plateau(view, c, r)) continue;
     if (capacitance.count == 0) first = r.t_s;
     last = r.t_s;
     capacitance.add(r.capacitance_F * 1e12);
-    force.add(scene.above_rest_N(r));
+    force.add(view.above_rest_N(r));
     time.add(r.t_s);
   }
   if (capacitance.count < kPlateauReadings || last - first < kPlateauTime_s) return false;
   c.peak_pF = capacitance.mean;
-  c.peak_se_fF = error_fF(capacitance);
+  c.peak_se_fF = capacitance.mean_se() * 1e3;
   c.peak_force_N = force.mean;
   c.peak_s = time.mean;
   c.peak_method = PeakMethod::plateau;
@@ -108,23 +106,23 @@ bool peak_of_plateau(const Scene& scene, CycleResult& c) {
 // readings each branch its own bend, and a common third order. Its value at the peak: the largest
 // reading would be too large by what noise adds. A window that reaches over the turn is taken, too:
 // without it the scatter doubles, and what it errs by is in the budget.
-Peak peak_of_fit(const Scene& scene, CycleResult& c) {
+Peak peak_of_fit(const RunView& view, Loading& c) {
   std::int64_t up = 0, down = 0;
   const auto in_fit = [&](const RunReading& r) {
-    return r.has_force() && scene.uses(r) &&
-           scene.above_rest_N(r) >= PeakCurve::kUpper * c.peak_force_N;
+    return r.has_force() && view.uses(r) &&
+           view.above_rest_N(r) >= PeakCurve::kUpper * c.peak_force_N;
   };
   for (std::size_t i = c.first; i < c.last; ++i) {
-    const RunReading& r = scene.data.readings[i];
+    const RunReading& r = view.data.readings[i];
     if (in_fit(r)) ++(r.t_s <= c.peak_s ? up : down);
   }
   const PeakCurve curve(up, down);
   LeastSquares fit(curve.columns());
   double nearest = 0, distance = -1;
   for (std::size_t i = c.first; i < c.last; ++i) {
-    const RunReading& r = scene.data.readings[i];
-    if (!r.has_force() || !scene.uses(r)) continue;
-    const double d = scene.above_rest_N(r) / c.peak_force_N - 1;
+    const RunReading& r = view.data.readings[i];
+    if (!r.has_force() || !view.uses(r)) continue;
+    const double d = view.above_rest_N(r) / c.peak_force_N - 1;
     if (distance < 0 || std::abs(d) < distance) distance = std::abs(d), nearest = r.capacitance_F;
     if (in_fit(r)) fit.add(curve.row(d, r.t_s <= c.peak_s).data(), r.capacitance_F);
   }
@@ -138,18 +136,18 @@ Peak peak_of_fit(const Scene& scene, CycleResult& c) {
   return {solution->residual_ss, solution->freedom, solution->unit_covariance[0]};
 }
 
-void set_peaks(const Scene& scene, RunAnalysis& out) {
+void set_peaks(const RunView& view, std::vector<Loading>& loadings) {
   std::vector<Peak> peaks;
   double ss = 0, freedom = 0;
-  for (CycleResult& c : out.cycles) {
-    peaks.push_back(peak_of_plateau(scene, c) ? Peak() : peak_of_fit(scene, c));
+  for (Loading& c : loadings) {
+    peaks.push_back(peak_of_plateau(view, c) ? Peak() : peak_of_fit(view, c));
     ss += peaks.back().residual_ss;
     freedom += peaks.back().freedom;
-    c.peak_kPa = scene.kPa(c.peak_force_N);
+    c.peak_kPa = view.kPa(c.peak_force_N);
   }
   for (std::size_t k = 0; k < peaks.size(); ++k) {
     if (peaks[k].unit_variance <= 0 || freedom < 1) continue;
-    out.cycles[k].peak_se_fF = std::sqrt(ss / freedom * peaks[k].unit_variance) * 1e15;
+    loadings[k].peak_se_fF = std::sqrt(ss / freedom * peaks[k].unit_variance) * 1e15;
   }
 }
 
@@ -164,7 +162,7 @@ void set_branch_slope(const Scene& scene, CycleResult& c, Moving& moving) {
   const auto line = fit_line(points);
   if (!line || line->points < 3) return;
   c.slope_fF_per_N = line->slope;
-  c.slope_se_fF_per_N = line->slope_se(line->residual_ss / (line->points - 2));
+  c.slope_se_fF_per_N = line->slope_se();
 }
 
 // A mean over cycles: their scatter is all that is known of what differs between them.
@@ -173,33 +171,27 @@ Estimate mean_of_cycles(const std::vector<double>& values, std::optional<double>
   RunningMean s;
   for (const double v : values) s.add(v);
   if (s.count >= 2) {
-    const double se = std::sqrt(s.variance() / static_cast<double>(s.count));
-    return estimate(s.mean, se, static_cast<double>(s.count - 1), confidence);
+    return estimate(s.mean, s.mean_se(), static_cast<double>(s.count - 1), confidence);
   }
-  if (single_error) {
-    return estimate(s.mean, *single_error, std::numeric_limits<double>::infinity(), confidence);
-  }
-  Estimate e;
-  e.value = s.mean;
-  return e;
+  return single_error ? estimate(s.mean, *single_error, kExact, confidence) : Estimate(s.mean);
 }
 
-void calc_dynamic_range(const Scene& scene, RunAnalysis& out) {
+void calc_dynamic_range(double c0_pF, double confidence, CycleResults& out) {
   std::vector<double> percents;
   std::vector<LinePoint> line_points;
   bool rises = false, falls = false;
   for (CycleResult& c : out.cycles) {
-    c.dynamic_range_percent = c.delta_C_fF / (out.c0.value() * 1e3) * 100;
+    c.dynamic_range_percent = c.delta_C_fF / (c0_pF * 1e3) * 100;
     if (c.delta_C_se_fF) {
-      c.dynamic_range_se_percent = *c.delta_C_se_fF / (out.c0.value() * 1e3) * 100;
+      c.dynamic_range_se_percent = *c.delta_C_se_fF / (c0_pF * 1e3) * 100;
     }
     percents.push_back(c.dynamic_range_percent);
     line_points.push_back({static_cast<double>(c.number), c.dynamic_range_percent, 1});
     out.dynamic_range.rows += c.loaded_readings;
     (c.delta_C_fF > 0 ? rises : falls) = true;
   }
-  out.dynamic_range.estimate = mean_of_cycles(percents, out.cycles.front().dynamic_range_se_percent,
-                                              scene.options.confidence);
+  out.dynamic_range.estimate =
+      mean_of_cycles(percents, out.cycles.front().dynamic_range_se_percent, confidence);
   if (out.cycles.size() == 1) {
     out.dynamic_range.reason =
         "one cycle: the interval knows nothing of what differs between cycles";
@@ -214,10 +206,9 @@ void calc_dynamic_range(const Scene& scene, RunAnalysis& out) {
     out.dynamic_range_drift.reason = "it takes three cycles";
     return;
   }
-  const double freedom = line->points - 2;
   out.dynamic_range_drift.rows = out.dynamic_range.rows;
-  out.dynamic_range_drift.estimate = estimate(
-      line->slope, line->slope_se(line->residual_ss / freedom), freedom, scene.options.confidence);
+  out.dynamic_range_drift.estimate =
+      estimate(line->slope, line->slope_se(), line->points - 2, confidence);
 }
 
 double spread(const std::vector<double>& values) {
@@ -226,7 +217,7 @@ double spread(const std::vector<double>& values) {
 }
 
 // Delta C at equal peak force, or force at equal peak travel.
-void calc_mullins(const Scene& scene, RunAnalysis& out) {
+void calc_mullins(double confidence, CycleResults& out) {
   std::vector<double> forces, travels;
   for (const CycleResult& c : out.cycles) {
     forces.push_back(c.peak_force_N);
@@ -238,24 +229,18 @@ void calc_mullins(const Scene& scene, RunAnalysis& out) {
     const double ratio = last.delta_C_fF / first.delta_C_fF;
     const double a = first.delta_C_se_fF.value_or(0), b = last.delta_C_se_fF.value_or(0);
     const double se = std::hypot(b, ratio * a) / std::abs(first.delta_C_fF) * 100;
-    Estimate e;
-    e.value = (1 - ratio) * 100;
-    if (se > 0) {
-      e = estimate(e.value, se, std::numeric_limits<double>::infinity(), scene.options.confidence);
-    }
-    out.mullins.estimate = e;
+    const double percent = (1 - ratio) * 100;
+    out.mullins.estimate = se > 0 ? estimate(percent, se, kExact, confidence) : Estimate(percent);
     out.mullins.reason = "of delta C at equal peak force";
   } else if (travels.size() == out.cycles.size() && spread(travels) <= 0.02) {
-    Estimate e;
-    e.value = (1 - last.peak_force_N / first.peak_force_N) * 100;
-    out.mullins.estimate = e;
+    out.mullins.estimate = Estimate((1 - last.peak_force_N / first.peak_force_N) * 100);
     out.mullins.reason = "of the peak force at equal travel";
   } else {
     out.mullins.reason = "the cycles have neither the same peak force nor the same peak travel";
   }
 }
 
-void calc_force_sensitivity(const Scene& scene, RunAnalysis& out) {
+void calc_force_sensitivity(double confidence, CycleResults& out) {
   std::vector<double> slopes;
   std::optional<double> error;
   for (const CycleResult& c : out.cycles) {
@@ -268,10 +253,10 @@ void calc_force_sensitivity(const Scene& scene, RunAnalysis& out) {
     out.force_sensitivity.reason = "fewer than three readings while the load grew";
     return;
   }
-  out.force_sensitivity.estimate = mean_of_cycles(slopes, error, scene.options.confidence);
+  out.force_sensitivity.estimate = mean_of_cycles(slopes, error, confidence);
 }
 
-void name_metrics(RunAnalysis& out) {
+void name_metrics(CycleResults& out) {
   out.dynamic_range = metric("dynamic_range_percent",
                              "mean over the cycles of (C at the largest force - C at rest before "
                              "the cycle) / C0; standard error from the scatter between cycles");
@@ -286,47 +271,57 @@ void name_metrics(RunAnalysis& out) {
              "grows; standard error from the scatter between cycles");
 }
 
-}  // namespace
-
-void find_cycles(Scene& scene, RunAnalysis& out) {
-  if (scene.peak_N <= 0) return;
-  find_excursions(scene, out);
-  sharpen_peaks(scene, out);
-  set_peaks(scene, out);
+CycleResult against_rest(const Scene& scene, const RestedLoading& loading, const Metric& c0,
+                         Moving& moving) {
+  CycleResult c(loading);
+  set_branch_slope(scene, c, moving);
+  if (c.rest_s == c.begin_s && c0) {  // it has no rest of its own
+    c.rest_pF = c0.value();
+    if (const auto se = c0.estimate->standard_error) c.rest_se_fF = *se * 1e3;
+  }
+  const double drifted = scene.drift.at(c.peak_s) - scene.drift.at(c.rest_s);
+  c.delta_C_fF = (c.peak_pF - c.rest_pF) * 1e3 - drifted;
+  if (c.rest_se_fF && c.peak_se_fF) c.delta_C_se_fF = std::hypot(*c.rest_se_fF, *c.peak_se_fF);
+  return c;
 }
 
-void calc_cycles(const Scene& scene, RunAnalysis& out) {
+}  // namespace
+
+std::vector<Loading> find_loadings(const RunView& view) {
+  if (view.peak_N <= 0) return {};
+  auto loadings = find_excursions(view);
+  sharpen_peaks(view, loadings);
+  set_peaks(view, loadings);
+  return loadings;
+}
+
+CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Metric& c0) {
+  CycleResults out;
   name_metrics(out);
-  if (out.cycles.empty()) {
+  if (scene.loadings.empty()) {
     const char* why = scene.data.has_frame() ? "no loading was found: the force stays in its noise"
                                              : "no force was recorded";
     out.dynamic_range.reason = out.dynamic_range_drift.reason = why;
     out.mullins.reason = out.force_sensitivity.reason = why;
-    return;
+    return out;
   }
-  Moving moving(scene, out);
-  for (CycleResult& c : out.cycles) set_branch_slope(scene, c, moving);
-  calc_force_sensitivity(scene, out);
-  for (CycleResult& c : out.cycles) {
-    if (c.rest_s == c.begin_s && out.c0) {  // it has no rest of its own
-      c.rest_pF = out.c0.value();
-      if (const auto se = out.c0.estimate->standard_error) c.rest_se_fF = *se * 1e3;
-    }
-    const double drifted = scene.drift.at(c.peak_s) - scene.drift.at(c.rest_s);
-    c.delta_C_fF = (c.peak_pF - c.rest_pF) * 1e3 - drifted;
-    if (c.rest_se_fF && c.peak_se_fF) c.delta_C_se_fF = std::hypot(*c.rest_se_fF, *c.peak_se_fF);
+  Moving moving(scene, holds);
+  for (const auto& loading : scene.loadings) {
+    out.cycles.push_back(against_rest(scene, loading, c0, moving));
   }
-  if (out.c0 && out.c0.value() != 0) {
-    calc_dynamic_range(scene, out);
+  const double confidence = scene.options.confidence;
+  calc_force_sensitivity(confidence, out);
+  if (c0 && c0.value() != 0) {
+    calc_dynamic_range(c0.value(), confidence, out);
   } else {
-    out.dynamic_range.reason = out.dynamic_range_drift.reason =
-        out.c0 ? "C0 is 0" : "there is no C0";
+    out.dynamic_range.reason = out.dynamic_range_drift.reason = c0 ? "C0 is 0" : "there is no C0";
   }
   if (out.cycles.size() < 2) {
     out.mullins.reason = "it takes two cycles";
   } else {
-    calc_mullins(scene, out);
+    calc_mullins(confidence, out);
   }
+  return out;
 }
 
 }  // namespace lcrig

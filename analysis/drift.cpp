@@ -29,7 +29,6 @@ Drift::Drift(std::vector<RestNode> nodes) : nodes_(std::move(nodes)) {
     return;
   }
   t_mean_ = line->x_mean;
-  mean_ = line->y_mean;
   rate_ = line->slope;
   weights_ = line->sum_weights;
   stt_ = line->sxx;

@@ -42,7 +42,7 @@ class Drift {
 
   std::vector<RestNode> nodes_;
   std::vector<double> deviations_;  // of the nodes from the line, fF
-  double t_mean_ = 0, mean_ = 0, rate_ = 0, rate_se_ = 0, freedom_ = 0;
+  double t_mean_ = 0, rate_ = 0, rate_se_ = 0, freedom_ = 0;
   double weights_ = 0, stt_ = 0;
   double follow_ = 0, zero_ = 0;
 };

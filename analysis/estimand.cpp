@@ -36,11 +36,10 @@ struct Window {
   RunningMean from_s, to_s;  // after the load was reached
 };
 
-Window window_of(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
+Window window_of(const Scene& scene, const LevelResults& levels, const PressureRange& range) {
   std::vector<bool> wanted(scene.data.levels.size() + 1, false);
-  for (const LevelResult& l : out.levels) {
-    if (in_range(l, range, direction_of_line(out)))
-      wanted[static_cast<std::size_t>(l.level)] = true;
+  for (const LevelResult& l : levels.levels) {
+    if (in_range(l, range, levels.line_direction)) wanted[static_cast<std::size_t>(l.level)] = true;
   }
   Window w;
   std::int32_t level = 0;
@@ -66,20 +65,16 @@ Window window_of(const Scene& scene, const RunAnalysis& out, const PressureRange
   return w;
 }
 
+// Runs that are compared make the same choice.
 UncertaintyPart other_choice(std::string name, double difference, std::string basis) {
-  UncertaintyPart p;
-  p.name = std::move(name);
-  p.standard_uncertainty = rectangular(difference);
-  p.shared_by_runs = true;  // runs that are compared make the same choice
-  p.basis = std::move(basis);
-  return p;
+  return shared(part(std::move(name), rectangular(difference), std::move(basis)));
 }
 
 // Slope against pressure of unloading less loading, from the levels of the other direction.
-std::optional<double> gap_of_levels(const RunAnalysis& out, const RangeResult& r) {
-  const Direction other = direction_of_line(out) == Direction::up ? Direction::down : Direction::up;
+std::optional<double> gap_of_levels(const LevelResults& levels, const RangeResult& r) {
+  const Direction other = levels.line_direction == Direction::up ? Direction::down : Direction::up;
   std::vector<LinePoint> points;
-  for (const LevelResult& l : out.levels) {
+  for (const LevelResult& l : levels.levels) {
     if (in_range(l, r.range, other)) points.push_back(point_of(l).at);
   }
   const auto line = fit_line(points);
@@ -88,22 +83,21 @@ std::optional<double> gap_of_levels(const RunAnalysis& out, const RangeResult& r
 }
 
 // The same from the branches of the loadings.
-std::optional<double> gap_of_loop(const Scene& scene, const RunAnalysis& out,
-                                  const RangeResult& r) {
-  if (!out.hysteresis.in_readings) return std::nullopt;
+std::optional<double> gap_of_loop(const SlopeBasis& basis, const RangeResult& r) {
+  if (!basis.hysteresis.in_readings) return std::nullopt;
   std::vector<LinePoint> points;
-  for (const LoopPoint& p : out.hysteresis.loop) {
-    const double kPa = scene.kPa(p.force_N).value_or(-1);
+  for (const LoopPoint& p : basis.hysteresis.loop) {
+    const double kPa = basis.scene.kPa(p.force_N).value_or(-1);
     if (is_inside(r.range, kPa)) points.push_back({kPa, p.down_fF - p.up_fF, 1});
   }
   const auto line = fit_line(points);
   return line ? std::optional(line->slope) : std::nullopt;
 }
 
-void add_branch(const Scene& scene, const RunAnalysis& out, const RangeResult& r, Uncertainty& b) {
-  auto gap = gap_of_levels(out, r);
+void add_branch(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b) {
+  auto gap = gap_of_levels(basis.levels, r);
   const char* from = "levels";
-  if (!gap) gap = gap_of_loop(scene, out, r), from = "ramps";
+  if (!gap) gap = gap_of_loop(basis, r), from = "ramps";
   if (!gap) {
     b.parts.push_back(other_choice("other branch", 0,
                                    "the unloading was not measured, or does not stand out: a "
@@ -115,12 +109,12 @@ void add_branch(const Scene& scene, const RunAnalysis& out, const RangeResult& r
       fmt::format("the slope of the other branch differs by {:.3g} ({}): limits", *gap, from)));
 }
 
-void add_time(const RunAnalysis& out, const RangeResult& r, Uncertainty& b) {
-  if (!out.creep.estimate || !out.creep.estimate->standard_error) {
+void add_time(const Metric& creep, const RangeResult& r, Uncertainty& b) {
+  if (!creep.estimate || !creep.estimate->standard_error) {
     b.parts.push_back(other_choice("another time", 0, "creep is not known: no steady load"));
     return;
   }
-  const double rate = out.creep.value() / 100, error = *out.creep.estimate->standard_error / 100;
+  const double rate = creep.value() / 100, error = *creep.estimate->standard_error / 100;
   const bool shows = std::abs(rate) > kShows * error;
   b.parts.push_back(other_choice(
       "another time", (shows ? rate : 0) * r.sensitivity.value(),
@@ -130,20 +124,20 @@ void add_time(const RunAnalysis& out, const RangeResult& r, Uncertainty& b) {
 
 }  // namespace
 
-std::string name_estimand(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
-  const bool up = out.levels.empty() || direction_of_line(out) == Direction::up;
+std::string name_estimand(const Scene& scene, const LevelResults& levels,
+                          const PressureRange& range) {
+  const bool up = levels.line_direction == Direction::up;
   std::string name = up ? "loading branch" : "unloading branch";
-  if (out.levels.empty()) return name + ", while the load grows";
-  const Window w = window_of(scene, out, range);
+  if (levels.levels.empty()) return name + ", while the load grows";
+  const Window w = window_of(scene, levels, range);
   if (w.from_s.count == 0 || w.to_s.count == 0) return name;
   return fmt::format("{}, from {:.1f} to {:.1f} s after the load was reached", name, w.from_s.mean,
                      w.to_s.mean);
 }
 
-void add_other_choices(const Scene& scene, const RunAnalysis& out, const RangeResult& r,
-                       Uncertainty& b) {
-  add_branch(scene, out, r, b);
-  add_time(out, r, b);
+void add_other_choices(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b) {
+  add_branch(basis, r, b);
+  add_time(basis.holds.creep, r, b);
 }
 
 }  // namespace lcrig

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stretches of steady load: creep, drift and settling.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -29,7 +27,7 @@ struct Stretch {
   std::size_t first = 0, last = 0;  // [first, last) of the readings
 };
 
-double travel_range(const Scene& scene, const CycleResult& c) {
+double travel_range(const Scene& scene, const Loading& c) {
   float low = 0, high = 0;
   bool any = false;
   for (std::size_t i = c.first; i < c.last; ++i) {
@@ -69,7 +67,7 @@ void cut_ramp(const Scene& scene, Stretch& s) {
 double trend(const std::vector<LinePoint>& points, double span, double& error) {
   const auto line = fit_line(points);
   if (!line || line->points < 3) return error = 0;
-  error = line->slope_se(line->residual_ss / (line->points - 2)) * span;
+  error = line->slope_se() * span;
   return line->slope * span;
 }
 
@@ -91,7 +89,7 @@ bool is_held(const Scene& scene, const Stretch& s) {
   return travel.size() == force.size() && travel_change <= 3 * error + kTravelResolution_m;
 }
 
-std::vector<Stretch> find_stretches(const Scene& scene, const CycleResult& c) {
+std::vector<Stretch> find_stretches(const Scene& scene, const Loading& c) {
   std::vector<Stretch> out;
   const auto& readings = scene.data.readings;
   const double range = travel_range(scene, c);
@@ -154,7 +152,7 @@ void fit_log_time(const Series& s, HoldResult& h) {
   }
   const auto line = fit_line(points);
   if (!line || line->points < 3) return;
-  const double se = line->slope_se(line->residual_ss / (line->points - 2));
+  const double se = line->slope_se();
   const double decades = points.back().x - points.front().x;
   h.per_decade_fF = line->slope;
   h.per_decade_se_fF = se;
@@ -171,7 +169,7 @@ void fit_drift(const Series& s, HoldResult& h) {
   const auto line = fit_line(points);
   if (!line || line->points < 3) return;
   h.drift_fF_per_s = line->slope;
-  h.drift_se_fF_per_s = line->slope_se(line->residual_ss / (line->points - 2));
+  h.drift_se_fF_per_s = line->slope_se();
 }
 
 // C = end + step exp(-t/tau): linear for a given tau, so tau is searched on a grid.
@@ -203,7 +201,7 @@ void fit_settling(const Series& s, double rest_fF, HoldResult& h) {
   h.settling_s = step > band && band > 0 ? tau * std::log(step / band) : 0;
 }
 
-HoldResult result_of(const Scene& scene, const CycleResult& c, const Stretch& s) {
+HoldResult result_of(const Scene& scene, const RestedLoading& c, const Stretch& s) {
   HoldResult h;
   h.cycle = c.number;
   h.first = s.first;
@@ -221,12 +219,12 @@ HoldResult result_of(const Scene& scene, const CycleResult& c, const Stretch& s)
 }
 
 // Of delta C per decade of time, weighted with what is known of each hold.
-void calc_creep(const Scene& scene, RunAnalysis& out) {
+void calc_creep(const Scene& scene, HoldResults& out) {
   RunningMean unweighted;
   double weights = 0, sum = 0, squares = 0;
   for (const HoldResult& h : out.holds) {
     if (!h.per_decade_se_fF || *h.per_decade_se_fF <= 0 || h.cycle == 0) continue;
-    const CycleResult& c = out.cycles[static_cast<std::size_t>(h.cycle - 1)];
+    const auto& c = scene.loadings[static_cast<std::size_t>(h.cycle - 1)];
     const double delta = h.mean_fF - c.rest_pF * 1e3 + scene.drift.at(c.rest_s);
     if (delta == 0) continue;
     const double se = std::abs(*h.per_decade_se_fF / delta) * 100;
@@ -251,55 +249,46 @@ void calc_creep(const Scene& scene, RunAnalysis& out) {
                                 scene.options.confidence);
 }
 
-void calc_settling(const Scene& scene, RunAnalysis& out) {
-  std::vector<double> times;
+void calc_settling(double confidence, HoldResults& out) {
+  RunningMean s;
   for (const HoldResult& h : out.holds) {
     if (!h.settling_s) continue;
-    times.push_back(*h.settling_s);
+    s.add(*h.settling_s);
     out.settling.rows += h.readings;
   }
-  if (times.empty()) {
+  if (s.count == 0) {
     out.settling.reason =
         out.holds.empty() ? "no steady load of 2 s and ten readings"
                           : "no hold shows creep beyond its noise that one exponential describes";
     return;
   }
-  RunningMean s;
-  for (const double t : times) s.add(t);
-  Estimate e;
-  e.value = s.mean;
-  if (s.count >= 2) {
-    e = estimate(s.mean, std::sqrt(s.variance() / static_cast<double>(s.count)),
-                 static_cast<double>(s.count - 1), scene.options.confidence);
-  }
-  out.settling.estimate = e;
+  out.settling.estimate =
+      s.count < 2 ? Estimate(s.mean)
+                  : estimate(s.mean, s.mean_se(), static_cast<double>(s.count - 1), confidence);
 }
 
 }  // namespace
 
-void calc_holds(const Scene& scene, RunAnalysis& out) {
+HoldResults calc_holds(const Scene& scene) {
+  HoldResults out;
   out.creep = metric("creep_percent_per_decade",
                      "slope of C against the logarithm of time under steady load, over delta C of "
                      "that load; mean over the holds, weighted with their standard errors");
   out.settling = metric("settling_time_s",
                         "time until C stays within 2 % of its final change from rest, from one "
                         "exponential through each hold that shows creep; mean over the holds");
-  std::size_t dropped = 0;
-  for (const CycleResult& c : out.cycles) {
+  for (const RestedLoading& c : scene.loadings) {
     for (const Stretch& s : find_stretches(scene, c)) {
       if (out.holds.size() >= kMaxHolds) {
-        ++dropped;
+        ++out.holds_left_out;
       } else {
         out.holds.push_back(result_of(scene, c, s));
       }
     }
   }
-  if (dropped > 0) {
-    out.notes.push_back(
-        fmt::format("only the first {} holds are analysed, {} more are not", kMaxHolds, dropped));
-  }
   calc_creep(scene, out);
-  calc_settling(scene, out);
+  calc_settling(scene.options.confidence, out);
+  return out;
 }
 
 }  // namespace lcrig

@@ -67,30 +67,38 @@ std::optional<Taken> taken(const Scene& scene, const CycleResult& c, const RunRe
 // Cycles of different height (presses at different places) are brought to the mean one.
 constexpr double kAlike = 0.2;
 
-double mean_height_fF(const RunAnalysis& out) {
+double mean_height_fF(const std::vector<CycleResult>& cycles) {
   double sum = 0;
-  for (const CycleResult& c : out.cycles) sum += std::abs(c.delta_C_fF);
-  return sum / static_cast<double>(out.cycles.size());
+  for (const CycleResult& c : cycles) sum += std::abs(c.delta_C_fF);
+  return sum / static_cast<double>(cycles.size());
 }
 
-std::vector<double> scales(const RunAnalysis& out) {
-  const double span = mean_height_fF(out);
+std::vector<double> scales(const std::vector<CycleResult>& cycles) {
+  const double span = mean_height_fF(cycles);
   std::vector<double> scale;
   bool alike = true;
-  for (const CycleResult& c : out.cycles) {
-    alike = alike && std::abs(c.delta_C_fF - out.cycles.front().delta_C_fF) <= kAlike * span;
+  for (const CycleResult& c : cycles) {
+    alike = alike && std::abs(c.delta_C_fF - cycles.front().delta_C_fF) <= kAlike * span;
     scale.push_back(c.delta_C_fF != 0 ? span / c.delta_C_fF : 0);
   }
-  if (alike) scale.assign(out.cycles.size(), 1);
+  if (alike) scale.assign(cycles.size(), 1);
   return scale;
 }
 
+// What the branches are made from.
+struct Source {
+  const Scene& scene;
+  const std::vector<CycleResult>& cycles;
+  const HoldResults& holds;
+};
+
 template <class Visit>
-void each_taken(const Scene& scene, const RunAnalysis& out, bool late, Visit visit) {
-  Moving moving(scene, out);
-  const auto scale = scales(out);
-  for (std::size_t k = 0; k < out.cycles.size(); ++k) {
-    const CycleResult& c = out.cycles[k];
+void each_taken(const Source& from, bool late, Visit visit) {
+  const Scene& scene = from.scene;
+  Moving moving(scene, from.holds);
+  const auto scale = scales(from.cycles);
+  for (std::size_t k = 0; k < from.cycles.size(); ++k) {
+    const CycleResult& c = from.cycles[k];
     for (std::size_t i = c.first; i < c.last; ++i) {
       if (!moving(i)) continue;
       auto t = taken(scene, c, scene.data.readings[i], scale[k], late);
@@ -101,9 +109,9 @@ void each_taken(const Scene& scene, const RunAnalysis& out, bool late, Visit vis
   }
 }
 
-Branches collect(const Scene& scene, const RunAnalysis& out, bool late) {
+Branches collect(const Source& from, bool late) {
   Branches b;
-  each_taken(scene, out, late, [&b](const Taken& t, const RunReading& r) {
+  each_taken(from, late, [&b](const Taken& t, const RunReading& r) {
     (t.up ? b.up : b.down).add(t.row.data(), t.fF);
     const double error = r.alignment_N();
     b.square_rate_error += error * error;
@@ -174,9 +182,9 @@ struct CycleShare {
   double explained = 0;  // of the residual sum of squares, by branches of its own
 };
 
-std::vector<CycleShare> shares_of(const Scene& scene, const RunAnalysis& out, const Loop& loop) {
-  std::vector<CycleShare> scores(out.cycles.size()), shares(out.cycles.size());
-  each_taken(scene, out, false, [&](const Taken& t, const RunReading&) {
+std::vector<CycleShare> shares_of(const Source& from, const Loop& loop) {
+  std::vector<CycleShare> scores(from.cycles.size()), shares(from.cycles.size());
+  each_taken(from, false, [&](const Taken& t, const RunReading&) {
     const double residual = t.fF - value_at((t.up ? loop.up : loop.down).value, t.row);
     Row& score = t.up ? scores[t.cycle].up : scores[t.cycle].down;
     for (std::size_t i = 0; i <= kOrder; ++i) score[i] += t.row[i] * residual;
@@ -189,9 +197,9 @@ std::vector<CycleShare> shares_of(const Scene& scene, const RunAnalysis& out, co
     }
   };
   const auto cycles = static_cast<double>(scores.size());
-  const double span = mean_height_fF(out);
+  const double span = mean_height_fF(from.cycles);
   for (std::size_t k = 0; k < scores.size(); ++k) {
-    shares[k].span_fF = (std::abs(out.cycles[k].delta_C_fF) - span) / cycles;
+    shares[k].span_fF = (std::abs(from.cycles[k].delta_C_fF) - span) / cycles;
     solve(loop.up, scores[k].up, shares[k].up);
     solve(loop.down, scores[k].down, shares[k].down);
     for (std::size_t i = 0; i <= kOrder; ++i) {
@@ -217,17 +225,17 @@ double variance_of_shares(const std::vector<CycleShare>& shares, const Row& row,
 // The cycles as a sample, as the slopes of repeats are; the readings' scatter only while that says
 // more, and never with two cycles. One cycle: its readings, with what neighbours know of each
 // other.
-void set_errors(const Scene& scene, const RunAnalysis& out, Loop& loop) {
-  const std::size_t cycles = out.cycles.size();
+void set_errors(const Source& from, Loop& loop) {
+  const std::size_t cycles = from.cycles.size();
   if (cycles == 1) {
-    const double rho = scene.correlation.rho, wider = std::sqrt((1 + rho) / (1 - rho));
+    const double rho = from.scene.correlation.rho, wider = std::sqrt((1 + rho) / (1 - rho));
     for (LoopPoint& p : loop.points) p.gap_se_fF *= wider;
     loop.area_variance *= wider * wider;
     loop.basis = "scatter about the branches of one cycle: nothing is known of other cycles";
     return;
   }
-  const auto shares = shares_of(scene, out, loop);
-  const double span = mean_height_fF(out);
+  const auto shares = shares_of(from, loop);
+  const double span = mean_height_fF(from.cycles);
   Row row{}, mean{};
   std::vector<double> errors;
   for (int k = 0; k < kGrid; ++k) {
@@ -258,10 +266,10 @@ double gap_fF(const LoopPoint& p) {
   return p.down_fF - p.up_fF;
 }
 
-double mean_peak_N(const RunAnalysis& out) {
+double mean_peak_N(const std::vector<CycleResult>& cycles) {
   double sum = 0;
-  for (const CycleResult& c : out.cycles) sum += c.peak_force_N;
-  return sum / static_cast<double>(out.cycles.size());
+  for (const CycleResult& c : cycles) sum += c.peak_force_N;
+  return sum / static_cast<double>(cycles.size());
 }
 
 // A common error of the instant shifts loading and unloading apart: 2 (dC/dF) (dF/dt) u.
@@ -272,12 +280,10 @@ double alignment_fF(const Branches& b, const Loop& loop, double peak_N) {
   return 2 * std::abs(slope) * force;
 }
 
-void fill_result(const Scene& scene, const RunAnalysis& out, const Branches& b, const Loop& loop,
-                 Hysteresis& h) {
-  const double span = mean_height_fF(out), peak = mean_peak_N(out);
+void fill_result(const Source& from, const Branches& b, const Loop& loop, Hysteresis& h) {
+  const double span = mean_height_fF(from.cycles), peak = mean_peak_N(from.cycles);
   const LoopPoint& at = loop.points[loop.largest];
-  const double freedom = loop.freedom;
-  const double confidence = scene.options.confidence;
+  const double freedom = loop.freedom, confidence = from.scene.options.confidence;
   h.largest_gap.estimate =
       estimate(std::abs(gap_fF(at)) / span * 100, at.gap_se_fF / span * 100, freedom, confidence);
   h.area.estimate = estimate(loop.area / span * 100, std::sqrt(loop.area_variance) / span * 100,
@@ -301,28 +307,31 @@ void fill_result(const Scene& scene, const RunAnalysis& out, const Branches& b, 
 
 }  // namespace
 
-void calc_hysteresis(const Scene& scene, RunAnalysis& out) {
-  Hysteresis& h = out.hysteresis;
+Hysteresis calc_hysteresis(const Scene& scene, const std::vector<CycleResult>& cycles,
+                           const HoldResults& holds) {
+  Hysteresis h;
   h.largest_gap = metric("hysteresis_percent", kLargestGap);
   h.area = metric("hysteresis_area_percent", kArea);
-  if (out.cycles.empty()) {
+  const Source from{scene, cycles, holds};
+  if (cycles.empty()) {
     h.largest_gap.reason = h.area.reason = "no loading was found";
-    return;
+    return h;
   }
-  const double span = mean_height_fF(out);
-  const Branches b = collect(scene, out, false);
-  auto loop = make_loop(b, mean_peak_N(out));
+  const double span = mean_height_fF(cycles), peak_N = mean_peak_N(cycles);
+  const Branches b = collect(from, false);
+  auto loop = make_loop(b, peak_N);
   if (!loop || span <= 0) {
     h.largest_gap.reason = h.area.reason =
         fmt::format("too few readings while the force grew or fell: {} and {}, it takes {} each",
                     b.up.rows(), b.down.rows(), kLeastOfBranch);
-    return;
+    return h;
   }
-  set_errors(scene, out, *loop);
-  fill_result(scene, out, b, *loop, h);
-  if (const auto late = make_loop(collect(scene, out, true), mean_peak_N(out))) {
+  set_errors(from, *loop);
+  fill_result(from, b, *loop, h);
+  if (const auto late = make_loop(collect(from, true), peak_N)) {
     h.uncorrected_percent = std::abs(gap_fF(late->points[late->largest])) / span * 100;
   }
+  return h;
 }
 
 }  // namespace lcrig

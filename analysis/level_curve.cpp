@@ -18,9 +18,9 @@ struct Point {
   double low_pF = 0, high_pF = 0;
 };
 
-std::map<LevelKey, Point> group(const RunAnalysis& out) {
+std::map<LevelKey, Point> group(const LevelResults& levels) {
   std::map<LevelKey, Point> points;
-  for (const LevelResult& l : out.levels) {
+  for (const LevelResult& l : levels.levels) {
     Point& p = points[key_of(l)];
     if (p.readings == 0) p.low_pF = p.high_pF = l.capacitance_pF;
     p.low_pF = std::min(p.low_pF, l.capacitance_pF);
@@ -45,35 +45,37 @@ std::optional<double> error_of(const Point& p) {
   return std::nullopt;
 }
 
-void build_curve(const std::map<LevelKey, Point>& points, RunAnalysis& out) {
+std::vector<CurvePoint> build_curve(const std::map<LevelKey, Point>& points, const Metric& c0) {
+  std::vector<CurvePoint> out;
   for (const auto& [key, p] : points) {
     CurvePoint c;
     c.direction = key.direction;
     const auto n = static_cast<double>(p.readings);
     c.pressure_kPa = p.weighted_kPa / n;
     c.capacitance_pF = p.weighted_pF / n;
-    if (out.c0) c.delta_C_fF = (c.capacitance_pF - out.c0.value()) * 1e3;
+    if (c0) c.delta_C_fF = (c.capacitance_pF - c0.value()) * 1e3;
     c.standard_error_fF = error_of(p);
     c.repeats = static_cast<std::int32_t>(p.capacitance.count);
     c.readings = p.readings;
-    out.curve.push_back(c);
+    out.push_back(c);
   }
-  std::sort(out.curve.begin(), out.curve.end(), [](const CurvePoint& a, const CurvePoint& b) {
+  std::sort(out.begin(), out.end(), [](const CurvePoint& a, const CurvePoint& b) {
     return a.direction != b.direction ? a.direction < b.direction : a.pressure_kPa < b.pressure_kPa;
   });
+  return out;
 }
 
-std::vector<LinePoint> line_points(const RunAnalysis& out) {
+std::vector<LinePoint> line_points(const CurveResult& out, Direction direction) {
   std::vector<LinePoint> points;
   for (const CurvePoint& c : out.curve) {
-    if (c.direction == direction_of_line(out)) {
+    if (c.direction == direction) {
       points.push_back({c.pressure_kPa, c.capacitance_pF * 1e3, 1});
     }
   }
   return points;
 }
 
-double span_of_curve_fF(const RunAnalysis& out) {
+double span_of_curve_fF(const CurveResult& out) {
   double low = 0, high = 0;
   bool first = true;
   for (const CurvePoint& c : out.curve) {
@@ -84,7 +86,7 @@ double span_of_curve_fF(const RunAnalysis& out) {
   return (high - low) * 1e3;
 }
 
-double mean_square_error(const RunAnalysis& out) {
+double mean_square_error(const CurveResult& out) {
   double sum = 0;
   int n = 0;
   for (const CurvePoint& c : out.curve) {
@@ -103,13 +105,13 @@ double largest_deviation(const std::vector<LinePoint>& points, double slope, dou
   return largest;
 }
 
-void calc_linearity(RunAnalysis& out) {
+void calc_linearity(Direction direction, CurveResult& out) {
   out.linearity = metric("linearity_percent",
                          "largest deviation of the curve from its best straight line over all "
                          "levels, over the span of the curve");
   out.linearity_terminal = metric("linearity_terminal_percent",
                                   "the same against the line through the first and last level");
-  const auto points = line_points(out);
+  const auto points = line_points(out, direction);
   const auto line = fit_line(points);
   const double span = span_of_curve_fF(out);
   if (!line || line->distinct_x < 3 || span <= 0) {
@@ -118,10 +120,8 @@ void calc_linearity(RunAnalysis& out) {
   }
   const double error = std::sqrt(mean_square_error(out)) / span * 100;
   const auto set = [&](Metric& m, double deviation) {
-    Estimate e;
-    e.value = deviation / span * 100;
-    if (error > 0) e.standard_error = error;
-    m.estimate = e;
+    m.estimate = Estimate(deviation / span * 100);
+    if (error > 0) m.estimate->standard_error = error;
     for (const CurvePoint& c : out.curve) m.rows += c.readings;
   };
   set(out.linearity, largest_deviation(points, line->slope, line->x_mean, line->y_mean));
@@ -132,8 +132,8 @@ void calc_linearity(RunAnalysis& out) {
   }
 }
 
-void calc_repeatability(const Scene& scene, const std::map<LevelKey, Point>& points,
-                        RunAnalysis& out) {
+void calc_repeatability(const std::map<LevelKey, Point>& points, double confidence,
+                        CurveResult& out) {
   out.repeatability_range = metric("repeatability_range_percent",
                                    "largest difference between repeats at one level (max - min of "
                                    "the levels' means), over the span of the curve");
@@ -156,24 +156,21 @@ void calc_repeatability(const Scene& scene, const std::map<LevelKey, Point>& poi
     return;
   }
   const double two_sigma = 2 * std::sqrt(squares / freedom) * 1e3 / span * 100;
-  Estimate e;
-  e.value = range * 1e3 / span * 100;
-  out.repeatability_range.estimate = e;
+  out.repeatability_range.estimate = Estimate(range * 1e3 / span * 100);
   out.repeatability_2sigma.estimate =
-      estimate(two_sigma, two_sigma / std::sqrt(2 * freedom), freedom, scene.options.confidence);
+      estimate(two_sigma, two_sigma / std::sqrt(2 * freedom), freedom, confidence);
   out.repeatability_range.rows = out.repeatability_2sigma.rows = rows;
 }
 
 }  // namespace
 
-void calc_curve(const Scene& scene, RunAnalysis& out) {
-  if (out.c0) {
-    for (LevelResult& l : out.levels) l.delta_C_fF = (l.capacitance_pF - out.c0.value()) * 1e3;
-  }
-  const auto points = group(out);
-  build_curve(points, out);
-  calc_linearity(out);
-  calc_repeatability(scene, points, out);
+CurveResult calc_curve(const LevelResults& levels, const Metric& c0, double confidence) {
+  CurveResult out;
+  const auto points = group(levels);
+  out.curve = build_curve(points, c0);
+  calc_linearity(levels.line_direction, out);
+  calc_repeatability(points, confidence, out);
+  return out;
 }
 
 }  // namespace lcrig

@@ -22,16 +22,16 @@ struct Collected {
   std::size_t first = 0, last = 0;  // [first, last) of the readings
 };
 
-bool counts(const Scene& scene, const RunReading& r) {
-  return r.index > 0 && r.level > 0 && scene.uses(r) && (r.has_force() || !scene.data.has_frame());
+bool counts(const RunView& view, const RunReading& r) {
+  return r.index > 0 && r.level > 0 && view.uses(r) && (r.has_force() || !view.data.has_frame());
 }
 
-std::vector<Collected> collect(const Scene& scene) {
-  const RunData& data = scene.data;
+std::vector<Collected> collect(const RunView& view) {
+  const RunData& data = view.data;
   std::vector<Collected> out(data.levels.size());
   for (std::size_t i = 0; i < data.readings.size(); ++i) {
     const RunReading& r = data.readings[i];
-    if (!counts(scene, r) || static_cast<std::size_t>(r.level) > out.size()) continue;
+    if (!counts(view, r) || static_cast<std::size_t>(r.level) > out.size()) continue;
     Collected& c = out[static_cast<std::size_t>(r.level - 1)];
     if (c.capacitance.count == 0) c.first = i;
     c.last = i + 1;
@@ -46,21 +46,24 @@ std::vector<Collected> collect(const Scene& scene) {
   return out;
 }
 
-LevelResult result_of(const Scene& scene, const LevelRow& row, const Collected& c, double force_N) {
-  LevelResult l;
+MeasuredLevel measured(const RunView& view, const LevelRow& row, const Collected& c,
+                       double force_N) {
+  MeasuredLevel l;
   l.level = row.level;
   l.repeat = row.repeat;
   l.index = row.index;
   l.t_s = c.time.mean;
   if (row.target_pressure_Pa) l.target_kPa = *row.target_pressure_Pa * 1e-3;
-  l.pressure_kPa = *scene.kPa(force_N);
-  l.capacitance_pF = c.capacitance.mean * 1e12;
+  l.pressure_kPa = *view.kPa(force_N);
+  l.mean_pF = c.capacitance.mean * 1e12;
+  l.first = c.first;
+  l.last = c.last;
   l.readings = static_cast<std::int32_t>(c.capacitance.count);
   l.missing = std::max(0, row.planned_readings - l.readings);
   if (l.readings >= 2) {
     l.scatter_fF = std::sqrt(c.capacitance.variance()) * 1e15;
     l.standard_error_fF = *l.scatter_fF / std::sqrt(l.readings);
-    const double kPa_per_N = *scene.kPa(1);
+    const double kPa_per_N = *view.kPa(1);
     if (c.time.sum_squares > 0) {
       l.trend_ss_fF2 = c.time_products * c.time_products / c.time.sum_squares * 1e30;
     }
@@ -71,7 +74,7 @@ LevelResult result_of(const Scene& scene, const LevelRow& row, const Collected& 
 }
 
 // Against the level before in the same repeat; the first one goes the way of the second.
-void find_directions(std::vector<LevelResult>& levels) {
+void find_directions(std::vector<MeasuredLevel>& levels) {
   for (std::size_t i = 0; i < levels.size(); ++i) {
     const bool first = i == 0 || levels[i - 1].repeat != levels[i].repeat;
     const bool last = i + 1 == levels.size() || levels[i + 1].repeat != levels[i].repeat;
@@ -85,14 +88,14 @@ void find_directions(std::vector<LevelResult>& levels) {
 }
 
 // Scatter of the levels between repeats when this part of the rests' deviations is followed.
-std::optional<double> scatter_with(const Scene& scene, const RunAnalysis& out, double part) {
-  Drift drift = scene.drift;
+std::optional<double> scatter_with(Drift drift, const MeasuredLevels& measured, double part) {
   drift.follow(part);
-  auto points = all_points(out);
+  std::vector<RangePoint> points;
   std::vector<LinePoint> line;
-  for (RangePoint& p : points) {
-    p.at.y -= drift.at(p.t_s);
-    line.push_back(p.at);
+  for (const MeasuredLevel& l : measured.levels) {
+    if (l.direction != measured.line_direction) continue;
+    points.push_back(point_of(l, l.mean_pF * 1e3 - drift.at(l.t_s)));
+    line.push_back(points.back().at);
   }
   const auto fit = fit_line(line);
   if (!fit) return std::nullopt;
@@ -100,74 +103,62 @@ std::optional<double> scatter_with(const Scene& scene, const RunAnalysis& out, d
   return error ? std::optional(error->variance) : std::nullopt;
 }
 
-// A capacitance that steps when the specimen is touched anew lets the rests deviate from a line,
-// too, but what lies between them does not follow: then following would only add scatter.
-void subtract_drift(Scene& scene, RunAnalysis& out) {
-  const double part = scene.drift.followed();
-  if (part > 0) {
-    const auto with = scatter_with(scene, out, part), without = scatter_with(scene, out, 0);
-    if (with && without && *without < *with) scene.drift.follow(0);
-  }
-  for (LevelResult& l : out.levels) {
-    l.drift_fF = scene.drift.at(l.t_s);
-    l.capacitance_pF -= l.drift_fF * 1e-3;
-  }
+double limit_of_outliers(std::size_t readings) {
+  const double tail = kFalseOutliers / (2 * static_cast<double>(readings));
+  return std::max(3.5, -normal_quantile(tail));
+}
+
+Outlier outlier(const RunReading& r, double middle_F, double sigma_F) {
+  const double off = r.capacitance_F - middle_F;
+  return {r.t_s, 0, 0, r.capacitance_F * 1e12, off * 1e15, off / sigma_F};
 }
 
 // Every reading against the median of its level, in pooled robust standard deviations.
-void find_outliers(const Scene& scene, const std::vector<Collected>& collected, RunAnalysis& out) {
-  const auto& readings = scene.data.readings;
-  std::vector<double> medians(collected.size()), all;
-  std::vector<double> values;
-  for (std::size_t k = 0; k < collected.size(); ++k) {
-    if (collected[k].capacitance.count < 4) continue;
+void find_outliers(const RunView& view, MeasuredLevels& out) {
+  const auto& readings = view.data.readings;
+  std::vector<double> medians(out.levels.size()), all, values;
+  for (std::size_t k = 0; k < medians.size(); ++k) {
+    const MeasuredLevel& l = out.levels[k];
+    if (l.readings < 4) continue;
     values.clear();
-    for (std::size_t i = collected[k].first; i < collected[k].last; ++i) {
-      if (counts(scene, readings[i])) values.push_back(readings[i].capacitance_F);
+    for (std::size_t i = l.first; i < l.last; ++i) {
+      if (counts(view, readings[i])) values.push_back(readings[i].capacitance_F);
     }
     medians[k] = median(values);
     for (const double v : values) all.push_back(v - medians[k]);
   }
   const double sigma = robust_sigma(all);
   if (sigma <= 0) return;
-  const double tail = kFalseOutliers / (2 * static_cast<double>(all.size()));
-  const double limit = std::max(3.5, -normal_quantile(tail));
-  for (LevelResult& l : out.levels) {
-    const auto k = static_cast<std::size_t>(l.level - 1);
-    if (collected[k].capacitance.count < 4) continue;
-    for (std::size_t i = collected[k].first; i < collected[k].last; ++i) {
-      const RunReading& r = readings[i];
-      if (!counts(scene, r)) continue;
-      const double z = (r.capacitance_F - medians[k]) / sigma;
-      if (std::abs(z) <= limit) continue;
+  const double limit = limit_of_outliers(all.size());
+  for (std::size_t k = 0; k < medians.size(); ++k) {
+    MeasuredLevel& l = out.levels[k];
+    for (std::size_t i = l.first; i < l.last && l.readings >= 4; ++i) {
+      Outlier found = outlier(readings[i], medians[k], sigma);
+      if (!counts(view, readings[i]) || std::abs(found.deviations) <= limit) continue;
+      found.level = l.level;
+      found.index = readings[i].index;
       ++l.outliers;
-      ++out.outlier_count;
-      out.outliers.push_back({r.t_s, r.level, r.index, r.capacitance_F * 1e12,
-                              (r.capacitance_F - medians[k]) * 1e15, z});
+      out.outliers.outliers.push_back(found);
     }
   }
 }
 
 // Likewise the baseline, against its own median and scatter.
-void find_outliers_of_baseline(const Scene& scene, RunAnalysis& out) {
-  const auto& nodes = scene.drift.nodes();
-  if (nodes.empty()) return;
+void find_outliers_of_baseline(const RunView& view, const Rests& rests, Outliers& out) {
+  if (rests.drift.nodes().empty()) return;
+  const RestNode& baseline = rests.drift.nodes().front();
   std::vector<double> values;
-  for (std::size_t i = nodes.front().first; i < nodes.front().last; ++i) {
-    const RunReading& r = scene.data.readings[i];
-    if (scene.uses(r)) values.push_back(r.capacitance_F);
+  for (std::size_t i = baseline.first; i < baseline.last; ++i) {
+    const RunReading& r = view.data.readings[i];
+    if (view.uses(r)) values.push_back(r.capacitance_F);
   }
   const double middle = median(values), sigma = robust_sigma(values);
   if (sigma <= 0) return;
-  const double tail = kFalseOutliers / (2 * static_cast<double>(values.size()));
-  const double limit = std::max(3.5, -normal_quantile(tail));
-  for (std::size_t i = nodes.front().first; i < nodes.front().last; ++i) {
-    const RunReading& r = scene.data.readings[i];
-    const double z = (r.capacitance_F - middle) / sigma;
-    if (!scene.uses(r) || std::abs(z) <= limit) continue;
-    ++out.outlier_count;
-    out.outliers.push_back(
-        {r.t_s, 0, 0, r.capacitance_F * 1e12, (r.capacitance_F - middle) * 1e15, z});
+  const double limit = limit_of_outliers(values.size());
+  for (std::size_t i = baseline.first; i < baseline.last; ++i) {
+    const RunReading& r = view.data.readings[i];
+    const Outlier found = outlier(r, middle, sigma);
+    if (view.uses(r) && std::abs(found.deviations) > limit) out.outliers.push_back(found);
   }
 }
 
@@ -193,46 +184,52 @@ std::string_view to_string(Direction d) {
   return d == Direction::up ? "up" : "down";
 }
 
-LevelKey key_of(const LevelResult& level) {
+LevelKey key_of(const MeasuredLevel& level) {
   const std::int64_t what =
       level.target_kPa ? std::llround(*level.target_kPa * 1e4) : std::int64_t{level.index};
   return {level.direction, what};
 }
 
-Direction direction_of_line(const RunAnalysis& out) {
-  const auto up = std::count_if(out.levels.begin(), out.levels.end(),
-                                [](const LevelResult& l) { return l.direction == Direction::up; });
-  return 2 * up >= std::ssize(out.levels) ? Direction::up : Direction::down;
-}
-
-void calc_levels(Scene& scene, RunAnalysis& out) {
-  if (scene.data.levels.empty()) return;
-  if (!scene.data.area_m2) {
-    out.notes.emplace_back(
-        "the run knows no probe diameter, so there are no pressures and no levels in kPa; state it "
-        "in the fixture of the bench or config file");
-    return;
-  }
-  const auto collected = collect(scene);
-  std::int64_t without_force = 0;
+MeasuredLevels measure_levels(const RunView& view, const Rests& rests) {
+  MeasuredLevels out;
+  if (view.data.levels.empty() || !view.data.area_m2) return out;
+  const auto collected = collect(view);
   for (std::size_t i = 0; i < collected.size(); ++i) {
     const Collected& c = collected[i];
-    const LevelRow& row = scene.data.levels[i];
+    const LevelRow& row = view.data.levels[i];
     if (c.capacitance.count == 0) continue;
     if (c.force.count == 0 && !row.target_force_N) continue;
-    if (c.force.count == 0) ++without_force;
+    if (c.force.count == 0) ++out.without_force;
     const double force = c.force.count > 0 ? c.force.mean : *row.target_force_N;
-    out.levels.push_back(result_of(scene, row, c, force));
-  }
-  if (without_force > 0) {
-    out.notes.push_back(fmt::format(
-        "{} levels have no recorded force: the force that was asked for is taken", without_force));
+    out.levels.push_back(measured(view, row, c, force));
   }
   find_directions(out.levels);
-  subtract_drift(scene, out);
-  find_outliers(scene, collected, out);
-  find_outliers_of_baseline(scene, out);
-  keep_largest_outliers(out.outliers);
+  const auto up = std::ranges::count(out.levels, Direction::up, &MeasuredLevel::direction);
+  out.line_direction = 2 * up >= std::ssize(out.levels) ? Direction::up : Direction::down;
+  find_outliers(view, out);
+  find_outliers_of_baseline(view, rests, out.outliers);
+  out.outliers.outlier_count = std::ssize(out.outliers.outliers);
+  keep_largest_outliers(out.outliers.outliers);
+  return out;
+}
+
+Scene::Scene(const RunView& view, const Rests& rests, const MeasuredLevels& measured)
+    : RunView(view), Rests(rests) {
+  const double part = drift.followed();
+  if (part <= 0) return;
+  const auto with = scatter_with(drift, measured, part), without = scatter_with(drift, measured, 0);
+  if (with && without && *without < *with) drift.follow(0);
+}
+
+LevelResults calc_levels(const Scene& scene, const MeasuredLevels& measured, const Metric& c0) {
+  LevelResults out{{}, measured.line_direction};
+  for (const MeasuredLevel& m : measured.levels) {
+    LevelResult& l = out.levels.emplace_back(m);
+    l.drift_fF = scene.drift.at(l.t_s);
+    l.capacitance_pF = l.mean_pF - l.drift_fF * 1e-3;
+    if (c0) l.delta_C_fF = (l.capacitance_pF - c0.value()) * 1e3;
+  }
+  return out;
 }
 
 }  // namespace lcrig

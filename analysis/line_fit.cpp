@@ -93,9 +93,8 @@ double LineFit::slope_se(double variance) const {
   return std::sqrt(variance / sxx);
 }
 
-double LineFit::at_se(double x, double variance) const {
-  const double d = x - x_mean;
-  return std::sqrt(variance * (1 / sum_weights + d * d / sxx));
+double LineFit::slope_se() const {
+  return slope_se(residual_ss / (points - 2));
 }
 
 Result<LineFit> fit_line(std::span<const LinePoint> points) {
@@ -123,46 +122,6 @@ Result<LineFit> fit_line(std::span<const LinePoint> points) {
   }
   fit.r_squared = fit.syy > 0 ? std::max(0.0, 1 - fit.residual_ss / fit.syy) : 1;
   return fit;
-}
-
-Result<RobustFit> fit_line_huber(std::span<const LinePoint> points) {
-  RobustFit out;
-  std::vector<LinePoint> weighted(points.begin(), points.end());
-  out.huber_weights.assign(points.size(), 1);
-  for (out.iterations = 1; out.iterations <= 100; ++out.iterations) {
-    auto line = fit_line(weighted);
-    if (!line) return fail(line.error());
-    const bool settled = out.iterations > 1 &&
-                         std::abs(line->slope - out.line.slope) <= 1e-10 * std::abs(out.line.slope);
-    out.line = *line;
-    if (settled) break;
-    std::vector<double> residuals;
-    for (const LinePoint& p : points) {
-      residuals.push_back(std::sqrt(p.weight) * std::abs(p.y - line->at(p.x)));
-    }
-    out.scale = kMadToSigma * median(residuals);
-    if (out.scale == 0) break;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const double z = residuals[i] / out.scale;
-      out.huber_weights[i] = z > kHuber ? kHuber / z : 1;
-      weighted[i].weight = points[i].weight * out.huber_weights[i];
-    }
-  }
-  // Var = s2 sum(psi^2)/(n-2) / mean(psi')^2 / sxx (Huber 1981, 7.6).
-  auto plain = fit_line(points);
-  double psi2 = 0, derivative = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double r = std::sqrt(points[i].weight) * (points[i].y - out.line.at(points[i].x));
-    const double psi = r * out.huber_weights[i];
-    psi2 += psi * psi;
-    derivative += out.huber_weights[i] < 1 ? 0 : 1;
-  }
-  const auto n = static_cast<double>(points.size());
-  if (n > 2 && derivative > 0) {
-    const double share = derivative / n;
-    out.slope_se = std::sqrt(psi2 / (n - 2)) / share / std::sqrt(plain->sxx);
-  }
-  return out;
 }
 
 double huber_location(const std::vector<double>& values) {

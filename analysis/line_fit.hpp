@@ -30,26 +30,14 @@ struct LineFit {
   int distinct_x = 0;
 
   double at(double x) const { return y_mean + slope * (x - x_mean); }
-  double intercept() const { return at(0); }
-  // Standard errors, from the variance of a point of weight 1.
-  double slope_se(double variance) const;
-  double at_se(double x, double variance) const;
+  double slope_se(double variance) const;  // from the variance of a point of weight 1
+  double slope_se() const;  // from the residuals of three or more points
 };
 // Errors (invalid_request): fewer than two points; all x alike; weights that are not positive;
 // values that are not finite.
 Result<LineFit> fit_line(std::span<const LinePoint> points);
 
-// Huber's M-estimate (k = 1.345, 95 % efficient), scale by the median absolute residual.
-struct RobustFit {
-  LineFit line;
-  double scale = 0;  // of a point of weight 1
-  double slope_se = 0;  // asymptotic
-  std::vector<double> huber_weights;  // of each point, 1 or less
-  int iterations = 0;
-};
-Result<RobustFit> fit_line_huber(std::span<const LinePoint> points);
-
-// Huber's M-estimate of location; values not empty.
+// Huber's M-estimate of location (k = 1.345, 95 % efficient); values not empty.
 double huber_location(const std::vector<double>& values);
 
 // Student's t: the quantile at `probability` (0.975 for a 95 % interval). Infinite degrees of

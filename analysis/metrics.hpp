@@ -14,39 +14,89 @@
 
 namespace lcrig {
 
-// Facts that several metrics need.
-struct Scene {
-  Scene(const RunData& d, const AnalysisOptions& o) : data(d), options(o) {}
+// The run before anything is computed from it: which readings count, and where the force rests.
+struct RunView {
+  RunView(const RunData& d, const AnalysisOptions& o) : data(d), options(o) {}
 
   const RunData& data;
   const AnalysisOptions& options;
   // Readings under other settings of the meter are another experiment.
   MeterSetting setting;
   bool setting_known = false;
+  std::size_t different_settings = 1;
   std::vector<double> changes_s;  // since when ...
   std::vector<bool> change_is_used;  // ... readings are (not) under `setting`; empty: all are
+  std::int64_t flagged = 0;  // readings that are not trusted
   double rest_N = 0;  // what the cell shows while nothing touches
   double peak_N = 0;  // largest force above rest; 0: there is no loading
   double force_noise_N = 0;  // of one sample
-  // Of neighbouring readings: of the levels (each may creep), and without a load. A run without
-  // levels: both the second.
-  Correlation correlation, rest_correlation;
-  Drift drift;  // of the unloaded capacitance
 
   bool uses(const RunReading& r) const;
   double above_rest_N(const RunReading& r) const { return r.force_N - rest_N; }
   bool is_unloaded(const RunReading& r) const;
   // Nothing touches: the reading and both its neighbours are unloaded, so that the edges of a
   // contact, where the force is within its noise already, do not count.
-  bool rests(std::size_t reading) const;
-  // Without the drift of the unloaded capacitance; the baseline is left as it is.
-  double fF(const RunReading& r) const { return r.capacitance_F * 1e15 - drift.at(r.t_s); }
+  bool is_at_rest(std::size_t reading) const;
   std::optional<double> kPa(double force_N) const;
 };
-Scene look_at(const RunData& data, const AnalysisOptions& options, RunAnalysis& out);
+RunView look_at(const RunData& data, const AnalysisOptions& options);
+
+std::vector<Loading> find_loadings(const RunView& view);
+
+// The loadings and the stretches between them.
+struct Rests {
+  std::vector<RestedLoading> loadings;
+  // Of neighbouring readings: of the levels (each may creep), and without a load. A run without
+  // levels: both the second.
+  Correlation correlation, rest_correlation;
+  Drift drift;  // of the unloaded capacitance
+};
+Rests find_rests(const RunView& view, const std::vector<Loading>& loadings);
+
+struct MeasuredLevels {
+  std::vector<MeasuredLevel> levels;
+  Direction line_direction = Direction::up;
+  std::int64_t without_force = 0;
+  Outliers outliers;  // of the baseline, too
+};
+MeasuredLevels measure_levels(const RunView& view, const Rests& rests);
+
+// The run without the drift of the unloaded capacitance: what every result under load starts from.
+struct Scene : RunView, Rests {
+  // The levels decide what part of the rests' deviations from a line is subtracted: a capacitance
+  // that steps when the specimen is touched anew moves the rests, too, but what lies between them
+  // does not follow, and subtracting it would only add scatter.
+  Scene(const RunView& view, const Rests& rests, const MeasuredLevels& measured);
+  double fF(const RunReading& r) const { return r.capacitance_F * 1e15 - drift.at(r.t_s); }
+};
+
+HoldResults calc_holds(const Scene& scene);
+BaselineResult calc_baseline(const Scene& scene, const MeasuredLevels& measured);
+LevelResults calc_levels(const Scene& scene, const MeasuredLevels& measured, const Metric& c0);
+CurveResult calc_curve(const LevelResults& levels, const Metric& c0, double confidence);
+CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Metric& c0);
+Hysteresis calc_hysteresis(const Scene& scene, const std::vector<CycleResult>& cycles,
+                           const HoldResults& holds);
+
+// What a slope against pressure, or its uncertainty, may depend on.
+struct SlopeBasis {
+  const Scene& scene;
+  const HoldResults& holds;
+  const BaselineResult& baseline;
+  const LevelResults& levels;
+  const CurveResult& curve;
+  const CycleResults& cycles;
+  const Hysteresis& hysteresis;
+};
+SensitivityResult calc_sensitivity(const SlopeBasis& basis);
+RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range);
+Uncertainty uncertainty_of(const SlopeBasis& basis, const RangeResult& r);
+std::vector<Uncertainty> calc_uncertainties(const SlopeBasis& basis,
+                                            const SensitivityResult& sensitivity);
+std::vector<std::string> calc_notes(const Scene& scene, const MeasuredLevels& measured,
+                                    const HoldResults& holds);
 
 Metric metric(std::string name, std::string definition);
-Metric missing(std::string name, std::string definition, std::string reason);
 // Student's t interval about a value.
 Estimate estimate(double value, double standard_error, double degrees_of_freedom,
                   double confidence);
@@ -55,31 +105,19 @@ Estimate estimate(double value, double standard_error, double degrees_of_freedom
 Estimate estimate_of_parts(double value, const std::vector<SlopePart>& parts, double confidence);
 void add_remark(std::string& reason, std::string_view more);  // after a semicolon
 
-void find_cycles(Scene& scene, RunAnalysis& out);  // without the metrics that need C0
-void find_drift(Scene& scene, RunAnalysis& out);  // rests, correlation; needs the cycles
-void calc_holds(const Scene& scene, RunAnalysis& out);
-// Levels and outliers, without C0; the drift is subtracted, and decides here what of it is.
-void calc_levels(Scene& scene, RunAnalysis& out);
-void calc_baseline(const Scene& scene, RunAnalysis& out);
-void calc_curve(const Scene& scene, RunAnalysis& out);  // delta C, linearity, repeatability
-void calc_cycles(const Scene& scene, RunAnalysis& out);  // dynamic range, Mullins, pF/N
-void calc_sensitivity(const Scene& scene, RunAnalysis& out);
-RangeResult slope_in(const Scene& scene, const RunAnalysis& out, const PressureRange& range);
-void calc_hysteresis(const Scene& scene, RunAnalysis& out);
-void calc_limit_of_detection(const Scene& scene, RunAnalysis& out);
-void calc_uncertainties(const Scene& scene, RunAnalysis& out);
-
+UncertaintyPart part(std::string name, double u, std::string basis);
+UncertaintyPart shared(UncertaintyPart p);  // by the runs on this rig
 // "loading branch, from 1.1 to 4.6 s after the load was reached"
-std::string name_estimand(const Scene& scene, const RunAnalysis& out, const PressureRange& range);
+std::string name_estimand(const Scene& scene, const LevelResults& levels,
+                          const PressureRange& range);
 // What the other branch and another time would give instead, as systematic parts.
-void add_other_choices(const Scene& scene, const RunAnalysis& out, const RangeResult& r,
-                       Uncertainty& b);
+void add_other_choices(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b);
 
 // Readings of a branch: of a cycle, with a force, under the settings, not in a hold. Call with
 // growing numbers.
 class Moving {
  public:
-  Moving(const Scene& scene, const RunAnalysis& out) : scene_(scene), holds_(out.holds) {}
+  Moving(const Scene& scene, const HoldResults& holds) : scene_(scene), holds_(holds.holds) {}
   bool operator()(std::size_t reading);
 
  private:
@@ -90,17 +128,15 @@ class Moving {
 
 // The force turned while the meter measured: its mean over the window lies below that in the middle
 // by up to a quarter of rate times window, and the reading belongs to neither branch.
-bool spans_turn(const CycleResult& c, const RunReading& r);
+bool spans_turn(const Loading& c, const RunReading& r);
 
-// The levels that a straight line goes through: of one direction, the one with more levels.
-Direction direction_of_line(const RunAnalysis& out);
 // Levels of different repeats with the same key are the same point of the curve.
 struct LevelKey {
   Direction direction = Direction::up;
   std::int64_t what = 0;  // target pressure, else index within the repeat
   auto operator<=>(const LevelKey&) const = default;
 };
-LevelKey key_of(const LevelResult& level);
+LevelKey key_of(const MeasuredLevel& level);
 // "0-30 kPa"
 std::string range_text(const PressureRange& range);
 

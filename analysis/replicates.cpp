@@ -98,9 +98,9 @@ std::optional<PureError> error_within_levels(const std::vector<RangePoint>& poin
   return PureError{ss / freedom, freedom, "scatter of the readings within the levels"};
 }
 
-RangePoint point_of(const LevelResult& l) {
+RangePoint point_of(const MeasuredLevel& l, double fF) {
   RangePoint p;
-  p.at = {l.pressure_kPa, l.capacitance_pF * 1e3, static_cast<double>(l.readings)};
+  p.at = {l.pressure_kPa, fF, static_cast<double>(l.readings)};
   p.key = key_of(l);
   p.repeat = l.repeat;
   p.level = l.level;
@@ -114,11 +114,14 @@ RangePoint point_of(const LevelResult& l) {
   return p;
 }
 
-std::vector<RangePoint> all_points(const RunAnalysis& out) {
+RangePoint point_of(const LevelResult& l) {
+  return point_of(l, l.capacitance_pF * 1e3);
+}
+
+std::vector<RangePoint> all_points(const LevelResults& levels) {
   std::vector<RangePoint> points;
-  const Direction direction = direction_of_line(out);
-  for (const LevelResult& l : out.levels) {
-    if (l.direction == direction) points.push_back(point_of(l));
+  for (const LevelResult& l : levels.levels) {
+    if (l.direction == levels.line_direction) points.push_back(point_of(l));
   }
   return points;
 }

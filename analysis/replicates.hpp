@@ -38,9 +38,10 @@ std::optional<PureError> error_between_repeats(const std::vector<RangePoint>& po
 std::optional<PureError> error_within_levels(const std::vector<RangePoint>& points, double slope);
 double reading_ss(const RangePoint& point, double slope);
 
+RangePoint point_of(const MeasuredLevel& level, double fF);
 RangePoint point_of(const LevelResult& level);
 // Levels of the direction of the line.
-std::vector<RangePoint> all_points(const RunAnalysis& out);
+std::vector<RangePoint> all_points(const LevelResults& levels);
 
 // Variance of a point of weight 1 in the eyes of the slope: docs/analysis.md, "Which scatter".
 //   Slopes of several repeats, as a sample; the scatter of levels between repeats only while its
@@ -58,8 +59,5 @@ std::optional<SlopeScatter> scatter_of_slope(const Scene& scene,
                                              const std::vector<RangePoint>& range,
                                              const std::vector<RangePoint>& whole_run,
                                              const LineFit& line);
-
-// A run without levels.
-RangeResult slope_of_cycles(const Scene& scene, const RunAnalysis& out, const PressureRange& range);
 
 }  // namespace lcrig

@@ -99,6 +99,7 @@ class Loader {
     out_.row = std::move(*row);
     out_.listing = std::move(*listing);
     start_ns_ = out_.row.started.time_since_epoch().count();
+    out_.replayed = out_.row.simulated && replay_directory(out_.row.bench_name).has_value();
     out_.probe_diameter_m = out_.row.probe_diameter_m;
     if (const auto d = out_.probe_diameter_m) out_.area_m2 = std::numbers::pi / 4 * *d * *d;
     const json frame = json::parse(out_.row.frame_capabilities_json, nullptr, false);
@@ -199,16 +200,14 @@ class Loader {
     }
     ++out_.fresh_readings;
     const std::int64_t asked = row.integer(0);
-    LevelRow* const of_level = live_level(row.optional_integer(6).value_or(0));
+    const LevelRow* const of_level = live_level(row.optional_integer(6).value_or(0));
     const std::int64_t index = of_level == nullptr ? 0 : row.optional_integer(7).value_or(0);
     const auto capacitance = row.optional_real(3);
     if (!capacitance) {
       const bool other = !row.text(9).starts_with('C');
       ++(other ? out_.other_function : out_.overloads);
-      if (of_level != nullptr && !other && index > 0) ++of_level->overloads;
       return {};
     }
-    if (of_level != nullptr && index == 0) ++of_level->not_counted;
     if (out_.function.empty()) out_.function = row.text(9);
     auto a = align(track, before_.at(asked), asked, row.integer(1));
     if (!a) return fail(a.error());
@@ -236,7 +235,7 @@ class Loader {
   }
 
   // Null: no level, or one that was abandoned.
-  LevelRow* live_level(std::int64_t level) {
+  const LevelRow* live_level(std::int64_t level) {
     LevelRow* const row = find_level(level);
     return row == nullptr || row->abandoned ? nullptr : row;
   }
@@ -319,19 +318,6 @@ double RunReading::alignment_N() const {
 
 double RunReading::half_window_s() const {
   return std::sqrt(3.0) * alignment_s;
-}
-
-std::optional<double> RunData::pressure_kPa(const RunReading& r) const {
-  if (!r.has_force() || !area_m2) return std::nullopt;
-  return r.force_N / *area_m2 * 1e-3;
-}
-
-const MeterSetting* RunData::setting_at(double t_s) const {
-  const MeterSetting* out = nullptr;
-  for (const Settings& s : settings) {
-    if (s.since_s <= t_s) out = &s.meter;
-  }
-  return out;
 }
 
 Result<RunData> load_run_data(const Database& db, std::int64_t run, const LoadOptions& options) {

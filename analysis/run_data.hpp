@@ -54,8 +54,6 @@ struct LevelRow {
   std::optional<double> target_force_N, target_pressure_Pa;
   std::int32_t planned_readings = 0;
   double begin_s = 0;
-  std::int32_t overloads = 0;  // readings without a capacitance
-  std::int32_t not_counted = 0;  // fresh readings that the step did not count
   bool abandoned = false;  // an instrument was lost in it; none of its readings counts
 };
 
@@ -78,6 +76,7 @@ struct RunData {
   std::optional<double> area_m2;  // of the probe; absent: no pressures
   std::optional<double> probe_diameter_m;
   bool dead_weights = false;
+  bool replayed = false;  // a recording was played back through simulated instruments
   std::string function;  // of the readings that are here, "Cp-D"
   // The settings of the meter and since when; the first since the start. Empty: not known.
   struct Settings {
@@ -103,11 +102,6 @@ struct RunData {
   std::optional<double> rest_force_N;  // as read while nothing touched
 
   bool has_frame() const { return frame_samples > 0; }
-
-  // Force over the area of the probe; absent without a force or an area.
-  std::optional<double> pressure_kPa(const RunReading& r) const;
-  // The settings in force at that time; null when nothing is known.
-  const MeterSetting* setting_at(double t_s) const;
 };
 
 struct LoadOptions {

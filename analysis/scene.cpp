@@ -25,23 +25,15 @@ auto key(const MeterSetting& s) {
   return std::tuple(s.frequency_Hz, s.level_V, s.speed, s.average);
 }
 
-std::string describe(const MeterSetting& s) {
-  return fmt::format("{} Hz, {} V, {}, average {}", s.frequency_Hz, s.level_V, to_string(s.speed),
-                     s.average);
-}
-
 // Readings under each setting; those of levels count, if there are any.
-void choose_setting(const RunData& data, Scene& scene, RunAnalysis& out) {
-  if (data.settings.empty()) {
-    out.notes.emplace_back("the run does not tell the settings of the meter");
-    return;
-  }
-  scene.setting_known = true;
-  scene.setting = data.settings.front().meter;
+void choose_setting(const RunData& data, RunView& view) {
+  if (data.settings.empty()) return;
+  view.setting_known = true;
+  view.setting = data.settings.front().meter;
   if (data.settings.size() == 1) return;
   const bool levels = std::any_of(data.readings.begin(), data.readings.end(),
                                   [](const RunReading& r) { return r.index > 0; });
-  std::map<decltype(key(scene.setting)), std::int64_t> counts;
+  std::map<decltype(key(view.setting)), std::int64_t> counts;
   std::size_t at = 0;
   for (const RunReading& r : data.readings) {
     while (at + 1 < data.settings.size() && data.settings[at + 1].since_s <= r.t_s) ++at;
@@ -53,16 +45,11 @@ void choose_setting(const RunData& data, Scene& scene, RunAnalysis& out) {
                        [](const auto& a, const auto& b) { return a.second < b.second; });
   for (const auto& s : data.settings) {
     const bool used = key(s.meter) == most->first;
-    if (used) scene.setting = s.meter;
-    scene.changes_s.push_back(s.since_s);
-    scene.change_is_used.push_back(used);
+    if (used) view.setting = s.meter;
+    view.changes_s.push_back(s.since_s);
+    view.change_is_used.push_back(used);
   }
-  if (counts.size() > 1) {
-    out.notes.push_back(fmt::format(
-        "the meter's settings changed during the run: only readings under {} are used ({} settings "
-        "in all)",
-        describe(scene.setting), counts.size()));
-  }
+  view.different_settings = counts.size();
 }
 
 // The cell's noise from second differences of neighbours: an even loading cancels, also where it
@@ -78,7 +65,7 @@ double calc_force_noise(const RunData& data) {
   return robust_sigma(differences) / std::sqrt(6.0);
 }
 
-void find_rest_and_peak(const RunData& data, Scene& scene) {
+void find_rest_and_peak(const RunData& data, RunView& view) {
   std::vector<double> forces;
   forces.reserve(data.frame.size());
   for (const FramePoint& p : data.frame) {
@@ -89,18 +76,18 @@ void find_rest_and_peak(const RunData& data, Scene& scene) {
   const auto quantile = [&forces](double q) {
     return forces[static_cast<std::size_t>(q * static_cast<double>(forces.size() - 1))];
   };
-  scene.force_noise_N = calc_force_noise(data);
+  view.force_noise_N = calc_force_noise(data);
   const double low = quantile(0.005), high = quantile(0.995);
   const auto end = std::upper_bound(forces.begin(), forces.end(), low + 0.1 * (high - low));
-  scene.rest_N = data.rest_force_N.value_or(
+  view.rest_N = data.rest_force_N.value_or(
       median(std::vector<double>(forces.begin(), std::max(end, forces.begin() + 1))));
-  const double peak = forces.back() - scene.rest_N;
-  if (peak > kLoading * scene.force_noise_N) scene.peak_N = peak;
+  const double peak = forces.back() - view.rest_N;
+  if (peak > kLoading * view.force_noise_N) view.peak_N = peak;
 }
 
 }  // namespace
 
-bool Scene::uses(const RunReading& r) const {
+bool RunView::uses(const RunReading& r) const {
   if ((r.flags & kNotTrusted) != 0) return false;
   if (change_is_used.empty()) return true;
   const auto it = std::upper_bound(changes_s.begin(), changes_s.end(), r.t_s);
@@ -108,35 +95,29 @@ bool Scene::uses(const RunReading& r) const {
          change_is_used[static_cast<std::size_t>(it - changes_s.begin()) - 1];
 }
 
-bool Scene::is_unloaded(const RunReading& r) const {
+bool RunView::is_unloaded(const RunReading& r) const {
   return r.has_force() &&
          std::abs(above_rest_N(r)) <= std::max(kUnloaded * peak_N, 4 * force_noise_N);
 }
 
-bool Scene::rests(std::size_t reading) const {
+bool RunView::is_at_rest(std::size_t reading) const {
   const auto& all = data.readings;
   return is_unloaded(all[reading]) && (reading == 0 || is_unloaded(all[reading - 1])) &&
          (reading + 1 == all.size() || is_unloaded(all[reading + 1]));
 }
 
-std::optional<double> Scene::kPa(double force_N) const {
+std::optional<double> RunView::kPa(double force_N) const {
   if (!data.area_m2) return std::nullopt;
   return force_N / *data.area_m2 * 1e-3;
 }
 
-Scene look_at(const RunData& data, const AnalysisOptions& options, RunAnalysis& out) {
-  Scene scene(data, options);
-  choose_setting(data, scene, out);
-  find_rest_and_peak(data, scene);
-  const auto flagged = std::count_if(data.readings.begin(), data.readings.end(),
-                                     [](const RunReading& r) { return r.flags & kNotTrusted; });
-  if (flagged > 0) {
-    out.notes.push_back(
-        fmt::format("{} readings are flagged (a value beside an overload, or the first after a "
-                    "resynchronisation): left out",
-                    flagged));
-  }
-  return scene;
+RunView look_at(const RunData& data, const AnalysisOptions& options) {
+  RunView view(data, options);
+  choose_setting(data, view);
+  find_rest_and_peak(data, view);
+  view.flagged = std::count_if(data.readings.begin(), data.readings.end(),
+                               [](const RunReading& r) { return r.flags & kNotTrusted; });
+  return view;
 }
 
 bool Moving::operator()(std::size_t reading) {
@@ -146,28 +127,18 @@ bool Moving::operator()(std::size_t reading) {
   return r.has_force() && scene_.uses(r);
 }
 
-bool spans_turn(const CycleResult& c, const RunReading& r) {
+bool spans_turn(const Loading& c, const RunReading& r) {
   return std::abs(r.t_s - c.peak_s) < r.half_window_s();
 }
 
 Metric metric(std::string name, std::string definition) {
-  Metric m;
-  m.name = std::move(name);
-  m.definition = std::move(definition);
-  return m;
-}
-
-Metric missing(std::string name, std::string definition, std::string reason) {
-  Metric m = metric(std::move(name), std::move(definition));
-  m.reason = std::move(reason);
-  return m;
+  return {std::move(name), std::move(definition), {}, {}, 0};
 }
 
 Estimate estimate(double value, double standard_error, double degrees_of_freedom,
                   double confidence) {
   const double half = coverage_factor(confidence, degrees_of_freedom) * standard_error;
-  Estimate e;
-  e.value = value;
+  Estimate e(value);
   e.standard_error = standard_error;
   e.interval = {value - half, value + half};
   e.degrees_of_freedom = degrees_of_freedom;

@@ -33,11 +33,11 @@ struct Input {
 };
 
 // The pressure that was asked for decides: its reading scatters about the edge of a range.
-Input input_of(const RunAnalysis& out, const PressureRange& range) {
+Input input_of(const LevelResults& levels, const PressureRange& range) {
   Input in;
-  const Direction direction = direction_of_line(out);
-  for (const LevelResult& l : out.levels) {
-    if (l.direction != direction || !is_inside(range, l.target_kPa.value_or(l.pressure_kPa)))
+  for (const LevelResult& l : levels.levels) {
+    if (l.direction != levels.line_direction ||
+        !is_inside(range, l.target_kPa.value_or(l.pressure_kPa)))
       continue;
     in.points.push_back(point_of(l));
     in.line.push_back(in.points.back().at);
@@ -112,17 +112,18 @@ void add_repeats(const Input& in, const SlopeScatter& scatter, RangeResult& r) {
   }
 }
 
-void add_line(const LineFit& line, const RunAnalysis& out, RangeResult& r) {
+void add_line(const LineFit& line, const Metric& c0, RangeResult& r) {
   if (line.syy > 0) r.r_squared = line.r_squared;
   r.mean_kPa = line.x_mean;
   r.residual_fF = std::sqrt(line.residual_ss / line.sum_weights);
-  if (!out.c0) return;
-  r.mean_delta_C_fF = line.y_mean - out.c0.value() * 1e3;
+  if (!c0) return;
+  r.mean_delta_C_fF = line.y_mean - c0.value() * 1e3;
   r.intercept_fF = *r.mean_delta_C_fF - line.slope * line.x_mean;
 }
 
 // The same least squares over Huber's location of each level's readings instead of their mean.
-void add_robust(const Scene& scene, const RunAnalysis& out, const Input& in, RangeResult& r) {
+void add_robust(const SlopeBasis& basis, const Input& in, RangeResult& r) {
+  const Scene& scene = basis.scene;
   std::map<std::int32_t, std::vector<double>> values;
   for (const RangePoint& p : in.points) values[p.level];
   for (const RunReading& reading : scene.data.readings) {
@@ -143,15 +144,15 @@ void add_robust(const Scene& scene, const RunAnalysis& out, const Input& in, Ran
   const auto line = fit_line(robust_in.line);
   if (!line) return;
   robust.slope_fF_per_kPa = line->slope;
-  const auto scatter = scatter_of_slope(scene, robust_in.points, all_points(out), *line);
+  const auto scatter = scatter_of_slope(scene, robust_in.points, all_points(basis.levels), *line);
   if (scatter) robust.standard_error = line->slope_se(scatter->error.variance);
   r.robust = robust;
 }
 
 // What outliers do to the mean must not pass without a word.
-void remark_on_outliers(const RunAnalysis& out, const Input& in, RangeResult& r) {
+void remark_on_outliers(const LevelResults& levels, const Input& in, RangeResult& r) {
   std::int64_t outliers = 0;
-  for (const LevelResult& l : out.levels) {
+  for (const LevelResult& l : levels.levels) {
     const auto mine = std::any_of(in.points.begin(), in.points.end(),
                                   [&l](const RangePoint& p) { return p.level == l.level; });
     if (mine) outliers += l.outliers;
@@ -168,9 +169,7 @@ void remark_on_outliers(const RunAnalysis& out, const Input& in, RangeResult& r)
 void set_slope(const Scene& scene, const Input& in, const LineFit& line,
                const std::optional<SlopeScatter>& scatter, RangeResult& r) {
   if (!scatter) {
-    Estimate e;
-    e.value = line.slope;
-    r.sensitivity.estimate = e;
+    r.sensitivity.estimate = Estimate(line.slope);
     r.sensitivity.reason = "two points without repeats or readings: no scatter, no interval";
     return;
   }
@@ -202,9 +201,9 @@ void set_slope(const Scene& scene, const Input& in, const LineFit& line,
 
 // What all repeats share (seating, probe, electrode) looks like shape: what the levels' means
 // deviate from a smooth curve through all of them, beyond what scatter between repeats explains.
-void add_shared(const RunAnalysis& out, const Input& in, const LineFit& line,
+void add_shared(const LevelResults& results, const Input& in, const LineFit& line,
                 const std::optional<SlopeScatter>& scatter, RangeResult& r) {
-  const auto levels = means(all_points(out));
+  const auto levels = means(all_points(results));
   if (levels.size() < kLeastForCurve) return;
   const double low = levels.front().x, high = levels.back().x;
   LeastSquares curve(kCurve);
@@ -229,11 +228,13 @@ void add_shared(const RunAnalysis& out, const Input& in, const LineFit& line,
   r.shared = SlopePart{std::sqrt(shared * unit), fit->freedom};
 }
 
-RangeResult of_levels(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
+RangeResult of_levels(const SlopeBasis& basis, const PressureRange& range) {
+  const Scene& scene = basis.scene;
+  const LevelResults& levels = basis.levels;
   RangeResult r;
   r.range = range;
   r.sensitivity = metric(kName, kOfLevels);
-  const Input in = input_of(out, range);
+  const Input in = input_of(levels, range);
   r.points = static_cast<std::int32_t>(in.points.size());
   r.pressures = count_pressures(in.points);
   r.sensitivity.rows = in.rows;
@@ -248,44 +249,50 @@ RangeResult of_levels(const Scene& scene, const RunAnalysis& out, const Pressure
     r.sensitivity.reason = line.error().what;
     return r;
   }
-  const auto scatter = scatter_of_slope(scene, in.points, all_points(out), *line);
+  const auto scatter = scatter_of_slope(scene, in.points, all_points(levels), *line);
   set_slope(scene, in, *line, scatter, r);
-  add_line(*line, out, r);
+  add_line(*line, basis.baseline.c0, r);
   add_shape(in, *line, scatter ? scatter->of_levels : std::nullopt, r);
   if (scatter) add_repeats(in, *scatter, r);
-  add_robust(scene, out, in, r);
-  remark_on_outliers(out, in, r);
-  add_shared(out, in, *line, scatter, r);
-  r.estimand = name_estimand(scene, out, range);
+  add_robust(basis, in, r);
+  remark_on_outliers(levels, in, r);
+  add_shared(levels, in, *line, scatter, r);
+  r.estimand = name_estimand(scene, levels, range);
   return r;
 }
 
-}  // namespace
-
-RangeResult slope_in(const Scene& scene, const RunAnalysis& out, const PressureRange& range) {
-  if (!out.levels.empty()) return of_levels(scene, out, range);
-  if (scene.data.area_m2 && !out.cycles.empty()) return slope_of_cycles(scene, out, range);
+RangeResult slope_in(const SlopeBasis& basis, const PressureRange& range) {
+  const RunData& data = basis.scene.data;
+  if (!basis.levels.levels.empty()) return of_levels(basis, range);
+  if (data.area_m2 && !basis.cycles.cycles.empty()) return slope_of_cycles(basis, range);
   RangeResult r;
   r.range = range;
-  const char* why = !scene.data.area_m2
-                        ? "no pressures: the run knows no probe diameter (see force_sensitivity)"
-                    : !scene.data.has_frame() ? "no pressures: no force was recorded"
-                                              : "no levels were measured and no loading was found";
-  r.sensitivity = missing(kName, kOfLevels, why);
+  r.sensitivity = metric(kName, kOfLevels);
+  r.sensitivity.reason =
+      !data.area_m2       ? "no pressures: the run knows no probe diameter (see force_sensitivity)"
+      : !data.has_frame() ? "no pressures: no force was recorded"
+                          : "no levels were measured and no loading was found";
   return r;
 }
 
-namespace {
+// The slope of all levels in a range that is known by its outermost levels.
+RangeResult of_region(const SlopeBasis& basis, const PressureRange& range,
+                      const PressureRange& known_as) {
+  RangeResult r = of_levels(basis, range);
+  r.range = known_as;
+  r.uncertainty = uncertainty_of(basis, r);
+  return r;
+}
 
-RegionSearch search(const Scene& scene, const RunAnalysis& out) {
+RegionSearch search(const SlopeBasis& basis) {
   RegionSearch s;
-  if (out.levels.empty()) {
+  if (basis.levels.levels.empty()) {
     s.reason = "the search for two regions needs levels";
     return s;
   }
   std::vector<LinePoint> points;
-  for (const CurvePoint& c : out.curve) {
-    if (c.direction == direction_of_line(out)) {
+  for (const CurvePoint& c : basis.curve.curve) {
+    if (c.direction == basis.levels.line_direction) {
       points.push_back({c.pressure_kPa, c.capacitance_pF * 1e3, static_cast<double>(c.readings)});
     }
   }
@@ -297,21 +304,56 @@ RegionSearch search(const Scene& scene, const RunAnalysis& out) {
   s.low_to_kPa = found->last_low_x;
   s.high_from_kPa = found->first_high_x;
   const double middle = (s.low_to_kPa + s.high_from_kPa) / 2;
-  s.low = of_levels(scene, out, {points.front().x - 1, middle});
-  s.high = of_levels(scene, out, {middle, points.back().x + 1});
-  s.low.range = {points.front().x, s.low_to_kPa};
-  s.high.range = {s.high_from_kPa, points.back().x};
+  s.low = of_region(basis, {points.front().x - 1, middle}, {points.front().x, s.low_to_kPa});
+  s.high = of_region(basis, {middle, points.back().x + 1}, {s.high_from_kPa, points.back().x});
   s.p_one_line = found->p_one_line;
   return s;
 }
 
+Metric limit_of_detection(const SlopeBasis& basis, const std::vector<RangeResult>& ranges) {
+  Metric m = metric("limit_of_detection_kPa",
+                    "three standard deviations of one reading over the sensitivity of 0-30 kPa "
+                    "(without it, of the lowest range that was asked for)");
+  // Always of the same range, so that asking for another one does not change it.
+  const RangeResult usual = slope_in(basis, AnalysisOptions().ranges.front());
+  const RangeResult* lowest = usual.sensitivity ? &usual : nullptr;
+  for (const RangeResult& r : ranges) {
+    if (usual.sensitivity || !r.sensitivity) continue;
+    if (lowest == nullptr || r.range.from_kPa < lowest->range.from_kPa) lowest = &r;
+  }
+  const Metric& noise = basis.baseline.noise;
+  if (lowest == nullptr || !noise || lowest->sensitivity.value() == 0 || !(noise.value() > 0)) {
+    m.reason = "it takes a noise and a sensitivity that are not 0";
+    return m;
+  }
+  const Estimate& slope = *lowest->sensitivity.estimate;
+  const double value = 3 * noise.value() / std::abs(slope.value);
+  m.estimate = Estimate(value);
+  if (slope.standard_error) {
+    const auto scaled = [&](const Estimate& of) {
+      return SlopePart{value * std::abs(*of.standard_error / of.value),
+                       of.degrees_of_freedom.value_or(1)};
+    };
+    m.estimate = estimate_of_parts(value, {scaled(*noise.estimate), scaled(slope)},
+                                   basis.scene.options.confidence);
+  }
+  m.rows = lowest->sensitivity.rows + noise.rows;
+  m.reason = fmt::format("with the slope of {}", range_text(lowest->range));
+  return m;
+}
+
 }  // namespace
 
-void calc_sensitivity(const Scene& scene, RunAnalysis& out) {
-  for (const PressureRange& range : scene.options.ranges) {
-    out.ranges.push_back(slope_in(scene, out, range));
+SensitivityResult calc_sensitivity(const SlopeBasis& basis) {
+  const AnalysisOptions& options = basis.scene.options;
+  SensitivityResult out;
+  for (const PressureRange& range : options.ranges) {
+    RangeResult& r = out.ranges.emplace_back(slope_in(basis, range));
+    r.uncertainty = uncertainty_of(basis, r);
   }
-  if (scene.options.search_regions) out.regions = search(scene, out);
+  if (options.search_regions) out.regions = search(basis);
+  out.limit_of_detection = limit_of_detection(basis, out.ranges);
+  return out;
 }
 
 }  // namespace lcrig

@@ -9,8 +9,6 @@
 
 namespace lcrig {
 
-namespace {
-
 UncertaintyPart part(std::string name, double u, std::string basis) {
   UncertaintyPart p;
   p.name = std::move(name);
@@ -24,20 +22,32 @@ UncertaintyPart shared(UncertaintyPart p) {
   return p;
 }
 
+namespace {
+
+UncertaintyPart type_a(std::string name, const SlopePart& of, std::string basis) {
+  UncertaintyPart p = part(std::move(name), of.se, std::move(basis));
+  p.kind = UncertaintyKind::a;
+  p.degrees_of_freedom = of.degrees_of_freedom;
+  return p;
+}
+
 double half_width(const Metric& m) {
   const auto& interval = m.estimate->interval;
   return interval ? ((*interval)[1] - (*interval)[0]) / 2 : 0;
 }
 
-UncertaintyPart scatter(const Estimate& e, const std::string& basis) {
-  UncertaintyPart p = part("scatter", *e.standard_error, basis);
-  p.kind = UncertaintyKind::a;
-  p.degrees_of_freedom = e.degrees_of_freedom.value_or(std::numeric_limits<double>::infinity());
+UncertaintyPart scatter(const SlopePart& of, const std::string& basis) {
+  UncertaintyPart p = type_a("scatter", of, basis);
   p.shrinks = true;
   return p;
 }
+UncertaintyPart scatter(const Estimate& e, const std::string& basis) {
+  return scatter(
+      SlopePart{*e.standard_error, e.degrees_of_freedom.value_or(SlopePart().degrees_of_freedom)},
+      basis);
+}
 
-std::optional<MeterAccuracy> accuracy(const Scene& scene, double capacitance_pF) {
+std::optional<MeterAccuracy> accuracy(const RunView& scene, double capacitance_pF) {
   if (!scene.setting_known) return std::nullopt;
   const auto a = meter_accuracy(scene.setting, scene.options.rig.meter, capacitance_pF * 1e-12);
   return a ? std::optional(*a) : std::nullopt;
@@ -81,13 +91,13 @@ void add_meter_gain(const std::optional<MeterAccuracy>& a, double value, Uncerta
 // What the line's points say of a disturbance that goes with time or with the rate of force: by how
 // much it tilts the line. `of` gives the disturbance of a level in the unit of x or y.
 template <class Of>
-double tilt(const RunAnalysis& out, const RangeResult& r, Of of) {
+double tilt(const LevelResults& levels, const RangeResult& r, Of of) {
   std::vector<LinePoint> points;
   double offset = 0;
   std::int32_t repeat = -1;
-  for (const LevelResult& l : out.levels) {
+  for (const LevelResult& l : levels.levels) {
     const double kPa = l.target_kPa.value_or(l.pressure_kPa);
-    if (l.direction != direction_of_line(out) || !is_inside(r.range, kPa)) continue;
+    if (l.direction != levels.line_direction || !is_inside(r.range, kPa)) continue;
     if (l.repeat != repeat) offset = of(l), repeat = l.repeat;
     points.push_back({l.pressure_kPa, of(l) - offset, static_cast<double>(l.readings)});
   }
@@ -96,19 +106,16 @@ double tilt(const RunAnalysis& out, const RangeResult& r, Of of) {
 }
 
 // What the subtraction of the drift leaves.
-void add_drift(const RunAnalysis& out, const RangeResult& r, Uncertainty& b) {
-  if (!out.drift.estimate) {
+void add_drift(const Metric& drift, const RangeResult& r, Uncertainty& b) {
+  if (!drift.estimate) {
     b.parts.push_back(part("drift of C0", 0, "not known: no rests to tell it by"));
     return;
   }
   const bool apart = r.parts_of_error.size() > 1 && r.parts_of_error[1].se > 0;
-  UncertaintyPart p =
-      part("drift of C0", apart ? r.parts_of_error[1].se : 0,
-           fmt::format("{:.3g} fF/h between the rests, subtracted; what their own scatter leaves{}",
-                       out.drift.value(), apart ? "" : " is within the scatter"));
-  p.kind = UncertaintyKind::a;
-  if (apart) p.degrees_of_freedom = r.parts_of_error[1].degrees_of_freedom;
-  b.parts.push_back(p);
+  b.parts.push_back(type_a(
+      "drift of C0", apart ? r.parts_of_error[1] : SlopePart(),
+      fmt::format("{:.3g} fF/h between the rests, subtracted; what their own scatter leaves{}",
+                  drift.value(), apart ? "" : " is within the scatter")));
 }
 
 void add_shared(const RangeResult& r, Uncertainty& b) {
@@ -117,19 +124,16 @@ void add_shared(const RangeResult& r, Uncertainty& b) {
                            "not known: it takes six levels to tell it from the curve's shape"));
     return;
   }
-  UncertaintyPart p =
-      part("scatter that repeats share", r.shared->se,
-           "deviations of the levels from a cubic through all of them, beyond the scatter between "
-           "repeats: seating, probe, electrode, and the shape that a cubic does not have");
-  p.kind = UncertaintyKind::a;
-  p.degrees_of_freedom = r.shared->degrees_of_freedom;
-  b.parts.push_back(p);
+  b.parts.push_back(type_a(
+      "scatter that repeats share", *r.shared,
+      "deviations of the levels from a cubic through all of them, beyond the scatter between "
+      "repeats: seating, probe, electrode, and the shape that a cubic does not have"));
 }
 
 // One error of the instant, the same in all readings, moves each pressure by its rate: what tilts
 // the line is how the rate changes with pressure.
-void add_alignment(const Scene& scene, const RunAnalysis& out, double slope, const RangeResult& r,
-                   Uncertainty& b) {
+void add_alignment(const SlopeBasis& basis, double slope, const RangeResult& r, Uncertainty& b) {
+  const Scene& scene = basis.scene;
   std::vector<double> rate(scene.data.levels.size() + 1), time(scene.data.levels.size() + 1);
   std::vector<int> count(rate.size());
   for (const RunReading& x : scene.data.readings) {
@@ -141,7 +145,7 @@ void add_alignment(const Scene& scene, const RunAnalysis& out, double slope, con
   }
   const double area_m2 = scene.data.area_m2.value_or(1);
   double u_s = 0;
-  const double tilt_kPa_s = tilt(out, r, [&](const LevelResult& l) {
+  const double tilt_kPa_s = tilt(basis.levels, r, [&](const LevelResult& l) {
     const auto k = static_cast<std::size_t>(l.level);
     u_s = std::max(u_s, time[k]);
     return count[k] > 0 ? rate[k] / count[k] / area_m2 * 1e-3 : 0;
@@ -161,45 +165,8 @@ void add_alignment_of_cycles(double slope, const RangeResult& r, Uncertainty& b)
                        r.instant_s * 1e3, r.rate_tilt_per_s)));
 }
 
-void uncertainty_of_range(const Scene& scene, const RunAnalysis& out, RangeResult& r) {
-  Uncertainty& b = r.uncertainty;
-  b.quantity = fmt::format("sensitivity {}", range_text(r.range));
-  b.unit = "fF/kPa";
-  if (!r.sensitivity.estimate) return;
-  const double slope = r.sensitivity.value();
-  b.value = slope;
-  if (r.sensitivity.estimate->standard_error) {
-    Estimate own = *r.sensitivity.estimate;
-    own.standard_error = r.parts_of_error.front().se;
-    own.degrees_of_freedom = r.parts_of_error.front().degrees_of_freedom;
-    b.parts.push_back(scatter(own, r.scatter_basis));
-  }
-  const double pF = out.c0 ? out.c0.value() : out.levels.empty() ? 0 : out.levels[0].capacitance_pF;
-  const auto meter = accuracy(scene, pF);
-  add_meter_gain(meter, slope, b);
-  if (meter) {
-    b.parts.push_back(shared(part(
-        "meter offset", 0,
-        fmt::format("{:.3g} fF of the basic accuracy stay the same while the settings stay: they "
-                    "cancel in a slope",
-                    meter->offset_F * 1e15))));
-  }
-  const Relative force = force_class(scene), probe = area(scene);
-  b.parts.push_back(shared(part("force", force.u * slope, force.basis)));
-  b.parts.push_back(shared(part("area of the probe", probe.u * slope, probe.basis)));
-  if (!out.levels.empty()) {
-    add_alignment(scene, out, slope, r, b);
-  } else {
-    add_alignment_of_cycles(slope, r, b);
-  }
-  add_drift(out, r, b);
-  if (!out.levels.empty()) add_shared(r, b);
-  add_other_choices(scene, out, r, b);
-  b.least = half_width(r.sensitivity);
-  combine(b, scene.options.confidence);
-}
-
-void uncertainty_of_c0(const Scene& scene, RunAnalysis& out) {
+void uncertainty_of_c0(const Scene& scene, const BaselineResult& out,
+                       std::vector<Uncertainty>& list) {
   if (!out.c0 || !out.c0.estimate->standard_error) return;
   Uncertainty b;
   b.quantity = "C0";
@@ -217,14 +184,14 @@ void uncertainty_of_c0(const Scene& scene, RunAnalysis& out) {
                            "last stretch without load against the first, rectangular"));
   }
   combine(b, scene.options.confidence);
-  out.uncertainties.push_back(std::move(b));
+  list.push_back(std::move(b));
 }
 
 // A window that reaches over the turn holds less force than its middle: rate x window / 4 less when
 // the turn is in its middle, a third of that in the mean of all places. Percent of C0.
-double turn_percent(const Scene& scene, const RunAnalysis& out) {
+double turn_percent(const Scene& scene, const std::vector<CycleResult>& cycles, double c0_pF) {
   double sum_fF = 0;
-  for (const CycleResult& c : out.cycles) {
+  for (const CycleResult& c : cycles) {
     if (c.peak_method != PeakMethod::fit || !c.slope_fF_per_N) continue;
     double rate_N_s = 0, window_s = 0;
     for (std::size_t i = c.first; i < c.last; ++i) {
@@ -236,10 +203,11 @@ double turn_percent(const Scene& scene, const RunAnalysis& out) {
     }
     sum_fF += *c.slope_fF_per_N * rate_N_s * window_s / 12;
   }
-  return sum_fF / static_cast<double>(out.cycles.size()) / (out.c0.value() * 1e3) * 100;
+  return sum_fF / static_cast<double>(cycles.size()) / (c0_pF * 1e3) * 100;
 }
 
-void uncertainty_of_dynamic_range(const Scene& scene, RunAnalysis& out) {
+void uncertainty_of_dynamic_range(const Scene& scene, const CycleResults& out, const Metric& c0,
+                                  std::vector<Uncertainty>& list) {
   if (!out.dynamic_range || !out.dynamic_range.estimate->standard_error) return;
   Uncertainty b;
   b.quantity = "dynamic range";
@@ -249,7 +217,7 @@ void uncertainty_of_dynamic_range(const Scene& scene, RunAnalysis& out) {
   const bool several = out.cycles.size() > 1;
   b.parts.push_back(scatter(*out.dynamic_range.estimate,
                             several ? "scatter between cycles" : "scatter of the readings"));
-  const double c0_pF = out.c0.value();
+  const double c0_pF = c0.value();
   if (const auto meter = accuracy(scene, c0_pF)) {
     b.parts.push_back(part("meter offset in C0",
                            rectangular(meter->offset_F) / (c0_pF * 1e-12) * b.value,
@@ -263,19 +231,19 @@ void uncertainty_of_dynamic_range(const Scene& scene, RunAnalysis& out) {
     b.parts.push_back(
         shared(part("force at the peak", percent_per_N * peak * force.u, force.basis)));
   }
-  if (const double turn = turn_percent(scene, out); turn > 0) {
+  if (const double turn = turn_percent(scene, out.cycles, c0_pF); turn > 0) {
     b.parts.push_back(part("turn within a window", turn,
                            "the meter's mean over a window that reaches over the peak: a twelfth "
                            "of rate times window less, in the mean"));
   }
   combine(b, scene.options.confidence);
-  out.uncertainties.push_back(std::move(b));
+  list.push_back(std::move(b));
 }
 
 // Of the curve's upper half, whatever ranges were asked for.
-double slope_at_top(const RunAnalysis& out, const CurvePoint& top) {
+double slope_at_top(const std::vector<CurvePoint>& curve, const CurvePoint& top) {
   std::vector<LinePoint> points;
-  for (const CurvePoint& c : out.curve) {
+  for (const CurvePoint& c : curve) {
     if (c.direction == top.direction && 2 * c.pressure_kPa >= top.pressure_kPa) {
       points.push_back({c.pressure_kPa, c.capacitance_pF * 1e3, 1});
     }
@@ -284,10 +252,12 @@ double slope_at_top(const RunAnalysis& out, const CurvePoint& top) {
   return line ? line->slope : *top.delta_C_fF / top.pressure_kPa;
 }
 
-void uncertainty_of_highest_level(const Scene& scene, RunAnalysis& out) {
-  if (out.curve.empty() || !out.c0) return;
+void uncertainty_of_highest_level(const Scene& scene, const BaselineResult& out,
+                                  const std::vector<CurvePoint>& curve,
+                                  std::vector<Uncertainty>& list) {
+  if (curve.empty() || !out.c0) return;
   const auto& top = *std::max_element(
-      out.curve.begin(), out.curve.end(),
+      curve.begin(), curve.end(),
       [](const CurvePoint& a, const CurvePoint& b) { return a.pressure_kPa < b.pressure_kPa; });
   if (!top.standard_error_fF || !top.delta_C_fF) return;
   Uncertainty b;
@@ -304,7 +274,7 @@ void uncertainty_of_highest_level(const Scene& scene, RunAnalysis& out) {
     b.parts.back().name = "C0";
   }
   add_meter_gain(accuracy(scene, out.c0.value()), b.value, b);
-  const double slope = slope_at_top(out, top);
+  const double slope = slope_at_top(curve, top);
   const Relative force = force_class(scene), probe = area(scene);
   b.parts.push_back(shared(part("force", slope * top.pressure_kPa * force.u, force.basis)));
   b.parts.push_back(
@@ -314,11 +284,11 @@ void uncertainty_of_highest_level(const Scene& scene, RunAnalysis& out) {
                            "last stretch without load against the first, rectangular"));
   }
   combine(b, scene.options.confidence);
-  out.uncertainties.push_back(std::move(b));
+  list.push_back(std::move(b));
 }
 
-void uncertainty_of_hysteresis(const Scene& scene, RunAnalysis& out) {
-  const Hysteresis& h = out.hysteresis;
+void uncertainty_of_hysteresis(const Scene& scene, const Hysteresis& h,
+                               std::vector<Uncertainty>& list) {
   if (!h.largest_gap || !h.largest_gap.estimate->standard_error) return;
   Uncertainty b;
   b.quantity = "hysteresis";
@@ -329,38 +299,61 @@ void uncertainty_of_hysteresis(const Scene& scene, RunAnalysis& out) {
   b.parts.push_back(part("alignment of the clocks", h.alignment_percent.value_or(0),
                          "one error of the instant shifts loading and unloading apart"));
   combine(b, scene.options.confidence);
-  out.uncertainties.push_back(std::move(b));
-}
-
-void note_certified_range(const Scene& scene, RunAnalysis& out) {
-  const auto from = scene.options.rig.force_certified_from_N;
-  if (!from || !scene.data.area_m2) return;
-  const auto below = std::count_if(out.levels.begin(), out.levels.end(), [&](const LevelResult& l) {
-    return l.pressure_kPa * 1e3 * *scene.data.area_m2 < *from;
-  });
-  if (below == 0) return;
-  out.notes.push_back(fmt::format(
-      "{} of {} levels lie below {} N, where the load cell is not certified: the force part of the "
-      "uncertainty does not hold there",
-      below, out.levels.size(), *from));
+  list.push_back(std::move(b));
 }
 
 }  // namespace
 
-void calc_uncertainties(const Scene& scene, RunAnalysis& out) {
-  for (RangeResult& r : out.ranges) {
-    uncertainty_of_range(scene, out, r);
-    if (!r.uncertainty.parts.empty()) out.uncertainties.push_back(r.uncertainty);
+Uncertainty uncertainty_of(const SlopeBasis& basis, const RangeResult& r) {
+  const Scene& scene = basis.scene;
+  const auto& levels = basis.levels.levels;
+  const Metric& c0 = basis.baseline.c0;
+  Uncertainty b;
+  b.quantity = fmt::format("sensitivity {}", range_text(r.range));
+  b.unit = "fF/kPa";
+  if (!r.sensitivity.estimate) return b;
+  const double slope = r.sensitivity.value();
+  b.value = slope;
+  if (r.sensitivity.estimate->standard_error) {
+    b.parts.push_back(scatter(r.parts_of_error.front(), r.scatter_basis));
   }
-  if (out.regions && out.regions->reason.empty()) {
-    uncertainty_of_range(scene, out, out.regions->low);
-    uncertainty_of_range(scene, out, out.regions->high);
+  const double pF = c0 ? c0.value() : levels.empty() ? 0 : levels[0].capacitance_pF;
+  const auto meter = accuracy(scene, pF);
+  add_meter_gain(meter, slope, b);
+  if (meter) {
+    b.parts.push_back(shared(part(
+        "meter offset", 0,
+        fmt::format("{:.3g} fF of the basic accuracy stay the same while the settings stay: they "
+                    "cancel in a slope",
+                    meter->offset_F * 1e15))));
   }
-  uncertainty_of_c0(scene, out);
-  uncertainty_of_dynamic_range(scene, out);
-  uncertainty_of_highest_level(scene, out);
-  uncertainty_of_hysteresis(scene, out);
-  note_certified_range(scene, out);
+  const Relative force = force_class(scene), probe = area(scene);
+  b.parts.push_back(shared(part("force", force.u * slope, force.basis)));
+  b.parts.push_back(shared(part("area of the probe", probe.u * slope, probe.basis)));
+  if (!levels.empty()) {
+    add_alignment(basis, slope, r, b);
+  } else {
+    add_alignment_of_cycles(slope, r, b);
+  }
+  add_drift(basis.baseline.drift, r, b);
+  if (!levels.empty()) add_shared(r, b);
+  add_other_choices(basis, r, b);
+  b.least = half_width(r.sensitivity);
+  combine(b, scene.options.confidence);
+  return b;
+}
+
+std::vector<Uncertainty> calc_uncertainties(const SlopeBasis& basis,
+                                            const SensitivityResult& sensitivity) {
+  std::vector<Uncertainty> list;
+  for (const RangeResult& r : sensitivity.ranges) {
+    if (!r.uncertainty.parts.empty()) list.push_back(r.uncertainty);
+  }
+  uncertainty_of_c0(basis.scene, basis.baseline, list);
+  uncertainty_of_dynamic_range(basis.scene, basis.cycles, basis.baseline.c0, list);
+  uncertainty_of_highest_level(basis.scene, basis.baseline, basis.curve.curve, list);
+  uncertainty_of_hysteresis(basis.scene, basis.hysteresis, list);
+  return list;
 }
 
 }  // namespace lcrig

@@ -12,6 +12,7 @@
 #include "daemon/rig/sim.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/run_summary.hpp"
+#include "storage/runs.hpp"
 
 namespace lcrig {
 

@@ -59,7 +59,18 @@ Result<> append_link(const Database& db, std::int64_t run, Write write) {
   return chain->append(*head, hash);
 }
 
+constexpr std::string_view kReplay = "replay:";
+
 }  // namespace
+
+std::string replay_bench(std::string_view directory) {
+  return std::string(kReplay).append(directory);
+}
+
+std::optional<std::string> replay_directory(std::string_view bench) {
+  if (!bench.starts_with(kReplay)) return std::nullopt;
+  return std::string(bench.substr(kReplay.size()));
+}
 
 std::string read_boot_id() {
   std::ifstream file("/proc/sys/kernel/random/boot_id");

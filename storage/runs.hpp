@@ -64,6 +64,10 @@ struct RunListing {
   std::int64_t lcr_readings = 0, frame_samples = 0, levels = 0, events = 0;
 };
 
+// The bench of a run that plays a recording back is "replay:DIR".
+std::string replay_bench(std::string_view directory);
+std::optional<std::string> replay_directory(std::string_view bench);  // nullopt: a real bench
+
 // The kernel's id of this boot; empty when it has none.
 std::string read_boot_id();
 

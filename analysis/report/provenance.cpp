@@ -66,7 +66,7 @@ bool is_simulated(const ReportRun& run) {
 }
 
 bool is_replayed(const ReportRun& run) {
-  return run.data.row.simulated && run.data.row.bench_name.starts_with("replay:");
+  return run.data.replayed;
 }
 
 std::string simulated_mark(std::span<const ReportRun> runs) {

@@ -96,10 +96,4 @@ Result<Bench> find_bench(const std::string& what) {
               did_you_mean(what, names), fmt::join(names, ", "));
 }
 
-std::optional<std::string> replay_directory(const std::string& bench) {
-  constexpr std::string_view kPrefix = "replay:";
-  if (!bench.starts_with(kPrefix)) return std::nullopt;
-  return bench.substr(kPrefix.size());
-}
-
 }  // namespace lcrig

@@ -41,7 +41,5 @@ struct ShippedBench {
 const std::vector<ShippedBench>& shipped_benches();
 // A file (a path, or a name that ends in .json), or the name of a shipped bench.
 Result<Bench> find_bench(const std::string& what);
-// "replay:DIR" -> DIR; nullopt: a bench.
-std::optional<std::string> replay_directory(const std::string& bench);
 
 }  // namespace lcrig

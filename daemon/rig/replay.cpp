@@ -5,6 +5,7 @@
 
 #include "daemon/rig/recording.hpp"
 #include "daemon/rig/simulated.hpp"
+#include "storage/runs.hpp"
 
 namespace lcrig {
 
@@ -18,7 +19,7 @@ class ReplayInstruments final : public SimulatedInstruments {
     auto recording = load_recording(directory);
     if (!recording) return fail(recording.error());
     recording_ = std::move(*recording);
-    info_.bench_name = "replay:" + directory;
+    info_.bench_name = replay_bench(directory);
     info_.simulated = true;
     // Whoever has to confirm the end of a recording does so when it is over.
     simulated_person_ =

@@ -10,6 +10,7 @@
 #include "drivers/dead_weight/driver.hpp"
 #include "model/bench_world.hpp"
 #include "model/specimen_stiffness.hpp"
+#include "storage/runs.hpp"
 
 namespace lcrig {
 

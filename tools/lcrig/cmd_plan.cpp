@@ -9,6 +9,7 @@
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
 #include "protocols/plan/plan.hpp"
+#include "storage/runs.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/plan_text.hpp"

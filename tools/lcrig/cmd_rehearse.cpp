@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "daemon/rehearse.hpp"
 #include "daemon/rig/bench.hpp"
+#include "storage/runs.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/live_line.hpp"

@@ -64,20 +64,13 @@ TEST(FitLine, WeightsCountAsRepeatedPoints) {
   EXPECT_NEAR(a->residual_ss, b->residual_ss, 1e-13);
 }
 
-TEST(HuberLine, IsHardlyMovedByAPointThatIsFarOff) {
+TEST(HuberLocation, IsHardlyMovedByAValueThatIsFarOff) {
   std::mt19937_64 random(3);
-  std::normal_distribution<double> noise(0, 0.1);
-  std::vector<LinePoint> points;
-  for (int i = 0; i < 40; ++i) points.push_back({1.0 * i, 2.0 * i + noise(random), 1});
-  points[39].y += 50;
-  const double plain = fit_line(points)->slope;
-  const auto robust = fit_line_huber(points);
-  ASSERT_TRUE(robust);
-  EXPECT_GT(std::abs(plain - 2), 0.1);
-  EXPECT_NEAR(robust->line.slope, 2, 0.01);
-  EXPECT_LT(robust->huber_weights[39], 0.02);
-  EXPECT_GT(robust->slope_se, 0.001);
-  EXPECT_LT(robust->slope_se, 0.01);
+  std::normal_distribution<double> noise(2, 0.1);
+  std::vector<double> values;
+  for (int i = 0; i < 40; ++i) values.push_back(noise(random));
+  values[39] += 50;
+  EXPECT_NEAR(huber_location(values), 2, 0.05);
 }
 
 TEST(Quantiles, AreThoseOfTheTables) {

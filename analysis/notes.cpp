@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a reader of the results must know: gaps, overloads, assumptions.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "analysis/metrics.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using Notes = std::vector<std::string>;
+
+void add_origin(const RunData& data, Notes& notes) {
+  if (data.replayed) {
+    notes.emplace_back("a recording was played back through simulated instruments");
+  } else if (data.row.simulated) {
+    notes.emplace_back("simulated: nothing was measured");
+  }
+  const RunListing& l = data.listing;
+  if (l.exit_status != ExitStatus::success) {
+    notes.push_back(fmt::format("the run ended with {}{}{}", to_string(l.exit_status, "?"),
+                                l.reason.empty() ? "" : ": ", l.reason));
+  }
+}
+
+// `text` has a place for the count. Nothing is said of none.
+void add_count(std::int64_t count, const char* text, Notes& notes) {
+  if (count > 0) notes.push_back(fmt::format(fmt::runtime(text), count));
+}
+
+void add_readings(const RunData& data, Notes& notes) {
+  add_count(data.overloads, "{} readings are overloads", notes);
+  add_count(data.repeated_readings, "{} answers repeated the value before and are not used", notes);
+  add_count(data.other_function, "{} readings of other functions are not used", notes);
+  const auto [low, high] =
+      std::ranges::minmax_element(data.readings, {}, &RunReading::capacitance_F);
+  if (data.readings.size() >= 3 && low->capacitance_F == high->capacitance_F) {
+    notes.emplace_back("all readings are alike: a meter that measures shows its noise");
+  }
+  add_count(
+      std::ranges::count_if(data.readings, [](const RunReading& r) { return r.capacitance_F < 0; }),
+      "{} readings of a negative capacitance: look at the open correction and the function", notes);
+  if (!data.has_frame()) notes.emplace_back("no force was recorded");
+  add_count(data.frame_gaps, "{} gaps in the frame's samples: nothing is interpolated across them",
+            notes);
+}
+
+void add_settings(const RunView& view, Notes& notes) {
+  if (!view.setting_known) notes.emplace_back("the run does not tell the settings of the meter");
+  if (view.different_settings > 1) {
+    const MeterSetting& s = view.setting;
+    notes.push_back(fmt::format(
+        "the meter's settings changed during the run: only readings under {} Hz, {} V, {}, average "
+        "{} are used ({} settings in all)",
+        s.frequency_Hz, s.level_V, to_string(s.speed), s.average, view.different_settings));
+  }
+  add_count(view.flagged,
+            "{} readings are flagged (a value beside an overload, or the first after a "
+            "resynchronisation): left out",
+            notes);
+}
+
+void add_missing_levels(const RunData& data, const MeasuredLevels& measured, Notes& notes) {
+  std::int64_t missing = 0;
+  for (const MeasuredLevel& l : measured.levels) missing += l.missing;
+  add_count(
+      missing,
+      "{} planned readings of levels are missing (overload, no force, or the level broke off)",
+      notes);
+  const auto abandoned = std::ranges::count(data.levels, true, &LevelRow::abandoned);
+  add_count(abandoned, "{} levels were abandoned when an instrument was lost in them: left out",
+            notes);
+  const auto empty = std::ssize(data.levels) - std::ssize(measured.levels) - abandoned;
+  if (data.area_m2) add_count(empty, "{} levels have no usable reading", notes);
+}
+
+void add_certified_range(const Scene& scene, const MeasuredLevels& measured, Notes& notes) {
+  const auto from = scene.options.rig.force_certified_from_N;
+  if (!from || !scene.data.area_m2) return;
+  const auto below = std::ranges::count_if(measured.levels, [&](const MeasuredLevel& l) {
+    return l.pressure_kPa * 1e3 * *scene.data.area_m2 < *from;
+  });
+  if (below == 0) return;
+  notes.push_back(fmt::format(
+      "{} of {} levels lie below {} N, where the load cell is not certified: the force part of the "
+      "uncertainty does not hold there",
+      below, measured.levels.size(), *from));
+}
+
+}  // namespace
+
+Notes calc_notes(const Scene& scene, const MeasuredLevels& measured, const HoldResults& holds) {
+  const RunData& data = scene.data;
+  Notes notes;
+  add_origin(data, notes);
+  add_readings(data, notes);
+  add_settings(scene, notes);
+  if ((!scene.loadings.empty() || !data.levels.empty()) && !scene.drift.known()) {
+    notes.emplace_back(
+        "no two stretches without load: a drift of the capacitance cannot be told from the "
+        "specimen's answer, and none is subtracted");
+  }
+  if (!data.levels.empty() && !data.area_m2) {
+    notes.emplace_back(
+        "the run knows no probe diameter, so there are no pressures and no levels in kPa; state it "
+        "in the fixture of the bench or config file");
+  }
+  add_count(measured.without_force,
+            "{} levels have no recorded force: the force that was asked for is taken", notes);
+  if (holds.holds_left_out > 0) {
+    notes.push_back(fmt::format("only the first {} holds are analysed, {} more are not",
+                                holds.holds.size(), holds.holds_left_out));
+  }
+  add_certified_range(scene, measured, notes);
+  add_missing_levels(data, measured, notes);
+  add_count(measured.outliers.outlier_count,
+            "{} outliers among the readings of levels and baseline: listed, and kept in every "
+            "result but the robust ones",
+            notes);
+  return notes;
+}
+
+}  // namespace lcrig
