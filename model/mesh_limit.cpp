@@ -13,6 +13,9 @@ namespace {
 // converges twice as fast, and at a corner with the mildest grading cells shrink with the square of
 // their number. Coarse meshes may show a higher order by chance, so the doubt does not count on it.
 constexpr double kMostOrder = 2;
+// The order that the grading gives to the worst corner, see `model/fem_mesh.cpp`. A step that falls
+// faster than this is small by chance.
+constexpr double kDesignOrder = 3;
 constexpr double kLeastOrder = 1;  // the family promises to halve the error at each step
 constexpr double kRounding = 1e-15;
 
@@ -49,9 +52,7 @@ MeshLimit limit_of(const std::vector<double>& values) {
     return limit;
   }
   limit.value += last / (std::exp2(order) - 1);
-  // The last step may be small by chance, so it counts at least as the one before shrunk at the
-  // highest rate.
-  const double step = std::max(std::abs(last), std::abs(before) * std::exp2(-2 * kMostOrder));
+  const double step = std::max(std::abs(last), std::abs(before) * std::exp2(-kDesignOrder));
   limit.doubt = std::max(step / (std::exp2(std::min(order, kMostOrder)) - 1), rounding);
   return limit;
 }
