@@ -3,16 +3,20 @@
 // estimated with their true errors. For tests/model_study and a unit test of the model.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <functional>
 #include <istream>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
 
-#include "model/error_estimate.hpp"
+#include "model/auto_level.hpp"
 #include "tests/support/random_stack.hpp"
 
 namespace lcrig {
@@ -21,21 +25,30 @@ namespace lcrig {
 struct Judged {
   std::uint64_t seed = 0;
   double pressure_Pa = 0;
-  std::string level;  // "fem_linear (own)": the error of the mesh alone, at small strains
+  // A level, or "fem_linear (own)": the error of its mesh alone, at small strains, or "auto 0.001":
+  // what `auto` chose at this tolerance, or "auto 0.001 refused": the tolerance, and the error of
+  // the best level there is.
+  std::string level;
   int mesh = 0;
   double estimate = 0, error = 0;  // relative
   double truth_doubt = 0;  // relative, of the truth that was used
   double order = 0;
   bool settled = true;
+  double negligible = 1e-7;  // errors that nobody asks about
   double ratio() const { return estimate / error; }
-  // The truth is ten times better known than the error, and the error is not negligible.
-  bool counts() const { return truth_doubt <= error / 10 && error > 1e-7; }
+  // Estimate and error are both negligible, so their ratio says nothing.
+  bool met() const {
+    return estimate <= negligible && error <= negligible && truth_doubt <= negligible;
+  }
+  // The truth is ten times better known than the error.
+  bool counts() const { return !met() && truth_doubt <= error / 10; }
 };
 
 struct JudgePlan {
   std::vector<double> pressure_Pa{10e3, 30e3, 100e3};
   int finest_linear = 1, finest_finite = 1;  // the finest meshes that are judged
   int truth_linear = 3, truth_finite = 2;  // the finest meshes whose limits judge them
+  std::vector<double> tolerance;  // at which `auto` is judged
 };
 
 // Aitken's limit of the three finest meshes, and its distance from the limit of the three before.
@@ -73,16 +86,17 @@ inline std::optional<Judged> judge_mesh(ErrorEstimator& solved, std::uint64_t se
   const auto mine = solved.delta_F(settings, pressure);
   if (!limit || !mine) return std::nullopt;
   const double doubt = kDoubtFactor * limit->doubt;
-  const double estimate = (std::abs(*mine - limit->value) + doubt) / (limit->value - doubt);
-  return Judged{seed,
-                pressure.si(),
-                "fem_linear (own)",
-                mesh,
-                estimate,
-                std::abs(*mine / truth.value_F - 1),
-                truth.doubt_F / truth.value_F,
-                limit->order,
-                limit->settled};
+  Judged j;
+  j.seed = seed;
+  j.pressure_Pa = pressure.si();
+  j.level = "fem_linear (own)";
+  j.mesh = mesh;
+  j.estimate = (std::abs(*mine - limit->value) + doubt) / (limit->value - doubt);
+  j.error = std::abs(*mine / truth.value_F - 1);
+  j.truth_doubt = truth.doubt_F / truth.value_F;
+  j.order = limit->order;
+  j.settled = limit->settled;
+  return j;
 }
 
 // What another code found for a stack's slope at zero load, and what its last refinement changed.
@@ -143,22 +157,66 @@ inline std::vector<LevelSettings> judged_levels(const Specimen& s, const JudgePl
   return list;
 }
 
+inline void judge_levels(ErrorEstimator& solved, const JudgePlan& plan, const Judged& blank,
+                         const StackTruth& truth, const std::function<void(const Judged&)>& take) {
+  const Pressure pressure = Pressure::from_si(blank.pressure_Pa);
+  for (const LevelSettings& settings : judged_levels(solved.specimen(), plan)) {
+    const auto mine = solved.delta_F(settings, pressure);
+    const auto estimate = solved.estimate(settings, pressure);
+    if (!mine || !estimate || estimate->lost_beyond) continue;
+    Judged j = blank;
+    j.level = std::string(to_string(settings.level));
+    j.mesh = settings.mesh.refinement;
+    j.estimate = estimate->relative;
+    j.error = std::abs(*mine / truth.value_F - 1);
+    j.order = estimate->order;
+    j.settled = estimate->settled;
+    take(j);
+  }
+}
+
+// `least_error`: of the best level that was judged.
+inline void judge_auto(ErrorEstimator& solved, double tolerance, double least_error,
+                       const Judged& blank, const StackTruth& truth,
+                       const std::function<void(const Judged&)>& take) {
+  const Pressure pressure = Pressure::from_si(blank.pressure_Pa);
+  const auto choice = choose_level(solved, tolerance, pressure);
+  Judged j = blank;
+  j.level = fmt::format("auto {:g}{}", tolerance, choice ? "" : " refused");
+  if (!choice) {
+    j.estimate = tolerance;
+    j.error = least_error;
+    take(j);
+    return;
+  }
+  const auto mine = solved.delta_F(choice->settings, pressure);
+  if (!mine || choice->lost_beyond) return;
+  j.negligible = tolerance / 10;
+  j.mesh = choice->settings.mesh.refinement;
+  j.estimate = choice->error_estimate;
+  j.error = std::abs(*mine / truth.value_F - 1);
+  take(j);
+}
+
 inline void judge_stack(std::uint64_t seed, const JudgePlan& plan,
                         const std::function<void(const Judged&)>& take) {
-  const Specimen s = random_stack(seed);
-  ErrorEstimator solved(s);
+  ErrorEstimator solved(random_stack(seed));
   judge_own_mesh(solved, plan, seed, take);
   for (const double pressure_Pa : plan.pressure_Pa) {
-    const Pressure pressure = Pressure::from_si(pressure_Pa);
-    const auto truth = find_truth(solved, Level::fem_finite, plan.truth_finite, pressure);
+    const auto truth =
+        find_truth(solved, Level::fem_finite, plan.truth_finite, Pressure::from_si(pressure_Pa));
     if (!truth) continue;
-    for (const LevelSettings& settings : judged_levels(s, plan)) {
-      const auto mine = solved.delta_F(settings, pressure);
-      const auto estimate = solved.estimate(settings, pressure);
-      if (!mine || !estimate || estimate->lost_beyond) continue;
-      take({seed, pressure_Pa, std::string(to_string(settings.level)), settings.mesh.refinement,
-            estimate->relative, std::abs(*mine / truth->value_F - 1),
-            truth->doubt_F / truth->value_F, estimate->order, estimate->settled});
+    Judged blank;
+    blank.seed = seed;
+    blank.pressure_Pa = pressure_Pa;
+    blank.truth_doubt = truth->doubt_F / truth->value_F;
+    double least_error = std::numeric_limits<double>::infinity();
+    judge_levels(solved, plan, blank, *truth, [&](const Judged& j) {
+      least_error = std::min(least_error, j.error);
+      take(j);
+    });
+    for (const double tolerance : plan.tolerance) {
+      judge_auto(solved, tolerance, least_error, blank, *truth, take);
     }
   }
 }
