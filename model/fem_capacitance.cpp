@@ -63,7 +63,7 @@ Result<double> change_of(const StackSpace& space, const Profile& profile, Electr
       }
       const double gap = profile.gap_m - closing;
       if (!(gap > 0)) {
-        return fail(Errc::invalid_request, "a layer has closed at radius {} mm", R.value * 1e3);
+        return fail(Errc::invalid_request, "a layer has closed at radius {:.4g} mm", R.value * 1e3);
       }
       sum +=
           weight * (stretch * profile.gap_m + R.value * R.slope * closing) / (gap * profile.gap_m);

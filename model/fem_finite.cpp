@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -221,7 +223,10 @@ Result<StackState> FemFinite::at_pressure(Pressure pressure) {
   const FemState& state = known_.at(*dead);
   auto changes = capacitance_changes(space_, space_.capacitors(), state.u, 1, area_);
   if (!changes) {
-    return fail(changes.error().code, "fem_finite: {}", changes.error().what);
+    const auto open = last_converged();
+    return fail(changes.error().code, "fem_finite: {} at {:.5g} kPa; the largest load before is {}",
+                changes.error().what, p / 1e3,
+                open ? fmt::format("{:.5g} kPa", open->si() / 1e3) : "not known");
   }
   StackState result;
   result.pressure_Pa = p;

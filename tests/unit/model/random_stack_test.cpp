@@ -146,5 +146,22 @@ TEST(RandomStacks, AnEstimateBeyondTheLastSolutionSaysWhereThatIs) {
   EXPECT_TRUE(estimator.delta_F(settings, *estimate->lost_beyond));
 }
 
+// A soft top whose rim bulges until its electrode would be below the one underneath.
+TEST(RandomStacks, ALayerThatClosesSaysAtWhichLoad) {
+  ErrorEstimator estimator(random_stack(1'000'035));
+  LevelSettings settings;
+  settings.level = Level::fem_finite;
+  settings.mesh.refinement = -1;
+  const auto closed = estimator.delta_F(settings, 30.0_kPa);
+  ASSERT_FALSE(closed);
+  const std::string& what = closed.error().what;
+  EXPECT_NE(what.find("a layer has closed"), std::string::npos) << what;
+  const std::string before = "at 30 kPa; the largest load before is ";
+  ASSERT_NE(what.find(before), std::string::npos) << what;
+  const double open_kPa = std::stod(what.substr(what.find(before) + before.size()));
+  EXPECT_LT(open_kPa, 30);
+  EXPECT_TRUE(estimator.delta_F(settings, Pressure::from_si(open_kPa * 999)));
+}
+
 }  // namespace
 }  // namespace lcrig
