@@ -151,12 +151,17 @@ class LevelSearch {
   double start_s_;
   double last_s_ = 0;  // seconds that the last rating took
   std::optional<std::pair<LevelSettings, ErrorEstimate>> last_;  // the coarser mesh, if it answered
+  std::optional<Level> without_answer_;  // the last level that has none at this pressure
   std::string rejected_;
-  double least_ = std::numeric_limits<double>::infinity();
+  double least_ = std::numeric_limits<double>::infinity();  // error that some level can meet
+  std::string least_by_;  // that level, and its seconds
 };
 
 // Whether the coarser mesh has shown that a finer one of this level cannot help.
 bool LevelSearch::hopeless(const LevelSettings& settings) const {
+  if (settings.level == without_answer_) {
+    return true;
+  }
   if (!last_ || last_->first.level != settings.level || settings.level < Level::fem_linear) {
     return false;
   }
@@ -212,8 +217,9 @@ LevelChoice LevelSearch::choice(const LevelSettings& settings, const ErrorEstima
 }
 
 tl::unexpected<Error> LevelSearch::refuse(const std::string& limit) const {
-  const std::string best = std::isfinite(least_) ? fmt::format("{:.2g} can be met", least_ * 1.01)
-                                                 : "no level covers this stack at this pressure";
+  const std::string best = std::isfinite(least_)
+                               ? fmt::format("{:.2g} can be met by {}", least_ * 1.01, least_by_)
+                               : "no level covers this stack at this pressure";
   return fail(Errc::invalid_request,
               "specimen {}: no level meets a tolerance of {:.2g} at {:.4g} kPa; {}{} (estimated "
               "errors: {})",
@@ -231,13 +237,18 @@ Result<LevelChoice> LevelSearch::run() {
     }
     const auto estimate = rate(settings);
     if (!estimate) {
+      without_answer_ = settings.level;
       reject(settings, "not applicable");
       continue;
     }
     if (estimate->relative <= tolerance_) {
       return choice(settings, *estimate);
     }
-    least_ = std::min(least_, estimate->relative);
+    if (estimate->relative < least_) {
+      least_ = estimate->relative;
+      least_by_ =
+          name_of(settings) + (budget_ ? fmt::format(" in {:.2g} s", last_s_) : std::string());
+    }
     reject(settings, fmt::format("{:.2g}{}", estimate->relative,
                                  estimate->settled ? "" : " (its meshes do not converge)"));
   }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -31,9 +32,10 @@ struct LevelChoice {
   std::vector<Omission> left_out;
 };
 
-// How long the search may take. The model has no clock, so the caller lends one.
+// How long the search may take. The model has no clock, so the caller lends one; with it, a refusal
+// also says what the best level costs.
 struct WorkBudget {
-  double seconds = 0;
+  double seconds = std::numeric_limits<double>::infinity();
   std::function<double()> seconds_now;
 };
 

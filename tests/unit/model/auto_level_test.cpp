@@ -51,6 +51,23 @@ TEST(AutoLevel, BondedFacesClimbTheLadder) {
   EXPECT_TRUE(choose_level(s, met * 1.02, 100.0_kPa)) << what;
 }
 
+TEST(AutoLevel, AStackThatNoLevelCoversIsRefusedWithoutFinerMeshes) {
+  const auto never = choose_level(soft_block(1), 10, Pressure::from_si(1e9));
+  ASSERT_FALSE(never);
+  EXPECT_THAT(never.error().what, testing::HasSubstr("no level covers this stack"));
+  EXPECT_THAT(never.error().what, testing::HasSubstr("fem_finite (mesh 0) not applicable"));
+  EXPECT_THAT(never.error().what, testing::Not(testing::HasSubstr("mesh 1")));
+}
+
+TEST(AutoLevel, ARefusalNamesTheBestLevelAndItsCost) {
+  double time = 0;
+  WorkBudget patience;
+  patience.seconds_now = [&] { return time += 0.5; };
+  const auto never = choose_level(soft_block(1), 1e-9, 1.0_kPa, patience);
+  ASSERT_FALSE(never);
+  EXPECT_THAT(never.error().what, testing::ContainsRegex("can be met by fem_.* in 0.5 s"));
+}
+
 TEST(AutoLevel, RefusesSenselessRequests) {
   EXPECT_FALSE(choose_level(shipped("paper-1"), 0, 100.0_kPa));
   EXPECT_FALSE(choose_level(shipped("paper-1"), 1e-3, 0.0_kPa));
