@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Slope of the capacitance at zero load of random stacks, by FEniCSx: the truths that judge lcrig's
-own elements.
+"""Random stacks by FEniCSx: the truths that judge lcrig's own elements.
 
 Reads stacks, one JSON object a line (`model_study describe FIRST COUNT`), and writes one line of
-CSV for each: the slope on three meshes. Written from docs/model.md alone; nothing is shared with
-model/. Displacements of degree 4 to 6 on rectangles, integrated twice as well as they need to be,
-that shrink geometrically towards the rim and towards every face: exponential convergence at the
-corners, and every decay length is met by some cell. Sparse LU by MUMPS.
+CSV for each: the slope of the capacitance at zero load on three meshes or, with a pressure, the
+change of capacitance at finite strain on three milder meshes. Written from docs/model.md alone;
+nothing is shared with model/. Displacements of degree 4 to 6 on rectangles, integrated twice as
+well as they need to be, that shrink geometrically towards the rim and towards every face:
+exponential convergence at the corners, and every decay length is met by some cell. Sparse LU by
+MUMPS. Finite strain takes stacks that a pressure loads, not a plate.
 
     model_study describe 900001 80 | python3 truths.py > truths.csv
+    model_study describe 900001 80 | python3 truths.py 30 > truths-30kPa.csv
 
 Needs Debian's python3-dolfinx 0.5 (in a root of its own; it is large). A stack is left out where
 this formulation cannot describe it (rigid layers and electrodes, which are ties; nu above 0.4999)
@@ -24,15 +26,20 @@ import numpy as np
 
 logging.disable(logging.INFO)
 import ufl
-from dolfinx import fem, mesh
+from dolfinx import fem, mesh, nls
 from mpi4py import MPI
 from petsc4py import PETSc
 
 VACUUM_fF_mm = 8.8541878128  # permittivity, F/m times 1e12
 LEVELS = ((4, 4), (6, 5), (8, 6))  # halvings towards a face (by RATIO), degree
+# Finite strain: smaller cells at a bonded rim fold over before the load is reached.
+FINITE_LEVELS = ((1, 4), (2, 4), (3, 4))
+LOAD_STEPS = 8
+LEAST_STEP = 1 / 200  # of the load
 RATIO = 0.3
 RIM_RATIO = 0.45
 MOST_UNKNOWNS = 350_000  # the factors of more do not fit into 20 GiB
+MOST_FINITE_UNKNOWNS = 60_000  # a few minutes
 
 
 def towards_both(low, high, depth):
@@ -157,23 +164,123 @@ class Study:
         return 2 * np.pi * VACUUM_fF_mm * per_kPa * closing
 
 
+    def deformation(self, u):
+        return ufl.as_matrix([[1 + u[0].dx(0), 0, u[0].dx(1)], [0, 1 + u[0] / self.r, 0],
+                              [u[1].dx(0), 0, 1 + u[1].dx(1)]])
+
+    def energy(self, u):
+        young = np.array([layer["youngs_modulus_kPa"] for layer in self.layers])
+        nu = np.array([layer["poisson_ratio"] for layer in self.layers])
+        mu = self.by_layer(young / (2 * (1 + nu)))
+        lame = self.by_layer(young * nu / ((1 + nu) * (1 - 2 * nu)))
+        f = self.deformation(u)
+        log = ufl.ln(ufl.det(f))
+        return (mu / 2 * (ufl.inner(f, f) - 3 - 2 * log) + lame / 2 * log**2) * self.r * self.dx
+
+    def change_fF(self, pressure_kPa):
+        """At finite strain; None where a load step has no solution."""
+        u, v = fem.Function(self.space), ufl.TestFunction(self.space)
+        load = fem.Constant(self.grid, PETSc.ScalarType(0))
+        facets = np.sort(mesh.locate_entities_boundary(self.grid, 1, self.is_top))
+        tags = mesh.meshtags(self.grid, 1, facets, np.ones(len(facets), dtype=np.int32))
+        ds = ufl.Measure("ds", domain=self.grid, subdomain_data=tags)
+        forces = ufl.derivative(self.energy(u), u, v) + load * v[1] * self.r * ds(1)
+        problem = fem.petsc.NonlinearProblem(forces, u, self.conditions())
+        reached, step, slope = 0.0, 1 / LOAD_STEPS, 0.0
+        while reached < 1:
+            last, step = u.x.array.copy(), min(step, 1 - reached)
+            load.value = pressure_kPa * (reached + step)
+            u.x.array[:] = last + step * slope
+            try:
+                newton_solver(problem).solve(u)
+            except RuntimeError:
+                u.x.array[:], step = last, step / 2
+                if step < LEAST_STEP:
+                    return None
+                continue
+            reached, slope = reached + step, (u.x.array - last) / step
+        return self.capacitance_change_fF(u)
+
+    def capacitance_change_fF(self, u):
+        """Local parallel plates over the radius at rest: displacement of each face, by cell."""
+        axial, dofs = self.space.sub(1).collapse()
+        points, heights = axial.tabulate_dof_coordinates(), u.x.array[dofs]
+        gauss, weights = np.polynomial.legendre.leggauss(self.degree + 4)
+
+        def on_face(z):
+            row = np.flatnonzero(np.isclose(points[:, 1], z, rtol=0, atol=1e-9 * self.faces[-1]))
+            row = row[np.argsort(points[row, 0])]
+            values = []
+            for cell in range(len(self.radii) - 1):
+                nodes = row[cell * self.degree:(cell + 1) * self.degree + 1]
+                low, high = self.radii[cell:cell + 2]
+                local = 2 * (points[nodes, 0] - low) / (high - low) - 1
+                fit = np.polynomial.legendre.legfit(local, heights[nodes], self.degree)
+                values.append(np.polynomial.legendre.legval(gauss, fit))
+            return np.array(values)
+
+        half = (self.radii[1:] - self.radii[:-1])[:, None] / 2
+        rings = (self.radii[:-1, None] + half * (1 + gauss)) * half * weights
+        gaps, closings, below = {}, {}, on_face(0.0)
+        for layer, top in zip(self.layers, self.faces[1:]):
+            above, which = on_face(top), layer["capacitor"]
+            gaps[which] = gaps.get(which, 0) + layer["thickness_mm"] / layer["relative_permittivity"]
+            closings[which] = (closings.get(which, 0)
+                               + (below - above) / layer["relative_permittivity"])
+            below = above
+        changes = [closings[i] / (gaps[i] * (gaps[i] - closings[i])) for i in gaps]
+        return 2 * np.pi * VACUUM_fF_mm * np.sum(rings * sum(changes))
+
+
+def newton_solver(problem):
+    """A new one for each load, because one that has met a NaN fails for ever."""
+    newton = nls.petsc.NewtonSolver(MPI.COMM_SELF, problem)
+    newton.convergence_criterion = "incremental"  # the residual of thin films is all rounding
+    newton.max_it, newton.rtol, newton.atol = 30, 1e-9, 1e-10  # mm, over all nodes
+    options, prefix = PETSc.Options(), newton.krylov_solver.getOptionsPrefix()
+    for key, value in (("ksp_type", "preonly"), ("pc_type", "lu"),
+                       ("pc_factor_mat_solver_type", "mumps"), ("mat_mumps_icntl_14", 100)):
+        options[prefix + key] = value
+    newton.krylov_solver.setFromOptions()
+    return newton
+
+
+def truths(stack, pressure_kPa):
+    """Values and processor seconds by mesh, and unknowns of the finest; None where the stack cannot
+    be described."""
+    finite = pressure_kPa is not None
+    if not can_be_described(stack) or (finite and stack["top"] != "pressure"):
+        return None
+    studies = [Study(stack, *level) for level in (FINITE_LEVELS if finite else LEVELS)]
+    unknowns = studies[-1].unknowns()
+    if unknowns > (MOST_FINITE_UNKNOWNS if finite else MOST_UNKNOWNS):
+        return None
+    values, seconds = [], []
+    for study in studies:
+        began = time.process_time()
+        values.append(study.change_fF(pressure_kPa) if finite else study.slope_fF_kPa())
+        seconds.append(time.process_time() - began)
+        if values[-1] is None:
+            return None
+    return values, seconds, unknowns
+
+
 def main():
-    print("seed,capacitors,layers,unknowns,seconds,slope0_fF_kPa,slope1_fF_kPa,slope2_fF_kPa",
-          flush=True)
+    pressure_kPa = float(sys.argv[1]) if len(sys.argv) > 1 else None
+    what = "slope{}_fF_kPa" if pressure_kPa is None else f"change{{}}_fF_{pressure_kPa:g}kPa"
+    columns = ["seed", "capacitors", "layers", "unknowns", "seconds"]
+    columns += [what.format(i) for i in range(3)] + [f"seconds{i}" for i in range(3)]
+    print(",".join(columns), flush=True)
     for line in sys.stdin:
         stack = json.loads(line)
-        if not can_be_described(stack):
+        found = truths(stack, pressure_kPa)
+        if found is None:
             continue
-        began, slopes = time.process_time(), []
-        studies = [Study(stack, depth, degree) for depth, degree in LEVELS]
-        unknowns = studies[-1].unknowns()
-        if unknowns > MOST_UNKNOWNS:
-            continue
-        slopes = [study.slope_fF_kPa() for study in studies]
+        values, seconds, unknowns = found
         count = len({layer["capacitor"] for layer in stack["layers"]})
-        print(f"{stack['seed']},{count},{len(stack['layers'])},{unknowns},"
-              f"{time.process_time() - began:.1f}," + ",".join(f"{s:.10g}" for s in slopes),
-              flush=True)
+        print(f"{stack['seed']},{count},{len(stack['layers'])},{unknowns},{sum(seconds):.1f},"
+              + ",".join(f"{x:.10g}" for x in values) + ","
+              + ",".join(f"{x:.2f}" for x in seconds), flush=True)
 
 
 main()

@@ -4,9 +4,11 @@
 //   model_study FIRST_SEED COUNT [PRESSURE_kPa ...]   without pressures: small strains alone
 //   model_study describe FIRST_SEED COUNT             the stacks as JSON lines, for other codes
 //   model_study judge < truths.csv                    against bench/fenicsx/truths.py
+//   model_study race < truths.csv                     seconds, against its coarsest mesh
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <iostream>
 #include <map>
 #include <string>
@@ -92,6 +94,37 @@ int judge_by_other_code() {
   return 0;
 }
 
+// The coarsest mesh of ours whose error is at most that of the other code's coarsest, and its
+// processor seconds with and without the estimate.
+void race_one(const SlopeTruth& truth) {
+  const auto now = [] { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; };
+  const Pressure tiny = Pressure::from_si(1e-3);
+  for (int mesh = 0; mesh <= kFinestMesh; ++mesh) {
+    LevelSettings settings;
+    settings.level = Level::fem_linear;
+    settings.mesh.refinement = mesh;
+    ErrorEstimator solved(random_stack(truth.seed));
+    const double began = now();
+    const auto mine = solved.delta_F(settings, tiny);
+    const double alone_s = now() - began;
+    if (!mine || !solved.mesh_limit(settings, tiny)) return;
+    const double error = std::abs(*mine / tiny.si() / truth.slope_F_Pa - 1);
+    if (error > truth.coarse_error && mesh < kFinestMesh) continue;
+    std::printf("%llu,%d,%.2e,%.2e,%.4f,%.4f,%.2f\n", static_cast<unsigned long long>(truth.seed),
+                mesh, error, truth.coarse_error, alone_s, now() - began, *truth.coarse_s);
+    std::fflush(stdout);
+    return;
+  }
+}
+
+int race() {
+  std::printf("seed,mesh,error,other_error,seconds,seconds_with_estimate,other_seconds\n");
+  for (const SlopeTruth& truth : read_slope_truths(std::cin)) {
+    if (truth.coarse_s) race_one(truth);
+  }
+  return 0;
+}
+
 void describe_layer(const Specimen& s, std::size_t capacitor, const Layer& layer, bool first) {
   const Material& m = s.material(layer);
   std::printf(
@@ -127,6 +160,7 @@ std::uint64_t whole(const char* text) {
 
 int main(int argc, char** argv) {
   if (argc == 2 && std::string(argv[1]) == "judge") return lcrig::judge_by_other_code();
+  if (argc == 2 && std::string(argv[1]) == "race") return lcrig::race();
   if (argc == 4 && std::string(argv[1]) == "describe") {
     return lcrig::describe(lcrig::whole(argv[2]), lcrig::whole(argv[3]));
   }
@@ -134,7 +168,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr,
                  "usage: model_study FIRST_SEED COUNT [PRESSURE_kPa ...]\n"
                  "       model_study describe FIRST_SEED COUNT\n"
-                 "       model_study judge < truths.csv\n");
+                 "       model_study judge < truths.csv\n"
+                 "       model_study race < truths.csv\n");
     return 2;
   }
   lcrig::JudgePlan plan;
