@@ -179,9 +179,10 @@ bool LevelSearch::hopeless(const LevelSettings& settings) const {
   return e.settled && e.mesh * std::exp2(-kBestOrder * steps) > tolerance_;
 }
 
-// Seconds that the next mesh would take, if they do not fit into the budget.
+// Seconds that the next mesh would take, if they do not fit into the budget. The first is always
+// tried, because nothing says what it will take.
 std::optional<double> LevelSearch::too_long() const {
-  if (!budget_) {
+  if (!budget_ || rejected_.empty()) {
     return std::nullopt;
   }
   const double next = kHarder * last_s_;

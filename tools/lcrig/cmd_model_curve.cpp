@@ -30,7 +30,7 @@ class CurveCommand final : public Command {
   Outcome<ExitCode> run(Context& context) override;
 
  private:
-  Outcome<std::optional<WorkBudget>> work_budget(const Context& context) const;
+  Outcome<WorkBudget> work_budget(const Context& context) const;
 
   ModelOptions options_;
   std::string pressures_ = "0:100:10", tolerance_ = "0.01", budget_s_;
@@ -57,15 +57,17 @@ void print_text(std::ostream& out, const Curve& curve) {
   }
 }
 
-Outcome<std::optional<WorkBudget>> CurveCommand::work_budget(const Context& context) const {
-  if (budget_s_.empty()) return std::optional<WorkBudget>();
+Outcome<WorkBudget> CurveCommand::work_budget(const Context& context) const {
+  WorkBudget budget;
+  budget.seconds_now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
+  if (budget_s_.empty()) return budget;
   auto seconds = parse_number("--budget-s", budget_s_);
   if (!seconds) return tl::unexpected(seconds.error());
   if (!(*seconds > 0)) {
     return tl::unexpected(Failure(kUsage, "--budget-s must be positive", "--budget-s 10"));
   }
-  const auto now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
-  return std::optional(WorkBudget{*seconds, now});
+  budget.seconds = *seconds;
+  return budget;
 }
 
 Outcome<ExitCode> CurveCommand::run(Context& context) {

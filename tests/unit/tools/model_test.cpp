@@ -15,7 +15,9 @@ namespace {
 
 using nlohmann::json;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class ModelCommands : public ::testing::Test {
  protected:
@@ -105,6 +107,57 @@ TEST_F(ModelCommands, CurveRefusesBadSpecimens) {
   const std::string text(shipped_specimens().front().text);
   const auto open = text.find("\"layers\": [") + 11;
   expect(text.substr(open, text.find(']', open) - open), "", "layers");
+}
+
+// A bonded disc without a film on top, whose rim folds over at a moderate load.
+constexpr const char* kSoftDisc = R"({ "format": "specimen/1", "name": "soft-disc",
+  "disc_diameter_mm": 4.0, "faces": "bonded_base", "materials": { "PDMS": {
+    "relative_permittivity": 2.75, "youngs_modulus_kPa": 125, "poisson_ratio": 0.49 } },
+  "capacitors": [ { "layers": [ { "material": "PDMS", "thickness_um": 100 } ] } ] })";
+
+TEST_F(ModelCommands, CurveSaysWhichErrorCanBeMetAndAtWhatCost) {
+  const std::string disc = cli.dir.file("disc.json");
+  std::ofstream(disc) << kSoftDisc;
+  const std::vector<std::string> curve{"model",          "curve", "-s",          disc,
+                                       "--pressure-kPa", "10",    "--tolerance", "1e-9"};
+  const auto with_budget = [&](const std::string& seconds) {
+    auto args = curve;
+    args.insert(args.end(), {"--budget-s", seconds});
+    return args;
+  };
+  EXPECT_EQ(cli.run(with_budget("1e-6")), kFailed);
+  EXPECT_THAT(cli.err.str(), ContainsRegex("[0-9] can be met by fem_linear \\(mesh 0\\) in .* s; "
+                                           "fem_.* would take about .* s more, over the budget"));
+  expect_refused(with_budget("0"), kUsage, "must be positive");
+  expect_refused(with_budget("-1"), kUsage, "must be positive");
+  expect_refused(with_budget("1e999"), kUsage, "expected a number");
+  expect_refused(with_budget("nan"), kUsage, "--budget-s");
+}
+
+TEST_F(ModelCommands, CurveMarksWhatIsExtrapolated) {
+  const std::string disc = cli.dir.file("disc.json");
+  std::ofstream(disc) << kSoftDisc;
+  const std::vector<std::string> curve{"model",          "curve",      "-s",     disc,
+                                       "--level",        "fem_linear", "--mesh", "0",
+                                       "--pressure-kPa", "10,110"};
+  ASSERT_EQ(cli.run(curve), kOk) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("finite strain has no solution beyond"),
+                                   ContainsRegex("\n +110 [^\n]*  extrapolated\n"),
+                                   Not(ContainsRegex("\n +10 [^\n]*  extrapolated\n"))));
+  const json j = run_json(curve);
+  EXPECT_GT(j["lost_beyond_kPa"], 10.0);
+  EXPECT_LT(j["lost_beyond_kPa"], 110.0);
+  EXPECT_FALSE(j["points"][0].contains("extrapolated"));
+  EXPECT_EQ(j["points"][1]["extrapolated"], true);
+}
+
+TEST_F(ModelCommands, CurveRefusesAModulusOfNoSolid) {
+  for (const char* modulus : {"1e999", "1e-320", "1e300", "-1"}) {
+    const std::string path = cli.dir.file("modulus.json");
+    std::string text = kSoftDisc;
+    std::ofstream(path) << text.replace(text.find("125"), 3, modulus);
+    expect_refused({"model", "curve", "-s", path}, kFailed, "PDMS");
+  }
 }
 
 // 1000 layers on the finest mesh: refused by counting, not by running out of memory.
