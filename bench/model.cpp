@@ -112,11 +112,14 @@ struct LaminateReference {
   std::size_t n;
   double slope_fF_kPa, delta10_fF, delta100_fF;
 };
-constexpr LaminateReference kLaminates[] = {{1, 0.5409208, 5.378, 51.18},
-                                            {2, 1.0794701, 10.732, 102.14},
-                                            {3, 1.6170103, 16.077, 153.02},
-                                            {5, 2.6905007, 26.750, 254.62},
-                                            {10, 5.3696862, 53.39, 508.2}};
+// Delta C at 100 kPa is the limit of our meshes -1 to 2, in doubt by 5e-5 to 1e-4. FEniCSx rises
+// towards it from below (N = 3: 152.979, 152.997 and 153.008 with degrees 4, 5 and 6, 153.027 on a
+// mesh finer at the corners) and loses the solution on finer meshes.
+constexpr LaminateReference kLaminates[] = {{1, 0.5409208, 5.378, 51.179},
+                                            {2, 1.0794701, 10.7327, 102.156},
+                                            {3, 1.6170103, 16.0775, 153.043},
+                                            {5, 2.6905007, 26.7514, 254.676},
+                                            {10, 5.3696862, 53.3913, 508.35}};
 
 json bench_linear(const LaminateReference& r) {
   const Specimen s = laminate(r.n);
