@@ -112,7 +112,7 @@ struct LaminateReference {
   std::size_t n;
   double slope_fF_kPa, delta10_fF, delta100_fF;
 };
-// Delta C at 100 kPa is the limit of our meshes -1 to 2, in doubt by 5e-5 to 1e-4. FEniCSx rises
+// Delta C is the limit of our meshes -1 to 2, at 100 kPa in doubt by 5e-5 to 1e-4. FEniCSx rises
 // towards it from below (N = 3: 152.979, 152.997 and 153.008 with degrees 4, 5 and 6, 153.027 on a
 // mesh finer at the corners) and loses the solution on finer meshes.
 constexpr LaminateReference kLaminates[] = {{1, 0.5409208, 5.378, 51.179},

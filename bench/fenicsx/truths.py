@@ -150,6 +150,8 @@ class Study:
         problem = fem.petsc.LinearProblem(self.stiffness(u, v), self.load(v), self.conditions(),
                                           petsc_options=options)
         field = problem.solve()
+        for part in (problem.solver, problem.A, problem.b):  # nothing else frees the factors
+            part.destroy()
         per_kPa = 1.0
         if self.stack["top"] != "pressure":
             energy = fem.assemble_scalar(fem.form(self.stiffness(field, field)))
@@ -191,13 +193,16 @@ class Study:
             last, step = u.x.array.copy(), min(step, 1 - reached)
             load.value = pressure_kPa * (reached + step)
             u.x.array[:] = last + step * slope
+            newton = newton_solver(problem)
             try:
-                newton_solver(problem).solve(u)
+                newton.solve(u)
             except RuntimeError:
                 u.x.array[:], step = last, step / 2
                 if step < LEAST_STEP:
                     return None
                 continue
+            finally:
+                newton.krylov_solver.reset()  # frees the factors
             reached, slope = reached + step, (u.x.array - last) / step
         return self.capacitance_change_fF(u)
 
