@@ -7,18 +7,16 @@
 #include <unistd.h>
 
 #include <boost/asio/buffer.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <cerrno>
 #include <cstring>
 #include <tuple>
 
 #include "base/as_result.hpp"
+#include "base/either.hpp"
 
 namespace lcrig {
 
 namespace {
-
-using namespace asio::experimental::awaitable_operators;
 
 // The errors that the kernel reports when the other side of a tty, pty or socket went away.
 bool is_gone(const boost::system::error_code& ec) {
@@ -95,7 +93,8 @@ Task<Result<std::size_t>> FdTransport::read_some(std::span<char> buffer, MonoTim
     auto r = co_await descriptor_.async_read_some(into, kAsResult);
     std::tie(ec, n) = r;
   } else {
-    auto r = co_await (descriptor_.async_read_some(into, kAsResult) || clock_.wait_until(deadline));
+    auto r =
+        co_await either(descriptor_.async_read_some(into, kAsResult), clock_.wait_until(deadline));
     if (r.index() == 1) co_return fail(Errc::no_reply, "{}: nothing received in time", name_);
     std::tie(ec, n) = std::get<0>(r);
   }
@@ -124,7 +123,8 @@ Task<Result<>> FdTransport::write_all(std::string_view bytes, MonoTime deadline)
     auto written = write_now(bytes);
     if (!written || bytes.empty()) co_return written;
     const auto writable = asio::posix::stream_descriptor::wait_write;
-    auto r = co_await (descriptor_.async_wait(writable, kAsResult) || clock_.wait_until(deadline));
+    auto r =
+        co_await either(descriptor_.async_wait(writable, kAsResult), clock_.wait_until(deadline));
     if (r.index() == 1) co_return fail(Errc::io, "{}: the other side takes no bytes", name_);
     const auto& ec = std::get<0>(std::get<0>(r));
     if (ec) co_return failed(name_, "write", ec);

@@ -2,19 +2,18 @@
 #include "drivers/tcp_transport.hpp"
 
 #include <boost/asio/connect.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/this_coro.hpp>
 #include <vector>
 
 #include "base/as_result.hpp"
+#include "base/either.hpp"
 #include "drivers/fd_transport.hpp"
 
 namespace lcrig {
 
 namespace {
 
-using namespace asio::experimental::awaitable_operators;
 using asio::ip::tcp;
 
 tl::unexpected<Error> silent(const std::string& name) {
@@ -36,7 +35,7 @@ Task<Result<std::vector<tcp::endpoint>>> find_endpoints(std::string host, std::u
   tcp::resolver resolver(co_await asio::this_coro::executor);
   const std::string service = std::to_string(port);
   auto r =
-      co_await (resolver.async_resolve(host, service, kAsResult) || clock.wait_until(deadline));
+      co_await either(resolver.async_resolve(host, service, kAsResult), clock.wait_until(deadline));
   if (r.index() == 1) co_return silent(name);
   const auto& [error, found] = std::get<0>(r);
   if (error) {
@@ -55,8 +54,8 @@ Task<Result<std::unique_ptr<Transport>>> open_tcp(std::string host, std::uint16_
   if (!endpoints) co_return fail(endpoints.error());
   const auto executor = co_await asio::this_coro::executor;
   tcp::socket socket(executor);
-  auto r =
-      co_await (asio::async_connect(socket, *endpoints, kAsResult) || clock.wait_until(deadline));
+  auto r = co_await either(asio::async_connect(socket, *endpoints, kAsResult),
+                           clock.wait_until(deadline));
   if (r.index() == 1) co_return silent(name);
   const auto& error = std::get<0>(std::get<0>(r));
   if (error)

@@ -5,19 +5,18 @@
 #include <algorithm>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "base/as_result.hpp"
+#include "base/either.hpp"
 #include "daemon/control/dispatch.hpp"
 
 namespace lcrig {
 
 namespace {
-using namespace asio::experimental::awaitable_operators;
 
 constexpr std::size_t kChunk = 16384;
 // Of one client, before the instruments and the others have their turn.
@@ -46,7 +45,7 @@ ControlSession::~ControlSession() {
 Task<> ControlSession::run() {
   const auto self = shared_from_this();
   // The writer decides when the connection ends: it outlives the reader until all is answered.
-  co_await (read_loop() && write_loop());
+  co_await both(read_loop(), write_loop());
   close();
 }
 
@@ -188,8 +187,8 @@ Task<> ControlSession::write_loop() {
       continue;
     }
     const auto bytes = asio::buffer(queue_.front());
-    auto r = co_await (asio::async_write(socket_, bytes, kAsResult) ||
-                       clock_.wait_for(options_.write_timeout));
+    auto r = co_await either(asio::async_write(socket_, bytes, kAsResult),
+                             clock_.wait_for(options_.write_timeout));
     if (r.index() == 1 || std::get<0>(std::get<0>(r))) break;
     queued_bytes_ -= queue_.front().size();
     queue_.pop_front();

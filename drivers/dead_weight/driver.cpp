@@ -2,14 +2,14 @@
 #include "drivers/dead_weight/driver.hpp"
 
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <cmath>
 #include <exception>
+
+#include "base/either.hpp"
 
 namespace lcrig {
 
 namespace {
-using namespace asio::experimental::awaitable_operators;
 constexpr double kRateMax_Hz = 10;
 constexpr double kMassMax_kg = 1000;  // a larger mass is taken for a mistaken unit
 }  // namespace
@@ -217,8 +217,8 @@ Task<Result<MotionOutcome>> DeadWeightFrame::place_mass(Mass mass) {
   state->pending = mass;
   const Prompting prompting(*state);
   std::string text = prompt(mass);
-  auto r = co_await (operator_.confirm(std::move(text)) ||
-                     state->clock.wait_until(MonoTime::max(), state->prompt_end));
+  auto r = co_await either(operator_.confirm(std::move(text)),
+                           state->clock.wait_until(MonoTime::max(), state->prompt_end));
   if (state->closed) co_return fail(Errc::disconnected, "dead weights: closed");
   if (r.index() == 1) co_return outcome(MotionEnd::stopped);
   const auto& confirmed = std::get<0>(r);

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <cmath>
 
+#include "base/either.hpp"
 #include "drivers/zwick/sim_clerk.hpp"
 #include "drivers/zwick/sim_machine.hpp"
 
@@ -14,7 +14,6 @@ namespace lcrig {
 
 namespace {
 
-using namespace asio::experimental::awaitable_operators;
 using frame_link::SimClerk;
 using frame_link::SimMachine;
 
@@ -46,7 +45,7 @@ ZwickSim::ZwickSim(std::unique_ptr<Transport> transport, Clock& clock,
 ZwickSim::~ZwickSim() = default;
 
 Task<> ZwickSim::run() {
-  co_await (read() || serve());
+  co_await either(read(), serve());
   closed_ = true;
   transport_->close();
   if (!observer_) end_command("link closed");

@@ -4,15 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <cmath>
 #include <utility>
+
+#include "base/either.hpp"
 
 namespace lcrig {
 
 namespace {
 
-using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
 constexpr double kDriftOfThreshold = 0.25;  // so much of it a leg may drift away
@@ -145,7 +145,7 @@ Task<Result<std::optional<MotionOutcome>>> ContactSearch::approach() {
   const Motions::Search limits(end_m_, rest_.force_N() - rise_N_);
   auto press = run_.motions.press_until(rest_.force_N() + rise_N_, speed_m_s(),
                                         to_seconds(patience), limits);
-  auto r = co_await (std::move(press) || run_.setup.clock.wait_for(leg));
+  auto r = co_await either(std::move(press), run_.setup.clock.wait_for(leg));
   if (r.index() == 0) {
     auto& outcome = std::get<0>(r);
     if (!outcome) co_return fail(outcome.error());

@@ -4,17 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <utility>
 #include <variant>
 
+#include "base/either.hpp"
 #include "protocols/file/words.hpp"
 
 namespace lcrig {
 
 namespace {
 
-using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
 constexpr double kClear_m = 20e-6;  // this far above contact nothing should be pressed
@@ -146,7 +145,7 @@ bool Finish::may_clear(bool frozen) {
 // Runs whatever happened before; has its own deadline, after which the frame stays where it is.
 Task<> Finish::run_finally() {
   const MonoTime deadline = run_.setup.clock.now() + run_.setup.protocol.finally_timeout;
-  auto r = co_await (run_steps_() || run_.setup.clock.wait_until(deadline));
+  auto r = co_await either(run_steps_(), run_.setup.clock.wait_until(deadline));
   std::string why;
   Errc code = Errc::no_reply;
   if (r.index() == 1) {

@@ -2,16 +2,14 @@
 #include "protocols/run/interrupts.hpp"
 
 #include <algorithm>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <utility>
 
 #include "base/as_result.hpp"
+#include "base/either.hpp"
 
 namespace lcrig {
 
 namespace {
-
-using namespace asio::experimental::awaitable_operators;
 
 bool is_stop(const InterruptRequest& request) {
   return request.kind != Interrupt::pause;
@@ -80,11 +78,12 @@ InterruptRequest InterruptQueue::take_stop() {
   return take();
 }
 
-Task<> InterruptQueue::wait() {
-  while (pending_.empty()) {
+Task<> InterruptQueue::wait(MonoTime until) {
+  while (pending_.empty() && clock_.now() < until) {
     ++ticks_;
     last_tick_ = clock_.now();
-    auto r = co_await (wake_.async_receive(kAsResult) || clock_.wait_for(kTick));
+    const MonoTime next = std::min(until, last_tick_ + kTick);
+    auto r = co_await either(wake_.async_receive(kAsResult), clock_.wait_until(next));
     if (r.index() == 1) look_();
   }
 }

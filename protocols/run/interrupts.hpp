@@ -52,8 +52,9 @@ class InterruptQueue {
   const InterruptRequest& next() const { return pending_.front(); }
   InterruptRequest take();  // the next one
   InterruptRequest take_stop();  // the next one that is no pause
-  // Returns when a request waits, and leaves it there: a race that something else won loses none.
-  Task<> wait();
+  // Returns when a request waits, or at `until`. A request stays in the queue, so that a wait that
+  // something else ended loses none.
+  Task<> wait(MonoTime until = MonoTime::max());
   Task<> wait_for_stop();  // while nothing runs yet that a pause could interrupt
 
   // After a pause. `false`: somebody has resumed it already.

@@ -5,16 +5,15 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <utility>
 
+#include "base/either.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
 
 namespace {
 
-using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
 // Between two attempts. With the meter's own 0.5 s after opening it is back within a second.
@@ -148,12 +147,12 @@ Task<std::optional<InterruptRequest>> Losses::wait_for_return(Duration patience)
   const MonoTime limit = run_.setup.clock.now() + patience;
   std::optional<InterruptRequest> stop;
   while (is_away() && !stop) {
-    auto r =
-        co_await (bring_back() || run_.interrupts.wait() || run_.setup.clock.wait_until(limit));
+    auto r = co_await either(bring_back(), run_.interrupts.wait(limit));
+    const bool interrupted = r.index() == 1 && !run_.interrupts.empty();
     if (r.index() == 0) {
       const auto& back = std::get<0>(r);
       if (!back) stop = InterruptRequest(Interrupt::fault, back.error());
-    } else if (r.index() == 1) {
+    } else if (interrupted) {
       InterruptRequest request = run_.interrupts.take();
       if (request.kind == Interrupt::pause) pause_wanted_ = true;
       const bool goes_on = request.kind == Interrupt::pause || request.kind == Interrupt::loss;
@@ -164,7 +163,7 @@ Task<std::optional<InterruptRequest>> Losses::wait_for_return(Duration patience)
       stop->why += fmt::format("; it did not come back within {:.0f} s ({} attempts, the last: {})",
                                to_seconds(patience), away.attempts, away.last);
     }
-    if (stop && r.index() != 1 && !run_.drive.hands_off()) run_.event(EventKind::fault, stop->why);
+    if (stop && !interrupted && !run_.drive.hands_off()) run_.event(EventKind::fault, stop->why);
   }
   co_return stop;
 }

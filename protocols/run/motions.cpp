@@ -2,18 +2,16 @@
 #include "protocols/run/motions.hpp"
 
 #include <algorithm>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <cmath>
 #include <utility>
 #include <variant>
 
+#include "base/either.hpp"
 #include "protocols/run/scoped_flag.hpp"
 
 namespace lcrig {
 
 namespace {
-
-using namespace asio::experimental::awaitable_operators;
 
 // Everything but `target` keeps the protocol from going on.
 Result<MotionOutcome> judge_end(const std::string& step, MotionOutcome outcome) {
@@ -55,7 +53,7 @@ Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,
   last_speed_m_s_ = order.motion.speed_m_s;
   const ScopedFlag moving(in_motion_);
   const MonoTime deadline = setup_.clock.now() + from_seconds(timeout_s);
-  auto r = co_await (std::move(motion) || setup_.clock.wait_until(deadline));
+  auto r = co_await either(std::move(motion), setup_.clock.wait_until(deadline));
   if (r.index() == 1) {
     co_return fail(Errc::no_reply, "step {}: the motion did not end within {} s", log_.step_id(),
                    timeout_s);

@@ -4,15 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <utility>
 #include <variant>
+
+#include "base/either.hpp"
 
 namespace lcrig {
 
 namespace {
 
-using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 
 // Between two looks; no slewing of a clock is that fast.
@@ -99,7 +99,7 @@ Task<RunResult> Run::execute() {
   setup_.frame.set_listener(this);
   std::optional<InterruptRequest> stop;
   // Who stops a run that is still being prepared need not wait for that.
-  auto r = co_await (prepare() || parts_.interrupts.wait_for_stop());
+  auto r = co_await either(prepare(), parts_.interrupts.wait_for_stop());
   if (r.index() == 1) {
     parts_.drive.set_prepared(false);
     stop = parts_.interrupts.take_stop();
@@ -226,7 +226,7 @@ Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   for (bool done = false; !done && !stop;) {
     std::optional<InterruptRequest> request;
     if (parts_.interrupts.empty()) {
-      auto r = co_await (execute_step(step, parts_, progress) || parts_.interrupts.wait());
+      auto r = co_await either(execute_step(step, parts_, progress), parts_.interrupts.wait());
       if (r.index() == 0) {
         const auto& result = std::get<0>(r);
         done = result.has_value();
@@ -268,7 +268,7 @@ Task<std::optional<InterruptRequest>> Run::stay_paused(StepProgress& progress) {
   co_await parts_.drive.stop();
   std::optional<InterruptRequest> stop;
   for (bool resumed = false; !resumed && !stop;) {
-    auto r = co_await (parts_.interrupts.resumed() || parts_.interrupts.wait());
+    auto r = co_await either(parts_.interrupts.resumed(), parts_.interrupts.wait());
     resumed = r.index() == 0;
     if (resumed) continue;
     InterruptRequest request = parts_.interrupts.take();

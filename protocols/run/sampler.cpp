@@ -6,18 +6,17 @@
 #include <algorithm>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/this_coro.hpp>
 #include <memory>
 #include <utility>
 
 #include "base/as_result.hpp"
+#include "base/either.hpp"
 
 namespace lcrig {
 
 namespace {
 
-using namespace asio::experimental::awaitable_operators;
 using namespace std::chrono_literals;
 constexpr int kFailuresInARow = 5;
 constexpr Duration kLateness = 20ms;  // a planned reading asked later than this is reported
@@ -122,7 +121,7 @@ Task<> Sampler::stop() {
   if (!running_) co_return;
   const Duration patience = lcr_.capabilities().conversion_time(settings_) + 2s;
   const MonoTime limit = clock_.now() + std::min<Duration>(patience, 5s);
-  auto r = co_await (ended_.async_receive(kAsResult) || clock_.wait_until(limit));
+  auto r = co_await either(ended_.async_receive(kAsResult), clock_.wait_until(limit));
   if (r.index() == 0) co_return;
   cancel_.emit(asio::cancellation_type::terminal);
   auto last = co_await ended_.async_receive(kAsResult);

@@ -3,16 +3,14 @@
 
 #include <fmt/format.h>
 
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <utility>
 
+#include "base/either.hpp"
 #include "protocols/run/losses.hpp"
 
 namespace lcrig {
 
 namespace {
-
-using namespace asio::experimental::awaitable_operators;
 
 // Of the motion that step number `n` (from 0) begins with, m/s; 0: it does not move, or along a
 // force.
@@ -38,7 +36,7 @@ Task<std::optional<InterruptRequest>> TakeOver::confirm_specimen() {
         "to go on.",
         from.run, from.step_id, run_.setup.specimen);
     run_.event(EventKind::prompt, prompt);
-    auto r = co_await (run_.setup.person->confirm(prompt) || run_.interrupts.wait());
+    auto r = co_await either(run_.setup.person->confirm(prompt), run_.interrupts.wait());
     if (r.index() == 1) {
       stop = run_.interrupts.take();
     } else if (const auto& said = std::get<0>(r); !said) {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/steps/record.hpp"
 
-#include <boost/asio/experimental/awaitable_operators.hpp>
-
+#include "base/either.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
 #include "protocols/run/run_parts.hpp"
@@ -36,8 +35,7 @@ Task<Result<>> RecordStep::execute(RunParts& run, StepProgress& progress) const 
   }
   const MonoTime deadline = run.setup.clock.now() + from_seconds(run.get(timeout));
   const std::string prompt = "Recording. Confirm to end the recording.";
-  using namespace asio::experimental::awaitable_operators;
-  auto r = co_await (run.setup.person->confirm(prompt) || run.setup.clock.wait_until(deadline));
+  auto r = co_await either(run.setup.person->confirm(prompt), run.setup.clock.wait_until(deadline));
   if (r.index() == 0) co_return std::get<0>(r);
   run.event(EventKind::late, "nobody confirmed the end of the recording; it ended by its time-out");
   co_return Result<>();

@@ -5,7 +5,6 @@
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/local/connect_pair.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
@@ -17,13 +16,13 @@
 #include <thread>
 #include <vector>
 
+#include "base/either.hpp"
 #include "tests/support/run_task.hpp"
 
 namespace lcrig {
 namespace {
 
 using namespace std::chrono_literals;
-using namespace asio::experimental::awaitable_operators;
 
 Task<> note_at(Clock& clock, Duration d, std::vector<int>& order, int id) {
   co_await clock.wait_for(d);
@@ -43,7 +42,7 @@ TEST(VirtualClock, WakesInOrderOfDeadlines) {
 }
 
 Task<> race(Clock& clock, bool& short_won) {
-  auto r = co_await (clock.wait_for(1s) || clock.wait_for(1h));
+  auto r = co_await either(clock.wait_for(1s), clock.wait_for(1h));
   short_won = r.index() == 0;
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/scpi.hpp"
+#include "base/either.hpp"
 
 #include <gtest/gtest.h>
 
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <deque>
 
 #include "drivers/memory_pipe.hpp"
@@ -13,7 +13,6 @@ namespace lcrig {
 namespace {
 
 using namespace std::chrono_literals;
-using namespace asio::experimental::awaitable_operators;
 
 constexpr std::string_view kIdentity = "LCR-6100,REV E8.13,GEZ883880,Good Will Co., Ltd.";
 
@@ -235,7 +234,7 @@ TEST_F(ScpiTest, UnaskedLinesBeforeAQuestionAreThrownAway) {
 }
 
 Task<bool> cancelled_exchange(ScpiLink& link, Clock& clock) {
-  auto r = co_await (link.query("Q1?", 5s) || clock.wait_for(200ms));
+  auto r = co_await either(link.query("Q1?", 5s), clock.wait_for(200ms));
   co_return r.index() == 1;
 }
 
