@@ -21,8 +21,8 @@ constexpr double kFarClear_m = 100e-6;  // ... and this far above surely nothing
 constexpr std::string_view kUnknown =
     "whether the specimen is still loaded is not known: look at the rig, drive the frame away from "
     "it at the machine";
-constexpr std::string_view kNotRun = "`finally` did not run";
 
+// The same words are not said again.
 bool names(const std::string& reason, std::string_view why) {
   return reason.find(why) != std::string::npos;
 }
@@ -102,6 +102,11 @@ Task<> Finish::see_standstill() {
   while (waits() && clock.now() < limit) co_await clock.wait_for(20ms);
 }
 
+void Finish::tell_not_run(std::string_view why) {
+  told_not_run_ = true;
+  add_note(result_.reason, fmt::format("`finally` did not run: {}", why));
+}
+
 // Whether `finally` can and may run; says why not.
 bool Finish::may_clear(bool frozen) {
   if (frozen) return false;
@@ -113,28 +118,27 @@ bool Finish::may_clear(bool frozen) {
       result_.reason = why->what;
       result_.code = why->code;
     }
-    add_note(result_.reason,
-             "`finally` did not run: the frame is not there; standstill is not "
-             "confirmed: look at it, use the E-stop if it moves");
+    tell_not_run(
+        "the frame is not there; standstill is not confirmed: look at it, use the E-stop if it "
+        "moves");
     return false;
   }
   if (run_.drive.hands_off()) return false;  // tell_hands_off says why
   if (run_.setup.moves() && !run_.drive.standing()) {
-    fail_not_standing(
-        "`finally` did not run: standstill not confirmed: use the E-stop, then look at the rig");
+    result_.exit_status = ExitStatus::fail;
+    result_.code = Errc::not_standing;
+    tell_not_run("standstill not confirmed: use the E-stop, then look at the rig");
     return false;
   }
   if (take_over_.unconfirmed()) {
-    add_note(
-        result_.reason,
-        "`finally` did not run: nobody confirmed the specimen; look at it, and drive the frame "
+    tell_not_run(
+        "nobody confirmed the specimen; look at it, and drive the frame "
         "away at the machine if it is loaded");
     return false;
   }
   if (run_.setup.commands && !run_.guard.is_distrusted() && run_.guard.is_pulled()) {
-    add_note(
-        result_.reason,
-        fmt::format("`finally` did not run: the specimen pulls at the probe with {:.3f} N, and "
+    tell_not_run(
+        fmt::format("the specimen pulls at the probe with {:.3f} N, and "
                     "no way is known to be safe: free it by hand",
                     -run_.view.force_N().value_or(0)));
     return false;
@@ -176,10 +180,13 @@ void Finish::tell_hands_off(bool cleared) {
     result_.code = why->code;
   }
   if (!names(result_.reason, why->what)) add_note(result_.reason, why->what);
-  const bool told = cleared || names(result_.reason, kNotRun);
-  add_note(result_.reason,
-           fmt::format("{}nothing is moved any more until a person has looked at the rig",
-                       told ? "" : fmt::format("{}: ", kNotRun)));
+  constexpr std::string_view kStill =
+      "nothing is moved any more until a person has looked at the rig";
+  if (cleared || told_not_run_) {
+    add_note(result_.reason, kStill);
+  } else {
+    tell_not_run(kStill);
+  }
 }
 
 // The specimen is unloaded, or the run says that it is not and what to do now.

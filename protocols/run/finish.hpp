@@ -36,12 +36,14 @@ class Finish {
   Task<> make_meter_safe();
   void fail_with(Errc code, std::string_view why);
   void fail_not_standing(std::string_view why);
+  void tell_not_run(std::string_view why);
 
   RunParts& run_;
   Losses& losses_;
   const TakeOver& take_over_;
   RunSteps run_steps_;
   RunResult result_;
+  bool told_not_run_ = false;
 };
 
 }  // namespace lcrig
