@@ -14,6 +14,9 @@ namespace {
 
 enum class Content { empty, current, older };
 
+// Readers need nothing that came with a later schema: 2 added views for people.
+constexpr int kOldestRead = 1;
+
 // What is in the file, before anything is written to it.
 Result<Content> inspect(const Database& db) {
   auto application = db.integer("PRAGMA application_id");
@@ -34,7 +37,7 @@ Result<Content> inspect(const Database& db) {
                 "{}: schema {} is newer than this lcrig knows ({}); install a newer lcrig",
                 db.path(), *version, ours);
   }
-  return *version == ours ? Content::current : Content::older;
+  return *version < kOldestRead ? Content::older : Content::current;
 }
 
 Result<> configure(const Database& db) {

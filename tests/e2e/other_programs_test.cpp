@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// The database read by programs that know nothing of lcrig: the sqlite3 shell and Python.
+#include <fstream>
+#include <iterator>
+
+#include "tests/e2e/rig.hpp"
+
+namespace lcrig::e2e {
+namespace {
+
+using testing::HasSubstr;
+
+class OtherPrograms : public Rig {
+ protected:
+  Ended run(std::vector<std::string> command, const std::string& name) {
+    Child child(std::move(command), file(name), {});
+    Ended ended;
+    ended.code = child.wait(30s);
+    ended.out = child.log();
+    return ended;
+  }
+  void record() {
+    const auto done = lcrig({"rehearse", "static-frame", "--specimen", "paper-1", "--seed", "7",
+                             "-p", "levels=3", "--db", file("lcrig.db")});
+    ASSERT_EQ(done.code, 0) << done.err;
+  }
+};
+
+TEST_F(OtherPrograms, PythonReadsInTheViewsWhatTheExportHolds) {
+  record();
+  ASSERT_EQ(lcrig({"export", "1", "-o", file("out"), "--db", file("lcrig.db")}).code, 0);
+  const auto done = run(
+      {"/usr/bin/python3", "tests/e2e/read_database.py", file("lcrig.db"), file("out")}, "py.log");
+  EXPECT_EQ(done.code, 0) << done.out;
+  EXPECT_THAT(done.out, HasSubstr("3 levels, static-frame, success"));
+}
+
+// The queries of docs/database.md, as they stand there.
+TEST_F(OtherPrograms, TheShellRunsTheQueriesOfThePage) {
+  record();
+  std::ifstream page("docs/database.md");
+  const std::string text{std::istreambuf_iterator<char>(page), {}};
+  int queries = 0;
+  for (std::size_t at = 0; (at = text.find("```sql\n", at)) != std::string::npos;) {
+    const std::size_t begin = at + 7, end = text.find("```", begin);
+    const auto done = run({"/usr/bin/sqlite3", "-readonly", "-bail", file("lcrig.db"),
+                           text.substr(begin, end - begin)},
+                          "sql.log");
+    EXPECT_EQ(done.code, 0) << text.substr(begin, end - begin) << done.out;
+    EXPECT_NE(done.out, "") << text.substr(begin, end - begin);
+    ++queries;
+    at = end;
+  }
+  EXPECT_GE(queries, 3);
+}
+
+}  // namespace
+}  // namespace lcrig::e2e
