@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // lcrigd: the daemon.
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -8,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 
 #include "base/log.hpp"
 #include "base/text.hpp"
@@ -23,15 +25,27 @@ constexpr const char* kDefaultConfig = "/etc/lcrig/lcrigd.json";
 struct Options {
   std::string config = kDefaultConfig;
   std::string database, socket, log_level;
+  bool only_check = false;
 };
 
 // Command line over config file.
 Result<Config> effective_config(const Options& options) {
+  if (!std::filesystem::exists(options.config)) {
+    return fail(Errc::invalid_request,
+                "{}: there is no config file; copy lcrigd.example.json (share/doc/lcrig/examples) "
+                "there and say in it which instruments you have",
+                options.config);
+  }
   auto config = load_config(options.config);
   if (!config) return config;
   if (!options.database.empty()) config->database = options.database;
   if (!options.socket.empty()) config->socket = options.socket;
   if (!options.log_level.empty()) config->log_level = options.log_level;
+  if (!set_up_logging(config->log_level)) {
+    return fail(Errc::invalid_request,
+                "log level {}: expected trace, debug, info, warn, error or off",
+                printable(config->log_level));
+  }
   return config;
 }
 
@@ -59,6 +73,17 @@ void abort_on_bug(std::exception_ptr error) {
     spdlog::critical("bug: an exception escaped: {}", e.what());
   }
   std::_Exit(1);
+}
+
+std::string summary(const std::string& file, const Config& config) {
+  std::string rig = fmt::format("simulated bench {}", config.bench.value_or(""));
+  if (!config.bench) {
+    const bool weights = config.frame_driver == FrameDriver::dead_weight;
+    rig = fmt::format("meter at {}, {}", config.meter_port,
+                      weights ? "dead weights" : fmt::format("frame at {}", config.frame_port));
+  }
+  return fmt::format("{}: in order ({}; database {}; socket {})", file, rig, config.database,
+                     config.socket);
 }
 
 int serve(const Config& config) {
@@ -91,6 +116,8 @@ int main(int argc, char** argv) {
   cli.add_option("--db", options.database, "Database file (overrides the config file)");
   cli.add_option("--socket", options.socket, "Control socket (overrides the config file)");
   cli.add_option("--log-level", options.log_level, "trace, debug, info, warn, error, off");
+  cli.add_flag("--check-config", options.only_check,
+               "Check the config file, say what it means, end");
   cli.set_version_flag("--version", LCRIG_VERSION);
   try {
     cli.parse(argc, argv);
@@ -103,10 +130,9 @@ int main(int argc, char** argv) {
     spdlog::error("{}", config.error().what);
     return 2;
   }
-  if (!lcrig::set_up_logging(config->log_level)) {
-    spdlog::error("--log-level {}: expected trace, debug, info, warn, error or off",
-                  lcrig::printable(config->log_level));
-    return 2;
+  if (options.only_check) {
+    fmt::print("{}\n", summary(options.config, *config));
+    return 0;
   }
   return serve(*config);
 }
