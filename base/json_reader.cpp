@@ -13,8 +13,13 @@ using nlohmann::json;
 
 struct JsonReader::State {
   explicit State(JsonDocument d) : document(std::move(d)) {}
+  struct Failure {
+    std::string pointer;
+    TextPosition at;
+    std::string what;
+  };
   JsonDocument document;
-  std::optional<Error> error;
+  std::vector<Failure> failures;
 };
 
 struct JsonReader::Known {
@@ -83,12 +88,23 @@ JsonReader JsonReader::child(const json& value, std::string_view key) const {
 }
 
 bool JsonReader::ok() const {
-  return !state_->error;
+  return state_->failures.empty();
 }
 
 Result<> JsonReader::result() const {
-  if (state_->error) return fail(*state_->error);
-  return {};
+  constexpr std::size_t kShown = 20;
+  const auto& failures = state_->failures;
+  if (failures.empty()) return {};
+  Error error(Errc::invalid_request, failures[0].what);
+  error.detail = state_->document.excerpt(failures[0].at);
+  for (std::size_t i = 1; i < std::min(failures.size(), kShown); ++i) {
+    error.detail +=
+        fmt::format("\n{}\n{}", failures[i].what, state_->document.excerpt(failures[i].at));
+  }
+  if (failures.size() > kShown) {
+    error.detail += fmt::format("\n... and {} more", failures.size() - kShown);
+  }
+  return fail(std::move(error));
 }
 
 std::string JsonReader::last_key() const {
@@ -103,18 +119,30 @@ std::string located(const JsonDocument& doc, TextPosition at, const std::string&
 }
 }  // namespace
 
+// One failure tells all about its value, its parents and its children: what is said of them later
+// may only follow from it.
+void JsonReader::add(TextPosition at, const std::string& what) const {
+  const auto related = [this](const State::Failure& f) {
+    return pointer_.starts_with(f.pointer) || f.pointer.starts_with(pointer_);
+  };
+  if (std::ranges::any_of(state_->failures, related)) return;
+  state_->failures.push_back({pointer_, at, located(state_->document, at, pointer_, what)});
+}
+
 void JsonReader::refuse(const std::string& what) const {
-  if (state_->error) return;
-  const JsonDocument& doc = state_->document;
-  state_->error =
-      Error(Errc::invalid_request, located(doc, doc.value_position(pointer_), pointer_, what));
+  if (ok()) wrong(what);
 }
 
 void JsonReader::refuse_key(const std::string& what) const {
-  if (state_->error) return;
-  const JsonDocument& doc = state_->document;
-  state_->error =
-      Error(Errc::invalid_request, located(doc, doc.key_position(pointer_), pointer_, what));
+  if (ok()) wrong_key(what);
+}
+
+void JsonReader::wrong(const std::string& what) const {
+  add(state_->document.value_position(pointer_), what);
+}
+
+void JsonReader::wrong_key(const std::string& what) const {
+  add(state_->document.key_position(pointer_), what);
 }
 
 // The value as a message shows it: short, and safe for a terminal.
@@ -150,11 +178,11 @@ double JsonReader::number(const Range& range) const {
 
 double JsonReader::number_in(double to_si, const Range& si) const {
   if (!is_number()) {
-    refuse(fmt::format("{}, expected a number", shown()));
+    wrong(fmt::format("{}, expected a number", shown()));
     return 0;
   }
   const double v = value_->get<double>() * to_si;
-  if (!contains(si, v)) refuse(fmt::format("{}, expected {}", shown(), range_words(si, to_si)));
+  if (!contains(si, v)) wrong(fmt::format("{}, expected {}", shown(), range_words(si, to_si)));
   return v;
 }
 
@@ -165,30 +193,30 @@ std::int64_t JsonReader::integer(std::int64_t min, std::int64_t max) const {
   const double v = is_number() ? value_->get<double>() : std::nan("");
   // 2^53: above it a double cannot represent every integer.
   if (!(std::abs(v) <= 9007199254740992.0) || v != std::floor(v)) {
-    refuse(fmt::format("{}, {}", shown(), expected()));
+    wrong(fmt::format("{}, {}", shown(), expected()));
     return 0;
   }
   const auto n = static_cast<std::int64_t>(v);
-  if (n < min || n > max) refuse(fmt::format("{}, {}", shown(), expected()));
+  if (n < min || n > max) wrong(fmt::format("{}, {}", shown(), expected()));
   return n;
 }
 
 bool JsonReader::boolean() const {
   if (is_boolean()) return value_->get<bool>();
-  refuse(fmt::format("{}, expected true or false", shown()));
+  wrong(fmt::format("{}, expected true or false", shown()));
   return false;
 }
 
 std::string JsonReader::string() const {
   if (is_string()) return value_->get<std::string>();
-  refuse(fmt::format("{}, expected a string", shown()));
+  wrong(fmt::format("{}, expected a string", shown()));
   return {};
 }
 
 std::string JsonReader::nonempty_string(std::size_t max_bytes) const {
   std::string text = string();
   if (is_string() && (text.empty() || text.size() > max_bytes)) {
-    refuse(fmt::format("a string of {} bytes, expected 1 to {}", text.size(), max_bytes));
+    wrong(fmt::format("a string of {} bytes, expected 1 to {}", text.size(), max_bytes));
   }
   return text;
 }
@@ -196,12 +224,12 @@ std::string JsonReader::nonempty_string(std::size_t max_bytes) const {
 std::vector<JsonReader> JsonReader::items(std::size_t min, std::size_t max) const {
   std::vector<JsonReader> out;
   if (!is_array()) {
-    refuse(fmt::format("{}, expected an array", shown()));
+    wrong(fmt::format("{}, expected an array", shown()));
     return out;
   }
   if (value_->size() < min || value_->size() > max) {
-    refuse(max == SIZE_MAX ? fmt::format("{} items, expected at least {}", value_->size(), min)
-                           : fmt::format("{} items, expected {} to {}", value_->size(), min, max));
+    wrong(max == SIZE_MAX ? fmt::format("{} items, expected at least {}", value_->size(), min)
+                          : fmt::format("{} items, expected {} to {}", value_->size(), min, max));
     return out;
   }
   std::size_t i = 0;
@@ -214,9 +242,9 @@ std::size_t JsonReader::word_index(std::span<const std::string> words) const {
   const auto it = std::ranges::find(words, text);
   if (it != words.end()) return static_cast<std::size_t>(it - words.begin());
   if (is_string()) {
-    refuse(fmt::format("{}{} expected one of {}", shown(),
-                       nearest_word(text, words) ? did_you_mean(text, words) : ",",
-                       joined({words.begin(), words.end()})));
+    wrong(fmt::format("{}{} expected one of {}", shown(),
+                      nearest_word(text, words) ? did_you_mean(text, words) : ",",
+                      joined({words.begin(), words.end()})));
   }
   return 0;
 }
@@ -242,7 +270,7 @@ std::vector<std::string> JsonReader::keys() const {
 std::optional<JsonReader> JsonReader::find(std::string_view key) const {
   know(key, std::string(key));
   if (!is_object()) {
-    refuse(fmt::format("{}, expected an object", shown()));
+    wrong(fmt::format("{}, expected an object", shown()));
     return std::nullopt;
   }
   const auto it = value_->find(std::string(key));
@@ -251,7 +279,7 @@ std::optional<JsonReader> JsonReader::find(std::string_view key) const {
 }
 
 void JsonReader::missing(const std::string& what) const {
-  refuse(fmt::format("{} is missing{}{}", what, value_->empty() ? "" : ", found ", joined(keys())));
+  wrong(fmt::format("{} is missing{}{}", what, value_->empty() ? "" : ", found ", joined(keys())));
 }
 
 JsonReader JsonReader::at(std::string_view key) const {
@@ -262,19 +290,19 @@ JsonReader JsonReader::at(std::string_view key) const {
 
 JsonReader JsonReader::object(std::string_view key) const {
   JsonReader r = at(key);
-  if (!r.is_object()) r.refuse(fmt::format("{}, expected an object", r.shown()));
+  if (!r.is_object()) r.wrong(fmt::format("{}, expected an object", r.shown()));
   return r;
 }
 
 std::vector<JsonReader> JsonReader::members() const {
   std::vector<JsonReader> out;
   if (!is_object()) {
-    refuse(fmt::format("{}, expected an object", shown()));
+    wrong(fmt::format("{}, expected an object", shown()));
     return out;
   }
   constexpr std::size_t kMost = 1000;
   if (value_->size() > kMost) {
-    refuse(fmt::format("{} members, expected at most {}", value_->size(), kMost));
+    wrong(fmt::format("{} members, expected at most {}", value_->size(), kMost));
     return out;
   }
   for (const auto& [key, value] : value_->items()) {
@@ -324,7 +352,7 @@ std::optional<QuantityField> JsonReader::find_quantity(std::string_view stem, Di
     if (!parts.unit || parts.stem != stem || parts.dimension() != d) continue;
     JsonReader value = child((*value_)[key], key);
     if (found) {
-      value.refuse_key(fmt::format("`{}` beside `{}`, expected only one of them", key, found->key));
+      value.wrong_key(fmt::format("`{}` beside `{}`, expected only one of them", key, found->key));
     }
     found = QuantityField{std::move(value), key, *parts.unit};
   }
@@ -344,10 +372,10 @@ double JsonReader::quantity(std::string_view stem, Dimension d, const Range& ran
     const KeyParts parts = split_key(key);
     if (key != stem && !key.starts_with(std::string(stem) + "_")) continue;
     child((*value_)[key], key)
-        .refuse_key(fmt::format("{}, expected `{}` with a unit of {}: {}",
-                                parts.unit ? fmt::format("a {}", to_string(parts.dimension()))
-                                           : std::string("no known unit"),
-                                stem, to_string(d), suffixes_of(d)));
+        .wrong_key(fmt::format("{}, expected `{}` with a unit of {}: {}",
+                               parts.unit ? fmt::format("a {}", to_string(parts.dimension()))
+                                          : std::string("no known unit"),
+                               stem, to_string(d), suffixes_of(d)));
     return 0;
   }
   missing(fmt::format("`{}` with a unit of {} ({})", stem, to_string(d), suffixes_of(d)));
@@ -358,7 +386,7 @@ void JsonReader::no_other_keys() const {
   for (const std::string& key : keys()) {
     if (std::ranges::find(known_->keys, key) != known_->keys.end()) continue;
     child((*value_)[key], key)
-        .refuse_key(
+        .wrong_key(
             fmt::format("unknown key `{}`{} expected {}", printable(key),
                         nearest_word(key, known_->keys) ? did_you_mean(key, known_->keys) : ",",
                         joined(known_->shown)));
@@ -369,7 +397,7 @@ void JsonReader::no_other_keys() const {
 void JsonReader::expect_format(std::string_view expected) const {
   const JsonReader format = at("format");
   if (format.string() != expected && format.is_string()) {
-    format.refuse(fmt::format("{}, expected \"{}\"", format.shown(), expected));
+    format.wrong(fmt::format("{}, expected \"{}\"", format.shown(), expected));
   }
 }
 

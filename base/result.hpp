@@ -37,6 +37,7 @@ struct Error {
       : code(c), what(std::move(w)) {}  // not an aggregate: g++ 12 coroutines
   Errc code = Errc::bug;
   std::string what;
+  std::string detail;  // more lines for a person at a terminal, such as the wrong line of a file
 };
 
 // A value or an Error. Only this class knows that tl::expected is behind it, so that std::expected

@@ -8,6 +8,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "base/json_mistake.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
@@ -60,7 +61,8 @@ class TokenFollower {
 
   TextPosition position_of(std::size_t byte) const {
     TextPosition p;
-    for (std::size_t i = 0; i < byte && i < text_.size(); ++i) advance(p, text_[i]);
+    const std::size_t first = text_.starts_with("\xEF\xBB\xBF") ? 3 : 0;
+    for (std::size_t i = first; i < byte && i < text_.size(); ++i) advance(p, text_[i]);
     return p;
   }
 
@@ -108,6 +110,24 @@ class TokenFollower {
   std::optional<TextPosition> block_comment_;
 };
 
+// The line of a place, at most kExcerptMax characters of it, and a caret below the place.
+std::string excerpt(std::string_view text, TextPosition at) {
+  constexpr int kExcerptMax = 72;
+  for (int line = 1; line < at.line; ++line) text.remove_prefix(text.find('\n') + 1);
+  text = text.substr(0, text.find_first_of("\r\n"));
+  const int first = std::max(1, at.column - kExcerptMax / 2);
+  std::string shown, below;
+  for (int column = 1; column < first + kExcerptMax && !text.empty(); ++column) {
+    const std::string_view before = text;
+    const char32_t c = take_character(text);
+    if (column < first) continue;
+    const bool plain = c != kNotUtf8 && !is_steering(c);
+    shown += plain ? before.substr(0, before.size() - text.size()) : "?";
+    if (column < at.column) below += ' ';
+  }
+  return fmt::format("{}\n{}^", shown, below);
+}
+
 // "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error ..." -> the rest.
 std::string without_prefix(std::string what) {
   if (const auto at = what.find("] "); at != std::string::npos) what.erase(0, at + 2);
@@ -124,7 +144,7 @@ struct JsonDocument::Data {
     TextPosition key, value;
   };
   json root;
-  std::string name;
+  std::string name, text;
   std::unordered_map<std::string, Place> places;
 };
 
@@ -140,7 +160,11 @@ class JsonParser final : public nlohmann::json_sax<json> {
       refuse(*follower_.block_comment(), "a /* comment, expected `//` comments only");
     }
     if (error_.empty()) refuse_steering();
-    if (!error_.empty()) return fail(Errc::invalid_request, "{}", error_);
+    if (!error_.empty()) {
+      Error error(Errc::invalid_request, error_);
+      error.detail = excerpt(text_, error_at_);
+      return fail(std::move(error));
+    }
     if (!good) return fail(Errc::bug, "{}: refused without a reason", data_.name);
     return {};
   }
@@ -188,6 +212,9 @@ class JsonParser final : public nlohmann::json_sax<json> {
 
   bool parse_error(std::size_t position, const std::string&,
                    const json::exception& error) override {
+    if (const auto mistake = find_json_mistake(text_)) {
+      return refuse(follower_.position_of(mistake->at), mistake->words);
+    }
     const std::size_t byte = position > 0 ? position - 1 : 0;
     return refuse(follower_.position_of(byte), without_prefix(error.what()));
   }
@@ -265,6 +292,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
 
   bool refuse(TextPosition at, const std::string& why) {
     if (!error_.empty()) return false;
+    error_at_ = at;
     const std::string pointer = levels_.empty() ? "" : levels_.back().pointer;
     error_ = fmt::format("{}:{}:{} {}: {}", data_.name, at.line, at.column,
                          pointer.empty() ? "/" : printable(pointer, kShownMax),
@@ -278,6 +306,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
   std::vector<Level> levels_;
   std::size_t values_ = 0;
   std::string error_;
+  TextPosition error_at_;
 };
 
 Result<JsonDocument> JsonDocument::parse(std::string_view text, std::string name) {
@@ -287,6 +316,7 @@ Result<JsonDocument> JsonDocument::parse(std::string_view text, std::string name
   }
   auto data = std::make_shared<Data>();
   data->name = printable(name, kShownMax);
+  data->text = text;
   JsonParser parser(text, *data);
   if (auto r = parser.run(); !r) return fail(r.error());
   return JsonParser::document(std::move(data));
@@ -297,6 +327,9 @@ const json& JsonDocument::root() const {
 }
 const std::string& JsonDocument::name() const {
   return data_->name;
+}
+std::string JsonDocument::excerpt(TextPosition at) const {
+  return lcrig::excerpt(data_->text, at);
 }
 TextPosition JsonDocument::value_position(const std::string& pointer) const {
   const auto it = data_->places.find(pointer);

@@ -45,6 +45,8 @@ class JsonDocument {
   // Where the value that `pointer` names begins, or the key in front of it.
   TextPosition value_position(const std::string& pointer) const;
   TextPosition key_position(const std::string& pointer) const;
+  // The line of the file, and a caret below the place.
+  std::string excerpt(TextPosition at) const;
 
  private:
   struct Data;
@@ -71,9 +73,10 @@ inline constexpr Range kNotNegative{0, 1e300, false};
 
 struct QuantityField;
 
-// A typed view of one value of a document. All readers of a document share its first failure: read
-// everything, then check `result()` before using any of it. After a failure the functions return
-// harmless values (0, "", empty), which must not be used.
+// A typed view of one value of a document. All readers of a document share its failures: read
+// everything, then check `result()` before using any of it. Its error is the first failure;
+// `detail` shows the line, and lists the other values of a wrong type, range or name. After a
+// failure the functions return harmless values (0, "", empty), which must not be used.
 class JsonReader {
  public:
   explicit JsonReader(const JsonDocument& document);
@@ -83,7 +86,8 @@ class JsonReader {
   const std::string& pointer() const { return pointer_; }
   std::string last_key() const;  // last part of the pointer, unescaped
 
-  // Refuses this value: `found_and_expected` follows "FILE:LINE:COL /pointer: ".
+  // Refuses this value: `found_and_expected` follows "FILE:LINE:COL /pointer: ". Counts only when
+  // nothing was wrong before, because what the caller judges may have been a harmless value.
   void refuse(const std::string& found_and_expected) const;
   void refuse_key(const std::string& found_and_expected) const;  // position of the key
 
@@ -147,6 +151,10 @@ class JsonReader {
   JsonReader(std::shared_ptr<State> state, const nlohmann::json& value, std::string pointer);
   JsonReader child(const nlohmann::json& value, std::string_view key) const;
   void missing(const std::string& what) const;
+  // What a reader itself finds wrong with a value or a key. It is kept beside earlier failures.
+  void wrong(const std::string& what) const;
+  void wrong_key(const std::string& what) const;
+  void add(TextPosition at, const std::string& what) const;
   std::size_t word_index(std::span<const std::string> words) const;
   std::string shown() const;
   void know(std::string_view key, std::string display) const;

@@ -16,6 +16,11 @@ void Console::print(const Failure& failure) {
   const char* red = color ? "\x1b[31m" : "";
   const char* plain = color ? "\x1b[0m" : "";
   fmt::print(err, "{}lcrig: {}{}\n", red, printable(failure.what, kLongest), plain);
+  for (std::string_view rest = failure.detail; !rest.empty();) {
+    const auto line = rest.substr(0, rest.find('\n'));
+    fmt::print(err, "  {}\n", printable(line, kLongest));
+    rest.remove_prefix(std::min(rest.size(), line.size() + 1));
+  }
   if (!failure.next.empty()) fmt::print(err, "  next: {}\n", printable(failure.next, kLongest));
   err.flush();
 }

@@ -32,10 +32,14 @@ struct Failure {
   Failure(ExitCode c, std::string w, std::string n)
       : code(c), what(std::move(w)), next(std::move(n)) {}
   explicit Failure(const Error& error, std::string n = {})
-      : code(exit_code_of(error.code)), what(error.what), next(std::move(n)) {}
+      : code(exit_code_of(error.code)),
+        what(error.what),
+        next(std::move(n)),
+        detail(error.detail) {}
   ExitCode code = kFailed;
   std::string what;
   std::string next;  // empty: nothing to suggest
+  std::string detail;  // lines below the message
   bool refused_request = false;  // the daemon called the request itself wrong
 };
 

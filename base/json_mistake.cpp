@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/json_mistake.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <vector>
+
+#include "base/text.hpp"
+
+namespace lcrig {
+
+namespace {
+
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+bool is_letter(char c) {
+  return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_';
+}
+bool is_word(char c) {
+  return is_digit(c) || is_letter(c) || c == '.' || c == '+' || c == '-';
+}
+
+// Walks through the text as JSON's grammar says, up to the first mistake.
+class Walk {
+ public:
+  explicit Walk(std::string_view text) : text_(text) {
+    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
+  }
+
+  std::optional<JsonMistake> find() {
+    while (!mistake_) {
+      skip_blanks();
+      if (at_ >= text_.size()) {
+        at_end();
+        break;
+      }
+      token();
+    }
+    return mistake_;
+  }
+
+ private:
+  enum class Expect { value, first_value, key, first_key, colon, comma, nothing };
+  struct Open {
+    char bracket;
+    std::size_t at;
+  };
+
+  char now() const { return at_ < text_.size() ? text_[at_] : '\0'; }
+  long line_of(std::size_t at) const {
+    return 1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+  }
+  void wrong(std::size_t at, std::string words) { mistake_ = JsonMistake{at, std::move(words)}; }
+
+  void skip_blanks() {
+    while (at_ < text_.size()) {
+      if (text_.substr(at_, 2) == "//") {
+        at_ = std::min(text_.find('\n', at_), text_.size());
+      } else if (std::string_view(" \t\r\n").find(text_[at_]) != std::string_view::npos) {
+        ++at_;
+      } else {
+        return;
+      }
+    }
+  }
+
+  void at_end() {
+    if (open_.empty() && expect_ == Expect::value) {
+      wrong(0, "the file is empty, expected an object: { ... }");
+    } else if (!open_.empty()) {
+      const bool object = open_.back().bracket == '{';
+      wrong(text_.size(),
+            fmt::format("the file ends, but the {} that begins in line {} is not "
+                        "closed: a `{}` is missing",
+                        object ? "object" : "list", line_of(open_.back().at), object ? '}' : ']'));
+    }
+  }
+
+  void token() {
+    const char c = now();
+    if (text_.substr(at_, 2) == "/*")
+      return wrong(at_, "a /* comment, expected `//` comments only");
+    if (c == '#') return wrong(at_, "a comment begins with `//`, not with `#`");
+    if (c == '\'') return wrong(at_, "keys and texts stand in double quotes: \"...\"");
+    switch (expect_) {
+      case Expect::nothing: return wrong(at_, "something follows the end of the file's object");
+      case Expect::colon: return colon();
+      case Expect::comma: return comma();
+      case Expect::key:
+      case Expect::first_key: return key();
+      case Expect::value:
+      case Expect::first_value: return value();
+    }
+  }
+
+  void colon() {
+    if (now() == '=') return wrong(at_, "a `:` stands between a key and its value, not `=`");
+    if (now() != ':') return wrong(last_end_, "a `:` is missing behind the key");
+    ++at_;
+    expect_ = Expect::value;
+  }
+
+  void comma() {
+    const char c = now();
+    if (c == ',') {
+      comma_at_ = at_++;
+      expect_ = open_.back().bracket == '{' ? Expect::key : Expect::value;
+    } else if (c == '}' || c == ']') {
+      close();
+    } else if (c == ';') {
+      wrong(at_, "`,` stands between two entries, not `;`");
+    } else if (c == ':') {
+      wrong(at_, "a `:` stands only behind a key");
+    } else if (last_is_number_ && is_letter(c)) {
+      wrong(at_, "a number has no unit; it belongs to the key, as in \"force_N\": 1.5");
+    } else {
+      wrong(last_end_, "a `,` is missing here");
+    }
+  }
+
+  void key() {
+    const char c = now();
+    if (c == '"') return text(Expect::colon);
+    if (c == '}' && expect_ == Expect::first_key) return close();
+    if (c == '}' || c == ']') return wrong(comma_at_, after_last());
+    if (c == ',') return wrong(at_, "two commas without an entry between them");
+    if (is_digit(c) && last_is_number_ && comma_at_ + 1 == at_) return decimal_comma();
+    const auto word = take_word();
+    wrong(word_at_, word.empty() ? "a key in double quotes is missing here"
+                                 : fmt::format("a key stands in double quotes: \"{}\"", word));
+  }
+
+  void value() {
+    const char c = now();
+    if (c == '{' || c == '[') {
+      open_.push_back({c, at_++});
+      expect_ = c == '{' ? Expect::first_key : Expect::first_value;
+    } else if (c == '"') {
+      text(after_value());
+    } else if (c == ']' && expect_ == Expect::first_value) {
+      close();
+    } else if (c == '}' || c == ']' || c == ',') {
+      const bool in_list = !open_.empty() && open_.back().bracket == '[';
+      const bool trailing = c == ']' && in_list;
+      wrong(trailing ? comma_at_ : at_, trailing ? after_last() : "a value is missing here");
+    } else {
+      bare(take_word());
+    }
+  }
+
+  static std::string after_last() { return "a `,` behind the last entry: remove it"; }
+  Expect after_value() const { return open_.empty() ? Expect::nothing : Expect::comma; }
+
+  // A number, true, false or null; or something that should be in quotes.
+  void bare(std::string_view word) {
+    last_is_number_ = false;
+    if (word.empty()) return wrong(at_, "this begins no value");
+    const bool number = is_digit(word[0]) || word[0] == '-' || word[0] == '+' || word[0] == '.';
+    if (number) return this->number(word);
+    if (word != "true" && word != "false" && word != "null") {
+      std::string small(word);
+      std::ranges::transform(small, small.begin(), [](unsigned char c) { return std::tolower(c); });
+      if (small == "true" || small == "false" || small == "null" || small == "none") {
+        return wrong(word_at_,
+                     fmt::format("`{}`: JSON writes {}", word, small == "none" ? "null" : small));
+      }
+      if (small == "nan" || small == "inf" || small == "infinity") {
+        return wrong(word_at_, fmt::format("`{}` is no number that a file can hold", word));
+      }
+      return wrong(word_at_, fmt::format("a text stands in double quotes: \"{}\"", word));
+    }
+    last_end_ = at_;
+    expect_ = after_value();
+  }
+
+  void number(std::string_view word) {
+    std::size_t i = word[0] == '-' ? 1 : 0;
+    const auto digits = [&] {
+      const std::size_t from = i;
+      while (i < word.size() && is_digit(word[i])) ++i;
+      return i - from;
+    };
+    const std::size_t first = i, whole = digits();
+    if (whole == 0) return wrong(word_at_, fmt::format("`{}`: a number begins with a digit", word));
+    if (whole > 1 && word[first] == '0') {
+      return wrong(word_at_, fmt::format("`{}`: a number does not begin with 0", word));
+    }
+    if (i < word.size() && word[i] == '.') {
+      ++i;
+      if (digits() == 0) {
+        return wrong(word_at_, fmt::format("`{}`: a digit is missing behind the point", word));
+      }
+    }
+    if (i < word.size() && (word[i] == 'e' || word[i] == 'E')) {
+      const std::size_t e = i++;
+      if (i < word.size() && (word[i] == '+' || word[i] == '-')) ++i;
+      if (digits() == 0) i = e;
+    }
+    if (i < word.size()) {
+      return wrong(word_at_, fmt::format("`{}` is no number; a unit belongs to the key, as in "
+                                         "\"force_N\": 1.5",
+                                         word));
+    }
+    last_is_number_ = true;
+    last_word_ = word;
+    last_end_ = at_;
+    expect_ = after_value();
+  }
+
+  void decimal_comma() {
+    const std::size_t begin = comma_at_ - last_word_.size();
+    const auto rest = take_word();
+    wrong(begin, fmt::format("`{0},{1}`: a decimal number is written with a point: {0}.{1}",
+                             last_word_, rest));
+  }
+
+  void text(Expect next) {
+    const std::size_t begin = at_++;
+    last_is_number_ = false;
+    while (at_ < text_.size() && text_[at_] != '"') {
+      if (text_[at_] == '\n') {
+        return wrong(begin,
+                     "the text that begins here is not closed in its line: a `\"` is "
+                     "missing");
+      }
+      if (text_[at_] == '\\') {
+        ++at_;
+        if (std::string_view("\"\\/bfnrtu").find(now()) == std::string_view::npos) {
+          return wrong(at_ - 1, "`\\` begins an escape; a backslash itself is written `\\\\`");
+        }
+      }
+      ++at_;
+    }
+    if (at_ >= text_.size())
+      return wrong(begin, "the text that begins here is not closed: a `\"` is missing");
+    last_end_ = ++at_;
+    expect_ = next;
+  }
+
+  void close() {
+    const char c = now();
+    const bool fits = (open_.back().bracket == '{') == (c == '}');
+    if (!fits) {
+      return wrong(at_, fmt::format("`{}` where the `{}` of line {} is still open", c,
+                                    open_.back().bracket, line_of(open_.back().at)));
+    }
+    open_.pop_back();
+    last_is_number_ = false;
+    last_end_ = ++at_;
+    expect_ = after_value();
+  }
+
+  // At most as long as a message can show.
+  std::string_view take_word() {
+    word_at_ = at_;
+    while (at_ < text_.size() && is_word(text_[at_])) ++at_;
+    return text_.substr(word_at_, std::min<std::size_t>(at_ - word_at_, 40));
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+  Expect expect_ = Expect::value;
+  std::vector<Open> open_;
+  std::size_t last_end_ = 0, comma_at_ = 0, word_at_ = 0;
+  bool last_is_number_ = false;
+  std::string_view last_word_;  // the number
+  std::optional<JsonMistake> mistake_;
+};
+
+}  // namespace
+
+std::optional<JsonMistake> find_json_mistake(std::string_view text) {
+  return Walk(text).find();
+}
+
+}  // namespace lcrig

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/json_mistake.hpp"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/strict_json.hpp"
+
+namespace lcrig {
+namespace {
+
+struct Case {
+  const char* text;
+  const char* message;  // after "f.json:"
+};
+
+// What people type. A changed message shows up here as a diff.
+const Case kMistakes[] = {
+    {"", "1:1 /: the file is empty, expected an object: { ... }"},
+    {" \n\n", "1:1 /: the file is empty, expected an object: { ... }"},
+    {"// only a comment\n", "1:1 /: the file is empty, expected an object: { ... }"},
+    {"{\n\"a\": 1\n\"b\": 2\n}", "2:7 /: a `,` is missing here"},
+    {"{\"a\": [1 2]}", "1:9 /a: a `,` is missing here"},
+    {"{\"a\": {\"b\": 1} \"c\": 2}", "1:15 /: a `,` is missing here"},
+    {"{\"a\": 1,}", "1:8 /: a `,` behind the last entry: remove it"},
+    {"{\"a\": 1, // last\n}", "1:8 /: a `,` behind the last entry: remove it"},
+    {"[1, 2,]", "1:6 /: a `,` behind the last entry: remove it"},
+    {"{\"a\": 1,, \"b\": 2}", "1:9 /: two commas without an entry between them"},
+    {"{\"force_N\": 1,5}", "1:13 /: `1,5`: a decimal number is written with a point: 1.5"},
+    {"{\"force_N\": 1,5, \"x\": 2}",
+     "1:13 /: `1,5`: a decimal number is written with a point: 1.5"},
+    {"{\"force_N\": 1.5N}",
+     "1:13 /: `1.5N` is no number; a unit belongs to the key, as in \"force_N\": 1.5"},
+    {"{\"t_s\": 10 s}",
+     "1:12 /: a number has no unit; it belongs to the key, as in \"force_N\": 1.5"},
+    {"# comment\n{}", "1:1 /: a comment begins with `//`, not with `#`"},
+    {"{\"a\": 1 # one\n}", "1:9 /: a comment begins with `//`, not with `#`"},
+    {"{} /* old */ {}", "1:4 /: a /* comment, expected `//` comments only"},
+    {"{a: 1}", "1:2 /: a key stands in double quotes: \"a\""},
+    {"{'a': 1}", "1:2 /: keys and texts stand in double quotes: \"...\""},
+    {"{\"a\": paper-1}", "1:7 /: a text stands in double quotes: \"paper-1\""},
+    {"{\"a\" 1}", "1:5 /: a `:` is missing behind the key"},
+    {"{\"a\" = 1}", "1:6 /: a `:` stands between a key and its value, not `=`"},
+    {"{\"a\": 1; \"b\": 2}", "1:8 /: `,` stands between two entries, not `;`"},
+    {"{\"a\": }", "1:7 /: a value is missing here"},
+    {"{\"a\": , \"b\": 1}", "1:7 /: a value is missing here"},
+    {"[1,,2]", "1:4 /: a value is missing here"},
+    {"{\"a\": True}", "1:7 /: `True`: JSON writes true"},
+    {"{\"a\": None}", "1:7 /: `None`: JSON writes null"},
+    {"{\"a\": NaN}", "1:7 /: `NaN` is no number that a file can hold"},
+    {"{\"a\": .5}", "1:7 /: `.5`: a number begins with a digit"},
+    {"{\"a\": +5}", "1:7 /: `+5`: a number begins with a digit"},
+    {"{\"a\": 5.}", "1:7 /: `5.`: a digit is missing behind the point"},
+    {"{\"a\": 007}", "1:7 /: `007`: a number does not begin with 0"},
+    {"{\"a\": \"x}\n",
+     "1:7 /: the text that begins here is not closed in its line: a `\"` is missing"},
+    {"{\"a\": \"x", "1:7 /: the text that begins here is not closed: a `\"` is missing"},
+    {"{\"a\": \"C:\\x\"}", "1:10 /: `\\` begins an escape; a backslash itself is written `\\\\`"},
+    {"{\"a\": [1, 2}", "1:12 /a: `}` where the `[` of line 1 is still open"},
+    {"{\"a\": {\n\"b\": 1\n",
+     "3:1 /a: the file ends, but the object that begins in line 1 is not "
+     "closed: a `}` is missing"},
+    {"[1, 2",
+     "1:6 /: the file ends, but the list that begins in line 1 is not closed: a `]` is missing"},
+    {"{} {}", "1:4 /: something follows the end of the file's object"},
+    {"{\"a\": 1}}", "1:9 /: something follows the end of the file's object"},
+    {"\xEF\xBB\xBF{\"\u00fc\": 1,}", "1:8 /: a `,` behind the last entry: remove it"},
+};
+
+TEST(JsonMistake, IsSaidAsAPersonWouldSayIt) {
+  for (const Case& c : kMistakes) {
+    const auto parsed = JsonDocument::parse(c.text, "f.json");
+    ASSERT_FALSE(parsed) << c.text;
+    EXPECT_EQ(parsed.error().what, std::string("f.json:") + c.message) << c.text;
+  }
+}
+
+TEST(JsonMistake, TheDetailShowsTheLineAndThePlace) {
+  const auto parsed = JsonDocument::parse("{\n  \"force_N\": 1,5\n}", "f.json");
+  ASSERT_FALSE(parsed);
+  EXPECT_EQ(parsed.error().detail, "  \"force_N\": 1,5\n             ^");
+}
+
+TEST(JsonMistake, ALongLineIsCutAroundThePlace) {
+  const std::string text = "[" + std::string(500, ' ') + "1 2" + std::string(500, ' ') + "]";
+  const auto parsed = JsonDocument::parse(text, "f.json");
+  ASSERT_FALSE(parsed);
+  const std::string& detail = parsed.error().detail;
+  EXPECT_LT(detail.size(), 160U);
+  const std::size_t caret = detail.find('^') - detail.find('\n') - 1;
+  EXPECT_EQ(detail.substr(caret - 1, 3), "1 2");
+}
+
+// Nothing is called a mistake that the parser takes.
+TEST(JsonMistake, AGoodTextHasNone) {
+  for (const char* text :
+       {"{}", "[]", "1", "\"a\"", "{\"a\": [1, -2.5e-3, true, null, \"\\u00fc\\\\\"]} // end",
+        "{\"a\": {\"b\": [[], {}]}, \"c\": 0}"}) {
+    EXPECT_TRUE(JsonDocument::parse(text, "f.json")) << text;
+    EXPECT_FALSE(find_json_mistake(text)) << text;
+  }
+}
+
+TEST(JsonReader, TellsAllWrongValuesOfAFile) {
+  const auto document =
+      JsonDocument::parse("{\"a\": \"x\",\n\"b\": {\"c\": -1, \"d\": true},\n\"e\": 1}", "f.json");
+  ASSERT_TRUE(document);
+  const JsonReader root(*document);
+  root.number("a");
+  const auto b = root.object("b");
+  b.number("c", kPositive);
+  b.number("d");
+  b.refuse("judged from values that are wrong");  // says nothing more
+  root.no_other_keys();
+  const auto result = root.result();
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().what, "f.json:1:7 /a: \"x\", expected a number");
+  EXPECT_EQ(result.error().detail,
+            "{\"a\": \"x\",\n      ^\n"
+            "f.json:2:12 /b/c: -1, expected greater than 0\n"
+            "\"b\": {\"c\": -1, \"d\": true},\n           ^\n"
+            "f.json:2:21 /b/d: true, expected a number\n"
+            "\"b\": {\"c\": -1, \"d\": true},\n                    ^\n"
+            "f.json:3:1 /e: unknown key `e`, did you mean `a`? expected a, b\n\"e\": 1}\n^");
+}
+
+}  // namespace
+}  // namespace lcrig
