@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Excursions of the force: where they are, and the capacitance at rest and at the peak of each.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -182,9 +180,7 @@ void calc_dynamic_range(double c0_pF, double confidence, CycleResults& out) {
   bool rises = false, falls = false;
   for (CycleResult& c : out.cycles) {
     c.dynamic_range_percent = c.delta_C_fF / (c0_pF * 1e3) * 100;
-    if (c.delta_C_se_fF) {
-      c.dynamic_range_se_percent = *c.delta_C_se_fF / (c0_pF * 1e3) * 100;
-    }
+    if (c.delta_C_se_fF) c.dynamic_range_se_percent = *c.delta_C_se_fF / (c0_pF * 1e3) * 100;
     percents.push_back(c.dynamic_range_percent);
     line_points.push_back({static_cast<double>(c.number), c.dynamic_range_percent, 1});
     out.dynamic_range.rows += c.loaded_readings;

@@ -2,7 +2,6 @@
 #include "analysis/drift.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "analysis/line_fit.hpp"

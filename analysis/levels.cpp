@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The `measure` steps: mean, scatter, outliers.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 

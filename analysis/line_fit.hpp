@@ -3,8 +3,6 @@
 // about the weighted mean, so that an offset of x or y costs no digits.
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 

@@ -56,6 +56,12 @@ std::string joined(const std::vector<std::string>& words) {
   return out;
 }
 
+std::string located(const JsonDocument& doc, TextPosition at, const std::string& pointer,
+                    const std::string& what) {
+  return fmt::format("{}:{}:{} {}: {}", doc.name(), at.line, at.column,
+                     pointer.empty() ? "/" : printable(pointer, 200), printable(what, 2000));
+}
+
 }  // namespace
 
 std::string range_words(const Range& r, double unit) {
@@ -110,14 +116,6 @@ Result<> JsonReader::result() const {
 std::string JsonReader::last_key() const {
   return pointer_.empty() ? std::string() : json::json_pointer(pointer_).back();
 }
-
-namespace {
-std::string located(const JsonDocument& doc, TextPosition at, const std::string& pointer,
-                    const std::string& what) {
-  return fmt::format("{}:{}:{} {}: {}", doc.name(), at.line, at.column,
-                     pointer.empty() ? "/" : printable(pointer, 200), printable(what, 2000));
-}
-}  // namespace
 
 // One failure tells all about its value, its parents and its children: what is said of them later
 // may only follow from it.

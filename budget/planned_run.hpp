@@ -2,7 +2,6 @@
 // From a protocol to the readings that it will take: what a budget is reckoned from.
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "budget/prediction.hpp"

@@ -3,9 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>

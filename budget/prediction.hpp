@@ -29,7 +29,6 @@ struct PlannedCycle {
 };
 
 struct PlannedRun {
-  PlannedRun() = default;
   MeterSetting meter;
   double reading_noise_F = 0;  // standard deviation of one reading
   double force_noise_N = 0;  // of one sample of the frame

@@ -14,7 +14,6 @@ namespace lcrig {
 
 // One way to do the experiment.
 struct BudgetPoint {
-  BudgetPoint() = default;
   Aperture aperture = Aperture::medium;
   double frequency_Hz = 0;
   std::map<std::string, double> parameters;  // other than asked for, in the unit of the name
@@ -41,7 +40,6 @@ struct BudgetSetting {  // aperture and frequency
 };
 
 struct Budget {
-  Budget() = default;
   std::string model_level;
   std::optional<double> target;  // relative
   std::vector<BudgetSetting> settings;

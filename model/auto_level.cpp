@@ -19,9 +19,7 @@ double fringe_size(const Specimen& s) {
   double worst = 0;
   for (const auto& capacitor : s.capacitors) {
     double d = 0;
-    for (const auto& layer : capacitor.layers) {
-      d += layer.thickness_m;
-    }
+    for (const auto& layer : capacitor.layers) d += layer.thickness_m;
     const double permittivity = d / s.dielectric_gap_m(capacitor);
     worst = std::max(worst, fringe_in_air(d / (s.disc_diameter_m / 2), permittivity));
   }
@@ -47,13 +45,9 @@ double film_strain_size(const Specimen& s, Pressure pressure, double delta_F) {
 
 Result<double> delta_at(const Specimen& s, const LevelSettings& settings, Pressure pressure) {
   auto model = make_level_model(s, settings);
-  if (!model) {
-    return fail(model.error());
-  }
+  if (!model) return fail(model.error());
   auto state = (*model)->at_pressure(pressure);
-  if (!state) {
-    return fail(state.error());
-  }
+  if (!state) return fail(state.error());
   return state->delta_capacitance_F;
 }
 
@@ -92,9 +86,7 @@ std::vector<LevelSettings> candidates(const Specimen& s) {
     add(Level::hyperelastic, 1);
     return list;
   }
-  if (s.faces == Faces::bonded_laminate) {
-    add(Level::bonded, 1);
-  }
+  if (s.faces == Faces::bonded_laminate) add(Level::bonded, 1);
   for (const Level level : {Level::fem_linear, Level::fem_finite}) {
     for (int refinement = 0;
          refinement <= (level == Level::fem_finite ? kFinestFiniteMesh : kFinestMesh);
@@ -159,16 +151,12 @@ class LevelSearch {
 
 // Whether the coarser mesh has shown that a finer one of this level cannot help.
 bool LevelSearch::hopeless(const LevelSettings& settings) const {
-  if (settings.level == without_answer_) {
-    return true;
-  }
+  if (settings.level == without_answer_) return true;
   if (!last_ || last_->first.level != settings.level || settings.level < Level::fem_linear) {
     return false;
   }
   const ErrorEstimate& e = last_->second;
-  if (settings.level == Level::fem_linear && e.left_out > tolerance_) {
-    return true;
-  }
+  if (settings.level == Level::fem_linear && e.left_out > tolerance_) return true;
   if (settings.level == Level::fem_finite &&
       (e.lost_beyond || (!e.settled && last_->first.mesh.refinement > 0))) {
     return true;
@@ -182,9 +170,7 @@ bool LevelSearch::hopeless(const LevelSettings& settings) const {
 // Seconds that the next mesh would take, if they do not fit into the budget. The first is always
 // tried, because nothing says what it will take.
 std::optional<double> LevelSearch::too_long() const {
-  if (!budget_ || rejected_.empty()) {
-    return std::nullopt;
-  }
+  if (!budget_ || rejected_.empty()) return std::nullopt;
   const double next = kHarder * last_s_;
   const bool over = budget_->seconds_now() - start_s_ + next > budget_->seconds;
   return over ? std::optional(next) : std::nullopt;
@@ -195,9 +181,7 @@ Result<ErrorEstimate> LevelSearch::rate(const LevelSettings& settings) {
   auto estimate = estimator_.estimate(settings, pressure_);
   last_s_ = budget_ ? budget_->seconds_now() - before : 0;
   last_.reset();
-  if (estimate) {
-    last_.emplace(settings, *estimate);
-  }
+  if (estimate) last_.emplace(settings, *estimate);
   return estimate;
 }
 
@@ -229,9 +213,7 @@ tl::unexpected<Error> LevelSearch::refuse(const std::string& limit) const {
 
 Result<LevelChoice> LevelSearch::run() {
   for (const LevelSettings& settings : candidates(estimator_.specimen())) {
-    if (hopeless(settings)) {
-      continue;
-    }
+    if (hopeless(settings)) continue;
     if (const auto seconds = too_long()) {
       return refuse(fmt::format("; {} would take about {:.2g} s more, over the budget of {:.4g} s",
                                 name_of(settings), *seconds, budget_->seconds));
@@ -242,9 +224,7 @@ Result<LevelChoice> LevelSearch::run() {
       reject(settings, "not applicable");
       continue;
     }
-    if (estimate->relative <= tolerance_) {
-      return choice(settings, *estimate);
-    }
+    if (estimate->relative <= tolerance_) return choice(settings, *estimate);
     if (estimate->relative < least_) {
       least_ = estimate->relative;
       least_by_ =
@@ -270,9 +250,7 @@ Result<LevelChoice> choose_level(ErrorEstimator& estimator, double tolerance, Pr
     return fail(Errc::invalid_request, "tolerance {} and largest pressure {} Pa must be positive",
                 tolerance, max_pressure.si());
   }
-  if (auto ok = check_specimen(estimator.specimen()); !ok) {
-    return fail(ok.error());
-  }
+  if (auto ok = check_specimen(estimator.specimen()); !ok) return fail(ok.error());
   return LevelSearch(estimator, tolerance, max_pressure, budget).run();
 }
 

@@ -32,9 +32,7 @@ double by_asymptotics(double x) {
   double power = 1 / x;
   for (std::size_t k = 2; k < kTerms; ++k) {
     double sum = static_cast<double>(k - 2) * c[k - 1];
-    for (std::size_t i = 1; i < k; ++i) {
-      sum -= c[i] * c[k - i];
-    }
+    for (std::size_t i = 1; i < k; ++i) sum -= c[i] * c[k - i];
     c[k] = sum / 2;
     power /= x;
     ratio += c[k] * power;
@@ -66,14 +64,10 @@ Result<double> bonded_strain(Pressure shear_modulus, double nu, double shape_fac
                              Pressure pressure) {
   const auto held = solve_stretch(shear_modulus, nu, EnergyForm::a, Lateral::confined,
                                   PressureKind::dead, pressure);
-  if (!held) {
-    return fail(held.error());
-  }
+  if (!held) return fail(held.error());
   const double mu = shear_modulus.si();
   const double apparent = bonded_modulus_Pa(mu, nu, shape_factor);
-  if (nu == 0.5) {
-    return pressure.si() / apparent;
-  }
+  if (nu == 0.5) return pressure.si() / apparent;
   const double confined = mu * (2 + 2 * nu / (1 - 2 * nu));
   const double strain = held->strain * confined / apparent;
   if (strain >= 1) {

@@ -19,9 +19,7 @@ Result<Specimen> paper_stack(std::size_t n) {
   for (const auto& shipped : shipped_specimens()) {
     if (shipped.name == "paper-1") {
       auto s = parse_specimen(shipped.text, "paper-1");
-      if (s) {
-        s->capacitors.assign(n, s->capacitors.front());
-      }
+      if (s) s->capacitors.assign(n, s->capacitors.front());
       return s;
     }
   }
@@ -42,8 +40,18 @@ Specimen bonded(Specimen s) {
 class Rows {
  public:
   // Sensitivity of N capacitors in fF/kPa: a straight line from 0 to `to_kPa` in steps of 1 kPa.
+
   void sensitivity(const char* target, std::size_t n, double paper, const LevelSettings& settings,
-                   double to_kPa, const std::string& assumption, bool laminate = false);
+                   double to_kPa, const std::string& assumption, bool laminate = false) {
+    auto s = paper_stack(n);
+    if (!s) return note(s.error());
+    const auto range = parse_pressures_kPa(fmt::format("0:{}:1", to_kPa));
+    const auto curve = calc_curve(laminate ? bonded(*s) : *s, settings, 1, range.value());
+    if (!curve) return note(curve.error());
+    add(target, fmt::format("sensitivity, N = {}, 0 to {} kPa", n, to_kPa), "fF/kPa", paper,
+        fit_slope(curve->points) * 1e18, assumption);
+  }
+
   void add(const char* target, std::string quantity, const char* unit, double paper, double model,
            std::string assumption) {
     const bool reproduced = std::abs(model / paper - 1) <= kScatter;
@@ -61,22 +69,6 @@ class Rows {
   Error error_;
 };
 
-void Rows::sensitivity(const char* target, std::size_t n, double paper,
-                       const LevelSettings& settings, double to_kPa, const std::string& assumption,
-                       bool laminate) {
-  auto s = paper_stack(n);
-  if (!s) {
-    return note(s.error());
-  }
-  const auto range = parse_pressures_kPa(fmt::format("0:{}:1", to_kPa));
-  const auto curve = calc_curve(laminate ? bonded(*s) : *s, settings, 1, range.value());
-  if (!curve) {
-    return note(curve.error());
-  }
-  add(target, fmt::format("sensitivity, N = {}, 0 to {} kPa", n, to_kPa), "fF/kPa", paper,
-      fit_slope(curve->points) * 1e18, assumption);
-}
-
 LevelSettings level(Level l, PressureKind kind = PressureKind::dead) {
   LevelSettings settings;
   settings.level = l;
@@ -88,9 +80,7 @@ void add_t1(Rows& rows) {
   constexpr double kPaper[] = {3.65, 7.29, 10.9};
   for (std::size_t n = 1; n <= 3; ++n) {
     const auto s = paper_stack(n);
-    if (!s) {
-      return rows.note(s.error());
-    }
+    if (!s) return rows.note(s.error());
     rows.add("T1", fmt::format("C0, N = {}", n), "pF", kPaper[n - 1], s->c0_F() * 1e12,
              "ideal parallel plates, 75 um kapton in series with 25 um PDMS, no fringe");
   }
@@ -111,9 +101,7 @@ void add_t2(Rows& rows) {
 // The gains of T3, all from one field of the 1 mm block.
 void add_t3(Rows& rows, const char* how, Top top, ElectrodeArea area) {
   auto paper = paper_stack(1);
-  if (!paper) {
-    return rows.note(paper.error());
-  }
+  if (!paper) return rows.note(paper.error());
   Specimen block = *paper;
   block.faces = Faces::bonded_base;
   block.top = top;
@@ -122,9 +110,7 @@ void add_t3(Rows& rows, const char* how, Top top, ElectrodeArea area) {
   LevelSettings settings = level(Level::fem_linear);
   settings.electrode_area = area;
   auto model = FemLinear::make(block, settings);
-  if (!model) {
-    return rows.note(model.error());
-  }
+  if (!model) return rows.note(model.error());
   const auto slope = [&](const std::vector<double>& cut) {
     std::vector<ModelPoint> points;
     for (int i = 0; i <= 10; ++i) {
@@ -153,9 +139,7 @@ void add_t4(Rows& rows) {
   auto s = paper_stack(1);
   auto model = s ? make_level_model(*s, level(Level::hyperelastic, PressureKind::true_area))
                  : fail(s.error());
-  if (!model) {
-    return rows.note(model.error());
-  }
+  if (!model) return rows.note(model.error());
   const auto state = (*model)->at_pressure(Pressure::from_si(1 / s->area_m2()));
   for (std::size_t n = 1; n <= 3 && state; ++n) {
     rows.add(

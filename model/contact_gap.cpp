@@ -21,17 +21,13 @@ class GapModel final : public LevelModel {
   std::optional<Pressure> last_converged() const override { return model_->last_converged(); }
   double c0_F() const override {
     double sum = 0;
-    for (const double inner : inner_m_) {
-      sum += plate_F_m_ / (inner + gap_.height_m);
-    }
+    for (const double inner : inner_m_) sum += plate_F_m_ / (inner + gap_.height_m);
     return sum;
   }
 
   Result<StackState> at_pressure(Pressure pressure) override {
     auto state = model_->at_pressure(pressure);
-    if (!state) {
-      return state;
-    }
+    if (!state) return state;
     const double p = pressure.si();
     const double pressed_out = gap_.height_m * p / (p + gap_.half_pressure_Pa);
     state->delta_capacitance_F = 0;

@@ -2,10 +2,10 @@
 #include "model/curve.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <memory>
 #include <nlohmann/json.hpp>
+
+#include "base/number.hpp"
 
 namespace lcrig {
 namespace {
@@ -14,17 +14,10 @@ std::optional<std::vector<double>> split_numbers(std::string_view text, char sep
   std::vector<double> numbers;
   while (true) {
     const auto end = std::min(text.find(separator), text.size());
-    double value = 0;
-    const std::string_view word = text.substr(0, end);
-    const char* last = std::to_address(word.end());
-    const auto [stop, error] = std::from_chars(std::to_address(word.begin()), last, value);
-    if (error != std::errc() || stop != last || !std::isfinite(value)) {
-      return std::nullopt;
-    }
-    numbers.push_back(value);
-    if (end == text.size() || numbers.size() > kMostPressures) {
-      return numbers;
-    }
+    const auto value = number_from<double>(text.substr(0, end));
+    if (!value) return std::nullopt;
+    numbers.push_back(*value);
+    if (end == text.size() || numbers.size() > kMostPressures) return numbers;
     text.remove_prefix(end + 1);
   }
 }
@@ -40,13 +33,9 @@ Result<std::vector<double>> expand_range(const std::vector<double>& parts) {
                 step);
   }
   const double count = std::floor((to - from) / step + 1e-9);
-  if (!(count < static_cast<double>(kMostPressures))) {
-    return too_many();
-  }
+  if (!(count < static_cast<double>(kMostPressures))) return too_many();
   std::vector<double> list;
-  for (double i = 0; i <= count; ++i) {
-    list.push_back(from + i * step);
-  }
+  for (double i = 0; i <= count; ++i) list.push_back(from + i * step);
   return list;
 }
 
@@ -61,12 +50,8 @@ Result<std::vector<Pressure>> parse_pressures_kPa(std::string_view text) {
                 text.substr(0, 60));
   }
   Result<std::vector<double>> list = range ? expand_range(*numbers) : *numbers;
-  if (!list) {
-    return fail(list.error());
-  }
-  if (list->size() > kMostPressures) {
-    return too_many();
-  }
+  if (!list) return fail(list.error());
+  if (list->size() > kMostPressures) return too_many();
   std::vector<Pressure> pressures;
   for (const double p : *list) {
     if (p < 0 || (!pressures.empty() && p * 1e3 <= pressures.back().si())) {
@@ -90,18 +75,14 @@ Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSett
     curve.settings = *settings;
   } else {
     auto choice = choose_level(specimen, tolerance, highest, budget);
-    if (!choice) {
-      return fail(choice.error());
-    }
+    if (!choice) return fail(choice.error());
     curve.settings = choice->settings;
     curve.error_estimate = choice->error_estimate;
     curve.lost_beyond = choice->lost_beyond;
     curve.choice = std::move(*choice);
   }
   auto model = make_level_model(specimen, curve.settings);
-  if (!model) {
-    return fail(model.error());
-  }
+  if (!model) return fail(model.error());
   if (settings) {  // after the level has accepted the specimen, because an estimate can take long
     if (const auto estimate = estimate_error(specimen, *settings, highest)) {
       curve.error_estimate = estimate->relative;
@@ -110,9 +91,7 @@ Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSett
   }
   for (const Pressure p : pressures) {
     const auto state = (*model)->at_pressure(p);
-    if (!state) {
-      return fail(state.error().code, "at {} kPa: {}", p.si() / 1e3, state.error().what);
-    }
+    if (!state) return fail(state.error().code, "at {} kPa: {}", p.si() / 1e3, state.error().what);
     curve.points.push_back({p.si(), (*model)->c0_F() + state->delta_capacitance_F,
                             state->delta_capacitance_F, state->shortening_m,
                             curve.lost_beyond && p > *curve.lost_beyond});
@@ -127,9 +106,7 @@ nlohmann::json to_json(const Curve& curve) {
                       {"capacitance_pF", p.capacitance_F * 1e12},
                       {"delta_C_fF", p.delta_capacitance_F * 1e15},
                       {"shortening_um", p.shortening_m * 1e6}});
-    if (p.extrapolated) {
-      points.back()["extrapolated"] = true;
-    }
+    if (p.extrapolated) points.back()["extrapolated"] = true;
   }
   nlohmann::json json{{"level", to_string(curve.settings.level)},
                       {"pressure_kind", to_string(curve.settings.pressure_kind)},
@@ -138,9 +115,7 @@ nlohmann::json to_json(const Curve& curve) {
       curve.error_estimate ? nlohmann::json(*curve.error_estimate) : nlohmann::json(nullptr);
   json["lost_beyond_kPa"] =
       curve.lost_beyond ? nlohmann::json(curve.lost_beyond->si() / 1e3) : nlohmann::json(nullptr);
-  if (curve.choice) {
-    json["choice"] = to_json(*curve.choice);
-  }
+  if (curve.choice) json["choice"] = to_json(*curve.choice);
   return json;
 }
 

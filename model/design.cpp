@@ -32,19 +32,13 @@ Specimen block_of(const DesignRequest& r, const Partition& thickness_m) {
   s.faces = r.faces;
   s.top = r.top;
   s.materials = {r.material};
-  for (const double t : thickness_m) {
-    s.capacitors.push_back({{{0, t}}});
-  }
+  for (const double t : thickness_m) s.capacitors.push_back({{{0, t}}});
   return s;
 }
 
 std::string placement_name(int position, int count) {
-  if (position == 0) {
-    return "thin layers at the top, the thick one at the base";
-  }
-  if (position == count - 1) {
-    return "thin layers at the base, the thick one on top";
-  }
+  if (position == 0) return "thin layers at the top, the thick one at the base";
+  if (position == count - 1) return "thin layers at the base, the thick one on top";
   return fmt::format("the thick layer is number {} from the base", position + 1);
 }
 
@@ -55,17 +49,13 @@ Result<DesignOption> rate(const DesignRequest& r, const Evaluate& evaluate, std:
   option.c0_F = block_of(r, partition).c0_F();
   const Pressure tiny = r.max_pressure * 1e-7;
   const auto start = evaluate(partition, tiny);
-  if (!start) {
-    return fail(start.error());
-  }
+  if (!start) return fail(start.error());
   option.initial_F_Pa = start->delta_capacitance_F / tiny.si();
   std::vector<ModelPoint> points;
   for (int i = 0; i <= 10; ++i) {
     const Pressure p = r.max_pressure * (i / 10.0);
     const auto state = evaluate(partition, p);
-    if (!state) {
-      break;
-    }
+    if (!state) break;
     points.push_back({p.si(), 0, state->delta_capacitance_F, state->shortening_m});
   }
   option.fitted_F_Pa = points.size() == 11 ? fit_slope(points) : 0;
@@ -102,9 +92,7 @@ Evaluate closed_form(const DesignRequest& r, Level level) {
   settings.nonlinear = false;
   return [r, settings](const Partition& partition, Pressure p) -> Result<StackState> {
     auto model = make_level_model(block_of(r, partition), settings);
-    if (!model) {
-      return fail(model.error());
-    }
+    if (!model) return fail(model.error());
     return (*model)->at_pressure(p);
   };
 }
@@ -112,9 +100,7 @@ Evaluate closed_form(const DesignRequest& r, Level level) {
 // One factorization serves every partition, because all layers share one field.
 Result<Rating> rate_bonded_base(const DesignRequest& r) {
   auto field = FemLinear::make(block_of(r, {r.total.si()}), LevelSettings{});
-  if (!field) {
-    return fail(field.error());
-  }
+  if (!field) return fail(field.error());
   Rating rating;
   rating.method =
       "linear finite elements, one factorization for all partitions: the bonded base strains "
@@ -149,12 +135,8 @@ Rating rate_laminate(const DesignRequest& r) {
 }
 
 Result<Rating> make_rating(const DesignRequest& r) {
-  if (r.faces == Faces::bonded_base) {
-    return rate_bonded_base(r);
-  }
-  if (r.faces == Faces::bonded_laminate) {
-    return rate_laminate(r);
-  }
+  if (r.faces == Faces::bonded_base) return rate_bonded_base(r);
+  if (r.faces == Faces::bonded_laminate) return rate_laminate(r);
   return Rating{"closed form: sensitivity goes with the sum of 1/t, the order does not matter",
                 closed_form(r, Level::linear), nullptr};
 }
@@ -179,9 +161,7 @@ std::vector<std::pair<std::string, Partition>> named_partitions(const DesignRequ
 
 bool same(const Partition& a, const Partition& b, double total_m) {
   double worst = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    worst = std::max(worst, std::abs(a[i] - b[i]));
-  }
+  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
   return worst < 1e-6 * total_m;
 }
 
@@ -199,32 +179,22 @@ void search(const DesignRequest& r, const Rating& rating, Design& design,
     }
     return same(sorted, best, r.total.si());
   });
-  if (listed == partitions.end()) {
-    partitions.emplace_back("found by search", found.thickness_m);
-  }
+  if (listed == partitions.end()) partitions.emplace_back("found by search", found.thickness_m);
 }
 
 }  // namespace
 
 Result<Design> design_partition(const DesignRequest& r) {
-  if (auto ok = check(r); !ok) {
-    return fail(ok.error());
-  }
+  if (auto ok = check(r); !ok) return fail(ok.error());
   Design design;
   const auto rating = make_rating(r);
-  if (!rating) {
-    return fail(rating.error());
-  }
+  if (!rating) return fail(rating.error());
   design.method = rating->method;
   auto partitions = named_partitions(r);
-  if (rating->sensitivity && r.capacitors > 1) {
-    search(r, *rating, design, partitions);
-  }
+  if (rating->sensitivity && r.capacitors > 1) search(r, *rating, design, partitions);
   for (auto& [name, partition] : partitions) {
     auto option = rate(r, rating->evaluate, name, partition);
-    if (!option) {
-      return fail(option.error());
-    }
+    if (!option) return fail(option.error());
     option->gain =
         design.options.empty() ? 0 : option->initial_F_Pa / design.options.front().initial_F_Pa - 1;
     design.options.push_back(std::move(*option));
@@ -238,9 +208,7 @@ nlohmann::json to_json(const Design& design) {
   nlohmann::json options = nlohmann::json::array();
   for (const auto& o : design.options) {
     nlohmann::json layers = nlohmann::json::array();
-    for (const double t : o.thickness_m) {
-      layers.push_back(t * 1e6);
-    }
+    for (const double t : o.thickness_m) layers.push_back(t * 1e6);
     nlohmann::json row{{"placement", o.placement},
                        {"thickness_um", layers},
                        {"C0_pF", o.c0_F * 1e12},

@@ -68,9 +68,7 @@ Result<ErrorEstimator::Solver*> ErrorEstimator::solver(const LevelSettings& sett
   Solver& kept = solvers_[key_of(settings)];
   if (!kept.model) {
     auto made = make_level_model(specimen_, settings);
-    if (!made) {
-      return fail(made.error());
-    }
+    if (!made) return fail(made.error());
     kept.model = std::move(*made);
   }
   return &kept;
@@ -78,18 +76,14 @@ Result<ErrorEstimator::Solver*> ErrorEstimator::solver(const LevelSettings& sett
 
 Result<double> ErrorEstimator::delta_F(const LevelSettings& settings, Pressure pressure) {
   auto found = solver(settings);
-  if (!found) {
-    return fail(found.error());
-  }
+  if (!found) return fail(found.error());
   Solver& s = **found;
   if (s.lost_beyond && *s.lost_beyond < pressure) {
     lost_ = s.lost_beyond;
     return fail(s.why);
   }
   auto state = s.model->at_pressure(pressure);
-  if (state) {
-    return state->delta_capacitance_F;
-  }
+  if (state) return state->delta_capacitance_F;
   if (const auto reached = s.model->last_converged(); reached && *reached < pressure) {
     lost_ = s.lost_beyond = reached;
     s.why = state.error();
@@ -103,9 +97,7 @@ Result<MeshLimit> ErrorEstimator::mesh_limit(const LevelSettings& settings, Pres
     LevelSettings member = settings;
     member.mesh.refinement = mesh;
     const auto value = delta_F(member, pressure);
-    if (!value) {
-      return fail(value.error());
-    }
+    if (!value) return fail(value.error());
     values.push_back(*value);
   }
   return limit_of(values);
@@ -117,13 +109,9 @@ Result<MeshLimit> ErrorEstimator::finite_share(const LevelSettings& settings, Pr
   std::vector<double> ratios;
   for (int mesh = coarsest_of(kRatingMesh); mesh <= kRatingMesh; ++mesh) {
     const auto finite = delta_F(on_mesh(settings, Level::fem_finite, mesh, false), pressure);
-    if (!finite) {
-      return fail(finite.error());
-    }
+    if (!finite) return fail(finite.error());
     const auto linear = delta_F(on_mesh(settings, Level::fem_linear, mesh, true), pressure);
-    if (!linear) {
-      return fail(linear.error());
-    }
+    if (!linear) return fail(linear.error());
     ratios.push_back(*linear != 0 ? *finite / *linear : 1);
   }
   return limit_of(ratios);
@@ -148,26 +136,18 @@ Result<ErrorEstimator::Truth> ErrorEstimator::truth(const LevelSettings& setting
                                   ? settings
                                   : on_mesh(settings, Level::fem_linear, kRatingMesh, false),
                               pressure);
-  if (!own) {
-    return fail(own.error());
-  }
+  if (!own) return fail(own.error());
   const auto share = finite_share(settings, pressure);
-  if (!share) {
-    return fail(share.error());
-  }
+  if (!share) return fail(share.error());
   return Truth{own->value * share->value,
                own->doubt * share->value + std::abs(own->value) * share->doubt, *own};
 }
 
 Result<ErrorEstimate> ErrorEstimator::rate(const LevelSettings& settings, Pressure pressure) {
   const auto mine = delta_F(settings, pressure);
-  if (!mine) {
-    return fail(mine.error());
-  }
+  if (!mine) return fail(mine.error());
   const auto best = truth(settings, pressure);
-  if (!best) {
-    return fail(best.error());
-  }
+  if (!best) return fail(best.error());
   ErrorEstimate estimate;
   const double value = best->value_F;
   estimate.relative = at_most(*mine, value, best->doubt_F);
@@ -184,20 +164,14 @@ Result<ErrorEstimate> ErrorEstimator::rate(const LevelSettings& settings, Pressu
 }
 
 Result<ErrorEstimate> ErrorEstimator::estimate(const LevelSettings& settings, Pressure pressure) {
-  if (auto ok = check_specimen(specimen_); !ok) {
-    return fail(ok.error());
-  }
+  if (auto ok = check_specimen(specimen_); !ok) return fail(ok.error());
   lost_.reset();
   auto estimate = rate(settings, pressure);
   for (int retreat = 0; !estimate && lost_ && retreat < kMostRetreats; ++retreat) {
     const Pressure at = *std::exchange(lost_, std::nullopt);
-    if (!(at.si() > kLeastShare * pressure.si())) {
-      break;
-    }
+    if (!(at.si() > kLeastShare * pressure.si())) break;
     estimate = rate(settings, at);
-    if (estimate) {
-      estimate->lost_beyond = at;
-    }
+    if (estimate) estimate->lost_beyond = at;
   }
   return estimate;
 }

@@ -67,22 +67,14 @@ std::vector<Block> find_blocks(const Specimen& s) {
 std::vector<double> decay_lengths_m(const Specimen& s, const std::vector<Block>& blocks) {
   std::vector<double> lengths;
   const auto add_bending = [&](const Block& film, const Sheet& sheet) {
-    if (!film.rigid && !is_soft_block(s, film)) {
-      lengths.push_back(bending_length_m(s, film, sheet));
-    }
+    if (!film.rigid && !is_soft_block(s, film)) lengths.push_back(bending_length_m(s, film, sheet));
   };
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (blocks[i].rigid || !is_soft_block(s, blocks[i])) {
-      continue;
-    }
+    if (blocks[i].rigid || !is_soft_block(s, blocks[i])) continue;
     const Sheet sheet = sheet_of(s, blocks[i]);
     lengths.push_back(sheet.pressure_length);
-    if (i > 0) {
-      add_bending(blocks[i - 1], sheet);
-    }
-    if (i + 1 < blocks.size()) {
-      add_bending(blocks[i + 1], sheet);
-    }
+    if (i > 0) add_bending(blocks[i - 1], sheet);
+    if (i + 1 < blocks.size()) add_bending(blocks[i + 1], sheet);
   }
   std::erase_if(lengths, [&](double length) { return !(length <= s.disc_diameter_m / 4); });
   std::sort(lengths.begin(), lengths.end());
@@ -93,9 +85,7 @@ std::vector<double> decay_lengths_m(const Specimen& s, const std::vector<Block>&
 double thinnest_soft_m(const Specimen& s, const std::vector<Block>& blocks) {
   double thinnest = kNoLength_m;
   for (const Block& block : blocks) {
-    if (is_soft_block(s, block)) {
-      thinnest = std::min(thinnest, block.z1 - block.z0);
-    }
+    if (is_soft_block(s, block)) thinnest = std::min(thinnest, block.z1 - block.z0);
   }
   return thinnest;
 }

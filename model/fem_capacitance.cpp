@@ -31,9 +31,7 @@ Profile profile_of(const StackSpace& space, const StackSpace::Capacitor& slabs,
   profile.radial.assign(space.radii().size(), 0);
   for (const auto& slab : slabs) {
     profile.gap_m += slab.thickness_m / slab.relative_permittivity;
-    if (slab.rigid) {
-      continue;
-    }
+    if (slab.rigid) continue;
     const auto low = space.displacement(u, slab.bottom, 1);
     const auto high = space.displacement(u, slab.top, 1);
     for (std::size_t i = 0; i < low.size(); ++i) {
@@ -42,9 +40,7 @@ Profile profile_of(const StackSpace& space, const StackSpace::Capacitor& slabs,
   }
   if (!slabs.back().rigid) {
     profile.radial = space.displacement(u, slabs.back().top, 0);
-    for (double& value : profile.radial) {
-      value *= scale;
-    }
+    for (double& value : profile.radial) value *= scale;
   }
   return profile;
 }
@@ -78,9 +74,7 @@ std::string_view to_string(ElectrodeArea area) {
   return area == ElectrodeArea::reference ? "reference" : "deformed";
 }
 std::optional<ElectrodeArea> parse_electrode_area(std::string_view text) {
-  if (text == "reference") {
-    return ElectrodeArea::reference;
-  }
+  if (text == "reference") return ElectrodeArea::reference;
   return text == "deformed" ? std::optional(ElectrodeArea::deformed) : std::nullopt;
 }
 
@@ -90,9 +84,7 @@ Result<std::vector<double>> capacitance_changes(
   std::vector<double> changes;
   for (const auto& slabs : capacitors) {
     auto change = change_of(space, profile_of(space, slabs, u, scale), area);
-    if (!change) {
-      return fail(change.error());
-    }
+    if (!change) return fail(change.error());
     changes.push_back(*change);
   }
   return changes;

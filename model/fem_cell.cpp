@@ -122,9 +122,7 @@ using Coupling = std::array<std::array<double, kCellPressures>, kCellDofs>;
 void add_forces(const Point& pt, const Strain& s, double mu, double pressure, CellResult& out) {
   double stress[2][2];
   for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 2; ++j) {
-      stress[i][j] = pt.w * (mu * s.d[i][j] + pressure * s.g[i][j]);
-    }
+    for (int j = 0; j < 2; ++j) stress[i][j] = pt.w * (mu * s.d[i][j] + pressure * s.g[i][j]);
   }
   const double hoop = pt.w * (mu * s.dt + pressure * s.gt);
   for (std::size_t a = 0; a < kCellNodes; ++a) {
@@ -220,9 +218,7 @@ bool make_points(Kinematics kinematics, const CellGeometry& cell,
     Point& pt = points.at[q] = make_point(cell, q, u);
     const Strain& s = points.strain[q] =
         kinematics == Kinematics::linear ? strain_linear(pt) : strain_finite(pt);
-    if (!s.valid) {
-      return false;
-    }
+    if (!s.valid) return false;
     double* basis = points.basis[q];
     basis[0] = 1;
     basis[1] = kRef.x[q];
@@ -255,9 +251,7 @@ double add_volume(const Points& points, double inverse_lambda,
 Small gain_of(const Small& mass, const ElasticLaw& law) {
   Small scaled = mass;
   for (auto& row : scaled) {
-    for (double& value : row) {
-      value *= std::max(law.inverse_lambda, kLeastInverseLambda / law.mu);
-    }
+    for (double& value : row) value *= std::max(law.inverse_lambda, kLeastInverseLambda / law.mu);
   }
   return inverse(scaled);
 }
@@ -283,17 +277,13 @@ bool evaluate_cell(Kinematics kinematics, const CellGeometry& cell, const Elasti
                    const std::array<double, kCellDofs>& u,
                    const std::array<double, kCellPressures>& p, bool tangent, CellResult& out) {
   Points points;
-  if (!make_points(kinematics, cell, u, points)) {
-    return false;
-  }
+  if (!make_points(kinematics, cell, u, points)) return false;
   out.energy = add_volume(points, law.inverse_lambda, p, out);
   out.gain = gain_of(points.mass, law);
   out.force.fill(0);
   out.coupling = {};
   out.min_j = 1;
-  if (tangent) {
-    out.stiffness = {};
-  }
+  if (tangent) out.stiffness = {};
   for (int q = 0; q < kPoints; ++q) {
     const Point& pt = points.at[q];
     const Strain& s = points.strain[q];

@@ -25,9 +25,7 @@ constexpr double kSameLoad = 1e-9;  // relative; as exact as Newton's method is
 std::vector<double> weights_at(const std::vector<double>& x, double t) {
   std::vector<double> w(x.size(), 1.0);
   for (std::size_t i = 0; i < x.size(); ++i) {
-    for (std::size_t j = 0; j < x.size(); ++j) {
-      w[i] *= i == j ? 1 : (t - x[j]) / (x[i] - x[j]);
-    }
+    for (std::size_t j = 0; j < x.size(); ++j) w[i] *= i == j ? 1 : (t - x[j]) / (x[i] - x[j]);
   }
   return w;
 }
@@ -37,9 +35,7 @@ std::vector<double> weights_at(const std::vector<double>& x, double t) {
 Result<std::unique_ptr<FemFinite>> FemFinite::make(const Specimen& specimen,
                                                    const LevelSettings& settings) {
   auto space = StackSpace::make(specimen, settings.mesh, true);
-  if (!space) {
-    return fail(space.error());
-  }
+  if (!space) return fail(space.error());
   std::unique_ptr<FemFinite> model(new FemFinite(std::move(*space), settings, specimen.c0_F()));
   model->known_[0] = model->system_.rest();
   return model;
@@ -50,9 +46,7 @@ Result<std::unique_ptr<FemFinite>> FemFinite::make(const Specimen& specimen,
 FemState FemFinite::guess(double pressure_Pa) const {
   std::vector<std::pair<double, const FemState*>> near;
   near.reserve(known_.size());
-  for (const auto& [p, state] : known_) {
-    near.emplace_back(p, &state);
-  }
+  for (const auto& [p, state] : known_) near.emplace_back(p, &state);
   std::sort(near.begin(), near.end(), [&](const auto& a, const auto& b) {
     return std::abs(a.first - pressure_Pa) < std::abs(b.first - pressure_Pa);
   });
@@ -60,20 +54,14 @@ FemState FemFinite::guess(double pressure_Pa) const {
   std::vector<double> at;
   for (const auto& [p, state] : near) {
     const bool helps = at.empty() || std::abs(p - near.front().first) >= reach / 3;
-    if (helps && at.size() < 2) {
-      at.push_back(p);
-    }
+    if (helps && at.size() < 2) at.push_back(p);
   }
   const auto w = weights_at(at, pressure_Pa);
   FemState result = system_.rest();
   for (std::size_t k = 0; k < at.size(); ++k) {
     const FemState& state = known_.at(at[k]);
-    for (std::size_t i = 0; i < result.u.size(); ++i) {
-      result.u[i] += w[k] * state.u[i];
-    }
-    for (std::size_t i = 0; i < result.p.size(); ++i) {
-      result.p[i] += w[k] * state.p[i];
-    }
+    for (std::size_t i = 0; i < result.u.size(); ++i) result.u[i] += w[k] * state.u[i];
+    for (std::size_t i = 0; i < result.p.size(); ++i) result.p[i] += w[k] * state.p[i];
   }
   return result;
 }
@@ -104,16 +92,12 @@ bool FemFinite::step_to(double pressure_Pa) {
     report_ = system_.solve(pressure_Pa, state);
     iterations_ += report_.iterations;
   }
-  if (report_.converged) {
-    keep(pressure_Pa, std::move(state));
-  }
+  if (report_.converged) keep(pressure_Pa, std::move(state));
   return report_.converged;
 }
 
 Result<> FemFinite::reach(double pressure_Pa) {
-  if (known_.contains(pressure_Pa)) {
-    return {};
-  }
+  if (known_.contains(pressure_Pa)) return {};
   double from = std::prev(known_.upper_bound(pressure_Pa))->first;
   // Not in a single step, even if Newton's method could do it: it might land on another branch.
   double step = pressure_Pa / kFirstSteps;
@@ -137,9 +121,7 @@ Result<> FemFinite::reach(double pressure_Pa) {
 }
 
 Result<double> FemFinite::true_of(double dead_Pa) {
-  if (auto ok = reach(dead_Pa); !ok) {
-    return fail(ok.error());
-  }
+  if (auto ok = reach(dead_Pa); !ok) return fail(ok.error());
   return dead_Pa / space_.top_area_ratio(known_.at(dead_Pa).u);
 }
 
@@ -149,13 +131,9 @@ Result<double> FemFinite::close_bracket(double true_Pa, Trial low, Trial high) {
     const double dead = (low.dead_Pa * high.error_Pa - high.dead_Pa * low.error_Pa) /
                         (high.error_Pa - low.error_Pa);
     auto found = true_of(dead);
-    if (!found) {
-      return found;
-    }
+    if (!found) return found;
     const double error = *found - true_Pa;
-    if (std::abs(error) <= kSameLoad * true_Pa) {
-      return dead;
-    }
+    if (std::abs(error) <= kSameLoad * true_Pa) return dead;
     Trial& moved = error > 0 ? high : low;
     Trial& kept = error > 0 ? low : high;
     moved = {dead, error};
@@ -170,19 +148,13 @@ Result<double> FemFinite::close_bracket(double true_Pa, Trial low, Trial high) {
 // from the true pressure to a bracket, which is then closed by regula falsi with the Illinois
 // weights.
 Result<double> FemFinite::dead_of(double true_Pa) {
-  if (kind_ == PressureKind::dead || true_Pa == 0) {
-    return true_Pa;
-  }
+  if (kind_ == PressureKind::dead || true_Pa == 0) return true_Pa;
   double low = 0, low_error = -true_Pa, high = true_Pa;
   for (int i = 0; i < kMostSecants; ++i) {
     auto found = true_of(high);
-    if (!found) {
-      return found;
-    }
+    if (!found) return found;
     const double error = *found - true_Pa;
-    if (std::abs(error) <= kSameLoad * true_Pa) {
-      return high;
-    }
+    if (std::abs(error) <= kSameLoad * true_Pa) return high;
     if (error < 0) {
       low = high;
       low_error = error;
@@ -214,12 +186,8 @@ Result<StackState> FemFinite::at_pressure(Pressure pressure) {
     return fail(Errc::invalid_request, "pressure {} Pa must be finite and compressive (>= 0)", p);
   }
   const auto dead = dead_of(p);
-  if (!dead) {
-    return fail(dead.error());
-  }
-  if (auto ok = reach(*dead); !ok) {
-    return fail(ok.error());
-  }
+  if (!dead) return fail(dead.error());
+  if (auto ok = reach(*dead); !ok) return fail(ok.error());
   const FemState& state = known_.at(*dead);
   auto changes = capacitance_changes(space_, space_.capacitors(), state.u, 1, area_);
   if (!changes) {
@@ -239,9 +207,7 @@ Result<StackState> FemFinite::at_pressure(Pressure pressure) {
 Result<std::unique_ptr<LevelModel>> make_fem_finite(const Specimen& specimen,
                                                     const LevelSettings& settings) {
   auto model = FemFinite::make(specimen, settings);
-  if (!model) {
-    return fail(model.error());
-  }
+  if (!model) return fail(model.error());
   return std::unique_ptr<LevelModel>(std::move(*model));
 }
 

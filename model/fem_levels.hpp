@@ -6,7 +6,6 @@
 #include <array>
 #include <map>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "model/fem_system.hpp"

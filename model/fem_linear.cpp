@@ -24,9 +24,7 @@ Result<> check_pressure(Pressure pressure) {
 Result<std::unique_ptr<FemLinear>> FemLinear::make(const Specimen& specimen,
                                                    const LevelSettings& settings) {
   auto space = StackSpace::make(specimen, settings.mesh, false);
-  if (!space) {
-    return fail(space.error());
-  }
+  if (!space) return fail(space.error());
   std::unique_ptr<FemLinear> model(
       new FemLinear(std::move(*space), settings.electrode_area, specimen.c0_F()));
   FemSystem system(model->space_, Kinematics::linear);
@@ -66,9 +64,7 @@ double FemLinear::swept_volume_m3_Pa(double height_m) const {
 
 Result<StackState> FemLinear::state(Pressure pressure,
                                     const std::vector<StackSpace::Capacitor>& capacitors) {
-  if (auto ok = check_pressure(pressure); !ok) {
-    return fail(ok.error());
-  }
+  if (auto ok = check_pressure(pressure); !ok) return fail(ok.error());
   auto changes = capacitance_changes(space_, capacitors, u_, pressure.si(), area_);
   if (!changes) {
     return fail(changes.error().code,
@@ -90,18 +86,14 @@ Result<StackState> FemLinear::at_pressure(Pressure pressure) {
 Result<StackState> FemLinear::at_pressure(Pressure pressure,
                                           const std::vector<double>& partition_m) {
   auto capacitors = space_.partition(partition_m);
-  if (!capacitors) {
-    return fail(capacitors.error());
-  }
+  if (!capacitors) return fail(capacitors.error());
   return state(pressure, *capacitors);
 }
 
 Result<std::unique_ptr<LevelModel>> make_fem_linear(const Specimen& specimen,
                                                     const LevelSettings& settings) {
   auto model = FemLinear::make(specimen, settings);
-  if (!model) {
-    return fail(model.error());
-  }
+  if (!model) return fail(model.error());
   return std::unique_ptr<LevelModel>(std::move(*model));
 }
 

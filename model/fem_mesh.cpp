@@ -76,9 +76,7 @@ std::size_t affordable_unknowns() {
 std::vector<double> even_edges(double a, double b, int n) {
   std::vector<double> x;
   x.reserve(static_cast<std::size_t>(n) + 1);
-  for (int i = 0; i < n; ++i) {
-    x.push_back(a + (b - a) * i / n);
-  }
+  for (int i = 0; i < n; ++i) x.push_back(a + (b - a) * i / n);
   x.push_back(b);
   return x;
 }
@@ -99,9 +97,7 @@ std::vector<double> radial_edges(double radius, const MeshStyle& style) {
   std::size_t step = 0;
   for (int i = 1; i < cells; ++i) {
     const double share = sum.back() * i / cells;
-    while (sum[step + 1] < share) {
-      ++step;
-    }
+    while (sum[step + 1] < share) ++step;
     const double part = (share - sum[step]) / (sum[step + 1] - sum[step]);
     const double x = (static_cast<double>(step) + part) / kSteps;
     edges.push_back(radius * (1 - std::pow(x, kRadialGrading)));
@@ -112,9 +108,7 @@ std::vector<double> radial_edges(double radius, const MeshStyle& style) {
 }
 
 std::vector<double> axial_edges(double z0, double z1, bool stiff, const MeshStyle& style) {
-  if (!style.bonded) {
-    return {z0, z1};
-  }
+  if (!style.bonded) return {z0, z1};
   if (stiff) {  // one row can already bend and stretch, and its corners hold little of the energy
     return even_edges(z0, z1, 1 << std::max(style.refinement + 1, 0));
   }

@@ -25,9 +25,7 @@ Height StackSpace::height(double z) const {
 
 Result<std::vector<StackSpace::Capacitor>> StackSpace::partition(
     const std::vector<double>& thickness_m) const {
-  if (rows_.empty()) {
-    return fail(Errc::invalid_request, "nothing here can be pressed");
-  }
+  if (rows_.empty()) return fail(Errc::invalid_request, "nothing here can be pressed");
   if (!one_field_) {
     return fail(Errc::invalid_request,
                 "only one block without films in it can be cut anew over the same field");
@@ -83,9 +81,7 @@ double StackSpace::top_area_ratio(const std::vector<double>& u) const {
 
 double StackSpace::shortening_m(const std::vector<double>& u) const {
   double work = 0;  // the work of a unit pressure is the area times the mean displacement
-  for (std::size_t i = 0; i < unit_load_.size(); ++i) {
-    work += unit_load_[i] * u[i];
-  }
+  for (std::size_t i = 0; i < unit_load_.size(); ++i) work += unit_load_[i] * u[i];
   return work / area_m2_;
 }
 

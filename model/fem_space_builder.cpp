@@ -2,7 +2,6 @@
 #include "model/fem_space.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -48,19 +47,176 @@ class SpaceBuilder {
                thinnest_soft_m(specimen, blocks_),
                decay_lengths_m(specimen, blocks_)} {}
 
-  Result<StackSpace> build();
+  Result<StackSpace> build() {
+    if (!bonded_ && s_.top == Top::bonded_plate) {
+      return fail(Errc::invalid_request,
+                  "specimen {}: faces `free` and top `bonded_plate` contradict each other",
+                  s_.name);
+    }
+    if (mesh_.refinement < kCoarsestMember || mesh_.refinement > kFinestMember) {
+      return fail(Errc::invalid_request, "mesh refinement {} must be {} to {}", mesh_.refinement,
+                  kCoarsestMember, kFinestMember);
+    }
+    space_.area_m2_ = s_.area_m2();
+    add_radii();
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      if (blocks_[i].rigid) {
+        add_rigid();
+      } else {
+        add_block(blocks_[i]);
+        add_film_above(i);
+      }
+      if (unknowns() > mesh_.max_unknowns) {
+        return fail(
+            Errc::invalid_request,
+            "specimen {}: the mesh needs more than {} unknowns; take a coarser mesh or fewer "
+            "layers",
+            s_.name, mesh_.max_unknowns);
+      }
+    }
+    close_top();
+    space_.top_line_ = below_;
+    space_.one_field_ = blocks_.size() == 1 && s_.faces != Faces::bonded_laminate;
+    number();
+    add_load();
+    add_slabs();
+    return std::move(space_);
+  }
 
  private:
-  void add_radii();
-  void add_block(const Block& block);
-  void add_rigid();
-  void add_film_above(std::size_t block);
+  void add_radii() {
+    const double radius = s_.disc_diameter_m / 2;
+    const auto edges = variation_.uniform_cells > 0
+                           ? even_edges(0, radius, 2 * variation_.uniform_cells)
+                           : radial_edges(radius, style_);
+    space_.r_ = {edges[0]};
+    for (std::size_t i = 1; i < edges.size(); ++i) {
+      space_.r_.push_back((edges[i - 1] + edges[i]) / 2);
+      space_.r_.push_back(edges[i]);
+    }
+  }
+
+  void add_block(const Block& block) {
+    const Material& m = s_.materials[block.material];
+    const bool stiff = !soft(block);
+    const auto z = variation_.uniform_cells > 0
+                       ? even_edges(block.z0, block.z1, variation_.uniform_cells)
+                       : axial_edges(block.z0, block.z1, stiff, style_);
+    int bottom = below_;
+    if (on_base_ || tie_below_ >= 0 || !bonded_) {
+      bottom = add_line();
+      Line& line = lines_.back();
+      line.axial_fixed = on_base_;
+      line.tie = tie_below_;
+      line.radial_fixed = bonded_;  // the base and rigid layers hold what is bonded to them
+      line.axial_twin = !on_base_ && tie_below_ < 0 ? below_ : -1;
+    }
+    for (std::size_t i = 0; i + 1 < z.size(); ++i) {
+      const int middle = add_line();
+      const int top = add_line();
+      space_.rows_.push_back({{bottom, middle, top}, z[i], z[i + 1], elastic_law(m, finite_)});
+      bottom = top;
+    }
+    below_ = bottom;
+    tie_below_ = -1;
+    on_base_ = false;
+  }
+
+  // A rigid layer ties the line below it and the line above it together.
+  void add_rigid() {
+    if (below_ >= 0 && tie_below_ < 0) {
+      tie_below_ = ties_++;
+      Line& line = lines_[static_cast<std::size_t>(below_)];
+      line.tie = tie_below_;
+      line.radial_fixed = bonded_;
+    }
+  }
+
+  // In a laminate every soft layer lies between stiff films. Where the specimen lists no film above
+  // a soft layer, the film is the electrode: rigid and without thickness.
+  void add_film_above(std::size_t block) {
+    const bool next_is_film = block + 1 < blocks_.size() && !soft(blocks_[block + 1]);
+    if (s_.faces == Faces::bonded_laminate && soft(blocks_[block]) && !next_is_film) add_rigid();
+  }
+
   bool soft(const Block& block) const { return s_.is_soft(s_.materials[block.material]); }
-  int add_line();
-  void close_top();
-  void number();
-  void add_load();
-  void add_slabs();
+
+  int add_line() {
+    lines_.emplace_back();
+    return static_cast<int>(lines_.size()) - 1;
+  }
+
+  void close_top() {
+    if (below_ < 0 || s_.top == Top::pressure) return;
+    Line& line = lines_[static_cast<std::size_t>(below_)];
+    if (line.tie < 0) line.tie = ties_++;
+    line.radial_fixed = line.radial_fixed || s_.top == Top::bonded_plate;
+  }
+
+  void number() {
+    const std::size_t nodes = space_.r_.size();
+    std::vector<int> tied(static_cast<std::size_t>(ties_), -1);
+    int next = 0;
+    for (auto& component : space_.equation_) component.assign(lines_.size() * nodes, -1);
+    for (std::size_t l = 0; l < lines_.size(); ++l) {
+      const Line& line = lines_[l];
+      for (std::size_t i = 0; i < nodes; ++i) {
+        const bool at_wall = variation_.wall && i + 1 == nodes;
+        if (i > 0 && !line.radial_fixed && !at_wall) space_.equation_[0][l * nodes + i] = next++;
+        int& axial = space_.equation_[1][l * nodes + i];
+        if (line.axial_fixed) continue;
+        if (line.axial_twin >= 0) {
+          axial = space_.equation_[1][static_cast<std::size_t>(line.axial_twin) * nodes + i];
+        } else if (line.tie >= 0) {
+          int& shared = tied[static_cast<std::size_t>(line.tie)];
+          shared = shared < 0 ? next++ : shared;
+          axial = shared;
+        } else {
+          axial = next++;
+        }
+      }
+    }
+    space_.equations_ = next;
+  }
+
+  // Consistent nodal forces: the integral of 2 pi R N times the profile, by five Gauss points.
+  void add_load() {
+    space_.unit_load_.assign(static_cast<std::size_t>(space_.equations_), 0);
+    if (below_ < 0) return;
+    const auto& r = space_.r_;
+    for (std::size_t i = 0; i + 2 < r.size(); i += 2) {
+      for (const auto& [x, weight] : kGauss5) {
+        const double radius = r[i + 1] + x * (r[i + 2] - r[i]) / 2;
+        const double force = std::numbers::pi * radius * (r[i + 2] - r[i]) * weight *
+                             (variation_.load ? variation_.load(radius) : 1);
+        const double shape[] = {x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2};
+        for (std::size_t k = 0; k < 3; ++k) {
+          const int eq = space_.equation(below_, static_cast<int>(i + k), 1);
+          if (eq >= 0) space_.unit_load_[static_cast<std::size_t>(eq)] -= force * shape[k];
+        }
+      }
+    }
+  }
+
+  void add_slabs() {
+    double z = 0;
+    for (const auto& capacitor : s_.capacitors) {
+      auto& slabs = space_.capacitors_.emplace_back();
+      for (const auto& layer : capacitor.layers) {
+        const Material& m = s_.material(layer);
+        const double top = z + layer.thickness_m;
+        StackSpace::Slab slab{layer.thickness_m, m.relative_permittivity, m.rigid, {}, {}};
+        if (!m.rigid) {
+          const double inside = 1e-9 * layer.thickness_m;  // stay in this layer's own rows
+          slab.bottom = space_.height(z + inside);
+          slab.top = space_.height(top - inside);
+        }
+        slabs.push_back(slab);
+        z = top;
+      }
+    }
+  }
+
   std::size_t unknowns() const { return 2 * space_.r_.size() * lines_.size(); }
 
   const Specimen& s_;
@@ -76,187 +232,6 @@ class SpaceBuilder {
   bool on_base_ = true;  // nothing that can move lies below
   int ties_ = 0;
 };
-
-int SpaceBuilder::add_line() {
-  lines_.emplace_back();
-  return static_cast<int>(lines_.size()) - 1;
-}
-
-// A rigid layer ties the line below it and the line above it together.
-void SpaceBuilder::add_rigid() {
-  if (below_ >= 0 && tie_below_ < 0) {
-    tie_below_ = ties_++;
-    Line& line = lines_[static_cast<std::size_t>(below_)];
-    line.tie = tie_below_;
-    line.radial_fixed = bonded_;
-  }
-}
-
-// In a laminate every soft layer lies between stiff films. Where the specimen lists no film above a
-// soft layer, the film is the electrode: rigid and without thickness.
-void SpaceBuilder::add_film_above(std::size_t block) {
-  const bool next_is_film = block + 1 < blocks_.size() && !soft(blocks_[block + 1]);
-  if (s_.faces == Faces::bonded_laminate && soft(blocks_[block]) && !next_is_film) {
-    add_rigid();
-  }
-}
-
-void SpaceBuilder::add_block(const Block& block) {
-  const Material& m = s_.materials[block.material];
-  const bool stiff = !soft(block);
-  const auto z = variation_.uniform_cells > 0
-                     ? even_edges(block.z0, block.z1, variation_.uniform_cells)
-                     : axial_edges(block.z0, block.z1, stiff, style_);
-  int bottom = below_;
-  if (on_base_ || tie_below_ >= 0 || !bonded_) {
-    bottom = add_line();
-    Line& line = lines_.back();
-    line.axial_fixed = on_base_;
-    line.tie = tie_below_;
-    line.radial_fixed = bonded_;  // the base and rigid layers hold what is bonded to them
-    line.axial_twin = !on_base_ && tie_below_ < 0 ? below_ : -1;
-  }
-  for (std::size_t i = 0; i + 1 < z.size(); ++i) {
-    const int middle = add_line();
-    const int top = add_line();
-    space_.rows_.push_back({{bottom, middle, top}, z[i], z[i + 1], elastic_law(m, finite_)});
-    bottom = top;
-  }
-  below_ = bottom;
-  tie_below_ = -1;
-  on_base_ = false;
-}
-
-void SpaceBuilder::close_top() {
-  if (below_ < 0 || s_.top == Top::pressure) {
-    return;
-  }
-  Line& line = lines_[static_cast<std::size_t>(below_)];
-  if (line.tie < 0) {
-    line.tie = ties_++;
-  }
-  line.radial_fixed = line.radial_fixed || s_.top == Top::bonded_plate;
-}
-
-void SpaceBuilder::number() {
-  const std::size_t nodes = space_.r_.size();
-  std::vector<int> tied(static_cast<std::size_t>(ties_), -1);
-  int next = 0;
-  for (auto& component : space_.equation_) {
-    component.assign(lines_.size() * nodes, -1);
-  }
-  for (std::size_t l = 0; l < lines_.size(); ++l) {
-    const Line& line = lines_[l];
-    for (std::size_t i = 0; i < nodes; ++i) {
-      const bool at_wall = variation_.wall && i + 1 == nodes;
-      if (i > 0 && !line.radial_fixed && !at_wall) {
-        space_.equation_[0][l * nodes + i] = next++;
-      }
-      int& axial = space_.equation_[1][l * nodes + i];
-      if (line.axial_fixed) {
-        continue;
-      }
-      if (line.axial_twin >= 0) {
-        axial = space_.equation_[1][static_cast<std::size_t>(line.axial_twin) * nodes + i];
-      } else if (line.tie >= 0) {
-        int& shared = tied[static_cast<std::size_t>(line.tie)];
-        shared = shared < 0 ? next++ : shared;
-        axial = shared;
-      } else {
-        axial = next++;
-      }
-    }
-  }
-  space_.equations_ = next;
-}
-
-// Consistent nodal forces: the integral of 2 pi R N times the profile, by five Gauss points.
-void SpaceBuilder::add_load() {
-  space_.unit_load_.assign(static_cast<std::size_t>(space_.equations_), 0);
-  if (below_ < 0) {
-    return;
-  }
-  const auto& r = space_.r_;
-  for (std::size_t i = 0; i + 2 < r.size(); i += 2) {
-    for (const auto& [x, weight] : kGauss5) {
-      const double radius = r[i + 1] + x * (r[i + 2] - r[i]) / 2;
-      const double force = std::numbers::pi * radius * (r[i + 2] - r[i]) * weight *
-                           (variation_.load ? variation_.load(radius) : 1);
-      const double shape[] = {x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const int eq = space_.equation(below_, static_cast<int>(i + k), 1);
-        if (eq >= 0) {
-          space_.unit_load_[static_cast<std::size_t>(eq)] -= force * shape[k];
-        }
-      }
-    }
-  }
-}
-
-void SpaceBuilder::add_slabs() {
-  double z = 0;
-  for (const auto& capacitor : s_.capacitors) {
-    auto& slabs = space_.capacitors_.emplace_back();
-    for (const auto& layer : capacitor.layers) {
-      const Material& m = s_.material(layer);
-      const double top = z + layer.thickness_m;
-      StackSpace::Slab slab{layer.thickness_m, m.relative_permittivity, m.rigid, {}, {}};
-      if (!m.rigid) {
-        const double inside = 1e-9 * layer.thickness_m;  // stay in this layer's own rows
-        slab.bottom = space_.height(z + inside);
-        slab.top = space_.height(top - inside);
-      }
-      slabs.push_back(slab);
-      z = top;
-    }
-  }
-}
-
-void SpaceBuilder::add_radii() {
-  const double radius = s_.disc_diameter_m / 2;
-  const auto edges = variation_.uniform_cells > 0
-                         ? even_edges(0, radius, 2 * variation_.uniform_cells)
-                         : radial_edges(radius, style_);
-  space_.r_ = {edges[0]};
-  for (std::size_t i = 1; i < edges.size(); ++i) {
-    space_.r_.push_back((edges[i - 1] + edges[i]) / 2);
-    space_.r_.push_back(edges[i]);
-  }
-}
-
-Result<StackSpace> SpaceBuilder::build() {
-  if (!bonded_ && s_.top == Top::bonded_plate) {
-    return fail(Errc::invalid_request,
-                "specimen {}: faces `free` and top `bonded_plate` contradict each other", s_.name);
-  }
-  if (mesh_.refinement < kCoarsestMember || mesh_.refinement > kFinestMember) {
-    return fail(Errc::invalid_request, "mesh refinement {} must be {} to {}", mesh_.refinement,
-                kCoarsestMember, kFinestMember);
-  }
-  space_.area_m2_ = s_.area_m2();
-  add_radii();
-  for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    if (blocks_[i].rigid) {
-      add_rigid();
-    } else {
-      add_block(blocks_[i]);
-      add_film_above(i);
-    }
-    if (unknowns() > mesh_.max_unknowns) {
-      return fail(Errc::invalid_request,
-                  "specimen {}: the mesh needs more than {} unknowns; take a coarser mesh or fewer "
-                  "layers",
-                  s_.name, mesh_.max_unknowns);
-    }
-  }
-  close_top();
-  space_.top_line_ = below_;
-  space_.one_field_ = blocks_.size() == 1 && s_.faces != Faces::bonded_laminate;
-  number();
-  add_load();
-  add_slabs();
-  return std::move(space_);
-}
 
 Result<StackSpace> StackSpace::make(const Specimen& specimen, const MeshSettings& mesh, bool finite,
                                     const SpaceVariation& variation) {

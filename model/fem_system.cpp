@@ -27,9 +27,7 @@ constexpr int kMostNewton = 12;
 
 double norm(const std::vector<double>& v) {
   double sum = 0;
-  for (const double x : v) {
-    sum += x * x;
-  }
+  for (const double x : v) sum += x * x;
   return std::sqrt(sum);
 }
 
@@ -64,9 +62,7 @@ void FemSystem::build_pattern() {
   for (const auto& eq : equations_) {
     for (const int i : eq) {
       for (const int j : eq) {
-        if (i >= j && j >= 0) {
-          entries.emplace_back(i, j, 0.0);
-        }
+        if (i >= j && j >= 0) entries.emplace_back(i, j, 0.0);
       }
     }
   }
@@ -86,9 +82,7 @@ void FemSystem::build_pattern() {
       }
     }
   }
-  if (n > 0) {
-    solver_.analyze(matrix_);
-  }
+  if (n > 0) solver_.analyze(matrix_);
 }
 
 FemState FemSystem::rest() const {
@@ -102,9 +96,7 @@ void FemSystem::gather(const FemState& state, std::size_t cell, std::array<doubl
   for (std::size_t i = 0; i < kCellDofs; ++i) {
     u[i] = eq[i] >= 0 ? state.u[static_cast<std::size_t>(eq[i])] : 0;
   }
-  for (std::size_t k = 0; k < kCellPressures; ++k) {
-    p[k] = state.p[kCellPressures * cell + k];
-  }
+  for (std::size_t k = 0; k < kCellPressures; ++k) p[k] = state.p[kCellPressures * cell + k];
 }
 
 void FemSystem::add_stiffness(std::size_t cell, const CellResult& result) {
@@ -126,15 +118,11 @@ void FemSystem::add_stiffness(std::size_t cell, const CellResult& result) {
 FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_Pa, bool tangent) {
   Residual result;
   residual_ = space_.unit_load();
-  for (double& force : residual_) {
-    force *= pressure_Pa;
-  }
+  for (double& force : residual_) force *= pressure_Pa;
   // of the original equations, without elimination of the pressures
   std::vector<double> plain = residual_;
   const double load = norm(plain);
-  if (tangent) {
-    std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
-  }
+  if (tangent) std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
   CellResult out;
   std::array<double, kCellDofs> u;
   std::array<double, kCellPressures> p;
@@ -154,9 +142,7 @@ FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_P
         plain[static_cast<std::size_t>(eq)] -= out.force[i];
       }
     }
-    if (tangent) {
-      add_stiffness(cell, out);
-    }
+    if (tangent) add_stiffness(cell, out);
   }
   result.valid = true;
   result.force = load > 0 ? norm(plain) / load : norm(plain);
@@ -190,12 +176,8 @@ FemSystem::Residual FemSystem::line_search(double pressure_Pa, bool tangent, con
   const double allowed = kRise * std::max(start, kSmallResidual);
   for (double length = 1; length >= kShortestStep; length /= 2) {
     FemState next = state;
-    for (std::size_t i = 0; i < next.u.size(); ++i) {
-      next.u[i] += length * step.du[i];
-    }
-    for (std::size_t i = 0; i < next.p.size(); ++i) {
-      next.p[i] += length * step.dp[i];
-    }
+    for (std::size_t i = 0; i < next.u.size(); ++i) next.u[i] += length * step.du[i];
+    for (std::size_t i = 0; i < next.p.size(); ++i) next.p[i] += length * step.dp[i];
     const Residual residual = assemble(next, pressure_Pa, tangent);
     if (residual.valid && residual.force <= allowed) {
       state = std::move(next);
@@ -206,12 +188,8 @@ FemSystem::Residual FemSystem::line_search(double pressure_Pa, bool tangent, con
 }
 
 std::optional<FemSystem::Step> FemSystem::direction(bool refactor) {
-  if (refactor) {
-    factored_ = solver_.factorize(matrix_);
-  }
-  if (!factored_) {
-    return std::nullopt;
-  }
+  if (refactor) factored_ = solver_.factorize(matrix_);
+  if (!factored_) return std::nullopt;
   Step step{solver_.solve(residual_), {}};
   step.dp = pressure_step(step.du);
   return std::isfinite(norm(step.du)) ? std::optional(std::move(step)) : std::nullopt;

@@ -17,9 +17,7 @@ constexpr double kSettled = 1e-9;  // relative length of the last step
 Result<std::size_t> find_soft(const Specimen& s) {
   std::vector<std::size_t> soft;
   for (std::size_t i = 0; i < s.materials.size(); ++i) {
-    if (s.is_soft(s.materials[i])) {
-      soft.push_back(i);
-    }
+    if (s.is_soft(s.materials[i])) soft.push_back(i);
   }
   if (soft.size() != 1) {
     return fail(Errc::invalid_request, "fit: specimen {} has {} soft materials, expected one",
@@ -41,16 +39,12 @@ class Curve2 {
     m.given_shear_modulus_Pa = mu_Pa;
     m.youngs_modulus_Pa = 2 * mu_Pa * (1 + m.poisson_ratio);
     auto model = make_level_model(s, settings_);
-    if (!model) {
-      return fail(model.error());
-    }
+    if (!model) return fail(model.error());
     std::vector<double> values;
     for (const auto& p : points_) {
       const auto state =
           (*model)->at_pressure(Pressure::from_si(std::max(p.pressure_Pa - offset_Pa, 0.0)));
-      if (!state) {
-        return fail(state.error());
-      }
+      if (!state) return fail(state.error());
       values.push_back(state->delta_capacitance_F);
     }
     return values;
@@ -92,9 +86,7 @@ struct Fitter {
 
   Result<double> chi2(const Place& at) const {
     auto values = curve.at(at.mu_Pa, at.offset_Pa);
-    if (!values) {
-      return fail(values.error());
-    }
+    if (!values) return fail(values.error());
     double sum = with_c0() ? std::pow(at.shift_F / c0_error_F, 2) : 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double r = points[i].delta_capacitance_F - (*values)[i] - at.shift_F;
@@ -109,9 +101,7 @@ struct Fitter {
     auto later = curve.at(at.mu_Pa, at.offset_Pa + kStep * scale_Pa);
     auto sooner = curve.at(at.mu_Pa, at.offset_Pa - kStep * scale_Pa);
     for (const auto* r : {&here, &stiffer, &later, &sooner}) {
-      if (!*r) {
-        return fail(r->error());
-      }
+      if (!*r) return fail(r->error());
     }
     const auto n = static_cast<Eigen::Index>(points.size());
     const Eigen::Index rows = n + (with_c0() ? 1 : 0);
@@ -125,9 +115,7 @@ struct Fitter {
       l.slopes(i, 0) = ((*stiffer)[k] - (*here)[k]) / kStep;
       l.slopes(i, 1) = ((*later)[k] - (*sooner)[k]) / (2 * kStep);
       l.residuals(i) = points[k].delta_capacitance_F - (*here)[k] - at.shift_F;
-      if (with_c0()) {
-        l.slopes(i, 2) = scale_F;
-      }
+      if (with_c0()) l.slopes(i, 2) = scale_F;
     }
     if (with_c0()) {
       l.slopes(n, 2) = scale_F;
@@ -151,9 +139,7 @@ Eigen::MatrixXd variance_of_repeats(const Fitter& fitter, const Linear& l,
   }
   repeats = static_cast<int>(scores.size());
   Eigen::MatrixXd middle = Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
-  if (repeats < 2) {
-    return middle;
-  }
+  if (repeats < 2) return middle;
   for (const auto& [repeat, score] : scores) {
     middle += score * score.transpose() * repeats / (repeats - 1.0);
   }
@@ -193,14 +179,10 @@ Fit summarize(const Fitter& fitter, const Linear& l, const Place& at, int iterat
   fit.repeats = s.repeats >= 2 ? s.repeats : 0;
   fit.shear_modulus_Pa = value_of(at.mu_Pa, 0, at.mu_Pa, s);
   fit.contact_offset_Pa = value_of(at.offset_Pa, 1, fitter.scale_Pa, s);
-  if (fitter.with_c0()) {
-    fit.c0_shift_F = value_of(at.shift_F, 2, fitter.scale_F, s);
-  }
+  if (fitter.with_c0()) fit.c0_shift_F = value_of(at.shift_F, 2, fitter.scale_F, s);
   fit.correlation = inverse(0, 1) / std::sqrt(inverse(0, 0) * inverse(1, 1));
   double weights = 0;
-  for (const auto& p : fitter.points) {
-    weights += fitter.weight(p);
-  }
+  for (const auto& p : fitter.points) weights += fitter.weight(p);
   fit.residual_F = std::sqrt(l.chi2() / weights);
   return fit;
 }
@@ -213,9 +195,7 @@ double improve(const Fitter& fitter, const Linear& l, Place& at) {
     Place next = at;
     next.mu_Pa *= std::exp(std::clamp(length * step(0), -1.0, 1.0));
     next.offset_Pa += length * step(1) * fitter.scale_Pa;
-    if (fitter.with_c0()) {
-      next.shift_F += length * step(2) * fitter.scale_F;
-    }
+    if (fitter.with_c0()) next.shift_F += length * step(2) * fitter.scale_F;
     const auto chi2 = fitter.chi2(next);
     if (chi2 && *chi2 <= before * (1 + 1e-12)) {
       at = next;
@@ -246,18 +226,14 @@ double student_t975(int degrees_of_freedom) {
 
 Result<Fit> fit_response(const Specimen& specimen, const LevelSettings& settings,
                          const std::vector<FitPoint>& points, double c0_standard_error_F) {
-  if (auto ok = check_specimen(specimen); !ok) {
-    return fail(ok.error());
-  }
+  if (auto ok = check_specimen(specimen); !ok) return fail(ok.error());
   const std::size_t least = c0_standard_error_F > 0 ? 5 : 4;
   if (points.size() < least) {
     return fail(Errc::invalid_request, "fit: {} points, at least {} are needed", points.size(),
                 least);
   }
   const auto soft = find_soft(specimen);
-  if (!soft) {
-    return fail(soft.error());
-  }
+  if (!soft) return fail(soft.error());
   double highest = 0, largest = 0;
   for (const auto& p : points) {
     if (!std::isfinite(p.pressure_Pa) || !std::isfinite(p.delta_capacitance_F)) {
@@ -272,15 +248,9 @@ Result<Fit> fit_response(const Specimen& specimen, const LevelSettings& settings
   Place at{specimen.materials[*soft].shear_modulus_Pa(), 0, 0};
   for (int i = 1; i <= kMostIterations; ++i) {
     const auto l = fitter.linear(at);
-    if (!l) {
-      return fail(l.error());
-    }
-    if (!is_determined(l->normal())) {
-      break;
-    }
-    if (improve(fitter, *l, at) < kSettled) {
-      return summarize(fitter, *l, at, i);
-    }
+    if (!l) return fail(l.error());
+    if (!is_determined(l->normal())) break;
+    if (improve(fitter, *l, at) < kSettled) return summarize(fitter, *l, at, i);
   }
   return fail(Errc::invalid_request,
               "fit: no convergence; the points do not determine modulus and offset together");

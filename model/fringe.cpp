@@ -55,14 +55,10 @@ struct Panel {
 
 std::vector<Panel> make_panels(double k) {
   std::vector<double> edges{0};
-  for (double rest = 0.5; rest > k / 4; rest /= 2) {
-    edges.push_back(1 - rest);
-  }
+  for (double rest = 0.5; rest > k / 4; rest /= 2) edges.push_back(1 - rest);
   edges.push_back(1);
   std::vector<Panel> panels;
-  for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
-    panels.push_back({edges[i], edges[i + 1]});
-  }
+  for (std::size_t i = 0; i + 1 < edges.size(); ++i) panels.push_back({edges[i], edges[i + 1]});
   return panels;
 }
 
@@ -72,9 +68,7 @@ Nodes lagrange(double xi) {
     Nodes w{};
     for (std::size_t i = 0; i < kOrder; ++i) {
       w[i] = 1;
-      for (std::size_t j = 0; j < kOrder; ++j) {
-        w[i] /= i == j ? 1 : rule().x[i] - rule().x[j];
-      }
+      for (std::size_t j = 0; j < kOrder; ++j) w[i] /= i == j ? 1 : rule().x[i] - rule().x[j];
     }
     return w;
   }();
@@ -90,9 +84,7 @@ Nodes lagrange(double xi) {
     values[i] = kBary[i] / distance;
     sum += values[i];
   }
-  for (double& v : values) {
-    v /= sum;
-  }
+  for (double& v : values) v /= sum;
   return values;
 }
 
@@ -109,9 +101,7 @@ void add_kernel(double x, double k, const Panel& panel, double c, double d, doub
     const double y = (c + d) / 2 + (d - c) / 2 * rule().x[q];
     const double weight = rule().w[q] * (d - c) / 2 * k / (k * k + (x - y) * (x - y));
     const auto shape = lagrange((2 * y - panel.a - panel.b) / (panel.b - panel.a));
-    for (std::size_t j = 0; j < kOrder; ++j) {
-      row[j] += weight / std::numbers::pi * shape[j];
-    }
+    for (std::size_t j = 0; j < kOrder; ++j) row[j] += weight / std::numbers::pi * shape[j];
   }
 }
 

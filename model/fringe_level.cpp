@@ -33,9 +33,7 @@ class FringeCurve {
     double top = 0, bottom = 0;
     for (std::size_t i = 0; i < kNodes; ++i) {
       const double distance = (1 - closed) - s_[i];
-      if (distance == 0) {
-        return -closed * q_[i];
-      }
+      if (distance == 0) return -closed * q_[i];
       top += weight_[i] / distance * q_[i];
       bottom += weight_[i] / distance;
     }
@@ -53,9 +51,7 @@ class FringeModel final : public LevelModel {
       : model_(std::move(model)) {
     for (const auto& capacitor : specimen.capacitors) {
       double thickness = 0;
-      for (const auto& layer : capacitor.layers) {
-        thickness += layer.thickness_m;
-      }
+      for (const auto& layer : capacitor.layers) thickness += layer.thickness_m;
       const double k = thickness / (specimen.disc_diameter_m / 2);
       if (k_.empty() || k != k_.back()) {
         k_.push_back(k);
@@ -68,17 +64,13 @@ class FringeModel final : public LevelModel {
   std::optional<Pressure> last_converged() const override { return model_->last_converged(); }
   double c0_F() const override {
     double sum = 0;
-    for (const auto& part : parts_) {
-      sum += curves_[part.curve].start() * part.c0_F;
-    }
+    for (const auto& part : parts_) sum += curves_[part.curve].start() * part.c0_F;
     return sum;
   }
 
   Result<StackState> at_pressure(Pressure pressure) override {
     auto state = model_->at_pressure(pressure);
-    if (!state) {
-      return state;
-    }
+    if (!state) return state;
     state->delta_capacitance_F = 0;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       double& delta = state->capacitor_delta_F[i];
@@ -113,9 +105,7 @@ Result<std::unique_ptr<LevelModel>> with_fringe(const Specimen& specimen,
                                                 std::unique_ptr<LevelModel> model) {
   for (const auto& capacitor : specimen.capacitors) {
     double thickness = 0;
-    for (const auto& layer : capacitor.layers) {
-      thickness += layer.thickness_m;
-    }
+    for (const auto& layer : capacitor.layers) thickness += layer.thickness_m;
     const double k = thickness / (specimen.disc_diameter_m / 2);
     if (k > 100 || k < 1e-4) {
       return fail(Errc::invalid_request, "fringe: gap over radius {} is not in 1e-4 to 100", k);

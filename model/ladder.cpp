@@ -56,9 +56,7 @@ void run(ErrorEstimator& estimator, const Specimen& s, Pressure pressure,
     }
     row.seconds = std::min(row.seconds, seconds);
     row.relative_error = state->delta_capacitance_F;
-    if (seconds > kQuick) {
-      break;
-    }
+    if (seconds > kQuick) break;
   }
   if (const auto estimate = estimator.estimate(row.settings, pressure)) {
     row.error_estimate = estimate->relative;
@@ -103,9 +101,7 @@ bool find_limit(ErrorEstimator& estimator, Ladder& ladder) {
 
 Result<Ladder> climb_ladder(const Specimen& specimen, Pressure pressure,
                             const std::function<double()>& seconds_now) {
-  if (auto ok = check_specimen(specimen); !ok) {
-    return fail(ok.error());
-  }
+  if (auto ok = check_specimen(specimen); !ok) return fail(ok.error());
   Ladder ladder;
   ladder.pressure = pressure;
   ladder.rows = rungs(specimen);
@@ -141,9 +137,7 @@ nlohmann::json to_json(const Ladder& ladder) {
     if (row.failure.empty()) {
       item["relative_error"] = row.relative_error;
       item["error_estimate"] = row.error_estimate ? nlohmann::json(*row.error_estimate) : nullptr;
-      if (row.lost_beyond) {
-        item["estimate_at_kPa"] = row.lost_beyond->si() / 1e3;
-      }
+      if (row.lost_beyond) item["estimate_at_kPa"] = row.lost_beyond->si() / 1e3;
     } else {
       item["relative_error"] = nullptr;
       item["failure"] = row.failure;

@@ -12,12 +12,31 @@ class LayeredModel final : public LevelModel {
  public:
   LayeredModel(const Specimen& specimen, LayerStrain strain)
       : specimen_(specimen), strain_(std::move(strain)) {
-    for (const auto& capacitor : specimen_.capacitors) {
-      capacitors_.push_back(prepare(capacitor));
-    }
+    for (const auto& capacitor : specimen_.capacitors) capacitors_.push_back(prepare(capacitor));
   }
 
-  Result<StackState> at_pressure(Pressure pressure) override;
+  Result<StackState> at_pressure(Pressure pressure) override {
+    if (!std::isfinite(pressure.si()) || pressure.si() < 0) {
+      return fail(Errc::invalid_request, "pressure {} Pa must be finite and compressive (>= 0)",
+                  pressure.si());
+    }
+    if (auto ok = update_strains(pressure); !ok) return fail(ok.error());
+    StackState state;
+    state.pressure_Pa = pressure.si();
+    state.capacitor_delta_F.reserve(capacitors_.size());
+    for (const auto& capacitor : capacitors_) {
+      double closing = 0;
+      for (const auto& part : capacitor.soft) {
+        closing += part.gap_m * strains_[part.kind];
+        state.shortening_m += part.thickness_m * strains_[part.kind];
+      }
+      const double delta = delta_capacitance_F(capacitor.c0_F, capacitor.gap_m, closing);
+      state.capacitor_delta_F.push_back(delta);
+      state.delta_capacitance_F += delta;
+    }
+    return state;
+  }
+
   double c0_F() const override { return specimen_.c0_F(); }
 
  private:
@@ -29,9 +48,38 @@ class LayeredModel final : public LevelModel {
     double c0_F, gap_m;
     std::vector<Part> soft;  // the layers that strain
   };
-  Prepared prepare(const Capacitor& capacitor);
-  std::size_t kind_of(const Layer& layer);
-  Result<> update_strains(Pressure pressure);
+
+  Prepared prepare(const Capacitor& capacitor) {
+    Prepared result{specimen_.c0_F(capacitor), specimen_.dielectric_gap_m(capacitor), {}};
+    for (const auto& layer : capacitor.layers) {
+      const auto& material = specimen_.material(layer);
+      if (!material.rigid) {
+        result.soft.push_back({layer.thickness_m,
+                               layer.thickness_m / material.relative_permittivity, kind_of(layer)});
+      }
+    }
+    return result;
+  }
+
+  std::size_t kind_of(const Layer& layer) {
+    const auto same = [&](const Layer& other) {
+      return other.material == layer.material && other.thickness_m == layer.thickness_m;
+    };
+    const auto found = std::find_if(kinds_.begin(), kinds_.end(), same);
+    if (found != kinds_.end()) return static_cast<std::size_t>(found - kinds_.begin());
+    kinds_.push_back(layer);
+    return kinds_.size() - 1;
+  }
+
+  Result<> update_strains(Pressure pressure) {
+    strains_.resize(kinds_.size());
+    for (std::size_t i = 0; i < kinds_.size(); ++i) {
+      auto strain = strain_(specimen_.material(kinds_[i]), kinds_[i].thickness_m, pressure);
+      if (!strain) return fail(strain.error());
+      strains_[i] = *strain;
+    }
+    return {};
+  }
 
   Specimen specimen_;
   LayerStrain strain_;
@@ -39,66 +87,6 @@ class LayeredModel final : public LevelModel {
   std::vector<double> strains_;
   std::vector<Prepared> capacitors_;
 };
-
-std::size_t LayeredModel::kind_of(const Layer& layer) {
-  const auto same = [&](const Layer& other) {
-    return other.material == layer.material && other.thickness_m == layer.thickness_m;
-  };
-  const auto found = std::find_if(kinds_.begin(), kinds_.end(), same);
-  if (found != kinds_.end()) {
-    return static_cast<std::size_t>(found - kinds_.begin());
-  }
-  kinds_.push_back(layer);
-  return kinds_.size() - 1;
-}
-
-LayeredModel::Prepared LayeredModel::prepare(const Capacitor& capacitor) {
-  Prepared result{specimen_.c0_F(capacitor), specimen_.dielectric_gap_m(capacitor), {}};
-  for (const auto& layer : capacitor.layers) {
-    const auto& material = specimen_.material(layer);
-    if (!material.rigid) {
-      result.soft.push_back(
-          {layer.thickness_m, layer.thickness_m / material.relative_permittivity, kind_of(layer)});
-    }
-  }
-  return result;
-}
-
-Result<> LayeredModel::update_strains(Pressure pressure) {
-  strains_.resize(kinds_.size());
-  for (std::size_t i = 0; i < kinds_.size(); ++i) {
-    auto strain = strain_(specimen_.material(kinds_[i]), kinds_[i].thickness_m, pressure);
-    if (!strain) {
-      return fail(strain.error());
-    }
-    strains_[i] = *strain;
-  }
-  return {};
-}
-
-Result<StackState> LayeredModel::at_pressure(Pressure pressure) {
-  if (!std::isfinite(pressure.si()) || pressure.si() < 0) {
-    return fail(Errc::invalid_request, "pressure {} Pa must be finite and compressive (>= 0)",
-                pressure.si());
-  }
-  if (auto ok = update_strains(pressure); !ok) {
-    return fail(ok.error());
-  }
-  StackState state;
-  state.pressure_Pa = pressure.si();
-  state.capacitor_delta_F.reserve(capacitors_.size());
-  for (const auto& capacitor : capacitors_) {
-    double closing = 0;
-    for (const auto& part : capacitor.soft) {
-      closing += part.gap_m * strains_[part.kind];
-      state.shortening_m += part.thickness_m * strains_[part.kind];
-    }
-    const double delta = delta_capacitance_F(capacitor.c0_F, capacitor.gap_m, closing);
-    state.capacitor_delta_F.push_back(delta);
-    state.delta_capacitance_F += delta;
-  }
-  return state;
-}
 
 }  // namespace
 

@@ -2,7 +2,6 @@
 #include "model/level.hpp"
 
 #include <array>
-#include <cmath>
 
 #include "model/bonded.hpp"
 #include "model/contact_gap.hpp"
@@ -108,9 +107,7 @@ std::string_view to_string(Level level) {
 
 std::optional<Level> parse_level(std::string_view text) {
   for (std::size_t i = 0; i < kLevelNames.size(); ++i) {
-    if (text == kLevelNames[i]) {
-      return static_cast<Level>(i);
-    }
+    if (text == kLevelNames[i]) return static_cast<Level>(i);
   }
   return std::nullopt;
 }
@@ -121,19 +118,11 @@ double delta_capacitance_F(double c0_F, double gap_m, double closing_m) {
 
 Result<std::unique_ptr<LevelModel>> make_level_model(const Specimen& specimen,
                                                      const LevelSettings& settings) {
-  if (auto ok = check_specimen(specimen); !ok) {
-    return fail(ok.error());
-  }
-  if (auto ok = check_applies(specimen, settings); !ok) {
-    return fail(ok.error());
-  }
+  if (auto ok = check_specimen(specimen); !ok) return fail(ok.error());
+  if (auto ok = check_applies(specimen, settings); !ok) return fail(ok.error());
   auto model = make_plain(specimen, settings);
-  if (model && settings.fringe) {
-    model = with_fringe(specimen, std::move(*model));
-  }
-  if (model && specimen.contact_gap) {
-    return with_contact_gap(specimen, std::move(*model));
-  }
+  if (model && settings.fringe) model = with_fringe(specimen, std::move(*model));
+  if (model && specimen.contact_gap) return with_contact_gap(specimen, std::move(*model));
   return model;
 }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 namespace lcrig {
 namespace {
@@ -48,9 +47,7 @@ MeshLimit limit_of(const std::vector<double>& values) {
   limit.order = order;
   const bool still = std::log2(before / last) >= kLeastOrder / 2;
   limit.settled = still && order >= kLeastOrder;
-  if (!limit.settled) {
-    return limit;
-  }
+  if (!limit.settled) return limit;
   limit.value += last / (std::exp2(order) - 1);
   const double step = std::max(std::abs(last), std::abs(before) * std::exp2(-kDesignOrder));
   limit.doubt = std::max(step / (std::exp2(std::min(order, kMostOrder)) - 1), rounding);

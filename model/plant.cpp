@@ -67,9 +67,7 @@ double Plant::solve_force(double target_m) const {
   for (int i = 0; i < 100 && high_error > low_error; ++i) {
     force = (low * high_error - high * low_error) / (high_error - low_error);
     const double error = shortening_m(force) - target_m;
-    if (std::abs(error) <= close_enough || high - low <= 1e-15 * high) {
-      break;
-    }
+    if (std::abs(error) <= close_enough || high - low <= 1e-15 * high) break;
     if (error > 0) {
       high = force;
       high_error = error;
@@ -118,9 +116,7 @@ MonoTime Plant::Profile::finish() const {
 }
 
 double Plant::Profile::at(MonoTime t) const {
-  if (t >= finish()) {
-    return end;
-  }
+  if (t >= finish()) return end;
   const double s = std::max(to_seconds(t - start), 0.0);
   const double braked_s = std::max(s - straight_s, 0.0);
   const double v = value + rate * s - std::copysign(brake / 2 * braked_s * braked_s, rate);
@@ -128,9 +124,7 @@ double Plant::Profile::at(MonoTime t) const {
 }
 
 MonoTime Plant::Profile::time_of(double v) const {
-  if (rate == 0) {
-    return start;
-  }
+  if (rate == 0) return start;
   double s = (v - value) / rate;
   if (s > straight_s && brake > 0) {
     const double speed = std::abs(rate);
@@ -160,9 +154,7 @@ Plant::Load Plant::load(MonoTime t) const {
 
 Plant::Load Plant::load_at(const Drive& drive, MonoTime t, double q_N) const {
   const double memory = config_.creep_fraction * q_N;
-  if (drive.approaching(t)) {
-    return {0, memory};
-  }
+  if (drive.approaching(t)) return {0, memory};
   if (drive.control == Control::force) {
     const double force = drive.motion.at(t);
     return {force, force + memory};
@@ -187,14 +179,10 @@ double Plant::creep_step(const Drive& drive, MonoTime from, Duration step, doubl
 // Whole steps are counted from the last change and remembered, so that the answer does not depend
 // on which instants were asked for before.
 double Plant::creep_N(const Drive& drive, MonoTime t) const {
-  if (config_.creep_fraction <= 0) {
-    return 0;
-  }
+  if (config_.creep_fraction <= 0) return 0;
   const Duration step = std::max(from_seconds(config_.creep_time_s / kCreepSteps), Duration(2));
   Memory& latest = drive.latest;
-  if (t < latest.t) {
-    latest = drive.changed;
-  }
+  if (t < latest.t) latest = drive.changed;
   while (t - latest.t >= step) {
     latest.q_N = creep_step(drive, latest.t, step, latest.q_N);
     latest.t += step;
@@ -205,19 +193,13 @@ double Plant::creep_N(const Drive& drive, MonoTime t) const {
 void Plant::change_at(MonoTime t, Drive next) {
   next.changed = next.latest = {t, creep_N(drive_, t)};
   earlier_.push_back(std::exchange(drive_, std::move(next)));
-  while (earlier_.size() > 1 && earlier_[1].changed.t < t - kLookBack) {
-    earlier_.pop_front();
-  }
+  while (earlier_.size() > 1 && earlier_[1].changed.t < t - kLookBack) earlier_.pop_front();
 }
 
 double Plant::travel_m(MonoTime t) const {
   const Drive& drive = drive_at(t);
-  if (drive.approaching(t)) {
-    return drive.approach->at(t);
-  }
-  if (drive.control == Control::travel) {
-    return drive.motion.at(t);
-  }
+  if (drive.approaching(t)) return drive.approach->at(t);
+  if (drive.control == Control::travel) return drive.motion.at(t);
   const Load now = load(t);
   return config_.contact_travel_m +
          (now.elastic_N > 0 ? specimen_.shortening_m(now.elastic_N) + now.force_N * compliance_m_N_
@@ -304,14 +286,10 @@ std::optional<MonoTime> Plant::arrival() const {
 std::optional<MonoTime> Plant::force_crossing(double force_N, MonoTime from, MonoTime to) const {
   const double first = this->force_N(from);
   const double last = this->force_N(to);
-  if (first == force_N) {
-    return from;
-  }
+  if (first == force_N) return from;
   const bool rising = first < force_N;
   const auto passed = [&](double force) { return rising ? force >= force_N : force <= force_N; };
-  if (!passed(last)) {
-    return std::nullopt;
-  }
+  if (!passed(last)) return std::nullopt;
   if (config_.creep_fraction > 0 && drive_.control == Control::travel) {
     return creeping_crossing(force_N, from, to);
   }
@@ -333,9 +311,7 @@ std::optional<MonoTime> Plant::creeping_crossing(double force_N, MonoTime from, 
   MonoTime before = from;
   MonoTime after = std::min(from + stride, to);
   while (!passed(after)) {
-    if (after == to) {
-      return std::nullopt;
-    }
+    if (after == to) return std::nullopt;
     before = after;
     after = std::min(after + stride, to);
   }

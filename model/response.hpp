@@ -3,7 +3,6 @@
 // of a run evaluate it.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <vector>
 

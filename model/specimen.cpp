@@ -17,9 +17,7 @@ constexpr std::size_t kMostLayers = 1000;
 template <class Enum, std::size_t N>
 std::optional<Enum> find_name(const std::array<const char*, N>& names, std::string_view text) {
   for (std::size_t i = 0; i < N; ++i) {
-    if (text == names[i]) {
-      return static_cast<Enum>(i);
-    }
+    if (text == names[i]) return static_cast<Enum>(i);
   }
   return std::nullopt;
 }
@@ -39,9 +37,7 @@ Result<> check_material(const Material& m) {
     return fail(Errc::invalid_request, "material {}: relative permittivity {} must be at least 1",
                 m.name, m.relative_permittivity);
   }
-  if (m.rigid) {
-    return {};
-  }
+  if (m.rigid) return {};
   if (!sensible_modulus(m.youngs_modulus_Pa)) {
     return fail(Errc::invalid_request, "material {}: Young's modulus {} Pa must be 1e-3 to 1e15 Pa",
                 m.name, m.youngs_modulus_Pa);
@@ -126,17 +122,13 @@ double Specimen::c0_F(const Capacitor& capacitor) const {
 
 double Specimen::c0_F() const {
   double sum = 0;
-  for (const auto& capacitor : capacitors) {
-    sum += c0_F(capacitor);
-  }
+  for (const auto& capacitor : capacitors) sum += c0_F(capacitor);
   return sum;
 }
 
 std::size_t Specimen::layer_count() const {
   std::size_t count = 0;
-  for (const auto& capacitor : capacitors) {
-    count += capacitor.layers.size();
-  }
+  for (const auto& capacitor : capacitors) count += capacitor.layers.size();
   return count;
 }
 
@@ -153,9 +145,7 @@ Result<> check_specimen(const Specimen& s) {
                 s.layer_count(), kMostLayers);
   }
   for (const auto& material : s.materials) {
-    if (auto ok = check_material(material); !ok) {
-      return ok;
-    }
+    if (auto ok = check_material(material); !ok) return ok;
   }
   if (s.contact_gap &&
       !(positive(s.contact_gap->height_m) && positive(s.contact_gap->half_pressure_Pa))) {
@@ -165,9 +155,7 @@ Result<> check_specimen(const Specimen& s) {
     return fail(Errc::invalid_request, "specimen {}: creep must have positive sizes", s.name);
   }
   for (std::size_t i = 0; i < s.capacitors.size(); ++i) {
-    if (auto ok = check_capacitor(s, i); !ok) {
-      return ok;
-    }
+    if (auto ok = check_capacitor(s, i); !ok) return ok;
   }
   return {};
 }

@@ -79,9 +79,7 @@ Specimen read_specimen(const JsonReader& reader) {
   s.name = reader.at("name").nonempty_string();
   s.disc_diameter_m = reader.quantity("disc_diameter", Dimension::length, kSize);
   s.faces = reader.word<Faces>("faces", kFaces);
-  if (const auto top = reader.find("top")) {
-    s.top = top->word<Top>(kTops);
-  }
+  if (const auto top = reader.find("top")) s.top = top->word<Top>(kTops);
   for (const auto& material : reader.object("materials").members()) {
     s.materials.push_back(read_material(material));
   }
@@ -101,9 +99,7 @@ Specimen read_specimen(const JsonReader& reader) {
 Result<Specimen> from_document(const JsonDocument& document) {
   const JsonReader reader(document);
   Specimen specimen = read_specimen(reader);
-  if (auto ok = reader.result(); !ok) {
-    return fail(ok.error());
-  }
+  if (auto ok = reader.result(); !ok) return fail(ok.error());
   if (auto ok = check_specimen(specimen); !ok) {
     return fail(ok.error().code, "{}: {}", document.name(), ok.error().what);
   }
@@ -114,17 +110,13 @@ Result<Specimen> from_document(const JsonDocument& document) {
 
 Result<Specimen> parse_specimen(std::string_view text, const std::string& source) {
   auto document = JsonDocument::parse(text, source);
-  if (!document) {
-    return fail(document.error());
-  }
+  if (!document) return fail(document.error());
   return from_document(*document);
 }
 
 Result<Specimen> load_specimen(const std::string& path) {
   auto document = load_json(path);
-  if (!document) {
-    return fail(document.error());
-  }
+  if (!document) return fail(document.error());
   return from_document(*document);
 }
 

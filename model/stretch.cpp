@@ -110,19 +110,13 @@ Loaded confined(const Law& law, double j) {
 
 Loaded free_incompressible(const Law& law, double log_z) {
   const double z = std::exp(log_z);
-  if (law.dead) {
-    return {z * std::expm1(-3 * log_z), -2 / (z * z) - z, log_z, -log_z / 2};
-  }
+  if (law.dead) return {z * std::expm1(-3 * log_z), -2 / (z * z) - z, log_z, -log_z / 2};
   return {-std::expm1(3 * log_z) / z, -1 / z - 2 * z * z, log_z, -log_z / 2};
 }
 
 Loaded evaluate(const Law& law, double j) {
-  if (law.lateral == Lateral::confined) {
-    return confined(law, j);
-  }
-  if (law.form == EnergyForm::incompressible) {
-    return free_incompressible(law, j);
-  }
+  if (law.lateral == Lateral::confined) return confined(law, j);
+  if (law.form == EnergyForm::incompressible) return free_incompressible(law, j);
   return isochoric_split(law.form) ? free_split(law, j) : free_coupled(law, j);
 }
 
@@ -161,9 +155,7 @@ std::string_view to_string(EnergyForm form) {
 }
 std::optional<EnergyForm> parse_energy_form(std::string_view text) {
   for (std::size_t i = 0; i < kFormNames.size(); ++i) {
-    if (text == kFormNames[i]) {
-      return static_cast<EnergyForm>(i);
-    }
+    if (text == kFormNames[i]) return static_cast<EnergyForm>(i);
   }
   return std::nullopt;
 }
@@ -171,9 +163,7 @@ std::string_view to_string(PressureKind kind) {
   return kind == PressureKind::dead ? "dead" : "true";
 }
 std::optional<PressureKind> parse_pressure_kind(std::string_view text) {
-  if (text == "dead") {
-    return PressureKind::dead;
-  }
+  if (text == "dead") return PressureKind::dead;
   return text == "true" ? std::optional(PressureKind::true_area) : std::nullopt;
 }
 
@@ -185,9 +175,7 @@ Result<Stretch> solve_stretch(Pressure shear_modulus, double nu, EnergyForm form
     return fail(Errc::invalid_request,
                 "shear modulus {} Pa, Poisson ratio {}, pressure {} Pa: out of range", mu, nu, p);
   }
-  if (nu == 0.5) {
-    form = EnergyForm::incompressible;
-  }
+  if (nu == 0.5) form = EnergyForm::incompressible;
   const bool locked = form == EnergyForm::incompressible && lateral == Lateral::confined;
   if (p == 0 || locked) {
     return Stretch{};  // an incompressible layer that cannot widen does not move

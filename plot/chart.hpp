@@ -15,7 +15,6 @@ enum class Dash { solid, dashed, dotted, dash_dot, long_dash };
 enum class Marker { none, dot, circle, square, triangle, diamond, plus, cross, triangle_down };
 
 struct Style {
-  Style() = default;
   std::string_view color = "#222222";
   Dash dash = Dash::solid;
   Marker marker = Marker::none;
@@ -29,7 +28,6 @@ Style mark_style(std::size_t n);
 
 // A value that is not finite (or not positive on a logarithmic axis) breaks the line.
 struct Series {
-  Series() = default;
   std::string label;  // in the legend; empty: no entry
   std::vector<double> x, y;
   std::vector<double> error;  // half length of the error bars; empty: none
@@ -62,7 +60,6 @@ struct Tag {  // a word beside a point, left out where it would cover another ta
 };
 
 struct Axis {
-  Axis() = default;
   std::string label;  // with its unit
   bool log = false;
   std::optional<double> low, high;  // absent: from the data
@@ -70,7 +67,6 @@ struct Axis {
 };
 
 struct Panel {
-  Panel() = default;
   std::string title;
   Axis x, y;
   std::vector<Range> ranges;
@@ -82,7 +78,6 @@ struct Panel {
 };
 
 struct Figure {
-  Figure() = default;
   std::string description;  // read to people who cannot see the figure
   double width = 820;
   int columns = 1;

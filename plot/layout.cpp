@@ -146,10 +146,6 @@ double place_legend(const Panel& panel, PanelLayout& out, double top) {
 
 }  // namespace
 
-bool Scale::shows(double value) const {
-  return std::isfinite(value) && (!log || value > 0);
-}
-
 double Scale::operator()(double value) const {
   const double part =
       log ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);

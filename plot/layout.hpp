@@ -2,6 +2,8 @@
 // Computes where the parts of one panel go. Used by chart.cpp only.
 #pragma once
 
+#include <cmath>
+
 #include "plot/chart.hpp"
 #include "plot/ticks.hpp"
 
@@ -15,7 +17,8 @@ struct Scale {
   double low = 0, high = 1;
   bool log = false;
   double from = 0, to = 1;
-  bool shows(double value) const;  // finite, and positive on a logarithmic axis
+  // finite, and positive on a logarithmic axis
+  bool shows(double value) const { return std::isfinite(value) && (!log || value > 0); }
   double operator()(double value) const;
   // As operator(), limited to the axis. A value that the axis cannot show goes to its low end.
   double clamped(double value) const;

@@ -70,9 +70,7 @@ Result<ModelAnswer> evaluate_model(const ModelRequest& request) {
   if (!specimen) return fail(specimen.error());
   const double over_disc = request.probe_area_m2 / specimen->area_m2();
   const auto grid = grid_of(request, over_disc);
-  if (grid.size() < 2) {
-    return fail(Errc::invalid_request, "no pressure above zero was measured");
-  }
+  if (grid.size() < 2) return fail(Errc::invalid_request, "no pressure above zero was measured");
   std::vector<Pressure> pressures;
   for (const double kPa : grid) pressures.push_back(Pressure::from_si(kPa * 1e3));
   const auto settings = stored_settings(request);

@@ -60,9 +60,7 @@ std::string summary(const ReportRun& run) {
 }
 
 std::string model_section(const ReportRun& run) {
-  if (!run.model) {
-    return paragraph("No comparison: " + text(run.no_model) + ".");
-  }
+  if (!run.model) return paragraph("No comparison: " + text(run.no_model) + ".");
   const auto error = run.model->error_estimate;
   std::string out = paragraph(fmt::format(
       "Level {}, {}. Its estimated error of ΔC is {}.", text(run.model->level),

@@ -26,7 +26,6 @@ struct ModelledCurve {
 };
 
 struct ReportRun {
-  ReportRun() = default;
   RunData data;
   RunAnalysis analysis;
   ChainReport chain;
