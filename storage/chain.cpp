@@ -68,6 +68,128 @@ void hash_row(RowHash& hash, char tag, const Statement& row) {
   }
 }
 
+// Walks the chain of one run and hashes the stored rows again, in the order of their keys.
+class Verifier {
+ public:
+  Verifier(const Database& db, std::int64_t run) : db_(db), run_(run) {}
+
+  Result<ChainReport> verify() {
+    if (auto r = prepare(); !r) return fail(r.error());
+    auto links = db_.query(
+        "SELECT seq, level_seq, event_seq, lcr_reading_seq, frame_sample_seq, run_note_seq, "
+        "run_end,"
+        " sha256 FROM chain WHERE run_id = ? ORDER BY seq",
+        run_);
+    if (!links) return fail(links.error());
+    while (report_.finding.empty()) {
+      auto row = links->step();
+      if (!row) return fail(row.error());
+      if (!*row) break;
+      if (auto r = check_link(*links); !r) return fail(r.error());
+    }
+    if (report_.links == 0) find("the run has no chain");
+    if (report_.finding.empty()) {
+      if (auto r = check_rest(); !r) return fail(r.error());
+    }
+    report_.intact = report_.finding.empty();
+    return report_;
+  }
+
+ private:
+  Result<> prepare() {
+    for (std::size_t i = 0; i < kRunTables; ++i) {
+      auto s = db_.query(fmt::format("SELECT {} FROM {} WHERE run_id = ? ORDER BY seq",
+                                     kTables[i].columns, kTables[i].name),
+                         run_);
+      if (!s) return fail(s.error());
+      rows_.push_back(std::move(*s));
+    }
+    return {};
+  }
+
+  // The columns of `link`: seq, the last seqs of the five tables, run_end, sha256.
+  Result<> check_link(const Statement& link) {
+    ++report_.links;
+    if (link.integer(0) != report_.links) {
+      find(fmt::format("link {} is missing", report_.links));
+      return {};
+    }
+    hash_.start(previous_);
+    if (report_.links == 1) {
+      if (auto r = hash_single(kTables[kRunSpec], "id"); !r) return r;
+    }
+    for (std::size_t i = 0; i < kRunTables && report_.finding.empty(); ++i) {
+      if (auto r = hash_range(i, link.integer(static_cast<int>(i) + 1)); !r) return r;
+    }
+    const bool ended = link.integer(6) != 0;
+    if (ended && !report_.ended) {
+      if (auto r = hash_single(kTables[kEndSpec], "run_id"); !r) return r;
+    }
+    report_.ended = ended;
+    previous_ = hash_.finish();
+    report_.last_hash = to_hex(previous_);
+    if (!std::ranges::equal(link.blob(7), previous_)) {
+      find(fmt::format("link {} does not match its rows: a value was changed", report_.links));
+    }
+    return {};
+  }
+
+  Result<> hash_single(const TableSpec& spec, std::string_view key) {
+    const auto before = report_.rows;
+    auto all = db_.each(
+        fmt::format("SELECT {} FROM {} WHERE {} = ?", spec.columns, spec.name, key),
+        [&](const Statement& row) {
+          hash_row(hash_, spec.tag, row);
+          ++report_.rows;
+        },
+        run_);
+    if (all && report_.rows == before) find(fmt::format("the {} row is missing", spec.name));
+    return all;
+  }
+
+  Result<> hash_range(std::size_t table, std::int64_t to) {
+    if (to < last_[table]) find(fmt::format("{} rows run backwards", kTables[table].name));
+    for (std::int64_t seq = last_[table] + 1; seq <= to; ++seq) {
+      auto row = rows_[table].step();
+      if (!row) return fail(row.error());
+      if (!*row || rows_[table].integer(1) != seq) {
+        find(fmt::format("{} {} is missing", kTables[table].name, seq));
+        return {};
+      }
+      hash_row(hash_, kTables[table].tag, rows_[table]);
+      ++report_.rows;
+    }
+    last_[table] = std::max(last_[table], to);
+    return {};
+  }
+
+  // Reports rows that no link covers.
+  Result<> check_rest() {
+    for (std::size_t i = 0; i < kRunTables; ++i) {
+      auto row = rows_[i].step();
+      if (!row) return fail(row.error());
+      if (*row) find(fmt::format("{} {} is in no link", kTables[i].name, rows_[i].integer(1)));
+    }
+    if (report_.ended) return {};
+    auto ends = db_.integer(fmt::format("SELECT count(*) FROM run_end WHERE run_id = {}", run_));
+    if (!ends) return fail(ends.error());
+    if (*ends != 0) find("the run_end row is in no link");
+    return {};
+  }
+
+  void find(std::string finding) {
+    if (report_.finding.empty()) report_.finding = std::move(finding);
+  }
+
+  const Database& db_;
+  std::int64_t run_;
+  std::vector<Statement> rows_;  // by RunTable; each is at the next row of its table
+  std::array<std::int64_t, kRunTables> last_{};
+  RowHash hash_;
+  Sha256 previous_{};
+  ChainReport report_;
+};
+
 }  // namespace
 
 Result<RowWriter> RowWriter::prepare(const Database& db, std::string_view table) {
@@ -119,10 +241,6 @@ RowWriter& RowWriter::null() {
   hash_->null();
   return *this;
 }
-Result<> RowWriter::insert() {
-  return statement_.run();
-}
-
 Result<ChainWriter> ChainWriter::prepare(const Database& db) {
   auto head = db.prepare(
       "SELECT seq, level_seq, event_seq, lcr_reading_seq, frame_sample_seq, run_note_seq, run_end,"
@@ -165,139 +283,6 @@ Result<> ChainWriter::append(ChainHead& head, RowHash& rows) {
   head.hash = hash;
   return {};
 }
-
-namespace {
-
-// Walks the chain of one run and hashes the stored rows again, in the order of their keys.
-class Verifier {
- public:
-  Verifier(const Database& db, std::int64_t run) : db_(db), run_(run) {}
-  Result<ChainReport> verify();
-
- private:
-  Result<> prepare();
-  Result<> check_link(const Statement& link);
-  Result<> hash_single(const TableSpec& spec, std::string_view key);
-  Result<> hash_range(std::size_t table, std::int64_t to);
-  Result<> check_rest();
-  void find(std::string finding) {
-    if (report_.finding.empty()) report_.finding = std::move(finding);
-  }
-
-  const Database& db_;
-  std::int64_t run_;
-  std::vector<Statement> rows_;  // by RunTable; each is at the next row of its table
-  std::array<std::int64_t, kRunTables> last_{};
-  RowHash hash_;
-  Sha256 previous_{};
-  ChainReport report_;
-};
-
-Result<> Verifier::prepare() {
-  for (std::size_t i = 0; i < kRunTables; ++i) {
-    auto s = db_.prepare(fmt::format("SELECT {} FROM {} WHERE run_id = ? ORDER BY seq",
-                                     kTables[i].columns, kTables[i].name));
-    if (!s) return fail(s.error());
-    s->bind(0, run_);
-    rows_.push_back(std::move(*s));
-  }
-  return {};
-}
-
-Result<> Verifier::hash_single(const TableSpec& spec, std::string_view key) {
-  auto s = db_.prepare(fmt::format("SELECT {} FROM {} WHERE {} = ?", spec.columns, spec.name, key));
-  if (!s) return fail(s.error());
-  s->bind(0, run_);
-  auto row = s->step();
-  if (!row) return fail(row.error());
-  if (!*row) {
-    find(fmt::format("the {} row is missing", spec.name));
-    return {};
-  }
-  hash_row(hash_, spec.tag, *s);
-  ++report_.rows;
-  return {};
-}
-
-Result<> Verifier::hash_range(std::size_t table, std::int64_t to) {
-  if (to < last_[table]) find(fmt::format("{} rows run backwards", kTables[table].name));
-  for (std::int64_t seq = last_[table] + 1; seq <= to; ++seq) {
-    auto row = rows_[table].step();
-    if (!row) return fail(row.error());
-    if (!*row || rows_[table].integer(1) != seq) {
-      find(fmt::format("{} {} is missing", kTables[table].name, seq));
-      return {};
-    }
-    hash_row(hash_, kTables[table].tag, rows_[table]);
-    ++report_.rows;
-  }
-  last_[table] = std::max(last_[table], to);
-  return {};
-}
-
-// The columns of `link`: seq, the last seqs of the five tables, run_end, sha256.
-Result<> Verifier::check_link(const Statement& link) {
-  ++report_.links;
-  if (link.integer(0) != report_.links) {
-    find(fmt::format("link {} is missing", report_.links));
-    return {};
-  }
-  hash_.start(previous_);
-  if (report_.links == 1) {
-    if (auto r = hash_single(kTables[kRunSpec], "id"); !r) return r;
-  }
-  for (std::size_t i = 0; i < kRunTables && report_.finding.empty(); ++i) {
-    if (auto r = hash_range(i, link.integer(static_cast<int>(i) + 1)); !r) return r;
-  }
-  const bool ended = link.integer(6) != 0;
-  if (ended && !report_.ended) {
-    if (auto r = hash_single(kTables[kEndSpec], "run_id"); !r) return r;
-  }
-  report_.ended = ended;
-  previous_ = hash_.finish();
-  report_.last_hash = to_hex(previous_);
-  if (!std::ranges::equal(link.blob(7), previous_)) {
-    find(fmt::format("link {} does not match its rows: a value was changed", report_.links));
-  }
-  return {};
-}
-
-// Reports rows that no link covers.
-Result<> Verifier::check_rest() {
-  for (std::size_t i = 0; i < kRunTables; ++i) {
-    auto row = rows_[i].step();
-    if (!row) return fail(row.error());
-    if (*row) find(fmt::format("{} {} is in no link", kTables[i].name, rows_[i].integer(1)));
-  }
-  if (report_.ended) return {};
-  auto ends = db_.integer(fmt::format("SELECT count(*) FROM run_end WHERE run_id = {}", run_));
-  if (!ends) return fail(ends.error());
-  if (*ends != 0) find("the run_end row is in no link");
-  return {};
-}
-
-Result<ChainReport> Verifier::verify() {
-  if (auto r = prepare(); !r) return fail(r.error());
-  auto links = db_.prepare(
-      "SELECT seq, level_seq, event_seq, lcr_reading_seq, frame_sample_seq, run_note_seq, run_end,"
-      " sha256 FROM chain WHERE run_id = ? ORDER BY seq");
-  if (!links) return fail(links.error());
-  links->bind(0, run_);
-  while (report_.finding.empty()) {
-    auto row = links->step();
-    if (!row) return fail(row.error());
-    if (!*row) break;
-    if (auto r = check_link(*links); !r) return fail(r.error());
-  }
-  if (report_.links == 0) find("the run has no chain");
-  if (report_.finding.empty()) {
-    if (auto r = check_rest(); !r) return fail(r.error());
-  }
-  report_.intact = report_.finding.empty();
-  return report_;
-}
-
-}  // namespace
 
 Result<ChainReport> verify_chain(const Database& db, std::int64_t run) {
   auto snapshot = Transaction::begin_read(db);

@@ -22,7 +22,6 @@ constexpr std::size_t kRunTables = 5;
 
 // The last link of a run.
 struct ChainHead {
-  ChainHead() = default;
   std::int64_t run = 0;
   std::int64_t seq = 0;  // 0: no link yet
   std::int64_t last[kRunTables] = {};  // seq of the last row of each table
@@ -41,7 +40,7 @@ class RowWriter {
   RowWriter& add(std::string_view text);  // must live until `insert`
   RowWriter& add(std::optional<double> value);
   RowWriter& add(std::optional<std::int64_t> value);
-  Result<> insert();
+  Result<> insert() { return statement_.run(); }
 
  private:
   RowWriter& null();

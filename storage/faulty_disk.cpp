@@ -5,6 +5,7 @@
 #include <sqlite3.h>
 #include <sys/stat.h>
 
+#include <atomic>
 #include <mutex>
 
 #include "storage/forwarding_vfs.hpp"

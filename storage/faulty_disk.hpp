@@ -3,7 +3,6 @@
 // one. It returns the errors that a real failing disk would return.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>

@@ -80,61 +80,47 @@ RunRow read_run(const Statement& s) {
 }  // namespace
 
 Result<std::vector<RunListing>> list_runs(const Database& db) {
-  auto s = db.prepare(fmt::format("{} ORDER BY run.id DESC", kListing));
-  if (!s) return fail(s.error());
+  auto all = db.rows(fmt::format("{} ORDER BY run.id DESC", kListing), read_listing);
+  if (!all) return fail(all.error());
   std::vector<RunListing> out;
-  for (;;) {
-    auto row = s->step();
-    if (!row) return fail(row.error());
-    if (!*row) return out;
-    auto listing = read_listing(*s);
+  for (auto& listing : *all) {
     if (!listing) return fail(listing.error());
     out.push_back(std::move(*listing));
   }
+  return out;
 }
 
 Result<RunListing> get_run_listing(const Database& db, std::int64_t run) {
-  auto s = db.prepare(fmt::format("{} WHERE run.id = ?", kListing));
-  if (!s) return fail(s.error());
-  s->bind(0, run);
-  auto row = s->step();
-  if (!row) return fail(row.error());
-  if (!*row) return fail(no_run(db, run));
-  return read_listing(*s);
+  auto found = db.first(fmt::format("{} WHERE run.id = ?", kListing), read_listing, run);
+  if (!found) return fail(found.error());
+  return *found ? std::move(**found) : fail(no_run(db, run));
 }
 
 Result<RunRow> get_run(const Database& db, std::int64_t run) {
-  auto s = db.prepare(
+  auto found = db.first(
       "SELECT protocol_name, protocol_text, parameters_json, specimen_id, specimen_name,"
       " specimen_text, probe_diameter_m, lcr_identity, frame_identity, lcr_settings_json,"
       " frame_capabilities_json, frame_limits_json, correction_json, bench_name, bench_text,"
       " simulated, seed, model_level, model_error_json, software_version, operator, note,"
-      " started_unix_ns, started_mono_ns, boot_id FROM run WHERE id = ?");
-  if (!s) return fail(s.error());
-  s->bind(0, run);
-  auto row = s->step();
-  if (!row) return fail(row.error());
-  if (!*row) return fail(no_run(db, run));
-  return read_run(*s);
+      " started_unix_ns, started_mono_ns, boot_id FROM run WHERE id = ?",
+      read_run, run);
+  if (!found) return fail(found.error());
+  if (!*found) return fail(no_run(db, run));
+  return std::move(**found);
 }
 
 Result<std::vector<RunNote>> get_run_notes(const Database& db, std::int64_t run) {
-  auto s = db.prepare(
-      "SELECT seq, operator, text, added_unix_ns FROM run_note WHERE run_id = ? ORDER BY seq");
-  if (!s) return fail(s.error());
-  s->bind(0, run);
-  std::vector<RunNote> out;
-  for (;;) {
-    auto row = s->step();
-    if (!row) return fail(row.error());
-    if (!*row) return out;
+  const auto read = [](const Statement& s) {
     RunNote note;
-    note.seq = s->integer(0);
-    note.operator_name = s->text(1);
-    note.text = s->text(2);
-    note.added_unix_ns = s->integer(3);
-    out.push_back(std::move(note));
-  }
+    note.seq = s.integer(0);
+    note.operator_name = s.text(1);
+    note.text = s.text(2);
+    note.added_unix_ns = s.integer(3);
+    return note;
+  };
+  return db.rows(
+      "SELECT seq, operator, text, added_unix_ns FROM run_note WHERE run_id = ? ORDER BY seq", read,
+      run);
 }
 
 }  // namespace lcrig

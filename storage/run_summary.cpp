@@ -2,7 +2,6 @@
 #include "storage/run_summary.hpp"
 
 #include <cstdlib>
-#include <string>
 #include <vector>
 
 namespace lcrig {
@@ -10,39 +9,32 @@ namespace lcrig {
 namespace {
 
 // First column of the only row; nullopt for NULL or no row.
-Result<std::optional<double>> real(const Database& db, std::string_view sql,
-                                   std::initializer_list<std::int64_t> values) {
-  auto statement = db.prepare(sql);
-  if (!statement) return fail(statement.error());
-  int parameter = 0;
-  for (const std::int64_t v : values) statement->bind(parameter++, v);
-  auto row = statement->step();
-  if (!row) return fail(row.error());
-  return *row ? statement->optional_real(0) : std::nullopt;
+Result<std::optional<double>> real(const Database& db, std::string_view sql, std::int64_t run) {
+  auto value = db.first(sql, [](const Statement& s) { return s.optional_real(0); }, run);
+  if (!value) return fail(value.error());
+  return value->value_or(std::nullopt);
 }
 
 // The times of largest force, one for each excursion above half of the peak.
 Result<std::vector<std::int64_t>> peaks(const Database& db, std::int64_t run, double peak_N) {
-  auto samples = db.prepare(
-      "SELECT received_mono_ns, force_N FROM frame_sample WHERE run_id = ? AND force_N IS NOT NULL "
-      "ORDER BY seq");
-  if (!samples) return fail(samples.error());
-  samples->bind(0, run);
   std::vector<std::int64_t> out;
   double highest = 0;  // of the current excursion; 0: none
-  for (;;) {
-    auto row = samples->step();
-    if (!row) return fail(row.error());
-    if (!*row) return out;
-    const double force = samples->real(1);
+  const auto take = [&](const Statement& sample) {
+    const double force = sample.real(1);
     if (force < peak_N / 2) {
       highest = 0;
     } else if (force > highest) {
       if (highest == 0) out.push_back(0);
-      out.back() = samples->integer(0);
+      out.back() = sample.integer(0);
       highest = force;
     }
-  }
+  };
+  auto all = db.each(
+      "SELECT received_mono_ns, force_N FROM frame_sample WHERE run_id = ? AND force_N IS NOT NULL "
+      "ORDER BY seq",
+      take, run);
+  if (!all) return fail(all.error());
+  return out;
 }
 
 // Mean of the readings nearest to each of `instants`, at most 0.2 s away. The time of a reading is
@@ -50,11 +42,11 @@ Result<std::vector<std::int64_t>> peaks(const Database& db, std::int64_t run, do
 Result<std::optional<double>> mean_near(const Database& db, std::int64_t run,
                                         const std::vector<std::int64_t>& instants) {
   constexpr std::int64_t kNear_ns = 200'000'000;
-  auto readings = db.prepare(
+  auto readings = db.query(
       "SELECT (asked_mono_ns + last_byte_mono_ns) / 2, capacitance_F FROM lcr_reading "
-      "WHERE run_id = ? AND fresh AND capacitance_F IS NOT NULL ORDER BY seq");
+      "WHERE run_id = ? AND fresh AND capacitance_F IS NOT NULL ORDER BY seq",
+      run);
   if (!readings) return fail(readings.error());
-  readings->bind(0, run);
   double sum = 0;
   int count = 0;
   std::size_t next = 0;
@@ -85,7 +77,7 @@ Result<std::optional<double>> capacitance_at_peak(const Database& db, std::int64
                     "json_extract(detail, '$.level') FROM event WHERE run_id = ?1 AND kind = "
                     "'level_abandoned') AND target_force_N > 0.999 * "
                     "(SELECT MAX(target_force_N) FROM level WHERE run_id = ?1)",
-                    {run});
+                    run);
   if (!level || *level) return level;
   auto instants = peaks(db, run, peak_N);
   if (!instants) return fail(instants.error());
@@ -93,21 +85,19 @@ Result<std::optional<double>> capacitance_at_peak(const Database& db, std::int64
 }
 
 Result<> add_counts(const Database& db, std::int64_t run, RunSummary& out) {
-  auto counts = db.prepare(
+  const auto read = [&out](const Statement& s) {
+    out.lcr_readings = s.integer(0);
+    out.measure_readings = s.integer(1);
+    out.frame_samples = s.integer(2);
+  };
+  return db.each(
       "SELECT (SELECT COUNT(*) FROM lcr_reading WHERE run_id = ?1 AND fresh),"
       // A level that was abandoned and begun again counts only in its last attempt.
       " (SELECT COUNT(reading_index) FROM lcr_reading WHERE run_id = ?1 AND (level IS NULL OR level"
       "  NOT IN (SELECT json_extract(detail, '$.level') FROM event WHERE run_id = ?1 AND kind ="
       "  'level_abandoned'))),"
-      " (SELECT COUNT(*) FROM frame_sample WHERE run_id = ?1)");
-  if (!counts) return fail(counts.error());
-  counts->bind(0, run);
-  auto row = counts->step();
-  if (!row) return fail(row.error());
-  out.lcr_readings = counts->integer(0);
-  out.measure_readings = counts->integer(1);
-  out.frame_samples = counts->integer(2);
-  return {};
+      " (SELECT COUNT(*) FROM frame_sample WHERE run_id = ?1)",
+      read, run);
 }
 
 }  // namespace
@@ -118,14 +108,14 @@ Result<RunSummary> summarise_run(const Database& db, std::int64_t run) {
   auto duration = real(db,
                        "SELECT (ended_mono_ns - started_mono_ns) * 1e-9 FROM run JOIN run_end "
                        "ON run_id = id WHERE id = ?",
-                       {run});
+                       run);
   if (!duration) return fail(duration.error());
   out.duration_s = *duration;
   auto c0 = real(db,
                  "SELECT AVG(capacitance_F) FROM lcr_reading WHERE run_id = ?1 AND fresh AND "
                  "last_byte_mono_ns < (SELECT MIN(at_mono_ns) - 1000000000 FROM event "
                  "WHERE run_id = ?1 AND kind IN ('contact', 'confirm'))",
-                 {run});
+                 run);
   if (!c0) return fail(c0.error());
   out.c0_F = *c0;
   // A peak between two samples is only in the device's report at the end of the motion.
@@ -133,7 +123,7 @@ Result<RunSummary> summarise_run(const Database& db, std::int64_t run) {
                    "SELECT MAX(f) FROM (SELECT MAX(force_N) AS f FROM frame_sample WHERE run_id = "
                    "?1 UNION ALL SELECT MAX(json_extract(detail, '$.force_N')) FROM event WHERE "
                    "run_id = ?1 AND kind = 'motion')",
-                   {run});
+                   run);
   if (!peak) return fail(peak.error());
   out.peak_force_N = *peak;
   if (!out.c0_F || !out.peak_force_N) return out;

@@ -11,7 +11,6 @@
 namespace lcrig {
 
 struct RunSummary {
-  RunSummary() = default;
   std::int64_t lcr_readings = 0;  // only fresh ones
   std::int64_t measure_readings = 0;  // counted by a `measure` step
   std::int64_t frame_samples = 0;

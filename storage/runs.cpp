@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <fstream>
 
+#include "base/number.hpp"
 #include "base/text.hpp"
 #include "storage/chain.hpp"
 
@@ -42,10 +42,14 @@ std::optional<std::int64_t> mono_ns(const std::optional<MonoTime>& t) {
   return t->time_since_epoch().count();
 }
 
-// Adds rows to a run in one transaction: `write(head, hash)` inserts them, then one new link covers
-// them.
+// Adds a row to a run in one transaction: `write(writer, head)` fills it, then one new link covers
+// it.
 template <class Write>
-Result<> append_link(const Database& db, std::int64_t run, Write write) {
+Result<> append_row(const Database& db, std::int64_t run, std::string_view table, Write write) {
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  auto writer = RowWriter::prepare(db, table);
+  if (!writer) return fail(writer.error());
   auto chain = ChainWriter::prepare(db);
   if (!chain) return fail(chain.error());
   auto head = chain->head(run);
@@ -55,11 +59,29 @@ Result<> append_link(const Database& db, std::int64_t run, Write write) {
   }
   RowHash hash;
   hash.start(head->hash);
-  if (Result<> r = write(*head, hash); !r) return r;
-  return chain->append(*head, hash);
+  write(writer->begin(hash), *head);
+  if (auto r = writer->insert(); !r) return r;
+  if (auto r = chain->append(*head, hash); !r) return r;
+  return transaction->commit();
 }
 
 constexpr std::string_view kReplay = "replay:";
+
+// What a person must know who finds the rig after a crash.
+Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
+  std::string reason = "the daemon ended without closing the run; found at the next start";
+  auto force_N = db.first(
+      "SELECT force_N FROM frame_sample WHERE run_id=? AND force_N IS NOT NULL "
+      "ORDER BY seq DESC LIMIT 1",
+      [](const Statement& s) { return s.real(0); }, run);
+  if (!force_N) return fail(force_N.error());
+  if (*force_N) {
+    reason += fmt::format(
+        "; the last force stored is {:.3f} N: look at the rig, the specimen may still be loaded",
+        **force_N);
+  }
+  return reason;
+}
 
 }  // namespace
 
@@ -99,18 +121,11 @@ Result<std::int64_t> insert_run(const Database& db, const RunRow& row) {
 }
 
 Result<> insert_run_end(const Database& db, std::int64_t run, const RunEnd& end) {
-  auto transaction = Transaction::begin(db);
-  if (!transaction) return fail(transaction.error());
-  auto writer = RowWriter::prepare(db, "run_end");
-  if (!writer) return fail(writer.error());
-  auto r = append_link(db, run, [&](ChainHead& head, RowHash& hash) {
+  return append_row(db, run, "run_end", [&](RowWriter& row, ChainHead& head) {
     head.ended = true;
-    writer->begin(hash).add(run).add(to_string(end.status)).add(end.reason);
-    writer->add(mono_ns(end.ended)).add(end.ended_unix_ns);
-    return writer->insert();
+    row.add(run).add(to_string(end.status)).add(end.reason);
+    row.add(mono_ns(end.ended)).add(end.ended_unix_ns);
   });
-  if (!r) return r;
-  return transaction->commit();
 }
 
 Result<> add_run_note(const Database& db, std::int64_t run, std::string_view operator_name,
@@ -118,58 +133,21 @@ Result<> add_run_note(const Database& db, std::int64_t run, std::string_view ope
   if (text.empty()) return fail(Errc::invalid_request, "a note needs a text");
   if (auto good = check_text("note", text, kNoteMax); !good) return good;
   if (auto good = check_text("operator", operator_name, kNameMax); !good) return good;
-  auto transaction = Transaction::begin(db);
-  if (!transaction) return fail(transaction.error());
-  auto writer = RowWriter::prepare(db, "run_note");
-  if (!writer) return fail(writer.error());
-  auto r = append_link(db, run, [&](ChainHead& head, RowHash& hash) {
+  return append_row(db, run, "run_note", [&](RowWriter& row, ChainHead& head) {
     const std::int64_t seq = ++head.last_of(RunTable::run_note);
-    writer->begin(hash).add(run).add(seq).add(operator_name).add(text).add(now_unix_ns);
-    return writer->insert();
+    row.add(run).add(seq).add(operator_name).add(text).add(now_unix_ns);
   });
-  if (!r) return r;
-  return transaction->commit();
 }
-
-namespace {
-
-// What a person must know who finds the rig after a crash.
-Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
-  std::string reason = "the daemon ended without closing the run; found at the next start";
-  auto s = db.prepare(
-      "SELECT force_N FROM frame_sample WHERE run_id=? AND force_N IS NOT NULL "
-      "ORDER BY seq DESC LIMIT 1");
-  if (!s) return fail(s.error());
-  s->bind(0, run);
-  auto row = s->step();
-  if (!row) return fail(row.error());
-  if (*row) {
-    reason += fmt::format(
-        "; the last force stored is {:.3f} N: look at the rig, the specimen may still be loaded",
-        s->real(0));
-  }
-  return reason;
-}
-
-}  // namespace
 
 Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db,
                                                       std::int64_t now_unix_ns) {
-  std::vector<std::int64_t> orphans;
-  {
-    auto s = db.prepare("SELECT id FROM run WHERE id NOT IN (SELECT run_id FROM run_end)");
-    if (!s) return fail(s.error());
-    for (;;) {
-      auto row = s->step();
-      if (!row) return fail(row.error());
-      if (!*row) break;
-      orphans.push_back(s->integer(0));
-    }
-  }
+  auto orphans = db.rows("SELECT id FROM run WHERE id NOT IN (SELECT run_id FROM run_end)",
+                         [](const Statement& s) { return s.integer(0); });
+  if (!orphans) return orphans;
   RunEnd end;
   end.status = ExitStatus::interrupted;
   end.ended_unix_ns = now_unix_ns;
-  for (const std::int64_t run : orphans) {
+  for (const std::int64_t run : *orphans) {
     auto reason = reason_of_orphan(db, run);
     if (!reason) return fail(reason.error());
     end.reason = std::move(*reason);
@@ -187,11 +165,12 @@ Result<std::int64_t> find_run(const Database& db, std::string_view text) {
     if (wanted == 0) return fail(Errc::invalid_request, "{}: holds no run yet", db.path());
     return wanted;
   }
-  const auto [end, ec] = std::from_chars(text.data(), text.data() + text.size(), wanted);
-  if (ec != std::errc() || end != text.data() + text.size()) {
+  const auto number = number_from<std::int64_t>(text);
+  if (!number) {
     return fail(Errc::invalid_request, "\"{}\": a run is a number or `last`; see `lcrig runs`",
                 text);
   }
+  wanted = *number;
   auto found = db.integer(fmt::format("SELECT count(*) FROM run WHERE id = {}", wanted));
   if (!found) return fail(found.error());
   if (*found == 0) {

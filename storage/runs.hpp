@@ -17,7 +17,6 @@ namespace lcrig {
 
 // Everything known before the first sample. `*_json` are JSON texts; "{}" means nothing is known.
 struct RunRow {
-  RunRow() = default;
   std::string protocol_name, protocol_text;
   std::string parameters_json = "{}";
   std::optional<std::int64_t> specimen_id;  // StoredSpecimen::id
@@ -39,7 +38,6 @@ struct RunRow {
 };
 
 struct RunEnd {
-  RunEnd() = default;
   ExitStatus status = ExitStatus::success;
   std::string reason;
   std::optional<MonoTime> ended;  // absent: not known (interrupted)

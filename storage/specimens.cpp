@@ -21,14 +21,10 @@ StoredSpecimen read_row(const Statement& s) {
 }
 
 Result<> insert(const Database& db, StoredSpecimen& specimen) {
-  auto s = db.prepare(
-      "INSERT INTO specimen (name, version, sha256, text, added_unix_ns) VALUES (?,?,?,?,?)");
+  auto s = db.query(
+      "INSERT INTO specimen (name, version, sha256, text, added_unix_ns) VALUES (?,?,?,?,?)",
+      specimen.name, specimen.version, specimen.sha256, specimen.text, specimen.added_unix_ns);
   if (!s) return fail(s.error());
-  s->bind(0, specimen.name);
-  s->bind(1, specimen.version);
-  s->bind(2, specimen.sha256);
-  s->bind(3, specimen.text);
-  s->bind(4, specimen.added_unix_ns);
   if (auto r = s->run(); !r) return r;
   specimen.id = db.last_insert_id();
   return {};
@@ -56,29 +52,17 @@ Result<StoredSpecimen> add_specimen(const Database& db, const std::string& name,
 }
 
 Result<std::optional<StoredSpecimen>> find_specimen(const Database& db, std::string_view name) {
-  auto s = db.prepare(fmt::format(
-      "SELECT {} FROM specimen WHERE name = ? ORDER BY version DESC LIMIT 1", kColumns));
-  if (!s) return fail(s.error());
-  s->bind(0, name);
-  auto row = s->step();
-  if (!row) return fail(row.error());
-  if (!*row) return std::optional<StoredSpecimen>();
-  return std::optional<StoredSpecimen>(read_row(*s));
+  return db.first(
+      fmt::format("SELECT {} FROM specimen WHERE name = ? ORDER BY version DESC LIMIT 1", kColumns),
+      read_row, name);
 }
 
 Result<std::vector<StoredSpecimen>> list_specimens(const Database& db) {
-  auto s = db.prepare(
+  return db.rows(
       fmt::format("SELECT {} FROM specimen AS a WHERE version ="
                   " (SELECT max(version) FROM specimen AS b WHERE b.name = a.name) ORDER BY name",
-                  kColumns));
-  if (!s) return fail(s.error());
-  std::vector<StoredSpecimen> out;
-  for (;;) {
-    auto row = s->step();
-    if (!row) return fail(row.error());
-    if (!*row) return out;
-    out.push_back(read_row(*s));
-  }
+                  kColumns),
+      read_row);
 }
 
 }  // namespace lcrig

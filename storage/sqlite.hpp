@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/result.hpp"
 
@@ -68,6 +69,46 @@ class Database {
   static Result<Database> open(const std::string& path, Mode mode, const std::string& vfs = "");
 
   Result<Statement> prepare(std::string_view sql) const;
+  // Prepared, with these values for its parameters, in their order. They stay alive until it ran.
+  template <class... Values>
+  Result<Statement> query(std::string_view sql, const Values&... values) const {
+    auto statement = prepare(sql);
+    int parameter = 0;
+    if (statement) (statement->bind(parameter++, values), ...);
+    return statement;
+  }
+  // Calls `visit` with each row.
+  template <class Visit, class... Values>
+  Result<> each(std::string_view sql, Visit visit, const Values&... values) const {
+    auto statement = query(sql, values...);
+    if (!statement) return fail(statement.error());
+    for (;;) {
+      auto row = statement->step();
+      if (!row) return fail(row.error());
+      if (!*row) return {};
+      visit(std::as_const(*statement));
+    }
+  }
+  // All rows, or the first one if there is one, as `read` makes them of a Statement.
+  template <class Read, class... Values>
+  auto rows(std::string_view sql, Read read, const Values&... values) const
+      -> Result<std::vector<decltype(read(Statement()))>> {
+    std::vector<decltype(read(Statement()))> out;
+    auto all = each(sql, [&](const Statement& row) { out.push_back(read(row)); }, values...);
+    if (!all) return fail(all.error());
+    return out;
+  }
+  template <class Read, class... Values>
+  auto first(std::string_view sql, Read read, const Values&... values) const
+      -> Result<std::optional<decltype(read(Statement()))>> {
+    std::optional<decltype(read(Statement()))> out;
+    auto statement = query(sql, values...);
+    if (!statement) return fail(statement.error());
+    auto row = statement->step();
+    if (!row) return fail(row.error());
+    if (*row) out.emplace(read(*statement));
+    return out;
+  }
   Result<> execute(const std::string& sql) const;  // any number of statements; rows are ignored
   Result<std::int64_t> integer(std::string_view sql) const;  // first column of the first row
   std::int64_t last_insert_id() const;
