@@ -9,69 +9,19 @@ namespace lcrig {
 
 namespace {
 
-// lint: table, in the order of the enumerators
-constexpr std::array<std::string_view, 59> kWords{
-    "step_begin",
-    "step_end",
-    "state",
-    "continues",
-    "mark",
-    "plan",
-    "watch",
-    "rest",
-    "drift",
-    "zero",
-    "contact",
-    "no_contact",
-    "stiffness",
-    "gap_stated",
-    "motion",
-    "overshoot",
-    "overshoot_exceeded",
-    "settings",
-    "level_abandoned",
-    "repeat",
-    "skipped",
-    "prompt",
-    "confirm",
-    "request",
-    "pause",
-    "resume",
-    "abort",
-    "freeze",
-    "limit",
-    "fault",
-    "loss",
-    "reconnected",
-    "refused",
-    "contradiction",
-    "hands_off",
-    "stopped",
-    "stop_failed",
-    "loaded",
-    "retry",
-    "repeated",
-    "late",
-    "late_answer",
-    "late_samples",
-    "gap",
-    "garbled",
-    "repeated_samples",
-    "clock_step",
-    "device_clock_frozen",
-    "device_clock_rate",
-    "device_clock_jump",
-    "device_origin",
-    "device_watchdog",
-    "device_estop",
-    "device_drive_off",
-    "device_drive_fault",
-    "device_shield",
-    "motion_fault",
-    "lag",
-    "injected",
-};
-static_assert(kWords.size() == static_cast<std::size_t>(EventKind::other));
+#define LCRIG_TEXT_OF(...) #__VA_ARGS__
+#define LCRIG_TEXT(...) LCRIG_TEXT_OF(__VA_ARGS__)
+
+// In the order of the enumerators.
+constexpr auto kWords = [] {
+  std::array<std::string_view, static_cast<std::size_t>(EventKind::other)> words;
+  std::string_view rest = LCRIG_TEXT(LCRIG_EVENT_KINDS);
+  for (std::string_view& word : words) {
+    word = rest.substr(0, rest.find(','));
+    rest.remove_prefix(std::min(word.size() + 2, rest.size()));  // ", " behind it
+  }
+  return words;
+}();
 
 }  // namespace
 

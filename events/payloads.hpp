@@ -121,7 +121,6 @@ struct SettingsEvent {
 // Written when a step begins, so it is in the same transaction as the samples.
 struct RunPoint {
   static constexpr EventKind kKind = EventKind::state;
-  RunPoint() = default;
   std::int64_t steps_done = 0;  // leaf steps before this one, in the order of execution
   std::int64_t levels = 0;  // `measure` levels begun before it
   std::int64_t level_in_repeat = 0, level_repeat = -1;
