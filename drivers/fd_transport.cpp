@@ -108,18 +108,14 @@ Result<> FdTransport::write_now(std::string_view& bytes) {
   const int fd = descriptor_.native_handle();
   ssize_t n = is_socket_ ? ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT)
                          : ::write(fd, bytes.data(), bytes.size());
-  if (n < 0 && errno != EAGAIN && errno != EINTR) {
-    return failed(name_, "write", last_error(false));
-  }
+  if (n < 0 && errno != EAGAIN && errno != EINTR) return failed(name_, "write", last_error(false));
   if (n > 0) bytes.remove_prefix(static_cast<std::size_t>(n));
   return {};
 }
 
 Task<Result<>> FdTransport::write_all(std::string_view bytes, MonoTime deadline) {
   while (true) {
-    if (!descriptor_.is_open()) {
-      co_return fail(Errc::disconnected, "{}: the port is closed", name_);
-    }
+    if (!descriptor_.is_open()) co_return fail(Errc::disconnected, "{}: the port is closed", name_);
     auto written = write_now(bytes);
     if (!written || bytes.empty()) co_return written;
     const auto writable = asio::posix::stream_descriptor::wait_write;

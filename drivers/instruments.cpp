@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The conversions between enumerations and words that lcr_meter.hpp and load_frame.hpp declare.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -100,8 +98,7 @@ SettingsEvent settings_event(const LcrSettings& s, Duration conversion_time) {
 }
 
 Task<Result<LcrSettings>> LcrMeter::restore(LcrSettings settings) {
-  auto got = co_await configure(std::move(settings));
-  co_return got;
+  co_return co_await configure(std::move(settings));
 }
 
 Task<Result<LcrSettings>> LcrMeter::reconnect() {

@@ -39,7 +39,6 @@ enum class LcrTrigger { bus, internal };
 std::string_view to_string(LcrTrigger t);
 
 struct LcrSettings {
-  LcrSettings() = default;
   LcrFunction function = LcrFunction::CpD;
   Frequency frequency = Frequency::from_si(1000);
   Voltage level = Voltage::from_si(1);
@@ -77,7 +76,6 @@ constexpr std::uint32_t kAfterGap = 1U << 4U;  // first reading after the meter 
 }  // namespace lcr_flag
 
 struct LcrReading {
-  LcrReading() = default;
   std::optional<double> primary;  // coherent SI: F for the C functions, ohm for R-X and Z
   std::optional<double>
       secondary;  // coherent SI: 1 for D, ohm for R, X; rad for thr, degree for thd

@@ -4,12 +4,10 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "base/quantity.hpp"
 #include "base/result.hpp"
@@ -22,7 +20,6 @@ namespace lcrig {
 
 // Worst-case bounds of a closed force loop (docs/frame-link.md, section 2).
 struct ForceLoop {
-  ForceLoop() = default;
   Velocity approach;  // highest speed before contact
   Force contact;  // the force that counts as contact
   ForceRate rate_max;
@@ -33,7 +30,6 @@ struct ForceLoop {
 };
 
 struct FrameCapabilities {
-  FrameCapabilities() = default;
   bool motion = false;  // can move by itself
   bool force_hold = false;  // closed force loop in the device
   bool device_stop =
@@ -55,7 +51,6 @@ struct FrameCapabilities {
 
 // The device must accept limits before any motion.
 struct FrameLimits {
-  FrameLimits() = default;
   Force force_min, force_max;
   Length travel_min, travel_max;
   Velocity speed_max;
@@ -69,7 +64,6 @@ constexpr std::uint32_t kAfterGap = 1U << 3U;  // samples of the device are miss
 }  // namespace frame_flag
 
 struct FrameSample {
-  FrameSample() = default;
   std::int64_t device_seq = 0;
   std::optional<double> device_time_s;
   std::optional<double> force_N;
@@ -83,7 +77,6 @@ enum class MotionEnd { target, force_limit, travel_limit, stopped, fault };
 std::string_view to_string(MotionEnd e);
 
 struct MotionOutcome {
-  MotionOutcome() = default;
   MotionEnd reason = MotionEnd::target;
   std::string detail;  // the device's own words
   std::optional<double> force_N;  // at the end

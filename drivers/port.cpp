@@ -18,8 +18,7 @@ Task<Result<std::unique_ptr<Transport>>> open_port(std::string url, SerialSettin
   if (!parsed) co_return fail(parsed.error());
   if (parsed->kind == PortKind::tcp) {
     const MonoTime deadline = clock.now() + kConnectTime;
-    auto connected = co_await open_tcp(parsed->host, parsed->tcp_port, clock, deadline);
-    co_return connected;
+    co_return co_await open_tcp(parsed->host, parsed->tcp_port, clock, deadline);
   }
   const auto executor = co_await asio::this_coro::executor;
   if (parsed->kind == PortKind::pty || (parsed->kind == PortKind::path && is_pty(parsed->path))) {

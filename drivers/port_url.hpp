@@ -15,7 +15,6 @@ namespace lcrig {
 enum class PortKind { path, usb, pty, tcp };
 
 struct PortUrl {
-  PortUrl() = default;
   PortKind kind = PortKind::path;
   std::string path;  // path, pty
   std::uint16_t usb_vendor = 0, usb_product = 0;

@@ -28,8 +28,7 @@ Task<Result<std::size_t>> RecordingTransport::read_some(std::span<char> buffer, 
 // Logged before it is sent, so that the log shows what was tried when the port hangs.
 Task<Result<>> RecordingTransport::write_all(std::string_view bytes, MonoTime deadline) {
   note(true, bytes);
-  auto r = co_await inner_->write_all(bytes, deadline);
-  co_return r;
+  co_return co_await inner_->write_all(bytes, deadline);
 }
 
 Result<std::unique_ptr<Transport>> make_recording(std::unique_ptr<Transport> inner, Clock& clock,

@@ -31,16 +31,6 @@ ScpiLink::ScpiLink(std::unique_ptr<Transport> transport, Clock& clock)
   out_.reserve(128);
 }
 
-bool ScpiLink::take_resynced() {
-  return std::exchange(resynced_, false);
-}
-bool ScpiLink::take_echo_seen() {
-  return std::exchange(echo_seen_, false);
-}
-bool ScpiLink::take_stray_seen() {
-  return std::exchange(stray_seen_, false);
-}
-
 bool ScpiLink::is_identity(std::string_view line) const {
   // When the LF before the identity was lost, the identity is only the end of the line.
   if (!identity_.empty()) return line.ends_with(identity_);
@@ -99,8 +89,7 @@ Task<Result<>> ScpiLink::write_line(std::string_view command) {
   out_.assign(command);
   out_ += '\n';
   last_sent_ = command;
-  auto written = co_await transport_->write_all(out_, clock_.now() + kWriteTime);
-  co_return written;
+  co_return co_await transport_->write_all(out_, clock_.now() + kWriteTime);
 }
 
 // True when only complete lines are pending that repeat what was sent, i.e. the meter's handshake
@@ -129,8 +118,7 @@ Task<Result<>> ScpiLink::prepare() {
     }
     stray_seen_ = true;
   }
-  auto clean = co_await resync();
-  co_return clean;
+  co_return co_await resync();
 }
 
 Task<Result<Reply>> ScpiLink::exchange(std::string_view command, Duration timeout) {

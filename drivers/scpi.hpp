@@ -13,13 +13,13 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "drivers/transport.hpp"
 
 namespace lcrig {
 
 struct Reply {
-  Reply() = default;
   std::string text;  // without line end and surrounding blanks; never empty
   MonoTime asked, first_byte, last_byte;
 };
@@ -48,10 +48,10 @@ class ScpiLink {
   // The longest time that the instrument may be busy with one command.
   void set_patience(Duration d) { patience_ = d; }
   // True on the first call after a resynchronisation.
-  bool take_resynced();
+  bool take_resynced() { return std::exchange(resynced_, false); }
   // Since the last call the instrument repeated a command (echo) or sent a line unasked (stray).
-  bool take_echo_seen();
-  bool take_stray_seen();
+  bool take_echo_seen() { return std::exchange(echo_seen_, false); }
+  bool take_stray_seen() { return std::exchange(stray_seen_, false); }
 
   void close() { transport_->close(); }
   const std::string& name() const { return transport_->name(); }

@@ -38,9 +38,7 @@ Task<Result<std::vector<tcp::endpoint>>> find_endpoints(std::string host, std::u
       co_await either(resolver.async_resolve(host, service, kAsResult), clock.wait_until(deadline));
   if (r.index() == 1) co_return silent(name);
   const auto& [error, found] = std::get<0>(r);
-  if (error) {
-    co_return fail(Errc::invalid_request, "{}: no such host ({})", name, error.message());
-  }
+  if (error) co_return fail(Errc::invalid_request, "{}: no such host ({})", name, error.message());
   for (const auto& entry : found) out.push_back(entry.endpoint());
   co_return out;
 }

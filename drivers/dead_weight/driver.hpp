@@ -13,7 +13,6 @@
 namespace lcrig {
 
 struct DeadWeightSettings {
-  DeadWeightSettings() = default;
   double g_m_s2 = 9.80665;  // local
   Mass rod;  // rod and plate, which always rest on the specimen
   std::optional<Area> probe_area;  // for the pressure in the prompt

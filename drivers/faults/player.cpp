@@ -13,29 +13,6 @@
 
 namespace lcrig {
 
-namespace {
-
-LineFault line_fault(const Fault& f) {
-  using enum FaultKind;
-  using Kind = LineFault::Kind;
-  switch (f.kind) {
-    case reply_late:
-    case line_late: return LineFault(Kind::delay, from_seconds(f.delay_s));
-    case reply_lost:
-    case line_lost: return LineFault(Kind::drop);
-    case reply_cut:
-    case line_cut: return LineFault(Kind::cut);
-    case reply_doubled:
-    case line_doubled: return LineFault(Kind::twice);
-    case reply_garbled:
-    case line_garbled: return LineFault(Kind::garble);
-    case reply_echoed: return LineFault(Kind::echo);
-    default: return LineFault();
-  }
-}
-
-}  // namespace
-
 FaultPlayer::FaultPlayer(asio::any_io_executor executor, Clock& clock, FaultBench& bench,
                          FaultSurroundings* surroundings, FaultScript script, Told told)
     : executor_(std::move(executor)),
@@ -57,38 +34,30 @@ FaultPlayer::~FaultPlayer() {
 
 void FaultPlayer::attach() {
   lcr6100::SimHooks meter;
-  meter.answer = [this] { return next_answer(); };
-  meter.loses_set = [this] { return counted_event({FaultKind::set_lost}) != nullptr; };
+  meter.answer = [this] { return next_line(FaultOccasion::answer); };
+  meter.loses_set = [this] { return counted_event(FaultOccasion::set) != nullptr; };
   bench_.hook_meter(std::move(meter));
   ZwickSimHooks frame;
-  frame.sends = [this] { return next_transmission(); };
+  frame.sends = [this] { return next_line(FaultOccasion::transmission); };
   frame.refuses = [this] {
-    const Fault* f = counted_event({FaultKind::refusal});
+    const Fault* f = counted_event(FaultOccasion::command);
     return f != nullptr ? f->code : std::string();
   };
-  frame.loses_done = [this] { return counted_event({FaultKind::completion_lost}) != nullptr; };
+  frame.loses_done = [this] { return counted_event(FaultOccasion::completion) != nullptr; };
   bench_.hook_frame(std::move(frame));
 }
 
-LineFault FaultPlayer::next_answer() {
-  using enum FaultKind;
-  const Fault* f = counted_event(
-      {reply_late, reply_lost, reply_cut, reply_doubled, reply_garbled, reply_echoed});
-  return f != nullptr ? line_fault(*f) : LineFault();
+LineFault FaultPlayer::next_line(FaultOccasion occasion) {
+  const Fault* f = counted_event(occasion);
+  return f != nullptr ? LineFault(f->kind->line, from_seconds(f->delay_s)) : LineFault();
 }
 
-LineFault FaultPlayer::next_transmission() {
-  using enum FaultKind;
-  const Fault* f = counted_event({line_late, line_lost, line_cut, line_doubled, line_garbled});
-  return f != nullptr ? line_fault(*f) : LineFault();
-}
-
-// Every fault of these kinds counts the event. The first one that is due happens.
-const Fault* FaultPlayer::counted_event(std::initializer_list<FaultKind> kinds) {
+// Every fault of this occasion counts the event. The first one that is due happens.
+const Fault* FaultPlayer::counted_event(FaultOccasion occasion) {
   if (stopped_) return nullptr;
   State* chosen = nullptr;
   for (State& s : states_) {
-    if (std::ranges::find(kinds, s.fault->kind) == kinds.end()) continue;
+    if (s.fault->kind->counts != occasion) continue;
     if (is_due(s) && chosen == nullptr) chosen = &s;
   }
   if (chosen == nullptr) return nullptr;
@@ -110,7 +79,7 @@ bool FaultPlayer::is_due(State& s) {
 void FaultPlayer::happen(State& s) {
   ++s.fired;
   const std::string text = describe(*s.fault);
-  const bool quiet = s.fault->shape == FaultShape::counted && s.fired > 1;
+  const bool quiet = s.fault->is(FaultShape::counted) && s.fired > 1;
   spdlog::log(quiet ? spdlog::level::debug : spdlog::level::info, "fault injected: {}",
               printable(text));
   told_(clock_.now(), text);
@@ -154,7 +123,7 @@ void FaultPlayer::enter_step(std::string_view id, std::string_view kind, bool fi
   for (State& s : states_) {
     const auto& wanted = s.fault->in_step;
     if (!wanted) continue;
-    if (s.fault->shape == FaultShape::counted) s.open = false;
+    if (s.fault->is(FaultShape::counted)) s.open = false;
     if (*wanted != id && *wanted != kind && !(finishing && *wanted == "finally")) continue;
     if (s.fault->after_s <= 0) {
       open(s);  // before the step does anything
@@ -168,10 +137,10 @@ void FaultPlayer::enter_step(std::string_view id, std::string_view kind, bool fi
 
 void FaultPlayer::open(State& s) {
   const Fault& f = *s.fault;
-  const bool counted = f.shape == FaultShape::counted;
+  const bool counted = f.is(FaultShape::counted);
   const bool spent = f.times && s.fired >= *f.times;
-  if (spent || (s.open && f.shape == FaultShape::lasting)) return;
-  s.open = f.shape != FaultShape::once;
+  if (spent || (s.open && f.is(FaultShape::lasting))) return;
+  s.open = !f.is(FaultShape::once);
   const std::int64_t serial = ++s.opened;
   if (!counted) {
     happen(s);
@@ -190,7 +159,7 @@ void FaultPlayer::open(State& s) {
 
 void FaultPlayer::close(State& s) {
   s.open = false;
-  if (s.fault->shape != FaultShape::lasting) return;
+  if (!s.fault->is(FaultShape::lasting)) return;
   act(*s.fault, false);
   const std::string text = describe(*s.fault) + ": over";
   spdlog::info("fault injected: {}", printable(text));
@@ -200,11 +169,11 @@ void FaultPlayer::close(State& s) {
 void FaultPlayer::stop() {
   if (std::exchange(stopped_, true)) return;
   for (State& s : states_) {
-    if (s.open && s.fault->shape == FaultShape::lasting) act(*s.fault, false);
+    if (s.open && s.fault->is(FaultShape::lasting)) act(*s.fault, false);
     s.open = false;
     if (s.fired == 0) {
       spdlog::warn("{}: {} never happened: its time, step or event did not come", s.fault->where,
-                   s.fault->name);
+                   s.fault->kind->name);
     }
   }
   agenda_.clear();
@@ -219,108 +188,8 @@ std::vector<std::int64_t> FaultPlayer::happened() const {
 }
 
 void FaultPlayer::act(const Fault& fault, bool on) {
-  switch (fault.on) {
-    case FaultTarget::meter: return act_on_meter(fault, on);
-    case FaultTarget::frame: return act_on_frame(fault, on);
-    case FaultTarget::bench: return act_on_bench(fault, on);
-  }
-}
-
-void FaultPlayer::act_on_meter(const Fault& f, bool on) {
-  using enum FaultKind;
-  const auto set = [&](auto change) { bench_.break_meter(change); };
-  using Faults = lcr6100::SimFaults;
-  switch (f.kind) {
-    case stuck: return set([on](Faults& s) { s.stuck = on; });
-    case overload: return set([on](Faults& s) { s.overload = on; });
-    case meter_silent: return set([on](Faults& s) { s.silent = on; });
-    case slow: return set([&](Faults& s) { s.slow_factor = on ? f.factor : 1; });
-    case meter_noise: return set([&](Faults& s) { s.byte_noise = on ? f.byte_probability : 0; });
-    case unsolicited: return bench_.say_unasked(f.text);
-    case meter_unplug: return on ? bench_.unplug_meter() : bench_.plug_meter(f.other_port);
-    case meter_power_cycle:
-      if (on) return bench_.unplug_meter();
-      bench_.power_meter(first_identity_);
-      return bench_.plug_meter();
-    case other_instrument:
-      bench_.unplug_meter();
-      bench_.power_meter(on ? f.identity : first_identity_);
-      return bench_.plug_meter();
-    default: return;
-  }
-}
-
-void FaultPlayer::act_on_frame(const Fault& f, bool on) {
-  using enum FaultKind;
-  const auto set = [&](auto change) { bench_.break_frame(change); };
-  using Faults = ZwickSimFaults;
-  switch (f.kind) {
-    case samples_lost: return set([&](Faults& s) { s.lose_samples = f.samples; });
-    case clock_jump: return set([&](Faults& s) { s.clock_jump_s += f.jump_s; });
-    case force_spike:
-      return set([&](Faults& s) { s.spike_N = f.force_N, s.spike_samples = f.samples; });
-    case stall: return bench_.stall_frame();
-    case overshoot: return set([&](Faults& s) { s.late_stop_s = on ? f.delay_s : 0; });
-    case heartbeat_lost: return set([on](Faults& s) { s.no_heartbeats = on; });
-    case gateway_restarted: return bench_.restart_gateway(f.forgets_zero);
-    case frame_noise: return set([&](Faults& s) { s.byte_noise = on ? f.byte_probability : 0; });
-    case frame_silent: return set([on](Faults& s) { s.silent = on; });
-    case deaf: return set([on](Faults& s) { s.deaf = on; });
-    case frame_unplug: return on ? bench_.unplug_frame() : bench_.plug_frame(f.other_port);
-    case frame_power_cycle:
-      if (on) return bench_.unplug_frame();
-      bench_.power_frame();
-      return bench_.plug_frame();
-    case tare_lost:
-      return set([&](Faults& s) { s.lose_tare = true, s.tell_origin = f.origin_changes; });
-    case caps_changed:
-      set([](Faults& s) { s.lies.other_caps = true; });
-      return bench_.restart_gateway(false);
-    default: return lie(f, on);
-  }
-}
-
-void FaultPlayer::lie(const Fault& f, bool on) {
-  using enum FaultKind;
-  const auto set = [&](auto change) {
-    bench_.break_frame([&](ZwickSimFaults& s) { change(s.lies); });
-  };
-  using Lies = ZwickSimLies;
-  switch (f.kind) {
-    case force_frozen: return set([on](Lies& s) { s.force_frozen = on; });
-    case force_held: return set([on](Lies& s) { s.force_held = on; });
-    case force_gain: return set([&](Lies& s) { s.force_gain = on ? f.factor : 1; });
-    case force_reversed: return set([on](Lies& s) { s.force_reversed = on; });
-    case force_drift: return set([&](Lies& s) { s.force_drift_N_s = on ? f.rate_N_s : 0; });
-    case force_scatter: return set([&](Lies& s) { s.force_scatter = on ? f.factor : 1; });
-    case drive_reversed: return set([on](Lies& s) { s.drive_reversed = on; });
-    case creep: return set([&](Lies& s) { s.creep_m_s = on ? f.speed_um_s * 1e-6 : 0; });
-    case done_early: return set([on](Lies& s) { s.done_early = on; });
-    case done_unmoved: return set([on](Lies& s) { s.done_unmoved = on; });
-    case done_late: return set([&](Lies& s) { s.done_late_s = on ? f.delay_s : 0; });
-    case order_late: return set([&](Lies& s) { s.order_late_s = on ? f.delay_s : 0; });
-    case clock_frozen: return set([on](Lies& s) { s.clock_rate = on ? 0 : 1; });
-    case clock_rate: return set([&](Lies& s) { s.clock_rate = on ? f.factor : 1; });
-    case estop: return set([on](Lies& s) { s.estop = on; });
-    case stop_late: return set([&](Lies& s) { s.stop_late_s = on ? f.delay_s : 0; });
-    case stop_unconfirmed: return set([on](Lies& s) { s.stop_unconfirmed = on; });
-    case stop_ignored: return set([on](Lies& s) { s.stop_ignored = on; });
-    default: return;
-  }
-}
-
-void FaultPlayer::act_on_bench(const Fault& f, bool on) {
-  using enum FaultKind;
-  if (f.kind == operator_absent) return bench_.set_operator_absent(on);
-  if (surroundings_ == nullptr) return;
-  switch (f.kind) {
-    case disk_full: return surroundings_->set_disk_full(on);
-    case disk_read_only: return surroundings_->set_disk_read_only(on);
-    case disk_slow: return surroundings_->set_disk_delay(from_seconds(on ? f.delay_s : 0));
-    case memory_short: return surroundings_->set_memory_short(on);
-    case wall_clock_step: return surroundings_->step_wall_clock(from_seconds(f.step_s));
-    default: return;
-  }
+  const FaultScene scene{bench_, surroundings_, first_identity_};
+  fault.kind->act(fault, on, scene);
 }
 
 }  // namespace lcrig

@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <initializer_list>
 #include <map>
 #include <random>
 #include <string>
@@ -58,15 +57,10 @@ class FaultPlayer {
   void open(State& s);
   void close(State& s);
   bool is_due(State& s);
-  const Fault* counted_event(std::initializer_list<FaultKind> kinds);
+  const Fault* counted_event(FaultOccasion occasion);
   void happen(State& s);
-  LineFault next_answer();
-  LineFault next_transmission();
+  LineFault next_line(FaultOccasion occasion);
   void act(const Fault& fault, bool on);
-  void act_on_meter(const Fault& fault, bool on);
-  void act_on_frame(const Fault& fault, bool on);
-  void lie(const Fault& fault, bool on);
-  void act_on_bench(const Fault& fault, bool on);
 
   asio::any_io_executor executor_;
   Clock& clock_;

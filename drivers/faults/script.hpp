@@ -10,93 +10,12 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "drivers/faults/kinds.hpp"
 
 namespace lcrig {
 
-enum class FaultKind {
-  // meter, counted by answer
-  reply_late,
-  reply_lost,
-  reply_cut,
-  reply_doubled,
-  reply_garbled,
-  reply_echoed,
-  // meter, counted by set command
-  set_lost,
-  // meter
-  unsolicited,
-  stuck,
-  overload,
-  slow,
-  meter_noise,
-  meter_silent,
-  meter_unplug,
-  meter_power_cycle,
-  other_instrument,
-  // frame, counted by transmission of the gateway
-  line_late,
-  line_lost,
-  line_cut,
-  line_doubled,
-  line_garbled,
-  // frame, counted by command and by end of a motion
-  refusal,
-  completion_lost,
-  // frame
-  samples_lost,
-  clock_jump,
-  force_spike,
-  stall,
-  overshoot,
-  heartbeat_lost,
-  gateway_restarted,
-  frame_noise,
-  frame_silent,
-  deaf,
-  frame_unplug,
-  frame_power_cycle,
-  // frame, lies: what it does or says that is not true
-  force_frozen,
-  force_held,
-  force_gain,
-  force_reversed,
-  force_drift,
-  force_scatter,
-  drive_reversed,
-  creep,
-  done_early,
-  done_unmoved,
-  done_late,
-  order_late,
-  clock_frozen,
-  clock_rate,
-  tare_lost,
-  estop,
-  stop_late,
-  stop_unconfirmed,
-  stop_ignored,
-  caps_changed,
-  // bench
-  operator_absent,
-  disk_full,
-  disk_read_only,
-  disk_slow,
-  wall_clock_step,
-  memory_short,
-};
-
-enum class FaultTarget { meter, frame, bench };
-
-// A counted fault hits single events (answers, commands), a lasting one goes on for a while, and
-// one that happens once has no end.
-enum class FaultShape { counted, lasting, once };
-
 struct Fault {
-  Fault() = default;
-  FaultKind kind = FaultKind::reply_late;
-  FaultTarget on = FaultTarget::meter;
-  FaultShape shape = FaultShape::counted;
-  std::string name;  // "reply_late"
+  const FaultKind* kind = nullptr;  // never in a script that was parsed
   std::string where;  // "FILE:LINE:COLUMN /faults/0", for messages
 
   // When, in seconds of the rig's clock since the start of the run (or of lcrig-sim) or of a step.
@@ -114,11 +33,11 @@ struct Fault {
   std::string text, identity, code = "not_ready";
   bool other_port = false, forgets_zero = false, origin_changes = false;
 
+  bool is(FaultShape shape) const { return kind->shape == shape; }
   bool has_window() const { return at_s || in_step; }
 };
 
 struct FaultScript {
-  FaultScript() = default;
   std::string name, text;
   std::uint64_t seed = 1;  // for probabilities
   std::vector<Fault> faults;
@@ -130,7 +49,6 @@ Result<FaultScript> load_fault_script(const std::string& path);  // also io
 
 // What the bench that plays the script has.
 struct FaultStage {
-  FaultStage() = default;
   bool has_frame = true;  // false: dead weights
   bool knows_steps = true;  // false: lcrig-sim
   bool has_surroundings = true;  // disk, wall clock, memory, operator; false: lcrig-sim

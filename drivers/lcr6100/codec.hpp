@@ -18,7 +18,6 @@
 namespace lcrig::lcr6100 {
 
 struct ReadingLine {
-  ReadingLine() = default;
   std::optional<double> primary, secondary;  // SI
   std::uint32_t flags = 0;  // lcr_flag
   int numbers = 0;  // on the line, overloads included: 1 to 4

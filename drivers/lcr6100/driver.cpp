@@ -154,16 +154,14 @@ Task<Result<LcrSettings>> Lcr6100::configure(LcrSettings settings) {
   auto valid = check(settings);
   if (!valid) co_return fail(valid.error());
   co_await wake();
-  auto got = co_await set_up(settings, false);
-  co_return got;
+  co_return co_await set_up(settings, false);
 }
 
 Task<Result<LcrSettings>> Lcr6100::restore(LcrSettings settings) {
   auto valid = check(settings);
   if (!valid) co_return fail(valid.error());
   co_await wake();
-  auto got = co_await set_up(settings, true);
-  co_return got;
+  co_return co_await set_up(settings, true);
 }
 
 Task<Result<bool>> Lcr6100::is_established(const Setting& setting, LcrSettings& got) {
@@ -240,12 +238,8 @@ Task<Result<LcrReading>> Lcr6100::measure() {
     if (!again) co_return fail(again.error());
     set_up_again_ = true;
   }
-  if (settings_.trigger == LcrTrigger::bus) {
-    auto once = co_await trigger();
-    co_return once;
-  }
-  auto polled = co_await poll();
-  co_return polled;
+  if (settings_.trigger == LcrTrigger::bus) co_return co_await trigger();
+  co_return co_await poll();
 }
 
 // *TRG itself sends the reading. A FETC? after it would leave an unread line behind.
@@ -324,13 +318,11 @@ Task<Result<>> Lcr6100::correct(Correction kind) {
   if (!verdict) co_return verdict;
   const Setting state(SettingId::correction, "correction state", node + ":STAT", "ON");
   LcrSettings unused;
-  auto on = co_await establish(state, unused);
-  co_return on;
+  co_return co_await establish(state, unused);
 }
 
 Task<Result<>> Lcr6100::resync() {
-  auto clean = co_await link_.resync();
-  co_return clean;
+  co_return co_await link_.resync();
 }
 
 Task<Result<>> Lcr6100::make_safe() {
@@ -338,8 +330,7 @@ Task<Result<>> Lcr6100::make_safe() {
   configured_ = false;
   auto internal = co_await set("TRIG:SOUR INT");
   if (!internal) co_return internal;
-  auto unlocked = co_await set("UNLOCK");
-  co_return unlocked;
+  co_return co_await set("UNLOCK");
 }
 
 }  // namespace lcrig::lcr6100

@@ -45,10 +45,6 @@ MonoTime Pace::next_poll(MonoTime now) const {
   return std::max({now, t, stale_at_ + 1ms});
 }
 
-void Pace::stale(MonoTime asked) {
-  stale_at_ = std::max(stale_at_, asked);
-}
-
 void Pace::lose_phase(MonoTime asked, MonoTime answered) {
   lo_ = std::max(stale_at_, asked - period_max_);
   hi_ = answered;

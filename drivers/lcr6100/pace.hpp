@@ -5,6 +5,8 @@
 // edge came after the question, a new one that it came before the answer.
 #pragma once
 
+#include <algorithm>
+
 #include "base/time.hpp"
 
 namespace lcrig::lcr6100 {
@@ -16,7 +18,7 @@ class Pace {
   // Not earlier than now, and at least 1 ms after the last question that got an old value.
   MonoTime next_poll(MonoTime now) const;
   void fresh(MonoTime asked, MonoTime answered);
-  void stale(MonoTime asked);
+  void stale(MonoTime asked) { stale_at_ = std::max(stale_at_, asked); }
   Duration period() const { return (period_min_ + period_max_) / 2; }
 
  private:

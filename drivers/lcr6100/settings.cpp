@@ -2,8 +2,6 @@
 // The set-up of the meter as a table: commands, wanted values, read-backs.
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <charconv>
 #include <cmath>
 
 #include "drivers/lcr6100/codec.hpp"

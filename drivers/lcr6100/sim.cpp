@@ -132,10 +132,6 @@ Task<> Lcr6100Sim::answer(std::string text) {
   static_cast<void>(written);  // a meter does not care whether anybody listens
 }
 
-void Lcr6100Sim::tell() const {
-  if (told_) told_(clock_.now(), reading_);
-}
-
 Task<> Lcr6100Sim::speak(std::string text) {
   if (faults_.silent) co_return;
   if (text.empty()) {
@@ -148,21 +144,9 @@ Task<> Lcr6100Sim::speak(std::string text) {
   static_cast<void>(written);
 }
 
-bool Lcr6100Sim::internal() const {
-  return value("TRIG:SOUR").word == "INT";
-}
-
 Duration Lcr6100Sim::conversion() const {
   const double once = config_.conversion_s[static_cast<std::size_t>(aperture_)];
   return from_seconds(once * average_ * faults_.slow_factor);
-}
-
-std::int64_t Lcr6100Sim::finished() const {
-  return (clock_.now() - grid_start_) / conversion();
-}
-
-MonoTime Lcr6100Sim::next_edge() const {
-  return grid_start_ + (finished() + 1) * conversion();
 }
 
 // Called when a setting changes. As in the meter, the last finished value stays readable until the

@@ -19,7 +19,6 @@
 namespace lcrig::lcr6100 {
 
 struct SimConfig {
-  SimConfig() = default;
   std::string identity = "LCR-6100,REV E8.13,SIM000001,Good Will Instrument Co., Ltd.";
   // Time of one conversion by aperture (fast, medium, slow), without averaging.
   std::array<double, 3> conversion_s{0.065, 0.120, 0.380};
@@ -47,7 +46,6 @@ struct SimFaults {
 // Called at every occasion, so that a fault script can decide (drivers/faults). May be empty. They
 // stay in force when the meter is unplugged.
 struct SimHooks {
-  SimHooks() = default;
   std::function<LineFault()> answer;  // what happens to this answer
   std::function<bool()> loses_set;  // true: this set command is lost
 };
@@ -95,13 +93,15 @@ class Lcr6100Sim {
   Task<> fetch(std::string_view what);
   Task<> trigger(bool answered);
   Task<> correct(std::string state_header);
-  MonoTime next_edge() const;
+  MonoTime next_edge() const { return grid_start_ + (finished() + 1) * conversion(); }
   Duration conversion() const;
   double sigma(double frequency, double volt) const;
-  bool internal() const;
-  std::int64_t finished() const;
+  bool internal() const { return value("TRIG:SOUR").word == "INT"; }
+  std::int64_t finished() const { return (clock_.now() - grid_start_) / conversion(); }
   void restart_grid();
-  void tell() const;
+  void tell() const {
+    if (told_) told_(clock_.now(), reading_);
+  }
   void compute(MonoTime middle, std::int64_t index);
   void compute_recorded();
   // sim_commands.cpp: grammar

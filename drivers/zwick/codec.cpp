@@ -5,6 +5,7 @@
 #include <array>
 
 #include "base/decimal.hpp"
+#include "base/number.hpp"
 #include "base/text.hpp"
 #include "drivers/zwick/millimetres.hpp"
 
@@ -30,6 +31,31 @@ void add_hello(Writer& w, const Hello& hello) {
   if (hello.identity.simulated) w.flag("simulated", true);
 }
 
+// All six fields must be present, or none, because some of them alone bound nothing.
+Result<std::optional<ForceLoop>> parse_force_loop(const Line& line) {
+  constexpr std::array<std::string_view, 6> kKeys{
+      "force_approach_mm_s", "force_contact_N", "force_rate_max_N_s",
+      "force_lag_s",         "force_ripple_N",  "force_stiffness_max_N_mm"};
+  const auto given = [&](std::string_view key) { return line.find(key).has_value(); };
+  if (std::ranges::none_of(kKeys, given)) return std::optional<ForceLoop>();
+  std::array<double, 6> v{};
+  for (std::size_t i = 0; i < kKeys.size(); ++i) {
+    const auto value = line.number_of(kKeys[i]);
+    if (!value) return fail(value.error());
+    if (*value < 0) return fail(Errc::garbled, "CAPS with a negative {}", kKeys[i]);
+    v[i] = *value;
+  }
+  if (v[3] > 60) return fail(Errc::garbled, "CAPS with a force loop that lags for {} s", v[3]);
+  ForceLoop loop;
+  loop.approach = Velocity::from_si(from_mm(v[0]));
+  loop.contact = Force::from_si(v[1]);
+  loop.rate_max = ForceRate::from_si(v[2]);
+  loop.lag = from_seconds(v[3]);
+  loop.ripple = Force::from_si(v[4]);
+  loop.stiffness_max = Stiffness::from_si(shift_decimal(v[5], 3));
+  return std::optional<ForceLoop>(loop);
+}
+
 }  // namespace
 
 std::string format_hello(const Hello& hello) {
@@ -45,8 +71,8 @@ std::string format_observe(const Hello& hello, double rate_Hz) {
 }
 
 Result<Hello> parse_hello(const Line& line) {
-  const auto protocol = parse_integer(line.find("proto").value_or(std::string_view()));
-  const auto revision = parse_integer(line.find("revision").value_or("1"));
+  const auto protocol = number_from<std::int64_t>(line.find("proto").value_or(std::string_view()));
+  const auto revision = number_from<std::int64_t>(line.find("revision").value_or("1"));
   if (!protocol || *protocol < 1 || *protocol > 1'000'000) {
     return fail(Errc::garbled, "HELLO lacks a protocol number (proto=1)");
   }
@@ -88,35 +114,6 @@ std::string format_caps(const FrameCapabilities& c) {
   }
   return w.line();
 }
-
-namespace {
-
-// All six fields must be present, or none, because some of them alone bound nothing.
-Result<std::optional<ForceLoop>> parse_force_loop(const Line& line) {
-  constexpr std::array<std::string_view, 6> kKeys{
-      "force_approach_mm_s", "force_contact_N", "force_rate_max_N_s",
-      "force_lag_s",         "force_ripple_N",  "force_stiffness_max_N_mm"};
-  const auto given = [&](std::string_view key) { return line.find(key).has_value(); };
-  if (std::ranges::none_of(kKeys, given)) return std::optional<ForceLoop>();
-  std::array<double, 6> v{};
-  for (std::size_t i = 0; i < kKeys.size(); ++i) {
-    const auto value = line.number_of(kKeys[i]);
-    if (!value) return fail(value.error());
-    if (*value < 0) return fail(Errc::garbled, "CAPS with a negative {}", kKeys[i]);
-    v[i] = *value;
-  }
-  if (v[3] > 60) return fail(Errc::garbled, "CAPS with a force loop that lags for {} s", v[3]);
-  ForceLoop loop;
-  loop.approach = Velocity::from_si(from_mm(v[0]));
-  loop.contact = Force::from_si(v[1]);
-  loop.rate_max = ForceRate::from_si(v[2]);
-  loop.lag = from_seconds(v[3]);
-  loop.ripple = Force::from_si(v[4]);
-  loop.stiffness_max = Stiffness::from_si(shift_decimal(v[5], 3));
-  return std::optional<ForceLoop>(loop);
-}
-
-}  // namespace
 
 Result<FrameCapabilities> parse_caps(const Line& line) {
   constexpr std::array<std::string_view, 8> kKeys{

@@ -13,11 +13,9 @@
 
 #include <chrono>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "base/result.hpp"
@@ -33,7 +31,6 @@ constexpr Duration kSilence = std::chrono::seconds(1);
 constexpr Duration kMaxBatch = std::chrono::milliseconds(100);
 
 struct Hello {
-  Hello() = default;
   int protocol = kProtocol;
   int revision = kRevision;
   std::string side;  // "host" or "gateway"

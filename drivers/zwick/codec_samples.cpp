@@ -5,6 +5,7 @@
 #include <cassert>
 #include <limits>
 
+#include "base/number.hpp"
 #include "drivers/zwick/codec.hpp"
 #include "drivers/zwick/millimetres.hpp"
 
@@ -129,8 +130,8 @@ void append_samples(std::string& out, std::span<const FrameSample> samples) {
 }
 
 Result<> parse_samples(const Line& line, std::vector<FrameSample>& out) {
-  const auto seq = parse_integer(line.find("seq").value_or(std::string_view()));
-  const auto n = parse_integer(line.find("n").value_or(std::string_view()));
+  const auto seq = number_from<std::int64_t>(line.find("seq").value_or(std::string_view()));
+  const auto n = number_from<std::int64_t>(line.find("n").value_or(std::string_view()));
   constexpr std::int64_t kMaxSamples = 10'000;  // more do not fit into a line
   constexpr std::int64_t kMaxSeq = std::numeric_limits<std::int64_t>::max() - kMaxSamples;
   if (!seq || *seq < 0 || *seq > kMaxSeq || !n || *n < 1 || *n > kMaxSamples) {

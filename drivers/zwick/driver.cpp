@@ -62,8 +62,7 @@ template <class MakeLine>
 Task<Result<>> command(std::shared_ptr<Link> link, MakeLine make_line) {
   Link::Exchange exchange(link);
   std::string line = make_line(exchange.number);
-  auto answer = co_await answer_to(exchange, std::move(line));
-  co_return answer;
+  co_return co_await answer_to(exchange, std::move(line));
 }
 
 template <class MakeLine>
@@ -76,8 +75,7 @@ Task<Result<MotionOutcome>> motion(std::shared_ptr<Link> link, MakeLine make_lin
     if (answer.error().code == Errc::no_reply) link->send_stop();
     co_return fail(answer.error());
   }
-  auto outcome = co_await done_of(exchange);
-  co_return outcome;
+  co_return co_await done_of(exchange);
 }
 
 // Asks for a session, then waits for the gateway's HELLO and CAPS or for the deadline.
@@ -195,16 +193,14 @@ Task<Result<>> ZwickLink::set_sample_rate(double rate_Hz) {
   auto finite = check_finite(*link_, {rate_Hz});
   if (!finite) co_return fail(finite.error());
   const auto line = [rate_Hz](std::int64_t n) { return frame_link::format_rate(n, rate_Hz); };
-  auto answer = co_await command(link_, line);
-  co_return answer;
+  co_return co_await command(link_, line);
 }
 
 Task<Result<MotionOutcome>> ZwickLink::move_to(Length travel, Velocity speed) {
   auto finite = check_finite(*link_, {travel.si(), speed.si()});
   if (!finite) co_return fail(finite.error());
   const auto line = [=](std::int64_t n) { return frame_link::format_move(n, travel, speed); };
-  auto outcome = co_await motion(link_, line);
-  co_return outcome;
+  co_return co_await motion(link_, line);
 }
 
 Task<Result<MotionOutcome>> ZwickLink::move_until_force(Force force, Velocity speed, Length guard) {
@@ -213,42 +209,36 @@ Task<Result<MotionOutcome>> ZwickLink::move_until_force(Force force, Velocity sp
   const auto line = [=](std::int64_t n) {
     return frame_link::format_move_until(n, force, speed, guard);
   };
-  auto outcome = co_await motion(link_, line);
-  co_return outcome;
+  co_return co_await motion(link_, line);
 }
 
 Task<Result<MotionOutcome>> ZwickLink::ramp_force(Force force, ForceRate rate) {
   auto finite = check_finite(*link_, {force.si(), rate.si()});
   if (!finite) co_return fail(finite.error());
   const auto line = [=](std::int64_t n) { return frame_link::format_ramp(n, force, rate); };
-  auto outcome = co_await motion(link_, line);
-  co_return outcome;
+  co_return co_await motion(link_, line);
 }
 
 Task<Result<>> ZwickLink::hold_travel() {
-  auto answer = co_await command(link_, &frame_link::format_hold_travel);
-  co_return answer;
+  co_return co_await command(link_, &frame_link::format_hold_travel);
 }
 
 Task<Result<>> ZwickLink::hold_force(Force force) {
   auto finite = check_finite(*link_, {force.si()});
   if (!finite) co_return fail(finite.error());
   const auto line = [force](std::int64_t n) { return frame_link::format_hold_force(n, force); };
-  auto answer = co_await command(link_, line);
-  co_return answer;
+  co_return co_await command(link_, line);
 }
 
 Task<Result<>> ZwickLink::zero(bool force, bool travel) {
   const auto line = [=](std::int64_t n) { return frame_link::format_zero(n, force, travel); };
-  auto answer = co_await command(link_, line);
-  co_return answer;
+  co_return co_await command(link_, line);
 }
 
 Task<Result<>> ZwickLink::resync() {
   // Answers are numbered and cannot be mixed up, so one exchange that shows that the gateway obeys
   // is enough.
-  auto answer = co_await command(link_, &frame_link::format_status);
-  co_return answer;
+  co_return co_await command(link_, &frame_link::format_status);
 }
 
 Task<Result<MotionOutcome>> ZwickLink::place_mass(Mass) {

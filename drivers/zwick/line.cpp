@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "base/number.hpp"
 #include "base/text.hpp"
 
 namespace lcrig::frame_link {
@@ -16,19 +17,9 @@ std::string_view excerpt(std::string_view text) {
 
 Result<double> parse_number(std::string_view text) {
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
-  double value = 0;
-  const auto r = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (r.ec != std::errc() || r.ptr != text.data() + text.size() || !std::isfinite(value)) {
-    return fail(Errc::garbled, "'{}' is not a finite decimal number", printable(excerpt(text)));
-  }
-  return value;
-}
-
-std::optional<std::int64_t> parse_integer(std::string_view text) {
-  std::int64_t value = 0;
-  const auto r = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (r.ec != std::errc() || r.ptr != text.data() + text.size()) return std::nullopt;
-  return value;
+  const auto value = number_from<double>(text);
+  if (value) return *value;
+  return fail(Errc::garbled, "'{}' is not a finite decimal number", printable(excerpt(text)));
 }
 
 void append_number(std::string& out, double value) {
@@ -73,7 +64,7 @@ std::optional<std::string_view> take_token(std::string_view& text) {
 }
 
 Result<std::int64_t> command_number(std::string_view token) {
-  const auto value = parse_integer(token.substr(1));
+  const auto value = number_from<std::int64_t>(token.substr(1));
   if (!value || *value < 0) {
     return fail(Errc::garbled, "'{}' is not a command number", printable(excerpt(token)));
   }

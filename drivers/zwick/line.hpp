@@ -19,7 +19,6 @@ constexpr std::size_t kMaxFields = 100;  // bounds the search for duplicate keys
 
 // One message. Its views point into the parsed text.
 struct Line {
-  Line() = default;
   std::optional<std::int64_t> number;  // of "#17 MOVE" and of "OK #17"
   std::string_view word;
   std::vector<std::pair<std::string_view, std::string_view>> fields;  // values still quoted
@@ -56,7 +55,6 @@ class LineSplitter {
 
 // Text to a number. Errors: garbled (not finite, not decimal, something after it).
 Result<double> parse_number(std::string_view text);
-std::optional<std::int64_t> parse_integer(std::string_view text);
 // `value` must be finite. Appends the shortest form without an exponent that reads back the same.
 void append_number(std::string& out, double value);
 void append_integer(std::string& out, std::int64_t value);

@@ -2,7 +2,6 @@
 #include "drivers/zwick/link.hpp"
 
 #include <algorithm>
-#include <array>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/this_coro.hpp>
 #include <cmath>
@@ -21,6 +20,15 @@ constexpr double kClockTolerance_s = 0.5;  // a late batch is late by less than 
 Errc errc_of(std::string_view code) {
   if (code == "busy") return Errc::busy;
   return code == "not_ready" ? Errc::frame_fault : Errc::refused;
+}
+
+Hello our_hello() {
+  Hello hello;
+  hello.side = "host";
+  hello.identity.maker = "lcrig";
+  hello.identity.model = "lcrigd";
+  hello.identity.firmware = LCRIG_VERSION;
+  return hello;
 }
 
 }  // namespace
@@ -65,10 +73,6 @@ void Link::start() {
   asio::co_spawn(executor_, [self = shared_from_this()] { return self->write(); }, on_end);
 }
 
-void Link::close() {
-  end(Error(Errc::disconnected, name() + ": closed"));
-}
-
 void Link::end(Error error) {
   if (!lost_) lost_ = std::move(error);
   transport_->close();
@@ -86,19 +90,6 @@ void Link::queue(std::string_view line) {
   queue_ += line;
   writer_.notify();
 }
-
-namespace {
-
-Hello our_hello() {
-  Hello hello;
-  hello.side = "host";
-  hello.identity.maker = "lcrig";
-  hello.identity.model = "lcrigd";
-  hello.identity.firmware = LCRIG_VERSION;
-  return hello;
-}
-
-}  // namespace
 
 void Link::send_hello() {
   observer_ = false;
@@ -132,10 +123,6 @@ std::int64_t Link::send_stop() {
   urgent_ += kStop;
   writer_.notify();
   return ++stops_sent_;
-}
-
-void Link::knock() {
-  for (Wakeup* w : waiting_) w->notify();
 }
 
 void Link::event(EventName kind, std::string detail) {

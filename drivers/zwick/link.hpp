@@ -57,7 +57,8 @@ class Link : public std::enable_shared_from_this<Link> {
   };
 
   void start();  // idempotent
-  void close();  // idempotent; ends both coroutines and every wait
+  // idempotent; ends both coroutines and every wait
+  void close() { end(Error(Errc::disconnected, name() + ": closed")); }
   void send(std::string_view line) { queue(line); }
   // Asks for a session that may command. Sends STOP first, because a previous daemon may have died,
   // and a gateway that does not answer HELLO may still move.
@@ -89,7 +90,9 @@ class Link : public std::enable_shared_from_this<Link> {
   void end(Error error);
   void queue(std::string_view line);
   void greet(std::string_view line);
-  void knock();
+  void knock() {
+    for (Wakeup* w : waiting_) w->notify();
+  }
   void event(EventName kind, std::string detail);
 
   void dispatch(std::string_view text);

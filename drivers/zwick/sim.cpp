@@ -168,9 +168,7 @@ MonoTime ZwickSim::next_due() const {
   if (faults.silent || faults.no_heartbeats) due = clock_.now() + frame_link::kHeartbeat;
   due = std::min(due, sent);
   if (!watchdog_tripped_) due = std::min(due, heard_ + frame_link::kSilence);
-  if (const auto event = clerk_ ? clerk_->next_event() : std::nullopt) {
-    due = std::min(due, *event);
-  }
+  if (const auto event = clerk_ ? clerk_->next_event() : std::nullopt) due = std::min(due, *event);
   if (stop_due_) due = std::min(due, *stop_due_);
   if (rate_Hz_ > 0 && machine_) {
     // Wake at the last sample of this batch, because the device fills a batch before it sends it.

@@ -66,13 +66,11 @@ class PlantScene : public FrameScene {
 
 // One row of a recording. An absent value is also absent in the sample.
 struct RecordedRow {
-  RecordedRow() = default;
   double t_s = 0;  // ascending
   std::optional<double> travel_m, force_N;
 };
 
 struct ZwickSimSettings {
-  ZwickSimSettings() = default;
   std::string serial = "simulated";
   int revision = frame_link::kRevision;  // 1: a gateway without observer sessions
   double rate_max_Hz = 500;
@@ -102,7 +100,6 @@ struct ZwickSimSettings {
 // Wrong behaviour of the machine, or wrong reports of the gateway (docs/faults.md). Each may begin
 // and end at any time.
 struct ZwickSimLies {
-  ZwickSimLies() = default;
   // The cell.
   bool force_frozen = false;  // repeats its last value
   bool force_held = false;  // shows a constant mean with scatter
@@ -129,7 +126,6 @@ struct ZwickSimLies {
 
 // Faults to inject; the frame link cannot reach them. All are off until set. Counters count down.
 struct ZwickSimFaults {
-  ZwickSimFaults() = default;
   bool silent = false;  // sends nothing, not even HB
   bool deaf = false;  // receives nothing, but the line stays open
   std::int64_t lose_samples = 0;  // the next n samples are lost; their numbers are used up
@@ -153,7 +149,6 @@ struct ZwickSimFaults {
 
 // Called at every occasion, so that a fault script can decide (drivers/faults). May be empty.
 struct ZwickSimHooks {
-  ZwickSimHooks() = default;
   std::function<LineFault()> sends;  // what happens to this transmission, of one line or more
   std::function<std::string()> refuses;  // error code for this command; empty: none
   std::function<bool()> loses_done;  // true: this DONE is lost

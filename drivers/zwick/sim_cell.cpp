@@ -33,10 +33,6 @@ void SimCell::set_lies(MonoTime t, const ZwickSimLies& lies) {
   if (lies.force_frozen && !frozen_N_) frozen_N_ = last_N_ ? *last_N_ : cell_N(t);
 }
 
-double SimCell::gauss(double sigma) {
-  return sigma > 0 ? sigma * normal_(random_) : 0.0;
-}
-
 double SimCell::offset_N(MonoTime t) const {
   const PlantConfig& p = scene_.config();
   const double own = p.force_offset_N + p.force_drift_N_s * to_seconds(t.time_since_epoch());
@@ -57,10 +53,6 @@ std::optional<double> SimCell::convert(MonoTime t, double spike_N) {
   last_N_ = cell;
   if (std::abs(cell) > p.force_nominal_N) return std::nullopt;
   return quantise(cell - tare_N_, p.force_resolution_N);
-}
-
-double SimCell::shown_N(MonoTime t) const {
-  return cell_N(t) - tare_N_;
 }
 
 double SimCell::raw_N(MonoTime t, double shown_N) const {

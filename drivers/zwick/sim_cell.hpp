@@ -28,7 +28,7 @@ class SimCell {
   // not on the specimen.
   std::optional<double> convert(MonoTime t, double spike_N);
   // Without noise and rounding.
-  double shown_N(MonoTime t) const;
+  double shown_N(MonoTime t) const { return cell_N(t) - tare_N_; }
   double unloaded_N(MonoTime t) const { return offset_N(t) - tare_N_; }
   // The true force at which a cell that is not frozen shows `shown_N`.
   double raw_N(MonoTime t, double shown_N) const;
@@ -41,7 +41,7 @@ class SimCell {
  private:
   double offset_N(MonoTime t) const;
   double cell_N(MonoTime t) const;
-  double gauss(double sigma);
+  double gauss(double sigma) { return sigma > 0 ? sigma * normal_(random_) : 0.0; }
   std::optional<MonoTime> searched(double shown_N, MonoTime from, MonoTime to) const;
 
   const FrameScene& scene_;

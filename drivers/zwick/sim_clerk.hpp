@@ -15,7 +15,6 @@ namespace lcrig::frame_link {
 
 // A command that ends with DONE.
 struct Order {
-  Order() = default;
   std::int64_t number = 0;
   std::optional<double> travel_m, force_N;  // target, as the samples show it
   std::function<Verdict(MonoTime t)> carry_out;

@@ -18,7 +18,6 @@ namespace lcrig::frame_link {
 
 // A motion that ended. Without a number nobody waits for its end.
 struct FinishedMotion {
-  FinishedMotion() = default;
   std::optional<std::int64_t> number;
   MotionOutcome outcome;
 };

@@ -9,8 +9,8 @@
 #include "drivers/fd_transport.hpp"
 #include "drivers/recording_transport.hpp"
 #include "drivers/registry.hpp"
-#include "drivers/replay_transport.hpp"
 #include "tests/support/meter_bench.hpp"
+#include "tests/support/replay_transport.hpp"
 
 namespace lcrig {
 namespace {

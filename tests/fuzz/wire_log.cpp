@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Property: a wire log that is read, written and read again stays the same.
-#include "drivers/wire_log.hpp"
+#include "tests/support/wire_log_reader.hpp"
 
 #include "tests/fuzz/targets.hpp"
 

@@ -10,7 +10,7 @@
 
 #include "drivers/memory_pipe.hpp"
 #include "drivers/recording_transport.hpp"
-#include "drivers/replay_transport.hpp"
+#include "tests/support/replay_transport.hpp"
 #include "tests/support/run_task.hpp"
 
 namespace lcrig {
