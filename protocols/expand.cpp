@@ -15,10 +15,6 @@ std::int64_t passes(const Step& step, const Environment& environment) {
 StepCursor::StepCursor(const Steps& steps, Environment& environment)
     : steps_(steps), environment_(environment) {}
 
-const Steps& StepCursor::inner() const {
-  return *facts_of(*loops_.back().step).inside;
-}
-
 void StepCursor::set_variable(const Loop& loop) {
   const SweepStep* sweep = facts_of(*loop.step).sweep;
   if (sweep != nullptr) environment_.set(sweep->name, sweep->value(loop.index, environment_));
@@ -63,24 +59,12 @@ const Step* StepCursor::next() {
 }
 
 namespace {
+
 const StepCursor::Loop* outermost_repeat(const std::vector<StepCursor::Loop>& loops) {
   const auto it = std::ranges::find_if(
       loops, [](const StepCursor::Loop& loop) { return facts_of(*loop.step).sweep == nullptr; });
   return it == loops.end() ? nullptr : &*it;
 }
-}  // namespace
-
-std::int64_t StepCursor::repeat() const {
-  const Loop* loop = outermost_repeat(loops_);
-  return loop ? loop->index : 0;
-}
-
-std::int64_t StepCursor::repeats() const {
-  const Loop* loop = outermost_repeat(loops_);
-  return loop ? loop->count : 0;
-}
-
-namespace {
 
 bool any_step(const Steps& steps, bool (*holds)(const StepFacts&)) {
   return std::ranges::any_of(steps, [&](const Step& step) {
@@ -94,6 +78,16 @@ bool any_step(const Protocol& protocol, bool (*holds)(const StepFacts&)) {
 }
 
 }  // namespace
+
+std::int64_t StepCursor::repeat() const {
+  const Loop* loop = outermost_repeat(loops_);
+  return loop ? loop->index : 0;
+}
+
+std::int64_t StepCursor::repeats() const {
+  const Loop* loop = outermost_repeat(loops_);
+  return loop ? loop->count : 0;
+}
 
 bool places_weights(const Steps& steps) {
   return any_step(steps, [](const StepFacts& facts) { return facts.places_weight; });

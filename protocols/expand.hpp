@@ -35,7 +35,7 @@ class StepCursor {
   void enter(const Step& step);
   void set_variable(const Loop& loop);
   bool again();
-  const Steps& inner() const;
+  const Steps& inner() const { return *facts_of(*loops_.back().step).inside; }
 
   const Steps& steps_;
   Environment& environment_;

@@ -2,7 +2,6 @@
 // A load protocol as plain data, SI inside. docs/protocol-file.md describes the file.
 #pragma once
 
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>

@@ -10,7 +10,6 @@ namespace lcrig {
 // `value` is m, N, Pa or kg. Pressure becomes force by the area of the probe, mass by gravity.
 enum class TargetKind { travel, gap, force, pressure, mass };
 struct Target {
-  Target() = default;
   TargetKind kind = TargetKind::travel;
   Number value;
 };

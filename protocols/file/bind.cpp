@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <charconv>
 #include <cmath>
 #include <optional>
 
 #include "base/near_word.hpp"
+#include "base/number.hpp"
 #include "base/text.hpp"
 #include "base/units.hpp"
 #include "protocols/file/parse.hpp"
@@ -17,13 +17,6 @@ std::string unit_word(const std::string& name) {
   return key.unit && key.dimension() != Dimension::none ? fmt::format(" {}", key.unit->suffix) : "";
 }
 
-std::optional<double> number_in(const std::string& text) {
-  double v = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return v;
-}
-
 using ParameterValue = ParameterValues::mapped_type;
 
 Result<double> read_override(const std::string& name, const Parameter& p,
@@ -31,7 +24,7 @@ Result<double> read_override(const std::string& name, const Parameter& p,
   const auto* text = std::get_if<std::string>(&value);
   const std::string shown =
       text != nullptr ? printable(*text, 60) : fmt::format("{}", std::get<double>(value));
-  const auto number = text != nullptr ? number_in(*text) : std::get<double>(value);
+  const auto number = text != nullptr ? number_from<double>(*text) : std::get<double>(value);
   if (!number || !std::isfinite(*number)) {
     return fail(Errc::invalid_request,
                 "parameter {}: \"{}\" is no number, expected a number from {} to {}{}", name, shown,

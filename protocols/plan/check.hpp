@@ -4,7 +4,6 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -26,7 +25,6 @@ struct InstrumentNoise {
 
 // Everything outside the file that a plan depends on.
 struct Rig {
-  Rig() = default;
   LcrCapabilities lcr;
   FrameCapabilities frame;
   Area probe_area;  // of the fixture's probe tip; pressure is force over this area

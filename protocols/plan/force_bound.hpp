@@ -5,7 +5,6 @@
 
 #include <functional>
 #include <limits>
-#include <optional>
 #include <vector>
 
 namespace lcrig {

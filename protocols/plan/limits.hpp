@@ -18,7 +18,6 @@ double least_trip_N(const FrameCapabilities& caps, double noise_N);
 
 // The limits with their parameters bound; SI. Travel and gap have both ends or none.
 struct BoundLimits {
-  BoundLimits() = default;
   double force_min_N = 0, force_max_N = 0;  // the cell's where the protocol says nothing
   std::optional<double> travel_min_m, travel_max_m, speed_max_m_s;
   std::optional<double> gap_min_m, gap_max_m;

@@ -15,7 +15,6 @@ namespace lcrig {
 
 // One step of the file; loops are summarised.
 struct PlannedStep {
-  PlannedStep() = default;
   std::string id, kind;
   double start_s = 0;  // of the first time
   double duration_s = 0;  // of the first time
@@ -27,7 +26,6 @@ struct PlannedStep {
 
 // How far the force that is shown may be from the true one.
 struct ForceUncertainty {
-  ForceUncertainty() = default;
   double class_N = 0;  // of the cell's class, at the limit
   double zero_N = 0;  // of its zero, as the class allows it
   double noise_N = 0;  // four standard deviations of a sample; 0: not known
@@ -35,7 +33,6 @@ struct ForceUncertainty {
 };
 
 struct Plan {
-  Plan() = default;
   BoundLimits limits;
   LcrSettings lcr;  // at the start, with the aperture that was chosen
   std::string aperture_note;  // the arithmetic behind it
@@ -61,7 +58,6 @@ struct Plan {
 };
 
 struct PlanRefused {
-  PlanRefused() = default;
   std::string pointer, id;
   Refusal refusal;
 };

@@ -120,9 +120,7 @@ void ContactProbe::conclude_stiffness(const Rest& after) const {
   run_.event(measured);
   if (!best) return;
   run_.pressing->measured(felt_N(), best->at_most);
-  if (touched.travel_m()) {
-    run_.truth.know_contact(*touched.travel_m(), felt_N(), best->at_least);
-  }
+  if (touched.travel_m()) run_.truth.know_contact(*touched.travel_m(), felt_N(), best->at_least);
 }
 
 }  // namespace lcrig

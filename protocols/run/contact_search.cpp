@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/run/contact_search.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -44,10 +42,7 @@ Task<Result<>> ContactSearch::find(StepProgress& progress) {
     ContactProbe probe(run_, rest_, rise_N_);
     auto stepped = co_await probe.step_back(*touched->travel_m);
     if (!stepped) co_return stepped;
-    if (probe.is_contact()) {
-      auto result = co_await take_contact(*touched, probe);
-      co_return result;
-    }
+    if (probe.is_contact()) co_return co_await take_contact(*touched, probe);
     run_.event(NoContactEvent{*touched->travel_m, probe.touched_N(), rest_.force_N()});
     auto again = co_await look_again(begun, first);
     if (!again) co_return again;
@@ -218,8 +213,7 @@ Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
   const auto start_m = run_.contact.start_travel_m();
   if (!run_.setup.check_at_contact || !start_m) co_return moved;
   const double contact_m = *run_.contact.travel_m() + run_.contact.zero_m();
-  auto possible = co_await run_.setup.check_at_contact(*start_m, contact_m);
-  co_return possible;
+  co_return co_await run_.setup.check_at_contact(*start_m, contact_m);
 }
 
 }  // namespace lcrig

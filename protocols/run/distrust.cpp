@@ -3,68 +3,55 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "base/text.hpp"
+#include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
 
-Distrust::Distrust(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts,
-                   Guard& guard, Pressing* pressing, FrameTruth& truth, ContactPlace& contact,
-                   FrameDrive& drive)
-    : setup_(setup),
-      log_(log),
-      interrupts_(interrupts),
-      guard_(guard),
-      pressing_(pressing),
-      truth_(truth),
-      contact_(contact),
-      drive_(drive) {}
-
 void Distrust::judge(const FrameSample& sample) {
-  auto no = truth_.check(sample);
-  if (interrupts_.stop_pending()) return;
+  auto no = run_.truth.check(sample);
+  if (run_.interrupts.stop_pending()) return;
   if (ended_) {
     if (no && no->disbelief == Disbelief::stillness) moves_again_ = no->why;
     return;
   }
-  if (!no) no = truth_.check_fall(sample);
+  if (!no) no = run_.truth.check_fall(sample);
   if (no) disbelieve(*no);
 }
 
 void Distrust::disbelieve(const Contradiction& contradiction) {
   const std::string& why = contradiction.why;
-  truth_.look_away();
-  log_.event(EventKind::contradiction, why);
+  run_.truth.look_away();
+  run_.log.event(EventKind::contradiction, why);
   switch (contradiction.disbelief) {
     case Disbelief::force:
       distrust_force();
-      if (pressing_ != nullptr) pressing_->distrust(why);
+      if (run_.pressing != nullptr) run_.pressing->distrust(why);
       break;
-    case Disbelief::drive: return drive_.keep_hands_off(why);
+    case Disbelief::drive: return run_.drive.keep_hands_off(why);
     case Disbelief::stillness: break;
   }
-  interrupts_.ask(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
+  run_.interrupts.ask(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
 }
 
 void Distrust::distrust_force() {
-  truth_.distrust_force();
-  guard_.distrust_zero(setup_.frame.capabilities().force_max.si());
+  run_.truth.distrust_force();
+  run_.guard.distrust_zero(run_.setup.frame.capabilities().force_max.si());
 }
 
 void Distrust::forget_places(const std::string& why) {
   distrust_force();
-  contact_.forget();
-  if (pressing_ != nullptr) pressing_->distrust(why);
+  run_.contact.forget();
+  if (run_.pressing != nullptr) run_.pressing->distrust(why);
 }
 
 void Distrust::lose_origin(const std::string& why) {
   forget_places(why);
-  drive_.keep_hands_off(why, Errc::refused);
+  run_.drive.keep_hands_off(why, Errc::refused);
 }
 
 void Distrust::heed(const EventName& kind, const std::string& detail) {
-  if (!setup_.commands) return;
+  if (!run_.setup.commands) return;
   if (kind == EventKind::device_origin && !zeroing_) distrust_zero(detail);
   if (is_frame_fault(kind.kind())) heed_fault(kind, detail);
 }
@@ -74,7 +61,7 @@ void Distrust::heed_fault(const EventName& kind, const std::string& detail) {
   constexpr std::string_view kFromDevice = "device_";
   const std::string what =
       kind == EventKind::motion_fault ? "a fault" : kind.word().substr(kFromDevice.size());
-  drive_.keep_hands_off(
+  run_.drive.keep_hands_off(
       fmt::format("the frame reports {} ({}): clear it at the machine", what, printable(detail)));
 }
 
@@ -85,8 +72,8 @@ void Distrust::distrust_zero(const std::string& detail) {
       "to this run any more",
       detail);
   forget_places(why);
-  drive_.forget_limits();
-  interrupts_.ask(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
+  run_.drive.forget_limits();
+  run_.interrupts.ask(InterruptRequest(Interrupt::fault, Error(Errc::refused, why)));
 }
 
 }  // namespace lcrig

@@ -6,21 +6,17 @@
 #include <optional>
 #include <string>
 
-#include "protocols/run/contact_place.hpp"
-#include "protocols/run/event_log.hpp"
-#include "protocols/run/frame_drive.hpp"
-#include "protocols/run/frame_truth.hpp"
-#include "protocols/run/interrupts.hpp"
 #include "protocols/run/scoped_flag.hpp"
 #include "protocols/run/setup.hpp"
-#include "protocols/watch/guard.hpp"
+#include "protocols/watch/plausibility.hpp"
 
 namespace lcrig {
 
+struct RunParts;  // run_parts.hpp
+
 class Distrust {
  public:
-  Distrust(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts, Guard& guard,
-           Pressing* pressing, FrameTruth& truth, ContactPlace& contact, FrameDrive& drive);
+  explicit Distrust(RunParts& run) : run_(run) {}
 
   // Every sample of a frame that was prepared: whether it contradicts what the frame was told.
   void judge(const FrameSample& sample);
@@ -44,14 +40,7 @@ class Distrust {
   void distrust_zero(const std::string& detail);
   void forget_places(const std::string& why);
 
-  const RunSetup& setup_;
-  const EventLog& log_;
-  InterruptQueue& interrupts_;
-  Guard& guard_;
-  Pressing* pressing_;  // nullptr: the frame cannot move
-  FrameTruth& truth_;
-  ContactPlace& contact_;
-  FrameDrive& drive_;
+  RunParts& run_;
   bool zeroing_ = false, ended_ = false;
   std::optional<std::string> moves_again_;  // what was seen then
 };

@@ -13,7 +13,6 @@
 namespace lcrig {
 
 struct FrameMemory {
-  FrameMemory() = default;
   std::optional<double> force_N, travel_m, device_time_s;  // of the last sample
   double speed_m_s = 0;  // of the last samples, a magnitude; 0: it stood
   // After the last sample it may have begun to move, as fast as this: a crash takes along what was
@@ -27,7 +26,6 @@ struct FrameMemory {
 
 // How far a frame may go on by itself: the gateway stops after 1 s of silence (docs/frame-link.md).
 struct FrameTolerance {
-  FrameTolerance() = default;
   double travel_m = 10e-6;  // of a frame that stood
   double force_N = 0;  // of a frame that stood
   Duration silence = std::chrono::milliseconds(1200);  // until the gateway stops a moving one

@@ -110,18 +110,6 @@ void FrameTruth::stand(std::optional<double> travel_m) {
   if (plausible_) plausible_->stand(setup_.clock.now(), travel_m);
 }
 
-void FrameTruth::look_away() {
-  if (plausible_) plausible_->look_away();
-}
-
-void FrameTruth::zero_force() {
-  if (plausible_) plausible_->zero_force(setup_.clock.now());
-}
-
-void FrameTruth::distrust_force() {
-  if (plausible_) plausible_->distrust_force();
-}
-
 std::optional<Contradiction> FrameTruth::check(const FrameSample& sample) {
   if (!plausible_) return std::nullopt;
   return plausible_->check(sample);
@@ -189,10 +177,6 @@ Task<Result<>> FrameTruth::believe(const MotionOrder& order, const MotionOutcome
 void FrameTruth::know_contact(double travel_m, double felt_N, double stiffness_N_m) {
   if (!plausible_) return;
   plausible_->press().know(setup_.clock.now(), travel_m, felt_N, stiffness_N_m);
-}
-
-void FrameTruth::forget_contact() {
-  if (plausible_) plausible_->press().forget();
 }
 
 void FrameTruth::zero_travel(double travel_m) {

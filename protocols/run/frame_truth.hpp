@@ -18,7 +18,6 @@ namespace lcrig {
 
 // What a motion is told: how it begins, and where it has to end.
 struct MotionOrder {
-  MotionOrder() = default;
   Plausibility::Motion motion;
   std::optional<double> travel_m, force_N;  // one of them
   int side = 0;  // of a force: at least (1), at most (-1), within (0)
@@ -52,9 +51,15 @@ class FrameTruth {
   void begin(const Plausibility::Motion& motion);
   void begin_hold();  // of a force, with its loop
   void stand(std::optional<double> travel_m = std::nullopt);
-  void look_away();
-  void zero_force();
-  void distrust_force();
+  void look_away() {
+    if (plausible_) plausible_->look_away();
+  }
+  void zero_force() {
+    if (plausible_) plausible_->zero_force(setup_.clock.now());
+  }
+  void distrust_force() {
+    if (plausible_) plausible_->distrust_force();
+  }
 
   // What it shows
   bool judges() const { return plausible_.has_value(); }
@@ -67,7 +72,9 @@ class FrameTruth {
 
   // The contact, as far as its stiffness was measured
   void know_contact(double travel_m, double felt_N, double stiffness_N_m);
-  void forget_contact();
+  void forget_contact() {
+    if (plausible_) plausible_->press().forget();
+  }
   void zero_travel(double travel_m);  // this travel is 0 from now on; contact is not known there
   bool knows_contact() const { return plausible_ && plausible_->press().knows(); }
   // Travel at which a motion to this force has to stand, if that is known.

@@ -57,9 +57,7 @@ Task<Result<Rest>> FrameView::watch_rest(Duration at_least) {
   const MonoTime begin = setup_.clock.now();
   const auto enough = [&] { return watched_->forces() >= kRestSamples; };
   co_await setup_.clock.wait_for(at_least);
-  while (!enough() && setup_.clock.now() - begin < kLifeTime) {
-    co_await setup_.clock.wait_for(50ms);
-  }
+  while (!enough() && setup_.clock.now() - begin < kLifeTime) co_await setup_.clock.wait_for(50ms);
   Rest rest = *std::exchange(watched_, std::nullopt);
   wavers_N_ = rest.scatter_N();
   if (rest.forces() == 0) {
@@ -88,9 +86,7 @@ Task<Result<>> FrameView::await_samples(bool feels) {
   const auto heard = [&] { return samples_ > before && (!feels || force_known_ > begin); };
   while (!heard() && setup_.clock.now() < limit) co_await setup_.clock.wait_for(20ms);
   const bool needed = setup_.frame.capabilities().motion;
-  if (samples_ == before && needed) {
-    co_return fail(Errc::no_reply, "the frame sends no samples");
-  }
+  if (samples_ == before && needed) co_return fail(Errc::no_reply, "the frame sends no samples");
   if (!heard() && needed) co_return fail(Errc::no_reply, "the frame sends no force");
   co_return Result<>();
 }

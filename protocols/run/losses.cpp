@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <utility>
 
 #include "base/either.hpp"
@@ -215,9 +214,7 @@ Task<Result<>> Losses::try_meter() {
 
 Task<Result<>> Losses::try_frame() {
   auto identity = co_await run_.setup.frame.reconnect();
-  if (!identity && identity.error().code == Errc::invalid_request) {
-    co_return fail(frame_->why);
-  }
+  if (!identity && identity.error().code == Errc::invalid_request) co_return fail(frame_->why);
   // Another machine, or this one with other abilities: it is no use to wait.
   if (!identity && identity.error().code == Errc::refused) {
     note_attempt(*frame_, identity.error());

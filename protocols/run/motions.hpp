@@ -4,24 +4,17 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
-#include "protocols/run/contact_place.hpp"
-#include "protocols/run/event_log.hpp"
-#include "protocols/run/frame_drive.hpp"
 #include "protocols/run/frame_truth.hpp"
-#include "protocols/run/frame_view.hpp"
-#include "protocols/run/setup.hpp"
-#include "protocols/watch/guard.hpp"
 #include "protocols/watch/pressing.hpp"
 
 namespace lcrig {
 
+struct RunParts;  // run_parts.hpp
+
 class Motions {
  public:
-  // `pressing`: nullptr for a frame that cannot move.
-  Motions(const RunSetup& setup, const EventLog& log, Guard& guard, Pressing* pressing,
-          FrameView& view, FrameTruth& truth, const ContactPlace& contact, FrameDrive& drive);
+  explicit Motions(RunParts& run) : run_(run) {}
 
   // Errors of all: invalid_request (nothing has moved), no_reply (not within the time-out),
   // limit_tripped, aborted, refused (also: the frame shows that it is not where it says).
@@ -53,14 +46,7 @@ class Motions {
   void see_end(const MotionOrder& order, const MotionOutcome& outcome);
   tl::unexpected<Error> refused(const Error& error) const;  // with the step that it was refused to
 
-  const RunSetup& setup_;
-  const EventLog& log_;
-  Guard& guard_;
-  Pressing* pressing_;
-  FrameView& view_;
-  FrameTruth& truth_;
-  const ContactPlace& contact_;
-  FrameDrive& drive_;
+  RunParts& run_;
   bool in_motion_ = false;
   double last_speed_m_s_ = 0;
 };

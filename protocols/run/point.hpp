@@ -19,7 +19,6 @@ Result<RunPoint> parse_run_point(std::string_view text);
 
 // A run that was interrupted, to be continued by another one.
 struct Continuation {
-  Continuation() = default;
   std::int64_t run = 0;  // the interrupted one
   std::string step_id;  // where it was
   RunPoint point;

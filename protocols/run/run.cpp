@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/run/run.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 #include <variant>
@@ -21,8 +19,7 @@ constexpr Duration kWallClockStep = 500ms;
 Task<Result<>> execute_step(const Step& step, RunParts& run, StepProgress& progress) {
   run.labels.aim(facts_of(step));
   auto task = std::visit([&](const auto& s) { return s.execute(run, progress); }, step.action);
-  auto result = co_await std::move(task);
-  co_return result;
+  co_return co_await std::move(task);
 }
 
 }  // namespace
@@ -90,10 +87,6 @@ void Run::on_frame_event(EventName kind, std::string detail) {
   losses_.lose_frame(Error(Errc::disconnected, "the gateway stopped: " + detail));
 }
 
-bool Run::resume() {
-  return parts_.progress.state == RunState::paused && parts_.interrupts.resume();
-}
-
 Task<RunResult> Run::execute() {
   start_ = setup_.clock.now();
   setup_.frame.set_listener(this);
@@ -112,8 +105,7 @@ Task<RunResult> Run::execute() {
     parts_.sampler.start(setup_.protocol.sample.lcr_continuous);
     stop = co_await run_protocol();
   }
-  auto result = co_await finish_.end(std::move(stop));
-  co_return result;
+  co_return co_await finish_.end(std::move(stop));
 }
 
 Task<Result<>> Run::prepare() {
@@ -184,14 +176,12 @@ Task<std::optional<InterruptRequest>> Run::run_protocol() {
     auto taken = co_await take_over_.pass_done_steps(cursor);
     if (!taken) co_return request_for(taken.error());
   }
-  auto stop = co_await run_steps(cursor);
-  co_return stop;
+  co_return co_await run_steps(cursor);
 }
 
 Task<std::optional<InterruptRequest>> Run::run_finally() {
   StepCursor cursor(setup_.protocol.finally_steps, setup_.environment);
-  auto stop = co_await run_steps(cursor);
-  co_return stop;
+  co_return co_await run_steps(cursor);
 }
 
 Task<std::optional<InterruptRequest>> Run::run_steps(StepCursor& cursor) {

@@ -31,7 +31,8 @@ class Run final : private LoadFrame::Listener {
   // one.
   using Taken = InterruptQueue::Taken;
   Taken interrupt(InterruptRequest request) { return parts_.interrupts.ask(std::move(request)); }
-  bool resume();  // false: not paused
+  // false: not paused
+  bool resume() { return parts_.progress.state == RunState::paused && parts_.interrupts.resume(); }
   std::uint64_t stands() const { return parts_.drive.stands(); }
   std::uint64_t failed_stops() const { return parts_.drive.failed_stops(); }
   bool commands() const { return setup_.commands; }

@@ -26,9 +26,9 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, std::function<vo
       view(s, log),
       truth(s, log, guard, pressing, view),
       contact(s, guard, truth),
-      drive(s, log, interrupts, guard, truth, contact),
-      distrust(s, log, interrupts, guard, pressing, truth, contact, drive),
-      motions(s, log, guard, pressing, view, truth, contact, drive),
+      drive(*this),
+      distrust(*this),
+      motions(*this),
       labels(s.environment, s.probe_area_m2, s.gravity_m_s2),
       sampler(executor, s.clock, s.lcr, s.lcr_settings, std::move(sampled)) {
   progress.run = s.run;
@@ -52,8 +52,7 @@ Task<Result<>> move_to_place(const Target& to, const Number& speed, const Number
                              RunParts& run) {
   auto travel_m = run.contact.travel_of(to, run.log.step_id());
   if (!travel_m) co_return fail(travel_m.error());
-  auto moved = co_await run.motions.to_travel(*travel_m, run.get(speed), run.get(timeout));
-  co_return moved;
+  co_return co_await run.motions.to_travel(*travel_m, run.get(speed), run.get(timeout));
 }
 
 Task<Result<>> wait_out(double duration_s, RunParts& run, StepProgress& progress) {

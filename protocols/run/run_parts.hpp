@@ -57,7 +57,6 @@ struct RunParts {
 
 // What of a step survives a pause or a loss in the middle of it.
 struct StepProgress {
-  StepProgress() = default;
   std::optional<MonoTime> begin;  // of the wait that goes on now
   Duration spent{};  // of waits before it
   std::int64_t readings = 0;

@@ -20,7 +20,6 @@
 namespace lcrig {
 
 struct RunResult {
-  RunResult() = default;
   ExitStatus exit_status = ExitStatus::fail;
   std::string reason;  // empty on success
   std::optional<Errc> code;  // why, when it was no success

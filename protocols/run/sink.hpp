@@ -18,7 +18,6 @@ namespace lcrig {
 
 // One `measure` step as it is executed: a load level whose readings belong together.
 struct LoadLevel {
-  LoadLevel() = default;
   std::int64_t level = 0;  // 1, 2, ... within the run
   std::string step_id;
   std::int64_t repeat = 0;  // of the outermost `repeat` around it, from 1; 0: none
@@ -30,7 +29,6 @@ struct LoadLevel {
 };
 
 struct ReadingTag {
-  ReadingTag() = default;
   std::string step_id;
   std::int64_t repeat = 0;
   std::int64_t level = 0;  // 0: not one of a `measure` step
@@ -64,7 +62,6 @@ std::string_view to_string(RunState s);
 
 // Where a run stands: the runner's to say.
 struct RunProgress {
-  RunProgress() = default;
   std::int64_t run = 0;
   std::string protocol, specimen;
   RunState state = RunState::preparing;
@@ -76,7 +73,6 @@ struct RunProgress {
 
 // What of a run is stored, and the newest stored values: the recorder's to say.
 struct RunRecord {
-  RunRecord() = default;
   std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;
   std::optional<double> capacitance_F, secondary, force_N, travel_m, pressure_Pa;
 };

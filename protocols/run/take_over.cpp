@@ -92,8 +92,7 @@ Task<Result<>> TakeOver::pass_done_steps(StepCursor& cursor) {
     auto set = co_await run_.sampler.configure(std::move(settings));
     if (!set) co_return set;
   }
-  auto held = co_await run_.drive.restore_hold();
-  co_return held;
+  co_return co_await run_.drive.restore_hold();
 }
 
 void TakeOver::pass_over(const Step& step, LcrSettings& settings) {

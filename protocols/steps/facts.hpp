@@ -3,10 +3,7 @@
 // of the aperture and the budget ask for these facts instead of for the kind of a step.
 #pragma once
 
-#include <cstdint>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "base/result.hpp"

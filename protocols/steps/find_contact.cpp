@@ -13,23 +13,9 @@
 namespace lcrig {
 
 namespace {
+
 constexpr Range kBackOff{0, 1};  // m
 constexpr Range kWays{0, 10, true};
-}  // namespace
-
-FindContactStep FindContactStep::parse(const StepReader& r) {
-  FindContactStep out;
-  out.speed = r.required("speed", Dimension::speed, kSpeeds);
-  out.force = r.required("force", Dimension::force, kPositiveForces);
-  out.back_off = r.required("back_off", Dimension::length, kBackOff);
-  out.timeout = r.timeout();
-  out.within = r.optional("within", Dimension::length, kWays);
-  out.overshoot = r.optional("overshoot", Dimension::force, kPositiveForces);
-  out.slow_down = r.json.optional_boolean("slow_down").value_or(false);
-  return out;
-}
-
-namespace {
 
 // Where the limits or the machine end, seen from here; all of the machine when its travel is not
 // known.
@@ -54,6 +40,18 @@ void check_threshold(const Number& force, const PlannedRig& rig, StepPlan& out) 
 }
 
 }  // namespace
+
+FindContactStep FindContactStep::parse(const StepReader& r) {
+  FindContactStep out;
+  out.speed = r.required("speed", Dimension::speed, kSpeeds);
+  out.force = r.required("force", Dimension::force, kPositiveForces);
+  out.back_off = r.required("back_off", Dimension::length, kBackOff);
+  out.timeout = r.timeout();
+  out.within = r.optional("within", Dimension::length, kWays);
+  out.overshoot = r.optional("overshoot", Dimension::force, kPositiveForces);
+  out.slow_down = r.json.optional_boolean("slow_down").value_or(false);
+  return out;
+}
 
 double FindContactStep::search_speed_m_s(const Environment& env, const Forecast& forecast,
                                          double room_N, double slowest_m_s) const {
@@ -94,8 +92,7 @@ StepPlan FindContactStep::plan(PlannedRig& rig) const {
 
 Task<Result<>> FindContactStep::execute(RunParts& run, StepProgress& progress) const {
   ContactSearch contact(run, *this);
-  auto found = co_await contact.find(progress);
-  co_return found;
+  co_return co_await contact.find(progress);
 }
 
 }  // namespace lcrig

@@ -95,8 +95,7 @@ Task<Result<>> HoldStep::execute(RunParts& run, StepProgress& progress) const {
     if (!held) co_return held;
     progress.moved = true;
   }
-  auto done = co_await wait_out(run.get(duration), run, progress);
-  co_return done;
+  co_return co_await wait_out(run.get(duration), run, progress);
 }
 
 }  // namespace lcrig

@@ -46,8 +46,7 @@ Task<Result<>> MeasureStep::execute(RunParts& run, StepProgress& progress) const
   Sampler::Plan order;
   order.level = *progress.level;
   order.within = from_seconds(run.get(within));
-  auto taken = co_await run.sampler.take(order, progress.readings);
-  co_return taken;
+  co_return co_await run.sampler.take(order, progress.readings);
 }
 
 }  // namespace lcrig

@@ -64,10 +64,7 @@ StepPlan MoveUntilStep::plan(PlannedRig& rig) const {
 }
 
 Task<Result<>> MoveUntilStep::execute(RunParts& run, StepProgress& /*progress*/) const {
-  if (!is_force(until)) {
-    auto moved = co_await move_to_place(until, speed, timeout, run);
-    co_return moved;
-  }
+  if (!is_force(until)) co_return co_await move_to_place(until, speed, timeout, run);
   const double force_N = run.labels.force_of(until), timeout_s = run.get(timeout);
   double v = run.get(speed);
   if (final_speed) {

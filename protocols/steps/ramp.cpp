@@ -91,29 +91,6 @@ void plan_rate(const RampStep& step, PlannedRig& rig, StepPlan& out) {
   rig.go_to_force(to_N, &step.to.value, out);
 }
 
-}  // namespace
-
-StepPlan RampStep::plan(PlannedRig& rig) const {
-  StepPlan out;
-  PlannedMotion motion(rig, timeout, out);
-  if (!speed) {
-    plan_rate(*this, rig, out);
-  } else {
-    rig.use_speed(*speed, out);
-    const bool loading = is_force(to) && rig.force_of(to) > rig.force_N();
-    if (is_force(to)) {
-      motion.to_force(to, *speed);
-    } else {
-      motion.to_travel(to, *speed);
-    }
-    if (loading) motion.check_stop(rig.felt_N(rig.force_of(to)), *speed, std::nullopt);
-  }
-  motion.check_timeout();
-  return out;
-}
-
-namespace {
-
 constexpr double kLongWay = 1.2, kLongWayMore_s = 5;  // back from where a search ended
 
 // `finally` asks for a gap, and contact was never found. What presses all the same is left by the
@@ -143,29 +120,39 @@ Task<Result<>> back_away(const RampStep& step, RunParts& run, StepProgress& prog
   const double speed_m_s = run.get(*step.speed);
   const double way_s = (*here_m - *progress.away_m) / speed_m_s;
   const double timeout_s = std::max(run.get(step.timeout), kLongWay * way_s + kLongWayMore_s);
-  auto moved = co_await run.motions.to_travel(*progress.away_m, speed_m_s, timeout_s);
-  co_return moved;
+  co_return co_await run.motions.to_travel(*progress.away_m, speed_m_s, timeout_s);
 }
 
 }  // namespace
 
+StepPlan RampStep::plan(PlannedRig& rig) const {
+  StepPlan out;
+  PlannedMotion motion(rig, timeout, out);
+  if (!speed) {
+    plan_rate(*this, rig, out);
+  } else {
+    rig.use_speed(*speed, out);
+    const bool loading = is_force(to) && rig.force_of(to) > rig.force_N();
+    if (is_force(to)) {
+      motion.to_force(to, *speed);
+    } else {
+      motion.to_travel(to, *speed);
+    }
+    if (loading) motion.check_stop(rig.felt_N(rig.force_of(to)), *speed, std::nullopt);
+  }
+  motion.check_timeout();
+  return out;
+}
+
 Task<Result<>> RampStep::execute(RunParts& run, StepProgress& progress) const {
   if (!is_force(to)) {
     const bool clears = run.interrupts.finishing() && to.kind == TargetKind::gap;
-    if (clears && !run.contact.travel_m()) {
-      auto away = co_await back_away(*this, run, progress);
-      co_return away;
-    }
-    auto moved = co_await move_to_place(to, *speed, timeout, run);
-    co_return moved;
+    if (clears && !run.contact.travel_m()) co_return co_await back_away(*this, run, progress);
+    co_return co_await move_to_place(to, *speed, timeout, run);
   }
   const double force_N = run.labels.force_of(to), timeout_s = run.get(timeout);
-  if (speed) {
-    auto moved = co_await run.motions.to_force(force_N, run.get(*speed), timeout_s);
-    co_return moved;
-  }
-  auto ramped = co_await run.motions.ramp_to_force(force_N, run.get(*force_rate), timeout_s);
-  co_return ramped;
+  if (speed) co_return co_await run.motions.to_force(force_N, run.get(*speed), timeout_s);
+  co_return co_await run.motions.ramp_to_force(force_N, run.get(*force_rate), timeout_s);
 }
 
 }  // namespace lcrig

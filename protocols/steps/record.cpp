@@ -29,10 +29,7 @@ StepPlan RecordStep::plan(PlannedRig& rig) const {
 }
 
 Task<Result<>> RecordStep::execute(RunParts& run, StepProgress& progress) const {
-  if (!until_confirmed) {
-    auto done = co_await wait_out(run.get(*duration), run, progress);
-    co_return done;
-  }
+  if (!until_confirmed) co_return co_await wait_out(run.get(*duration), run, progress);
   const MonoTime deadline = run.setup.clock.now() + from_seconds(run.get(timeout));
   const std::string prompt = "Recording. Confirm to end the recording.";
   auto r = co_await either(run.setup.person->confirm(prompt), run.setup.clock.wait_until(deadline));

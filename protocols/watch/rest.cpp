@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/watch/rest.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -92,10 +90,6 @@ double Rest::scatter_N() const {
   return n_ > 1 ? std::sqrt(squares_ / static_cast<double>(n_ - 1)) : 0;
 }
 
-double Rest::error_N() const {
-  return n_ > 0 ? scatter_N() / std::sqrt(static_cast<double>(n_)) : 0;
-}
-
 void Rest::know_drift(const Rest& before, Duration ago) {
   const double s = to_seconds(ago);
   known_drift_N_s_ = (force_N() - before.force_N()) / s;
@@ -149,10 +143,6 @@ double Rest::travel_scatter_m() const {
   for (const double x : travels_seen_.value) digit.add(x);
   if (travel_max_m_ - travel_min_m_ <= kTwoValues * digit.step_m()) return 0;
   return std::sqrt(mean_square(residuals(travels_seen_.t_s, travels_seen_.value)));
-}
-
-bool Rest::drifts() const {
-  return std::abs(drift_N_s()) > kSureOfDrift * drift_error_N_s();
 }
 
 std::optional<double> Rest::travel_m() const {

@@ -3,10 +3,10 @@
 // Tolerances of a run are derived from it.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "drivers/load_frame.hpp"
@@ -24,12 +24,14 @@ class Rest {
   std::int64_t forces() const { return n_; }
   double force_N() const { return mean_; }
   double scatter_N() const;  // standard deviation of a sample; 0 for fewer than two
-  double error_N() const;  // standard error of the mean
+  // standard error of the mean
+  double error_N() const { return n_ > 0 ? scatter_N() / std::sqrt(static_cast<double>(n_)) : 0; }
   // How fast its mean goes away, by a straight line through the samples, and how well that is known
   // (standard error); 0 and infinite for fewer than three.
   double drift_N_s() const;
   double drift_error_N_s() const;
-  bool drifts() const;  // beyond doubt
+  // beyond doubt
+  bool drifts() const { return std::abs(drift_N_s()) > kSureOfDrift * drift_error_N_s(); }
   // The same, known better from another rest of long ago.
   void know_drift(const Rest& before, Duration ago);
   // What it would show by its drift after some time.

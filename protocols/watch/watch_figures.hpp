@@ -31,7 +31,6 @@ struct ForceScatter {
 constexpr double kContactSigmas = kNoiseSigmas;
 
 struct WatchFigures {
-  WatchFigures() = default;
   // So many equal forces one after another, and how long they take; absent: the digits of the cell
   // are coarser than its scatter, and repeat honestly.
   std::optional<std::int64_t> frozen_samples;
