@@ -231,10 +231,6 @@ void App::publish_event(const RunEvent& event) {
   control_->publish_event(note);
 }
 
-Run* App::live_run() const {
-  return session_ ? session_->run() : nullptr;
-}
-
 Task<> App::run_to_its_end() {
   notifier_.status(fmt::format("run {} {}", session_->run()->progress().run,
                                session_->run()->progress().protocol));

@@ -25,7 +25,6 @@ namespace lcrig {
 
 // What a rehearsal has other than a daemon.
 struct AppParts {
-  AppParts() = default;
   std::unique_ptr<InstrumentFactory> rig;  // empty: that of the config file
   std::string vfs;  // of SQLite, for the database; empty: the operating system's
   ServiceNotifier notifier;
@@ -99,7 +98,7 @@ class App final : public ControlHandler {
   Task<> note_runs(std::vector<std::int64_t> runs, std::string text);
   void publish_event(const RunEvent& event);
   void publish();
-  Run* live_run() const;
+  Run* live_run() const { return session_ ? session_->run() : nullptr; }
 
   asio::io_context& io_;
   Clock& clock_;

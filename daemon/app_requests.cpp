@@ -80,8 +80,7 @@ Task<Result<PreparedRun>> App::read_request(RunRequest request) {
     if (auto found = find_texts(request); !found) return fail(found.error());
     return prepare_run(std::move(request));
   };
-  auto prepared = co_await run_aside(io_.get_executor(), clock_, read);
-  co_return prepared;
+  co_return co_await run_aside(io_.get_executor(), clock_, read);
 }
 
 Result<> App::not_stopped() const {
@@ -194,10 +193,7 @@ Task<Result<>> App::pause(PeerCredentials peer) {
 Task<Result<RunStarted>> App::resume(std::optional<std::int64_t> run, bool confirmed,
                                      PeerCredentials peer) {
   Run* live = live_run();
-  if (live == nullptr && run) {
-    auto continued = co_await continue_run(*run, confirmed, std::move(peer));
-    co_return continued;
-  }
+  if (live == nullptr && run) co_return co_await continue_run(*run, confirmed, std::move(peer));
   if (live == nullptr || (run && *run != live->progress().run)) {
     co_return fail(Errc::invalid_request, "no such run is paused");
   }
@@ -249,8 +245,7 @@ Task<Result<StopAnswer>> App::stop_run(Interrupt kind, std::string why,
         "`finally` is running and goes on: the frame moves to unload the specimen; "
         "lcrig freeze stops it at once");
   }
-  auto answer = co_await confirm_stop(*run, stands, failures);
-  co_return answer;
+  co_return co_await confirm_stop(*run, stands, failures);
 }
 
 // Nothing may move from here on; the start that is being prepared answers with an error.
@@ -282,8 +277,7 @@ Task<Result<StopAnswer>> App::confirm_stop(Run& run, std::uint64_t stands, std::
 }
 
 Task<Result<StopAnswer>> App::abort(std::string why, PeerCredentials peer) {
-  auto stopped = co_await stop_run(Interrupt::abort, std::move(why), peer);
-  co_return stopped;
+  co_return co_await stop_run(Interrupt::abort, std::move(why), peer);
 }
 
 Task<Result<StopAnswer>> App::freeze(std::string why, PeerCredentials peer) {

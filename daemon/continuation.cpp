@@ -14,26 +14,18 @@ using nlohmann::json;
 namespace {
 
 struct StoredEvent {
-  std::int64_t seq = 0;
   std::string step_id, detail;
 };
 
 // The last of its kind; nullopt: none.
 Result<std::optional<StoredEvent>> last_event(const Database& db, std::int64_t run,
                                               EventKind kind) {
-  auto rows = db.prepare(
-      "SELECT seq, step_id, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq DESC");
-  if (!rows) return fail(rows.error());
-  rows->bind(0, run);
-  rows->bind(1, to_string(kind));
-  auto row = rows->step();
-  if (!row) return fail(row.error());
-  if (!*row) return std::optional<StoredEvent>();
-  StoredEvent out;
-  out.seq = rows->integer(0);
-  out.step_id = std::string(rows->text(1));
-  out.detail = std::string(rows->text(2));
-  return std::optional<StoredEvent>(std::move(out));
+  const auto read = [](const Statement& row) {
+    return StoredEvent{std::string(row.text(0)), std::string(row.text(1))};
+  };
+  return db.first(
+      "SELECT step_id, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq DESC", read,
+      run, to_string(kind));
 }
 
 Result<> check_interrupted(const Database& db, std::int64_t run) {
@@ -55,26 +47,22 @@ Result<> check_interrupted(const Database& db, std::int64_t run) {
 }
 
 Result<FrameMemory> last_samples(const Database& db, std::int64_t run) {
-  auto rows = db.prepare(
-      "SELECT device_time_s, force_N, travel_m, flags FROM frame_sample WHERE run_id = ? ORDER BY "
-      "seq DESC LIMIT 3");
-  if (!rows) return fail(rows.error());
-  rows->bind(0, run);
-  std::vector<FrameSample> samples;
-  for (;;) {
-    auto row = rows->step();
-    if (!row) return fail(row.error());
-    if (!*row) break;
+  const auto read = [](const Statement& row) {
     FrameSample s;
-    s.device_time_s = rows->optional_real(0);
-    s.force_N = rows->optional_real(1);
-    s.travel_m = rows->optional_real(2);
-    s.flags = static_cast<std::uint32_t>(rows->integer(3));
-    samples.push_back(s);
-  }
-  std::ranges::reverse(samples);
+    s.device_time_s = row.optional_real(0);
+    s.force_N = row.optional_real(1);
+    s.travel_m = row.optional_real(2);
+    s.flags = static_cast<std::uint32_t>(row.integer(3));
+    return s;
+  };
+  auto samples = db.rows(
+      "SELECT device_time_s, force_N, travel_m, flags FROM frame_sample WHERE run_id = ? ORDER BY "
+      "seq DESC LIMIT 3",
+      read, run);
+  if (!samples) return fail(samples.error());
+  std::ranges::reverse(*samples);
   FrameMemory memory;
-  memory.feed(samples);
+  memory.feed(*samples);
   return memory;
 }
 

@@ -149,15 +149,6 @@ class Rehearsal {
   MonoTime next_show_{};
 };
 
-}  // namespace
-
-Result<RehearseResult> rehearse(const RehearseRequest& request) {
-  Rehearsal rehearsal(request);
-  return rehearsal.run();
-}
-
-namespace {
-
 Task<Result<Rig>> identified_rig(Instruments& instruments) {
   auto meter = co_await instruments.meter().identify();
   Result<Rig> rig;
@@ -173,6 +164,11 @@ Task<Result<Rig>> identified_rig(Instruments& instruments) {
 }
 
 }  // namespace
+
+Result<RehearseResult> rehearse(const RehearseRequest& request) {
+  Rehearsal rehearsal(request);
+  return rehearsal.run();
+}
 
 Result<Rig> bench_rig(const BenchRequest& request) {
   const bool known = !request.specimen_text.empty();

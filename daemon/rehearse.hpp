@@ -15,7 +15,6 @@
 namespace lcrig {
 
 struct RehearseRequest : RunRequest {
-  RehearseRequest() = default;
   std::string bench = "paper";  // a name, or "replay:DIR"
   std::string bench_text;  // of the bench file; empty: `bench` is one that the program knows
   std::optional<std::uint64_t> seed;  // absent: the bench's own
@@ -27,7 +26,6 @@ struct RehearseRequest : RunRequest {
 };
 
 struct RehearseResult : RunOutcome {
-  RehearseResult() = default;
   // Absent when the run did not measure it.
   std::optional<double> c0_pF, peak_force_N, delta_C_fF_at_peak;
   std::string db_path;
@@ -41,7 +39,6 @@ Result<RehearseResult> rehearse(const RehearseRequest& request);
 // For `lcrig protocol plan`: what that bench's instruments can do, and, with a specimen, what it
 // will take to press it. Same errors.
 struct BenchRequest {
-  BenchRequest() = default;
   std::string bench = "paper", bench_text;  // as in RehearseRequest
   std::string specimen_name, specimen_text;  // empty: no estimates of the specimen
   bool weights = false;  // a rod with dead weights instead of the load frame

@@ -14,7 +14,6 @@
 namespace lcrig {
 
 struct RunRequest {
-  RunRequest() = default;
   std::string protocol_name, protocol_text;
   ParameterValues parameters;
   // Without a text the daemon looks the name up in its database; a replay needs neither.
@@ -23,7 +22,6 @@ struct RunRequest {
 };
 
 struct RunOutcome {
-  RunOutcome() = default;
   std::int64_t run = 0;
   ExitStatus exit_status = ExitStatus::fail;
   std::optional<Errc> code;  // why, when it was not a success

@@ -7,10 +7,10 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <charconv>
 #include <cstdlib>
 #include <cstring>
 
+#include "base/number.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
@@ -19,9 +19,8 @@ ServiceNotifier ServiceNotifier::from_environment() {
   ServiceNotifier out;
   if (const char* path = std::getenv("NOTIFY_SOCKET")) out.path_ = path;
   if (const char* usec = std::getenv("WATCHDOG_USEC")) {
-    std::int64_t value = 0;
-    const auto r = std::from_chars(usec, usec + std::strlen(usec), value);
-    if (r.ec == std::errc() && value > 0) out.interval_ = std::chrono::microseconds(value / 2);
+    const auto us = number_from<std::int64_t>(usec).value_or(0);
+    if (us > 0) out.interval_ = std::chrono::microseconds(us / 2);
   }
   return out;
 }

@@ -64,6 +64,20 @@ Result<> check_words(const RunRequest& request) {
   return check_text("note", request.note, kNoteMax);
 }
 
+// Remembers what a frame shows that is only looked at.
+struct Looker final : LoadFrame::Listener {
+  explicit Looker(LoadFrame& f) : frame(f) { frame.set_listener(this); }
+  ~Looker() override { frame.set_listener(nullptr); }
+  Looker(const Looker&) = delete;
+  Looker& operator=(const Looker&) = delete;
+  void on_samples(std::span<const FrameSample> samples) override { rest.add(samples); }
+  void on_frame_event(EventName, std::string) override {}
+  void on_frame_lost(Error error) override { lost = std::move(error); }
+  LoadFrame& frame;
+  Rest rest;
+  std::optional<Error> lost;
+};
+
 }  // namespace
 
 double largest_force_N(const Protocol& protocol, const Environment& environment) {
@@ -149,24 +163,6 @@ Task<Result<>> Session::identify() {
   co_return Result<>();
 }
 
-namespace {
-
-// Remembers what a frame shows that is only looked at.
-struct Looker final : LoadFrame::Listener {
-  explicit Looker(LoadFrame& f) : frame(f) { frame.set_listener(this); }
-  ~Looker() override { frame.set_listener(nullptr); }
-  Looker(const Looker&) = delete;
-  Looker& operator=(const Looker&) = delete;
-  void on_samples(std::span<const FrameSample> samples) override { rest.add(samples); }
-  void on_frame_event(EventName, std::string) override {}
-  void on_frame_lost(Error error) override { lost = std::move(error); }
-  LoadFrame& frame;
-  Rest rest;
-  std::optional<Error> lost;
-};
-
-}  // namespace
-
 // Where the frame stands, and how much its force scatters there: the plan reckons with both.
 Task<Result<>> Session::look() {
   rig_ = describe_rig(*instruments_);
@@ -178,9 +174,7 @@ Task<Result<>> Session::look() {
     const Duration seen = clock_.now() - begin;
     return seen >= 2s || (seen >= 500ms && looker.rest.forces() >= 10);
   };
-  while (!enough() && !looker.lost) {
-    co_await clock_.wait_for(50ms);
-  }
+  while (!enough() && !looker.lost) co_await clock_.wait_for(50ms);
   if (looker.lost) co_return fail(*looker.lost);
   if (const auto travel = looker.rest.travel_m()) rig_.start_travel = Length::from_si(*travel);
   if (looker.rest.forces() > 1) {
@@ -224,8 +218,7 @@ Task<Result<>> Session::check_at_contact(double start_travel_m, double contact_t
   rig.start_travel = Length::from_si(start_travel_m);
   rig.found_contact = Length::from_si(contact_travel_m);
   const auto job = [&] { return check_protocol(prepared_.protocol, prepared_.environment, rig); };
-  auto possible = co_await run_aside(executor_, clock_, job);
-  co_return possible;
+  co_return co_await run_aside(executor_, clock_, job);
 }
 
 Task<Result<>> Session::take_command() {

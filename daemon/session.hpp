@@ -5,7 +5,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "base/clock.hpp"
 #include "daemon/record/recorder.hpp"
@@ -21,7 +20,6 @@ namespace lcrig {
 
 // A request whose files are right. No instrument has been asked for anything yet.
 struct PreparedRun {
-  PreparedRun() = default;
   RunRequest request;
   Protocol protocol;
   Environment environment;

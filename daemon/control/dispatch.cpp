@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/dispatch.hpp"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
+#include <vector>
 
 #include "base/clock.hpp"
 #include "base/text.hpp"
@@ -36,6 +40,12 @@ tl::unexpected<RpcError> bad_params(const Error& error) {
   return tl::unexpected(std::move(out));
 }
 
+json answer_of(const char* key, json value) {
+  json out = json::object();
+  out[key] = std::move(value);
+  return out;
+}
+
 // The members of a method that takes none.
 Result<> no_params(const json& params) {
   ParamsReader in(params, "/params");
@@ -59,9 +69,7 @@ Answer on_status(ControlHandler& handler, json params, PeerCredentials) {
 
 Answer on_version(ControlHandler& handler, json params, PeerCredentials) {
   if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
-  json out = json::object();
-  out["version"] = handler.status().version;
-  co_return out;
+  co_return answer_of("version", handler.status().version);
 }
 
 Answer on_start(ControlHandler& handler, json params, PeerCredentials peer) {
@@ -70,9 +78,7 @@ Answer on_start(ControlHandler& handler, json params, PeerCredentials peer) {
   if (request->operator_name.empty()) request->operator_name = peer.user;
   auto started = co_await handler.start_run(std::move(*request), std::move(peer));
   if (!started) co_return refused(started.error());
-  json out = json::object();
-  out["run"] = started->run;
-  co_return out;
+  co_return answer_of("run", started->run);
 }
 
 Answer on_plan(ControlHandler& handler, json params, PeerCredentials peer) {
@@ -90,9 +96,11 @@ Answer on_ask(ControlHandler& handler, json params, PeerCredentials peer) {
   co_return to_json(handler.status());
 }
 
-Answer on_pause(ControlHandler& handler, json params, PeerCredentials peer) {
+// What takes no params, and answers that it is done.
+template <Task<Result<>> (ControlHandler::*method)(PeerCredentials)>
+Answer on_plain(ControlHandler& handler, json params, PeerCredentials peer) {
   if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
-  auto done = co_await handler.pause(std::move(peer));
+  auto done = co_await (handler.*method)(std::move(peer));
   if (!done) co_return refused(done.error());
   co_return json::object();
 }
@@ -110,32 +118,16 @@ Answer on_resume(ControlHandler& handler, json params, PeerCredentials peer) {
   if (auto ok = in.finish(); !ok) co_return bad_params(ok.error());
   auto going = co_await handler.resume(which, confirmed, std::move(peer));
   if (!going) co_return refused(going.error());
-  json out = json::object();
-  out["run"] = going->run;
-  co_return out;
+  co_return answer_of("run", going->run);
 }
 
-Answer on_abort(ControlHandler& handler, json params, PeerCredentials peer) {
+template <Task<Result<StopAnswer>> (ControlHandler::*method)(std::string, PeerCredentials)>
+Answer on_stop(ControlHandler& handler, json params, PeerCredentials peer) {
   auto why = one_text(params, "why", false, kWhyMax);
   if (!why) co_return bad_params(why.error());
-  auto done = co_await handler.abort(std::move(*why), std::move(peer));
+  auto done = co_await (handler.*method)(std::move(*why), std::move(peer));
   if (!done) co_return refused(done.error());
   co_return to_json(*done);
-}
-
-Answer on_freeze(ControlHandler& handler, json params, PeerCredentials peer) {
-  auto why = one_text(params, "why", false, kWhyMax);
-  if (!why) co_return bad_params(why.error());
-  auto done = co_await handler.freeze(std::move(*why), std::move(peer));
-  if (!done) co_return refused(done.error());
-  co_return to_json(*done);
-}
-
-Answer on_confirm(ControlHandler& handler, json params, PeerCredentials peer) {
-  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
-  auto done = co_await handler.confirm(std::move(peer));
-  if (!done) co_return refused(done.error());
-  co_return json::object();
 }
 
 Answer on_add_specimen(ControlHandler& handler, json params, PeerCredentials peer) {
@@ -143,9 +135,7 @@ Answer on_add_specimen(ControlHandler& handler, json params, PeerCredentials pee
   if (!text) co_return bad_params(text.error());
   auto name = co_await handler.add_specimen(std::move(*text), std::move(peer));
   if (!name) co_return refused(name.error());
-  json out = json::object();
-  out["name"] = *name;
-  co_return out;
+  co_return answer_of("name", *name);
 }
 
 constexpr const char* kCheck = "correct the request; lcrig protocol check FILE";
@@ -163,29 +153,13 @@ constexpr std::array<Method, 12> kMethods{
      {"run.start", on_start, kCheck},
      {"run.plan", on_plan, kCheck},
      {"instruments.ask", on_ask, kLook},
-     {"run.pause", on_pause, kLook},
+     {"run.pause", on_plain<&ControlHandler::pause>, kLook},
      {"run.resume", on_resume,
       "lcrig status shows what is going on; lcrig runs list shows what was"},
-     {"run.abort", on_abort, kLook},
-     {"run.freeze", on_freeze, kLook},
-     {"run.confirm", on_confirm, kLook},
+     {"run.abort", on_stop<&ControlHandler::abort>, kLook},
+     {"run.freeze", on_stop<&ControlHandler::freeze>, kLook},
+     {"run.confirm", on_plain<&ControlHandler::confirm>, kLook},
      {"specimen.add", on_add_specimen, "correct the file; lcrig specimen show paper-1 is one"}}};
-
-const Method* find_method(std::string_view name) {
-  for (const auto& method : kMethods) {
-    if (method.name == name) return &method;
-  }
-  return nullptr;
-}
-
-std::string method_names() {
-  std::string out;
-  for (const auto& method : kMethods) {
-    if (!out.empty()) out += ", ";
-    out += method.name;
-  }
-  return out;
-}
 
 std::string refuse(const json& id, const std::string& why) {
   return error_line(id, RpcError(rpc_code::kInvalidRequest, why,
@@ -264,13 +238,15 @@ tl::expected<ControlCall, std::string> parse_control_call(std::string_view line)
 
 Task<std::optional<std::string>> answer_control_call(ControlHandler& handler, ControlCall call,
                                                      PeerCredentials peer) {
-  const Method* method = find_method(call.method);
+  const auto method = std::ranges::find(kMethods, call.method, &Method::name);
   std::string line;
-  if (method == nullptr) {
+  if (method == kMethods.end()) {
+    std::vector<std::string_view> names;
+    std::ranges::transform(kMethods, std::back_inserter(names), &Method::name);
     line = error_line(*call.id,
                       RpcError(rpc_code::kMethodNotFound,
                                fmt::format("unknown method '{}'", printable(call.method, 60)),
-                               "methods: " + method_names()));
+                               fmt::format("methods: {}", fmt::join(names, ", "))));
   } else {
     auto answer = co_await method->run(handler, std::move(*call.params), std::move(peer));
     if (!answer && answer.error().code == rpc_code_of(Errc::invalid_request)) {

@@ -5,8 +5,6 @@
 #include "base/text.hpp"
 
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "daemon/control/params.hpp"
@@ -16,19 +14,6 @@ namespace lcrig {
 using nlohmann::json;
 
 namespace {
-
-struct StateName {
-  RunState state;
-  std::string_view word;
-};
-constexpr std::array<StateName, 7> kStates{
-    {{RunState::preparing, "preparing"},
-     {RunState::running, "running"},
-     {RunState::paused, "paused"},
-     {RunState::waiting_for_operator, "waiting_for_operator"},
-     {RunState::waiting_for_instrument, "waiting_for_instrument"},
-     {RunState::finishing, "finishing"},
-     {RunState::ended, "ended"}}};
 
 struct ErrcRow {
   Errc errc;
@@ -76,11 +61,33 @@ std::string line_of(const json& message) {
   return message.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace
-
-std::string_view state_word(RunState state) {
-  return kStates.at(static_cast<std::size_t>(state)).word;
+void read_state(ParamsReader& in, RunState& out) {
+  std::string word;
+  in.text("state", word, true);
+  for (int i = 0; i <= static_cast<int>(RunState::ended); ++i) {
+    out = static_cast<RunState>(i);
+    if (to_string(out) == word) return;
+  }
+  in.fail_with(Error(Errc::garbled, fmt::format("{}: unknown state", in.pointer("state"))));
 }
+
+Result<std::vector<InstrumentState>> parse_instruments(const json& list) {
+  if (!list.is_array()) return fail(Errc::garbled, "/instruments: expected an array");
+  std::vector<InstrumentState> out;
+  for (const auto& item : list) {
+    InstrumentState state;
+    ParamsReader in(item, "/instruments/" + std::to_string(out.size()));
+    in.text("name", state.name, true);
+    in.text("port", state.port);
+    in.text("state", state.state);
+    in.text("identity", state.identity);
+    if (auto done = in.finish(); !done) return fail(done.error());
+    out.push_back(std::move(state));
+  }
+  return out;
+}
+
+}  // namespace
 
 int rpc_code_of(Errc code) {
   return row_of(code).code;
@@ -98,7 +105,7 @@ json to_json(const RunStatus& s) {
   return json{{"run", s.run},
               {"protocol", s.protocol},
               {"specimen", s.specimen},
-              {"state", state_word(s.state)},
+              {"state", to_string(s.state)},
               {"step", s.step_id},
               {"step_kind", s.step_kind},
               {"prompt", s.prompt},
@@ -116,19 +123,6 @@ json to_json(const RunStatus& s) {
               {"gap_mm", optional_number(s.gap_m, 3)},
               {"pressure_kPa", optional_number(s.pressure_Pa, -3)}};
 }
-
-namespace {
-void read_state(ParamsReader& in, RunState& out) {
-  std::string word;
-  in.text("state", word, true);
-  for (const auto& row : kStates) {
-    if (row.word != word) continue;
-    out = row.state;
-    return;
-  }
-  in.fail_with(Error(Errc::garbled, fmt::format("{}: unknown state", in.pointer("state"))));
-}
-}  // namespace
 
 Result<RunStatus> parse_run_status(const json& value) {
   RunStatus s;
@@ -236,24 +230,6 @@ json to_json(const DaemonStatus& s) {
   out["last_run"] = s.last_run ? to_json(*s.last_run) : json(nullptr);
   return out;
 }
-
-namespace {
-Result<std::vector<InstrumentState>> parse_instruments(const json& list) {
-  if (!list.is_array()) return fail(Errc::garbled, "/instruments: expected an array");
-  std::vector<InstrumentState> out;
-  for (const auto& item : list) {
-    InstrumentState state;
-    ParamsReader in(item, "/instruments/" + std::to_string(out.size()));
-    in.text("name", state.name, true);
-    in.text("port", state.port);
-    in.text("state", state.state);
-    in.text("identity", state.identity);
-    if (auto done = in.finish(); !done) return fail(done.error());
-    out.push_back(std::move(state));
-  }
-  return out;
-}
-}  // namespace
 
 Result<DaemonStatus> parse_daemon_status(const json& value) {
   DaemonStatus s;

@@ -20,14 +20,12 @@ constexpr std::size_t kControlLineLimit = std::size_t{1} << 20U;  // bytes, with
 
 // Who is at the other end (SO_PEERCRED). `user` is the name of `uid`, or its number.
 struct PeerCredentials {
-  PeerCredentials() = default;
   std::uint32_t uid = 0;
   std::int32_t pid = 0;
   std::string user;
 };
 
 struct RunStarted {
-  RunStarted() = default;
   std::int64_t run = 0;
 };
 
@@ -42,7 +40,6 @@ struct StopAnswer {
 };
 
 struct InstrumentState {
-  InstrumentState() = default;
   std::string name;  // "lcr", "frame"
   std::string port;
   std::string state;  // "ready", "absent", "fault", ...
@@ -50,7 +47,6 @@ struct InstrumentState {
 };
 
 struct DaemonStatus {
-  DaemonStatus() = default;
   std::string version, database;
   std::vector<InstrumentState> instruments;
   std::optional<RunStatus> run;  // the run that is going on
@@ -59,7 +55,6 @@ struct DaemonStatus {
 
 // An event row of a run, as a watcher sees it.
 struct RunEventNote {
-  RunEventNote() = default;
   std::int64_t run = 0;
   RunEvent event;
 };
@@ -106,8 +101,5 @@ std::string request_line(std::int64_t id, std::string_view method, const nlohman
 std::string answer_line(const nlohmann::json& id, const nlohmann::json& result);
 std::string error_line(const nlohmann::json& id, const RpcError& error);
 std::string notification_line(std::string_view method, const nlohmann::json& params);
-
-// Word of a state on the wire: "waiting_for_operator".
-std::string_view state_word(RunState state);
 
 }  // namespace lcrig

@@ -17,10 +17,6 @@ ParamsReader::ParamsReader(const nlohmann::json& object, std::string where)
   }
 }
 
-void ParamsReader::fail_with(Error error) {
-  if (!error_) error_ = std::move(error);
-}
-
 void ParamsReader::expected(const char* key, const char* what, const nlohmann::json& got) {
   fail_with(Error(Errc::invalid_request,
                   fmt::format("{}: expected {}, got {}", pointer(key), what, got.type_name())));

@@ -34,7 +34,9 @@ class ParamsReader {
   // The member for the caller to read, or nullptr when it is absent or null.
   const nlohmann::json* member(const char* key);
   std::string pointer(const char* key) const { return where_ + "/" + key; }
-  void fail_with(Error error);
+  void fail_with(Error error) {
+    if (!error_) error_ = std::move(error);
+  }
 
   // Refuses members that nobody asked for.
   void refuse_unknown();

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <boost/asio/local/stream_protocol.hpp>
-#include <functional>
 #include <memory>
 #include <set>
 #include <string>

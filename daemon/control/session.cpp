@@ -2,6 +2,7 @@
 #include "daemon/control/session.hpp"
 
 #include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -47,10 +48,6 @@ Task<> ControlSession::run() {
   // The writer decides when the connection ends: it outlives the reader until all is answered.
   co_await both(read_loop(), write_loop());
   close();
-}
-
-void ControlSession::wake() {
-  wake_.try_send(boost::system::error_code());
 }
 
 void ControlSession::close() {

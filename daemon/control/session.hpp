@@ -16,7 +16,6 @@
 namespace lcrig {
 
 struct ControlOptions {
-  ControlOptions() = default;
   std::size_t max_clients = 64;
   std::size_t max_calls = 16;  // of one client at the same time ...
   std::size_t max_call_bytes = std::size_t{4} << 20U;  // ... and the lines that they came in
@@ -69,7 +68,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   void on_line(std::string_view line);
   Task<> answer(ControlCall call);
   bool idle() const { return queue_.empty() && !status_ && calls_ == 0; }
-  void wake();
+  void wake() { wake_.try_send(boost::system::error_code()); }
 
   Socket socket_;
   Clock& clock_;

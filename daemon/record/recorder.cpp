@@ -169,8 +169,7 @@ Task<Result<std::int64_t>> Recorder::begin_run(RunRow row) {
 
 Task<Result<>> Recorder::flush() {
   auto request = std::make_shared<Request>(io_, Request::Kind::flush);
-  auto done = co_await submit(request);
-  co_return done;
+  co_return co_await submit(request);
 }
 
 Task<Result<RunEnd>> Recorder::end_run(ExitStatus status, std::string reason) {

@@ -30,7 +30,6 @@ namespace lcrig {
 
 // What one commit made durable. Only from here on may it be shown or sent to anybody.
 struct Committed {
-  Committed() = default;
   std::int64_t run = 0;
   std::size_t levels = 0, readings = 0, samples = 0;
   std::size_t measure_readings = 0;  // readings that a `measure` step counted

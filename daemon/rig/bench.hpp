@@ -3,7 +3,6 @@
 // have. docs/bench-file.md describes it.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>

@@ -25,7 +25,6 @@ namespace lcrig {
 
 // What plan and run row say about them.
 struct InstrumentsInfo {
-  InstrumentsInfo() = default;
   Fixture fixture;
   std::string bench_name, bench_text;  // bench file; "replay:DIR" for a recording; empty on a rig
   bool simulated = false;
@@ -58,7 +57,6 @@ class Instruments {
 
 // What a run wants of its instruments.
 struct InstrumentsRequest {
-  InstrumentsRequest() = default;
   const Specimen* specimen = nullptr;  // nullptr: not known (a replay)
   bool weights = false;  // a rod with weights instead of a frame
   double max_force_N = 1;  // of the table of a simulated specimen

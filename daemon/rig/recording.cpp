@@ -2,7 +2,6 @@
 #include "daemon/rig/recording.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -10,6 +9,7 @@
 #include <string_view>
 
 #include "base/decimal.hpp"
+#include "base/number.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
@@ -71,12 +71,12 @@ class ColumnReader {
     const auto cells = split(line);
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       const auto text = columns_[i] < cells.size() ? trimmed(cells[columns_[i]]) : "";
-      const char* end = text.data() + text.size();
-      const auto r = std::from_chars(text.data(), end, values_[i]);
-      if (r.ec != std::errc() || r.ptr != end || !std::isfinite(values_[i])) {
+      const auto value = number_from<double>(text);
+      if (!value) {
         return fail(Errc::invalid_request, "{}:{}: column `{}` holds `{}`, expected a number",
                     path_, number, names_[i], text);
       }
+      values_[i] = *value;
     }
     return {};
   }
