@@ -4,9 +4,7 @@
 #pragma once
 
 #include <boost/asio/local/stream_protocol.hpp>
-#include <functional>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 #include <string_view>
 

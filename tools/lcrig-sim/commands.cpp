@@ -2,10 +2,10 @@
 // The commands of the back door.
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "base/number.hpp"
 #include "tools/lcrig-sim/back_door.hpp"
 
 namespace lcrig::sim {
@@ -29,13 +29,9 @@ Words split(std::string_view line) {
 
 Result<double> number(const Words& words, std::size_t i) {
   if (i >= words.size()) return fail(Errc::invalid_request, "{}: a number is missing", words[0]);
-  double value = 0;
-  const auto* end = words[i].data() + words[i].size();
-  const auto r = std::from_chars(words[i].data(), end, value);
-  if (r.ec != std::errc() || r.ptr != end || !(value >= 0 && value < 1e6)) {
-    return fail(Errc::invalid_request, "{}: expected a number from 0 on", words[i]);
-  }
-  return value;
+  const auto value = number_from<double>(words[i]);
+  if (value && *value >= 0 && *value < 1e6) return *value;
+  return fail(Errc::invalid_request, "{}: expected a number from 0 on", words[i]);
 }
 
 Result<lcr6100::SimFaults*> meter_faults(Bench& b) {

@@ -19,9 +19,6 @@ void PortBench::plug_meter(bool other_port) {
   spdlog::info("the meter is at {}", meter_.url());
 }
 
-void PortBench::unplug_frame() {
-  if (frame_ != nullptr) frame_->unplug();
-}
 void PortBench::plug_frame(bool /*other_port*/) {
   if (frame_ == nullptr) return;
   tell(frame_->plug());
@@ -33,9 +30,6 @@ void PortBench::hook_frame(ZwickSimHooks hooks) {
 }
 void PortBench::break_frame(const std::function<void(ZwickSimFaults&)>& change) {
   if (frame_ != nullptr) frame_->change(change);
-}
-void PortBench::power_frame() {
-  if (frame_ != nullptr) frame_->forget();
 }
 void PortBench::stall_frame() {
   if (frame_ != nullptr && frame_->gateway() != nullptr) frame_->gateway()->stall();

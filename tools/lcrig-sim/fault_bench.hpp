@@ -18,7 +18,9 @@ class PortBench final : public FaultBench {
   bool has_frame() const override { return frame_ != nullptr; }
   void unplug_meter() override { meter_.unplug(); }
   void plug_meter(bool other_port) override;
-  void unplug_frame() override;
+  void unplug_frame() override {
+    if (frame_ != nullptr) frame_->unplug();
+  }
   void plug_frame(bool other_port) override;  // TCP: always on its port
 
   void hook_meter(lcr6100::SimHooks hooks) override { meter_.hook(std::move(hooks)); }
@@ -31,7 +33,9 @@ class PortBench final : public FaultBench {
 
   void hook_frame(ZwickSimHooks hooks) override;
   void break_frame(const std::function<void(ZwickSimFaults&)>& change) override;
-  void power_frame() override;
+  void power_frame() override {
+    if (frame_ != nullptr) frame_->forget();
+  }
   void stall_frame() override;
   void restart_gateway(bool forgets_zero) override;
 

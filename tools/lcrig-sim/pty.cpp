@@ -47,10 +47,6 @@ Pty::~Pty() {
   if (master_ >= 0) ::close(master_);
 }
 
-int Pty::release_master() {
-  return std::exchange(master_, -1);
-}
-
 void Pty::forget_dead_client() const {
   int exclusive = 0;
   if (::ioctl(device_, TIOCGEXCL, &exclusive) != 0 || exclusive == 0) return;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 #include "base/result.hpp"
 
@@ -18,7 +19,8 @@ class Pty {
   ~Pty();
 
   const std::string& path() const { return path_; }  // "/dev/pts/5"
-  int release_master();  // once; the caller closes it
+  // once; the caller closes it
+  int release_master() { return std::exchange(master_, -1); }
   // A serial port loses TIOCEXCL when its last user is gone, even by SIGKILL. This device is always
   // open in this process, so this removes the mark of a dead client.
   void forget_dead_client() const;

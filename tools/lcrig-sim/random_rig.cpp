@@ -4,11 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
+
+#include "base/number.hpp"
 
 namespace lcrig::sim {
 
@@ -281,14 +282,10 @@ Lie random_lie(std::uint64_t seed) {
 
 Result<RandomRig> parse_rig(std::string_view text) {
   constexpr std::string_view kPrefix = "random:";
-  std::uint64_t seed = 0;
-  const std::string_view digits =
-      text.starts_with(kPrefix) ? text.substr(kPrefix.size()) : std::string_view();
-  const auto r = std::from_chars(digits.data(), digits.data() + digits.size(), seed);
-  if (digits.empty() || r.ec != std::errc() || r.ptr != digits.data() + digits.size()) {
-    return fail(Errc::invalid_request, "no rig `{}`, expected random:SEED, such as random:7", text);
-  }
-  return random_rig(seed);
+  const bool random = text.starts_with(kPrefix);
+  const auto seed = number_from<std::uint64_t>(random ? text.substr(kPrefix.size()) : "");
+  if (seed) return random_rig(*seed);
+  return fail(Errc::invalid_request, "no rig `{}`, expected random:SEED, such as random:7", text);
 }
 
 std::string told_json(const RandomRig& rig) {

@@ -49,14 +49,12 @@ constexpr std::uint32_t kAllQuirks = (1U << 12U) - 1;
 
 // By how much the truth lies outside of what is told.
 struct Lie {
-  Lie() = default;
   double stiffness = 1;  // factor on the stiffness of the contact
   double reaction = 1;  // factor on the reaction time of the drive
   bool is_one() const { return stiffness > 1 || reaction > 1; }
 };
 
 struct RandomRig {
-  RandomRig() = default;
   std::uint64_t seed = 1;
   std::uint32_t quirks = 0;  // that this rig has
   Lie lie;
@@ -84,7 +82,6 @@ struct RandomRig {
 };
 
 struct RigOptions {
-  RigOptions() = default;
   std::uint32_t without = 0;  // quirks that are left out
   std::optional<Lie> lie;
   std::optional<double> gap_m;  // instead of the drawn one

@@ -23,14 +23,22 @@ namespace {
 constexpr double kUsual_Hz[] = {1e3, 1e4, 1e5};  // searched for a target
 constexpr double kForceReserve = 1.2;  // of the curve, beyond the largest force of the plan
 
+// Who has a target wants the quickest way there, and the test frequency decides it.
+std::vector<double> usual_frequencies(const Protocol& protocol, const Rig& rig, bool with_target) {
+  std::vector<double> out{protocol.sample.lcr.frequency.si()};
+  for (const double Hz : kUsual_Hz) {
+    const bool can = rig.lcr.frequency_min.si() <= Hz && Hz <= rig.lcr.frequency_max.si();
+    if (with_target && can && Hz != out.front()) out.push_back(Hz);
+  }
+  return out;
+}
+
 class BudgetCommand final : public Command {
  public:
-  const char* name() const override { return "budget"; }
-  const char* summary() const override {
-    return "What a protocol will cost and how well it will measure, before the run";
-  }
-  const char* example() const override {
-    return "lcrig budget static-frame --specimen paper-1 --frequency-Hz 1000,100000 --target 1%";
+  BudgetCommand()
+      : Command(
+            "budget", "What a protocol will cost and how well it will measure, before the run",
+            "lcrig budget static-frame --specimen paper-1 --frequency-Hz 1000,100000 --target 1%") {
   }
   void declare(ArgumentList& list) override {
     list.positional("PROTOCOL", protocol_, "Name or file");
@@ -42,7 +50,35 @@ class BudgetCommand final : public Command {
     list.option("--bench", bench_, "B", "Instruments and fixture (default: paper)");
     list.option("--svg", svg_, "FILE", "Picture of error against time");
   }
-  Outcome<ExitCode> run(Context& context) override;
+
+  Outcome<ExitCode> run(Context& context) override {
+    auto wanted = target();
+    if (!wanted) return wanted.error();
+    auto what = scene(context);
+    if (!what) return what.error();
+    auto list = frequencies(what->protocol, what->rig);
+    if (!list) return list.error();
+    BudgetQuestion question{
+        what->protocol, what->environment, what->rig, what->curve, {}, {}, {}, {}};
+    question.apertures = {Aperture::fast, Aperture::medium, Aperture::slow};
+    question.frequencies_Hz = std::move(*list);
+    question.target = *wanted;
+    const Budget budget = reckon_budget(question);
+    const auto possible = [](const BudgetSetting& s) { return s.planned.possible(); };
+    if (std::ranges::none_of(budget.settings, possible)) {
+      return refused(Error(Errc::invalid_request, budget.settings.front().planned.refused));
+    }
+    if (!svg_.empty()) {
+      const std::string title = fmt::format("Budget of {} on {}", what->protocol.name, specimen_);
+      auto written = write_file(svg_, to_svg(budget, title));
+      if (!written) return written.error();
+    }
+    auto all = cli::to_json(budget);
+    all["protocol"] = what->protocol.name;
+    all["specimen"] = specimen_;
+    all["bench"] = bench_;
+    return show(context, all, [&](std::ostream& out) { out << to_table(budget); });
+  }
 
  private:
   // What the question refers to.
@@ -52,144 +88,85 @@ class BudgetCommand final : public Command {
     Rig rig;
     SpecimenCurve curve;
   };
-  Outcome<Scene> scene(const Context& context) const;
+
+  Outcome<Scene> scene(const Context& context) const {
+    auto parameters = parse_assignments(parameters_);
+    if (!parameters) return parameters.error();
+    const LibraryPath library(context.env);
+    auto file = library.get(LibraryKind::protocol, protocol_);
+    if (!file) return file.error();
+    auto protocol = parse_protocol(file->text, file->path.string());
+    if (!protocol) return refused(protocol.error());
+    auto bound = bind_parameters(*protocol, *parameters);
+    if (!bound) return refused(bound.error());
+    auto db = context.db_path();
+    if (!db) return db.error();
+    auto text = find_specimen_text(context, *db, specimen_);
+    if (!text) return text.error();
+    auto specimen = parse_specimen(text->text, text->name);
+    if (!specimen) return Failure(specimen.error());
+    auto bench = rig(context, library, *text, *protocol);
+    if (!bench) return bench.error();
+    const auto limits = bind_limits(*protocol, *bound, bench->frame);
+    if (!limits) return refused(limits.error());
+    const Force most = Force::from_si(kForceReserve * limits->force_max_N);
+    auto curve = tabulate(*specimen, most, bench->probe_area);
+    if (!curve) return Failure(curve.error(), "lcrig model curve --help");
+    return Scene{std::move(*protocol), std::move(*bound), std::move(*bench), std::move(*curve)};
+  }
+
   Outcome<Rig> rig(const Context& context, const LibraryPath& library, const LibraryFile& specimen,
-                   const Protocol& protocol) const;
-  Outcome<std::optional<double>> target() const;
-  Outcome<std::vector<double>> frequencies(const Protocol& protocol, const Rig& rig) const;
-  Failure refused(const Error& error) const;
+                   const Protocol& protocol) const {
+    BenchRequest request;
+    request.bench = bench_;
+    auto bench = library.find(LibraryKind::bench, bench_);
+    if (!bench) return bench.error();
+    if (*bench) request.bench_text = std::move((*bench)->text);
+    request.specimen_name = specimen.name;
+    request.specimen_text = specimen.text;
+    request.weights = places_weights(protocol.steps);
+    auto rig = context.daemon.bench_rig(request);
+    if (!rig) return Failure(rig.error(), "lcrig budget --help");
+    return std::move(*rig);
+  }
+
+  Outcome<std::optional<double>> target() const {
+    if (target_.empty()) return std::optional<double>();
+    std::string number = target_;
+    if (number.ends_with('%')) number.pop_back();
+    auto percent = parse_number("--target", number);
+    if (!percent) return percent.error();
+    if (!(*percent > 0)) return Failure(kUsage, "--target: expected percent above 0, as in 1%", "");
+    return std::optional(*percent / 100);
+  }
+
+  Outcome<std::vector<double>> frequencies(const Protocol& protocol, const Rig& rig) const {
+    if (frequencies_.empty()) return usual_frequencies(protocol, rig, !target_.empty());
+    std::vector<double> out;
+    std::string_view rest = frequencies_;
+    while (true) {
+      const auto end = std::min(rest.find(','), rest.size());
+      auto Hz = parse_number("--frequency-Hz", std::string(rest.substr(0, end)));
+      if (!Hz) return Hz.error();
+      if (!(*Hz > 0)) return Failure(kUsage, "--frequency-Hz: expected frequencies above 0", "");
+      out.push_back(*Hz);
+      if (end == rest.size()) return out;
+      rest.remove_prefix(end + 1);
+    }
+  }
+
+  Failure refused(const Error& error) const {
+    Failure out(error, fmt::format("lcrig protocol plan {} --specimen {}", protocol_, specimen_));
+    if (error.code == Errc::invalid_request) out.code = kProtocol;
+    return out;
+  }
 
   std::string protocol_, specimen_, frequencies_, target_, bench_ = "paper", svg_;
   std::vector<std::string> parameters_;
 };
 
-Failure BudgetCommand::refused(const Error& error) const {
-  Failure out(error, fmt::format("lcrig protocol plan {} --specimen {}", protocol_, specimen_));
-  if (error.code == Errc::invalid_request) out.code = kProtocol;
-  return out;
-}
-
-Outcome<std::optional<double>> BudgetCommand::target() const {
-  if (target_.empty()) return std::optional<double>();
-  std::string number = target_;
-  if (number.ends_with('%')) number.pop_back();
-  auto percent = parse_number("--target", number);
-  if (!percent) return tl::unexpected(percent.error());
-  if (!(*percent > 0)) {
-    return tl::unexpected(Failure(kUsage, "--target: expected percent above 0, as in 1%", ""));
-  }
-  return std::optional(*percent / 100);
-}
-
-// Who has a target wants the quickest way there, and the test frequency decides it.
-std::vector<double> usual_frequencies(const Protocol& protocol, const Rig& rig, bool with_target) {
-  std::vector<double> out{protocol.sample.lcr.frequency.si()};
-  for (const double Hz : kUsual_Hz) {
-    const bool can = rig.lcr.frequency_min.si() <= Hz && Hz <= rig.lcr.frequency_max.si();
-    if (with_target && can && Hz != out.front()) out.push_back(Hz);
-  }
-  return out;
-}
-
-Outcome<std::vector<double>> BudgetCommand::frequencies(const Protocol& protocol,
-                                                        const Rig& rig) const {
-  if (frequencies_.empty()) return usual_frequencies(protocol, rig, !target_.empty());
-  std::vector<double> out;
-  std::string_view rest = frequencies_;
-  while (true) {
-    const auto end = std::min(rest.find(','), rest.size());
-    auto Hz = parse_number("--frequency-Hz", std::string(rest.substr(0, end)));
-    if (!Hz) return tl::unexpected(Hz.error());
-    if (!(*Hz > 0)) {
-      return tl::unexpected(Failure(kUsage, "--frequency-Hz: expected frequencies above 0", ""));
-    }
-    out.push_back(*Hz);
-    if (end == rest.size()) return out;
-    rest.remove_prefix(end + 1);
-  }
-}
-
-Outcome<Rig> BudgetCommand::rig(const Context& context, const LibraryPath& library,
-                                const LibraryFile& specimen, const Protocol& protocol) const {
-  BenchRequest request;
-  request.bench = bench_;
-  auto bench = library.find(LibraryKind::bench, bench_);
-  if (!bench) return tl::unexpected(bench.error());
-  if (*bench) request.bench_text = std::move((*bench)->text);
-  request.specimen_name = specimen.name;
-  request.specimen_text = specimen.text;
-  request.weights = places_weights(protocol.steps);
-  auto rig = context.daemon.bench_rig(request);
-  if (!rig) return tl::unexpected(Failure(rig.error(), "lcrig budget --help"));
-  return std::move(*rig);
-}
-
-Outcome<BudgetCommand::Scene> BudgetCommand::scene(const Context& context) const {
-  auto parameters = parse_assignments(parameters_);
-  if (!parameters) return tl::unexpected(parameters.error());
-  const LibraryPath library(context.env);
-  auto file = library.get(LibraryKind::protocol, protocol_);
-  if (!file) return tl::unexpected(file.error());
-  auto protocol = parse_protocol(file->text, file->path.string());
-  if (!protocol) return tl::unexpected(refused(protocol.error()));
-  auto bound = bind_parameters(*protocol, *parameters);
-  if (!bound) return tl::unexpected(refused(bound.error()));
-  auto db = context.db_path();
-  if (!db) return tl::unexpected(db.error());
-  auto text = find_specimen_text(context, *db, specimen_);
-  if (!text) return tl::unexpected(text.error());
-  auto specimen = parse_specimen(text->text, text->name);
-  if (!specimen) return tl::unexpected(Failure(specimen.error()));
-  auto bench = rig(context, library, *text, *protocol);
-  if (!bench) return tl::unexpected(bench.error());
-  const auto limits = bind_limits(*protocol, *bound, bench->frame);
-  if (!limits) return tl::unexpected(refused(limits.error()));
-  const Force most = Force::from_si(kForceReserve * limits->force_max_N);
-  auto curve = tabulate(*specimen, most, bench->probe_area);
-  if (!curve) return tl::unexpected(Failure(curve.error(), "lcrig model curve --help"));
-  return Scene{std::move(*protocol), std::move(*bound), std::move(*bench), std::move(*curve)};
-}
-
-Outcome<ExitCode> BudgetCommand::run(Context& context) {
-  auto wanted = target();
-  if (!wanted) return tl::unexpected(wanted.error());
-  auto what = scene(context);
-  if (!what) return tl::unexpected(what.error());
-  auto list = frequencies(what->protocol, what->rig);
-  if (!list) return tl::unexpected(list.error());
-  BudgetQuestion question{
-      what->protocol, what->environment, what->rig, what->curve, {}, {}, {}, {}};
-  question.apertures = {Aperture::fast, Aperture::medium, Aperture::slow};
-  question.frequencies_Hz = std::move(*list);
-  question.target = *wanted;
-  const Budget budget = reckon_budget(question);
-  bool possible = false;
-  for (const auto& s : budget.settings) possible = possible || s.planned.possible();
-  if (!possible) {
-    return tl::unexpected(
-        refused(Error(Errc::invalid_request, budget.settings.front().planned.refused)));
-  }
-  if (!svg_.empty()) {
-    const std::string title = fmt::format("Budget of {} on {}", what->protocol.name, specimen_);
-    auto written = write_file(svg_, to_svg(budget, title));
-    if (!written) return tl::unexpected(written.error());
-  }
-  if (context.global.json) {
-    auto out = cli::to_json(budget);
-    out["protocol"] = what->protocol.name;
-    out["specimen"] = specimen_;
-    out["bench"] = bench_;
-    print_json(context.console.out, out);
-  } else {
-    context.console.out << to_table(budget);
-  }
-  return kOk;
-}
-
 }  // namespace
 
-std::unique_ptr<Command> make_budget_command() {
-  return std::make_unique<BudgetCommand>();
-}
+const CommandFactory kBudgetCommand = make_command<BudgetCommand>;
 
 }  // namespace lcrig::cli

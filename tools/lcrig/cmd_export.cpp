@@ -18,9 +18,9 @@ namespace {
 
 class ExportCommand final : public Command {
  public:
-  const char* name() const override { return "export"; }
-  const char* summary() const override { return "Write a run as CSV files and a data package"; }
-  const char* example() const override { return "lcrig export last -o results"; }
+  ExportCommand()
+      : Command("export", "Write a run as CSV files and a data package",
+                "lcrig export last -o results") {}
   void declare(ArgumentList& list) override {
     list.positional("RUN", run_, "A number, or `last`");
     list.option("-o,--output", output_, "DIR",
@@ -29,63 +29,46 @@ class ExportCommand final : public Command {
                 "One table (needed with -o -)");
     list.flag("--force", force_, "Replace files that are no export of this run");
   }
-  Outcome<ExitCode> run(Context& context) override;
+
+  Outcome<ExitCode> run(Context& context) override {
+    const bool standard_output = output_ == "-";
+    if (!layout_.empty() && !standard_output) {
+      return Failure(kUsage, "--layout is for -o - (a folder gets every table)",
+                     "lcrig export " + run_ + " -o - --layout " + layout_);
+    }
+    auto run = open_run(context, run_);
+    if (!run) return run.error();
+    return standard_output ? to_output(context, run->db, run->number)
+                           : to_folder(context, run->db, run->number);
+  }
 
  private:
-  Outcome<ExitCode> to_output(Context& context, const Database& db, std::int64_t run) const;
-  Outcome<ExitCode> to_folder(Context& context, const Database& db, std::int64_t run) const;
+  Outcome<ExitCode> to_output(Context& context, const Database& db, std::int64_t run) const {
+    const auto layout = parse_layout(layout_.empty() ? "readings" : layout_);
+    if (!layout) return Failure(kUsage, "unknown --layout", "lcrig export --help");
+    context.console.out.flush();
+    auto done = export_layout(db, run, *layout, STDOUT_FILENO, "standard output");
+    if (!done) return Failure(done.error());
+    return kOk;
+  }
+
+  Outcome<ExitCode> to_folder(Context& context, const Database& db, std::int64_t run) const {
+    ExportOptions options;
+    options.directory = output_.empty() ? fmt::format("run-{}", run) : output_;
+    options.force = force_;
+    auto files = export_run(db, run, options);
+    if (!files) return Failure(files.error(), "lcrig export RUN -o ANOTHER-FOLDER");
+    return show(context, json{{"run", run}, {"files", *files}}, [&](std::ostream& out) {
+      for (const auto& file : *files) fmt::print(out, "{}\n", printable(file));
+    });
+  }
+
   std::string run_, output_, layout_;
   bool force_ = false;
 };
 
-Outcome<ExitCode> ExportCommand::to_output(Context& context, const Database& db,
-                                           std::int64_t run) const {
-  const auto layout = parse_layout(layout_.empty() ? "readings" : layout_);
-  if (!layout) return tl::unexpected(Failure(kUsage, "unknown --layout", "lcrig export --help"));
-  context.console.out.flush();
-  auto done = export_layout(db, run, *layout, STDOUT_FILENO, "standard output");
-  if (!done) return tl::unexpected(Failure(done.error()));
-  return kOk;
-}
-
-Outcome<ExitCode> ExportCommand::to_folder(Context& context, const Database& db,
-                                           std::int64_t run) const {
-  ExportOptions options;
-  options.directory = output_.empty() ? fmt::format("run-{}", run) : output_;
-  options.force = force_;
-  auto files = export_run(db, run, options);
-  if (!files) {
-    return tl::unexpected(Failure(files.error(), "lcrig export RUN -o ANOTHER-FOLDER"));
-  }
-  if (context.global.json) {
-    json out = json::object();
-    out["run"] = run;
-    out["files"] = *files;
-    print_json(context.console.out, out);
-    return kOk;
-  }
-  for (const auto& file : *files) fmt::print(context.console.out, "{}\n", printable(file));
-  return kOk;
-}
-
-Outcome<ExitCode> ExportCommand::run(Context& context) {
-  const bool standard_output = output_ == "-";
-  if (!layout_.empty() && !standard_output) {
-    return tl::unexpected(Failure(kUsage, "--layout is for -o - (a folder gets every table)",
-                                  "lcrig export " + run_ + " -o - --layout " + layout_));
-  }
-  auto db = open_runs(context);
-  if (!db) return tl::unexpected(db.error());
-  auto number = named_run(*db, run_);
-  if (!number) return tl::unexpected(number.error());
-  if (standard_output) return to_output(context, *db, *number);
-  return to_folder(context, *db, *number);
-}
-
 }  // namespace
 
-std::unique_ptr<Command> make_export_command() {
-  return std::make_unique<ExportCommand>();
-}
+const CommandFactory kExportCommand = make_command<ExportCommand>;
 
 }  // namespace lcrig::cli

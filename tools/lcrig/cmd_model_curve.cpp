@@ -13,29 +13,6 @@ namespace lcrig::cli {
 
 namespace {
 
-class CurveCommand final : public Command {
- public:
-  const char* name() const override { return "model curve"; }
-  const char* summary() const override { return "Capacitance against pressure, from the model"; }
-  const char* example() const override {
-    return "lcrig model curve --specimen paper-1 --pressure-kPa 0:100:10";
-  }
-  void declare(ArgumentList& list) override {
-    options_.declare_specimen(list);
-    options_.declare_level(list);
-    list.option("--pressure-kPa", pressures_, "FROM:TO:STEP", "Or a list P1,P2,... (0:100:10)");
-    list.option("--tolerance", tolerance_, "X", "Relative error allowed to `auto` (0.01)");
-    list.option("--budget-s", budget_s_, "T", "Seconds that `auto` may search (no limit)");
-  }
-  Outcome<ExitCode> run(Context& context) override;
-
- private:
-  Outcome<WorkBudget> work_budget(const Context& context) const;
-
-  ModelOptions options_;
-  std::string pressures_ = "0:100:10", tolerance_ = "0.01", budget_s_;
-};
-
 void print_text(std::ostream& out, const Curve& curve) {
   if (curve.choice) {
     fmt::print(out, "{}", to_text(*curve.choice));
@@ -57,46 +34,44 @@ void print_text(std::ostream& out, const Curve& curve) {
   }
 }
 
-Outcome<WorkBudget> CurveCommand::work_budget(const Context& context) const {
-  WorkBudget budget;
-  budget.seconds_now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
-  if (budget_s_.empty()) return budget;
-  auto seconds = parse_number("--budget-s", budget_s_);
-  if (!seconds) return tl::unexpected(seconds.error());
-  if (!(*seconds > 0)) {
-    return tl::unexpected(Failure(kUsage, "--budget-s must be positive", "--budget-s 10"));
+class CurveCommand final : public Command {
+ public:
+  CurveCommand()
+      : Command("model curve", "Capacitance against pressure, from the model",
+                "lcrig model curve --specimen paper-1 --pressure-kPa 0:100:10") {}
+  void declare(ArgumentList& list) override {
+    options_.declare_specimen(list);
+    options_.declare_level(list);
+    list.option("--pressure-kPa", pressures_, "FROM:TO:STEP", "Or a list P1,P2,... (0:100:10)");
+    list.number("--tolerance", tolerance_, "X", "Relative error allowed to `auto` (0.01)");
+    list.number("--budget-s", budget_.seconds, "T", "Seconds that `auto` may search (no limit)");
   }
-  budget.seconds = *seconds;
-  return budget;
-}
 
-Outcome<ExitCode> CurveCommand::run(Context& context) {
-  auto specimen = options_.specimen(context);
-  if (!specimen) return tl::unexpected(specimen.error());
-  auto settings = options_.settings();
-  if (!settings) return tl::unexpected(settings.error());
-  auto tolerance = parse_number("--tolerance", tolerance_);
-  if (!tolerance) return tl::unexpected(tolerance.error());
-  auto pressures = parse_pressures_kPa(pressures_);
-  if (!pressures) {
-    return tl::unexpected(Failure(kUsage, pressures.error().what, "--pressure-kPa 0:100:10"));
+  Outcome<ExitCode> run(Context& context) override {
+    auto specimen = options_.specimen(context);
+    if (!specimen) return specimen.error();
+    auto settings = options_.settings();
+    if (!settings) return settings.error();
+    auto pressures = parse_pressures_kPa(pressures_);
+    if (!pressures) return Failure(kUsage, pressures.error().what, "--pressure-kPa 0:100:10");
+    if (!(budget_.seconds > 0)) {
+      return Failure(kUsage, "--budget-s must be positive", "--budget-s 10");
+    }
+    budget_.seconds_now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
+    auto curve = calc_curve(*specimen, *settings, tolerance_, *pressures, budget_);
+    if (!curve) return Failure(curve.error(), "lcrig model ladder --help");
+    return show(context, to_json(*curve), [&](std::ostream& out) { print_text(out, *curve); });
   }
-  auto budget = work_budget(context);
-  if (!budget) return tl::unexpected(budget.error());
-  auto curve = calc_curve(*specimen, *settings, *tolerance, *pressures, *budget);
-  if (!curve) return tl::unexpected(Failure(curve.error(), "lcrig model ladder --help"));
-  if (context.global.json) {
-    print_json(context.console.out, to_json(*curve));
-  } else {
-    print_text(context.console.out, *curve);
-  }
-  return kOk;
-}
+
+ private:
+  ModelOptions options_;
+  double tolerance_ = 0.01;
+  WorkBudget budget_;
+  std::string pressures_ = "0:100:10";
+};
 
 }  // namespace
 
-std::unique_ptr<Command> make_model_curve_command() {
-  return std::make_unique<CurveCommand>();
-}
+const CommandFactory kModelCurveCommand = make_command<CurveCommand>;
 
 }  // namespace lcrig::cli

@@ -28,22 +28,6 @@ constexpr double kTolerances[] = {1e-3, 1e-2,
                                   0.1};  // of the model, relative; the first that is met
 constexpr std::size_t kLeastWithC0 = 5;  // points that determine modulus, offset and C0
 
-class FitCommand final : public Command {
- public:
-  const char* name() const override { return "model fit"; }
-  const char* summary() const override { return "Shear modulus and contact offset of a run"; }
-  const char* example() const override { return "lcrig model fit last"; }
-  void declare(ArgumentList& list) override {
-    list.positional("RUN", run_, "Number, or `last`");
-    options_.declare_level(list);
-  }
-  Outcome<ExitCode> run(Context& context) override;
-
- private:
-  std::string run_;
-  ModelOptions options_;
-};
-
 struct LevelMean {
   double force_N = 0, capacitance_F = 0;
 };
@@ -51,24 +35,22 @@ struct LevelMean {
 // Means over the counted readings of each `measure` level, and of the force while they were taken
 // (the target, where the frame does not report one).
 Outcome<std::vector<LevelMean>> level_means(const Database& db, std::int64_t run) {
-  auto query = db.prepare(
+  std::vector<LevelMean> means;
+  const auto take = [&means](const Statement& row) {
+    const auto force = row.optional_real(1);
+    if (force && *force > 0) means.push_back({*force, row.real(0)});
+  };
+  auto all = db.each(
       "SELECT g.c, coalesce((SELECT avg(f.force_N) FROM frame_sample AS f WHERE f.run_id = ?1"
       " AND f.received_mono_ns BETWEEN g.begin_ns AND g.end_ns), g.target)"
       " FROM (SELECT avg(r.capacitance_F) AS c, min(r.asked_mono_ns) AS begin_ns,"
       " max(r.last_byte_mono_ns) AS end_ns, max(l.target_force_N) AS target"
       " FROM lcr_reading AS r JOIN level AS l ON l.run_id = r.run_id AND l.level = r.level"
       " WHERE r.run_id = ?1 AND r.reading_index IS NOT NULL AND r.capacitance_F IS NOT NULL"
-      " GROUP BY r.level ORDER BY r.level) AS g");
-  if (!query) return tl::unexpected(Failure(query.error()));
-  query->bind(0, run);
-  std::vector<LevelMean> means;
-  while (true) {
-    auto row = query->step();
-    if (!row) return tl::unexpected(Failure(row.error()));
-    if (!*row) return means;
-    const auto force = query->optional_real(1);
-    if (force && *force > 0) means.push_back({*force, query->real(0)});
-  }
+      " GROUP BY r.level ORDER BY r.level) AS g",
+      take, run);
+  if (!all) return Failure(all.error());
+  return means;
 }
 
 struct FitData {
@@ -96,13 +78,13 @@ std::optional<FitData> fit_data_of_levels(const Database& db, std::int64_t run,
 Outcome<FitData> fit_data(const Database& db, std::int64_t run, const Specimen& specimen) {
   if (auto of_levels = fit_data_of_levels(db, run, specimen)) return std::move(*of_levels);
   auto summary = summarise_run(db, run);
-  if (!summary) return tl::unexpected(Failure(summary.error()));
+  if (!summary) return Failure(summary.error());
   if (!summary->c0_F) {
-    return tl::unexpected(Failure(kFailed, fmt::format("run {} has no reading before contact", run),
-                                  "lcrig runs list"));
+    return Failure(kFailed, fmt::format("run {} has no reading before contact", run),
+                   "lcrig runs list");
   }
   auto means = level_means(db, run);
-  if (!means) return tl::unexpected(means.error());
+  if (!means) return means.error();
   FitData out;
   for (const auto& m : *means) {
     out.points.emplace_back(m.force_N / specimen.area_m2(), m.capacitance_F - *summary->c0_F);
@@ -165,43 +147,50 @@ std::string to_text(std::int64_t run, const LevelSettings& level, double model_e
   return out + fmt::format("residual        {:.3g} fF rms\n", fit.residual_F * 1e15);
 }
 
-Outcome<ExitCode> FitCommand::run(Context& context) {
-  auto db = open_runs(context);
-  if (!db) return tl::unexpected(db.error());
-  auto id = named_run(*db, run_);
-  if (!id) return tl::unexpected(id.error());
-  auto row = get_run(*db, *id);
-  if (!row) return tl::unexpected(Failure(row.error()));
-  auto specimen = parse_specimen(row->specimen_text, row->specimen_name);
-  if (!specimen) return tl::unexpected(Failure(specimen.error()));
-  auto settings = options_.settings();
-  if (!settings) return tl::unexpected(settings.error());
-  auto data = fit_data(*db, *id, *specimen);
-  if (!data) return tl::unexpected(data.error());
-  LevelSettings level;
-  double model_error = 0;  // relative, of delta C; a level that was asked for has no estimate
-  if (*settings) {
-    level = **settings;
-  } else {
-    auto choice = choose(*specimen, data->points);
-    if (!choice) return tl::unexpected(Failure(choice.error(), "lcrig model ladder --help"));
-    level = choice->settings;
-    model_error = choice->error_estimate;
+class FitCommand final : public Command {
+ public:
+  FitCommand()
+      : Command("model fit", "Shear modulus and contact offset of a run", "lcrig model fit last") {}
+  void declare(ArgumentList& list) override {
+    list.positional("RUN", run_, "Number, or `last`");
+    options_.declare_level(list);
   }
-  auto fit = fit_response(*specimen, level, data->points, data->c0_error_F);
-  if (!fit) return tl::unexpected(Failure(fit.error(), "lcrig runs show " + run_));
-  if (context.global.json) {
-    print_json(context.console.out, to_json(*id, level, model_error, *fit));
-  } else {
-    context.console.out << to_text(*id, level, model_error, *fit);
+
+  Outcome<ExitCode> run(Context& context) override {
+    auto run = open_run(context, run_);
+    if (!run) return run.error();
+    const auto& [db, id] = *run;
+    auto row = get_run(db, id);
+    if (!row) return Failure(row.error());
+    auto specimen = parse_specimen(row->specimen_text, row->specimen_name);
+    if (!specimen) return Failure(specimen.error());
+    auto settings = options_.settings();
+    if (!settings) return settings.error();
+    auto data = fit_data(db, id, *specimen);
+    if (!data) return data.error();
+    LevelSettings level;
+    double model_error = 0;  // relative, of delta C; a level that was asked for has no estimate
+    if (*settings) {
+      level = **settings;
+    } else {
+      auto choice = choose(*specimen, data->points);
+      if (!choice) return Failure(choice.error(), "lcrig model ladder --help");
+      level = choice->settings;
+      model_error = choice->error_estimate;
+    }
+    auto fit = fit_response(*specimen, level, data->points, data->c0_error_F);
+    if (!fit) return Failure(fit.error(), "lcrig runs show " + run_);
+    return show(context, to_json(id, level, model_error, *fit),
+                [&](std::ostream& out) { out << to_text(id, level, model_error, *fit); });
   }
-  return kOk;
-}
+
+ private:
+  std::string run_;
+  ModelOptions options_;
+};
 
 }  // namespace
 
-std::unique_ptr<Command> make_model_fit_command() {
-  return std::make_unique<FitCommand>();
-}
+const CommandFactory kModelFitCommand = make_command<FitCommand>;
 
 }  // namespace lcrig::cli

@@ -52,74 +52,55 @@ std::string picture(const Ladder& ladder) {
 
 class LadderCommand final : public Command {
  public:
-  const char* name() const override { return "model ladder"; }
-  const char* summary() const override { return "Time against error of every level and mesh"; }
-  const char* example() const override {
-    return "lcrig model ladder --specimen paper-1 --faces bonded_laminate --svg ladder.svg";
-  }
+  LadderCommand()
+      : Command("model ladder", "Time against error of every level and mesh",
+                "lcrig model ladder --specimen paper-1 --faces bonded_laminate --svg ladder.svg") {}
   void declare(ArgumentList& list) override {
     options_.declare_specimen(list);
-    list.option("--pressure-kPa", pressure_, "P", "Where errors are compared (100)");
+    list.number("--pressure-kPa", pressure_kPa_, "P", "Where errors are compared (100)");
     list.option("--svg", svg_, "FILE", "Write the picture");
   }
-  Outcome<ExitCode> run(Context& context) override;
+
+  Outcome<ExitCode> run(Context& context) override {
+    auto specimen = options_.specimen(context);
+    if (!specimen) return specimen.error();
+    const auto now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
+    auto ladder = climb_ladder(*specimen, Pressure::from_si(pressure_kPa_ * 1e3), now);
+    if (!ladder) return Failure(ladder.error(), "lcrig model ladder --help");
+    if (!svg_.empty()) {
+      std::ofstream file(svg_);
+      file << picture(*ladder);
+      file.close();
+      if (!file) return Failure(kFailed, "cannot write " + svg_, "check the path");
+    }
+    return show(context, to_json(*ladder), [&](std::ostream& out) { out << to_table(*ladder); });
+  }
 
  private:
   ModelOptions options_;
-  std::string pressure_ = "100", svg_;
+  double pressure_kPa_ = 100;
+  std::string svg_;
 };
-
-Outcome<ExitCode> LadderCommand::run(Context& context) {
-  auto specimen = options_.specimen(context);
-  if (!specimen) return tl::unexpected(specimen.error());
-  auto pressure = parse_number("--pressure-kPa", pressure_);
-  if (!pressure) return tl::unexpected(pressure.error());
-  const auto now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
-  auto ladder = climb_ladder(*specimen, Pressure::from_si(*pressure * 1e3), now);
-  if (!ladder) return tl::unexpected(Failure(ladder.error(), "lcrig model ladder --help"));
-  if (!svg_.empty()) {
-    std::ofstream file(svg_);
-    file << picture(*ladder);
-    file.close();
-    if (!file) return tl::unexpected(Failure(kFailed, "cannot write " + svg_, "check the path"));
-  }
-  if (context.global.json) {
-    print_json(context.console.out, to_json(*ladder));
-  } else {
-    fmt::print(context.console.out, "{}", to_table(*ladder));
-  }
-  return kOk;
-}
 
 class CompareCommand final : public Command {
  public:
-  const char* name() const override { return "model compare"; }
-  const char* summary() const override { return "The paper's numbers beside the model's"; }
-  const char* example() const override { return "lcrig model compare"; }
-  Outcome<ExitCode> run(Context& context) override;
-};
+  CompareCommand()
+      : Command("model compare", "The paper's numbers beside the model's", "lcrig model compare") {}
 
-Outcome<ExitCode> CompareCommand::run(Context& context) {
-  auto rows = compare_with_paper();
-  if (!rows) return tl::unexpected(Failure(rows.error()));
-  if (context.global.json) {
-    print_json(context.console.out, to_json(*rows));
-    return kOk;
+  Outcome<ExitCode> run(Context& context) override {
+    auto rows = compare_with_paper();
+    if (!rows) return Failure(rows.error());
+    return show(context, to_json(*rows), [&](std::ostream& out) {
+      fmt::print(out, "{}\nErrors and ambiguities of the paper:\n", to_table(*rows));
+      int number = 0;
+      for (const auto& text : paper_errata()) fmt::print(out, "{:>3}. {}\n", ++number, text);
+    });
   }
-  auto& out = context.console.out;
-  fmt::print(out, "{}\nErrors and ambiguities of the paper:\n", to_table(*rows));
-  int number = 0;
-  for (const auto& text : paper_errata()) fmt::print(out, "{:>3}. {}\n", ++number, text);
-  return kOk;
-}
+};
 
 }  // namespace
 
-std::unique_ptr<Command> make_model_ladder_command() {
-  return std::make_unique<LadderCommand>();
-}
-std::unique_ptr<Command> make_model_compare_command() {
-  return std::make_unique<CompareCommand>();
-}
+const CommandFactory kModelLadderCommand = make_command<LadderCommand>;
+const CommandFactory kModelCompareCommand = make_command<CompareCommand>;
 
 }  // namespace lcrig::cli

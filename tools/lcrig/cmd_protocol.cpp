@@ -29,9 +29,8 @@ Failure invalid(const Error& error) {
 
 class ProtocolListCommand final : public Command {
  public:
-  const char* name() const override { return "protocol list"; }
-  const char* summary() const override { return "The protocols that are installed"; }
-  const char* example() const override { return "lcrig protocol list"; }
+  ProtocolListCommand()
+      : Command("protocol list", "The protocols that are installed", "lcrig protocol list") {}
   Outcome<ExitCode> run(Context& context) override {
     json rows = json::array();
     for (const auto& file : LibraryPath(context.env).list(LibraryKind::protocol)) {
@@ -42,39 +41,31 @@ class ProtocolListCommand final : public Command {
         fmt::print(context.console.out, "{:18} {}\n", printable(file.name, kLongestName),
                    printable(title, kLongestWords));
     }
-    json all = json::object();
-    all["protocols"] = std::move(rows);
-    if (context.global.json) print_json(context.console.out, all);
+    if (context.global.json) print_json(context.console.out, json{{"protocols", rows}});
     return kOk;
   }
 };
 
 class ProtocolShowCommand final : public Command {
  public:
-  const char* name() const override { return "protocol show"; }
-  const char* summary() const override { return "The text and the parameters of a protocol"; }
-  const char* example() const override { return "lcrig protocol show dynamic-cycles"; }
+  ProtocolShowCommand()
+      : Command("protocol show", "The text and the parameters of a protocol",
+                "lcrig protocol show dynamic-cycles") {}
   void declare(ArgumentList& list) override {
     list.positional("PROTOCOL", protocol_, "Name or file");
   }
   Outcome<ExitCode> run(Context& context) override {
     auto file = LibraryPath(context.env).get(LibraryKind::protocol, protocol_);
-    if (!file) return tl::unexpected(file.error());
+    if (!file) return file.error();
     auto protocol = parse_protocol(file->text, file->path.string());
-    if (!protocol) return tl::unexpected(invalid(protocol.error()));
-    if (!context.global.json) {
-      context.console.print_file(file->text);
-      return kOk;
-    }
+    if (!protocol) return invalid(protocol.error());
     json parameters = json::array();
-    for (const auto& [name, p] : protocol->parameters)
-      parameters.push_back(parameter_json(name, p));
+    for (const auto& [key, p] : protocol->parameters) parameters.push_back(parameter_json(key, p));
     json out{{"name", protocol->name}, {"title", protocol->title}, {"text", file->text}};
     out["description"] = protocol->description;
     out["path"] = file->path.string();
     out["parameters"] = std::move(parameters);
-    print_json(context.console.out, out);
-    return kOk;
+    return show(context, out, [&](std::ostream&) { context.console.print_file(file->text); });
   }
 
  private:
@@ -83,29 +74,27 @@ class ProtocolShowCommand final : public Command {
 
 class CheckCommand final : public Command {
  public:
-  const char* name() const override { return "protocol check"; }
-  const char* summary() const override { return "Is a protocol file correct?"; }
-  const char* example() const override { return "lcrig protocol check my-protocol.json"; }
+  CheckCommand()
+      : Command("protocol check", "Is a protocol file correct?",
+                "lcrig protocol check my-protocol.json") {}
   void declare(ArgumentList& list) override {
     list.positional("FILE", protocol_, "Name or file");
     list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
   }
   Outcome<ExitCode> run(Context& context) override {
     auto parameters = parse_assignments(parameters_);
-    if (!parameters) return tl::unexpected(parameters.error());
+    if (!parameters) return parameters.error();
     auto file = LibraryPath(context.env).get(LibraryKind::protocol, protocol_);
-    if (!file) return tl::unexpected(file.error());
+    if (!file) return file.error();
     auto protocol = parse_protocol(file->text, file->path.string());
-    if (!protocol) return tl::unexpected(invalid(protocol.error()));
+    if (!protocol) return invalid(protocol.error());
     auto bound = bind_parameters(*protocol, *parameters);
-    if (!bound) return tl::unexpected(invalid(bound.error()));
-    if (context.global.json) {
-      print_json(context.console.out, json{{"name", protocol->name}, {"valid", true}});
-    } else {
-      fmt::print(context.console.out, "{}: correct\n", printable(file->path.string()));
+    if (!bound) return invalid(bound.error());
+    const json verdict{{"name", protocol->name}, {"valid", true}};
+    return show(context, verdict, [&](std::ostream& out) {
+      fmt::print(out, "{}: correct\n", printable(file->path.string()));
       fmt::print(context.console.err, "  next: lcrig protocol plan {}\n", printable(protocol_));
-    }
-    return kOk;
+    });
   }
 
  private:
@@ -115,14 +104,8 @@ class CheckCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> make_protocol_list_command() {
-  return std::make_unique<ProtocolListCommand>();
-}
-std::unique_ptr<Command> make_protocol_show_command() {
-  return std::make_unique<ProtocolShowCommand>();
-}
-std::unique_ptr<Command> make_protocol_check_command() {
-  return std::make_unique<CheckCommand>();
-}
+const CommandFactory kProtocolListCommand = make_command<ProtocolListCommand>;
+const CommandFactory kProtocolShowCommand = make_command<ProtocolShowCommand>;
+const CommandFactory kProtocolCheckCommand = make_command<CheckCommand>;
 
 }  // namespace lcrig::cli

@@ -66,11 +66,10 @@ void print_text(Console& console, const RehearseResult& r) {
 
 class RehearseCommand final : public Command {
  public:
-  const char* name() const override { return "rehearse"; }
-  const char* summary() const override {
-    return "The same run on the simulated bench, in virtual time, without a daemon";
-  }
-  const char* example() const override { return "lcrig rehearse static-frame --specimen paper-1"; }
+  RehearseCommand()
+      : Command("rehearse",
+                "The same run on the simulated bench, in virtual time, without a daemon",
+                "lcrig rehearse static-frame --specimen paper-1") {}
   void declare(ArgumentList& list) override {
     list.positional("PROTOCOL", protocol_, "Name or file");
     list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
@@ -82,99 +81,92 @@ class RehearseCommand final : public Command {
     list.option("--note", note_, "TEXT", "Stored with the run");
     list.option("--faults", faults_, "FILE", "Let things go wrong as this script says");
   }
-  Outcome<ExitCode> run(Context& context) override;
+
+  Outcome<ExitCode> run(Context& context) override {
+    auto wanted = request(context);
+    if (!wanted) return wanted.error();
+    LiveLine line(context.console, context.clock);
+    wanted->progress = [&line](const RunStatus& status) { line.show(status); };
+    auto result = context.daemon.rehearse(*wanted);
+    line.finish();
+    if (!result) {
+      Failure failure(result.error(), fmt::format("lcrig protocol plan {}", protocol_));
+      if (result.error().code == Errc::invalid_request) failure.code = kProtocol;
+      return failure;
+    }
+    if (context.global.json) {
+      print_json(context.console.out, to_json(*result));
+    } else {
+      print_text(context.console, *result);
+    }
+    return exit_code_of_run(result->exit_status, result->code);
+  }
 
  private:
-  Outcome<RehearseRequest> request(const Context& context) const;
-  Outcome<std::string> database(const Context& context) const;
+  Outcome<RehearseRequest> request(const Context& context) const {
+    RehearseRequest out;
+    auto parameters = parse_assignments(parameters_);
+    if (!parameters) return parameters.error();
+    out.parameters = std::move(*parameters);
+    const LibraryPath library(context.env);
+    auto protocol = library.get(LibraryKind::protocol, protocol_);
+    if (!protocol) return protocol.error();
+    out.protocol_name = protocol->name;
+    out.protocol_text = std::move(protocol->text);
+    auto db = database(context);
+    if (!db) return db.error();
+    out.db_path = std::move(*db);
+    out.bench = bench_;
+    const bool replay = replay_directory(bench_).has_value();
+    if (specimen_.empty() && !replay) {
+      return Failure(kUsage, "lcrig rehearse: --specimen is missing",
+                     "lcrig specimen list   (paper-1, paper-2, paper-3 ship with it)");
+    }
+    if (!specimen_.empty()) {
+      auto specimen = find_specimen_text(context, out.db_path, specimen_);
+      if (!specimen) return specimen.error();
+      out.specimen_name = specimen->name;
+      out.specimen_text = std::move(specimen->text);
+    }
+    if (!replay) {
+      auto bench = library.find(LibraryKind::bench, bench_);
+      if (!bench) return bench.error();
+      if (*bench) out.bench_text = std::move((*bench)->text);
+    }
+    if (!faults_.empty()) {
+      auto text = read_text_file(faults_);
+      if (!text) return Failure(text.error(), "lcrig rehearse ... --faults FILE");
+      out.faults_name = faults_;
+      out.faults_text = std::move(*text);
+    }
+    out.seed = seed_;
+    out.operator_name = operator_.empty() ? login_name() : operator_;
+    out.note = note_;
+    return out;
+  }
+
+  // Never the daemon's: a rehearsal is not a measurement.
+  Outcome<std::string> database(const Context& context) const {
+    if (!context.global.db.empty()) return context.global.db;
+    const auto given = context.env.get("LCRIG_DB");
+    const auto path = given ? std::filesystem::path(*given) : context.env.user_db();
+    std::error_code ec;
+    if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ec);
+    if (ec) {
+      return Failure(kFailed,
+                     fmt::format("cannot create {}: {}", path.parent_path().string(), ec.message()),
+                     "lcrig rehearse ... --db FILE");
+    }
+    return path.string();
+  }
 
   std::string protocol_, specimen_, bench_ = "paper", operator_, note_, faults_;
   std::vector<std::string> parameters_;
   std::optional<std::uint64_t> seed_;
 };
 
-// Never the daemon's: a rehearsal is not a measurement.
-Outcome<std::string> RehearseCommand::database(const Context& context) const {
-  if (!context.global.db.empty()) return context.global.db;
-  const auto given = context.env.get("LCRIG_DB");
-  const auto path = given ? std::filesystem::path(*given) : context.env.user_db();
-  std::error_code ec;
-  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ec);
-  if (ec) {
-    return tl::unexpected(Failure(
-        kFailed, fmt::format("cannot create {}: {}", path.parent_path().string(), ec.message()),
-        "lcrig rehearse ... --db FILE"));
-  }
-  return path.string();
-}
-
-Outcome<RehearseRequest> RehearseCommand::request(const Context& context) const {
-  RehearseRequest out;
-  auto parameters = parse_assignments(parameters_);
-  if (!parameters) return tl::unexpected(parameters.error());
-  out.parameters = std::move(*parameters);
-  const LibraryPath library(context.env);
-  auto protocol = library.get(LibraryKind::protocol, protocol_);
-  if (!protocol) return tl::unexpected(protocol.error());
-  out.protocol_name = protocol->name;
-  out.protocol_text = std::move(protocol->text);
-  auto db = database(context);
-  if (!db) return tl::unexpected(db.error());
-  out.db_path = std::move(*db);
-  out.bench = bench_;
-  const bool replay = replay_directory(bench_).has_value();
-  if (specimen_.empty() && !replay) {
-    return tl::unexpected(
-        Failure(kUsage, "lcrig rehearse: --specimen is missing",
-                "lcrig specimen list   (paper-1, paper-2, paper-3 ship with it)"));
-  }
-  if (!specimen_.empty()) {
-    auto specimen = find_specimen_text(context, out.db_path, specimen_);
-    if (!specimen) return tl::unexpected(specimen.error());
-    out.specimen_name = specimen->name;
-    out.specimen_text = std::move(specimen->text);
-  }
-  if (!replay) {
-    auto bench = library.find(LibraryKind::bench, bench_);
-    if (!bench) return tl::unexpected(bench.error());
-    if (*bench) out.bench_text = std::move((*bench)->text);
-  }
-  if (!faults_.empty()) {
-    auto text = read_text_file(faults_);
-    if (!text) return tl::unexpected(Failure(text.error(), "lcrig rehearse ... --faults FILE"));
-    out.faults_name = faults_;
-    out.faults_text = std::move(*text);
-  }
-  out.seed = seed_;
-  out.operator_name = operator_.empty() ? login_name() : operator_;
-  out.note = note_;
-  return out;
-}
-
-Outcome<ExitCode> RehearseCommand::run(Context& context) {
-  auto wanted = request(context);
-  if (!wanted) return tl::unexpected(wanted.error());
-  LiveLine line(context.console, context.clock);
-  wanted->progress = [&line](const RunStatus& status) { line.show(status); };
-  auto result = context.daemon.rehearse(*wanted);
-  line.finish();
-  if (!result) {
-    Failure failure(result.error(), fmt::format("lcrig protocol plan {}", protocol_));
-    if (result.error().code == Errc::invalid_request) failure.code = kProtocol;
-    return tl::unexpected(std::move(failure));
-  }
-  if (context.global.json) {
-    print_json(context.console.out, to_json(*result));
-  } else {
-    print_text(context.console, *result);
-  }
-  return exit_code_of_run(result->exit_status, result->code);
-}
-
 }  // namespace
 
-std::unique_ptr<Command> make_rehearse_command() {
-  return std::make_unique<RehearseCommand>();
-}
+const CommandFactory kRehearseCommand = make_command<RehearseCommand>;
 
 }  // namespace lcrig::cli

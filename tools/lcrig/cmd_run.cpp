@@ -17,11 +17,9 @@ namespace {
 
 class RunCommand final : public Command {
  public:
-  const char* name() const override { return "run"; }
-  const char* summary() const override { return "Run a protocol on the rig and record it"; }
-  const char* example() const override {
-    return "lcrig run dynamic-cycles -p cycles=5 --specimen paper-1";
-  }
+  RunCommand()
+      : Command("run", "Run a protocol on the rig and record it",
+                "lcrig run dynamic-cycles -p cycles=5 --specimen paper-1") {}
   void declare(ArgumentList& list) override {
     list.positional("PROTOCOL", protocol_, "Name or file");
     list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
@@ -31,108 +29,91 @@ class RunCommand final : public Command {
     list.flag("--detach", detach_, "Return as soon as the run goes on");
     list.flag("--dry-run", dry_run_, "Only look and plan on this rig; nothing moves");
   }
-  Outcome<ExitCode> run(Context& context) override;
+
+  Outcome<ExitCode> run(Context& context) override {
+    auto start = request(context);
+    if (!start) return start.error();
+    StopSignals signals;
+    auto client = ControlClient::connect(context);
+    if (!client) return client.error();
+    if (dry_run_) return show_plan(context, *client, to_json(*start));
+    // First, so that nothing of the run is missed.
+    if (!detach_) {
+      auto watching = client->call("watch", json::object());
+      if (!watching) return watching.error();
+    }
+    // Instruments are identified and configured before the answer.
+    constexpr auto kPatience = std::chrono::minutes(2);
+    auto started = client->call("run.start", to_json(*start), kPatience);
+    if (!started) {
+      auto failure = started.error();
+      if (failure.refused_request) failure.code = kProtocol;
+      return failure;
+    }
+    const auto run = started->is_object() ? started->value("run", std::int64_t{0}) : 0;
+    return follow(context, *client, signals, run);
+  }
 
  private:
-  Outcome<RunRequest> request(const Context& context) const;
-  Outcome<ExitCode> show_plan(Context& context, ControlClient& client, const json& start);
+  // The daemon may not read our files: it gets their texts. A name that we do not know may be one
+  // of its database.
+  Outcome<RunRequest> request(const Context& context) const {
+    RunRequest out;
+    auto parameters = parse_assignments(parameters_);
+    if (!parameters) return parameters.error();
+    out.parameters = std::move(*parameters);
+    const LibraryPath library(context.env);
+    auto protocol = library.get(LibraryKind::protocol, protocol_);
+    if (!protocol) return protocol.error();
+    out.protocol_name = protocol->name;
+    out.protocol_text = std::move(protocol->text);
+    auto specimen = library.find(LibraryKind::specimen, specimen_);
+    if (!specimen) return specimen.error();
+    out.specimen_name = *specimen ? (*specimen)->name : specimen_;
+    if (*specimen) out.specimen_text = std::move((*specimen)->text);
+    out.operator_name = operator_;
+    out.note = note_;
+    return out;
+  }
+
+  Outcome<ExitCode> show_plan(Context& context, ControlClient& client, const json& start) {
+    constexpr auto kPatience = std::chrono::minutes(2);
+    auto plan = client.call("run.plan", start, kPatience);
+    if (!plan) {
+      auto failure = plan.error();
+      if (failure.refused_request) failure.code = kProtocol;
+      return failure;
+    }
+    return show(context, *plan, [&](std::ostream& out) {
+      print_plan(out, *plan);
+      fmt::print(context.console.err, "  next: lcrig run {} --specimen {}\n", protocol_, specimen_);
+    });
+  }
+
   Outcome<ExitCode> follow(Context& context, ControlClient& client, StopSignals& signals,
-                           std::int64_t run);
+                           std::int64_t run) {
+    if (detach_) {
+      return show(context, json{{"run", run}}, [&](std::ostream& out) {
+        fmt::print(out, "run {} goes on\n", run);
+        fmt::print(context.console.err, "  next: lcrig watch\n");
+      });
+    }
+    FollowOptions options;
+    options.run = run;
+    options.owner = true;
+    auto end = follow_run(context, client, signals, options);
+    if (!end) return end.error();
+    const auto code = print_run_end(context, end->run);
+    return end->interrupted ? kInterrupted : code;
+  }
 
   std::string protocol_, specimen_, operator_, note_;
   std::vector<std::string> parameters_;
   bool detach_ = false, dry_run_ = false;
 };
 
-// The daemon may not read our files: it gets their texts. A name that we do not know may be one of
-// its database.
-Outcome<RunRequest> RunCommand::request(const Context& context) const {
-  RunRequest out;
-  auto parameters = parse_assignments(parameters_);
-  if (!parameters) return tl::unexpected(parameters.error());
-  out.parameters = std::move(*parameters);
-  const LibraryPath library(context.env);
-  auto protocol = library.get(LibraryKind::protocol, protocol_);
-  if (!protocol) return tl::unexpected(protocol.error());
-  out.protocol_name = protocol->name;
-  out.protocol_text = std::move(protocol->text);
-  auto specimen = library.find(LibraryKind::specimen, specimen_);
-  if (!specimen) return tl::unexpected(specimen.error());
-  out.specimen_name = *specimen ? (*specimen)->name : specimen_;
-  if (*specimen) out.specimen_text = std::move((*specimen)->text);
-  out.operator_name = operator_;
-  out.note = note_;
-  return out;
-}
-
-Outcome<ExitCode> RunCommand::run(Context& context) {
-  auto start = request(context);
-  if (!start) return tl::unexpected(start.error());
-  auto socket = context.socket_path();
-  if (!socket) return tl::unexpected(socket.error());
-  StopSignals signals;
-  auto client = ControlClient::connect(*socket, context.clock);
-  if (!client) return tl::unexpected(client.error());
-  if (dry_run_) return show_plan(context, *client, to_json(*start));
-  // First, so that nothing of the run is missed.
-  if (!detach_) {
-    auto watching = client->call("watch", json::object());
-    if (!watching) return tl::unexpected(watching.error());
-  }
-  // Instruments are identified and configured before the answer.
-  constexpr auto kPatience = std::chrono::minutes(2);
-  auto started = client->call("run.start", to_json(*start), kPatience);
-  if (!started) {
-    auto failure = started.error();
-    if (failure.refused_request) failure.code = kProtocol;
-    return tl::unexpected(std::move(failure));
-  }
-  const auto run = started->is_object() ? started->value("run", std::int64_t{0}) : 0;
-  return follow(context, *client, signals, run);
-}
-
-Outcome<ExitCode> RunCommand::show_plan(Context& context, ControlClient& client,
-                                        const json& start) {
-  constexpr auto kPatience = std::chrono::minutes(2);
-  auto plan = client.call("run.plan", start, kPatience);
-  if (!plan) {
-    auto failure = plan.error();
-    if (failure.refused_request) failure.code = kProtocol;
-    return tl::unexpected(std::move(failure));
-  }
-  if (context.global.json) {
-    print_json(context.console.out, *plan);
-  } else {
-    print_plan(context.console.out, *plan);
-    fmt::print(context.console.err, "  next: lcrig run {} --specimen {}\n", protocol_, specimen_);
-  }
-  return kOk;
-}
-
-Outcome<ExitCode> RunCommand::follow(Context& context, ControlClient& client, StopSignals& signals,
-                                     std::int64_t run) {
-  if (detach_) {
-    if (context.global.json) {
-      print_json(context.console.out, json{{"run", run}});
-    } else {
-      fmt::print(context.console.out, "run {} goes on\n", run);
-      fmt::print(context.console.err, "  next: lcrig watch\n");
-    }
-    return kOk;
-  }
-  FollowOptions options;
-  options.run = run;
-  options.owner = true;
-  auto end = follow_run(context, client, signals, options);
-  if (!end) return tl::unexpected(end.error());
-  const auto code = print_run_end(context, end->run);
-  return end->interrupted ? kInterrupted : code;
-}
-
 }  // namespace
 
-std::unique_ptr<Command> make_run_command() {
-  return std::make_unique<RunCommand>();
-}
+const CommandFactory kRunCommand = make_command<RunCommand>;
 
 }  // namespace lcrig::cli

@@ -38,45 +38,30 @@ json listing_json(const RunListing& r) {
   return out;
 }
 
+void print_table(std::ostream& out, const std::vector<RunListing>& runs) {
+  fmt::print(out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}\n", "run", "started", "protocol",
+             "specimen", "status", "readings", "samples");
+  for (const auto& r : runs) {
+    fmt::print(out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}{}\n", r.run,
+               format_utc(r.started_unix_ns), printable(r.protocol_name, kLongestName),
+               printable(r.specimen_name, kLongestName), to_string(r.exit_status, "running"),
+               r.lcr_readings, r.frame_samples, r.simulated ? "  simulated" : "");
+  }
+}
+
 class RunsListCommand final : public Command {
  public:
-  const char* name() const override { return "runs list"; }
-  const char* summary() const override { return "The runs of the database, newest first"; }
-  const char* example() const override { return "lcrig runs"; }
+  RunsListCommand()
+      : Command("runs list", "The runs of the database, newest first", "lcrig runs") {}
   Outcome<ExitCode> run(Context& context) override {
     auto db = open_runs(context);
-    if (!db) return tl::unexpected(db.error());
+    if (!db) return db.error();
     auto runs = list_runs(*db);
-    if (!runs) return tl::unexpected(Failure(runs.error()));
-    if (context.global.json) {
-      json all = json::object();
-      all["runs"] = json::array();
-      for (const auto& r : *runs) all["runs"].push_back(listing_json(r));
-      print_json(context.console.out, all);
-      return kOk;
-    }
-    fmt::print(context.console.out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}\n", "run", "started",
-               "protocol", "specimen", "status", "readings", "samples");
-    for (const auto& r : *runs) {
-      fmt::print(context.console.out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}{}\n", r.run,
-                 format_utc(r.started_unix_ns), printable(r.protocol_name, kLongestName),
-                 printable(r.specimen_name, kLongestName), to_string(r.exit_status, "running"),
-                 r.lcr_readings, r.frame_samples, r.simulated ? "  simulated" : "");
-    }
-    return kOk;
+    if (!runs) return Failure(runs.error());
+    json all{{"runs", json::array()}};
+    for (const auto& r : *runs) all["runs"].push_back(listing_json(r));
+    return show(context, all, [&](std::ostream& out) { print_table(out, *runs); });
   }
-};
-
-class RunsShowCommand final : public Command {
- public:
-  const char* name() const override { return "runs show"; }
-  const char* summary() const override { return "Everything known about a run"; }
-  const char* example() const override { return "lcrig runs show last"; }
-  void declare(ArgumentList& list) override { list.positional("RUN", run_, "A number, or `last`"); }
-  Outcome<ExitCode> run(Context& context) override;
-
- private:
-  std::string run_;
 };
 
 json parsed(const std::string& text) {
@@ -103,57 +88,58 @@ json show_json(const RunListing& listing, const RunRow& row, const std::vector<R
   return out;
 }
 
-Outcome<ExitCode> RunsShowCommand::run(Context& context) {
-  auto db = open_runs(context);
-  if (!db) return tl::unexpected(db.error());
-  auto number = named_run(*db, run_);
-  if (!number) return tl::unexpected(number.error());
-  auto listing = get_run_listing(*db, *number);
-  if (!listing) return tl::unexpected(Failure(listing.error()));
-  auto row = get_run(*db, *number);
-  if (!row) return tl::unexpected(Failure(row.error()));
-  auto notes = get_run_notes(*db, *number);
-  if (!notes) return tl::unexpected(Failure(notes.error()));
-  const auto all = show_json(*listing, *row, *notes);
-  if (context.global.json) {
-    print_json(context.console.out, all);
-    return kOk;
+class RunsShowCommand final : public Command {
+ public:
+  RunsShowCommand()
+      : Command("runs show", "Everything known about a run", "lcrig runs show last") {}
+  void declare(ArgumentList& list) override { list.positional("RUN", run_, "A number, or `last`"); }
+
+  Outcome<ExitCode> run(Context& context) override {
+    auto run = open_run(context, run_);
+    if (!run) return run.error();
+    const auto& [db, number] = *run;
+    auto listing = get_run_listing(db, number);
+    if (!listing) return Failure(listing.error());
+    auto row = get_run(db, number);
+    if (!row) return Failure(row.error());
+    auto notes = get_run_notes(db, number);
+    if (!notes) return Failure(notes.error());
+    const auto all = show_json(*listing, *row, *notes);
+    return show(context, all, [&](std::ostream& out) {
+      for (const auto& [key, value] : all.items()) {
+        const auto text = value.is_string() ? value.get<std::string>() : dump(value);
+        fmt::print(out, "{:18} {}\n", key, printable(text, kLongestWords));
+      }
+    });
   }
-  for (const auto& [key, value] : all.items()) {
-    const auto text = value.is_string() ? value.get<std::string>() : dump(value);
-    fmt::print(context.console.out, "{:18} {}\n", key, printable(text, kLongestWords));
-  }
-  return kOk;
-}
+
+ private:
+  std::string run_;
+};
 
 class NoteCommand final : public Command {
  public:
-  const char* name() const override { return "runs note"; }
-  const char* summary() const override { return "Add a note to a run that ended"; }
-  const char* example() const override { return "lcrig runs note last \"probe was dusty\""; }
+  NoteCommand()
+      : Command("runs note", "Add a note to a run that ended",
+                "lcrig runs note last \"probe was dusty\"") {}
   void declare(ArgumentList& list) override {
     list.positional("RUN", run_, "A number, or `last`");
     list.positional("TEXT", text_, "The note");
   }
   Outcome<ExitCode> run(Context& context) override {
-    auto db = open_runs(context, true);
-    if (!db) return tl::unexpected(db.error());
-    auto number = named_run(*db, run_);
-    if (!number) return tl::unexpected(number.error());
-    auto listing = get_run_listing(*db, *number);
-    if (!listing) return tl::unexpected(Failure(listing.error()));
+    auto run = open_run(context, run_, true);
+    if (!run) return run.error();
+    const auto& [db, number] = *run;
+    auto listing = get_run_listing(db, number);
+    if (!listing) return Failure(listing.error());
     if (!listing->exit_status) {  // the recorder is the only writer while it goes on
-      return tl::unexpected(Failure(kFailed, fmt::format("run {} is still going on", *number),
-                                    "lcrig watch   (then add the note)"));
+      return Failure(kFailed, fmt::format("run {} is still going on", number),
+                     "lcrig watch   (then add the note)");
     }
-    auto added = add_run_note(*db, *number, login_name(), text_, context.clock.unix_ns());
-    if (!added) return tl::unexpected(Failure(added.error()));
-    if (context.global.json) {
-      print_json(context.console.out, json{{"run", *number}});
-    } else {
-      fmt::print(context.console.out, "noted with run {}\n", *number);
-    }
-    return kOk;
+    auto added = add_run_note(db, number, login_name(), text_, context.clock.unix_ns());
+    if (!added) return Failure(added.error());
+    return show(context, json{{"run", number}},
+                [&](std::ostream& out) { fmt::print(out, "noted with run {}\n", number); });
   }
 
  private:
@@ -162,14 +148,8 @@ class NoteCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> make_runs_list_command() {
-  return std::make_unique<RunsListCommand>();
-}
-std::unique_ptr<Command> make_runs_show_command() {
-  return std::make_unique<RunsShowCommand>();
-}
-std::unique_ptr<Command> make_runs_note_command() {
-  return std::make_unique<NoteCommand>();
-}
+const CommandFactory kRunsListCommand = make_command<RunsListCommand>;
+const CommandFactory kRunsShowCommand = make_command<RunsShowCommand>;
+const CommandFactory kRunsNoteCommand = make_command<NoteCommand>;
 
 }  // namespace lcrig::cli

@@ -25,7 +25,7 @@ void print_status(std::ostream& out, const DaemonStatus& s) {
   }
   if (s.run) {
     fmt::print(out, "run {}  {} on {}  {}\n", s.run->run, printable(s.run->protocol, kLongestName),
-               printable(s.run->specimen, kLongestName), state_word(s.run->state));
+               printable(s.run->specimen, kLongestName), to_string(s.run->state));
     fmt::print(out, "{}\n", format_plain_line(*s.run));
     if (!s.run->prompt.empty())
       fmt::print(out, "waits for: {}\n", printable(s.run->prompt, kLongestWords));
@@ -40,28 +40,19 @@ void print_status(std::ostream& out, const DaemonStatus& s) {
 
 class StatusCommand final : public Command {
  public:
-  const char* name() const override { return "status"; }
-  const char* summary() const override { return "What the rig is doing"; }
-  const char* example() const override { return "lcrig status --ask"; }
+  StatusCommand() : Command("status", "What the rig is doing", "lcrig status --ask") {}
   void declare(ArgumentList& list) override {
     list.flag("--ask", ask_, "Ask both instruments who they are; nothing at the frame changes");
   }
   Outcome<ExitCode> run(Context& context) override {
-    auto socket = context.socket_path();
-    if (!socket) return tl::unexpected(socket.error());
-    auto client = ControlClient::connect(*socket, context.clock);
-    if (!client) return tl::unexpected(client.error());
+    auto client = ControlClient::connect(context);
+    if (!client) return client.error();
     constexpr auto kPatience = std::chrono::minutes(1);
     auto answer = client->call(ask_ ? "instruments.ask" : "status", json::object(), kPatience);
-    if (!answer) return tl::unexpected(answer.error());
-    if (context.global.json) {
-      print_json(context.console.out, *answer);
-      return kOk;
-    }
+    if (!answer) return answer.error();
     auto status = parse_daemon_status(*answer);
-    if (!status) return tl::unexpected(Failure(status.error()));
-    print_status(context.console.out, *status);
-    return kOk;
+    if (!status && !context.global.json) return Failure(status.error());
+    return show(context, *answer, [&](std::ostream& out) { print_status(out, *status); });
   }
 
  private:
@@ -70,8 +61,6 @@ class StatusCommand final : public Command {
 
 }  // namespace
 
-std::unique_ptr<Command> make_status_command() {
-  return std::make_unique<StatusCommand>();
-}
+const CommandFactory kStatusCommand = make_command<StatusCommand>;
 
 }  // namespace lcrig::cli

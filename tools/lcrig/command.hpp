@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "base/clock.hpp"
@@ -18,7 +20,6 @@ namespace lcrig::cli {
 
 // Options that every command takes.
 struct GlobalOptions {
-  GlobalOptions() = default;
   std::string db, socket, config;  // empty: not given
   bool json = false;
 };
@@ -36,6 +37,15 @@ class ArgumentList {
   virtual void options(const char* names, std::vector<std::string>& out, const char* metavar,
                        const char* help) = 0;  // may be repeated
   virtual void seed(const char* names, std::optional<std::uint64_t>& out, const char* help) = 0;
+  virtual void number(const char* names, std::function<void(double)> take, const char* metavar,
+                      const char* help) = 0;
+  // `T`: double, or an optional of it. Without the option `out` stays as it is.
+  template <class T>
+    requires std::is_assignable_v<T&, double>
+  void number(const char* names, T& out, const char* metavar, const char* help) {
+    number(names, std::function<void(double)>([&out](double value) { out = value; }), metavar,
+           help);
+  }
   virtual void one_of(const char* names, std::string& out, const std::vector<std::string>& choices,
                       const char* help) = 0;
   virtual void flag(const char* names, bool& out, const char* help) = 0;
@@ -59,13 +69,20 @@ struct Context {
 
 class Command {
  public:
+  // `words`: "run", "protocol list". The example is a whole line that can be typed.
+  Command(const char* words, const char* what_for, const char* typed)
+      : name(words), summary(what_for), example(typed) {}
   virtual ~Command() = default;
-  virtual const char* name() const = 0;  // "run", "protocol list"
-  virtual const char* summary() const = 0;
-  virtual const char* example() const = 0;
   virtual void declare(ArgumentList&) {}
   virtual Outcome<ExitCode> run(Context& context) = 0;
+
+  const char *const name, *const summary, *const example;
 };
+using CommandFactory = std::unique_ptr<Command> (*)();
+template <class C>
+std::unique_ptr<Command> make_command() {
+  return std::make_unique<C>();
+}
 
 // Every command of `lcrig`, in the order of the help.
 std::vector<std::unique_ptr<Command>> make_commands();

@@ -14,11 +14,11 @@ namespace {
 // One path of the daemon's configuration; the daemon checks the rest of the file.
 Outcome<std::optional<std::string>> configured(const std::string& file, const char* key) {
   auto document = load_json(file);
-  if (!document) return tl::unexpected(Failure(document.error(), "give another --config"));
+  if (!document) return Failure(document.error(), "give another --config");
   const JsonReader reader(*document);
   auto value = reader.optional_string(key);
   if (auto ok = reader.result(); !ok) {
-    return tl::unexpected(Failure(ok.error(), "correct the file, or leave --config out"));
+    return Failure(ok.error(), "correct the file, or leave --config out");
   }
   return value;
 }
@@ -29,7 +29,7 @@ Outcome<std::string> Context::db_path() const {
   if (!global.db.empty()) return global.db;
   if (!global.config.empty()) {
     auto path = configured(global.config, "database");
-    if (!path) return tl::unexpected(path.error());
+    if (!path) return path.error();
     if (*path) return **path;
   }
   return env.default_db().string();
@@ -39,7 +39,7 @@ Outcome<std::string> Context::socket_path() const {
   if (!global.socket.empty()) return global.socket;
   if (!global.config.empty()) {
     auto path = configured(global.config, "socket");
-    if (!path) return tl::unexpected(path.error());
+    if (!path) return path.error();
     if (*path) return **path;
   }
   return env.default_socket().string();
@@ -54,14 +54,12 @@ Outcome<ParameterValues> parse_assignments(const std::vector<std::string>& words
   for (const auto& word : words) {
     const auto equals = word.find('=');
     if (equals == 0 || equals == std::string::npos || equals + 1 == word.size()) {
-      return tl::unexpected(
-          Failure(kUsage, fmt::format("-p {}: expected name=value, like -p cycles=5", word),
-                  "lcrig protocol show PROTOCOL   (lists its parameters)"));
+      return Failure(kUsage, fmt::format("-p {}: expected name=value, like -p cycles=5", word),
+                     "lcrig protocol show PROTOCOL   (lists its parameters)");
     }
     const auto name = word.substr(0, equals);
     if (!out.emplace(name, word.substr(equals + 1)).second) {
-      return tl::unexpected(
-          Failure(kUsage, fmt::format("-p {}: was given twice", name), "give it once"));
+      return Failure(kUsage, fmt::format("-p {}: was given twice", name), "give it once");
     }
   }
   return out;

@@ -57,7 +57,7 @@ Outcome<std::optional<ControlNews>> notification(const std::string& path, const 
   const json params = message.value("params", json::object());
   const auto wrap = [&](auto parsed) -> Outcome<std::optional<ControlNews>> {
     if (parsed) return ControlNews(std::move(*parsed));
-    return tl::unexpected(unreachable(path, "it speaks another language: " + parsed.error().what));
+    return unreachable(path, "it speaks another language: " + parsed.error().what);
   };
   if (method == "status") return wrap(parse_run_status(params));
   if (method == "event") return wrap(parse_run_event(params));
@@ -95,7 +95,7 @@ Outcome<std::int64_t> ControlClient::State::send(std::string_view method, const 
   while (!rest.empty()) {
     const auto n = ::send(fd, rest.data(), rest.size(), MSG_NOSIGNAL);
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return tl::unexpected(unreachable(path, std::strerror(errno)));
+    if (n < 0) return unreachable(path, std::strerror(errno));
     rest.remove_prefix(static_cast<std::size_t>(n));
   }
   return last_id;
@@ -104,20 +104,20 @@ Outcome<std::int64_t> ControlClient::State::send(std::string_view method, const 
 Outcome<json> ControlClient::State::parse(const std::string& line) const {
   auto message = json::parse(line, nullptr, false);
   if (message.is_object()) return message;
-  return tl::unexpected(unreachable(path, "it does not speak JSON-RPC; is this lcrigd's socket?"));
+  return unreachable(path, "it does not speak JSON-RPC; is this lcrigd's socket?");
 }
 
 Outcome<bool> ControlClient::State::receive() {
   std::array<char, 65536> buffer;
   const auto n = ::recv(fd, buffer.data(), buffer.size(), MSG_DONTWAIT);
   if (n < 0 && (errno == EAGAIN || errno == EINTR)) return false;
-  if (n < 0) return tl::unexpected(unreachable(path, std::strerror(errno)));
-  if (n == 0) return tl::unexpected(unreachable(path, "it closed the connection"));
+  if (n < 0) return unreachable(path, std::strerror(errno));
+  if (n == 0) return unreachable(path, "it closed the connection");
   in.append(buffer.data(), static_cast<std::size_t>(n));
   for (auto end = in.find('\n'); end != std::string::npos; end = in.find('\n')) {
     auto message = parse(in.substr(0, end));
     in.erase(0, end + 1);
-    if (!message) return tl::unexpected(message.error());
+    if (!message) return message.error();
     backlog.push_back(std::move(*message));
   }
   return true;
@@ -128,7 +128,7 @@ Outcome<bool> ControlClient::State::wait(MonoTime end) {
   if (left.count() <= 0) return false;
   pollfd wanted{fd, POLLIN, 0};
   const int n = ::poll(&wanted, 1, static_cast<int>(left.count()) + 1);
-  if (n < 0 && errno != EINTR) return tl::unexpected(unreachable(path, std::strerror(errno)));
+  if (n < 0 && errno != EINTR) return unreachable(path, std::strerror(errno));
   return true;
 }
 
@@ -158,17 +158,23 @@ Outcome<ControlClient> ControlClient::connect(const std::string& path, const Clo
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.size() >= sizeof address.sun_path) {
-    return tl::unexpected(Failure(kUsage, fmt::format("--socket {}: the path is too long", path),
-                                  "a socket path has at most 107 characters"));
+    return Failure(kUsage, fmt::format("--socket {}: the path is too long", path),
+                   "a socket path has at most 107 characters");
   }
   path.copy(address.sun_path, path.size());
   state->fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (state->fd < 0) return tl::unexpected(unreachable(path, std::strerror(errno)));
+  if (state->fd < 0) return unreachable(path, std::strerror(errno));
   if (::connect(state->fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    if (errno == EACCES || errno == EPERM) return tl::unexpected(no_access(path));
-    return tl::unexpected(unreachable(path, std::strerror(errno)));
+    if (errno == EACCES || errno == EPERM) return no_access(path);
+    return unreachable(path, std::strerror(errno));
   }
   return ControlClient(std::move(state));
+}
+
+Outcome<ControlClient> ControlClient::connect(const Context& context) {
+  auto path = context.socket_path();
+  if (!path) return path.error();
+  return connect(*path, context.clock);
 }
 
 Outcome<json> ControlClient::call(std::string_view method, const json& params, Duration timeout) {
@@ -178,18 +184,18 @@ Outcome<json> ControlClient::call(std::string_view method, const json& params, D
   for (;;) {
     if (auto answer = state_->take_answer(id.value_or(0))) {
       if (const auto error = answer->find("error"); error != answer->end()) {
-        return tl::unexpected(failure_of(*error));
+        return failure_of(*error);
       }
       return answer->value("result", json());
     }
     auto got = state_->receive();
-    if (!got) return tl::unexpected(id ? got.error() : id.error());
+    if (!got) return id ? got.error() : id.error();
     if (*got) continue;
     auto in_time = state_->wait(end);
-    if (!in_time) return tl::unexpected(in_time.error());
+    if (!in_time) return in_time.error();
     if (!*in_time) {
-      return tl::unexpected(unreachable(
-          state_->path, fmt::format("{}: no answer in {} s", method, to_seconds(timeout))));
+      return unreachable(state_->path,
+                         fmt::format("{}: no answer in {} s", method, to_seconds(timeout)));
     }
   }
 }
@@ -201,7 +207,7 @@ Outcome<std::int64_t> ControlClient::post(std::string_view method, const json& p
 Outcome<std::optional<ControlNews>> ControlClient::take() {
   if (state_->backlog.empty()) {
     auto got = state_->receive();
-    if (!got) return tl::unexpected(got.error());
+    if (!got) return got.error();
     if (state_->backlog.empty()) return std::optional<ControlNews>();
   }
   const json message = std::move(state_->backlog.front());

@@ -11,13 +11,12 @@
 
 #include "base/clock.hpp"
 #include "daemon/control/messages.hpp"
-#include "tools/lcrig/exit_code.hpp"
+#include "tools/lcrig/command.hpp"
 
 namespace lcrig::cli {
 
 // The answer to a `post`.
 struct ControlAnswer {
-  ControlAnswer() = default;
   std::int64_t id = 0;
   std::optional<Failure> failure;
 };
@@ -27,6 +26,7 @@ class ControlClient {
  public:
   // `clock` outlives the client. Failure: unreachable, with what to do about it.
   static Outcome<ControlClient> connect(const std::string& path, const Clock& clock);
+  static Outcome<ControlClient> connect(const Context& context);  // as its options say
   ControlClient(ControlClient&&) noexcept;
   ~ControlClient();
 

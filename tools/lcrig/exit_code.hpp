@@ -43,7 +43,13 @@ struct Failure {
   bool refused_request = false;  // the daemon called the request itself wrong
 };
 
+// A value or a Failure.
 template <class T>
-using Outcome = tl::expected<T, Failure>;
+class [[nodiscard]] Outcome : public tl::expected<T, Failure> {
+ public:
+  using tl::expected<T, Failure>::expected;
+  Outcome() = default;
+  Outcome(Failure failure) : tl::expected<T, Failure>(tl::unexpected(std::move(failure))) {}
+};
 
 }  // namespace lcrig::cli

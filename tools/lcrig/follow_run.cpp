@@ -12,7 +12,6 @@
 #include <csignal>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 #include "base/text.hpp"
 #include "tools/lcrig/live_line.hpp"
@@ -23,6 +22,7 @@ namespace lcrig::cli {
 using nlohmann::json;
 
 namespace {
+
 sigset_t stop_set() {
   sigset_t set;
   sigemptyset(&set);
@@ -30,26 +30,6 @@ sigset_t stop_set() {
   sigaddset(&set, SIGTERM);
   return set;
 }
-}  // namespace
-
-StopSignals::StopSignals() {
-  const auto set = stop_set();
-  ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  fd_ = ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
-}
-
-StopSignals::~StopSignals() {
-  if (fd_ >= 0) ::close(fd_);
-  const auto set = stop_set();
-  ::pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
-}
-
-void StopSignals::take() {
-  signalfd_siginfo info{};
-  [[maybe_unused]] const auto n = ::read(fd_, &info, sizeof info);
-}
-
-namespace {
 
 class Follower {
  public:
@@ -69,19 +49,19 @@ class Follower {
  private:
   Outcome<FollowEnd> loop() {
     while (!ended_) {
-      if (auto ok = drain(); !ok) return tl::unexpected(lost(ok.error()));
+      if (auto ok = drain(); !ok) return lost(ok.error());
       if (ended_) break;
       std::array<pollfd, 3> wanted{pollfd{client_.fd(), POLLIN, 0},
                                    pollfd{signals_.fd(), POLLIN, 0},
                                    pollfd{typing_ ? STDIN_FILENO : -1, POLLIN, 0}};
       if (::poll(wanted.data(), wanted.size(), -1) < 0 && errno != EINTR) {
-        return tl::unexpected(Failure(kFailed, std::strerror(errno), ""));
+        return Failure(kFailed, std::strerror(errno), "");
       }
       if (wanted[1].revents != 0) {
-        if (auto ok = on_signal(); !ok) return tl::unexpected(ok.error());
+        if (auto ok = on_signal(); !ok) return ok.error();
       }
       if (wanted[2].revents != 0) {
-        if (auto ok = on_key(); !ok) return tl::unexpected(ok.error());
+        if (auto ok = on_key(); !ok) return ok.error();
       }
     }
     FollowEnd end;
@@ -98,7 +78,7 @@ class Follower {
   Outcome<std::int64_t> drain() {
     for (;;) {
       auto news = client_.take();
-      if (!news) return tl::unexpected(news.error());
+      if (!news) return news.error();
       if (!*news) return 0;
       std::visit([this](auto& what) { on(what); }, **news);
       if (ended_) return 0;
@@ -140,7 +120,7 @@ class Follower {
     if (!options_.owner || stops_ > 1) {
       const auto next = options_.owner ? "lcrig status   (the run is still being stopped)"
                                        : "lcrig status   (the run goes on)";
-      return tl::unexpected(Failure(kInterrupted, "interrupted", next));
+      return Failure(kInterrupted, "interrupted", next);
     }
     line_.say("stopping the run, then its `finally` part; Ctrl-C again leaves it alone");
     const json params{{"why", "Ctrl-C in lcrig run"}};
@@ -174,6 +154,23 @@ class Follower {
 };
 
 }  // namespace
+
+StopSignals::StopSignals() {
+  const auto set = stop_set();
+  ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  fd_ = ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+StopSignals::~StopSignals() {
+  if (fd_ >= 0) ::close(fd_);
+  const auto set = stop_set();
+  ::pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
+}
+
+void StopSignals::take() {
+  signalfd_siginfo info{};
+  [[maybe_unused]] const auto n = ::read(fd_, &info, sizeof info);
+}
 
 Outcome<FollowEnd> follow_run(Context& context, ControlClient& client, StopSignals& signals,
                               FollowOptions options) {

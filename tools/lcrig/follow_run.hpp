@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "tools/lcrig/command.hpp"
 #include "tools/lcrig/control_client.hpp"
@@ -11,7 +10,6 @@
 namespace lcrig::cli {
 
 struct FollowOptions {
-  FollowOptions() = default;
   std::int64_t run = 0;  // 0: whichever goes on
   // `lcrig run`: Enter confirms a prompt, the first Ctrl-C aborts the run and waits for its end,
   // the second one leaves. Otherwise (`lcrig watch`) Ctrl-C just leaves.
@@ -33,7 +31,6 @@ class StopSignals {
 };
 
 struct FollowEnd {
-  FollowEnd() = default;
   RunOutcome run;
   bool interrupted = false;  // by Ctrl-C here
 };

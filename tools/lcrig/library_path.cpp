@@ -50,7 +50,7 @@ Outcome<LibraryFile> load(const fs::path& path) {
   file.name = path.stem().string();
   file.path = path;
   auto text = read_text_file(path.string());
-  if (!text) return tl::unexpected(Failure(text.error(), "check the path"));
+  if (!text) return Failure(text.error(), "check the path");
   file.text = std::move(*text);
   return file;
 }
@@ -88,14 +88,14 @@ Outcome<std::optional<LibraryFile>> LibraryPath::find(LibraryKind kind,
   std::error_code ignored;
   if (looks_like_a_path(what) || fs::is_regular_file(what, ignored)) {
     auto file = load(what);
-    if (!file) return tl::unexpected(file.error());
+    if (!file) return file.error();
     return std::optional<LibraryFile>(std::move(*file));
   }
   for (const auto& folder : folders(kind)) {
     const auto path = folder / (what + ".json");
     if (!fs::is_regular_file(path, ignored) || !has_format(path, row_of(kind).format)) continue;
     auto file = load(path);
-    if (!file) return tl::unexpected(file.error());
+    if (!file) return file.error();
     return std::optional<LibraryFile>(std::move(*file));
   }
   return std::optional<LibraryFile>();
@@ -121,9 +121,9 @@ Failure LibraryPath::unknown(LibraryKind kind, const std::string& what,
 Outcome<LibraryFile> LibraryPath::get(LibraryKind kind, const std::string& what,
                                       const std::vector<std::string>& also) const {
   auto found = find(kind, what);
-  if (!found) return tl::unexpected(found.error());
+  if (!found) return found.error();
   if (*found) return std::move(**found);
-  return tl::unexpected(unknown(kind, what, also));
+  return unknown(kind, what, also);
 }
 
 std::vector<LibraryFile> LibraryPath::list(LibraryKind kind) const {

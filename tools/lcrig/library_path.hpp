@@ -15,7 +15,6 @@ namespace lcrig::cli {
 enum class LibraryKind { protocol, specimen, bench };
 
 struct LibraryFile {
-  LibraryFile() = default;
   std::string name;  // "static-frame"
   std::filesystem::path path;
   std::string text;

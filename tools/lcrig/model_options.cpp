@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 
+#include "base/number.hpp"
 #include "model/specimen_file.hpp"
 #include "tools/lcrig/specimen_lookup.hpp"
 
@@ -34,11 +34,11 @@ void ModelOptions::declare_level(ArgumentList& list) {
 
 Outcome<Specimen> ModelOptions::specimen(const Context& context) const {
   auto path = context.db_path();
-  if (!path) return tl::unexpected(path.error());
+  if (!path) return path.error();
   auto text = find_specimen_text(context, *path, specimen_);
-  if (!text) return tl::unexpected(text.error());
+  if (!text) return text.error();
   auto specimen = parse_specimen(text->text, text->name);
-  if (!specimen) return tl::unexpected(Failure(specimen.error()));
+  if (!specimen) return Failure(specimen.error());
   if (!faces_.empty()) specimen->faces = parse_faces(faces_).value_or(specimen->faces);
   if (!top_.empty()) specimen->top = parse_top(top_).value_or(specimen->top);
   return *specimen;
@@ -59,24 +59,17 @@ Outcome<std::optional<LevelSettings>> ModelOptions::settings() const {
   const bool varied = form_ != "A" || kind_ != "dead" || lateral_ != "free" ||
                       area_ != "reference" || mesh_ != "1" || fringe_;
   if (varied) {
-    return tl::unexpected(
-        Failure(kUsage,
-                "--form, --pressure-kind, --lateral, --area, --mesh and --fringe belong to a "
-                "--level",
-                "lcrig model curve --help"));
+    return Failure(kUsage,
+                   "--form, --pressure-kind, --lateral, --area, --mesh and --fringe belong to a "
+                   "--level",
+                   "lcrig model curve --help");
   }
   return std::optional<LevelSettings>();
 }
 
 Outcome<double> parse_number(const char* option, const std::string& text) {
-  double value = 0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end || !std::isfinite(value)) {
-    return tl::unexpected(
-        Failure(kUsage, fmt::format("{} \"{}\": expected a number", option, text), ""));
-  }
-  return value;
+  if (const auto value = number_from<double>(text)) return *value;
+  return Failure(kUsage, fmt::format("{} \"{}\": expected a number", option, text), "");
 }
 
 }  // namespace lcrig::cli

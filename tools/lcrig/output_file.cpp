@@ -33,25 +33,24 @@ Result<> write_all(int fd, std::string_view content) {
 Outcome<void> write_file(const std::string& path, const std::function<Result<>(int fd)>& write) {
   struct ::stat present{};
   const bool exists = ::stat(path.c_str(), &present) == 0;
-  if (exists && S_ISDIR(present.st_mode)) return tl::unexpected(cannot(path, EISDIR));
+  if (exists && S_ISDIR(present.st_mode)) return cannot(path, EISDIR);
   // A device or a pipe cannot be replaced, it is written to.
   const bool special = exists && !S_ISREG(present.st_mode);
   const std::string temporary = special ? path : fmt::format("{}.{}.part", path, ::getpid());
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (fd < 0) return tl::unexpected(cannot(path, errno));
+  if (fd < 0) return cannot(path, errno);
   auto written = write(fd);
   const bool closed = ::close(fd) == 0;
   const int close_error = errno;
   if (!special && (!written || !closed)) ::unlink(temporary.c_str());
   if (!written) {
-    return tl::unexpected(
-        Failure(kFailed, fmt::format("cannot write {}: {}", path, written.error().what), ""));
+    return Failure(kFailed, fmt::format("cannot write {}: {}", path, written.error().what), "");
   }
-  if (!closed) return tl::unexpected(cannot(path, close_error));
+  if (!closed) return cannot(path, close_error);
   if (!special && std::rename(temporary.c_str(), path.c_str()) != 0) {
     const int error = errno;
     ::unlink(temporary.c_str());
-    return tl::unexpected(cannot(path, error));
+    return cannot(path, error);
   }
   return {};
 }

@@ -3,9 +3,9 @@
 // before it parses; its exit codes become ours.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <map>
 
+#include "base/number.hpp"
 #include "tools/lcrig/command.hpp"
 #include "tools/lcrig/did_you_mean.hpp"
 
@@ -37,15 +37,20 @@ class Cli11Arguments final : public ArgumentList {
   void seed(const char* names, std::optional<std::uint64_t>& out, const char* help) override {
     // CLI11 would take -1 for 2^64 - 1.
     const auto parse = [&out](const std::string& text) {
-      std::uint64_t value = 0;
-      const auto* end = text.data() + text.size();
-      const auto r = std::from_chars(text.data(), end, value);
-      if (r.ec != std::errc() || r.ptr != end) {
-        throw CLI::ValidationError("--seed", "'" + text + "' is not a whole number from 0 on");
-      }
-      out = value;
+      out = number_from<std::uint64_t>(text);
+      if (out) return;
+      throw CLI::ValidationError("--seed", "'" + text + "' is not a whole number from 0 on");
     };
     app_.add_option_function<std::string>(names, parse, help)->option_text("N");
+  }
+  void number(const char* names, std::function<void(double)> take, const char* metavar,
+              const char* help) override {
+    const auto parse = [names, take = std::move(take)](const std::string& text) {
+      const auto value = number_from<double>(text);
+      if (!value) throw CLI::ValidationError(names, '"' + text + "\": expected a number");
+      take(*value);
+    };
+    app_.add_option_function<std::string>(names, parse, help)->option_text(metavar);
   }
   void one_of(const char* names, std::string& out, const std::vector<std::string>& choices,
               const char* help) override {
@@ -66,7 +71,7 @@ using Commands = std::vector<std::unique_ptr<Command>>;
 // "protocol list" -> {"protocol", "list"}
 std::vector<std::string> name_words(const Command& command) {
   std::vector<std::string> words;
-  for (const auto& word : CLI::detail::split(command.name(), ' ')) words.push_back(word);
+  for (const auto& word : CLI::detail::split(command.name, ' ')) words.push_back(word);
   return words;
 }
 
@@ -113,7 +118,7 @@ Parser::Parser(Commands& commands, GlobalOptions& global) : all(commands) {
     } else {
       top_words.push_back(words[0]);
     }
-    auto* sub = parent->add_subcommand(words.back(), command->summary());
+    auto* sub = parent->add_subcommand(words.back(), command->summary);
     sub->fallthrough();
     Cli11Arguments arguments(*sub);
     command->declare(arguments);
@@ -158,19 +163,18 @@ Outcome<Command*> Parser::find(const std::vector<std::string>& args) {
     if (asks_for(args, "--help", "-h") || asks_for(args, "--version", "")) return nullptr;
     for (const auto& arg : args) {
       if (!arg.starts_with('-') || arg == "--" || known_option(app, arg) != nullptr) continue;
-      return tl::unexpected(
-          usage(fmt::format("unknown option {}{}", arg, did_you_mean(arg, option_names(app))),
-                "lcrig --help"));
+      return usage(fmt::format("unknown option {}{}", arg, did_you_mean(arg, option_names(app))),
+                   "lcrig --help");
     }
-    return tl::unexpected(usage("a command is missing", "lcrig --help"));
+    return usage("a command is missing", "lcrig --help");
   }
   const auto& word = args[at];
   if (groups.contains(word)) return find_in_group(word, at, args);
   for (const auto& command : all) {
-    if (word == command->name()) return check_options(command.get(), args);
+    if (word == command->name) return check_options(command.get(), args);
   }
-  return tl::unexpected(usage(
-      fmt::format("unknown command '{}'{}", word, did_you_mean(word, top_words)), "lcrig --help"));
+  return usage(fmt::format("unknown command '{}'{}", word, did_you_mean(word, top_words)),
+               "lcrig --help");
 }
 
 Outcome<Command*> Parser::find_in_group(const std::string& group, std::size_t at,
@@ -189,11 +193,11 @@ Outcome<Command*> Parser::find_in_group(const std::string& group, std::size_t at
   if (verb_at == args.size() && asks_for(args, "--help", "-h")) return nullptr;
   const auto next = fmt::format("lcrig {} --help   (it knows: {})", group, join_words(verbs));
   if (verb_at == args.size()) {
-    return tl::unexpected(usage(fmt::format("lcrig {}: what? a verb is missing", group), next));
+    return usage(fmt::format("lcrig {}: what? a verb is missing", group), next);
   }
-  return tl::unexpected(usage(fmt::format("unknown command '{} {}'{}", group, args[verb_at],
-                                          did_you_mean(args[verb_at], verbs)),
-                              next));
+  return usage(fmt::format("unknown command '{} {}'{}", group, args[verb_at],
+                           did_you_mean(args[verb_at], verbs)),
+               next);
 }
 
 std::vector<std::string> Parser::option_names(const CLI::App& sub) const {
@@ -219,9 +223,9 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
     if (!arg.starts_with('-') || arg.size() < 2) continue;
     const auto* option = known_option(sub, arg);
     if (option == nullptr) {
-      return tl::unexpected(usage(fmt::format("lcrig {}: unknown option {}{}", command->name(), arg,
-                                              did_you_mean(arg, option_names(sub))),
-                                  fmt::format("lcrig {} --help", command->name())));
+      return usage(fmt::format("lcrig {}: unknown option {}{}", command->name, arg,
+                               did_you_mean(arg, option_names(sub))),
+                   fmt::format("lcrig {} --help", command->name));
     }
     const bool attached =
         arg.find('=') != std::string::npos || (!arg.starts_with("--") && arg.size() > 2);
@@ -237,12 +241,12 @@ std::string Parser::help_of(const Command* command, const std::string& group) co
     return fmt::format(
         "Example: {}\n\n{}\nEverywhere: --db FILE, --socket PATH, --config FILE, "
         "--json\n",
-        command->example(), apps.at(command)->help(parent));
+        command->example, apps.at(command)->help(parent));
   }
   if (!group.empty()) {
     for (const auto& one : all) {
       if (name_words(*one)[0] != group) continue;
-      return fmt::format("Example: {}\n\n{}", one->example(), groups.at(group)->help("lcrig"));
+      return fmt::format("Example: {}\n\n{}", one->example, groups.at(group)->help("lcrig"));
     }
   }
   return fmt::format("Example: lcrig rehearse static-frame --specimen paper-1\n\n{}", app.help());
@@ -260,7 +264,7 @@ std::vector<std::string> with_default_verb(const Parser& parser, std::vector<std
 Outcome<ExitCode> parse_and_run(Parser& parser, const std::vector<std::string>& args,
                                 Context& context) {
   auto command = parser.find(args);
-  if (!command) return tl::unexpected(command.error());
+  if (!command) return command.error();
   try {
     std::vector<std::string> reversed(args.rbegin(), args.rend());  // CLI11 pops from the back
     parser.app.parse(std::move(reversed));
@@ -271,11 +275,10 @@ Outcome<ExitCode> parse_and_run(Parser& parser, const std::vector<std::string>& 
     context.console.out << e.what() << '\n';
     return kOk;
   } catch (const CLI::ParseError& e) {  // its exit codes 105 to 110 mean nothing to a script
-    const std::string name = *command == nullptr ? "" : std::string(" ") + (*command)->name();
-    return tl::unexpected(
-        usage(fmt::format("lcrig{}: {}", name, e.what()), fmt::format("lcrig{} --help", name)));
+    const std::string name = *command == nullptr ? "" : std::string(" ") + (*command)->name;
+    return usage(fmt::format("lcrig{}: {}", name, e.what()), fmt::format("lcrig{} --help", name));
   }
-  if (*command == nullptr) return tl::unexpected(usage("a command is missing", "lcrig --help"));
+  if (*command == nullptr) return usage("a command is missing", "lcrig --help");
   return (*command)->run(context);
 }
 

@@ -26,4 +26,14 @@ void print_json(std::ostream& out, const nlohmann::json& value) {
   out << safe << '\n';
 }
 
+ExitCode show(Context& context, const nlohmann::json& result,
+              const std::function<void(std::ostream&)>& text) {
+  if (context.global.json) {
+    print_json(context.console.out, result);
+  } else {
+    text(context.console.out);
+  }
+  return kOk;
+}
+
 }  // namespace lcrig::cli

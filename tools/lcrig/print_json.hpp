@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <ostream>
+
+#include "tools/lcrig/command.hpp"
 
 namespace lcrig::cli {
 
 // One line. Bytes that are no UTF-8 (a file name, an instrument's words) are replaced.
 void print_json(std::ostream& out, const nlohmann::json& value);
+// What a command has to say: with --json as one line, else as `text` writes it.
+ExitCode show(Context& context, const nlohmann::json& result,
+              const std::function<void(std::ostream&)>& text);
 
 }  // namespace lcrig::cli

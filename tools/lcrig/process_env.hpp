@@ -10,7 +10,6 @@
 namespace lcrig::cli {
 
 struct ProcessEnv {
-  ProcessEnv() = default;
   // Empty values count as absent.
   std::function<std::optional<std::string>(const char*)> variable;
   std::filesystem::path executable;

@@ -11,22 +11,30 @@ namespace lcrig::cli {
 
 Outcome<Database> open_runs(const Context& context, bool writable) {
   auto path = context.db_path();
-  if (!path) return tl::unexpected(path.error());
+  if (!path) return path.error();
   std::error_code ignored;
   if (!std::filesystem::exists(*path, ignored)) {
-    return tl::unexpected(Failure(kFailed, fmt::format("there is no database at {}", *path),
-                                  "lcrig rehearse static-frame --specimen paper-1   (makes a first "
-                                  "run), or give --db FILE"));
+    return Failure(kFailed, fmt::format("there is no database at {}", *path),
+                   "lcrig rehearse static-frame --specimen paper-1   (makes a first "
+                   "run), or give --db FILE");
   }
   auto db = writable ? open_read_write(*path) : open_read_only(*path);
-  if (!db) return tl::unexpected(Failure(db.error(), "give another --db"));
+  if (!db) return Failure(db.error(), "give another --db");
   return std::move(*db);
 }
 
 Outcome<std::int64_t> named_run(const Database& db, const std::string& text) {
   auto run = find_run(db, text);
-  if (!run) return tl::unexpected(Failure(run.error(), "lcrig runs   (lists them)"));
+  if (!run) return Failure(run.error(), "lcrig runs   (lists them)");
   return *run;
+}
+
+Outcome<NamedRun> open_run(const Context& context, const std::string& text, bool writable) {
+  auto db = open_runs(context, writable);
+  if (!db) return db.error();
+  auto number = named_run(*db, text);
+  if (!number) return number.error();
+  return NamedRun{std::move(*db), *number};
 }
 
 std::string format_utc(std::int64_t unix_ns) {

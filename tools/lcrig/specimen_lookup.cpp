@@ -18,9 +18,9 @@ Outcome<std::vector<std::string>> look_in_database(const std::string& db_path,
   std::error_code ignored;
   if (!std::filesystem::exists(db_path, ignored)) return names;
   auto db = open_read_only(db_path);
-  if (!db) return tl::unexpected(Failure(db.error(), "give another --db"));
+  if (!db) return Failure(db.error(), "give another --db");
   auto stored = list_specimens(*db);
-  if (!stored) return tl::unexpected(Failure(stored.error()));
+  if (!stored) return Failure(stored.error());
   for (const auto& specimen : *stored) {
     names.push_back(specimen.name);
     if (specimen.name != what) continue;
@@ -34,9 +34,9 @@ Outcome<LibraryFile> checked(LibraryFile file) {
   const auto source = file.path.empty() ? "specimen " + file.name : file.path.string();
   auto specimen = parse_specimen(file.text, source);
   if (specimen) return file;
-  return tl::unexpected(Failure(specimen.error(),
-                                "correct the file; `lcrig specimen show paper-1` "
-                                "prints a good one"));
+  return Failure(specimen.error(),
+                 "correct the file; `lcrig specimen show paper-1` "
+                 "prints a good one");
 }
 
 }  // namespace
@@ -49,12 +49,12 @@ Outcome<LibraryFile> find_specimen_text(const Context& context, const std::strin
   std::vector<std::string> names;
   if (!path) {  // what was added under a name comes before what ships
     auto stored = look_in_database(db_path, what, wanted);
-    if (!stored) return tl::unexpected(stored.error());
+    if (!stored) return stored.error();
     if (!wanted.text.empty()) return checked(std::move(wanted));
     names = std::move(*stored);
   }
   auto found = library.find(LibraryKind::specimen, what);
-  if (!found) return tl::unexpected(found.error());
+  if (!found) return found.error();
   if (*found) return checked(std::move(**found));
   for (const auto& shipped : shipped_specimens()) {
     names.emplace_back(shipped.name);
@@ -63,7 +63,7 @@ Outcome<LibraryFile> find_specimen_text(const Context& context, const std::strin
     wanted.text = shipped.text;
     return checked(std::move(wanted));
   }
-  return tl::unexpected(library.unknown(LibraryKind::specimen, what, names));
+  return library.unknown(LibraryKind::specimen, what, names);
 }
 
 }  // namespace lcrig::cli

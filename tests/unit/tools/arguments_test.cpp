@@ -89,11 +89,11 @@ TEST(Arguments, HelpStartsWithAnExampleAndIsAResult) {
 TEST(Arguments, TheUsageLineCanBeTyped) {
   Cli cli;
   for (const auto& command : cli::make_commands()) {
-    std::istringstream name(command->name());
+    std::istringstream name(command->name);
     std::vector<std::string> args(std::istream_iterator<std::string>(name), {});
     args.emplace_back("--help");
     cli.run(args);
-    EXPECT_THAT(cli.out.str(), HasSubstr(fmt::format("Usage: lcrig {}", command->name())));
+    EXPECT_THAT(cli.out.str(), HasSubstr(fmt::format("Usage: lcrig {}", command->name)));
   }
 }
 

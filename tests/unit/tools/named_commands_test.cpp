@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 std::set<std::string> known_words() {
   std::set<std::string> out;
   for (const auto& command : cli::make_commands()) {
-    const std::string name = command->name();
+    const std::string name = command->name;
     out.insert(name);
     out.insert(name.substr(0, name.find(' ')));
   }
