@@ -31,7 +31,8 @@ Result<Aligned> align(FrameTrack& track, std::int64_t before_ns, std::int64_t as
   out.state = *state;
   const double window = static_cast<double>(first_byte_ns - begin) * 1e-9;
   const double spacing = static_cast<double>(out.state.spacing_ns) * 1e-9;
-  out.uncertainty_s = std::sqrt((window * window + spacing * spacing) / 12);
+  out.uncertainty_s =
+      std::hypot(std::sqrt((window * window + spacing * spacing) / 12), out.state.clock_s);
   return out;
 }
 

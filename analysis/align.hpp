@@ -34,7 +34,7 @@ struct Aligned {
   std::int64_t middle_ns = 0;  // monotonic
   FrameState state;
   // Standard uncertainty of the instant: rectangular over the window and over the spacing of the
-  // frame's samples around it.
+  // frame's samples around it, and what the frame's clock leaves.
   double uncertainty_s = 0;
 };
 Result<Aligned> align(FrameTrack& track, std::int64_t before_ns, std::int64_t asked_ns,

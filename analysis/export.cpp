@@ -104,6 +104,22 @@ json json_or_text(const std::string& text) {
   return j.is_discarded() ? json(text) : j;
 }
 
+// How the times of frame.csv were made from the frame's own clock.
+json clock_of(const ExportContext& c) {
+  json pieces = json::array();
+  for (const DeviceClock::Piece& p : c.clock.pieces()) {
+    json j = {{"from_s", static_cast<double>(p.from_ns - c.start_ns) * 1e-9},
+              {"times_of", p.known ? "device clock" : "arrival"}};
+    if (p.known) {
+      j["offset_s"] = static_cast<double>(p.offset_ns - c.start_ns) * 1e-9;
+      j["rate_ppm"] = p.rate * 1e6;
+      j["residual_s"] = p.residual_s;
+    }
+    pieces.push_back(std::move(j));
+  }
+  return pieces;
+}
+
 json metadata_of(const ExportContext& c, const RunListing& listing) {
   const RunRow& r = c.run;
   json j = {{"identity", identity_of(c)},
@@ -115,6 +131,7 @@ json metadata_of(const ExportContext& c, const RunListing& listing) {
             {"frame_capabilities", json_or_text(r.frame_capabilities_json)},
             {"frame_limits", json_or_text(r.frame_limits_json)},
             {"correction", json_or_text(r.correction_json)},
+            {"frame_clock", clock_of(c)},
             {"bench", r.bench_name},
             {"software_version", r.software_version},
             {"operator", r.operator_name},

@@ -113,6 +113,9 @@ Result<ExportContext> load_context(const Database& db, std::int64_t run) {
     c.area_m2 = std::numbers::pi / 4 * *c.run.probe_diameter_m * *c.run.probe_diameter_m;
   }
   read_settings(c);
+  auto clock = DeviceClock::fit(db, run);
+  if (!clock) return fail(clock.error());
+  c.clock = std::move(*clock);
   if (auto r = load_value_columns(db, c); !r) return fail(r.error());
   if (auto r = load_events(db, c); !r) return fail(r.error());
   return c;

@@ -31,6 +31,7 @@ struct ExportContext {
   std::int64_t start_ns = 0;  // monotonic
   std::optional<double> area_m2;  // of the probe
   bool hold_force = false;  // dead weights: a sample is valid until the next
+  DeviceClock clock;
   WindowBefore before;  // of readings
   std::vector<Since> contacts;  // travel, m
   std::vector<Since> frequencies;  // Hz

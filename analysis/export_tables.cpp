@@ -129,11 +129,13 @@ Result<> write_frame(const Database& db, const ExportContext& c, Piece piece, Cs
       " WHERE run_id = ? AND seq BETWEEN ? AND ? ORDER BY seq",
       out,
       [&](const Statement& row) -> Result<> {
+        const auto device_time = row.optional_real(2);
         const auto force = row.optional_real(3);
         const auto travel = row.optional_real(4);
         out.integer(row.integer(0));
+        out.decimal(c.clock.at(row.integer(1), device_time).t_ns - c.start_ns, -9);
         out.decimal(row.integer(1) - c.start_ns, -9);
-        out.number(row.optional_real(2));
+        out.number(device_time);
         out.number(force);
         out.number(travel, 3);
         append_gap(out, travel, contact.at(row.integer(1)));
@@ -191,7 +193,7 @@ Result<> write_aligned(const Database& db, const ExportContext& c, CsvWriter& ou
       "flags{}"
       " FROM lcr_reading WHERE run_id = ? AND fresh = 1 ORDER BY seq",
       c.value_sql);
-  auto track = FrameTrack::open(db, c.id, c.hold_force);
+  auto track = FrameTrack::open(db, c.id, c.hold_force, c.clock);
   if (!track) return fail(track.error());
   Follow contact(c.contacts);
   WindowBefore before = c.before;
@@ -225,7 +227,7 @@ Result<> write_levels(const Database& db, const ExportContext& c, CsvWriter& out
       " WHERE e.run_id = r.run_id AND e.kind = 'level_abandoned'"
       " AND json_extract(e.detail, '$.level') = r.level) ORDER BY r.seq",
       c.value_sql);
-  auto track = FrameTrack::open(db, c.id, c.hold_force);
+  auto track = FrameTrack::open(db, c.id, c.hold_force, c.clock);
   if (!track) return fail(track.error());
   WindowBefore before = c.before;
   std::string scratch;
@@ -272,7 +274,11 @@ std::vector<Column> columns_of(const ExportContext& c, Layout layout) {
   switch (layout) {
     case Layout::readings: add_reading_columns(out, c); break;
     case Layout::frame:
-      add(out, {{"device_time_s", "number", "s", "the frame's own clock"},
+      out.back().description =
+          "when the sample was taken, since the start of the run: by the frame's clock, else of "
+          "arrival";
+      add(out, {{"t_received_s", "number", "s", "when it arrived, since the start of the run"},
+                {"device_time_s", "number", "s", "the frame's own clock"},
                 kForce,
                 kTravel,
                 kGap,

@@ -2,15 +2,11 @@
 #include "analysis/frame_track.hpp"
 
 #include <algorithm>
-#include <cmath>
-
 #include "storage/flags.hpp"
 
 namespace lcrig {
 
 namespace {
-
-constexpr std::int64_t kDelayWindow_ns = 10'000'000'000;
 
 std::optional<double> between(std::optional<double> a, std::optional<double> b, double fraction) {
   if (!a || !b) return std::nullopt;
@@ -19,21 +15,11 @@ std::optional<double> between(std::optional<double> a, std::optional<double> b, 
 
 }  // namespace
 
-Result<FrameTrack> FrameTrack::open(const Database& db, std::int64_t run, bool hold) {
+Result<FrameTrack> FrameTrack::open(const Database& db, std::int64_t run, bool hold,
+                                    DeviceClock clock) {
   auto rows = FrameRows::open(db, run);
   if (!rows) return fail(rows.error());
-  return FrameTrack(std::move(*rows), hold);
-}
-
-std::int64_t FrameTrack::sample_time(std::int64_t received_ns,
-                                     std::optional<double> device_time_s) {
-  if (!device_time_s) return received_ns;
-  const auto device_ns = static_cast<std::int64_t>(std::llround(*device_time_s * 1e9));
-  const std::int64_t delay = received_ns - device_ns;
-  while (!delays_.empty() && delays_.back().delay_ns >= delay) delays_.pop_back();
-  delays_.push_back({received_ns, delay});
-  while (delays_.front().received_ns < received_ns - kDelayWindow_ns) delays_.pop_front();
-  return device_ns + delays_.front().delay_ns;
+  return FrameTrack(std::move(*rows), hold, std::move(clock));
 }
 
 Result<> FrameTrack::advance() {
@@ -45,7 +31,10 @@ Result<> FrameTrack::advance() {
   if (exhausted_) return {};
   const FrameRow& stored = **row;
   Sample s;
-  s.t_ns = sample_time(stored.received_ns, stored.device_time_s);
+  const auto time = clock_.at(stored.received_ns, stored.device_time_s);
+  s.t_ns = time.t_ns;
+  s.of_arrival = time.of_arrival;
+  s.clock_s = time.residual_s;
   if (before_) s.t_ns = std::max(s.t_ns, before_->t_ns);
   s.device_seq = stored.device_seq;
   s.after_gap =
@@ -81,6 +70,7 @@ Result<FrameState> FrameTrack::at(std::int64_t mono_ns) {
     return out;
   }
   if (!after_ || after_->after_gap) return out;
+  out.clock_s = after_->clock_s;
   out.spacing_ns = after_->t_ns - before_->t_ns;
   const double span = static_cast<double>(out.spacing_ns);
   const double fraction = span > 0 ? static_cast<double>(mono_ns - before_->t_ns) / span : 1.0;

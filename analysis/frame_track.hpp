@@ -3,11 +3,11 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <optional>
 #include <utility>
 
+#include "analysis/device_clock.hpp"
 #include "analysis/frame_rows.hpp"
 
 namespace lcrig {
@@ -16,23 +16,24 @@ struct FrameState {
   std::optional<double> force_N, travel_m;
   // Time between the two samples around it, ns; 0 when held (dead weights).
   std::int64_t spacing_ns = 0;
+  double clock_s = 0;  // standard uncertainty of the samples' times, from the clocks
   double force_rate_N_s = 0;
 };
 
-// Samples arrive in batches, so the time of arrival is later than that of the sample. Device times
-// are put on the run's clock with the smallest delay of arrival of the last 10 s: the clocks'
-// offset plus the shortest way. Memory is that window's, however long the run.
 class FrameTrack {
  public:
   struct Sample {
     std::int64_t t_ns = 0;  // on the run's clock
     std::int64_t device_seq = 0;
+    double clock_s = 0;
+    bool of_arrival = false;  // the time is that of arrival: nothing better is known
     bool after_gap = false;  // told by the recorder, or a number is missing before it
     std::optional<double> force_N, travel_m;
   };
 
   // `hold`: a sample is valid until the next one (dead weights); else linear between samples.
-  static Result<FrameTrack> open(const Database& db, std::int64_t run, bool hold);
+  static Result<FrameTrack> open(const Database& db, std::int64_t run, bool hold,
+                                 DeviceClock clock);
   // Instants must not run backwards. Empty values: before the first sample, after the last, across
   // a gap (device samples missing), or where a sample has none.
   Result<FrameState> at(std::int64_t mono_ns);
@@ -43,19 +44,16 @@ class FrameTrack {
   Result<> drain();  // reads the rest
 
  private:
-  FrameTrack(FrameRows rows, bool hold) : rows_(std::move(rows)), hold_(hold) {}
+  FrameTrack(FrameRows rows, bool hold, DeviceClock clock)
+      : rows_(std::move(rows)), hold_(hold), clock_(std::move(clock)) {}
   Result<> advance();
-  std::int64_t sample_time(std::int64_t received_ns, std::optional<double> device_time_s);
 
   FrameRows rows_;
   bool hold_;
+  DeviceClock clock_;
   bool exhausted_ = false;
   std::function<void(const Sample&)> listener_;
   std::optional<Sample> before_, after_;
-  struct Delay {
-    std::int64_t received_ns, delay_ns;
-  };
-  std::deque<Delay> delays_;  // growing; the front is the smallest of the window
 };
 
 }  // namespace lcrig

@@ -43,6 +43,13 @@ void add_readings(const RunData& data, Notes& notes) {
       std::ranges::count_if(data.readings, [](const RunReading& r) { return r.capacitance_F < 0; }),
       "{} readings of a negative capacitance: look at the open correction and the function", notes);
   if (!data.has_frame()) notes.emplace_back("no force was recorded");
+  if (!data.dead_weights) {
+    add_count(
+        data.times_of_arrival,
+        "{} samples of the frame have no time of a clock that can be believed: theirs is that "
+        "of their arrival, which may be late",
+        notes);
+  }
   add_count(data.frame_gaps, "{} gaps in the frame's samples: nothing is interpolated across them",
             notes);
 }

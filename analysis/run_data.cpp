@@ -30,6 +30,7 @@ class Thinner {
   void take(const FrameTrack::Sample& s) {
     ++out_.frame_samples;
     if (s.after_gap) ++out_.frame_gaps;
+    if (s.of_arrival) ++out_.times_of_arrival;
     FramePoint p;
     p.t_s = static_cast<double>(s.t_ns - start_ns_) * 1e-9;
     p.force_N = narrow(s.force_N);
@@ -171,7 +172,9 @@ class Loader {
     out_.readings.reserve(static_cast<std::size_t>(*count));
     const std::int64_t points = std::max<std::int64_t>(options.frame_points, 2);
     out_.frame_stride = *samples <= points ? 1 : (2 * *samples + points - 1) / points;
-    auto track = FrameTrack::open(db_, out_.run, out_.dead_weights);
+    auto clock = DeviceClock::fit(db_, out_.run);
+    if (!clock) return fail(clock.error());
+    auto track = FrameTrack::open(db_, out_.run, out_.dead_weights, std::move(*clock));
     if (!track) return fail(track.error());
     Thinner thinner(out_, start_ns_);
     track->set_listener([&thinner](const FrameTrack::Sample& s) { thinner.take(s); });

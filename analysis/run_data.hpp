@@ -90,6 +90,7 @@ struct RunData {
   std::int64_t overloads = 0;  // fresh, no capacitance
   std::int64_t other_function = 0;  // of functions that do not measure a capacitance
   std::int64_t frame_samples = 0, frame_gaps = 0;
+  std::int64_t times_of_arrival = 0;  // samples whose own time is not known
   std::vector<FramePoint> frame;  // all, or thinned
   std::int64_t frame_stride = 1;  // samples in a stretch of which two were kept; 1: all are there
   std::vector<LevelRow> levels;  // by level, which is level row - 1

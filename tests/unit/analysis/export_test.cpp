@@ -102,9 +102,9 @@ TEST_F(ExportTest, FrameHasGapFromTheLastContactAndPressureOverTheProbe) {
   sample(2, 2, 20, 1.0, 0.0013, 9);
   event(1, 10, "contact", R"({"travel_m": 0.0012})");
   EXPECT_EQ(exported(Layout::frame),
-            "seq,t_s,device_time_s,force_N,travel_mm,gap_mm,pressure_kPa,flags\r\n"
-            "1,0,,0.5,1,,39.788735772973836,\r\n"
-            "2,0.02,,1,1.3,-0.1,79.57747154594767,moving after_gap\r\n");
+            "seq,t_s,t_received_s,device_time_s,force_N,travel_mm,gap_mm,pressure_kPa,flags\r\n"
+            "1,0,0,,0.5,1,,39.788735772973836,\r\n"
+            "2,0.02,0.02,,1,1.3,-0.1,79.57747154594767,moving after_gap\r\n");
 }
 
 // Longer than one piece and one batch, so that threads share the work.
@@ -116,9 +116,10 @@ TEST_F(ExportTest, LongRunKeepsEveryRowInOrder) {
                   " SELECT i + 1 FROM n WHERE i < {1}) SELECT {0}, i, 1000000000 + i * 1000000, i,"
                   " NULL, i * 0.5, 0.001, 0 FROM n",
                   run_, rows));
-  std::string expected = "seq,t_s,device_time_s,force_N,travel_mm,gap_mm,pressure_kPa,flags\r\n";
+  std::string expected =
+      "seq,t_s,t_received_s,device_time_s,force_N,travel_mm,gap_mm,pressure_kPa,flags\r\n";
   for (std::int64_t i = 1; i <= rows; ++i) {
-    expected += fmt::format("{},{},,{},1,,,\r\n", i, static_cast<double>(i) / 1000,
+    expected += fmt::format("{0},{1},{1},,{2},1,,,\r\n", i, static_cast<double>(i) / 1000,
                             static_cast<double>(i) * 0.5);
   }
   EXPECT_TRUE(exported(Layout::frame) == expected);  // too long to be shown
