@@ -12,17 +12,13 @@ class ConfigFile : public Rig {
  protected:
   Ended lcrigd(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), LCRIG_BIN "/lcrigd");
-    Child child(std::move(arguments), file("lcrigd.log"), {});
-    Ended ended;
-    ended.code = child.wait(15s);
-    ended.out = child.log();
-    return ended;
+    return program(arguments, 15s);
   }
 };
 
 TEST_F(ConfigFile, TheShippedExampleIsInOrder) {
   const auto done = lcrigd({"--check-config", "--config", "systemd/lcrigd.example.json"});
-  EXPECT_EQ(done.code, 0) << done.out;
+  EXPECT_EQ(done.code, 0) << done.err;
   EXPECT_THAT(done.out, AllOf(HasSubstr("in order"), HasSubstr("simulated bench paper")));
 }
 
@@ -32,7 +28,7 @@ TEST_F(ConfigFile, ACheckNamesTheInstrumentsAndOpensNothing) {
     "frame": {"driver": "dead_weight"},
     "fixture": {"probe_diameter_mm": 4.0}})");
   const auto done = lcrigd({"--check-config", "--config", file("real.json")});
-  EXPECT_EQ(done.code, 0) << done.out;
+  EXPECT_EQ(done.code, 0) << done.err;
   EXPECT_THAT(done.out, AllOf(HasSubstr("/dev/no-such-port"), HasSubstr("dead weights")));
 }
 
@@ -43,15 +39,15 @@ TEST_F(ConfigFile, ABadOneIsRefusedWithItsPlaceAndStatus2) {
     std::vector<std::string> arguments{"--config", file("bad.json")};
     if (check) arguments.emplace_back("--check-config");
     const auto done = lcrigd(arguments);
-    EXPECT_EQ(done.code, 2) << done.out;
-    EXPECT_THAT(done.out, AllOf(HasSubstr("bad.json"), HasSubstr("meters")));
+    EXPECT_EQ(done.code, 2) << done.err;
+    EXPECT_THAT(done.err, AllOf(HasSubstr("bad.json"), HasSubstr("meters")));
   }
 }
 
 TEST_F(ConfigFile, AMissingOneSaysWhereTheExampleIs) {
   const auto done = lcrigd({"--config", file("none.json")});
-  EXPECT_EQ(done.code, 2) << done.out;
-  EXPECT_THAT(done.out, AllOf(HasSubstr("none.json"), HasSubstr("lcrigd.example.json")));
+  EXPECT_EQ(done.code, 2) << done.err;
+  EXPECT_THAT(done.err, AllOf(HasSubstr("none.json"), HasSubstr("lcrigd.example.json")));
 }
 
 }  // namespace

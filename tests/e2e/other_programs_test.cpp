@@ -12,16 +12,9 @@ using testing::HasSubstr;
 
 class OtherPrograms : public Rig {
  protected:
-  Ended run(std::vector<std::string> command, const std::string& name) {
-    Child child(std::move(command), file(name), {});
-    Ended ended;
-    ended.code = child.wait(30s);
-    ended.out = child.log();
-    return ended;
-  }
   void record() {
     const auto done = lcrig({"rehearse", "static-frame", "--specimen", "paper-1", "--seed", "7",
-                             "-p", "levels=3", "--db", file("lcrig.db")});
+                             "-p", "levels=3", "-p", "repeats=1", "--db", file("lcrig.db")});
     ASSERT_EQ(done.code, 0) << done.err;
   }
 };
@@ -29,9 +22,9 @@ class OtherPrograms : public Rig {
 TEST_F(OtherPrograms, PythonReadsInTheViewsWhatTheExportHolds) {
   record();
   ASSERT_EQ(lcrig({"export", "1", "-o", file("out"), "--db", file("lcrig.db")}).code, 0);
-  const auto done = run(
-      {"/usr/bin/python3", "tests/e2e/read_database.py", file("lcrig.db"), file("out")}, "py.log");
-  EXPECT_EQ(done.code, 0) << done.out;
+  const auto done =
+      program({"/usr/bin/python3", "tests/e2e/read_database.py", file("lcrig.db"), file("out")});
+  EXPECT_EQ(done.code, 0) << done.err;
   EXPECT_THAT(done.out, HasSubstr("3 levels, static-frame, success"));
 }
 
@@ -43,11 +36,10 @@ TEST_F(OtherPrograms, TheShellRunsTheQueriesOfThePage) {
   int queries = 0;
   for (std::size_t at = 0; (at = text.find("```sql\n", at)) != std::string::npos;) {
     const std::size_t begin = at + 7, end = text.find("```", begin);
-    const auto done = run({"/usr/bin/sqlite3", "-readonly", "-bail", file("lcrig.db"),
-                           text.substr(begin, end - begin)},
-                          "sql.log");
-    EXPECT_EQ(done.code, 0) << text.substr(begin, end - begin) << done.out;
-    EXPECT_NE(done.out, "") << text.substr(begin, end - begin);
+    const std::string query = text.substr(begin, end - begin);
+    const auto done = program({"/usr/bin/sqlite3", "-readonly", "-bail", file("lcrig.db"), query});
+    EXPECT_EQ(done.code, 0) << query << done.err;
+    EXPECT_NE(done.out, "") << query;
     ++queries;
     at = end;
   }

@@ -228,8 +228,12 @@ Child& Rig::start_daemon(const json& config, const std::string& name, Child::Rig
 
 Ended Rig::lcrig(std::vector<std::string> arguments, Timeout timeout) {
   arguments.insert(arguments.begin(), LCRIG_BIN "/lcrig");
+  return program(arguments, timeout);
+}
+
+Ended Rig::program(const std::vector<std::string>& command, Timeout timeout) {
   const Child::Variables variables{{"HOME", file("home")}};
-  Child child(arguments, file("lcrig" + std::to_string(++commands_) + ".log"), variables);
+  Child child(command, file("program" + std::to_string(++commands_) + ".log"), variables);
   Ended ended;
   ended.out = child.out().rest(timeout);
   ended.code = child.wait(timeout).value_or(-1);

@@ -84,6 +84,7 @@ class Rig : public testing::Test {
   Child& launch_daemon(const json& config, const std::string& name,
                        Child::Rights rights = Child::Rights::as_we_are);  // does not wait
   Ended lcrig(std::vector<std::string> arguments, Timeout timeout = 30s);
+  Ended program(const std::vector<std::string>& command, Timeout timeout = 30s);  // any other one
   Control control() const { return Control(file("control.sock")); }
 
   // Starts a run through the socket and returns the answer.
