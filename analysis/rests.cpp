@@ -10,8 +10,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::int64_t kLeastOfRest = 3;  // readings that tell a mean and a scatter
-
 // Rest k lies before cycle k; the last one after all cycles.
 struct Rest {
   double from_s = 0, to_s = 0;

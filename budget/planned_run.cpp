@@ -72,6 +72,16 @@ class Walk {
     return {};
   }
 
+  bool shows_drift() {
+    for (const Steps* steps : {&protocol_.steps, &protocol_.finally_steps}) {
+      StepCursor cursor(*steps, environment_);
+      while (const Step* step = cursor.next()) take(*step);
+    }
+    end_cycle();
+    end_rest();
+    return cycles.empty() || rests_ >= 2;
+  }
+
   std::vector<PlannedLevel> levels;
   std::vector<PlannedCycle> cycles;
 
@@ -111,7 +121,8 @@ class Walk {
     force_ = target_force_N(to, environment_, rig_);
     if (force_ > edge_ && speed > 0 && force_ > from) {
       loading_s_ = (way(force_) - way(from)) / speed;
-      rest_ += readings_in(seconds - loading_s_);
+      // Without a specimen nobody knows where on the way it is touched.
+      if (rig_.compression_m) rest_ += readings_in(seconds - loading_s_);
     } else if (force_ > from && seconds > 0) {  // the part of the ramp that is at the peak already
       const double part = std::min(1.0, (1 - kPlateau) * force_ / (force_ - from));
       stays_.push_back({force_, readings_in(part * seconds)});
@@ -164,11 +175,17 @@ class Walk {
       for (const Stay& s : stays_) {
         if (s.force_N >= kPlateau * peak) c.plateau_readings += s.readings;
       }
+      end_rest();
       cycles.push_back(c);
-      rest_ = 0;
     }
     stays_.clear();
     loading_s_ = 0;
+  }
+
+  // Of a rest that follows a load the later half counts.
+  void end_rest() {
+    if (rest_ >= kLeastOfRest * (cycles.empty() ? 1 : 2)) ++rests_;
+    rest_ = 0;
   }
 
   const Protocol& protocol_;
@@ -178,6 +195,7 @@ class Walk {
   double interval_ = 1, edge_ = 0;
   bool continuous_ = true;
   double force_ = 0, last_level_ = 0, rest_ = 0, loading_s_ = 0;
+  int rests_ = 0;
   std::vector<Stay> stays_;
   std::vector<PlannedLevel> falling_;
 };
@@ -229,7 +247,11 @@ Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& en
   PlannedRun out;
   out.meter = setting_of(plan.lcr, rig.lcr);
   out.reading_noise_F = reading_noise_F(out.meter, rig);
-  out.force_noise_N = rig.noise ? rig.noise->force_N : 0;
+  if (rig.noise) {
+    out.force_noise_N = rig.noise->force_N;
+    out.noise_guessed = rig.noise->guessed[static_cast<std::size_t>(out.meter.speed)];
+    out.noise_basis = rig.noise->basis + (out.noise_guessed ? ": a guess" : "");
+  }
   out.interval_s = reading_interval_s(plan.lcr, rig.lcr);
   out.area_m2 = rig.probe_area.si();
   out.c0_F = curve.c0_F;
@@ -239,6 +261,11 @@ Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& en
   out.levels = std::move(walk.levels);
   out.cycles = std::move(walk.cycles);
   return out;
+}
+
+bool shows_drift(const Protocol& protocol, const Environment& environment, const Rig& rig,
+                 const Plan& plan) {
+  return Walk(protocol, environment, rig, plan).shows_drift();
 }
 
 Variant with_settings(const Protocol& protocol, const Environment& environment, const Rig& rig,
@@ -259,9 +286,12 @@ Variant with_settings(const Protocol& protocol, const Environment& environment, 
     const double needed = env.get(measure->count) * conversion;
     if (env.get(measure->within) >= needed) return;
     const double within = std::ceil(needed * kReadingSlack * 10) / 10;
-    out.note = measure->within.name.empty()
-                   ? fmt::format("within_s of step {} must be {:g}", step.id, within)
-                   : fmt::format("needs -p {}={:g}", measure->within.name, within);
+    const std::string& name = measure->within.name;
+    const bool named = protocol.parameters.contains(name);
+    out.note = named ? fmt::format("needs -p {}={:g}", name, within)
+                     : fmt::format("within_s of step {} must be {:g}", step.id, within);
+    if (named) out.parameters[name] = std::max(out.parameters[name], within);
+    out.by_parameters = out.by_parameters && named;
     MeasureStep longer = *measure;
     longer.within = Number(within);
     step.action = std::move(longer);

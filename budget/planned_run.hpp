@@ -28,11 +28,18 @@ Result<SpecimenCurve> tabulate(const Specimen& specimen, Force force_max, Area p
 Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& environment,
                                  const Rig& rig, const Plan& plan, const SpecimenCurve& curve);
 
+// Two stretches without load are long enough for the analysis to tell a drift of the capacitance
+// from the specimen's answer; or nothing is loaded.
+bool shows_drift(const Protocol& protocol, const Environment& environment, const Rig& rig,
+                 const Plan& plan);
+
 // A protocol with other settings of the meter. Where the conversions do not fit into the time of a
 // `measure` step, the step gets the time that they take; `note` then says so.
 struct Variant {
   Protocol protocol;
   std::string note;
+  std::map<std::string, double> parameters;  // that do the same, SI
+  bool by_parameters = true;  // no step had to be changed that takes no parameter
 };
 Variant with_settings(const Protocol& protocol, const Environment& environment, const Rig& rig,
                       Aperture aperture, Frequency frequency);

@@ -19,8 +19,6 @@ namespace lcrig {
 
 namespace {
 
-// A reading's force lies between two samples: over all places the variance is 2/3 of a sample's.
-constexpr double kInterpolated = 2.0 / 3;
 constexpr int kParts = 40;  // equally likely ones of a mean square
 // Where the last reading before a peak falls is chance: averaged over these parts of an interval.
 constexpr double kPhases[] = {0.1, 0.3, 0.5, 0.7, 0.9};
@@ -53,9 +51,9 @@ std::optional<Parts> slope_of_levels(const PlannedRun& run, const PressureRange&
 }
 
 // Pressure at the instants of the readings of one loading, from contact to peak.
-class Loading {
+class LoadingPath {
  public:
-  Loading(const PlannedRun& run, const PlannedCycle& cycle) : run_(run), cycle_(cycle) {
+  LoadingPath(const PlannedRun& run, const PlannedCycle& cycle) : run_(run), cycle_(cycle) {
     peak_N_ = cycle.peak_kPa * 1e3 * run.area_m2;
     way_m_ = run.compression_m(peak_N_);
   }
@@ -108,7 +106,7 @@ std::optional<Parts> slope_of_loadings(const PlannedRun& run, const PressureRang
     }
     before = &c;
     cycle_sxx = cycle_sxy = 0;
-    const Loading loading(run, c);
+    const LoadingPath loading(run, c);
     for (const double phase : kPhases) {
       RunningLine line;
       for (const double kPa : loading.kPa(loading.first_s(phase))) {
@@ -127,7 +125,7 @@ std::optional<Parts> slope_of_loadings(const PlannedRun& run, const PressureRang
 }
 
 // Parts of the peak, less 1, of the readings that the fit takes.
-std::vector<double> upper_half(const Loading& loading, double nearest_s, double peak_kPa) {
+std::vector<double> upper_half(const LoadingPath& loading, double nearest_s, double peak_kPa) {
   std::vector<double> out;
   for (const double kPa : loading.kPa(nearest_s)) {
     if (kPa >= PeakCurve::kUpper * peak_kPa) out.push_back(kPa / peak_kPa - 1);
@@ -139,7 +137,7 @@ std::vector<double> upper_half(const Loading& loading, double nearest_s, double 
 // reading. The readings go on through the turn, so the nearer the last one before it, the farther
 // the first one after it.
 double unit_variance_of_fit(const PlannedRun& run, const PlannedCycle& cycle) {
-  const Loading loading(run, cycle);
+  const LoadingPath loading(run, cycle);
   double mean = 0;
   for (const double phase : kPhases) {
     const auto up = upper_half(loading, phase * run.interval_s, cycle.peak_kPa);
@@ -218,14 +216,14 @@ void add_rig(const PlannedRun& run, const RigAccuracy& rig, Uncertainty& uncerta
                          rig.probe_diameter_tolerance_mm ? "" : "; assumed"));
 }
 
-Prediction predicted(std::string quantity, std::string unit, const Parts& parts) {
+Prediction predicted(std::string quantity, std::string unit, const Parts& parts,
+                     const PlannedRun& run) {
   Prediction p;
   p.quantity = p.uncertainty.quantity = std::move(quantity);
   p.unit = p.uncertainty.unit = std::move(unit);
   p.value = p.uncertainty.value = parts.value;
   p.standard_error = std::hypot(parts.meter, parts.force);
-  add(p.uncertainty, "scatter of the readings", parts.meter, UncertaintyKind::a,
-      "noise of the meter");
+  add(p.uncertainty, "scatter of the readings", parts.meter, UncertaintyKind::a, run.noise_basis);
   add(p.uncertainty, "scatter of the force", parts.force, UncertaintyKind::a,
       "noise of the load cell");
   return p;
@@ -261,7 +259,7 @@ Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range
   if (!parts) {
     return not_predicted(name, "fF/kPa", "fewer than two different pressures lie in the range");
   }
-  Prediction p = predicted(name, "fF/kPa", *parts);
+  Prediction p = predicted(name, "fF/kPa", *parts, run);
   p.half_width = p.standard_error * half_widths(run, range, options.confidence);
   add_limits(p.uncertainty, "meter gain", meter.gain, "basic accuracy without its offset");
   add_rig(run, options.rig, p.uncertainty);
@@ -279,7 +277,7 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
                          run.cycles.empty() ? "the protocol never loads and unloads"
                                             : "no reading is taken at rest, or none at the peak");
   }
-  Prediction p = predicted("dynamic range", "%", *parts);
+  Prediction p = predicted("dynamic range", "%", *parts, run);
   const auto cycles = static_cast<int>(run.cycles.size());
   p.half_width = p.standard_error * expected_half_width(cycles, 1, options.confidence);
   add_limits(p.uncertainty, "meter offset in C0", meter.offset_F / run.c0_F,

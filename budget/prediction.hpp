@@ -31,6 +31,8 @@ struct PlannedCycle {
 struct PlannedRun {
   MeterSetting meter;
   double reading_noise_F = 0;  // standard deviation of one reading
+  std::string noise_basis = "noise of the meter";
+  bool noise_guessed = false;  // nobody has measured it under this aperture
   double force_noise_N = 0;  // of one sample of the frame
   double interval_s = 0;  // between readings of a continuous record
   double area_m2 = 0;  // of the probe

@@ -82,6 +82,10 @@ class Search {
     Variant variant =
         with_settings(q_.protocol, environment, q_.rig, aperture, Frequency::from_si(frequency_Hz));
     out.note = std::move(variant.note);
+    out.follows = variant.by_parameters;
+    for (const auto& [name, si] : variant.parameters) {
+      out.parameters[name] = si / q_.protocol.parameters.at(name).to_si;
+    }
     auto plan = make_plan(variant.protocol, environment, q_.rig);
     if (!plan) {
       out.refused = plan.error().what;
@@ -103,6 +107,7 @@ class Search {
       return;
     }
     out.predictions = std::move(*predictions);
+    out.noise_guessed = run->noise_guessed;
     bool any = false;
     for (const Prediction& p : out.predictions) {
       if (!p.reason.empty()) {

@@ -17,8 +17,10 @@ struct BudgetPoint {
   Aperture aperture = Aperture::medium;
   double frequency_Hz = 0;
   std::map<std::string, double> parameters;  // other than asked for, in the unit of the name
+  bool follows = true;  // the protocol with these parameters is planned exactly like this
   std::string refused;  // why it cannot be done or predicted; empty: the rest is filled
   std::string note;
+  bool noise_guessed = false;
   double duration_s = 0;
   std::int64_t readings = 0;  // of `measure` steps; without such, all that are recorded
   std::vector<Prediction> predictions;

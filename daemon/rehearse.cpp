@@ -177,7 +177,13 @@ Result<Rig> bench_rig(const BenchRequest& request) {
   if (!specimen) return fail(specimen.error());
   auto bench = bench_of(request.bench, request.bench_text);
   if (!bench) return fail(bench.error());
-  const InstrumentNoise noise{bench->plant.capacitance_noise_F, bench->plant.force_noise_N};
+  InstrumentNoise noise;
+  noise.capacitance_F = bench->plant.capacitance_noise_F;
+  noise.force_N = bench->plant.force_noise_N;
+  // Recordings of an LCR-6100 tell that of FAST; a bench file may state the others.
+  for (const std::size_t i : {1U, 2U}) {
+    noise.guessed[i] = noise.capacitance_F[i] == PlantConfig().capacitance_noise_F[i];
+  }
   SimRequest sim;
   sim.bench = std::move(*bench);
   sim.specimen = std::move(*specimen);

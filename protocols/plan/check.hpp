@@ -21,6 +21,8 @@ struct InstrumentNoise {
   // 1/(frequency level) and 1/sqrt(average).
   std::array<double, 3> capacitance_F{};
   double force_N = 0;  // of one sample
+  std::array<bool, 3> guessed{};  // by aperture: nobody has measured it
+  std::string basis = "noise of the meter";
 };
 
 // Everything outside the file that a plan depends on.

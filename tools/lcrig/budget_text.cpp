@@ -54,6 +54,7 @@ json to_json(const BudgetPoint& p, bool with_results) {
     return out;
   }
   out["note"] = p.note;
+  out["noise_guessed"] = p.noise_guessed;
   out["duration_s"] = p.duration_s;
   out["readings"] = p.readings;
   out["worst_percent"] = p.worst * 100;
@@ -102,6 +103,9 @@ void append_row(const BudgetPoint& p, std::string& out) {
                        r.relative() * 100, r.uncertainty.expanded, most ? most->name : "");
   }
   if (!p.note.empty()) out += fmt::format("{:38}  {}\n", "", p.note);
+  if (p.noise_guessed) {
+    out += fmt::format("{:38}  the noise of this aperture is a guess: --noise-from RUN\n", "");
+  }
 }
 
 // What cannot be predicted is unmet, never met.

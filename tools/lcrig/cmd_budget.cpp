@@ -2,18 +2,22 @@
 // budget: what a protocol will cost and how well it will measure, for each setting of the meter.
 #include <fmt/ostream.h>
 
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
+#include "analysis/measured_noise.hpp"
 #include "daemon/rehearse.hpp"
 #include "model/specimen_file.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
 #include "tools/lcrig/budget_text.hpp"
 #include "tools/lcrig/commands.hpp"
-#include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/model_options.hpp"
 #include "tools/lcrig/output_file.hpp"
 #include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/protocol_request.hpp"
+#include "tools/lcrig/run_database.hpp"
 #include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
@@ -48,6 +52,8 @@ class BudgetCommand final : public Command {
                 "Test frequencies (default: the file's; with a target also 1, 10 and 100 kHz)");
     list.option("--target", target_, "PERCENT", "Find what gives intervals of +-1%");
     list.option("--bench", bench_, "B", "Instruments and fixture (default: paper)");
+    list.option("--noise-from", noise_from_, "RUN",
+                "Noise as this run showed it: a number or last");
     list.option("--svg", svg_, "FILE", "Picture of error against time");
   }
 
@@ -77,7 +83,12 @@ class BudgetCommand final : public Command {
     all["protocol"] = what->protocol.name;
     all["specimen"] = specimen_;
     all["bench"] = bench_;
-    return show(context, all, [&](std::ostream& out) { out << to_table(budget); });
+    const std::string command = budget.cheapest ? command_for(*budget.cheapest) : "";
+    if (budget.cheapest) all["command"] = command;
+    return show(context, all, [&](std::ostream& out) {
+      out << to_table(budget);
+      if (!command.empty()) fmt::print(out, "  {}\n", command);
+    });
   }
 
  private:
@@ -90,14 +101,12 @@ class BudgetCommand final : public Command {
   };
 
   Outcome<Scene> scene(const Context& context) const {
-    auto parameters = parse_assignments(parameters_);
-    if (!parameters) return parameters.error();
     const LibraryPath library(context.env);
-    auto file = library.get(LibraryKind::protocol, protocol_);
-    if (!file) return file.error();
-    auto protocol = parse_protocol(file->text, file->path.string());
+    const auto wanted = find_protocol(library, protocol_, parameters_);
+    if (!wanted) return wanted.error();
+    auto protocol = parse_protocol(wanted->file.text, wanted->file.path.string());
     if (!protocol) return refused(protocol.error());
-    auto bound = bind_parameters(*protocol, *parameters);
+    auto bound = bind_parameters(*protocol, wanted->parameters);
     if (!bound) return refused(bound.error());
     auto db = context.db_path();
     if (!db) return db.error();
@@ -107,6 +116,11 @@ class BudgetCommand final : public Command {
     if (!specimen) return Failure(specimen.error());
     auto bench = rig(context, library, *text, *protocol);
     if (!bench) return bench.error();
+    if (!noise_from_.empty() && bench->noise) {
+      auto noise = noise_of_run(context, *bench->noise);
+      if (!noise) return noise.error();
+      bench->noise = std::move(*noise);
+    }
     const auto limits = bind_limits(*protocol, *bound, bench->frame);
     if (!limits) return refused(limits.error());
     const Force most = Force::from_si(kForceReserve * limits->force_max_N);
@@ -128,6 +142,44 @@ class BudgetCommand final : public Command {
     auto rig = context.daemon.bench_rig(request);
     if (!rig) return Failure(rig.error(), "lcrig budget --help");
     return std::move(*rig);
+  }
+
+  // The run tells the noise of its own setting; of other apertures the ratio is that of the bench.
+  Outcome<InstrumentNoise> noise_of_run(const Context& context,
+                                        const InstrumentNoise& bench) const {
+    auto db = open_runs(context);
+    if (!db) return db.error();
+    auto run = named_run(*db, noise_from_);
+    if (!run) return run.error();
+    const auto seen = measured_noise(*db, *run);
+    if (!seen) return Failure(seen.error(), fmt::format("lcrig analyze {}", *run));
+    const MeterSetting& m = seen->meter;
+    const auto speed = static_cast<std::size_t>(m.speed);
+    const double once =
+        seen->reading_F * (m.frequency_Hz / 1000) * m.level_V * std::sqrt(m.average);
+    InstrumentNoise out = bench;
+    for (double& F : out.capacitance_F) F *= once / bench.capacitance_F[speed];
+    out.guessed = {true, true, true};
+    out.guessed[speed] = false;
+    if (seen->force_N) out.force_N = *seen->force_N;
+    out.basis = fmt::format("run {}: {:.3g} fF of a reading ({}, {:g} Hz)", *run,
+                            seen->reading_F * 1e15, to_string(m.speed), m.frequency_Hz);
+    return out;
+  }
+
+  // What runs exactly this point: the -p that were given, then those that it changes.
+  std::string command_for(const BudgetPoint& point) const {
+    std::map<std::string, std::string> changes;
+    for (const std::string& p : parameters_) {
+      changes[p.substr(0, p.find('='))] = p.substr(p.find('=') + 1);
+    }
+    for (const auto& [what, value] : point.parameters) changes[what] = fmt::format("{}", value);
+    changes["frequency_Hz"] = fmt::format("{}", point.frequency_Hz);
+    changes["aperture"] = to_string(point.aperture);
+    std::string out = fmt::format("lcrig run {} --specimen {}", protocol_, specimen_);
+    for (const auto& [what, value] : changes) out += fmt::format(" -p {}={}", what, value);
+    if (!point.follows) out += fmt::format("   (and in the file: {})", point.note);
+    return out;
   }
 
   Outcome<std::optional<double>> target() const {
@@ -161,7 +213,7 @@ class BudgetCommand final : public Command {
     return out;
   }
 
-  std::string protocol_, specimen_, frequencies_, target_, bench_ = "paper", svg_;
+  std::string protocol_, specimen_, frequencies_, target_, bench_ = "paper", svg_, noise_from_;
   std::vector<std::string> parameters_;
 };
 

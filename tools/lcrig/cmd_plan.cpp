@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "budget/planned_run.hpp"
 #include "daemon/rehearse.hpp"
 #include "daemon/rig/bench.hpp"
 #include "protocols/expand.hpp"
@@ -11,9 +12,9 @@
 #include "protocols/plan/plan.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/commands.hpp"
-#include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/plan_text.hpp"
 #include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/protocol_request.hpp"
 #include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
@@ -40,14 +41,12 @@ class PlanCommand final : public Command {
   }
 
   Outcome<ExitCode> run(Context& context) override {
-    auto parameters = parse_assignments(parameters_);
-    if (!parameters) return parameters.error();
     const LibraryPath library(context.env);
-    auto file = library.get(LibraryKind::protocol, protocol_);
-    if (!file) return file.error();
-    auto protocol = parse_protocol(file->text, file->path.string());
+    const auto wanted = find_protocol(library, protocol_, parameters_);
+    if (!wanted) return wanted.error();
+    auto protocol = parse_protocol(wanted->file.text, wanted->file.path.string());
     if (!protocol) return refused(protocol.error(), protocol_);
-    auto bound = bind_parameters(*protocol, *parameters);
+    auto bound = bind_parameters(*protocol, wanted->parameters);
     if (!bound) return refused(bound.error(), protocol_);
     auto request = bench_request(context, library);
     if (!request) return request.error();
@@ -56,6 +55,12 @@ class PlanCommand final : public Command {
     if (!rig) return Failure(rig.error(), "lcrig rehearse --help");
     auto plan = make_plan(*protocol, *bound, *rig);
     if (!plan) return refused(plan.error(), protocol_);
+    if (!shows_drift(*protocol, *bound, *rig, *plan)) {
+      plan->assumptions.emplace_back(
+          "the unloaded capacitance does not drift: the protocol has no two rests without load, of "
+          "six readings each, that would tell (a hold with the probe off, before and after the "
+          "load)");
+    }
     const nlohmann::json all = to_json(*plan);
     return show(context, all, [&](std::ostream& out) {
       print_plan(out, all);

@@ -7,8 +7,8 @@
 #include "base/text.hpp"
 #include "protocols/file/parse.hpp"
 #include "tools/lcrig/commands.hpp"
-#include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/protocol_request.hpp"
 
 namespace lcrig::cli {
 
@@ -82,17 +82,16 @@ class CheckCommand final : public Command {
     list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
   }
   Outcome<ExitCode> run(Context& context) override {
-    auto parameters = parse_assignments(parameters_);
-    if (!parameters) return parameters.error();
-    auto file = LibraryPath(context.env).get(LibraryKind::protocol, protocol_);
-    if (!file) return file.error();
-    auto protocol = parse_protocol(file->text, file->path.string());
+    const auto wanted = find_protocol(LibraryPath(context.env), protocol_, parameters_);
+    if (!wanted) return wanted.error();
+    const LibraryFile& file = wanted->file;
+    auto protocol = parse_protocol(file.text, file.path.string());
     if (!protocol) return invalid(protocol.error());
-    auto bound = bind_parameters(*protocol, *parameters);
+    auto bound = bind_parameters(*protocol, wanted->parameters);
     if (!bound) return invalid(bound.error());
     const json verdict{{"name", protocol->name}, {"valid", true}};
     return show(context, verdict, [&](std::ostream& out) {
-      fmt::print(out, "{}: correct\n", printable(file->path.string()));
+      fmt::print(out, "{}: correct\n", printable(file.path.string()));
       fmt::print(context.console.err, "  next: lcrig protocol plan {}\n", printable(protocol_));
     });
   }

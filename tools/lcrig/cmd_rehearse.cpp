@@ -12,9 +12,9 @@
 #include "daemon/rig/bench.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/commands.hpp"
-#include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/live_line.hpp"
 #include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/protocol_request.hpp"
 #include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
@@ -105,14 +105,12 @@ class RehearseCommand final : public Command {
  private:
   Outcome<RehearseRequest> request(const Context& context) const {
     RehearseRequest out;
-    auto parameters = parse_assignments(parameters_);
-    if (!parameters) return parameters.error();
-    out.parameters = std::move(*parameters);
     const LibraryPath library(context.env);
-    auto protocol = library.get(LibraryKind::protocol, protocol_);
-    if (!protocol) return protocol.error();
-    out.protocol_name = protocol->name;
-    out.protocol_text = std::move(protocol->text);
+    auto wanted = find_protocol(library, protocol_, parameters_);
+    if (!wanted) return wanted.error();
+    out.parameters = std::move(wanted->parameters);
+    out.protocol_name = wanted->file.name;
+    out.protocol_text = std::move(wanted->file.text);
     auto db = database(context);
     if (!db) return db.error();
     out.db_path = std::move(*db);

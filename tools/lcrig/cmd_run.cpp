@@ -5,9 +5,9 @@
 
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/follow_run.hpp"
-#include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/plan_text.hpp"
 #include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/protocol_request.hpp"
 
 namespace lcrig::cli {
 
@@ -59,14 +59,12 @@ class RunCommand final : public Command {
   // of its database.
   Outcome<RunRequest> request(const Context& context) const {
     RunRequest out;
-    auto parameters = parse_assignments(parameters_);
-    if (!parameters) return parameters.error();
-    out.parameters = std::move(*parameters);
     const LibraryPath library(context.env);
-    auto protocol = library.get(LibraryKind::protocol, protocol_);
-    if (!protocol) return protocol.error();
-    out.protocol_name = protocol->name;
-    out.protocol_text = std::move(protocol->text);
+    auto wanted = find_protocol(library, protocol_, parameters_);
+    if (!wanted) return wanted.error();
+    out.parameters = std::move(wanted->parameters);
+    out.protocol_name = wanted->file.name;
+    out.protocol_text = std::move(wanted->file.text);
     auto specimen = library.find(LibraryKind::specimen, specimen_);
     if (!specimen) return specimen.error();
     out.specimen_name = *specimen ? (*specimen)->name : specimen_;

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "tests/support/cli_fixture.hpp"
+#include "tests/support/synthetic_run.hpp"
 #include "tests/support/xml.hpp"
 
 namespace lcrig::cli {
@@ -27,6 +28,10 @@ class BudgetCommand : public testing::Test {
       text << file.rdbuf();
       cli.add_data(std::string("protocols/") + name + ".json", text.str());
       if (name != std::string_view("static-frame")) continue;
+      // Reads the meter during the measure steps only.
+      std::string restless = text.str();
+      restless.insert(restless.find(R"("trigger": "bus")"), R"("continuous": false, )");
+      cli.add_data("protocols/restless.json", restless);
       std::string changed = text.str();
       changed.insert(changed.find(R"({ "id": "zero")"),
                      R"({ "id": "tune", "do": "set_lcr", "frequency_Hz": 2000 }, )");
@@ -90,6 +95,54 @@ TEST_F(BudgetCommand, TargetIsMetByTheCheapestSetting) {
   }
 }
 
+TEST_F(BudgetCommand, ProposalIsACommandThatPlansExactlyThat) {
+  const json out = budget({"static-frame", "--frequency-Hz", "1000,100000", "--target", "3%", "-p",
+                           "force_limit_N=1.5"});
+  ASSERT_FALSE(out["cheapest"].is_null());
+  std::istringstream words(out["command"].get<std::string>());
+  std::vector<std::string> args{"--json", "protocol", "plan"};
+  std::string word;
+  words >> word >> word;  // lcrig run
+  while (words >> word) args.push_back(word);
+  ASSERT_EQ(cli.run(args), 0) << cli.err.str();
+  const json plan = json::parse(cli.out.str());
+  EXPECT_EQ(plan["duration_s"], out["cheapest"]["duration_s"]);
+  EXPECT_EQ(plan["measure_readings"], out["cheapest"]["readings"]);
+}
+
+TEST_F(BudgetCommand, NoiseComesFromARecordedRun) {
+  SyntheticRun recorded;
+  recorded.begin();
+  SyntheticRun::Static quiet;
+  quiet.noise_F = 4.4e-15;  // a tenth of the bench's, medium at 1 kHz
+  quiet.baseline = 2000;
+  recorded.play(quiet);
+  recorded.end();
+  const json out = budget({"static-frame", "--noise-from", "last", "--db", recorded.db().path()});
+  const auto scatter = [&out](const char* aperture) {
+    return row(out, aperture)["results"][1]["parts"][0];
+  };
+  const double step = 90.0 / 13;
+  double sxx = 0;
+  for (int i = 0; i < 10; ++i) sxx += std::pow((i - 4.5) * step, 2);
+  const double expected = 4.4 / std::sqrt(30 * 4 * sxx);
+  EXPECT_NEAR(scatter("medium")["standard_uncertainty"], expected, 0.05 * expected);
+  EXPECT_THAT(scatter("medium")["basis"], HasSubstr("run 1"));
+  EXPECT_FALSE(row(out, "medium")["noise_guessed"].get<bool>());
+  EXPECT_THAT(scatter("slow")["basis"], HasSubstr("a guess"));
+  EXPECT_NEAR(scatter("fast")["standard_uncertainty"], expected * 60 / 44, 0.05 * expected);
+  EXPECT_EQ(cli.run({"budget", "static-frame", "--specimen", "paper-1", "--noise-from", "77",
+                     "--db", recorded.db().path()}),
+            1);
+}
+
+TEST_F(BudgetCommand, NoiseThatNobodyMeasuredIsMarked) {
+  const json out = budget({"static-frame"});
+  EXPECT_FALSE(row(out, "fast")["noise_guessed"].get<bool>());
+  EXPECT_TRUE(row(out, "medium")["noise_guessed"].get<bool>());
+  EXPECT_TRUE(row(out, "slow")["noise_guessed"].get<bool>());
+}
+
 TEST_F(BudgetCommand, DynamicCyclesPredictTheRange) {
   const json out = budget({"dynamic-cycles"});
   const json& results = row(out, "fast")["results"];
@@ -110,6 +163,18 @@ TEST_F(BudgetCommand, PictureIsWellFormedAndMarksTheFront) {
   EXPECT_EQ(XmlCheck::fault(text.str()), "");
   EXPECT_THAT(text.str(), AllOf(HasSubstr("Pareto front"), HasSubstr("run time, s")));
   EXPECT_THAT(cli.out.str(), HasSubstr("sensitivity 0-30 kPa"));
+}
+
+// The analysis would note that it cannot tell a drift: the plan says so before the run.
+TEST_F(BudgetCommand, PlanSaysWhenNoRestsTellADrift) {
+  const auto assumed = [this](const char* protocol) {
+    EXPECT_EQ(cli.run({"protocol", "plan", protocol, "--specimen", "paper-1"}), 0) << cli.err.str();
+    return cli.out.str();
+  };
+  EXPECT_THAT(assumed("restless"), HasSubstr("capacitance does not drift"));
+  for (const char* shipped : {"static-frame", "dynamic-cycles", "follow"}) {
+    EXPECT_THAT(assumed(shipped), testing::Not(HasSubstr("capacitance does not drift"))) << shipped;
+  }
 }
 
 TEST_F(BudgetCommand, WhatCannotBePredictedIsRefused) {

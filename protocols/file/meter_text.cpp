@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/file/meter_text.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "base/strict_json.hpp"
+#include "base/text.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using nlohmann::json;
+
+std::size_t byte_of(std::string_view text, TextPosition at) {
+  std::size_t i = 0;
+  for (int line = 1; line < at.line; ++line) i = text.find('\n', i) + 1;
+  const auto continues = [&] { return i < text.size() && (text[i] & 0xC0) == 0x80; };
+  for (int column = 1; column < at.column; ++column) {
+    do {
+      ++i;
+    } while (continues());
+  }
+  return i;
+}
+
+// Replaces a key and its value, which is a number or a word.
+void replace_member(std::string& text, const JsonDocument& document, const std::string& pointer,
+                    const std::string& member) {
+  const std::size_t key = byte_of(text, document.key_position(pointer));
+  const std::size_t value = byte_of(text, document.value_position(pointer));
+  const std::size_t end =
+      text[value] == '"' ? text.find('"', value + 1) + 1 : text.find_first_of(",}/ \t\r\n", value);
+  text.replace(key, end - key, member);
+}
+
+// The frequency has its unit in its name: "frequency_kHz" becomes "frequency_Hz".
+Result<> change(std::string& text, const std::string& name, const std::string& stem,
+                const std::string& member) {
+  const auto document = JsonDocument::parse(text, name);
+  if (!document) return fail(document.error());
+  const json::json_pointer place("/sample/lcr");
+  const json& root = document->root();
+  if (!root.contains(place) || !root[place].is_object()) return {};
+  for (const auto& [key, value] : root[place].items()) {
+    if (!key.starts_with(stem)) continue;
+    replace_member(text, *document, "/sample/lcr/" + key, member);
+    break;
+  }
+  return {};
+}
+
+std::string shown(const ParameterValues::mapped_type& value) {
+  const auto* word = std::get_if<std::string>(&value);
+  return word != nullptr ? *word : fmt::format("{}", std::get<double>(value));
+}
+
+}  // namespace
+
+Result<std::string> with_meter_values(std::string_view text, const std::string& name,
+                                      ParameterValues& values) {
+  const auto document = JsonDocument::parse(text, name);
+  if (!document) return fail(document.error());
+  const json& root = document->root();
+  std::string out(text);
+  for (const std::string what : {"frequency_Hz", "aperture"}) {
+    const auto value = values.find(what);
+    const json::json_pointer own("/parameters/" + what);
+    if (value == values.end() || root.contains(own)) continue;
+    const bool number = what != "aperture";
+    const std::string given = shown(value->second);
+    if (number && !json::parse(given, nullptr, false).is_number()) {
+      return fail(Errc::invalid_request, "{}: \"{}\" is no number, expected a frequency in Hz",
+                  what, printable(given, 60));
+    }
+    const std::string member =
+        fmt::format(R"("{}": {})", what, number ? given : json(given).dump());
+    if (auto ok = change(out, name, number ? "frequency_" : what, member); !ok) {
+      return fail(ok.error());
+    }
+    values.erase(value);
+  }
+  return out;
+}
+
+}  // namespace lcrig

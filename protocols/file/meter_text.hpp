@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// A protocol's text with other settings of the meter, so that a run can be asked for with the
+// frequency and the aperture that a budget proposes. It stays the text that is stored with the run.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "protocols/file/parse.hpp"
+
+namespace lcrig {
+
+// Takes `frequency_Hz` and `aperture` out of `values` and puts them into "sample"."lcr" of `text`;
+// not those that the protocol has as its own parameters. Errors: invalid_request, as
+// parse_protocol; what the values may be is judged by whoever parses the new text.
+Result<std::string> with_meter_values(std::string_view text, const std::string& name,
+                                      ParameterValues& values);
+
+}  // namespace lcrig

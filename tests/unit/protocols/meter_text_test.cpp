@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/file/meter_text.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace lcrig {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kText = R"({ "format": "load-protocol/1", "name": "look",
+  "title": "Blicke auf ein Gerät",  // "aperture": "slow"
+  "parameters": { "for_s": { "default": 10, "min": 1, "max": 100 } },
+  "limits": {},
+  "sample": { "lcr": { "function": "Cp-D", "frequency_kHz": 20, "level_V": 1,
+                       "aperture": "fast" } },
+  "steps": [ { "id": "record", "do": "record", "for_s": "$for_s" } ], "finally": [] })";
+
+TEST(MeterText, ChangesFrequencyAndApertureAndNothingElse) {
+  ParameterValues values{{"frequency_Hz", "1e5"}, {"aperture", "slow"}, {"for_s", 20.0}};
+  const auto changed = with_meter_values(kText, "look", values);
+  ASSERT_TRUE(changed) << changed.error().what;
+  EXPECT_EQ(values.size(), 1U) << "the protocol's own parameter stays";
+  const auto protocol = parse_protocol(*changed, "look");
+  ASSERT_TRUE(protocol) << protocol.error().what;
+  EXPECT_EQ(protocol->sample.lcr.frequency.si(), 1e5);
+  EXPECT_EQ(protocol->sample.lcr.aperture, Aperture::slow);
+  std::string expected = kText;
+  const auto replace = [&expected](const std::string& from, const std::string& to) {
+    expected.replace(expected.find(from), from.size(), to);
+  };
+  replace(R"("frequency_kHz": 20)", R"("frequency_Hz": 1e5)");
+  replace(R"("aperture": "fast")", R"("aperture": "slow")");
+  EXPECT_EQ(*changed, expected);
+}
+
+TEST(MeterText, AParameterOfTheProtocolKeepsItsName) {
+  std::string own = kText;
+  own.insert(own.find(R"("for_s")"), R"("aperture": { "default": 1, "min": 0, "max": 2 }, )");
+  ParameterValues values{{"aperture", "2"}};
+  EXPECT_EQ(with_meter_values(own, "look", values).value(), own);
+  EXPECT_EQ(values.size(), 1U);
+}
+
+TEST(MeterText, WhatIsNoFrequencyIsRefused) {
+  ParameterValues values{{"frequency_Hz", R"(1, "bias_V": 2)"}};
+  const auto changed = with_meter_values(kText, "look", values);
+  ASSERT_FALSE(changed);
+  EXPECT_THAT(changed.error().what, HasSubstr("is no number"));
+  ParameterValues word{{"aperture", "quick"}};
+  const auto parsed = parse_protocol(with_meter_values(kText, "look", word).value(), "look");
+  ASSERT_FALSE(parsed);
+  EXPECT_THAT(parsed.error().what, HasSubstr("/sample/lcr/aperture"));
+}
+
+}  // namespace
+}  // namespace lcrig
