@@ -29,6 +29,7 @@ struct Bench {
   Fixture fixture;
   double error_tolerance = 1e-3;  // relative, of the change in capacitance
   PlantConfig plant;
+  bool realistic = false;  // instruments and mounting err as model/bench_errors.hpp draws it
   Duration operator_reaction = std::chrono::seconds(2);
 };
 Result<Bench> parse_bench(std::string_view text, const std::string& name);

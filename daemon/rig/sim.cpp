@@ -8,6 +8,7 @@
 #include "daemon/rig/replay.hpp"
 #include "daemon/rig/simulated.hpp"
 #include "drivers/dead_weight/driver.hpp"
+#include "model/bench_errors.hpp"
 #include "model/bench_world.hpp"
 #include "model/specimen_stiffness.hpp"
 #include "storage/runs.hpp"
@@ -61,6 +62,7 @@ class BenchInstruments final : public SimulatedInstruments {
       if (!world) return fail(world.error());
       world_ = std::move(*world);
     }
+    if (request.bench.realistic) errors_.emplace(static_cast<std::uint64_t>(request.seed));
     info_.fixture = request.bench.fixture;
     info_.bench_name = request.bench.name;
     info_.bench_text = request.bench.text;
@@ -83,7 +85,15 @@ class BenchInstruments final : public SimulatedInstruments {
     config.conversion_s = request.bench.plant.conversion_s;
     config.capacitance_noise_F = request.bench.plant.capacitance_noise_F;
     config.seed = static_cast<std::uint64_t>(request.seed);
-    const auto source = [this](MonoTime t) { return world_->plant().electrical(t); };
+    const auto source = [this](MonoTime t) {
+      const Plant& plant = world_->plant();
+      Electrical e = plant.electrical(t);
+      if (errors_) {
+        const double c0_F = world_->response().c0_F();
+        e.capacitance_F = errors_->shown_F(t, e.capacitance_F, c0_F, plant.force_N(t));
+      }
+      return e;
+    };
     meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(std::move(pair->far), clock_, config,
                                                        lcr6100::Lcr6100Sim::Source(source));
     use_meter(std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_));
@@ -96,6 +106,7 @@ class BenchInstruments final : public SimulatedInstruments {
     scene_ = std::make_unique<PlantScene>(world_->plant());
     ZwickSimSettings settings;
     settings.seed = static_cast<std::uint64_t>(request.seed) + 1;
+    if (errors_) settings.device_clock_ppm = errors_->clock_ppm();
     frame_sim_ = std::make_unique<ZwickSim>(std::move(pair->far), clock_, *scene_, settings);
     use_frame(std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_));
     return {};
@@ -117,6 +128,7 @@ class BenchInstruments final : public SimulatedInstruments {
   }
 
   std::shared_ptr<BenchWorld> world_;
+  std::optional<BenchErrors> errors_;  // of a realistic bench
   std::unique_ptr<PlantScene> scene_;
   DeadWeightFrame* rod_ = nullptr;
 };
@@ -127,6 +139,7 @@ Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request) {
   PlantConfig mounting = request.bench.plant;
   mounting.seed = static_cast<std::uint64_t>(request.seed);
   if (request.weights) mounting.contact_travel_m = 0;
+  if (request.bench.realistic) BenchErrors(mounting.seed).apply(mounting);
   auto world = BenchWorld::make(request.specimen, request.bench.error_tolerance,
                                 Force::from_si(request.max_force_N), mounting);
   if (!world) return fail(world.error());

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/bench_errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace lcrig {
+
+namespace {
+
+// Limits, all values between them alike.
+constexpr double kMeterGain = 5e-4;  // LCR-6000 manual: basic accuracy 0.05 % at medium and slow
+constexpr double kMeterOffset_F = 5e-15;  // left after open correction
+constexpr double kCellClass = 0.01;  // ISO 7500-1, class 1
+constexpr double kProbe = 2 * 0.02 / 4;  // area of a tip of 4 mm, turned to +-0.02 mm
+constexpr double kClock_ppm = 50;
+constexpr double kDrift_F_h = 50e-15;
+constexpr double kCreep = 0.01;  // of the load
+constexpr double kHysteresis = 0.01;  // of delta C
+constexpr double kHum_F = 0.2e-15;  // beat with the mains, of 5 to 10 s
+// Standard deviations.
+constexpr double kSlope = 0.01, kSeating_F = 1e-15;  // of each loading
+constexpr double kWalk_F = 0.02e-15;  // in a second; grows with the root of time
+constexpr double kFlicker_F = 0.1e-15;  // 1/f: in each octave of time constants
+constexpr int kOctaves = 13;  // from 0.2 s
+constexpr double kOutlierShare = 0.002, kOutlier_F = 40e-15;
+
+constexpr double kStep_s = 0.1;
+constexpr double kTouch_N = 0.01;
+
+}  // namespace
+
+BenchErrors::BenchErrors(std::uint64_t seed) : random_(seed ^ 0x6c637269676572ULL) {
+  const auto within = [this](double limit) {
+    return std::uniform_real_distribution<double>(-limit, limit)(random_);
+  };
+  meter_gain_ = within(kMeterGain);
+  meter_offset_F_ = within(kMeterOffset_F);
+  cell_gain_ = within(kCellClass);
+  probe_gain_ = within(kProbe);
+  clock_ppm_ = within(kClock_ppm);
+  drift_F_s_ = within(kDrift_F_h) / 3600;
+  creep_ = std::abs(within(kCreep));
+  hysteresis_ = within(kHysteresis);
+  hum_F_ = within(kHum_F);
+  hum_s_ = 7.5 + within(2.5);
+  flicker_F_.assign(kOctaves, 0);
+}
+
+// The analysis divides by the area on the drawing: a tip that is larger acts as a cell that shows
+// more than there is.
+void BenchErrors::apply(PlantConfig& config) const {
+  config.force_gain *= (1 + cell_gain_) * (1 + probe_gain_);
+  config.creep_fraction += creep_;
+}
+
+double BenchErrors::background_F(double t_s) {
+  const auto wanted = static_cast<std::size_t>(std::max(0.0, t_s) / kStep_s);
+  std::normal_distribution<double> normal;
+  while (background_.size() <= wanted) {
+    walk_F_ += kWalk_F * std::sqrt(kStep_s) * normal(random_);
+    double sum = walk_F_, time_s = 0.2;
+    for (double& octave : flicker_F_) {
+      const double keeps = std::exp(-kStep_s / time_s);
+      octave = keeps * octave + kFlicker_F * std::sqrt(1 - keeps * keeps) * normal(random_);
+      sum += octave;
+      time_s *= 2;
+    }
+    background_.push_back(sum);
+  }
+  return background_[wanted] + drift_F_s_ * t_s +
+         hum_F_ * std::sin(2 * std::numbers::pi * t_s / hum_s_);
+}
+
+double BenchErrors::loaded_F(double delta_F, double force_N) {
+  if (force_N < kTouch_N) highest_N_ = 0;
+  if (force_N < kTouch_N) return delta_F;
+  if (highest_N_ == 0) {
+    std::normal_distribution<double> normal;
+    visit_ = {kSlope * normal(random_), kSeating_F * normal(random_)};
+  }
+  highest_N_ = std::max(highest_N_, force_N);
+  const double falling = 1 - force_N / highest_N_;  // 0 while the load grows
+  return delta_F * (1 + visit_.slope) * (1 + hysteresis_ * falling) + visit_.offset_F;
+}
+
+double BenchErrors::shown_F(MonoTime t, double capacitance_F, double c0_F, double force_N) {
+  if (!begin_) begin_ = t;
+  const double loaded = c0_F + loaded_F(capacitance_F - c0_F, force_N);
+  double shown =
+      loaded * (1 + meter_gain_) + meter_offset_F_ + background_F(to_seconds(t - *begin_));
+  if (std::uniform_real_distribution<double>(0, 1)(random_) < kOutlierShare) {
+    shown += kOutlier_F * std::normal_distribution<double>()(random_);
+  }
+  return shown;
+}
+
+}  // namespace lcrig

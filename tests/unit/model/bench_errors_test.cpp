@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/bench_errors.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace lcrig {
+namespace {
+
+constexpr double kC0_F = 3.65e-12;
+
+struct RunningMean {
+  double count = 0, mean = 0, squares = 0;
+  void add(double y) {
+    const double off = y - mean;
+    mean += off / ++count;
+    squares += off * (y - mean);
+  }
+  double variance() const { return squares / (count - 1); }
+  double mean_se() const { return std::sqrt(variance() / count); }
+};
+
+MonoTime at(double s) {
+  return MonoTime(from_seconds(100 + s));
+}
+
+// Mean of a second of readings without a load.
+double unloaded_F(BenchErrors& errors, double from_s) {
+  RunningMean mean;
+  for (int i = 0; i < 10; ++i) mean.add(errors.shown_F(at(from_s + 0.1 * i), kC0_F, kC0_F, 0));
+  return mean.mean;
+}
+
+TEST(BenchErrors, AreThoseOfTheSeed) {
+  BenchErrors a(7), again(7), other(8);
+  const double shown = unloaded_F(a, 0);
+  EXPECT_EQ(shown, unloaded_F(again, 0));
+  EXPECT_NE(shown, unloaded_F(other, 0));
+  PlantConfig one, two;
+  a.apply(one);
+  other.apply(two);
+  EXPECT_NE(one.force_gain, two.force_gain);
+  EXPECT_NE(a.clock_ppm(), other.clock_ppm());
+}
+
+TEST(BenchErrors, StayWithinTheInstrumentsPapers) {
+  RunningMean meter, cell;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    BenchErrors errors(seed);
+    PlantConfig config;
+    errors.apply(config);
+    meter.add(unloaded_F(errors, 0) / kC0_F - 1);
+    cell.add(config.force_gain - 1);
+    EXPECT_LT(std::abs(config.force_gain - 1), 0.021) << "class 1, and a tip within 0.02 of 4 mm";
+    EXPECT_LE(std::abs(errors.clock_ppm()), 50);
+  }
+  // 0.05 % of reading and 5 fF, rectangular, and little noise.
+  const double expected = std::hypot(5e-4, 5e-15 / kC0_F) / std::sqrt(3.0);
+  EXPECT_NEAR(std::sqrt(meter.variance()), expected, 0.2 * expected);
+  EXPECT_LT(std::abs(meter.mean), 4 * meter.mean_se());
+  const double of_force = std::hypot(0.01, 0.01) / std::sqrt(3.0);
+  EXPECT_NEAR(std::sqrt(cell.variance()), of_force, 0.2 * of_force);
+}
+
+TEST(BenchErrors, EachLoadingAnswersDifferently) {
+  constexpr double kDelta_F = 500e-15;
+  BenchErrors errors(3);
+  RunningMean answers;
+  for (int k = 0; k < 200; ++k) {
+    const double rest_F = unloaded_F(errors, 4 * k);
+    RunningMean loaded;
+    for (int i = 0; i < 10; ++i) {
+      loaded.add(errors.shown_F(at(4 * k + 2 + 0.1 * i), kC0_F + kDelta_F, kC0_F, 1.0));
+    }
+    answers.add((loaded.mean - rest_F) / kDelta_F);
+  }
+  EXPECT_NEAR(std::sqrt(answers.variance()), 0.01, 0.003) << "1 % of delta C, and noise";
+  EXPECT_NEAR(answers.mean, 1, 0.005);
+}
+
+TEST(BenchErrors, TheUnloadedCapacitanceDrifts) {
+  RunningMean change;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    BenchErrors errors(seed);
+    const double before = unloaded_F(errors, 0);
+    change.add(unloaded_F(errors, 3600) - before);
+  }
+  const double drift = 50e-15 / std::sqrt(3.0);  // +-50 fF/h
+  EXPECT_GT(std::sqrt(change.variance()), 0.7 * drift);
+  EXPECT_LT(std::sqrt(change.variance()), 1.3 * drift);
+}
+
+}  // namespace
+}  // namespace lcrig
