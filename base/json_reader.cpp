@@ -380,11 +380,13 @@ double JsonReader::quantity(std::string_view stem, Dimension d, const Range& ran
   return 0;
 }
 
+// After an earlier failure its object may not have been read to the end, so a key that nobody asked
+// for need not be wrong.
 void JsonReader::no_other_keys() const {
   for (const std::string& key : keys()) {
     if (std::ranges::find(known_->keys, key) != known_->keys.end()) continue;
     child((*value_)[key], key)
-        .wrong_key(
+        .refuse_key(
             fmt::format("unknown key `{}`{} expected {}", printable(key),
                         nearest_word(key, known_->keys) ? did_you_mean(key, known_->keys) : ",",
                         joined(known_->shown)));

@@ -32,6 +32,7 @@ App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
       config_(std::move(config)),
       notifier_(std::move(parts.notifier)),
       person_(io.get_executor()),
+      sync_each_commit_(parts.sync_each_commit),
       vfs_(std::move(parts.vfs)),
       rig_(std::move(parts.rig)),
       changed_(clock) {
@@ -51,6 +52,7 @@ App::~App() = default;
 Result<> App::open() {
   Recorder::Options options(config_.database);
   options.vfs = vfs_;
+  options.sync_each_commit = sync_each_commit_;
   auto recorder = Recorder::open(io_, clock_, std::move(options));
   if (!recorder) return fail(recorder.error());
   recorder_ = std::move(*recorder);

@@ -28,6 +28,7 @@ struct AppParts {
   std::unique_ptr<InstrumentFactory> rig;  // empty: that of the config file
   std::string vfs;  // of SQLite, for the database; empty: the operating system's
   ServiceNotifier notifier;
+  bool sync_each_commit = true;  // Recorder::Options
 };
 
 class App final : public ControlHandler {
@@ -105,6 +106,7 @@ class App final : public ControlHandler {
   Config config_;
   ServiceNotifier notifier_;
   RemoteOperator person_;
+  bool sync_each_commit_;
   std::string vfs_;
   RealRig* real_ = nullptr;  // `rig_`, when it is one
   std::unique_ptr<InstrumentFactory> rig_;

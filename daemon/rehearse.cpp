@@ -71,6 +71,7 @@ class Rehearsal {
     AppParts parts;
     parts.rig = std::make_unique<ReadyRig>(std::move(*instruments));
     if (drill_) parts.vfs = drill_->disk();
+    parts.sync_each_commit = drill_ != nullptr;  // whose disk may fail
     Config config;
     config.database = request_.db_path;
     app_ = std::make_unique<App>(io_, clock_, std::move(config), std::move(parts));

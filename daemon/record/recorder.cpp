@@ -14,7 +14,9 @@ namespace lcrig {
 namespace {
 
 // Half of what an acknowledgement may take.
+// In virtual time. Each commit is a wait of one thread for another.
 constexpr Duration kVirtualCommitInterval = std::chrono::milliseconds(50);
+constexpr Duration kRehearsalCommitInterval = std::chrono::seconds(1);
 
 }  // namespace
 
@@ -121,7 +123,8 @@ void Recorder::push(std::size_t rows, Add add) {
 
 // Virtual time only: the writer thread takes rows when it is told to, and is waited for.
 Task<> Recorder::commit_soon(std::weak_ptr<int> alive) {
-  const MonoTime due = clock_.now() + kVirtualCommitInterval;
+  const MonoTime due = clock_.now() + (options_.sync_each_commit ? kVirtualCommitInterval
+                                                                 : kRehearsalCommitInterval);
   co_await clock_.wait_until(due, due_);
   if (alive.expired()) co_return;
   is_due_ = false;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stores a run: rows go into a bounded queue, one writer thread commits whatever has arrived. At
 // the rates of a rig every reading gets its own commit at once; under a burst commits grow by
-// themselves. In virtual time a commit takes what arrived in 50 ms, and time stands still until it
-// is done: a slow disk or a busy computer changes nothing.
+// themselves. In virtual time a commit takes what arrived in 50 ms (a rehearsal: 1 s), and time
+// stands still until it is done: a slow disk or a busy computer changes nothing.
 //
 // Faults. A commit that fails is rolled back and its rows stay in memory; the fault is reported
 // once, later rows are queued behind. `end_run` frees the reserve file (disk full) or reopens the
@@ -53,6 +53,9 @@ class Recorder final : public RunSink {
     std::string vfs;  // of SQLite; empty: the operating system's
     std::size_t max_queued_rows = 200'000;  // about 40 MB
     std::int64_t reserve_bytes = 1 << 20;  // kept free on the disk for the end of a run
+    // False, for rehearsals: a commit takes what arrived in 1 s, and only the end of a run waits
+    // for the disk. A power cut costs the rehearsal, not the database.
+    bool sync_each_commit = true;
   };
 
   // Locks, migrates and opens the database and closes orphaned runs.
@@ -112,6 +115,7 @@ class Recorder final : public RunSink {
   Result<> store_end_alone(RunEnd& end, const Error& why);
   Result<> repair();
   Result<> reopen();
+  Result<> sync_commits(bool each);
   Result<> make_reserve() const;
   void free_reserve() const;
 

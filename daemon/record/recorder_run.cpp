@@ -10,6 +10,10 @@
 
 namespace lcrig {
 
+Result<> Recorder::sync_commits(bool each) {
+  return owned_.db.execute(each ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL");
+}
+
 Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
   bool repaired = false;
   {
@@ -25,6 +29,7 @@ Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
   auto run = insert_run(owned_.db, row);
   if (!run) return run;
   run_ = *run;
+  if (auto r = sync_commits(options_.sync_each_commit); !r) return fail(r.error());
   writing_.clear();
   const std::lock_guard lock(mutex_);
   incoming_.clear();
@@ -48,7 +53,8 @@ Result<> Recorder::end_in_database(RunEnd& end) {
     end.status = ExitStatus::fail;
     end.reason += fmt::format("; {} rows were lost: the disk was too slow", lost);
   }
-  Result<> stored = store_all(end, faulted);
+  Result<> stored = sync_commits(true);
+  if (stored) stored = store_all(end, faulted);
   if (!stored) stored = store_end_alone(end, stored.error());
   if (!stored) {
     set_fault(stored.error());

@@ -110,13 +110,17 @@ Parser::Parser(Commands& commands, GlobalOptions& global) : all(commands) {
     if (words.size() > 1) {
       auto& group = groups[words[0]];
       if (group == nullptr) {
-        group = app.add_subcommand(words[0], "lcrig " + words[0] + " --help lists what it can do");
+        group = app.add_subcommand(words[0]);
         group->require_subcommand(1)->fallthrough();
         top_words.push_back(words[0]);
       }
       parent = group;
     } else {
       top_words.push_back(words[0]);
+    }
+    if (parent != &app) {
+      const std::string before = parent->get_description();
+      parent->description(before + (before.empty() ? "" : ", ") + words.back());
     }
     auto* sub = parent->add_subcommand(words.back(), command->summary);
     sub->fallthrough();
