@@ -50,7 +50,8 @@ class BudgetCommand final : public Command {
     list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
     list.option("--frequency-Hz", frequencies_, "F,...",
                 "Test frequencies (default: the file's; with a target also 1, 10 and 100 kHz)");
-    list.option("--target", target_, "PERCENT", "Find the settings whose intervals are this narrow, e.g. 1%");
+    list.option("--target", target_, "PERCENT",
+                "Find the settings whose intervals are this narrow, e.g. 1%");
     list.option("--bench", bench_, "B", "Instruments and fixture (default: paper)");
     list.option("--noise-from", noise_from_, "RUN",
                 "Noise as this run showed it: a number or last");
