@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/frame_truth.hpp"
+
+#include <gmock/gmock.h>
+
+#include "tests/support/run_fixture.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+class Truth : public RunFixture {
+ protected:
+  FrameTruth& truth() { return parts().truth; }
+  // Thirty samples, ten a second, that flip between the two forces.
+  static Rest rest_between(double low_N, double high_N) {
+    Rest rest;
+    for (int i = 0; i < 30; ++i) {
+      FrameSample s;
+      s.received = MonoTime(i * 100ms);
+      s.force_N = i % 2 == 0 ? low_N : high_N;
+      s.travel_m = 0;
+      rest.add(std::span(&s, 1));
+    }
+    return rest;
+  }
+  static MotionOrder to_travel(double travel_m) {
+    MotionOrder order;
+    order.travel_m = travel_m;
+    return order;
+  }
+  static MotionOutcome done_at(double travel_m, double force_N) {
+    MotionOutcome outcome;
+    outcome.reason = MotionEnd::target;
+    outcome.travel_m = travel_m;
+    outcome.force_N = force_N;
+    return outcome;
+  }
+};
+
+TEST_F(Truth, NothingIsPressedBeforeTheCellWasSeenAlive) {
+  EXPECT_TRUE(truth().needs_look());
+  truth().learn_rest(rest_between(0.010, 0.012));
+  EXPECT_FALSE(truth().needs_look());
+  EXPECT_NEAR(truth().rest_N(), 0.011, 1e-12);
+}
+
+TEST_F(Truth, ACellThatHasFrozenTeachesNothing) {
+  truth().learn_rest(rest_between(0.010, 0.012));
+  truth().learn_rest(rest_between(0.5, 0.5));
+  EXPECT_NEAR(truth().rest_N(), 0.011, 1e-12);
+}
+
+TEST_F(Truth, ARestThatMayTouchIsNotTheBareCell) {
+  truth().learn_rest(rest_between(0.010, 0.012));
+  truth().learn_rest(rest_between(0.110, 0.112), FrameTruth::Under::perhaps_contact);
+  EXPECT_NEAR(truth().rest_N(), 0.111, 1e-12);
+  EXPECT_NEAR(truth().bare_N(), 0.011, 1e-12);
+  EXPECT_TRUE(truth().is_loaded(0.2));
+  EXPECT_FALSE(truth().is_loaded(0.012));
+}
+
+TEST_F(Truth, AMotionThatEndedWhereItShouldIsBelieved) {
+  truth().learn_rest(rest_between(0.010, 0.012));
+  show(0.011, 1e-3);
+  EXPECT_TRUE(run(truth().believe(to_travel(1e-3), done_at(1e-3, 0.011))));
+  EXPECT_EQ(events_of("contradiction"), 0);
+}
+
+TEST_F(Truth, ADoneElsewhereIsRefusedAndRecorded) {
+  truth().learn_rest(rest_between(0.010, 0.012));
+  show(0.011, 0.4e-3);
+  const auto r = run(truth().believe(to_travel(1e-3), done_at(1e-3, 0.011)));
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Errc::refused);
+  EXPECT_THAT(r.error().what, HasSubstr("it was to go to 1.0000 mm, and shows 0.4000 mm"));
+  EXPECT_EQ(events_of("contradiction"), 1);
+}
+
+// The last sample is older than the word of the frame: the next one may confirm it.
+TEST_F(Truth, TheSamplesMayComeLater) {
+  truth().learn_rest(rest_between(0.010, 0.012));
+  show(0.011, 0.9e-3);
+  auto late = [](Clock& time, std::function<void()> act) -> Task<> {
+    co_await time.wait_for(50ms);
+    act();
+  };
+  bool ended = false;
+  start(late(clock, [this] { show(0.011, 1e-3); }), ended);
+  EXPECT_TRUE(run(truth().believe(to_travel(1e-3), done_at(1e-3, 0.011))));
+  EXPECT_TRUE(ended);
+}
+
+TEST_F(Truth, AMotionThatDidNotReachItsTargetIsNotJudged) {
+  truth().learn_rest(rest_between(0.010, 0.012));
+  show(0.011, 0.4e-3);
+  MotionOutcome stopped = done_at(0.4e-3, 0.011);
+  stopped.reason = MotionEnd::stopped;
+  EXPECT_TRUE(run(truth().believe(to_travel(1e-3), stopped)));
+}
+
+// What a specimen may relax counts with the force that is felt.
+TEST_F(Truth, ALoadedMotionIsAllowedMoreThanAnUnloadedOne) {
+  truth().learn_rest(rest_between(0.010, 0.012));
+  show(0.011, 0);
+  const double bare_N = truth().motion_now(1, 1e-5).against_N;
+  show(0.611, 0);
+  const double loaded_N = truth().motion_now(1, 1e-5).against_N;
+  EXPECT_GT(loaded_N, bare_N + 0.05);
+  EXPECT_LT(truth().motion_now(-1, 1e-5).against_N, loaded_N);
+}
+
+TEST_F(Truth, AFrameThatThisRunDoesNotMoveIsBelieved) {
+  setup().commands = false;
+  EXPECT_FALSE(truth().judges());
+  EXPECT_FALSE(truth().needs_look());
+  show(0.011, 0.4e-3);
+  EXPECT_TRUE(run(truth().believe(to_travel(1e-3), done_at(1e-3, 0.011))));
+}
+
+}  // namespace
+}  // namespace lcrig
