@@ -57,7 +57,7 @@ CREATE VIEW v_sample AS
 SELECT
   s.run_id AS run,
   s.seq,
-  (s.received_mono_ns - r.started_mono_ns) / 1e9 AS t_s,
+  (s.received_mono_ns - r.started_mono_ns) / 1e9 AS t_received_s,
   s.device_time_s,
   s.force_N,
   s.travel_m * 1e3 AS travel_mm,

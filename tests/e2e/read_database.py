@@ -15,7 +15,7 @@ PAIRS = [
      ["seq", "t_s", "t_asked_s", "step", "repeat", "level", "reading", "flags", "function",
       "capacitance_pF", "dissipation", "status"]),
     ("frame.csv", "v_sample",
-     ["seq", "t_s", "device_time_s", "force_N", "travel_mm", "pressure_kPa", "flags"]),
+     ["seq", "t_received_s", "device_time_s", "force_N", "travel_mm", "pressure_kPa", "flags"]),
 ]
 
 
