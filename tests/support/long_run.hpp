@@ -63,7 +63,7 @@ struct LongRun {
     const double force = static_cast<double>(force_uN(device_ms)) / 1e6;
     const bool touched = received_ms(i) >= kContact_ms;
     const std::string gap = touched ? shifted(kContact_pm - 1000 * travel, -9) : "";
-    return fmt::format("{},{},{},{},{},{},{},{},", i + 1, shifted(received_ms(i), -3),
+    return fmt::format("{},{},{},{},{},{},{},{},", i + 1, shifted(device_ms + received_ms(0), -3),
                        shifted(received_ms(i), -3), shifted(device_ms, -3),
                        shifted(force_uN(device_ms), -6), shifted(travel, -6), gap,
                        decimal_shift(force / kArea_m2, -3));
