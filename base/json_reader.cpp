@@ -56,6 +56,12 @@ std::string joined(const std::vector<std::string>& words) {
   return out;
 }
 
+// Whether `pointer` names `parent` or something in it: /steps/10 is not in /steps/1.
+bool is_within(std::string_view pointer, std::string_view parent) {
+  return pointer.starts_with(parent) &&
+         (pointer.size() == parent.size() || pointer[parent.size()] == '/');
+}
+
 std::string located(const JsonDocument& doc, TextPosition at, const std::string& pointer,
                     const std::string& what) {
   return fmt::format("{}:{}:{} {}: {}", doc.name(), at.line, at.column,
@@ -63,20 +69,6 @@ std::string located(const JsonDocument& doc, TextPosition at, const std::string&
 }
 
 }  // namespace
-
-std::string range_words(const Range& r, double unit) {
-  const bool low = r.min > -1e299, high = r.max < 1e299;
-  const double min = r.min / unit, max = r.max / unit;
-  if (low && high && !r.open_min) return fmt::format("from {:.6g} to {:.6g}", min, max);
-  if (low && high) return fmt::format("greater than {:.6g}, at most {:.6g}", min, max);
-  if (low && r.open_min) return fmt::format("greater than {:.6g}", min);
-  if (low) return fmt::format("at least {:.6g}", min);
-  return fmt::format("at most {:.6g}", max);
-}
-
-bool contains(const Range& r, double v) {
-  return v <= r.max && (r.open_min ? v > r.min : v >= r.min);
-}
 
 JsonReader::JsonReader(const JsonDocument& document)
     : state_(std::make_shared<State>(document)),
@@ -121,7 +113,7 @@ std::string JsonReader::last_key() const {
 // may only follow from it.
 void JsonReader::add(TextPosition at, const std::string& what) const {
   const auto related = [this](const State::Failure& f) {
-    return pointer_.starts_with(f.pointer) || f.pointer.starts_with(pointer_);
+    return is_within(pointer_, f.pointer) || is_within(f.pointer, pointer_);
   };
   if (std::ranges::any_of(state_->failures, related)) return;
   state_->failures.push_back({pointer_, at, located(state_->document, at, pointer_, what)});

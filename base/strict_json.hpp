@@ -19,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/range.hpp"
 #include "base/result.hpp"
 #include "base/units.hpp"
 
@@ -58,18 +59,6 @@ class JsonDocument {
 Result<std::string> read_text_file(const std::string& path);
 // read_text_file and JsonDocument::parse.
 Result<JsonDocument> load_json(const std::string& path);
-
-// An interval that includes both ends, except as `open_min` says. Quantities are compared in SI.
-struct Range {
-  double min = -1e300, max = 1e300;
-  bool open_min = false;  // min itself is refused ("greater than 0")
-};
-bool contains(const Range& range, double v);
-// "from 0 to 5"; the bounds are divided by `unit`.
-std::string range_words(const Range& range, double unit = 1);
-inline constexpr Range kAnyNumber{};
-inline constexpr Range kPositive{0, 1e300, true};
-inline constexpr Range kNotNegative{0, 1e300, false};
 
 struct QuantityField;
 

@@ -102,6 +102,17 @@ TEST(JsonMistake, AGoodTextHasNone) {
   }
 }
 
+TEST(JsonReader, TheTenthItemIsNoPartOfTheFirst) {
+  const auto document = JsonDocument::parse("[0,\"a\",2,3,4,5,6,7,8,9,\"b\"]", "f.json");
+  ASSERT_TRUE(document);
+  const JsonReader root(*document);
+  for (const JsonReader& item : root.items(1, 20)) item.number();
+  const auto result = root.result();
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().what, "f.json:1:4 /1: \"a\", expected a number");
+  EXPECT_NE(result.error().detail.find(" /10: \"b\", expected a number"), std::string::npos);
+}
+
 TEST(JsonReader, TellsAllWrongValuesOfAFile) {
   const auto document =
       JsonDocument::parse("{\"a\": \"x\",\n\"b\": {\"c\": -1, \"d\": true},\n\"e\": 1}", "f.json");

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// The values that a number may have, and how a message says them. For the readers of files and
+// whoever tells them what to accept.
+#pragma once
+
+#include <string>
+
+namespace lcrig {
+
+// An interval that includes both ends, except as `open_min` says. Quantities are compared in SI.
+struct Range {
+  double min = -1e300, max = 1e300;
+  bool open_min = false;  // min itself is refused ("greater than 0")
+};
+bool contains(const Range& range, double v);
+// "from 0 to 5"; the bounds are divided by `unit`.
+std::string range_words(const Range& range, double unit = 1);
+inline constexpr Range kAnyNumber{};
+inline constexpr Range kPositive{0, 1e300, true};
+inline constexpr Range kNotNegative{0, 1e300, false};
+
+}  // namespace lcrig
