@@ -102,11 +102,11 @@ void ContactProbe::conclude_stiffness(const Rest& after) const {
   const Rest& touched = looks_.front();
   const double none_N = std::max(before_.force_N(), after.force_N());
   TravelStep resolution;
+  for (const Rest& look : looks_) resolution.add(look.travel_m());
   std::optional<Slope> best;
   for (auto now = looks_.begin() + 1; now != looks_.end(); ++now) {
     const double noise_N = kSlopeSigmas * std::hypot(before_.error_N(), now->error_N());
     if (now->force_N() - none_N < std::max(2 * noise_N, kLeft * felt_N())) break;
-    resolution.add(now->travel_m());
     const auto slope = slope_of(touched, *now, resolution.step_m());
     if (slope && (!best || slope->at_most < best->at_most)) best = slope;
   }

@@ -113,9 +113,10 @@ TEST(Properties, HealthyRunsAreAcceptedAndSucceed) {
   const Summary s = sweep(kind,
                           [](Trial& t, Counters& n) {
                             if (t.world().result && t.what().is_within) ++n["runs within"];
-                            return both(healthy_runs_succeed(t), force_within_limit(t));
+                            return both(both(healthy_runs_succeed(t), force_within_limit(t)),
+                                        stiffness_is_not_underestimated(t));
                           },
-                          {"runs within", "force-stopped motions"});
+                          {"runs within", "force-stopped motions", "stiffness measured"});
   const auto accepted = static_cast<double>(s.counters.at("accepted"));
   EXPECT_GE(accepted / static_cast<double>(s.pairs), 0.9) << "refused too often";
 }

@@ -15,31 +15,31 @@ namespace {
 
 using Drive = TruthScene::Drive;
 using Change = TruthScene::Change;
-using Kind = Happening::Kind;
+using What = Happening::Kind;
 
 constexpr auto kReach = std::chrono::milliseconds(30);  // from a request to the wire
 constexpr const char* kCondition = "if the stiffness that is measured at contact allows it";
 
-void act(RigWorld& w, Kind kind) {
+void act(RigWorld& w, What kind) {
   switch (kind) {
-    case Kind::abort: return w.interrupt(Interrupt::abort, "somebody aborts it");
-    case Kind::freeze: return w.interrupt(Interrupt::freeze, "somebody freezes it");
-    case Kind::shutdown: return w.interrupt(Interrupt::abort, "SIGTERM");
-    case Kind::pause:
+    case What::abort: return w.interrupt(Interrupt::abort, "somebody aborts it");
+    case What::freeze: return w.interrupt(Interrupt::freeze, "somebody freezes it");
+    case What::shutdown: return w.interrupt(Interrupt::abort, "SIGTERM");
+    case What::pause:
       if (w.live() != nullptr) w.interrupt(Interrupt::pause, "somebody pauses it");
       return;
-    case Kind::deaf: return w.bench().break_frame([](ZwickSimFaults& f) { f.deaf = true; });
-    case Kind::silent: return w.bench().break_frame([](ZwickSimFaults& f) { f.silent = true; });
-    case Kind::unplug: return w.bench().unplug_frame();
+    case What::deaf: return w.bench().break_frame([](ZwickSimFaults& f) { f.deaf = true; });
+    case What::silent: return w.bench().break_frame([](ZwickSimFaults& f) { f.silent = true; });
+    case What::unplug: return w.bench().unplug_frame();
   }
 }
 
-void undo(RigWorld& w, Kind kind) {
+void undo(RigWorld& w, What kind) {
   switch (kind) {
-    case Kind::pause: return w.resume();
-    case Kind::deaf: return w.bench().break_frame([](ZwickSimFaults& f) { f.deaf = false; });
-    case Kind::silent: return w.bench().break_frame([](ZwickSimFaults& f) { f.silent = false; });
-    case Kind::unplug: return w.bench().plug_frame();
+    case What::pause: return w.resume();
+    case What::deaf: return w.bench().break_frame([](ZwickSimFaults& f) { f.deaf = false; });
+    case What::silent: return w.bench().break_frame([](ZwickSimFaults& f) { f.silent = false; });
+    case What::unplug: return w.bench().plug_frame();
     default: return;
   }
 }
@@ -218,6 +218,20 @@ Broken travel_within_limits(Trial& t) {
                       t.world().outside_m * 1e6)};
 }
 
+// Forecasts trust this bound. The cell shows forces with its gain, which its class allows.
+Broken stiffness_is_not_underestimated(Trial& t) {
+  if (!t.is_honest()) return {};
+  Broken out;
+  for (const MeasuredStiffness& m : t.world().stiffnesses) {
+    const double shown_N_m = t.rig().plant.force_gain * m.true_N_m;
+    if (m.at_most_N_m >= shown_N_m) continue;
+    out.push_back(fmt::format(
+        "stiffness: the contact has {:.5g} N/m, the run takes it for {:.5g} N/m at most", shown_N_m,
+        m.at_most_N_m));
+  }
+  return out;
+}
+
 Broken healthy_runs_succeed(Trial& t) {
   const RigWorld& w = t.world();
   if (!w.result || !t.what().is_within || !t.is_honest()) return {};
@@ -270,14 +284,14 @@ Broken ends_standing_and_honest(Trial& t) {
 Broken nothing_moves_after_the_stop(Trial& t) {
   const RigWorld& w = t.world();
   for (std::size_t i = 0; i < t.what().happenings.size(); ++i) {
-    const Kind kind = t.what().happenings[i].kind;
-    if (kind != Kind::abort && kind != Kind::freeze && kind != Kind::shutdown) continue;
+    const What kind = t.what().happenings[i].kind;
+    if (kind != What::abort && kind != What::freeze && kind != What::shutdown) continue;
     if (i >= w.acted.size()) continue;
     const RigWorld::Acted& a = w.acted[i];
     for (std::size_t k = 0; k < w.changes.size(); ++k) {
       const Change& c = w.changes[k];
       if (c.drive == Drive::halt || c.at <= a.at + kReach) continue;
-      const bool may = kind != Kind::freeze && w.was_finishing[k];
+      const bool may = kind != What::freeze && w.was_finishing[k];
       if (may) continue;
       return {fmt::format("after: {:.3f} s after {} the frame was set in motion",
                           to_seconds(c.at - a.at), to_string(kind))};

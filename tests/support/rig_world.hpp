@@ -35,6 +35,12 @@ struct Overshoot {
   bool exceeded = false;
 };
 
+// What a run measured at a contact, and what it really is there.
+struct MeasuredStiffness {
+  MeasuredStiffness() = default;
+  double at_most_N_m = 0, true_N_m = 0;  // true: of the force over the way since it touched
+};
+
 class RigWorld {
  public:
   // Something that happens `after_s` after the start, after this part of the planned time, or
@@ -71,6 +77,7 @@ class RigWorld {
   std::optional<Plan> plan;
   std::vector<RunEvent> events;
   std::vector<Overshoot> overshoots;
+  std::vector<MeasuredStiffness> stiffnesses;
   // Counted until the plan was refused or the run began.
   std::int64_t hellos = 0, commands = 0, motions = 0, stops = 0;
   // The truth:
@@ -326,6 +333,7 @@ class RigWorld {
 
   void take(const RunEvent& e) {
     events.push_back(e);
+    if (e.kind == EventKind::stiffness) take_stiffness(nlohmann::json::parse(e.detail));
     const bool exceeded = e.kind == EventKind::overshoot_exceeded;
     if (!exceeded && e.kind != EventKind::overshoot) return;
     const auto detail = nlohmann::json::parse(e.detail);
@@ -336,6 +344,16 @@ class RigWorld {
     o.observed_N = detail.at("observed_N");
     o.exceeded = exceeded;
     overshoots.push_back(o);
+  }
+
+  void take_stiffness(const nlohmann::json& detail) {
+    if (detail.at("at_most_N_m").is_null()) return;
+    const Plant& truth = instruments_->truth();
+    MeasuredStiffness m;
+    m.at_most_N_m = detail.at("at_most_N_m");
+    const double force_N = detail.at("force_N");
+    m.true_N_m = force_N / (truth.travel_at_force_m(force_N) - truth.config().contact_travel_m);
+    stiffnesses.push_back(m);
   }
 
   // Compares the travel with the limits, which are windows in the machine's own travel. A travel
