@@ -32,7 +32,7 @@ struct LossCase {
   const char* policy;
 };
 
-std::string name_of(const ::testing::TestParamInfo<LossCase>& c) {
+std::string name_of_loss(const ::testing::TestParamInfo<LossCase>& c) {
   return std::string(c.param.which == Which::meter ? "meter_" : "frame_") + c.param.step + "_" +
          c.param.policy;
 }
@@ -83,7 +83,7 @@ TEST_P(Loss, InAStepIsSurvivedOrEndsTheRunAsTheProtocolSays) {
               0.5, 0.02);
 }
 
-INSTANTIATE_TEST_SUITE_P(EveryStep, Loss, ::testing::ValuesIn(every_case()), name_of);
+INSTANTIATE_TEST_SUITE_P(EveryStep, Loss, ::testing::ValuesIn(every_case()), name_of_loss);
 
 // Fewer in builds that run ten times slower (LCRIG_REPLUGS).
 int replugs() {

@@ -20,7 +20,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-constexpr double kLimit_N = 1.0;
+constexpr double kLyingLimit_N = 1.0;
 constexpr const char* kHandsOff = "until a person has looked";
 // Loads, rests, measures and unloads in a step of its own.
 std::string lied_to() {
@@ -116,7 +116,7 @@ TEST(LyingRig, EachLieIsNoticedAndNamedAndTheTrueForceStaysWithinTheLimit) {
     }
     EXPECT_EQ(r->exit_status, ExitStatus::fail);
     EXPECT_THAT(r->reason, HasSubstr(lie.word));
-    EXPECT_LT(world.largest_true_N(), kLimit_N);
+    EXPECT_LT(world.largest_true_N(), kLyingLimit_N);
     EXPECT_THAT(r->reason, HasSubstr(lie.end));
     if (*lie.end == '\0') {
       EXPECT_LT(world.true_N(), 0.01) << r->reason;
@@ -131,7 +131,7 @@ TEST(LyingRig, ASearchWithoutContactGoesBackToWhereItBegan) {
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_EQ(r->exit_status, ExitStatus::fail);
-  EXPECT_GT(world.largest_true_N(), kLimit_N) << "it never touched: nothing was tried";
+  EXPECT_GT(world.largest_true_N(), kLyingLimit_N) << "it never touched: nothing was tried";
   EXPECT_LT(world.true_N(), 0.01) << r->reason;
   EXPECT_NEAR(world.real("SELECT travel_m FROM frame_sample ORDER BY seq DESC LIMIT 1"),
               world.real("SELECT travel_m FROM frame_sample ORDER BY seq LIMIT 1"), 20e-6);

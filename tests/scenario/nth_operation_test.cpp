@@ -16,7 +16,7 @@ namespace {
 constexpr std::int64_t kEach = 40;  // the first operations, which set everything up, are all tested
 constexpr std::int64_t kRuns = 100;  // about this many in all
 
-const std::string kProtocol = R"({ "format": "load-protocol/1", "name": "nth",
+const std::string kNthProtocol = R"({ "format": "load-protocol/1", "name": "nth",
   "on_loss": "wait", "on_loss_timeout_s": 5,
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast",
@@ -53,7 +53,7 @@ TEST(NthOperation, OfTheWiresMayFailAndTheRunIsSafeAndTrue) {
   for (std::int64_t n = -1;; n += n < kEach ? 1 : step) {
     SCOPED_TRACE("operation " + std::to_string(n));
     NthOperation nth(n);
-    FaultWorld world(kProtocol, "");
+    FaultWorld world(kNthProtocol, "");
     world.adjust_sim = [&nth](SimRequest& sim) {
       sim.wrap = [&nth](std::unique_ptr<Transport> wire) {
         return std::make_unique<FailingTransport>(std::move(wire), nth);
@@ -90,7 +90,7 @@ void fail_each_disk_operation(FaultyDisk::Failure how, const char* what) {
   std::int64_t operations = 0, step = 1;
   for (std::int64_t n = -1;; n += n < kEach ? 1 : step) {
     SCOPED_TRACE("operation " + std::to_string(n));
-    FaultWorld world(kProtocol, "");
+    FaultWorld world(kNthProtocol, "");
     FaultyDisk& disk = world.surroundings.disk();
     if (n >= 0) disk.fail_operation(n, how);
     const auto result = world.run();

@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr const char* kProtocol =
+constexpr const char* kRehearsed =
     R"({ "format": "load-protocol/1", "name": "drill", "on_loss": "wait",
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast" },
@@ -27,7 +27,7 @@ class RehearseFaults : public ::testing::Test {
   RehearseRequest request(const std::string& faults) const {
     RehearseRequest r;
     r.protocol_name = "drill";
-    r.protocol_text = kProtocol;
+    r.protocol_text = kRehearsed;
     r.specimen_name = "paper-1";
     r.specimen_text = std::string(shipped_specimens().front().text);
     r.db_path = dir.file("r.db");
