@@ -50,8 +50,9 @@ Window window_of(const Scene& scene, const LevelResults& levels, const PressureR
   const auto& readings = scene.data.readings;
   for (std::size_t i = 0; i < readings.size(); ++i) {
     const RunReading& r = readings[i];
-    if (r.index <= 0 || r.level <= 0 || static_cast<std::size_t>(r.level) >= wanted.size())
+    if (r.index <= 0 || r.level <= 0 || static_cast<std::size_t>(r.level) >= wanted.size()) {
       continue;
+    }
     if (!wanted[static_cast<std::size_t>(r.level)] || !r.has_force()) continue;
     if (r.level != level) {
       close();

@@ -37,8 +37,9 @@ Input input_of(const LevelResults& levels, const PressureRange& range) {
   Input in;
   for (const LevelResult& l : levels.levels) {
     if (l.direction != levels.line_direction ||
-        !is_inside(range, l.target_kPa.value_or(l.pressure_kPa)))
+        !is_inside(range, l.target_kPa.value_or(l.pressure_kPa))) {
       continue;
+    }
     in.points.push_back(point_of(l));
     in.line.push_back(in.points.back().at);
     in.rows += l.readings;

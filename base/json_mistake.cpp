@@ -81,8 +81,9 @@ class Walk {
 
   void token() {
     const char c = now();
-    if (text_.substr(at_, 2) == "/*")
+    if (text_.substr(at_, 2) == "/*") {
       return wrong(at_, "a /* comment, expected `//` comments only");
+    }
     if (c == '#') return wrong(at_, "a comment begins with `//`, not with `#`");
     if (c == '\'') return wrong(at_, "keys and texts stand in double quotes: \"...\"");
     switch (expect_) {
@@ -234,8 +235,9 @@ class Walk {
       }
       ++at_;
     }
-    if (at_ >= text_.size())
+    if (at_ >= text_.size()) {
       return wrong(begin, "the text that begins here is not closed: a `\"` is missing");
+    }
     last_end_ = ++at_;
     expect_ = next;
   }

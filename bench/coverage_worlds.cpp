@@ -88,10 +88,12 @@ int main(int argc, char** argv) {
   shape.repeats = repeats;
   DynamicShape cycles;
   cycles.cycles = repeats;
-  if (what == "static" || what == "all")
+  if (what == "static" || what == "all") {
     run(static_run(shape), static_worlds(), seeds, first, only);
-  if (what == "real" || what == "all")
+  }
+  if (what == "real" || what == "all") {
     run(static_run(shape), {realistic_world()}, seeds, first, only);
+  }
   if (what == "dynamic" || what == "all") {
     run(dynamic_run(cycles), dynamic_worlds(), seeds, first, only);
   }

@@ -120,10 +120,12 @@ class Background {
     double out = walk_ + w_.drift_fF_h * t_s / 3600;
     out += w_.noise_fF * (1 + w_.noise_per_kPa * kPa) * noise_;
     if (w_.flicker_fF > 0) out += flicker_.step(dt);
-    if (w_.hum_fF > 0)
+    if (w_.hum_fF > 0) {
       out += w_.hum_fF * std::sin(2 * std::numbers::pi * (t_s / period_s_ + phase_));
-    if (uniform_(random_) < w_.outlier_share)
+    }
+    if (uniform_(random_) < w_.outlier_share) {
       out += w_.outlier_fF * (normal_(random_) > 0 ? 1 : -1);
+    }
     return out;
   }
 

@@ -44,8 +44,9 @@ void read_frame(const JsonReader& r, Config& c) {
     c.frame_port = r.string("port");
     f.stiffness_N_m = r.optional_quantity("stiffness", Dimension::stiffness, kPositive);
     f.start_gap_m = r.optional_quantity("start_gap", Dimension::length, Range{0, 1});
-    if (const auto n = r.optional_number("force_class", Range{0.01, 10}))
+    if (const auto n = r.optional_number("force_class", Range{0.01, 10})) {
       f.force_class_percent = *n;
+    }
     if (const auto loop = r.find("force_loop")) f.force_loop = read_force_loop(*loop);
   }
   r.no_other_keys();

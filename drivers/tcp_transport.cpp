@@ -56,9 +56,10 @@ Task<Result<std::unique_ptr<Transport>>> open_tcp(std::string host, std::uint16_
                            clock.wait_until(deadline));
   if (r.index() == 1) co_return silent(name);
   const auto& error = std::get<0>(std::get<0>(r));
-  if (error)
+  if (error) {
     co_return fail(Errc::disconnected, "{}: {}; is the program there running?", name,
                    error.message());
+  }
   boost::system::error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
   socket.set_option(asio::socket_base::keep_alive(true), ignored);

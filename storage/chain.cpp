@@ -262,8 +262,9 @@ Result<ChainHead> ChainWriter::head(std::int64_t run) {
   if (!row) return fail(row.error());
   if (*row) {
     out.seq = head_.integer(0);
-    for (std::size_t i = 0; i < kRunTables; ++i)
+    for (std::size_t i = 0; i < kRunTables; ++i) {
       out.last[i] = head_.integer(static_cast<int>(i) + 1);
+    }
     out.ended = head_.integer(6) != 0;
     std::ranges::copy(head_.blob(7), out.hash.begin());
   }

@@ -200,8 +200,9 @@ std::string hold_table(const RunAnalysis& analysis) {
   std::string out = paragraph(
       fmt::format("{} stretches of steady load; in {} of them C changes by more than its noise.",
                   analysis.holds.size(), resolved));
-  if (analysis.creep)
+  if (analysis.creep) {
     out += paragraph("Creep over all: " + measured(analysis.creep) + " % per decade of time.");
+  }
   return table.empty() ? out : out + table.html() + rows_left_out(resolved);
 }
 

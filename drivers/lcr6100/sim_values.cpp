@@ -72,8 +72,9 @@ void append_value(std::string& line, std::string_view word, double value) {
   const char first = word.empty() ? ' ' : word.front();
   const bool resistance = first == 'R' || first == 'r' || first == 'X' || first == 'x' ||
                           first == 'Z' || first == 'z' || same_word(word, "DCR");
-  if (!std::isfinite(value) || (resistance && std::abs(value) > kMaxResistance))
+  if (!std::isfinite(value) || (resistance && std::abs(value) > kMaxResistance)) {
     value = kSentOverload;
+  }
   fmt::format_to(std::back_inserter(line), "{:+.5e}", value);
 }
 

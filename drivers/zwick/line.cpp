@@ -87,8 +87,9 @@ Result<> add_field(Line& line, std::string_view token) {
   const auto key = token.substr(0, equals);
   if (!is_key(key)) return fail(Errc::garbled, "'{}' is no key", printable(excerpt(key)));
   if (line.find(key)) return fail(Errc::garbled, "'{}' twice", printable(excerpt(key)));
-  if (line.fields.size() == kMaxFields)
+  if (line.fields.size() == kMaxFields) {
     return fail(Errc::garbled, "more than {} fields", kMaxFields);
+  }
   line.fields.emplace_back(key, token.substr(equals + 1));
   return {};
 }

@@ -99,8 +99,9 @@ void SimMachine::consider_edge(MonoTime t) {
 // target.
 void SimMachine::control(MonoTime t) {
   if (cell_.is_honest() || !limits_.are_set()) {
-    if (phase_ == Phase::moving)
+    if (phase_ == Phase::moving) {
       begin_ramp(t, std::max(0.0, cell_.raw_N(t, ramp_shown_N_)), ramp_rate_N_s_);
+    }
     return;
   }
   const double lacks = ramp_shown_N_ - cell_.shown_N(t);

@@ -72,8 +72,9 @@ void Planner::check_channels() {
 }
 
 void Planner::check_start() {
-  if (const auto why = check_lcr(plan_.lcr, rig_.known().lcr))
+  if (const auto why = check_lcr(plan_.lcr, rig_.known().lcr)) {
     refuse("/sample/lcr", "sample", Refusal(*why));
+  }
   const double rate = protocol_.sample.frame_rate_Hz, most = rig_.frame().sample_rate_max_Hz;
   plan_.frame_rate_Hz = rate;
   if (most > 0 && rate > most) {
@@ -130,8 +131,9 @@ void Planner::finish_figures() {
                               force_noise_N(rig_.known()).value_or(0));
   if (!rig_.has_moved()) return;
   foresee_lies();
-  for (const std::string& text : forecast_assumptions(rig_.known(), rig_.forecast()))
+  for (const std::string& text : forecast_assumptions(rig_.known(), rig_.forecast())) {
     rig_.assume(text);
+  }
   if (!rig_.known().compression_m) {
     rig_.assume("no specimen stated: compression and overshoot are not predicted");
   }

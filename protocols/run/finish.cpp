@@ -110,8 +110,9 @@ void Finish::tell_not_run(std::string_view why) {
 // Whether `finally` can and may run; says why not.
 bool Finish::may_clear(bool frozen) {
   if (frozen) return false;
-  if (!run_.drive.prepared() && run_.setup.commands)
+  if (!run_.drive.prepared() && run_.setup.commands) {
     return false;  // nothing was asked of the frame
+  }
   if (const Error* why = losses_.frame_away()) {
     if (result_.exit_status == ExitStatus::success) {  // every step had ended well
       result_.exit_status = ExitStatus::fail;

@@ -199,8 +199,9 @@ void Losses::note_attempt(Away& away, const Error& error) {
 }
 
 Task<Result<>> Losses::try_meter() {
-  if (run_.sampler.is_running())
+  if (run_.sampler.is_running()) {
     run_.sampler.interrupt();  // a silent meter keeps an exchange waiting
+  }
   auto back = co_await run_.sampler.reconnect();
   if (back) {
     welcome(meter_, "lcr");

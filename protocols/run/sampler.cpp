@@ -71,8 +71,9 @@ void Sampler::start(bool continuous) {
   auto ended = [this](std::exception_ptr error) {
     running_ = false;
     waiting_.reset();
-    if (error && !ending_ && !interrupted_)
+    if (error && !ending_ && !interrupted_) {
       hooks_.lost(Error(Errc::bug, "the background readings ended by an exception"));
+    }
     ended_.try_send(boost::system::error_code());
   };
   asio::co_spawn(executor_, background(), asio::bind_cancellation_slot(cancel_.slot(), ended));

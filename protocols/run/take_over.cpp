@@ -48,8 +48,9 @@ Task<std::optional<InterruptRequest>> TakeOver::confirm_specimen() {
     unconfirmed_ = stop.has_value();
     run_.progress.state = RunState::running;
   }
-  if (!stop)
+  if (!stop) {
     run_.event(EventKind::confirm, fmt::format("the specimen of run {} was not touched", from.run));
+  }
   co_return stop;
 }
 

@@ -129,8 +129,9 @@ void Plausibility::learn_digit(std::optional<double> travel_m) {
   if (!travel_m) return;
   const double step = last_travel_m_ ? std::abs(*travel_m - *last_travel_m_) : 0;
   last_travel_m_ = travel_m;
-  if (step > kLeastDigit_m && step < kCoarsestDigit_m && (digit_m_ == 0 || step < digit_m_))
+  if (step > kLeastDigit_m && step < kCoarsestDigit_m && (digit_m_ == 0 || step < digit_m_)) {
     digit_m_ = step;
+  }
 }
 
 std::optional<Contradiction> Plausibility::check_digits(const FrameSample& sample) {

@@ -237,8 +237,9 @@ class LieJudge {
     if (!t_.what().happenings.empty()) return;
     const bool named = std::ranges::any_of(
         lies_, [this](const Falsehood& l) { return has_one(reason(), words_of(l.what)); });
-    if (!named && !crept_beyond_limit())
+    if (!named && !crept_beyond_limit()) {
       broken("words: {}: the reason does not name it: `{}`", name(), reason());
+    }
   }
 
   void judge_motions(MonoTime stop) {

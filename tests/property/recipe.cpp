@@ -280,8 +280,9 @@ class Writer {
   }
   void search_again(json& out, const Choice& c) {
     if (can_.style != Style::search || place_ != Place::apart) return wait_instead(out, c);
-    if (apart_m_ < can_.back_m() || apart_m_ > 2 * kPatience_s * can_.search_m_s)
+    if (apart_m_ < can_.back_m() || apart_m_ > 2 * kPatience_s * can_.search_m_s) {
       return back(out, c);
+    }
     out.push_back(find_contact());
   }
   void measure(json& out, const Choice& c) {

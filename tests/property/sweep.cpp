@@ -177,8 +177,9 @@ class Sweep {
     if (!verbose_) return;
     const RigWorld& w = t.world();
     std::string what = w.refused ? "refused " + w.refused->what : "accepted";
-    if (w.result)
+    if (w.result) {
       what += fmt::format(", ended {} {}", to_string(w.result->exit_status), w.result->reason);
+    }
     fmt::print(stderr, "random:{} {}\n", t.what().rig, what);
     if (std::getenv("LCRIG_ONLY") != nullptr) fmt::print(stderr, "{}\n", to_json_text(t.what()));
     for (const Overshoot& o : w.overshoots) {

@@ -204,8 +204,9 @@ bool has_occasion(const Row& row, std::string_view phase, Rig rig) {
       phase == "approach" || phase == "load" || phase == "unload" || phase == "finally";
   if (is(row, "refusal")) return moves || phase == "hold";
   if (is(row, "completion_lost") || is(row, "stall")) return moves;
-  if (is(row, "operator_absent") || is(row, "operator_never"))
+  if (is(row, "operator_absent") || is(row, "operator_never")) {
     return rig == Rig::rod && phase != "measure";
+  }
   return true;
 }
 

@@ -42,8 +42,9 @@ std::vector<LossCase> every_case() {
   for (const Which which : {Which::meter, Which::frame}) {
     for (const char* step :
          {"zero", "contact", "load", "settle", "level", "record", "set", "unload"}) {
-      for (const char* policy : {"wait", "repeat_step", "abort"})
+      for (const char* policy : {"wait", "repeat_step", "abort"}) {
         out.push_back({step, which, policy});
+      }
     }
   }
   return out;

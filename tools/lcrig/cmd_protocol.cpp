@@ -37,9 +37,10 @@ class ProtocolListCommand final : public Command {
       auto protocol = load_protocol(file.path.string());
       const auto title = protocol ? protocol->title : "invalid: " + protocol.error().what;
       rows.push_back(json{{"name", file.name}, {"path", file.path.string()}, {"title", title}});
-      if (!context.global.json)
+      if (!context.global.json) {
         fmt::print(context.console.out, "{:18} {}\n", printable(file.name, kLongestName),
                    printable(title, kLongestWords));
+      }
     }
     if (context.global.json) print_json(context.console.out, json{{"protocols", rows}});
     return kOk;

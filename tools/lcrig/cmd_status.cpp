@@ -27,8 +27,9 @@ void print_status(std::ostream& out, const DaemonStatus& s) {
     fmt::print(out, "run {}  {} on {}  {}\n", s.run->run, printable(s.run->protocol, kLongestName),
                printable(s.run->specimen, kLongestName), to_string(s.run->state));
     fmt::print(out, "{}\n", format_plain_line(*s.run));
-    if (!s.run->prompt.empty())
+    if (!s.run->prompt.empty()) {
       fmt::print(out, "waits for: {}\n", printable(s.run->prompt, kLongestWords));
+    }
     return;
   }
   fmt::print(out, "no run goes on\n");

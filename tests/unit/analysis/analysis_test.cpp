@@ -291,8 +291,9 @@ TEST(Analyse, JsonHasTheNamesOfTheDesign) {
 TEST(LoadRunData, ThinsTheFrameButKeepsItsPeaks) {
   SyntheticRun run;
   run.begin();
-  for (int i = 0; i < 2000; ++i)
+  for (int i = 0; i < 2000; ++i) {
     run.reading(3.65e-12, [](double t) { return t > 100 && t < 100.03 ? 1.0 : 0.0; });
+  }
   run.end();
   LoadOptions options;
   options.frame_points = 200;

@@ -225,8 +225,9 @@ TEST_F(ExportTest, HostileTextsAreOneCellEachAndThePackageHoldsThemAsTheyWere) {
     auto s = db_.prepare("INSERT INTO event VALUES (?, ?, 1000000000, ?, ?, ?)").value();
     s.bind(0, run_);
     s.bind(1, static_cast<std::int64_t>(i + 1));
-    for (int column = 2; column <= 4; ++column)
+    for (int column = 2; column <= 4; ++column) {
       s.bind(column, std::string_view(texts[i].text).substr(0, 50'000));
+    }
     ASSERT_TRUE(s.run());
   }
   std::string csv = exported(Layout::events);

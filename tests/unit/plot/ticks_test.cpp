@@ -39,8 +39,9 @@ TEST(Ticks, AreNeverMoreThanWanted) {
         const Ticks t = linear_ticks(low, low + span, most);
         EXPECT_LE(t.at.size(), static_cast<std::size_t>(most)) << low << ' ' << span;
         EXPECT_EQ(t.at.size(), t.labels.size());
-        for (const double v : t.at)
+        for (const double v : t.at) {
           EXPECT_TRUE(v >= low - 1e-9 * span && v <= low + 1.000001 * span);
+        }
       }
     }
   }

@@ -153,8 +153,9 @@ TEST(HostileReport, IsWellFormedAndHoldsNothingForeign) {
   run.row.protocol_text = run.row.specimen_text = run.row.bench_text = every_hostile_text();
   run.row.bench_name = run.row.software_version = every_hostile_text();
   run.begin();
-  for (const auto& t : hostile_texts())
+  for (const auto& t : hostile_texts()) {
     run.event(t.text.substr(0, 1'000), t.text.substr(0, 20'000), "step");
+  }
   SyntheticRun::Static play;
   play.repeats = 2;
   play.readings = 3;
