@@ -1,21 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
-// Direct solution of the sparse symmetric systems of FemSystem.
+// Direct solution of the symmetric systems of FemSystem: LDL^T by nested dissection of the tensor
+// grid. The grid is halved again and again. Unknowns inside of a part are eliminated there, in a
+// dense matrix (its front), and those on the cut between two halves after both.
 #pragma once
 
-#include <Eigen/Sparse>
+#include <array>
+#include <cstddef>
 #include <vector>
+
+#include "model/fem_cell.hpp"
+#include "model/fem_front.hpp"
 
 namespace lcrig {
 
-class SparseSolver {
+using CellEquations = std::array<int, kCellDofs>;  // -1: fixed
+using CellStiffness = std::array<double, kCellDofs*(kCellDofs + 1) / 2>;  // lower triangle, by rows
+
+class FrontalSolver {
  public:
-  void analyze(const Eigen::SparseMatrix<double>& lower);
-  bool factorize(const Eigen::SparseMatrix<double>& lower);
+  // Cells row by row, `columns` in each. Several nodes of a cell may have the same equation.
+  void analyze(const std::vector<CellEquations>& cells, std::size_t columns, std::size_t equations);
+  // False when a pivot is zero or not a number. Pivots are taken as they come.
+  bool factorize(const std::vector<CellStiffness>& cells);
   std::vector<double> solve(const std::vector<double>& rhs) const;
   bool positive() const { return positive_; }  // every pivot of the last factorization is positive
 
  private:
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::AMDOrdering<int>> ldlt_;
+  struct Part {  // of the grid, in cells
+    std::size_t left, right, bottom, top;
+    bool contains(const Part& other) const;
+  };
+  struct Front {
+    // By order of elimination; sorted. The first ones are eliminated here, the rest in the whole
+    // that this is a half of.
+    std::vector<std::size_t> unknowns;
+    std::size_t eliminated = 0;
+    std::size_t rest() const { return unknowns.size() - eliminated; }
+    std::size_t rest_memory() const { return rest() * FrontMatrix::padded(rest()); }
+    std::vector<Front> halves;
+    std::vector<std::size_t> places;  // of the rest among the unknowns of the whole
+    struct Cell {
+      std::size_t index;
+      std::array<int, kCellDofs> places;  // of its equations among the unknowns; -1: fixed
+    };
+    std::vector<Cell> cells;  // of a part that is not halved
+    std::size_t factor = 0;  // where its columns begin in factor_
+    std::size_t memory = 0;  // for the rests of the halves, and theirs
+  };
+  class Analysis;
+  bool factorize(const Front& front, const std::vector<CellStiffness>& cells, double* rest,
+                 double* memory);
+  void forward(const Front& front, std::vector<double>& x) const;
+  void backward(const Front& front, std::vector<double>& x) const;
+
+  std::vector<std::size_t> order_;  // of elimination, by equation
+  Front whole_;
+  std::vector<double> factor_;  // by front: the eliminated columns of L, with D on the diagonal
+  std::vector<double> memory_, scratch_;
   bool positive_ = true;
 };
 

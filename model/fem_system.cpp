@@ -54,35 +54,9 @@ FemSystem::FemSystem(const StackSpace& space, Kinematics kinematics)
     }
   }
   condensed_.resize(geometry_.size());
-  build_pattern();
-}
-
-void FemSystem::build_pattern() {
-  std::vector<Eigen::Triplet<double>> entries;
-  for (const auto& eq : equations_) {
-    for (const int i : eq) {
-      for (const int j : eq) {
-        if (i >= j && j >= 0) entries.emplace_back(i, j, 0.0);
-      }
-    }
-  }
-  const auto n = static_cast<Eigen::Index>(space_.equations());
-  matrix_.resize(n, n);
-  matrix_.setFromTriplets(entries.begin(), entries.end());
-  matrix_.makeCompressed();
-  slots_.resize(equations_.size());
-  for (std::size_t c = 0; c < equations_.size(); ++c) {
-    std::size_t k = 0;
-    for (std::size_t i = 0; i < kCellDofs; ++i) {
-      for (std::size_t j = 0; j <= i; ++j) {
-        const int row = std::max(equations_[c][i], equations_[c][j]);
-        const int column = std::min(equations_[c][i], equations_[c][j]);
-        slots_[c][k++] =
-            column < 0 ? -1 : static_cast<int>(&matrix_.coeffRef(row, column) - matrix_.valuePtr());
-      }
-    }
-  }
-  if (n > 0) solver_.analyze(matrix_);
+  stiffness_.resize(geometry_.size());
+  solver_.analyze(equations_, static_cast<std::size_t>(columns),
+                  static_cast<std::size_t>(space.equations()));
 }
 
 FemState FemSystem::rest() const {
@@ -99,22 +73,6 @@ void FemSystem::gather(const FemState& state, std::size_t cell, std::array<doubl
   for (std::size_t k = 0; k < kCellPressures; ++k) p[k] = state.p[kCellPressures * cell + k];
 }
 
-void FemSystem::add_stiffness(std::size_t cell, const CellResult& result) {
-  const auto& eq = equations_[cell];
-  const auto& slots = slots_[cell];
-  double* values = matrix_.valuePtr();
-  std::size_t k = 0;
-  for (std::size_t i = 0; i < kCellDofs; ++i) {
-    for (std::size_t j = 0; j <= i; ++j, ++k) {
-      if (slots[k] >= 0) {
-        // nodes of one cell that share an equation add to its diagonal twice
-        const bool twice = i != j && eq[i] == eq[j];
-        values[slots[k]] += (twice ? 2 : 1) * result.stiffness[i][j];
-      }
-    }
-  }
-}
-
 FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_Pa, bool tangent) {
   Residual result;
   residual_ = space_.unit_load();
@@ -122,7 +80,6 @@ FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_P
   // of the original equations, without elimination of the pressures
   std::vector<double> plain = residual_;
   const double load = norm(plain);
-  if (tangent) std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
   CellResult out;
   std::array<double, kCellDofs> u;
   std::array<double, kCellPressures> p;
@@ -142,7 +99,12 @@ FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_P
         plain[static_cast<std::size_t>(eq)] -= out.force[i];
       }
     }
-    if (tangent) add_stiffness(cell, out);
+    if (tangent) {
+      auto value = stiffness_[cell].begin();
+      for (std::size_t i = 0; i < kCellDofs; ++i) {
+        value = std::copy_n(out.stiffness[i].begin(), i + 1, value);
+      }
+    }
   }
   result.valid = true;
   result.force = load > 0 ? norm(plain) / load : norm(plain);
@@ -188,7 +150,7 @@ FemSystem::Residual FemSystem::line_search(double pressure_Pa, bool tangent, con
 }
 
 std::optional<FemSystem::Step> FemSystem::direction(bool refactor) {
-  if (refactor) factored_ = solver_.factorize(matrix_);
+  if (refactor) factored_ = solver_.factorize(stiffness_);
   if (!factored_) return std::nullopt;
   Step step{solver_.solve(residual_), {}};
   step.dp = pressure_step(step.du);

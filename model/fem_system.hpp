@@ -3,7 +3,6 @@
 // finite-element levels use it.
 #pragma once
 
-#include <Eigen/Sparse>
 #include <array>
 #include <optional>
 #include <string>
@@ -54,23 +53,19 @@ class FemSystem {
   };
   void gather(const FemState& state, std::size_t cell, std::array<double, kCellDofs>& u,
               std::array<double, kCellPressures>& p) const;
-  // Fills residual_ and condensed_, and matrix_ if `tangent` is set.
+  // Fills residual_ and condensed_, and stiffness_ if `tangent` is set.
   Residual assemble(const FemState& state, double pressure_Pa, bool tangent);
-  void add_stiffness(std::size_t cell, const CellResult& result);
   std::optional<Step> direction(bool refactor);
   std::vector<double> pressure_step(const std::vector<double>& du) const;
   Residual line_search(double pressure_Pa, bool tangent, const Step& step, double start,
                        FemState& state);
-  void build_pattern();
 
   const StackSpace& space_;
   Kinematics kinematics_;
-  std::vector<std::array<int, kCellDofs>> equations_;  // by cell
-  // positions in the matrix values
-  std::vector<std::array<int, kCellDofs*(kCellDofs + 1) / 2>> slots_;
+  std::vector<CellEquations> equations_;  // by cell
   std::vector<CellGeometry> geometry_;
   std::vector<ElasticLaw> laws_;
-  Eigen::SparseMatrix<double> matrix_;  // lower triangle
+  std::vector<CellStiffness> stiffness_;
   std::vector<double> residual_;  // load minus internal force, pressures eliminated, N
   struct Condensed {  // what pressure_step needs of a cell
     std::array<std::array<double, kCellPressures>, kCellDofs> coupling;
@@ -78,7 +73,7 @@ class FemSystem {
     std::array<std::array<double, kCellPressures>, kCellPressures> gain;
   };
   std::vector<Condensed> condensed_;
-  SparseSolver solver_;
+  FrontalSolver solver_;
   bool factored_ = false;
 };
 

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Dense elimination in one front of FrontalSolver. Nearly all of the work of the finite-element
+// levels is here.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+namespace lcrig {
+
+// Rows of a tile. Tiles are whole, so some of them reach into the padding of a column.
+inline constexpr std::size_t kTileRows = 8;
+
+// A symmetric matrix by columns, of which only the lower triangle counts; above it and in the
+// padding is anything. The first columns will be eliminated.
+struct FrontMatrix {
+  std::size_t size, eliminated;
+  double* first;  // the columns to be eliminated, each padded() long
+  double* rest;  // the other columns without the first rows, each padded_rest() long
+
+  static std::size_t padded(std::size_t rows) {
+    return (rows + kTileRows - 1) / kTileRows * kTileRows;
+  }
+  std::size_t padded() const { return padded(size); }
+  std::size_t padded_rest() const { return padded(size - eliminated); }
+  // Element (i, j) is at [i].
+  double* column(std::size_t j) const {
+    return j < eliminated ? first + j * padded()
+                          : rest + (j - eliminated) * padded_rest() - eliminated;
+  }
+};
+
+// Replaces the first columns by those of L, with D on the diagonal, and the rest by what the
+// elimination leaves of it. Reads up to kTileRows behind the first columns. `scratch` has room for
+// the first columns and kTileRows more. Returns the smallest pivot; nothing, and the matrix is
+// useless, when one is zero or not a number.
+std::optional<double> eliminate(const FrontMatrix& matrix, double* scratch);
+
+}  // namespace lcrig
