@@ -27,6 +27,7 @@ constexpr double kGone = 0.05;  // of the threshold or what was felt, on the way
 // N/m.
 struct Slope {
   double about = 0, at_most = 0, at_least = 0;
+  double doubt() const { return at_most - at_least; }
 };
 
 std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resolution_m) {
@@ -97,7 +98,8 @@ Result<> ContactProbe::check_felt(double felt_N) const {
 
 // A step on whose way contact was lost would tell of a contact that is softer than it is: what is
 // left must be more than the cell shows without any, before and afterwards, for its zero may have
-// drifted meanwhile.
+// drifted meanwhile. The slope that is known best counts: the least of several bounds would be the
+// one that noise made too small.
 void ContactProbe::conclude_stiffness(const Rest& after) const {
   const Rest& touched = looks_.front();
   const double none_N = std::max(before_.force_N(), after.force_N());
@@ -108,7 +110,7 @@ void ContactProbe::conclude_stiffness(const Rest& after) const {
     const double noise_N = kSlopeSigmas * std::hypot(before_.error_N(), now->error_N());
     if (now->force_N() - none_N < std::max(2 * noise_N, kLeft * felt_N())) break;
     const auto slope = slope_of(touched, *now, resolution.step_m());
-    if (slope && (!best || slope->at_most < best->at_most)) best = slope;
+    if (slope && (!best || slope->doubt() < best->doubt())) best = slope;
   }
   StiffnessEvent measured;
   measured.force_N = touched.force_N();

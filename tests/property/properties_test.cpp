@@ -176,6 +176,7 @@ Broken judge_all(Trial& t) {
     return lies_come_out(t, none);
   }
   Broken out = both(force_within_limit(t), travel_within_limits(t));
+  out = both(std::move(out), stiffness_is_not_underestimated(t));
   if (t.what().happenings.empty() && t.what().fault_script.empty()) {
     out = both(std::move(out), healthy_runs_succeed(t));
   }

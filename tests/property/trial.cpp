@@ -218,13 +218,14 @@ Broken travel_within_limits(Trial& t) {
                       t.world().outside_m * 1e6)};
 }
 
-// Forecasts trust this bound. The cell shows forces with its gain, which its class allows.
+// Forecasts trust this bound. The cell shows forces with its gain, which its class allows. A bound
+// at three standard errors may be broken by chance, seldom and by little.
 Broken stiffness_is_not_underestimated(Trial& t) {
   if (!t.is_honest()) return {};
   Broken out;
   for (const MeasuredStiffness& m : t.world().stiffnesses) {
     const double shown_N_m = t.rig().plant.force_gain * m.true_N_m;
-    if (m.at_most_N_m >= shown_N_m) continue;
+    if (m.at_most_N_m >= 0.99 * shown_N_m) continue;
     out.push_back(fmt::format(
         "stiffness: the contact has {:.5g} N/m, the run takes it for {:.5g} N/m at most", shown_N_m,
         m.at_most_N_m));

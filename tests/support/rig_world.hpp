@@ -333,6 +333,9 @@ class RigWorld {
 
   void take(const RunEvent& e) {
     events.push_back(e);
+    if (e.kind == EventKind::contact) {
+      rest_N_ = nlohmann::json::parse(e.detail).at("rest_force_N");
+    }
     if (e.kind == EventKind::stiffness) take_stiffness(nlohmann::json::parse(e.detail));
     const bool exceeded = e.kind == EventKind::overshoot_exceeded;
     if (!exceeded && e.kind != EventKind::overshoot) return;
@@ -351,7 +354,7 @@ class RigWorld {
     const Plant& truth = instruments_->truth();
     MeasuredStiffness m;
     m.at_most_N_m = detail.at("at_most_N_m");
-    const double force_N = detail.at("force_N");
+    const double force_N = detail.at("force_N").get<double>() - rest_N_;
     m.true_N_m = force_N / (truth.travel_at_force_m(force_N) - truth.config().contact_travel_m);
     stiffnesses.push_back(m);
   }
@@ -387,6 +390,7 @@ class RigWorld {
   BoundLimits limits_;
   std::optional<std::pair<double, double>> window_;
   double allowed_outside_m_ = 0;
+  double rest_N_ = 0;  // of the cell without contact
   bool begun_ = false, over_ = false, in_finally_ = false;
   std::size_t steps_ = 0, drives_ = 0;
 };
