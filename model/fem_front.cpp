@@ -5,30 +5,25 @@
 #include <cmath>
 #include <limits>
 
+#include "model/fem_vector.hpp"
+
 namespace lcrig {
 namespace {
 
 constexpr std::size_t kTileColumns = 4;
 constexpr std::size_t kPanel = 16;  // columns whose products with earlier ones are taken at once
 
-// Half of a tile's rows. The compiler splits it where the processor has shorter registers.
-using Rows [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = double;
-
 struct Columns {
   double* data;
   std::size_t stride;
 };
 
-[[gnu::always_inline]] inline Rows& rows(double* at) {
-  return *reinterpret_cast<Rows*>(at);
-}
-
 // c -= a b^T for one tile of c; a has its rows and b its columns.
-[[gnu::always_inline]] inline void wide_tile(Columns c, Columns a, Columns b, std::size_t depth) {
-  Rows s00{}, s01{}, s02{}, s03{}, s10{}, s11{}, s12{}, s13{};
+void wide_tile(Columns c, Columns a, Columns b, std::size_t depth) {
+  Four s00{}, s01{}, s02{}, s03{}, s10{}, s11{}, s12{}, s13{};
   for (std::size_t k = 0; k < depth; ++k) {
     const double* factor = b.data + k * b.stride;
-    const Rows upper = rows(a.data + k * a.stride), lower = rows(a.data + k * a.stride + 4);
+    const Four upper = four(a.data + k * a.stride), lower = four(a.data + k * a.stride + 4);
     s00 += upper * factor[0];
     s10 += lower * factor[0];
     s01 += upper * factor[1];
@@ -38,31 +33,30 @@ struct Columns {
     s03 += upper * factor[3];
     s13 += lower * factor[3];
   }
-  rows(c.data) -= s00;
-  rows(c.data + 4) -= s10;
-  rows(c.data + c.stride) -= s01;
-  rows(c.data + c.stride + 4) -= s11;
-  rows(c.data + 2 * c.stride) -= s02;
-  rows(c.data + 2 * c.stride + 4) -= s12;
-  rows(c.data + 3 * c.stride) -= s03;
-  rows(c.data + 3 * c.stride + 4) -= s13;
+  four(c.data) -= s00;
+  four(c.data + 4) -= s10;
+  four(c.data + c.stride) -= s01;
+  four(c.data + c.stride + 4) -= s11;
+  four(c.data + 2 * c.stride) -= s02;
+  four(c.data + 2 * c.stride + 4) -= s12;
+  four(c.data + 3 * c.stride) -= s03;
+  four(c.data + 3 * c.stride + 4) -= s13;
 }
 
-[[gnu::always_inline]] inline void narrow_tile(Columns c, Columns a, Columns b, std::size_t depth) {
-  Rows upper{}, lower{};
+void narrow_tile(Columns c, Columns a, Columns b, std::size_t depth) {
+  Four upper{}, lower{};
   for (std::size_t k = 0; k < depth; ++k) {
     const double factor = b.data[k * b.stride];
-    upper += rows(a.data + k * a.stride) * factor;
-    lower += rows(a.data + k * a.stride + 4) * factor;
+    upper += four(a.data + k * a.stride) * factor;
+    lower += four(a.data + k * a.stride + 4) * factor;
   }
-  rows(c.data) -= upper;
-  rows(c.data + 4) -= lower;
+  four(c.data) -= upper;
+  four(c.data + 4) -= lower;
 }
 
 // The columns first to end of c -= a b^T, on and below the diagonal, down to row `size`.
-[[gnu::always_inline]] inline void subtract_product(Columns c, Columns a, Columns b,
-                                                    std::size_t first, std::size_t end,
-                                                    std::size_t size, std::size_t depth) {
+void subtract_product(Columns c, Columns a, Columns b, std::size_t first, std::size_t end,
+                      std::size_t size, std::size_t depth) {
   const auto at = [](Columns m, std::size_t row, std::size_t column) {
     return Columns{m.data + column * m.stride + row, m.stride};
   };
@@ -80,7 +74,7 @@ struct Columns {
 }
 
 // `scaled` becomes L D.
-[[gnu::always_inline]] inline double eliminate_in(const FrontMatrix& m, double* scratch) {
+double eliminate_in(const FrontMatrix& m, double* scratch) {
   const Columns l{m.first, m.padded()}, scaled{scratch, m.padded()};
   const auto from = [](Columns c, std::size_t row, std::size_t column) {
     return Columns{c.data + column * c.stride + row, c.stride};
@@ -97,8 +91,8 @@ struct Columns {
       if (pivot == 0 || std::isnan(pivot)) return std::numeric_limits<double>::quiet_NaN();
       const double inverse = 1 / pivot;
       for (std::size_t i = k / kTileRows * kTileRows; i < m.padded(); i += 4) {
-        rows(scaled.data + k * scaled.stride + i) = rows(column + i);
-        rows(column + i) *= inverse;
+        four(scaled.data + k * scaled.stride + i) = four(column + i);
+        four(column + i) *= inverse;
       }
       column[k] = pivot;
     }
@@ -109,26 +103,48 @@ struct Columns {
   return least;
 }
 
-#if defined(__x86_64__)
-[[gnu::target("avx2,fma")]] double eliminate_avx2(const FrontMatrix& matrix, double* scratch) {
-  return eliminate_in(matrix, scratch);
+// The first row after the diagonal from which the columns are taken by fours.
+std::size_t first_four(std::size_t diagonal) {
+  return (diagonal + 4) / 4 * 4;
 }
-#endif
 
-double eliminate_plain(const FrontMatrix& matrix, double* scratch) {
-  return eliminate_in(matrix, scratch);
+int forward_in(const FrontMatrix& m, double* x) {
+  for (std::size_t j = 0; j < m.eliminated; ++j) {
+    const double* column = m.column(j);
+    const double value = x[j];
+    const std::size_t begin = first_four(j);
+    for (std::size_t i = j + 1; i < begin; ++i) x[i] -= column[i] * value;
+    for (std::size_t i = begin; i < m.padded(); i += 4) four(x + i) -= four(column + i) * value;
+  }
+  return 0;
+}
+
+int backward_in(const FrontMatrix& m, double* x) {
+  for (std::size_t j = m.eliminated; j-- > 0;) {
+    const double* column = m.column(j);
+    const std::size_t begin = first_four(j);
+    double sum = 0;
+    for (std::size_t i = j + 1; i < begin; ++i) sum += column[i] * x[i];
+    Four sums{};
+    for (std::size_t i = begin; i < m.padded(); i += 4) sums += four(column + i) * four(x + i);
+    x[j] = x[j] / column[j] - (sum + sums[0] + sums[1] + sums[2] + sums[3]);
+  }
+  return 0;
 }
 
 }  // namespace
 
 std::optional<double> eliminate(const FrontMatrix& matrix, double* scratch) {
-#if defined(__x86_64__)
-  static const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-  const double least = avx2 ? eliminate_avx2(matrix, scratch) : eliminate_plain(matrix, scratch);
-#else
-  const double least = eliminate_plain(matrix, scratch);
-#endif
+  const double least = run_fast<eliminate_in>(matrix, scratch);
   return std::isnan(least) ? std::nullopt : std::optional(least);
+}
+
+void solve_forward(const FrontMatrix& matrix, double* x) {
+  run_fast<forward_in>(matrix, x);
+}
+
+void solve_backward(const FrontMatrix& matrix, double* x) {
+  run_fast<backward_in>(matrix, x);
 }
 
 }  // namespace lcrig

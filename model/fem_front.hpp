@@ -11,8 +11,8 @@ namespace lcrig {
 // Rows of a tile. Tiles are whole, so some of them reach into the padding of a column.
 inline constexpr std::size_t kTileRows = 8;
 
-// A symmetric matrix by columns, of which only the lower triangle counts; above it and in the
-// padding is anything. The first columns will be eliminated.
+// A symmetric matrix by columns, of which only the lower triangle counts; above it is anything. The
+// first columns will be eliminated. Their padding is zero.
 struct FrontMatrix {
   std::size_t size, eliminated;
   double* first;  // the columns to be eliminated, each padded() long
@@ -32,8 +32,13 @@ struct FrontMatrix {
 
 // Replaces the first columns by those of L, with D on the diagonal, and the rest by what the
 // elimination leaves of it. Reads up to kTileRows behind the first columns. `scratch` has room for
-// the first columns and kTileRows more. Returns the smallest pivot; nothing, and the matrix is
+// the first columns. Returns the smallest pivot; nothing, and the matrix is
 // useless, when one is zero or not a number.
 std::optional<double> eliminate(const FrontMatrix& matrix, double* scratch);
+
+// With the columns of L that eliminate() made: subtracts what the first unknowns add to the others,
+// and the reverse, where it also divides by D. x is padded with zeros, as the columns are.
+void solve_forward(const FrontMatrix& matrix, double* x);
+void solve_backward(const FrontMatrix& matrix, double* x);
 
 }  // namespace lcrig

@@ -110,7 +110,7 @@ class FrontalSolver::Analysis {
     front.factor = factor;
     const std::size_t columns = FrontMatrix::padded(all.size()) * front.eliminated;
     factor += columns;
-    scratch = std::max(scratch, columns + kTileRows);
+    scratch = std::max(scratch, std::max(columns, FrontMatrix::padded(all.size())));
   }
 
   void finish(Front& front) {
@@ -156,8 +156,7 @@ bool FrontalSolver::factorize(const std::vector<CellStiffness>& cells) {
 
 bool FrontalSolver::factorize(const Front& front, const std::vector<CellStiffness>& cells,
                               double* rest, double* memory) {
-  const FrontMatrix matrix{front.unknowns.size(), front.eliminated, factor_.data() + front.factor,
-                           rest};
+  const FrontMatrix matrix = matrix_of(front, rest);
   std::fill_n(matrix.first, matrix.padded() * matrix.eliminated, 0.0);
   std::fill_n(rest, front.rest_memory(), 0.0);
   for (const auto& cell : front.cells) add_cell(matrix, cell.places, cells[cell.index]);
@@ -170,7 +169,7 @@ bool FrontalSolver::factorize(const Front& front, const std::vector<CellStiffnes
   return least.has_value();
 }
 
-std::vector<double> FrontalSolver::solve(const std::vector<double>& rhs) const {
+std::vector<double> FrontalSolver::solve(const std::vector<double>& rhs) {
   std::vector<double> x(rhs.size()), result(rhs.size());
   for (std::size_t i = 0; i < rhs.size(); ++i) x[order_[i]] = rhs[i];
   forward(whole_, x);
@@ -179,26 +178,30 @@ std::vector<double> FrontalSolver::solve(const std::vector<double>& rhs) const {
   return result;
 }
 
-// Solves with L, then divides by D.
-void FrontalSolver::forward(const Front& front, std::vector<double>& x) const {
-  for (const Front& half : front.halves) forward(half, x);
-  const auto& at = front.unknowns;
-  for (std::size_t j = 0; j < front.eliminated; ++j) {
-    const double* column = factor_.data() + front.factor + j * FrontMatrix::padded(at.size());
-    const double value = x[at[j]];
-    for (std::size_t i = j + 1; i < at.size(); ++i) x[at[i]] -= column[i] * value;
-    x[at[j]] = value / column[j];
-  }
+FrontMatrix FrontalSolver::matrix_of(const Front& front, double* rest) {
+  return {front.unknowns.size(), front.eliminated, factor_.data() + front.factor, rest};
 }
 
-void FrontalSolver::backward(const Front& front, std::vector<double>& x) const {
+// The front's part of x, padded, in scratch_.
+double* FrontalSolver::gather(const Front& front, const std::vector<double>& x) {
   const auto& at = front.unknowns;
-  for (std::size_t j = front.eliminated; j-- > 0;) {
-    const double* column = factor_.data() + front.factor + j * FrontMatrix::padded(at.size());
-    double value = x[at[j]];
-    for (std::size_t i = j + 1; i < at.size(); ++i) value -= column[i] * x[at[i]];
-    x[at[j]] = value;
-  }
+  for (std::size_t i = 0; i < at.size(); ++i) scratch_[i] = x[at[i]];
+  std::fill(scratch_.begin() + static_cast<std::ptrdiff_t>(at.size()),
+            scratch_.begin() + static_cast<std::ptrdiff_t>(FrontMatrix::padded(at.size())), 0.0);
+  return scratch_.data();
+}
+
+void FrontalSolver::forward(const Front& front, std::vector<double>& x) {
+  for (const Front& half : front.halves) forward(half, x);
+  double* local = gather(front, x);
+  solve_forward(matrix_of(front, nullptr), local);
+  for (std::size_t i = 0; i < front.unknowns.size(); ++i) x[front.unknowns[i]] = local[i];
+}
+
+void FrontalSolver::backward(const Front& front, std::vector<double>& x) {
+  double* local = gather(front, x);
+  solve_backward(matrix_of(front, nullptr), local);
+  for (std::size_t i = 0; i < front.eliminated; ++i) x[front.unknowns[i]] = local[i];
   for (const Front& half : front.halves) backward(half, x);
 }
 

@@ -22,7 +22,7 @@ class FrontalSolver {
   void analyze(const std::vector<CellEquations>& cells, std::size_t columns, std::size_t equations);
   // False when a pivot is zero or not a number. Pivots are taken as they come.
   bool factorize(const std::vector<CellStiffness>& cells);
-  std::vector<double> solve(const std::vector<double>& rhs) const;
+  std::vector<double> solve(const std::vector<double>& rhs);
   bool positive() const { return positive_; }  // every pivot of the last factorization is positive
 
  private:
@@ -50,8 +50,10 @@ class FrontalSolver {
   class Analysis;
   bool factorize(const Front& front, const std::vector<CellStiffness>& cells, double* rest,
                  double* memory);
-  void forward(const Front& front, std::vector<double>& x) const;
-  void backward(const Front& front, std::vector<double>& x) const;
+  FrontMatrix matrix_of(const Front& front, double* rest);
+  double* gather(const Front& front, const std::vector<double>& x);
+  void forward(const Front& front, std::vector<double>& x);
+  void backward(const Front& front, std::vector<double>& x);
 
   std::vector<std::size_t> order_;  // of elimination, by equation
   Front whole_;
