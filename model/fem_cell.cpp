@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/fem_vector.hpp"
+
 namespace lcrig {
 namespace {
 
@@ -13,9 +15,13 @@ constexpr int kPoints = 9;
 // is reached by iterating (FemSystem), which needs one or two more solves.
 constexpr double kLeastInverseLambda = 1e-7;
 
+// A value for each node, by fours; the last three are zero.
+constexpr std::size_t kPaddedNodes = 12;
+using Nodes = std::array<double, kPaddedNodes>;
+
 // Shape functions of the reference square at the 3 x 3 Gauss points.
 struct Reference {
-  double n[kPoints][kCellNodes], dx[kPoints][kCellNodes], dy[kPoints][kCellNodes];
+  Nodes n[kPoints], dx[kPoints], dy[kPoints];
   double x[kPoints], y[kPoints], weight[kPoints];
 };
 
@@ -34,39 +40,57 @@ Reference make_reference() {
     ref.y[q] = y;
     ref.weight[q] = weights[q % 3] * weights[q / 3];
     for (int a = 0; a < kCellNodes; ++a) {
-      ref.n[q][a] = shape(x, a % 3) * shape(y, a / 3);
-      ref.dx[q][a] = slope(x, a % 3) * shape(y, a / 3);
-      ref.dy[q][a] = shape(x, a % 3) * slope(y, a / 3);
+      const auto at = static_cast<std::size_t>(a);
+      ref.n[q][at] = shape(x, a % 3) * shape(y, a / 3);
+      ref.dx[q][at] = slope(x, a % 3) * shape(y, a / 3);
+      ref.dy[q][at] = shape(x, a % 3) * slope(y, a / 3);
     }
   }
   return ref;
 }
 const Reference kRef = make_reference();
 
+// Radial and axial values for each node.
+struct Pair {
+  Nodes r{}, z{};
+};
+
 // Gradients of the shape functions at one integration point, and the displacement gradient H.
 struct Point {
   double w;  // weight, m3
-  double gr[kCellNodes], gz[kCellNodes], gt[kCellNodes];  // d/dR, d/dZ, 1/R
-  double rr = 0, rz = 0, tt = 0, zr = 0, zz = 0;  // H
+  Nodes gr, gz, gt;  // d/dR, d/dZ, 1/R
+  double rr, rz, tt, zr, zz;  // H
 };
 
-Point make_point(const CellGeometry& c, int q, const std::array<double, kCellDofs>& u) {
+double sum(const Four& v) {
+  return (v[0] + v[1]) + (v[2] + v[3]);
+}
+
+Point make_point(const CellGeometry& c, int q, const Pair& u) {
   Point p;
   const double hr = c.r1 - c.r0, hz = c.z1 - c.z0;
   const double radius = (c.r0 + c.r1) / 2 + kRef.x[q] * hr / 2;
   p.w = kRef.weight[q] * hr * hz / 4 * 2 * std::numbers::pi * radius;
-  for (int a = 0; a < kCellNodes; ++a) {
-    p.gr[a] = kRef.dx[q][a] * 2 / hr;
-    p.gz[a] = kRef.dy[q][a] * 2 / hz;
-    p.gt[a] = kRef.n[q][a] / radius;
-    const double ur = u[static_cast<std::size_t>(2 * a)];
-    const double uz = u[static_cast<std::size_t>(2 * a + 1)];
-    p.rr += p.gr[a] * ur;
-    p.rz += p.gz[a] * ur;
-    p.tt += p.gt[a] * ur;
-    p.zr += p.gr[a] * uz;
-    p.zz += p.gz[a] * uz;
+  const double to_r = 2 / hr, to_z = 2 / hz, to_t = 1 / radius;
+  Four rr{}, rz{}, tt{}, zr{}, zz{};
+  for (std::size_t a = 0; a < kPaddedNodes; a += 4) {
+    const Four gr = four(&kRef.dx[q][a]) * to_r, gz = four(&kRef.dy[q][a]) * to_z;
+    const Four gt = four(&kRef.n[q][a]) * to_t;
+    const Four ur = four(&u.r[a]), uz = four(&u.z[a]);
+    four(&p.gr[a]) = gr;
+    four(&p.gz[a]) = gz;
+    four(&p.gt[a]) = gt;
+    rr += gr * ur;
+    rz += gz * ur;
+    tt += gt * ur;
+    zr += gr * uz;
+    zz += gz * uz;
   }
+  p.rr = sum(rr);
+  p.rz = sum(rz);
+  p.tt = sum(tt);
+  p.zr = sum(zr);
+  p.zz = sum(zz);
   return p;
 }
 
@@ -117,57 +141,66 @@ Strain strain_finite(const Point& p) {
 }
 
 using Small = std::array<std::array<double, kCellPressures>, kCellPressures>;
-using Coupling = std::array<std::array<double, kCellPressures>, kCellDofs>;
+using Coupling = std::array<Pair, kCellPressures>;
 
-void add_forces(const Point& pt, const Strain& s, double mu, double pressure, CellResult& out) {
+void add_forces(const Point& pt, const Strain& s, double mu, double pressure, Pair& force) {
   double stress[2][2];
   for (int i = 0; i < 2; ++i) {
     for (int j = 0; j < 2; ++j) stress[i][j] = pt.w * (mu * s.d[i][j] + pressure * s.g[i][j]);
   }
   const double hoop = pt.w * (mu * s.dt + pressure * s.gt);
-  for (std::size_t a = 0; a < kCellNodes; ++a) {
-    const double gr = pt.gr[a], gz = pt.gz[a], gt = pt.gt[a];
-    out.force[2 * a] += stress[0][0] * gr + stress[0][1] * gz + hoop * gt;
-    out.force[2 * a + 1] += stress[1][0] * gr + stress[1][1] * gz;
+  for (std::size_t a = 0; a < kPaddedNodes; a += 4) {
+    const Four gr = four(&pt.gr[a]), gz = four(&pt.gz[a]);
+    four(&force.r[a]) += stress[0][0] * gr + stress[0][1] * gz + hoop * four(&pt.gt[a]);
+    four(&force.z[a]) += stress[1][0] * gr + stress[1][1] * gz;
   }
 }
 
+// y_a = F^-T grad N_a
+Pair pulled_back(const Point& pt, const Strain& s) {
+  Pair y;
+  for (std::size_t a = 0; a < kPaddedNodes; a += 4) {
+    const Four gr = four(&pt.gr[a]), gz = four(&pt.gz[a]);
+    four(&y.r[a]) = s.g[0][0] * gr + s.g[0][1] * gz;
+    four(&y.z[a]) = s.g[1][0] * gr + s.g[1][1] * gz;
+  }
+  return y;
+}
+
 // d ln J / du times the pressure basis.
-void add_coupling(const Point& pt, const Strain& s, const double basis[3], Coupling& coupling) {
-  for (std::size_t a = 0; a < kCellNodes; ++a) {
-    const double gr = pt.gr[a], gz = pt.gz[a], gt = pt.gt[a];
-    const double yr = pt.w * (s.g[0][0] * gr + s.g[0][1] * gz + s.gt * gt);
-    const double yz = pt.w * (s.g[1][0] * gr + s.g[1][1] * gz);
-    for (std::size_t k = 0; k < kCellPressures; ++k) {
-      coupling[2 * a][k] += yr * basis[k];
-      coupling[2 * a + 1][k] += yz * basis[k];
+void add_coupling(const Point& pt, const Strain& s, const Pair& y, const double basis[3],
+                  Coupling& coupling) {
+  for (std::size_t k = 0; k < kCellPressures; ++k) {
+    const double weight = pt.w * basis[k];
+    for (std::size_t a = 0; a < kPaddedNodes; a += 4) {
+      four(&coupling[k].r[a]) += weight * (four(&y.r[a]) + s.gt * four(&pt.gt[a]));
+      four(&coupling[k].z[a]) += weight * four(&y.z[a]);
     }
   }
 }
 
-// Tangent of one point: with y_a = F^-T grad N_a and c = mu - p,
+// Rows and columns by component, then node. Only columns up to a row's own node count.
+struct Tangent {
+  Nodes rr[kCellNodes]{}, rz[kCellNodes]{}, zr[kCellNodes]{}, zz[kCellNodes]{};
+};
+
+// Tangent of one point: with c = mu - p,
 //   K_ab = mu (grad N_a . grad N_b) 1 + c y_b y_a^T, plus the hoop part.
-void add_tangent(const Point& pt, const Strain& s, double mu, double pressure, CellResult& out) {
-  double yr[kCellNodes], yz[kCellNodes];
-  for (int a = 0; a < kCellNodes; ++a) {
-    yr[a] = s.g[0][0] * pt.gr[a] + s.g[0][1] * pt.gz[a];
-    yz[a] = s.g[1][0] * pt.gr[a] + s.g[1][1] * pt.gz[a];
-  }
+void add_tangent(const Point& pt, const Strain& s, const Pair& y, double mu, double pressure,
+                 Tangent& tangent) {
   const double m = pt.w * mu;
   const double c = pt.w * (mu - pressure);
   const double hoop = m + c * s.gt * s.gt;
-  for (int a = 0; a < kCellNodes; ++a) {
-    auto& row_r = out.stiffness[static_cast<std::size_t>(2 * a)];
-    auto& row_z = out.stiffness[static_cast<std::size_t>(2 * a + 1)];
+  for (std::size_t a = 0; a < kCellNodes; ++a) {
     const double mr = m * pt.gr[a], mz = m * pt.gz[a], ht = hoop * pt.gt[a];
-    const double cr = c * yr[a], cz = c * yz[a];
-    for (int b = 0; b <= a; ++b) {
-      const auto col = static_cast<std::size_t>(2 * b);
-      const double same = mr * pt.gr[b] + mz * pt.gz[b];
-      row_r[col] += same + cr * yr[b] + ht * pt.gt[b];
-      row_r[col + 1] += cz * yr[b];
-      row_z[col] += cr * yz[b];
-      row_z[col + 1] += same + cz * yz[b];
+    const double cr = c * y.r[a], cz = c * y.z[a];
+    for (std::size_t b = 0; b <= a; b += 4) {
+      const Four same = mr * four(&pt.gr[b]) + mz * four(&pt.gz[b]);
+      const Four yr = four(&y.r[b]), yz = four(&y.z[b]);
+      four(&tangent.rr[a][b]) += same + cr * yr + ht * four(&pt.gt[b]);
+      four(&tangent.rz[a][b]) += cz * yr;
+      four(&tangent.zr[a][b]) += cr * yz;
+      four(&tangent.zz[a][b]) += same + cz * yz;
     }
   }
 }
@@ -212,8 +245,7 @@ struct Points {
   double volume_scale = 0;
 };
 
-bool make_points(Kinematics kinematics, const CellGeometry& cell,
-                 const std::array<double, kCellDofs>& u, Points& points) {
+bool make_points(Kinematics kinematics, const CellGeometry& cell, const Pair& u, Points& points) {
   for (int q = 0; q < kPoints; ++q) {
     Point& pt = points.at[q] = make_point(cell, q, u);
     const Strain& s = points.strain[q] =
@@ -256,19 +288,107 @@ Small gain_of(const Small& mass, const ElasticLaw& law) {
   return inverse(scaled);
 }
 
-// Eliminates the pressure increment from forces and stiffness.
-void condense(bool tangent, CellResult& out) {
-  for (std::size_t i = 0; i < kCellDofs; ++i) {
-    double bg[kCellPressures];
+void write_forces(const Pair& force, const Coupling& coupling, CellResult& out) {
+  std::array<double, kCellPressures> missing{};  // pressure that the volumes lack
+  for (std::size_t k = 0; k < kCellPressures; ++k) missing[k] = dot(out.gain[k].data(), out.lack);
+  for (std::size_t a = 0; a < kCellNodes; ++a) {
     for (std::size_t k = 0; k < kCellPressures; ++k) {
-      bg[k] = dot(out.coupling[i].data(), out.gain[k]);
+      out.coupling[2 * a][k] = coupling[k].r[a];
+      out.coupling[2 * a + 1][k] = coupling[k].z[a];
     }
-    out.condensed_force[i] = out.force[i] + dot(bg, out.lack);
-    for (std::size_t j = 0; tangent && j <= i; ++j) {
-      out.stiffness[i][j] += dot(bg, out.coupling[j]);
-      out.stiffness[j][i] = out.stiffness[i][j];
+    out.force[2 * a] = force.r[a];
+    out.force[2 * a + 1] = force.z[a];
+  }
+  for (std::size_t i = 0; i < kCellDofs; ++i) {
+    out.condensed_force[i] = out.force[i] + dot(missing.data(), out.coupling[i]);
+  }
+}
+
+struct CellTask {
+  Kinematics kinematics;
+  const CellGeometry& cell;
+  const ElasticLaw& law;
+  const std::array<double, kCellDofs>& u;
+  const std::array<double, kCellPressures>& p;
+  bool tangent;
+};
+
+// Eliminates the pressure increment from the tangent.
+void condense(const Coupling& coupling, const Small& gain, Tangent& tangent) {
+  for (std::size_t a = 0; a < kCellNodes; ++a) {
+    for (std::size_t k = 0; k < kCellPressures; ++k) {
+      double r = 0, z = 0;
+      for (std::size_t l = 0; l < kCellPressures; ++l) {
+        r += gain[k][l] * coupling[l].r[a];
+        z += gain[k][l] * coupling[l].z[a];
+      }
+      for (std::size_t b = 0; b <= a; b += 4) {
+        const Four cr = four(&coupling[k].r[b]), cz = four(&coupling[k].z[b]);
+        four(&tangent.rr[a][b]) += r * cr;
+        four(&tangent.rz[a][b]) += r * cz;
+        four(&tangent.zr[a][b]) += z * cr;
+        four(&tangent.zz[a][b]) += z * cz;
+      }
     }
   }
+}
+
+void write_tangent(const Tangent& tangent, CellResult& out) {
+  for (std::size_t a = 0; a < kCellNodes; ++a) {
+    for (std::size_t b = 0; b <= a; ++b) {
+      out.stiffness[2 * a][2 * b] = out.stiffness[2 * b][2 * a] = tangent.rr[a][b];
+      out.stiffness[2 * a + 1][2 * b] = out.stiffness[2 * b][2 * a + 1] = tangent.zr[a][b];
+      out.stiffness[2 * a + 1][2 * b + 1] = out.stiffness[2 * b + 1][2 * a + 1] = tangent.zz[a][b];
+      if (a != b) {
+        out.stiffness[2 * a][2 * b + 1] = out.stiffness[2 * b + 1][2 * a] = tangent.rz[a][b];
+      }
+    }
+  }
+}
+
+Tangent tangent_of(const Points& points, const CellTask& task, const Coupling& coupling,
+                   const Small& gain) {
+  Tangent tangent;
+  for (int q = 0; q < kPoints; ++q) {
+    const Point& pt = points.at[q];
+    const Strain& s = points.strain[q];
+    // linear elasticity is the tangent at rest: F = 1 and no pressure
+    const double pressure =
+        task.kinematics == Kinematics::linear ? 0 : dot(points.basis[q], task.p);
+    add_tangent(pt, s, pulled_back(pt, s), task.law.mu, pressure, tangent);
+  }
+  condense(coupling, gain, tangent);
+  return tangent;
+}
+
+bool evaluate(const CellTask* task, CellResult* result) {
+  const auto& [kinematics, cell, law, u, p, with_tangent] = *task;
+  CellResult& out = *result;
+  Pair by_node;
+  for (std::size_t a = 0; a < kCellNodes; ++a) {
+    by_node.r[a] = u[2 * a];
+    by_node.z[a] = u[2 * a + 1];
+  }
+  Points points;
+  if (!make_points(kinematics, cell, by_node, points)) return false;
+  out.energy = add_volume(points, law.inverse_lambda, p, out);
+  out.gain = gain_of(points.mass, law);
+  out.min_j = 1;
+  Pair force;
+  Coupling coupling{};
+  for (int q = 0; q < kPoints; ++q) {
+    const Point& pt = points.at[q];
+    const Strain& s = points.strain[q];
+    const double pressure = dot(points.basis[q], p);
+    const Pair y = pulled_back(pt, s);
+    add_forces(pt, s, law.mu, pressure, force);
+    add_coupling(pt, s, y, points.basis[q], coupling);
+    out.energy += pt.w * shear_energy(kinematics, pt, s, law.mu);
+    out.min_j = std::min(out.min_j, s.j);
+  }
+  write_forces(force, coupling, out);
+  if (with_tangent) write_tangent(tangent_of(points, *task, coupling, out.gain), out);
+  return true;
 }
 
 }  // namespace
@@ -276,28 +396,8 @@ void condense(bool tangent, CellResult& out) {
 bool evaluate_cell(Kinematics kinematics, const CellGeometry& cell, const ElasticLaw& law,
                    const std::array<double, kCellDofs>& u,
                    const std::array<double, kCellPressures>& p, bool tangent, CellResult& out) {
-  Points points;
-  if (!make_points(kinematics, cell, u, points)) return false;
-  out.energy = add_volume(points, law.inverse_lambda, p, out);
-  out.gain = gain_of(points.mass, law);
-  out.force.fill(0);
-  out.coupling = {};
-  out.min_j = 1;
-  if (tangent) out.stiffness = {};
-  for (int q = 0; q < kPoints; ++q) {
-    const Point& pt = points.at[q];
-    const Strain& s = points.strain[q];
-    const double pressure = dot(points.basis[q], p);
-    add_forces(pt, s, law.mu, pressure, out);
-    add_coupling(pt, s, points.basis[q], out.coupling);
-    out.energy += pt.w * shear_energy(kinematics, pt, s, law.mu);
-    out.min_j = std::min(out.min_j, s.j);
-    if (tangent) {  // linear elasticity is the tangent at rest: F = 1 and no pressure
-      add_tangent(pt, s, law.mu, kinematics == Kinematics::linear ? 0 : pressure, out);
-    }
-  }
-  condense(tangent, out);
-  return true;
+  const CellTask task{kinematics, cell, law, u, p, tangent};
+  return run_fast<evaluate>(&task, &out);
 }
 
 }  // namespace lcrig

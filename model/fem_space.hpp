@@ -18,6 +18,7 @@ namespace lcrig {
 struct ElasticLaw {
   double mu = 0;  // Pa
   double inverse_lambda = 0;  // 1/Pa; 0: incompressible
+  bool operator==(const ElasticLaw&) const = default;
 };
 // finite: from mu and nu; otherwise from E and nu.
 ElasticLaw elastic_law(const Material& material, bool finite);

@@ -20,6 +20,7 @@ constexpr double kAcceptable = 1e-7;
 // Rounding forces in stiff cells do almost no work. A step whose work is this small beside that of
 // the load moves nothing by more than the square root of this ratio, in the energy norm.
 constexpr double kNoWork = 1e-18;
+constexpr double kEqual = 1e-12;  // heights of rows that differ by rounding
 constexpr double kShortestStep = 1.0 / 64;
 constexpr double kRise = 2;
 constexpr double kSmallResidual = 1e-3;  // below this the residual may rise and fall
@@ -53,10 +54,25 @@ FemSystem::FemSystem(const StackSpace& space, Kinematics kinematics)
       }
     }
   }
+  find_twins();
   condensed_.resize(geometry_.size());
   stiffness_.resize(geometry_.size());
   solver_.analyze(equations_, static_cast<std::size_t>(columns),
                   static_cast<std::size_t>(space.equations()));
+}
+
+void FemSystem::find_twins() {
+  const auto& rows = space_.rows();
+  const auto columns = static_cast<std::size_t>(space_.cells_per_row());
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    const double height = rows[row].z1 - rows[row].z0;
+    std::size_t twin = 0;
+    while (twin < row && !(rows[twin].law == rows[row].law &&
+                           std::abs(rows[twin].z1 - rows[twin].z0 - height) <= kEqual * height)) {
+      ++twin;
+    }
+    for (std::size_t c = 0; c < columns; ++c) twins_.push_back(twin * columns + c);
+  }
 }
 
 FemState FemSystem::rest() const {
@@ -86,7 +102,8 @@ FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_P
   double lack = 0, scale = 0;
   for (std::size_t cell = 0; cell < geometry_.size(); ++cell) {
     gather(state, cell, u, p);
-    if (!evaluate_cell(kinematics_, geometry_[cell], laws_[cell], u, p, tangent, out)) {
+    const bool twin = kinematics_ == Kinematics::linear && twins_[cell] != cell;
+    if (!evaluate_cell(kinematics_, geometry_[cell], laws_[cell], u, p, tangent && !twin, out)) {
       return result;
     }
     condensed_[cell] = {out.coupling, out.lack, out.gain};
@@ -99,7 +116,9 @@ FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_P
         plain[static_cast<std::size_t>(eq)] -= out.force[i];
       }
     }
-    if (tangent) {
+    if (tangent && twin) {
+      stiffness_[cell] = stiffness_[twins_[cell]];
+    } else if (tangent) {
       auto value = stiffness_[cell].begin();
       for (std::size_t i = 0; i < kCellDofs; ++i) {
         value = std::copy_n(out.stiffness[i].begin(), i + 1, value);
@@ -163,6 +182,7 @@ FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, bool kee
   bool tangent = !(keep_factor && factored_);
   Residual residual = assemble(at, pressure_Pa, tangent);
   double previous = 1e300;
+  bool no_work = false;  // by the last step
   const double tolerance = kinematics_ == Kinematics::linear ? kLinearTolerance : kFiniteTolerance;
   for (;; ++report.iterations) {
     if (!residual.valid) {
@@ -177,7 +197,8 @@ FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, bool kee
     report.history.push_back(residual.force);
     const bool small = residual.force <= tolerance && residual.defect <= kDefectTolerance;
     const bool stalled = residual.force > previous / 2;
-    const bool rounding = stalled && residual.force <= kAcceptable;
+    const bool rounding = (stalled && residual.force <= kAcceptable) ||
+                          (no_work && kinematics_ == Kinematics::linear);
     previous = residual.force;
     if (small || (rounding && residual.defect <= kDefectTolerance)) {
       report.converged = true;
@@ -197,7 +218,8 @@ FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, bool kee
     }
     const double work = std::abs(dot(step->du, residual_)) /
                         (pressure_Pa * std::abs(dot(space_.unit_load(), at.u)));
-    if (stalled && work <= kNoWork && residual.defect <= kDefectTolerance) {
+    no_work = work <= kNoWork;
+    if (stalled && no_work && residual.defect <= kDefectTolerance) {
       report.converged = true;
       state = std::move(at);
       return report;

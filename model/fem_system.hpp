@@ -53,6 +53,7 @@ class FemSystem {
   };
   void gather(const FemState& state, std::size_t cell, std::array<double, kCellDofs>& u,
               std::array<double, kCellPressures>& p) const;
+  void find_twins();
   // Fills residual_ and condensed_, and stiffness_ if `tangent` is set.
   Residual assemble(const FemState& state, double pressure_Pa, bool tangent);
   std::optional<Step> direction(bool refactor);
@@ -66,6 +67,7 @@ class FemSystem {
   std::vector<CellGeometry> geometry_;
   std::vector<ElasticLaw> laws_;
   std::vector<CellStiffness> stiffness_;
+  std::vector<std::size_t> twins_;  // by cell: the first one that is equal but for its height
   std::vector<double> residual_;  // load minus internal force, pressures eliminated, N
   struct Condensed {  // what pressure_step needs of a cell
     std::array<std::array<double, kCellPressures>, kCellDofs> coupling;
