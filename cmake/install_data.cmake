@@ -1,5 +1,5 @@
 # Installs the files that the programs read at run time:
-# PREFIX/share/lcrig/{protocols,specimens,benches,schema}.
+# PREFIX/share/lcrig/{protocols,specimens,benches,schema}; and the documents that people read.
 set(LCRIG_DATA_DIR ${CMAKE_INSTALL_DATADIR}/lcrig)
 install(DIRECTORY protocols/library/ DESTINATION ${LCRIG_DATA_DIR}/protocols
   FILES_MATCHING PATTERN "*.json")
@@ -9,3 +9,10 @@ install(FILES ${specimens} DESTINATION ${LCRIG_DATA_DIR}/specimens)
 install(FILES ${benches} DESTINATION ${LCRIG_DATA_DIR}/benches)
 file(GLOB schemas CONFIGURE_DEPENDS schema/*.schema.json)
 install(FILES ${schemas} DESTINATION ${LCRIG_DATA_DIR}/schema)
+
+set(LCRIG_DOC_DIR ${CMAKE_INSTALL_DATADIR}/doc/lcrig)
+file(GLOB documents CONFIGURE_DEPENDS docs/*.md)
+file(GLOB pictures CONFIGURE_DEPENDS docs/images/*.svg)
+install(FILES README.md CONTRIBUTING.md DESTINATION ${LCRIG_DOC_DIR})
+install(FILES ${documents} DESTINATION ${LCRIG_DOC_DIR}/docs)
+install(FILES ${pictures} DESTINATION ${LCRIG_DOC_DIR}/docs/images)

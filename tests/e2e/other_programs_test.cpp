@@ -46,5 +46,13 @@ TEST_F(OtherPrograms, TheShellRunsTheQueriesOfThePage) {
   EXPECT_GE(queries, 3);
 }
 
+// On lcrig-sim and on the gateway in Python where a page talks to instruments.
+TEST_F(OtherPrograms, EveryCommandOfThePagesDoesWhatThePageSays) {
+  const auto done =
+      program({"/usr/bin/python3", "tests/e2e/doc_commands.py", LCRIG_BIN, file("pages")}, 250s);
+  EXPECT_EQ(done.code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr(" commands, 0 failed")) << done.err;
+}
+
 }  // namespace
 }  // namespace lcrig::e2e
