@@ -96,6 +96,14 @@ Result<> ContactProbe::check_felt(double felt_N) const {
   return fail(Errc::refused, "step {}: {}", step, why);
 }
 
+const Rest& ContactProbe::off_contact(const Rest& after) const {
+  const Rest& farthest = looks_.back();
+  const double doubt_N = kSlopeSigmas * std::hypot(after.error_N(), farthest.error_N());
+  const bool is_nearer =
+      after.travel_m() && farthest.travel_m() && *after.travel_m() > *farthest.travel_m();
+  return is_nearer && after.force_N() - farthest.force_N() > doubt_N ? farthest : after;
+}
+
 // A step on whose way contact was lost would tell of a contact that is softer than it is: what is
 // left must be more than the cell shows without any, before and afterwards, for its zero may have
 // drifted meanwhile. The slope that is known best counts: the least of several bounds would be the

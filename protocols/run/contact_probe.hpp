@@ -27,6 +27,10 @@ class ContactProbe {
   bool is_contact() const;
   // A force that falls where the probe presses. Errors: refused.
   Result<> check_felt(double felt_N) const;
+  // What the cell shows off the contact: `after`, unless the frame stands nearer there than at the
+  // last step back and the cell shows more. A search that overran its contact by more than the way
+  // back still presses.
+  const Rest& off_contact(const Rest& after) const;
   // `after`: what the cell shows off the contact. Tells the forecast and the watch of the force.
   void conclude_stiffness(const Rest& after) const;
 

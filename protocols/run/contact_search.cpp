@@ -207,9 +207,10 @@ Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
   if (!moved) co_return moved;
   auto after = co_await run_.view.watch_rest(ContactProbe::kLook);
   if (!after) co_return fail(after.error());
-  probe.conclude_stiffness(*after);
-  run_.truth.learn_rest(*after);  // its zero may have drifted on the way
-  run_.guard.set_rest_force(after->force_N(), after->scatter_N());
+  const Rest& bare = probe.off_contact(*after);
+  probe.conclude_stiffness(bare);
+  run_.truth.learn_rest(bare);  // its zero may have drifted on the way
+  run_.guard.set_rest_force(bare.force_N(), bare.scatter_N());
   const auto start_m = run_.contact.start_travel_m();
   if (!run_.setup.check_at_contact || !start_m) co_return moved;
   const double contact_m = *run_.contact.travel_m() + run_.contact.zero_m();

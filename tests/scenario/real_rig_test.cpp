@@ -131,6 +131,22 @@ TEST(RealRig, AnOverloadInTheSearchIsLeftThoughContactWasNeverFound) {
   expect_unloaded(world);
 }
 
+// The search overruns its contact by more than the way back. What the cell shows there is no zero:
+// once the specimen is unloaded, it would look as if it pulled.
+TEST(RealRig, AWayBackThatStillPressesIsNoZero) {
+  SessionWorld world(with(kLoad, R"("back_off_mm": 0.1)", R"("back_off_mm": 0.0005)"));
+  world.bench.plant.drive_lag_s = 0.01;
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
+  EXPECT_GT(
+      world.real("SELECT f.force_N FROM frame_sample AS f, event AS e WHERE e.kind = 'stiffness' "
+                 "AND f.received_mono_ns < e.at_mono_ns ORDER BY f.seq DESC"),
+      0.03)
+      << "it did not press there";
+  expect_unloaded(world);
+}
+
 TEST(RealRig, ASpecimenThatPullsIsLeftToAPerson) {
   SessionWorld world(kLoad);
   world.acts.push_back({"level", 500ms, [](SessionWorld& w) {
