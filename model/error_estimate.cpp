@@ -70,6 +70,11 @@ Result<ErrorEstimator::Solver*> ErrorEstimator::solver(const LevelSettings& sett
     auto made = make_level_model(specimen_, settings);
     if (!made) return fail(made.error());
     kept.model = std::move(*made);
+    if (settings.level == Level::fem_finite && settings.mesh.refinement > kCoarsestMember) {
+      LevelSettings coarser = settings;
+      --coarser.mesh.refinement;
+      if (const auto found = solver(coarser)) kept.model->start_from(*(*found)->model);
+    }
   }
   return &kept;
 }

@@ -8,6 +8,7 @@
 
 #include "model/fem_capacitance.hpp"
 #include "model/fem_levels.hpp"
+#include "model/fem_prolong.hpp"
 
 namespace lcrig {
 namespace {
@@ -17,6 +18,9 @@ constexpr double kFirstSteps = 8;
 // A step below both means that the solution is lost. They are shares of the load reached and of the
 // load asked for.
 constexpr double kLeastStep = 1.0 / 32, kLeastStart = 1.0 / 4096;
+// Newton's iterations from the solution of a coarser mesh. Good starts take four; a long search may
+// end on another branch.
+constexpr int kMostFromCoarser = 6;
 constexpr std::size_t kMostKept = 40;  // converged loads
 constexpr int kMostSecants = 60;
 constexpr double kSameLoad = 1e-9;  // relative; as exact as Newton's method is
@@ -30,6 +34,11 @@ std::vector<double> weights_at(const std::vector<double>& x, double t) {
   return w;
 }
 
+void add(double factor, const FemState& other, FemState& state) {
+  for (std::size_t i = 0; i < state.u.size(); ++i) state.u[i] += factor * other.u[i];
+  for (std::size_t i = 0; i < state.p.size(); ++i) state.p[i] += factor * other.p[i];
+}
+
 }  // namespace
 
 Result<std::unique_ptr<FemFinite>> FemFinite::make(const Specimen& specimen,
@@ -41,9 +50,14 @@ Result<std::unique_ptr<FemFinite>> FemFinite::make(const Specimen& specimen,
   return model;
 }
 
+void FemFinite::start_from(LevelModel& coarser) {
+  coarser_ = dynamic_cast<FemFinite*>(&coarser);
+}
+
 // Extrapolates along the line through the two known loads nearest to the one asked for. A parabola
-// through three is a worse start, because the corner cells do not follow it.
-FemState FemFinite::guess(double pressure_Pa) const {
+// through three is a worse start, because the corner cells do not follow it. With a coarser mesh,
+// what is extrapolated is the difference to its solution.
+FemState FemFinite::guess(double pressure_Pa, bool from_coarser) const {
   std::vector<std::pair<double, const FemState*>> near;
   near.reserve(known_.size());
   for (const auto& [p, state] : known_) near.emplace_back(p, &state);
@@ -57,11 +71,12 @@ FemState FemFinite::guess(double pressure_Pa) const {
     if (helps && at.size() < 2) at.push_back(p);
   }
   const auto w = weights_at(at, pressure_Pa);
-  FemState result = system_.rest();
+  FemState result = from_coarser ? coarse_state(pressure_Pa) : system_.rest();
   for (std::size_t k = 0; k < at.size(); ++k) {
-    const FemState& state = known_.at(at[k]);
-    for (std::size_t i = 0; i < result.u.size(); ++i) result.u[i] += w[k] * state.u[i];
-    for (std::size_t i = 0; i < result.p.size(); ++i) result.p[i] += w[k] * state.p[i];
+    add(w[k], known_.at(at[k]), result);
+    if (from_coarser && coarser_->known_.contains(at[k])) {
+      add(-w[k], coarse_state(at[k]), result);
+    }
   }
   return result;
 }
@@ -82,8 +97,23 @@ void FemFinite::keep(double pressure_Pa, FemState state) {
   known_[pressure_Pa] = std::move(state);
 }
 
+FemState FemFinite::coarse_state(double pressure_Pa) const {
+  return prolong(coarser_->space_, coarser_->known_.at(pressure_Pa), space_);
+}
+
+bool FemFinite::step_from_coarser(double pressure_Pa) {
+  if (pressure_Pa >= coarser_->lost_Pa_ || !coarser_->reach(pressure_Pa)) return false;
+  FemState state = guess(pressure_Pa, true);
+  report_ = system_.solve(pressure_Pa, state, false, kMostFromCoarser);
+  iterations_ += report_.iterations;
+  // after a large step, a solution that is not stable may lie on another branch
+  const bool good = report_.converged && stable();
+  if (good) keep(pressure_Pa, std::move(state));
+  return good;
+}
+
 bool FemFinite::step_to(double pressure_Pa) {
-  FemState state = guess(pressure_Pa);
+  FemState state = guess(pressure_Pa, false);
   report_ = system_.solve(pressure_Pa, state);
   iterations_ += report_.iterations;
   if (!report_.converged) {  // an extrapolation may be a worse start than the load below
@@ -96,28 +126,39 @@ bool FemFinite::step_to(double pressure_Pa) {
   return report_.converged;
 }
 
-Result<> FemFinite::reach(double pressure_Pa) {
-  if (known_.contains(pressure_Pa)) return {};
-  double from = std::prev(known_.upper_bound(pressure_Pa))->first;
-  // Not in a single step, even if Newton's method could do it: it might land on another branch.
-  double step = pressure_Pa / kFirstSteps;
+double FemFinite::last_below(double pressure_Pa) const {
+  return std::prev(known_.upper_bound(pressure_Pa))->first;
+}
+
+// Goes up in load steps, of `step` at first.
+bool FemFinite::climb(double pressure_Pa, double step, bool from_coarser) {
+  double from = last_below(pressure_Pa);
   while (from < pressure_Pa) {
     const double next = from + step >= pressure_Pa * (1 - 1e-12) ? pressure_Pa : from + step;
-    if (step_to(next)) {
+    if (from_coarser ? step_from_coarser(next) : step_to(next)) {
       from = next;
       step = report_.iterations <= 5 ? 1.5 * step : step;
       continue;
     }
     step = (next - from) / 2;
-    if (step < std::max(kLeastStep * from, kLeastStart * pressure_Pa)) {
-      return fail(Errc::invalid_request,
-                  "fem_finite: no equilibrium found beyond {:.5g} kPa (asked for {:.5g} kPa): {}; "
-                  "smallest volume ratio there {:.3g}. At a bonded rim the surface folds onto its "
-                  "neighbour, and contact is not modelled",
-                  from / 1e3, pressure_Pa / 1e3, report_.why, report_.min_j);
-    }
+    const double least = from_coarser ? pressure_Pa / kFirstSteps
+                                      : std::max(kLeastStep * from, kLeastStart * pressure_Pa);
+    if (step < least) return false;
   }
-  return {};
+  return true;
+}
+
+Result<> FemFinite::reach(double pressure_Pa) {
+  if (known_.contains(pressure_Pa)) return {};
+  if (coarser_ != nullptr && climb(pressure_Pa, pressure_Pa, true)) return {};
+  // Not in a single step, even if Newton's method could do it: it might land on another branch.
+  if (climb(pressure_Pa, pressure_Pa / kFirstSteps, false)) return {};
+  lost_Pa_ = std::min(lost_Pa_, pressure_Pa);
+  return fail(Errc::invalid_request,
+              "fem_finite: no equilibrium found beyond {:.5g} kPa (asked for {:.5g} kPa): {}; "
+              "smallest volume ratio there {:.3g}. At a bonded rim the surface folds onto its "
+              "neighbour, and contact is not modelled",
+              last_below(pressure_Pa) / 1e3, pressure_Pa / 1e3, report_.why, report_.min_j);
 }
 
 Result<double> FemFinite::true_of(double dead_Pa) {

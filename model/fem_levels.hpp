@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <map>
 #include <memory>
 #include <vector>
@@ -58,6 +59,7 @@ class FemFinite final : public LevelModel {
   Result<StackState> at_pressure(Pressure pressure) override;
   double c0_F() const override { return c0_F_; }
   std::optional<Pressure> last_converged() const override;
+  void start_from(LevelModel& coarser) override;
   int iterations() const { return iterations_; }  // of Newton's method, in total
   const FemSystem::Newton& report() const { return report_; }  // of the last step
   int unknowns() const { return space_.equations(); }
@@ -70,9 +72,14 @@ class FemFinite final : public LevelModel {
         kind_(settings.pressure_kind),
         c0_F_(c0_F),
         system_(space_, Kinematics::finite) {}
-  FemState guess(double pressure_Pa) const;
+  // Pressures are dead pressures. from_coarser: there is a coarser mesh, to start from.
+  FemState guess(double pressure_Pa, bool from_coarser) const;
+  FemState coarse_state(double pressure_Pa) const;
+  bool step_from_coarser(double pressure_Pa);
   bool step_to(double pressure_Pa);
-  Result<> reach(double pressure_Pa);  // pressure_Pa is dead pressure
+  double last_below(double pressure_Pa) const;
+  bool climb(double pressure_Pa, double step, bool from_coarser);
+  Result<> reach(double pressure_Pa);
   Result<double> true_of(double dead_Pa);
   Result<double> dead_of(double true_Pa);
   struct Trial {
@@ -87,6 +94,8 @@ class FemFinite final : public LevelModel {
   double c0_F_;
   FemSystem system_;
   std::map<double, FemState> known_;  // by dead pressure, Pa
+  double lost_Pa_ = std::numeric_limits<double>::infinity();  // the least load not reached
+  FemFinite* coarser_ = nullptr;
   int iterations_ = 0;
   FemSystem::Newton report_;
 };

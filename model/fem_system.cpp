@@ -24,7 +24,6 @@ constexpr double kEqual = 1e-12;  // heights of rows that differ by rounding
 constexpr double kShortestStep = 1.0 / 64;
 constexpr double kRise = 2;
 constexpr double kSmallResidual = 1e-3;  // below this the residual may rise and fall
-constexpr int kMostNewton = 12;
 
 double norm(const std::vector<double>& v) {
   double sum = 0;
@@ -176,7 +175,8 @@ std::optional<FemSystem::Step> FemSystem::direction(bool refactor) {
   return std::isfinite(norm(step.du)) ? std::optional(std::move(step)) : std::nullopt;
 }
 
-FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, bool keep_factor) {
+FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, bool keep_factor,
+                                   int most) {
   Newton report;
   FemState at = state;
   bool tangent = !(keep_factor && factored_);
@@ -205,10 +205,10 @@ FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, bool kee
       state = std::move(at);
       return report;
     }
-    if (report.iterations == kMostNewton) {
+    if (report.iterations == most) {
       report.why =
-          fmt::format("Newton's method did not converge in {} iterations (residual {:.2g})",
-                      kMostNewton, residual.force);
+          fmt::format("Newton's method did not converge in {} iterations (residual {:.2g})", most,
+                      residual.force);
       return report;
     }
     const auto step = direction(tangent);

@@ -24,6 +24,7 @@ class FemSystem {
  public:
   FemSystem(const StackSpace& space, Kinematics kinematics);
 
+  static constexpr int kMostNewton = 12;  // iterations
   FemState rest() const;  // undeformed
   struct Newton {
     bool converged = false;
@@ -35,8 +36,10 @@ class FemSystem {
     std::vector<double> history;  // residual by iteration
   };
   // Goes from `state` to equilibrium under the pressure (Pa, dead). Changes `state` only on
-  // success. keep_factor: reuse the present factorization, for linear problems.
-  Newton solve(double pressure_Pa, FemState& state, bool keep_factor = false);
+  // success. keep_factor: reuse the present factorization, for linear problems. Gives up after
+  // `most` iterations.
+  Newton solve(double pressure_Pa, FemState& state, bool keep_factor = false,
+               int most = kMostNewton);
 
   // False when the tangent of the last solve was not positive definite.
   bool stable() const { return solver_.positive(); }

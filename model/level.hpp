@@ -52,6 +52,9 @@ class LevelModel {
   // After a failure, the largest pressure that has an answer; nullopt if it is not known.
   virtual std::optional<Pressure> last_converged() const { return std::nullopt; }
   virtual double c0_F() const = 0;  // unloaded, with the same options (fringe)
+  // Offers the model of the same specimen and level on a coarser mesh, which must live as long as
+  // this one. Its solutions are good starts. Most levels have no use for it.
+  virtual void start_from(LevelModel& /*coarser*/) {}
 };
 
 // Errors: the specimen is wrong, or the level cannot describe it or lacks an option (the message
