@@ -92,6 +92,7 @@ class Rehearsal {
     if (!bench) return fail(bench.error());
     SimRequest sim;
     sim.bench = std::move(*bench);
+    if (request_.errors) sim.bench.errors = request_.errors;
     sim.specimen = *prepared.specimen;
     if (request_.seed) sim.seed = static_cast<std::int64_t>(*request_.seed);
     sim.weights = prepared.places_weights;

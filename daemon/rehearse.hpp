@@ -10,6 +10,7 @@
 
 #include "base/result.hpp"
 #include "daemon/run_request.hpp"
+#include "model/bench_errors.hpp"
 #include "protocols/run/sink.hpp"
 
 namespace lcrig {
@@ -18,6 +19,7 @@ struct RehearseRequest : RunRequest {
   std::string bench = "paper";  // a name, or "replay:DIR"
   std::string bench_text;  // of the bench file; empty: `bench` is one that the program knows
   std::optional<std::uint64_t> seed;  // absent: the bench's own
+  std::optional<ErrorScope> errors;  // absent: as the bench file says
   std::string db_path;
   // Fault script (docs/faults.md); an empty text: nothing goes wrong.
   std::string faults_name, faults_text;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 namespace lcrig {
@@ -13,6 +14,7 @@ namespace {
 constexpr double kMeterGain = 5e-4;  // LCR-6000 manual: basic accuracy 0.05 % at medium and slow
 constexpr double kMeterOffset_F = 5e-15;  // left after open correction
 constexpr double kCellClass = 0.01;  // ISO 7500-1, class 1
+constexpr double kCellZero_N = 5e-3;  // left by a tare
 constexpr double kProbe = 2 * 0.02 / 4;  // area of a tip of 4 mm, turned to +-0.02 mm
 constexpr double kClock_ppm = 50;
 constexpr double kDrift_F_h = 50e-15;
@@ -31,7 +33,8 @@ constexpr double kTouch_N = 0.01;
 
 }  // namespace
 
-BenchErrors::BenchErrors(std::uint64_t seed) : random_(seed ^ 0x6c637269676572ULL) {
+BenchErrors::BenchErrors(std::uint64_t seed, ErrorScope scope)
+    : scope_(scope), random_(seed ^ 0x6c637269676572ULL) {
   const auto within = [this](double limit) {
     return std::uniform_real_distribution<double>(-limit, limit)(random_);
   };
@@ -45,14 +48,34 @@ BenchErrors::BenchErrors(std::uint64_t seed) : random_(seed ^ 0x6c637269676572UL
   hysteresis_ = within(kHysteresis);
   hum_F_ = within(kHum_F);
   hum_s_ = 7.5 + within(2.5);
+  cell_zero_N_ = within(kCellZero_N);
   flicker_F_.assign(kOctaves, 0);
+  if (scope_ != ErrorScope::specimen) return;
+  meter_gain_ = meter_offset_F_ = cell_gain_ = cell_zero_N_ = probe_gain_ = clock_ppm_ = 0;
 }
 
 // The analysis divides by the area on the drawing: a tip that is larger acts as a cell that shows
 // more than there is.
 void BenchErrors::apply(PlantConfig& config) const {
   config.force_gain *= (1 + cell_gain_) * (1 + probe_gain_);
+  config.force_tare_error_N += cell_zero_N_;
   config.creep_fraction += creep_;
+  if (scope_ == ErrorScope::everything) return;
+  config.force_noise_N = std::min(config.force_noise_N, config.force_resolution_N);
+  config.capacitance_noise_F = {};
+}
+
+nlohmann::json BenchErrors::to_json() const {
+  return {{"meter_gain", meter_gain_},
+          {"meter_offset_fF", meter_offset_F_ * 1e15},
+          {"cell_gain", cell_gain_},
+          {"cell_zero_mN", cell_zero_N_ * 1e3},
+          {"probe_area", probe_gain_},
+          {"clock_ppm", clock_ppm_},
+          {"drift_fF_per_h", drift_F_s_ * 3600 * 1e15},
+          {"creep", creep_},
+          {"hysteresis", hysteresis_},
+          {"hum_fF", hum_F_ * 1e15}};
 }
 
 double BenchErrors::background_F(double t_s) {
@@ -76,7 +99,7 @@ double BenchErrors::background_F(double t_s) {
 double BenchErrors::loaded_F(double delta_F, double force_N) {
   if (force_N < kTouch_N) highest_N_ = 0;
   if (force_N < kTouch_N) return delta_F;
-  if (highest_N_ == 0) {
+  if (highest_N_ == 0 && scope_ == ErrorScope::everything) {
     std::normal_distribution<double> normal;
     visit_ = {kSlope * normal(random_), kSeating_F * normal(random_)};
   }
@@ -88,8 +111,9 @@ double BenchErrors::loaded_F(double delta_F, double force_N) {
 double BenchErrors::shown_F(MonoTime t, double capacitance_F, double c0_F, double force_N) {
   if (!begin_) begin_ = t;
   const double loaded = c0_F + loaded_F(capacitance_F - c0_F, force_N);
-  double shown =
-      loaded * (1 + meter_gain_) + meter_offset_F_ + background_F(to_seconds(t - *begin_));
+  double shown = loaded * (1 + meter_gain_) + meter_offset_F_;
+  if (scope_ != ErrorScope::everything) return shown;
+  shown += background_F(to_seconds(t - *begin_));
   if (std::uniform_real_distribution<double>(0, 1)(random_) < kOutlierShare) {
     shown += kOutlier_F * std::normal_distribution<double>()(random_);
   }

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a real bench errs by, drawn for each seed: gain, offset and noise of the meter beyond the
-// white one, class of the load cell, diameter of the probe, drift, and how each loading differs
-// from the others. On by `"realistic": true` in a bench file, so that a rehearsal can prove the
-// intervals of an analysis wrong. The limits are those of the instruments' papers, written down
-// here and not taken from analysis/ or budget/.
+// white one, class and zero of the load cell, diameter of the probe, drift, and how each loading
+// differs from the others. On by `"realistic": true` in a bench file or by `--realistic`, so that a
+// rehearsal can prove the intervals of an analysis wrong. The limits are those of the instruments'
+// papers, written down here and not taken from analysis/ or budget/, which may not include this
+// file.
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <random>
 #include <vector>
@@ -15,13 +17,24 @@
 
 namespace lcrig {
 
+// Which errors are on. The two smaller sets make the truths that intervals are judged by.
+enum class ErrorScope {
+  everything,
+  lasting,  // no noise, no drift, no difference between loadings: what `ci95` is about
+  specimen  // its creep and hysteresis alone: what the expanded uncertainty is about
+};
+
 class BenchErrors {
  public:
-  explicit BenchErrors(std::uint64_t seed);
+  explicit BenchErrors(std::uint64_t seed, ErrorScope scope = ErrorScope::everything);
 
-  // Mounts what the plant itself can do: class of the cell, probe, creep.
+  // Mounts what the plant itself can do: class and zero of the cell, probe, creep. Outside
+  // `everything` it takes the plant's noise away. The cell keeps a digit of it, because a cell that
+  // shows none is taken for frozen.
   void apply(PlantConfig& config) const;
   double clock_ppm() const { return clock_ppm_; }
+  // What was drawn once for the whole run, for whoever judges an interval.
+  nlohmann::json to_json() const;
 
   // What the meter answers to where the specimen has `capacitance_F`, `c0_F` without a load.
   // Nearly in the order of time; the same for the same seed and calls.
@@ -34,8 +47,10 @@ class BenchErrors {
   double background_F(double t_s);
   double loaded_F(double delta_F, double force_N);
 
+  ErrorScope scope_;
   std::mt19937_64 random_;
-  double meter_gain_ = 0, meter_offset_F_ = 0, cell_gain_ = 0, probe_gain_ = 0, creep_ = 0;
+  double meter_gain_ = 0, meter_offset_F_ = 0, creep_ = 0;
+  double cell_gain_ = 0, cell_zero_N_ = 0, probe_gain_ = 0;
   double clock_ppm_ = 0, drift_F_s_ = 0, hum_F_ = 0, hum_s_ = 1, hysteresis_ = 0;
   std::optional<MonoTime> begin_;
   std::vector<double> flicker_F_;  // of each octave, now

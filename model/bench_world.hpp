@@ -5,8 +5,10 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "model/auto_level.hpp"
+#include "model/bench_errors.hpp"
 #include "model/plant.hpp"
 #include "model/response.hpp"
 
@@ -15,12 +17,16 @@ namespace lcrig {
 class BenchWorld {
  public:
   // Tabulates the specimen from 0 to max_force at the cheapest level whose relative error in delta
-  // C is within `tolerance`, and mounts it as `mounting` says. Errors: as choose_level and
-  // make_response.
+  // C is within `tolerance`, and mounts it as `mounting` says. With `scope` the bench errs as a
+  // real one, drawn from the mounting's seed. Errors: as choose_level and make_response.
   static Result<std::unique_ptr<BenchWorld>> make(const Specimen& specimen, double tolerance,
-                                                  Force max_force, PlantConfig mounting);
+                                                  Force max_force, PlantConfig mounting,
+                                                  std::optional<ErrorScope> scope = {});
 
   Plant& plant() { return plant_; }
+  // What the meter answers to at that instant: the plant's, with the errors of the bench.
+  Electrical electrical(MonoTime t);
+  const std::optional<BenchErrors>& errors() const { return errors_; }
   const LevelChoice& level() const { return level_; }
   const TabulatedResponse& response() const { return *response_; }
   // Drive travel beyond contact that produces a force, m. The function may outlive the world.
@@ -28,8 +34,9 @@ class BenchWorld {
 
  private:
   BenchWorld(LevelChoice level, std::shared_ptr<const TabulatedResponse> response,
-             PlantConfig mounting);
+             PlantConfig mounting, std::optional<BenchErrors> errors);
 
+  std::optional<BenchErrors> errors_;
   LevelChoice level_;
   std::shared_ptr<const TabulatedResponse> response_;
   Plant plant_;

@@ -35,6 +35,7 @@ struct PlantConfig {
   double force_resolution_N = 0.0001;
   double force_offset_N = 0;  // of the untared cell
   double force_drift_N_s = 0;  // of its zero
+  double force_tare_error_N = 0;  // what the cell shows without a load after its zero was set
   double force_gain = 1;  // shown force over true force; within the cell's class
   double travel_resolution_m = 1e-7;
   double force_nominal_N = 20;

@@ -76,7 +76,7 @@ Result<Bench> parse_bench(std::string_view text, const std::string& name) {
   if (const auto s = root.optional_quantity("operator_reaction", Dimension::time, kNotNegative)) {
     b.operator_reaction = from_seconds(*s);
   }
-  b.realistic = root.optional_boolean("realistic").value_or(false);
+  if (root.optional_boolean("realistic").value_or(false)) b.errors = ErrorScope::everything;
   root.no_other_keys();
   if (auto ok = root.result(); !ok) return fail(ok.error());
   return b;

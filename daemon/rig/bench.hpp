@@ -11,7 +11,7 @@
 #include "base/result.hpp"
 #include "base/strict_json.hpp"
 #include "base/time.hpp"
-#include "model/plant.hpp"
+#include "model/bench_errors.hpp"
 
 namespace lcrig {
 
@@ -29,7 +29,7 @@ struct Bench {
   Fixture fixture;
   double error_tolerance = 1e-3;  // relative, of the change in capacitance
   PlantConfig plant;
-  bool realistic = false;  // instruments and mounting err as model/bench_errors.hpp draws it
+  std::optional<ErrorScope> errors;  // drawn from the seed; absent: white noise only
   Duration operator_reaction = std::chrono::seconds(2);
 };
 Result<Bench> parse_bench(std::string_view text, const std::string& name);

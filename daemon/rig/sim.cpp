@@ -8,7 +8,6 @@
 #include "daemon/rig/replay.hpp"
 #include "daemon/rig/simulated.hpp"
 #include "drivers/dead_weight/driver.hpp"
-#include "model/bench_errors.hpp"
 #include "model/bench_world.hpp"
 #include "model/specimen_stiffness.hpp"
 #include "storage/runs.hpp"
@@ -62,14 +61,15 @@ class BenchInstruments final : public SimulatedInstruments {
       if (!world) return fail(world.error());
       world_ = std::move(*world);
     }
-    if (request.bench.realistic) errors_.emplace(static_cast<std::uint64_t>(request.seed));
     info_.fixture = request.bench.fixture;
     info_.bench_name = request.bench.name;
     info_.bench_text = request.bench.text;
     info_.simulated = true;
     info_.seed = request.seed;
     info_.model_level = std::string(to_string(world_->level().settings.level));
-    info_.model_json = to_json(world_->level()).dump();
+    nlohmann::json model = to_json(world_->level());
+    if (world_->errors()) model["drawn"] = world_->errors()->to_json();
+    info_.model_json = model.dump();
     // The plan knows what a plan of a real rig knows: where contact is, is only expected.
     info_.frame.stiffness_N_m = request.bench.plant.frame_stiffness_N_m;
     info_.specimen_least_m = least_shortening(request.specimen);
@@ -82,18 +82,11 @@ class BenchInstruments final : public SimulatedInstruments {
     auto pair = wire(meter_port_);
     if (!pair) return fail(pair.error());
     lcr6100::SimConfig config;
-    config.conversion_s = request.bench.plant.conversion_s;
-    config.capacitance_noise_F = request.bench.plant.capacitance_noise_F;
+    const PlantConfig& plant = world_->plant().config();
+    config.conversion_s = plant.conversion_s;
+    config.capacitance_noise_F = plant.capacitance_noise_F;
     config.seed = static_cast<std::uint64_t>(request.seed);
-    const auto source = [this](MonoTime t) {
-      const Plant& plant = world_->plant();
-      Electrical e = plant.electrical(t);
-      if (errors_) {
-        const double c0_F = world_->response().c0_F();
-        e.capacitance_F = errors_->shown_F(t, e.capacitance_F, c0_F, plant.force_N(t));
-      }
-      return e;
-    };
+    const auto source = [this](MonoTime t) { return world_->electrical(t); };
     meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(std::move(pair->far), clock_, config,
                                                        lcr6100::Lcr6100Sim::Source(source));
     use_meter(std::make_unique<lcr6100::Lcr6100>(std::move(pair->near), clock_));
@@ -106,7 +99,7 @@ class BenchInstruments final : public SimulatedInstruments {
     scene_ = std::make_unique<PlantScene>(world_->plant());
     ZwickSimSettings settings;
     settings.seed = static_cast<std::uint64_t>(request.seed) + 1;
-    if (errors_) settings.device_clock_ppm = errors_->clock_ppm();
+    if (world_->errors()) settings.device_clock_ppm = world_->errors()->clock_ppm();
     frame_sim_ = std::make_unique<ZwickSim>(std::move(pair->far), clock_, *scene_, settings);
     use_frame(std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_));
     return {};
@@ -128,7 +121,6 @@ class BenchInstruments final : public SimulatedInstruments {
   }
 
   std::shared_ptr<BenchWorld> world_;
-  std::optional<BenchErrors> errors_;  // of a realistic bench
   std::unique_ptr<PlantScene> scene_;
   DeadWeightFrame* rod_ = nullptr;
 };
@@ -139,9 +131,9 @@ Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request) {
   PlantConfig mounting = request.bench.plant;
   mounting.seed = static_cast<std::uint64_t>(request.seed);
   if (request.weights) mounting.contact_travel_m = 0;
-  if (request.bench.realistic) BenchErrors(mounting.seed).apply(mounting);
-  auto world = BenchWorld::make(request.specimen, request.bench.error_tolerance,
-                                Force::from_si(request.max_force_N), mounting);
+  auto world =
+      BenchWorld::make(request.specimen, request.bench.error_tolerance,
+                       Force::from_si(request.max_force_N), mounting, request.bench.errors);
   if (!world) return fail(world.error());
   return std::shared_ptr<BenchWorld>(std::move(*world));
 }

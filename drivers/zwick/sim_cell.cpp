@@ -91,7 +91,7 @@ std::optional<MonoTime> SimCell::searched(double wanted_N, MonoTime from, MonoTi
 // Taring averages over about twenty conversions.
 void SimCell::tare(MonoTime t) {
   const double cell = cell_N(t);
-  tare_N_ = cell;
+  tare_N_ = cell - scene_.config().force_tare_error_N;
   if (!frozen_N_) tare_N_ += gauss(scene_.config().force_noise_N * scatter_ / std::sqrt(20.0));
 }
 

@@ -35,7 +35,7 @@ struct Options {
   std::uint16_t frame_port = 0;
   std::uint64_t seed = 1;
   double max_force_N = 5;
-  bool frame_pty = false, weights = false;
+  bool frame_pty = false, weights = false, realistic = false;
 };
 
 // Writes to another file and renames it, so that a reader never sees half of the text.
@@ -134,12 +134,17 @@ class SimBench {
     PlantConfig mounting = bench->plant;
     mounting.seed = options_.seed;
     if (options_.weights) mounting.contact_travel_m = 0;
-    auto world = BenchWorld::make(*specimen, bench->error_tolerance,
-                                  Force::from_si(options_.max_force_N), mounting);
+    auto world =
+        BenchWorld::make(*specimen, bench->error_tolerance, Force::from_si(options_.max_force_N),
+                         mounting, options_.realistic ? ErrorScope::everything : bench->errors);
     if (!world) return fail(world.error());
     world_ = std::move(*world);
     ZwickSimSettings frame;
     frame.seed = options_.seed + 1;
+    if (const auto& errors = world_->errors()) {
+      spdlog::info("drawn: {}", errors->to_json().dump());
+      frame.device_clock_ppm = errors->clock_ppm();
+    }
     build_instruments(mounting, frame);
     return {};
   }
@@ -150,7 +155,9 @@ class SimBench {
     meter.capacitance_noise_F = mounting.capacitance_noise_F;
     meter.seed = options_.seed;
     if (!options_.lcr_identity.empty()) meter.identity = options_.lcr_identity;
-    const auto source = [this](MonoTime t) { return plant().electrical(t); };
+    const auto source = [this](MonoTime t) {
+      return world_ ? world_->electrical(t) : rig_plant_->electrical(t);
+    };
     meter_ =
         std::make_unique<MeterPort>(io_.get_executor(), clock_, meter, source, options_.lcr_link);
     if (options_.weights) return;
@@ -222,6 +229,7 @@ void declare(CLI::App& cli, Options& o) {
       ->check(CLI::Range(0.001, 1e4))
       ->capture_default_str();
   cli.add_option("--seed", o.seed, "Of all noise")->capture_default_str();
+  auto* realistic = cli.add_flag("--realistic", o.realistic, "Let the bench err as real ones do");
   cli.add_option("--lcr-link", o.lcr_link, "Symbolic link to the meter's pty");
   cli.add_option("--lcr-identity", o.lcr_identity, "What the meter answers to *IDN?");
   auto* port = cli.add_option("--frame-port", o.frame_port, "TCP port on 127.0.0.1 (0: any)");
@@ -235,7 +243,8 @@ void declare(CLI::App& cli, Options& o) {
       cli.add_option("--rig", o.rig, "random:SEED: a machine and a specimen that nobody built")
           ->excludes(bench)
           ->excludes(specimen)
-          ->excludes(weights);
+          ->excludes(weights)
+          ->excludes(realistic);
   cli.add_option("--told", o.told, "Gets what a config and a specimen file would say of --rig")
       ->needs(rig);
   cli.add_option("--control", o.control, "Unix socket for faults (docs/simulator.md)");

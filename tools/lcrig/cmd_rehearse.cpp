@@ -77,6 +77,7 @@ class RehearseCommand final : public Command {
                 "Name or file of what is on the bench (not needed with replay:DIR)");
     list.option("--bench", bench_, "B", "Name or file of a bench, or replay:DIR (default: paper)");
     list.seed("--seed", seed_, "Noise of the simulated instruments");
+    list.flag("--realistic", realistic_, "Let the bench err as real ones do (docs/simulator.md)");
     list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
     list.option("--faults", faults_, "FILE", "Let things go wrong as this script says");
@@ -138,6 +139,7 @@ class RehearseCommand final : public Command {
       out.faults_text = std::move(*text);
     }
     out.seed = seed_;
+    if (realistic_) out.errors = ErrorScope::everything;
     out.operator_name = operator_.empty() ? login_name() : operator_;
     out.note = note_;
     return out;
@@ -161,6 +163,7 @@ class RehearseCommand final : public Command {
   std::string protocol_, specimen_, bench_ = "paper", operator_, note_, faults_;
   std::vector<std::string> parameters_;
   std::optional<std::uint64_t> seed_;
+  bool realistic_ = false;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 namespace lcrig {
 namespace {
@@ -61,6 +62,26 @@ TEST(BenchErrors, StayWithinTheInstrumentsPapers) {
   EXPECT_LT(std::abs(meter.mean), 4 * meter.mean_se());
   const double of_force = std::hypot(0.01, 0.01) / std::sqrt(3.0);
   EXPECT_NEAR(std::sqrt(cell.variance()), of_force, 0.2 * of_force);
+}
+
+TEST(BenchErrors, TheTruthsOfAnIntervalAreOfTheSameDraw) {
+  BenchErrors lasting(5, ErrorScope::lasting), specimen(5, ErrorScope::specimen);
+  const nlohmann::json drawn = BenchErrors(5).to_json();
+  EXPECT_EQ(lasting.to_json(), drawn);
+  PlantConfig rig, own;
+  lasting.apply(rig);
+  specimen.apply(own);
+  EXPECT_EQ(rig.force_tare_error_N, drawn["cell_zero_mN"].get<double>() / 1e3);
+  EXPECT_LE(std::abs(rig.force_tare_error_N), 5e-3);
+  EXPECT_EQ(own.force_gain, 1);
+  EXPECT_EQ(own.force_tare_error_N, 0);
+  EXPECT_EQ(own.creep_fraction, drawn["creep"].get<double>());
+  EXPECT_EQ(specimen.shown_F(at(0), kC0_F, kC0_F, 0), kC0_F);
+  for (const double s : {0.0, 100.0, 3000.0}) {
+    const double shown = kC0_F * (1 + drawn["meter_gain"].get<double>()) +
+                         drawn["meter_offset_fF"].get<double>() * 1e-15;
+    EXPECT_NEAR(lasting.shown_F(at(s), kC0_F, kC0_F, 0), shown, 1e-21) << "neither noise nor drift";
+  }
 }
 
 TEST(BenchErrors, EachLoadingAnswersDifferently) {
