@@ -29,8 +29,7 @@ class BenchErrors {
   explicit BenchErrors(std::uint64_t seed, ErrorScope scope = ErrorScope::everything);
 
   // Mounts what the plant itself can do: class and zero of the cell, probe, creep. Outside
-  // `everything` it takes the plant's noise away. The cell keeps a digit of it, because a cell that
-  // shows none is taken for frozen.
+  // `everything` it takes nearly all noise away.
   void apply(PlantConfig& config) const;
   double clock_ppm() const { return clock_ppm_; }
   // What was drawn once for the whole run, for whoever judges an interval.
