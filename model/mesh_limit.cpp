@@ -35,9 +35,10 @@ MeshLimit limit_of(const std::vector<double>& values) {
     limit.settled = true;
     return limit;
   }
+  const double step = std::max(std::abs(last), std::abs(before) * std::exp2(-kDesignOrder));
   if (last * before <= 0) {  // the values alternate, so the limit lies between the last two
     limit.settled = std::abs(last) <= std::abs(before) / 2;
-    limit.doubt = limit.settled ? std::max(std::abs(last), rounding) : limit.doubt;
+    limit.doubt = limit.settled ? std::max(step, rounding) : limit.doubt;
     return limit;
   }
   // A single ratio scatters, so the mean over three steps is taken.
@@ -49,7 +50,6 @@ MeshLimit limit_of(const std::vector<double>& values) {
   limit.settled = still && order >= kLeastOrder;
   if (!limit.settled) return limit;
   limit.value += last / (std::exp2(order) - 1);
-  const double step = std::max(std::abs(last), std::abs(before) * std::exp2(-kDesignOrder));
   limit.doubt = std::max(step / (std::exp2(std::min(order, kMostOrder)) - 1), rounding);
   return limit;
 }
