@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/port_url.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -14,12 +16,21 @@ constexpr std::array<std::pair<std::string_view, FrameDriver>, 2> kFrameDrivers{
 constexpr std::array<std::pair<std::string_view, int>, 6> kLevels{
     {{"trace", 0}, {"debug", 1}, {"info", 2}, {"warn", 3}, {"error", 4}, {"off", 5}}};
 
+std::string read_port(const JsonReader& r) {
+  std::string port = r.string("port");
+  if (port.empty()) {
+    r.refuse("an empty port, expected for example \"serial:2184:005f\"");
+  } else if (const auto url = parse_port_url(port); !url) {
+    r.at("port").refuse(url.error().what);
+  }
+  return port;
+}
+
 void read_meter(const JsonReader& r, Config& c) {
   std::vector<std::pair<std::string_view, const MeterDriver*>> drivers;
   for (const MeterDriver& driver : kMeterDrivers) drivers.emplace_back(driver.name, &driver);
   c.meter_driver = r.word<const MeterDriver*>("driver", drivers);
-  c.meter_port = r.string("port");
-  if (c.meter_port.empty()) r.refuse("an empty port, expected for example \"serial:2184:005f\"");
+  c.meter_port = read_port(r);
   c.meter_serial_number = r.optional_string("serial_number").value_or("");
   r.no_other_keys();
 }
@@ -41,7 +52,7 @@ void read_frame(const JsonReader& r, Config& c) {
   c.frame_driver = r.word<FrameDriver>("driver", kFrameDrivers);
   if (c.frame_driver == FrameDriver::zwick) {
     FrameFacts& f = c.frame;
-    c.frame_port = r.string("port");
+    c.frame_port = read_port(r);
     f.stiffness_N_m = r.optional_quantity("stiffness", Dimension::stiffness, kPositive);
     f.start_gap_m = r.optional_quantity("start_gap", Dimension::length, Range{0, 1});
     if (const auto n = r.optional_number("force_class", Range{0.01, 10})) {

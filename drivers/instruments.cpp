@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/clock.hpp"
+#include "base/decimal.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
 
@@ -93,7 +94,7 @@ SettingsEvent settings_event(const LcrSettings& s, Duration conversion_time) {
   out.aperture = to_string(s.aperture);
   out.average = s.average;
   out.trigger = to_string(s.trigger);
-  out.conversion_time_s = to_seconds(conversion_time);
+  out.conversion_time_s = shift_decimal(static_cast<double>(conversion_time.count()), -9);
   return out;
 }
 

@@ -27,4 +27,9 @@ Task<Result<std::unique_ptr<Transport>>> open_port(std::string url, SerialSettin
   co_return open_serial(executor, clock, *parsed, settings);
 }
 
+bool is_port_there(const std::string& url) {
+  const auto parsed = parse_port_url(url);
+  return !parsed || parsed->kind == PortKind::tcp || is_serial_there(*parsed);
+}
+
 }  // namespace lcrig

@@ -16,4 +16,7 @@ namespace lcrig {
 Task<Result<std::unique_ptr<Transport>>> open_port(std::string url, SerialSettings settings,
                                                    Clock& clock);
 
+// Without opening it: whether the node of a serial port is there. A TCP port cannot be seen so.
+bool is_port_there(const std::string& url);
+
 }  // namespace lcrig

@@ -197,4 +197,9 @@ Result<std::unique_ptr<Transport>> open_pty(asio::any_io_executor executor, Cloc
   });
 }
 
+bool is_serial_there(const PortUrl& url) {
+  if (url.kind == PortKind::usb) return find_by_usb("", url).has_value();
+  return ::access(url.path.c_str(), F_OK) == 0;
+}
+
 }  // namespace lcrig

@@ -24,6 +24,7 @@ Result<std::unique_ptr<Transport>> open_serial(asio::any_io_executor executor, C
                                                const PortUrl& url, const SerialSettings& settings);
 Result<std::unique_ptr<Transport>> open_pty(asio::any_io_executor executor, Clock& clock,
                                             const std::string& path);
+bool is_serial_there(const PortUrl& url);  // without opening it; ptys too
 // True when the path, links resolved, is the slave side of a pty.
 bool is_pty(const std::string& path);
 

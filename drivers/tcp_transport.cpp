@@ -45,6 +45,21 @@ Task<Result<std::vector<tcp::endpoint>>> find_endpoints(std::string host, std::u
 
 }  // namespace
 
+// A service without network: no socket can be made (which Asio calls an aborted operation), or
+// there is no way to any host.
+Error connect_error(const std::string& name, const boost::system::error_code& error) {
+  using asio::error::basic_errors;
+  const bool shut_in =
+      error == basic_errors::operation_aborted || error == basic_errors::no_permission ||
+      error == basic_errors::address_family_not_supported || error == basic_errors::access_denied ||
+      error == basic_errors::network_unreachable;
+  const char* advice =
+      shut_in ? "this process has no way to the network. The shipped service is shut in: install "
+                "the drop-in lcrigd-tcp.conf (docs/lab-setup.md)"
+              : "is the program there running?";
+  return Error(Errc::disconnected, fmt::format("{}: {}; {}", name, error.message(), advice));
+}
+
 Task<Result<std::unique_ptr<Transport>>> open_tcp(std::string host, std::uint16_t port,
                                                   Clock& clock, MonoTime deadline) {
   const std::string name = fmt::format("tcp:{}:{}", host, port);
@@ -56,10 +71,7 @@ Task<Result<std::unique_ptr<Transport>>> open_tcp(std::string host, std::uint16_
                            clock.wait_until(deadline));
   if (r.index() == 1) co_return silent(name);
   const auto& error = std::get<0>(std::get<0>(r));
-  if (error) {
-    co_return fail(Errc::disconnected, "{}: {}; is the program there running?", name,
-                   error.message());
-  }
+  if (error) co_return tl::unexpected<Error>(connect_error(name, error));
   boost::system::error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
   socket.set_option(asio::socket_base::keep_alive(true), ignored);

@@ -3,6 +3,7 @@
 // port.cpp.
 #pragma once
 
+#include <boost/system/error_code.hpp>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -15,5 +16,8 @@ namespace lcrig {
 // the host cannot be reached), invalid_request (no such host name).
 Task<Result<std::unique_ptr<Transport>>> open_tcp(std::string host, std::uint16_t port,
                                                   Clock& clock, MonoTime deadline);
+
+// Why a connection could not be made, with what to do about it.
+Error connect_error(const std::string& name, const boost::system::error_code& error);
 
 }  // namespace lcrig

@@ -129,7 +129,7 @@ Task<Result<>> DeadWeightFrame::arm(FrameLimits limits) {
   const double low = limits.force_min.si(), high = limits.force_max.si();
   if (!(low < high)) co_return fail(Errc::refused, "dead weights: an empty range of force");
   if (!(high <= capabilities_.force_max.si())) {
-    co_return fail(Errc::refused, "dead weights: {} N is beyond any weight set", high);
+    co_return fail(Errc::refused, "dead weights: {:.6g} N is beyond any weight set", high);
   }
   state_->limits = limits;
   co_return Result<>();

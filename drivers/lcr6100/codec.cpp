@@ -128,6 +128,7 @@ Result<Identity> parse_identity(std::string_view line) {
   out.serial = part[2];
   out.maker = part[3];
   out.text = trimmed(line);
+  out.simulated = out.serial.starts_with("SIM");  // as our simulators number themselves
   return out;
 }
 

@@ -45,7 +45,7 @@ Result<std::optional<ForceLoop>> parse_force_loop(const Line& line) {
     if (*value < 0) return fail(Errc::garbled, "CAPS with a negative {}", kKeys[i]);
     v[i] = *value;
   }
-  if (v[3] > 60) return fail(Errc::garbled, "CAPS with a force loop that lags for {} s", v[3]);
+  if (v[3] > 60) return fail(Errc::garbled, "CAPS with a force loop that lags for {:.6g} s", v[3]);
   ForceLoop loop;
   loop.approach = Velocity::from_si(from_mm(v[0]));
   loop.contact = Force::from_si(v[1]);

@@ -30,6 +30,7 @@ TEST(Lcr6100, IdentifiesAndConfigures) {
   ASSERT_TRUE(id) << id.error().what;
   EXPECT_EQ(id->model, "LCR-6100");
   EXPECT_EQ(id->serial, "SIM000001");
+  EXPECT_TRUE(id->simulated);
   LcrSettings wanted;
   wanted.frequency = Frequency::from_si(20e3);
   wanted.bias = Voltage::from_si(-1.25);
