@@ -3,12 +3,14 @@
 
 #include <spdlog/spdlog.h>
 #include <boost/asio/co_spawn.hpp>
+#include <cmath>
 #include <exception>
 #include <utility>
 
 #include "base/text.hpp"
 #include "daemon/aside.hpp"
 #include "daemon/rig/sim.hpp"
+#include "events/event_words.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
 #include "storage/database.hpp"
@@ -23,6 +25,24 @@ using namespace std::chrono_literals;
 constexpr Duration kStatusInterval = 100ms;
 constexpr Duration kTolerableLag = 200ms;
 constexpr Duration kWorldPatience = 3s;  // many bonded layers take minutes
+constexpr Duration kStopExtension = 30s;
+
+// "run 3 static-frame on paper-1: running, level, 34 %, 8 min left"
+std::string service_line(const RunStatus& s) {
+  const double all_s = s.elapsed_s + s.left_s;
+  const double done = all_s > 0 ? 100 * s.elapsed_s / all_s : 0;
+  const auto line =
+      fmt::format("run {} {} on {}: {}, {}, {:.0f} %, {:.0f} min left", s.run, s.protocol,
+                  s.specimen, to_string(s.state), s.step_id, done, std::ceil(s.left_s / 60));
+  return s.prompt.empty() ? line : line + "; waits for: " + s.prompt;
+}
+
+// What of a run belongs into the journal beside its begin and its end.
+bool is_for_journal(EventKind kind) {
+  return kind == EventKind::loss || kind == EventKind::reconnected || kind == EventKind::refused ||
+         kind == EventKind::limit || kind == EventKind::fault || kind == EventKind::stop_failed ||
+         kind == EventKind::loaded;
+}
 
 }  // namespace
 
@@ -137,15 +157,27 @@ bool App::is_working() {
   return false;
 }
 
+// What `systemctl status` shows; and a stop may take as long as `finally` does, while all parts
+// move.
+void App::tell_service(bool working) {
+  if (real_ != nullptr && live_run() == nullptr && real_->watch_ports()) changed_.notify_all();
+  if (live_run() != nullptr) notifier_.status(service_line(session_->status()));
+  if (shutting_down_ && session_ && working) notifier_.extend_timeout(kStopExtension);
+}
+
 // Status to watchers and systemd, and the watchdog, from the thread that does the work.
 Task<> App::heartbeat() {
   watch_parts();
   LoopLag lag(kTolerableLag);
-  MonoTime watchdog_due = clock_.now();
+  MonoTime watchdog_due = clock_.now(), second_due = watchdog_due;
   const Duration watchdog = notifier_.watchdog_interval().value_or(1h);
   while (!shutting_down_ || session_) {
     publish();
     const bool working = is_working();
+    if (clock_.now() >= second_due) {
+      second_due = clock_.now() + 1s;
+      tell_service(working);
+    }
     if (clock_.now() >= watchdog_due && working) {
       notifier_.watchdog();
       watchdog_due = clock_.now() + watchdog;
@@ -181,7 +213,7 @@ bool App::left_commanding(std::int64_t run) const {
 // whenever nothing runs. The frame is not asked: it belongs to whoever works with it.
 Task<> App::probe() {
   const auto is_idle = [this] { return use_ == Use::idle || shutting_down_; };
-  const auto is_over = [this] { return shutting_down_; };
+  const auto is_due = [this] { return shutting_down_ || !real_->is_meter_known(); };
   while (!shutting_down_) {
     enter(Use::asking);
     if (frame_to_make_safe_) {
@@ -197,7 +229,7 @@ Task<> App::probe() {
     enter(Use::idle);
     const bool ready = real_->is_meter_ready() && !frame_to_make_safe_;
     const MonoTime next = clock_.now() + (ready ? 60s : 10s);
-    co_await changed_.wait(is_over, next);
+    co_await changed_.wait(is_due, next);
     co_await changed_.wait(is_idle);
   }
 }
@@ -229,13 +261,16 @@ void App::publish_event(const RunEvent& event) {
   if (!control_) return;
   RunEventNote note;
   note.run = live_run() != nullptr ? live_run()->progress().run : 0;
+  if (is_for_journal(event.kind.kind())) {
+    spdlog::warn("run {}: {}: {}", note.run, event.kind.word(),
+                 printable(event_words(event.detail)));
+  }
   note.event = event;
   control_->publish_event(note);
 }
 
 Task<> App::run_to_its_end() {
-  notifier_.status(fmt::format("run {} {}", session_->run()->progress().run,
-                               session_->run()->progress().protocol));
+  notifier_.status(service_line(session_->status()));
   const MonoTime begin = clock_.now();
   const RunResult result = co_await session_->execute();
   const RunStatus last = session_->status();
@@ -267,6 +302,11 @@ DaemonStatus App::status() const {
   if (live_run() != nullptr) s.run = session_->status();
   s.last_run = last_run_;
   s.instruments = rig_->states();
+  if (!s.run) return s;
+  for (InstrumentState& i : s.instruments) {
+    i.state = fmt::format("in use by run {}", s.run->run);
+    i.age_s.reset();
+  }
   return s;
 }
 
@@ -280,7 +320,10 @@ Task<bool> App::shut_down(std::string why) {
     const MonoTime patience = clock_.now() + kWorldPatience;
     done = co_await changed_.wait(settled, patience);
   } while (!done && !rig_->is_reckoning());
-  if (Run* run = live_run()) run->interrupt(InterruptRequest(Interrupt::abort, why));
+  if (Run* run = live_run()) {
+    notifier_.extend_timeout(kStopExtension);
+    run->interrupt(InterruptRequest(Interrupt::abort, why));
+  }
   const auto over = [this] { return session_ == nullptr; };
   co_await changed_.wait(over);
   if (control_) co_await control_->close(1s);

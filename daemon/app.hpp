@@ -94,6 +94,7 @@ class App final : public ControlHandler {
   void watch_parts();
   bool is_working();
   void tell_lag(Duration late);
+  void tell_service(bool working);
   Task<> probe();
   bool left_commanding(std::int64_t run) const;
   Task<> note_runs(std::vector<std::int64_t> runs, std::string text);

@@ -151,6 +151,9 @@ Task<Result<RunStarted>> App::open_run(PreparedRun prepared) {
   }
   // Asked for while the run row was written: the run ends before it moves anything.
   if (stop_of_start_) session_->run()->interrupt(*stop_of_start_);
+  const RunProgress begun = session_->run()->progress();
+  spdlog::info("run {} begins: {} on {}, for {}", *run, printable(begun.protocol),
+               printable(begun.specimen), printable(session_->operator_name()));
   spawn(run_to_its_end());
   RunStarted started;
   started.run = *run;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "base/units.hpp"
 #include "storage/runs.hpp"
 
 namespace lcrig {
@@ -66,16 +67,20 @@ Result<FrameMemory> last_samples(const Database& db, std::int64_t run) {
   return memory;
 }
 
-// `parameters_json` of a run row, "force_N (SI)": 1.
+// `parameters_json` of a run row: "from_kPa": 10, or of an older run "from_kPa (SI)": 10000.
 Result<> apply_parameters(const std::string& text, Environment& environment) {
   constexpr std::string_view kSuffix = " (SI)";
   const json stored = json::parse(text, nullptr, false);
   if (!stored.is_object()) return fail(Errc::garbled, "the stored parameters do not parse");
   for (const auto& [key, value] : stored.items()) {
-    if (!key.ends_with(kSuffix) || !value.is_number()) {
-      return fail(Errc::garbled, "the stored parameter `{}` is no number in SI", key);
+    if (!value.is_number()) {
+      return fail(Errc::garbled, "the stored parameter `{}` is no number", key);
     }
-    environment.set(key.substr(0, key.size() - kSuffix.size()), value.get<double>());
+    if (key.ends_with(kSuffix)) {
+      environment.set(key.substr(0, key.size() - kSuffix.size()), value.get<double>());
+    } else {
+      environment.set(key, value.get<double>() * split_key(key).to_si());
+    }
   }
   return {};
 }

@@ -7,6 +7,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <cstdlib>
 #include <cstring>
 
@@ -27,6 +29,11 @@ ServiceNotifier ServiceNotifier::from_environment() {
 
 void ServiceNotifier::status(std::string_view text) const {
   send("STATUS=" + printable(text));
+}
+
+void ServiceNotifier::extend_timeout(Duration time) const {
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(time).count();
+  send(fmt::format("EXTEND_TIMEOUT_USEC={}", us));
 }
 
 void ServiceNotifier::send(std::string_view state) const {

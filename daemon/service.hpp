@@ -19,6 +19,9 @@ class ServiceNotifier {
   void stopping() const { send("STOPPING=1"); }
   void watchdog() const { send("WATCHDOG=1"); }
   void status(std::string_view text) const;
+  // Begins the time anew after which systemd kills a service that is stopping: TimeoutStopSec may
+  // be shorter than `finally`.
+  void extend_timeout(Duration time) const;
   // Half of WATCHDOG_USEC, the interval of `watchdog`.
   std::optional<Duration> watchdog_interval() const { return interval_; }
 

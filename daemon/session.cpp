@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/session.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <variant>
 
+#include "base/decimal.hpp"
 #include "base/text.hpp"
+#include "base/units.hpp"
 #include "daemon/aside.hpp"
 #include "model/specimen_file.hpp"
 #include "model/specimen_stiffness.hpp"
@@ -45,10 +48,15 @@ std::string limits_json(const BoundLimits& l) {
   return out.dump();
 }
 
-// Parameters as they were bound, SI.
+// Parameters as they were bound, in the unit that the name ends in.
 std::string parameters_json(const Environment& environment) {
   json out = json::object();
-  for (const auto& [name, value] : environment.values()) out[name + " (SI)"] = value;
+  for (const auto& [name, value] : environment.values()) {
+    const double to_si = split_key(name).to_si();
+    const double power = std::log10(to_si);
+    const bool decimal = power == std::round(power);
+    out[name] = decimal ? shift_decimal(value, -static_cast<int>(power)) : value / to_si;
+  }
   return out.dump();
 }
 
@@ -62,6 +70,16 @@ Result<> check_words(const RunRequest& request) {
     if (auto good = check_text(what, text, kNameMax); !good) return good;
   }
   return check_text("note", request.note, kNoteMax);
+}
+
+PlannedTimes planned_times(const Plan& plan) {
+  PlannedTimes out;
+  out.total_s = plan.duration_s;
+  for (const PlannedStep& step : plan.steps) {
+    out.step_s[step.id] = step.total_s / static_cast<double>(step.times);
+    if (step.in_finally) out.finally_s += step.total_s;
+  }
+  return out;
 }
 
 // Remembers what a frame shows that is only looked at.
@@ -145,7 +163,11 @@ Task<Result<>> Session::identify() {
   if (!meter) co_return fail(meter.error());
   meter_identity_ = std::move(*meter);
   LoadFrame& frame = instruments_->frame();
-  auto seen = co_await frame.observe(prepared_.protocol.sample.frame_rate_Hz);
+  // 0: not known before it said who it is. What the protocol wants instead is the plan's to refuse.
+  const double most_Hz = frame.capabilities().sample_rate_max_Hz;
+  const double wanted_Hz = prepared_.protocol.sample.frame_rate_Hz;
+  const double rate_Hz = most_Hz > 0 ? std::min(wanted_Hz, most_Hz) : wanted_Hz;
+  auto seen = co_await frame.observe(rate_Hz);
   if (!seen && seen.error().code == Errc::unsupported && commands_) {
     seen = co_await frame.identify();
     commanded_ = true;
@@ -344,7 +366,7 @@ RunSetup Session::make_setup(std::int64_t run) {
   setup.lcr_settings = settings_;
   setup.probe_area_m2 = info.fixture.probe_area_m2();
   setup.gravity_m_s2 = info.fixture.local_gravity_m_s2;
-  setup.planned_s = plan_.duration_s;
+  setup.planned = planned_times(plan_);
   setup.run = run;
   setup.specimen = prepared_.request.specimen_name;
   setup.person = &instruments_->person();

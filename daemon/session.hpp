@@ -61,6 +61,7 @@ class Session {
   const Plan& planned() const { return plan_; }
   // Of acknowledged rows only.
   RunStatus status() const;
+  const std::string& operator_name() const { return prepared_.request.operator_name; }
   // Called when a step begins. Before `open`.
   void on_step(std::function<void(const RunProgress&)> callback) { on_step_ = std::move(callback); }
   // Called whenever the frame was stopped, or did not confirm it. Before `open`.

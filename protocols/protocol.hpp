@@ -39,6 +39,7 @@ enum class OnLoss { abort, wait, repeat_step };
 
 struct Protocol {
   std::string name, title, description;
+  std::string file;  // its name, for messages
   std::string text;  // the file as it was
   std::map<std::string, Parameter> parameters;
   Limits limits;

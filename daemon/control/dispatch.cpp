@@ -138,7 +138,8 @@ Answer on_add_specimen(ControlHandler& handler, json params, PeerCredentials pee
   co_return answer_of("name", *name);
 }
 
-constexpr const char* kCheck = "correct the request; lcrig protocol check FILE";
+constexpr const char* kCheck =
+    "change what the message names; lcrig run ... --dry-run tries it again and moves nothing";
 constexpr const char* kLook = "lcrig status shows what is going on";
 
 struct Method {

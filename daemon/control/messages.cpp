@@ -81,6 +81,7 @@ Result<std::vector<InstrumentState>> parse_instruments(const json& list) {
     in.text("port", state.port);
     in.text("state", state.state);
     in.text("identity", state.identity);
+    in.quantity("age_s", state.age_s, 0);
     if (auto done = in.finish(); !done) return fail(done.error());
     out.push_back(std::move(state));
   }
@@ -113,6 +114,7 @@ json to_json(const RunStatus& s) {
               {"repeats", s.repeats},
               {"elapsed_s", s.elapsed_s},
               {"planned_s", s.planned_s},
+              {"left_s", s.left_s},
               {"lcr_readings", s.lcr_readings},
               {"measure_readings", s.measure_readings},
               {"frame_samples", s.frame_samples},
@@ -138,6 +140,7 @@ Result<RunStatus> parse_run_status(const json& value) {
   in.integer("repeats", s.repeats);
   in.number("elapsed_s", s.elapsed_s);
   in.number("planned_s", s.planned_s);
+  in.number("left_s", s.left_s);
   in.integer("lcr_readings", s.lcr_readings);
   in.integer("measure_readings", s.measure_readings);
   in.integer("frame_samples", s.frame_samples);
@@ -223,6 +226,7 @@ json to_json(const DaemonStatus& s) {
   for (const auto& i : s.instruments) {
     instruments.push_back(
         json{{"name", i.name}, {"port", i.port}, {"state", i.state}, {"identity", i.identity}});
+    instruments.back()["age_s"] = optional_number(i.age_s, 0);
   }
   json out{{"version", s.version}, {"database", s.database}};
   out["instruments"] = std::move(instruments);

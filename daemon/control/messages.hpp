@@ -44,6 +44,7 @@ struct InstrumentState {
   std::string port;
   std::string state;  // "ready", "absent", "fault", ...
   std::string identity;  // as the instrument sent it; empty while unknown
+  std::optional<double> age_s;  // since it was asked; none: it was not
 };
 
 struct DaemonStatus {

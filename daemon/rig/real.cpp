@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/rig/real.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <utility>
 
+#include "base/text.hpp"
 #include "drivers/dead_weight/driver.hpp"
 #include "drivers/port.hpp"
 #include "drivers/recording_transport.hpp"
@@ -46,6 +49,7 @@ Error as_rig_fault(Error error) {
 // Opens a port; with a wire log directory every byte is written down there.
 Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::string instrument,
                                                      const Config& config, Clock& clock) {
+  std::string again = url;
   auto port = co_await open_port(std::move(url), SerialSettings(), clock);
   if (!port) co_return fail(as_rig_fault(port.error()));
   if (config.wire_log_directory.empty()) co_return port;
@@ -55,7 +59,12 @@ Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::strin
   const std::string path =
       fmt::format("{}/{}-{}.wire", config.wire_log_directory, instrument, clock.unix_ns());
   auto logged = make_recording(std::move(*port), clock, path, header);
-  co_return logged;
+  if (logged) co_return logged;
+  // A log that cannot be written keeps no port from opening: making the frame safe comes first.
+  spdlog::warn("{}; {} goes on without a wire log", logged.error().what, instrument);
+  port = co_await open_port(std::move(again), SerialSettings(), clock);
+  if (!port) co_return fail(as_rig_fault(port.error()));
+  co_return port;
 }
 
 std::string absent(const Error& error) {
@@ -118,34 +127,69 @@ Task<Result<std::unique_ptr<Instruments>>> RealRig::open(InstrumentsRequest /*re
   co_return all;
 }
 
+std::vector<InstrumentState> RealRig::states() const {
+  std::vector<InstrumentState> out;
+  for (const Known* known : {&meter_, &frame_}) {
+    InstrumentState state = *known;
+    if (known->asked) state.age_s = to_seconds(clock_.now() - *known->asked);
+    if (!known->there) state.state = "absent: its port is not there";
+    out.push_back(std::move(state));
+  }
+  return out;
+}
+
+// The journal tells what changed.
+void RealRig::note(Known& which, std::string state, std::string identity) {
+  if (state != which.state) spdlog::info("{}: {}", which.name, printable(state));
+  which.state = std::move(state);
+  which.identity = std::move(identity);
+  which.asked = clock_.now();
+}
+
+bool RealRig::watch_ports() {
+  bool changed = false;
+  for (Known* known : {&meter_, &frame_}) {
+    const bool there = is_port_there(known->port);
+    if (there == known->there) continue;
+    known->there = there;
+    changed = true;
+    if (there) {
+      spdlog::info("{}: its port {} is there again", known->name, known->port);
+      known->state = "not asked since its port came back";
+      known->asked.reset();
+    } else {
+      spdlog::warn("{}: its port {} went away", known->name, known->port);
+    }
+  }
+  return changed;
+}
+
 Task<> RealRig::ask_meter() {
   is_ready_ = false;
   auto meter = co_await open_meter();
   if (!meter) {
-    meter_.state = absent(meter.error());
+    note(meter_, absent(meter.error()), "");
     co_return;
   }
   auto identity = co_await (*meter)->identify();
   is_ready_ = identity.has_value();
-  meter_.identity = identity ? identity->text : "";
-  meter_.state = identity ? "ready" : absent(identity.error());
+  note(meter_, identity ? "ready" : absent(identity.error()), identity ? identity->text : "");
   (*meter)->close();
 }
 
 Task<> RealRig::ask_frame() {
   auto frame = co_await open_frame();
   if (!frame) {
-    frame_.state = absent(frame.error());
+    note(frame_, absent(frame.error()), "");
     co_return;
   }
   auto identity = co_await (*frame)->observe(0);
-  frame_.identity = identity ? identity->text : "";
   if (identity) {
-    frame_.state = "ready";
+    note(frame_, "ready", identity->text);
   } else if (identity.error().code == Errc::unsupported) {
-    frame_.state = "cannot be asked without commanding it: " + identity.error().what;
+    note(frame_, "cannot be asked without commanding it: " + identity.error().what, "");
   } else {
-    frame_.state = absent(identity.error());
+    note(frame_, absent(identity.error()), "");
   }
   (*frame)->close();
 }
@@ -153,15 +197,19 @@ Task<> RealRig::ask_frame() {
 Task<bool> RealRig::make_frame_safe() {
   auto frame = co_await open_frame();
   if (!frame) {
-    frame_.state = absent(frame.error());
+    note(frame_, absent(frame.error()), "");
     co_return false;
   }
   auto stopped = co_await (*frame)->stop();
   auto identity = co_await (*frame)->identify();
-  frame_.identity = identity ? identity->text : "";
-  frame_.state = identity ? "ready" : absent(identity.error());
   if (identity) stopped = co_await (*frame)->stop();
-  if (identity && !stopped) frame_.state = "fault: " + stopped.error().what;
+  if (!identity) {
+    note(frame_, absent(identity.error()), "");
+  } else if (!stopped) {
+    note(frame_, "fault: " + stopped.error().what, identity->text);
+  } else {
+    note(frame_, "ready", identity->text);
+  }
   (*frame)->close();
   co_return stopped.has_value();
 }

@@ -16,7 +16,7 @@ class RealRig final : public InstrumentFactory {
   RealRig(asio::any_io_executor executor, Clock& clock, const Config& config, Operator& person);
 
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
-  std::vector<InstrumentState> states() const override { return {meter_, frame_}; }
+  std::vector<InstrumentState> states() const override;
 
   // An absent instrument is a state, not a failure.
   Task<> ask_meter();
@@ -25,6 +25,11 @@ class RealRig final : public InstrumentFactory {
   // True: the frame confirmed standstill.
   Task<bool> make_frame_safe();
   bool is_meter_ready() const { return is_ready_; }
+  // False: its port came back and nobody asked who is there.
+  bool is_meter_known() const { return meter_.asked || !meter_.there; }
+  // Looks whether the nodes of the serial ports are there, without opening them. True: one came or
+  // went.
+  bool watch_ports();
 
  private:
   Task<Result<std::unique_ptr<LcrMeter>>> open_meter();
@@ -35,7 +40,14 @@ class RealRig final : public InstrumentFactory {
   Clock& clock_;
   const Config& config_;
   Operator& person_;
-  InstrumentState meter_, frame_;
+  // What is known of one instrument.
+  struct Known : InstrumentState {
+    std::optional<MonoTime> asked;
+    bool there = true;  // the node of its port; TCP: not known
+  };
+  void note(Known& which, std::string state, std::string identity);
+
+  Known meter_, frame_;
   bool is_ready_ = false;
 };
 

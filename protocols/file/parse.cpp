@@ -203,6 +203,7 @@ Result<Protocol> parse_protocol(std::string_view text, const std::string& name) 
   Protocol out;
   parse_top(top, out);
   if (auto r = top.result(); !r) return fail(r.error());
+  out.file = name;
   out.text = std::string(text);
   return out;
 }

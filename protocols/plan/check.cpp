@@ -146,12 +146,13 @@ Words check_capability(const Step& step, const FrameCapabilities& caps) {
   const StepFacts facts = facts_of(step);
   if (facts.moves && !caps.motion) {
     return fmt::format("{} needs a frame that moves; this rig {}", kind_of(step),
-                       caps.weights ? "has dead weights: use place_weight" : "cannot move");
+                       caps.weights ? "has dead weights: use place_weight, as static-weights does"
+                                    : "cannot move");
   }
   if (facts.places_weight && !caps.weights) {
     return std::string(
-        "place_weight needs a dead-weight rig; this frame loads by motion: use ramp "
-        "or move_until");
+        "place_weight needs a dead-weight rig; this frame loads by motion: use ramp or move_until, "
+        "as static-frame does");
   }
   return std::nullopt;
 }

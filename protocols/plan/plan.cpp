@@ -29,11 +29,11 @@ nlohmann::json finite(std::optional<double> value) {
 // The plan knows pointers; the file's text knows the lines.
 Error placed(const Protocol& protocol, const PlanRefused& refused) {
   TextPosition at;
-  if (const auto doc = JsonDocument::parse(protocol.text, protocol.name)) {
+  if (const auto doc = JsonDocument::parse(protocol.text, protocol.file)) {
     at = doc->value_position(refused.pointer);
   }
   return Error(Errc::invalid_request,
-               fmt::format("{}:{}:{} {} ({}): {}", protocol.name, at.line, at.column,
+               fmt::format("{}:{}:{} {} ({}): {}", protocol.file, at.line, at.column,
                            refused.pointer, refused.id, refused.refusal.text()));
 }
 

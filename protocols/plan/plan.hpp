@@ -62,7 +62,7 @@ struct PlanRefused {
   Refusal refusal;
 };
 
-// Errors: invalid_request, "PROTOCOL:LINE:COL /pointer (step id): reason with its arithmetic, and
+// Errors: invalid_request, "FILE:LINE:COL /pointer (step id): reason with its arithmetic, and
 // what to change". The same in parts in `refused`, when it is given.
 Result<Plan> make_plan(const Protocol& protocol, const Environment& environment, const Rig& rig,
                        PlanRefused* refused = nullptr);

@@ -79,7 +79,10 @@ Task<> Finish::stop_for(const std::optional<InterruptRequest>& stop) {
   if (!stop) co_return;
   const bool wanted = stop->kind == Interrupt::abort || stop->kind == Interrupt::freeze;
   result_.exit_status = wanted ? ExitStatus::abort : ExitStatus::fail;
-  result_.reason = fmt::format("{}: {}", to_string(event_of(stop->kind)), stop->why);
+  // The status of an aborted run says the word already.
+  const auto kind = to_string(event_of(stop->kind));
+  result_.reason =
+      stop->kind == Interrupt::abort ? stop->why : fmt::format("{}: {}", kind, stop->why);
   result_.code = stop->code;
   if (run_.setup.commands) {
     auto line = co_await run_.setup.frame.resync();

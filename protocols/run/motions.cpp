@@ -45,7 +45,7 @@ Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,
   const MonoTime deadline = run_.setup.clock.now() + from_seconds(timeout_s);
   auto r = co_await either(std::move(motion), run_.setup.clock.wait_until(deadline));
   if (r.index() == 1) {
-    co_return fail(Errc::no_reply, "step {}: the motion did not end within {} s",
+    co_return fail(Errc::no_reply, "step {}: the motion did not end within {:.6g} s",
                    run_.log.step_id(), timeout_s);
   }
   auto& outcome = std::get<0>(r);

@@ -30,7 +30,14 @@ Run::Run(asio::any_io_executor executor, RunSetup setup)
           executor, setup_, [this] { look_around(); }, sampler_hooks()),
       losses_(parts_),
       take_over_(parts_),
-      finish_(parts_, losses_, take_over_, [this] { return run_finally(); }) {}
+      finish_(parts_, losses_, take_over_, [this] { return run_finally(); }),
+      pace_(setup_.clock, setup_.planned) {}
+
+RunProgress Run::progress() const {
+  RunProgress now = parts_.progress;
+  pace_.write_to(now);
+  return now;
+}
 
 Run::~Run() {
   setup_.frame.set_listener(nullptr);
@@ -88,7 +95,7 @@ void Run::on_frame_event(EventName kind, std::string detail) {
 }
 
 Task<RunResult> Run::execute() {
-  start_ = setup_.clock.now();
+  pace_.begin_run();
   setup_.frame.set_listener(this);
   std::optional<InterruptRequest> stop;
   // Who stops a run that is still being prepared need not wait for that.
@@ -175,11 +182,21 @@ Task<std::optional<InterruptRequest>> Run::run_protocol() {
     if (stop) co_return stop;
     auto taken = co_await take_over_.pass_done_steps(cursor);
     if (!taken) co_return request_for(taken.error());
+    pass_over_done_steps();
   }
   co_return co_await run_steps(cursor);
 }
 
+void Run::pass_over_done_steps() {
+  Environment environment = setup_.environment;
+  StepCursor done(setup_.protocol.steps, environment);
+  for (std::int64_t i = 0; i < parts_.progress.steps_done; ++i) {
+    if (const Step* step = done.next()) pace_.pass_over(step->id);
+  }
+}
+
 Task<std::optional<InterruptRequest>> Run::run_finally() {
+  pace_.begin_finally();
   StepCursor cursor(setup_.protocol.finally_steps, setup_.environment);
   co_return co_await run_steps(cursor);
 }
@@ -201,11 +218,11 @@ void Run::begin_step(const Step& step) {
   parts_.log.begin_step(step);
   parts_.progress.step_id = step.id;
   parts_.progress.step_kind = kind_of(step);
-  parts_.progress.elapsed_s = to_seconds(setup_.clock.now() - start_);
+  pace_.begin_step(step.id);
   // First, so that a crash right after `step_begin` finds it.
   if (!parts_.interrupts.finishing()) parts_.log.event(parts_.point());
   parts_.log.event(EventKind::step_begin, std::string(parts_.progress.step_kind));
-  if (setup_.on_step) setup_.on_step(parts_.progress);
+  if (setup_.on_step) setup_.on_step(progress());
 }
 
 Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {

@@ -36,7 +36,7 @@ class Run final : private LoadFrame::Listener {
   std::uint64_t stands() const { return parts_.drive.stands(); }
   std::uint64_t failed_stops() const { return parts_.drive.failed_stops(); }
   bool commands() const { return setup_.commands; }
-  const RunProgress& progress() const { return parts_.progress; }
+  RunProgress progress() const;  // as of now
   std::optional<double> contact_travel_m() const { return parts_.contact.travel_m(); }
   // For the watchdog: grow while the runner, and the sampler, are alive.
   std::uint64_t beats() const { return parts_.interrupts.ticks(); }
@@ -58,6 +58,7 @@ class Run final : private LoadFrame::Listener {
   Task<std::optional<InterruptRequest>> run_steps(StepCursor& cursor);
   Task<std::optional<InterruptRequest>> run_step(const Step& step);
   void begin_step(const Step& step);
+  void pass_over_done_steps();
   Task<std::optional<InterruptRequest>> handle(InterruptRequest request, StepProgress& progress);
   Task<std::optional<InterruptRequest>> stay_paused(StepProgress& progress);
 
@@ -66,7 +67,7 @@ class Run final : private LoadFrame::Listener {
   Losses losses_;
   TakeOver take_over_;
   Finish finish_;
-  MonoTime start_{};
+  Pace pace_;
   std::optional<Duration> wall_offset_;  // wall clock minus the run's clock, at the last look
   bool repeating_ = false;  // the meter's last answer was the one before
 };

@@ -34,7 +34,8 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, std::function<vo
   progress.run = s.run;
   progress.protocol = s.protocol.name;
   progress.specimen = s.specimen;
-  progress.planned_s = s.planned_s;
+  progress.planned_s = s.planned.total_s;
+  progress.left_s = s.planned.total_s;
 }
 
 RunPoint RunParts::point() const {

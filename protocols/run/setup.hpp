@@ -13,6 +13,7 @@
 #include "drivers/load_frame.hpp"
 #include "protocols/plan/limits.hpp"
 #include "protocols/protocol.hpp"
+#include "protocols/run/pace.hpp"
 #include "protocols/run/point.hpp"
 #include "protocols/run/sink.hpp"
 #include "protocols/watch/pressing.hpp"
@@ -52,7 +53,7 @@ struct RunSetup {
   LcrSettings lcr_settings;  // as read back
   std::optional<double> probe_area_m2;  // force = pressure times this
   double gravity_m_s2 = 9.80665;  // local
-  double planned_s = 0;  // of the plan, for the progress bar
+  PlannedTimes planned;  // for the progress that people see
   std::int64_t run = 0;
   std::string specimen;
   // `record until confirmed` waits for this.

@@ -68,6 +68,7 @@ struct RunProgress {
   std::string step_id, step_kind;
   std::int64_t repeat = 0, repeats = 0;
   double elapsed_s = 0, planned_s = 0;
+  double left_s = 0;  // planned from now on; stands still while a step takes longer than planned
   std::int64_t steps_done = 0;  // leaf steps, in the order of execution
 };
 

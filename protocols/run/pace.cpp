@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/pace.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace lcrig {
+
+double Pace::planned_of(const std::string& id) const {
+  const auto it = planned_.step_s.find(id);
+  return it == planned_.step_s.end() ? 0 : it->second;
+}
+
+void Pace::begin_step(const std::string& id) {
+  passed_s_ += std::exchange(step_s_, planned_of(id));
+  step_began_ = clock_.now();
+}
+
+void Pace::begin_finally() {
+  passed_s_ = planned_.total_s - planned_.finally_s;
+  step_s_ = 0;
+}
+
+void Pace::pass_over(const std::string& id) {
+  passed_s_ += planned_of(id);
+}
+
+void Pace::write_to(RunProgress& progress) const {
+  if (start_ == MonoTime()) return;
+  const MonoTime now = clock_.now();
+  progress.elapsed_s = to_seconds(now - start_);
+  const double in_step_s = std::min(step_s_, to_seconds(now - step_began_));
+  progress.left_s = std::max(0.0, planned_.total_s - passed_s_ - in_step_s);
+}
+
+}  // namespace lcrig

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// How long a run has taken and how long it will take: the live line and `lcrig status` show it. A
+// step counts as much as was planned for it, however long it takes.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "base/clock.hpp"
+#include "protocols/run/sink.hpp"
+
+namespace lcrig {
+
+struct PlannedTimes {
+  double total_s = 0;  // 0: not known
+  std::map<std::string, double> step_s;  // of one pass of each leaf step
+  double finally_s = 0;  // of all of `finally`, which is part of the total
+};
+
+class Pace {
+ public:
+  // Both outlive it.
+  Pace(const Clock& clock, const PlannedTimes& planned) : clock_(clock), planned_(planned) {}
+
+  void begin_run() { start_ = clock_.now(); }
+  void begin_step(const std::string& id);
+  void begin_finally();  // whatever of the steps was left out
+  void pass_over(const std::string& id);  // a step that the run before this one has done
+  void write_to(RunProgress& progress) const;
+
+ private:
+  double planned_of(const std::string& id) const;
+
+  const Clock& clock_;
+  const PlannedTimes& planned_;
+  MonoTime start_{}, step_began_{};
+  double passed_s_ = 0, step_s_ = 0;  // planned: before the present step, and for it
+};
+
+}  // namespace lcrig
