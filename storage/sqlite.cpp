@@ -4,6 +4,7 @@
 #include <sqlite3.h>
 
 #include <cassert>
+#include <filesystem>
 
 namespace lcrig {
 
@@ -149,6 +150,11 @@ std::span<const unsigned char> Statement::blob(int column) const {
 }
 
 Result<Database> Database::open(const std::string& path, Mode mode, const std::string& vfs) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) {
+    return fail(Errc::invalid_request, "{}: is a folder; name a file, such as {}", path,
+                (std::filesystem::path(path) / "lcrig.db").string());
+  }
   const bool write = mode == Mode::read_write_create;
   int flags = write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
   if (mode == Mode::immutable) flags |= SQLITE_OPEN_URI;

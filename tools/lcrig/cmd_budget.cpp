@@ -189,7 +189,15 @@ class BudgetCommand final : public Command {
     if (number.ends_with('%')) number.pop_back();
     auto percent = parse_number("--target", number);
     if (!percent) return percent.error();
-    if (!(*percent > 0)) return Failure(kUsage, "--target: expected percent above 0, as in 1%", "");
+    if (!(*percent > 0))
+      return Failure(kUsage, "--target: expected percent above 0", "--target 1%");
+    constexpr double kSurelyPercent = 0.5;
+    if (*percent < kSurelyPercent && !target_.ends_with('%')) {
+      const std::string whole = fmt::format("--target {:.6g}%", *percent * 100);
+      return Failure(
+          kUsage, fmt::format("--target {}: {:.6g} % or {} %?", target_, *percent * 100, target_),
+          fmt::format("{} or --target {}%", whole, target_));
+    }
     return std::optional(*percent / 100);
   }
 

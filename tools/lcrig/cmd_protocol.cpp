@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "protocols/file/parse.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
 
@@ -81,6 +82,8 @@ class CheckCommand final : public Command {
   void declare(ArgumentList& list) override {
     list.positional("FILE", protocol_, "Name or file");
     list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
+    list.flag("--rig", rig_, "Also by the limits of the rig that the daemon has; nothing moves");
+    list.option("-s,--specimen", specimen_, "S", "With --rig: what will be pressed");
   }
   Outcome<ExitCode> run(Context& context) override {
     const auto wanted = find_protocol(LibraryPath(context.env), protocol_, parameters_);
@@ -90,6 +93,9 @@ class CheckCommand final : public Command {
     if (!protocol) return invalid(protocol.error());
     auto bound = bind_parameters(*protocol, wanted->parameters);
     if (!bound) return invalid(bound.error());
+    if (rig_) {
+      if (auto planned = plan_on_rig(context); !planned) return planned.error();
+    }
     const json verdict{{"name", protocol->name}, {"valid", true}};
     return show(context, verdict, [&](std::ostream& out) {
       fmt::print(out, "{}: correct\n", printable(file.path.string()));
@@ -98,8 +104,27 @@ class CheckCommand final : public Command {
   }
 
  private:
-  std::string protocol_;
+  // What a rig can do depends on what it presses.
+  Outcome<json> plan_on_rig(const Context& context) const {
+    if (specimen_.empty()) {
+      return Failure(kUsage, "lcrig protocol check --rig: --specimen is missing",
+                     "lcrig specimen list   (shows the known ones)");
+    }
+    auto request = run_request(LibraryPath(context.env), protocol_, parameters_, specimen_);
+    if (!request) return request.error();
+    auto client = ControlClient::connect(context);
+    if (!client) return client.error();
+    constexpr auto kPatience = std::chrono::minutes(2);
+    auto plan = client->call("run.plan", to_json(*request), kPatience);
+    if (plan || !plan.error().refused_request) return plan;
+    Failure refused = plan.error();
+    refused.code = kProtocol;
+    return refused;
+  }
+
+  std::string protocol_, specimen_;
   std::vector<std::string> parameters_;
+  bool rig_ = false;
 };
 
 }  // namespace

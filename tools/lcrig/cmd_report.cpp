@@ -20,7 +20,7 @@ class ReportCommand final : public Command {
       : Command("report", "One self-contained HTML file about a run, or comparing several",
                 "lcrig report 3 4 5 -o stacks.html") {}
   void declare(ArgumentList& list) override {
-    list.words("RUN", runs_, "Numbers, or `last`");
+    list.words("RUN", runs_, "Numbers, or `last` (default)");
     list.option("-o,--output", output_, "FILE", "The page (default: report-RUN.html)");
     list.option("--csv", csv_, "FILE", "The results as a table too, one row a run");
   }
@@ -69,7 +69,7 @@ class ReportCommand final : public Command {
     return page + ".html";
   }
 
-  std::vector<std::string> runs_;
+  std::vector<std::string> runs_{"last"};
   std::string output_, csv_;
 };
 

@@ -55,22 +55,11 @@ class RunCommand final : public Command {
   }
 
  private:
-  // The daemon may not read our files: it gets their texts. A name that we do not know may be one
-  // of its database.
   Outcome<RunRequest> request(const Context& context) const {
-    RunRequest out;
-    const LibraryPath library(context.env);
-    auto wanted = find_protocol(library, protocol_, parameters_);
-    if (!wanted) return wanted.error();
-    out.parameters = std::move(wanted->parameters);
-    out.protocol_name = wanted->file.name;
-    out.protocol_text = std::move(wanted->file.text);
-    auto specimen = library.find(LibraryKind::specimen, specimen_);
-    if (!specimen) return specimen.error();
-    out.specimen_name = *specimen ? (*specimen)->name : specimen_;
-    if (*specimen) out.specimen_text = std::move((*specimen)->text);
-    out.operator_name = operator_;
-    out.note = note_;
+    auto out = run_request(LibraryPath(context.env), protocol_, parameters_, specimen_);
+    if (!out) return out;
+    out->operator_name = operator_;
+    out->note = note_;
     return out;
   }
 

@@ -15,12 +15,18 @@ using nlohmann::json;
 
 namespace {
 
+std::string age_words(double s) {
+  if (s < 60) return fmt::format("{:.0f} s", s);
+  return s < 3600 ? fmt::format("{:.0f} min", s / 60) : fmt::format("{:.1f} h", s / 3600);
+}
+
 void print_status(std::ostream& out, const DaemonStatus& s) {
   fmt::print(out, "lcrigd {}  database {}\n", printable(s.version, kLongestName),
              printable(s.database, kLongestWords));
   for (const auto& i : s.instruments) {
-    fmt::print(out, "{:6} {:8} {}  {}\n", printable(i.name, kLongestName),
-               printable(i.state, kLongestWords), printable(i.port, kLongestWords),
+    const auto age = i.age_s ? fmt::format(", asked {} ago", age_words(*i.age_s)) : std::string();
+    fmt::print(out, "{:6} {}{}  {}  {}\n", printable(i.name, kLongestName),
+               printable(i.state, kLongestWords), age, printable(i.port, kLongestWords),
                printable(i.identity, kLongestWords));
   }
   if (s.run) {

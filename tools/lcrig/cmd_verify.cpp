@@ -19,7 +19,9 @@ class VerifyCommand final : public Command {
   VerifyCommand()
       : Command("verify", "Check that a run's rows are as they were recorded",
                 "lcrig verify last") {}
-  void declare(ArgumentList& list) override { list.positional("RUN", run_, "A number, or `last`"); }
+  void declare(ArgumentList& list) override {
+    list.positional("RUN", run_, "A number, or `last` (default)", false);
+  }
 
   Outcome<ExitCode> run(Context& context) override {
     auto run = open_run(context, run_);
@@ -47,7 +49,7 @@ class VerifyCommand final : public Command {
   }
 
  private:
-  std::string run_;
+  std::string run_ = "last";
 };
 
 }  // namespace

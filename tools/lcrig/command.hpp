@@ -31,6 +31,7 @@ class ArgumentList {
   virtual ~ArgumentList() = default;
   virtual void positional(const char* name, std::string& out, const char* help,
                           bool required = true) = 0;
+  // Any number of them; what is there already stays when none is given.
   virtual void words(const char* name, std::vector<std::string>& out, const char* help) = 0;
   virtual void option(const char* names, std::string& out, const char* metavar, const char* help,
                       bool required = false) = 0;

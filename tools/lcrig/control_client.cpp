@@ -195,7 +195,7 @@ Outcome<json> ControlClient::call(std::string_view method, const json& params, D
     if (!in_time) return in_time.error();
     if (!*in_time) {
       return unreachable(state_->path,
-                         fmt::format("{}: no answer in {} s", method, to_seconds(timeout)));
+                         fmt::format("{}: no answer in {:.6g} s", method, to_seconds(timeout)));
     }
   }
 }

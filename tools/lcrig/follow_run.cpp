@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
+#include "events/event_words.hpp"
 #include "tools/lcrig/live_line.hpp"
 #include "tools/lcrig/print_json.hpp"
 
@@ -29,6 +30,14 @@ sigset_t stop_set() {
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
   return set;
+}
+
+// "contact (search): travel 3.2005 mm, force 0.0234 N"
+std::string line_of(const RunEvent& event) {
+  std::string out = event.kind.word();
+  if (!event.step_id.empty()) out += fmt::format(" ({})", event.step_id);
+  const auto words = event_words(event.detail);
+  return words.empty() ? out : out + ": " + words;
 }
 
 class Follower {
@@ -97,14 +106,12 @@ class Follower {
     if (!ours(note.run)) return;
     // Steps are in the live line, requests end in a state, and figures are for those who look at
     // the run afterwards; the rest is worth a line of its own.
-    constexpr std::array<EventKind, 9> kQuiet{
-        EventKind::step_begin, EventKind::step_end,  EventKind::state,
-        EventKind::request,    EventKind::plan,      EventKind::rest,
-        EventKind::motion,     EventKind::stiffness, EventKind::overshoot};
+    constexpr std::array<EventKind, 11> kQuiet{
+        EventKind::step_begin, EventKind::step_end, EventKind::state,    EventKind::request,
+        EventKind::plan,       EventKind::watch,    EventKind::rest,     EventKind::motion,
+        EventKind::stiffness,  EventKind::settings, EventKind::overshoot};
     if (std::ranges::find(kQuiet, note.event.kind.kind()) != kQuiet.end()) return;
-    line_.say(printable(
-        fmt::format("{} {}: {}", note.event.kind.word(), note.event.step_id, note.event.detail),
-        kLongestWords));
+    line_.say_one_line(printable(line_of(note.event), kLongestWords));
   }
   void on(RunOutcome& ended) {
     if (ours(ended.run)) ended_ = std::move(ended);

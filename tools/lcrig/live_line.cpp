@@ -50,20 +50,26 @@ std::string capacitance_part(const RunStatus& s) {
   return fmt::format("C {:.4f} pF", *s.capacitance_F * 1e12);
 }
 
-std::string load_part(const RunStatus& s) {
-  if (s.pressure_Pa) return fmt::format("P {:.2f} kPa", *s.pressure_Pa * 1e-3);
-  if (s.force_N) return fmt::format("F {:.3f} N", *s.force_N);
-  return "";
+std::string force_part(const RunStatus& s) {
+  return s.force_N ? fmt::format("F {:.3f} N", *s.force_N) : std::string();
+}
+
+std::string pressure_part(const RunStatus& s) {
+  return s.pressure_Pa ? fmt::format("P {:.2f} kPa", *s.pressure_Pa * 1e-3) : std::string();
+}
+
+std::string travel_part(const RunStatus& s) {
+  return s.travel_m ? fmt::format("x {:.3f} mm", *s.travel_m * 1e3) : std::string();
 }
 
 std::optional<double> fraction(const RunStatus& s) {
-  if (!(s.planned_s > 0)) return std::nullopt;
-  return std::clamp(s.elapsed_s / s.planned_s, 0.0, 1.0);
+  const double all_s = s.elapsed_s + s.left_s;
+  if (!(s.planned_s > 0) || !(all_s > 0)) return std::nullopt;
+  return std::clamp(s.elapsed_s / all_s, 0.0, 1.0);
 }
 
 std::string left_part(const RunStatus& s) {
-  if (!(s.planned_s > 0)) return "";
-  return "left " + format_time(std::max(0.0, s.planned_s - s.elapsed_s));
+  return s.planned_s > 0 ? "left " + format_time(s.left_s) : std::string();
 }
 
 std::string percent_part(const RunStatus& s) {
@@ -101,11 +107,18 @@ std::string format_time(double seconds) {
 
 std::string format_live_line(const RunStatus& s, int width) {
   const auto room = static_cast<std::size_t>(std::max(1, width - 1));
-  enum { kStep, kRepeat, kCapacitance, kLoad, kBar, kPercent, kLeft };
-  std::vector<std::string> parts{step_part(s), repeat_part(s),  capacitance_part(s), load_part(s),
-                                 "",           percent_part(s), left_part(s)};
+  enum { kStep, kRepeat, kCapacitance, kForce, kPressure, kTravel, kBar, kPercent, kLeft };
+  std::vector<std::string> parts{step_part(s),
+                                 repeat_part(s),
+                                 capacitance_part(s),
+                                 force_part(s),
+                                 pressure_part(s),
+                                 travel_part(s),
+                                 "",
+                                 percent_part(s),
+                                 left_part(s)};
   bool whole = true;
-  for (const int victim : {kPercent, kRepeat, kLeft, kLoad}) {
+  for (const int victim : {kPercent, kRepeat, kPressure, kTravel, kLeft, kForce}) {
     if (join(parts).size() <= room) break;
     parts[static_cast<std::size_t>(victim)].clear();
     whole = false;
@@ -121,7 +134,7 @@ std::string format_live_line(const RunStatus& s, int width) {
 
 std::string format_plain_line(const RunStatus& s) {
   return join({format_time(s.elapsed_s), step_part(s), repeat_part(s), capacitance_part(s),
-               load_part(s), percent_part(s), left_part(s)});
+               force_part(s), pressure_part(s), travel_part(s), percent_part(s), left_part(s)});
 }
 
 bool LiveLine::due(const RunStatus& s) {
@@ -159,6 +172,12 @@ void LiveLine::show(const RunStatus& s) {
   drawn_ = format_live_line(s, console_.width ? console_.width() : 80);
   fmt::print(console_.err, "\r{}\x1b[K", drawn_);
   console_.err.flush();
+}
+
+void LiveLine::say_one_line(const std::string& text) {
+  const auto room = static_cast<std::size_t>(std::max(4, console_.width ? console_.width() : 80));
+  const bool cut = console_.err_tty && text.size() >= room;
+  say(cut ? text.substr(0, room - 4) + "..." : text);
 }
 
 void LiveLine::say(const std::string& text) {

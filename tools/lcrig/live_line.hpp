@@ -27,6 +27,7 @@ class LiveLine {
   void show(const RunStatus& status);
   // Something to read above the line.
   void say(const std::string& text);
+  void say_one_line(const std::string& text);  // on a terminal no longer than its line
   void finish();  // leaves the cursor at the start of an empty line
 
  private:

@@ -20,7 +20,7 @@ class Cli11Arguments final : public ArgumentList {
     app_.add_option(name, out, help)->required(required)->option_text(required ? "" : "[optional]");
   }
   void words(const char* name, std::vector<std::string>& out, const char* help) override {
-    app_.add_option(name, out, help)->required()->option_text("...");
+    app_.add_option(name, out, help)->option_text("...");
   }
   void option(const char* names, std::string& out, const char* metavar, const char* help,
               bool required) override {
@@ -256,9 +256,14 @@ std::string Parser::help_of(const Command* command, const std::string& group) co
   return fmt::format("Example: lcrig rehearse static-frame --specimen paper-1\n\n{}", app.help());
 }
 
-// `lcrig runs` lists them.
-std::vector<std::string> with_default_verb(const Parser& parser, std::vector<std::string> args) {
+// `lcrig help run` is `lcrig run --help`, and `lcrig runs` lists them.
+std::vector<std::string> as_parsed(const Parser& parser, std::vector<std::string> args) {
   const auto at = parser.first_word(args, 0);
+  if (at < args.size() && args[at] == "help") {
+    args.erase(args.begin() + static_cast<std::ptrdiff_t>(at));
+    args.emplace_back("--help");
+    return args;
+  }
   if (at == args.size() || args[at] != "runs" || asks_for(args, "--help", "-h")) return args;
   if (parser.first_word(args, at + 1) < args.size()) return args;
   args.insert(args.begin() + static_cast<std::ptrdiff_t>(at) + 1, "list");
@@ -291,7 +296,7 @@ Outcome<ExitCode> parse_and_run(Parser& parser, const std::vector<std::string>& 
 int run_cli(const std::vector<std::string>& args, Context& context) {
   auto commands = make_commands();
   Parser parser(commands, context.global);
-  auto code = parse_and_run(parser, with_default_verb(parser, args), context);
+  auto code = parse_and_run(parser, as_parsed(parser, args), context);
   context.console.out.flush();
   if (!code) {
     context.console.print(code.error());

@@ -15,11 +15,27 @@ Outcome<ProtocolRequest> find_protocol(const LibraryPath& library, const std::st
   ProtocolRequest out{std::move(*file), std::move(*parameters)};
   auto text = with_meter_values(out.file.text, out.file.path.string(), out.parameters);
   if (!text) {
-    Failure refused(text.error(), fmt::format("lcrig protocol show {}", protocol));
+    Failure refused(text.error(), "correct the file; docs/protocol-file.md describes it");
     refused.code = kProtocol;
     return refused;
   }
   out.file.text = std::move(*text);
+  return out;
+}
+
+Outcome<RunRequest> run_request(const LibraryPath& library, const std::string& protocol,
+                                const std::vector<std::string>& assignments,
+                                const std::string& specimen) {
+  auto wanted = find_protocol(library, protocol, assignments);
+  if (!wanted) return wanted.error();
+  RunRequest out;
+  out.parameters = std::move(wanted->parameters);
+  out.protocol_name = wanted->file.path.filename().string();
+  out.protocol_text = std::move(wanted->file.text);
+  auto file = library.find(LibraryKind::specimen, specimen);
+  if (!file) return file.error();
+  out.specimen_name = *file ? (*file)->name : specimen;
+  if (*file) out.specimen_text = std::move((*file)->text);
   return out;
 }
 

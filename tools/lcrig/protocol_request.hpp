@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/control/messages.hpp"
 #include "protocols/file/parse.hpp"
 #include "tools/lcrig/library_path.hpp"
 
@@ -18,5 +19,11 @@ struct ProtocolRequest {
 // change the meter's settings of any protocol. Failure: usage, or no such protocol.
 Outcome<ProtocolRequest> find_protocol(const LibraryPath& library, const std::string& protocol,
                                        const std::vector<std::string>& assignments);
+
+// What the daemon is asked to run or to plan. It may not read our files, so it gets their texts. A
+// specimen that is not known here may be one of its database.
+Outcome<RunRequest> run_request(const LibraryPath& library, const std::string& protocol,
+                                const std::vector<std::string>& assignments,
+                                const std::string& specimen);
 
 }  // namespace lcrig::cli

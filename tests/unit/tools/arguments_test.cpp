@@ -52,10 +52,8 @@ TEST(Arguments, EveryMistakeIsUsageAndSaysWhatToTypeNext) {
       {{"resume", "yesterday"}, "not the number of a run"},
       {{"resume", "0"}, "not the number of a run"},
       {{"resume", "--confirm-specimen"}, "RUN is missing"},
-      {{"verify"}, "RUN"},
       {{"export", "1", "-o", "-", "--layout", "colums"}, "layout"},
       {{"export", "1", "-o", "x", "--layout", "frame"}, "--layout is for -o -"},
-      {{"analyze"}, "RUN"},
       {{"analyze", "1", "--range", "30"}, "expected FROM:TO"},
       {{"analyze", "1", "--confidence", "high"}, "--confidence"},
   };
@@ -82,6 +80,12 @@ TEST(Arguments, HelpStartsWithAnExampleAndIsAResult) {
     EXPECT_THAT(cli.out.str(), StartsWith("Example: lcrig "));
     EXPECT_THAT(cli.err.str(), IsEmpty());
   }
+  cli.run({"run", "--help"});
+  const std::string said = cli.out.str();
+  cli.run({"help", "run"});
+  EXPECT_EQ(cli.out.str(), said);
+  EXPECT_EQ(cli.run({"help"}), 0);
+  EXPECT_THAT(cli.out.str(), HasSubstr("Subcommands"));
   cli.run({"abort", "--help"});
   EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("--why"), HasSubstr("--json")));
 }

@@ -35,12 +35,14 @@ RunStatus cycle() {
   s.force_N = 0.5321;
   s.elapsed_s = 50;
   s.planned_s = 200;
+  s.left_s = 150;
+  s.travel_m = 3.01104e-3;
   return s;
 }
 
 TEST(LiveLine, ShowsEverythingAtEightyColumns) {
   const auto line = format_live_line(cycle(), 80);
-  EXPECT_THAT(line, HasSubstr("load  3/5  C 18.4249 pF  F 0.532 N  ["));
+  EXPECT_THAT(line, HasSubstr("load  3/5  C 18.4249 pF  F 0.532 N  x 3.011 mm  ["));
   EXPECT_THAT(line, EndsWith("]  25%  left 2:30"));
   EXPECT_LE(line.size(), 79U);
 }
@@ -54,7 +56,7 @@ TEST(LiveLine, KeepsStepAndCapacitanceAtFortyColumns) {
 
 TEST(LiveLine, TheBarDoesNotGrowWithoutEnd) {
   const auto line = format_live_line(cycle(), 200);
-  EXPECT_LT(line.size(), 110U);
+  EXPECT_LT(line.size(), 122U);
   EXPECT_EQ(std::count(line.begin(), line.end(), '#'), 9);  // a quarter of 38
 }
 
@@ -68,10 +70,12 @@ TEST(LiveLine, NeverWrapsAndNeverCarriesControlCharacters) {
   }
 }
 
-TEST(LiveLine, PressureStandsForForceWhenItIsKnown) {
+TEST(LiveLine, HasForcePressureAndTravelAtEightyColumns) {
   auto s = cycle();
   s.pressure_Pa = 42350;
-  EXPECT_THAT(format_live_line(s, 80), AllOf(HasSubstr("P 42.35 kPa"), Not(HasSubstr("F 0.5"))));
+  const auto line = format_live_line(s, 80);
+  EXPECT_THAT(line, HasSubstr("F 0.532 N  P 42.35 kPa  x 3.011 mm  25%  left 2:30"));
+  EXPECT_LE(line.size(), 79U);
 }
 
 TEST(LiveLine, LeavesOutWhatIsNotKnown) {
@@ -85,6 +89,7 @@ TEST(LiveLine, LeavesOutWhatIsNotKnown) {
 TEST(LiveLine, LongerThanPlannedIsFull) {
   auto s = cycle();
   s.elapsed_s = 900;
+  s.left_s = 0;
   EXPECT_THAT(format_live_line(s, 80), AllOf(HasSubstr("100%"), EndsWith("left 0:00")));
 }
 
@@ -131,6 +136,18 @@ TEST_F(Shown, OnATerminalOneLineIsRewritten) {
   const auto text = err.str();
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 0);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\r'), 20);  // one in 50 ms
+}
+
+TEST_F(Shown, AnEventTakesOneLineOfTheTerminal) {
+  console.err_tty = true;
+  console.width = [] { return 40; };
+  LiveLine line(console, clock);
+  line.say_one_line(std::string(200, 'w'));
+  EXPECT_EQ(err.str(), std::string(36, 'w') + "...\n");
+  err.str("");
+  console.err_tty = false;
+  line.say_one_line(std::string(200, 'w'));
+  EXPECT_EQ(err.str(), std::string(200, 'w') + "\n");
 }
 
 TEST_F(Shown, APromptIsSaidOnceWithHowToConfirm) {

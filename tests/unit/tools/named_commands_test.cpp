@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/cli_fixture.hpp"
 #include "tools/lcrig/command.hpp"
 
 namespace lcrig {
@@ -19,7 +20,7 @@ namespace fs = std::filesystem;
 
 // "run", "runs", "runs list": what may follow `lcrig`.
 std::set<std::string> known_words() {
-  std::set<std::string> out;
+  std::set<std::string> out{"help"};
   for (const auto& command : cli::make_commands()) {
     const std::string name = command->name;
     out.insert(name);
@@ -110,6 +111,41 @@ TEST(NamedCommands, NothingIsNamedThatDoesNotExist) {
   }
   EXPECT_GT(pages, 10U);
   EXPECT_GT(sources, 200U);
+}
+
+// "runs show --frce": the options of a page that the command does not have.
+std::vector<std::string> unknown_options_in(const std::string& text) {
+  static const std::regex call(
+      R"((?:^|[\n`$/ ])lcrig ([a-z][a-z-]*)(?: ([a-z][a-z-]*))?([^\n`|;&]*))");
+  static const std::regex option(R"(--[a-zA-Z][a-zA-Z-]*)");
+  std::vector<std::string> out;
+  support::Cli cli;
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), call); it != std::sregex_iterator();
+       ++it) {
+    const std::string one = (*it)[1], two = one + " " + (*it)[2].str(), rest = (*it)[3];
+    std::vector<std::string> words{one};
+    if (known_words().contains(two)) words.push_back((*it)[2]);
+    if (words.size() == 1 && one == "runs") words.emplace_back("list");
+    words.emplace_back("--help");
+    cli.run(words);
+    for (auto o = std::sregex_iterator(rest.begin(), rest.end(), option);
+         o != std::sregex_iterator(); ++o) {
+      if (cli.out.str().find(o->str()) == std::string::npos) out.push_back(two + " " + o->str());
+    }
+  }
+  return out;
+}
+
+TEST(NamedCommands, NoOptionIsNamedThatDoesNotExist) {
+  std::vector<fs::path> pages{"README.md", "CONTRIBUTING.md"};
+  for (const auto& entry : fs::recursive_directory_iterator("docs")) pages.push_back(entry.path());
+  for (const auto& page : pages) {
+    if (page.extension() != ".md") continue;
+    EXPECT_THAT(unknown_options_in(code_of_page(page)), ::testing::IsEmpty()) << page;
+  }
+  EXPECT_THAT(unknown_options_in("lcrig runs show 3 --frce"),
+              ::testing::ElementsAre("runs show --frce"));
+  EXPECT_THAT(unknown_options_in("lcrig run x --specimen s --detach"), ::testing::IsEmpty());
 }
 
 TEST(NamedCommands, WhatDoesNotExistIsFound) {

@@ -92,6 +92,13 @@ TEST_F(Runs, AreExportedToAFolder) {
   EXPECT_EQ(json::parse(cli.out.str())["run"], 1);
 }
 
+TEST_F(Runs, TheLastOneIsMeantWhereNoneIsNamed) {
+  ASSERT_EQ(cli.run({"verify", "--json"}), 0) << cli.err.str();
+  EXPECT_EQ(json::parse(cli.out.str())["run"], 2);
+  ASSERT_EQ(cli.run({"export", "-o", cli.dir.file("newest"), "--json"}), 0) << cli.err.str();
+  EXPECT_EQ(json::parse(cli.out.str())["run"], 2);
+}
+
 TEST_F(Runs, AreVerified) {
   ASSERT_EQ(cli.run({"verify", "1", "--json"}), 0) << cli.err.str();
   EXPECT_EQ(json::parse(cli.out.str())["intact"], true);
