@@ -28,6 +28,14 @@ TEST_F(OtherPrograms, PythonReadsInTheViewsWhatTheExportHolds) {
   EXPECT_THAT(done.out, HasSubstr("3 levels, static-frame, success"));
 }
 
+TEST_F(OtherPrograms, ParametersHaveTheUnitsOfTheirNames) {
+  record();
+  const json stored = json::parse(query("SELECT parameters_json FROM run"));
+  EXPECT_EQ(stored["from_kPa"], 10);
+  EXPECT_EQ(stored["levels"], 3);
+  EXPECT_EQ(stored["rate_N_s"], 0.1);
+}
+
 // The queries of docs/database.md, as they stand there.
 TEST_F(OtherPrograms, TheShellRunsTheQueriesOfThePage) {
   record();

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an administrator sees: the journal, the service's status, and what the daemon says of its
+// ports while nothing runs.
+#include "tests/e2e/rig.hpp"
+
+namespace lcrig::e2e {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class Journal : public Rig {
+ protected:
+  // Of `lcrig status` until it has the words; empty: never within the time.
+  std::string status_with(const std::string& words) {
+    const RealClock clock;
+    const MonoTime limit = clock.now() + 20s;
+    while (clock.now() < limit) {
+      const auto shown = lcrig({"status", "--socket", file("control.sock")}).out;
+      if (shown.find(words) != std::string::npos) return shown;
+    }
+    return {};
+  }
+};
+
+TEST_F(Journal, HasTheRunAndTheServiceManagerItsProgress) {
+  start_sim();
+  const NotifySocket manager(file("d1.notify"));
+  Child& daemon = launch_daemon(config(), "d1");
+  ASSERT_TRUE(manager.wait("READY=1", 20s)) << daemon.log();
+  Control client = control();
+  ASSERT_TRUE(start_run(client, kSlowProtocol).contains("result"));
+  EXPECT_TRUE(manager.wait("STATUS=run 1 ", 10s));
+  EXPECT_TRUE(manager.wait("min left", 10s));
+  EXPECT_THAT(daemon.log(), HasSubstr("run 1 begins: "));
+  EXPECT_THAT(daemon.log(), HasSubstr(" on paper-1, for "));
+  daemon.signal(SIGTERM);
+  EXPECT_TRUE(manager.wait("EXTEND_TIMEOUT_USEC=", 10s)) << "`finally` may take its time";
+  EXPECT_EQ(daemon.wait(60s), 0);
+  EXPECT_THAT(daemon.log(), HasSubstr("run 1 ended: abort SIGTERM"));
+}
+
+TEST_F(Journal, TellsAPortThatWentAwayAndCameBack) {
+  start_sim();
+  Child& daemon = start_daemon(config());
+  EXPECT_THAT(status_with("ready, asked "), HasSubstr("not asked: an idle daemon"));
+  sim("unplug lcr");
+  EXPECT_NE(status_with("absent: its port is not there"), "");
+  sim("plug lcr");
+  EXPECT_THAT(status_with("ready, asked "), Not(HasSubstr("absent")));
+  EXPECT_THAT(daemon.log(), AllOf(HasSubstr("lcr: its port"), HasSubstr("went away"),
+                                  HasSubstr("is there again"), HasSubstr("lcr: ready")));
+}
+
+TEST_F(Journal, AWireLogThatCannotBeWrittenStopsNoRun) {
+  start_sim();
+  json lost = config();
+  lost["wire_log_directory"] = file("nowhere");
+  Child& daemon = start_daemon(lost);
+  write("quick.json", kQuickProtocol);
+  const auto done = lcrig(
+      {"run", file("quick.json"), "--specimen", "paper-1", "--socket", file("control.sock")}, 60s);
+  EXPECT_EQ(done.code, 0) << done.err;
+  EXPECT_THAT(daemon.log(), AllOf(HasSubstr("nowhere"), HasSubstr("goes on without a wire log")));
+}
+
+TEST_F(Journal, ACheckOnTheRigFindsWhatItsPlanRefuses) {
+  start_sim();
+  start_daemon(config());
+  write("quick.json", kQuickProtocol);
+  const std::vector<std::string> check{
+      "protocol",   "check",   file("quick.json"), "--rig",
+      "--specimen", "paper-1", "--socket",         file("control.sock")};
+  EXPECT_EQ(lcrig(check).code, 0);
+  std::string fast = kQuickProtocol;
+  const auto at = fast.find("\"frequency_Hz\": 1000");
+  ASSERT_NE(at, fast.npos);
+  write("quick.json", fast.replace(at, 20, "\"frequency_Hz\": 5"));
+  const auto refused = lcrig(check);
+  EXPECT_EQ(refused.code, 6) << refused.err;
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("quick.json:"), HasSubstr("5 Hz")));
+  EXPECT_EQ(number("SELECT count(*) FROM run"), 0);
+}
+
+}  // namespace
+}  // namespace lcrig::e2e
