@@ -37,11 +37,10 @@ std::string service_line(const RunStatus& s) {
   return s.prompt.empty() ? line : line + "; waits for: " + s.prompt;
 }
 
-// What of a run belongs into the journal beside its begin and its end.
+// What of a run belongs into the journal beside its begin, its end, and instruments that were lost
+// (protocols/run/losses.cpp).
 bool is_for_journal(EventKind kind) {
-  return kind == EventKind::loss || kind == EventKind::reconnected || kind == EventKind::refused ||
-         kind == EventKind::limit || kind == EventKind::fault || kind == EventKind::stop_failed ||
-         kind == EventKind::loaded;
+  return kind == EventKind::limit || kind == EventKind::stop_failed || kind == EventKind::loaded;
 }
 
 }  // namespace
