@@ -101,7 +101,10 @@ Metric metric(std::string name, std::string definition);
 Estimate estimate(double value, double standard_error, double degrees_of_freedom,
                   double confidence);
 
-// Root sum of squares of the parts; Welch and Satterthwaite's degrees of freedom, truncated.
+// Root sum of squares of the parts; Welch and Satterthwaite's degrees of freedom, truncated. They
+// promise too much where a part has one or two degrees of freedom, as two or three repeats have:
+// there the squares of the parts' half-widths are added, which always holds (Banerjee, Sankhya 22
+// (1960) 357).
 Estimate estimate_of_parts(double value, const std::vector<SlopePart>& parts, double confidence);
 void add_remark(std::string& reason, std::string_view more);  // after a semicolon
 

@@ -67,6 +67,9 @@ void add_settings(const RunView& view, Notes& notes) {
             "{} readings are flagged (a value beside an overload, or the first after a "
             "resynchronisation): left out",
             notes);
+  if (view.flagged == std::ssize(view.data.readings)) {
+    notes.emplace_back("of the readings none is left: nothing can be said of the specimen");
+  }
 }
 
 void add_missing_levels(const RunData& data, const MeasuredLevels& measured, Notes& notes) {

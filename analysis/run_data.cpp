@@ -270,6 +270,12 @@ class Loader {
                   "all {} readings of run {} are overloads: check the connection of the specimen",
                   out_.overloads, out_.run);
     }
+    if (out_.repeated_readings > 0) {
+      return fail(Errc::invalid_request,
+                  "all {} answers repeat the one before in run {}: the meter measured nothing new; "
+                  "look at its trigger",
+                  out_.repeated_readings, out_.run);
+    }
     return fail(Errc::invalid_request, "run {} has no readings (it ended with {}{}{})", out_.run,
                 to_string(l.exit_status, "?"), l.reason.empty() ? "" : ": ", l.reason);
   }

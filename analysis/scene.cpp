@@ -14,6 +14,7 @@ namespace {
 
 // A loading stands out of the noise of the cell by this many standard deviations.
 constexpr double kLoading = 8;
+constexpr double kForWelch = 3;  // least degrees of freedom for Welch and Satterthwaite's rule
 constexpr double kAlmost = 1 + 1e-9;  // degrees of freedom of 3 that are rounded to 2.999... stay 3
 // Of the peak: what may be a touch is no rest. Two parts in a hundred would let the capacitance at
 // rest be that of a specimen that is touched.
@@ -145,12 +146,30 @@ Estimate estimate(double value, double standard_error, double degrees_of_freedom
   return e;
 }
 
+// The inverse of coverage_factor, by halving.
+double freedom_of_factor(double factor, double confidence) {
+  double low = 1, high = 1e6;
+  while (high / low > 1.0001) {
+    const double middle = std::sqrt(low * high);
+    (coverage_factor(confidence, middle) > factor ? low : high) = middle;
+  }
+  return high;
+}
+
 Estimate estimate_of_parts(double value, const std::vector<SlopePart>& parts, double confidence) {
-  double variance = 0, denominator = 0;
+  double variance = 0, denominator = 0, half2 = 0;
+  bool few = false;
   for (const SlopePart& p : parts) {
     const double u2 = p.se * p.se;
     variance += u2;
     denominator += u2 * u2 / p.degrees_of_freedom;
+    const double t = coverage_factor(confidence, p.degrees_of_freedom);
+    half2 += t * t * u2;
+    few = few || p.degrees_of_freedom < kForWelch;
+  }
+  if (few && variance > 0) {
+    const double t = std::sqrt(half2 / variance);
+    return estimate(value, std::sqrt(variance), freedom_of_factor(t, confidence), confidence);
   }
   const double freedom = denominator > 0 ? std::floor(variance * variance / denominator * kAlmost)
                          : parts.empty() ? std::numeric_limits<double>::infinity()

@@ -47,7 +47,7 @@ class SyntheticRun {
                       "INSERT INTO lcr_reading (run_id, seq, asked_mono_ns, first_byte_mono_ns,"
                       " last_byte_mono_ns, step_id, repeat, level, reading_index, fresh, flags,"
                       " function, status, capacitance_F, dissipation)"
-                      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, 1, ?, 'Cp-D', '', ?, 0.004)")
+                      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, 'Cp-D', '', ?, 0.004)")
                    .value();
     sample_ = db_.prepare("INSERT INTO frame_sample VALUES (?, ?, ?, ?, NULL, ?, ?, ?)").value();
   }
@@ -117,11 +117,12 @@ class SyntheticRun {
       reading_.bind_null(7);
       reading_.bind_null(8);
     }
-    reading_.bind(9, flags | (capacitance_F ? 0 : 1));
+    reading_.bind(9, std::int64_t{is_fresh ? 1 : 0});
+    reading_.bind(10, flags | (capacitance_F ? 0 : 1));
     if (capacitance_F) {
-      reading_.bind(10, *capacitance_F);
+      reading_.bind(11, *capacitance_F);
     } else {
-      reading_.bind_null(10);
+      reading_.bind_null(11);
     }
     ASSERT_TRUE(reading_.run());
   }
@@ -148,6 +149,7 @@ class SyntheticRun {
     }
   }
   bool with_frame = true;
+  bool is_fresh = true;  // the next readings are; false: they repeat the one before
   std::int64_t flags = 0;  // flags of the next readings; storage/flags.hpp
   int lost_frames = 0;  // how many of the next samples are missing
   std::function<double(double)> travel_m = [](double force) { return 3e-3 + 1e-5 * force; };

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs that leave something out: each result says what it cannot know.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/unit/analysis/analysed.hpp"
+
+namespace lcrig {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+// 20, 40 and 60 kPa in each repeat, ten readings a level. Nothing is read between the repeats.
+void play_without_rests(SyntheticRun& run, int repeats) {
+  for (int i = 0; i < 20; ++i) run.reading(3.65e-12 + (i % 3) * 1e-15, 0);
+  run.event("contact", R"({"travel_m":0.003,"force_N":0.02,"rest_force_N":0})");
+  for (int repeat = 1; repeat <= repeats; ++repeat) {
+    for (int k = 1; k <= 3; ++k) {
+      const double force_N = k * 20e3 * SyntheticRun::area_m2();
+      run.level(repeat, k, 20.0 * k, 10);
+      for (int i = 0; i < 10; ++i) {
+        run.reading(3.65e-12 + k * 120e-15 + ((i + repeat) % 3) * 1e-15, force_N);
+      }
+      run.end_level();
+    }
+    run.t_s += 2;
+    run.frame_until(run.t_s, [](double) { return 0.0; });
+  }
+}
+
+TEST(Unknowable, DriftOfARunWithoutRests) {
+  SyntheticRun run;
+  run.begin();
+  play_without_rests(run, 3);
+  run.end();
+  const auto a = analysed(run);
+  EXPECT_THAT(a.notes, Contains(HasSubstr("no two stretches without load")));
+  EXPECT_THAT(a.drift.reason, HasSubstr("it takes two stretches without load"));
+  EXPECT_TRUE(a.ranges[1].sensitivity) << a.ranges[1].sensitivity.reason;
+}
+
+TEST(Unknowable, DifferencesBetweenRepeatsOfTheOnlyOne) {
+  SyntheticRun run;
+  run.begin();
+  play_without_rests(run, 1);
+  run.end();
+  const auto a = analysed(run);
+  EXPECT_THAT(a.ranges[1].sensitivity.reason,
+              HasSubstr("knows nothing of what differs between repeats"));
+  EXPECT_THAT(a.repeatability_2sigma.reason, HasSubstr("no level was measured in two repeats"));
+  EXPECT_FALSE(a.repeatability_2sigma);
+}
+
+TEST(Unknowable, ShapeOfTwoLevels) {
+  SyntheticRun::Static s;
+  s.kPa = {10, 30};
+  const auto a = of_static(s);
+  EXPECT_TRUE(holds(a.ranges[0].sensitivity, 6));
+  EXPECT_EQ(a.ranges[0].residual_pattern, "two pressures: a line fits always");
+  EXPECT_FALSE(a.ranges[0].lack_of_fit_p);
+  EXPECT_FALSE(a.ranges[0].shared) << "what all repeats share looks like shape";
+  EXPECT_THAT(a.linearity.reason, HasSubstr("three different pressures"));
+}
+
+TEST(Unknowable, EverythingOfReadingsThatAreAllFlagged) {
+  SyntheticRun run;
+  run.begin();
+  run.flags = 4;  // after_resync
+  run.play(SyntheticRun::Static());
+  run.end();
+  const auto a = analysed(run);
+  EXPECT_THAT(a.notes, Contains(HasSubstr("1380 readings are flagged")));
+  EXPECT_THAT(a.notes, Contains(HasSubstr("none is left")));
+  for (const Metric* m : a.metrics()) {
+    EXPECT_FALSE(*m) << m->name;
+    EXPECT_FALSE(m->reason.empty()) << m->name;
+  }
+}
+
+TEST(Unknowable, EverythingOfAnswersThatRepeatTheOneBefore) {
+  SyntheticRun run;
+  run.begin();
+  run.is_fresh = false;
+  run.play(SyntheticRun::Static());
+  run.end();
+  const auto a = analyse(run.db(), run.run());
+  ASSERT_FALSE(a);
+  EXPECT_THAT(a.error().what, HasSubstr("all 1380 answers repeat the one before"));
+}
+
+TEST(Unknowable, NoiseOfABaselineOfThreeReadings) {
+  SyntheticRun::Static s;
+  s.baseline = 3;
+  const auto a = of_static(s);
+  ASSERT_TRUE(a.c0);
+  EXPECT_LE(*a.c0.estimate->degrees_of_freedom, 2);
+  EXPECT_THAT(a.noise.reason, HasSubstr("there is no baseline"));
+}
+
+TEST(Unknowable, HysteresisOfACycleThatNeverUnloads) {
+  SyntheticRun run;
+  run.begin();
+  for (int i = 0; i < 50; ++i) run.reading(3.65e-12 + (i % 3) * 1e-15, 0);
+  run.event("contact", R"({"travel_m":0.003,"force_N":0.02,"rest_force_N":0})");
+  const double begin_s = run.t_s;
+  const auto force_N = [&](double t) { return std::min(1.0, (t - begin_s) / 10); };
+  while (run.t_s < begin_s + 20) {
+    run.reading(3.65e-12 + 170e-15 * force_N(run.t_s), force_N);
+  }
+  run.end();
+  const auto a = analysed(run);
+  EXPECT_FALSE(a.hysteresis.largest_gap);
+  EXPECT_THAT(a.hysteresis.largest_gap.reason, HasSubstr("and 0, it takes"));
+  EXPECT_THAT(a.notes, Contains(HasSubstr("no two stretches without load")));
+  EXPECT_FALSE(a.dynamic_range.estimate && a.dynamic_range.estimate->interval)
+      << "one cycle knows nothing of the next: " << a.dynamic_range.reason;
+}
+
+}  // namespace
+}  // namespace lcrig
