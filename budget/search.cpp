@@ -10,6 +10,9 @@ namespace {
 
 constexpr std::int64_t kSteps[] = {1, 2, 3, 5, 10, 20, 30, 50, 100, 200, 500, 1000, 2000, 5000};
 
+// A result that cannot be predicted of so many readings or cycles cannot be of more.
+constexpr std::int64_t kEnoughToPredict = 16;
+
 class Search {
  public:
   explicit Search(const BudgetQuestion& q) : q_(q), knobs_(find_knobs(q.protocol)) {}
@@ -53,13 +56,21 @@ class Search {
     return reckon(aperture, frequency_Hz, {{knobs_.readings, count}, {knobs_.within, seconds}});
   }
 
-  // The error falls with the knob: bisection of whole numbers.
+  // The error falls with the knob: doubling until it is small enough, then bisection, because a
+  // hundred thousand cycles take long to plan.
   std::optional<BudgetPoint> least(Aperture aperture, double frequency_Hz) const {
     if (!has_knob()) return std::nullopt;
+    const auto most = static_cast<std::int64_t>(knob().max);
     auto low = static_cast<std::int64_t>(std::ceil(knob().min)) - 1;
-    auto high = static_cast<std::int64_t>(knob().max);
+    auto high = low + 1;
     auto best = with_knob(aperture, frequency_Hz, high);
-    if (!best || !best->meets(*q_.target)) return std::nullopt;
+    while (!best || !best->meets(*q_.target)) {
+      const bool unknown = best && (!best->possible() || !best->not_predicted.empty());
+      if (high >= most || (unknown && high >= kEnoughToPredict)) return std::nullopt;
+      low = high;
+      high = std::min(2 * high, most);
+      best = with_knob(aperture, frequency_Hz, high);
+    }
     while (high - low > 1) {
       const std::int64_t middle = low + (high - low) / 2;
       auto point = with_knob(aperture, frequency_Hz, middle);
