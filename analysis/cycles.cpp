@@ -212,6 +212,28 @@ double spread(const std::vector<double>& values) {
   return (*high - *low) / std::abs(*high);
 }
 
+// Standard error of the index from the fits of both peaks, or from the scatter of all peaks about a
+// straight line over the cycles where that is larger: cycles differ by more than their readings
+// say.
+SlopePart error_of_mullins(const CycleResults& out) {
+  const CycleResult &first = out.cycles.front(), &last = out.cycles.back();
+  const double ratio = last.delta_C_fF / first.delta_C_fF;
+  const double a = first.delta_C_se_fF.value_or(0), b = last.delta_C_se_fF.value_or(0);
+  SlopePart error{std::hypot(b, ratio * a), kExact};
+  std::vector<LinePoint> peaks;
+  for (const CycleResult& c : out.cycles) {
+    peaks.push_back({static_cast<double>(c.number), c.delta_C_fF});
+  }
+  const auto line = fit_line(peaks);
+  if (line && line->points >= 3) {
+    const double freedom = line->points - 2;
+    const double scatter = std::sqrt(line->residual_ss / freedom) * std::hypot(1, ratio);
+    if (scatter > error.se) error = {scatter, freedom};
+  }
+  error.se *= 100 / std::abs(first.delta_C_fF);
+  return error;
+}
+
 // Delta C at equal peak force, or force at equal peak travel.
 void calc_mullins(double confidence, CycleResults& out) {
   std::vector<double> forces, travels;
@@ -222,12 +244,13 @@ void calc_mullins(double confidence, CycleResults& out) {
   const CycleResult &first = out.cycles.front(), &last = out.cycles.back();
   out.mullins.rows = first.loaded_readings + last.loaded_readings;
   if (spread(forces) <= 0.02 && first.delta_C_fF != 0) {
-    const double ratio = last.delta_C_fF / first.delta_C_fF;
-    const double a = first.delta_C_se_fF.value_or(0), b = last.delta_C_se_fF.value_or(0);
-    const double se = std::hypot(b, ratio * a) / std::abs(first.delta_C_fF) * 100;
-    const double percent = (1 - ratio) * 100;
-    out.mullins.estimate = se > 0 ? estimate(percent, se, kExact, confidence) : Estimate(percent);
+    const double percent = (1 - last.delta_C_fF / first.delta_C_fF) * 100;
+    const auto [se, freedom] = error_of_mullins(out);
+    out.mullins.estimate = se > 0 ? estimate(percent, se, freedom, confidence) : Estimate(percent);
     out.mullins.reason = "of delta C at equal peak force";
+    if (out.cycles.size() == 2) {
+      add_remark(out.mullins.reason, "two cycles: the interval knows nothing of what else differs");
+    }
   } else if (travels.size() == out.cycles.size() && spread(travels) <= 0.02) {
     out.mullins.estimate = Estimate((1 - last.peak_force_N / first.peak_force_N) * 100);
     out.mullins.reason = "of the peak force at equal travel";

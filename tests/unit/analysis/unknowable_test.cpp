@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/unit/analysis/analysed.hpp"
@@ -98,6 +99,27 @@ TEST(Unknowable, NoiseOfABaselineOfThreeReadings) {
   ASSERT_TRUE(a.c0);
   EXPECT_LE(*a.c0.estimate->degrees_of_freedom, 2);
   EXPECT_THAT(a.noise.reason, HasSubstr("there is no baseline"));
+}
+
+TEST(Unknowable, MullinsEffectWithinWhatCyclesDifferBy) {
+  constexpr double kHeight[] = {1, 1.01, 0.985, 1.015, 0.99};
+  SyntheticRun::Dynamic d;
+  d.noise_F = 0.5e-15;
+  int cycle = -1;
+  bool was_loaded = false;
+  d.capacitance_F = [&](double kPa, bool) {
+    if (kPa > 0 && !was_loaded) ++cycle;
+    was_loaded = kPa > 0;
+    return 3.65e-12 + 2.15e-15 * kPa * kHeight[std::clamp(cycle, 0, 4)];
+  };
+  SyntheticRun run;
+  run.begin();
+  run.play(d);
+  run.end();
+  const auto a = analysed(run);
+  ASSERT_EQ(a.cycles.size(), 5);
+  EXPECT_NEAR(a.mullins.value(), 1, 0.3);
+  EXPECT_TRUE(holds(a.mullins, 0)) << "the first peak is 1 % above the last by chance";
 }
 
 TEST(Unknowable, HysteresisOfACycleThatNeverUnloads) {
