@@ -32,7 +32,7 @@ std::vector<Loading> find_excursions(const RunView& view) {
   double highest = 0;
   Loading c;
   for (std::size_t i = 0; i < readings.size(); ++i) {
-    if (!readings[i].has_force()) continue;
+    if (!readings[i].has_force() || !view.uses(readings[i])) continue;
     const double force = view.above_rest_N(readings[i]);
     if (force > edge && !loaded) {
       c = Loading();
@@ -318,8 +318,10 @@ CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Met
   CycleResults out;
   name_metrics(out);
   if (scene.loadings.empty()) {
-    const char* why = scene.data.has_frame() ? "no loading was found: the force stays in its noise"
-                                             : "no force was recorded";
+    const char* why =
+        scene.data.has_frame()
+            ? "no loading was found: the force stays in its noise, or no reading under load counts"
+            : "no force was recorded";
     out.dynamic_range.reason = out.dynamic_range_drift.reason = why;
     out.mullins.reason = out.force_sensitivity.reason = why;
     return out;

@@ -118,7 +118,7 @@ TEST(Unknowable, MullinsEffectWithinWhatCyclesDifferBy) {
   run.end();
   const auto a = analysed(run);
   ASSERT_EQ(a.cycles.size(), 5);
-  EXPECT_NEAR(a.mullins.value(), 1, 0.3);
+  EXPECT_NEAR(a.mullins.value(), 1, 0.8);
   EXPECT_TRUE(holds(a.mullins, 0)) << "the first peak is 1 % above the last by chance";
 }
 
@@ -137,8 +137,7 @@ TEST(Unknowable, HysteresisOfACycleThatNeverUnloads) {
   EXPECT_FALSE(a.hysteresis.largest_gap);
   EXPECT_THAT(a.hysteresis.largest_gap.reason, HasSubstr("and 0, it takes"));
   EXPECT_THAT(a.notes, Contains(HasSubstr("no two stretches without load")));
-  EXPECT_FALSE(a.dynamic_range.estimate && a.dynamic_range.estimate->interval)
-      << "one cycle knows nothing of the next: " << a.dynamic_range.reason;
+  EXPECT_THAT(a.dynamic_range.reason, HasSubstr("one cycle: the interval knows nothing"));
 }
 
 }  // namespace
