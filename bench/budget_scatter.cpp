@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks the budget: compares its predicted standard errors with the scatter of seeded rehearsals
-// of a short static test and of the dynamic test, for each aperture. Run it from the source tree;
-// by default it makes 400 rehearsals of both protocols.
-//   build/bin/budget_scatter_bench [REHEARSALS [PROTOCOL]]
+// Checks the budget: compares its predicted standard errors with the scatter of seeded rehearsals,
+// and its half-widths with those that `analyze` gives. It does so for a short static test and for
+// the dynamic test with each aperture, and for what the budget proposes for 1 %. Run it from the
+// source tree; by default it makes 400 rehearsals of each.
+//   build/bin/budget_scatter_bench [REHEARSALS [PROTOCOL|proposed]]
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -14,6 +15,7 @@
 #include <sstream>
 
 #include "budget/planned_run.hpp"
+#include "budget/search.hpp"
 #include "daemon/rehearse.hpp"
 #include "model/specimen_file.hpp"
 #include "protocols/file/parse.hpp"
@@ -32,17 +34,32 @@ std::string read(const std::string& path) {
 struct Case {
   std::string protocol;
   Aperture aperture = Aperture::fast;
+  double frequency_Hz = 1000;
   ParameterValues parameters;
 };
 
-// The text of the protocol file with another aperture, because a rehearsal takes text.
+// The text of the protocol file with another setting, because a rehearsal takes text.
 std::string text_of(const Case& c) {
   std::string text = read("protocols/library/" + c.protocol + ".json");
-  const auto begin = text.find("\"aperture\": \"") + std::strlen("\"aperture\": \"");
-  return text.replace(begin, text.find('"', begin) - begin, to_string(c.aperture));
+  const auto put = [&text](const std::string& key, const char* end, std::string_view value) {
+    const auto begin = text.find(key) + key.size();
+    text.replace(begin, text.find(end, begin) - begin, value);
+  };
+  put("\"aperture\": \"", "\"", to_string(c.aperture));
+  put("\"frequency_Hz\": ", ",", fmt::format("{}", c.frequency_Hz));
+  return text;
 }
 
-Result<std::vector<Prediction>> predict(const Case& c, const std::string& specimen_text) {
+// What a budget asks about.
+struct Question {
+  Protocol protocol;
+  Environment environment;
+  Rig rig;
+  Plan plan;
+  SpecimenCurve curve;
+};
+
+Result<Question> question_of(const Case& c, const std::string& specimen_text) {
   auto protocol = parse_protocol(text_of(c), c.protocol);
   if (!protocol) return fail(protocol.error());
   auto environment = bind_parameters(*protocol, c.parameters);
@@ -59,9 +76,37 @@ Result<std::vector<Prediction>> predict(const Case& c, const std::string& specim
   const Force most = Force::from_si(2 * plan->peak_force_N);
   auto curve = tabulate(*specimen, most, rig->probe_area);
   if (!curve) return fail(curve.error());
-  auto run = plan_readings(*protocol, *environment, *rig, *plan, *curve);
+  return Question{std::move(*protocol), std::move(*environment), std::move(*rig), std::move(*plan),
+                  std::move(*curve)};
+}
+
+Result<std::vector<Prediction>> predict(const Case& c, const std::string& specimen_text) {
+  auto q = question_of(c, specimen_text);
+  if (!q) return fail(q.error());
+  auto run = plan_readings(q->protocol, q->environment, q->rig, q->plan, q->curve);
   if (!run) return fail(run.error());
   return predict_errors(*run);
+}
+
+// As `lcrig budget PROTOCOL --target 1%` proposes it.
+Result<Case> propose(const std::string& protocol, const std::string& specimen_text) {
+  Case out;
+  out.protocol = protocol;
+  auto q = question_of(out, specimen_text);
+  if (!q) return fail(q.error());
+  BudgetQuestion question{q->protocol, q->environment, q->rig, q->curve, {}, {1e3, 1e5}, 0.01, {}};
+  question.apertures = {Aperture::fast, Aperture::medium, Aperture::slow};
+  const Budget budget = reckon_budget(question);
+  if (!budget.cheapest) return fail(Errc::invalid_request, "{}: nothing proposed", protocol);
+  out.aperture = budget.cheapest->aperture;
+  out.frequency_Hz = budget.cheapest->frequency_Hz;
+  fmt::print("{}: {:g} Hz, {}", protocol, out.frequency_Hz, to_string(out.aperture));
+  for (const auto& [name, value] : budget.cheapest->parameters) {
+    out.parameters[name] = fmt::format("{}", value);
+    fmt::print(", {} {}", name, value);
+  }
+  fmt::print("\n");
+  return out;
 }
 
 struct Moments {
@@ -103,23 +148,27 @@ Result<> compare_case(const Case& c, int rehearsals, const std::string& folder) 
   const std::string specimen_text = read("model/library/paper-1.json");
   auto predictions = predict(c, specimen_text);
   if (!predictions) return fail(predictions.error());
-  std::vector<Moments> observed(predictions->size());
+  std::vector<Moments> observed(predictions->size()), half(predictions->size());
   for (int seed = 1; seed <= rehearsals; ++seed) {
     const std::string db = folder + "/runs.db";
     auto metrics = rehearse_once(c, specimen_text, static_cast<std::uint64_t>(seed), db);
     for (const char* suffix : {"", "-wal", "-shm"}) std::filesystem::remove(db + suffix);
     if (!metrics) return fail(metrics.error());
     for (std::size_t i = 0; i < metrics->size(); ++i) {
-      if ((*metrics)[i]) observed[i].add((*metrics)[i].value());
+      const Metric& m = (*metrics)[i];
+      if (m) observed[i].add(m.value());
+      if (m && m.estimate->interval) half[i].add((*m.estimate->interval)[1] - m.value());
     }
   }
   for (std::size_t i = 0; i < predictions->size(); ++i) {
     const Prediction& p = (*predictions)[i];
     if (!p.reason.empty()) continue;
     const Moments& o = observed[i];
-    fmt::print("{:15} {:7} {:24} {:>10.4g} {:>10.4g} {:>11.4g} {:>11.4g} {:>7.3f} +-{:.3f}\n",
-               c.protocol, to_string(c.aperture), p.quantity, p.value, o.mean, p.standard_error,
-               o.deviation(), p.standard_error / o.deviation(), 1 / std::sqrt(2 * (o.n - 1)));
+    fmt::print(
+        "{:15} {:7} {:24} {:>10.4g} {:>10.4g} {:>11.4g} {:>11.4g} {:>7.3f} +-{:.3f} {:>8.3f}\n",
+        c.protocol, to_string(c.aperture), p.quantity, p.value, o.mean, p.standard_error,
+        o.deviation(), p.standard_error / o.deviation(), 1 / std::sqrt(2 * (o.n - 1)),
+        p.half_width / half[i].mean);
   }
   return {};
 }
@@ -147,11 +196,21 @@ int run(int rehearsals, const std::string& protocol) {
   const auto folder = std::filesystem::temp_directory_path() /
                       fmt::format("lcrig-budget-{}", static_cast<long>(::getpid()));
   std::filesystem::create_directories(folder);
-  fmt::print("{:15} {:7} {:24} {:>10} {:>10} {:>11} {:>11} {:>7}\n", "protocol", "speed", "result",
-             "expected", "mean", "predicted", "observed", "ratio");
+  fmt::print("{:15} {:7} {:24} {:>10} {:>10} {:>11} {:>11} {:>15} {:>8}\n", "protocol", "speed",
+             "result", "expected", "mean", "predicted", "observed", "ratio", "of half");
   int status = 0;
-  for (const Case& c : cases()) {
-    if (!protocol.empty() && c.protocol != protocol) continue;
+  std::vector<Case> list = cases();
+  if (protocol == "proposed") {
+    const std::string specimen_text = read("model/library/paper-1.json");
+    list.clear();
+    for (const char* name : {"static-frame", "dynamic-cycles"}) {
+      const auto proposal = propose(name, specimen_text);
+      if (!proposal) fmt::print("{}\n", proposal.error().what);
+      if (proposal) list.push_back(*proposal);
+    }
+  }
+  for (const Case& c : list) {
+    if (!protocol.empty() && protocol != "proposed" && c.protocol != protocol) continue;
     if (auto done = compare_case(c, rehearsals, folder.string()); !done) {
       fmt::print(stderr, "{}\n", done.error().what);
       status = 1;

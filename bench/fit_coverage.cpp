@@ -85,6 +85,7 @@ struct Held {
 void measure(const Specimen& specimen, const LevelChoice& choice, const std::vector<double>& truth,
              const World& world, int seeds, int first) {
   Held mu, offset, c0;
+  int refused = 0;  // fits
   for (int seed = first; seed < first + seeds; ++seed) {
     std::mt19937_64 random(static_cast<std::uint64_t>(seed) * 7919 + 3);
     std::normal_distribution<double> normal;
@@ -98,16 +99,20 @@ void measure(const Specimen& specimen, const LevelChoice& choice, const std::vec
         points.emplace_back(pressure_Pa(i), delta_F, 1e-15 / std::sqrt(kReadings), repeat);
       }
     }
-    const auto fit =
-        fit_response(specimen, choice.settings, points, 1e-15 / std::sqrt(kBaseline)).value();
-    mu.add(fit.shear_modulus_Pa, kTrueMu_Pa, choice.error_estimate);
-    offset.add(fit.contact_offset_Pa, kTrueOffset_Pa, choice.error_estimate);
-    c0.add(fit.c0_shift_F, -c0_error_F, choice.error_estimate);
+    const auto fit = fit_response(specimen, choice.settings, points, 1e-15 / std::sqrt(kBaseline));
+    if (!fit) {
+      ++refused;
+      continue;
+    }
+    mu.add(fit->shear_modulus_Pa, kTrueMu_Pa, choice.error_estimate);
+    offset.add(fit->contact_offset_Pa, kTrueOffset_Pa, choice.error_estimate);
+    c0.add(fit->c0_shift_F, -c0_error_F, choice.error_estimate);
   }
   const std::string name = specimen.name + ", " + world.name;
   mu.print(name, "modulus, kPa", 1e-3);
   offset.print(name, "offset, kPa", 1e-3);
   c0.print(name, "C0 shift, fF", 1e15);
+  if (refused > 0) fmt::print("{}: {} fits found no answer\n", name, refused);
   std::fflush(stdout);
 }
 
