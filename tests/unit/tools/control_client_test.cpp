@@ -114,7 +114,7 @@ TEST_F(Served, RunFollowsToTheEndAndPrintsTheResultLast) {
   const auto result = nlohmann::json::parse(cli.out.str());
   EXPECT_EQ(result["run"], 7);
   EXPECT_EQ(result["exit_status"], "success");
-  EXPECT_THAT(cli.err.str(), HasSubstr("mark load: half way"));
+  EXPECT_THAT(cli.err.str(), HasSubstr("mark (load): half way"));
   on_server([this] {
     EXPECT_EQ(std::get<std::string>(handler.last_start.parameters.at("cycles")), "2");
     EXPECT_EQ(handler.last_start.protocol_text, "{}");
