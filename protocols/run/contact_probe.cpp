@@ -30,8 +30,15 @@ struct Slope {
   double doubt() const { return at_most - at_least; }
 };
 
-std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resolution_m) {
-  const double error_N = kSlopeSigmas * std::hypot(touched.error_N(), now.error_N());
+double seconds_between(const Rest& a, const Rest& b) {
+  return a.begin() && b.begin() ? std::abs(to_seconds(*b.begin() - *a.begin())) : 0;
+}
+
+// `drift_N_s`: how fast the cell's zero may go away, in either direction.
+std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resolution_m,
+                              double drift_N_s) {
+  const double error_N = kSlopeSigmas * std::hypot(touched.error_N(), now.error_N()) +
+                         drift_N_s * seconds_between(touched, now);
   const double drop_N = touched.force_N() - now.force_N();
   if (!touched.travel_m() || !now.travel_m() || drop_N < 3 * error_N) return std::nullopt;
   const double way_m = *touched.travel_m() - *now.travel_m();
@@ -111,13 +118,16 @@ const Rest& ContactProbe::off_contact(const Rest& after) const {
 void ContactProbe::conclude_stiffness(const Rest& after) const {
   const Rest& touched = looks_.front();
   const double none_N = std::max(before_.force_N(), after.force_N());
+  const double passed_s = seconds_between(before_, after);
+  const double drift_N_s =
+      passed_s > 0 ? std::abs(after.force_N() - before_.force_N()) / passed_s : 0;
   TravelStep resolution;
   for (const Rest& look : looks_) resolution.add(look.travel_m());
   std::optional<Slope> best;
   for (auto now = looks_.begin() + 1; now != looks_.end(); ++now) {
     const double noise_N = kSlopeSigmas * std::hypot(before_.error_N(), now->error_N());
     if (now->force_N() - none_N < std::max(2 * noise_N, kLeft * felt_N())) break;
-    const auto slope = slope_of(touched, *now, resolution.step_m());
+    const auto slope = slope_of(touched, *now, resolution.step_m(), drift_N_s);
     if (slope && (!best || slope->doubt() < best->doubt())) best = slope;
   }
   StiffnessEvent measured;

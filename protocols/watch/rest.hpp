@@ -21,6 +21,7 @@ class Rest {
  public:
   void add(std::span<const FrameSample> samples);
 
+  std::optional<MonoTime> begin() const { return begin_; }  // of its first sample
   std::int64_t forces() const { return n_; }
   double force_N() const { return mean_; }
   double scatter_N() const;  // standard deviation of a sample; 0 for fewer than two
