@@ -61,7 +61,8 @@ void BenchErrors::apply(PlantConfig& config) const {
   config.force_tare_error_N += cell_zero_N_;
   config.creep_fraction += creep_;
   if (scope_ == ErrorScope::everything) return;
-  // Values that stay alike are taken for those of a frozen cell and for readings that are not fresh.
+  // Values that stay alike are taken for those of a frozen cell and for readings that are not
+  // fresh.
   config.force_noise_N = std::min(config.force_noise_N, config.force_resolution_N);
   for (double& noise_F : config.capacitance_noise_F) noise_F /= 10;
 }
