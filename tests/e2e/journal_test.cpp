@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What an administrator sees: the journal, the service's status, and what the daemon says of its
 // ports while nothing runs.
+#include "base/clock.hpp"
 #include "tests/e2e/rig.hpp"
 
 namespace lcrig::e2e {
