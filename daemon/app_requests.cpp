@@ -18,6 +18,14 @@ namespace lcrig {
 
 using namespace std::chrono_literals;
 
+namespace {
+
+std::string for_whom(const std::string& operator_name) {
+  return operator_name.empty() ? "" : ", for " + printable(operator_name);
+}
+
+}  // namespace
+
 // One run at a time; whoever claims the instruments gives them back with `enter`.
 Task<Result<>> App::claim(Use use) {
   const MonoTime patience = clock_.now() + 30s;
@@ -152,8 +160,8 @@ Task<Result<RunStarted>> App::open_run(PreparedRun prepared) {
   // Asked for while the run row was written: the run ends before it moves anything.
   if (stop_of_start_) session_->run()->interrupt(*stop_of_start_);
   const RunProgress begun = session_->run()->progress();
-  spdlog::info("run {} begins: {} on {}, for {}", *run, printable(begun.protocol),
-               printable(begun.specimen), printable(session_->operator_name()));
+  spdlog::info("run {} begins: {} on {}{}", *run, printable(begun.protocol),
+               printable(begun.specimen), for_whom(session_->operator_name()));
   spawn(run_to_its_end());
   RunStarted started;
   started.run = *run;
