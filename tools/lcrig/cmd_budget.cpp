@@ -189,8 +189,9 @@ class BudgetCommand final : public Command {
     if (number.ends_with('%')) number.pop_back();
     auto percent = parse_number("--target", number);
     if (!percent) return percent.error();
-    if (!(*percent > 0))
+    if (!(*percent > 0)) {
       return Failure(kUsage, "--target: expected percent above 0", "--target 1%");
+    }
     constexpr double kSurelyPercent = 0.5;
     if (*percent < kSurelyPercent && !target_.ends_with('%')) {
       const std::string whole = fmt::format("--target {:.6g}%", *percent * 100);
