@@ -79,6 +79,15 @@ void CsvWriter::number(std::optional<double> value, int power) {
   separate();
   if (value) append_decimal_shift(out_, *value, power);
 }
+void CsvWriter::rounded(std::optional<double> value, int place, int power) {
+  separate();
+  if (value) append_rounded(out_, *value, place, power);
+}
+void CsvWriter::significant(std::optional<double> value, int digits) {
+  const auto places = value ? decimal_places(*value) : std::nullopt;
+  if (!places) return number(value);
+  rounded(value, places->first - digits + 1);
+}
 void CsvWriter::decimal(std::int64_t value, int power) {
   append_decimal_shift(separate(), value, power);
 }

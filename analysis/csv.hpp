@@ -32,6 +32,9 @@ class CsvWriter {
   void integer(std::int64_t value);
   void integer(std::optional<std::int64_t> value);
   void number(std::optional<double> value, int power = 0);  // times 10^power, digits unchanged
+  // Computed values: to a multiple of 10^place, or to so many digits; `power` as above.
+  void rounded(std::optional<double> value, int place, int power = 0);
+  void significant(std::optional<double> value, int digits);
   void decimal(std::int64_t value, int power);
   void empty() { separate(); }
   void rows(std::string_view complete) { out_.append(complete); }  // of another writer

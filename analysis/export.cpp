@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/export.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-
+#include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 
 #include "analysis/export_context.hpp"
+#include "base/iso_time.hpp"
+#include "base/text.hpp"
+#include "base/whole_file.hpp"
 
 namespace lcrig {
 
@@ -61,19 +61,19 @@ Result<> prepare_folder(const fs::path& folder, const ExportContext& c, bool for
               folder.string(), kLayouts[0].file, kPackage);
 }
 
-// Complete or not there: written beside `target`, synced, then renamed.
-Result<> write_file(const fs::path& target, const std::function<Result<>(int fd)>& write) {
-  const std::string temporary = target.string() + ".part";
-  const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (fd < 0) return fail(Errc::io, "{}: {}", temporary, std::strerror(errno));
-  Result<> r = write(fd);
-  if (r && ::fsync(fd) != 0) r = fail(Errc::io, "{}: {}", temporary, std::strerror(errno));
-  if (::close(fd) != 0 && r) r = fail(Errc::io, "{}: {}", temporary, std::strerror(errno));
-  if (r && ::rename(temporary.c_str(), target.c_str()) != 0) {
-    r = fail(Errc::io, "{}: {}", target.string(), std::strerror(errno));
-  }
-  if (!r) ::unlink(temporary.c_str());
-  return r;
+// As the Data Package knows licences: by name, or by address.
+Result<> check_license(std::string_view text) {
+  const bool address = text.starts_with("https://") || text.starts_with("http://");
+  const auto is_fit = [address](char c) {
+    const bool word = std::isalnum(static_cast<unsigned char>(c)) != 0;
+    return word || std::string_view("-._").find(c) != std::string_view::npos ||
+           (address && c > ' ' && c < 0x7f);
+  };
+  if (!text.empty() && std::ranges::all_of(text, is_fit)) return {};
+  return fail(Errc::invalid_request,
+              "licence `{}`: expected a name without blanks, like CC-BY-4.0, or an address that "
+              "begins with https://",
+              printable(text, 60));
 }
 
 json fields_of(const ExportContext& c, Layout layout) {
@@ -120,10 +120,16 @@ json clock_of(const ExportContext& c) {
   return pieces;
 }
 
+json chain_of(const ChainReport& chain) {
+  return {{"intact", chain.intact}, {"anchor", to_string(chain.head)}, {"finding", chain.finding}};
+}
+
 json metadata_of(const ExportContext& c, const RunListing& listing) {
   const RunRow& r = c.run;
   json j = {{"identity", identity_of(c)},
             {"simulated", r.simulated},
+            {"started", iso_time(r.started_unix_ns)},  // where t_s is 0
+            {"ended", nullptr},
             {"parameters", json_or_text(r.parameters_json)},
             {"lcr_identity", r.lcr_identity},
             {"frame_identity", r.frame_identity},
@@ -138,8 +144,9 @@ json metadata_of(const ExportContext& c, const RunListing& listing) {
             {"note", r.note},
             {"protocol_text", r.protocol_text},
             {"specimen_text", r.specimen_text},
-            {"exit_status", nullptr},  // null: the run was still going on
+            {"exit_status", nullptr},  // null: it went on, or was cut off
             {"reason", listing.reason}};
+  if (listing.ended_unix_ns) j["ended"] = iso_time(*listing.ended_unix_ns);
   if (listing.exit_status) j["exit_status"] = to_string(*listing.exit_status);
   if (r.probe_diameter_m) j["probe_diameter_m"] = *r.probe_diameter_m;
   if (r.seed) j["seed"] = *r.seed;
@@ -161,17 +168,23 @@ std::string_view file_name(Layout layout) {
   return kLayouts[static_cast<std::size_t>(layout)].file;
 }
 
-std::string data_package(const ExportContext& c, const RunListing& listing) {
+std::string data_package(const ExportContext& c, const RunListing& listing,
+                         const std::string& license, const ChainReport* chain) {
   json resources = json::array();
   for (std::size_t i = 0; i < kLayouts.size(); ++i) {
     resources.push_back(resource_of(c, static_cast<Layout>(i)));
   }
-  const json j = {{"name", fmt::format("lcrig-run-{}", c.id)},
-                  {"title", fmt::format("{}run {}: {} on {}", c.run.simulated ? "SIMULATED " : "",
-                                        c.id, c.run.protocol_name, c.run.specimen_name)},
-                  {"profile", "tabular-data-package"},
-                  {"resources", std::move(resources)},
-                  {"lcrig", metadata_of(c, listing)}};
+  json j = {{"name", fmt::format("lcrig-run-{}", c.id)},
+            {"title", fmt::format("{}run {}: {} on {}", c.run.simulated ? "SIMULATED " : "", c.id,
+                                  c.run.protocol_name, c.run.specimen_name)},
+            {"profile", "tabular-data-package"},
+            {"resources", std::move(resources)},
+            {"lcrig", metadata_of(c, listing)}};
+  if (!license.empty()) {
+    const char* key = license.find("://") == std::string::npos ? "name" : "path";
+    j["licenses"] = json::array({json{{key, license}}});
+  }
+  if (chain != nullptr) j["lcrig"]["chain"] = chain_of(*chain);
   return j.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
@@ -185,37 +198,48 @@ Result<> export_layout(const Database& db, std::int64_t run, Layout layout, int 
   return write_layout(db, *context, layout, out);
 }
 
-Result<std::vector<std::string>> export_run(const Database& db, std::int64_t run,
-                                            const ExportOptions& options) {
+Result<ExportedRun> export_run(const Database& db, std::int64_t run, const ExportOptions& options) {
+  auto checked = verify_aside(db, run);
   auto snapshot = Transaction::begin_read(db);
   if (!snapshot) return fail(snapshot.error());
   auto context = load_context(db, run);
   if (!context) return fail(context.error());
   auto listing = get_run_listing(db, run);
   if (!listing) return fail(listing.error());
+  if (!options.license.empty()) {
+    if (auto good = check_license(options.license); !good) return fail(good.error());
+  }
   const fs::path folder(options.directory);
   if (auto r = prepare_folder(folder, *context, options.force); !r) return fail(r.error());
-  std::vector<std::string> files;
+  ExportedRun out;
   const auto write = [&](std::string_view file, auto fill) -> Result<> {
-    files.push_back((folder / file).string());
-    return write_file(files.back(), [&](int fd) {
-      CsvWriter out(fd, files.back());
-      return fill(out);
+    const std::string path = (folder / file).string();
+    return write_whole_file(path, [&](int fd) {
+      CsvWriter to(fd, path);
+      return fill(to);
+    });
+  };
+  const auto write_package = [&](const ChainReport* chain) {
+    return write(kPackage, [&](CsvWriter& to) -> Result<> {
+      to.word(data_package(*context, *listing, options.license, chain));
+      return to.flush();
     });
   };
   // First, so that an export that was cut short is known as ours.
-  auto package = write(kPackage, [&](CsvWriter& out) -> Result<> {
-    out.word(data_package(*context, *listing));
-    return out.flush();
-  });
-  if (!package) return fail(package.error());
+  if (auto r = write_package(nullptr); !r) return fail(r.error());
+  out.files.push_back((folder / kPackage).string());
   for (std::size_t i = 0; i < kLayouts.size(); ++i) {
-    auto r = write(kLayouts[i].file, [&](CsvWriter& out) {
-      return write_layout(db, *context, static_cast<Layout>(i), out);
+    auto r = write(kLayouts[i].file, [&](CsvWriter& to) {
+      return write_layout(db, *context, static_cast<Layout>(i), to);
     });
     if (!r) return fail(r.error());
+    out.files.push_back((folder / kLayouts[i].file).string());
   }
-  return files;
+  auto chain = checked.get();
+  if (!chain) return fail(chain.error());
+  out.chain = std::move(*chain);
+  if (auto r = write_package(&out.chain); !r) return fail(r.error());
+  return out;
 }
 
 }  // namespace lcrig

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "storage/chain.hpp"
 #include "storage/sqlite.hpp"
 
 namespace lcrig {
@@ -26,11 +27,15 @@ Result<> export_layout(const Database& db, std::int64_t run, Layout layout, int 
 struct ExportOptions {
   std::string directory;  // made if it is not there
   bool force = false;  // replace files of another run or another program
+  std::string license;  // of the data: a name like CC-BY-4.0, or an address; empty: none is stated
 };
 // Every layout and datapackage.json. Each file is written under another name and renamed when it is
 // complete. A folder that holds other files than an earlier export of the same run is refused,
-// unless `force`. Returns the files' paths.
-Result<std::vector<std::string>> export_run(const Database& db, std::int64_t run,
-                                            const ExportOptions& options);
+// unless `force`.
+struct ExportedRun {
+  std::vector<std::string> files;  // paths
+  ChainReport chain;  // broken: the files hold what is there now
+};
+Result<ExportedRun> export_run(const Database& db, std::int64_t run, const ExportOptions& options);
 
 }  // namespace lcrig

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analysis/export_context.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "base/decimal.hpp"
 #include "events/payloads.hpp"
 
 namespace lcrig {
@@ -94,6 +97,38 @@ Result<> load_events(const Database& db, ExportContext& c) {
       [&](std::int64_t at, std::string_view detail) { add_settings(c, at, detail); });
 }
 
+// A sample of a simulated or a dead weight has as many digits as a double; nothing is known better
+// than to nine of the largest value.
+class DigitEnd {
+ public:
+  void add(const std::optional<double>& value) {
+    const auto places = value ? decimal_places(*value) : std::nullopt;
+    if (!places) return;
+    first_ = std::max(first_.value_or(places->first), places->first);
+    last_ = std::min(last_.value_or(places->last), places->last);
+  }
+  int or_else(int unknown) const { return last_ ? std::max(*last_ - 1, *first_ - 8) : unknown; }
+
+ private:
+  std::optional<int> first_, last_;
+};
+
+Result<> load_digit_ends(const Database& db, ExportContext& c) {
+  DigitEnd force, travel;
+  const auto take = [&](const Statement& row) {
+    force.add(row.optional_real(0));
+    travel.add(row.optional_real(1));
+  };
+  auto all = db.each("SELECT force_N, travel_m FROM frame_sample WHERE run_id = ?", take, c.id);
+  if (!all) return all;
+  c.ends.force_N = force.or_else(c.ends.force_N);
+  c.ends.travel_m = travel.or_else(c.ends.travel_m);
+  if (!c.area_m2) return {};
+  const double step_Pa = std::pow(10.0, c.ends.force_N) / *c.area_m2;
+  c.ends.pressure_Pa = static_cast<int>(std::floor(std::log10(step_Pa)));
+  return {};
+}
+
 void read_settings(ExportContext& c) {
   add_settings(c, INT64_MIN, c.run.lcr_settings_json);
   const json frame = json::parse(c.run.frame_capabilities_json, nullptr, false);
@@ -118,6 +153,7 @@ Result<ExportContext> load_context(const Database& db, std::int64_t run) {
   c.clock = std::move(*clock);
   if (auto r = load_value_columns(db, c); !r) return fail(r.error());
   if (auto r = load_events(db, c); !r) return fail(r.error());
+  if (auto r = load_digit_ends(db, c); !r) return fail(r.error());
   return c;
 }
 

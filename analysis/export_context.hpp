@@ -25,12 +25,19 @@ struct Since {
   double value = 0;
 };
 
+// Where the digits of computed values end, as powers of ten in SI: one behind the last digit that
+// any sample of the run has, so that rounding adds nothing to what the reading itself leaves open.
+struct DigitEnds {
+  int force_N = -9, travel_m = -12, pressure_Pa = -6;
+};
+
 struct ExportContext {
   std::int64_t id = 0;
   RunRow run;
   std::int64_t start_ns = 0;  // monotonic
   std::optional<double> area_m2;  // of the probe
   bool hold_force = false;  // dead weights: a sample is valid until the next
+  DigitEnds ends;
   DeviceClock clock;
   WindowBefore before;  // of readings
   std::vector<Since> contacts;  // travel, m
@@ -44,6 +51,8 @@ Result<ExportContext> load_context(const Database& db, std::int64_t run);
 std::vector<Column> columns_of(const ExportContext& context, Layout layout);
 Result<> write_layout(const Database& db, const ExportContext& context, Layout layout,
                       CsvWriter& out);
-std::string data_package(const ExportContext& context, const RunListing& listing);
+// `chain`: nullptr while it is not known.
+std::string data_package(const ExportContext& context, const RunListing& listing,
+                         const std::string& license, const ChainReport* chain);
 
 }  // namespace lcrig

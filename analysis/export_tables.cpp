@@ -23,7 +23,12 @@ constexpr Column kGap{"gap_mm", "number", "mm",
 constexpr Column kPressure{"pressure_kPa", "number", "kPa", "force over the area of the probe"};
 constexpr Column kStep{"step", "string", "", "id of the protocol step"};
 constexpr Column kRepeat{"repeat", "integer", "", "of the outermost repeat, from 1; 0: none"};
-constexpr Column kLevel{"level", "integer", "", "load level within the run, from 1"};
+constexpr Column kLevel{"level_in_run", "integer", "",
+                        "load level within the run, from 1: of one repeat only"};
+// The names of these columns in version 0.1, for programs that read them; the next version has them
+// no more (docs/export.md).
+constexpr Column kOldLevel{"level", "integer", "", "the same as level_in_run; will be left out"};
+constexpr Column kOldIndex{"index", "integer", "", "the same as level_in_repeat; will be left out"};
 constexpr Column kReading{"reading", "integer", "", "fresh reading within the level, from 1"};
 constexpr Column kFlags{"flags", "string", "", "words, separated by spaces"};
 
@@ -53,15 +58,15 @@ void append_flags(CsvWriter& out, std::string& scratch, std::int64_t flags,
   out.word(scratch);
 }
 
-// On a grid of 1 pm, so that a difference shows no digits that the travels do not have.
-void append_gap(CsvWriter& out, std::optional<double> travel_m, std::optional<double> contact_m) {
+void append_gap(CsvWriter& out, const ExportContext& c, std::optional<double> travel_m,
+                std::optional<double> contact_m) {
   if (!travel_m || !contact_m) return out.empty();
-  out.decimal(std::llround((*contact_m - *travel_m) * 1e12), -9);
+  out.rounded(*contact_m - *travel_m, c.ends.travel_m, 3);
 }
 
 void append_pressure(CsvWriter& out, const ExportContext& c, std::optional<double> force_N) {
   if (!force_N || !c.area_m2) return out.empty();
-  out.number(*force_N / *c.area_m2, -3);
+  out.rounded(*force_N / *c.area_m2, c.ends.pressure_Pa, -3);
 }
 
 void append_values(CsvWriter& out, const ExportContext& c, const Statement& row, int first) {
@@ -115,6 +120,7 @@ Result<> write_readings(const Database& db, const ExportContext& c, Piece piece,
         out.number(frequency.at(row.integer(2)));
         append_values(out, c, row, 12);
         out.text(row.text(11));
+        out.integer(row.optional_integer(6));
         return {};
       },
       piece);
@@ -138,7 +144,7 @@ Result<> write_frame(const Database& db, const ExportContext& c, Piece piece, Cs
         out.number(device_time);
         out.number(force);
         out.number(travel, 3);
-        append_gap(out, travel, contact.at(row.integer(1)));
+        append_gap(out, c, travel, contact.at(row.integer(1)));
         append_pressure(out, c, force);
         append_flags(out, scratch, row.integer(5), kFrameFlagWords);
         return {};
@@ -177,14 +183,15 @@ Result<> write_events(const Database& db, const ExportContext& c, CsvWriter& out
       });
 }
 
-// To the nanosecond: more digits would be noise.
+constexpr int kUncertaintyDigits = 3;
+
 void append_uncertainty(CsvWriter& out, const Aligned& a) {
   if (!a.state.force_N && !a.state.travel_m) {
     out.empty();
     return out.empty();
   }
-  out.decimal(std::llround(a.uncertainty_s * 1e9), -9);
-  out.decimal(std::llround(std::abs(a.state.force_rate_N_s) * a.uncertainty_s * 1e9), -9);
+  out.significant(a.uncertainty_s, kUncertaintyDigits);
+  out.significant(std::abs(a.state.force_rate_N_s) * a.uncertainty_s, kUncertaintyDigits);
 }
 
 Result<> write_aligned(const Database& db, const ExportContext& c, CsvWriter& out) {
@@ -209,11 +216,12 @@ Result<> write_aligned(const Database& db, const ExportContext& c, CsvWriter& ou
     out.integer(row.optional_integer(6));
     append_flags(out, scratch, row.integer(7), kLcrFlagWords);
     append_values(out, c, row, 8);
-    out.number(a->state.force_N);
-    out.number(a->state.travel_m, 3);
-    append_gap(out, a->state.travel_m, contact.at(a->middle_ns));
+    out.rounded(a->state.force_N, c.ends.force_N);
+    out.rounded(a->state.travel_m, c.ends.travel_m, 3);
+    append_gap(out, c, a->state.travel_m, contact.at(a->middle_ns));
     append_pressure(out, c, a->state.force_N);
     append_uncertainty(out, *a);
+    out.integer(row.optional_integer(5));
     return {};
   });
 }
@@ -240,10 +248,11 @@ Result<> write_levels(const Database& db, const ExportContext& c, CsvWriter& out
     for (int i = 4; i <= 7; ++i) out.integer(row.integer(i));
     out.number(row.optional_real(8));
     out.number(row.optional_real(9), -3);
-    out.number(a->state.force_N);
+    out.rounded(a->state.force_N, c.ends.force_N);
     append_pressure(out, c, a->state.force_N);
     append_values(out, c, row, 11);
     append_flags(out, scratch, row.integer(10), kLcrFlagWords);
+    for (int i = 5; i <= 6; ++i) out.integer(row.integer(i));
     return {};
   });
 }
@@ -264,7 +273,7 @@ void add_reading_columns(std::vector<Column>& out, const ExportContext& c) {
             {"function", "string", "", "impedance function of the meter"},
             {"frequency_Hz", "number", "Hz", "test frequency"}});
   add(out, c.value_columns);
-  add(out, {{"status", "string", "", "comparator words as the meter sent them"}});
+  add(out, {{"status", "string", "", "comparator words as the meter sent them"}, kOldLevel});
 }
 
 }  // namespace
@@ -289,14 +298,15 @@ std::vector<Column> columns_of(const ExportContext& c, Layout layout) {
       add(out, {kStep,
                 kRepeat,
                 kLevel,
-                {"index", "integer", "", "of the level within the repeat, from 1"},
+                {"level_in_repeat", "integer", "",
+                 "of the level within its repeat, from 1: the same load in every repeat"},
                 kReading,
                 {"target_force_N", "number", "N", "force asked for"},
                 {"target_pressure_kPa", "number", "kPa", "pressure asked for"},
                 kForce,
                 kPressure});
       add(out, c.value_columns);
-      add(out, {kFlags});
+      add(out, {kFlags, kOldLevel, kOldIndex});
       break;
     case Layout::events:
       add(out, {{"kind", "string", "", "what happened"},
@@ -311,7 +321,8 @@ std::vector<Column> columns_of(const ExportContext& c, Layout layout) {
                 kGap,
                 kPressure,
                 {"alignment_uncertainty_s", "number", "s", "standard uncertainty of the instant"},
-                {"alignment_uncertainty_N", "number", "N", "the same times the rate of force"}});
+                {"alignment_uncertainty_N", "number", "N", "the same times the rate of force"},
+                kOldLevel});
       break;
   }
   if (c.run.simulated) {

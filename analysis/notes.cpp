@@ -18,6 +18,9 @@ void add_origin(const RunData& data, Notes& notes) {
   } else if (data.row.simulated) {
     notes.emplace_back("simulated: nothing was measured");
   }
+  for (const EventRow& event : data.events) {
+    if (event.kind == EventKind::extrapolated) notes.push_back(event.detail);
+  }
   const RunListing& l = data.listing;
   if (l.exit_status != ExitStatus::success) {
     notes.push_back(fmt::format("the run ended with {}{}{}", to_string(l.exit_status, "?"),

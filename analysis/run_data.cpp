@@ -89,11 +89,15 @@ class Loader {
     if (!row) return fail(row.error());
     auto listing = get_run_listing(db_, run);
     if (!listing) return fail(listing.error());
-    if (!listing->exit_status) {
+    if (listing->goes_on) {
       return fail(Errc::busy,
-                  "run {} is still going on: analyse it when it has ended (`lcrig status`; a "
-                  "daemon that died closes its run at the next start)",
-                  run);
+                  "run {} is still going on: analyse it when it has ended (`lcrig status`)", run);
+    }
+    if (!listing->exit_status) {
+      return fail(Errc::invalid_request,
+                  "run {} was cut off: lcrigd closes it at its next start (or its end was deleted: "
+                  "`lcrig verify {}`); `lcrig export {}` writes what is there",
+                  run, run, run);
     }
     out_.run = run;
     out_.row = std::move(*row);

@@ -105,4 +105,25 @@ double shift_decimal(double value, int power) {
   return out;
 }
 
+std::optional<DecimalPlaces> decimal_places(double value) {
+  if (value == 0 || !std::isfinite(value)) return std::nullopt;
+  char text[40];
+  const char* const begin = text;
+  const char* const end =
+      std::to_chars(text, text + sizeof text, value, std::chars_format::scientific).ptr;
+  const char* const mark = std::find(begin, end, 'e');
+  DecimalPlaces out;
+  std::from_chars(mark + (mark[1] == '+' ? 2 : 1), end, out.first);
+  const auto fraction = mark - std::find(begin, mark, '.');  // with its point
+  out.last = out.first - static_cast<int>(std::max<std::ptrdiff_t>(fraction - 1, 0));
+  return out;
+}
+
+void append_rounded(std::string& out, double value, int place, int power) {
+  constexpr double kExact = 9007199254740992;  // 2^53; beyond it a double has no digit there
+  const double steps = value * std::pow(10.0, -place);
+  if (!(std::abs(steps) < kExact)) return append_decimal_shift(out, value, power);
+  append_decimal_shift(out, std::int64_t{std::llround(steps)}, place + power);
+}
+
 }  // namespace lcrig

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <vector>
 
+#include "base/number.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
@@ -128,7 +129,7 @@ class Walk {
     if (c == '}' && expect_ == Expect::first_key) return close();
     if (c == '}' || c == ']') return wrong(comma_at_, after_last());
     if (c == ',') return wrong(at_, "two commas without an entry between them");
-    if (is_digit(c) && last_is_number_ && comma_at_ + 1 == at_) return decimal_comma();
+    if (is_digit(c) && last_is_number_ && comma_at_ + 1 == at_) return decimal_comma(take_word());
     const auto word = take_word();
     wrong(word_at_, word.empty() ? "a key in double quotes is missing here"
                                  : fmt::format("a key stands in double quotes: \"{}\"", word));
@@ -187,6 +188,9 @@ class Walk {
     const std::size_t first = i, whole = digits();
     if (whole == 0) return wrong(word_at_, fmt::format("`{}`: a number begins with a digit", word));
     if (whole > 1 && word[first] == '0') {
+      if (comma_at_ > 0 && comma_at_ == number_end_ && comma_at_ + 1 == word_at_) {
+        return decimal_comma(word);  // [1,000]
+      }
       return wrong(word_at_, fmt::format("`{}`: a number does not begin with 0", word));
     }
     if (i < word.size() && word[i] == '.') {
@@ -207,15 +211,15 @@ class Walk {
     }
     last_is_number_ = true;
     last_word_ = word;
-    last_end_ = at_;
+    last_end_ = number_end_ = at_;
     expect_ = after_value();
   }
 
-  void decimal_comma() {
+  void decimal_comma(std::string_view rest) {
     const std::size_t begin = comma_at_ - last_word_.size();
-    const auto rest = take_word();
-    wrong(begin, fmt::format("`{0},{1}`: a decimal number is written with a point: {0}.{1}",
-                             last_word_, rest));
+    const auto text = fmt::format("{},{}", last_word_, rest);
+    const auto words = comma_words(text);
+    wrong(begin, fmt::format("`{}`: {}", text, words.empty() ? "a number has no `,`" : words));
   }
 
   void text(Expect next) {
@@ -266,7 +270,7 @@ class Walk {
   std::size_t at_ = 0;
   Expect expect_ = Expect::value;
   std::vector<Open> open_;
-  std::size_t last_end_ = 0, comma_at_ = 0, word_at_ = 0;
+  std::size_t last_end_ = 0, number_end_ = 0, comma_at_ = 0, word_at_ = 0;
   bool last_is_number_ = false;
   std::string_view last_word_;  // the number
   std::optional<JsonMistake> mistake_;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/key_words.hpp"
 #include "base/near_word.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
@@ -358,14 +359,15 @@ std::optional<double> JsonReader::optional_quantity(std::string_view stem, Dimen
 
 double JsonReader::quantity(std::string_view stem, Dimension d, const Range& range) const {
   if (const auto v = optional_quantity(stem, d, range)) return *v;
+  std::vector<std::string> accepted;
+  for (const Unit& unit : all_units()) {
+    if (unit.dimension == d) accepted.push_back(fmt::format("{}_{}", stem, unit.suffix));
+  }
   for (const std::string& key : keys()) {
-    const KeyParts parts = split_key(key);
     if (key != stem && !key.starts_with(std::string(stem) + "_")) continue;
-    child((*value_)[key], key)
-        .wrong_key(fmt::format("{}, expected `{}` with a unit of {}: {}",
-                               parts.unit ? fmt::format("a {}", to_string(parts.dimension()))
-                                          : std::string("no known unit"),
-                               stem, to_string(d), suffixes_of(d)));
+    const auto words = unit_mistake(key, accepted);
+    if (!words) continue;
+    child((*value_)[key], key).wrong_key(*words);
     return 0;
   }
   missing(fmt::format("`{}` with a unit of {} ({})", stem, to_string(d), suffixes_of(d)));
@@ -377,12 +379,12 @@ double JsonReader::quantity(std::string_view stem, Dimension d, const Range& ran
 void JsonReader::no_other_keys() const {
   for (const std::string& key : keys()) {
     if (std::ranges::find(known_->keys, key) != known_->keys.end()) continue;
-    child((*value_)[key], key)
-        .refuse_key(
-            fmt::format("unknown key `{}`{} expected {}", printable(key),
-                        nearest_word(key, known_->keys) ? did_you_mean(key, known_->keys) : ",",
-                        joined(known_->shown)));
-    return;
+    const JsonReader unknown = child((*value_)[key], key);
+    if (const auto words = unit_mistake(key, known_->keys)) return unknown.refuse_key(*words);
+    const auto meant = nearest_key(key, known_->keys);
+    const auto guess = meant ? fmt::format(", did you mean `{}`?", printable(*meant)) : ",";
+    return unknown.refuse_key(fmt::format("unknown key `{}`{} expected {}", printable(key), guess,
+                                          joined(known_->shown)));
   }
 }
 

@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/log.hpp"
 
+#include <spdlog/async_logger.h>
+#include <spdlog/details/null_mutex.h>
+#include <spdlog/details/thread_pool.h>
 #include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <cstdlib>
+#include <future>
+#include <thread>
+#include <utility>
 
 #include "base/text.hpp"
 
@@ -42,7 +50,72 @@ class HarmlessMessage final : public spdlog::custom_flag_formatter {
   }
 };
 
+constexpr std::size_t kMostWaiting = 1000;  // messages
+constexpr std::chrono::seconds kPatienceAtTheEnd{2};
+
+// Between the thread and the real sinks: says what the queue left out. Called by the thread of
+// `pool` only, which outlives it.
+class Counting final : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
+ public:
+  Counting(std::vector<spdlog::sink_ptr> sinks, spdlog::details::thread_pool& pool)
+      : sinks_(std::move(sinks)), pool_(pool) {}
+
+ protected:
+  void sink_it_(const spdlog::details::log_msg& msg) override {
+    const std::size_t lost = pool_.overrun_counter();
+    if (lost > told_) {
+      const std::string text =
+          fmt::format("{} messages were left out here: nobody took them", lost - told_);
+      told_ = lost;
+      write(spdlog::details::log_msg(msg.logger_name, spdlog::level::warn, text));
+    }
+    write(msg);
+  }
+  void flush_() override {
+    for (const auto& to : sinks_) to->flush();
+  }
+
+ private:
+  void write(const spdlog::details::log_msg& msg) {
+    for (const auto& to : sinks_) to->log(msg);
+  }
+
+  std::vector<spdlog::sink_ptr> sinks_;
+  spdlog::details::thread_pool& pool_;
+  std::size_t told_ = 0;
+};
+
 }  // namespace
+
+LogThread::LogThread()
+    : direct_(spdlog::default_logger()),
+      pool_(std::make_shared<spdlog::details::thread_pool>(kMostWaiting, 1)) {
+  auto logger = std::make_shared<spdlog::async_logger>(
+      direct_->name(), std::make_shared<Counting>(direct_->sinks(), *pool_), pool_,
+      spdlog::async_overflow_policy::overrun_oldest);
+  logger->set_level(direct_->level());
+  logger->flush_on(direct_->flush_level());
+  spdlog::set_default_logger(std::move(logger));
+}
+
+// The pool's destructor waits for the sink, which may never return.
+LogThread::~LogThread() {
+  const auto level = direct_->level();
+  direct_->set_level(spdlog::level::off);
+  spdlog::set_default_logger(direct_);
+  std::promise<void> written;
+  auto is_written = written.get_future();
+  std::thread end([pool = std::move(pool_), done = std::move(written)]() mutable {
+    pool.reset();
+    done.set_value();
+  });
+  if (is_written.wait_for(kPatienceAtTheEnd) != std::future_status::ready) {
+    end.detach();
+    return;
+  }
+  end.join();
+  direct_->set_level(level);
+}
 
 std::unique_ptr<spdlog::formatter> log_formatter(bool journal) {
   auto formatter = std::make_unique<spdlog::pattern_formatter>();

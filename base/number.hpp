@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace lcrig {
@@ -16,6 +17,25 @@ std::optional<T> number_from(std::string_view text) {
   const auto r = std::from_chars(text.data(), text.data() + text.size(), value);
   if (r.ec != std::errc() || r.ptr != text.data() + text.size() || !std::isfinite(value)) return {};
   return value;
+}
+
+// What to say of "1,5" and "1,000": of the second nobody knows which number it is. "" when `text`
+// is no number with a comma in it.
+inline std::string comma_words(std::string_view text) {
+  const auto digits = [](std::string_view part) {
+    return !part.empty() && part.find_first_not_of("0123456789") == part.npos;
+  };
+  const auto comma = text.find(',');
+  if (comma == text.npos) return {};
+  const auto whole = text.substr(0, comma), rest = text.substr(comma + 1);
+  const auto unsigned_part = whole.starts_with('-') ? whole.substr(1) : whole;
+  if (!digits(unsigned_part)) return {};
+  const std::string first(whole), second(rest);
+  if (digits(rest) && rest.size() == 3 && unsigned_part.size() <= 3 && unsigned_part[0] != '0') {
+    return first + "." + second + " or " + first + second + "? A number has no `,`";
+  }
+  if (!digits(rest)) return "a number has no `,`; the decimal sign is a point";
+  return "a decimal number is written with a point: " + first + "." + second;
 }
 
 }  // namespace lcrig

@@ -9,6 +9,7 @@
 
 #include "base/text.hpp"
 #include "daemon/aside.hpp"
+#include "daemon/continuation.hpp"
 #include "daemon/rig/sim.hpp"
 #include "events/event_words.hpp"
 #include "protocols/expand.hpp"
@@ -37,6 +38,11 @@ std::string service_line(const RunStatus& s) {
   return s.prompt.empty() ? line : line + "; waits for: " + s.prompt;
 }
 
+// Of a run that ended: where it stands in the journal it cannot be changed with the database.
+std::string anchor_words(const std::string& anchor) {
+  return anchor.empty() ? "" : " (anchor " + anchor + ")";
+}
+
 // What of a run belongs into the journal beside its begin, its end, and instruments that were lost
 // (protocols/run/losses.cpp).
 bool is_for_journal(EventKind kind) {
@@ -52,6 +58,7 @@ App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
       notifier_(std::move(parts.notifier)),
       person_(io.get_executor()),
       sync_each_commit_(parts.sync_each_commit),
+      control_options_(std::move(parts.control)),
       vfs_(std::move(parts.vfs)),
       rig_(std::move(parts.rig)),
       changed_(clock) {
@@ -82,12 +89,13 @@ Result<> App::start() {
   if (auto opened = open(); !opened) return opened;
   for (const auto& orphan : recorder_->interrupted_runs()) {
     spdlog::warn(
-        "run {} had not ended when the last daemon died: closed as interrupted; look whether its "
+        "run {} had not ended when the last daemon died: closed as interrupted{}; look whether its "
         "specimen is still loaded (lcrig runs show {})",
-        orphan, orphan);
+        orphan, anchor_words(stored_anchor(orphan)), orphan);
     frame_to_make_safe_ = frame_to_make_safe_ || (real_ != nullptr && left_commanding(orphan));
   }
-  control_ = std::make_unique<ControlServer>(io_.get_executor(), clock_, *this);
+  look_for_resumable();
+  control_ = std::make_unique<ControlServer>(io_.get_executor(), clock_, *this, control_options_);
   if (auto listening = control_->listen(config_.socket); !listening) return listening;
   if (real_ != nullptr) {
     enter(Use::asking);  // no run before the frame was made safe
@@ -99,6 +107,21 @@ Result<> App::start() {
   spdlog::info("lcrigd {}: database {}, socket {}", LCRIG_VERSION, config_.database,
                config_.socket);
   return {};
+}
+
+void App::save_wire_logs() {
+  if (real_ != nullptr) real_->finish_wire_logs(2s);
+}
+
+// A daemon that cannot tell works all the same; `lcrig resume RUN` looks for itself.
+void App::look_for_resumable() {
+  auto db = open_read_only(config_.database);
+  auto found = db ? find_resumable(*db) : fail(db.error());
+  if (!found) {
+    spdlog::warn("which run can be resumed is not known: {}", printable(found.error().what));
+    return;
+  }
+  resumable_ = std::move(*found);
 }
 
 void App::enter(Use use) {
@@ -198,6 +221,13 @@ void App::tell_lag(Duration late) {
   recorder_->event(RunEvent(now, EventKind::lag, "", text));
 }
 
+std::string App::stored_anchor(std::int64_t run) const {
+  const auto db = open_read_only(config_.database);
+  if (!db) return {};
+  const auto anchor = get_anchor(*db, run);
+  return anchor && *anchor ? to_string(**anchor) : std::string();
+}
+
 // A protocol that cannot be read any more counts as one that commands.
 bool App::left_commanding(std::int64_t run) const {
   auto db = open_read_only(config_.database);
@@ -284,14 +314,15 @@ Task<> App::run_to_its_end() {
   ended.frame_samples = last.frame_samples;
   ended.duration_s = to_seconds(clock_.now() - begin);
   ended.wall_s = ended.duration_s;
+  ended.anchor = session_->anchor();
   publish();
   session_.reset();
   last_run_ = ended;
   enter(Use::idle);
   if (control_) control_->publish_run_ended(ended);
   notifier_.status("idle");
-  spdlog::info("run {} ended: {} {}", ended.run, to_string(ended.exit_status),
-               printable(ended.reason));
+  spdlog::info("run {} ended: {} {}{}", ended.run, to_string(ended.exit_status),
+               printable(ended.reason), anchor_words(ended.anchor));
 }
 
 DaemonStatus App::status() const {
@@ -300,6 +331,7 @@ DaemonStatus App::status() const {
   s.database = config_.database;
   if (live_run() != nullptr) s.run = session_->status();
   s.last_run = last_run_;
+  s.resumable = resumable_;
   s.instruments = rig_->states();
   if (!s.run) return s;
   for (InstrumentState& i : s.instruments) {

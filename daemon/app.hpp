@@ -29,6 +29,7 @@ struct AppParts {
   std::string vfs;  // of SQLite, for the database; empty: the operating system's
   ServiceNotifier notifier;
   bool sync_each_commit = true;  // Recorder::Options
+  ControlOptions control;
 };
 
 class App final : public ControlHandler {
@@ -48,6 +49,10 @@ class App final : public ControlHandler {
   // One run to its end, asked for by nobody at a socket. Once.
   Task<Result<RunOutcome>> run_through(PreparedRun prepared);
 
+  // For a process that a bug ends: what was logged of the wires is on the disk, if the disk
+  // answers.
+  void save_wire_logs();
+
   // Of the control socket.
   std::size_t clients() const { return control_->clients(); }
   std::size_t waiting_bytes() const { return control_->waiting_bytes(); }
@@ -62,6 +67,7 @@ class App final : public ControlHandler {
   Task<Result<Plan>> plan_run(RunRequest request, PeerCredentials peer) override;
   Task<Result<>> ask_instruments(PeerCredentials peer) override;
   Task<Result<>> confirm(PeerCredentials peer) override;
+  Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) override;
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
   DaemonStatus status() const override;
 
@@ -74,6 +80,7 @@ class App final : public ControlHandler {
     running,  // until its row and the ports are closed
   };
   void enter(Use use);
+  void look_for_resumable();
   bool is_settled() const { return use_ == Use::idle || use_ == Use::running; }
 
   Task<Result<>> claim(Use use);
@@ -86,9 +93,10 @@ class App final : public ControlHandler {
   Result<> find_texts(RunRequest& wanted) const;
   Task<Result<>> make_session(PreparedRun prepared);
   Task<> run_to_its_end();
-  Task<Result<StopAnswer>> stop_run(Interrupt kind, std::string why, const PeerCredentials& peer);
+  Task<Result<StopAnswer>> stop_run(Interrupt kind, std::string why, PeerCredentials peer);
   StopAnswer stop_start(Interrupt kind, std::string why);
   Task<Result<StopAnswer>> confirm_stop(Run& run, std::uint64_t stands, std::uint64_t failures);
+  Task<std::string> user_name(const PeerCredentials& peer, Duration patience) const;
   void spawn(Task<> task);
   Task<> heartbeat();
   void watch_parts();
@@ -96,6 +104,7 @@ class App final : public ControlHandler {
   void tell_lag(Duration late);
   void tell_service(bool working);
   Task<> probe();
+  std::string stored_anchor(std::int64_t run) const;  // empty: there is none
   bool left_commanding(std::int64_t run) const;
   Task<> note_runs(std::vector<std::int64_t> runs, std::string text);
   void publish_event(const RunEvent& event);
@@ -108,6 +117,7 @@ class App final : public ControlHandler {
   ServiceNotifier notifier_;
   RemoteOperator person_;
   bool sync_each_commit_;
+  ControlOptions control_options_;
   std::string vfs_;
   RealRig* real_ = nullptr;  // `rig_`, when it is one
   std::unique_ptr<InstrumentFactory> rig_;
@@ -117,13 +127,14 @@ class App final : public ControlHandler {
   Use use_ = Use::idle;
   Condition changed_;  // `use_`, `session_`, `shutting_down_`, or how often the frame was stopped
   std::optional<InterruptRequest> stop_of_start_;  // asked for meanwhile: nothing may move
-  bool adding_ = false;  // a specimen
+  bool storing_ = false;  // a specimen or a note, beside the loop
   bool shutting_down_ = false;
   bool frame_to_make_safe_ = false;  // a run that commanded it was cut off by a crash
   Liveness liveness_;
   std::vector<std::string> stuck_;
   MonoTime lag_told_;
   std::optional<RunOutcome> last_run_;
+  std::vector<ResumableRun> resumable_;
 };
 
 }  // namespace lcrig

@@ -20,6 +20,11 @@ using namespace std::chrono_literals;
 
 namespace {
 
+// How long a request waits for the name of who asks. A stop is not held up by a name; 20 ms suffice
+// for one that stands in a file.
+constexpr Duration kNamePatience = 2s;
+constexpr Duration kNamePatienceOfStops = 20ms;
+
 std::string for_whom(const std::string& operator_name) {
   return operator_name.empty() ? "" : ", for " + printable(operator_name);
 }
@@ -52,6 +57,7 @@ Task<Result<>> App::claim(Use use) {
 Task<Result<RunStarted>> App::start_run(RunRequest request, PeerCredentials peer) {
   auto claimed = co_await claim(Use::starting);
   if (!claimed) co_return fail(claimed.error());
+  peer.user = co_await user_name(peer, kNamePatience);
   if (request.operator_name.empty()) request.operator_name = peer.user;
   auto prepared = co_await read_request(std::move(request));
   auto started = co_await start_claimed(std::move(prepared));
@@ -159,6 +165,7 @@ Task<Result<RunStarted>> App::open_run(PreparedRun prepared) {
   }
   // Asked for while the run row was written: the run ends before it moves anything.
   if (stop_of_start_) session_->run()->interrupt(*stop_of_start_);
+  resumable_.clear();  // the rig is not as they left it any more
   const RunProgress begun = session_->run()->progress();
   spdlog::info("run {} begins: {} on {}{}", *run, printable(begun.protocol),
                printable(begun.specimen), for_whom(session_->operator_name()));
@@ -193,7 +200,13 @@ Result<> App::find_texts(RunRequest& wanted) const {
               wanted.specimen_name);
 }
 
+Task<std::string> App::user_name(const PeerCredentials& peer, Duration patience) const {
+  if (!control_) co_return peer.user;
+  co_return co_await control_->user_name(peer.uid, patience);
+}
+
 Task<Result<>> App::pause(PeerCredentials peer) {
+  peer.user = co_await user_name(peer, kNamePatienceOfStops);
   Run* run = live_run();
   if (run == nullptr) co_return fail(Errc::invalid_request, "no run is going on");
   recorder_->event(request_event(clock_.now(), "run.pause", peer));
@@ -203,8 +216,11 @@ Task<Result<>> App::pause(PeerCredentials peer) {
 
 Task<Result<RunStarted>> App::resume(std::optional<std::int64_t> run, bool confirmed,
                                      PeerCredentials peer) {
+  if (live_run() == nullptr && run) {
+    co_return co_await continue_run(*run, confirmed, std::move(peer));
+  }
+  peer.user = co_await user_name(peer, kNamePatience);
   Run* live = live_run();
-  if (live == nullptr && run) co_return co_await continue_run(*run, confirmed, std::move(peer));
   if (live == nullptr || (run && *run != live->progress().run)) {
     co_return fail(Errc::invalid_request, "no such run is paused");
   }
@@ -220,6 +236,7 @@ Task<Result<RunStarted>> App::resume(std::optional<std::int64_t> run, bool confi
 Task<Result<RunStarted>> App::continue_run(std::int64_t run, bool confirmed, PeerCredentials peer) {
   auto claimed = co_await claim(Use::starting);
   if (!claimed) co_return fail(claimed.error());
+  peer.user = co_await user_name(peer, kNamePatience);
   const auto read = [this, run, confirmed, &peer]() -> Result<PreparedRun> {
     auto db = open_read_write(config_.database);
     if (!db) return fail(db.error());
@@ -240,8 +257,8 @@ Task<Result<RunStarted>> App::continue_run(std::int64_t run, bool confirmed, Pee
   co_return started;
 }
 
-Task<Result<StopAnswer>> App::stop_run(Interrupt kind, std::string why,
-                                       const PeerCredentials& peer) {
+Task<Result<StopAnswer>> App::stop_run(Interrupt kind, std::string why, PeerCredentials peer) {
+  peer.user = co_await user_name(peer, kNamePatienceOfStops);
   const std::string reason = why.empty() ? "by " + peer.user : why + " (by " + peer.user + ")";
   Run* run = live_run();
   if (run == nullptr && use_ == Use::starting) co_return stop_start(kind, reason);
@@ -288,24 +305,42 @@ Task<Result<StopAnswer>> App::confirm_stop(Run& run, std::uint64_t stands, std::
 }
 
 Task<Result<StopAnswer>> App::abort(std::string why, PeerCredentials peer) {
-  co_return co_await stop_run(Interrupt::abort, std::move(why), peer);
+  co_return co_await stop_run(Interrupt::abort, std::move(why), std::move(peer));
 }
 
 Task<Result<StopAnswer>> App::freeze(std::string why, PeerCredentials peer) {
-  auto stopped = co_await stop_run(Interrupt::freeze, std::move(why), peer);
+  auto stopped = co_await stop_run(Interrupt::freeze, std::move(why), std::move(peer));
   if (stopped && stopped->standing) stopped->note = "stopped; the frame stays where it is";
   co_return stopped;
 }
 
 Task<Result<>> App::confirm(PeerCredentials peer) {
+  peer.user = co_await user_name(peer, kNamePatience);
   if (!person_.confirmed()) co_return fail(Errc::invalid_request, "nothing waits for confirmation");
   recorder_->event(request_event(clock_.now(), "run.confirm", peer));
   co_return Result<>();
 }
 
+// Not on the thread of the instruments: another program may hold the database for seconds.
+Task<Result<>> App::note_run(std::int64_t run, std::string text, PeerCredentials peer) {
+  if (storing_) co_return fail(Errc::busy, "another note or specimen is being stored: try again");
+  storing_ = true;
+  peer.user = co_await user_name(peer, kNamePatience);
+  const std::int64_t now = clock_.unix_ns();
+  const auto store = [this, run, &text, &peer, now]() -> Result<> {
+    auto db = open_read_write(config_.database);
+    if (!db) return fail(db.error());
+    return add_run_note(*db, run, peer.user, text, now);
+  };
+  auto noted = co_await run_aside(io_.get_executor(), clock_, store);
+  storing_ = false;
+  if (noted) spdlog::info("a note was added to run {} for {}", run, peer_words(peer));
+  co_return noted;
+}
+
 Task<Result<std::string>> App::add_specimen(std::string text, PeerCredentials peer) {
-  if (adding_) co_return fail(Errc::busy, "another specimen is being stored: try again");
-  adding_ = true;
+  if (storing_) co_return fail(Errc::busy, "another note or specimen is being stored: try again");
+  storing_ = true;
   const std::int64_t now = clock_.unix_ns();
   const auto store = [this, &text, now]() -> Result<std::string> {
     auto specimen = parse_specimen(text, "specimen");
@@ -317,7 +352,8 @@ Task<Result<std::string>> App::add_specimen(std::string text, PeerCredentials pe
     return specimen->name;
   };
   auto name = co_await run_aside(io_.get_executor(), clock_, store);
-  adding_ = false;
+  storing_ = false;
+  peer.user = co_await user_name(peer, kNamePatience);
   if (name) spdlog::info("specimen {} stored for {}", printable(*name), peer_words(peer));
   co_return name;
 }

@@ -130,4 +130,23 @@ Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run) {
   return prepared;
 }
 
+Result<std::vector<ResumableRun>> find_resumable(const Database& db) {
+  auto runs = db.rows(
+      "SELECT run_id FROM run_end WHERE exit_status = ?1 AND run_id > (SELECT "
+      "coalesce(max(run_id), 0) FROM run_end WHERE exit_status <> ?1) ORDER BY run_id",
+      [](const Statement& row) { return row.integer(0); }, to_string(ExitStatus::interrupted));
+  if (!runs) return fail(runs.error());
+  std::vector<ResumableRun> out;
+  for (const std::int64_t run : *runs) {
+    const auto prepared = prepare_continuation(db, run);
+    if (!prepared) continue;  // continued already, before its first step, in `finally`
+    ResumableRun& found = out.emplace_back();
+    found.run = run;
+    found.protocol = prepared->request.protocol_name;
+    found.specimen = prepared->request.specimen_name;
+    found.step_id = prepared->continues->step_id;
+  }
+  return out;
+}
+
 }  // namespace lcrig

@@ -2,6 +2,9 @@
 // An interrupted run as it is stored, made ready to be continued by a new one (decision 6).
 #pragma once
 
+#include <vector>
+
+#include "daemon/control/messages.hpp"
 #include "daemon/session.hpp"
 #include "storage/sqlite.hpp"
 
@@ -10,5 +13,9 @@ namespace lcrig {
 // Protocol, parameters and specimen of the run, and the step where it stopped. Errors:
 // invalid_request (no such run, not interrupted, continued already, was in `finally`).
 Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run);
+
+// Those that can be continued and were cut off since any other run began: after that the rig, and
+// perhaps the specimen, are no longer as they were left. Oldest first.
+Result<std::vector<ResumableRun>> find_resumable(const Database& db);
 
 }  // namespace lcrig

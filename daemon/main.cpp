@@ -9,10 +9,12 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 
 #include "base/log.hpp"
 #include "base/text.hpp"
 #include "daemon/app.hpp"
+#include "daemon/config_check.hpp"
 #include "daemon/service.hpp"
 
 namespace {
@@ -40,6 +42,7 @@ Result<Config> effective_config(const Options& options) {
   if (!options.database.empty()) config->database = options.database;
   if (!options.socket.empty()) config->socket = options.socket;
   if (!options.log_level.empty()) config->log_level = options.log_level;
+  config->database = std::filesystem::absolute(config->database);  // clients are told
   if (!set_up_logging(config->log_level)) {
     return fail(Errc::invalid_request,
                 "log level {}: expected trace, debug, info, warn, error or off",
@@ -48,9 +51,16 @@ Result<Config> effective_config(const Options& options) {
   return config;
 }
 
+// Ends without destructors. What was logged until now is stored, as far as the disks answer.
+[[noreturn]] void leave(int code, App& app, std::optional<LogThread>& log) {
+  app.save_wire_logs();
+  log.reset();
+  std::_Exit(code);
+}
+
 // A signal aborts the run (`finally` runs) and ends the daemon. A second one changes nothing:
 // systemd's TimeoutStopSec is what ends a daemon that hangs.
-Task<> end_on_signal(asio::io_context& io, App& app) {
+Task<> end_on_signal(asio::io_context& io, App& app, std::optional<LogThread>& log) {
   asio::signal_set signals(io, SIGTERM, SIGINT);
   const int number = co_await signals.async_wait(asio::use_awaitable);
   spdlog::info("signal {}: stopping", number);
@@ -58,31 +68,16 @@ Task<> end_on_signal(asio::io_context& io, App& app) {
   const bool all_ended = co_await app.shut_down(why);
   if (!all_ended) {
     spdlog::warn("ended without the simulated specimen, which is still being reckoned");
-    spdlog::shutdown();
-    std::_Exit(0);
+    leave(0, app, log);
   }
   io.stop();
 }
 
-void abort_on_bug(std::exception_ptr error) {
-  if (!error) return;
-  try {
-    std::rethrow_exception(error);
-  } catch (const std::exception& e) {
-    spdlog::critical("bug: an exception escaped: {}", e.what());
-  }
-  std::_Exit(1);
-}
-
-std::string summary(const std::string& file, const Config& config) {
-  std::string rig = fmt::format("simulated bench {}", config.bench.value_or(""));
-  if (!config.bench) {
-    const bool weights = config.frame_driver == FrameDriver::dead_weight;
-    rig = fmt::format("meter at {}, {}", config.meter_port,
-                      weights ? "dead weights" : fmt::format("frame at {}", config.frame_port));
-  }
-  return fmt::format("{}: in order ({}; database {}; socket {})", file, rig, config.database,
-                     config.socket);
+// As `lcrig` does: what, the wrong line, what to type next.
+void tell(const Error& error, const Options& options) {
+  spdlog::error("{}", error.what);
+  if (!error.detail.empty()) fmt::print(stderr, "{}\n", error.detail);
+  fmt::print(stderr, "  next: lcrigd --check-config --config {}\n", options.config);
 }
 
 int serve(const Config& config) {
@@ -91,17 +86,27 @@ int serve(const Config& config) {
         "memory is not locked: when the computer runs short of it a stop may wait for the "
         "disk (allow it with LimitMEMLOCK=infinity, or ulimit -l unlimited)");
   }
+  std::optional<LogThread> log(std::in_place);
   asio::io_context io(1);
   RealClock clock;
   AppParts parts;
   parts.notifier = ServiceNotifier::from_environment();
   App app(io, clock, config, std::move(parts));
+  // The unit starts it again after 1, not after 2: whoever is busy may be the last daemon, but what
+  // cannot be opened now cannot be opened in a second either.
   if (auto started = app.start(); !started) {
     spdlog::error("{}", started.error().what);
-    return 1;
+    return started.error().code == Errc::busy ? 1 : 2;
   }
-  asio::co_spawn(io, end_on_signal(io, app), abort_on_bug);
-  io.run();
+  asio::co_spawn(io, end_on_signal(io, app, log), [](std::exception_ptr bug) {
+    if (bug) std::rethrow_exception(bug);
+  });
+  try {
+    io.run();
+  } catch (const std::exception& e) {
+    spdlog::critical("bug: an exception escaped: {}", e.what());
+    leave(1, app, log);
+  }
   return 0;
 }
 
@@ -125,12 +130,19 @@ int main(int argc, char** argv) {
   }
   lcrig::set_up_logging("info");
   auto config = effective_config(options);
+  Result<> good;
   if (!config) {
-    spdlog::error("{}", config.error().what);
+    good = fail(config.error());
+  } else {
+    good = check_surroundings(*config, options.config);
+  }
+  if (!good) {
+    tell(good.error(), options);
     return 2;
   }
+  for (const auto& warning : config_warnings(*config, options.config)) spdlog::warn("{}", warning);
   if (options.only_check) {
-    fmt::print("{}\n", summary(options.config, *config));
+    fmt::print("{}: in order\n{}", options.config, config_summary(*config));
     return 0;
   }
   return serve(*config);

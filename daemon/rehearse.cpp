@@ -134,6 +134,11 @@ class Rehearsal {
     out.frame_samples = summary->frame_samples;
     out.duration_s = summary->duration_s.value_or(0);
     out.peak_force_N = summary->peak_force_N;
+    const auto words = [](const Statement& row) { return std::string(row.text(0)); };
+    auto remarks = db->rows("SELECT detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq",
+                            words, out.run, to_string(EventKind::extrapolated));
+    if (!remarks) return fail(remarks.error());
+    out.remarks = std::move(*remarks);
     if (summary->c0_F) out.c0_pF = *summary->c0_F * 1e12;
     if (summary->delta_at_peak_F) out.delta_C_fF_at_peak = *summary->delta_at_peak_F * 1e15;
     return out;

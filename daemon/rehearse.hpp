@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/result.hpp"
 #include "daemon/run_request.hpp"
@@ -32,6 +33,7 @@ struct RehearseResult : RunOutcome {
   std::optional<double> c0_pF, peak_force_N, delta_C_fF_at_peak;
   std::string db_path;
   std::int64_t faults = 0;  // that happened, of the script
+  std::vector<std::string> remarks;  // what of it is no physics
 };
 
 // Errors: invalid_request (protocol, parameters, specimen, bench, faults), io (database). A run

@@ -29,6 +29,7 @@ struct RunOutcome {
   std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;
   double duration_s = 0;  // of the rig
   double wall_s = 0;  // of this computer
+  std::string anchor;  // of the run's hash chain (storage/anchor.hpp); empty: its end is not stored
 };
 
 }  // namespace lcrig

@@ -379,12 +379,25 @@ RunSetup Session::make_setup(std::int64_t run) {
   return setup;
 }
 
+// What lies beyond the table of a simulated specimen is no physics.
+void Session::note_extrapolation(double peak_N) {
+  const auto solved_N = instruments_->info().solved_to_N;
+  if (!solved_N || peak_N <= *solved_N) return;
+  recorder_.event(RunEvent(
+      clock_.now(), EventKind::extrapolated, "",
+      fmt::format("the bench went to {:.4g} N, but its specimen is reckoned up to {:.4g} N only: "
+                  "from there on thickness and capacitance follow a straight line",
+                  peak_N, *solved_N)));
+}
+
 Task<RunResult> Session::execute() {
   RunResult result = co_await run_->execute();
+  note_extrapolation(result.peak_force_N);
   std::string reason = result.reason;
   auto closed = co_await recorder_.end_run(result.exit_status, std::move(reason));
   recorder_.on_fault({});
   recorder_.on_committed({});
+  if (closed && closed->anchor) anchor_ = to_string(*closed->anchor);
   if (!closed) {
     result.exit_status = ExitStatus::fail;
     result.code = closed.error().code;

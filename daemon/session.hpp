@@ -61,6 +61,8 @@ class Session {
   const Plan& planned() const { return plan_; }
   // Of acknowledged rows only.
   RunStatus status() const;
+  // After `execute`: of the chain of the closed run, as text; empty when it could not be closed.
+  const std::string& anchor() const { return anchor_; }
   const std::string& operator_name() const { return prepared_.request.operator_name; }
   // Called when a step begins. Before `open`.
   void on_step(std::function<void(const RunProgress&)> callback) { on_step_ = std::move(callback); }
@@ -83,6 +85,7 @@ class Session {
   void add_specimen(Rig& rig) const;
   RunSetup make_setup(std::int64_t run);
   RunRow make_row() const;
+  void note_extrapolation(double peak_N);
   void acknowledge(const Committed& committed);
 
   asio::any_io_executor executor_;
@@ -98,6 +101,7 @@ class Session {
   Plan plan_;
   LcrSettings settings_;  // as read back
   RunRecord acknowledged_;
+  std::string anchor_;
   std::function<void(const std::vector<RunEvent>&)> on_events_;
   std::function<void(const RunProgress&)> on_step_;
   std::function<void()> on_stop_;

@@ -3,24 +3,23 @@
 // by the App when the configuration asks for it; the log belongs in bug reports.
 #pragma once
 
-#include <fstream>
 #include <memory>
 #include <string>
 
 #include "drivers/transport.hpp"
 #include "drivers/wire_log.hpp"
+#include "drivers/wire_log_writer.hpp"
 
 namespace lcrig {
 
 class RecordingTransport final : public Transport {
  public:
-  // `log` is open for writing.
-  RecordingTransport(std::unique_ptr<Transport> inner, Clock& clock, std::ofstream log,
-                     const WireLogHeader& header);
+  RecordingTransport(std::unique_ptr<Transport> inner, Clock& clock,
+                     std::unique_ptr<WireLogWriter::File> log, const WireLogHeader& header);
 
   Task<Result<std::size_t>> read_some(std::span<char> buffer, MonoTime deadline) override;
   Task<Result<>> write_all(std::string_view bytes, MonoTime deadline) override;
-  void close() override { inner_->close(); }
+  void close() override;
   const std::string& name() const override { return inner_->name(); }
 
  private:
@@ -28,13 +27,8 @@ class RecordingTransport final : public Transport {
 
   std::unique_ptr<Transport> inner_;
   Clock& clock_;
-  std::ofstream log_;
+  std::unique_ptr<WireLogWriter::File> log_;  // until it is closed
   MonoTime start_;
 };
-
-// Creates or overwrites the file. Errors: io.
-Result<std::unique_ptr<Transport>> make_recording(std::unique_ptr<Transport> inner, Clock& clock,
-                                                  const std::string& path,
-                                                  const WireLogHeader& header);
 
 }  // namespace lcrig

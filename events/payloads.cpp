@@ -164,6 +164,7 @@ void fields(F& f, RunPoint& e) {
   f.field("steps_done", e.steps_done);
   f.decimal("travel_m", e.travel_m);
   f.field("zeroed", e.zeroed);
+  f.field("zeros_N", e.zeros_N);
 }
 template <class F>
 void fields(F& f, RequestEvent& e) {

@@ -127,6 +127,7 @@ struct RunPoint {
   std::optional<double> contact_travel_m;  // gap zero
   std::optional<double> travel_m;  // of the frame when the step began
   bool zeroed = false;
+  std::optional<double> zeros_N;  // sum of the forces that were zeroed
   std::optional<std::string> origin;  // LoadFrame::origin
 };
 

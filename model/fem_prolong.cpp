@@ -8,20 +8,20 @@ namespace lcrig {
 namespace {
 
 // A place in a mesh of cells along one axis: the cell, and the position in it from -1 to 1.
-struct Place {
+struct CellPlace {
   std::size_t cell;
   double at;
 };
 
 // `nodes` are two to a cell and one more; the place is that of x in the cell that `inside` is in.
-Place place_of(const std::vector<double>& nodes, double inside, double x) {
+CellPlace place_of(const std::vector<double>& nodes, double inside, double x) {
   std::size_t cell = 0;
   while (2 * cell + 4 < nodes.size() && nodes[2 * cell + 2] < inside) ++cell;
   const double low = nodes[2 * cell], high = nodes[2 * cell + 2];
   return {cell, (2 * x - low - high) / (high - low)};
 }
 
-double quadratic(const std::vector<double>& values, const Place& place) {
+double quadratic(const std::vector<double>& values, const CellPlace& place) {
   const double* v = values.data() + 2 * place.cell;
   const double x = place.at;
   return v[0] * x * (x - 1) / 2 + v[1] * (1 - x * x) + v[2] * x * (x + 1) / 2;
@@ -36,7 +36,8 @@ Height height_in(const StackSpace& space, const StackSpace::Row& row, double z) 
 }
 
 void prolong_row(const StackSpace& coarse, const FemState& state, const StackSpace& fine,
-                 const StackSpace::Row& row, const std::vector<Place>& nodes, FemState& result) {
+                 const StackSpace::Row& row, const std::vector<CellPlace>& nodes,
+                 FemState& result) {
   for (std::size_t k = 0; k < 3; ++k) {
     const double z = row.z0 + (row.z1 - row.z0) * static_cast<double>(k) / 2;
     const Height height = height_in(coarse, row, z);
@@ -57,8 +58,8 @@ void prolong_pressures(const StackSpace& coarse, const FemState& state, const St
   const auto& r = fine.radii();
   const Height low = height_in(coarse, row, row.z0), high = height_in(coarse, row, row.z1);
   for (std::size_t node = 0; node + 2 < r.size(); node += 2, to += kCellPressures) {
-    const Place left = place_of(coarse.radii(), r[node + 1], r[node]);
-    const Place right = place_of(coarse.radii(), r[node + 1], r[node + 2]);
+    const CellPlace left = place_of(coarse.radii(), r[node + 1], r[node]);
+    const CellPlace right = place_of(coarse.radii(), r[node + 1], r[node + 2]);
     const auto columns = static_cast<std::size_t>(coarse.cells_per_row());
     const double* from =
         state.p.data() + kCellPressures * (static_cast<std::size_t>(low.row) * columns + left.cell);
@@ -75,7 +76,7 @@ FemState prolong(const StackSpace& coarse, const FemState& state, const StackSpa
   FemState result{std::vector<double>(static_cast<std::size_t>(fine.equations())),
                   std::vector<double>(kCellPressures * columns * fine.rows().size())};
   double* pressures = result.p.data();
-  std::vector<Place> nodes;
+  std::vector<CellPlace> nodes;
   for (const double r : fine.radii()) nodes.push_back(place_of(coarse.radii(), r, r));
   for (const auto& row : fine.rows()) {
     prolong_row(coarse, state, fine, row, nodes, result);

@@ -9,6 +9,9 @@
 #include <cmath>
 #include <vector>
 
+#include "storage/database.hpp"
+#include "storage/writer_lock.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -71,7 +74,8 @@ void hash_row(RowHash& hash, char tag, const Statement& row) {
 // Walks the chain of one run and hashes the stored rows again, in the order of their keys.
 class Verifier {
  public:
-  Verifier(const Database& db, std::int64_t run) : db_(db), run_(run) {}
+  Verifier(const Database& db, std::int64_t run, const std::optional<Anchor>& anchor)
+      : db_(db), run_(run), anchor_(anchor) {}
 
   Result<ChainReport> verify() {
     if (auto r = prepare(); !r) return fail(r.error());
@@ -87,10 +91,11 @@ class Verifier {
       if (!*row) break;
       if (auto r = check_link(*links); !r) return fail(r.error());
     }
-    if (report_.links == 0) find("the run has no chain");
+    if (report_.head.links == 0) find("the run has no chain");
     if (report_.finding.empty()) {
       if (auto r = check_rest(); !r) return fail(r.error());
     }
+    if (auto r = check_anchors(); !r) return fail(r.error());
     report_.intact = report_.finding.empty();
     return report_;
   }
@@ -109,27 +114,47 @@ class Verifier {
 
   // The columns of `link`: seq, the last seqs of the five tables, run_end, sha256.
   Result<> check_link(const Statement& link) {
-    ++report_.links;
-    if (link.integer(0) != report_.links) {
-      find(fmt::format("link {} is missing", report_.links));
+    Anchor& head = report_.head;
+    if (link.integer(0) != head.links + 1) {
+      find(fmt::format("link {} is missing", head.links + 1));
       return {};
     }
-    hash_.start(previous_);
-    if (report_.links == 1) {
+    hash_.start(head.hash);
+    if (++head.links == 1) {
       if (auto r = hash_single(kTables[kRunSpec], "id"); !r) return r;
     }
     for (std::size_t i = 0; i < kRunTables && report_.finding.empty(); ++i) {
       if (auto r = hash_range(i, link.integer(static_cast<int>(i) + 1)); !r) return r;
     }
     const bool ended = link.integer(6) != 0;
-    if (ended && !report_.ended) {
+    const bool ends = ended && !report_.ended;
+    if (ends) {
       if (auto r = hash_single(kTables[kEndSpec], "run_id"); !r) return r;
     }
     report_.ended = ended;
-    previous_ = hash_.finish();
-    report_.last_hash = to_hex(previous_);
-    if (!std::ranges::equal(link.blob(7), previous_)) {
-      find(fmt::format("link {} does not match its rows: a value was changed", report_.links));
+    head.hash = hash_.finish();
+    if (ends) end_ = head;
+    if (!std::ranges::equal(link.blob(7), head.hash)) {
+      find(fmt::format("link {} does not match its rows: a value was changed", head.links));
+    } else if (anchor_ && anchor_->links == head.links && anchor_->hash != head.hash) {
+      find(fmt::format("link {} is not that of the anchor: the run was written anew", head.links));
+    }
+    return {};
+  }
+
+  // Both the one that came from elsewhere and the one that was stored with the end.
+  Result<> check_anchors() {
+    if (anchor_ && report_.finding.empty() && anchor_->links > report_.head.links) {
+      find(fmt::format("the anchor is that of {} links, but there are {}: the last were cut off",
+                       anchor_->links, report_.head.links));
+    }
+    auto stored = get_anchor(db_, run_);
+    if (!stored) return fail(stored.error());
+    if (*stored && !report_.ended) {
+      find(fmt::format("the run once ended with {} links: its end was deleted", (*stored)->links));
+    } else if (*stored && **stored != end_) {
+      find(fmt::format("the run once ended with {} links, now with {}: it was cut or written anew",
+                       (*stored)->links, end_.links));
     }
     return {};
   }
@@ -186,9 +211,24 @@ class Verifier {
   std::vector<Statement> rows_;  // by RunTable; each is at the next row of its table
   std::array<std::int64_t, kRunTables> last_{};
   RowHash hash_;
-  Sha256 previous_{};
+  std::optional<Anchor> anchor_;
+  Anchor end_;  // the link with the end of the run
   ChainReport report_;
 };
+
+Result<ChainReport> verify_snapshot(const Database& db, std::int64_t run,
+                                    const std::optional<Anchor>& anchor) {
+  auto snapshot = Transaction::begin_read(db);
+  if (!snapshot) return fail(snapshot.error());
+  auto runs = db.integer(fmt::format("SELECT count(*) FROM run WHERE id = {}", run));
+  if (!runs) return fail(runs.error());
+  auto links = db.integer(fmt::format("SELECT count(*) FROM chain WHERE run_id = {}", run));
+  if (!links) return fail(links.error());
+  if (*runs == 0 && *links == 0) {
+    return fail(Errc::invalid_request, "{}: no run {}; see `lcrig runs`", db.path(), run);
+  }
+  return Verifier(db, run, anchor).verify();
+}
 
 }  // namespace
 
@@ -248,7 +288,10 @@ Result<ChainWriter> ChainWriter::prepare(const Database& db) {
   if (!head) return fail(head.error());
   auto append = db.prepare("INSERT INTO chain VALUES (?,?,?,?,?,?,?,?,?)");
   if (!append) return fail(append.error());
+  auto anchor = db.prepare("INSERT OR IGNORE INTO run_anchor VALUES (?,?,?)");
+  if (!anchor) return fail(anchor.error());
   ChainWriter writer;
+  writer.anchor_ = std::move(*anchor);
   writer.head_ = std::move(*head);
   writer.append_ = std::move(*append);
   return writer;
@@ -285,17 +328,43 @@ Result<> ChainWriter::append(ChainHead& head, RowHash& rows) {
   return {};
 }
 
-Result<ChainReport> verify_chain(const Database& db, std::int64_t run) {
-  auto snapshot = Transaction::begin_read(db);
-  if (!snapshot) return fail(snapshot.error());
-  auto runs = db.integer(fmt::format("SELECT count(*) FROM run WHERE id = {}", run));
-  if (!runs) return fail(runs.error());
-  auto links = db.integer(fmt::format("SELECT count(*) FROM chain WHERE run_id = {}", run));
-  if (!links) return fail(links.error());
-  if (*runs == 0 && *links == 0) {
-    return fail(Errc::invalid_request, "{}: no run {}; see `lcrig runs`", db.path(), run);
+Result<> ChainWriter::anchor(const ChainHead& head) {
+  anchor_.bind(0, head.run);
+  anchor_.bind(1, head.seq);
+  anchor_.bind_blob(2, head.hash);
+  return anchor_.run();
+}
+
+Result<ChainReport> verify_chain(const Database& db, std::int64_t run,
+                                 const std::optional<Anchor>& anchor) {
+  for (;;) {
+    auto report = verify_snapshot(db, run, anchor);
+    if (!report || !report->intact || report->ended) return report;
+    const auto goes_on = is_being_recorded(db.path(), run);
+    if (!goes_on) return fail(goes_on.error());
+    report->goes_on = *goes_on;
+    if (*goes_on) return report;
+    auto ends = db.integer(fmt::format("SELECT count(*) FROM run_end WHERE run_id = {}", run));
+    if (!ends) return fail(ends.error());
+    if (*ends != 0) continue;  // it ended while it was checked
+    report->intact = false;
+    report->finding =
+        "it has no end, and nobody records it: it was cut off, or its end was deleted";
+    return report;
   }
-  return Verifier(db, run).verify();
+}
+
+std::future<Result<ChainReport>> verify_aside(const Database& db, std::int64_t run) {
+  return std::async(std::launch::async,
+                    [path = db.path(), vfs = db.vfs(), run]() -> Result<ChainReport> {
+                      auto own = open_read_only(path, vfs);
+                      if (!own) return fail(own.error());
+                      return verify_chain(*own, run);
+                    });
+}
+
+std::string remark_on(const ChainReport& chain) {
+  return chain.intact ? "" : "not as it was recorded: " + chain.finding;
 }
 
 }  // namespace lcrig

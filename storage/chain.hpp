@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hash chain of a run: one link per commit, over all rows of that commit and the previous link.
 // The recorder appends links; `lcrig verify` and the report check them. The chain shows that rows
-// were changed, removed or added outside the program. Only a copy of its last hash (`lcrig verify`
-// prints it) protects against somebody who rewrites the whole chain.
+// were changed, removed or added outside the program. Whoever may write the file can cut or rewrite
+// rows and links alike; only an anchor that is kept elsewhere finds that (docs/database.md).
 #pragma once
 
 #include <cstdint>
+#include <future>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "base/result.hpp"
+#include "storage/anchor.hpp"
 #include "storage/row_hash.hpp"
 #include "storage/sqlite.hpp"
 
@@ -57,19 +59,29 @@ class ChainWriter {
   Result<ChainHead> head(std::int64_t run);
   // The caller sets `last` and `ended` in `head`; this advances its seq and hash.
   Result<> append(ChainHead& head, RowHash& rows);
+  // Stores the link at the end of the run, which was just appended, as its anchor. An anchor that
+  // is there already stays: then somebody has removed the end that belongs to it.
+  Result<> anchor(const ChainHead& head);
 
  private:
-  Statement head_, append_;
+  Statement head_, append_, anchor_;
 };
 
 struct ChainReport {
   bool intact = false;
-  std::int64_t links = 0, rows = 0;
+  Anchor head;  // the last link that was checked
+  std::int64_t rows = 0;
   bool ended = false;
-  std::string last_hash;  // hex
+  bool goes_on = false;  // without an end, but its writer is recording it
   std::string finding;  // what is wrong, empty when intact
 };
+// A run without an end is intact only while it goes on. `anchor`: of this run, kept elsewhere.
 // Errors: no such run, an unreadable database. A broken chain is a report, not an error.
-Result<ChainReport> verify_chain(const Database& db, std::int64_t run);
+Result<ChainReport> verify_chain(const Database& db, std::int64_t run,
+                                 const std::optional<Anchor>& anchor = std::nullopt);
+// The same with a connection and a thread of its own, beside what the caller reads.
+std::future<Result<ChainReport>> verify_aside(const Database& db, std::int64_t run);
+// "not as it was recorded: link 3 ..."; empty when it is intact.
+std::string remark_on(const ChainReport& chain);
 
 }  // namespace lcrig

@@ -4,9 +4,12 @@
 #include <sqlite3.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 
 #include "storage/migrations.hpp"
+#include "storage/writer_lock.hpp"
 
 namespace lcrig {
 
@@ -63,6 +66,33 @@ Result<> require_writable(const Database& db) {
   return {};
 }
 
+Result<> require_readable(const std::string& path) {
+  if (::access(path.c_str(), R_OK) == 0) return {};
+  if (errno == ENOENT) {
+    return fail(Errc::invalid_request, "{}: no such database; give --db, or record a run first",
+                path);
+  }
+  return fail(Errc::io,
+              "{}: {}; whoever is in the group of the file and its folder may read it (the "
+              "service's: `lcrig`)",
+              path, std::strerror(errno));
+}
+
+// A reader shares -wal and -shm with the writer where both are there, as every writer of ours
+// leaves them. Of an older file, or of a copy, one may be missing, and reading must not create it.
+Result<Database::Mode> reading_mode(const std::string& path) {
+  std::error_code unknown;
+  const auto log_bytes = std::filesystem::file_size(beside_database(path, "-wal"), unknown);
+  const bool has_log = !unknown;
+  if (has_log && std::filesystem::exists(beside_database(path, "-shm"), unknown)) {
+    return Database::Mode::read_only;
+  }
+  const auto written = has_writer(path);
+  if (!written) return fail(written.error());
+  if (*written) return Database::Mode::read_only;  // it is about to create them
+  return has_log && log_bytes > 0 ? Database::Mode::private_index : Database::Mode::immutable;
+}
+
 }  // namespace
 
 Result<Database> open_read_write(const std::string& path, const std::string& vfs) {
@@ -74,27 +104,24 @@ Result<Database> open_read_write(const std::string& path, const std::string& vfs
   if (auto r = db->execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL"); !r) {
     return fail(r.error());
   }
+  // The log is empty when the last connection has closed: a copy of the file alone is whole. The
+  // limit, which nothing of ours reaches, is what makes SQLite cut it.
+  db->keep_companions();
+  if (auto r = db->execute("PRAGMA journal_size_limit = 67108864"); !r) return fail(r.error());
   if (auto r = migrate(*db); !r) return fail(r.error());
   return db;
 }
 
 Result<Database> open_read_only(const std::string& path, const std::string& vfs) {
-  std::error_code ignored;
-  if (vfs != kInMemory && !std::filesystem::exists(path, ignored)) {
-    return fail(Errc::invalid_request, "{}: no such database; give --db, or record a run first",
-                path);
+  if (vfs != kInMemory) {
+    if (auto r = require_readable(path); !r) return fail(r.error());
   }
-  auto db = Database::open(path, Database::Mode::read_only, vfs);
+  const auto mode = vfs.empty() ? reading_mode(path) : Database::Mode::read_only;
+  if (!mode) return fail(mode.error());
+  auto db = Database::open(path, *mode, vfs);
   if (!db) return fail(db.error());
   if (auto r = configure(*db); !r) return fail(r.error());
   auto content = inspect(*db);
-  if (!content && db->error_code() == SQLITE_CANTOPEN &&
-      !std::filesystem::exists(path + "-wal", ignored)) {
-    // WAL mode needs its -shm file, which cannot be created in a read-only folder.
-    db = Database::open(path, Database::Mode::immutable);
-    if (!db) return fail(db.error());
-    content = inspect(*db);
-  }
   if (!content) return fail(content.error());
   if (*content != Content::current) {
     return fail(Errc::invalid_request, "{}: {}; start lcrigd or record a run with it first", path,

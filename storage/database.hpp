@@ -16,12 +16,14 @@ constexpr std::int32_t kApplicationId = 0x6c637267;  // "lcrg", in the file's he
 // and writers block each other.
 inline constexpr const char* kInMemory = "memdb";
 
-// Creates or migrates the file; sets WAL, synchronous=FULL and foreign keys. Refuses a file that is
-// not a database, belongs to another program, or has a newer schema than this program.
+// Creates or migrates the file; sets WAL, synchronous=FULL and foreign keys. Its -wal and -shm stay
+// beside it for good, for readers who may not create them. Refuses a file that is not a database,
+// belongs to another program, or has a newer schema than this program.
 Result<Database> open_read_write(const std::string& path, const std::string& vfs = "");
 
-// For analysis and export. Never changes the file; works beside a running daemon and on a read-only
-// medium. Also refuses an older schema, because only a writer migrates.
+// For analysis and export, whether a daemon runs, was stopped or was killed. Creates and deletes no
+// file, so read access to the database and to what is beside it is enough, also on a read-only
+// medium.
 Result<Database> open_read_only(const std::string& path, const std::string& vfs = "");
 
 }  // namespace lcrig

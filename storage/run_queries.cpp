@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/runs.hpp"
 
+#include "storage/writer_lock.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -35,6 +37,21 @@ Result<RunListing> read_listing(const Statement& s) {
   out.levels = s.integer(11);
   out.events = s.integer(12);
   return out;
+}
+
+// It may have ended since its row was read: then the row is read again.
+Result<> tell_whether_it_goes_on(const Database& db, RunListing& listing) {
+  if (listing.exit_status) return {};
+  const auto goes_on = is_being_recorded(db.path(), listing.run);
+  if (!goes_on) return fail(goes_on.error());
+  listing.goes_on = *goes_on;
+  if (*goes_on) return {};
+  auto again = db.first(fmt::format("{} WHERE run.id = ?", kListing), read_listing, listing.run);
+  if (!again) return fail(again.error());
+  if (!*again) return {};
+  if (!**again) return fail((*again)->error());
+  listing = std::move(***again);
+  return {};
 }
 
 Error no_run(const Database& db, std::int64_t run) {
@@ -79,12 +96,17 @@ RunRow read_run(const Statement& s) {
 
 }  // namespace
 
+std::string_view status_of(const RunListing& listing) {
+  return to_string(listing.exit_status, listing.goes_on ? "running" : "cut off");
+}
+
 Result<std::vector<RunListing>> list_runs(const Database& db) {
   auto all = db.rows(fmt::format("{} ORDER BY run.id DESC", kListing), read_listing);
   if (!all) return fail(all.error());
   std::vector<RunListing> out;
   for (auto& listing : *all) {
     if (!listing) return fail(listing.error());
+    if (auto r = tell_whether_it_goes_on(db, *listing); !r) return fail(r.error());
     out.push_back(std::move(*listing));
   }
   return out;
@@ -93,7 +115,11 @@ Result<std::vector<RunListing>> list_runs(const Database& db) {
 Result<RunListing> get_run_listing(const Database& db, std::int64_t run) {
   auto found = db.first(fmt::format("{} WHERE run.id = ?", kListing), read_listing, run);
   if (!found) return fail(found.error());
-  return *found ? std::move(**found) : fail(no_run(db, run));
+  if (!*found) return fail(no_run(db, run));
+  Result<RunListing> listing = std::move(**found);
+  if (!listing) return listing;
+  if (auto r = tell_whether_it_goes_on(db, *listing); !r) return fail(r.error());
+  return listing;
 }
 
 Result<RunRow> get_run(const Database& db, std::int64_t run) {

@@ -8,6 +8,7 @@
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "storage/chain.hpp"
+#include "storage/writer_lock.hpp"
 
 namespace lcrig {
 
@@ -59,9 +60,13 @@ Result<> append_row(const Database& db, std::int64_t run, std::string_view table
   }
   RowHash hash;
   hash.start(head->hash);
+  const bool ended = head->ended;
   write(writer->begin(hash), *head);
   if (auto r = writer->insert(); !r) return r;
   if (auto r = chain->append(*head, hash); !r) return r;
+  if (head->ended && !ended) {
+    if (auto r = chain->anchor(*head); !r) return r;
+  }
   return transaction->commit();
 }
 
@@ -101,12 +106,15 @@ std::string read_boot_id() {
   return id;
 }
 
+// What AUTOINCREMENT would choose.
+Result<std::int64_t> next_run_number(const Database& db) {
+  return db.integer("SELECT coalesce((SELECT seq FROM sqlite_sequence WHERE name='run'), 0) + 1");
+}
+
 Result<std::int64_t> insert_run(const Database& db, const RunRow& row) {
   auto transaction = Transaction::begin(db);
   if (!transaction) return fail(transaction.error());
-  // The number that AUTOINCREMENT would choose. The hash needs it before the row exists.
-  auto id =
-      db.integer("SELECT coalesce((SELECT seq FROM sqlite_sequence WHERE name='run'), 0) + 1");
+  auto id = next_run_number(db);  // the hash needs it before the row exists
   if (!id) return fail(id.error());
   RowHash hash;
   hash.start(Sha256{});
@@ -133,6 +141,15 @@ Result<> add_run_note(const Database& db, std::int64_t run, std::string_view ope
   if (text.empty()) return fail(Errc::invalid_request, "a note needs a text");
   if (auto good = check_text("note", text, kNoteMax); !good) return good;
   if (auto good = check_text("operator", operator_name, kNameMax); !good) return good;
+  auto open = db.integer(fmt::format(
+      "SELECT count(*) FROM run WHERE id = {0} AND {0} NOT IN (SELECT run_id FROM run_end)", run));
+  if (!open) return fail(open.error());
+  if (*open != 0) {
+    return fail(Errc::invalid_request, "run {} {}: add the note when it has ended", run,
+                is_being_recorded(db.path(), run).value_or(true)
+                    ? "is still going on"
+                    : "was cut off, and lcrigd closes it at its next start");
+  }
   return append_row(db, run, "run_note", [&](RowWriter& row, ChainHead& head) {
     const std::int64_t seq = ++head.last_of(RunTable::run_note);
     row.add(run).add(seq).add(operator_name).add(text).add(now_unix_ns);

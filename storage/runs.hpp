@@ -11,6 +11,7 @@
 
 #include "base/exit_status.hpp"
 #include "base/time.hpp"
+#include "storage/anchor.hpp"
 #include "storage/sqlite.hpp"
 
 namespace lcrig {
@@ -42,6 +43,7 @@ struct RunEnd {
   std::string reason;
   std::optional<MonoTime> ended;  // absent: not known (interrupted)
   std::int64_t ended_unix_ns = 0;
+  std::optional<Anchor> anchor;  // of the chain; known once it is stored
 };
 
 struct RunNote {
@@ -56,11 +58,15 @@ struct RunListing {
   std::string protocol_name, specimen_name, operator_name;
   bool simulated = false;
   std::int64_t started_unix_ns = 0;
-  std::optional<ExitStatus> exit_status;  // absent: still running
+  std::optional<ExitStatus> exit_status;  // absent: it goes on, or was cut off
+  bool goes_on = false;
   std::string reason;
   std::optional<std::int64_t> ended_unix_ns;
   std::int64_t lcr_readings = 0, frame_samples = 0, levels = 0, events = 0;
 };
+
+// How the run ended; "running", or "cut off" when it has no end and nobody records it.
+std::string_view status_of(const RunListing& listing);
 
 // The bench of a run that plays a recording back is "replay:DIR".
 std::string replay_bench(std::string_view directory);
@@ -69,11 +75,14 @@ std::optional<std::string> replay_directory(std::string_view bench);  // nullopt
 // The kernel's id of this boot; empty when it has none.
 std::string read_boot_id();
 
+// Only the sole writer of runs knows it for sure.
+Result<std::int64_t> next_run_number(const Database& db);
+
 // Writers. Each is one transaction and one link of the run's hash chain.
 Result<std::int64_t> insert_run(const Database& db, const RunRow& row);
 Result<> insert_run_end(const Database& db, std::int64_t run, const RunEnd& end);
 Result<> add_run_note(const Database& db, std::int64_t run, std::string_view operator_name,
-                      std::string_view text, std::int64_t now_unix_ns);
+                      std::string_view text, std::int64_t now_unix_ns);  // to a run that has ended
 // Closes runs without an end as `interrupted`. Only the sole writer may call it, while no run is
 // active.
 Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db, std::int64_t now_unix_ns);

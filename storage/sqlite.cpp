@@ -158,16 +158,23 @@ Result<Database> Database::open(const std::string& path, Mode mode, const std::s
   const bool write = mode == Mode::read_write_create;
   int flags = write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
   if (mode == Mode::immutable) flags |= SQLITE_OPEN_URI;
+  // This VFS takes no locks, so that the connection may own the file by itself: SQLite then keeps
+  // the index of the log in memory.
+  const std::string by = mode == Mode::private_index ? "unix-none" : vfs;
   const std::string name = mode == Mode::immutable ? immutable_uri(path) : path;
   sqlite3* handle = nullptr;
   const int rc = sqlite3_open_v2(name.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX,
-                                 vfs.empty() ? nullptr : vfs.c_str());
+                                 by.empty() ? nullptr : by.c_str());
   Database db;
   db.path_ = path;
   db.vfs_ = vfs;
   db.handle_.reset(handle);
   if (rc != SQLITE_OK) return fail(db.error("open"));
   sqlite3_extended_result_codes(handle, 1);
+  if (mode == Mode::private_index) {
+    sqlite3_db_config(handle, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
+    if (auto r = db.execute("PRAGMA locking_mode = EXCLUSIVE"); !r) return fail(r.error());
+  }
   return db;
 }
 
@@ -203,6 +210,11 @@ bool Database::in_transaction() const {
 }
 int Database::error_code() const {
   return handle_ ? sqlite3_extended_errcode(handle_.get()) : SQLITE_NOMEM;
+}
+
+void Database::keep_companions() const {
+  int on = 1;
+  sqlite3_file_control(handle_.get(), "main", SQLITE_FCNTL_PERSIST_WAL, &on);
 }
 
 bool Database::needs_reopening() const {

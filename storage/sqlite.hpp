@@ -61,8 +61,9 @@ class Statement {
 // A connection to one database file.
 class Database {
  public:
-  // immutable: read-only where SQLite cannot create its -shm file; nobody may write meanwhile.
-  enum class Mode { read_only, immutable, read_write_create };
+  // The latter two create no file beside it, and nobody may write meanwhile: immutable reads the
+  // file alone, private_index also what is still in its log.
+  enum class Mode { read_write_create, read_only, immutable, private_index };
   Database() = default;
   // `path` is as the user wrote it and appears in every message. Nothing is read yet. `vfs` names a
   // registered VFS (storage/faulty_disk.hpp); empty means the operating system's.
@@ -117,6 +118,9 @@ class Database {
   const std::string& vfs() const { return vfs_; }
   // Extended result code of the last call that failed (SQLITE_FULL, SQLITE_IOERR_FSYNC, ...).
   int error_code() const;
+  // The files beside the database stay when the last connection closes: who may read but not write
+  // needs them.
+  void keep_companions() const;
   // True when the connection cannot be trusted after the last failed call and must be reopened.
   bool needs_reopening() const;
   // The last failed call as an Error that says what happened to which file and what to do.

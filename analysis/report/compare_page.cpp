@@ -6,6 +6,7 @@
 #include "analysis/report/figures.hpp"
 #include "analysis/report/html.hpp"
 #include "analysis/report/tables.hpp"
+#include "base/iso_time.hpp"
 
 namespace lcrig::report {
 
@@ -29,7 +30,7 @@ std::string results_table(std::span<const ReportRun> runs) {
   };
   row("protocol", [](const ReportRun& r) { return text(r.data.row.protocol_name); });
   row("origin", simulated_word);
-  row("started", [](const ReportRun& r) { return format_utc(r.data.row.started_unix_ns); });
+  row("started", [](const ReportRun& r) { return iso_time(r.data.row.started_unix_ns); });
   row("ended as", [](const ReportRun& r) {
     return std::string(to_string(r.data.listing.exit_status, "still going on"));
   });

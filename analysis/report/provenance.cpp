@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the numbers come from: instruments, settings, versions, what happened, and whether the rows
 // are those that were recorded.
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 
 #include "analysis/report/html.hpp"
 #include "analysis/report/tables.hpp"
+#include "base/iso_time.hpp"
 
 namespace lcrig::report {
 
@@ -44,8 +44,8 @@ std::string flat_json(const std::string& stored) {
 
 std::string chain_text(const ChainReport& chain) {
   if (!chain.intact) return "<b>BROKEN: " + text(chain.finding) + "</b>";
-  return fmt::format("verified: {} rows in {} links are those that were recorded", chain.rows,
-                     chain.links);
+  return fmt::format("verified: {} rows in {} links are those that were recorded{}", chain.rows,
+                     chain.head.links, chain.ended ? "" : " so far");
 }
 
 std::string or_dash(const std::string& words) {
@@ -53,11 +53,6 @@ std::string or_dash(const std::string& words) {
 }
 
 }  // namespace
-
-std::string format_utc(std::int64_t unix_ns) {
-  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC",
-                     fmt::gmtime(static_cast<std::time_t>(unix_ns / 1'000'000'000)));
-}
 
 bool is_simulated(const ReportRun& run) {
   return run.data.row.simulated;
@@ -95,8 +90,7 @@ std::string status_mark(const ReportRun& run) {
   std::string out;
   if (listing.exit_status != ExitStatus::success) {
     out += fmt::format("<div class='mark'>Run {}: {}. <span>{}</span></div>\n", run.data.run,
-                       std::string(to_string(listing.exit_status, "still going on")),
-                       text(listing.reason));
+                       status_of(listing), text(listing.reason));
   }
   if (!run.chain.intact) {
     out += fmt::format(
@@ -111,7 +105,7 @@ std::string notes_list(const ReportRun& run) {
   std::string out;
   for (const auto& note : run.analysis.notes) out += "<li>" + text(note) + "</li>\n";
   for (const auto& note : run.notes) {
-    out += "<li>Note of " + or_dash(note.operator_name) + ", " + format_utc(note.added_unix_ns) +
+    out += "<li>Note of " + or_dash(note.operator_name) + ", " + iso_time(note.added_unix_ns) +
            ": " + text(note.text) + "</li>\n";
   }
   return out.empty() ? out : "<ul>\n" + out + "</ul>\n";
@@ -149,9 +143,9 @@ std::string provenance_table(const ReportRun& run) {
                                 is_replayed(run) ? "<b>a recording, replayed</b>"
                                 : row.simulated  ? "<b>simulated</b>"
                                                  : "measured")});
-  table.row({"started", format_utc(row.started_unix_ns)});
-  table.row({"ended", (listing.ended_unix_ns ? format_utc(*listing.ended_unix_ns) : "–") + ", " +
-                          std::string(to_string(listing.exit_status, "still going on")) +
+  table.row({"started", iso_time(row.started_unix_ns)});
+  table.row({"ended", (listing.ended_unix_ns ? iso_time(*listing.ended_unix_ns) : "–") + ", " +
+                          std::string(status_of(listing)) +
                           (listing.reason.empty() ? "" : ": " + text(listing.reason))});
   table.row({"protocol", text(row.protocol_name) + ", " + flat_json(row.parameters_json)});
   table.row({"specimen", or_dash(row.specimen_name)});
@@ -174,7 +168,7 @@ std::string provenance_table(const ReportRun& run) {
   table.row({"software", "recorded by lcrig " + text(row.software_version) +
                              ", analysed by lcrig " LCRIG_VERSION});
   table.row({"hash chain", chain_text(run.chain)});
-  table.row({"last hash", "<span class='hash'>" + or_dash(run.chain.last_hash) + "</span>"});
+  table.row({"anchor", "<span class='hash'>" + to_string(run.chain.head) + "</span>"});
   return table.html();
 }
 

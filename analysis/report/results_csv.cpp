@@ -3,6 +3,7 @@
 
 #include "analysis/csv.hpp"
 #include "analysis/report/report.hpp"
+#include "base/decimal.hpp"
 
 namespace lcrig {
 
@@ -35,6 +36,22 @@ void write_heads(const RunAnalysis& analysis, CsvWriter& out) {
   }
 }
 
+constexpr int kDigits = 9;  // of what has no standard error
+
+// The third digit of the standard error: what is behind it is noise.
+std::optional<int> end_of_digits(const Estimate& e) {
+  const auto places = e.standard_error ? decimal_places(*e.standard_error) : std::nullopt;
+  return places ? std::optional(places->first - 2) : std::nullopt;
+}
+
+void write_number(std::optional<int> end, std::optional<double> value, CsvWriter& out) {
+  if (end) {
+    out.rounded(value, *end);
+  } else {
+    out.significant(value, kDigits);
+  }
+}
+
 void write_run(const ReportRun& run, CsvWriter& out) {
   out.integer(run.data.run);
   out.text(run.data.row.specimen_name);
@@ -49,15 +66,16 @@ void write_run(const ReportRun& run, CsvWriter& out) {
       continue;
     }
     const Estimate& e = *metric->estimate;
-    out.number(e.value);
-    out.number(e.standard_error);
-    out.number(e.interval ? std::optional((*e.interval)[0]) : std::nullopt);
-    out.number(e.interval ? std::optional((*e.interval)[1]) : std::nullopt);
+    const auto end = end_of_digits(e);
+    write_number(end, e.value, out);
+    write_number(end, e.standard_error, out);
+    write_number(end, e.interval ? std::optional((*e.interval)[0]) : std::nullopt, out);
+    write_number(end, e.interval ? std::optional((*e.interval)[1]) : std::nullopt, out);
   }
   for (const RangeResult& r : run.analysis.ranges) {
     const bool known = !r.uncertainty.parts.empty();
-    out.number(known ? std::optional(r.uncertainty.expanded) : std::nullopt);
-    out.number(r.r_squared);
+    out.significant(known ? std::optional(r.uncertainty.expanded) : std::nullopt, 3);
+    out.significant(r.r_squared, kDigits);
   }
 }
 

@@ -28,6 +28,5 @@ std::string notes_list(const ReportRun& run);  // of the analysis and of people
 std::string event_table(const ReportRun& run);  // what went otherwise than planned
 std::string provenance_table(const ReportRun& run);
 std::string files(const ReportRun& run);  // specimen, parameters, protocol as stored
-std::string format_utc(std::int64_t unix_ns);
 
 }  // namespace lcrig::report

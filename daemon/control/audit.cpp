@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/audit.hpp"
 
+#include "daemon/control/user_names.hpp"
+
 namespace lcrig {
 
 RunEvent request_event(MonoTime now, std::string_view request, const PeerCredentials& peer,
@@ -11,6 +13,7 @@ RunEvent request_event(MonoTime now, std::string_view request, const PeerCredent
 }
 
 std::string peer_words(const PeerCredentials& peer) {
+  if (peer.user == uid_words(peer.uid)) return fmt::format("{} (pid {})", peer.user, peer.pid);
   return fmt::format("{} (uid {}, pid {})", peer.user, peer.uid, peer.pid);
 }
 

@@ -75,7 +75,6 @@ Answer on_version(ControlHandler& handler, json params, PeerCredentials) {
 Answer on_start(ControlHandler& handler, json params, PeerCredentials peer) {
   auto request = parse_run_request(params);
   if (!request) co_return bad_params(request.error());
-  if (request->operator_name.empty()) request->operator_name = peer.user;
   auto started = co_await handler.start_run(std::move(*request), std::move(peer));
   if (!started) co_return refused(started.error());
   co_return answer_of("run", started->run);
@@ -130,6 +129,19 @@ Answer on_stop(ControlHandler& handler, json params, PeerCredentials peer) {
   co_return to_json(*done);
 }
 
+Answer on_note(ControlHandler& handler, json params, PeerCredentials peer) {
+  std::int64_t run = 0;
+  std::string text;
+  ParamsReader in(params, "/params");
+  in.integer("run", run, true);
+  in.text("text", text, true, kNoteMax);
+  in.refuse_unknown();
+  if (auto ok = in.finish(); !ok) co_return bad_params(ok.error());
+  auto noted = co_await handler.note_run(run, std::move(text), std::move(peer));
+  if (!noted) co_return refused(noted.error());
+  co_return answer_of("run", run);
+}
+
 Answer on_add_specimen(ControlHandler& handler, json params, PeerCredentials peer) {
   auto text = one_text(params, "text", true, kControlLineLimit);
   if (!text) co_return bad_params(text.error());
@@ -147,7 +159,7 @@ struct Method {
   Answer (*run)(ControlHandler&, json, PeerCredentials);
   const char* hint;  // when the handler calls the request invalid
 };
-constexpr std::array<Method, 12> kMethods{
+constexpr std::array<Method, 13> kMethods{
     {{"status", on_status, kLook},
      {"watch", on_status, kLook},  // the session subscribes
      {"version", on_version, kLook},
@@ -160,6 +172,7 @@ constexpr std::array<Method, 12> kMethods{
      {"run.abort", on_stop<&ControlHandler::abort>, kLook},
      {"run.freeze", on_stop<&ControlHandler::freeze>, kLook},
      {"run.confirm", on_plain<&ControlHandler::confirm>, kLook},
+     {"run.note", on_note, "lcrig runs   (lists them, with how they ended)"},
      {"specimen.add", on_add_specimen, "correct the file; lcrig specimen show paper-1 is one"}}};
 
 std::string refuse(const json& id, const std::string& why) {

@@ -18,8 +18,9 @@ namespace lcrig {
 class ControlHandler {
  public:
   virtual ~ControlHandler() = default;
-  // Returns when the run row exists and the run goes on by itself. Errors: busy, invalid_request
-  // (protocol, parameters, specimen), whatever the instruments said.
+  // Returns when the run row exists and the run goes on by itself. The operator, when the request
+  // names none, is the peer. Errors: busy, invalid_request (protocol, parameters, specimen),
+  // whatever the instruments said.
   virtual Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials peer) = 0;
   virtual Task<Result<>> pause(PeerCredentials peer) = 0;
   // Goes on after a pause, or (with `run`) continues an interrupted run at its step, in a new run:
@@ -37,6 +38,8 @@ class ControlHandler {
   // Asks both instruments who they are; nothing at the frame changes. Errors: busy.
   virtual Task<Result<>> ask_instruments(PeerCredentials peer) = 0;
   virtual Task<Result<>> confirm(PeerCredentials peer) = 0;
+  // Adds a note to a run that has ended, in the name of the peer. Errors: invalid_request, busy.
+  virtual Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) = 0;
   // Stores a specimen; returns its name. Errors: invalid_request with the JSON pointer.
   virtual Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) = 0;
   virtual DaemonStatus status() const = 0;

@@ -88,6 +88,21 @@ Result<std::vector<InstrumentState>> parse_instruments(const json& list) {
   return out;
 }
 
+Result<std::vector<ResumableRun>> parse_resumable(const json& list) {
+  if (!list.is_array()) return fail(Errc::garbled, "/resumable: expected an array");
+  std::vector<ResumableRun> out;
+  for (const auto& item : list) {
+    ResumableRun& r = out.emplace_back();
+    ParamsReader in(item, "/resumable/" + std::to_string(out.size() - 1));
+    in.integer("run", r.run, true);
+    in.text("protocol", r.protocol);
+    in.text("specimen", r.specimen);
+    in.text("step", r.step_id);
+    if (auto done = in.finish(); !done) return fail(done.error());
+  }
+  return out;
+}
+
 }  // namespace
 
 int rpc_code_of(Errc code) {
@@ -169,7 +184,8 @@ json to_json(const RunOutcome& e) {
               {"measure_readings", e.measure_readings},
               {"frame_samples", e.frame_samples},
               {"duration_s", e.duration_s},
-              {"wall_s", e.wall_s}};
+              {"wall_s", e.wall_s},
+              {"anchor", e.anchor.empty() ? json() : json(e.anchor)}};
 }
 
 Result<RunOutcome> parse_run_outcome(const json& value) {
@@ -193,6 +209,7 @@ Result<RunOutcome> parse_run_outcome(const json& value) {
   in.integer("frame_samples", e.frame_samples);
   in.number("duration_s", e.duration_s);
   in.number("wall_s", e.wall_s);
+  if (in.member("anchor") != nullptr) in.text("anchor", e.anchor);
   if (auto done = in.finish(); !done) return fail(done.error());
   return e;
 }
@@ -232,6 +249,11 @@ json to_json(const DaemonStatus& s) {
   out["instruments"] = std::move(instruments);
   out["run"] = s.run ? to_json(*s.run) : json(nullptr);
   out["last_run"] = s.last_run ? to_json(*s.last_run) : json(nullptr);
+  out["resumable"] = json::array();
+  for (const auto& r : s.resumable) {
+    out["resumable"].push_back(json{
+        {"run", r.run}, {"protocol", r.protocol}, {"specimen", r.specimen}, {"step", r.step_id}});
+  }
   return out;
 }
 
@@ -254,6 +276,11 @@ Result<DaemonStatus> parse_daemon_status(const json& value) {
     auto ended = parse_run_outcome(*last);
     if (!ended) return fail(ended.error());
     s.last_run = std::move(*ended);
+  }
+  if (const auto* list = in.member("resumable")) {
+    auto resumable = parse_resumable(*list);
+    if (!resumable) return fail(resumable.error());
+    s.resumable = std::move(*resumable);
   }
   if (auto done = in.finish(); !done) return fail(done.error());
   return s;

@@ -18,7 +18,8 @@ namespace lcrig {
 
 constexpr std::size_t kControlLineLimit = std::size_t{1} << 20U;  // bytes, without the newline
 
-// Who is at the other end (SO_PEERCRED). `user` is the name of `uid`, or its number.
+// Who is at the other end (SO_PEERCRED). `user` is the name of `uid` as far as it is known, or
+// "uid 1000" (UserNames).
 struct PeerCredentials {
   std::uint32_t uid = 0;
   std::int32_t pid = 0;
@@ -47,11 +48,19 @@ struct InstrumentState {
   std::optional<double> age_s;  // since it was asked; none: it was not
 };
 
+// A run that a crash cut off and `run.resume` can continue.
+struct ResumableRun {
+  std::int64_t run = 0;
+  std::string protocol, specimen;
+  std::string step_id;  // begun last; it begins anew
+};
+
 struct DaemonStatus {
   std::string version, database;
   std::vector<InstrumentState> instruments;
   std::optional<RunStatus> run;  // the run that is going on
   std::optional<RunOutcome> last_run;  // the last one of this daemon's life
+  std::vector<ResumableRun> resumable;  // cut off since any other run began; oldest first
 };
 
 // An event row of a run, as a watcher sees it.

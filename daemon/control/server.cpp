@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/server.hpp"
 
-#include <pwd.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -9,7 +8,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <boost/asio/co_spawn.hpp>
 #include <cerrno>
 #include <cstring>
@@ -23,16 +21,6 @@ namespace {
 
 constexpr mode_t kSocketMode = 0660;  // owner and group lcrig: who may write may move the frame
 
-std::string user_name(uid_t uid) {
-  std::array<char, 4096> buffer{};
-  passwd entry{};
-  passwd* found = nullptr;
-  if (::getpwuid_r(uid, &entry, buffer.data(), buffer.size(), &found) == 0 && found != nullptr) {
-    return found->pw_name;
-  }
-  return std::to_string(uid);
-}
-
 Result<PeerCredentials> credentials_of(int fd) {
   ucred raw{};
   socklen_t size = sizeof raw;
@@ -42,7 +30,6 @@ Result<PeerCredentials> credentials_of(int fd) {
   PeerCredentials peer;
   peer.uid = raw.uid;
   peer.pid = raw.pid;
-  peer.user = user_name(raw.uid);
   return peer;
 }
 
@@ -84,6 +71,7 @@ ControlServer::ControlServer(asio::any_io_executor executor, Clock& clock, Contr
       budget_(std::make_shared<ControlBudget>(options.long_bytes_per_s, options.max_all_call_bytes,
                                               clock.now())),
       left_(std::make_shared<Condition>(clock)),
+      names_(executor, clock, options.user_name),
       acceptor_(executor) {}
 
 ControlServer::~ControlServer() {
@@ -151,6 +139,8 @@ void ControlServer::admit(Protocol::socket socket) {
     spdlog::error("{}", peer.error().what);
     return;
   }
+  names_.look_up(peer->uid);
+  peer->user = names_.known(peer->uid);
   auto session = std::make_shared<ControlSession>(std::move(socket), clock_, handler_,
                                                   std::move(*peer), options_, budget_);
   if (sessions_->size() >= options_.max_clients) {

@@ -10,6 +10,7 @@
 #include "base/clock.hpp"
 #include "base/condition.hpp"
 #include "daemon/control/session.hpp"
+#include "daemon/control/user_names.hpp"
 
 namespace lcrig {
 
@@ -33,6 +34,11 @@ class ControlServer {
   void publish_event(const RunEventNote& note);
   void publish_run_ended(const RunOutcome& ended);
 
+  // What a user is called (UserNames::find).
+  Task<std::string> user_name(std::uint32_t uid, Duration patience) {
+    return names_.find(uid, patience);
+  }
+
   std::size_t clients() const { return sessions_->size(); }
   std::size_t waiting_bytes() const;  // to be sent, of all clients
   std::size_t held_bytes() const;  // of what they sent
@@ -55,6 +61,7 @@ class ControlServer {
   ControlOptions options_;
   std::shared_ptr<ControlBudget> budget_;
   std::shared_ptr<Condition> left_;  // a session did; shared as they are
+  UserNames names_;
   Protocol::acceptor acceptor_;
   std::string path_;
   std::uint64_t device_ = 0, inode_ = 0;  // of our socket file

@@ -13,6 +13,7 @@
 
 #include "base/as_result.hpp"
 #include "base/either.hpp"
+#include "daemon/control/audit.hpp"
 #include "daemon/control/dispatch.hpp"
 
 namespace lcrig {
@@ -69,8 +70,7 @@ void ControlSession::send(std::string line) {
   if (closed_) return;
   queued_bytes_ += line.size();
   if (queued_bytes_ > options_.max_queue_bytes) {
-    spdlog::warn("control: {} (pid {}) does not read its answers; connection cut", peer_.user,
-                 peer_.pid);
+    spdlog::warn("control: {} does not read its answers; connection cut", peer_words(peer_));
     return close();
   }
   queue_.push_back(std::move(line));

@@ -12,6 +12,7 @@
 #include "base/clock.hpp"
 #include "daemon/control/handler.hpp"
 #include "daemon/control/limits.hpp"
+#include "daemon/control/user_names.hpp"
 
 namespace lcrig {
 
@@ -29,6 +30,7 @@ struct ControlOptions {
   // Of all clients together: what lines above 4 KiB may bring, and what may be under way.
   double long_bytes_per_s = 4 << 20U;
   std::size_t max_all_call_bytes = std::size_t{16} << 20U;
+  UserNames::Lookup user_name = UserNames::of_system;
 };
 
 // Shared with the calls that it has under way: a call outlives its client, because a run that was

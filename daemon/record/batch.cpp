@@ -93,6 +93,9 @@ Result<> BatchWriter::write(const Database& db, std::int64_t run, const Batch& b
     head->ended = true;
   }
   if (auto r = chain_->append(*head, hash_); !r) return r;
+  if (end != nullptr) {
+    if (auto r = chain_->anchor(*head); !r) return r;
+  }
   failed_attempt_ = head->hash;
   if (auto r = transaction->commit(); !r) return r;
   failed_attempt_.reset();

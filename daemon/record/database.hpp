@@ -7,23 +7,9 @@
 #include <vector>
 
 #include "storage/database.hpp"
+#include "storage/writer_lock.hpp"
 
 namespace lcrig {
-
-// An exclusive lock on FILE.lock, which holds the owner's process id. The kernel releases it when
-// the process ends, however it ends; the lock file stays.
-class WriterLock {
- public:
-  // busy: another process (or another lock of this one) holds it; the message says who.
-  static Result<WriterLock> acquire(const std::string& database_path);
-  WriterLock(WriterLock&& other) noexcept;
-  WriterLock& operator=(WriterLock&& other) noexcept;
-  ~WriterLock();
-
- private:
-  explicit WriterLock(int fd) : fd_(fd) {}
-  int fd_ = -1;
-};
 
 struct OwnedDatabase {
   WriterLock lock;

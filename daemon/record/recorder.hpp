@@ -109,6 +109,7 @@ class Recorder final : public RunSink {
   void set_fault(Error error);
   void serve(Request& request);
   Result<std::int64_t> begin_in_database(const RunRow& row);
+  Result<std::int64_t> insert_claimed(const RunRow& row);
   Result<> end_in_database(RunEnd& end);
   Result<> store_rest(const RunEnd& end);
   Result<> store_all(const RunEnd& end, bool faulted);

@@ -26,7 +26,7 @@ Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
   }
   if (auto r = make_reserve(); !r) return fail(r.error());
   if (auto r = owned_.db.execute("PRAGMA wal_autocheckpoint = 1000"); !r) return fail(r.error());
-  auto run = insert_run(owned_.db, row);
+  auto run = insert_claimed(row);
   if (!run) return run;
   run_ = *run;
   if (auto r = sync_commits(options_.sync_each_commit); !r) return fail(r.error());
@@ -36,6 +36,16 @@ Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
   queued_ = lost_ = 0;
   fault_.reset();
   stats_ = CommitStats();
+  return run;
+}
+
+// Whoever sees the row of a run finds its lock held for as long as it goes on.
+Result<std::int64_t> Recorder::insert_claimed(const RunRow& row) {
+  auto run = next_run_number(owned_.db);
+  if (!run) return run;
+  if (auto claimed = owned_.lock.begin_run(*run); !claimed) return fail(claimed.error());
+  run = insert_run(owned_.db, row);
+  if (!run) owned_.lock.end_run();
   return run;
 }
 
@@ -56,10 +66,13 @@ Result<> Recorder::end_in_database(RunEnd& end) {
   Result<> stored = sync_commits(true);
   if (stored) stored = store_all(end, faulted);
   if (!stored) stored = store_end_alone(end, stored.error());
+  owned_.lock.end_run();
   if (!stored) {
     set_fault(stored.error());
     return stored;
   }
+  // Without it the run is as good: whoever asks for the anchor reads it from the database.
+  if (auto anchor = get_anchor(owned_.db, run_)) end.anchor = *anchor;
   const std::lock_guard lock(mutex_);
   incoming_.clear();
   writing_.clear();

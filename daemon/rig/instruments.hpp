@@ -30,6 +30,7 @@ struct InstrumentsInfo {
   bool simulated = false;
   std::optional<std::int64_t> seed;
   std::optional<std::string> model_level, model_json;  // of a simulated specimen
+  std::optional<double> solved_to_N;  // where the table of a simulated specimen ends
   FrameFacts frame;  // what a person has stated of it
   // Of the specimen, for the plan; empty: not known. See Rig.
   std::function<double(double force_N)> specimen_least_m, compression_m;

@@ -46,27 +46,6 @@ Error as_rig_fault(Error error) {
   return error;
 }
 
-// Opens a port; with a wire log directory every byte is written down there.
-Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::string instrument,
-                                                     const Config& config, Clock& clock) {
-  std::string again = url;
-  auto port = co_await open_port(std::move(url), SerialSettings(), clock);
-  if (!port) co_return fail(as_rig_fault(port.error()));
-  if (config.wire_log_directory.empty()) co_return port;
-  WireLogHeader header;
-  header.instrument = instrument;
-  header.date = fmt::format("{} ns since 1970", clock.unix_ns());
-  const std::string path =
-      fmt::format("{}/{}-{}.wire", config.wire_log_directory, instrument, clock.unix_ns());
-  auto logged = make_recording(std::move(*port), clock, path, header);
-  if (logged) co_return logged;
-  // A log that cannot be written keeps no port from opening: making the frame safe comes first.
-  spdlog::warn("{}; {} goes on without a wire log", logged.error().what, instrument);
-  port = co_await open_port(std::move(again), SerialSettings(), clock);
-  if (!port) co_return fail(as_rig_fault(port.error()));
-  co_return port;
-}
-
 std::string absent(const Error& error) {
   return "absent: " + error.what;
 }
@@ -83,16 +62,38 @@ RealRig::RealRig(asio::any_io_executor executor, Clock& clock, const Config& con
   frame_.name = "frame";
   frame_.port = weights ? "dead weights" : config.frame_port;
   frame_.state = "not asked: an idle daemon leaves the frame alone";
+  if (!config.wire_log_directory.empty()) wire_logs_.emplace();
+}
+
+bool RealRig::finish_wire_logs(Duration patience) {
+  return !wire_logs_ || wire_logs_->finish(patience);
+}
+
+// Opens a port; with a wire log directory every byte is written down there. A log that cannot be
+// written keeps no port from opening: making the frame safe comes first.
+Task<Result<std::unique_ptr<Transport>>> RealRig::open_logged(std::string url,
+                                                              std::string instrument) {
+  auto port = co_await open_port(std::move(url), SerialSettings(), clock_);
+  if (!port) co_return fail(as_rig_fault(port.error()));
+  if (!wire_logs_) co_return port;
+  WireLogHeader header;
+  header.instrument = instrument;
+  header.date = fmt::format("{} ns since 1970", clock_.unix_ns());
+  std::string path =
+      fmt::format("{}/{}-{}.wire", config_.wire_log_directory, instrument, clock_.unix_ns());
+  auto log = wire_logs_->create(std::move(path), std::move(instrument));
+  port = std::make_unique<RecordingTransport>(std::move(*port), clock_, std::move(log), header);
+  co_return port;
 }
 
 Task<Result<std::unique_ptr<LcrMeter>>> RealRig::open_meter() {
-  auto port = co_await open_logged(config_.meter_port, "lcr", config_, clock_);
+  auto port = co_await open_logged(config_.meter_port, "lcr");
   if (!port) co_return fail(port.error());
   co_return config_.meter_driver->make(std::move(*port), clock_, config_.meter_serial_number);
 }
 
 Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_link() {
-  auto port = co_await open_logged(config_.frame_port, "frame", config_, clock_);
+  auto port = co_await open_logged(config_.frame_port, "frame");
   if (!port) co_return fail(port.error());
   co_return std::make_unique<ZwickLink>(std::move(*port), clock_, executor_);
 }

@@ -4,8 +4,13 @@
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
+#include <memory>
+#include <optional>
+#include <string>
 
 #include "daemon/rig/instruments.hpp"
+#include "drivers/transport.hpp"
+#include "drivers/wire_log_writer.hpp"
 
 namespace lcrig {
 
@@ -30,8 +35,11 @@ class RealRig final : public InstrumentFactory {
   // Looks whether the nodes of the serial ports are there, without opening them. True: one came or
   // went.
   bool watch_ports();
+  // For a process that is about to end. False: the disk did not take all within this time.
+  bool finish_wire_logs(Duration patience);
 
  private:
+  Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::string instrument);
   Task<Result<std::unique_ptr<LcrMeter>>> open_meter();
   Task<Result<std::unique_ptr<LoadFrame>>> open_link();
   Task<Result<std::unique_ptr<LoadFrame>>> open_frame();
@@ -40,6 +48,7 @@ class RealRig final : public InstrumentFactory {
   Clock& clock_;
   const Config& config_;
   Operator& person_;
+  std::optional<WireLogWriter> wire_logs_;  // when the config asks for them
   // What is known of one instrument.
   struct Known : InstrumentState {
     std::optional<MonoTime> asked;

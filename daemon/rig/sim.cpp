@@ -67,6 +67,7 @@ class BenchInstruments final : public SimulatedInstruments {
     info_.simulated = true;
     info_.seed = request.seed;
     info_.model_level = std::string(to_string(world_->level().settings.level));
+    info_.solved_to_N = world_->response().max_force_N();
     nlohmann::json model = to_json(world_->level());
     if (world_->errors()) model["drawn"] = world_->errors()->to_json();
     info_.model_json = model.dump();

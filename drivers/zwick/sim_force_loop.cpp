@@ -13,10 +13,6 @@ namespace {
 constexpr double kHoldTime_s = 0.1;  // a force hold reaches its force in this time
 constexpr double kMinRate_N_s = 1e-3;
 
-double sign(double v) {
-  return v < 0 ? -1.0 : 1.0;
-}
-
 }  // namespace
 
 Verdict SimMachine::ramp(MonoTime t, std::int64_t number, double force_N, double rate_N_s) {
@@ -24,7 +20,7 @@ Verdict SimMachine::ramp(MonoTime t, std::int64_t number, double force_N, double
   if (auto no = check_force_target(force_N)) return no;
   if (!(rate_N_s > 0)) return Refusal("bad_value", "the rate must be positive");
   const double goal = std::max(0.0, cell_.raw_N(t, force_N));
-  const double direction = sign(goal - scene_.force_N(t));
+  const double direction = direction_of(goal - scene_.force_N(t));
   if (auto no = check_direction(t, direction)) return no;
   const bool pulls = cell_.is_honest() && cell_.raw_N(t, force_N) < -felt_N(scene_.config());
   if (pulls) return Refusal("no_contact", "cannot pull");
@@ -112,7 +108,7 @@ void SimMachine::control(MonoTime t) {
     return;
   }
   const bool is_there = std::abs(lacks) <= close;
-  direction_ = is_there ? -sign(follows) : sign(lacks);
+  direction_ = is_there ? -direction_of(follows) : direction_of(lacks);
   const double edge =
       direction_ > 0 ? limits_.now().travel_max.si() : limits_.now().travel_min.si();
   const double rate = is_there ? std::abs(follows) : ramp_rate_N_s_;

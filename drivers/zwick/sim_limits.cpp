@@ -10,7 +10,6 @@ namespace {
 
 constexpr double kMaxStiffness_N_m = 1e8;
 constexpr double kTravelSlack_m = 1e-10;  // below any drive's resolution
-constexpr double kForceSlack_N = 1e-12;  // for a motion that stopped exactly at a limit
 
 }  // namespace
 

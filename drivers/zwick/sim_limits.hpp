@@ -18,6 +18,13 @@ struct Refusal {
 };
 using Verdict = std::optional<Refusal>;  // nullopt: accepted
 
+// 1 towards the specimen, -1 away from it.
+inline double direction_of(double way) {
+  return way < 0 ? -1.0 : 1.0;
+}
+
+inline constexpr double kForceSlack_N = 1e-12;  // for a motion that stopped exactly there
+
 double felt_N(const PlantConfig& config);  // the smallest force that counts as contact
 
 // Scene and settings must outlive it. `zero_m` is the machine's own travel where samples show 0.

@@ -7,16 +7,6 @@
 
 namespace lcrig::frame_link {
 
-namespace {
-
-constexpr double kForceSlack_N = 1e-12;
-
-double sign(double v) {
-  return v < 0 ? -1.0 : 1.0;
-}
-
-}  // namespace
-
 SimMachine::SimMachine(FrameScene& scene, const ZwickSimSettings& settings)
     : drive_(scene),
       scene_(drive_),
@@ -127,7 +117,7 @@ Verdict SimMachine::move(MonoTime t, std::int64_t number, double travel_m, doubl
   if (auto no = check_motion(travel_m, speed_m_s)) return no;
   if (speed_m_s < 0) return Refusal("bad_value", "MOVE takes a positive speed");
   const double raw = travel_m + travel_zero_m_;
-  const double direction = sign(raw - scene_.travel_m(t));
+  const double direction = direction_of(raw - scene_.travel_m(t));
   if (auto no = check_direction(t, direction)) return no;
   force_control_ = false;
   scene_.move_to(t, raw, speed_m_s);
@@ -140,7 +130,7 @@ Verdict SimMachine::move_until(MonoTime t, std::int64_t number, double force_N, 
                                double guard_m) {
   if (auto no = check_force_target(force_N)) return no;
   if (auto no = check_motion(guard_m, speed_m_s)) return no;
-  const double direction = sign(speed_m_s);
+  const double direction = direction_of(speed_m_s);
   if (auto no = check_direction(t, direction)) return no;
   const double way = (guard_m + travel_zero_m_ - scene_.travel_m(t)) * direction;
   double goal = force_N;

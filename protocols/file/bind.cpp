@@ -2,7 +2,7 @@
 #include <cmath>
 #include <optional>
 
-#include "base/near_word.hpp"
+#include "base/key_words.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "base/units.hpp"
@@ -17,6 +17,19 @@ std::string unit_word(const std::string& name) {
   return key.unit && key.dimension() != Dimension::none ? fmt::format(" {}", key.unit->suffix) : "";
 }
 
+// "1,5" and "2N" are numbers to those who write them.
+std::string reason(const std::string& name, const std::string* text) {
+  if (text == nullptr) return "";
+  const auto comma = comma_words(*text);
+  if (!comma.empty()) return ": " + comma;
+  const auto digit = text->find_last_of("0123456789.");
+  if (digit == text->npos || digit + 1 == text->size()) return "";
+  const auto number = text->substr(0, digit + 1), unit = text->substr(digit + 1);
+  if (!number_from<double>(number) || find_unit(unit) == nullptr) return "";
+  const auto own = unit_word(name);
+  return own.empty() ? ": it has no unit" : fmt::format(": its unit is{}, by its name", own);
+}
+
 using ParameterValue = ParameterValues::mapped_type;
 
 Result<double> read_override(const std::string& name, const Parameter& p,
@@ -27,8 +40,8 @@ Result<double> read_override(const std::string& name, const Parameter& p,
   const auto number = text != nullptr ? number_from<double>(*text) : std::get<double>(value);
   if (!number || !std::isfinite(*number)) {
     return fail(Errc::invalid_request,
-                "parameter {}: \"{}\" is no number, expected a number from {} to {}{}", name, shown,
-                p.min, p.max, unit_word(name));
+                "parameter {}: \"{}\" is no number{}, expected a number from {} to {}{}", name,
+                shown, reason(name, text), p.min, p.max, unit_word(name));
   }
   const double v = *number;
   if (p.integer && v != std::floor(v)) {
@@ -57,8 +70,12 @@ Result<Environment> bind_parameters(const Protocol& protocol, const ParameterVal
   for (const auto& [name, value] : overrides) {
     const auto it = protocol.parameters.find(name);
     if (it == protocol.parameters.end()) {
+      if (const auto unit = unit_mistake(name, known)) {
+        return fail(Errc::invalid_request, "{}: parameter {}", protocol.name, *unit);
+      }
+      const auto meant = nearest_key(name, known);
       return fail(Errc::invalid_request, "{} has no parameter `{}`{} it has: {}", protocol.name,
-                  printable(name, 60), nearest_word(name, known) ? did_you_mean(name, known) : ",",
+                  printable(name, 60), meant ? fmt::format(", did you mean `{}`?", *meant) : ",",
                   list.empty() ? "none" : printable(list, 1000));
     }
     const auto v = read_override(name, it->second, value);

@@ -17,6 +17,12 @@ constexpr const char* kNoHelp =
     "no change of the protocol can help: state frame.stiffness_N_mm in the config if the frame is "
     "softer than rigid, or use one that stops sooner";
 
+// With as many digits as it takes to see the difference.
+std::string more_than(double limit, double value) {
+  const bool is_seen = fmt::format("{:.3g}", value) != fmt::format("{:.3g}", limit);
+  return is_seen ? fmt::format("{:.3g}", value) : fmt::format("{:.6g}", value);
+}
+
 }  // namespace
 
 Refusal PlannedMotion::too_fast(const std::string& why, const Number& speed, double fastest,
@@ -43,10 +49,31 @@ Refusal PlannedMotion::too_fast(const std::string& why, const Number& speed, dou
   return Refusal(fmt::format("{}: at most {:.3g} mm/s", why, fastest * 1e3), std::move(changes));
 }
 
+Refusal PlannedMotion::too_strong(const std::string& why, double felt, const Number& speed,
+                                  const Number& target) {
+  const double limit = rig_.limits().force_max_N, none = rig_.felt_N(0);
+  const double v = rig_.get(speed), slowest = std::max(rig_.frame().speed_min.si(), 1e-6);
+  const auto largest = [&](double speed_m_s) {
+    double good = none, bad = felt;
+    for (int i = 0; i < 40; ++i) {
+      const double middle = 0.5 * (good + bad);
+      (exceeds(rig_.stop_N(middle, speed_m_s), limit) ? bad : good) = middle;
+    }
+    return good;
+  };
+  // At a speed that leaves next to nothing of the force, the speed is what has to change next.
+  double good = largest(v);
+  if (good - none < 0.5 * (felt - none)) good = largest(std::min(v, slowest));
+  const double share = (good - none) / (felt - none);
+  if (!(share > 0)) return too_fast(why, speed, 0, true);
+  return Refusal(fmt::format("{}: at most {:.4g} N, or a higher limit", why, good - none),
+                 at_most(target, share * rig_.get(target), rig_.protocol()));
+}
+
 // A motion that the device stops at a force: where it ends on the stiffest contact that is
 // possible, and on the one that the specimen's model expects.
 void PlannedMotion::check_stop(double felt, const Number& speed,
-                               const std::optional<Number>& allowed) {
+                               const std::optional<Number>& allowed, const Number* target) {
   const double v = rig_.get(speed), limit = rig_.limits().force_max_N;
   double worst = rig_.stop_N(felt, v);
   constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -66,10 +93,14 @@ void PlannedMotion::check_stop(double felt, const Number& speed,
                                           rig_.forecast().fastest_if_measured_m_s(felt, limit))
                                : rig_.forecast().fastest_m_s(felt, limit);
     const std::string why = fmt::format(
-        "{:.4g} mm/s to {:.4g} N may end at {:.3g} N on a contact of up to {:.3g} N/mm, "
+        "{:.4g} mm/s to {:.4g} N may end at {} N on a contact of up to {:.3g} N/mm, "
         "the limit is {:.4g} N",
-        v * 1e3, felt, worst, rig_.forecast().bound().stiffness_N_m(worst) * 1e-3, limit);
-    out_.refuse(too_fast(why, speed, fastest, true));
+        v * 1e3, felt, more_than(limit, worst), rig_.forecast().bound().stiffness_N_m(worst) * 1e-3,
+        limit);
+    const bool is_too_slow = fastest <= 0 || fastest < rig_.frame().speed_min.si();
+    out_.refuse(target && is_too_slow && rig_.forecast().bound().is_bounded()
+                    ? too_strong(why, felt, speed, *target)
+                    : too_fast(why, speed, fastest, true));
   }
   add_note(out_.note, fmt::format("{:.3g} N at worst", worst));
   check_expected(felt, speed, allowed);

@@ -23,8 +23,9 @@ class PlannedMotion {
   void to_force(const Target& to, const Number& speed);
   void search(double way_m) { way_m_ = way_m; }
   // A motion that the device stops when the specimen feels `felt_N`. `allowed`: the overshoot that
-  // the step allows.
-  void check_stop(double felt_N, const Number& speed, const std::optional<Number>& allowed);
+  // the step allows. `target`: the force that the step names, if a smaller one would do as well.
+  void check_stop(double felt_N, const Number& speed, const std::optional<Number>& allowed,
+                  const Number* target = nullptr);
   void check_timeout();
 
  private:
@@ -33,6 +34,9 @@ class PlannedMotion {
   void check_blind(const Number& speed);
   Refusal too_fast(const std::string& why, const Number& speed, double fastest_m_s,
                    bool may_take_longer);
+  // Where no speed is slow enough: the largest force from which this speed stops in time.
+  Refusal too_strong(const std::string& why, double felt_N, const Number& speed,
+                     const Number& target);
 
   PlannedRig& rig_;
   const Number& timeout_;

@@ -44,6 +44,9 @@ class FrameView {
   const FrameMemory& memory() const { return memory_; }
   void forget(bool zeroed);  // all but whether the run has zeroed the frame
   void zeroed(bool yes) { memory_.zeroed = yes; }
+  // By how much the zeros of the force moved its origin, all together.
+  std::optional<double> zeros_N() const { return zeros_N_; }
+  void sum_zeros(std::optional<double> sum_N) { zeros_N_ = sum_N; }
 
   // Looks at it at least so long while it stands. Errors: no_reply.
   Task<Result<Rest>> watch_rest(Duration at_least);
@@ -63,6 +66,7 @@ class FrameView {
   std::optional<double> shown_force_N_, shown_travel_m_, done_force_N_;
   std::optional<Rest> watched_;  // fed while somebody watches
   double wavers_N_ = 0;
+  std::optional<double> zeros_N_;
 };
 
 }  // namespace lcrig

@@ -45,6 +45,7 @@ RunPoint RunParts::point() const {
   p.contact_travel_m = contact.travel_m();
   p.travel_m = view.travel_m();
   p.zeroed = view.memory().zeroed;
+  p.zeros_N = view.zeros_N();
   p.origin = setup.frame.origin();
   return p;
 }

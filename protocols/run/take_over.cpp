@@ -78,6 +78,7 @@ Task<Result<>> TakeOver::pass_done_steps(StepCursor& cursor) {
     co_return same;
   }
   run_.view.zeroed(from.point.zeroed);
+  run_.view.sum_zeros(from.point.zeros_N);
   start_travel_m_ = from.point.travel_m;
   run_.contact.take_from(from.point.contact_travel_m);
   run_.labels.take_from(from.point);

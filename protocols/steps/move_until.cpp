@@ -14,6 +14,17 @@
 
 namespace lcrig {
 
+namespace {
+
+// Where the final speed begins: at the fraction of the force, or of the way to it if that is less.
+// Unloading, where the fraction of the force lies beyond the target, at that of the way.
+double turn_force_N(double from_N, double to_N, double fraction) {
+  const double way_N = from_N + fraction * (to_N - from_N);
+  return to_N > from_N ? std::min(fraction * to_N, way_N) : way_N;
+}
+
+}  // namespace
+
 MoveUntilStep MoveUntilStep::parse(const StepReader& r) {
   MoveUntilStep out;
   out.until = r.target("until");
@@ -43,22 +54,24 @@ StepPlan MoveUntilStep::plan(PlannedRig& rig) const {
     return out;
   }
   const double force_N = rig.force_of(until), v = rig.get(speed), from_m = rig.travel_m();
-  const bool loading = force_N > rig.force_N();
+  const double from_N = rig.force_N();
+  const bool loading = force_N > from_N;
   motion.to_force(until, speed);
   const Number& last = final_speed ? *final_speed : speed;
   if (final_speed) {
     rig.use_speed(last, out);
-    const double turn_N = rig.get(*final_from) * force_N, to_m = rig.travel_m();
+    const double turn_N = turn_force_N(from_N, force_N, rig.get(*final_from));
+    const double to_m = rig.travel_m();
     const double slow_m = std::min(std::abs(to_m - from_m), std::abs(to_m - rig.travel_at(turn_N)));
     out.seconds += slow_m / rig.get(last) - slow_m / v;
-    if (loading) motion.check_stop(rig.felt_N(turn_N), speed, std::nullopt);
+    if (turn_N > from_N) motion.check_stop(rig.felt_N(turn_N), speed, std::nullopt);
   }
   if (const auto t = loaded_time_s(force_N, v, rig.known()); loading && t && !final_speed) {
     const double each = to_seconds(rig.known().lcr.conversion_time(rig.meter()));
     add_note(out.note, fmt::format("loaded for {:.3g} s: {:.0f} readings of {:.0f} ms", *t,
                                    std::floor(*t / each), each * 1e3));
   }
-  if (loading) motion.check_stop(rig.felt_N(force_N), last, overshoot);
+  if (loading) motion.check_stop(rig.felt_N(force_N), last, overshoot, &until.value);
   motion.check_timeout();
   return out;
 }
@@ -68,9 +81,14 @@ Task<Result<>> MoveUntilStep::execute(RunParts& run, StepProgress& /*progress*/)
   const double force_N = run.labels.force_of(until), timeout_s = run.get(timeout);
   double v = run.get(speed);
   if (final_speed) {
-    const double near_N = force_N * run.get(*final_from);
-    auto near = co_await run.motions.to_force(near_N, v, timeout_s);
-    if (!near) co_return near;
+    const auto present_N = run.view.present_force_N();
+    if (!present_N) co_return fail(present_N.error());
+    const double turn_N = turn_force_N(*present_N, force_N, run.get(*final_from));
+    // Not backwards, when less than the last part is left.
+    if ((turn_N > *present_N) == (force_N > *present_N)) {
+      auto near = co_await run.motions.to_force(turn_N, v, timeout_s);
+      if (!near) co_return near;
+    }
     v = run.get(*final_speed);
   }
   auto moved = co_await run.motions.to_force(force_N, v, timeout_s);

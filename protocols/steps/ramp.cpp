@@ -63,10 +63,11 @@ void check_ramp(const RampStep& step, double force_N, PlannedRig& rig, StepPlan&
   }
   if (fastest <= 0) {
     const double most = limit - rig.felt_N(0) - loop.ripple.si();
-    return out.refuse(
-        Refusal(why + ": a held force may be off by its ripple",
-                at_most(step.to.value, rig.get(step.to.value) * most / std::max(force_N, 1e-9),
-                        rig.protocol())));
+    return out.refuse(Refusal(
+        fmt::format("{}: at most {:.4g} N, for a held force may be off by its ripple of {:.2g} N",
+                    why, most, loop.ripple.si()),
+        at_most(step.to.value, rig.get(step.to.value) * most / std::max(force_N, 1e-9),
+                rig.protocol())));
   }
   out.refuse(
       Refusal(fmt::format("{}: the frame approaches with {:.3g} mm/s by itself; press the "
@@ -138,7 +139,7 @@ StepPlan RampStep::plan(PlannedRig& rig) const {
     } else {
       motion.to_travel(to, *speed);
     }
-    if (loading) motion.check_stop(rig.felt_N(rig.force_of(to)), *speed, std::nullopt);
+    if (loading) motion.check_stop(rig.felt_N(rig.force_of(to)), *speed, std::nullopt, &to.value);
   }
   motion.check_timeout();
   return out;

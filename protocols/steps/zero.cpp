@@ -10,6 +10,25 @@
 
 namespace lcrig {
 
+namespace {
+
+// A zero takes what the specimen may feel out of the force that the limits see. All zeros of a run
+// together may take as much as the limits allow to be felt at all: a single one never takes more,
+// for the guard ends the run there.
+Result<> check_sum(double sum_N, const RunParts& run) {
+  const BoundLimits& limits = run.setup.limits;
+  const double most_N = std::max(std::abs(limits.force_min_N), std::abs(limits.force_max_N));
+  if (std::abs(sum_N) <= most_N) return {};
+  return fail(Errc::limit_tripped,
+              "step {}: the zeros of this run would take {:.4f} N out of the force together, and "
+              "{:.4f} N is the most that its limits allow to be felt: the probe may press while it "
+              "is zeroed; move it away before `zero`, or zero the cell at the machine and begin a "
+              "new run",
+              run.log.step_id(), sum_N, most_N);
+}
+
+}  // namespace
+
 ZeroStep ZeroStep::parse(const StepReader& r) {
   ZeroStep out;
   out.force = r.json.optional_boolean("force").value_or(false);
@@ -46,12 +65,17 @@ Task<Result<>> ZeroStep::execute(RunParts& run, StepProgress& /*progress*/) cons
                    "already touch; move it away or zero the cell at the machine",
                    run.log.step_id(), rest->force_N(), run.get(*max_offset));
   }
+  const double sum_N = run.view.zeros_N().value_or(0) + rest->force_N();
+  if (force) {
+    if (auto allowed = check_sum(sum_N, run); !allowed) co_return allowed;
+  }
   const ScopedFlag zeroing = run.distrust.expect_zero();  // the gateway may tell of it, too
   if (travel) run.truth.look_away();
   auto zeroed = co_await run.setup.frame.zero(force, travel);
   if (!zeroed) co_return zeroed;
   run.truth.zero_force();
   run.view.zeroed(true);
+  if (force) run.view.sum_zeros(sum_N);
   if (travel) {
     run.contact.zero_travel(rest->travel_m().value_or(0));
     run.drive.forget_limits();

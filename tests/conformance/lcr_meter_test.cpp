@@ -4,6 +4,7 @@
 // A new driver adds one line to kCases. LCRIG_ACCEPT=1 records the wire logs anew.
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <cstdlib>
 
 #include "drivers/fd_transport.hpp"
@@ -60,8 +61,9 @@ class Meter : public ::testing::TestWithParam<Case> {
     header.firmware = "REV E8.13";
     header.date = "2026-01-01";
     header.conditions = "7.2914 pF, D 0.004; conformance suite";
-    auto recording = make_recording(std::move(pair->near), clock, log_path(GetParam()), header);
-    return std::move(*recording);
+    auto log = logs.create(log_path(GetParam()), "lcr");
+    return std::make_unique<RecordingTransport>(std::move(pair->near), clock, std::move(log),
+                                                header);
   }
   template <class T>
   T run(Task<T> task) {
@@ -82,8 +84,14 @@ class Meter : public ::testing::TestWithParam<Case> {
     }
   }
 
+  static int create_anew(const std::string& path) {
+    std::remove(path.c_str());
+    return WireLogWriter::create_exclusively(path);
+  }
+
   asio::io_context io;
   VirtualClock clock;
+  WireLogWriter logs{WireLogWriter::Options{.create = create_anew}};
   std::optional<lcr6100::Lcr6100Sim> sim;
   std::unique_ptr<LcrMeter> meter;
 };

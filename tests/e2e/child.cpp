@@ -2,10 +2,12 @@
 #include "tests/e2e/child.hpp"
 
 #include <fcntl.h>
+#include <grp.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/un.h>
 #include <sys/wait.h>
@@ -40,6 +42,12 @@ namespace {
   ::dup2(log, STDERR_FILENO);
   ::execve(argv[0], argv, envp);
   ::_exit(127);
+}
+
+// Likewise.
+bool turn_into(const Person& person) {
+  ::umask(0027);  // as the service has it
+  return ::setgroups(0, nullptr) == 0 && ::setgid(person.group) == 0 && ::setuid(person.user) == 0;
 }
 
 int connect_to(const std::string& path) {
@@ -123,7 +131,7 @@ std::string LineReader::rest(Timeout timeout) {
 }
 
 Child::Child(const std::vector<std::string>& command, const std::string& log,
-             const Variables& variables, Rights rights)
+             const Variables& variables, Rights rights, const Person* person)
     : log_(log) {
   auto words = command;
   auto names = environment(variables);
@@ -135,6 +143,7 @@ Child::Child(const std::vector<std::string>& command, const std::string& log,
   if (err < 0) throw_errno(log);
   pid_ = ::fork();
   if (pid_ == 0 && rights == Rights::those_of_the_files) give_up_file_rights_at_exec();
+  if (pid_ == 0 && person != nullptr && !turn_into(*person)) ::_exit(126);
   if (pid_ == 0) become(argv.data(), envp.data(), out[1], err);
   ::close(out[1]);
   ::close(err);

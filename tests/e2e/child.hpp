@@ -43,6 +43,12 @@ class LineReader {
 std::vector<std::string> environment(const std::map<std::string, std::string>& variables);
 std::vector<char*> pointers(std::vector<std::string>& texts);
 
+// Whom a process belongs to. Only root can start one of another person.
+struct Person {
+  uid_t user = 0;
+  gid_t group = 0;
+};
+
 class Child {
  public:
   using Variables = std::map<std::string, std::string>;
@@ -50,7 +56,8 @@ class Child {
   enum class Rights { as_we_are, those_of_the_files };
   // Standard error goes to the file `log`. The child dies with this process.
   Child(const std::vector<std::string>& command, const std::string& log,
-        const Variables& variables = {}, Rights rights = Rights::as_we_are);
+        const Variables& variables = {}, Rights rights = Rights::as_we_are,
+        const Person* person = nullptr);
   ~Child();  // kills it if it still runs
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;

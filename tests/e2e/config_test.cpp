@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // lcrigd with a config file that is good, bad or not there.
+#include <filesystem>
+
 #include "tests/e2e/rig.hpp"
 
 namespace lcrig::e2e {
@@ -30,6 +32,54 @@ TEST_F(ConfigFile, ACheckNamesTheInstrumentsAndOpensNothing) {
   const auto done = lcrigd({"--check-config", "--config", file("real.json")});
   EXPECT_EQ(done.code, 0) << done.err;
   EXPECT_THAT(done.out, AllOf(HasSubstr("/dev/no-such-port"), HasSubstr("dead weights")));
+}
+
+TEST_F(ConfigFile, WhatCannotBeOpenedIsRefusedAndLeavesNothingBehind) {
+  struct Case {
+    std::string key, value, words;
+  };
+  const std::vector<Case> bad{{"bench", "papier", "no bench `papier`"},
+                              {"bench", file("none.json"), "none.json"},
+                              {"bench", "replay:" + file("nowhere"), "nowhere"},
+                              {"database", file(""), "is a folder"},
+                              {"database", file("nowhere/a.db"), "there is no folder"},
+                              {"socket", file("nowhere/s.sock"), "there is no folder"},
+                              {"socket", file(std::string(120, 's')), "at most 107"}};
+  for (const auto& [key, value, words] : bad) {
+    json config{{"format", "lcrigd-config/1"},
+                {"bench", "paper"},
+                {"database", file("new.db")},
+                {"socket", file("new.sock")}};
+    config[key] = value;
+    write("bad.json", config.dump());
+    for (const bool check : {true, false}) {
+      std::vector<std::string> arguments{"--config", file("bad.json")};
+      if (check) arguments.emplace_back("--check-config");
+      const auto done = lcrigd(arguments);
+      EXPECT_EQ(done.code, 2) << config << done.err;
+      EXPECT_THAT(done.err, AllOf(HasSubstr("bad.json"), HasSubstr(words), HasSubstr("next: ")));
+    }
+    EXPECT_FALSE(std::filesystem::exists(file("new.db"))) << config;
+  }
+}
+
+TEST_F(ConfigFile, ACheckSaysWhatItTookAndWarnsOfAMissingLogFolder) {
+  json real = json::parse(R"({"format": "lcrigd-config/1",
+    "meter": {"driver": "lcr6100", "port": "/dev/no-meter"},
+    "frame": {"driver": "zwick", "port": "/dev/no-frame", "stiffness_N_mm": 200, "force_class": 0.5},
+    "fixture": {"probe_diameter_mm": 4.0}})");
+  real["wire_log_directory"] = file("nowhere");
+  write("real.json", real.dump());
+  const auto done = lcrigd({"--check-config", "--config", file("real.json")});
+  EXPECT_EQ(done.code, 0) << done.err;
+  EXPECT_THAT(done.out, AllOf(HasSubstr("200 N/mm"), HasSubstr("0.5"), HasSubstr("4 mm"),
+                              HasSubstr("9.80665 m/s2"), HasSubstr("nowhere")));
+  EXPECT_THAT(done.err, HasSubstr("there is no such folder"));
+  real["frame"]["port"] = "/dev/no-meter";
+  write("real.json", real.dump());
+  const auto same = lcrigd({"--check-config", "--config", file("real.json")});
+  EXPECT_EQ(same.code, 2);
+  EXPECT_THAT(same.err, HasSubstr("both /dev/no-meter"));
 }
 
 // Exit status 2: the unit does not start it again (RestartPreventExitStatus).

@@ -8,6 +8,7 @@ import json
 import os
 import re
 import shlex
+import socket
 import subprocess
 import sys
 import time
@@ -21,12 +22,21 @@ TALKS_TO_DAEMON = re.compile(r"lcrig (run|status|watch|pause|resume|abort|freeze
 REAL_TIME = re.compile(r"^lcrig run ")
 YOURS = ("my_machine:",)  # a program that the reader writes
 SERVERS = ("lcrig-sim", "lcrig-gateway")
-PORT = "47101"  # of the pages' 4710; the panel is 47111
+
+
+def free_ports(count):
+    """Nobody listens there now, and the system gives them to nobody else for a while."""
+    sockets = [socket.create_server(("127.0.0.1", 0)) for _ in range(count)]
+    ports = [str(s.getsockname()[1]) for s in sockets]
+    for s in sockets:
+        s.close()
+    return ports
 
 
 class Pages:
     def __init__(self, programs, folder):
         self.programs, self.folder = programs, folder
+        self.port, self.panel_port = free_ports(2)  # for the pages' 4710 and 4711
         self.ran, self.failed, self.running = 0, [], []
 
     def commands(self, page):
@@ -81,7 +91,7 @@ class Pages:
         elif "gateway" in name:
             words[0] = str(Path("tools/gateway").resolve() / name)
         for i, word in enumerate(words[1:], 1):
-            word = {"4710": PORT, "4711": PORT[:-1] + "2"}.get(word, word)
+            word = {"4710": self.port, "4711": self.panel_port}.get(word, word)
             words[i] = word.replace("/tmp/", f"{self.folder}/")
         if REAL_TIME.match(command):
             words.append("--dry-run")
@@ -102,7 +112,7 @@ class Pages:
         until = time.monotonic() + 30
         while child.poll() is None and time.monotonic() < until:
             text = log.read_text(encoding="utf-8", errors="replace")
-            if '"frame"' in text or '"port"' in text or PORT in text:
+            if '"frame"' in text or '"port"' in text or self.port in text:
                 return None
             time.sleep(0.05)
         return f"ended with {child.poll()}: {log.read_text(encoding='utf-8')[-500:]}"
@@ -120,7 +130,7 @@ class Pages:
         self.start([str(self.programs / "lcrig-sim"), "--ready-file", str(ready)])
         wait_for(ready)
         ports = json.loads(ready.read_text(encoding="utf-8"))
-        frame = f"tcp:127.0.0.1:{PORT}" if gateway else ports["frame"]
+        frame = f"tcp:127.0.0.1:{self.port}" if gateway else ports["frame"]
         config = {"format": "lcrigd-config/1", "database": str(self.folder / "daemon.db"),
                   "socket": str(self.folder / "c.sock"),
                   "meter": {"driver": "lcr6100", "port": ports["lcr"]},

@@ -166,7 +166,9 @@ TEST_F(Kills, AResumedRunAsksForTheSpecimenAndGoesOnAtItsStep) {
   daemon.wait(5s);
   sim("settle");
   start_daemon(config(), "d2");
-  const Ended resumed = lcrig({"resume", "1", "--socket", file("control.sock")});
+  EXPECT_THAT(lcrig({"status", "--socket", file("control.sock")}).out,
+              HasSubstr("interrupted: run 1, slow on paper-1, in step away; lcrig resume 1"));
+  const Ended resumed = lcrig({"resume", "--socket", file("control.sock")});
   EXPECT_EQ(resumed.code, 0) << resumed.err;
   EXPECT_THAT(resumed.out, HasSubstr("run 2 continues run 1"));
   Control again = control();
@@ -185,6 +187,13 @@ TEST_F(Kills, AResumedRunAsksForTheSpecimenAndGoesOnAtItsStep) {
             "done\n")
       << "the gap of the first run is known to the second";
   EXPECT_THAT(query("SELECT text FROM run_note WHERE run_id = 1"), HasSubstr("continued by run 2"));
+  // The database is neither where the daemon's is by default nor the user's own.
+  const Ended noted =
+      lcrig({"runs", "note", "2", "looked at it", "--socket", file("control.sock")});
+  EXPECT_EQ(noted.code, 0) << noted.err;
+  EXPECT_THAT(lcrig({"runs", "show", "2", "--socket", file("control.sock")}).out,
+              HasSubstr("looked at it"));
+  EXPECT_EQ(lcrig({"verify", "2", "--socket", file("control.sock")}).code, 0);
   // A run can be continued only once.
   const json twice = again.call("run.resume", {{"run", 1}, {"confirm_specimen", true}});
   EXPECT_THAT(twice.dump(), HasSubstr("was continued by run 2"));

@@ -30,6 +30,9 @@ class IdleHandler final : public ControlHandler {
   Task<Result<Plan>> plan_run(RunRequest, PeerCredentials) override { co_return Plan(); }
   Task<Result<>> ask_instruments(PeerCredentials) override { co_return Result<>(); }
   Task<Result<>> confirm(PeerCredentials) override { co_return Result<>(); }
+  Task<Result<>> note_run(std::int64_t, std::string, PeerCredentials) override {
+    co_return Result<>();
+  }
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials) override {
     co_return text;
   }

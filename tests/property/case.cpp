@@ -11,7 +11,7 @@ namespace {
 using json = nlohmann::ordered_json;
 using When = RigWorld::Act::When;
 
-using Kind = Happening::Kind;
+using What = Happening::Kind;
 constexpr std::array<std::string_view, 7> kKinds{"abort", "freeze", "shutdown", "pause",
                                                  "deaf",  "silent", "unplug"};
 constexpr std::array<std::string_view, 5> kWhens{"time", "part", "step", "drive", "finally"};
@@ -30,7 +30,7 @@ Happening parse_happening(const json& j) {
   Happening h;
   const std::string what = j.at("what");
   for (std::size_t i = 0; i < kKinds.size(); ++i) {
-    if (what == kKinds[i]) h.kind = static_cast<Kind>(i);
+    if (what == kKinds[i]) h.kind = static_cast<What>(i);
   }
   parse_instant(j, h);
   return h;
@@ -59,7 +59,7 @@ std::string_view to_string(Happening::Kind kind) {
 }
 
 bool is_of_link(Happening::Kind kind) {
-  return kind == Kind::deaf || kind == Kind::silent || kind == Kind::unplug;
+  return kind == What::deaf || kind == What::silent || kind == What::unplug;
 }
 
 sim::RandomRig Case::make_rig() const {

@@ -13,7 +13,7 @@ using Seen = RigWitness::Seen;
 using Word = RigWitness::Word;
 
 // Samples come in batches of 0.1 s, up to 0.1 s apart, and two may be needed to see something.
-constexpr Duration kSlack = std::chrono::milliseconds(300);
+constexpr Duration kAllowance = std::chrono::milliseconds(300);
 // DONE is believed when the samples that follow agree. A lost zero is seen within a second.
 constexpr Duration kAfterDone = std::chrono::milliseconds(550);
 // share of the printed time; a lie may also be noticed this early
@@ -68,7 +68,7 @@ class Look {
     Contradiction c;
     c.taken = first.taken;
     c.first = *first.arrived;
-    c.due = shown + from_seconds(watch_.reply_s) + kSlack;
+    c.due = shown + from_seconds(watch_.reply_s) + kAllowance;
     c.true_N = first.true_N;
     if (order != nullptr) c.speed_m_s = order->speed_m_s, c.rate_N_s = order->rate_N_s;
     return c;
@@ -346,7 +346,7 @@ class Look {
       Contradiction c;
       c.taken = from_;
       c.first = w.at;
-      c.due = w.at + from_seconds(watch_.reply_s) + kSlack;
+      c.due = w.at + from_seconds(watch_.reply_s) + kAllowance;
       for (const Seen& s : seen_) {
         if (s.taken <= w.at) c.true_N = s.true_N;
       }

@@ -12,7 +12,7 @@ namespace lcrig::property {
 
 namespace {
 
-constexpr auto kReach = std::chrono::milliseconds(2);  // two lines sent together
+constexpr auto kTogether = std::chrono::milliseconds(2);  // two lines sent together
 constexpr auto kStopping = std::chrono::seconds(1);
 
 bool has_one(const std::string& text, const std::vector<std::string_view>& words) {
@@ -130,7 +130,7 @@ class LieJudge {
       if (!has_one(reason(), words_of(what))) broken("words: {}: `{}`", lie, reason());
       // A motion that was sent together with the first STOP does not count.
       for (const Ordered& o : ordered_motions(w_.witness)) {
-        if (o.sent > *stop + kReach) return broken("again: {}: {} after the STOP", lie, o.word);
+        if (o.sent > *stop + kTogether) return broken("again: {}: {} after the STOP", lie, o.word);
       }
       ++table_.of(what).noticed;
     }
@@ -248,7 +248,7 @@ class LieJudge {
     // back.
     if (lies_.size() > 1 && !has_one(reason(), {"does not move", "against the command"})) return;
     for (const Ordered& o : ordered_motions(w_.witness)) {
-      if (o.sent <= stop + kReach) continue;
+      if (o.sent <= stop + kTogether) continue;
       const bool may = distrust == Distrust::gateway || distrust == Distrust::nobody ||
                        (distrust == Distrust::force && o.direction < 0);
       if (!may) {

@@ -10,12 +10,12 @@
 #include <sstream>
 
 #include "tests/property/own_bounds.hpp"
+#include "tests/property/reach.hpp"
 #include "tests/support/rig_world.hpp"
 
 namespace lcrig::property {
 namespace {
 
-constexpr double kSlack = 0.8;  // of what our own arithmetic allows
 constexpr double kPatience_s = 60;  // for an approach, so that the test does not take too long
 
 // What the file asks of a rig, as read by a person.

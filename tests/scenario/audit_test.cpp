@@ -9,6 +9,7 @@
 
 #include "base/strict_json.hpp"
 #include "storage/chain.hpp"
+#include "storage/runs.hpp"
 #include "tests/support/daemon_world.hpp"
 
 namespace lcrig {
@@ -134,10 +135,13 @@ TEST_F(Daemon, WhoContinuedAnInterruptedRunStandsInTheRunThatContinuesIt) {
   stop();
   start("crashed.db");
   PlainClient client(socket_path());
-  ASSERT_TRUE(answer(client, "watch").contains("result"));
+  const json watched = answer(client, "watch");
+  EXPECT_EQ(watched.at("result").at("resumable"),
+            json::parse(R"([{"run":1,"protocol":"asking","specimen":"paper-1","step":"look"}])"));
   const json going = answer(client, "run.resume", {{"run", 1}});
   ASSERT_TRUE(going.contains("result")) << going;
   EXPECT_EQ(going["result"]["run"], 2);
+  EXPECT_EQ(app->status().resumable.size(), 0U);
   wait_until_asked(client);  // asked to look at the specimen
   ASSERT_TRUE(answer(client, "run.confirm").contains("result"));
   const json stopped = answer(client, "run.abort");
@@ -162,6 +166,26 @@ TEST_F(Daemon, ASpecimenThatIsStoredIsLoggedWithWhoAsked) {
   EXPECT_EQ(count("SELECT count(*) FROM specimen"), 1);
   EXPECT_THAT(log.str(), HasSubstr("specimen paper-1 stored for "));
   EXPECT_THAT(log.str(), HasSubstr(fmt::format("(uid {}, pid {})", ::getuid(), ::getpid())));
+}
+
+TEST_F(Daemon, ANoteOfAMemberHasTheKernelsNameAndIsPartOfTheChain) {
+  PlainClient client(socket_path());
+  ASSERT_TRUE(answer(client, "run.start", start_request(kAsking)).contains("result"));
+  const json early = answer(client, "run.note", {{"run", 1}, {"text", "too early"}});
+  EXPECT_THAT(early.dump(), HasSubstr("run 1 is still going on"));
+  EXPECT_THAT(answer(client, "run.note", {{"run", 7}, {"text", "x"}}).dump(),
+              HasSubstr("no run 7"));
+  ASSERT_TRUE(answer(client, "run.abort").contains("result"));
+  wait_until_over(client);
+  EXPECT_TRUE(
+      answer(client, "run.note", {{"run", 1}, {"text", "dusty \x1b[31m"}}).contains("result"));
+  EXPECT_TRUE(answer(client, "run.note", {{"run", 1}, {"text", ""}}).contains("error"));
+  const Database db = open_read_only(dir.file("d.db")).value();
+  const auto notes = get_run_notes(db, 1).value();
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(notes[0].text, "dusty \x1b[31m");
+  EXPECT_EQ(notes[0].operator_name, requests().front().at("user").get<std::string>());
+  EXPECT_TRUE(verify_chain(db, 1).value().intact);
 }
 
 TEST_F(Daemon, TextsThatAreTooLongAreRefusedAndTheDaemonGoesOn) {

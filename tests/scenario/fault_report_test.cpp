@@ -14,10 +14,6 @@ using namespace std::chrono_literals;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
-ZwickSim& frame(SessionWorld& world) {
-  return *world.session->instruments().door()->frame_sim();
-}
-
 // Motions of any kind that began after this event.
 std::int64_t motions_after(const SessionWorld& world, const std::string& kind) {
   return world.count(

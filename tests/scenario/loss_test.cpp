@@ -19,13 +19,6 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-void expect_cleared(const SessionWorld& world) {
-  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='clear' AND kind='motion' AND "
-                        "detail LIKE '%\"target\"%'"),
-            1)
-      << "`finally` did not clear the specimen";
-}
-
 struct LossCase {
   const char* step;
   Which which;
@@ -298,7 +291,7 @@ TEST(Reconnect, AFrameThatForgotItsZeroIsNotMovedAgain) {
   world.acts.push_back({"settle", 300ms, [](SessionWorld& w) {
                           unplug(w, Which::frame);
                           // Its clock starts again, as after it was switched off and on.
-                          w.session->instruments().door()->frame_sim()->faults.clock_jump_s = -1e4;
+                          frame(w).faults.clock_jump_s = -1e4;
                         }});
   world.acts.push_back({"settle", 3s, [](SessionWorld& w) { plug(w, Which::frame); }});
   const auto r = world.run();

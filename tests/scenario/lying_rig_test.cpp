@@ -35,7 +35,7 @@ std::string lied_to() {
 class LyingWorld final : public SessionWorld {
  public:
   explicit LyingWorld(std::string text = lied_to()) : SessionWorld(std::move(text)) {}
-  ZwickSim& frame() { return *session->instruments().door()->frame_sim(); }
+  ZwickSim& frame() { return lcrig::frame(*this); }
   void lie_in(const std::string& step, Duration after, std::function<void(ZwickSimLies&)> lie) {
     acts.push_back({step, after, [this, lie](SessionWorld&) {
                       lie(frame().faults.lies);
@@ -139,8 +139,7 @@ TEST(LyingRig, ASearchWithoutContactGoesBackToWhereItBegan) {
 
 TEST(LyingRig, ADriveThatStallsIsNoticedLongBeforeTheStepsTimeOut) {
   LyingWorld world;
-  world.acts.push_back(
-      {"load", 1s, [](SessionWorld& w) { w.session->instruments().door()->frame_sim()->stall(); }});
+  world.acts.push_back({"load", 1s, [](SessionWorld& w) { lcrig::frame(w).stall(); }});
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
   EXPECT_THAT(r->reason, HasSubstr("does not move"));
@@ -165,7 +164,7 @@ TEST(LyingRig, ATareThatIsLostWhileItStandsIsNoticedByTheJump) {
   LyingWorld world;
   world.bench.plant.force_offset_N = 0.3;
   world.acts.push_back({"rest", 4s, [](SessionWorld& w) {
-                          ZwickSim& f = *w.session->instruments().door()->frame_sim();
+                          ZwickSim& f = lcrig::frame(w);
                           f.faults.lose_tare = true;
                           f.poke();
                         }});

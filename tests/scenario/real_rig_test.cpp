@@ -16,10 +16,6 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-ZwickSim& frame(SessionWorld& world) {
-  return *world.session->instruments().door()->frame_sim();
-}
-
 // From this step on, the device's own stop is late by this time.
 void stop_late(SessionWorld& world, const std::string& step_id, double late_s) {
   world.acts.push_back({step_id, 10ms, [late_s](SessionWorld& w) {

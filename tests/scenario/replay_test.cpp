@@ -22,16 +22,16 @@
 namespace lcrig {
 namespace {
 
-using Row = std::vector<std::string>;
+using CsvRow = std::vector<std::string>;
 
 // The named columns of a CSV file that has no line breaks in cells.
-std::vector<Row> columns(const std::string& path, const std::vector<std::string>& names) {
+std::vector<CsvRow> columns(const std::string& path, const std::vector<std::string>& names) {
   std::ifstream file(path);
-  std::vector<Row> rows;
+  std::vector<CsvRow> rows;
   std::vector<std::size_t> wanted;
   for (std::string line; std::getline(file, line);) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
-    Row cells(1);
+    CsvRow cells(1);
     bool quoted = false;
     for (const char c : line) {
       if (c == '"') {

@@ -7,6 +7,7 @@
 #include "drivers/zwick/sim.hpp"
 #include "storage/chain.hpp"
 #include "storage/run_summary.hpp"
+#include "tests/support/loss_world.hpp"
 #include "tests/support/protocol_text.hpp"
 #include "tests/support/session_world.hpp"
 
@@ -29,25 +30,6 @@ constexpr const char* kShort = R"({ "format": "load-protocol/1", "name": "short"
     { "id": "level", "do": "measure", "count": 20, "within_s": 4 },
     { "id": "unload", "do": "ramp", "to": { "gap_mm": 0.5 }, "speed_mm_s": 0.1, "timeout_s": 60 } ],
   "finally": [ { "id": "clear", "do": "ramp", "to": { "gap_mm": 2 }, "speed_mm_s": 0.5, "timeout_s": 60 } ] })";
-
-// What must hold after every run that began, however it ended.
-void expect_invariants(const SessionWorld& world) {
-  EXPECT_EQ(world.clock.pending(), 0U) << "a task still waits";
-  EXPECT_EQ(world.count("SELECT COUNT(*) FROM run_end"), 1);
-  EXPECT_EQ(world.text("SELECT kind FROM event WHERE kind LIKE 'stop%' ORDER BY seq DESC"),
-            "stopped");
-  EXPECT_LT(world.real("SELECT MAX(force_N) FROM frame_sample"), 1.02) << "limit 1 N";
-  const Database db = world.open();
-  const auto chain = verify_chain(db, 1);
-  ASSERT_TRUE(chain) << chain.error().what;
-}
-
-void expect_cleared(const SessionWorld& world) {
-  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='clear' AND kind='motion' AND "
-                        "detail LIKE '%\"target\"%'"),
-            1)
-      << "`finally` did not clear the specimen";
-}
 
 TEST(Run, ReadsExactlyWhatTheStaticExperimentPlans) {
   SessionWorld world(library("static-frame"));
@@ -188,7 +170,7 @@ TEST(Run, AForceLimitStopsTheRunAndUnloads) {
   // As if somebody leaned on the table, which no plan can know.
   SessionWorld world(with(kShort, "[-0.2, 1.0]", "[-0.2, 0.7]"));
   world.acts.push_back({"settle", 100ms, [](SessionWorld& w) {
-                          auto& faults = w.session->instruments().door()->frame_sim()->faults;
+                          auto& faults = frame(w).faults;
                           faults.spike_N = 0.3;
                           faults.spike_samples = 1;
                         }});

@@ -19,7 +19,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr const char* kShort = R"({ "format": "load-protocol/1", "name": "short",
+constexpr const char* kOneLevel = R"({ "format": "load-protocol/1", "name": "short",
   "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-10, 10], "speed_mm_s": 2 },
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast" },
               "frame": { "rate_Hz": 50 } },
@@ -36,7 +36,7 @@ class DaemonWithADisk {
   Result<RunOutcome> run() {
     RunRequest wanted;
     wanted.protocol_name = "short";
-    wanted.protocol_text = kShort;
+    wanted.protocol_text = kOneLevel;
     wanted.specimen_name = "paper-1";
     wanted.specimen_text = std::string(shipped_specimens().front().text);
     auto prepared = prepare_run(std::move(wanted));

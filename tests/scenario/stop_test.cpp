@@ -73,14 +73,14 @@ void act(SessionWorld& w, Cause cause) {
   }
 }
 
-struct StopCase {
+struct StepStop {
   const char* step;
   Cause cause;
   bool weights;
 };
 
-std::vector<StopCase> every_case() {
-  std::vector<StopCase> out;
+std::vector<StepStop> every_stop() {
+  std::vector<StepStop> out;
   for (const Cause cause : {Cause::sigterm, Cause::sigint, Cause::abort, Cause::freeze,
                             Cause::limit, Cause::client_gone}) {
     for (const char* step : {"zero", "contact", "load", "ramp", "hold_force", "level",
@@ -98,7 +98,7 @@ std::int64_t steps_ended(const SessionWorld& world, const char* step, const char
       "' AND detail = '" + how + "'");
 }
 
-class EveryStop : public ::testing::TestWithParam<StopCase> {};
+class EveryStop : public ::testing::TestWithParam<StepStop> {};
 
 TEST_P(EveryStop, StopsTheFrameRunsFinallyOnceAndClosesTheRun) {
   const auto [step, cause, weights] = GetParam();
@@ -138,7 +138,7 @@ TEST_P(EveryStop, StopsTheFrameRunsFinallyOnceAndClosesTheRun) {
   EXPECT_LT(world.real("SELECT MAX(force_N) FROM frame_sample"), 1.02) << "limit 1 N";
 }
 
-INSTANTIATE_TEST_SUITE_P(InEveryStep, EveryStop, ::testing::ValuesIn(every_case()),
+INSTANTIATE_TEST_SUITE_P(InEveryStep, EveryStop, ::testing::ValuesIn(every_stop()),
                          [](const auto& c) {
                            return std::string(word(c.param.cause)) + "_" + c.param.step +
                                   (c.param.weights ? "_weights" : "");

@@ -51,6 +51,9 @@ class FakeHandler : public ControlHandler {
   }
   Task<Result<>> ask_instruments(PeerCredentials) override { co_return done("ask"); }
   Task<Result<>> confirm(PeerCredentials) override { co_return done("confirm"); }
+  Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials) override {
+    co_return done("note " + std::to_string(run) + " " + text);
+  }
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials) override {
     calls.push_back("specimen " + text);
     if (next_error) co_return fail(*next_error);

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdint>
 #include <numbers>
 #include <stdexcept>
@@ -60,13 +61,15 @@ struct LongRun {
   // Line i of the exported frame, from 0.
   static std::string frame_line(std::int64_t i) {
     const std::int64_t device_ms = kSample_ms * i, travel = travel_nm(device_ms);
-    const double force = static_cast<double>(force_uN(device_ms)) / 1e6;
+    // Forces are 1 mN apart: 80 Pa. One digit behind them is 1 Pa.
+    const double pressure_Pa =
+        std::round(static_cast<double>(force_uN(device_ms)) / 1e6 / kArea_m2);
     const bool touched = received_ms(i) >= kContact_ms;
     const std::string gap = touched ? shifted(kContact_pm - 1000 * travel, -9) : "";
     return fmt::format("{},{},{},{},{},{},{},{},", i + 1, shifted(device_ms + received_ms(0), -3),
                        shifted(received_ms(i), -3), shifted(device_ms, -3),
                        shifted(force_uN(device_ms), -6), shifted(travel, -6), gap,
-                       decimal_shift(force / kArea_m2, -3));
+                       pressure_Pa / 1000);
   }
 
   // Returns the run's number.

@@ -3,6 +3,8 @@
 // middle of a step. For scenario tests.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <functional>
@@ -151,5 +153,17 @@ class SessionWorld {
   std::unique_ptr<Recorder> recorder_;
   std::optional<Result<RunResult>> outcome_;
 };
+
+inline void expect_cleared(const SessionWorld& world) {
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE step_id='clear' AND kind='motion' AND "
+                        "detail LIKE '%\"target\"%'"),
+            1)
+      << "`finally` did not clear the specimen";
+}
+
+// The machine behind the frame's wire, while a run goes on.
+inline ZwickSim& frame(SessionWorld& world) {
+  return *world.session->instruments().door()->frame_sim();
+}
 
 }  // namespace lcrig

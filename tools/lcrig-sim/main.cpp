@@ -8,12 +8,11 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <csignal>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "base/log.hpp"
+#include "base/whole_file.hpp"
 #include "daemon/rig/bench.hpp"
 #include "drivers/faults/player.hpp"
 #include "model/bench_world.hpp"
@@ -37,18 +36,6 @@ struct Options {
   double max_force_N = 5;
   bool frame_pty = false, weights = false, realistic = false;
 };
-
-// Writes to another file and renames it, so that a reader never sees half of the text.
-Result<> write_whole(const std::string& path, const std::string& text) {
-  const std::string half = path + ".part";
-  std::ofstream file(half);
-  file << text;
-  file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(half, path, error);
-  if (!file || error) return fail(Errc::io, "cannot write {}", path);
-  return {};
-}
 
 Result<Specimen> find_specimen(const std::string& what) {
   if (what.find('/') != std::string::npos || what.ends_with(".json")) return load_specimen(what);
@@ -116,7 +103,7 @@ class SimBench {
     rig_ = std::move(*rig);
     spdlog::info("{}", describe(*rig_));
     if (!options_.told.empty()) {
-      if (auto told = write_whole(options_.told, told_json(*rig_) + "\n"); !told) return told;
+      if (auto told = write_whole_file(options_.told, told_json(*rig_) + "\n"); !told) return told;
     }
     rig_specimen_ = std::make_unique<CurvedSpecimen>(rig_->specimen());
     rig_plant_ = std::make_unique<Plant>(*rig_specimen_, rig_->plant);
@@ -172,7 +159,7 @@ class SimBench {
     const std::string line = ready.dump() + "\n";
     std::cout << line << std::flush;
     if (options_.ready_file.empty()) return {};
-    return write_whole(options_.ready_file, line);
+    return write_whole_file(options_.ready_file, line);
   }
 
   bool is_idle() const {

@@ -4,6 +4,7 @@
 
 #include "analysis/analysis.hpp"
 #include "analysis/analysis_text.hpp"
+#include "storage/chain.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
 #include "tools/lcrig/print_json.hpp"
@@ -79,8 +80,12 @@ class AnalyzeCommand final : public Command {
     for (const auto& text : runs_) {
       auto run = named_run(*db, text);
       if (!run) return run.error();
+      auto checked = verify_aside(*db, *run);
       auto analysis = analyse(*db, *run, wanted_);
       if (!analysis) return Failure(analysis.error(), "lcrig runs show " + text);
+      const auto chain = checked.get();
+      if (!chain) return Failure(chain.error());
+      if (!chain->intact) analysis->notes.insert(analysis->notes.begin(), remark_on(*chain));
       out.push_back(std::move(*analysis));
     }
     return out;

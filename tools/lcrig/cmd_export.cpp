@@ -27,6 +27,9 @@ class ExportCommand final : public Command {
                 "Folder, or - for standard output (default: run-RUN)");
     list.one_of("--layout", layout_, {"readings", "frame", "levels", "events", "aligned"},
                 "One table (needed with -o -)");
+    list.option("--license", license_, "NAME",
+                "Of the data, for datapackage.json: CC-BY-4.0, or an address (default: "
+                "$LCRIG_LICENSE, else none)");
     list.flag("--force", force_, "Replace files that are no export of this run");
   }
 
@@ -47,8 +50,12 @@ class ExportCommand final : public Command {
     const auto layout = parse_layout(layout_.empty() ? "readings" : layout_);
     if (!layout) return Failure(kUsage, "unknown --layout", "lcrig export --help");
     context.console.out.flush();
+    auto checked = verify_aside(db, run);
     auto done = export_layout(db, run, *layout, STDOUT_FILENO, "standard output");
     if (!done) return Failure(done.error());
+    const auto chain = checked.get();
+    if (!chain) return Failure(chain.error());
+    warn_of(*chain, context, run);
     return kOk;
   }
 
@@ -56,14 +63,25 @@ class ExportCommand final : public Command {
     ExportOptions options;
     options.directory = output_.empty() ? fmt::format("run-{}", run) : output_;
     options.force = force_;
-    auto files = export_run(db, run, options);
-    if (!files) return Failure(files.error(), "lcrig export RUN -o ANOTHER-FOLDER");
-    return show(context, json{{"run", run}, {"files", *files}}, [&](std::ostream& out) {
-      for (const auto& file : *files) fmt::print(out, "{}\n", printable(file));
+    options.license = license_.empty() ? context.env.get("LCRIG_LICENSE").value_or("") : license_;
+    auto done = export_run(db, run, options);
+    if (!done) return Failure(done.error(), "lcrig export RUN -o ANOTHER-FOLDER");
+    warn_of(done->chain, context, run);
+    const json all{{"run", run},
+                   {"files", done->files},
+                   {"intact", done->chain.intact},
+                   {"finding", done->chain.finding}};
+    return show(context, all, [&](std::ostream& out) {
+      for (const auto& file : done->files) fmt::print(out, "{}\n", printable(file));
     });
   }
 
-  std::string run_ = "last", output_, layout_;
+  static void warn_of(const ChainReport& chain, const Context& context, std::int64_t run) {
+    if (chain.intact) return;
+    fmt::print(context.console.err, "lcrig: run {} is {}\n", run, remark_on(chain));
+  }
+
+  std::string run_ = "last", output_, layout_, license_;
   bool force_ = false;
 };
 

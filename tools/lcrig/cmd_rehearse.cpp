@@ -38,7 +38,9 @@ json to_json(const RehearseResult& r) {
            {"duration_s", r.duration_s},
            {"wall_s", r.wall_s},
            {"db", r.db_path},
-           {"faults_injected", r.faults}};
+           {"faults_injected", r.faults},
+           {"remarks", r.remarks}};
+  out["anchor"] = r.anchor.empty() ? json() : json(r.anchor);
   out["code"] = r.code ? json(to_string(*r.code)) : json(nullptr);
   out["C0_pF"] = number_or_null(r.c0_pF);
   out["peak_force_N"] = number_or_null(r.peak_force_N);
@@ -55,11 +57,13 @@ void print_text(Console& console, const RehearseResult& r) {
   if (r.faults > 0) {
     fmt::print(console.out, "{} faults injected: events of kind `injected`\n", r.faults);
   }
+  for (const std::string& remark : r.remarks) fmt::print(console.out, "{}\n", printable(remark));
   if (r.c0_pF) fmt::print(console.out, "C0 {:.4f} pF\n", *r.c0_pF);
   if (r.peak_force_N) fmt::print(console.out, "peak force {:.4f} N\n", *r.peak_force_N);
   if (r.delta_C_fF_at_peak) {
     fmt::print(console.out, "delta C there {:.3f} fF\n", *r.delta_C_fF_at_peak);
   }
+  if (!r.anchor.empty()) fmt::print(console.out, "anchor {}\n", r.anchor);
   fmt::print(console.err, "  next: lcrig export {} --db {} -o results\n", r.run,
              printable(r.db_path));
 }

@@ -5,8 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
+#include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
@@ -28,6 +30,7 @@ json listing_json(const RunListing& r) {
            {"operator", r.operator_name},
            {"simulated", r.simulated},
            {"started", format_utc(r.started_unix_ns)},
+           {"goes_on", r.goes_on},
            {"reason", r.reason},
            {"lcr_readings", r.lcr_readings},
            {"frame_samples", r.frame_samples},
@@ -44,8 +47,8 @@ void print_table(std::ostream& out, const std::vector<RunListing>& runs) {
   for (const auto& r : runs) {
     fmt::print(out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}{}\n", r.run,
                format_utc(r.started_unix_ns), printable(r.protocol_name, kLongestName),
-               printable(r.specimen_name, kLongestName), to_string(r.exit_status, "running"),
-               r.lcr_readings, r.frame_samples, r.simulated ? "  simulated" : "");
+               printable(r.specimen_name, kLongestName), status_of(r), r.lcr_readings,
+               r.frame_samples, r.simulated ? "  simulated" : "");
   }
 }
 
@@ -127,22 +130,35 @@ class NoteCommand final : public Command {
     list.positional("TEXT", text_, "The note");
   }
   Outcome<ExitCode> run(Context& context) override {
-    auto run = open_run(context, run_, true);
+    auto run = open_run(context, run_);
     if (!run) return run.error();
-    const auto& [db, number] = *run;
-    auto listing = get_run_listing(db, number);
-    if (!listing) return Failure(listing.error());
-    if (!listing->exit_status) {  // the recorder is the only writer while it goes on
-      return Failure(kFailed, fmt::format("run {} is still going on", number),
-                     "lcrig watch   (then add the note)");
-    }
-    auto added = add_run_note(db, number, login_name(), text_, context.clock.unix_ns());
-    if (!added) return Failure(added.error());
+    auto db = context.database();
+    if (!db) return db.error();
+    const auto number = run->number;
+    auto noted =
+        db->daemon_writes ? through_daemon(context, number) : into(db->path, number, context.clock);
+    if (!noted) return noted.error();
     return show(context, json{{"run", number}},
                 [&](std::ostream& out) { fmt::print(out, "noted with run {}\n", number); });
   }
 
  private:
+  Outcome<bool> through_daemon(Context& context, std::int64_t number) const {
+    auto client = ControlClient::connect(context);
+    if (!client) return client.error();
+    auto answer = client->call("run.note", json{{"run", number}, {"text", text_}});
+    if (!answer) return answer.error();
+    return true;
+  }
+
+  Outcome<bool> into(const std::string& path, std::int64_t number, const Clock& clock) const {
+    auto db = open_read_write(path);
+    if (!db) return Failure(db.error(), "give another --db");
+    auto noted = add_run_note(*db, number, login_name(), text_, clock.unix_ns());
+    if (!noted) return Failure(noted.error(), fmt::format("lcrig runs show {}", number));
+    return true;
+  }
+
   std::string run_, text_;
 };
 

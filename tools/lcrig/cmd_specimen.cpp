@@ -37,14 +37,10 @@ class AddCommand final : public Command {
       return Failure(specimen.error(),
                      "correct the file; `lcrig specimen show paper-1` prints a good one");
     }
-    Outcome<std::string> added = std::string();
-    if (context.prefers_daemon_db()) {
-      added = through_daemon(context, *text);
-    } else {
-      auto db = context.db_path();
-      if (!db) return db.error();
-      added = into(*db, specimen->name, *text, context.clock);
-    }
+    auto db = context.database();
+    if (!db) return db.error();
+    auto added = db->daemon_writes ? through_daemon(context, *text)
+                                   : into(db->path, specimen->name, *text, context.clock);
     if (!added) return added.error();
     return show(context, json{{"name", *added}}, [&](std::ostream& out) {
       fmt::print(out, "stored specimen {}\n", printable(*added, kLongestName));
@@ -54,7 +50,6 @@ class AddCommand final : public Command {
   }
 
  private:
-  // The daemon's database has one writer: the daemon.
   Outcome<std::string> through_daemon(Context& context, const std::string& text) const {
     auto client = ControlClient::connect(context);
     if (!client) return client.error();

@@ -39,6 +39,9 @@ void print_status(std::ostream& out, const DaemonStatus& s) {
     return;
   }
   fmt::print(out, "no run goes on\n");
+  for (const auto& r : s.resumable) {
+    fmt::print(out, "interrupted: {}; lcrig resume {} continues it\n", words_of(r), r.run);
+  }
   if (!s.last_run) return;
   const auto& last = *s.last_run;
   fmt::print(out, "last: run {} {} {}\n", last.run, to_string(last.exit_status),

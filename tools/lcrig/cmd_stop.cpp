@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// pause, resume, abort, freeze, confirm: one call each.
+// pause, abort, freeze, confirm: one call each.
 #include <fmt/ostream.h>
 
 #include <nlohmann/json.hpp>
 
-#include "base/number.hpp"
 #include "base/text.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
@@ -18,18 +17,11 @@ namespace {
 
 struct Verb {
   const char *name, *method, *summary, *example, *done;
-  bool takes_why = false, takes_run = false;
+  bool takes_why = false;
 };
 
 constexpr Verb kPause{"pause", "run.pause", "Hold travel now and keep recording", "lcrig pause",
                       "paused; lcrig resume goes on"};
-constexpr Verb kResume{"resume",
-                       "run.resume",
-                       "Go on after a pause, or with an interrupted run",
-                       "lcrig resume",
-                       "goes on",
-                       false,
-                       true};
 constexpr Verb kAbort{"abort",
                       "run.abort",
                       "Stop now, then unload (`finally`)",
@@ -51,17 +43,12 @@ class VerbCommand final : public Command {
       : Command(verb.name, verb.summary, verb.example), verb_(verb) {}
   void declare(ArgumentList& list) override {
     if (verb_.takes_why) list.option("--why", why_, "TEXT", "Stored with the run");
-    if (!verb_.takes_run) return;
-    list.positional("RUN", run_, "An interrupted run's number", false);
-    list.flag("--confirm-specimen", confirmed_, "I looked: the specimen was not touched since");
   }
   Outcome<ExitCode> run(Context& context) override;
 
  private:
-  Outcome<json> params() const;
   const Verb& verb_;
-  std::string why_, run_;
-  bool confirmed_ = false;
+  std::string why_;
 };
 
 template <const Verb& verb>
@@ -69,50 +56,24 @@ std::unique_ptr<Command> make_verb() {
   return std::make_unique<VerbCommand>(verb);
 }
 
-Outcome<json> VerbCommand::params() const {
-  json out = json::object();
-  if (!why_.empty()) out["why"] = why_;
-  if (confirmed_) out["confirm_specimen"] = true;
-  if (run_.empty() && confirmed_) {
-    return Failure(kUsage, "--confirm-specimen is about an interrupted run: RUN is missing",
-                   "lcrig runs   (then lcrig resume RUN --confirm-specimen)");
-  }
-  if (run_.empty()) return out;
-  const auto number = number_from<std::int64_t>(run_);
-  if (!number || *number < 1) {
-    return Failure(kUsage, fmt::format("RUN '{}' is not the number of a run", run_), "lcrig runs");
-  }
-  out["run"] = *number;
-  return out;
-}
-
 Outcome<ExitCode> VerbCommand::run(Context& context) {
-  auto wanted = params();
-  if (!wanted) return wanted.error();
   auto client = ControlClient::connect(context);
   if (!client) return client.error();
+  json params = json::object();
+  if (!why_.empty()) params["why"] = why_;
   constexpr auto kPatience = std::chrono::seconds(90);  // the frame confirms standstill first
-  auto answer = client->call(verb_.method, *wanted, kPatience);
+  auto answer = client->call(verb_.method, params, kPatience);
   if (!answer) return answer.error();
-  if (context.global.json) {
-    print_json(context.console.out, *answer);
-  } else if (!run_.empty() && answer->value("run", std::int64_t{0}) != wanted->value("run", 0)) {
-    fmt::print(context.console.out, "run {} continues run {}\n", answer->value("run", 0), run_);
-    if (!confirmed_) {
-      fmt::print(context.console.err, "  next: look at the specimen, then lcrig confirm\n");
-    }
-  } else {
+  return show(context, *answer, [&](std::ostream& out) {
     // A stop says itself what became of it.
     const std::string note = answer->value("note", std::string());
-    fmt::print(context.console.out, "{}\n", note.empty() ? verb_.done : printable(note));
-  }
-  return kOk;
+    fmt::print(out, "{}\n", note.empty() ? verb_.done : printable(note));
+  });
 }
 
 }  // namespace
 
 const CommandFactory kPauseCommand = make_verb<kPause>;
-const CommandFactory kResumeCommand = make_verb<kResume>;
 const CommandFactory kAbortCommand = make_verb<kAbort>;
 const CommandFactory kFreezeCommand = make_verb<kFreeze>;
 const CommandFactory kConfirmCommand = make_verb<kConfirm>;

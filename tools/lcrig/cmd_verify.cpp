@@ -21,35 +21,52 @@ class VerifyCommand final : public Command {
                 "lcrig verify last") {}
   void declare(ArgumentList& list) override {
     list.positional("RUN", run_, "A number, or `last` (default)", false);
+    list.option("--anchor", anchor_, "LINKS:HASH",
+                "Of this run, from the journal, an export, a report or `lcrig run`: finds what "
+                "somebody cut off or wrote anew");
   }
 
   Outcome<ExitCode> run(Context& context) override {
+    std::optional<Anchor> anchor;
+    if (!anchor_.empty()) {
+      auto parsed = parse_anchor(anchor_);
+      if (!parsed) return Failure(kUsage, parsed.error().what, "lcrig verify --help");
+      anchor = *parsed;
+    }
     auto run = open_run(context, run_);
     if (!run) return run.error();
-    auto report = verify_chain(run->db, run->number);
+    auto report = verify_chain(run->db, run->number, anchor);
     if (!report) return Failure(report.error());
     if (context.global.json) {
       print_json(context.console.out, json{{"run", run->number},
                                            {"intact", report->intact},
                                            {"ended", report->ended},
-                                           {"links", report->links},
+                                           {"goes_on", report->goes_on},
+                                           {"links", report->head.links},
                                            {"rows", report->rows},
-                                           {"last_hash", report->last_hash},
+                                           {"last_hash", to_hex(report->head.hash)},
+                                           {"anchor", to_string(report->head)},
                                            {"finding", report->finding}});
       return report->intact ? kOk : kFailed;
     }
     if (!report->intact) {
       return Failure(kFailed, fmt::format("run {}: {}", run->number, report->finding),
-                     "restore the database from a backup");
+                     next_step(*report));
     }
-    fmt::print(context.console.out, "run {}: intact, {} rows in {} links{}\nlast hash {}\n",
-               run->number, report->rows, report->links, report->ended ? "" : ", still open",
-               report->last_hash);
+    fmt::print(context.console.out, "run {}: {}, {} rows in {} links\nanchor {}\n", run->number,
+               report->ended ? "intact" : "goes on, intact so far", report->rows,
+               report->head.links, to_string(report->head));
     return kOk;
   }
 
  private:
-  std::string run_ = "last";
+  static const char* next_step(const ChainReport& report) {
+    if (report.ended) return "restore the database from a backup";
+    return "start lcrigd, which closes a run that a crash cut off, then verify again with --anchor "
+           "if the journal has one; else restore the database from a backup";
+  }
+
+  std::string run_ = "last", anchor_;
 };
 
 }  // namespace

@@ -52,6 +52,14 @@ class ArgumentList {
   virtual void flag(const char* names, bool& out, const char* help) = 0;
 };
 
+// The database file of a command.
+struct ChosenDatabase {
+  std::string path;
+  // The daemon has it: whoever wants to write asks the daemon, which alone may. True also of the
+  // service's file while no daemon answers.
+  bool daemon_writes = false;
+};
+
 // What a command works with. References outlive it.
 struct Context {
   Context(Console& c, const ProcessEnv& e, const Clock& k, DaemonParts d)
@@ -62,10 +70,18 @@ struct Context {
   DaemonParts daemon;
   GlobalOptions global;
 
-  // --db, else "database" of --config, else the default of ProcessEnv.
-  Outcome<std::string> db_path() const;
-  Outcome<std::string> socket_path() const;  // likewise
-  bool prefers_daemon_db() const;  // nothing was given and the daemon's database exists
+  // The file that was named: by --db, --config, or, where the command line names no daemon either,
+  // $LCRIG_DB. Else the daemon's; without a daemon the default of ProcessEnv. Asks the daemon once,
+  // and says what a person might not expect.
+  Outcome<ChosenDatabase> database() const;
+  Outcome<std::string> db_path() const;  // of `database`
+  // --socket, else "socket" of --config, else the default of ProcessEnv.
+  Outcome<std::string> socket_path() const;
+
+ private:
+  Outcome<std::optional<std::string>> named_db() const;
+  ChosenDatabase without_daemon(const std::string& socket, const Failure& why) const;
+  mutable std::optional<ChosenDatabase> database_;
 };
 
 class Command {

@@ -25,6 +25,11 @@ void Console::print(const Failure& failure) {
   err.flush();
 }
 
+void Console::note(std::string_view words) {
+  fmt::print(err, "lcrig: {}\n", printable(words, 2 * kLongestWords));
+  err.flush();
+}
+
 void Console::print_file(std::string_view text) {
   if (out_tty) {
     out << printable_lines(text);

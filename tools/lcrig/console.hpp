@@ -26,6 +26,7 @@ struct Console {
   std::function<int()> width;  // columns of the terminal behind `err`
 
   void print(const Failure& failure);
+  void note(std::string_view words);  // what a person may want to know; one line of `err`
   // A file to `out`: byte by byte, unless a terminal would obey some of them.
   void print_file(std::string_view text);
 };

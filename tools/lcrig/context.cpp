@@ -3,9 +3,11 @@
 #include <unistd.h>
 
 #include <array>
+#include <nlohmann/json.hpp>
 
 #include "base/strict_json.hpp"
 #include "tools/lcrig/command.hpp"
+#include "tools/lcrig/control_client.hpp"
 
 namespace lcrig::cli {
 
@@ -23,17 +25,21 @@ Outcome<std::optional<std::string>> configured(const std::string& file, const ch
   return value;
 }
 
-}  // namespace
-
-Outcome<std::string> Context::db_path() const {
-  if (!global.db.empty()) return global.db;
-  if (!global.config.empty()) {
-    auto path = configured(global.config, "database");
-    if (!path) return path.error();
-    if (*path) return **path;
-  }
-  return env.default_db().string();
+// Failure: nobody answered in time, or not with a path.
+Outcome<std::string> database_of_daemon(const std::string& socket, const Clock& clock,
+                                        Duration patience) {
+  auto client = ControlClient::connect(socket, clock, patience);
+  if (!client) return client.error();
+  auto status = client->call("status", nlohmann::json::object(), patience);
+  if (!status) return status.error();
+  const auto parsed = parse_daemon_status(*status);
+  if (!parsed) return Failure(parsed.error());
+  if (std::filesystem::path(parsed->database).is_absolute()) return parsed->database;
+  return Failure(kFailed,
+                 fmt::format("the daemon at {} does not say which database it has", socket), "");
 }
+
+}  // namespace
 
 Outcome<std::string> Context::socket_path() const {
   if (!global.socket.empty()) return global.socket;
@@ -45,8 +51,61 @@ Outcome<std::string> Context::socket_path() const {
   return env.default_socket().string();
 }
 
-bool Context::prefers_daemon_db() const {
-  return global.db.empty() && global.config.empty() && env.default_db() == env.daemon_db;
+Outcome<std::optional<std::string>> Context::named_db() const {
+  if (!global.db.empty()) return std::optional(global.db);
+  if (!global.config.empty()) {
+    auto path = configured(global.config, "database");
+    if (!path || *path) return path;
+  }
+  if (!global.socket.empty() || !global.config.empty()) return std::optional<std::string>();
+  return env.get("LCRIG_DB");
+}
+
+// Of a file that nobody named. Silence is for those who have no daemon at all.
+ChosenDatabase Context::without_daemon(const std::string& socket, const Failure& why) const {
+  ChosenDatabase out;
+  out.path = env.default_db().string();
+  out.daemon_writes = out.path == env.daemon_db;
+  const bool named = !global.socket.empty() || !global.config.empty() || env.get("LCRIG_SOCKET");
+  std::error_code ignored;
+  const auto found = std::filesystem::symlink_status(socket, ignored).type();
+  if (named || found != std::filesystem::file_type::not_found) {
+    console.note(fmt::format("{}; uses {}", why.what, out.path));
+  }
+  return out;
+}
+
+Outcome<ChosenDatabase> Context::database() const {
+  if (database_) return *database_;
+  auto named = named_db();
+  if (!named) return named.error();
+  auto socket = socket_path();
+  if (!socket) return socket.error();
+  const auto daemons = database_of_daemon(*socket, clock, env.daemon_patience);
+  ChosenDatabase out;
+  if (*named) {
+    std::error_code ignored;
+    out.path = **named;
+    out.daemon_writes = daemons && (out.path == *daemons ||
+                                    std::filesystem::equivalent(out.path, *daemons, ignored));
+    if (daemons && !out.daemon_writes) {
+      console.note(fmt::format("uses {}; the daemon at {} has another database, {}", out.path,
+                               *socket, *daemons));
+    }
+  } else if (daemons) {
+    out.path = *daemons;
+    out.daemon_writes = true;
+  } else {
+    out = without_daemon(*socket, daemons.error());
+  }
+  database_ = out;
+  return out;
+}
+
+Outcome<std::string> Context::db_path() const {
+  auto chosen = database();
+  if (!chosen) return chosen.error();
+  return chosen->path;
 }
 
 Outcome<ParameterValues> parse_assignments(const std::vector<std::string>& words) {

@@ -3,6 +3,7 @@
 
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -12,6 +13,8 @@
 #include <cstring>
 #include <deque>
 #include <nlohmann/json.hpp>
+
+#include "base/text.hpp"
 
 namespace lcrig::cli {
 
@@ -25,6 +28,12 @@ constexpr auto kNoDaemon =
 Failure unreachable(const std::string& path, const std::string& why) {
   return Failure(kUnreachable, fmt::format("cannot reach the daemon at {}: {}", path, why),
                  kNoDaemon);
+}
+
+// Of a connection or a message that nobody takes.
+std::string errno_words(int error) {
+  if (error == EAGAIN || error == EWOULDBLOCK) return "it takes nothing: it hangs, or is stopped";
+  return std::strerror(error);
 }
 
 Failure no_access(const std::string& path) {
@@ -67,6 +76,11 @@ Outcome<std::optional<ControlNews>> notification(const std::string& path, const 
 
 }  // namespace
 
+std::string words_of(const ResumableRun& run) {
+  return fmt::format("run {}, {} on {}, in step {}", run.run, printable(run.protocol, kLongestName),
+                     printable(run.specimen, kLongestName), printable(run.step_id, kLongestName));
+}
+
 struct ControlClient::State {
   State(std::string p, const Clock& c) : path(std::move(p)), clock(c) {}
   ~State() {
@@ -95,7 +109,7 @@ Outcome<std::int64_t> ControlClient::State::send(std::string_view method, const 
   while (!rest.empty()) {
     const auto n = ::send(fd, rest.data(), rest.size(), MSG_NOSIGNAL);
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return unreachable(path, std::strerror(errno));
+    if (n < 0) return unreachable(path, errno_words(errno));
     rest.remove_prefix(static_cast<std::size_t>(n));
   }
   return last_id;
@@ -153,7 +167,8 @@ int ControlClient::fd() const {
   return state_->fd;
 }
 
-Outcome<ControlClient> ControlClient::connect(const std::string& path, const Clock& clock) {
+Outcome<ControlClient> ControlClient::connect(const std::string& path, const Clock& clock,
+                                              Duration patience) {
   auto state = std::make_unique<State>(path, clock);
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -164,9 +179,13 @@ Outcome<ControlClient> ControlClient::connect(const std::string& path, const Clo
   path.copy(address.sun_path, path.size());
   state->fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (state->fd < 0) return unreachable(path, std::strerror(errno));
+  // Bounds `connect`, too, which waits for a daemon that accepts nobody.
+  const auto micros = std::chrono::ceil<std::chrono::microseconds>(patience).count();
+  const timeval limit{micros / 1'000'000, micros % 1'000'000};
+  ::setsockopt(state->fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
   if (::connect(state->fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     if (errno == EACCES || errno == EPERM) return no_access(path);
-    return unreachable(path, std::strerror(errno));
+    return unreachable(path, errno_words(errno));
   }
   return ControlClient(std::move(state));
 }

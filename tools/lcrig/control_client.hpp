@@ -22,10 +22,15 @@ struct ControlAnswer {
 };
 using ControlNews = std::variant<RunStatus, RunEventNote, RunOutcome, ControlAnswer>;
 
+// "run 12, dynamic-cycles on paper-1, in step load"
+std::string words_of(const ResumableRun& run);
+
 class ControlClient {
  public:
-  // `clock` outlives the client. Failure: unreachable, with what to do about it.
-  static Outcome<ControlClient> connect(const std::string& path, const Clock& clock);
+  // `clock` outlives the client. Failure: unreachable, with what to do about it. `patience`: of a
+  // daemon that takes no new client, or nothing that is sent.
+  static Outcome<ControlClient> connect(const std::string& path, const Clock& clock,
+                                        Duration patience = std::chrono::seconds(15));
   static Outcome<ControlClient> connect(const Context& context);  // as its options say
   ControlClient(ControlClient&&) noexcept;
   ~ControlClient();

@@ -194,6 +194,7 @@ ExitCode print_run_end(Context& context, const RunOutcome& e) {
                e.reason.empty() ? "" : " (" + printable(e.reason, kLongestWords) + ")");
     fmt::print(out, "{} LCR readings ({} of measure steps), {} frame samples in {}\n",
                e.lcr_readings, e.measure_readings, e.frame_samples, format_time(e.duration_s));
+    if (!e.anchor.empty()) fmt::print(out, "anchor {}\n", printable(e.anchor, kLongestName));
     fmt::print(context.console.err, "  next: lcrig export {}\n", e.run);
   }
   return exit_code_of_run(e.exit_status, e.code);

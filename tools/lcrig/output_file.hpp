@@ -10,8 +10,8 @@
 
 namespace lcrig::cli {
 
-// `write` fills a temporary file beside `path`, which then takes its name. Failure: what the system
-// said, naming the file; nothing is left behind.
+// As write_whole_file; a device or a pipe is written to. Failure: what the system said, naming the
+// file.
 Outcome<void> write_file(const std::string& path, const std::function<Result<>(int fd)>& write);
 Outcome<void> write_file(const std::string& path, std::string_view content);
 

@@ -98,7 +98,8 @@ struct Parser {
 Parser::Parser(Commands& commands, GlobalOptions& global) : all(commands) {
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("lcrig " LCRIG_VERSION));
-  app.add_option("--db", global.db, "Database file (default: $LCRIG_DB, the daemon's, yours)")
+  app.add_option("--db", global.db,
+                 "Database file (default: $LCRIG_DB, the daemon's, yours; docs/cli-json.md)")
       ->option_text("FILE");
   app.add_option("--socket", global.socket, "The daemon's control socket")->option_text("PATH");
   app.add_option("--config", global.config, "Take both from the daemon's configuration file")

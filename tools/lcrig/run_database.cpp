@@ -9,16 +9,16 @@
 
 namespace lcrig::cli {
 
-Outcome<Database> open_runs(const Context& context, bool writable) {
+Outcome<Database> open_runs(const Context& context) {
   auto path = context.db_path();
   if (!path) return path.error();
-  std::error_code ignored;
-  if (!std::filesystem::exists(*path, ignored)) {
+  std::error_code unknown;
+  if (!std::filesystem::exists(*path, unknown) && !unknown) {
     return Failure(kFailed, fmt::format("there is no database at {}", *path),
                    "lcrig rehearse static-frame --specimen paper-1   (makes a first "
                    "run), or give --db FILE");
   }
-  auto db = writable ? open_read_write(*path) : open_read_only(*path);
+  auto db = open_read_only(*path);
   if (!db) return Failure(db.error(), "give another --db");
   return std::move(*db);
 }
@@ -29,8 +29,8 @@ Outcome<std::int64_t> named_run(const Database& db, const std::string& text) {
   return *run;
 }
 
-Outcome<NamedRun> open_run(const Context& context, const std::string& text, bool writable) {
-  auto db = open_runs(context, writable);
+Outcome<NamedRun> open_run(const Context& context, const std::string& text) {
+  auto db = open_runs(context);
   if (!db) return db.error();
   auto number = named_run(*db, text);
   if (!number) return number.error();

@@ -10,7 +10,7 @@
 
 namespace lcrig::cli {
 
-Outcome<Database> open_runs(const Context& context, bool writable = false);
+Outcome<Database> open_runs(const Context& context);
 // `text`: a number or "last".
 Outcome<std::int64_t> named_run(const Database& db, const std::string& text);
 // The database, and the run in it that `text` names.
@@ -18,7 +18,7 @@ struct NamedRun {
   Database db;
   std::int64_t number = 0;
 };
-Outcome<NamedRun> open_run(const Context& context, const std::string& text, bool writable = false);
+Outcome<NamedRun> open_run(const Context& context, const std::string& text);
 // "2026-01-31T12:00:00Z"
 std::string format_utc(std::int64_t unix_ns);
 

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "storage/writer_lock.hpp"
 #include "tests/unit/analysis/analysed.hpp"
 
 namespace lcrig {
@@ -121,6 +122,16 @@ TEST(Analyse, AnAbandonedLevelCountsNowhere) {
   EXPECT_THAT(a->notes, Contains(HasSubstr("1 levels were abandoned")));
 }
 
+TEST(Analyse, ABenchBeyondItsModelIsNoted) {
+  SyntheticRun run;
+  run.begin();
+  run.play(SyntheticRun::Static());
+  run.event("extrapolated", "the bench went to 3 N");
+  const auto a = analyse(run.db(), run.end());
+  ASSERT_TRUE(a) << a.error().what;
+  EXPECT_THAT(a->notes, Contains("the bench went to 3 N"));
+}
+
 TEST(Analyse, ListsAnOutlierOfSixSigmaAndKeepsIt) {
   SyntheticRun::Static s;
   s.seed = 5;
@@ -226,7 +237,12 @@ TEST(Analyse, SaysWhatIsWrongWithARunThatCannotBeAnalysed) {
   SyntheticRun run;
   EXPECT_THAT(analyse(run.db(), 7).error().what, HasSubstr("no run 7"));
   const auto open = insert_run(run.db(), run.row);
-  EXPECT_THAT(analyse(run.db(), *open).error().what, HasSubstr("still going on"));
+  EXPECT_THAT(analyse(run.db(), *open).error().what, HasSubstr("was cut off"));
+  {
+    auto lock = WriterLock::acquire(run.db().path()).value();
+    ASSERT_TRUE(lock.begin_run(*open));
+    EXPECT_THAT(analyse(run.db(), *open).error().what, HasSubstr("still going on"));
+  }
   run.begin();
   run.end(ExitStatus::fail);
   EXPECT_THAT(analyse(run.db(), run.run()).error().what, HasSubstr("no readings"));

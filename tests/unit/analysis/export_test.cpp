@@ -88,11 +88,11 @@ TEST_F(ExportTest, ReadingsHaveTheDigitsOfTheInstrumentAndOverloadsAreEmpty) {
   reading(3, 200, 260, "NULL, NULL, 0, 1, 'Cp-D', '', NULL, 0.1");
   event(1, 150, "settings", R"({"frequency_Hz": 2000})");
   EXPECT_EQ(exported(Layout::readings),
-            "seq,t_s,t_asked_s,t_first_byte_s,step,repeat,level,reading,fresh,flags,function,"
-            "frequency_Hz,capacitance_pF,dissipation,status\r\n"
-            "1,0.061,0,0.06,m,1,1,1,true,,Cp-D,1000,1.84249,0.00413,\"OUT ,NG\"\r\n"
-            "2,0.161,0.1,0.16,m,1,,,true,overload_secondary,Cp-D,1000,1.8425,,\r\n"
-            "3,0.261,0.2,0.26,m,1,,,false,overload_primary,Cp-D,2000,,0.1,\r\n");
+            "seq,t_s,t_asked_s,t_first_byte_s,step,repeat,level_in_run,reading,fresh,flags,"
+            "function,frequency_Hz,capacitance_pF,dissipation,status,level\r\n"
+            "1,0.061,0,0.06,m,1,1,1,true,,Cp-D,1000,1.84249,0.00413,\"OUT ,NG\",1\r\n"
+            "2,0.161,0.1,0.16,m,1,,,true,overload_secondary,Cp-D,1000,1.8425,,,\r\n"
+            "3,0.261,0.2,0.26,m,1,,,false,overload_primary,Cp-D,2000,,0.1,,\r\n");
 }
 
 TEST_F(ExportTest, FrameHasGapFromTheLastContactAndPressureOverTheProbe) {
@@ -103,8 +103,8 @@ TEST_F(ExportTest, FrameHasGapFromTheLastContactAndPressureOverTheProbe) {
   event(1, 10, "contact", R"({"travel_m": 0.0012})");
   EXPECT_EQ(exported(Layout::frame),
             "seq,t_s,t_received_s,device_time_s,force_N,travel_mm,gap_mm,pressure_kPa,flags\r\n"
-            "1,0,0,,0.5,1,,39.788735772973836,\r\n"
-            "2,0.02,0.02,,1,1.3,-0.1,79.57747154594767,moving after_gap\r\n");
+            "1,0,0,,0.5,1,,39.8,\r\n"
+            "2,0.02,0.02,,1,1.3,-0.1,79.6,moving after_gap\r\n");
 }
 
 // Longer than one piece and one batch, so that threads share the work.
@@ -156,20 +156,21 @@ TEST_F(ExportTest, AlignedInterpolatesToTheMiddleOfTheWindow) {
   begin();
   sample(1, 1, 0, 0.0, 0.001);
   sample(2, 2, 100, 1.0, 0.002);
-  sample(3, 4, 200, 2.0, 0.003);  // one is missing before it
-  sample(4, 5, 300, 3.0, 0.004);
+  sample(3, 4, 200, 2.001, 0.00301);  // one is missing before it
+  sample(4, 5, 300, 3.001, 0.00401);
   reading(1, 20, 80, "NULL, NULL, 1, 0, 'Cp-D', '', 1e-12, 0.1");
   reading(2, 110, 130, "NULL, NULL, 1, 0, 'Cp-D', '', 2e-12, 0.1");  // in the gap
   reading(3, 140, 160, "NULL, NULL, 0, 0, 'Cp-D', '', 2e-12, 0.1");  // not fresh
   reading(4, 250, 300, "NULL, NULL, 1, 0, 'Cp-D', '', 3e-12, 0.1");
   reading(5, 310, 330, "NULL, NULL, 1, 0, 'Cp-D', '', 3e-12, 0.1");  // after the last
   EXPECT_EQ(exported(Layout::aligned),
-            "seq,t_s,step,repeat,level,reading,flags,capacitance_pF,dissipation,force_N,travel_mm,"
-            "gap_mm,pressure_kPa,alignment_uncertainty_s,alignment_uncertainty_N\r\n"
-            "1,0.05,m,1,,,,1,0.1,0.5,1.5,,39.788735772973836,0.033665016,0.336650165\r\n"
-            "2,0.12,m,1,,,,2,0.1,,,,,,\r\n"
-            "4,0.275,m,1,,,,3,0.1,2.75,3.75,,218.83804675135607,0.032274861,0.322748612\r\n"
-            "5,0.32,m,1,,,,3,0.1,,,,,,\r\n");
+            "seq,t_s,step,repeat,level_in_run,reading,flags,capacitance_pF,dissipation,force_N,"
+            "travel_mm,gap_mm,pressure_kPa,alignment_uncertainty_s,alignment_uncertainty_N,level"
+            "\r\n"
+            "1,0.05,m,1,,,,1,0.1,0.5,1.5,,39.789,0.0337,0.337,\r\n"
+            "2,0.12,m,1,,,,2,0.1,,,,,,,\r\n"
+            "4,0.275,m,1,,,,3,0.1,2.751,3.76,,218.918,0.0323,0.323,\r\n"
+            "5,0.32,m,1,,,,3,0.1,,,,,,,\r\n");
 }
 
 TEST_F(ExportTest, DeadWeightsHoldTheirForceUntilTheNextSample) {
@@ -193,9 +194,34 @@ TEST_F(ExportTest, LevelsHoldTheMeasureReadingsWithTheirTarget) {
   reading(1, 0, 10, "NULL, NULL, 1, 0, 'Cp-D', '', 1e-12, 0.1");
   reading(2, 20, 80, "1, 1, 1, 0, 'Cp-D', '', 3.6457e-12, 0.1");
   EXPECT_EQ(exported(Layout::levels),
-            "seq,t_s,step,repeat,level,index,reading,target_force_N,target_pressure_kPa,force_N,"
-            "pressure_kPa,capacitance_pF,dissipation,flags\r\n"
-            "2,0.05,m,2,1,3,1,,10,0.12,9.549296585513719,3.6457,0.1,\r\n");
+            "seq,t_s,step,repeat,level_in_run,level_in_repeat,reading,target_force_N,"
+            "target_pressure_kPa,force_N,pressure_kPa,capacitance_pF,dissipation,flags,level,index"
+            "\r\n"
+            "2,0.05,m,2,1,3,1,,10,0.12,9.55,3.6457,0.1,,1,3\r\n");
+}
+
+// Readings in 0.1 mN, one of which ends with zeros; a reading between two of them.
+TEST_F(ExportTest, ComputedValuesEndOneDigitBehindTheReadingsTheyComeFrom) {
+  row_.probe_diameter_m = 0.004;
+  begin();
+  sample(1, 1, 0, 0.1, 0.0012345);
+  sample(2, 2, 30, 0.1771, 0.0012347);
+  event(1, 0, "contact", R"({"travel_m": 0.0012123456789})");
+  reading(1, 0, 20, "1, 1, 1, 0, 'Cp-D', '', 1.84249e-12, 0.1");
+  EXPECT_THAT(exported(Layout::aligned),
+              HasSubstr("1.84249,0.1,0.1257,1.23457,-0.02222,10.0029,0.0104,0.0267,1\r\n"));
+  EXPECT_THAT(exported(Layout::frame), HasSubstr(",0.1771,1.2347,-0.02235,14.0932,\r\n"));
+}
+
+// What a dead weight presses with is the weight that was asked for: a double with all its digits.
+TEST_F(ExportTest, ComputedValuesHaveNoEndlessDigitsAndStoredOnesAll) {
+  row_.frame_capabilities_json = R"({"weights": true})";
+  row_.probe_diameter_m = 0.004;
+  begin();
+  sample(1, 1, 0, 0.9086452598075095, 0.0);
+  reading(1, 700, 800, "NULL, NULL, 1, 0, 'Cp-D', '', 1e-12, 0.1");
+  EXPECT_THAT(exported(Layout::aligned), HasSubstr(",0.90864526,0,,72.30769231,"));
+  EXPECT_THAT(exported(Layout::frame), HasSubstr(",0.9086452598075095,0,,72.30769231,"));
 }
 
 TEST_F(ExportTest, EventsAreQuotedAndHarmless) {
@@ -234,7 +260,7 @@ TEST_F(ExportTest, HostileTextsAreOneCellEachAndThePackageHoldsThemAsTheyWere) {
   EXPECT_EQ(count_records(csv), texts.size() + 1);
   std::erase(csv, '\r');
   EXPECT_EQ(csv, printable_lines(csv)) << "something steers a terminal";
-  ASSERT_TRUE(export_run(db_, run_, {dir_.file("out"), false}));
+  ASSERT_TRUE(export_run(db_, run_, {dir_.file("out"), false, {}}));
   const std::string package = read(dir_.file("out/datapackage.json"));
   support::expect_json(package, "datapackage.json");
   EXPECT_EQ(nlohmann::json::parse(package)["lcrig"]["operator"], texts.front().text);
@@ -250,15 +276,19 @@ TEST_F(ExportTest, ASimulatedRunSaysSoInEveryRow) {
 
 TEST_F(ExportTest, ThePackageDescribesEveryColumnOfEveryFile) {
   row_.simulated = true;
+  row_.started_unix_ns = 1'767'225'600'250'000'000;
   begin();
   reading(1, 0, 60, "1, 1, 1, 0, 'Cp-Rp', '', 1e-12, NULL");
-  auto files = export_run(db_, run_, {dir_.file("out"), false});
+  auto files = export_run(db_, run_, {dir_.file("out"), false, {}});
   ASSERT_TRUE(files) << files.error().what;
-  EXPECT_EQ(files->size(), 6U);
+  EXPECT_EQ(files->files.size(), 6U);
   const auto package = nlohmann::json::parse(read(dir_.file("out/datapackage.json")));
   EXPECT_EQ(package["profile"], "tabular-data-package");
   EXPECT_EQ(package["lcrig"]["simulated"], true);
   EXPECT_THAT(package["title"], StartsWith("SIMULATED"));
+  EXPECT_EQ(package["lcrig"]["started"], "2026-01-01T00:00:00.250+00:00");
+  EXPECT_EQ(package["lcrig"]["ended"], nullptr);
+  EXPECT_FALSE(package.contains("licenses")) << "nobody stated one";
   ASSERT_EQ(package["resources"].size(), 5U);
   for (const auto& resource : package["resources"]) {
     std::string header;
@@ -274,23 +304,41 @@ TEST_F(ExportTest, ThePackageDescribesEveryColumnOfEveryFile) {
 TEST_F(ExportTest, OnlyAnEarlierExportOfTheSameRunIsOverwritten) {
   begin();
   const std::string out = dir_.file("out");
-  ASSERT_TRUE(export_run(db_, run_, {out, false}));
-  EXPECT_TRUE(export_run(db_, run_, {out, false}));
+  ASSERT_TRUE(export_run(db_, run_, {out, false, {}}));
+  EXPECT_TRUE(export_run(db_, run_, {out, false, {}}));
   row_.started_unix_ns = 77;
   begin();
-  auto refused = export_run(db_, run_, {out, false});
+  auto refused = export_run(db_, run_, {out, false, {}});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, Errc::invalid_request);
   EXPECT_THAT(refused.error().what, HasSubstr("--force"));
-  EXPECT_TRUE(export_run(db_, run_, {out, true}));
+  EXPECT_TRUE(export_run(db_, run_, {out, true, {}}));
   std::filesystem::create_directory(dir_.file("mine"));
   std::ofstream(dir_.file("mine/lcr.csv")) << "precious";
-  EXPECT_FALSE(export_run(db_, run_, {dir_.file("mine"), false}));
+  EXPECT_FALSE(export_run(db_, run_, {dir_.file("mine"), false, {}}));
   EXPECT_EQ(read(dir_.file("mine/lcr.csv")), "precious");
 }
 
+TEST_F(ExportTest, TheLicenceIsTheOneThatWasStated) {
+  begin();
+  ExportOptions options{dir_.file("out"), false, "CC-BY-4.0"};
+  const auto stated = [&] {
+    EXPECT_TRUE(export_run(db_, run_, options));
+    return nlohmann::json::parse(read(dir_.file("out/datapackage.json")))["licenses"].dump();
+  };
+  EXPECT_EQ(stated(), R"([{"name":"CC-BY-4.0"}])");
+  options.license = "https://example.org/terms?v=1";
+  EXPECT_EQ(stated(), R"([{"path":"https://example.org/terms?v=1"}])");
+  for (const char* bad : {"all rights reserved", "file:///etc/passwd", "a\x1b[31m", "\xc3\xa4"}) {
+    options.license = bad;
+    auto refused = export_run(db_, run_, options);
+    ASSERT_FALSE(refused) << bad;
+    EXPECT_THAT(refused.error().what, HasSubstr("CC-BY-4.0"));
+  }
+}
+
 TEST_F(ExportTest, AnUnknownRunIsRefused) {
-  auto r = export_run(db_, 9, {dir_.file("out"), false});
+  auto r = export_run(db_, 9, {dir_.file("out"), false, {}});
   ASSERT_FALSE(r);
   EXPECT_THAT(r.error().what, HasSubstr("no run 9"));
   EXPECT_FALSE(std::filesystem::exists(dir_.file("out")));

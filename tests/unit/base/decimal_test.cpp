@@ -83,5 +83,37 @@ TEST(ShiftDecimal, GivesTheDoubleThatTheDigitsMean) {
   EXPECT_TRUE(std::isinf(shift_decimal(INFINITY, -3)));
 }
 
+TEST(DecimalPlaces, AreThoseOfTheFirstAndTheLastDigit) {
+  const auto places = [](double value) {
+    const auto p = decimal_places(value).value();
+    return std::pair(p.first, p.last);
+  };
+  EXPECT_EQ(places(0.0124), std::pair(-2, -4));
+  EXPECT_EQ(places(-0.0018815), std::pair(-3, -7));
+  EXPECT_EQ(places(1), std::pair(0, 0));
+  EXPECT_EQ(places(1200), std::pair(3, 2));
+  EXPECT_EQ(places(1.5e-300), std::pair(-300, -301));
+  EXPECT_FALSE(decimal_places(0));
+  EXPECT_FALSE(decimal_places(std::numeric_limits<double>::infinity()));
+}
+
+std::string rounded(double value, int place, int power = 0) {
+  std::string out;
+  append_rounded(out, value, place, power);
+  return out;
+}
+
+TEST(Rounded, HasNoDigitBehindItsPlace) {
+  EXPECT_EQ(rounded(0.12566666666999998, -5), "0.12567");
+  EXPECT_EQ(rounded(0.012150000000000001, -5), "0.01215");
+  EXPECT_EQ(rounded(966.8662792832642, -1, -3), "0.9669");
+  EXPECT_EQ(rounded(-0.00085347715, -5), "-0.00085");
+  EXPECT_EQ(rounded(-1e-9, -5), "0");
+  EXPECT_EQ(rounded(1234, 2), "1200");
+  EXPECT_EQ(rounded(0.25, -400), "0.25") << "no double has a digit there";
+  EXPECT_EQ(rounded(0.1, -17), "0.1");
+  EXPECT_EQ(rounded(std::numeric_limits<double>::quiet_NaN(), -3), "nan");
+}
+
 }  // namespace
 }  // namespace lcrig

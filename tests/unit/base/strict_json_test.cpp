@@ -180,6 +180,41 @@ TEST(JsonReader, UnknownKeysAreRefusedWithTheKnownOnes) {
               HasSubstr("unknown key `banana`, expected speed"));
 }
 
+// 200 kPa taken for 200 Pa would be a correct file: a unit is never guessed.
+TEST(JsonReader, AUnitThatNobodyWroteIsNeverProposed) {
+  const auto read = [](const JsonReader& r) {
+    (void)r.optional_quantity("stiffness", Dimension::stiffness);
+    (void)r.optional_quantity("speed", Dimension::speed);
+    (void)r.optional_number("gravity_m_s2");
+    r.no_other_keys();
+  };
+  const std::string stiffness = "it takes stiffness_N_m, stiffness_N_mm, stiffness_N_um";
+  const std::string speed = "it takes speed_um_s, speed_mm_s, speed_mm_min, speed_m_s";
+  const struct {
+    const char* key;
+    std::string says;
+  } cases[] = {
+      {"stiffness", "`stiffness` has no unit; " + stiffness},
+      {"stifness", "`stifness` has no unit, and did you mean `stiffness`? It takes stiffness_N_m"},
+      {"stifness_N_mm", "did you mean `stiffness_N_mm`?"},
+      {"stiffness_N_cm", "`_N_cm` is no unit of stiffness; " + stiffness},
+      {"stiffness_N", "`_N` is no unit of stiffness; " + stiffness},
+      {"speed_cm_s", "`_cm_s` is no unit of speed; " + speed},
+      {"speed_mm_per_s", "`_mm_per_s` is no unit of speed; " + speed},
+      {"speed_MM_S", "`_MM_S` is no unit of speed; " + speed},
+      {"sped_mm_s", "did you mean `speed_mm_s`?"},
+      {"gravity", "`gravity` has no unit; it takes gravity_m_s2"},
+      {"gravity_mm_s2", "`_mm_s2` is not known here; it takes gravity_m_s2"},
+  };
+  for (const auto& c : cases) {
+    const std::string error = read_error(fmt::format("{{\"{}\": 200}}", c.key), read);
+    EXPECT_THAT(error, HasSubstr(c.says));
+    const bool guesses = std::string(c.key).find("_N_mm") == std::string::npos &&
+                         error.find("did you mean `stiffness_") != std::string::npos;
+    EXPECT_FALSE(guesses) << error;
+  }
+}
+
 TEST(JsonReader, QuantitiesAreConvertedByTheirSuffix) {
   const auto d = parsed("{\"thickness_um\": 25, \"speed_mm_s\": 16, \"wait_ms\": 10}");
   const JsonReader r(d);
@@ -195,10 +230,13 @@ TEST(JsonReader, WrongUnitsAreRefusedWithTheRightOnes) {
   const auto read = [](const JsonReader& r) {
     (void)r.quantity("force", Dimension::force, Range{0, 5});
   };
-  EXPECT_EQ(read_error("{\"force_mm\": 1}", read),
-            "f.json:1:2 /force_mm: a length, expected `force` with a unit of force: _mN, _N, _kN");
-  EXPECT_THAT(read_error("{\"force_lbf\": 1}", read), HasSubstr("no known unit, expected `force`"));
-  EXPECT_THAT(read_error("{\"force\": 1}", read), HasSubstr("no known unit, expected `force`"));
+  EXPECT_EQ(
+      read_error("{\"force_mm\": 1}", read),
+      "f.json:1:2 /force_mm: `force_mm`: `_mm` is no unit of force; it takes force_mN, force_N, "
+      "force_kN");
+  EXPECT_THAT(read_error("{\"force_lbf\": 1}", read), HasSubstr("`_lbf` is no unit of force"));
+  EXPECT_THAT(read_error("{\"force\": 1}", read),
+              HasSubstr("`force` has no unit; it takes force_mN, force_N, force_kN"));
   EXPECT_THAT(read_error("{}", read), HasSubstr("is missing"));
   EXPECT_EQ(read_error("{\"force_mN\": 5001}", read),
             "f.json:1:14 /force_mN: 5001, expected from 0 to 5000");

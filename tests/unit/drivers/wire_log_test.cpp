@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/wire_log.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <boost/asio/io_context.hpp>
-#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <random>
+#include <stdexcept>
 
 #include "drivers/memory_pipe.hpp"
 #include "drivers/recording_transport.hpp"
 #include "tests/support/replay_transport.hpp"
 #include "tests/support/run_task.hpp"
+#include "tests/support/temp_dir.hpp"
 
 namespace lcrig {
 namespace {
@@ -75,15 +80,6 @@ TEST(WireLog, RandomDamageNeverCrashesTheReader) {
   }
 }
 
-struct TempFile {
-  TempFile() {
-    const int fd = ::mkstemp(path.data());
-    if (fd >= 0) ::close(fd);
-  }
-  ~TempFile() { std::remove(path.c_str()); }
-  std::string path = "/tmp/lcrig-wire-XXXXXX";
-};
-
 Task<Result<std::string>> ask(Transport& t, Clock& clock, std::string what) {
   auto written = co_await t.write_all(what, clock.now() + 1s);
   if (!written) co_return fail(written.error());
@@ -97,15 +93,17 @@ Task<Result<std::string>> ask(Transport& t, Clock& clock, std::string what) {
 TEST(RecordingTransport, WhatItRecordsTheReplayPlays) {
   asio::io_context io;
   VirtualClock clock;
-  TempFile file;
+  const TempDir dir;
+  const std::string file = dir.file("lcr.wire");
   {
+    WireLogWriter writer;
     auto pair = make_memory_pipe(io.get_executor(), clock, "test");
-    auto recording = make_recording(std::move(pair.near), clock, file.path, WireLogHeader());
-    ASSERT_TRUE(recording);
+    RecordingTransport recording(std::move(pair.near), clock, writer.create(file, "lcr"),
+                                 WireLogHeader());
     ASSERT_TRUE(run_task(io, clock, pair.far->write_all("+1\r\n", clock.now() + 1s)));
-    EXPECT_EQ(*run_task(io, clock, ask(**recording, clock, "FETC?\n")), "+1\r\n");
+    EXPECT_EQ(*run_task(io, clock, ask(recording, clock, "FETC?\n")), "+1\r\n");
   }
-  auto log = load_wire_log(file.path);
+  auto log = load_wire_log(file);
   ASSERT_TRUE(log) << log.error().what;
   ReplayTransport replay(std::move(*log), clock, "replay");
   EXPECT_EQ(*run_task(io, clock, ask(replay, clock, "FETC?\n")), "+1\r\n");
@@ -113,6 +111,97 @@ TEST(RecordingTransport, WhatItRecordsTheReplayPlays) {
   const auto after = run_task(io, clock, ask(replay, clock, "FETC?\n"));
   ASSERT_FALSE(after);
   EXPECT_EQ(after.error().code, Errc::disconnected);
+}
+
+std::string text_of(const std::string& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(WireLogWriter, OverwritesNothingAndFollowsNoLink) {
+  const TempDir dir;
+  std::ofstream(dir.file("there.wire")) << "precious";
+  std::filesystem::create_symlink(dir.file("elsewhere"), dir.file("link.wire"));
+  {
+    WireLogWriter writer;
+    writer.create(dir.file("there.wire"), "lcr")->add("new\n");
+    writer.create(dir.file("link.wire"), "lcr")->add("new\n");
+    writer.create(dir.file("none/a.wire"), "lcr")->add("new\n");
+    writer.create(dir.file("good.wire"), "lcr")->add("new\n");
+    EXPECT_TRUE(writer.finish(20s));
+  }
+  EXPECT_EQ(text_of(dir.file("there.wire")), "precious");
+  EXPECT_FALSE(std::filesystem::exists(dir.file("elsewhere")));
+  EXPECT_EQ(text_of(dir.file("good.wire")), "new\n");
+}
+
+// A pipe that nobody reads for now stands for a disk that does not answer.
+class HangingDisk {
+ public:
+  HangingDisk() {
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("pipe2");
+    read_end_ = ends[0];
+    write_end_ = ends[1];
+    ::fcntl(write_end_, F_SETPIPE_SZ, 4096);
+  }
+  ~HangingDisk() { ::close(read_end_); }
+  HangingDisk(const HangingDisk&) = delete;
+  HangingDisk& operator=(const HangingDisk&) = delete;
+  static int create(const std::string&) { return write_end_; }
+  // Everything until the log is closed.
+  std::string read_all() const {
+    std::string out;
+    char buffer[4096];
+    for (ssize_t n = 0; (n = ::read(read_end_, buffer, sizeof buffer)) > 0;) {
+      out.append(buffer, static_cast<std::size_t>(n));
+    }
+    return out;
+  }
+
+ private:
+  int read_end_ = -1;
+  static inline int write_end_ = -1;  // closed by the log
+};
+
+TEST(WireLogWriter, ADiskThatHangsHoldsNobodyUpAndWhatIsMissingIsCounted) {
+  constexpr int kEntries = 1000;
+  const HangingDisk disk;
+  asio::io_context io;
+  VirtualClock clock;
+  auto pair = make_memory_pipe(io.get_executor(), clock, "test");
+  WireLogWriter writer(
+      WireLogWriter::Options{.max_waiting_bytes = 20'000, .create = HangingDisk::create});
+  auto recording = std::make_unique<RecordingTransport>(
+      std::move(pair.near), clock, writer.create("hangs.wire", "lcr"), WireLogHeader());
+  for (int i = 0; i < kEntries; ++i) {  // on a thread that waited for the disk it would never end
+    ASSERT_TRUE(run_task(io, clock, pair.far->write_all("+1\r\n", clock.now() + 1s)));
+    ASSERT_TRUE(run_task(io, clock, ask(*recording, clock, std::string(60, 'x'))));
+  }
+  EXPECT_FALSE(writer.finish(1ms)) << "the disk takes nothing";
+  recording->close();
+  const std::string text = disk.read_all();
+  EXPECT_TRUE(writer.finish(20s));
+  const auto log = parse_wire_log(text, "hangs.wire");
+  ASSERT_TRUE(log) << log.error().what;
+  std::size_t missing = 0;
+  for (auto at = text.find("\n# "); at != text.npos; at = text.find("\n# ", at + 1)) {
+    missing += std::stoul(text.substr(at + 3));
+  }
+  EXPECT_GT(missing, 0U);
+  EXPECT_EQ(log->entries.size() + missing, 2U * kEntries);
+}
+
+TEST(WireLogWriter, ADiskThatNeverAnswersDelaysTheEndNoLongerThanItsPatience) {
+  const auto disk = std::make_unique<HangingDisk>();
+  const RealClock clock;
+  MonoTime begin;
+  {
+    WireLogWriter writer(WireLogWriter::Options{.create = HangingDisk::create});
+    writer.create("hangs.wire", "lcr")->add(std::string(100'000, '#'));
+    begin = clock.now();
+  }
+  EXPECT_LT(clock.now() - begin, 20s);
 }
 
 TEST(ReplayTransport, AMismatchNamesLineAndBothTexts) {

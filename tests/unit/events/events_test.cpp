@@ -107,6 +107,8 @@ TEST(EventPayload, OfAStateIsWhatWasStored) {
   p.zeroed = true;
   expect_stored(p, R"({"contact_travel_m":2.0,"level_in_repeat":0,"level_repeat":-1,"levels":5,)"
                    R"("origin":"18 \"x\"","steps_done":17,"travel_m":-0.0025,"zeroed":true})");
+  p.zeros_N = 0.25;
+  EXPECT_EQ(from_json<RunPoint>(to_json(p))->zeros_N, 0.25) << "known to the run that goes on";
   expect_stored(ContinuesEvent{12, "load", 4}, R"({"run":12,"step":"load","steps_done":4})");
 }
 

@@ -74,6 +74,9 @@ TEST(BindParameters, BadValuesNameTheParameterItsRangeAndUnit) {
   EXPECT_EQ(bind_error("force_N", "6"),
             "parameter force_N: 6 is out of range, expected 0.01 to 5 N");
   EXPECT_THAT(bind_error("force_N", "1,5"), HasSubstr("\"1,5\" is no number"));
+  EXPECT_THAT(bind_error("force_N", "1,5"), HasSubstr("with a point: 1.5"));
+  EXPECT_THAT(bind_error("force_N", "1,500"), HasSubstr("1.500 or 1500?"));
+  EXPECT_THAT(bind_error("force_N", "1kN"), HasSubstr("its unit is N, by its name"));
   EXPECT_THAT(bind_error("force_N", ""), HasSubstr("is no number"));
   EXPECT_THAT(bind_error("force_N", "nan"), HasSubstr("is no number"));
   EXPECT_THAT(bind_error("force_N", "1 N"), HasSubstr("is no number"));
@@ -84,6 +87,8 @@ TEST(BindParameters, AnUnknownNameIsRefusedWithTheNearest) {
   EXPECT_THAT(bind_error("forse_N", "1"),
               HasSubstr("no parameter `forse_N`, did you mean `force_N`?"));
   EXPECT_THAT(bind_error("banana", "1"), HasSubstr("it has: cycles, force_N"));
+  EXPECT_THAT(bind_error("force_mN", "1"), HasSubstr("`_mN` is not known here; it takes force_N"));
+  EXPECT_THAT(bind_error("force", "1"), HasSubstr("`force` has no unit; it takes force_N"));
 }
 
 }  // namespace

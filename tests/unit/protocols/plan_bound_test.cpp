@@ -32,6 +32,23 @@ TEST(Plan, PredictedOvershootMustFitTheAllowanceAndTheLimit) {
       "planned");
 }
 
+TEST(Plan, AForceTooNearToTheLimitIsAnsweredByOneThatIsAccepted) {
+  const auto load = [](const std::string& force_N) {
+    return R"({"id":"l","do":"move_until","until":{"force_N":)" + force_N +
+           R"(},"speed_mm_s":0.016,"timeout_s":4000})";
+  };
+  // 60e3 * (0.016e-3 * 1e-3 + 0.016e-3^2 / 0.1) = 0.00111 N beyond.
+  const std::string text = refusal(load("1.5"), frame_rig());
+  EXPECT_THAT(text, HasSubstr("to 1.5 N may end at 1.50111 N"));
+  const std::string place = "(/steps/0/until/force_N: ";
+  const auto at = text.find(place);
+  ASSERT_NE(at, std::string::npos) << text;
+  const auto begin = at + place.size();
+  const std::string advised = text.substr(begin, text.find(')', begin) - begin);
+  EXPECT_GT(std::stod(advised), 1.4);
+  EXPECT_EQ(refusal(load(advised), frame_rig()), "planned");
+}
+
 TEST(Plan, WhatTheUnloadedCellShowsBelowZeroIsMissingUpToTheLimit) {
   const auto shows = [](double rest_force_N, double noise_N) {
     Rig rig = frame_rig();

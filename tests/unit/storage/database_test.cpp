@@ -6,7 +6,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
+#include <map>
 
 #include "storage/migrations.hpp"
 #include "tests/support/temp_dir.hpp"
@@ -129,6 +131,71 @@ TEST(OpenReadOnly, ReadsADatabaseOfTheFirstSchema) {
   ASSERT_TRUE(db) << db.error().what;
   EXPECT_EQ(integer(*db, "PRAGMA user_version"), 1);
   EXPECT_EQ(integer(*db, "SELECT count(*) FROM run"), 0);
+}
+
+// Names and sizes of what is in a folder.
+std::map<std::string, std::uintmax_t> files_in(const std::string& folder) {
+  std::map<std::string, std::uintmax_t> out;
+  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+    out[file.path().filename()] = file.file_size();
+  }
+  return out;
+}
+
+TEST(OpenReadWrite, LeavesAnEmptyLogAndItsIndexForReaders) {
+  TempDir dir;
+  ASSERT_TRUE(open_read_write(dir.file("a.db")));
+  const auto left = files_in(dir.path());
+  EXPECT_EQ(left.size(), 3U);
+  EXPECT_EQ(left.at("a.db-wal"), 0U) << "a copy of the file alone must be whole";
+  EXPECT_TRUE(left.contains("a.db-shm"));
+}
+
+// After a crash, of a copy, of an old file: what is there is read, and nothing is created.
+TEST(OpenReadOnly, NeedsNoneOfTheFilesBesideTheDatabaseButReadsTheLog) {
+  TempDir dir;
+  const std::string path = dir.file("a.db");
+  const auto writer = open_read_write(path);
+  ASSERT_TRUE(writer->execute("INSERT INTO specimen VALUES (1, 'in the log', 1, '" +
+                              std::string(64, '0') + "', '', 1)"));
+  for (const auto& [with, rows] : std::vector<std::pair<std::vector<std::string>, std::int64_t>>{
+           {{"", "-wal", "-shm"}, 1}, {{"", "-wal"}, 1}}) {
+    const TempDir copy;
+    for (const auto& file : with) {
+      std::filesystem::copy_file(path + file, copy.file("a.db" + file));
+    }
+    const auto before = files_in(copy.path());
+    {
+      const auto db = open_read_only(copy.file("a.db"));
+      ASSERT_TRUE(db) << db.error().what;
+      EXPECT_EQ(integer(*db, "SELECT count(*) FROM specimen"), rows) << with.size();
+      const auto second = open_read_only(copy.file("a.db"));
+      ASSERT_TRUE(second) << second.error().what;
+      EXPECT_EQ(integer(*second, "SELECT count(*) FROM specimen"), rows) << with.size();
+    }
+    EXPECT_EQ(files_in(copy.path()), before) << with.size();
+  }
+}
+
+TEST(OpenReadOnly, ReadsAFileThatIsThereAlone) {
+  TempDir dir, copy;
+  ASSERT_TRUE(open_read_write(dir.file("a.db")));
+  std::filesystem::copy_file(dir.file("a.db"), copy.file("a.db"));
+  const auto before = files_in(copy.path());
+  const auto db = open_read_only(copy.file("a.db"));
+  ASSERT_TRUE(db) << db.error().what;
+  EXPECT_EQ(integer(*db, "SELECT count(*) FROM run"), 0);
+  EXPECT_EQ(files_in(copy.path()), before);
+}
+
+TEST(OpenReadOnly, SaysWhoMayReadAFileThatIsOfOthers) {
+  TempDir dir;
+  ASSERT_TRUE(open_read_write(dir.file("a.db")));
+  ::chmod(dir.file("a.db").c_str(), 0);
+  const WithoutFileRights like_anybody;
+  const auto db = open_read_only(dir.file("a.db"));
+  ASSERT_FALSE(db);
+  EXPECT_THAT(db.error().what, HasSubstr("its folder"));
 }
 
 TEST(OpenReadOnly, DoesNotWrite) {

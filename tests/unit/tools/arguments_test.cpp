@@ -186,6 +186,14 @@ TEST_F(Rehearse, JsonIsTheOnlyLineOfStandardOutput) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
 }
 
+TEST_F(Rehearse, SaysWhatOfItIsNoPhysics) {
+  FakeRehearsal::answer->remarks = {"the bench went to 3 N"};
+  EXPECT_EQ(cli.run({"rehearse", "press", "-s", "paper-1"}), 0);
+  EXPECT_THAT(cli.out.str(), HasSubstr("\nthe bench went to 3 N\n"));
+  EXPECT_EQ(cli.run({"rehearse", "press", "-s", "paper-1", "--json"}), 0);
+  EXPECT_THAT(cli.out.str(), HasSubstr(R"("remarks":["the bench went to 3 N"])"));
+}
+
 TEST_F(Rehearse, NeverUsesTheDaemonsDatabase) {
   std::ofstream(cli.env.daemon_db) << "";
   cli.run({"rehearse", "press", "-s", "paper-1"});

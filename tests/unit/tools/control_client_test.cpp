@@ -2,17 +2,9 @@
 // The command line against a real control server in another thread.
 #include <gmock/gmock.h>
 
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
-#include <future>
 #include <nlohmann/json.hpp>
-#include <thread>
 
-#include "daemon/control/server.hpp"
-#include "tests/support/cli_fixture.hpp"
-#include "tests/support/control_fixture.hpp"
+#include "tests/unit/tools/served.hpp"
 
 namespace lcrig {
 namespace {
@@ -21,56 +13,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-class Served : public ::testing::Test {
- protected:
-  void SetUp() override {
-    handler.state.version = "9.9";
-    ended.run = 7;
-    ended.exit_status = ExitStatus::success;
-    handler.after_start = [this] { end_run(); };
-    cli.env.daemon_socket = path;
-    cli.add_data("protocols/press.json", "{}");
-    const auto listening = server.listen(path);
-    ASSERT_TRUE(listening) << listening.error().what;
-    thread = std::thread([this] { io.run(); });
-  }
-  void TearDown() override {
-    std::promise<void> closed;
-    asio::co_spawn(io, server.close(std::chrono::seconds(2)),
-                   [&](const std::exception_ptr&) { closed.set_value(); });
-    closed.get_future().wait();
-    work.reset();
-    thread.join();
-  }
-  // At once, so that `lcrig run` has something to follow.
-  void end_run() {
-    RunEventNote note;
-    note.run = 7;
-    note.event = RunEvent(MonoTime(), EventKind::mark, "load", "half way");
-    server.publish_event(note);
-    server.publish_run_ended(ended);
-  }
-  // Runs `f` where the server runs, and waits.
-  template <class F>
-  void on_server(F f) {
-    std::promise<void> done;
-    asio::post(io, [&] {
-      f();
-      done.set_value();
-    });
-    done.get_future().wait();
-  }
-
-  support::Cli cli;
-  std::string path = cli.dir.file("control.sock");
-  asio::io_context io;
-  asio::executor_work_guard<asio::io_context::executor_type> work = asio::make_work_guard(io);
-  RealClock clock;
-  support::FakeHandler handler;
-  RunOutcome ended;
-  ControlServer server{io.get_executor(), clock, handler};
-  std::thread thread;
-};
+using support::Served;
 
 TEST_F(Served, StatusShowsVersionAndRun) {
   on_server([this] {
@@ -86,6 +29,7 @@ TEST_F(Served, StatusShowsVersionAndRun) {
 }
 
 TEST_F(Served, VerbsReachTheDaemon) {
+  on_server([this] { handler.state.run.emplace(); });
   EXPECT_EQ(cli.run({"pause"}), 0);
   EXPECT_EQ(cli.run({"resume"}), 0);
   EXPECT_EQ(cli.run({"resume", "12"}), 0);
@@ -143,6 +87,35 @@ TEST_F(Served, DetachReturnsAtOnce) {
   on_server([this] { handler.after_start = nullptr; });  // a run that does not end
   EXPECT_EQ(cli.run({"run", "press", "--specimen", "paper-1", "--detach", "--json"}), 0);
   EXPECT_EQ(nlohmann::json::parse(cli.out.str())["run"], 7);
+}
+
+TEST_F(Served, ARunThatACrashLeftIsNamedAndOffered) {
+  ResumableRun left;
+  left.run = 12;
+  left.protocol = "creep";
+  left.specimen = "paper-1";
+  left.step_id = "load";
+  on_server([&] { handler.state.resumable = {left}; });
+  EXPECT_EQ(cli.run({"status"}), 0);
+  EXPECT_THAT(cli.out.str(), HasSubstr("run 12, creep on paper-1, in step load; lcrig resume 12"));
+  EXPECT_EQ(cli.run({"resume"}), 0) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), HasSubstr("run 13 continues run 12, creep on paper-1, in step load"));
+  EXPECT_THAT(cli.err.str(), HasSubstr("lcrig confirm"));
+  on_server([this] { EXPECT_THAT(handler.calls, ElementsAre("resume 12")); });
+}
+
+TEST_F(Served, WithNoneOrSeveralInterruptedRunsResumeRefusesAndSaysSo) {
+  EXPECT_EQ(cli.run({"resume"}), cli::kFailed);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("no run is paused"), HasSubstr("lcrig runs")));
+  on_server([this] {
+    handler.state.resumable.resize(2);
+    handler.state.resumable[0].run = 11;
+    handler.state.resumable[1].run = 12;
+  });
+  EXPECT_EQ(cli.run({"resume"}), cli::kFailed);
+  EXPECT_THAT(cli.err.str(),
+              AllOf(HasSubstr("say which"), HasSubstr("run 11"), HasSubstr("lcrig resume 12")));
+  on_server([this] { EXPECT_THAT(handler.calls, testing::IsEmpty()); });
 }
 
 }  // namespace

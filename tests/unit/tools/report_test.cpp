@@ -162,7 +162,8 @@ TEST_F(Report, TableHasOneRowARun) {
   const std::string text = read(csv);
   EXPECT_EQ(std::ranges::count(text, '\n'), 3);
   EXPECT_THAT(text, AllOf(HasSubstr("sensitivity_0_to_30_kPa_fF_per_kPa"), HasSubstr("paper-1")));
-  EXPECT_THAT(text, HasSubstr(fmt::format("{}", analysis(1).c0.value())));
+  // To the third digit of its standard error, 2.30 fF.
+  EXPECT_THAT(text, HasSubstr(fmt::format(",{:.5f},0.0023,", analysis(1).c0.value())));
 }
 
 TEST_F(Report, MixedRunsAreMarked) {
@@ -190,6 +191,26 @@ TEST_F(Report, ABrokenChainIsSaidFirst) {
   run->chain.finding = "reading 3 was changed";
   const std::string html = report_html(std::span(&*run, 1));
   EXPECT_LT(html.find("reading 3 was changed"), html.find("id='results'"));
+}
+
+// Whoever uses the numbers need not think of `verify`.
+TEST_F(Report, ARunThatWasChangedIsCalledSoByWhateverShowsItsNumbers) {
+  ASSERT_EQ(cli.run({"--db", db, "analyze", "1"}), 0) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), Not(HasSubstr("not as it was recorded")));
+  const std::string changed = cli.dir.file("changed.db");
+  std::filesystem::copy_file(db, changed);
+  auto opened = Database::open(changed, Database::Mode::read_write_create);
+  ASSERT_TRUE(opened);
+  ASSERT_TRUE(
+      opened->execute("DROP TRIGGER frame_sample_no_delete;"
+                      "DELETE FROM frame_sample WHERE run_id = 1 AND seq = 20"));
+  ASSERT_EQ(cli.run({"--db", changed, "analyze", "1"}), 0) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), HasSubstr("note: not as it was recorded: frame_sample 20 is missing"));
+  ASSERT_EQ(cli.run({"--db", changed, "analyze", "1", "--json"}), 0) << cli.err.str();
+  EXPECT_THAT(nlohmann::json::parse(cli.out.str())["notes"][0].get<std::string>(),
+              HasSubstr("frame_sample 20 is missing"));
+  ASSERT_EQ(cli.run({"--db", changed, "report", "1", "-o", file}), 0) << cli.err.str();
+  EXPECT_THAT(read(file), HasSubstr("BROKEN: frame_sample 20 is missing"));
 }
 
 TEST_F(Report, UnknownRunsAndUnwritableFilesAreRefused) {

@@ -6,6 +6,7 @@
 
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
+#include "storage/writer_lock.hpp"
 #include "tests/support/cli_fixture.hpp"
 
 namespace lcrig::cli {
@@ -14,6 +15,7 @@ namespace {
 using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class Runs : public ::testing::Test {
  protected:
@@ -40,6 +42,28 @@ class Runs : public ::testing::Test {
     row.protocol_name = "open-end";
     ASSERT_TRUE(insert_run(*db, row));
   }
+  // Run 2 goes on until the lock is gone.
+  WriterLock record_the_second() const {
+    auto lock = WriterLock::acquire(path).value();
+    EXPECT_TRUE(lock.begin_run(2));
+    return lock;
+  }
+  json verified(const std::vector<std::string>& options, int code) {
+    std::vector<std::string> args{"verify", "--json"};
+    args.insert(args.end(), options.begin(), options.end());
+    EXPECT_EQ(cli.run(args), code) << cli.err.str();
+    return json::parse(cli.out.str(), nullptr, false);
+  }
+  // As somebody would who gets around the triggers.
+  void change(const std::string& sql) const {
+    auto db = Database::open(path, Database::Mode::read_write_create);
+    ASSERT_TRUE(db);
+    ASSERT_TRUE(db->execute("DROP TRIGGER run_end_no_update; " + sql));
+  }
+  static json package(const std::string& folder) {
+    std::ifstream file(folder + "/datapackage.json");
+    return json::parse(file, nullptr, false);
+  }
   support::Cli cli;
   std::string path = cli.dir.file("runs.db");
 };
@@ -51,7 +75,8 @@ TEST_F(Runs, AreListedWithAndWithoutTheVerb) {
   ASSERT_EQ(cli.run({"runs", "list", "--json"}), 0);
   const auto runs = json::parse(cli.out.str())["runs"];
   ASSERT_EQ(runs.size(), 2U);
-  EXPECT_EQ(runs[0]["exit_status"], nullptr);  // newest first; it goes on
+  EXPECT_EQ(runs[0]["exit_status"], nullptr);  // newest first
+  EXPECT_EQ(runs[0]["goes_on"], false);
   EXPECT_EQ(runs[1]["exit_status"], "abort");
   EXPECT_EQ(runs[1]["ended"], "2026-01-01T00:00:05Z");
 }
@@ -66,7 +91,20 @@ TEST_F(Runs, AreShownWithTheirNotes) {
   EXPECT_EQ(run["notes"][0]["operator"], login_name());
 }
 
+TEST_F(Runs, WithoutAnEndAreCutOffUnlessTheyGoOn) {
+  ASSERT_EQ(cli.run({"runs"}), 0);
+  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("cut off"), Not(HasSubstr("running"))));
+  EXPECT_EQ(cli.run({"runs", "note", "2", "x"}), kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("was cut off"));
+  const auto lock = record_the_second();
+  ASSERT_EQ(cli.run({"runs"}), 0);
+  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("running"), Not(HasSubstr("cut off"))));
+  ASSERT_EQ(cli.run({"runs", "--json"}), 0);
+  EXPECT_EQ(json::parse(cli.out.str())["runs"][0]["goes_on"], true);
+}
+
 TEST_F(Runs, ThatGoOnTakeNoNote) {
+  const auto lock = record_the_second();
   EXPECT_EQ(cli.run({"runs", "note", "last", "x"}), kFailed);
   EXPECT_THAT(cli.err.str(), HasSubstr("still going on"));
 }
@@ -93,21 +131,50 @@ TEST_F(Runs, AreExportedToAFolder) {
 }
 
 TEST_F(Runs, TheLastOneIsMeantWhereNoneIsNamed) {
-  ASSERT_EQ(cli.run({"verify", "--json"}), 0) << cli.err.str();
-  EXPECT_EQ(json::parse(cli.out.str())["run"], 2);
+  EXPECT_EQ(verified({}, kFailed)["run"], 2);
   ASSERT_EQ(cli.run({"export", "-o", cli.dir.file("newest"), "--json"}), 0) << cli.err.str();
   EXPECT_EQ(json::parse(cli.out.str())["run"], 2);
 }
 
 TEST_F(Runs, AreVerified) {
-  ASSERT_EQ(cli.run({"verify", "1", "--json"}), 0) << cli.err.str();
-  EXPECT_EQ(json::parse(cli.out.str())["intact"], true);
-  {
-    auto db = Database::open(path, Database::Mode::read_write_create);
-    ASSERT_TRUE(db);
-    ASSERT_TRUE(db->execute("DROP TRIGGER run_end_no_update; UPDATE run_end SET reason = 'fine'"));
-  }
+  EXPECT_EQ(verified({"1"}, 0)["intact"], true);
+  change("UPDATE run_end SET reason = 'fine'");
   EXPECT_EQ(cli.run({"verify", "1"}), kFailed);
+}
+
+TEST_F(Runs, WithoutAnEndAreVerifiedOnlyWhileTheyGoOn) {
+  EXPECT_EQ(cli.run({"verify", "2"}), kFailed);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("cut off"), HasSubstr("--anchor")));
+  const auto lock = record_the_second();
+  EXPECT_EQ(cli.run({"verify", "2"}), 0) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), HasSubstr("goes on, intact so far"));
+  EXPECT_EQ(verified({"2"}, 0)["goes_on"], true);
+}
+
+TEST_F(Runs, AreComparedWithAnAnchor) {
+  const auto anchor = verified({"1"}, 0)["anchor"].get<std::string>();
+  EXPECT_EQ(cli.run({"verify", "1", "--anchor", anchor}), 0) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), HasSubstr("anchor " + anchor));
+  std::string other = anchor;
+  other.back() = other.back() == '0' ? '1' : '0';
+  EXPECT_EQ(cli.run({"verify", "1", "--anchor", other}), kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("written anew"));
+  EXPECT_EQ(cli.run({"verify", "1", "--anchor", "9" + anchor}), kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("cut off"));
+  EXPECT_EQ(cli.run({"verify", "1", "--anchor", "2:ab"}), kUsage);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("2:ab"), HasSubstr("64 hex digits")));
+}
+
+TEST_F(Runs, AreExportedWithWhatVerifySays) {
+  const auto folder = cli.dir.file("out");
+  ASSERT_EQ(cli.run({"export", "1", "-o", folder, "--json"}), 0) << cli.err.str();
+  EXPECT_EQ(json::parse(cli.out.str())["intact"], true);
+  EXPECT_EQ(package(folder)["lcrig"]["chain"]["anchor"], verified({"1"}, 0)["anchor"]);
+  change("UPDATE run_end SET reason = 'fine'");
+  ASSERT_EQ(cli.run({"export", "1", "-o", folder, "--json"}), 0) << cli.err.str();
+  EXPECT_EQ(json::parse(cli.out.str())["intact"], false);
+  EXPECT_THAT(cli.err.str(), HasSubstr("run 1 is not as it was recorded: link 2"));
+  EXPECT_EQ(package(folder)["lcrig"]["chain"]["intact"], false);
 }
 
 }  // namespace

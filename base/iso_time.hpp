@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// Times of day for people and other programs.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace lcrig {
+
+// ISO 8601 with milliseconds and offset: "2026-01-31T12:00:00.250+00:00". Always UTC: a run does
+// not know in which time zone it was recorded.
+std::string iso_time(std::int64_t unix_ns);
+
+}  // namespace lcrig

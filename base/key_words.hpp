@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// What somebody meant who wrote a key that nobody knows. The unit at the end of a key is never
+// guessed: 200 kPa taken for 200 Pa is a correct file. Used by the readers of files and by the
+// command line.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace lcrig {
+
+// The known key that `key` is a typing error of, in the unit that `key` has.
+std::optional<std::string> nearest_key(std::string_view key, std::span<const std::string> known);
+// "`force_lbf`: `_lbf` is no unit of force; it takes force_mN, force_N, force_kN", when the unit of
+// `key` is missing or wrong.
+std::optional<std::string> unit_mistake(std::string_view key, std::span<const std::string> known);
+
+}  // namespace lcrig

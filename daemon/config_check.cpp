@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/config_check.hpp"
+
+#include <sys/un.h>
+
+#include <filesystem>
+#include <system_error>
+
+#include "daemon/rig/recording.hpp"
+#include "storage/runs.hpp"
+
+namespace lcrig {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_folder(const fs::path& path) {
+  std::error_code ec;
+  return fs::is_directory(path, ec);
+}
+
+// systemd makes those of the defaults (StateDirectory, RuntimeDirectory) when the service starts.
+Result<> check_folder(const std::string& file, const char* key, const std::string& path,
+                      const std::string& made_by_systemd) {
+  const fs::path folder = fs::absolute(path).parent_path();
+  if (is_folder(folder) || path == made_by_systemd) return {};
+  return fail(Errc::invalid_request,
+              "{}: `{}` is {}, but there is no folder {}; make it, or correct `{}`", file, key,
+              path, folder.string(), key);
+}
+
+Result<> check_bench(const Config& config, const std::string& file) {
+  if (!config.bench) return {};
+  Result<> good;
+  if (const auto directory = replay_directory(*config.bench)) {
+    auto recording = load_recording(*directory);
+    if (!recording) good = fail(recording.error());
+  } else if (auto bench = find_bench(*config.bench); !bench) {
+    good = fail(bench.error());
+  }
+  if (good) return good;
+  Error error = good.error();
+  error.what = fmt::format("{}: `bench`: {}", file, error.what);
+  return fail(std::move(error));
+}
+
+Result<> check_socket(const Config& config, const std::string& file) {
+  constexpr std::size_t kMost = sizeof(sockaddr_un::sun_path) - 1;
+  if (config.socket.size() > kMost) {
+    return fail(Errc::invalid_request,
+                "{}: `socket` is {} characters long, but a socket's path has at most {}; choose a "
+                "shorter one",
+                file, config.socket.size(), kMost);
+  }
+  return check_folder(file, "socket", config.socket, Config().socket);
+}
+
+}  // namespace
+
+Result<> check_surroundings(const Config& config, const std::string& file) {
+  if (auto good = check_bench(config, file); !good) return good;
+  if (is_folder(config.database)) {
+    return fail(Errc::invalid_request,
+                "{}: `database` is {}, which is a folder; name a file in it, such as {}", file,
+                config.database, (fs::path(config.database) / "lcrig.db").string());
+  }
+  if (auto good = check_folder(file, "database", config.database, Config().database); !good) {
+    return good;
+  }
+  if (auto good = check_socket(config, file); !good) return good;
+  if (config.meter_port.empty() || config.meter_port != config.frame_port) return {};
+  return fail(
+      Errc::invalid_request,
+      "{}: `meter.port` and `frame.port` are both {}; each instrument has a port of its own", file,
+      config.meter_port);
+}
+
+std::vector<std::string> config_warnings(const Config& config, const std::string& file) {
+  const std::string& logs = config.wire_log_directory;
+  if (logs.empty() || is_folder(logs)) return {};
+  return {
+      fmt::format("{}: `wire_log_directory` is {}, and there is no such folder: runs go on "
+                  "without wire logs; make it, or correct `wire_log_directory`",
+                  file, logs)};
+}
+
+std::string config_summary(const Config& config) {
+  std::string out;
+  const auto line = [&out](const char* key, const std::string& value) {
+    out += fmt::format("  {:20}{}\n", key, value);
+  };
+  line("database", config.database);
+  line("socket", config.socket);
+  if (config.bench) {
+    line("rig", "simulated bench " + *config.bench);
+    return out;
+  }
+  const bool weights = config.frame_driver == FrameDriver::dead_weight;
+  line("meter", "at " + config.meter_port);
+  line("frame", weights ? "dead weights" : "at " + config.frame_port);
+  if (!weights) {
+    const auto& stiffness = config.frame.stiffness_N_m;
+    line("stiffness", stiffness ? fmt::format("{:g} N/mm", *stiffness * 1e-3)
+                                : std::string("not stated: the frame counts as rigid"));
+    line("force class", fmt::format("{:g}", config.frame.force_class_percent));
+  }
+  if (const auto& d = config.fixture.probe_diameter_m) {
+    line("probe diameter", fmt::format("{:g} mm", *d * 1e3));
+  }
+  line("local gravity", fmt::format("{:g} m/s2", config.fixture.local_gravity_m_s2));
+  line("wire logs", config.wire_log_directory.empty() ? "none" : "in " + config.wire_log_directory);
+  return out;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/wire_log_writer.hpp"
+
+#include <fcntl.h>
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <condition_variable>
+#include <csignal>
+#include <cstring>
+#include <mutex>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace lcrig {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kPatienceAtTheEnd = 2s;
+
+bool write_all(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t n = ::write(fd, text.data(), text.size());
+    if (n < 0 && errno != EINTR) return false;
+    if (n > 0) text.remove_prefix(static_cast<std::size_t>(n));
+  }
+  return true;
+}
+
+}  // namespace
+
+// Of the writer's thread, but for the names.
+struct WireLogWriter::Log {
+  Log(std::string p, std::string w) : path(std::move(p)), whose(std::move(w)) {}
+  ~Log() {
+    if (fd >= 0) ::close(fd);
+  }
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+
+  void open(Create create) {
+    fd = create(path);
+    if (fd >= 0) return;
+    spdlog::warn("{}: the wire log cannot be created ({}); {} goes on without a wire log", path,
+                 std::strerror(errno), whose);
+  }
+  // A full disk must not stop an experiment, so the log just ends with a warning.
+  void write(std::string_view text) {
+    if (fd < 0 || write_all(fd, text)) return;
+    spdlog::warn("{}: the wire log cannot be written any more ({}); it ends here", path,
+                 std::strerror(errno));
+    ::close(std::exchange(fd, -1));
+  }
+  void sync() const {
+    if (fd >= 0) ::fsync(fd);
+  }
+
+  const std::string path, whose;
+  int fd = -1;
+};
+
+struct WireLogWriter::Job {
+  enum class Kind { open, text, close, sync };
+  Kind kind = Kind::text;
+  std::shared_ptr<Log> log;  // sync: of all
+  std::string text;
+};
+
+struct WireLogWriter::Queue {
+  explicit Queue(Options o) : options(o) {}
+
+  // False: too much waits already. Only text is ever refused.
+  bool push(Job job) {
+    {
+      const std::lock_guard lock(mutex);
+      const std::size_t bytes = job.text.size();
+      if (job.kind == Job::Kind::text && waiting_bytes + bytes > options.max_waiting_bytes) {
+        return false;
+      }
+      waiting_bytes += bytes;
+      add(std::move(job));
+    }
+    wake.notify_one();
+    return true;
+  }
+  // Texts that wait for the same log become one: a slow disk gets few large writes.
+  void add(Job job) {
+    const auto same = [&job](const Job& other) {
+      return other.kind == Job::Kind::text && other.log == job.log;
+    };
+    const auto waiting = std::ranges::find_if(jobs, same);
+    if (job.kind == Job::Kind::text && waiting != jobs.end()) {
+      waiting->text += job.text;
+    } else {
+      jobs.push_back(std::move(job));
+    }
+  }
+  // Waits for jobs. False: there are none and will be none.
+  bool take(std::vector<Job>& out) {
+    std::unique_lock lock(mutex);
+    wake.wait(lock, [this] { return stop || !jobs.empty(); });
+    out.swap(jobs);
+    working = !out.empty();
+    return working;
+  }
+  void finish(std::size_t bytes) {
+    {
+      const std::lock_guard lock(mutex);
+      waiting_bytes -= bytes;
+      working = false;
+    }
+    idle.notify_all();
+  }
+
+  const Options options;
+  std::mutex mutex;  // for all that follows; never held while the disk works
+  std::condition_variable wake, idle;
+  std::vector<Job> jobs;
+  std::size_t waiting_bytes = 0;  // in `jobs`, and in what the thread writes now
+  bool working = false, stop = false;
+};
+
+int WireLogWriter::create_exclusively(const std::string& path) {
+  return ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+}
+
+WireLogWriter::WireLogWriter(Options options)
+    : queue_(std::make_shared<Queue>(options)), thread_([queue = queue_] { work(queue); }) {}
+
+WireLogWriter::~WireLogWriter() {
+  const bool all_written = finish(kPatienceAtTheEnd);
+  {
+    const std::lock_guard lock(queue_->mutex);
+    queue_->stop = true;
+  }
+  queue_->wake.notify_one();
+  if (all_written) {
+    thread_.join();
+    return;
+  }
+  spdlog::warn("the disk of the wire logs does not answer; their last entries are not stored");
+  thread_.detach();
+}
+
+std::unique_ptr<WireLogWriter::File> WireLogWriter::create(std::string path, std::string whose) {
+  auto log = std::make_shared<Log>(std::move(path), std::move(whose));
+  return std::make_unique<File>(queue_, std::move(log));
+}
+
+bool WireLogWriter::finish(Duration patience) {
+  queue_->push(Job{Job::Kind::sync, nullptr, {}});
+  std::unique_lock lock(queue_->mutex);
+  return queue_->idle.wait_for(lock, patience,
+                               [this] { return queue_->jobs.empty() && !queue_->working; });
+}
+
+// One job after the other; `open` are the logs that are.
+void WireLogWriter::perform(const Job& job, Create create,
+                            std::vector<std::shared_ptr<Log>>& open) {
+  if (job.kind == Job::Kind::open) {
+    job.log->open(create);
+    open.push_back(job.log);
+  }
+  if (job.log) job.log->write(job.text);
+  if (job.kind == Job::Kind::close) {
+    job.log->sync();
+    std::erase(open, job.log);
+  }
+  if (job.kind == Job::Kind::sync) {
+    for (const auto& log : open) log->sync();
+  }
+}
+
+// The signals of the process are for its other threads; a log on a pipe that nobody reads any more
+// is an error like others.
+void WireLogWriter::work(const std::shared_ptr<Queue>& queue) {
+  sigset_t all;
+  sigfillset(&all);
+  ::pthread_sigmask(SIG_BLOCK, &all, nullptr);
+  std::vector<std::shared_ptr<Log>> open;
+  std::vector<Job> jobs;
+  while (queue->take(jobs)) {
+    std::size_t bytes = 0;
+    for (const Job& job : jobs) {
+      perform(job, queue->options.create, open);
+      bytes += job.text.size();
+    }
+    jobs.clear();
+    queue->finish(bytes);
+  }
+}
+
+WireLogWriter::File::File(std::shared_ptr<Queue> queue, std::shared_ptr<Log> log)
+    : queue_(std::move(queue)), log_(std::move(log)) {
+  queue_->push(Job{Job::Kind::open, log_, {}});
+}
+
+WireLogWriter::File::~File() {
+  queue_->push(Job{Job::Kind::close, log_, remark()});
+  if (all_left_out_ == 0) return;
+  spdlog::warn("{}: {} entries of the wire log were left out: the disk was too slow", log_->path,
+               all_left_out_);
+}
+
+std::string WireLogWriter::File::remark() const {
+  if (left_out_ == 0) return {};
+  return fmt::format("# {} entries are missing here: the disk was too slow\n", left_out_);
+}
+
+void WireLogWriter::File::add(std::string_view text) {
+  if (queue_->push(Job{Job::Kind::text, log_, remark().append(text)})) {
+    left_out_ = 0;
+    return;
+  }
+  ++left_out_;
+  if (all_left_out_++ > 0) return;
+  spdlog::warn("{}: the disk is too slow for the wire log; entries are left out", log_->path);
+}
+
+}  // namespace lcrig

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/anchor.hpp"
+
+#include <algorithm>
+
+#include "base/number.hpp"
+#include "base/text.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr std::string_view kAnchorForm =
+    "an anchor is the number of links, a colon and 64 hex digits, as the journal, `lcrig run` and "
+    "the report show it";
+
+constexpr std::size_t kAnchorShown = 100;  // of what somebody typed
+
+std::optional<unsigned> hex_digit(char c) {
+  if (c >= '0' && c <= '9') return static_cast<unsigned>(c - '0');
+  if (c >= 'a' && c <= 'f') return static_cast<unsigned>(c - 'a') + 10;
+  if (c >= 'A' && c <= 'F') return static_cast<unsigned>(c - 'A') + 10;
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string to_string(const Anchor& anchor) {
+  return fmt::format("{}:{}", anchor.links, to_hex(anchor.hash));
+}
+
+Result<Anchor> parse_anchor(std::string_view text) {
+  const auto wrong = [text](std::string_view why) {
+    return fail(Errc::invalid_request, "anchor \"{}\": {}; {}", printable(text, kAnchorShown), why,
+                kAnchorForm);
+  };
+  const auto colon = text.find(':');
+  if (colon == text.npos) return wrong("there is no colon");
+  const auto links = number_from<std::int64_t>(text.substr(0, colon));
+  if (!links || *links < 1) return wrong("the number of links is no number from 1 on");
+  const std::string_view digits = text.substr(colon + 1);
+  Anchor anchor;
+  anchor.links = *links;
+  if (digits.size() != 2 * anchor.hash.size()) {
+    return wrong(fmt::format("the hash has {} digits", digits.size()));
+  }
+  for (std::size_t i = 0; i < anchor.hash.size(); ++i) {
+    const auto high = hex_digit(digits[2 * i]), low = hex_digit(digits[2 * i + 1]);
+    if (!high || !low) return wrong("the hash has a character that is no hex digit");
+    anchor.hash[i] = static_cast<unsigned char>(*high << 4U | *low);
+  }
+  return anchor;
+}
+
+Result<std::optional<Anchor>> get_anchor(const Database& db, std::int64_t run) {
+  auto tables = db.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'run_anchor'");
+  if (!tables) return fail(tables.error());
+  if (*tables == 0) return std::nullopt;  // a schema before anchors
+  return db.first(
+      "SELECT links, sha256 FROM run_anchor WHERE run_id = ?",
+      [](const Statement& s) {
+        Anchor anchor;
+        anchor.links = s.integer(0);
+        std::ranges::copy(s.blob(1), anchor.hash.begin());
+        return anchor;
+      },
+      run);
+}
+
+}  // namespace lcrig

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// What pins the hash chain of a run (storage/chain.hpp) down from outside: how many links it has
+// and the hash of the last one. Short enough for a journal line and a lab book.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/result.hpp"
+#include "storage/row_hash.hpp"
+#include "storage/sqlite.hpp"
+
+namespace lcrig {
+
+struct Anchor {
+  std::int64_t links = 0;
+  Sha256 hash{};
+  bool operator==(const Anchor&) const = default;
+};
+std::string to_string(const Anchor& anchor);  // "57:" and 64 hex digits
+Result<Anchor> parse_anchor(std::string_view text);
+
+// As stored when the run ended. nullopt: it has not ended, or ended under a schema without anchors.
+Result<std::optional<Anchor>> get_anchor(const Database& db, std::int64_t run);
+
+}  // namespace lcrig

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Preloaded into a program (LD_PRELOAD): its writes to wire logs and its look-ups of users take as
+// long as SLOW_WIRE_LOG_MS and SLOW_USERS_MS say, like on a disk or with a directory service that
+// is busy. Used by slow_surroundings_test.cpp.
+#include <dlfcn.h>
+#include <limits.h>
+#include <pwd.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <string_view>
+#include <thread>
+
+namespace {
+
+void wait_as_told(const char* variable) {
+  const char* ms = std::getenv(variable);
+  if (ms != nullptr) std::this_thread::sleep_for(std::chrono::milliseconds(std::atoi(ms)));
+}
+
+bool is_wire_log(int fd) {
+  char link[32], path[PATH_MAX];
+  std::snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
+  const ssize_t length = ::readlink(link, path, sizeof path);
+  return length > 0 && std::string_view(path, static_cast<std::size_t>(length)).ends_with(".wire");
+}
+
+template <class Function>
+Function* real(const char* name) {
+  return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
+}
+
+}  // namespace
+
+extern "C" {
+
+ssize_t write(int fd, const void* bytes, std::size_t size) {
+  static const auto next = real<ssize_t(int, const void*, std::size_t)>("write");
+  if (is_wire_log(fd)) wait_as_told("SLOW_WIRE_LOG_MS");
+  return next(fd, bytes, size);
+}
+
+ssize_t writev(int fd, const iovec* parts, int count) {
+  static const auto next = real<ssize_t(int, const iovec*, int)>("writev");
+  if (is_wire_log(fd)) wait_as_told("SLOW_WIRE_LOG_MS");
+  return next(fd, parts, count);
+}
+
+int getpwuid_r(uid_t uid, passwd* entry, char* buffer, std::size_t size, passwd** found) {
+  static const auto next = real<int(uid_t, passwd*, char*, std::size_t, passwd**)>("getpwuid_r");
+  wait_as_told("SLOW_USERS_MS");
+  return next(uid, entry, buffer, size, found);
+}
+
+}  // extern "C"

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thread that runs the instruments waits for nobody else: not for the disk of the wire log, not
+// for the database of users, not for a program that holds the lock of the database, not for a
+// journal that takes nothing. Readings keep their planned instants.
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+
+#include "base/clock.hpp"
+#include "model/specimen_file.hpp"
+#include "tests/e2e/rig.hpp"
+
+namespace lcrig::e2e {
+namespace {
+
+using testing::HasSubstr;
+
+// 60 readings, 5 in a second.
+constexpr const char* kPlannedReadings = R"({ "format": "load-protocol/1", "name": "planned",
+  "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-5, 5], "speed_mm_s": 2 },
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1.0,
+      "aperture": "fast" }, "frame": { "rate_Hz": 50 } },
+  "steps": [ { "id": "level", "do": "measure", "count": 60, "within_s": 12 } ],
+  "finally": [] })";
+
+class SlowSurroundings : public Rig {
+ protected:
+  void SetUp() override {
+    Rig::SetUp();
+    // The library comes before that of a sanitizer, and needs nothing of it.
+    const char* asan = std::getenv("ASAN_OPTIONS");
+    daemon_variables_["ASAN_OPTIONS"] =
+        std::string(asan == nullptr ? "" : asan) + ":verify_asan_link_order=0";
+    daemon_variables_["LD_PRELOAD"] = LCRIG_SLOW_CALLS;
+    start_sim();
+  }
+
+  static std::string add_specimen() {
+    const std::string text(shipped_specimens().front().text);
+    return json{
+        {"jsonrpc", "2.0"}, {"id", 1}, {"method", "specimen.add"}, {"params", {{"text", text}}}}
+        .dump();
+  }
+
+  // Starts the run and returns when it takes readings.
+  void begin() {
+    client_ = std::make_unique<Control>(control());
+    client_->call("watch");
+    ASSERT_TRUE(start_run(*client_, kPlannedReadings).contains("result"));
+    client_->wait_for("status", [](const json& s) { return s.value("measure_readings", 0) > 3; });
+  }
+
+  // Judged for each reading by what its own machine could do meanwhile.
+  void expect_readings_at_their_instants() {
+    EXPECT_EQ(client_->run_ended(60s).value("exit_status", ""), "success");
+    std::istringstream rows(
+        query("SELECT planned_mono_ns || ' ' || asked_mono_ns FROM lcr_reading "
+              "WHERE planned_mono_ns IS NOT NULL"));
+    int readings = 0;
+    Duration worst{};
+    for (std::int64_t planned = 0, asked = 0; rows >> planned >> asked; ++readings) {
+      const Duration late = Duration(asked - planned);
+      worst = std::max(worst, late);
+      const MonoTime from{Duration(planned)}, to{Duration(asked)};
+      EXPECT_LT(late - machine_.within(from, to), 100ms) << "reading " << readings;
+    }
+    EXPECT_EQ(readings, 60);
+    std::cout << "latest reading: " << to_seconds(worst) * 1e3 << " ms after its instant\n";
+  }
+
+  std::unique_ptr<Control> client_;
+  StandstillWatch machine_;
+};
+
+TEST_F(SlowSurroundings, ADiskOfTheWireLogThatIsBusyDelaysNoReading) {
+  daemon_variables_["SLOW_WIRE_LOG_MS"] = "300";
+  json logged = config();
+  std::filesystem::create_directory(file("wires"));
+  logged["wire_log_directory"] = file("wires");
+  Child& daemon = start_daemon(logged);
+  begin();
+  expect_readings_at_their_instants();
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(20s), 0);
+  // Every byte of the run is there when the daemon has ended.
+  std::size_t logs = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(file("wires"))) {
+    std::ifstream in(entry.path());
+    std::stringstream text;
+    text << in.rdbuf();
+    EXPECT_TRUE(text.str().starts_with("wire-log/1\n")) << entry.path();
+    EXPECT_TRUE(text.str().ends_with("\"\n")) << entry.path();
+    ++logs;
+  }
+  EXPECT_GE(logs, 3U) << "of the meter when it was asked, of meter and frame in the run";
+}
+
+TEST_F(SlowSurroundings, ADatabaseOfUsersThatIsBusyDelaysNoReading) {
+  daemon_variables_["SLOW_USERS_MS"] = "4000";
+  start_daemon(config());
+  begin();
+  for (int i = 0; i < 5; ++i) {
+    const auto shown = lcrig({"status", "--socket", file("control.sock")});
+    EXPECT_EQ(shown.code, 0) << shown.err;
+  }
+  expect_readings_at_their_instants();
+  EXPECT_EQ(query("SELECT operator FROM run"), "uid " + std::to_string(::getuid()) + "\n")
+      << "the name did not come within 2 s";
+}
+
+TEST_F(SlowSurroundings, AHeldWriteLockDelaysNoReading) {
+  start_daemon(config());
+  begin();
+  LineClient clerk(file("control.sock"));
+  {
+    const auto other = open_read_write(file("lcrig.db"));
+    ASSERT_TRUE(other) << other.error().what;
+    const auto held = Transaction::begin(*other);
+    ASSERT_TRUE(held) << held.error().what;
+    clerk.send(add_specimen());  // waits for the lock, and nobody for it
+    EXPECT_EQ(clerk.next(3s), std::nullopt);
+  }
+  const auto added = clerk.next(20s);
+  ASSERT_TRUE(added);
+  EXPECT_THAT(*added, HasSubstr("paper-1"));
+  expect_readings_at_their_instants();
+}
+
+// A pipe that is full, in the place of standard error.
+TEST_F(SlowSurroundings, AJournalThatTakesNothingDelaysNoReading) {
+  const std::string journal = file("d1.log");
+  ASSERT_EQ(::mkfifo(journal.c_str(), 0600), 0);
+  const int reader = ::open(journal.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  ASSERT_GE(reader, 0);
+  start_daemon(config());
+  ::unlink(journal.c_str());
+  const char byte = '.';
+  while (::write(reader, &byte, 1) > 0) {
+  }
+  begin();
+  LineClient clerk(file("control.sock"));
+  clerk.send(add_specimen());  // is told in the journal
+  EXPECT_TRUE(clerk.next(20s));
+  expect_readings_at_their_instants();
+  ::close(reader);
+}
+
+}  // namespace
+}  // namespace lcrig::e2e

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which database file a command uses, with a daemon, without one, and with one that hangs.
+#include <gmock/gmock.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "storage/database.hpp"
+#include "storage/runs.hpp"
+#include "tests/unit/tools/served.hpp"
+#include "tools/lcrig/control_client.hpp"
+
+namespace lcrig {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::AnyOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// The daemon's database is not where anybody looks by default.
+class ServedRuns : public support::Served {
+ protected:
+  void SetUp() override {
+    Served::SetUp();
+    make(daemons, "of-the-daemon");
+    make(other, "of-mine");
+    on_server([this] { handler.state.database = daemons; });
+  }
+  static void make(const std::string& path, const std::string& specimen) {
+    auto db = open_read_write(path);
+    ASSERT_TRUE(db) << db.error().what;
+    RunRow row;
+    row.specimen_name = specimen;
+    ASSERT_TRUE(insert_run(*db, row));
+    ASSERT_TRUE(insert_run_end(*db, 1, RunEnd()));
+  }
+  std::string daemons = cli.dir.file("elsewhere.db"), other = cli.dir.file("mine.db");
+};
+
+TEST_F(ServedRuns, AreThoseOfTheDaemonAtTheSocket) {
+  cli.env.daemon_socket = cli.dir.file("no-such.sock");
+  struct Case {
+    std::vector<std::string> args;
+    std::string says;
+  };
+  for (const auto& [args, says] :
+       {Case{{"runs", "--socket", path}, "of-the-daemon"},
+        Case{{"runs", "show", "1", "--socket", path}, "of-the-daemon"},
+        Case{{"export", "1", "-o", cli.dir.file("out"), "--socket", path}, "lcr.csv"},
+        Case{{"analyze", "9", "--socket", path}, "elsewhere.db: no run 9"},
+        Case{{"report", "9", "--socket", path}, "elsewhere.db: no run 9"},
+        Case{{"verify", "9", "--socket", path}, "elsewhere.db: no run 9"}}) {
+    cli.run(args);
+    EXPECT_THAT(cli.out.str() + cli.err.str(), HasSubstr(says)) << args[0];
+    EXPECT_THAT(cli.err.str(), Not(HasSubstr("another database"))) << args[0];
+  }
+  cli.variables["LCRIG_SOCKET"] = path;
+  EXPECT_EQ(cli.run({"runs"}), 0);
+  EXPECT_THAT(cli.out.str(), HasSubstr("of-the-daemon"));
+}
+
+TEST_F(ServedRuns, OfAnotherFileAreReadAndBothAreNamed) {
+  for (const bool by_variable : {false, true}) {
+    if (by_variable) cli.variables["LCRIG_DB"] = other;
+    EXPECT_EQ(by_variable ? cli.run({"runs"}) : cli.run({"runs", "--db", other}), 0);
+    EXPECT_THAT(cli.out.str(), HasSubstr("of-mine"));
+    EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("uses " + other), HasSubstr("another database, "),
+                                     HasSubstr(daemons), HasSubstr(path)));
+  }
+  EXPECT_EQ(cli.run({"runs", "--socket", path}), 0);
+  EXPECT_THAT(cli.out.str(), HasSubstr("of-the-daemon")) << "a socket that is named goes first";
+}
+
+TEST_F(ServedRuns, OfTheDaemonsOwnFileAreReadWithoutWords) {
+  EXPECT_EQ(cli.run({"runs", "--db", cli.dir.file("./elsewhere.db")}), 0);
+  EXPECT_THAT(cli.out.str(), HasSubstr("of-the-daemon"));
+  EXPECT_EQ(cli.err.str(), "");
+}
+
+TEST_F(ServedRuns, AreNotedByTheDaemonAndOtherFilesDirectly) {
+  EXPECT_EQ(cli.run({"runs", "note", "last", "dusty"}), 0) << cli.err.str();
+  EXPECT_EQ(cli.run({"runs", "note", "1", "mine", "--db", other}), 0) << cli.err.str();
+  on_server([this] { EXPECT_THAT(handler.calls, ElementsAre("note 1 dusty")); });
+  const auto db = open_read_only(other).value();
+  EXPECT_EQ(get_run_notes(db, 1).value().at(0).text, "mine");
+}
+
+TEST_F(ServedRuns, OfADaemonThatDoesNotSayWhichFileAreThoseOfTheDefault) {
+  on_server([this] { handler.state.database = "relative.db"; });
+  cli.env.daemon_db = other;
+  EXPECT_EQ(cli.run({"runs"}), 0);
+  EXPECT_THAT(cli.out.str(), HasSubstr("of-mine"));
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("does not say"), HasSubstr("uses " + other)));
+}
+
+// Listens, and never accepts or answers, as a daemon that was stopped with SIGSTOP.
+class Deaf : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, path.size());
+    fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    ASSERT_EQ(::bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    ASSERT_EQ(::listen(fd, 0), 0);
+    cli.env.daemon_socket = path;
+    cli.env.daemon_db = cli.dir.file("default.db");
+    cli.env.daemon_patience = std::chrono::milliseconds(50);
+    ASSERT_TRUE(open_read_write(cli.env.daemon_db));
+  }
+  void TearDown() override { ::close(fd); }
+  support::Cli cli;
+  std::string path = cli.dir.file("deaf.sock");
+  int fd = -1;
+};
+
+TEST_F(Deaf, DaemonsDoNotHoldAReadingCommandUp) {
+  std::vector<cli::ControlClient> queue;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(cli.run({"runs"}), 0);
+    EXPECT_THAT(cli.err.str(),
+                AllOf(HasSubstr("cannot reach the daemon at " + path),
+                      AnyOf(HasSubstr("no answer in 0.05 s"), HasSubstr("it takes nothing")),
+                      HasSubstr("uses " + cli.env.daemon_db.string())));
+    auto client = cli::ControlClient::connect(path, cli.clock, std::chrono::milliseconds(20));
+    if (client) queue.push_back(std::move(*client));
+  }
+  EXPECT_THAT(cli.err.str(), HasSubstr("it takes nothing")) << "the queue is full by now";
+}
+
+TEST_F(Deaf, DaemonsAreNotMissedByThoseWhoNameAFile) {
+  ASSERT_TRUE(open_read_write(cli.dir.file("mine.db")));
+  EXPECT_EQ(cli.run({"runs", "--db", cli.dir.file("mine.db")}), 0);
+  EXPECT_EQ(cli.err.str(), "");
+}
+
+TEST(NoDaemon, IsSaidOnlyWhereOneWasExpected) {
+  support::Cli cli;
+  ASSERT_TRUE(open_read_write(cli.env.daemon_db));
+  EXPECT_EQ(cli.run({"runs"}), 0);
+  EXPECT_EQ(cli.err.str(), "");
+  EXPECT_EQ(cli.run({"runs", "--socket", cli.dir.file("none.sock")}), 0);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("none.sock: No such file"),
+                                   HasSubstr("uses " + cli.env.daemon_db.string())));
+}
+
+// Root, or who else may write to it, must not leave files of his own beside it.
+TEST(NoDaemon, TheServicesFileIsNotWrittenToByAnybodyElse) {
+  support::Cli cli;
+  {
+    auto db = open_read_write(cli.env.daemon_db);
+    ASSERT_TRUE(db);
+    ASSERT_TRUE(insert_run(*db, RunRow()));
+    ASSERT_TRUE(insert_run_end(*db, 1, RunEnd()));
+  }
+  EXPECT_EQ(cli.run({"runs", "note", "1", "x"}), cli::kUnreachable);
+  EXPECT_THAT(cli.err.str(), HasSubstr("systemctl status lcrigd"));
+}
+
+}  // namespace
+}  // namespace lcrig
