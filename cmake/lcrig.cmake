@@ -13,6 +13,8 @@ if(LCRIG_WERROR)
   target_compile_options(lcrig_flags INTERFACE -Werror)
 endif()
 target_include_directories(lcrig_flags INTERFACE ${CMAKE_SOURCE_DIR})
+# No program knows where it was built, and two trees can share a compiler cache.
+target_compile_options(lcrig_flags INTERFACE -ffile-prefix-map=${CMAKE_SOURCE_DIR}/=)
 # Asio: one thread runs each io_context; no Boost library is linked.
 target_compile_definitions(lcrig_flags INTERFACE BOOST_ASIO_NO_DEPRECATED
   LCRIG_VERSION="${PROJECT_VERSION}")

@@ -188,19 +188,16 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
   before_N_ = force_N;
   const double falls_N = allowed_N + kFalls * std::abs(*peak_N_ - motion_.rest_N);
   fallen_ = motion_.direction > 0 && force_N < *peak_N_ - falls_N ? fallen_ + 1 : 0;
-  if (fallen_ >= kSureFalls) {
+  const double limit_N = motion_.force_N - allowed_N;
+  if (fallen_ >= kSureFalls || (motion_.direction > 0 && force_N < limit_N)) {
+    const double before_N = fallen_ >= kSureFalls ? *peak_N_ : motion_.force_N;
     return Contradiction(
         Disbelief::force,
         fmt::format("the force falls while the frame presses: {:.4f} N after {:.4f} N; the load "
-                    "cell shows too little, or the specimen gave way",
-                    force_N, *peak_N_));
-  }
-  if (motion_.direction > 0 && force_N < motion_.force_N - allowed_N) {
-    return Contradiction(
-        Disbelief::force,
-        fmt::format("the force falls while the frame presses: {:.4f} N after {:.4f} N; the load "
-                    "cell is connected the wrong way, lost its zero, or the specimen gave way",
-                    force_N, motion_.force_N));
+                    "cell {}, or the specimen gave way",
+                    force_N, before_N,
+                    force_N < limit_N ? "is connected the wrong way, lost its zero"
+                                      : "shows too little"));
   }
   if (motion_.direction < 0 && force_N > motion_.force_N + allowed_N) {
     return Contradiction(

@@ -14,16 +14,10 @@
 #include "analysis/analysis.hpp"
 #include "analysis/export.hpp"
 #include "tests/support/long_run.hpp"
+#include "tests/support/sanitized.hpp"
 #include "tests/support/temp_dir.hpp"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define LCRIG_SANITIZER_HEAP
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define LCRIG_SANITIZER_HEAP
-#endif
-#endif
-#ifdef LCRIG_SANITIZER_HEAP
+#if LCRIG_SANITIZED
 extern "C" std::size_t __sanitizer_get_current_allocated_bytes();  // g++ 12 ships no header of it
 #endif
 
@@ -36,7 +30,7 @@ constexpr std::size_t kMegabyte = 1'000'000;
 // What the program holds now. Resident memory would tell of the sanitizer, which keeps what was
 // freed for a while.
 std::size_t heap_bytes() {
-#ifdef LCRIG_SANITIZER_HEAP
+#if LCRIG_SANITIZED
   return __sanitizer_get_current_allocated_bytes();
 #else
   const struct mallinfo2 m = ::mallinfo2();

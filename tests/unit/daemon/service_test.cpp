@@ -8,16 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/sanitized.hpp"
 #include "tests/support/without_rights.hpp"
 
 namespace lcrig {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;  // the sanitizers make mlockall do nothing
-#else
-constexpr bool kSanitized = false;
-#endif
+constexpr bool kSanitized = LCRIG_SANITIZED;
 
 std::string of_this_process(const std::string& key) {
   std::ifstream status("/proc/self/status");
