@@ -18,13 +18,23 @@
 
 namespace lcrig {
 
+// Virtual time stands still while this lives: a thread takes none of it.
+class StillTime {
+ public:
+  explicit StillTime(Clock& clock) {
+    if (auto* virtual_clock = dynamic_cast<VirtualClock*>(&clock)) hold_.emplace(*virtual_clock);
+  }
+
+ private:
+  std::optional<VirtualClock::Hold> hold_;
+};
+
 // Runs `job` on a thread of its own and returns what it returned; the loop of `executor` goes on
 // meanwhile. What the job uses must not change until then. Virtual time stands still. Whoever
 // calls this limits how many are under way.
 template <class Job>
 Task<std::invoke_result_t<Job&>> run_aside(asio::any_io_executor executor, Clock& clock, Job job) {
-  std::optional<VirtualClock::Hold> hold;
-  if (auto* virtual_clock = dynamic_cast<VirtualClock*>(&clock)) hold.emplace(*virtual_clock);
+  const StillTime still(clock);
   const auto work = asio::make_work_guard(executor);
   asio::experimental::channel<void(boost::system::error_code)> done(executor, 1);
   std::optional<std::invoke_result_t<Job&>> out;
