@@ -3,14 +3,14 @@
 
 #include <spdlog/spdlog.h>
 #include <boost/asio/co_spawn.hpp>
-#include <cmath>
 #include <exception>
 #include <utility>
 
+#include "base/aside.hpp"
 #include "base/text.hpp"
-#include "daemon/aside.hpp"
 #include "daemon/continuation.hpp"
 #include "daemon/rig/sim.hpp"
+#include "daemon/run_words.hpp"
 #include "events/event_words.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
@@ -27,32 +27,6 @@ constexpr Duration kStatusInterval = 100ms;
 constexpr Duration kTolerableLag = 200ms;
 constexpr Duration kWorldPatience = 3s;  // many bonded layers take minutes
 constexpr Duration kStopExtension = 30s;
-
-// Of a run that ended: where it stands in the journal it cannot be changed with the database.
-std::string anchor_words(const std::string& anchor) {
-  return anchor.empty() ? "" : " (anchor " + anchor + ")";
-}
-
-// "run 3 static-frame on paper-1: running, level, 34 %, 8 min left"
-std::string service_line(const RunStatus& s) {
-  const double all_s = s.elapsed_s + s.left_s;
-  auto line = fmt::format("{} {} on {}: {}", run_words(s.simulated, s.run), s.protocol, s.specimen,
-                          to_string(s.state));
-  if (!s.step_id.empty()) line += ", " + s.step_id;
-  if (all_s > 0) {
-    line += fmt::format(", {:.0f} %, {:.0f} min left", 100 * s.elapsed_s / all_s,
-                        std::ceil(s.left_s / 60));
-  }
-  return s.prompt.empty() ? line : line + "; waits for: " + s.prompt;
-}
-
-// "simulated run 3 ended: abort SIGTERM (anchor 57:9c4f…)"
-std::string journal_line(const RunOutcome& ended) {
-  auto line = fmt::format("{} ended: {}", run_words(ended.simulated, ended.run),
-                          to_string(ended.exit_status));
-  if (!ended.reason.empty()) line += " " + printable(ended.reason);
-  return line + anchor_words(ended.anchor);
-}
 
 // What of a run belongs into the journal beside its begin, its end, and instruments that were lost
 // (protocols/run/losses.cpp).
@@ -112,6 +86,7 @@ Result<> App::start() {
   if (real_ != nullptr) {
     enter(Use::asking);  // no run before the frame was made safe
     spawn(probe());
+    spawn(watch_ports());
   }
   spawn(heartbeat());
   notifier_.ready();
@@ -194,7 +169,6 @@ bool App::is_working() {
 // What `systemctl status` shows; and a stop may take as long as `finally` does, while all parts
 // move.
 void App::tell_service(bool working) {
-  if (real_ != nullptr && live_run() == nullptr && real_->watch_ports()) changed_.notify_all();
   if (live_run() != nullptr) notifier_.status(service_line(session_->status()));
   if (shutting_down_ && session_ && working) notifier_.extend_timeout(kStopExtension);
 }
@@ -254,7 +228,12 @@ bool App::left_commanding(std::int64_t run) const {
 // whenever nothing runs. The frame is not asked: it belongs to whoever works with it.
 Task<> App::probe() {
   const auto is_idle = [this] { return use_ == Use::idle || shutting_down_; };
-  const auto is_due = [this] { return shutting_down_ || !known_.is_known(Instrument::lcr); };
+  bool ready = false;
+  // Also when somebody else found it not ready any more.
+  const auto is_due = [this, &ready] {
+    return shutting_down_ || !known_.is_known(Instrument::lcr) ||
+           (ready && !known_.is_ready(Instrument::lcr));
+  };
   while (!shutting_down_) {
     enter(Use::asking);
     if (frame_to_make_safe_) {
@@ -268,10 +247,24 @@ Task<> App::probe() {
     }
     co_await real_->ask_meter();
     enter(Use::idle);
-    const bool ready = known_.is_ready(Instrument::lcr) && !frame_to_make_safe_;
+    ready = known_.is_ready(Instrument::lcr) && !frame_to_make_safe_;
     const MonoTime next = clock_.now() + (ready ? 60s : 10s);
     co_await changed_.wait(is_due, next);
     co_await changed_.wait(is_idle);
+  }
+}
+
+// Not in a run, which notices by itself. A look that never ends keeps neither the watchdog from
+// being fed nor the daemon from ending.
+Task<> App::watch_ports() {
+  const auto is_over = [this] { return shutting_down_; };
+  while (!shutting_down_) {
+    if (live_run() == nullptr) {
+      const bool changed = co_await real_->watch_ports();
+      if (changed) changed_.notify_all();
+    }
+    const MonoTime next = clock_.now() + 1s;
+    co_await changed_.wait(is_over, next);
   }
 }
 
@@ -334,7 +327,7 @@ Task<> App::run_to_its_end() {
   enter(Use::idle);
   if (control_) control_->publish_run_ended(ended);
   notifier_.status("idle");
-  spdlog::info("{}", journal_line(ended));
+  spdlog::info("{}", ended_line(ended));
 }
 
 DaemonStatus App::status() const {
@@ -367,6 +360,8 @@ Task<bool> App::shut_down(std::string why) {
   const auto over = [this] { return session_ == nullptr; };
   co_await changed_.wait(over);
   if (control_) co_await control_->close(1s);
+  // Waits for the last commit, on this thread: nobody is left whom it could hold up, and what the
+  // recorder tells it tells here.
   recorder_.reset();
   co_return !rig_->is_reckoning();
 }

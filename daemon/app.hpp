@@ -109,6 +109,7 @@ class App final : public ControlHandler {
   void tell_lag(Duration late);
   void tell_service(bool working);
   Task<> probe();
+  Task<> watch_ports();
   std::string stored_anchor(std::int64_t run) const;  // empty: there is none
   bool left_commanding(std::int64_t run) const;
   Task<> note_runs(std::vector<std::int64_t> runs, std::string text);

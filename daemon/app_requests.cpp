@@ -4,11 +4,12 @@
 
 #include <utility>
 
+#include "base/aside.hpp"
 #include "base/text.hpp"
 #include "daemon/app.hpp"
-#include "daemon/aside.hpp"
 #include "daemon/continuation.hpp"
 #include "daemon/control/audit.hpp"
+#include "daemon/run_words.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"

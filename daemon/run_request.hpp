@@ -33,9 +33,4 @@ struct RunOutcome {
   std::string anchor;  // of the run's hash chain (storage/anchor.hpp); empty: its end is not stored
 };
 
-// For the journal: "run 3", "simulated run 3".
-inline std::string run_words(bool simulated, std::int64_t run) {
-  return fmt::format("{}run {}", simulated ? "simulated " : "", run);
-}
-
 }  // namespace lcrig

@@ -5,8 +5,8 @@
 #include <utility>
 #include <variant>
 
+#include "base/aside.hpp"
 #include "base/text.hpp"
-#include "daemon/aside.hpp"
 #include "daemon/run_row.hpp"
 #include "model/specimen_file.hpp"
 #include "model/specimen_stiffness.hpp"

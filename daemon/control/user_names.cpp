@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/user_names.hpp"
 
-#include "daemon/aside.hpp"
+#include "base/aside.hpp"
 
 #include <fmt/format.h>
 #include <pwd.h>

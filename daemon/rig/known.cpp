@@ -49,6 +49,7 @@ void KnownRig::learn(Instrument which, InstrumentCondition condition, std::strin
     spdlog::info("{}: {}", state.name, words(condition, why));
   }
   if (condition != state.condition || !known.since) known.since = now;
+  if (condition == InstrumentCondition::ready) known.port_there = true;
   state.condition = condition;
   state.why = std::move(why);
   state.learned_by = from.by;

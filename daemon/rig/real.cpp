@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "base/aside.hpp"
 #include "drivers/dead_weight/driver.hpp"
 #include "drivers/port.hpp"
 #include "drivers/recording_transport.hpp"
@@ -137,12 +138,15 @@ Task<Result<std::unique_ptr<Instruments>>> RealRig::open(InstrumentsRequest requ
   co_return all;
 }
 
-bool RealRig::watch_ports() {
-  bool changed = false;
-  for (const Instrument which : {Instrument::lcr, Instrument::frame}) {
-    changed = known_.set_port_there(which, is_port_there(known_.port(which))) || changed;
-  }
-  return changed;
+Task<bool> RealRig::watch_ports() {
+  const auto look = [lcr = known_.port(Instrument::lcr), frame = known_.port(Instrument::frame)] {
+    return std::pair(is_port_there(lcr), is_port_there(frame));
+  };
+  const auto there = co_await run_abandonable(executor_, clock_, look);
+  if (!there) co_return false;
+  const bool lcr = known_.set_port_there(Instrument::lcr, there->first);
+  const bool frame = known_.set_port_there(Instrument::frame, there->second);
+  co_return lcr || frame;
 }
 
 Task<> RealRig::ask() {

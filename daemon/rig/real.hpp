@@ -27,9 +27,9 @@ class RealRig final : public InstrumentFactory {
   // STOP comes first, whatever else is wrong, and also with a gateway that answers no greeting.
   // True: the frame confirmed standstill.
   Task<bool> make_frame_safe();
-  // Looks whether the nodes of the serial ports are there, without opening them. True: one came or
-  // went.
-  bool watch_ports();
+  // Looks whether the nodes of the serial ports are there, without opening them, on a thread of its
+  // own. True: one came or went.
+  Task<bool> watch_ports();
   // For a process that is about to end. False: the disk did not take all within this time.
   bool finish_wire_logs(Duration patience);
 

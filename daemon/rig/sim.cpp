@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "daemon/aside.hpp"
+#include "base/aside.hpp"
 #include "daemon/rig/recording.hpp"
 #include "daemon/rig/replay.hpp"
 #include "daemon/rig/simulated.hpp"
