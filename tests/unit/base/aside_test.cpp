@@ -72,7 +72,7 @@ TEST(Aside, ACallerThatIsCancelledLeavesNothingBehind) {
   auto release = released.get_future().share();
   int turns = 0;
   const auto job = [release, text = std::string(100, 'x')] {
-    release.wait();
+    release.wait_for(30s);
     return text.size();
   };
   const auto count_and_release = [&]() -> Task<std::size_t> {

@@ -20,10 +20,12 @@ TEST_F(Served, StatusShowsVersionAndRun) {
     handler.state.run.emplace();
     handler.state.run->run = 4;
     handler.state.run->prompt = "place 50 g";
+    handler.state.run->simulated = true;
   });
   EXPECT_EQ(cli.run({"status"}), 0) << cli.err.str();
-  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("lcrigd 9.9"), HasSubstr("run 4"),
-                                   HasSubstr("waits for: place 50 g")));
+  EXPECT_THAT(cli.out.str(),
+              AllOf(HasSubstr("lcrigd 9.9"), HasSubstr("run 4"),
+                    HasSubstr("preparing (simulated)\n"), HasSubstr("waits for: place 50 g")));
   EXPECT_EQ(cli.run({"status", "--json"}), 0);
   EXPECT_EQ(nlohmann::json::parse(cli.out.str())["run"]["run"], 4);
 }
