@@ -111,9 +111,9 @@ Task<> query_all(ScpiLink& link, Clock& clock, int count, std::vector<double>& o
 std::vector<double> driver_stack(const std::string& path, int count) {
   asio::io_context io(1);
   RealClock clock;
-  auto port = open_pty(io.get_executor(), clock, path);
+  auto port = open_pty(path);
   if (!port) throw std::runtime_error(port.error().what);
-  ScpiLink link(std::move(*port), clock);
+  ScpiLink link(std::move(*port).to_transport(io.get_executor(), clock), clock);
   std::vector<double> out;
   asio::co_spawn(io, query_all(link, clock, count, out), [](std::exception_ptr e) {
     if (e) std::rethrow_exception(e);

@@ -3,14 +3,14 @@
 
 #include <spdlog/spdlog.h>
 #include <boost/asio/co_spawn.hpp>
-#include <cmath>
 #include <exception>
 #include <utility>
 
+#include "base/aside.hpp"
 #include "base/text.hpp"
-#include "daemon/aside.hpp"
 #include "daemon/continuation.hpp"
 #include "daemon/rig/sim.hpp"
+#include "daemon/run_words.hpp"
 #include "events/event_words.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
@@ -27,21 +27,6 @@ constexpr Duration kStatusInterval = 100ms;
 constexpr Duration kTolerableLag = 200ms;
 constexpr Duration kWorldPatience = 3s;  // many bonded layers take minutes
 constexpr Duration kStopExtension = 30s;
-
-// "run 3 static-frame on paper-1: running, level, 34 %, 8 min left"
-std::string service_line(const RunStatus& s) {
-  const double all_s = s.elapsed_s + s.left_s;
-  const double done = all_s > 0 ? 100 * s.elapsed_s / all_s : 0;
-  const auto line =
-      fmt::format("run {} {} on {}: {}, {}, {:.0f} %, {:.0f} min left", s.run, s.protocol,
-                  s.specimen, to_string(s.state), s.step_id, done, std::ceil(s.left_s / 60));
-  return s.prompt.empty() ? line : line + "; waits for: " + s.prompt;
-}
-
-// Of a run that ended: where it stands in the journal it cannot be changed with the database.
-std::string anchor_words(const std::string& anchor) {
-  return anchor.empty() ? "" : " (anchor " + anchor + ")";
-}
 
 // What of a run belongs into the journal beside its begin, its end, and instruments that were lost
 // (protocols/run/losses.cpp).
@@ -60,14 +45,15 @@ App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
       sync_each_commit_(parts.sync_each_commit),
       control_options_(std::move(parts.control)),
       vfs_(std::move(parts.vfs)),
+      known_(clock),
       rig_(std::move(parts.rig)),
       changed_(clock) {
   if (rig_) return;
   const auto executor = io.get_executor();
   if (config_.bench) {
-    rig_ = std::make_unique<SimulatedRig>(executor, clock, *config_.bench, person_);
+    rig_ = std::make_unique<SimulatedRig>(executor, clock, *config_.bench, known_, person_);
   } else {
-    auto real = std::make_unique<RealRig>(executor, clock, config_, person_);
+    auto real = std::make_unique<RealRig>(executor, clock, config_, known_, person_);
     real_ = real.get();
     rig_ = std::move(real);
   }
@@ -100,6 +86,7 @@ Result<> App::start() {
   if (real_ != nullptr) {
     enter(Use::asking);  // no run before the frame was made safe
     spawn(probe());
+    spawn(watch_ports());
   }
   spawn(heartbeat());
   notifier_.ready();
@@ -182,7 +169,6 @@ bool App::is_working() {
 // What `systemctl status` shows; and a stop may take as long as `finally` does, while all parts
 // move.
 void App::tell_service(bool working) {
-  if (real_ != nullptr && live_run() == nullptr && real_->watch_ports()) changed_.notify_all();
   if (live_run() != nullptr) notifier_.status(service_line(session_->status()));
   if (shutting_down_ && session_ && working) notifier_.extend_timeout(kStopExtension);
 }
@@ -242,7 +228,12 @@ bool App::left_commanding(std::int64_t run) const {
 // whenever nothing runs. The frame is not asked: it belongs to whoever works with it.
 Task<> App::probe() {
   const auto is_idle = [this] { return use_ == Use::idle || shutting_down_; };
-  const auto is_due = [this] { return shutting_down_ || !real_->is_meter_known(); };
+  bool ready = false;
+  // Also when somebody else found it not ready any more.
+  const auto is_due = [this, &ready] {
+    return shutting_down_ || !known_.is_known(Instrument::lcr) ||
+           (ready && !known_.is_ready(Instrument::lcr));
+  };
   while (!shutting_down_) {
     enter(Use::asking);
     if (frame_to_make_safe_) {
@@ -256,10 +247,24 @@ Task<> App::probe() {
     }
     co_await real_->ask_meter();
     enter(Use::idle);
-    const bool ready = real_->is_meter_ready() && !frame_to_make_safe_;
+    ready = known_.is_ready(Instrument::lcr) && !frame_to_make_safe_;
     const MonoTime next = clock_.now() + (ready ? 60s : 10s);
     co_await changed_.wait(is_due, next);
     co_await changed_.wait(is_idle);
+  }
+}
+
+// Not in a run, which notices by itself. A look that never ends keeps neither the watchdog from
+// being fed nor the daemon from ending.
+Task<> App::watch_ports() {
+  const auto is_over = [this] { return shutting_down_; };
+  while (!shutting_down_) {
+    if (live_run() == nullptr) {
+      const bool changed = co_await real_->watch_ports();
+      if (changed) changed_.notify_all();
+    }
+    const MonoTime next = clock_.now() + 1s;
+    co_await changed_.wait(is_over, next);
   }
 }
 
@@ -309,6 +314,7 @@ Task<> App::run_to_its_end() {
   ended.exit_status = result.exit_status;
   ended.reason = result.reason;
   ended.code = result.code;
+  ended.simulated = last.simulated;
   ended.lcr_readings = last.lcr_readings;
   ended.measure_readings = last.measure_readings;
   ended.frame_samples = last.frame_samples;
@@ -321,8 +327,7 @@ Task<> App::run_to_its_end() {
   enter(Use::idle);
   if (control_) control_->publish_run_ended(ended);
   notifier_.status("idle");
-  spdlog::info("run {} ended: {} {}{}", ended.run, to_string(ended.exit_status),
-               printable(ended.reason), anchor_words(ended.anchor));
+  spdlog::info("{}", ended_line(ended));
 }
 
 DaemonStatus App::status() const {
@@ -332,12 +337,9 @@ DaemonStatus App::status() const {
   if (live_run() != nullptr) s.run = session_->status();
   s.last_run = last_run_;
   s.resumable = resumable_;
-  s.instruments = rig_->states();
-  if (!s.run) return s;
-  for (InstrumentState& i : s.instruments) {
-    i.state = fmt::format("in use by run {}", s.run->run);
-    i.age_s.reset();
-  }
+  std::optional<std::int64_t> run;
+  if (s.run) run = s.run->run;
+  s.instruments = known_.states(run);
   return s;
 }
 
@@ -358,6 +360,8 @@ Task<bool> App::shut_down(std::string why) {
   const auto over = [this] { return session_ == nullptr; };
   co_await changed_.wait(over);
   if (control_) co_await control_->close(1s);
+  // Waits for the last commit, on this thread: nobody is left whom it could hold up, and what the
+  // recorder tells it tells here.
   recorder_.reset();
   co_return !rig_->is_reckoning();
 }

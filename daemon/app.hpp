@@ -16,6 +16,7 @@
 #include "daemon/control/server.hpp"
 #include "daemon/liveness.hpp"
 #include "daemon/record/recorder.hpp"
+#include "daemon/rig/known.hpp"
 #include "daemon/rig/operator.hpp"
 #include "daemon/rig/real.hpp"
 #include "daemon/service.hpp"
@@ -85,13 +86,17 @@ class App final : public ControlHandler {
 
   Task<Result<>> claim(Use use);
   Task<Result<RunStarted>> continue_run(std::int64_t run, bool confirmed, PeerCredentials peer);
+  Task<Result<RunStarted>> begin_run(RunRequest request, PeerCredentials& peer);
+  Task<Result<RunStarted>> begin_continuation(std::int64_t run, bool confirmed,
+                                              PeerCredentials& peer);
+  Task<> tell_refusal(std::string wanted, PeerCredentials peer, Error error);
   Task<Result<RunStarted>> start_claimed(Result<PreparedRun> prepared);
   Task<Result<RunStarted>> open_run(PreparedRun prepared);
   Task<Result<PreparedRun>> read_request(RunRequest request);
   Task<Result<Plan>> preview(RunRequest request);
   Result<> not_stopped() const;
   Result<> find_texts(RunRequest& wanted) const;
-  Task<Result<>> make_session(PreparedRun prepared);
+  Task<Result<>> make_session(PreparedRun prepared, LearnedBy why);
   Task<> run_to_its_end();
   Task<Result<StopAnswer>> stop_run(Interrupt kind, std::string why, PeerCredentials peer);
   StopAnswer stop_start(Interrupt kind, std::string why);
@@ -104,6 +109,7 @@ class App final : public ControlHandler {
   void tell_lag(Duration late);
   void tell_service(bool working);
   Task<> probe();
+  Task<> watch_ports();
   std::string stored_anchor(std::int64_t run) const;  // empty: there is none
   bool left_commanding(std::int64_t run) const;
   Task<> note_runs(std::vector<std::int64_t> runs, std::string text);
@@ -119,6 +125,7 @@ class App final : public ControlHandler {
   bool sync_each_commit_;
   ControlOptions control_options_;
   std::string vfs_;
+  KnownRig known_;
   RealRig* real_ = nullptr;  // `rig_`, when it is one
   std::unique_ptr<InstrumentFactory> rig_;
   std::unique_ptr<Recorder> recorder_;

@@ -4,11 +4,12 @@
 
 #include <utility>
 
+#include "base/aside.hpp"
 #include "base/text.hpp"
 #include "daemon/app.hpp"
-#include "daemon/aside.hpp"
 #include "daemon/continuation.hpp"
 #include "daemon/control/audit.hpp"
+#include "daemon/run_words.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
@@ -24,6 +25,7 @@ namespace {
 // for one that stands in a file.
 constexpr Duration kNamePatience = 2s;
 constexpr Duration kNamePatienceOfStops = 20ms;
+constexpr std::size_t kLongestReason = 500;  // characters in the journal
 
 std::string for_whom(const std::string& operator_name) {
   return operator_name.empty() ? "" : ", for " + printable(operator_name);
@@ -54,7 +56,21 @@ Task<Result<>> App::claim(Use use) {
   co_return Result<>();
 }
 
+// One line in the journal: who wanted what, and why not.
+Task<> App::tell_refusal(std::string wanted, PeerCredentials peer, Error error) {
+  peer.user = co_await user_name(peer, kNamePatienceOfStops);
+  spdlog::warn("no run begins: {} asked for {}: {}", peer_words(peer), printable(wanted),
+               printable(error.what, kLongestReason));
+}
+
 Task<Result<RunStarted>> App::start_run(RunRequest request, PeerCredentials peer) {
+  auto wanted = fmt::format("{} on {}", request.protocol_name, request.specimen_name);
+  auto started = co_await begin_run(std::move(request), peer);
+  if (!started) co_await tell_refusal(std::move(wanted), std::move(peer), started.error());
+  co_return started;
+}
+
+Task<Result<RunStarted>> App::begin_run(RunRequest request, PeerCredentials& peer) {
   auto claimed = co_await claim(Use::starting);
   if (!claimed) co_return fail(claimed.error());
   peer.user = co_await user_name(peer, kNamePatience);
@@ -117,7 +133,7 @@ Task<Result<Plan>> App::plan_run(RunRequest request, PeerCredentials /*peer*/) {
 Task<Result<Plan>> App::preview(RunRequest request) {
   auto prepared = co_await read_request(std::move(request));
   if (!prepared) co_return fail(prepared.error());
-  auto made = co_await make_session(std::move(*prepared));
+  auto made = co_await make_session(std::move(*prepared), LearnedBy::plan);
   if (!made) co_return fail(made.error());
   auto plan = co_await session_->preview();
   co_await session_->close();
@@ -127,16 +143,14 @@ Task<Result<Plan>> App::preview(RunRequest request) {
 Task<Result<>> App::ask_instruments(PeerCredentials /*peer*/) {
   auto claimed = co_await claim(Use::asking);
   if (!claimed) co_return claimed;
-  if (real_ != nullptr) {
-    co_await real_->ask_frame();
-    co_await real_->ask_meter();
-  }
+  co_await rig_->ask();
   enter(Use::idle);
   co_return Result<>();
 }
 
-Task<Result<>> App::make_session(PreparedRun prepared) {
-  const InstrumentsRequest wanted = instruments_for(prepared);
+Task<Result<>> App::make_session(PreparedRun prepared, LearnedBy why) {
+  InstrumentsRequest wanted = instruments_for(prepared);
+  wanted.why = why;
   auto instruments = co_await rig_->open(wanted);
   if (!instruments) co_return fail(instruments.error());
   if (auto going = not_stopped(); !going) {
@@ -145,13 +159,14 @@ Task<Result<>> App::make_session(PreparedRun prepared) {
   }
   session_ = std::make_unique<Session>(io_.get_executor(), clock_, *recorder_,
                                        std::move(*instruments), std::move(prepared));
+  session_->report_to(known_, why);
   changed_.notify_all();
   co_return Result<>();
 }
 
 // Nothing moves when it fails.
 Task<Result<RunStarted>> App::open_run(PreparedRun prepared) {
-  auto made = co_await make_session(std::move(prepared));
+  auto made = co_await make_session(std::move(prepared), LearnedBy::start);
   if (!made) co_return fail(made.error());
   session_->on_events([this](const std::vector<RunEvent>& events) {
     for (const RunEvent& event : events) publish_event(event);
@@ -167,8 +182,9 @@ Task<Result<RunStarted>> App::open_run(PreparedRun prepared) {
   if (stop_of_start_) session_->run()->interrupt(*stop_of_start_);
   resumable_.clear();  // the rig is not as they left it any more
   const RunProgress begun = session_->run()->progress();
-  spdlog::info("run {} begins: {} on {}{}", *run, printable(begun.protocol),
-               printable(begun.specimen), for_whom(session_->operator_name()));
+  spdlog::info("{} begins: {} on {}{}", run_words(session_->simulated(), *run),
+               printable(begun.protocol), printable(begun.specimen),
+               for_whom(session_->operator_name()));
   spawn(run_to_its_end());
   RunStarted started;
   started.run = *run;
@@ -234,6 +250,14 @@ Task<Result<RunStarted>> App::resume(std::optional<std::int64_t> run, bool confi
 }
 
 Task<Result<RunStarted>> App::continue_run(std::int64_t run, bool confirmed, PeerCredentials peer) {
+  auto started = co_await begin_continuation(run, confirmed, peer);
+  auto wanted = fmt::format("the continuation of run {}", run);
+  if (!started) co_await tell_refusal(std::move(wanted), std::move(peer), started.error());
+  co_return started;
+}
+
+Task<Result<RunStarted>> App::begin_continuation(std::int64_t run, bool confirmed,
+                                                 PeerCredentials& peer) {
   auto claimed = co_await claim(Use::starting);
   if (!claimed) co_return fail(claimed.error());
   peer.user = co_await user_name(peer, kNamePatience);

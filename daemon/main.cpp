@@ -60,8 +60,8 @@ Result<Config> effective_config(const Options& options) {
 
 // A signal aborts the run (`finally` runs) and ends the daemon. A second one changes nothing:
 // systemd's TimeoutStopSec is what ends a daemon that hangs.
-Task<> end_on_signal(asio::io_context& io, App& app, std::optional<LogThread>& log) {
-  asio::signal_set signals(io, SIGTERM, SIGINT);
+Task<> end_on_signal(asio::io_context& io, asio::signal_set& signals, App& app,
+                     std::optional<LogThread>& log) {
   const int number = co_await signals.async_wait(asio::use_awaitable);
   spdlog::info("signal {}: stopping", number);
   const std::string why = number == SIGTERM ? "SIGTERM" : "SIGINT";
@@ -88,6 +88,8 @@ int serve(const Config& config) {
   }
   std::optional<LogThread> log(std::in_place);
   asio::io_context io(1);
+  // Before a database is open: from here on a signal waits for the loop instead of killing.
+  asio::signal_set signals(io, SIGTERM, SIGINT);
   RealClock clock;
   AppParts parts;
   parts.notifier = ServiceNotifier::from_environment();
@@ -98,7 +100,7 @@ int serve(const Config& config) {
     spdlog::error("{}", started.error().what);
     return started.error().code == Errc::busy ? 1 : 2;
   }
-  asio::co_spawn(io, end_on_signal(io, app, log), [](std::exception_ptr bug) {
+  asio::co_spawn(io, end_on_signal(io, signals, app, log), [](std::exception_ptr bug) {
     if (bug) std::rethrow_exception(bug);
   });
   try {

@@ -32,7 +32,7 @@ class ReadyRig final : public InstrumentFactory {
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest /*request*/) override {
     co_return std::move(instruments_);
   }
-  std::vector<InstrumentState> states() const override { return {}; }
+  Task<> ask() override { co_return; }
 
  private:
   std::unique_ptr<Instruments> instruments_;

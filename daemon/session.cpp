@@ -1,21 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/session.hpp"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <variant>
 
-#include "base/decimal.hpp"
+#include "base/aside.hpp"
 #include "base/text.hpp"
-#include "base/units.hpp"
-#include "daemon/aside.hpp"
+#include "daemon/run_row.hpp"
 #include "model/specimen_file.hpp"
 #include "model/specimen_stiffness.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
 #include "protocols/plan/rig_forecast.hpp"
-#include "protocols/watch/rest.hpp"
 
 namespace lcrig {
 
@@ -23,42 +20,6 @@ using nlohmann::json;
 using namespace std::chrono_literals;
 
 namespace {
-
-std::string capabilities_json(const FrameCapabilities& c) {
-  const json out{{"motion", c.motion},
-                 {"force_hold", c.force_hold},
-                 {"device_stop", c.device_stop},
-                 {"weights", c.weights},
-                 {"force_max_N", c.force_max.si()},
-                 {"speed_max_m_s", c.speed_max.si()},
-                 {"travel_min_m", c.travel_min.si()},
-                 {"travel_max_m", c.travel_max.si()},
-                 {"reaction_s", to_seconds(c.reaction)},
-                 {"deceleration_m_s2", c.deceleration.si()}};
-  return out.dump();
-}
-
-std::string limits_json(const BoundLimits& l) {
-  json out{{"force_min_N", l.force_min_N}, {"force_max_N", l.force_max_N}};
-  if (l.travel_min_m) out["travel_min_m"] = *l.travel_min_m;
-  if (l.travel_max_m) out["travel_max_m"] = *l.travel_max_m;
-  if (l.speed_max_m_s) out["speed_max_m_s"] = *l.speed_max_m_s;
-  if (l.gap_min_m) out["gap_min_m"] = *l.gap_min_m;
-  if (l.gap_max_m) out["gap_max_m"] = *l.gap_max_m;
-  return out.dump();
-}
-
-// Parameters as they were bound, in the unit that the name ends in.
-std::string parameters_json(const Environment& environment) {
-  json out = json::object();
-  for (const auto& [name, value] : environment.values()) {
-    const double to_si = split_key(name).to_si();
-    const double power = std::log10(to_si);
-    const bool decimal = power == std::round(power);
-    out[name] = decimal ? shift_decimal(value, -static_cast<int>(power)) : value / to_si;
-  }
-  return out.dump();
-}
 
 // The parsers limit the files; these come with them.
 Result<> check_words(const RunRequest& request) {
@@ -81,20 +42,6 @@ PlannedTimes planned_times(const Plan& plan) {
   }
   return out;
 }
-
-// Remembers what a frame shows that is only looked at.
-struct Looker final : LoadFrame::Listener {
-  explicit Looker(LoadFrame& f) : frame(f) { frame.set_listener(this); }
-  ~Looker() override { frame.set_listener(nullptr); }
-  Looker(const Looker&) = delete;
-  Looker& operator=(const Looker&) = delete;
-  void on_samples(std::span<const FrameSample> samples) override { rest.add(samples); }
-  void on_frame_event(EventName, std::string) override {}
-  void on_frame_lost(Error error) override { lost = std::move(error); }
-  LoadFrame& frame;
-  Rest rest;
-  std::optional<Error> lost;
-};
 
 }  // namespace
 
@@ -157,56 +104,6 @@ Session::Session(asio::any_io_executor executor, Clock& clock, Recorder& recorde
       prepared_(std::move(prepared)),
       commands_(commands_frame(prepared_.protocol) || prepared_.places_weights) {}
 
-// A frame that cannot be observed is commanded at once, if it is to be commanded at all.
-Task<Result<>> Session::identify() {
-  auto meter = co_await instruments_->meter().identify();
-  if (!meter) co_return fail(meter.error());
-  meter_identity_ = std::move(*meter);
-  LoadFrame& frame = instruments_->frame();
-  // 0: not known before it said who it is. What the protocol wants instead is the plan's to refuse.
-  const double most_Hz = frame.capabilities().sample_rate_max_Hz;
-  const double wanted_Hz = prepared_.protocol.sample.frame_rate_Hz;
-  const double rate_Hz = most_Hz > 0 ? std::min(wanted_Hz, most_Hz) : wanted_Hz;
-  auto seen = co_await frame.observe(rate_Hz);
-  if (!seen && seen.error().code == Errc::unsupported && commands_) {
-    seen = co_await frame.identify();
-    commanded_ = true;
-    if (seen) {
-      auto rate = co_await frame.set_sample_rate(std::min(prepared_.protocol.sample.frame_rate_Hz,
-                                                          frame.capabilities().sample_rate_max_Hz));
-      if (!rate) co_return fail(rate.error());
-    }
-  }
-  if (!seen && seen.error().code == Errc::unsupported) {
-    co_return fail(Errc::unsupported, "{}; no change of the protocol can help", seen.error().what);
-  }
-  if (!seen) co_return fail(seen.error());
-  frame_identity_ = std::move(*seen);
-  co_return Result<>();
-}
-
-// Where the frame stands, and how much its force scatters there: the plan reckons with both.
-Task<Result<>> Session::look() {
-  rig_ = describe_rig(*instruments_);
-  const FrameCapabilities& caps = rig_.frame;
-  if (!caps.motion || !commands_) co_return Result<>();
-  Looker looker(instruments_->frame());
-  const MonoTime begin = clock_.now();
-  const auto enough = [&] {
-    const Duration seen = clock_.now() - begin;
-    return seen >= 2s || (seen >= 500ms && looker.rest.forces() >= 10);
-  };
-  while (!enough() && !looker.lost) co_await clock_.wait_for(50ms);
-  if (looker.lost) co_return fail(*looker.lost);
-  if (const auto travel = looker.rest.travel_m()) rig_.start_travel = Length::from_si(*travel);
-  if (looker.rest.forces() > 1) {
-    rig_.force_noise_N = looker.rest.scatter_N();
-    rig_.force_scatter = ForceScatter(looker.rest);
-    rig_.rest_force_N = looker.rest.force_N();
-  }
-  co_return Result<>();
-}
-
 // A bench has its own model of the specimen; for a real rig the file of the specimen is all there
 // is.
 void Session::add_specimen(Rig& rig) const {
@@ -243,17 +140,6 @@ Task<Result<>> Session::check_at_contact(double start_travel_m, double contact_t
   co_return co_await run_aside(executor_, clock_, job);
 }
 
-Task<Result<>> Session::take_command() {
-  if (!commands_ || commanded_) co_return Result<>();
-  const FrameCapabilities before = instruments_->frame().capabilities();
-  auto identity = co_await instruments_->frame().identify();
-  if (!identity) co_return fail(identity.error());
-  if (instruments_->frame().capabilities() != before) {
-    co_return fail(Errc::refused, "the frame's capabilities changed while the run was planned");
-  }
-  co_return Result<>();
-}
-
 Task<Result<Plan>> Session::preview() {
   auto done = co_await identify();
   if (done) done = co_await look();
@@ -262,34 +148,23 @@ Task<Result<Plan>> Session::preview() {
   co_return plan_;
 }
 
+bool Session::simulated() const {
+  return instruments_->info().simulated || frame_identity_.simulated || meter_identity_.simulated;
+}
+
 RunRow Session::make_row() const {
-  const InstrumentsInfo& info = instruments_->info();
-  const RunRequest& request = prepared_.request;
-  RunRow row;
-  row.protocol_name = prepared_.protocol.name;
-  row.protocol_text = request.protocol_text;
-  row.parameters_json = parameters_json(prepared_.environment);
-  row.specimen_name = request.specimen_name;
-  row.specimen_text = request.specimen_text;
-  row.probe_diameter_m = info.fixture.probe_diameter_m;
-  row.lcr_identity = meter_identity_.text;
-  row.frame_identity = frame_identity_.text;
   const Duration conversion = instruments_->meter().capabilities().conversion_time(settings_);
-  row.lcr_settings_json = to_json(settings_event(settings_, conversion));
-  row.frame_capabilities_json = capabilities_json(instruments_->frame().capabilities());
-  row.frame_limits_json = limits_json(plan_.limits);
-  row.bench_name = info.bench_name;
-  row.bench_text = info.bench_text;
-  row.simulated = info.simulated || frame_identity_.simulated || meter_identity_.simulated;
-  row.seed = info.seed;
-  row.model_level = info.model_level;
-  row.model_error_json = info.model_json;
-  row.operator_name = request.operator_name;
-  row.note = request.note;
-  row.started_unix_ns = clock_.unix_ns();
-  row.started = clock_.now();
-  row.boot_id = read_boot_id();
-  return row;
+  const RunFacts facts{.request = prepared_.request,
+                       .protocol = prepared_.protocol,
+                       .environment = prepared_.environment,
+                       .info = instruments_->info(),
+                       .meter = meter_identity_,
+                       .frame = frame_identity_,
+                       .simulated = simulated(),
+                       .abilities = instruments_->frame().capabilities(),
+                       .limits = plan_.limits,
+                       .settings = settings_event(settings_, conversion)};
+  return make_run_row(facts, clock_);
 }
 
 // Nothing is shown before it is stored.
@@ -298,6 +173,8 @@ void Session::acknowledge(const Committed& c) {
   s.lcr_readings += static_cast<std::int64_t>(c.readings);
   s.measure_readings += static_cast<std::int64_t>(c.measure_readings);
   s.frame_samples += static_cast<std::int64_t>(c.samples);
+  if (known_ != nullptr && c.readings > 0) known_->heard(Instrument::lcr);
+  if (known_ != nullptr && c.samples > 0) known_->heard(Instrument::frame);
   if (c.last_reading) {
     s.capacitance_F = c.last_reading->primary;
     s.secondary = c.last_reading->secondary;
@@ -332,7 +209,10 @@ Task<Result<std::int64_t>> Session::open() {
   if (going) going = co_await take_command();
   if (!going) co_return fail(going.error());
   auto configured = co_await instruments_->meter().configure(plan_.lcr);
-  if (!configured) co_return fail(configured.error());
+  if (!configured) {
+    learn(Instrument::lcr, fail(configured.error()));
+    co_return fail(configured.error());
+  }
   settings_ = std::move(*configured);
   if (goes_on_) going = goes_on_();
   if (!going) co_return fail(going.error());
@@ -344,6 +224,7 @@ Task<Result<std::int64_t>> Session::open() {
   recorder_.on_fault(
       [this](const Error& e) { run_->interrupt(InterruptRequest(Interrupt::fault, e)); });
   instruments_->begin_run(recorder_);
+  learn_of_run(*number);
   co_return *number;
 }
 
@@ -375,6 +256,7 @@ RunSetup Session::make_setup(std::int64_t run) {
     instruments_->enter_step(progress);
     if (on_step_) on_step_(progress);
   };
+  setup.on_loss = [this](Instrument which, const Error* lost) { on_loss(which, lost); };
   setup.on_stop = on_stop_;
   return setup;
 }
@@ -392,6 +274,9 @@ void Session::note_extrapolation(double peak_N) {
 
 Task<RunResult> Session::execute() {
   RunResult result = co_await run_->execute();
+  if (result.code == Errc::frame_fault || result.code == Errc::not_standing) {
+    learn(Instrument::frame, fail(*result.code, "{}", result.reason));
+  }
   note_extrapolation(result.peak_force_N);
   std::string reason = result.reason;
   auto closed = co_await recorder_.end_run(result.exit_status, std::move(reason));
@@ -416,6 +301,7 @@ Task<> Session::close() {
 
 RunStatus Session::status() const {
   RunStatus s(run_ ? run_->progress() : RunProgress(), acknowledged_);
+  s.simulated = simulated();
   s.prompt = instruments_->person().prompt();
   const auto contact = run_ ? run_->contact_travel_m() : std::nullopt;
   if (contact && s.travel_m) s.gap_m = *contact - *s.travel_m;

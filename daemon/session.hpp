@@ -54,6 +54,10 @@ class Session {
   Task<RunResult> execute();
   Task<> close();
 
+  // What it learns of the instruments, and what for they are asked. Before `preview` and `open`;
+  // `known` outlives this.
+  void report_to(KnownRig& known, LearnedBy why);
+
   Instruments& instruments() { return *instruments_; }
   Run* run() { return run_.get(); }  // nullptr before `open` succeeded
   const Run* run() const { return run_.get(); }
@@ -63,6 +67,7 @@ class Session {
   RunStatus status() const;
   // After `execute`: of the chain of the closed run, as text; empty when it could not be closed.
   const std::string& anchor() const { return anchor_; }
+  bool simulated() const;  // an instrument of it is; after `preview` or `open`
   const std::string& operator_name() const { return prepared_.request.operator_name; }
   // Called when a step begins. Before `open`.
   void on_step(std::function<void(const RunProgress&)> callback) { on_step_ = std::move(callback); }
@@ -80,6 +85,9 @@ class Session {
   Task<Result<>> look();
   Task<Result<>> plan();
   Task<Result<>> take_command();
+  void learn(Instrument which, const Result<Identity>& answer);
+  void learn_of_run(std::int64_t run);
+  void on_loss(Instrument which, const Error* lost);
   Result<> compare_origin() const;
   Task<Result<>> check_at_contact(double start_travel_m, double contact_travel_m);
   void add_specimen(Rig& rig) const;
@@ -93,6 +101,8 @@ class Session {
   Recorder& recorder_;
   std::unique_ptr<Instruments> instruments_;
   PreparedRun prepared_;
+  KnownRig* known_ = nullptr;  // nullptr: nobody wants to know
+  Learned learned_;
   Identity meter_identity_, frame_identity_;
   bool commands_ = true;  // the protocol asks something of the frame
   bool commanded_ = false;  // the frame was told so

@@ -3,6 +3,7 @@
 
 #include <boost/asio/this_coro.hpp>
 
+#include "base/aside.hpp"
 #include "drivers/port_url.hpp"
 #include "drivers/tcp_transport.hpp"
 
@@ -21,10 +22,15 @@ Task<Result<std::unique_ptr<Transport>>> open_port(std::string url, SerialSettin
     co_return co_await open_tcp(parsed->host, parsed->tcp_port, clock, deadline);
   }
   const auto executor = co_await asio::this_coro::executor;
-  if (parsed->kind == PortKind::pty || (parsed->kind == PortKind::path && is_pty(parsed->path))) {
-    co_return open_pty(executor, clock, parsed->path);
-  }
-  co_return open_serial(executor, clock, *parsed, settings);
+  const auto open = [wanted = *parsed, settings] {
+    const bool pty = wanted.kind == PortKind::pty;
+    if (pty || (wanted.kind == PortKind::path && is_pty(wanted.path))) return open_pty(wanted.path);
+    return open_serial(wanted, settings);
+  };
+  auto opened = co_await run_abandonable(executor, clock, open);
+  if (!opened) co_return fail(Errc::aborted, "{}: nobody waits for the port any more", url);
+  if (!*opened) co_return fail(opened->error());
+  co_return std::move(**opened).to_transport(executor, clock);
 }
 
 bool is_port_there(const std::string& url) {

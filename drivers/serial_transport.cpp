@@ -144,8 +144,17 @@ bool is_pty(const std::string& path) {
   return resolved(path).starts_with("/dev/pts/");
 }
 
-Result<std::unique_ptr<Transport>> open_serial(asio::any_io_executor executor, Clock& clock,
-                                               const PortUrl& url, const SerialSettings& settings) {
+// A port is closed on the thread of the instruments, although a line that takes no bytes may hold
+// the call. Beside it the port would be busy for whoever opens it next, and a STOP that is on its
+// way would no longer be sent before whoever makes the frame safe goes on.
+std::unique_ptr<Transport> OpenedPort::to_transport(asio::any_io_executor executor,
+                                                    Clock& clock) && {
+  const int fd = std::exchange(fd_, -1);
+  return std::make_unique<FdTransport>(std::move(executor), clock, fd, std::move(name_),
+                                       std::move(closer_));
+}
+
+Result<OpenedPort> open_serial(const PortUrl& url, const SerialSettings& settings) {
   const std::string name = name_of(url);
   auto found = url.kind == PortKind::usb ? find_by_usb(name, url) : find_by_path(name, url.path);
   if (!found) return fail(found.error());
@@ -165,15 +174,14 @@ Result<std::unique_ptr<Transport>> open_serial(asio::any_io_executor executor, C
     return fail(claimed.error());
   }
   sp_port* raw = port.release();
-  return std::make_unique<FdTransport>(std::move(executor), clock, fd, name, [raw](int open_fd) {
+  return OpenedPort(fd, name, [raw](int open_fd) {
     ::ioctl(open_fd, TIOCNXCL);
     sp_close(raw);
     sp_free_port(raw);
   });
 }
 
-Result<std::unique_ptr<Transport>> open_pty(asio::any_io_executor executor, Clock& clock,
-                                            const std::string& path) {
+Result<OpenedPort> open_pty(const std::string& path) {
   const std::string name = "pty:" + path;
   const int fd = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd < 0) return open_failed(name, errno);
@@ -191,7 +199,7 @@ Result<std::unique_ptr<Transport>> open_pty(asio::any_io_executor executor, Cloc
     return fail(ready.error());
   }
   // A pty exists as long as its other side is open, so the exclusive mark must be removed.
-  return std::make_unique<FdTransport>(std::move(executor), clock, fd, name, [](int open_fd) {
+  return OpenedPort(fd, name, [](int open_fd) {
     ::ioctl(open_fd, TIOCNXCL);
     ::close(open_fd);
   });

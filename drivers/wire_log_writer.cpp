@@ -7,12 +7,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <condition_variable>
 #include <csignal>
-#include <cstring>
+#include <map>
 #include <mutex>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -24,16 +26,50 @@ using namespace std::chrono_literals;
 
 constexpr Duration kPatienceAtTheEnd = 2s;
 
-bool write_all(int fd, std::string_view text) {
+// 0, or the errno that ended it.
+int write_all(int fd, std::string_view text) {
   while (!text.empty()) {
     const ssize_t n = ::write(fd, text.data(), text.size());
-    if (n < 0 && errno != EINTR) return false;
+    if (n < 0 && errno != EINTR) return errno;
     if (n > 0) text.remove_prefix(static_cast<std::size_t>(n));
   }
-  return true;
+  return 0;
+}
+
+std::string_view what_to_do(int error) {
+  switch (error) {
+    case ENOENT:
+    case ENOTDIR: return "make the folder, or correct `wire_log_directory` in the config file";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "let the user of lcrigd write there (under systemd also ReadWritePaths=), or correct "
+             "`wire_log_directory` in the config file";
+    case ENOSPC:
+    case EDQUOT: return "make room on that disk";
+    default: return "look at that disk, or correct `wire_log_directory` in the config file";
+  }
 }
 
 }  // namespace
+
+// What of the logs went wrong and was told: the same is not told again with every port that is
+// opened. Of the writer's thread, but for `forget`.
+class WireLogWriter::Told {
+ public:
+  std::atomic<bool> forget = false;
+  void warn(const std::string& path, const std::string& whose, std::string_view what, int error) {
+    if (forget.exchange(false)) errors_.clear();
+    int& last = errors_[whose];
+    if (std::exchange(last, error) == error) return;
+    spdlog::warn("{}: the wire log cannot be {} ({}); {} goes on without a wire log: {}", path,
+                 what, std::generic_category().message(error), whose, what_to_do(error));
+  }
+  void works(const std::string& whose) { errors_.erase(whose); }
+
+ private:
+  std::map<std::string, int> errors_;  // of each instrument
+};
 
 // Of the writer's thread, but for the names.
 struct WireLogWriter::Log {
@@ -44,17 +80,16 @@ struct WireLogWriter::Log {
   Log(const Log&) = delete;
   Log& operator=(const Log&) = delete;
 
-  void open(Create create) {
+  void open(Create create, Told& told) {
     fd = create(path);
-    if (fd >= 0) return;
-    spdlog::warn("{}: the wire log cannot be created ({}); {} goes on without a wire log", path,
-                 std::strerror(errno), whose);
+    if (fd < 0) told.warn(path, whose, "created", errno);
   }
   // A full disk must not stop an experiment, so the log just ends with a warning.
-  void write(std::string_view text) {
-    if (fd < 0 || write_all(fd, text)) return;
-    spdlog::warn("{}: the wire log cannot be written any more ({}); it ends here", path,
-                 std::strerror(errno));
+  void write(std::string_view text, Told& told) {
+    if (fd < 0 || text.empty()) return;
+    const int error = write_all(fd, text);
+    if (error == 0) return told.works(whose);
+    told.warn(path, whose, "written any more", error);
     ::close(std::exchange(fd, -1));
   }
   void sync() const {
@@ -119,6 +154,7 @@ struct WireLogWriter::Queue {
   }
 
   const Options options;
+  Told told;
   std::mutex mutex;  // for all that follows; never held while the disk works
   std::condition_variable wake, idle;
   std::vector<Job> jobs;
@@ -153,6 +189,10 @@ std::unique_ptr<WireLogWriter::File> WireLogWriter::create(std::string path, std
   return std::make_unique<File>(queue_, std::move(log));
 }
 
+void WireLogWriter::remind() {
+  queue_->told.forget = true;
+}
+
 bool WireLogWriter::finish(Duration patience) {
   queue_->push(Job{Job::Kind::sync, nullptr, {}});
   std::unique_lock lock(queue_->mutex);
@@ -161,13 +201,12 @@ bool WireLogWriter::finish(Duration patience) {
 }
 
 // One job after the other; `open` are the logs that are.
-void WireLogWriter::perform(const Job& job, Create create,
-                            std::vector<std::shared_ptr<Log>>& open) {
+void WireLogWriter::perform(const Job& job, Queue& queue, std::vector<std::shared_ptr<Log>>& open) {
   if (job.kind == Job::Kind::open) {
-    job.log->open(create);
+    job.log->open(queue.options.create, queue.told);
     open.push_back(job.log);
   }
-  if (job.log) job.log->write(job.text);
+  if (job.log) job.log->write(job.text, queue.told);
   if (job.kind == Job::Kind::close) {
     job.log->sync();
     std::erase(open, job.log);
@@ -188,7 +227,7 @@ void WireLogWriter::work(const std::shared_ptr<Queue>& queue) {
   while (queue->take(jobs)) {
     std::size_t bytes = 0;
     for (const Job& job : jobs) {
-      perform(job, queue->options.create, open);
+      perform(job, *queue, open);
       bytes += job.text.size();
     }
     jobs.clear();

@@ -38,14 +38,19 @@ class WireLogWriter {
   // `whose` names the instrument in the warning when there will be no log.
   std::unique_ptr<File> create(std::string path, std::string whose);
 
+  // A run begins: what keeps a log from being written is told once more, even if it was told
+  // before.
+  void remind();
+
   // True: what was added until now is on the disk. False: it is not after this time.
   bool finish(Duration patience);
 
  private:
+  class Told;
   struct Log;
   struct Job;
   struct Queue;
-  static void perform(const Job& job, Create create, std::vector<std::shared_ptr<Log>>& open);
+  static void perform(const Job& job, Queue& queue, std::vector<std::shared_ptr<Log>>& open);
   static void work(const std::shared_ptr<Queue>& queue);
 
   std::shared_ptr<Queue> queue_;  // shared with the files and with a thread that hangs

@@ -61,14 +61,27 @@ std::string line_of(const json& message) {
   return message.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
-void read_state(ParamsReader& in, RunState& out) {
+// A member that is one of the words of an enumeration, whose last value is `last`.
+template <class Enum>
+void read_word(ParamsReader& in, const char* key, Enum last, Enum& out) {
   std::string word;
-  in.text("state", word, true);
-  for (int i = 0; i <= static_cast<int>(RunState::ended); ++i) {
-    out = static_cast<RunState>(i);
+  in.text(key, word, true);
+  for (int i = 0; i <= static_cast<int>(last); ++i) {
+    out = static_cast<Enum>(i);
     if (to_string(out) == word) return;
   }
-  in.fail_with(Error(Errc::garbled, fmt::format("{}: unknown state", in.pointer("state"))));
+  in.fail_with(Error(Errc::garbled, fmt::format("{}: unknown word", in.pointer(key))));
+}
+
+json to_json(const InstrumentState& i) {
+  json out{{"name", i.name},         {"port", i.port},
+           {"why", i.why},           {"state", to_string(i.condition)},
+           {"identity", i.identity}, {"simulated", i.simulated},
+           {"run", nullptr},         {"learned_by", to_string(i.learned_by)}};
+  if (i.run) out["run"] = *i.run;
+  out["age_s"] = optional_number(i.age_s, 0);
+  out["since_s"] = optional_number(i.since_s, 0);
+  return out;
 }
 
 Result<std::vector<InstrumentState>> parse_instruments(const json& list) {
@@ -79,9 +92,14 @@ Result<std::vector<InstrumentState>> parse_instruments(const json& list) {
     ParamsReader in(item, "/instruments/" + std::to_string(out.size()));
     in.text("name", state.name, true);
     in.text("port", state.port);
-    in.text("state", state.state);
+    read_word(in, "state", InstrumentCondition::fault, state.condition);
+    in.text("why", state.why);
     in.text("identity", state.identity);
+    in.boolean("simulated", state.simulated);
+    read_word(in, "learned_by", LearnedBy::port, state.learned_by);
+    if (in.member("run") != nullptr) in.integer("run", state.run.emplace());
     in.quantity("age_s", state.age_s, 0);
+    in.quantity("since_s", state.since_s, 0);
     if (auto done = in.finish(); !done) return fail(done.error());
     out.push_back(std::move(state));
   }
@@ -105,6 +123,17 @@ Result<std::vector<ResumableRun>> parse_resumable(const json& list) {
 
 }  // namespace
 
+std::string_view to_string(InstrumentCondition c) {
+  constexpr std::string_view kWords[] = {"unasked", "ready", "in_use", "absent", "fault"};
+  return kWords[static_cast<std::size_t>(c)];
+}
+
+std::string_view to_string(LearnedBy l) {
+  constexpr std::string_view kWords[] = {"nothing", "look",   "plan", "start",
+                                         "run",     "rescue", "port"};
+  return kWords[static_cast<std::size_t>(l)];
+}
+
 int rpc_code_of(Errc code) {
   return row_of(code).code;
 }
@@ -121,6 +150,7 @@ json to_json(const RunStatus& s) {
   return json{{"run", s.run},
               {"protocol", s.protocol},
               {"specimen", s.specimen},
+              {"simulated", s.simulated},
               {"state", to_string(s.state)},
               {"step", s.step_id},
               {"step_kind", s.step_kind},
@@ -147,7 +177,8 @@ Result<RunStatus> parse_run_status(const json& value) {
   in.integer("run", s.run, true);
   in.text("protocol", s.protocol);
   in.text("specimen", s.specimen);
-  read_state(in, s.state);
+  in.boolean("simulated", s.simulated);
+  read_word(in, "state", RunState::ended, s.state);
   in.text("step", s.step_id);
   in.text("step_kind", s.step_kind);
   in.text("prompt", s.prompt);
@@ -180,6 +211,7 @@ json to_json(const RunOutcome& e) {
               {"exit_status", to_string(e.exit_status)},
               {"code", std::move(code)},
               {"reason", e.reason},
+              {"simulated", e.simulated},
               {"lcr_readings", e.lcr_readings},
               {"measure_readings", e.measure_readings},
               {"frame_samples", e.frame_samples},
@@ -204,6 +236,7 @@ Result<RunOutcome> parse_run_outcome(const json& value) {
     if (!e.code) in.fail_with(Error(Errc::garbled, "/code: unknown code"));
   }
   in.text("reason", e.reason);
+  in.boolean("simulated", e.simulated);
   in.integer("lcr_readings", e.lcr_readings);
   in.integer("measure_readings", e.measure_readings);
   in.integer("frame_samples", e.frame_samples);
@@ -240,11 +273,7 @@ Result<RunEventNote> parse_run_event(const json& value) {
 
 json to_json(const DaemonStatus& s) {
   json instruments = json::array();
-  for (const auto& i : s.instruments) {
-    instruments.push_back(
-        json{{"name", i.name}, {"port", i.port}, {"state", i.state}, {"identity", i.identity}});
-    instruments.back()["age_s"] = optional_number(i.age_s, 0);
-  }
+  for (const auto& i : s.instruments) instruments.push_back(to_json(i));
   json out{{"version", s.version}, {"database", s.database}};
   out["instruments"] = std::move(instruments);
   out["run"] = s.run ? to_json(*s.run) : json(nullptr);

@@ -40,12 +40,34 @@ struct StopAnswer {
   std::string note;  // in words
 };
 
+// What is known of an instrument. `unasked`: nobody asked it since the daemon began, or since its
+// port came back.
+enum class InstrumentCondition { unasked, ready, in_use, absent, fault };
+std::string_view to_string(InstrumentCondition c);
+
+// How it is known.
+enum class LearnedBy {
+  nothing,  // it is not
+  look,  // somebody asked the instrument who it is, or the daemon did by itself
+  plan,  // asked for a plan of a run
+  start,  // asked for a run that did not begin
+  run,  // a run used it
+  rescue,  // the frame was stopped after a crash
+  port  // the node of its port went away
+};
+std::string_view to_string(LearnedBy l);
+
 struct InstrumentState {
   std::string name;  // "lcr", "frame"
   std::string port;
-  std::string state;  // "ready", "absent", "fault", ...
-  std::string identity;  // as the instrument sent it; empty while unknown
-  std::optional<double> age_s;  // since it was asked; none: it was not
+  InstrumentCondition condition = InstrumentCondition::unasked;
+  std::string why;  // it is unasked, absent or at fault; in words
+  std::string identity;  // as the instrument sent it last; empty while unknown
+  bool simulated = false;
+  LearnedBy learned_by = LearnedBy::nothing;
+  std::optional<std::int64_t> run;  // that it is in use by, or that it was learned by
+  std::optional<double> age_s;  // since it was asked, or sent data; none: it was not
+  std::optional<double> since_s;  // in this condition
 };
 
 // A run that a crash cut off and `run.resume` can continue.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/user_names.hpp"
 
+#include "base/aside.hpp"
+
 #include <fmt/format.h>
 #include <pwd.h>
 #include <spdlog/spdlog.h>
@@ -98,9 +100,8 @@ std::string UserNames::known(std::uint32_t uid) const {
 Task<std::string> UserNames::find(std::uint32_t uid, Duration patience) {
   look_up(uid);
   const Entry& entry = entries_[uid];
-  std::optional<VirtualClock::Hold> hold;  // a thread takes no virtual time
-  auto* virtual_clock = dynamic_cast<VirtualClock*>(&clock_);
-  if (virtual_clock != nullptr && entry.under_way) hold.emplace(*virtual_clock);
+  std::optional<StillTime> still;
+  if (entry.under_way) still.emplace(clock_);
   const MonoTime deadline = entry.begun + patience;
   const auto is_over = [&entry] { return entry.name || !entry.under_way; };
   co_await changed_.wait(is_over, deadline);

@@ -13,9 +13,9 @@
 
 #include "base/clock.hpp"
 #include "daemon/config.hpp"
-#include "daemon/control/messages.hpp"
 #include "daemon/rig/bench.hpp"
 #include "daemon/rig/bench_door.hpp"
+#include "daemon/rig/known.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
 #include "model/specimen.hpp"
@@ -61,6 +61,7 @@ struct InstrumentsRequest {
   const Specimen* specimen = nullptr;  // nullptr: not known (a replay)
   bool weights = false;  // a rod with weights instead of a frame
   double max_force_N = 1;  // of the table of a simulated specimen
+  LearnedBy why = LearnedBy::start;  // they are wanted: for what a port says to it
 };
 
 // App has one and asks it for the instruments of every run.
@@ -69,8 +70,8 @@ class InstrumentFactory {
   virtual ~InstrumentFactory() = default;
   // `request.specimen` outlives the task. Errors: what a port or a simulated specimen has to say.
   virtual Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) = 0;
-  // Of meter and frame, as `lcrig status` shows them.
-  virtual std::vector<InstrumentState> states() const = 0;
+  // Asks both who they are; nothing at the frame changes. What comes of it is known then.
+  virtual Task<> ask() = 0;
   // A thread reckons a simulated specimen, which may take minutes.
   virtual bool is_reckoning() const { return false; }
 };

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/rig/real.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <utility>
 
-#include "base/text.hpp"
+#include "base/aside.hpp"
 #include "drivers/dead_weight/driver.hpp"
 #include "drivers/port.hpp"
 #include "drivers/recording_transport.hpp"
@@ -46,23 +44,28 @@ Error as_rig_fault(Error error) {
   return error;
 }
 
-std::string absent(const Error& error) {
-  return "absent: " + error.what;
-}
-
 }  // namespace
 
 RealRig::RealRig(asio::any_io_executor executor, Clock& clock, const Config& config,
-                 Operator& person)
-    : executor_(std::move(executor)), clock_(clock), config_(config), person_(person) {
+                 KnownRig& known, Operator& person)
+    : executor_(std::move(executor)),
+      clock_(clock),
+      config_(config),
+      known_(known),
+      person_(person) {
   const bool weights = config.frame_driver == FrameDriver::dead_weight;
-  meter_.name = "lcr";
-  meter_.port = config.meter_port;
-  meter_.state = "unknown";
-  frame_.name = "frame";
-  frame_.port = weights ? "dead weights" : config.frame_port;
-  frame_.state = "not asked: an idle daemon leaves the frame alone";
+  known_.declare(Instrument::lcr, config.meter_port, "the daemon has just begun", false);
+  known_.declare(Instrument::frame, weights ? "dead weights" : config.frame_port,
+                 "an idle daemon leaves the frame alone", false);
   if (!config.wire_log_directory.empty()) wire_logs_.emplace();
+}
+
+void RealRig::learn(Instrument which, const Result<Identity>& answer, LearnedBy by) {
+  if (answer) {
+    known_.answered(which, *answer, Learned(by));
+  } else {
+    known_.failed(which, answer.error(), Learned(by));
+  }
 }
 
 bool RealRig::finish_wire_logs(Duration patience) {
@@ -116,100 +119,75 @@ Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_frame() {
   co_return frame;
 }
 
-Task<Result<std::unique_ptr<Instruments>>> RealRig::open(InstrumentsRequest /*request*/) {
+Task<Result<std::unique_ptr<Instruments>>> RealRig::open(InstrumentsRequest request) {
+  if (wire_logs_) wire_logs_->remind();
   auto first = co_await open_meter();
-  if (!first) co_return fail(first.error());
+  if (!first) {
+    known_.failed(Instrument::lcr, first.error(), Learned(request.why));
+    co_return fail(first.error());
+  }
   const auto again = [this] { return open_meter(); };
   auto meter = std::make_unique<ReopeningMeter>(std::move(*first), again);
   auto frame = co_await open_frame();
-  if (!frame) co_return fail(frame.error());
+  if (!frame) {
+    known_.failed(Instrument::frame, frame.error(), Learned(request.why));
+    co_return fail(frame.error());
+  }
   std::unique_ptr<Instruments> all =
       std::make_unique<RealInstruments>(config_, std::move(meter), std::move(*frame), person_);
   co_return all;
 }
 
-std::vector<InstrumentState> RealRig::states() const {
-  std::vector<InstrumentState> out;
-  for (const Known* known : {&meter_, &frame_}) {
-    InstrumentState state = *known;
-    if (known->asked) state.age_s = to_seconds(clock_.now() - *known->asked);
-    if (!known->there) state.state = "absent: its port is not there";
-    out.push_back(std::move(state));
-  }
-  return out;
+Task<bool> RealRig::watch_ports() {
+  const auto look = [lcr = known_.port(Instrument::lcr), frame = known_.port(Instrument::frame)] {
+    return std::pair(is_port_there(lcr), is_port_there(frame));
+  };
+  const auto there = co_await run_abandonable(executor_, clock_, look);
+  if (!there) co_return false;
+  const bool lcr = known_.set_port_there(Instrument::lcr, there->first);
+  const bool frame = known_.set_port_there(Instrument::frame, there->second);
+  co_return lcr || frame;
 }
 
-// The journal tells what changed.
-void RealRig::note(Known& which, std::string state, std::string identity) {
-  if (state != which.state) spdlog::info("{}: {}", which.name, printable(state));
-  which.state = std::move(state);
-  which.identity = std::move(identity);
-  which.asked = clock_.now();
-}
-
-bool RealRig::watch_ports() {
-  bool changed = false;
-  for (Known* known : {&meter_, &frame_}) {
-    const bool there = is_port_there(known->port);
-    if (there == known->there) continue;
-    known->there = there;
-    changed = true;
-    if (there) {
-      spdlog::info("{}: its port {} is there again", known->name, known->port);
-      known->state = "not asked since its port came back";
-      known->asked.reset();
-    } else {
-      spdlog::warn("{}: its port {} went away", known->name, known->port);
-    }
-  }
-  return changed;
+Task<> RealRig::ask() {
+  co_await ask_frame();
+  co_await ask_meter();
 }
 
 Task<> RealRig::ask_meter() {
-  is_ready_ = false;
   auto meter = co_await open_meter();
   if (!meter) {
-    note(meter_, absent(meter.error()), "");
+    known_.failed(Instrument::lcr, meter.error(), Learned(LearnedBy::look));
     co_return;
   }
   auto identity = co_await (*meter)->identify();
-  is_ready_ = identity.has_value();
-  note(meter_, identity ? "ready" : absent(identity.error()), identity ? identity->text : "");
+  learn(Instrument::lcr, identity, LearnedBy::look);
   (*meter)->close();
 }
 
 Task<> RealRig::ask_frame() {
   auto frame = co_await open_frame();
   if (!frame) {
-    note(frame_, absent(frame.error()), "");
+    known_.failed(Instrument::frame, frame.error(), Learned(LearnedBy::look));
     co_return;
   }
   auto identity = co_await (*frame)->observe(0);
-  if (identity) {
-    note(frame_, "ready", identity->text);
-  } else if (identity.error().code == Errc::unsupported) {
-    note(frame_, "cannot be asked without commanding it: " + identity.error().what, "");
-  } else {
-    note(frame_, absent(identity.error()), "");
-  }
+  learn(Instrument::frame, identity, LearnedBy::look);
   (*frame)->close();
 }
 
 Task<bool> RealRig::make_frame_safe() {
   auto frame = co_await open_frame();
   if (!frame) {
-    note(frame_, absent(frame.error()), "");
+    known_.failed(Instrument::frame, frame.error(), Learned(LearnedBy::rescue));
     co_return false;
   }
   auto stopped = co_await (*frame)->stop();
   auto identity = co_await (*frame)->identify();
   if (identity) stopped = co_await (*frame)->stop();
-  if (!identity) {
-    note(frame_, absent(identity.error()), "");
-  } else if (!stopped) {
-    note(frame_, "fault: " + stopped.error().what, identity->text);
-  } else {
-    note(frame_, "ready", identity->text);
+  learn(Instrument::frame, identity, LearnedBy::rescue);
+  if (!stopped) {
+    known_.failed(Instrument::frame, stopped.error(), Learned(LearnedBy::rescue));
   }
   (*frame)->close();
   co_return stopped.has_value();

@@ -14,27 +14,22 @@
 
 namespace lcrig {
 
-// `config`, `clock` and `person` outlive it and what it opens: a port that goes away is opened
-// again. Errors: as open_port.
+// `config`, `clock`, `known` and `person` outlive it and what it opens: a port that goes away is
+// opened again. Errors: as open_port.
 class RealRig final : public InstrumentFactory {
  public:
-  RealRig(asio::any_io_executor executor, Clock& clock, const Config& config, Operator& person);
+  RealRig(asio::any_io_executor executor, Clock& clock, const Config& config, KnownRig& known,
+          Operator& person);
 
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
-  std::vector<InstrumentState> states() const override;
-
-  // An absent instrument is a state, not a failure.
-  Task<> ask_meter();
-  Task<> ask_frame();  // looks; nothing at the frame changes
+  Task<> ask() override;
+  Task<> ask_meter();  // an absent instrument is a state, not a failure
   // STOP comes first, whatever else is wrong, and also with a gateway that answers no greeting.
   // True: the frame confirmed standstill.
   Task<bool> make_frame_safe();
-  bool is_meter_ready() const { return is_ready_; }
-  // False: its port came back and nobody asked who is there.
-  bool is_meter_known() const { return meter_.asked || !meter_.there; }
-  // Looks whether the nodes of the serial ports are there, without opening them. True: one came or
-  // went.
-  bool watch_ports();
+  // Looks whether the nodes of the serial ports are there, without opening them, on a thread of its
+  // own. True: one came or went.
+  Task<bool> watch_ports();
   // For a process that is about to end. False: the disk did not take all within this time.
   bool finish_wire_logs(Duration patience);
 
@@ -43,21 +38,15 @@ class RealRig final : public InstrumentFactory {
   Task<Result<std::unique_ptr<LcrMeter>>> open_meter();
   Task<Result<std::unique_ptr<LoadFrame>>> open_link();
   Task<Result<std::unique_ptr<LoadFrame>>> open_frame();
+  Task<> ask_frame();
+  void learn(Instrument which, const Result<Identity>& answer, LearnedBy by);
 
   asio::any_io_executor executor_;
   Clock& clock_;
   const Config& config_;
+  KnownRig& known_;
   Operator& person_;
   std::optional<WireLogWriter> wire_logs_;  // when the config asks for them
-  // What is known of one instrument.
-  struct Known : InstrumentState {
-    std::optional<MonoTime> asked;
-    bool there = true;  // the node of its port; TCP: not known
-  };
-  void note(Known& which, std::string state, std::string identity);
-
-  Known meter_, frame_;
-  bool is_ready_ = false;
 };
 
 }  // namespace lcrig

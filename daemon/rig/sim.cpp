@@ -4,7 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "daemon/aside.hpp"
+#include "base/aside.hpp"
+#include "daemon/rig/recording.hpp"
 #include "daemon/rig/replay.hpp"
 #include "daemon/rig/simulated.hpp"
 #include "drivers/dead_weight/driver.hpp"
@@ -147,27 +148,57 @@ Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor 
 }
 
 SimulatedRig::SimulatedRig(asio::any_io_executor executor, Clock& clock, std::string bench,
-                           Operator& person)
-    : executor_(std::move(executor)), clock_(clock), bench_(std::move(bench)), person_(person) {}
+                           KnownRig& known, Operator& person)
+    : executor_(std::move(executor)),
+      clock_(clock),
+      bench_(std::move(bench)),
+      known_(known),
+      person_(person) {
+  for (const Instrument which : {Instrument::lcr, Instrument::frame}) {
+    known_.declare(which, "sim", "a simulated rig is built when a run begins", true);
+  }
+}
 
-std::vector<InstrumentState> SimulatedRig::states() const {
-  InstrumentState meter, frame;
-  meter.name = "lcr";
-  frame.name = "frame";
-  meter.port = frame.port = "sim";
-  meter.state = frame.state = "ready";
-  return {meter, frame};
+void SimulatedRig::failed(const Error& error, LearnedBy by) {
+  known_.failed(Instrument::lcr, error, Learned(by));
+  known_.failed(Instrument::frame, error, Learned(by));
+}
+
+// It has no identity before its specimen is known.
+Task<> SimulatedRig::ask() {
+  const auto read = [this]() -> Result<> {
+    if (const auto directory = replay_directory(bench_)) {
+      const auto recording = load_recording(*directory);
+      if (!recording) return fail(recording.error());
+    } else if (const auto bench = find_bench(bench_); !bench) {
+      return fail(bench.error());
+    }
+    return {};
+  };
+  auto good = co_await run_aside(executor_, clock_, read);
+  if (!good) {
+    failed(good.error(), LearnedBy::look);
+    co_return;
+  }
+  for (const Instrument which : {Instrument::lcr, Instrument::frame}) {
+    known_.answered(which, Identity(), Learned(LearnedBy::look));
+  }
 }
 
 Task<Result<std::unique_ptr<Instruments>>> SimulatedRig::open(InstrumentsRequest request) {
   if (const auto directory = replay_directory(bench_)) {
-    co_return make_replay_instruments(executor_, clock_, *directory);
+    auto replay = make_replay_instruments(executor_, clock_, *directory);
+    if (!replay) failed(replay.error(), request.why);
+    co_return replay;
   }
   if (request.specimen == nullptr) {
     co_return fail(Errc::invalid_request, "a simulated bench needs a specimen");
   }
   auto bench = find_bench(bench_);
-  if (!bench) co_return fail(bench.error());
+  if (!bench) {
+    failed(bench.error(), request.why);
+    co_return fail(bench.error());
+  }
   SimRequest sim;
   sim.bench = std::move(*bench);
   sim.specimen = *request.specimen;

@@ -37,16 +37,20 @@ Result<std::unique_ptr<Instruments>> make_sim_instruments(asio::any_io_executor 
 // The rig of a daemon whose config file names a bench, or "replay:DIR".
 class SimulatedRig final : public InstrumentFactory {
  public:
-  // `clock` and `person` outlive it.
-  SimulatedRig(asio::any_io_executor executor, Clock& clock, std::string bench, Operator& person);
+  // `clock`, `known` and `person` outlive it.
+  SimulatedRig(asio::any_io_executor executor, Clock& clock, std::string bench, KnownRig& known,
+               Operator& person);
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
-  std::vector<InstrumentState> states() const override;
+  Task<> ask() override;  // looks whether the bench or the recording can be read
   bool is_reckoning() const override { return is_reckoning_; }
 
  private:
+  void failed(const Error& error, LearnedBy by);
+
   asio::any_io_executor executor_;
   Clock& clock_;
   std::string bench_;
+  KnownRig& known_;
   Operator& person_;
   bool is_reckoning_ = false;
 };

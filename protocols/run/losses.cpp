@@ -54,9 +54,14 @@ void Losses::lose(std::optional<Away>& away, const std::optional<MonoTime>& data
   const MonoTime now = run_.setup.clock.now();
   away.emplace(error, now, data.value_or(now));
   run_.event(EventKind::loss, error.what);
+  tell(away, &error);
   spdlog::warn("run {}: instrument lost: {}", run_.setup.run, printable(error.what));
   if (run_.interrupts.finishing() && &away == &meter_) return;
   run_.interrupts.push(InterruptRequest(Interrupt::loss, std::move(error)));
+}
+
+void Losses::tell(const std::optional<Away>& away, const Error* lost) const {
+  if (run_.setup.on_loss) run_.setup.on_loss(which(away), lost);
 }
 
 // If this program itself did not run meanwhile they are not late by the gateway's fault.
@@ -183,11 +188,13 @@ Task<Result<>> Losses::bring_back() {
   }
 }
 
-void Losses::note_attempt(Away& away, const Error& error) {
+void Losses::note_attempt(std::optional<Away>& of, const Error& error) {
+  Away& away = *of;
   ++away.attempts;
   // Another instrument on this port is worth a row, once.
   if (error.code == Errc::refused && away.last != error.what) {
     run_.event(EventKind::refused, error.what);
+    tell(of, &error);
     spdlog::warn("run {}: {}", run_.setup.run, printable(error.what));
   }
   away.last = error.what;
@@ -204,11 +211,11 @@ Task<Result<>> Losses::try_meter() {
   }
   auto back = co_await run_.sampler.reconnect();
   if (back) {
-    welcome(meter_, "lcr");
+    welcome(meter_);
   } else if (back.error().code == Errc::invalid_request) {
     co_return fail(meter_->why);
   } else {
-    note_attempt(*meter_, back.error());
+    note_attempt(meter_, back.error());
   }
   co_return Result<>();
 }
@@ -218,18 +225,18 @@ Task<Result<>> Losses::try_frame() {
   if (!identity && identity.error().code == Errc::invalid_request) co_return fail(frame_->why);
   // Another machine, or this one with other abilities: it is no use to wait.
   if (!identity && identity.error().code == Errc::refused) {
-    note_attempt(*frame_, identity.error());
+    note_attempt(frame_, identity.error());
     if (run_.setup.moves()) run_.drive.keep_hands_off(identity.error().what, Errc::refused);
     co_return fail(identity.error());
   }
   if (!identity) {
-    note_attempt(*frame_, identity.error());
+    note_attempt(frame_, identity.error());
     co_return Result<>();
   }
   auto joined = co_await rejoin_frame();
   if (joined) co_return joined;
   if (!is_absent(joined.error().code)) co_return joined;
-  note_attempt(*frame_, joined.error());
+  note_attempt(frame_, joined.error());
   co_return Result<>();
 }
 
@@ -259,17 +266,19 @@ Task<Result<>> Losses::rejoin_frame() {
   run_.guard.restart_age(run_.setup.clock.now());
   run_.guard.set_watch_age(run_.setup.moves());
   run_.truth.stand();
-  welcome(frame_, "frame");
+  welcome(frame_);
   if (!same) run_.distrust.lose_origin(same.error().what);
   co_return Result<>();
 }
 
-void Losses::welcome(std::optional<Away>& away, const char* instrument) {
+void Losses::welcome(std::optional<Away>& away) {
+  const std::string instrument(to_string(which(away)));
   const MonoTime now = run_.setup.clock.now();
   const double without_s = to_seconds(now - away->data), away_s = to_seconds(now - away->since);
   run_.event(GapEvent{instrument, without_s, away_s, away->attempts});
   run_.event(ReconnectedEvent{instrument, without_s, away_s, away->attempts});
   spdlog::info("run {}: {} is back after {:.2f} s", run_.setup.run, instrument, away_s);
+  tell(away, nullptr);
   away.reset();
 }
 

@@ -54,6 +54,7 @@ class Losses {
   };
 
   void lose(std::optional<Away>& away, const std::optional<MonoTime>& data, Error error);
+  void tell(const std::optional<Away>& away, const Error* lost) const;
   const Away& first_away() const { return frame_ ? *frame_ : *meter_; }
   bool keeps_vanishing();
   std::optional<InterruptRequest> give_up();
@@ -63,8 +64,11 @@ class Losses {
   Task<Result<>> try_meter();
   Task<Result<>> try_frame();
   Task<Result<>> rejoin_frame();
-  void note_attempt(Away& away, const Error& error);
-  void welcome(std::optional<Away>& away, const char* instrument);
+  void note_attempt(std::optional<Away>& away, const Error& error);
+  void welcome(std::optional<Away>& away);
+  Instrument which(const std::optional<Away>& away) const {
+    return &away == &meter_ ? Instrument::lcr : Instrument::frame;
+  }
 
   RunParts& run_;
   std::optional<Away> meter_, frame_;

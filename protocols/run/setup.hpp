@@ -61,6 +61,8 @@ struct RunSetup {
   // Begin there, after a person confirmed the specimen, instead of at the first step.
   std::optional<Continuation> continues;
   std::function<void(const RunProgress&)> on_step;  // told when a step begins; may be empty
+  // Told when an instrument is lost, with the reason, and when it is back (nullptr); may be empty.
+  std::function<void(Instrument, const Error* lost)> on_loss;
   std::function<void()> on_stop;  // told when `Run::stands` or `failed_stops` grew; may be empty
 };
 

@@ -3,6 +3,10 @@
 
 namespace lcrig {
 
+std::string_view to_string(Instrument i) {
+  return i == Instrument::lcr ? "lcr" : "frame";
+}
+
 std::string_view to_string(RunState s) {
   constexpr std::string_view kWords[] = {
       "preparing", "running", "paused", "waiting_for_operator", "waiting_for_instrument",

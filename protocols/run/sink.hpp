@@ -49,6 +49,9 @@ class RunSink {
   virtual Task<Result<>> flush() = 0;
 };
 
+enum class Instrument { lcr, frame };
+std::string_view to_string(Instrument i);
+
 enum class RunState {
   preparing,
   running,
@@ -83,6 +86,7 @@ struct RunStatus : RunProgress, RunRecord {
   RunStatus() = default;
   RunStatus(RunProgress progress, RunRecord record)
       : RunProgress(std::move(progress)), RunRecord(record) {}
+  bool simulated = false;  // a simulator or a recording stands for at least one instrument
   std::string prompt;  // what the operator is asked to do
   std::optional<double> gap_m;
 };

@@ -32,26 +32,45 @@ TEST_F(Journal, HasTheRunAndTheServiceManagerItsProgress) {
   ASSERT_TRUE(manager.wait("READY=1", 20s)) << daemon.log();
   Control client = control();
   ASSERT_TRUE(start_run(client, kSlowProtocol).contains("result"));
-  EXPECT_TRUE(manager.wait("STATUS=run 1 ", 10s));
+  EXPECT_TRUE(manager.wait("STATUS=simulated run 1 ", 10s));
   EXPECT_TRUE(manager.wait("min left", 10s));
-  EXPECT_THAT(daemon.log(), HasSubstr("run 1 begins: "));
+  EXPECT_THAT(daemon.log(), HasSubstr("simulated run 1 begins: "));
   EXPECT_THAT(daemon.log(), HasSubstr(" on paper-1, for "));
   daemon.signal(SIGTERM);
   EXPECT_TRUE(manager.wait("EXTEND_TIMEOUT_USEC=", 10s)) << "`finally` may take its time";
   EXPECT_EQ(daemon.wait(60s), 0);
-  EXPECT_THAT(daemon.log(), HasSubstr("run 1 ended: abort SIGTERM"));
+  EXPECT_THAT(daemon.log(), HasSubstr("simulated run 1 ended: abort SIGTERM (anchor "));
 }
 
 TEST_F(Journal, TellsAPortThatWentAwayAndCameBack) {
   start_sim();
   Child& daemon = start_daemon(config());
-  EXPECT_THAT(status_with("ready, asked "), HasSubstr("not asked: an idle daemon"));
+  EXPECT_THAT(status_with("ready (simulated), asked "), HasSubstr("not asked: an idle daemon"));
   sim("unplug lcr");
-  EXPECT_NE(status_with("absent: its port is not there"), "");
+  EXPECT_NE(status_with(" s: its port is not there"), "");
   sim("plug lcr");
-  EXPECT_THAT(status_with("ready, asked "), Not(HasSubstr("absent")));
+  EXPECT_THAT(status_with("ready (simulated), asked "), Not(HasSubstr("absent")));
   EXPECT_THAT(daemon.log(), AllOf(HasSubstr("lcr: its port"), HasSubstr("went away"),
                                   HasSubstr("is there again"), HasSubstr("lcr: ready")));
+}
+
+TEST_F(Journal, TheInstrumentsAreKnownFromRunsAndRefusedStarts) {
+  start_sim();
+  Child& daemon = start_daemon(config());
+  write("quick.json", kQuickProtocol);
+  const std::vector<std::string> words{"run",     file("quick.json"), "--specimen",
+                                       "paper-1", "--socket",         file("control.sock")};
+  const auto done = lcrig(words, 60s);
+  EXPECT_EQ(done.code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("run 1: success (simulated)\n"));
+  EXPECT_THAT(status_with("last: run 1 success (simulated)\n"),
+              AllOf(HasSubstr("frame  ready (simulated), seen "), HasSubstr("ago in run 1  tcp:")));
+  EXPECT_THAT(daemon.log(), HasSubstr("simulated run 1 ended: success (anchor "));
+  sim("unplug lcr");
+  EXPECT_EQ(lcrig(words).code, 4);
+  EXPECT_THAT(status_with("absent (simulated) for "), HasSubstr("LCR-6"));
+  EXPECT_THAT(daemon.log(), AllOf(HasSubstr("no run begins: "), HasSubstr(" asked for "),
+                                  HasSubstr("quick.json on paper-1: "), HasSubstr("no such port")));
 }
 
 TEST_F(Journal, AWireLogThatCannotBeWrittenStopsNoRun) {

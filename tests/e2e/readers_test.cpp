@@ -72,7 +72,6 @@ class Readers : public Rig {
                                                Child::Rights::as_we_are, &kService));
     ASSERT_TRUE(ready.wait("READY=1", 20s)) << daemons_.back()->log();
     ::unlink(notify.c_str());
-    Control(file_of_socket()).call("status");  // its loop runs, and hears signals
   }
   void end_service(int signal) {
     daemons_.back()->signal(signal);

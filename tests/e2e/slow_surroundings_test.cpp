@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The thread that runs the instruments waits for nobody else: not for the disk of the wire log, not
 // for the database of users, not for a program that holds the lock of the database, not for a
-// journal that takes nothing. Readings keep their planned instants.
+// journal that takes nothing, not for a port that opens slowly or a node that is slow to look at.
+// Readings keep their planned instants.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -28,6 +29,14 @@ constexpr const char* kPlannedReadings = R"({ "format": "load-protocol/1", "name
   "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1.0,
       "aperture": "fast" }, "frame": { "rate_Hz": 50 } },
   "steps": [ { "id": "level", "do": "measure", "count": 60, "within_s": 12 } ],
+  "finally": [] })";
+
+constexpr const char* kPatientRecord = R"({ "format": "load-protocol/1", "name": "patient",
+  "on_loss": "wait",
+  "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-5, 5], "speed_mm_s": 2 },
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1.0,
+      "aperture": "fast" }, "frame": { "rate_Hz": 50 } },
+  "steps": [ { "id": "record", "do": "record", "for_s": 8 } ],
   "finally": [] })";
 
 class SlowSurroundings : public Rig {
@@ -131,6 +140,51 @@ TEST_F(SlowSurroundings, AHeldWriteLockDelaysNoReading) {
   ASSERT_TRUE(added);
   EXPECT_THAT(*added, HasSubstr("paper-1"));
   expect_readings_at_their_instants();
+}
+
+// The meter comes back behind a hub that takes its time. The frame is watched meanwhile.
+TEST_F(SlowSurroundings, APortThatOpensSlowlyDelaysNoSampleOfTheFrame) {
+  daemon_variables_["SLOW_PORTS_MS"] = "800";
+  start_daemon(config());
+  Control client = control();
+  client.call("watch");
+  ASSERT_TRUE(start_run(client, kPatientRecord).contains("result"));
+  client.wait_for("status", [](const json& s) { return s.value("lcr_readings", 0) > 3; }, 30s);
+  sim("unplug lcr");
+  const auto is_event = [](const char* kind) {
+    return [kind](const json& e) { return e.value("kind", "") == kind; };
+  };
+  client.wait_for("event", is_event("loss"));
+  sim("plug lcr");
+  client.wait_for("event", is_event("reconnected"), 30s);
+  EXPECT_EQ(client.run_ended(60s).value("exit_status", ""), "success");
+  std::istringstream rows(query("SELECT received_mono_ns FROM frame_sample ORDER BY seq"));
+  Duration worst{};
+  MonoTime last{};
+  for (std::int64_t at = 0; rows >> at; last = MonoTime(Duration(at))) {
+    if (last == MonoTime()) continue;
+    const MonoTime now{Duration(at)};
+    worst = std::max(worst, now - last);
+    EXPECT_LT(now - last - machine_.within(last, now), 300ms);
+  }
+  EXPECT_GT(last, MonoTime());
+  std::cout << "longest time without a sample: " << to_seconds(worst) * 1e3 << " ms\n";
+}
+
+TEST_F(SlowSurroundings, ANodeThatIsSlowToLookAtDelaysNoClient) {
+  daemon_variables_["SLOW_NODES_MS"] = "700";
+  start_daemon(config());
+  Control client = control();
+  const RealClock clock;
+  Duration worst{};
+  for (const MonoTime end = clock.now() + 4s; clock.now() < end;) {
+    const MonoTime asked = clock.now();
+    client.call("status");
+    const MonoTime answered = clock.now();
+    worst = std::max(worst, answered - asked);
+    EXPECT_LT(answered - asked - machine_.within(asked, answered), 300ms);
+  }
+  std::cout << "longest wait for an answer: " << to_seconds(worst) * 1e3 << " ms\n";
 }
 
 // A pipe that is full, in the place of standard error.

@@ -20,18 +20,60 @@ std::string age_words(double s) {
   return s < 3600 ? fmt::format("{:.0f} min", s / 60) : fmt::format("{:.1f} h", s / 3600);
 }
 
+// "asked 12 s ago", "seen 3 min ago in run 12"; empty: never.
+std::string source_words(const InstrumentState& i) {
+  if (!i.age_s) return "";
+  const auto ago = age_words(*i.age_s) + " ago";
+  switch (i.learned_by) {
+    case LearnedBy::nothing:
+    case LearnedBy::port:
+    case LearnedBy::look: return "asked " + ago;
+    case LearnedBy::plan: return "asked " + ago + " for a plan";
+    case LearnedBy::start: return "asked " + ago + " for a run that did not begin";
+    case LearnedBy::run:
+      return i.run ? fmt::format("seen {} in run {}", ago, *i.run) : "seen " + ago + " in a run";
+    case LearnedBy::rescue: return "stopped " + ago + " after a crash";
+  }
+  return "";
+}
+
+std::string condition_words(const InstrumentState& i) {
+  switch (i.condition) {
+    case InstrumentCondition::unasked: return "not asked";
+    case InstrumentCondition::ready: return "ready";
+    case InstrumentCondition::in_use:
+      return i.run ? fmt::format("in use by run {}", *i.run) : "in use";
+    case InstrumentCondition::absent: return "absent";
+    case InstrumentCondition::fault: return "fault";
+  }
+  return "";
+}
+
+// "absent for 28 s: its port is not there; asked 2 s ago"
+std::string instrument_words(const InstrumentState& i) {
+  const bool troubled =
+      i.condition == InstrumentCondition::absent || i.condition == InstrumentCondition::fault;
+  std::string out = condition_words(i);
+  if (i.simulated) out += " (simulated)";
+  if (troubled && i.since_s) out += " for " + age_words(*i.since_s);
+  if (!i.why.empty()) out += ": " + printable(i.why, kLongestWords);
+  const auto source = source_words(i);
+  if (!source.empty()) out += (i.why.empty() ? ", " : "; ") + source;
+  return out;
+}
+
 void print_status(std::ostream& out, const DaemonStatus& s) {
   fmt::print(out, "lcrigd {}  database {}\n", printable(s.version, kLongestName),
              printable(s.database, kLongestWords));
   for (const auto& i : s.instruments) {
-    const auto age = i.age_s ? fmt::format(", asked {} ago", age_words(*i.age_s)) : std::string();
-    fmt::print(out, "{:6} {}{}  {}  {}\n", printable(i.name, kLongestName),
-               printable(i.state, kLongestWords), age, printable(i.port, kLongestWords),
-               printable(i.identity, kLongestWords));
+    const auto identity = printable(i.identity, kLongestWords);
+    fmt::print(out, "{:6} {}  {}{}{}\n", printable(i.name, kLongestName), instrument_words(i),
+               printable(i.port, kLongestWords), identity.empty() ? "" : "  ", identity);
   }
   if (s.run) {
-    fmt::print(out, "run {}  {} on {}  {}\n", s.run->run, printable(s.run->protocol, kLongestName),
-               printable(s.run->specimen, kLongestName), to_string(s.run->state));
+    fmt::print(out, "run {}  {} on {}  {}{}\n", s.run->run,
+               printable(s.run->protocol, kLongestName), printable(s.run->specimen, kLongestName),
+               to_string(s.run->state), s.run->simulated ? " (simulated)" : "");
     fmt::print(out, "{}\n", format_plain_line(*s.run));
     if (!s.run->prompt.empty()) {
       fmt::print(out, "waits for: {}\n", printable(s.run->prompt, kLongestWords));
@@ -44,8 +86,9 @@ void print_status(std::ostream& out, const DaemonStatus& s) {
   }
   if (!s.last_run) return;
   const auto& last = *s.last_run;
-  fmt::print(out, "last: run {} {} {}\n", last.run, to_string(last.exit_status),
-             printable(last.reason, kLongestWords));
+  fmt::print(out, "last: run {} {}{}{}\n", last.run, to_string(last.exit_status),
+             last.reason.empty() ? "" : " (" + printable(last.reason, kLongestWords) + ")",
+             last.simulated ? " (simulated)" : "");
 }
 
 class StatusCommand final : public Command {

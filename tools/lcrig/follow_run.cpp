@@ -190,8 +190,9 @@ ExitCode print_run_end(Context& context, const RunOutcome& e) {
   if (context.global.json) {
     print_json(out, to_json(e));
   } else {
-    fmt::print(out, "run {}: {}{}\n", e.run, to_string(e.exit_status),
-               e.reason.empty() ? "" : " (" + printable(e.reason, kLongestWords) + ")");
+    fmt::print(out, "run {}: {}{}{}\n", e.run, to_string(e.exit_status),
+               e.reason.empty() ? "" : " (" + printable(e.reason, kLongestWords) + ")",
+               e.simulated ? " (simulated)" : "");
     fmt::print(out, "{} LCR readings ({} of measure steps), {} frame samples in {}\n",
                e.lcr_readings, e.measure_readings, e.frame_samples, format_time(e.duration_s));
     if (!e.anchor.empty()) fmt::print(out, "anchor {}\n", printable(e.anchor, kLongestName));

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Preloaded into a program (LD_PRELOAD): its writes to wire logs and its look-ups of users take as
-// long as SLOW_WIRE_LOG_MS and SLOW_USERS_MS say, like on a disk or with a directory service that
-// is busy. Used by slow_surroundings_test.cpp.
+// Preloaded into a program (LD_PRELOAD): its writes to wire logs, its look-ups of users, its looks
+// at device nodes and the opening of ports (their lock) take as long as SLOW_WIRE_LOG_MS,
+// SLOW_USERS_MS, SLOW_NODES_MS and SLOW_PORTS_MS say, like on a disk, with a directory service or
+// behind a hub that is busy. Used by slow_surroundings_test.cpp.
 #include <dlfcn.h>
 #include <limits.h>
 #include <pwd.h>
+#include <sys/file.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 #include <string_view>
 #include <thread>
 
@@ -21,11 +24,15 @@ void wait_as_told(const char* variable) {
   if (ms != nullptr) std::this_thread::sleep_for(std::chrono::milliseconds(std::atoi(ms)));
 }
 
-bool is_wire_log(int fd) {
+std::string path_of(int fd) {
   char link[32], path[PATH_MAX];
   std::snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
   const ssize_t length = ::readlink(link, path, sizeof path);
-  return length > 0 && std::string_view(path, static_cast<std::size_t>(length)).ends_with(".wire");
+  return length > 0 ? std::string(path, static_cast<std::size_t>(length)) : std::string();
+}
+
+bool is_wire_log(int fd) {
+  return path_of(fd).ends_with(".wire");
 }
 
 template <class Function>
@@ -47,6 +54,18 @@ ssize_t writev(int fd, const iovec* parts, int count) {
   static const auto next = real<ssize_t(int, const iovec*, int)>("writev");
   if (is_wire_log(fd)) wait_as_told("SLOW_WIRE_LOG_MS");
   return next(fd, parts, count);
+}
+
+int flock(int fd, int operation) {
+  static const auto next = real<int(int, int)>("flock");
+  if (path_of(fd).starts_with("/dev/pts/")) wait_as_told("SLOW_PORTS_MS");
+  return next(fd, operation);
+}
+
+int access(const char* path, int mode) {
+  static const auto next = real<int(const char*, int)>("access");
+  if (std::string_view(path).starts_with("/dev/")) wait_as_told("SLOW_NODES_MS");
+  return next(path, mode);
 }
 
 int getpwuid_r(uid_t uid, passwd* entry, char* buffer, std::size_t size, passwd** found) {

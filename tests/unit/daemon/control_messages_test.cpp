@@ -18,7 +18,10 @@ TEST(ControlMessages, EveryStructSurvivesTheWire) {
   s.database = "/x.db";
   s.instruments.resize(1);
   s.instruments[0].name = "lcr";
-  s.instruments[0].state = "absent";
+  s.instruments[0].condition = InstrumentCondition::absent;
+  s.instruments[0].learned_by = LearnedBy::run;
+  s.instruments[0].run = 3;
+  s.instruments[0].since_s = 28;
   s.run.emplace();
   s.run->run = 4;
   s.run->state = RunState::waiting_for_operator;
@@ -27,6 +30,7 @@ TEST(ControlMessages, EveryStructSurvivesTheWire) {
   s.last_run.emplace();
   s.last_run->exit_status = ExitStatus::fail;
   s.last_run->code = Errc::no_reply;
+  s.last_run->simulated = true;
   const auto back = parse_daemon_status(json::parse(to_json(s).dump()));
   ASSERT_TRUE(back) << back.error().what;
   EXPECT_EQ(to_json(*back), to_json(s));

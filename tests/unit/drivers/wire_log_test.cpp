@@ -2,14 +2,18 @@
 #include "drivers/wire_log.hpp"
 
 #include <fcntl.h>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <sstream>
 #include <stdexcept>
 
 #include "drivers/memory_pipe.hpp"
@@ -22,6 +26,8 @@ namespace lcrig {
 namespace {
 
 using namespace std::chrono_literals;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 constexpr std::string_view kSmall =
     "wire-log/1\n"
@@ -163,6 +169,48 @@ class HangingDisk {
   int read_end_ = -1;
   static inline int write_end_ = -1;  // closed by the log
 };
+
+TEST(WireLogWriter, WhyNothingIsWrittenIsToldOnceForEachRun) {
+  std::ostringstream journal;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(journal)));
+  static int error = ENOENT;
+  const auto create = [](const std::string&) {
+    errno = error;
+    return -1;
+  };
+  const auto warnings = [&journal] {
+    const std::string text = journal.str();
+    journal.str("");
+    return std::pair(std::ranges::count(text, '\n'), text);
+  };
+  {
+    WireLogWriter writer(WireLogWriter::Options{.create = create});
+    const auto open_ports = [&writer] {
+      for (int i = 0; i < 3; ++i) {
+        writer.create("/nowhere/lcr.wire", "lcr")->add("text");
+        writer.create("/nowhere/frame.wire", "frame")->add("text");
+      }
+      writer.finish(20s);
+    };
+    open_ports();
+    const auto [lines, text] = warnings();
+    EXPECT_EQ(lines, 2) << text;
+    EXPECT_THAT(text, AllOf(HasSubstr("/nowhere/lcr.wire: "), HasSubstr("frame goes on without"),
+                            HasSubstr("(No such file or directory)"), HasSubstr("make the folder"),
+                            HasSubstr("wire_log_directory")));
+    open_ports();
+    EXPECT_EQ(warnings().first, 0);
+    writer.remind();
+    open_ports();
+    EXPECT_EQ(warnings().first, 2);
+    error = EACCES;
+    open_ports();
+    EXPECT_THAT(warnings().second, HasSubstr("(Permission denied)"));
+  }
+  spdlog::set_default_logger(before);
+}
 
 TEST(WireLogWriter, ADiskThatHangsHoldsNobodyUpAndWhatIsMissingIsCounted) {
   constexpr int kEntries = 1000;

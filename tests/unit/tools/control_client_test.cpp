@@ -28,6 +28,51 @@ TEST_F(Served, StatusShowsVersionAndRun) {
   EXPECT_EQ(nlohmann::json::parse(cli.out.str())["run"]["run"], 4);
 }
 
+TEST_F(Served, StatusSaysWhatIsKnownOfTheInstrumentsAndFromWhere) {
+  on_server([this] {
+    handler.state.instruments.resize(2);
+    InstrumentState &lcr = handler.state.instruments[0], &frame = handler.state.instruments[1];
+    lcr.name = "lcr";
+    lcr.port = "serial:/dev/ttyUSB0";
+    lcr.condition = InstrumentCondition::absent;
+    lcr.why = "no such port";
+    lcr.age_s = 2;
+    lcr.since_s = 28;
+    lcr.learned_by = LearnedBy::look;
+    frame.name = "frame";
+    frame.port = "tcp:h:1";
+    frame.condition = InstrumentCondition::ready;
+    frame.identity = "Zwick";
+    frame.simulated = true;
+    frame.learned_by = LearnedBy::run;
+    frame.run = 12;
+    frame.age_s = 200;
+    handler.state.last_run.emplace();
+    handler.state.last_run->run = 12;
+    handler.state.last_run->exit_status = ExitStatus::success;
+    handler.state.last_run->simulated = true;
+  });
+  EXPECT_EQ(cli.run({"status"}), 0) << cli.err.str();
+  EXPECT_EQ(cli.out.str(),
+            "lcrigd 9.9  database \n"
+            "lcr    absent for 28 s: no such port; asked 2 s ago  serial:/dev/ttyUSB0\n"
+            "frame  ready (simulated), seen 3 min ago in run 12  tcp:h:1  Zwick\n"
+            "no run goes on\n"
+            "last: run 12 success (simulated)\n");
+  EXPECT_EQ(cli.run({"status", "--json"}), 0);
+  const auto lcr = nlohmann::json::parse(cli.out.str())["instruments"][0];
+  EXPECT_EQ(lcr["state"], "absent");
+  EXPECT_EQ(lcr["since_s"], 28);
+  EXPECT_EQ(lcr["learned_by"], "look");
+  EXPECT_TRUE(lcr["run"].is_null());
+}
+
+TEST_F(Served, TheLastLineOfASimulatedRunSaysSo) {
+  ended.simulated = true;
+  EXPECT_EQ(cli.run({"run", "press", "--specimen", "mine"}), 0) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), HasSubstr("run 7: success (simulated)\n"));
+}
+
 TEST_F(Served, VerbsReachTheDaemon) {
   on_server([this] { handler.state.run.emplace(); });
   EXPECT_EQ(cli.run({"pause"}), 0);

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/run_row.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/decimal.hpp"
+#include "base/units.hpp"
+
+namespace lcrig {
+
+using nlohmann::json;
+
+namespace {
+
+std::string capabilities_json(const FrameCapabilities& c) {
+  const json out{{"motion", c.motion},
+                 {"force_hold", c.force_hold},
+                 {"device_stop", c.device_stop},
+                 {"weights", c.weights},
+                 {"force_max_N", c.force_max.si()},
+                 {"speed_max_m_s", c.speed_max.si()},
+                 {"travel_min_m", c.travel_min.si()},
+                 {"travel_max_m", c.travel_max.si()},
+                 {"reaction_s", to_seconds(c.reaction)},
+                 {"deceleration_m_s2", c.deceleration.si()}};
+  return out.dump();
+}
+
+std::string limits_json(const BoundLimits& l) {
+  json out{{"force_min_N", l.force_min_N}, {"force_max_N", l.force_max_N}};
+  if (l.travel_min_m) out["travel_min_m"] = *l.travel_min_m;
+  if (l.travel_max_m) out["travel_max_m"] = *l.travel_max_m;
+  if (l.speed_max_m_s) out["speed_max_m_s"] = *l.speed_max_m_s;
+  if (l.gap_min_m) out["gap_min_m"] = *l.gap_min_m;
+  if (l.gap_max_m) out["gap_max_m"] = *l.gap_max_m;
+  return out.dump();
+}
+
+// Parameters as they were bound, in the unit that the name ends in.
+std::string parameters_json(const Environment& environment) {
+  json out = json::object();
+  for (const auto& [name, value] : environment.values()) {
+    const double to_si = split_key(name).to_si();
+    const double power = std::log10(to_si);
+    const bool decimal = power == std::round(power);
+    out[name] = decimal ? shift_decimal(value, -static_cast<int>(power)) : value / to_si;
+  }
+  return out.dump();
+}
+
+}  // namespace
+
+RunRow make_run_row(const RunFacts& facts, const Clock& clock) {
+  RunRow row;
+  row.protocol_name = facts.protocol.name;
+  row.protocol_text = facts.request.protocol_text;
+  row.parameters_json = parameters_json(facts.environment);
+  row.specimen_name = facts.request.specimen_name;
+  row.specimen_text = facts.request.specimen_text;
+  row.probe_diameter_m = facts.info.fixture.probe_diameter_m;
+  row.lcr_identity = facts.meter.text;
+  row.frame_identity = facts.frame.text;
+  row.lcr_settings_json = to_json(facts.settings);
+  row.frame_capabilities_json = capabilities_json(facts.abilities);
+  row.frame_limits_json = limits_json(facts.limits);
+  row.bench_name = facts.info.bench_name;
+  row.bench_text = facts.info.bench_text;
+  row.simulated = facts.simulated;
+  row.seed = facts.info.seed;
+  row.model_level = facts.info.model_level;
+  row.model_error_json = facts.info.model_json;
+  row.operator_name = facts.request.operator_name;
+  row.note = facts.request.note;
+  row.started_unix_ns = clock.unix_ns();
+  row.started = clock.now();
+  row.boot_id = read_boot_id();
+  return row;
+}
+
+}  // namespace lcrig

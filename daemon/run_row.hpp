@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// The row of a run: all that is known before its first reading.
+#pragma once
+
+#include "base/clock.hpp"
+#include "daemon/rig/instruments.hpp"
+#include "daemon/run_request.hpp"
+#include "protocols/plan/limits.hpp"
+#include "protocols/protocol.hpp"
+#include "storage/runs.hpp"
+
+namespace lcrig {
+
+struct RunFacts {
+  const RunRequest& request;
+  const Protocol& protocol;
+  const Environment& environment;
+  const InstrumentsInfo& info;
+  const Identity& meter;
+  const Identity& frame;
+  bool simulated;
+  const FrameCapabilities& abilities;
+  const BoundLimits& limits;
+  SettingsEvent settings;  // as read back
+};
+// It begins now.
+RunRow make_run_row(const RunFacts& facts, const Clock& clock);
+
+}  // namespace lcrig

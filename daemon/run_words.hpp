@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the journal and the service manager are told of a run: one line each.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "daemon/run_request.hpp"
+#include "protocols/run/sink.hpp"
+
+namespace lcrig {
+
+// "run 3", "simulated run 3"
+std::string run_words(bool simulated, std::int64_t run);
+// " (anchor 57:9c4f…)": in the journal it cannot be changed together with the database. Empty when
+// there is none.
+std::string anchor_words(const std::string& anchor);
+// "run 3 static-frame on paper-1: running, level, 34 %, 8 min left"
+std::string service_line(const RunStatus& status);
+// "simulated run 3 ended: abort SIGTERM (anchor 57:9c4f…)"
+std::string ended_line(const RunOutcome& ended);
+
+}  // namespace lcrig

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a session meets its instruments: it asks who they are, looks at the frame, takes command.
+// What it learns of them is known to the daemon from then on, whatever becomes of the run.
+#include <algorithm>
+
+#include "daemon/rig/known.hpp"
+#include "daemon/session.hpp"
+#include "protocols/watch/rest.hpp"
+
+namespace lcrig {
+
+using namespace std::chrono_literals;
+
+namespace {
+
+// Remembers what a frame shows that is only looked at.
+struct Looker final : LoadFrame::Listener {
+  explicit Looker(LoadFrame& f) : frame(f) { frame.set_listener(this); }
+  ~Looker() override { frame.set_listener(nullptr); }
+  Looker(const Looker&) = delete;
+  Looker& operator=(const Looker&) = delete;
+  void on_samples(std::span<const FrameSample> samples) override { rest.add(samples); }
+  void on_frame_event(EventName, std::string) override {}
+  void on_frame_lost(Error error) override { lost = std::move(error); }
+  LoadFrame& frame;
+  Rest rest;
+  std::optional<Error> lost;
+};
+
+}  // namespace
+
+void Session::report_to(KnownRig& known, LearnedBy why) {
+  known_ = &known;
+  learned_ = Learned(why);
+}
+
+void Session::learn(Instrument which, const Result<Identity>& answer) {
+  if (known_ == nullptr) return;
+  if (answer) {
+    known_->answered(which, *answer, learned_);
+  } else {
+    known_->failed(which, answer.error(), learned_);
+  }
+}
+
+// What was learned on the way here is of this run now.
+void Session::learn_of_run(std::int64_t run) {
+  learned_ = Learned(LearnedBy::run, run);
+  for (const Instrument which : {Instrument::lcr, Instrument::frame}) on_loss(which, nullptr);
+}
+
+void Session::on_loss(Instrument which, const Error* lost) {
+  if (known_ == nullptr) return;
+  if (lost != nullptr) {
+    known_->failed(which, *lost, learned_);
+  } else {
+    known_->confirmed(which, learned_);
+  }
+}
+
+// A frame that cannot be observed is commanded at once, if it is to be commanded at all.
+Task<Result<>> Session::identify() {
+  auto meter = co_await instruments_->meter().identify();
+  learn(Instrument::lcr, meter);
+  if (!meter) co_return fail(meter.error());
+  meter_identity_ = std::move(*meter);
+  LoadFrame& frame = instruments_->frame();
+  // 0: not known before it said who it is. What the protocol wants instead is the plan's to refuse.
+  const double most_Hz = frame.capabilities().sample_rate_max_Hz;
+  const double wanted_Hz = prepared_.protocol.sample.frame_rate_Hz;
+  const double rate_Hz = most_Hz > 0 ? std::min(wanted_Hz, most_Hz) : wanted_Hz;
+  auto seen = co_await frame.observe(rate_Hz);
+  if (!seen && seen.error().code == Errc::unsupported && commands_) {
+    seen = co_await frame.identify();
+    commanded_ = true;
+    if (seen) {
+      auto rate = co_await frame.set_sample_rate(std::min(prepared_.protocol.sample.frame_rate_Hz,
+                                                          frame.capabilities().sample_rate_max_Hz));
+      if (!rate) seen = fail(rate.error());
+    }
+  }
+  learn(Instrument::frame, seen);
+  if (!seen && seen.error().code == Errc::unsupported) {
+    co_return fail(Errc::unsupported, "{}; no change of the protocol can help", seen.error().what);
+  }
+  if (!seen) co_return fail(seen.error());
+  frame_identity_ = std::move(*seen);
+  co_return Result<>();
+}
+
+// Where the frame stands, and how much its force scatters there: the plan reckons with both.
+Task<Result<>> Session::look() {
+  rig_ = describe_rig(*instruments_);
+  const FrameCapabilities& caps = rig_.frame;
+  if (!caps.motion || !commands_) co_return Result<>();
+  Looker looker(instruments_->frame());
+  const MonoTime begin = clock_.now();
+  const auto enough = [&] {
+    const Duration seen = clock_.now() - begin;
+    return seen >= 2s || (seen >= 500ms && looker.rest.forces() >= 10);
+  };
+  while (!enough() && !looker.lost) co_await clock_.wait_for(50ms);
+  if (looker.lost) {
+    learn(Instrument::frame, fail(*looker.lost));
+    co_return fail(*looker.lost);
+  }
+  if (const auto travel = looker.rest.travel_m()) rig_.start_travel = Length::from_si(*travel);
+  if (looker.rest.forces() > 1) {
+    rig_.force_noise_N = looker.rest.scatter_N();
+    rig_.force_scatter = ForceScatter(looker.rest);
+    rig_.rest_force_N = looker.rest.force_N();
+  }
+  co_return Result<>();
+}
+
+Task<Result<>> Session::take_command() {
+  if (!commands_ || commanded_) co_return Result<>();
+  const FrameCapabilities before = instruments_->frame().capabilities();
+  auto identity = co_await instruments_->frame().identify();
+  learn(Instrument::frame, identity);
+  if (!identity) co_return fail(identity.error());
+  if (instruments_->frame().capabilities() != before) {
+    co_return fail(Errc::refused, "the frame's capabilities changed while the run was planned");
+  }
+  co_return Result<>();
+}
+
+}  // namespace lcrig

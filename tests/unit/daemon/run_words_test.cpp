@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/run_words.hpp"
+
+#include <gtest/gtest.h>
+
+namespace lcrig {
+namespace {
+
+TEST(RunWords, TheServiceSaysOnlyWhatIsKnown) {
+  RunStatus s;
+  s.run = 3;
+  s.protocol = "creep";
+  s.specimen = "paper-1";
+  EXPECT_EQ(service_line(s), "run 3 creep on paper-1: preparing");
+  s.simulated = true;
+  s.state = RunState::waiting_for_operator;
+  s.step_id = "load";
+  s.elapsed_s = 30;
+  s.left_s = 90;
+  s.prompt = "place 50 g";
+  EXPECT_EQ(service_line(s),
+            "simulated run 3 creep on paper-1: waiting_for_operator, load, 25 %, 2 min left; waits "
+            "for: place 50 g");
+}
+
+TEST(RunWords, AnEndSaysWhyAndItsAnchor) {
+  RunOutcome ended;
+  ended.run = 3;
+  ended.exit_status = ExitStatus::success;
+  EXPECT_EQ(ended_line(ended), "run 3 ended: success");
+  ended.exit_status = ExitStatus::abort;
+  ended.reason = "SIGTERM";
+  ended.simulated = true;
+  ended.anchor = "57:9c4f";
+  EXPECT_EQ(ended_line(ended), "simulated run 3 ended: abort SIGTERM (anchor 57:9c4f)");
+}
+
+}  // namespace
+}  // namespace lcrig
