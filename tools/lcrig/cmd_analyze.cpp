@@ -7,6 +7,7 @@
 #include "storage/chain.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
@@ -78,11 +79,12 @@ class AnalyzeCommand final : public Command {
     if (!db) return db.error();
     std::vector<RunAnalysis> out;
     for (const auto& text : runs_) {
-      auto run = named_run(*db, text);
+      auto run = named_run(context, *db, text);
       if (!run) return run.error();
       auto checked = verify_aside(*db, *run);
       auto analysis = analyse(*db, *run, wanted_);
-      if (!analysis) return Failure(analysis.error(), "lcrig runs show " + text);
+      if (!analysis)
+        return Failure(analysis.error(), next_command(context.global, {"runs", "show", text}));
       const auto chain = checked.get();
       if (!chain) return Failure(chain.error());
       if (!chain->intact) analysis->notes.insert(analysis->notes.begin(), remark_on(*chain));

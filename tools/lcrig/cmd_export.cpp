@@ -7,6 +7,7 @@
 #include "analysis/export.hpp"
 #include "base/text.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
@@ -36,8 +37,9 @@ class ExportCommand final : public Command {
   Outcome<ExitCode> run(Context& context) override {
     const bool standard_output = output_ == "-";
     if (!layout_.empty() && !standard_output) {
-      return Failure(kUsage, "--layout is for -o - (a folder gets every table)",
-                     "lcrig export " + run_ + " -o - --layout " + layout_);
+      return Failure(
+          kUsage, "--layout is for -o - (a folder gets every table)",
+          next_command(context.global, {"export", run_, "-o", "-", "--layout", layout_}));
     }
     auto run = open_run(context, run_);
     if (!run) return run.error();
@@ -65,7 +67,7 @@ class ExportCommand final : public Command {
     options.force = force_;
     options.license = license_.empty() ? context.env.get("LCRIG_LICENSE").value_or("") : license_;
     auto done = export_run(db, run, options);
-    if (!done) return Failure(done.error(), "lcrig export RUN -o ANOTHER-FOLDER");
+    if (!done) return Failure(done.error(), elsewhere(context, run));
     warn_of(done->chain, context, run);
     const json all{{"run", run},
                    {"files", done->files},
@@ -74,6 +76,12 @@ class ExportCommand final : public Command {
     return show(context, all, [&](std::ostream& out) {
       for (const auto& file : done->files) fmt::print(out, "{}\n", printable(file));
     });
+  }
+
+  std::string elsewhere(const Context& context, std::int64_t run) const {
+    Words words{"export", std::to_string(run), "-o", "ANOTHER-FOLDER"};
+    add_option(words, "--license", license_);
+    return next_command(context.global, words);
   }
 
   static void warn_of(const ChainReport& chain, const Context& context, std::int64_t run) {

@@ -5,6 +5,7 @@
 
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/follow_run.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/plan_text.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
@@ -63,6 +64,17 @@ class RunCommand final : public Command {
     return out;
   }
 
+  // What was asked for, without --dry-run.
+  std::string this_run(const Context& context) const {
+    Words words{"run", protocol_};
+    add_options(words, "-p", parameters_);
+    add_option(words, "--specimen", specimen_);
+    add_option(words, "--operator", operator_);
+    add_option(words, "--note", note_);
+    add_flag(words, "--detach", detach_);
+    return next_command(context.global, words);
+  }
+
   Outcome<ExitCode> show_plan(Context& context, ControlClient& client, const json& start) {
     constexpr auto kPatience = std::chrono::minutes(2);
     auto plan = client.call("run.plan", start, kPatience);
@@ -73,7 +85,7 @@ class RunCommand final : public Command {
     }
     return show(context, *plan, [&](std::ostream& out) {
       print_plan(out, *plan);
-      fmt::print(context.console.err, "  next: lcrig run {} --specimen {}\n", protocol_, specimen_);
+      context.console.next(this_run(context));
     });
   }
 
@@ -82,7 +94,7 @@ class RunCommand final : public Command {
     if (detach_) {
       return show(context, json{{"run", run}}, [&](std::ostream& out) {
         fmt::print(out, "run {} goes on\n", run);
-        fmt::print(context.console.err, "  next: lcrig watch\n");
+        context.console.next(next_command(context.global, {"watch"}));
       });
     }
     FollowOptions options;

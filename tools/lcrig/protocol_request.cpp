@@ -8,7 +8,7 @@ namespace lcrig::cli {
 
 Outcome<ProtocolRequest> find_protocol(const LibraryPath& library, const std::string& protocol,
                                        const std::vector<std::string>& assignments) {
-  auto parameters = parse_assignments(assignments);
+  auto parameters = parse_assignments(protocol, assignments);
   if (!parameters) return parameters.error();
   auto file = library.get(LibraryKind::protocol, protocol);
   if (!file) return file.error();
