@@ -57,7 +57,7 @@ class ExportCommand final : public Command {
     if (!done) return Failure(done.error());
     const auto chain = checked.get();
     if (!chain) return Failure(chain.error());
-    warn_of(*chain, context, run);
+    remark(*chain, context, run);
     return kOk;
   }
 
@@ -68,8 +68,9 @@ class ExportCommand final : public Command {
     options.license = license_.empty() ? context.env.get("LCRIG_LICENSE").value_or("") : license_;
     auto done = export_run(db, run, options);
     if (!done) return Failure(done.error(), elsewhere(context, run));
-    warn_of(done->chain, context, run);
+    remark(done->chain, context, run);
     const json all{{"run", run},
+                   {"goes_on", done->chain.goes_on},
                    {"files", done->files},
                    {"intact", done->chain.intact},
                    {"finding", done->chain.finding}};
@@ -84,9 +85,14 @@ class ExportCommand final : public Command {
     return next_command(context.global, words);
   }
 
-  static void warn_of(const ChainReport& chain, const Context& context, std::int64_t run) {
-    if (chain.intact) return;
-    fmt::print(context.console.err, "lcrig: run {} is {}\n", run, remark_on(chain));
+  static void remark(const ChainReport& chain, const Context& context, std::int64_t run) {
+    if (!chain.intact) context.console.note(fmt::format("run {} is {}", run, remark_on(chain)));
+    if (chain.goes_on) {
+      context.console.note(
+          fmt::format("run {} goes on: this is what was recorded until now; export it again when "
+                      "it has ended",
+                      run));
+    }
   }
 
   std::string run_ = "last", output_, layout_, license_;

@@ -126,10 +126,8 @@ class CheckCommand final : public Command {
     if (!client) return client.error();
     constexpr auto kPatience = std::chrono::minutes(2);
     auto plan = client->call("run.plan", to_json(*request), kPatience);
-    if (plan || !plan.error().refused_request) return plan;
-    Failure refused = plan.error();
-    refused.code = kProtocol;
-    return refused;
+    if (!plan) return refused_run(context, plan.error(), *request);
+    return plan;
   }
 
   std::string protocol_, specimen_;

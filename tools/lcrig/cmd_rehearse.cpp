@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "daemon/rehearse.hpp"
 #include "daemon/rig/bench.hpp"
+#include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/live_line.hpp"
@@ -59,10 +60,11 @@ void print_text(Console& console, const RehearseResult& r) {
     fmt::print(console.out, "{} faults injected: events of kind `injected`\n", r.faults);
   }
   for (const std::string& remark : r.remarks) fmt::print(console.out, "{}\n", printable(remark));
-  if (r.c0_pF) fmt::print(console.out, "C0 {:.4f} pF\n", *r.c0_pF);
-  if (r.peak_force_N) fmt::print(console.out, "peak force {:.4f} N\n", *r.peak_force_N);
+  if (r.c0_pF) fmt::print(console.out, "C0 {} pF\n", format_fixed(*r.c0_pF, 4));
+  if (r.peak_force_N)
+    fmt::print(console.out, "peak force {} N\n", format_fixed(*r.peak_force_N, 4));
   if (r.delta_C_fF_at_peak) {
-    fmt::print(console.out, "delta C there {:.3f} fF\n", *r.delta_C_fF_at_peak);
+    fmt::print(console.out, "delta C there {} fF\n", format_fixed(*r.delta_C_fF_at_peak, 3));
   }
   if (!r.anchor.empty()) fmt::print(console.out, "anchor {}\n", r.anchor);
   console.next(
@@ -96,9 +98,7 @@ class RehearseCommand final : public Command {
     auto result = context.daemon.rehearse(*wanted);
     line.finish();
     if (!result) {
-      Failure failure(result.error(), planning(context));
-      if (result.error().code == Errc::invalid_request) failure.code = kProtocol;
-      return failure;
+      return refused(context, result.error(), wanted->db_path);
     }
     if (context.global.json) {
       print_json(context.console.out, to_json(*result));
@@ -160,7 +160,7 @@ class RehearseCommand final : public Command {
   }
 
   Outcome<std::string> database(const Context& context) const {
-    if (!context.global.db.empty()) return context.global.db;
+    if (const auto& db = context.global.db; !db.empty()) return usable(db);
     const auto path = context.env.rehearsal_db();
     std::error_code ec;
     if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ec);
@@ -170,6 +170,29 @@ class RehearseCommand final : public Command {
                      "give --db FILE, in a folder that you may write to");
     }
     return path.string();
+  }
+
+  static Outcome<std::string> usable(const std::string& db) {
+    const auto folder = std::filesystem::path(db).parent_path();
+    std::error_code ignored;
+    if (!folder.empty() && !std::filesystem::is_directory(folder, ignored)) {
+      return Failure(kFailed,
+                     fmt::format("there is no folder {}, for --db {}", folder.string(), db),
+                     fmt::format("correct --db, or: mkdir -p {}", shell_quoted(folder.string())));
+    }
+    return db;
+  }
+
+  Failure refused(const Context& context, const Error& error, const std::string& db) const {
+    // An empty file becomes a database.
+    std::error_code ignored;
+    const bool file = std::filesystem::file_size(db, ignored) > 0 && !ignored;
+    if (error.code != Errc::invalid_request || (file && !open_read_only(db))) {
+      return Failure(error, "give another --db");
+    }
+    Failure failure(error, planning(context));
+    failure.code = kProtocol;
+    return failure;
   }
 
   std::string protocol_, specimen_, bench_ = kUsualBench, operator_, note_, faults_;

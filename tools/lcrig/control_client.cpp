@@ -23,12 +23,11 @@ using nlohmann::json;
 
 namespace {
 
-constexpr auto kNoDaemon =
-    "systemctl status lcrigd   (no rig at hand? lcrig rehearse static-frame --specimen paper-1)";
-
 Failure unreachable(const std::string& path, const std::string& why) {
-  return Failure(kUnreachable, fmt::format("cannot reach the daemon at {}: {}", path, why),
-                 kNoDaemon);
+  Failure out(kUnreachable, fmt::format("cannot reach the daemon at {}: {}", path, why),
+              without_daemon("lcrig rehearse static-frame --specimen paper-1"));
+  out.no_daemon = true;
+  return out;
 }
 
 // Of a connection or a message that nobody takes.
@@ -78,6 +77,10 @@ Outcome<std::optional<ControlNews>> notification(const std::string& path, const 
 }
 
 }  // namespace
+
+std::string without_daemon(const std::string& rehearsal) {
+  return fmt::format("systemctl status lcrigd   (no rig at hand? {})", rehearsal);
+}
 
 std::string words_of(const ResumableRun& run) {
   return fmt::format("run {}, {} on {}, in step {}", run.run, printable(run.protocol, kLongestName),

@@ -137,7 +137,7 @@ class Follower {
   // What whoever leaves should know.
   const char* left_behind() const {
     if (options_.owner) return "the run is still being stopped";
-    return run_ > 0 ? "the run goes on" : "no run goes on";
+    return run_ > 0 || options_.run > 0 ? "the run goes on" : "no run was going on";
   }
 
   Outcome<std::int64_t> on_key() {
