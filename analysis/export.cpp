@@ -121,7 +121,10 @@ json clock_of(const ExportContext& c) {
 }
 
 json chain_of(const ChainReport& chain) {
-  return {{"intact", chain.intact}, {"anchor", to_string(chain.head)}, {"finding", chain.finding}};
+  return {{"intact", chain.intact},
+          {"goes_on", chain.goes_on},
+          {"anchor", to_string(chain.head)},
+          {"finding", chain.finding}};
 }
 
 json metadata_of(const ExportContext& c, const RunListing& listing) {

@@ -39,6 +39,7 @@ class Walk {
         break;
       }
       token();
+      token_end_ = at_;
     }
     return mistake_;
   }
@@ -73,7 +74,7 @@ class Walk {
       wrong(0, "the file is empty, expected an object: { ... }");
     } else if (!open_.empty()) {
       const bool object = open_.back().bracket == '{';
-      wrong(text_.size(),
+      wrong(token_end_,
             fmt::format("the file ends, but the {} that begins in line {} is not "
                         "closed: a `{}` is missing",
                         object ? "object" : "list", line_of(open_.back().at), object ? '}' : ']'));
@@ -87,6 +88,14 @@ class Walk {
     }
     if (c == '#') return wrong(at_, "a comment begins with `//`, not with `#`");
     if (c == '\'') return wrong(at_, "keys and texts stand in double quotes: \"...\"");
+    if (const auto curly = curly_quote(at_); !curly.empty()) {
+      return wrong(at_, fmt::format("`{}` is no quote of JSON: keys and texts stand in straight "
+                                    "double quotes: \"...\"",
+                                    curly));
+    }
+    if (text_.substr(at_, 2) == "\xC2\xA0") {
+      return wrong(at_, "a blank that must not be broken (U+00A0), expected an ordinary one");
+    }
     switch (expect_) {
       case Expect::nothing: return wrong(at_, "something follows the end of the file's object");
       case Expect::colon: return colon();
@@ -114,6 +123,10 @@ class Walk {
       close();
     } else if (c == ';') {
       wrong(at_, "`,` stands between two entries, not `;`");
+    } else if (c == ':' && !open_.empty() && open_.back().bracket == '[' && last_is_text_) {
+      wrong(text_at_, fmt::format("a `]` is missing before this key: the list that begins in line "
+                                  "{} is not closed",
+                                  line_of(open_.back().at)));
     } else if (c == ':') {
       wrong(at_, "a `:` stands only behind a key");
     } else if (last_is_number_ && is_letter(c)) {
@@ -156,9 +169,18 @@ class Walk {
   static std::string after_last() { return "a `,` behind the last entry: remove it"; }
   Expect after_value() const { return open_.empty() ? Expect::nothing : Expect::comma; }
 
+  // The typographic quote that stands there; "" when none does.
+  std::string_view curly_quote(std::size_t at) const {
+    for (const std::string_view quote : {"\u201C", "\u201D", "\u201E", "\u201F", "\u2018", "\u2019",
+                                         "\u201A", "\u00AB", "\u00BB"}) {
+      if (text_.substr(at, quote.size()) == quote) return quote;
+    }
+    return {};
+  }
+
   // A number, true, false or null; or something that should be in quotes.
   void bare(std::string_view word) {
-    last_is_number_ = false;
+    last_is_number_ = last_is_text_ = false;
     if (word.empty()) return wrong(at_, "this begins no value");
     const bool number = is_digit(word[0]) || word[0] == '-' || word[0] == '+' || word[0] == '.';
     if (number) return this->number(word);
@@ -223,9 +245,16 @@ class Walk {
   }
 
   void text(Expect next) {
-    const std::size_t begin = at_++;
+    const std::size_t begin = text_at_ = at_++;
     last_is_number_ = false;
+    last_is_text_ = true;
+    std::size_t curly_at = 0;
     while (at_ < text_.size() && text_[at_] != '"') {
+      if (curly_at == 0 && !curly_quote(at_).empty()) curly_at = at_;
+      if (text_[at_] == '\n' && curly_at > 0) {
+        return wrong(curly_at, fmt::format("`{}` does not close a text: the straight `\"` does",
+                                           curly_quote(curly_at)));
+      }
       if (text_[at_] == '\n') {
         return wrong(begin,
                      "the text that begins here is not closed in its line: a `\"` is "
@@ -250,11 +279,14 @@ class Walk {
     const char c = now();
     const bool fits = (open_.back().bracket == '{') == (c == '}');
     if (!fits) {
-      return wrong(at_, fmt::format("`{}` where the `{}` of line {} is still open", c,
-                                    open_.back().bracket, line_of(open_.back().at)));
+      const bool list = open_.back().bracket == '[';
+      return wrong(at_, fmt::format("a `{}` is missing before this `{}`: the {} that begins in "
+                                    "line {} is not closed",
+                                    list ? ']' : '}', c, list ? "list" : "object",
+                                    line_of(open_.back().at)));
     }
     open_.pop_back();
-    last_is_number_ = false;
+    last_is_number_ = last_is_text_ = false;
     last_end_ = ++at_;
     expect_ = after_value();
   }
@@ -270,13 +302,49 @@ class Walk {
   std::size_t at_ = 0;
   Expect expect_ = Expect::value;
   std::vector<Open> open_;
-  std::size_t last_end_ = 0, number_end_ = 0, comma_at_ = 0, word_at_ = 0;
-  bool last_is_number_ = false;
+  std::size_t last_end_ = 0, token_end_ = 0, number_end_ = 0, comma_at_ = 0, word_at_ = 0;
+  std::size_t text_at_ = 0;  // of the last text
+  bool last_is_number_ = false, last_is_text_ = false;
   std::string_view last_word_;  // the number
   std::optional<JsonMistake> mistake_;
 };
 
+// A mark at its beginning, or the zero of its first bracket.
+bool is_utf16(std::string_view text) {
+  if (text.starts_with("\xFE\xFF") || text.starts_with("\xFF\xFE")) return true;
+  return text.size() >= 2 && (text[0] == '\0') != (text[1] == '\0');
+}
+
 }  // namespace
+
+std::optional<JsonMistake> find_encoding_mistake(std::string_view text) {
+  if (is_utf16(text)) return JsonMistake{0, "the file is UTF-16: save it as UTF-8"};
+  for (std::string_view rest = text; !rest.empty();) {
+    const auto at = text.size() - rest.size();
+    const auto byte = static_cast<unsigned char>(rest.front());
+    if (take_character(rest) != kNotUtf8) continue;
+    std::string words = fmt::format("the byte \\x{:02x} is not UTF-8", byte);
+    if (byte >= 0xA0) {
+      std::string letter;
+      append_utf8(letter, byte);
+      words += fmt::format(" (in Latin-1 and Windows-1252 it is `{}`)", letter);
+    }
+    return JsonMistake{at, words + ": save the file as UTF-8"};
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> ascii_of_utf16(std::string_view text) {
+  if (!is_utf16(text)) return std::nullopt;
+  const bool big_endian = text.starts_with("\xFE\xFF") || text.starts_with('\0');
+  const bool marked = text.starts_with("\xFE\xFF") || text.starts_with("\xFF\xFE");
+  std::string out;
+  for (std::size_t i = marked ? 2 : 0; i + 1 < text.size(); i += 2) {
+    const char low = text[i + (big_endian ? 1 : 0)], high = text[i + (big_endian ? 0 : 1)];
+    out += high == '\0' && static_cast<unsigned char>(low) < 0x80 ? low : '?';
+  }
+  return out;
+}
 
 std::optional<JsonMistake> find_json_mistake(std::string_view text) {
   return Walk(text).find();

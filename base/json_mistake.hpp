@@ -16,6 +16,11 @@ struct JsonMistake {
   std::string words;
 };
 
+// Of a text that is not UTF-8; nullopt: it is.
+std::optional<JsonMistake> find_encoding_mistake(std::string_view text);
+// UTF-16 as far as it is ASCII, for showing; "?" stands for the rest. nullopt: it is no UTF-16.
+std::optional<std::string> ascii_of_utf16(std::string_view text);
+
 // The first mistake; nullopt when this knows no better words than the parser.
 std::optional<JsonMistake> find_json_mistake(std::string_view text);
 

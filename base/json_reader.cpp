@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "base/key_words.hpp"
@@ -15,9 +16,10 @@ using nlohmann::json;
 struct JsonReader::State {
   explicit State(JsonDocument d) : document(std::move(d)) {}
   struct Failure {
-    std::string pointer;
+    std::string pointer;  // the value that it is about, which may be absent
     TextPosition at;
     std::string what;
+    std::vector<std::string> absent;  // one of these keys was expected there
   };
   JsonDocument document;
   std::vector<Failure> failures;
@@ -90,10 +92,23 @@ bool JsonReader::ok() const {
   return state_->failures.empty();
 }
 
+bool JsonReader::sound() const {
+  return !is_related_failure(pointer_);
+}
+
+bool JsonReader::is_related_failure(std::string_view pointer) const {
+  return std::ranges::any_of(state_->failures, [pointer](const State::Failure& f) {
+    return is_within(pointer, f.pointer) || is_within(f.pointer, pointer);
+  });
+}
+
+// In the order of the file, which people correct from its top.
 Result<> JsonReader::result() const {
   constexpr std::size_t kShown = 20;
-  const auto& failures = state_->failures;
+  auto failures = state_->failures;
   if (failures.empty()) return {};
+  std::ranges::stable_sort(
+      failures, {}, [](const State::Failure& f) { return std::pair(f.at.line, f.at.column); });
   Error error(Errc::invalid_request, failures[0].what);
   error.detail = state_->document.excerpt(failures[0].at);
   for (std::size_t i = 1; i < std::min(failures.size(), kShown); ++i) {
@@ -112,28 +127,20 @@ std::string JsonReader::last_key() const {
 
 // One failure tells all about its value, its parents and its children: what is said of them later
 // may only follow from it.
-void JsonReader::add(TextPosition at, const std::string& what) const {
-  const auto related = [this](const State::Failure& f) {
-    return is_within(pointer_, f.pointer) || is_within(f.pointer, pointer_);
-  };
-  if (std::ranges::any_of(state_->failures, related)) return;
-  state_->failures.push_back({pointer_, at, located(state_->document, at, pointer_, what)});
+void JsonReader::add(std::string about, TextPosition at, const std::string& what,
+                     std::vector<std::string> absent) const {
+  constexpr std::size_t kMost = 200;  // nobody reads more, and each is compared with all
+  if (state_->failures.size() >= kMost || is_related_failure(about)) return;
+  state_->failures.push_back(
+      {std::move(about), at, located(state_->document, at, pointer_, what), std::move(absent)});
 }
 
 void JsonReader::refuse(const std::string& what) const {
-  if (ok()) wrong(what);
+  add(pointer_, state_->document.value_position(pointer_), what, {});
 }
 
 void JsonReader::refuse_key(const std::string& what) const {
-  if (ok()) wrong_key(what);
-}
-
-void JsonReader::wrong(const std::string& what) const {
-  add(state_->document.value_position(pointer_), what);
-}
-
-void JsonReader::wrong_key(const std::string& what) const {
-  add(state_->document.key_position(pointer_), what);
+  add(pointer_, state_->document.key_position(pointer_), what, {});
 }
 
 // The value as a message shows it: short, and safe for a terminal.
@@ -169,11 +176,11 @@ double JsonReader::number(const Range& range) const {
 
 double JsonReader::number_in(double to_si, const Range& si) const {
   if (!is_number()) {
-    wrong(fmt::format("{}, expected a number", shown()));
+    refuse(fmt::format("{}, expected a number", shown()));
     return 0;
   }
   const double v = value_->get<double>() * to_si;
-  if (!contains(si, v)) wrong(fmt::format("{}, expected {}", shown(), range_words(si, to_si)));
+  if (!contains(si, v)) refuse(fmt::format("{}, expected {}", shown(), range_words(si, to_si)));
   return v;
 }
 
@@ -184,30 +191,30 @@ std::int64_t JsonReader::integer(std::int64_t min, std::int64_t max) const {
   const double v = is_number() ? value_->get<double>() : std::nan("");
   // 2^53: above it a double cannot represent every integer.
   if (!(std::abs(v) <= 9007199254740992.0) || v != std::floor(v)) {
-    wrong(fmt::format("{}, {}", shown(), expected()));
+    refuse(fmt::format("{}, {}", shown(), expected()));
     return 0;
   }
   const auto n = static_cast<std::int64_t>(v);
-  if (n < min || n > max) wrong(fmt::format("{}, {}", shown(), expected()));
+  if (n < min || n > max) refuse(fmt::format("{}, {}", shown(), expected()));
   return n;
 }
 
 bool JsonReader::boolean() const {
   if (is_boolean()) return value_->get<bool>();
-  wrong(fmt::format("{}, expected true or false", shown()));
+  refuse(fmt::format("{}, expected true or false", shown()));
   return false;
 }
 
 std::string JsonReader::string() const {
   if (is_string()) return value_->get<std::string>();
-  wrong(fmt::format("{}, expected a string", shown()));
+  refuse(fmt::format("{}, expected a string", shown()));
   return {};
 }
 
 std::string JsonReader::nonempty_string(std::size_t max_bytes) const {
   std::string text = string();
   if (is_string() && (text.empty() || text.size() > max_bytes)) {
-    wrong(fmt::format("a string of {} bytes, expected 1 to {}", text.size(), max_bytes));
+    refuse(fmt::format("a string of {} bytes, expected 1 to {}", text.size(), max_bytes));
   }
   return text;
 }
@@ -215,12 +222,12 @@ std::string JsonReader::nonempty_string(std::size_t max_bytes) const {
 std::vector<JsonReader> JsonReader::items(std::size_t min, std::size_t max) const {
   std::vector<JsonReader> out;
   if (!is_array()) {
-    wrong(fmt::format("{}, expected an array", shown()));
+    refuse(fmt::format("{}, expected an array", shown()));
     return out;
   }
   if (value_->size() < min || value_->size() > max) {
-    wrong(max == SIZE_MAX ? fmt::format("{} items, expected at least {}", value_->size(), min)
-                          : fmt::format("{} items, expected {} to {}", value_->size(), min, max));
+    refuse(max == SIZE_MAX ? fmt::format("{} items, expected at least {}", value_->size(), min)
+                           : fmt::format("{} items, expected {} to {}", value_->size(), min, max));
     return out;
   }
   std::size_t i = 0;
@@ -233,9 +240,9 @@ std::size_t JsonReader::word_index(std::span<const std::string> words) const {
   const auto it = std::ranges::find(words, text);
   if (it != words.end()) return static_cast<std::size_t>(it - words.begin());
   if (is_string()) {
-    wrong(fmt::format("{}{} expected one of {}", shown(),
-                      nearest_word(text, words) ? did_you_mean(text, words) : ",",
-                      joined({words.begin(), words.end()})));
+    refuse(fmt::format("{}{} expected one of {}", shown(),
+                       nearest_word(text, words) ? did_you_mean(text, words) : ",",
+                       joined({words.begin(), words.end()})));
   }
   return 0;
 }
@@ -261,7 +268,7 @@ std::vector<std::string> JsonReader::keys() const {
 std::optional<JsonReader> JsonReader::find(std::string_view key) const {
   know(key, std::string(key));
   if (!is_object()) {
-    wrong(fmt::format("{}, expected an object", shown()));
+    refuse(fmt::format("{}, expected an object", shown()));
     return std::nullopt;
   }
   const auto it = value_->find(std::string(key));
@@ -269,31 +276,56 @@ std::optional<JsonReader> JsonReader::find(std::string_view key) const {
   return child(*it, key);
 }
 
-void JsonReader::missing(const std::string& what) const {
-  wrong(fmt::format("{} is missing{}{}", what, value_->empty() ? "" : ", found ", joined(keys())));
+void JsonReader::missing(std::string_view key, const std::string& what,
+                         std::vector<std::string> accepted) const {
+  add(pointer_ + escaped(key), state_->document.value_position(pointer_),
+      fmt::format("{} is missing{}{}", what, value_->empty() ? "" : ", found ", joined(keys())),
+      std::move(accepted));
+}
+
+// What was said of the object as a whole, as that it has no speed: its mistyped key tells more.
+void JsonReader::forget_own() const {
+  std::erase_if(state_->failures,
+                [this](const State::Failure& f) { return f.pointer == pointer_; });
+}
+
+// An unknown key in the place of one that is missing: one mistake, said once.
+bool JsonReader::stands_for_missing(const JsonReader& unknown, const std::string& meant) const {
+  for (State::Failure& f : state_->failures) {
+    if (std::ranges::find(f.absent, meant) == f.absent.end()) continue;
+    if (!is_within(f.pointer, pointer_) ||
+        f.pointer.find('/', pointer_.size() + 1) != f.pointer.npos)
+      continue;
+    f.at = state_->document.key_position(unknown.pointer_);
+    f.what = located(state_->document, f.at, unknown.pointer_,
+                     fmt::format("unknown key `{}`, did you mean `{}`? It is missing",
+                                 printable(unknown.last_key()), printable(meant)));
+    return true;
+  }
+  return false;
 }
 
 JsonReader JsonReader::at(std::string_view key) const {
   if (auto found = find(key)) return *found;
-  missing(fmt::format("the key `{}`", key));
+  missing(key, fmt::format("the key `{}`", key), {std::string(key)});
   return JsonReader(state_, nothing(), pointer_ + escaped(key));
 }
 
 JsonReader JsonReader::object(std::string_view key) const {
   JsonReader r = at(key);
-  if (!r.is_object()) r.wrong(fmt::format("{}, expected an object", r.shown()));
+  if (!r.is_object()) r.refuse(fmt::format("{}, expected an object", r.shown()));
   return r;
 }
 
 std::vector<JsonReader> JsonReader::members() const {
   std::vector<JsonReader> out;
   if (!is_object()) {
-    wrong(fmt::format("{}, expected an object", shown()));
+    refuse(fmt::format("{}, expected an object", shown()));
     return out;
   }
   constexpr std::size_t kMost = 1000;
   if (value_->size() > kMost) {
-    wrong(fmt::format("{} members, expected at most {}", value_->size(), kMost));
+    refuse(fmt::format("{} members, expected at most {}", value_->size(), kMost));
     return out;
   }
   for (const auto& [key, value] : value_->items()) {
@@ -343,7 +375,7 @@ std::optional<QuantityField> JsonReader::find_quantity(std::string_view stem, Di
     if (!parts.unit || parts.stem != stem || parts.dimension() != d) continue;
     JsonReader value = child((*value_)[key], key);
     if (found) {
-      value.wrong_key(fmt::format("`{}` beside `{}`, expected only one of them", key, found->key));
+      value.refuse_key(fmt::format("`{}` beside `{}`, expected only one of them", key, found->key));
     }
     found = QuantityField{std::move(value), key, *parts.unit};
   }
@@ -367,21 +399,32 @@ double JsonReader::quantity(std::string_view stem, Dimension d, const Range& ran
     if (key != stem && !key.starts_with(std::string(stem) + "_")) continue;
     const auto words = unit_mistake(key, accepted);
     if (!words) continue;
-    child((*value_)[key], key).wrong_key(*words);
+    child((*value_)[key], key).refuse_key(*words);
     return 0;
   }
-  missing(fmt::format("`{}` with a unit of {} ({})", stem, to_string(d), suffixes_of(d)));
+  missing(stem, fmt::format("`{}` with a unit of {} ({})", stem, to_string(d), suffixes_of(d)),
+          std::move(accepted));
   return 0;
 }
 
-// After an earlier failure its object may not have been read to the end, so a key that nobody asked
-// for need not be wrong.
 void JsonReader::no_other_keys() const {
-  for (const std::string& key : keys()) {
+  std::vector<std::string> absent;
+  const auto present = keys();
+  std::ranges::copy_if(known_->keys, std::back_inserter(absent), [&](const std::string& key) {
+    return std::ranges::find(present, key) == present.end();
+  });
+  for (const std::string& key : present) {
     if (std::ranges::find(known_->keys, key) != known_->keys.end()) continue;
     const JsonReader unknown = child((*value_)[key], key);
-    if (const auto words = unit_mistake(key, known_->keys)) return unknown.refuse_key(*words);
-    const auto meant = nearest_key(key, known_->keys);
+    if (const auto words = unit_mistake(key, known_->keys)) {
+      forget_own();
+      unknown.refuse_key(*words);
+      continue;
+    }
+    auto meant = nearest_key(key, absent);
+    if (!meant) meant = nearest_key(key, known_->keys);
+    if (meant) forget_own();
+    if (meant && stands_for_missing(unknown, *meant)) continue;
     const auto guess = meant ? fmt::format(", did you mean `{}`?", printable(*meant)) : ",";
     return unknown.refuse_key(fmt::format("unknown key `{}`{} expected {}", printable(key), guess,
                                           joined(known_->shown)));
@@ -390,9 +433,9 @@ void JsonReader::no_other_keys() const {
 
 void JsonReader::expect_format(std::string_view expected) const {
   const JsonReader format = at("format");
-  if (format.string() != expected && format.is_string()) {
-    format.wrong(fmt::format("{}, expected \"{}\"", format.shown(), expected));
-  }
+  if (format.string() == expected || !format.is_string()) return;
+  format.add(pointer_, state_->document.value_position(format.pointer_),
+             fmt::format("{}, expected \"{}\"", format.shown(), expected), {});
 }
 
 }  // namespace lcrig

@@ -34,7 +34,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known) {
   if (word.empty() || word.size() > kLongestWord) return std::nullopt;
   std::optional<std::string> best;
-  std::size_t nearest = std::max<std::size_t>(1, word.size() / 3) + 1;
+  // A word of which no letter is left is another one.
+  std::size_t nearest = std::min(std::max<std::size_t>(1, word.size() / 3) + 1, word.size());
   for (const std::string& candidate : known) {
     const bool begins = word.size() >= 3 && candidate.starts_with(word);
     const std::size_t distance = begins ? 1 : edit_distance(word, candidate);

@@ -154,6 +154,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
       : text_(text), follower_(text), data_(data) {}
 
   Result<> run() {
+    if (const auto mistake = find_encoding_mistake(text_)) return wrong_encoding(*mistake);
     const bool good = json::sax_parse(text_, this, json::input_format_t::json, true, true);
     follower_.skip_between();
     if (error_.empty() && follower_.block_comment()) {
@@ -220,6 +221,15 @@ class JsonParser final : public nlohmann::json_sax<json> {
   }
 
  private:
+  // Before all else: what a file means is known only after it is read as what it is.
+  Result<> wrong_encoding(const JsonMistake& mistake) {
+    refuse(follower_.position_of(mistake.at), mistake.words);
+    Error error(Errc::invalid_request, error_);
+    const auto ascii = ascii_of_utf16(text_);
+    error.detail = excerpt(ascii ? std::string_view(*ascii) : text_, error_at_);
+    return fail(std::move(error));
+  }
+
   // nlohmann refuses control characters in strings but not in comments.
   void refuse_steering() {
     std::string_view rest = text_;

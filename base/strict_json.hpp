@@ -71,12 +71,14 @@ class JsonReader {
   explicit JsonReader(const JsonDocument& document);
 
   bool ok() const;  // no reader of the document has failed so far
+  bool sound() const;  // nothing is wrong with this value, in it or around it
   Result<> result() const;
   const std::string& pointer() const { return pointer_; }
   std::string last_key() const;  // last part of the pointer, unescaped
 
-  // Refuses this value: `found_and_expected` follows "FILE:LINE:COL /pointer: ". Counts only when
-  // nothing was wrong before, because what the caller judges may have been a harmless value.
+  // Refuses this value: `found_and_expected` follows "FILE:LINE:COL /pointer: ". Says nothing of a
+  // value that is not `sound`. Who judges by other values, too, asks whether those are: they may be
+  // harmless ones.
   void refuse(const std::string& found_and_expected) const;
   void refuse_key(const std::string& found_and_expected) const;  // position of the key
 
@@ -129,9 +131,11 @@ class JsonReader {
   // The member itself, for values that are not plain numbers.
   std::optional<QuantityField> find_quantity(std::string_view stem, Dimension d) const;
 
-  // Call last on an object: refuses every key that was not asked for, and lists the known ones.
+  // Call last on an object, and only when all its keys were asked for: refuses every other one, and
+  // lists the known ones.
   void no_other_keys() const;
-  // Refuses the document unless "format" is `expected`, e.g. "specimen/1"; names what it found.
+  // Refuses the document unless "format" is `expected`, e.g. "specimen/1"; names what it found. Of
+  // a file of another format nothing else is said.
   void expect_format(std::string_view expected) const;
 
  private:
@@ -139,11 +143,13 @@ class JsonReader {
   struct Known;
   JsonReader(std::shared_ptr<State> state, const nlohmann::json& value, std::string pointer);
   JsonReader child(const nlohmann::json& value, std::string_view key) const;
-  void missing(const std::string& what) const;
-  // What a reader itself finds wrong with a value or a key. It is kept beside earlier failures.
-  void wrong(const std::string& what) const;
-  void wrong_key(const std::string& what) const;
-  void add(TextPosition at, const std::string& what) const;
+  void missing(std::string_view key, const std::string& what,
+               std::vector<std::string> accepted) const;
+  void forget_own() const;
+  bool stands_for_missing(const JsonReader& unknown, const std::string& meant) const;
+  bool is_related_failure(std::string_view pointer) const;
+  void add(std::string about, TextPosition at, const std::string& what,
+           std::vector<std::string> absent) const;
   std::size_t word_index(std::span<const std::string> words) const;
   std::string shown() const;
   void know(std::string_view key, std::string display) const;

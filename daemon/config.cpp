@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/force_class.hpp"
 #include "drivers/port_url.hpp"
 
 namespace lcrig {
@@ -19,7 +20,7 @@ constexpr std::array<std::pair<std::string_view, int>, 6> kLevels{
 std::string read_port(const JsonReader& r) {
   std::string port = r.string("port");
   if (port.empty()) {
-    r.refuse("an empty port, expected for example \"serial:2184:005f\"");
+    r.at("port").refuse("an empty port, expected for example \"serial:2184:005f\"");
   } else if (const auto url = parse_port_url(port); !url) {
     r.at("port").refuse(url.error().what);
   }
@@ -49,14 +50,19 @@ ForceLoop read_force_loop(const JsonReader& r) {
 }
 
 void read_frame(const JsonReader& r, Config& c) {
-  c.frame_driver = r.word<FrameDriver>("driver", kFrameDrivers);
+  const JsonReader driver = r.at("driver");
+  c.frame_driver = driver.word<FrameDriver>(kFrameDrivers);
+  if (!driver.sound()) return;  // nobody knows which keys it has
   if (c.frame_driver == FrameDriver::zwick) {
     FrameFacts& f = c.frame;
     c.frame_port = read_port(r);
     f.stiffness_N_m = r.optional_quantity("stiffness", Dimension::stiffness, kPositive);
     f.start_gap_m = r.optional_quantity("start_gap", Dimension::length, Range{0, 1});
-    if (const auto n = r.optional_number("force_class", Range{0.01, 10})) {
-      f.force_class_percent = *n;
+    if (const auto n = r.find("force_class")) {
+      f.force_class_percent = n->number();
+      if (!is_force_class(f.force_class_percent)) {
+        n->refuse(fmt::format("{:g}, expected {}", f.force_class_percent, kForceClassWords));
+      }
     }
     if (const auto loop = r.find("force_loop")) f.force_loop = read_force_loop(*loop);
   }

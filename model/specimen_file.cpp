@@ -41,7 +41,7 @@ Material read_material(const JsonReader& reader) {
   return m;
 }
 
-Layer read_layer(const JsonReader& reader, const Specimen& specimen) {
+Layer read_layer(const JsonReader& reader, const Specimen& specimen, bool materials_read) {
   Layer layer;
   const JsonReader field = reader.at("material");
   const std::string name = field.nonempty_string();
@@ -55,6 +55,7 @@ Layer read_layer(const JsonReader& reader, const Specimen& specimen) {
     }
     known.push_back(material.name);
   }
+  if (!materials_read) return layer;
   field.refuse("unknown material \"" + name + "\", expected one of `materials`" +
                did_you_mean(name, known));
   return layer;
@@ -80,13 +81,14 @@ Specimen read_specimen(const JsonReader& reader) {
   s.disc_diameter_m = reader.quantity("disc_diameter", Dimension::length, kSize);
   s.faces = reader.word<Faces>("faces", kFaces);
   if (const auto top = reader.find("top")) s.top = top->word<Top>(kTops);
-  for (const auto& material : reader.object("materials").members()) {
+  const JsonReader materials = reader.object("materials");
+  for (const auto& material : materials.members()) {
     s.materials.push_back(read_material(material));
   }
   for (const auto& item : reader.at("capacitors").items(1)) {
     Capacitor capacitor;
     for (const auto& layer : item.at("layers").items(1)) {
-      capacitor.layers.push_back(read_layer(layer, s));
+      capacitor.layers.push_back(read_layer(layer, s, materials.is_object()));
     }
     item.no_other_keys();
     s.capacitors.push_back(std::move(capacitor));

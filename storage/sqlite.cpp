@@ -25,8 +25,8 @@ Advice advice_for(int extended_code) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED: return {Errc::busy, "; another program holds it: stop it or wait"};
     case SQLITE_NOTADB:
-      return {Errc::invalid_request, "; this is no lcrig database: give another --db"};
-    case SQLITE_CORRUPT: return {Errc::io, "; restore a copy of the file"};
+      return {Errc::invalid_request, "is not a database, or its beginning is damaged"};
+    case SQLITE_CORRUPT: return {Errc::io, "is damaged: restore a copy of it"};
     case SQLITE_CANTOPEN:
     case SQLITE_PERM:
     case SQLITE_READONLY:
@@ -41,6 +41,10 @@ Advice advice_for(int extended_code) {
 Error make_error(sqlite3* handle, std::string_view path, std::string_view doing) {
   const int code = handle != nullptr ? sqlite3_extended_errcode(handle) : SQLITE_NOMEM;
   const Advice advice = advice_for(code);
+  // Neither the statement nor SQLite's words tell more about a file like that.
+  if ((code & 0xff) == SQLITE_NOTADB || (code & 0xff) == SQLITE_CORRUPT) {
+    return Error(advice.code, fmt::format("{}: {} ({})", path, advice.text, code));
+  }
   const char* message = handle != nullptr ? sqlite3_errmsg(handle) : "out of memory";
   constexpr std::size_t kShown = 60;  // of a statement; enough to recognise it
   return Error(advice.code, fmt::format("{}: {}: {} ({}){}", path, doing.substr(0, kShown), message,

@@ -62,7 +62,7 @@ const FaultKind* find_kind(const JsonReader& r, FaultTarget on, std::string_view
     if (kind.name == name) return &kind;
     known.emplace_back(kind.name);
   }
-  if (r.ok()) {
+  if (r.sound()) {
     r.at("fault").refuse(fmt::format("no fault `{}` there{}; expected one of {}", name,
                                      did_you_mean(name, known), fmt::join(known, ", ")));
   }

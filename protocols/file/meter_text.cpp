@@ -3,8 +3,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/number.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
+#include "base/units.hpp"
 
 namespace lcrig {
 
@@ -55,6 +57,16 @@ std::string shown(const ParameterValues::mapped_type& value) {
   return word != nullptr ? *word : fmt::format("{}", std::get<double>(value));
 }
 
+// "1kHz" is a number to whoever types it.
+std::optional<double> in_hertz(const std::string& typed) {
+  const auto digit = typed.find_last_of("0123456789.");
+  if (digit == typed.npos) return std::nullopt;
+  const auto number = number_from<double>(typed.substr(0, digit + 1));
+  const Unit* unit = find_unit(trimmed(std::string_view(typed).substr(digit + 1)));
+  if (!number || unit == nullptr || unit->dimension != Dimension::frequency) return std::nullopt;
+  return *number * unit->to_si;
+}
+
 }  // namespace
 
 Result<std::string> with_meter_values(std::string_view text, const std::string& name,
@@ -70,8 +82,9 @@ Result<std::string> with_meter_values(std::string_view text, const std::string& 
     const bool number = what != "aperture";
     const std::string given = shown(value->second);
     if (number && !json::parse(given, nullptr, false).is_number()) {
-      return fail(Errc::invalid_request, "{}: \"{}\" is no number, expected a frequency in Hz",
-                  what, printable(given, 60));
+      const auto Hz = in_hertz(given);
+      return fail(Errc::invalid_request, "{}: \"{}\" is no number, expected a frequency in Hz{}",
+                  what, printable(given, 60), Hz ? fmt::format(": {}", *Hz) : std::string());
     }
     const std::string member =
         fmt::format(R"("{}": {})", what, number ? given : json(given).dump());

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 
+#include "base/near_word.hpp"
 #include "base/text.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/lcr_words.hpp"
@@ -43,7 +44,7 @@ Parameter parse_parameter(const JsonReader& r) {
     r.refuse("a fraction in default, min or max, expected whole numbers for an integer");
   }
   if (p.min > p.max) r.refuse(fmt::format("min {} above max {}", p.min, p.max));
-  if (p.default_value < p.min || p.default_value > p.max) {
+  if (r.sound() && (p.default_value < p.min || p.default_value > p.max)) {
     r.at("default").refuse(
         fmt::format("{}, expected from {} to {} (min, max)", p.default_value, p.min, p.max));
   }
@@ -53,7 +54,12 @@ Parameter parse_parameter(const JsonReader& r) {
 
 void parse_parameters(const JsonReader& top, Protocol& out, Scope& scope) {
   const auto all = top.find("parameters");
-  if (!all) return;
+  if (!all) {
+    // A mistyped key has them all.
+    if (nearest_word("parameters", top.keys())) scope.set_names_doubtful(true);
+    return;
+  }
+  if (!all->is_object()) scope.set_names_doubtful(true);
   for (const JsonReader& r : all->members()) {
     const Parameter p = parse_parameter(r);
     ScopeEntry entry;
@@ -61,6 +67,7 @@ void parse_parameters(const JsonReader& top, Protocol& out, Scope& scope) {
     entry.min = p.min * p.to_si;
     entry.max = p.max * p.to_si;
     entry.integer = p.integer;
+    entry.bounded = r.sound();
     scope.add(r.last_key(), entry);
     out.parameters[r.last_key()] = p;
   }
@@ -157,9 +164,12 @@ OnLoss parse_on_loss(const JsonReader& r) {
 
 void parse_steps(const JsonReader& top, const Scope& scope, Protocol& out) {
   StepsParser parser(scope);
-  out.steps = parser.parse(top.at("steps"), 1);
+  const JsonReader steps = top.at("steps");
+  out.steps = parser.parse(steps, 1);
   const JsonReader finally_steps = top.at("finally");
   out.finally_steps = parser.parse(finally_steps, 0);
+  // What is wrong in the steps may hide what the others have to fit.
+  if (!steps.sound() || !finally_steps.sound()) return;
   const bool loads = commands_frame(out) || places_weights(out.steps);
   if (loads && !out.limits.force_min) {
     top.at("limits").refuse("no force window, expected force_N in a protocol that loads");
@@ -190,7 +200,7 @@ void parse_top(const JsonReader& top, Protocol& out) {
   if (const auto t = top.optional_quantity("finally_timeout", Dimension::time, Range{1, 86400})) {
     out.finally_timeout = from_seconds(*t);
   }
-  if (top.ok()) parse_steps(top, scope, out);
+  parse_steps(top, scope, out);
   top.no_other_keys();
 }
 

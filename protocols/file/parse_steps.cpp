@@ -88,7 +88,6 @@ Steps StepsParser::parse(const JsonReader& array, std::size_t min_steps) {
   Steps out;
   for (const JsonReader& step : array.items(min_steps, 1000)) {
     out.push_back(parse_step(step));
-    if (!array.ok()) break;
   }
   return out;
 }
@@ -97,7 +96,10 @@ Step StepsParser::parse_step(const JsonReader& r) {
   Step step;
   step.id = parse_id(r);
   step.pointer = r.pointer();
-  step.action = kStepParsers[r.word<std::size_t>("do", kStepWords)](StepReader(r, scope_, *this));
+  const JsonReader kind = r.at("do");
+  const auto index = kind.word<std::size_t>(kStepWords);
+  if (!kind.sound()) return step;  // nobody knows which keys it has
+  step.action = kStepParsers[index](StepReader(r, scope_, *this));
   r.no_other_keys();
   return step;
 }

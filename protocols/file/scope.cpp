@@ -26,6 +26,7 @@ const ScopeEntry* Scope::find(const JsonReader& value, Dimension d, std::string&
   name = text.substr(1);
   const auto it = entries_.find(name);
   if (it == entries_.end()) {
+    if (doubtful_names_ > 0) return nullptr;
     std::vector<std::string> known;
     std::string list;
     for (const auto& [key, entry] : entries_) {
@@ -55,7 +56,7 @@ Number Scope::read(const JsonReader& value, Dimension d, double to_si, const Ran
   }
   if (const ScopeEntry* entry = find(value, d, n.name)) {
     for (const double bound : {entry->min, entry->max}) {
-      if (contains(si, bound)) continue;
+      if (!entry->bounded || contains(si, bound)) continue;
       value.refuse(fmt::format("\"${}\" may be {:.6g}, expected {}", n.name, bound / to_si,
                                range_words(si, to_si)));
     }
@@ -73,7 +74,7 @@ Number Scope::read_count(const JsonReader& value, std::int64_t min, std::int64_t
   const Range range{static_cast<double>(min), static_cast<double>(max)};
   n = read(value, Dimension::none, 1, range);
   const auto it = entries_.find(n.name);
-  if (it != entries_.end() && !it->second.integer) {
+  if (it != entries_.end() && it->second.bounded && !it->second.integer) {
     value.refuse(
         fmt::format("\"${}\" may be a fraction, expected a whole number: give the "
                     "parameter \"integer\": true",

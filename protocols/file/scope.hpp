@@ -15,6 +15,7 @@ struct ScopeEntry {
   Dimension dimension = Dimension::none;
   double min = 0, max = 0;  // SI; every value it can take
   bool integer = false;
+  bool bounded = true;  // false: what the file says of its values is wrong, so nothing follows
 };
 
 class Scope {
@@ -22,6 +23,8 @@ class Scope {
   void add(const std::string& name, const ScopeEntry& entry) { entries_[name] = entry; }
   void remove(const std::string& name) { entries_.erase(name); }
   bool has(const std::string& name) const { return entries_.contains(name); }
+  // From here on, until taken back, a name that nobody knows may be one that the file says wrongly.
+  void set_names_doubtful(bool doubtful) { doubtful_names_ += doubtful ? 1 : -1; }
 
   // A literal in the unit given, or "$name" of the same dimension whose whole range fits.
   Number read(const JsonReader& value, Dimension d, double to_si, const Range& si) const;
@@ -37,6 +40,7 @@ class Scope {
  private:
   const ScopeEntry* find(const JsonReader& value, Dimension d, std::string& name) const;
   std::map<std::string, ScopeEntry> entries_;
+  int doubtful_names_ = 0;
 };
 
 }  // namespace lcrig

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "protocols/steps/step.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -25,13 +27,47 @@ double rounded(double value, Rounding to, bool whole) {
   return digits < 0 ? cut * scale : cut / scale;
 }
 
+double usual_value(const Number& n, const Protocol& protocol) {
+  const auto it = protocol.parameters.find(n.name);
+  if (it == protocol.parameters.end()) return n.value;
+  return it->second.default_value * it->second.to_si;
+}
+
+// The end of the sweep around `n` that goes furthest: a limit is met there first. `n` is its
+// variable. nullptr: there is none.
+const Number* end_of_sweep(const Steps& steps, const Number& n, Rounding to,
+                           const Protocol& protocol) {
+  for (const Step& step : steps) {
+    const StepFacts facts = facts_of(step);
+    if (facts.inside == nullptr || !n.pointer.starts_with(step.pointer + "/")) continue;
+    if (const Number* found = end_of_sweep(*facts.inside, n, to, protocol)) return found;
+    if (facts.sweep == nullptr || facts.sweep->name != n.name) continue;
+    const Number* out = nullptr;
+    const auto take = [&](const Number& end) {
+      const auto value = [&](const Number& of) { return usual_value(of, protocol); };
+      const bool further = out == nullptr || (to == Rounding::down ? value(end) > value(*out)
+                                                                   : value(end) < value(*out));
+      if (further) out = &end;
+    };
+    for (const Number& value : facts.sweep->values) take(value);
+    if (facts.sweep->from) take(*facts.sweep->from);
+    if (facts.sweep->to) take(*facts.sweep->to);
+    return out;
+  }
+  return nullptr;
+}
+
 std::vector<Change> change_of(const Number& n, double si, Rounding to, const Protocol& protocol) {
   if (n.name.empty()) {
     const double value = rounded(si / n.to_si, to, false);
     return {Change(n.pointer, value, false)};
   }
   const auto it = protocol.parameters.find(n.name);
-  if (it == protocol.parameters.end()) return {};
+  if (it == protocol.parameters.end()) {
+    const Number* end = end_of_sweep(protocol.steps, n, to, protocol);
+    if (end == nullptr) return {};
+    return change_of(*end, si, to, protocol);
+  }
   const Parameter& p = it->second;
   const double value = rounded(si / p.to_si, to, p.integer);
   if (value < p.min || value > p.max) return {};

@@ -71,9 +71,19 @@ void Planner::check_channels() {
                              missing)));
 }
 
+// -p changes the frequency of any protocol that has no parameter of that name.
+std::vector<Change> Planner::possible_frequency() const {
+  constexpr const char* kName = "frequency_Hz";
+  const LcrCapabilities& meter = rig_.known().lcr;
+  const double wanted = plan_.lcr.frequency.si();
+  const double can = std::clamp(wanted, meter.frequency_min.si(), meter.frequency_max.si());
+  if (can == wanted || protocol_.parameters.contains(kName)) return {};
+  return {Change(kName, can, true)};
+}
+
 void Planner::check_start() {
   if (const auto why = check_lcr(plan_.lcr, rig_.known().lcr)) {
-    refuse("/sample/lcr", "sample", Refusal(*why));
+    refuse("/sample/lcr", "sample", Refusal(*why, possible_frequency()));
   }
   const double rate = protocol_.sample.frame_rate_Hz, most = rig_.frame().sample_rate_max_Hz;
   plan_.frame_rate_Hz = rate;

@@ -26,6 +26,7 @@ class Planner {
   bool walk_steps(const Steps& steps, bool in_finally);
   StepPlan visit(const Step& step);
   void account(const Step& step, const StepPlan& adds, bool in_finally);
+  std::vector<Change> possible_frequency() const;
   void refuse(const std::string& pointer, const std::string& id, Refusal refusal);
   void finish_figures();
   void foresee_lies();

@@ -45,7 +45,17 @@ LcrSettings SetLcrStep::change(LcrSettings settings, const Environment& env) con
 StepPlan SetLcrStep::plan(PlannedRig& rig) const {
   StepPlan out(0.5);  // each setting is read back
   rig.set_meter(*this);
-  if (auto why = check_lcr(rig.meter(), rig.known().lcr)) out.refuse(Refusal(std::move(*why)));
+  const LcrCapabilities& meter = rig.known().lcr;
+  if (auto why = check_lcr(rig.meter(), meter)) {
+    const double Hz = rig.meter().frequency.si();
+    std::vector<Change> changes;
+    if (frequency && Hz > meter.frequency_max.si()) {
+      changes = at_most(*frequency, meter.frequency_max.si(), rig.protocol());
+    } else if (frequency && Hz < meter.frequency_min.si()) {
+      changes = at_least(*frequency, meter.frequency_min.si(), rig.protocol());
+    }
+    out.refuse(Refusal(std::move(*why), std::move(changes)));
+  }
   return out;
 }
 

@@ -42,6 +42,7 @@ ScopeEntry sweep_values(const StepReader& r, const KeyParts& key, SweepStep& out
     const ScopeEntry b = r.scope.bounds(all[i], key.dimension());
     entry.min = i == 0 ? b.min : std::min(entry.min, b.min);
     entry.max = i == 0 ? b.max : std::max(entry.max, b.max);
+    entry.bounded = entry.bounded && b.bounded;
   }
   return entry;
 }
@@ -63,15 +64,25 @@ SweepStep SweepStep::parse(const StepReader& r) {
                     out.name));
   }
   const KeyParts key = split_key(out.name);
-  ScopeEntry entry = sweep_values(r, key, out);
+  // Without its name nobody knows what the values are.
+  const bool named = name.sound();
+  ScopeEntry entry;
+  if (named) {
+    entry = sweep_values(r, key, out);
+  } else {
+    for (const char* known : {"values", "from", "to", "count"}) r.json.has(known);
+  }
   const auto whole = [](const Number& n) {
     return n.name.empty() && n.value == std::floor(n.value);
   };
   entry.integer = !key.unit && !out.values.empty() && std::ranges::all_of(out.values, whole);
-  if (!r.json.ok()) return out;
-  r.scope.add(out.name, entry);
+  entry.bounded = entry.bounded && r.json.sound();
+  // A name that is wrong may be any.
+  if (named) r.scope.add(out.name, entry);
+  if (!named) r.scope.set_names_doubtful(true);
   out.steps = r.steps();
-  r.scope.remove(out.name);
+  if (named) r.scope.remove(out.name);
+  if (!named) r.scope.set_names_doubtful(false);
   return out;
 }
 

@@ -55,7 +55,7 @@ class Cli {
     console.color = tty && !variables.contains("NO_COLOR");
     console.width = [] { return 80; };
     cli::DaemonParts daemon;
-    daemon.rehearse = &FakeRehearsal::run;
+    daemon.rehearse = rehearsal;
     daemon.bench_rig = bench_rig;
     cli::Context context(console, env, clock, daemon);
     return cli::run_cli(args, context);
@@ -74,6 +74,7 @@ class Cli {
   RealClock clock;
   std::ostringstream out, err;
   bool tty = false;
+  Result<RehearseResult> (*rehearsal)(const RehearseRequest&) = &FakeRehearsal::run;
   Result<Rig> (*bench_rig)(const BenchRequest&) = nullptr;
 };
 

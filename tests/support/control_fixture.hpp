@@ -43,6 +43,7 @@ class FakeHandler : public ControlHandler {
     co_return stopped("freeze " + why);
   }
   Task<Result<Plan>> plan_run(RunRequest request, PeerCredentials) override {
+    last_plan = request;
     auto ok = done("plan " + request.protocol_name);
     if (!ok) co_return fail(ok.error());
     Plan plan;
@@ -62,7 +63,7 @@ class FakeHandler : public ControlHandler {
   DaemonStatus status() const override { return state; }
 
   std::vector<std::string> calls;
-  RunRequest last_start;
+  RunRequest last_start, last_plan;
   PeerCredentials last_peer;
   DaemonStatus state;
   std::optional<Error> next_error;

@@ -4,9 +4,11 @@
 
 #include "analysis/analysis.hpp"
 #include "analysis/analysis_text.hpp"
+#include "base/force_class.hpp"
 #include "storage/chain.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
@@ -42,7 +44,7 @@ class AnalyzeCommand final : public Command {
               "Look for the two linear regions of the curve, too");
     list.number("--confidence", wanted_.confidence, "P", "Of the intervals (0.95)");
     list.number("--force-class", wanted_.rig.force_class_percent, "PERCENT",
-                "Limits of the load cell, percent of reading (assumed: 1)");
+                "Of the load cell: 0.5, 1, 2 or 3 percent of reading, ISO 7500-1 (assumed: 1)");
     list.number("--certified-from-N", wanted_.rig.force_certified_from_N, "N",
                 "Lowest certified force of the load cell");
     list.number("--probe-tolerance-mm", wanted_.rig.probe_diameter_tolerance_mm, "MM",
@@ -54,6 +56,7 @@ class AnalyzeCommand final : public Command {
   }
 
   Outcome<ExitCode> run(Context& context) override {
+    if (auto possible = check_options(); !possible) return possible.error();
     auto analyses = analyse_all(context);
     if (!analyses) return analyses.error();
     const auto comparisons = compare(*analyses);
@@ -67,6 +70,30 @@ class AnalyzeCommand final : public Command {
   }
 
  private:
+  Outcome<void> check_options() const {
+    const auto& rig = wanted_.rig;
+    const auto bad = [](const char* option, double value, const std::string& expected,
+                        const char* next) {
+      return Failure(kUsage, fmt::format("{} {:g}: expected {}", option, value, expected), next);
+    };
+    if (!(wanted_.confidence > 0 && wanted_.confidence < 1)) {
+      return bad("--confidence", wanted_.confidence, "a share between 0 and 1",
+                 "--confidence 0.95");
+    }
+    if (rig.force_class_percent && !is_force_class(*rig.force_class_percent)) {
+      return bad("--force-class", *rig.force_class_percent, kForceClassWords, "--force-class 1");
+    }
+    if (rig.force_certified_from_N && *rig.force_certified_from_N < 0) {
+      return bad("--certified-from-N", *rig.force_certified_from_N, "a force from 0 on",
+                 "--certified-from-N 0.1");
+    }
+    if (rig.probe_diameter_tolerance_mm && *rig.probe_diameter_tolerance_mm < 0) {
+      return bad("--probe-tolerance-mm", *rig.probe_diameter_tolerance_mm, "a length from 0 on",
+                 "--probe-tolerance-mm 0.02");
+    }
+    return {};
+  }
+
   Outcome<std::vector<RunAnalysis>> analyse_all(const Context& context) {
     if (!ranges_.empty()) wanted_.ranges.clear();
     for (const auto& text : ranges_) {
@@ -78,11 +105,12 @@ class AnalyzeCommand final : public Command {
     if (!db) return db.error();
     std::vector<RunAnalysis> out;
     for (const auto& text : runs_) {
-      auto run = named_run(*db, text);
+      auto run = named_run(context, *db, text);
       if (!run) return run.error();
       auto checked = verify_aside(*db, *run);
       auto analysis = analyse(*db, *run, wanted_);
-      if (!analysis) return Failure(analysis.error(), "lcrig runs show " + text);
+      if (!analysis)
+        return Failure(analysis.error(), next_command(context.global, {"runs", "show", text}));
       const auto chain = checked.get();
       if (!chain) return Failure(chain.error());
       if (!chain->intact) analysis->notes.insert(analysis->notes.begin(), remark_on(*chain));

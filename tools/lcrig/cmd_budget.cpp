@@ -14,6 +14,7 @@
 #include "tools/lcrig/budget_text.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/output_file.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
@@ -73,7 +74,8 @@ class BudgetCommand final : public Command {
     const Budget budget = reckon_budget(question);
     const auto possible = [](const BudgetSetting& s) { return s.planned.possible(); };
     if (std::ranges::none_of(budget.settings, possible)) {
-      return refused(Error(Errc::invalid_request, budget.settings.front().planned.refused));
+      return refused(context,
+                     Error(Errc::invalid_request, budget.settings.front().planned.refused));
     }
     if (!svg_.empty()) {
       const std::string title = fmt::format("Budget of {} on {}", what->protocol.name, specimen_);
@@ -84,7 +86,8 @@ class BudgetCommand final : public Command {
     all["protocol"] = what->protocol.name;
     all["specimen"] = specimen_;
     all["bench"] = bench_;
-    const std::string command = budget.cheapest ? command_for(*budget.cheapest) : "";
+    const std::string command =
+        budget.cheapest ? command_for(context.global, *budget.cheapest) : "";
     if (budget.cheapest) all["command"] = command;
     return show(context, all, [&](std::ostream& out) {
       out << to_table(budget);
@@ -106,9 +109,9 @@ class BudgetCommand final : public Command {
     const auto wanted = find_protocol(library, protocol_, parameters_);
     if (!wanted) return wanted.error();
     auto protocol = parse_protocol(wanted->file.text, wanted->file.path.string());
-    if (!protocol) return refused(protocol.error());
+    if (!protocol) return refused(context, protocol.error());
     auto bound = bind_parameters(*protocol, wanted->parameters);
-    if (!bound) return refused(bound.error());
+    if (!bound) return refused(context, bound.error());
     auto db = context.db_path();
     if (!db) return db.error();
     auto text = find_specimen_text(context, *db, specimen_);
@@ -123,7 +126,7 @@ class BudgetCommand final : public Command {
       bench->noise = std::move(*noise);
     }
     const auto limits = bind_limits(*protocol, *bound, bench->frame);
-    if (!limits) return refused(limits.error());
+    if (!limits) return refused(context, limits.error());
     const Force most = Force::from_si(kForceReserve * limits->force_max_N);
     auto curve = tabulate(*specimen, most, bench->probe_area);
     if (!curve) return Failure(curve.error(), "lcrig model curve --help");
@@ -150,10 +153,11 @@ class BudgetCommand final : public Command {
                                         const InstrumentNoise& bench) const {
     auto db = open_runs(context);
     if (!db) return db.error();
-    auto run = named_run(*db, noise_from_);
+    auto run = named_run(context, *db, noise_from_);
     if (!run) return run.error();
     const auto seen = measured_noise(*db, *run);
-    if (!seen) return Failure(seen.error(), fmt::format("lcrig analyze {}", *run));
+    if (!seen)
+      return Failure(seen.error(), next_command(context.global, {"analyze", std::to_string(*run)}));
     const MeterSetting& m = seen->meter;
     const auto speed = static_cast<std::size_t>(m.speed);
     const double once =
@@ -169,7 +173,7 @@ class BudgetCommand final : public Command {
   }
 
   // What runs exactly this point: the -p that were given, then those that it changes.
-  std::string command_for(const BudgetPoint& point) const {
+  std::string command_for(const GlobalOptions& global, const BudgetPoint& point) const {
     std::map<std::string, std::string> changes;
     for (const std::string& p : parameters_) {
       changes[p.substr(0, p.find('='))] = p.substr(p.find('=') + 1);
@@ -177,10 +181,13 @@ class BudgetCommand final : public Command {
     for (const auto& [what, value] : point.parameters) changes[what] = fmt::format("{}", value);
     changes["frequency_Hz"] = fmt::format("{}", point.frequency_Hz);
     changes["aperture"] = to_string(point.aperture);
-    std::string out = fmt::format("lcrig run {} --specimen {}", protocol_, specimen_);
-    for (const auto& [what, value] : changes) out += fmt::format(" -p {}={}", what, value);
-    if (!point.follows) out += fmt::format("   (and in the file: {})", point.note);
-    return out;
+    Words words{"run", protocol_};
+    add_option(words, "--specimen", specimen_);
+    for (const auto& [what, value] : changes) {
+      add_option(words, "-p", fmt::format("{}={}", what, value));
+    }
+    return next_command(global, words,
+                        point.follows ? "" : fmt::format("and in the file: {}", point.note));
   }
 
   Outcome<std::optional<double>> target() const {
@@ -210,20 +217,27 @@ class BudgetCommand final : public Command {
       const auto end = std::min(rest.find(','), rest.size());
       auto Hz = parse_number("--frequency-Hz", std::string(rest.substr(0, end)));
       if (!Hz) return Hz.error();
-      if (!(*Hz > 0)) return Failure(kUsage, "--frequency-Hz: expected frequencies above 0", "");
+      if (!(*Hz > 0)) {
+        return Failure(kUsage, "--frequency-Hz: expected frequencies above 0",
+                       "--frequency-Hz 1000,100000");
+      }
       out.push_back(*Hz);
       if (end == rest.size()) return out;
       rest.remove_prefix(end + 1);
     }
   }
 
-  Failure refused(const Error& error) const {
-    Failure out(error, fmt::format("lcrig protocol plan {} --specimen {}", protocol_, specimen_));
+  Failure refused(const Context& context, const Error& error) const {
+    Words words{"protocol", "plan", protocol_};
+    add_options(words, "-p", parameters_);
+    add_option(words, "--specimen", specimen_);
+    if (bench_ != kUsualBench) add_option(words, "--bench", bench_);
+    Failure out(error, next_command(context.global, words));
     if (error.code == Errc::invalid_request) out.code = kProtocol;
     return out;
   }
 
-  std::string protocol_, specimen_, frequencies_, target_, bench_ = "paper", svg_, noise_from_;
+  std::string protocol_, specimen_, frequencies_, target_, bench_ = kUsualBench, svg_, noise_from_;
   std::vector<std::string> parameters_;
 };
 

@@ -7,6 +7,7 @@
 #include "analysis/export.hpp"
 #include "base/text.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
@@ -36,8 +37,9 @@ class ExportCommand final : public Command {
   Outcome<ExitCode> run(Context& context) override {
     const bool standard_output = output_ == "-";
     if (!layout_.empty() && !standard_output) {
-      return Failure(kUsage, "--layout is for -o - (a folder gets every table)",
-                     "lcrig export " + run_ + " -o - --layout " + layout_);
+      return Failure(
+          kUsage, "--layout is for -o - (a folder gets every table)",
+          next_command(context.global, {"export", run_, "-o", "-", "--layout", layout_}));
     }
     auto run = open_run(context, run_);
     if (!run) return run.error();
@@ -55,7 +57,7 @@ class ExportCommand final : public Command {
     if (!done) return Failure(done.error());
     const auto chain = checked.get();
     if (!chain) return Failure(chain.error());
-    warn_of(*chain, context, run);
+    remark(*chain, context, run);
     return kOk;
   }
 
@@ -65,9 +67,10 @@ class ExportCommand final : public Command {
     options.force = force_;
     options.license = license_.empty() ? context.env.get("LCRIG_LICENSE").value_or("") : license_;
     auto done = export_run(db, run, options);
-    if (!done) return Failure(done.error(), "lcrig export RUN -o ANOTHER-FOLDER");
-    warn_of(done->chain, context, run);
+    if (!done) return Failure(done.error(), elsewhere(context, run));
+    remark(done->chain, context, run);
     const json all{{"run", run},
+                   {"goes_on", done->chain.goes_on},
                    {"files", done->files},
                    {"intact", done->chain.intact},
                    {"finding", done->chain.finding}};
@@ -76,9 +79,20 @@ class ExportCommand final : public Command {
     });
   }
 
-  static void warn_of(const ChainReport& chain, const Context& context, std::int64_t run) {
-    if (chain.intact) return;
-    fmt::print(context.console.err, "lcrig: run {} is {}\n", run, remark_on(chain));
+  std::string elsewhere(const Context& context, std::int64_t run) const {
+    Words words{"export", std::to_string(run), "-o", "ANOTHER-FOLDER"};
+    add_option(words, "--license", license_);
+    return next_command(context.global, words);
+  }
+
+  static void remark(const ChainReport& chain, const Context& context, std::int64_t run) {
+    if (!chain.intact) context.console.note(fmt::format("run {} is {}", run, remark_on(chain)));
+    if (chain.goes_on) {
+      context.console.note(
+          fmt::format("run {} goes on: this is what was recorded until now; export it again when "
+                      "it has ended",
+                      run));
+    }
   }
 
   std::string run_ = "last", output_, layout_, license_;

@@ -15,6 +15,7 @@
 #include "storage/runs.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
@@ -75,13 +76,14 @@ std::optional<FitData> fit_data_of_levels(const Database& db, std::int64_t run,
   return out.points.size() >= kLeastWithC0 ? std::optional(std::move(out)) : std::nullopt;
 }
 
-Outcome<FitData> fit_data(const Database& db, std::int64_t run, const Specimen& specimen) {
+Outcome<FitData> fit_data(const Context& context, const Database& db, std::int64_t run,
+                          const Specimen& specimen) {
   if (auto of_levels = fit_data_of_levels(db, run, specimen)) return std::move(*of_levels);
   auto summary = summarise_run(db, run);
   if (!summary) return Failure(summary.error());
   if (!summary->c0_F) {
     return Failure(kFailed, fmt::format("run {} has no reading before contact", run),
-                   "lcrig runs list");
+                   next_command(context.global, {"runs"}));
   }
   auto means = level_means(db, run);
   if (!means) return means.error();
@@ -166,7 +168,7 @@ class FitCommand final : public Command {
     if (!specimen) return Failure(specimen.error());
     auto settings = options_.settings();
     if (!settings) return settings.error();
-    auto data = fit_data(db, id, *specimen);
+    auto data = fit_data(context, db, id, *specimen);
     if (!data) return data.error();
     LevelSettings level;
     double model_error = 0;  // relative, of delta C; a level that was asked for has no estimate
@@ -179,7 +181,7 @@ class FitCommand final : public Command {
       model_error = choice->error_estimate;
     }
     auto fit = fit_response(*specimen, level, data->points, data->c0_error_F);
-    if (!fit) return Failure(fit.error(), "lcrig runs show " + run_);
+    if (!fit) return Failure(fit.error(), next_command(context.global, {"runs", "show", run_}));
     return show(context, to_json(id, level, model_error, *fit),
                 [&](std::ostream& out) { out << to_text(id, level, model_error, *fit); });
   }

@@ -12,6 +12,7 @@
 #include "protocols/plan/plan.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/plan_text.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
@@ -20,13 +21,6 @@
 namespace lcrig::cli {
 
 namespace {
-
-Failure refused(const Error& error, const std::string& protocol) {
-  Failure out(error,
-              fmt::format("lcrig protocol show {}   (its parameters: -p NAME=VALUE)", protocol));
-  if (error.code == Errc::invalid_request) out.code = kProtocol;
-  return out;
-}
 
 class PlanCommand final : public Command {
  public:
@@ -45,16 +39,16 @@ class PlanCommand final : public Command {
     const auto wanted = find_protocol(library, protocol_, parameters_);
     if (!wanted) return wanted.error();
     auto protocol = parse_protocol(wanted->file.text, wanted->file.path.string());
-    if (!protocol) return refused(protocol.error(), protocol_);
+    if (!protocol) return refused(context, protocol.error());
     auto bound = bind_parameters(*protocol, wanted->parameters);
-    if (!bound) return refused(bound.error(), protocol_);
+    if (!bound) return refused(context, bound.error());
     auto request = bench_request(context, library);
     if (!request) return request.error();
     request->weights = places_weights(protocol->steps);
     auto rig = context.daemon.bench_rig(*request);
     if (!rig) return Failure(rig.error(), "lcrig rehearse --help");
     auto plan = make_plan(*protocol, *bound, *rig);
-    if (!plan) return refused(plan.error(), protocol_);
+    if (!plan) return refused(context, plan.error());
     if (!shows_drift(*protocol, *bound, *rig, *plan)) {
       plan->assumptions.emplace_back(
           "the unloaded capacitance does not drift: the protocol has no two rests without load, of "
@@ -64,11 +58,27 @@ class PlanCommand final : public Command {
     const nlohmann::json all = to_json(*plan);
     return show(context, all, [&](std::ostream& out) {
       print_plan(out, all);
-      fmt::print(context.console.err, "  next: lcrig rehearse {} --specimen paper-1\n", protocol_);
+      context.console.next(rehearsal(context));
     });
   }
 
  private:
+  Failure refused(const Context& context, const Error& error) const {
+    Failure out(error, next_command(context.global, {"protocol", "show", protocol_},
+                                    "its parameters: -p NAME=VALUE"));
+    if (error.code == Errc::invalid_request) out.code = kProtocol;
+    return out;
+  }
+
+  std::string rehearsal(const Context& context) const {
+    Words words{"rehearse", protocol_};
+    add_options(words, "-p", parameters_);
+    add_option(words, "--specimen",
+               specimen_.empty() && !replay_directory(bench_) ? "paper-1" : specimen_);
+    if (bench_ != kUsualBench) add_option(words, "--bench", bench_);
+    return next_command(context.global, words);
+  }
+
   Outcome<BenchRequest> bench_request(const Context& context, const LibraryPath& library) const {
     BenchRequest out;
     out.bench = bench_;
@@ -87,7 +97,7 @@ class PlanCommand final : public Command {
     return out;
   }
 
-  std::string protocol_, specimen_, bench_ = "paper";
+  std::string protocol_, specimen_, bench_ = kUsualBench;
   std::vector<std::string> parameters_;
 };
 

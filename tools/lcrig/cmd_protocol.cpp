@@ -8,6 +8,7 @@
 #include "protocols/file/parse.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
 
@@ -99,16 +100,25 @@ class CheckCommand final : public Command {
     const json verdict{{"name", protocol->name}, {"valid", true}};
     return show(context, verdict, [&](std::ostream& out) {
       fmt::print(out, "{}: correct\n", printable(file.path.string()));
-      fmt::print(context.console.err, "  next: lcrig protocol plan {}\n", printable(protocol_));
+      context.console.next(planning(context));
     });
   }
 
  private:
+  // Whoever asked for this rig plans on it, too.
+  std::string planning(const Context& context) const {
+    Words words = rig_ ? Words{"run", protocol_} : Words{"protocol", "plan", protocol_};
+    add_options(words, "-p", parameters_);
+    add_option(words, "--specimen", specimen_);
+    add_flag(words, "--dry-run", rig_);
+    return next_command(context.global, words);
+  }
+
   // What a rig can do depends on what it presses.
   Outcome<json> plan_on_rig(const Context& context) const {
     if (specimen_.empty()) {
       return Failure(kUsage, "lcrig protocol check --rig: --specimen is missing",
-                     "lcrig specimen list   (shows the known ones)");
+                     next_command(context.global, {"specimen", "list"}, "shows the known ones"));
     }
     auto request = run_request(LibraryPath(context.env), protocol_, parameters_, specimen_);
     if (!request) return request.error();
@@ -116,10 +126,8 @@ class CheckCommand final : public Command {
     if (!client) return client.error();
     constexpr auto kPatience = std::chrono::minutes(2);
     auto plan = client->call("run.plan", to_json(*request), kPatience);
-    if (plan || !plan.error().refused_request) return plan;
-    Failure refused = plan.error();
-    refused.code = kProtocol;
-    return refused;
+    if (!plan) return refused_run(context, plan.error(), *request);
+    return plan;
   }
 
   std::string protocol_, specimen_;

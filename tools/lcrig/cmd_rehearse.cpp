@@ -10,9 +10,11 @@
 #include "base/text.hpp"
 #include "daemon/rehearse.hpp"
 #include "daemon/rig/bench.hpp"
+#include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
 #include "tools/lcrig/specimen_lookup.hpp"
@@ -58,14 +60,15 @@ void print_text(Console& console, const RehearseResult& r) {
     fmt::print(console.out, "{} faults injected: events of kind `injected`\n", r.faults);
   }
   for (const std::string& remark : r.remarks) fmt::print(console.out, "{}\n", printable(remark));
-  if (r.c0_pF) fmt::print(console.out, "C0 {:.4f} pF\n", *r.c0_pF);
-  if (r.peak_force_N) fmt::print(console.out, "peak force {:.4f} N\n", *r.peak_force_N);
+  if (r.c0_pF) fmt::print(console.out, "C0 {} pF\n", format_fixed(*r.c0_pF, 4));
+  if (r.peak_force_N)
+    fmt::print(console.out, "peak force {} N\n", format_fixed(*r.peak_force_N, 4));
   if (r.delta_C_fF_at_peak) {
-    fmt::print(console.out, "delta C there {:.3f} fF\n", *r.delta_C_fF_at_peak);
+    fmt::print(console.out, "delta C there {} fF\n", format_fixed(*r.delta_C_fF_at_peak, 3));
   }
   if (!r.anchor.empty()) fmt::print(console.out, "anchor {}\n", r.anchor);
-  fmt::print(console.err, "  next: lcrig export {} --db {} -o results\n", r.run,
-             printable(r.db_path));
+  console.next(
+      next_command(at_database(r.db_path), {"export", std::to_string(r.run), "-o", "results"}));
 }
 
 class RehearseCommand final : public Command {
@@ -95,9 +98,7 @@ class RehearseCommand final : public Command {
     auto result = context.daemon.rehearse(*wanted);
     line.finish();
     if (!result) {
-      Failure failure(result.error(), fmt::format("lcrig protocol plan {}", protocol_));
-      if (result.error().code == Errc::invalid_request) failure.code = kProtocol;
-      return failure;
+      return refused(context, result.error(), wanted->db_path);
     }
     if (context.global.json) {
       print_json(context.console.out, to_json(*result));
@@ -108,6 +109,14 @@ class RehearseCommand final : public Command {
   }
 
  private:
+  std::string planning(const Context& context) const {
+    Words words{"protocol", "plan", protocol_};
+    add_options(words, "-p", parameters_);
+    add_option(words, "--specimen", specimen_);
+    if (bench_ != kUsualBench) add_option(words, "--bench", bench_);
+    return next_command(context.global, words);
+  }
+
   Outcome<RehearseRequest> request(const Context& context) const {
     RehearseRequest out;
     const LibraryPath library(context.env);
@@ -123,7 +132,8 @@ class RehearseCommand final : public Command {
     const bool replay = replay_directory(bench_).has_value();
     if (specimen_.empty() && !replay) {
       return Failure(kUsage, "lcrig rehearse: --specimen is missing",
-                     "lcrig specimen list   (paper-1, paper-2, paper-3 ship with it)");
+                     next_command(context.global, {"specimen", "list"},
+                                  "paper-1, paper-2, paper-3 ship with it"));
     }
     if (!specimen_.empty()) {
       auto specimen = find_specimen_text(context, out.db_path, specimen_);
@@ -138,7 +148,7 @@ class RehearseCommand final : public Command {
     }
     if (!faults_.empty()) {
       auto text = read_text_file(faults_);
-      if (!text) return Failure(text.error(), "lcrig rehearse ... --faults FILE");
+      if (!text) return Failure(text.error(), "give another --faults");
       out.faults_name = faults_;
       out.faults_text = std::move(*text);
     }
@@ -149,22 +159,43 @@ class RehearseCommand final : public Command {
     return out;
   }
 
-  // Never the daemon's: a rehearsal is not a measurement.
   Outcome<std::string> database(const Context& context) const {
-    if (!context.global.db.empty()) return context.global.db;
-    const auto given = context.env.get("LCRIG_DB");
-    const auto path = given ? std::filesystem::path(*given) : context.env.user_db();
+    if (const auto& db = context.global.db; !db.empty()) return usable(db);
+    const auto path = context.env.rehearsal_db();
     std::error_code ec;
     if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ec);
     if (ec) {
       return Failure(kFailed,
                      fmt::format("cannot create {}: {}", path.parent_path().string(), ec.message()),
-                     "lcrig rehearse ... --db FILE");
+                     "give --db FILE, in a folder that you may write to");
     }
     return path.string();
   }
 
-  std::string protocol_, specimen_, bench_ = "paper", operator_, note_, faults_;
+  static Outcome<std::string> usable(const std::string& db) {
+    const auto folder = std::filesystem::path(db).parent_path();
+    std::error_code ignored;
+    if (!folder.empty() && !std::filesystem::is_directory(folder, ignored)) {
+      return Failure(kFailed,
+                     fmt::format("there is no folder {}, for --db {}", folder.string(), db),
+                     fmt::format("correct --db, or: mkdir -p {}", shell_quoted(folder.string())));
+    }
+    return db;
+  }
+
+  Failure refused(const Context& context, const Error& error, const std::string& db) const {
+    // An empty file becomes a database.
+    std::error_code ignored;
+    const bool file = std::filesystem::file_size(db, ignored) > 0 && !ignored;
+    if (error.code != Errc::invalid_request || (file && !open_read_only(db))) {
+      return Failure(error, "give another --db");
+    }
+    Failure failure(error, planning(context));
+    failure.code = kProtocol;
+    return failure;
+  }
+
+  std::string protocol_, specimen_, bench_ = kUsualBench, operator_, note_, faults_;
   std::vector<std::string> parameters_;
   std::optional<std::uint64_t> seed_;
   bool realistic_ = false;

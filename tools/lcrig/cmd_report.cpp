@@ -6,6 +6,7 @@
 
 #include "analysis/report/report.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/output_file.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
@@ -53,10 +54,13 @@ class ReportCommand final : public Command {
     if (!db) return db.error();
     std::vector<ReportRun> out;
     for (const auto& text : runs_) {
-      auto number = named_run(*db, text);
+      auto number = named_run(context, *db, text);
       if (!number) return number.error();
       auto run = load_report_run(*db, *number);
-      if (!run) return Failure(run.error(), fmt::format("lcrig runs show {}", *number));
+      if (!run) {
+        return Failure(run.error(),
+                       next_command(context.global, {"runs", "show", std::to_string(*number)}));
+      }
       out.push_back(std::move(*run));
     }
     return out;

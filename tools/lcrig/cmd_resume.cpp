@@ -6,6 +6,7 @@
 #include "base/number.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
@@ -24,13 +25,13 @@ class ResumeCommand final : public Command {
   }
 
   Outcome<ExitCode> run(Context& context) override {
-    auto which = named();
+    auto which = named(context.global);
     if (!which) return which.error();
     auto client = ControlClient::connect(context);
     if (!client) return client.error();
     std::string words = "run " + run_;
     if (!*which) {
-      auto offered = offer(*client);
+      auto offered = offer(*client, context.global);
       if (!offered) return offered.error();
       if (*offered) {
         *which = (*offered)->run;
@@ -50,26 +51,29 @@ class ResumeCommand final : public Command {
       }
       fmt::print(out, "run {} continues {}\n", going, words);
       if (confirmed_) return;
-      fmt::print(context.console.err, "  next: look at the specimen, then lcrig confirm\n");
+      context.console.next("look at the specimen, then " +
+                           next_command(context.global, {"confirm"}));
     });
   }
 
  private:
   // nullopt: no number was typed.
-  Outcome<std::optional<std::int64_t>> named() const {
+  Outcome<std::optional<std::int64_t>> named(const GlobalOptions& global) const {
     if (run_.empty() && confirmed_) {
       return Failure(kUsage, "--confirm-specimen is about an interrupted run: RUN is missing",
-                     "lcrig runs   (then lcrig resume RUN --confirm-specimen)");
+                     next_command(global, {"runs"}, "then lcrig resume RUN --confirm-specimen"));
     }
     if (run_.empty()) return std::optional<std::int64_t>();
     const auto number = number_from<std::int64_t>(run_);
     if (number && *number >= 1) return number;
-    return Failure(kUsage, fmt::format("RUN '{}' is not the number of a run", run_), "lcrig runs");
+    return Failure(kUsage, fmt::format("RUN '{}' is not the number of a run", run_),
+                   next_command(global, {"runs"}));
   }
 
   // What may be continued without being named; nullopt: a run goes on, which may be paused.
   // Nothing moves before a person has confirmed the specimen.
-  static Outcome<std::optional<ResumableRun>> offer(ControlClient& client) {
+  static Outcome<std::optional<ResumableRun>> offer(ControlClient& client,
+                                                    const GlobalOptions& global) {
     auto answer = client.call("status", json::object());
     if (!answer) return answer.error();
     const auto status = parse_daemon_status(*answer);
@@ -80,10 +84,11 @@ class ResumeCommand final : public Command {
     if (found.empty()) {
       return Failure(kFailed,
                      "no run is paused, and none was interrupted since another one was carried out",
-                     "lcrig runs   (then lcrig resume RUN, for one that was interrupted before)");
+                     next_command(global, {"runs"},
+                                  "then lcrig resume RUN, for one that was interrupted before"));
     }
     Failure several(kFailed, "several runs were interrupted: say which one is to go on",
-                    fmt::format("lcrig resume {}", found.back().run));
+                    next_command(global, {"resume", std::to_string(found.back().run)}));
     for (const auto& run : found) several.detail += words_of(run) + "\n";
     return several;
   }

@@ -5,6 +5,7 @@
 
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/follow_run.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/plan_text.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
@@ -35,8 +36,8 @@ class RunCommand final : public Command {
     if (!start) return start.error();
     StopSignals signals;
     auto client = ControlClient::connect(context);
-    if (!client) return client.error();
-    if (dry_run_) return show_plan(context, *client, to_json(*start));
+    if (!client) return unreachable(context, client.error());
+    if (dry_run_) return show_plan(context, *client, *start);
     // First, so that nothing of the run is missed.
     if (!detach_) {
       auto watching = client->call("watch", json::object());
@@ -45,11 +46,7 @@ class RunCommand final : public Command {
     // Instruments are identified and configured before the answer.
     constexpr auto kPatience = std::chrono::minutes(2);
     auto started = client->call("run.start", to_json(*start), kPatience);
-    if (!started) {
-      auto failure = started.error();
-      if (failure.refused_request) failure.code = kProtocol;
-      return failure;
-    }
+    if (!started) return refused_run(context, started.error(), *start);
     const auto run = started->is_object() ? started->value("run", std::int64_t{0}) : 0;
     return follow(context, *client, signals, run);
   }
@@ -63,17 +60,37 @@ class RunCommand final : public Command {
     return out;
   }
 
-  Outcome<ExitCode> show_plan(Context& context, ControlClient& client, const json& start) {
+  // The same without a rig.
+  Failure unreachable(const Context& context, Failure failure) const {
+    if (!failure.no_daemon) return failure;
+    failure.next =
+        without_daemon(next_command(at_database(context.global.db), pressing("rehearse")));
+    return failure;
+  }
+
+  Words pressing(const char* verb) const {
+    Words words{verb, protocol_};
+    add_options(words, "-p", parameters_);
+    add_option(words, "--specimen", specimen_);
+    return words;
+  }
+
+  // What was asked for, without --dry-run.
+  std::string this_run(const Context& context) const {
+    Words words = pressing("run");
+    add_option(words, "--operator", operator_);
+    add_option(words, "--note", note_);
+    add_flag(words, "--detach", detach_);
+    return next_command(context.global, words);
+  }
+
+  Outcome<ExitCode> show_plan(Context& context, ControlClient& client, const RunRequest& start) {
     constexpr auto kPatience = std::chrono::minutes(2);
-    auto plan = client.call("run.plan", start, kPatience);
-    if (!plan) {
-      auto failure = plan.error();
-      if (failure.refused_request) failure.code = kProtocol;
-      return failure;
-    }
+    auto plan = client.call("run.plan", to_json(start), kPatience);
+    if (!plan) return refused_run(context, plan.error(), start);
     return show(context, *plan, [&](std::ostream& out) {
       print_plan(out, *plan);
-      fmt::print(context.console.err, "  next: lcrig run {} --specimen {}\n", protocol_, specimen_);
+      context.console.next(this_run(context));
     });
   }
 
@@ -82,7 +99,7 @@ class RunCommand final : public Command {
     if (detach_) {
       return show(context, json{{"run", run}}, [&](std::ostream& out) {
         fmt::print(out, "run {} goes on\n", run);
-        fmt::print(context.console.err, "  next: lcrig watch\n");
+        context.console.next(next_command(context.global, {"watch"}));
       });
     }
     FollowOptions options;

@@ -9,6 +9,7 @@
 #include "storage/runs.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
@@ -136,7 +137,7 @@ class NoteCommand final : public Command {
     if (!db) return db.error();
     const auto number = run->number;
     auto noted =
-        db->daemon_writes ? through_daemon(context, number) : into(db->path, number, context.clock);
+        db->daemon_writes ? through_daemon(context, number) : into(context, db->path, number);
     if (!noted) return noted.error();
     return show(context, json{{"run", number}},
                 [&](std::ostream& out) { fmt::print(out, "noted with run {}\n", number); });
@@ -151,11 +152,14 @@ class NoteCommand final : public Command {
     return true;
   }
 
-  Outcome<bool> into(const std::string& path, std::int64_t number, const Clock& clock) const {
+  Outcome<bool> into(const Context& context, const std::string& path, std::int64_t number) const {
     auto db = open_read_write(path);
     if (!db) return Failure(db.error(), "give another --db");
-    auto noted = add_run_note(*db, number, login_name(), text_, clock.unix_ns());
-    if (!noted) return Failure(noted.error(), fmt::format("lcrig runs show {}", number));
+    auto noted = add_run_note(*db, number, login_name(), text_, context.clock.unix_ns());
+    if (!noted) {
+      return Failure(noted.error(),
+                     next_command(context.global, {"runs", "show", std::to_string(number)}));
+    }
     return true;
   }
 

@@ -13,6 +13,7 @@
 #include "storage/specimens.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/specimen_lookup.hpp"
 
@@ -44,12 +45,22 @@ class AddCommand final : public Command {
     if (!added) return added.error();
     return show(context, json{{"name", *added}}, [&](std::ostream& out) {
       fmt::print(out, "stored specimen {}\n", printable(*added, kLongestName));
-      fmt::print(context.console.err, "  next: lcrig rehearse static-frame --specimen {}\n",
-                 printable(*added, kLongestName));
+      context.console.next(pressing(context, *db, *added));
     });
   }
 
  private:
+  // A rehearsal does not look into the daemon's database.
+  static std::string pressing(const Context& context, const ChosenDatabase& db,
+                              const std::string& specimen) {
+    if (db.daemon_writes) {
+      return next_command(context.global,
+                          {"run", "static-frame", "--specimen", specimen, "--dry-run"});
+    }
+    return next_command(for_rehearsal(context, db.path),
+                        {"rehearse", "static-frame", "--specimen", specimen});
+  }
+
   Outcome<std::string> through_daemon(Context& context, const std::string& text) const {
     auto client = ControlClient::connect(context);
     if (!client) return client.error();
@@ -64,7 +75,7 @@ class AddCommand final : public Command {
     std::error_code ignored;
     if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ignored);
     auto db = open_read_write(db_path);
-    if (!db) return Failure(db.error(), "lcrig specimen add FILE --db FILE");
+    if (!db) return Failure(db.error(), "give another --db");
     auto stored = lcrig::add_specimen(*db, specimen, text, clock.unix_ns());
     if (!stored) return Failure(stored.error());
     return stored->name;

@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
@@ -18,10 +19,17 @@ namespace {
 struct Verb {
   const char *name, *method, *summary, *example, *done;
   bool takes_why = false;
+  const char* next = nullptr;  // the verb that ends what this one began
 };
 
-constexpr Verb kPause{"pause", "run.pause", "Hold travel now and keep recording", "lcrig pause",
-                      "paused; lcrig resume goes on"};
+constexpr Verb kPause{
+    .name = "pause",
+    .method = "run.pause",
+    .summary = "Hold travel now and keep recording",
+    .example = "lcrig pause",
+    .done = "paused",
+    .next = "resume",
+};
 constexpr Verb kAbort{"abort",
                       "run.abort",
                       "Stop now, then unload (`finally`)",
@@ -68,6 +76,9 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
     // A stop says itself what became of it.
     const std::string note = answer->value("note", std::string());
     fmt::print(out, "{}\n", note.empty() ? verb_.done : printable(note));
+    if (verb_.next != nullptr) {
+      context.console.next(next_command(context.global, {verb_.next}));
+    }
   });
 }
 

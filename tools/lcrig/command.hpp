@@ -18,6 +18,8 @@
 
 namespace lcrig::cli {
 
+inline constexpr const char* kUsualBench = "paper";
+
 // Options that every command takes.
 struct GlobalOptions {
   std::string db, socket, config;  // empty: not given
@@ -104,8 +106,9 @@ std::unique_ptr<Command> make_command() {
 // Every command of `lcrig`, in the order of the help.
 std::vector<std::unique_ptr<Command>> make_commands();
 
-// "name=value" of every -p. Failure: usage.
-Outcome<ParameterValues> parse_assignments(const std::vector<std::string>& words);
+// "name=value" of every -p for this protocol. Failure: usage.
+Outcome<ParameterValues> parse_assignments(const std::string& protocol,
+                                           const std::vector<std::string>& words);
 std::string login_name();
 
 // Runs the program. `args` without its name. Prints failures; returns the exit code.

@@ -21,8 +21,12 @@ void Console::print(const Failure& failure) {
     fmt::print(err, "  {}\n", printable(line, kLongest));
     rest.remove_prefix(std::min(rest.size(), line.size() + 1));
   }
-  if (!failure.next.empty()) fmt::print(err, "  next: {}\n", printable(failure.next, kLongest));
+  if (!failure.next.empty()) next(failure.next);
   err.flush();
+}
+
+void Console::next(std::string_view command) {
+  fmt::print(err, "  next: {}\n", printable(command, 2 * kLongestWords));
 }
 
 void Console::note(std::string_view words) {

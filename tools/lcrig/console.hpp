@@ -27,6 +27,7 @@ struct Console {
 
   void print(const Failure& failure);
   void note(std::string_view words);  // what a person may want to know; one line of `err`
+  void next(std::string_view command);  // what to type now
   // A file to `out`: byte by byte, unless a terminal would obey some of them.
   void print_file(std::string_view text);
 };

@@ -8,6 +8,7 @@
 #include "base/strict_json.hpp"
 #include "tools/lcrig/command.hpp"
 #include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/next_command.hpp"
 
 namespace lcrig::cli {
 
@@ -108,13 +109,15 @@ Outcome<std::string> Context::db_path() const {
   return chosen->path;
 }
 
-Outcome<ParameterValues> parse_assignments(const std::vector<std::string>& words) {
+Outcome<ParameterValues> parse_assignments(const std::string& protocol,
+                                           const std::vector<std::string>& words) {
   ParameterValues out;
   for (const auto& word : words) {
     const auto equals = word.find('=');
     if (equals == 0 || equals == std::string::npos || equals + 1 == word.size()) {
-      return Failure(kUsage, fmt::format("-p {}: expected name=value, like -p cycles=5", word),
-                     "lcrig protocol show PROTOCOL   (lists its parameters)");
+      return Failure(
+          kUsage, fmt::format("-p {}: expected name=value, like -p cycles=5", word),
+          next_command(GlobalOptions(), {"protocol", "show", protocol}, "lists its parameters"));
     }
     const auto name = word.substr(0, equals);
     if (!out.emplace(name, word.substr(equals + 1)).second) {

@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
+#include "tools/lcrig/next_command.hpp"
 
 namespace lcrig::cli {
 
@@ -22,12 +23,11 @@ using nlohmann::json;
 
 namespace {
 
-constexpr auto kNoDaemon =
-    "systemctl status lcrigd   (no rig at hand? lcrig rehearse static-frame --specimen paper-1)";
-
 Failure unreachable(const std::string& path, const std::string& why) {
-  return Failure(kUnreachable, fmt::format("cannot reach the daemon at {}: {}", path, why),
-                 kNoDaemon);
+  Failure out(kUnreachable, fmt::format("cannot reach the daemon at {}: {}", path, why),
+              without_daemon("lcrig rehearse static-frame --specimen paper-1"));
+  out.no_daemon = true;
+  return out;
 }
 
 // Of a connection or a message that nobody takes.
@@ -43,14 +43,16 @@ Failure no_access(const std::string& path) {
       "sudo adduser $USER lcrig   (then log in again)");
 }
 
-// The daemon's words, the daemon's hint, our exit code.
-Failure failure_of(const json& error) {
+// The daemon's words, the daemon's hint, our exit code. The hint's commands do not know which
+// daemon was asked; `where` says it.
+Failure failure_of(const json& error, const std::string& where) {
   Failure out;
   out.what = error.value("message", "the daemon refused without a reason");
   out.code = kFailed;
   const auto data = error.find("data");
   if (data == error.end() || !data->is_object()) return out;
   out.next = data->value("hint", "");
+  if (!out.next.empty() && !where.empty()) out.next += fmt::format("   (with {})", where);
   const auto word = data->value("errc", "");
   for (int i = 0; i <= static_cast<int>(Errc::bug); ++i) {
     const auto errc = static_cast<Errc>(i);
@@ -76,6 +78,10 @@ Outcome<std::optional<ControlNews>> notification(const std::string& path, const 
 
 }  // namespace
 
+std::string without_daemon(const std::string& rehearsal) {
+  return fmt::format("systemctl status lcrigd   (no rig at hand? {})", rehearsal);
+}
+
 std::string words_of(const ResumableRun& run) {
   return fmt::format("run {}, {} on {}, in step {}", run.run, printable(run.protocol, kLongestName),
                      printable(run.specimen, kLongestName), printable(run.step_id, kLongestName));
@@ -96,6 +102,7 @@ struct ControlClient::State {
   std::optional<json> take_answer(std::int64_t id);
 
   std::string path;
+  std::string where;  // options of the command line
   const Clock& clock;
   int fd = -1;
   std::int64_t last_id = 0;
@@ -193,7 +200,9 @@ Outcome<ControlClient> ControlClient::connect(const std::string& path, const Clo
 Outcome<ControlClient> ControlClient::connect(const Context& context) {
   auto path = context.socket_path();
   if (!path) return path.error();
-  return connect(*path, context.clock);
+  auto client = connect(*path, context.clock);
+  if (client) client->state_->where = given_options(context.global);
+  return client;
 }
 
 Outcome<json> ControlClient::call(std::string_view method, const json& params, Duration timeout) {
@@ -203,7 +212,7 @@ Outcome<json> ControlClient::call(std::string_view method, const json& params, D
   for (;;) {
     if (auto answer = state_->take_answer(id.value_or(0))) {
       if (const auto error = answer->find("error"); error != answer->end()) {
-        return failure_of(*error);
+        return failure_of(*error, state_->where);
       }
       return answer->value("result", json());
     }
@@ -236,7 +245,7 @@ Outcome<std::optional<ControlNews>> ControlClient::take() {
   const auto id = message.find("id");
   if (id != message.end() && id->is_number_integer()) answer.id = id->get<std::int64_t>();
   if (const auto error = message.find("error"); error != message.end()) {
-    answer.failure = failure_of(*error);
+    answer.failure = failure_of(*error, state_->where);
   }
   return ControlNews(std::move(answer));
 }

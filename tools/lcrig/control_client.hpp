@@ -22,6 +22,8 @@ struct ControlAnswer {
 };
 using ControlNews = std::variant<RunStatus, RunEventNote, RunOutcome, ControlAnswer>;
 
+// What to type when no daemon answers: this looks for it, or rehearses instead.
+std::string without_daemon(const std::string& rehearsal);
 // "run 12, dynamic-cycles on paper-1, in step load"
 std::string words_of(const ResumableRun& run);
 

@@ -40,6 +40,7 @@ struct Failure {
   std::string what;
   std::string next;  // empty: nothing to suggest
   std::string detail;  // lines below the message
+  bool no_daemon = false;  // none answers, or not as one
   bool refused_request = false;  // the daemon called the request itself wrong
 };
 

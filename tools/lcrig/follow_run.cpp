@@ -16,6 +16,7 @@
 #include "base/text.hpp"
 #include "events/event_words.hpp"
 #include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
@@ -125,13 +126,18 @@ class Follower {
     signals_.take();
     ++stops_;
     if (!options_.owner || stops_ > 1) {
-      const auto next = options_.owner ? "lcrig status   (the run is still being stopped)"
-                                       : "lcrig status   (the run goes on)";
-      return Failure(kInterrupted, "interrupted", next);
+      return Failure(kInterrupted, "interrupted",
+                     next_command(context_.global, {"status"}, left_behind()));
     }
     line_.say("stopping the run, then its `finally` part; Ctrl-C again leaves it alone");
     const json params{{"why", "Ctrl-C in lcrig run"}};
     return client_.post("run.abort", params);
+  }
+
+  // What whoever leaves should know.
+  const char* left_behind() const {
+    if (options_.owner) return "the run is still being stopped";
+    return run_ > 0 || options_.run > 0 ? "the run goes on" : "no run was going on";
   }
 
   Outcome<std::int64_t> on_key() {
@@ -196,7 +202,7 @@ ExitCode print_run_end(Context& context, const RunOutcome& e) {
     fmt::print(out, "{} LCR readings ({} of measure steps), {} frame samples in {}\n",
                e.lcr_readings, e.measure_readings, e.frame_samples, format_time(e.duration_s));
     if (!e.anchor.empty()) fmt::print(out, "anchor {}\n", printable(e.anchor, kLongestName));
-    fmt::print(context.console.err, "  next: lcrig export {}\n", e.run);
+    context.console.next(next_command(context.global, {"export", std::to_string(e.run)}));
   }
   return exit_code_of_run(e.exit_status, e.code);
 }

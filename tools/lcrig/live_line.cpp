@@ -47,19 +47,20 @@ std::string repeat_part(const RunStatus& s) {
 
 std::string capacitance_part(const RunStatus& s) {
   if (!s.capacitance_F) return "";
-  return fmt::format("C {:.4f} pF", *s.capacitance_F * 1e12);
+  return fmt::format("C {} pF", format_fixed(*s.capacitance_F * 1e12, 4));
 }
 
 std::string force_part(const RunStatus& s) {
-  return s.force_N ? fmt::format("F {:.3f} N", *s.force_N) : std::string();
+  return s.force_N ? fmt::format("F {} N", format_fixed(*s.force_N, 3)) : std::string();
 }
 
 std::string pressure_part(const RunStatus& s) {
-  return s.pressure_Pa ? fmt::format("P {:.2f} kPa", *s.pressure_Pa * 1e-3) : std::string();
+  return s.pressure_Pa ? fmt::format("P {} kPa", format_fixed(*s.pressure_Pa * 1e-3, 2))
+                       : std::string();
 }
 
 std::string travel_part(const RunStatus& s) {
-  return s.travel_m ? fmt::format("x {:.3f} mm", *s.travel_m * 1e3) : std::string();
+  return s.travel_m ? fmt::format("x {} mm", format_fixed(*s.travel_m * 1e3, 3)) : std::string();
 }
 
 std::optional<double> fraction(const RunStatus& s) {
@@ -95,6 +96,12 @@ std::string join(const std::vector<std::string>& parts) {
 }
 
 }  // namespace
+
+std::string format_fixed(double value, int digits) {
+  std::string text = fmt::format("{:.{}f}", value, digits);
+  if (text.starts_with('-') && text.find_first_not_of("-0.") == text.npos) text.erase(0, 1);
+  return text;
+}
 
 std::string format_time(double seconds) {
   const auto all = static_cast<std::int64_t>(std::llround(std::max(0.0, seconds)));

@@ -17,6 +17,8 @@ std::string format_live_line(const RunStatus& status, int width);
 // For logs and pipes: all parts, no bar.
 std::string format_plain_line(const RunStatus& status);
 // "3:05", "1:02:07"
+// With `digits` behind the point; nothing is less than zero by less than they show.
+std::string format_fixed(double value, int digits);
 std::string format_time(double seconds);
 
 // On a terminal one line that is rewritten at most 20 times a second; elsewhere a line at each new

@@ -69,7 +69,8 @@ Outcome<std::optional<LevelSettings>> ModelOptions::settings() const {
 
 Outcome<double> parse_number(const char* option, const std::string& text) {
   if (const auto value = number_from<double>(text)) return *value;
-  return Failure(kUsage, fmt::format("{} \"{}\": expected a number", option, text), "");
+  return Failure(kUsage, fmt::format("{} \"{}\": expected a number", option, text),
+                 fmt::format("{} 1", option));
 }
 
 }  // namespace lcrig::cli

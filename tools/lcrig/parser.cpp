@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Arguments with CLI11. What CLI11 2.1 says badly (unknown subcommand, unknown option) is found
 // before it parses; its exit codes become ours.
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "base/number.hpp"
 #include "tools/lcrig/command.hpp"
@@ -56,7 +59,12 @@ class Cli11Arguments final : public ArgumentList {
               const char* help) override {
     std::string text;
     for (const auto& choice : choices) text += (text.empty() ? "" : "|") + choice;
-    app_.add_option(names, out, help)->check(CLI::IsMember(choices))->option_text(text);
+    const auto check = [choices](const std::string& word) -> std::string {
+      if (std::ranges::find(choices, word) != choices.end()) return {};
+      return fmt::format("'{}'{}; it takes {}", word, did_you_mean(word, choices),
+                         join_words(choices));
+    };
+    app_.add_option(names, out, help)->check(CLI::Validator(check, ""))->option_text(text);
   }
   void flag(const char* names, bool& out, const char* help) override {
     app_.add_flag(names, out, help);
@@ -215,13 +223,21 @@ std::vector<std::string> Parser::option_names(const CLI::App& sub) const {
   return names;
 }
 
-// CLI11 blames the positional when an unknown option stands before it.
+// CLI11 blames the positional when an unknown option stands before it, and another one when an
+// option's value is missing.
 Outcome<Command*> Parser::check_options(Command* command, const std::vector<std::string>& args) {
   const auto& sub = *apps.at(command);
-  bool value = false;  // of the option before
+  std::set<const CLI::Option*> seen;
+  const std::string* waits = nullptr;  // the option before, for its value
+  const auto without_value = [&] {
+    return usage(fmt::format("lcrig {}: {}: its value is missing", command->name, *waits),
+                 fmt::format("lcrig {} --help", command->name));
+  };
   for (const auto& arg : args) {
-    if (value) {
-      value = false;
+    if (waits != nullptr) {
+      const bool option = arg.starts_with('-') && known_option(sub, arg) != nullptr;
+      if (option && arg.size() > 1) return without_value();
+      waits = nullptr;
       continue;
     }
     if (arg == "--") break;
@@ -232,10 +248,20 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
                                did_you_mean(arg, option_names(sub))),
                    fmt::format("lcrig {} --help", command->name));
     }
+    const auto wrong = [&](const char* words) {
+      return usage(
+          fmt::format("lcrig {}: {} {}", command->name, arg.substr(0, arg.find('=')), words),
+          fmt::format("lcrig {} --help", command->name));
+    };
+    const bool takes_value = option->get_items_expected_max() > 0;
+    if (!takes_value && arg.find('=') != std::string::npos) return wrong("takes no value");
+    const bool once = option->get_multi_option_policy() != CLI::MultiOptionPolicy::TakeAll;
+    if (takes_value && !seen.insert(option).second && once) return wrong("was given twice");
     const bool attached =
         arg.find('=') != std::string::npos || (!arg.starts_with("--") && arg.size() > 2);
-    value = option->get_items_expected_max() > 0 && !attached;
+    if (takes_value && !attached) waits = &arg;
   }
+  if (waits != nullptr) return without_value();
   return command;
 }
 
@@ -271,6 +297,25 @@ std::vector<std::string> as_parsed(const Parser& parser, std::vector<std::string
   return args;
 }
 
+std::string missing_words(const CLI::App& sub) {
+  std::vector<std::string> missing;
+  for (const auto* option : sub.get_options()) {
+    if (option->get_required() && option->count() == 0) missing.push_back(option->get_name());
+  }
+  return fmt::format("{} {} missing", join_words(missing), missing.size() == 1 ? "is" : "are");
+}
+
+// What CLI11 refuses, as a person would say it.
+std::string plain_words(const CLI::ParseError& error, const CLI::App& all, const CLI::App& sub) {
+  if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) return missing_words(sub);
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    const auto words = all.remaining(true);
+    return fmt::format("too many words: '{}' {} no place here", fmt::join(words, "', '"),
+                       words.size() == 1 ? "has" : "have");
+  }
+  return error.what();
+}
+
 Outcome<ExitCode> parse_and_run(Parser& parser, const std::vector<std::string>& args,
                                 Context& context) {
   auto command = parser.find(args);
@@ -285,8 +330,11 @@ Outcome<ExitCode> parse_and_run(Parser& parser, const std::vector<std::string>& 
     context.console.out << e.what() << '\n';
     return kOk;
   } catch (const CLI::ParseError& e) {  // its exit codes 105 to 110 mean nothing to a script
-    const std::string name = *command == nullptr ? "" : std::string(" ") + (*command)->name;
-    return usage(fmt::format("lcrig{}: {}", name, e.what()), fmt::format("lcrig{} --help", name));
+    if (*command == nullptr) return usage(e.what(), "lcrig --help");
+    const char* name = (*command)->name;
+    return usage(
+        fmt::format("lcrig {}: {}", name, plain_words(e, parser.app, *parser.apps.at(*command))),
+        fmt::format("lcrig {} --help", name));
   }
   if (*command == nullptr) return usage("a command is missing", "lcrig --help");
   return (*command)->run(context);

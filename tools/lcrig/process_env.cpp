@@ -16,6 +16,11 @@ fs::path ProcessEnv::user_db() const {
   return fs::path(home.value_or(".")) / ".local" / "share" / "lcrig" / "lcrig.db";
 }
 
+fs::path ProcessEnv::rehearsal_db() const {
+  if (auto given = get("LCRIG_DB")) return *given;
+  return user_db();
+}
+
 fs::path ProcessEnv::default_db() const {
   if (auto given = get("LCRIG_DB")) return *given;
   std::error_code ignored;

@@ -24,6 +24,8 @@ struct ProcessEnv {
   }
   // The user's own database: ${XDG_DATA_HOME:-~/.local/share}/lcrig/lcrig.db
   std::filesystem::path user_db() const;
+  // Where rehearsals go: $LCRIG_DB, else the user's. Never the daemon's: they measure nothing.
+  std::filesystem::path rehearsal_db() const;
   // $LCRIG_DB, else the daemon's if it exists, else the user's.
   std::filesystem::path default_db() const;
   std::filesystem::path default_socket() const;  // $LCRIG_SOCKET, else the daemon's

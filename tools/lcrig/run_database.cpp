@@ -6,33 +6,63 @@
 #include <system_error>
 
 #include "storage/runs.hpp"
+#include "tools/lcrig/next_command.hpp"
 
 namespace lcrig::cli {
 
-Outcome<Database> open_runs(const Context& context) {
-  auto path = context.db_path();
-  if (!path) return path.error();
-  std::error_code unknown;
-  if (!std::filesystem::exists(*path, unknown) && !unknown) {
-    return Failure(kFailed, fmt::format("there is no database at {}", *path),
-                   "lcrig rehearse static-frame --specimen paper-1   (makes a first "
-                   "run), or give --db FILE");
+namespace {
+
+// For whoever has no run yet. Only the daemon writes into its database.
+std::string first_run(const Context& context, const ChosenDatabase& chosen) {
+  constexpr const char* kNote = "makes a first run";
+  const Words pressing{"static-frame", "--specimen", "paper-1"};
+  Words words{chosen.daemon_writes ? "run" : "rehearse"};
+  words.insert(words.end(), pressing.begin(), pressing.end());
+  if (chosen.daemon_writes) return next_command(context.global, words, kNote);
+  return next_command(for_rehearsal(context, chosen.path), words, kNote);
+}
+
+Failure no_database(const Context& context, const ChosenDatabase& chosen) {
+  const auto what = fmt::format("there is no database at {}", chosen.path);
+  const auto folder = std::filesystem::path(chosen.path).parent_path();
+  std::error_code ignored;
+  if (!folder.empty() && !context.global.db.empty() &&
+      !std::filesystem::is_directory(folder, ignored)) {
+    return Failure(kFailed, what,
+                   fmt::format("correct --db, or: mkdir -p {}", shell_quoted(folder.string())));
   }
-  auto db = open_read_only(*path);
+  return Failure(kFailed, what, first_run(context, chosen));
+}
+
+}  // namespace
+
+Outcome<Database> open_runs(const Context& context) {
+  auto chosen = context.database();
+  if (!chosen) return chosen.error();
+  std::error_code unknown;
+  if (!std::filesystem::exists(chosen->path, unknown) && !unknown) {
+    return no_database(context, *chosen);
+  }
+  auto db = open_read_only(chosen->path);
   if (!db) return Failure(db.error(), "give another --db");
   return std::move(*db);
 }
 
-Outcome<std::int64_t> named_run(const Database& db, const std::string& text) {
+Outcome<std::int64_t> named_run(const Context& context, const Database& db,
+                                const std::string& text) {
   auto run = find_run(db, text);
-  if (!run) return Failure(run.error(), "lcrig runs   (lists them)");
-  return *run;
+  if (run) return *run;
+  const auto runs = db.integer("SELECT count(*) FROM run");
+  auto chosen = context.database();
+  if (!chosen) return chosen.error();
+  if (runs && *runs == 0) return Failure(run.error(), first_run(context, *chosen));
+  return Failure(run.error(), next_command(context.global, {"runs"}, "lists them"));
 }
 
 Outcome<NamedRun> open_run(const Context& context, const std::string& text) {
   auto db = open_runs(context);
   if (!db) return db.error();
-  auto number = named_run(*db, text);
+  auto number = named_run(context, *db, text);
   if (!number) return number.error();
   return NamedRun{std::move(*db), *number};
 }

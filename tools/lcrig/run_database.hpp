@@ -12,7 +12,8 @@ namespace lcrig::cli {
 
 Outcome<Database> open_runs(const Context& context);
 // `text`: a number or "last".
-Outcome<std::int64_t> named_run(const Database& db, const std::string& text);
+Outcome<std::int64_t> named_run(const Context& context, const Database& db,
+                                const std::string& text);
 // The database, and the run in it that `text` names.
 struct NamedRun {
   Database db;

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/json_mistake.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "base/strict_json.hpp"
 
 namespace lcrig {
 namespace {
+
+using ::testing::ElementsAre;
 
 struct Case {
   const char* text;
@@ -67,9 +71,26 @@ const Case kMistakes[] = {
      "1:7 /: the text that begins here is not closed in its line: a `\"` is missing"},
     {"{\"a\": \"x", "1:7 /: the text that begins here is not closed: a `\"` is missing"},
     {"{\"a\": \"C:\\x\"}", "1:10 /: `\\` begins an escape; a backslash itself is written `\\\\`"},
-    {"{\"a\": [1, 2}", "1:12 /a: `}` where the `[` of line 1 is still open"},
+    {"{\"a\": [1, 2}",
+     "1:12 /a: a `]` is missing before this `}`: the list that begins in line 1 is not closed"},
+    {"[{\"a\": 1]",
+     "1:9 /0: a `}` is missing before this `]`: the object that begins in line 1 is not closed"},
+    {"{\"a\": [1, 2,\n\"b\": 3}",
+     "2:1 /a: a `]` is missing before this key: the list that begins in line 1 is not closed"},
+    {"{\"a\": [1, 2\n,\"b\": 3}",
+     "2:2 /a: a `]` is missing before this key: the list that begins in line 1 is not closed"},
+    {"{\u201Ca\u201D: 1}",
+     "1:2 /: `\u201C` is no quote of JSON: keys and texts stand in straight double quotes: "
+     "\"...\""},
+    {"{\"a\u201D: 1,\n\"b\": 2}", "1:4 /: `\u201D` does not close a text: the straight `\"` does"},
+    {"{\u00A0\"a\": 1}",
+     "1:2 /: a blank that must not be broken (U+00A0), expected an ordinary one"},
+    {"{\"a\": \"gr\xFCn\"}",
+     "1:10 /: the byte \\xfc is not UTF-8 (in Latin-1 and Windows-1252 it is `\u00FC`): save the "
+     "file as UTF-8"},
+    {"{} // \x80", "1:7 /: the byte \\x80 is not UTF-8: save the file as UTF-8"},
     {"{\"a\": {\n\"b\": 1\n",
-     "3:1 /a: the file ends, but the object that begins in line 1 is not "
+     "2:7 /a: the file ends, but the object that begins in line 1 is not "
      "closed: a `}` is missing"},
     {"[1, 2",
      "1:6 /: the file ends, but the list that begins in line 1 is not closed: a `]` is missing"},
@@ -90,6 +111,16 @@ TEST(JsonMistake, TheDetailShowsTheLineAndThePlace) {
   const auto parsed = JsonDocument::parse("{\n  \"force_N\": 1,5\n}", "f.json");
   ASSERT_FALSE(parsed);
   EXPECT_EQ(parsed.error().detail, "  \"force_N\": 1,5\n             ^");
+}
+
+TEST(JsonMistake, Utf16IsNamedAndShown) {
+  using namespace std::string_literals;
+  for (const auto& text : {"\xFF\xFE{\0 \0\"\0a\0"s, "\xFE\xFF\0{\0 \0\"\0a"s, "{\0 \0\"\0a\0"s}) {
+    const auto parsed = JsonDocument::parse(text, "f.json");
+    ASSERT_FALSE(parsed);
+    EXPECT_EQ(parsed.error().what, "f.json:1:1 /: the file is UTF-16: save it as UTF-8");
+    EXPECT_EQ(parsed.error().detail, "{ \"a\n^");
+  }
 }
 
 TEST(JsonMistake, ALongLineIsCutAroundThePlace) {
@@ -133,7 +164,7 @@ TEST(JsonReader, TellsAllWrongValuesOfAFile) {
   b.number("c", kPositive);
   b.number("d");
   b.refuse("judged from values that are wrong");  // says nothing more
-  root.no_other_keys();  // nor does this: it may not have got as far as `e`
+  root.no_other_keys();
   const auto result = root.result();
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().what, "f.json:1:7 /a: \"x\", expected a number");
@@ -142,7 +173,82 @@ TEST(JsonReader, TellsAllWrongValuesOfAFile) {
             "f.json:2:12 /b/c: -1, expected greater than 0\n"
             "\"b\": {\"c\": -1, \"d\": true},\n           ^\n"
             "f.json:2:21 /b/d: true, expected a number\n"
-            "\"b\": {\"c\": -1, \"d\": true},\n                    ^");
+            "\"b\": {\"c\": -1, \"d\": true},\n                    ^\n"
+            "f.json:3:1 /e: unknown key `e`, expected a, b\n\"e\": 1}\n^");
+}
+
+std::vector<std::string> lines_of(const Error& error) {
+  std::vector<std::string> out{error.what};
+  std::istringstream in(error.detail);
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("f.json:")) out.push_back(line);
+  }
+  return out;
+}
+
+Error error_of(const char* text, const std::function<void(const JsonReader&)>& read) {
+  const auto document = JsonDocument::parse(text, "f.json");
+  EXPECT_TRUE(document) << text;
+  const JsonReader root(*document);
+  read(root);
+  const auto result = root.result();
+  return result ? Error() : result.error();
+}
+
+TEST(JsonReader, WhatIsMissingIsSaidOnceForEachKey) {
+  const auto error = error_of(R"({"b": {}, "x": 1})", [](const JsonReader& root) {
+    root.string("name");
+    root.object("other").string("inside");
+    root.object("b").number("deep");
+    root.quantity("force", Dimension::force);
+    root.no_other_keys();
+  });
+  EXPECT_THAT(lines_of(error),
+              ElementsAre("f.json:1:1 /: the key `name` is missing, found b, x",
+                          "f.json:1:1 /: the key `other` is missing, found b, x",
+                          "f.json:1:1 /: `force` with a unit of force (_mN, _N, _kN) is missing, "
+                          "found b, x",
+                          "f.json:1:7 /b: the key `deep` is missing",
+                          "f.json:1:11 /x: unknown key `x`, expected name, other, b, "
+                          "force_(mN|N|kN)"));
+}
+
+TEST(JsonReader, AMistypedKeyThatIsMissingIsOneMistake) {
+  const auto error =
+      error_of(R"({"namex": 1, "forse_N": 2, "sub": {"timex": 1}})", [](const JsonReader& root) {
+        root.string("name");
+        root.quantity("force", Dimension::force);
+        const auto sub = root.object("sub");
+        sub.number("time");
+        sub.no_other_keys();
+        root.no_other_keys();
+      });
+  EXPECT_THAT(
+      lines_of(error),
+      ElementsAre("f.json:1:2 /namex: unknown key `namex`, did you mean `name`? It is missing",
+                  "f.json:1:14 /forse_N: unknown key `forse_N`, did you mean `force_N`? It "
+                  "is missing",
+                  "f.json:1:36 /sub/timex: unknown key `timex`, did you mean `time`? It is "
+                  "missing"));
+}
+
+TEST(JsonReader, OfAFileOfAnotherFormatNothingElseIsSaid) {
+  const auto error = error_of(R"({"format": "bench/1", "x": 1})", [](const JsonReader& root) {
+    root.expect_format("specimen/1");
+    root.string("name");
+    root.no_other_keys();
+  });
+  EXPECT_THAT(lines_of(error),
+              ElementsAre("f.json:1:12 /format: \"bench/1\", expected \"specimen/1\""));
+}
+
+TEST(JsonReader, OneThatIsWrongLeavesItsNeighboursSound) {
+  static_cast<void>(error_of(R"({"a": {"b": "x"}, "c": 1})", [](const JsonReader& root) {
+    root.object("a").number("b");
+    EXPECT_FALSE(root.sound());
+    EXPECT_FALSE(root.at("a").sound());
+    EXPECT_TRUE(root.at("c").sound());
+  }));
 }
 
 }  // namespace

@@ -53,7 +53,8 @@ TEST(ParseProtocol, AutoApertureIsKeptForThePlan) {
 TEST(ParseProtocol, AnErrorNamesFileLineAndColumn) {
   const auto r = parse_protocol("{ \"format\": \"load-protocol/1\",\n  \"name\": 5 }", "x.json");
   ASSERT_FALSE(r);
-  EXPECT_EQ(r.error().what, "x.json:2:11 /name: 5, expected a string");
+  EXPECT_EQ(r.error().what, "x.json:1:1 /: the key `limits` is missing, found format, name");
+  EXPECT_NE(r.error().detail.find("x.json:2:11 /name: 5, expected a string"), std::string::npos);
 }
 
 TEST(BindParameters, DefaultsAndOverridesBecomeSi) {

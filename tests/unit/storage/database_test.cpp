@@ -69,8 +69,8 @@ TEST(OpenReadWrite, RefusesAFileThatIsNoDatabase) {
   auto db = open_read_write(dir.file("a.db"));
   ASSERT_FALSE(db);
   EXPECT_EQ(db.error().code, Errc::invalid_request);
-  EXPECT_THAT(db.error().what, HasSubstr("not a database"));
-  EXPECT_THAT(db.error().what, HasSubstr("--db"));
+  EXPECT_THAT(db.error().what,
+              ::testing::EndsWith("a.db: is not a database, or its beginning is damaged (26)"));
 }
 
 TEST(OpenReadWrite, RefusesAnotherProgramsDatabaseUnchanged) {

@@ -2,8 +2,10 @@
 // The command line against a real control server in another thread.
 #include <gmock/gmock.h>
 
+#include <csignal>
 #include <nlohmann/json.hpp>
 
+#include "storage/database.hpp"
 #include "tests/unit/tools/served.hpp"
 
 namespace lcrig {
@@ -163,6 +165,33 @@ TEST_F(Served, WithNoneOrSeveralInterruptedRunsResumeRefusesAndSaysSo) {
   EXPECT_THAT(cli.err.str(),
               AllOf(HasSubstr("say which"), HasSubstr("run 11"), HasSubstr("lcrig resume 12")));
   on_server([this] { EXPECT_THAT(handler.calls, testing::IsEmpty()); });
+}
+
+// The daemon knows no names that are only similar.
+TEST_F(Served, AnUnknownSpecimenIsAnsweredWithTheNearest) {
+  const auto db = cli.dir.file("daemons.db");
+  ASSERT_TRUE(open_read_write(db));
+  on_server([&] {
+    handler.state.database = db;
+    handler.next_error = Error(Errc::invalid_request, "no specimen `papr-1`");
+  });
+  for (const bool dry : {true, false}) {
+    std::vector<std::string> words{"run", "press", "--specimen", "papr-1"};
+    if (dry) words.emplace_back("--dry-run");
+    EXPECT_EQ(cli.run(words), cli::kProtocol);
+    EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("did you mean 'paper-1'?"),
+                                     HasSubstr("next: lcrig specimen list")));
+  }
+}
+
+TEST_F(Served, WhoLeavesWithoutARunIsToldThatNoneWasGoingOn) {
+  sigset_t interrupt;
+  sigemptyset(&interrupt);
+  sigaddset(&interrupt, SIGINT);
+  ::pthread_sigmask(SIG_BLOCK, &interrupt, nullptr);
+  ASSERT_EQ(::raise(SIGINT), 0);
+  EXPECT_EQ(cli.run({"watch"}), cli::kInterrupted);
+  EXPECT_THAT(cli.err.str(), HasSubstr("next: lcrig status   (no run was going on)"));
 }
 
 }  // namespace

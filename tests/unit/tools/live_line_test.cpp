@@ -162,5 +162,16 @@ TEST_F(Shown, APromptIsSaidOnceWithHowToConfirm) {
   EXPECT_EQ(text.find("place 50 g"), text.rfind("place 50 g"));
 }
 
+TEST(LiveLine, NothingIsLessThanZeroByLessThanItShows) {
+  RunStatus s = cycle();
+  s.force_N = -0.0004;
+  s.travel_m = -4e-7;
+  s.pressure_Pa = -1;
+  EXPECT_THAT(format_live_line(s, 200),
+              AllOf(HasSubstr("F 0.000 N"), HasSubstr("x 0.000 mm"), HasSubstr("P 0.00 kPa")));
+  EXPECT_EQ(format_fixed(-0.0006, 3), "-0.001");
+  EXPECT_EQ(format_fixed(-10, 0), "-10");
+}
+
 }  // namespace
 }  // namespace lcrig::cli

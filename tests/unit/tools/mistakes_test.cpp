@@ -6,6 +6,7 @@
 // Lines of a THEME.txt:
 //   # a comment
 //   file NAME            then its lines, until a line `end`
+//   bytes NAME 7b 7d     of a file that is no UTF-8
 //   edit NAME: OLD => NEW    my.json: the shipped protocol NAME with OLD replaced
 //   $ COMMAND            run in a folder that has these files
 #include <gtest/gtest.h>
@@ -59,6 +60,14 @@ class Desk {
 
   void write(const std::string& name, const std::string& text) { std::ofstream(name) << text; }
 
+  void write_bytes(const std::string& line) {
+    std::istringstream in(line);
+    std::string name, text;
+    in >> name;
+    for (int byte = 0; in >> std::hex >> byte;) text += static_cast<char>(byte);
+    write(name, text);
+  }
+
   void edit(const std::string& protocol, const std::string& old, const std::string& by) {
     std::string text = text_of("data/protocols/" + protocol + ".json");
     const auto at = text.find(old);
@@ -98,6 +107,8 @@ std::string transcript(const fs::path& theme, int& commands) {
       std::string text;
       for (std::string inner; std::getline(in, inner) && inner != "end";) text += inner + "\n";
       desk.write(line.substr(5), text);
+    } else if (line.starts_with("bytes ")) {
+      desk.write_bytes(line.substr(6));
     } else if (line.starts_with("edit ")) {
       const auto colon = line.find(": "), arrow = line.find(" => ");
       desk.edit(line.substr(5, colon - 5), line.substr(colon + 2, arrow - colon - 2),

@@ -177,5 +177,22 @@ TEST_F(Runs, AreExportedWithWhatVerifySays) {
   EXPECT_EQ(package(folder)["lcrig"]["chain"]["intact"], false);
 }
 
+TEST_F(Runs, AnExportOfARunThatGoesOnSaysSo) {
+  const auto folder = cli.dir.file("results");
+  {
+    const auto lock = record_the_second();
+    ASSERT_EQ(cli.run({"export", "last", "-o", folder, "--json"}), 0) << cli.err.str();
+    EXPECT_EQ(json::parse(cli.out.str())["goes_on"], true);
+    EXPECT_THAT(cli.err.str(), HasSubstr("run 2 goes on: this is what was recorded until now"));
+    const auto package = json::parse(std::ifstream(folder + "/datapackage.json"));
+    EXPECT_EQ(package["lcrig"]["chain"]["goes_on"], true);
+    EXPECT_TRUE(package["lcrig"]["ended"].is_null());
+    ASSERT_EQ(cli.run({"export", "last", "-o", "-"}), 0);
+    EXPECT_THAT(cli.err.str(), HasSubstr("run 2 goes on"));
+  }
+  EXPECT_EQ(cli.run({"export", "1", "-o", cli.dir.file("first"), "--json"}), 0);
+  EXPECT_EQ(json::parse(cli.out.str())["goes_on"], false);
+}
+
 }  // namespace
 }  // namespace lcrig::cli
