@@ -77,7 +77,8 @@ Task<> end_on_signal(asio::io_context& io, asio::signal_set& signals, App& app,
 void tell(const Error& error, const Options& options) {
   spdlog::error("{}", error.what);
   if (!error.detail.empty()) fmt::print(stderr, "{}\n", error.detail);
-  fmt::print(stderr, "  next: lcrigd --check-config --config {}\n", options.config);
+  fmt::print(stderr, "  next: correct it, then lcrigd --check-config --config {}\n",
+             options.config);
 }
 
 int serve(const Config& config) {

@@ -91,6 +91,13 @@ nlohmann::json to_json(const Plan& plan) {
                      {"in_finally", s.in_finally},
                      {"note", s.note}});
   }
+  nlohmann::json uncertainty, parts;
+  if (!plan.weights) {
+    uncertainty = plan.force_uncertainty.total_N();
+    parts = {{"class_N", plan.force_uncertainty.class_N},
+             {"zero_N", plan.force_uncertainty.zero_N},
+             {"noise_N", plan.force_uncertainty.noise_N}};
+  }
   return {{"duration_s", plan.duration_s},
           {"measure_readings", plan.measure_readings},
           {"lcr_readings", plan.lcr_readings},
@@ -101,12 +108,10 @@ nlohmann::json to_json(const Plan& plan) {
           {"worst_force_N", plan.worst_force_N},
           {"worst_force_without_link_N", plan.lost_force_N},
           {"way_without_link_mm", plan.lost_way_m * 1e3},
-          {"force_uncertainty_N", plan.force_uncertainty.total_N()},
-          {"force_uncertainty",
-           {{"class_N", plan.force_uncertainty.class_N},
-            {"zero_N", plan.force_uncertainty.zero_N},
-            {"noise_N", plan.force_uncertainty.noise_N}}},
-          {"watch", to_json(plan.watch)},
+          {"weights", plan.weights},
+          {"force_uncertainty_N", std::move(uncertainty)},
+          {"force_uncertainty", std::move(parts)},
+          {"watch", plan.weights ? nlohmann::json() : to_json(plan.watch)},
           {"worst_force_frozen_N", finite(plan.frozen_force_N)},
           {"worst_force_reversed_N", finite(plan.reversed_force_N)},
           {"travel_from", plan.travel_from_contact ? "contact" : "machine"},

@@ -45,7 +45,9 @@ struct Plan {
   // What the specimen may feel at worst, on the stiffest contact that is not excluded; and also
   // when link or host are lost meanwhile: how far the frame then goes on by itself.
   double worst_force_N = 0, lost_force_N = 0, lost_way_m = 0;
-  ForceUncertainty force_uncertainty;
+  bool weights =
+      false;  // placed by hand: no load cell, no drive, nothing that either can get wrong
+  ForceUncertainty force_uncertainty;  // of the load cell
   WatchFigures watch;  // what the run will not believe
   // Beyond every limit: what is pressed until a frozen cell, or a drive that turned round where
   // the force is largest, has been noticed. Infinite: nothing bounds it.

@@ -129,6 +129,8 @@ void Planner::foresee_lies() {
 void Planner::finish_figures() {
   plan_.travel_from_contact =
       rig_.has_moved() && !rig_.known().start_travel && !rig_.known().expected_contact;
+  plan_.weights = rig_.frame().weights;
+  if (plan_.weights) return;
   ForceUncertainty& u = plan_.force_uncertainty;
   const double part = rig_.known().force_class_percent / 100;
   u.class_N =

@@ -69,6 +69,13 @@ void print_watch(std::ostream& out, const json& plan) {
              until("worst_force_frozen_N"), until("worst_force_reversed_N"));
 }
 
+void print_travel(std::ostream& out, const json& plan) {
+  const json& travel = plan.at("travel_mm");
+  fmt::print(out, "travel        {:.4g} to {:.4g} mm{}\n", travel.at(0).get<double>(),
+             travel.at(1).get<double>(),
+             plan.at("travel_from") == "contact" ? " from contact" : "");
+}
+
 }  // namespace
 
 void print_plan(std::ostream& out, const json& plan) {
@@ -80,12 +87,16 @@ void print_plan(std::ostream& out, const json& plan) {
              plan.at("lcr_readings").get<std::int64_t>());
   fmt::print(out, "peak force    {:.4g} N, overshoot of {:.2g} N expected\n",
              number("peak_force_N"), number("overshoot_N"));
-  print_worst(out, plan);
-  print_watch(out, plan);
-  const json& travel = plan.at("travel_mm");
-  fmt::print(out, "travel        {:.4g} to {:.4g} mm{}\n", travel.at(0).get<double>(),
-             travel.at(1).get<double>(),
-             plan.at("travel_from") == "contact" ? " from contact" : "");
+  if (plan.value("weights", false)) {
+    fmt::print(
+        out,
+        "at worst      {:.4g} N of the {:.4g} N allowed, if each weight is the one asked for\n",
+        number("worst_force_N"), number("force_max_N"));
+  } else {
+    print_worst(out, plan);
+    print_watch(out, plan);
+    print_travel(out, plan);
+  }
   fmt::print(out, "database      about {:.1f} MB\n", number("database_bytes") * 1e-6);
   const auto note = plan.at("aperture_note").get<std::string>();
   if (!note.empty()) fmt::print(out, "aperture      {}\n", printable(note));

@@ -223,5 +223,20 @@ TEST_F(Proposals, ARehearsalHasWhatThePlanHad) {
   }
 }
 
+TEST_F(Proposals, APlanOfWeightsIsSilentOnWhatOnlyAFrameCanDo) {
+  ASSERT_EQ(cli.run({"protocol", "plan", "static-weights", "--specimen", "paper-1"}), 0)
+      << cli.err.str();
+  EXPECT_THAT(cli.out.str(), HasSubstr("at worst      1.257 N of the 2 N allowed, if each weight"));
+  for (const auto* words : {"load cell", "link or host", "frozen", "STOP", "travel  "}) {
+    EXPECT_THAT(cli.out.str(), Not(HasSubstr(words)));
+  }
+  ASSERT_EQ(cli.run({"protocol", "plan", "static-weights", "--json"}), 0);
+  const auto plan = nlohmann::json::parse(cli.out.str());
+  EXPECT_TRUE(plan["force_uncertainty_N"].is_null());
+  EXPECT_TRUE(plan["watch"].is_null());
+  ASSERT_EQ(cli.run({"protocol", "plan", "static-frame", "--specimen", "paper-1"}), 0);
+  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("load cell"), HasSubstr("frozen")));
+}
+
 }  // namespace
 }  // namespace lcrig
