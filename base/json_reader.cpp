@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "base/key_words.hpp"
@@ -105,15 +106,20 @@ bool JsonReader::is_related_failure(std::string_view pointer) const {
 // In the order of the file, which people correct from its top.
 Result<> JsonReader::result() const {
   constexpr std::size_t kShown = 20;
-  auto failures = state_->failures;
+  std::multimap<std::pair<int, int>, const State::Failure*> failures;
+  for (const auto& f : state_->failures) failures.emplace(std::pair(f.at.line, f.at.column), &f);
   if (failures.empty()) return {};
-  std::ranges::stable_sort(
-      failures, {}, [](const State::Failure& f) { return std::pair(f.at.line, f.at.column); });
-  Error error(Errc::invalid_request, failures[0].what);
-  error.detail = state_->document.excerpt(failures[0].at);
-  for (std::size_t i = 1; i < std::min(failures.size(), kShown); ++i) {
-    error.detail +=
-        fmt::format("\n{}\n{}", failures[i].what, state_->document.excerpt(failures[i].at));
+  Error error(Errc::invalid_request, {});
+  std::size_t shown = 0;
+  for (const auto& [place, f] : failures) {
+    const auto lines = state_->document.excerpt(f->at);
+    if (shown == 0) {
+      error.what = f->what;
+      error.detail = lines;
+    } else {
+      error.detail += fmt::format("\n{}\n{}", f->what, lines);
+    }
+    if (++shown == kShown) break;
   }
   if (failures.size() > kShown) {
     error.detail += fmt::format("\n... and {} more", failures.size() - kShown);

@@ -6,6 +6,7 @@
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
 #include "storage/specimens.hpp"
+#include "tools/lcrig/next_command.hpp"
 
 namespace lcrig::cli {
 
@@ -63,7 +64,10 @@ Outcome<LibraryFile> find_specimen_text(const Context& context, const std::strin
     wanted.text = shipped.text;
     return checked(std::move(wanted));
   }
-  return library.unknown(LibraryKind::specimen, what, names);
+  Failure unknown = library.unknown(LibraryKind::specimen, what, names);
+  unknown.next =
+      next_command(context.global, {"specimen", "list"}, "or give a path to a .json file");
+  return unknown;
 }
 
 }  // namespace lcrig::cli

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "base/text.hpp"
@@ -221,6 +222,28 @@ TEST_F(Proposals, ARehearsalHasWhatThePlanHad) {
     EXPECT_EQ(had.bench, other_bench ? bench : "paper");
     EXPECT_EQ(had.db_path == db, other_db);
   }
+}
+
+TEST_F(Proposals, ARefusedRehearsalIsPlannedWithWhatItHad) {
+  const Words options{"-p",      "readings=20",   "--specimen", "paper-2",
+                      "--bench", "my bench.json", "--db",       db};
+  fs::copy_file("daemon/rig/benches/paper.json", cli.dir.file("my bench.json"));
+  Words words{"rehearse", "static-frame"};
+  words.insert(words.end(), options.begin(), options.end());
+  words[7] = cli.dir.file("my bench.json");
+  FakeRehearsal::answer = fail(Errc::invalid_request, "/steps/0: too fast");
+  ASSERT_EQ(cli.run(words), cli::kProtocol);
+  Words plan = words;
+  plan.erase(plan.begin());
+  plan.insert(plan.begin(), {"protocol", "plan"});
+  EXPECT_EQ(proposed(cli), plan);
+  EXPECT_EQ(cli.run(proposed(cli)), 0) << cli.err.str();
+}
+
+TEST_F(Proposals, AnUnknownSpecimenIsLookedForInTheSameDatabase) {
+  ASSERT_EQ(cli.run({"rehearse", "static-frame", "--specimen", "papr-1", "--db", db}),
+            cli::kFailed);
+  EXPECT_THAT(proposed(cli), ElementsAre("specimen", "list", "--db", db));
 }
 
 TEST_F(Proposals, APlanOfWeightsIsSilentOnWhatOnlyAFrameCanDo) {
