@@ -32,6 +32,7 @@ json number_or_null(const std::optional<double>& value) {
 
 json to_json(const RehearseResult& r) {
   json out{{"run", r.run},
+           {"simulated", true},
            {"exit_status", to_string(r.exit_status)},
            {"reason", r.reason},
            {"lcr_readings", r.lcr_readings},
