@@ -54,9 +54,10 @@ std::vector<Block> find_blocks(const Specimen& s) {
       const bool joins = !blocks.empty() && blocks.back().material == layer.material &&
                          s.faces == Faces::bonded_base && !rigid;
       if (joins) {
+        if (&layer == &capacitor.layers.front()) blocks.back().cuts.push_back(z);
         blocks.back().z1 = top;
       } else {
-        blocks.push_back({z, top, layer.material, rigid});
+        blocks.push_back({z, top, layer.material, rigid, {}});
       }
       z = top;
     }

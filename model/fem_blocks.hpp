@@ -15,6 +15,7 @@ struct Block {
   double z0, z1;
   std::size_t material;
   bool rigid;
+  std::vector<double> cuts;  // heights at which one capacitor ends and the next one begins
 };
 std::vector<Block> find_blocks(const Specimen& specimen);
 

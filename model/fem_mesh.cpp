@@ -107,20 +107,53 @@ std::vector<double> radial_edges(double radius, const MeshStyle& style) {
   return edges;
 }
 
-std::vector<double> axial_edges(double z0, double z1, bool stiff, const MeshStyle& style) {
+namespace {
+
+// Places s from 0 to 1 in a block that is graded towards both of its faces, and their heights.
+class Grading {
+ public:
+  Grading(double z0, double z1, double exponent) : z0_(z0), z1_(z1), exponent_(exponent) {}
+  double height(double s) const {
+    const double half = (z1_ - z0_) / 2;
+    return s <= 0.5 ? z0_ + half * std::pow(2 * s, exponent_)
+                    : z1_ - half * std::pow(2 - 2 * s, exponent_);
+  }
+  double place(double z) const {
+    const double share = (z - z0_) / (z1_ - z0_);
+    return share <= 0.5 ? std::pow(2 * share, 1 / exponent_) / 2
+                        : 1 - std::pow(2 - 2 * share, 1 / exponent_) / 2;
+  }
+
+ private:
+  double z0_, z1_, exponent_;
+};
+
+}  // namespace
+
+// An electrode inside of a row would weigh the strain of a part of it alone, which smooth shape
+// functions cannot follow: the error would depend on where in its row the electrode happens to lie,
+// and that changes from member to member. So rows end at the cuts, and each part between them has a
+// row on the coarsest member and two for one on each finer one, or the estimate would not see what
+// its rows err by.
+std::vector<double> axial_edges(double z0, double z1, bool stiff, const MeshStyle& style,
+                                const std::vector<double>& cuts) {
   if (!style.bonded) return {z0, z1};
   if (stiff) {  // one row can already bend and stretch, and its corners hold little of the energy
     return even_edges(z0, z1, 1 << std::max(style.refinement + 1, 0));
   }
-  const int rows = members((starts_finer(style) ? 3 : 1) * kSoftRows, style);
-  const double q = axial_grading(style);
-  const double half = (z1 - z0) / 2;
+  const Grading grading(z0, z1, axial_grading(style));
   std::vector<double> z{z0};
-  for (int i = 1; i < rows; ++i) {
-    const double s = 2.0 * i / rows;  // 1 in the middle
-    z.push_back(s <= 1 ? z0 + half * std::pow(s, q) : z1 - half * std::pow(2 - s, q));
-  }
-  z.push_back(z1);
+  double below = 0;
+  const auto add_part = [&](double end_z, double end) {
+    const int rows = members((starts_finer(style) ? 3 : 1) * kSoftRows * (end - below), style);
+    for (int i = 1; i < rows; ++i) {
+      z.push_back(grading.height(below + (end - below) * i / rows));
+    }
+    z.push_back(end_z);
+    below = end;
+  };
+  for (const double cut : cuts) add_part(cut, grading.place(cut));
+  add_part(z1, 1);
   return z;
 }
 

@@ -39,7 +39,9 @@ struct MeshStyle {
 };
 // Radial cell edges, 0 to radius.
 std::vector<double> radial_edges(double radius_m, const MeshStyle& style);
-// Axial cell edges of a block of one material. Stiff blocks (films) need fewer.
-std::vector<double> axial_edges(double z0_m, double z1_m, bool stiff, const MeshStyle& style);
+// Axial cell edges of a block of one material. Stiff blocks (films) need fewer. Each of `cuts`,
+// where electrodes divide the block, is an edge of every member.
+std::vector<double> axial_edges(double z0_m, double z1_m, bool stiff, const MeshStyle& style,
+                                const std::vector<double>& cuts_m = {});
 
 }  // namespace lcrig

@@ -101,7 +101,7 @@ class SpaceBuilder {
     const bool stiff = !soft(block);
     const auto z = variation_.uniform_cells > 0
                        ? even_edges(block.z0, block.z1, variation_.uniform_cells)
-                       : axial_edges(block.z0, block.z1, stiff, style_);
+                       : axial_edges(block.z0, block.z1, stiff, style_, block.cuts);
     int bottom = below_;
     if (on_base_ || tie_below_ >= 0 || !bonded_) {
       bottom = add_line();
