@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "analysis/metrics.hpp"
+#include "analysis/quiet_blocks.hpp"
 
 namespace lcrig {
 
@@ -13,9 +14,8 @@ namespace {
 
 constexpr const char* kC0 =
     "mean capacitance before anything touched the specimen, at the middle of that time; standard "
-    "error from the scatter of the readings with their correlation in time, of parts of the "
-    "baseline "
-    "or of the rests, whichever says most";
+    "error from the scatter of the readings and from the noise that is slower, as far as all "
+    "readings without a load tell it";
 constexpr const char* kNoise =
     "standard deviation of one reading of the baseline, from the differences of neighbours (drift "
     "cancels)";
@@ -24,7 +24,6 @@ constexpr const char* kDrift =
     "loading "
     "the later half, because recovery is no drift; it is subtracted from every result under load";
 constexpr std::size_t kBatches = 10;
-constexpr double kPlain = 0.2;  // probability that noise alone does it
 
 struct Unloaded {
   RunningMean capacitance, steady;  // F; the second without the drift
@@ -63,46 +62,64 @@ struct MeanVariance {
   std::string basis;
 };
 
-// From the readings and the correlation of neighbours; from batches where those say more: what is
-// slower than the neighbours know shows in them only.
-MeanVariance within_baseline(const Scene& scene, const Unloaded& b) {
+MeanVariance of_readings(const Scene& scene, const Unloaded& b) {
   const auto n = static_cast<double>(b.capacitance.count);
   const Correlation& c = scene.rest_correlation;
   MeanVariance out{b.steady.variance() / c.of_square(n) * c.of_mean(n),
                    std::min(n - 1, c.degrees_of_freedom(n - 1)), "scatter of the baseline"};
   if (c.freedom <= 0) out.freedom = n - 1;
-  const double batches = variance_of_batches(b.values, kBatches);
-  if (batches > out.variance) {
-    out = {batches, kBatches - 1.0, fmt::format("scatter of {} parts of the baseline", kBatches)};
-  }
   return out;
 }
 
-// The rests after loads, about their own line: slower still. Only where it is plain, because they
-// are few.
-void add_rests(const Scene& scene, MeanVariance& out) {
-  std::vector<LinePoint> rests;
+// From batches where those say more: what is slower than the neighbours know shows in them only.
+void add_batches(const Unloaded& b, MeanVariance& out) {
+  const double batches = variance_of_batches(b.values, kBatches);
+  if (batches <= out.variance) return;
+  out = {batches, kBatches - 1.0, fmt::format("scatter of {} parts of the baseline", kBatches)};
+}
+
+// Of the sum of the nodes' means times `of_node`; nothing where the readings are too few to tell.
+std::optional<SlopePart> slow_error(const Scene& scene, const std::vector<double>& of_node,
+                                    double white, AfterLoad after_load) {
+  const QuietBlocks quiet = cut_quiet_blocks(scene);
   const auto& nodes = scene.drift.nodes();
-  for (std::size_t k = 1; k < nodes.size(); ++k) {
-    if (nodes[k].se_fF > 0) {
-      rests.push_back({nodes[k].t_s, nodes[k].fF, 1 / (nodes[k].se_fF * nodes[k].se_fF)});
+  std::vector<double> factor(quiet.blocks.size(), 0.0);
+  for (std::size_t b = 0; b < factor.size(); ++b) {
+    for (const auto& part : quiet.of_node[b]) {
+      factor[b] += of_node[part.node] * part.readings / nodes[part.node].readings;
     }
   }
-  const auto line = fit_line(rests);
-  if (!line || line->points < 3) return;
-  const double freedom = line->points - 2, excess = line->residual_ss / freedom;
-  if (f_tail(excess, freedom, 1e6) > kPlain) return;
-  const double variance = line->residual_ss / freedom / (line->sum_weights / line->points) * 1e-30;
-  if (variance <= out.variance) return;
-  out = {variance, freedom, "scatter of the rests, which exceeds that within the baseline"};
+  const SlowNoise noise(quiet.blocks, scene.data.duration_s, after_load);
+  if (!noise.known()) return std::nullopt;
+  const SlopePart error = noise.error_of(factor, white, scene.options.confidence);
+  return error.se > 0 ? std::optional(error) : std::nullopt;
+}
+
+// A specimen that has not recovered yet shifts the rests after the first load: that is not noise of
+// the baseline.
+MeanVariance error_of_c0(const Scene& scene, const Unloaded& b) {
+  MeanVariance out = of_readings(scene, b);
+  const auto& nodes = scene.drift.nodes();
+  const bool first_is_baseline =
+      !nodes.empty() &&
+      (scene.loadings.empty() || nodes.front().t_s < scene.loadings.front().begin_s);
+  if (first_is_baseline) {
+    std::vector<double> of_node(nodes.size(), 0.0);
+    of_node[0] = 1;
+    if (const auto slow = slow_error(scene, of_node, out.variance * 1e30, AfterLoad::shifted)) {
+      return {slow->se * slow->se * 1e-30, slow->degrees_of_freedom,
+              "scatter of the baseline, and slower noise as all readings without a load tell it"};
+    }
+  }
+  add_batches(b, out);
+  return out;
 }
 
 void calc_c0(const Scene& scene, const Unloaded& b, const Outliers& outliers, BaselineResult& out) {
   out.c0.rows = b.capacitance.count;
   Estimate e(b.capacitance.mean * 1e12);
   if (b.capacitance.count >= 2) {
-    MeanVariance v = within_baseline(scene, b);
-    add_rests(scene, v);
+    const MeanVariance v = error_of_c0(scene, b);
     e = estimate(e.value, std::sqrt(v.variance) * 1e12, v.freedom, scene.options.confidence);
     out.c0_basis = v.basis;
   } else {
@@ -144,15 +161,21 @@ void calc_noise(const Unloaded& b, const MeasuredLevels& measured, double confid
   out.noise.estimate = estimate(sigma, sigma / std::sqrt(2 * freedom), freedom, confidence);
 }
 
-void calc_drift(const Drift& d, double confidence, BaselineResult& out) {
+void calc_drift(const Scene& scene, double confidence, BaselineResult& out) {
+  const Drift& d = scene.drift;
   if (!d.known()) {
     out.drift.reason = "it takes two stretches without load, before and after a loading";
     return;
   }
   out.drift_of_baseline_fF = d.nodes().back().fF - d.nodes().front().fF;
   out.drift.rows = static_cast<std::int64_t>(d.nodes().size());
+  SlopePart error{d.rate_se_fF_s(), d.rate_freedom()};
+  const double white = d.rate_white_se_fF_s() * d.rate_white_se_fF_s();
+  if (const auto slow = slow_error(scene, d.rate_influence(), white, AfterLoad::alike)) {
+    error = *slow;
+  }
   out.drift.estimate =
-      estimate(d.rate_fF_s() * 3600, d.rate_se_fF_s() * 3600, d.rate_freedom(), confidence);
+      estimate(d.rate_fF_s() * 3600, error.se * 3600, error.degrees_of_freedom, confidence);
 }
 
 }  // namespace
@@ -171,7 +194,7 @@ BaselineResult calc_baseline(const Scene& scene, const MeasuredLevels& measured)
                         : "no reading without load comes before the first loading";
   }
   calc_noise(b, measured, scene.options.confidence, out);
-  calc_drift(scene.drift, scene.options.confidence, out);
+  calc_drift(scene, scene.options.confidence, out);
   return out;
 }
 

@@ -39,7 +39,14 @@ Drift::Drift(std::vector<RestNode> nodes) : nodes_(std::move(nodes)) {
   freedom_ = excess > 1 ? freedom : std::numeric_limits<double>::infinity();
   const bool exact = std::ranges::none_of(nodes_, [](const RestNode& n) { return n.se_fF > 0; });
   rate_se_ = line->slope_se(exact ? excess : std::max(1.0, excess));
+  rate_white_ = exact ? 0 : line->slope_se(1);
   follow(follow_);
+}
+
+std::vector<double> Drift::rate_influence() const {
+  std::vector<double> out;
+  for (const RestNode& n : nodes_) out.push_back(weight_of(n) * (n.t_s - t_mean_) / stt_);
+  return out;
 }
 
 void Drift::follow(double part) {

@@ -32,6 +32,8 @@ class Drift {
   // Of the rate of the line: from the deviations where they exceed the noise of the rests.
   double rate_se_fF_s() const { return rate_se_; }
   double rate_freedom() const { return freedom_; }
+  double rate_white_se_fF_s() const { return rate_white_; }  // from the noise of the rests alone
+  std::vector<double> rate_influence() const;  // by what each rest moves the rate, 1/s
   double followed() const { return follow_; }  // part of the deviations that is subtracted, 0 to 1
   void follow(double part);
   // By what each rest moves at(t_s).
@@ -42,7 +44,7 @@ class Drift {
 
   std::vector<RestNode> nodes_;
   std::vector<double> deviations_;  // of the nodes from the line, fF
-  double t_mean_ = 0, rate_ = 0, rate_se_ = 0, freedom_ = 0;
+  double rate_white_ = 0, t_mean_ = 0, rate_ = 0, rate_se_ = 0, freedom_ = 0;
   double weights_ = 0, stt_ = 0;
   double follow_ = 0, zero_ = 0;
 };

@@ -151,6 +151,15 @@ double coverage_factor(double confidence, double degrees_of_freedom) {
   return student_t_quantile((1 + confidence) / 2, degrees_of_freedom);
 }
 
+double freedom_of_factor(double factor, double confidence) {
+  double low = 1, high = 1e6;
+  while (high / low > 1.0001) {
+    const double middle = std::sqrt(low * high);
+    (coverage_factor(confidence, middle) > factor ? low : high) = middle;
+  }
+  return high;
+}
+
 double f_tail(double f, double dof1, double dof2) {
   if (!(f > 0)) return 1;
   if (!std::isfinite(f)) return 0;

@@ -43,6 +43,8 @@ double huber_location(const std::vector<double>& values);
 double student_t_quantile(double probability, double degrees_of_freedom);
 // Half the width of the central interval, in standard errors.
 double coverage_factor(double confidence, double degrees_of_freedom);
+// Its inverse, by halving: 1 to a million.
+double freedom_of_factor(double factor, double confidence);
 // P(F > f); f_tail(-..., ...) is 1.
 double f_tail(double f, double dof1, double dof2);
 double normal_quantile(double probability);

@@ -146,20 +146,6 @@ Estimate estimate(double value, double standard_error, double degrees_of_freedom
   return e;
 }
 
-namespace {
-
-// The inverse of coverage_factor, by halving.
-double freedom_of_factor(double factor, double confidence) {
-  double low = 1, high = 1e6;
-  while (high / low > 1.0001) {
-    const double middle = std::sqrt(low * high);
-    (coverage_factor(confidence, middle) > factor ? low : high) = middle;
-  }
-  return high;
-}
-
-}  // namespace
-
 Estimate estimate_of_parts(double value, const std::vector<SlopePart>& parts, double confidence) {
   double variance = 0, denominator = 0, half2 = 0;
   bool few = false;

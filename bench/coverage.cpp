@@ -11,6 +11,7 @@
 #include <map>
 #include <string>
 
+#include "base/log.hpp"
 #include "bench/cell.hpp"
 #include "bench/realistic.hpp"
 
@@ -39,6 +40,7 @@ int main(int argc, char** argv) {
   const auto folder =
       std::filesystem::temp_directory_path() / fmt::format("coverage-{}", ::getpid());
   std::filesystem::create_directories(folder);
+  lcrig::set_up_logging("warn");
   print_header();
   if (what != "cycles") measure(rehearsed_levels(repeats, 30), seeds, first, folder.string());
   if (what != "levels") measure(rehearsed_cycles(repeats), seeds, first, folder.string());

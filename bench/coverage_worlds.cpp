@@ -58,6 +58,10 @@ int main(int argc, char** argv) {
   if (what == "real" || what == "all") {
     run(static_run(shape), {realistic_world()}, seeds, first, only);
   }
+  if (what == "slow" || what == "all") {
+    run(static_run(shape), slow_worlds(), seeds, first, only);
+    run(dynamic_run(cycles), slow_worlds(), seeds, first, only);
+  }
   if (what == "dynamic" || what == "all") {
     run(dynamic_run(cycles), dynamic_worlds(), seeds, first, only);
   }

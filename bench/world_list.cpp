@@ -2,6 +2,8 @@
 // The worlds of the table in docs/analysis.md.
 #include "bench/worlds.hpp"
 
+#include <fmt/format.h>
+
 namespace lcrig::worlds {
 
 namespace {
@@ -52,6 +54,22 @@ std::vector<World> dynamic_worlds() {
       changed("hysteresis 3 %, slope +-2 %",
               [](World& w) { w.hysteresis = 0.03, w.slope_sd = 0.02; }),
   };
+}
+
+std::vector<World> slow_worlds() {
+  std::vector<World> out;
+  for (const double fF : {0.03, 0.1, 1.0, 3.0}) {
+    out.push_back(changed("1/f", [fF](World& w) { w.flicker_fF = fF; }));
+    out.back().name += fmt::format(" {:g} fF", fF);
+  }
+  for (const double fF : {0.01, 0.03, 0.3, 1.0}) {
+    out.push_back(changed("random walk", [fF](World& w) { w.walk_fF_sqrt_s = fF; }));
+    out.back().name += fmt::format(" {:g} fF", fF);
+  }
+  out.push_back(changed("random walk and 1/f", [](World& w) {
+    w.walk_fF_sqrt_s = 0.1, w.flicker_fF = 0.2, w.drift_fF_h = 50;
+  }));
+  return out;
 }
 
 // LCR-6100 at 100 kHz and 1 V: 0.05 % basic accuracy, 5 fF of offset after an open correction. A

@@ -343,6 +343,7 @@ std::vector<Judged> judge(const MadeRun& run, const TrueSpecimen& specimen, cons
   const double drifted = world.drift_fF_h * run.data.contact_s.value_or(0) / 2 / 3600;
   add(out, "C0", a.c0, expanded_of(a, "C0"), (c0 + drifted) * 1e-3,
       (specimen.c0_fF + drifted) * 1e-3);
+  add(out, "drift", a.drift, std::nullopt, world.drift_fF_h, world.drift_fF_h);
   if (a.levels.empty() && !a.cycles.empty()) {
     double shown = 0, own = 0;
     for (const CycleResult& c : a.cycles) {

@@ -84,6 +84,8 @@ std::vector<Judged> judge(const MadeRun& run, const TrueSpecimen& specimen, cons
 // The worlds of the table in docs/analysis.md. The dynamic ones concern cycles.
 std::vector<World> static_worlds();
 std::vector<World> dynamic_worlds();
+// Slow noise of many sizes, to see that no estimator was made for one of them.
+std::vector<World> slow_worlds();
 // Everything at once, with the limits of the instruments' specifications.
 World realistic_world();
 

@@ -2,7 +2,7 @@
 // Do the confidence intervals contain the true values when the specimen, the meter or the repeats
 // are difficult? A hundred seeds of every world, judged by the sum over the cells;
 // bench/coverage_worlds.cpp has the table. No two worlds share seeds, so their counts are
-// independent. The last test rehearses on a bench that errs as real ones do; bench/coverage.cpp has
+// independent. Two tests rehearse on a bench that errs as real ones do; bench/coverage.cpp has
 // its table.
 #include <gtest/gtest.h>
 
@@ -28,6 +28,10 @@ struct Count {
     ++runs;
     held += holds ? 1 : 0;
   }
+  void add(const Count& more) {
+    runs += more.runs;
+    held += more.held;
+  }
 };
 
 double limit(int runs, double part, double probability) {
@@ -52,26 +56,29 @@ void visit(const RunData& shape, const World& world, std::uint64_t first, Tally&
   }
 }
 
-// A run cannot show what is slower than the run: C0 before contact is a single sample of a noise
-// that goes on for hours, which also looks like a drift (docs/analysis.md says how often they
-// hold).
-bool is_out_of_sight(const std::string& cell) {
-  const bool slow = cell.starts_with("1/f") || cell.starts_with("random walk") ||
-                    cell.starts_with("hum") || cell.starts_with("everything") ||
-                    cell.starts_with("real bench");
-  return slow && (cell.ends_with("C0") || cell.ends_with("C0_pF") || cell.ends_with("fF_per_h"));
+// Under a random walk, five rests hardly tell it from 1/f noise, under which a line through them is
+// known better: the rate of drift holds less often then (docs/analysis.md says how often).
+bool is_known_to_miss(const std::string& cell) {
+  return cell.starts_with("random walk") && cell.ends_with("drift");
+}
+
+// Nobody can exclude from one run that its noise has a slow part: where it has none, the intervals
+// of C0 and drift are too wide, and take no part in the upper limit.
+bool may_be_wide(const std::string& cell) {
+  return cell.ends_with("C0") || cell.ends_with("C0_pF") || cell.ends_with("drift") ||
+         cell.ends_with("fF_per_h");
 }
 
 void judge_sum(const Tally& tally) {
-  Count sum;
+  Count sum, narrow;
   for (const auto& [cell, count] : tally.scatter) {
-    if (is_out_of_sight(cell)) continue;
-    sum.runs += count.runs;
-    sum.held += count.held;
+    if (is_known_to_miss(cell)) continue;
+    sum.add(count);
+    if (!may_be_wide(cell)) narrow.add(count);
     EXPECT_GE(count.held, limit(count.runs, kLeast, kChance)) << cell;
   }
   EXPECT_GE(sum.held, limit(sum.runs, kLeast, kChance)) << "of " << sum.runs;
-  EXPECT_LE(sum.held, limit(sum.runs, kMost, 1 - kChance)) << "of " << sum.runs;
+  EXPECT_LE(narrow.held, limit(narrow.runs, kMost, 1 - kChance)) << "of " << narrow.runs;
   for (const auto& [cell, count] : tally.expanded) {
     EXPECT_GE(count.held, limit(count.runs, kLeast, kChance)) << "expanded, " << cell;
   }
@@ -80,7 +87,7 @@ void judge_sum(const Tally& tally) {
 TEST(Coverage, OfLevelsInFourRepeats) {
   const RunData shape = static_run(StaticShape());
   Tally tally;
-  std::uint64_t first = 1;
+  std::uint64_t first = 3'000'001;
   for (const World& w : static_worlds()) visit(shape, w, first += 1000, tally);
   visit(shape, realistic_world(), first += 1000, tally);
   judge_sum(tally);
@@ -88,7 +95,7 @@ TEST(Coverage, OfLevelsInFourRepeats) {
 
 TEST(Coverage, OfOneAndTwoRepeats) {
   Tally tally;
-  std::uint64_t first = 100'000;
+  std::uint64_t first = 3'100'001;
   for (const int repeats : {1, 2}) {
     StaticShape shape;
     shape.repeats = repeats;
@@ -103,21 +110,30 @@ TEST(Coverage, OfOneAndTwoRepeats) {
   judge_sum(tally);
 }
 
-TEST(Coverage, OnABenchThatErrsAsRealOnesDo) {
-  constexpr std::uint64_t kRehearsed = 50;  // three rehearsals each
+void rehearse(const Rehearsed& what) {
+  // Three rehearsals each. Nobody has looked at these seeds to choose an estimator, nor may anyone:
+  // whoever does takes other ones.
+  constexpr std::uint64_t kRehearsed = 100, kFirst = 771'001;
   const TempDir dir;
-  const Rehearsed cycles = rehearsed_cycles(4);
   Tally tally;
-  for (std::uint64_t seed = 1; seed <= kRehearsed; ++seed) {
-    for (const Judged& j : judge_on_bench(cycles, seed, dir.path())) tally.add("real bench", j);
+  for (std::uint64_t seed = kFirst; seed < kFirst + kRehearsed; ++seed) {
+    for (const Judged& j : judge_on_bench(what, seed, dir.path())) tally.add(what.name, j);
   }
   judge_sum(tally);
+}
+
+TEST(Coverage, OfCyclesOnABenchThatErrsAsRealOnesDo) {
+  rehearse(rehearsed_cycles(4));
+}
+
+TEST(Coverage, OfLevelsOnABenchThatErrsAsRealOnesDo) {
+  rehearse(rehearsed_levels(4, 30));
 }
 
 TEST(Coverage, OfCycles) {
   const RunData shape = dynamic_run(DynamicShape());
   Tally tally;
-  std::uint64_t first = 200'000;
+  std::uint64_t first = 3'200'001;
   for (const World& w : dynamic_worlds()) visit(shape, w, first += 1000, tally);
   judge_sum(tally);
 }

@@ -19,9 +19,9 @@ using testing::HasSubstr;
 TEST(Analyse, FindsTheSlopeC0AndNoiseOfAStraightSpecimen) {
   const auto a = of_static(SyntheticRun::Static());
   EXPECT_NEAR(a.c0.value(), 3.65, 4 * 0.044 / 10);
-  // 44 fF/sqrt(100), or what ten parts of the baseline say where that is more.
+  // 44 fF/sqrt(100), and what slow noise may add that such a baseline cannot exclude.
   EXPECT_GT(*a.c0.estimate->standard_error, 0.0044 * 0.8);
-  EXPECT_LT(*a.c0.estimate->standard_error, 0.0044 * 1.6);
+  EXPECT_LT(*a.c0.estimate->standard_error, 0.0044 * 4);
   EXPECT_NEAR(a.noise.value(), 44, 10);
   ASSERT_EQ(a.ranges.size(), 2U);
   for (const RangeResult& r : a.ranges) {

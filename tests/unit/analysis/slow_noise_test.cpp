@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a mean of part of a run, and a line through the rests, may err by under noise that is slower
+// than the readings. Sizes and times are none that a bench draws from.
+#include "analysis/slow_noise.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "analysis/line_fit.hpp"
+
+namespace lcrig {
+namespace {
+
+struct Noise {
+  double white_fF = 0.5, walk_fF_sqrt_s = 0, flicker_fF = 0;
+};
+
+// A baseline of 24 blocks of a second, and five rests of two blocks, a minute apart.
+class MadeUp {
+ public:
+  MadeUp(const Noise& noise, std::uint64_t seed) : noise_(noise), random_(seed) {
+    for (double tau = 0.5; tau < 2000; tau *= 2) octaves_.emplace_back(tau, normal_(random_));
+    for (int i = 0; i < 24; ++i) add(0.5 + i, false);
+    for (int k = 1; k <= 5; ++k) add(60 * k + 0.5, true), add(60 * k + 1.5, true);
+  }
+  std::vector<QuietBlock> blocks;
+
+ private:
+  void add(double t_s, bool loaded_before) {
+    const double step_s = t_s - t_s_;
+    t_s_ = t_s;
+    double fF = noise_.white_fF * normal_(random_);
+    fF += walk_ += noise_.walk_fF_sqrt_s * std::sqrt(step_s) * normal_(random_);
+    for (auto& [tau, state] : octaves_) {
+      const double keeps = std::exp(-step_s / tau);
+      state = keeps * state + std::sqrt(1 - keeps * keeps) * normal_(random_);
+      fF += noise_.flicker_fF * state;
+    }
+    blocks.push_back({t_s, 1, fF, 0.1, loaded_before});
+  }
+
+  Noise noise_;
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+  std::vector<std::pair<double, double>> octaves_;
+  double t_s_ = 0, walk_ = 0;
+};
+
+constexpr int kRuns = 60;
+constexpr double kRun_s = 302;
+
+struct Held {
+  int runs = 0;
+  double half = 0, squares = 0;
+  double too_wide() const { return half / kRuns / (1.96 * std::sqrt(squares / kRuns)); }
+};
+
+// Of the mean of the baseline, whose truth is 0.
+Held hold_baseline(const Noise& noise) {
+  Held out;
+  for (int run = 0; run < kRuns; ++run) {
+    const MadeUp made(noise, 4'100'000 + static_cast<std::uint64_t>(run));
+    std::vector<double> factor(made.blocks.size(), 0.0);
+    double mean = 0;
+    for (std::size_t i = 0; i < 24; ++i) factor[i] = 1.0 / 24, mean += made.blocks[i].fF / 24;
+    const SlowNoise slow(made.blocks, kRun_s, AfterLoad::shifted);
+    const SlopePart error = slow.error_of(factor, 0, 0.95);
+    const double half = coverage_factor(0.95, error.degrees_of_freedom) * error.se;
+    out.runs += std::abs(mean) <= half ? 1 : 0;
+    out.half += half;
+    out.squares += mean * mean;
+  }
+  return out;
+}
+
+TEST(SlowNoise, IntervalsOfTheBaselineHoldUnderARandomWalkOfAnySize) {
+  for (const double walk : {0.02, 0.2, 2.0}) {
+    EXPECT_GE(hold_baseline({0.5, walk, 0}).runs, 0.90 * kRuns) << walk;
+  }
+}
+
+TEST(SlowNoise, IntervalsOfTheBaselineHoldUnderOneOverFNoiseOfAnySize) {
+  for (const double flicker : {0.05, 0.3, 2.5}) {
+    EXPECT_GE(hold_baseline({0.5, 0, flicker}).runs, 0.86 * kRuns) << flicker;
+  }
+}
+
+// The price: nobody can exclude slow noise from one run.
+TEST(SlowNoise, WhiteNoiseAloneGivesAnIntervalFourTimesAsWideAtMost) {
+  const Held held = hold_baseline({});
+  EXPECT_GE(held.runs, 0.95 * kRuns);
+  EXPECT_LE(held.too_wide(), 4);
+}
+
+TEST(SlowNoise, AShiftAfterTheFirstLoadIsNoNoiseOfTheBaseline) {
+  MadeUp made({}, 4'200'000);
+  std::vector<double> factor(made.blocks.size(), 0.0);
+  for (std::size_t i = 0; i < 24; ++i) factor[i] = 1.0 / 24;
+  const double before =
+      SlowNoise(made.blocks, kRun_s, AfterLoad::shifted).error_of(factor, 0, 0.95).se;
+  for (QuietBlock& b : made.blocks) b.fF += b.loaded_before ? 30 : 0;
+  const double shifted =
+      SlowNoise(made.blocks, kRun_s, AfterLoad::shifted).error_of(factor, 0, 0.95).se;
+  const double alike =
+      SlowNoise(made.blocks, kRun_s, AfterLoad::alike).error_of(factor, 0, 0.95).se;
+  EXPECT_NEAR(shifted, before, 1e-6 * before);
+  EXPECT_GT(alike, 3 * before);
+}
+
+TEST(SlowNoise, WhatOutliersDoToTheMeanIsNotLessThanTheirScatter) {
+  const MadeUp made({}, 4'300'000);
+  const std::vector<double> factor(made.blocks.size(), 1.0 / 34);
+  const SlowNoise slow(made.blocks, kRun_s, AfterLoad::alike);
+  EXPECT_GE(slow.error_of(factor, 25, 0.95).se, 5);
+  EXPECT_LT(slow.error_of(factor, 0, 0.95).se, 5);
+}
+
+TEST(SlowNoise, AFewBlocksTellNothing) {
+  EXPECT_FALSE(SlowNoise().known());
+  EXPECT_FALSE(SlowNoise({}, kRun_s, AfterLoad::alike).known());
+  auto blocks = MadeUp({}, 1).blocks;
+  blocks.resize(5);
+  EXPECT_FALSE(SlowNoise(blocks, kRun_s, AfterLoad::alike).known());
+}
+
+}  // namespace
+}  // namespace lcrig
