@@ -83,6 +83,14 @@ void read_rig(const JsonReader& root, Config& c) {
   if (auto v = root.optional_string("wire_log_directory")) c.wire_log_directory = *v;
 }
 
+void read_path(const JsonReader& root, const char* key, std::string& out) {
+  const auto path = root.optional_string(key);
+  if (!path) return;
+  const bool file = !path->empty() && !path->ends_with('/') && path->find('\0') == path->npos;
+  if (!file) root.at(key).refuse("no file can have this name; expected a path");
+  out = *path;
+}
+
 }  // namespace
 
 Result<Config> parse_config(std::string_view text, const std::string& name) {
@@ -91,8 +99,8 @@ Result<Config> parse_config(std::string_view text, const std::string& name) {
   const JsonReader root(*document);
   root.expect_format("lcrigd-config/1");
   Config c;
-  if (auto v = root.optional_string("database")) c.database = *v;
-  if (auto v = root.optional_string("socket")) c.socket = *v;
+  read_path(root, "database", c.database);
+  read_path(root, "socket", c.socket);
   if (root.has("log_level")) {
     root.word<int>("log_level", kLevels);
     c.log_level = root.string("log_level");

@@ -193,11 +193,11 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
     const double before_N = fallen_ >= kSureFalls ? *peak_N_ : motion_.force_N;
     return Contradiction(
         Disbelief::force,
-        fmt::format("the force falls while the frame presses: {:.4f} N after {:.4f} N; the load "
-                    "cell {}, or the specimen gave way",
-                    force_N, before_N,
-                    force_N < limit_N ? "is connected the wrong way, lost its zero"
-                                      : "shows too little"));
+        fmt::format(
+            "the force falls while the frame presses: {:.4f} N after {:.4f} N; the load "
+            "cell {}, or the specimen gave way",
+            force_N, before_N,
+            force_N < limit_N ? "is connected the wrong way, lost its zero" : "shows too little"));
   }
   if (motion_.direction < 0 && force_N > motion_.force_N + allowed_N) {
     return Contradiction(

@@ -201,7 +201,8 @@ ExitCode print_run_end(Context& context, const RunOutcome& e) {
                e.simulated ? " (simulated)" : "");
     fmt::print(out, "{} LCR readings ({} of measure steps), {} frame samples in {}\n",
                e.lcr_readings, e.measure_readings, e.frame_samples, format_time(e.duration_s));
-    if (!e.anchor.empty()) fmt::print(out, "anchor {}\n", printable(e.anchor, kLongestName));
+    // Whole, because it is what a person keeps.
+    if (!e.anchor.empty()) fmt::print(out, "anchor {}\n", printable(e.anchor));
     context.console.next(next_command(context.global, {"export", std::to_string(e.run)}));
   }
   return exit_code_of_run(e.exit_status, e.code);

@@ -5,8 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <map>
 #include <set>
+#include <string_view>
 
 #include "base/number.hpp"
 #include "tools/lcrig/command.hpp"
@@ -223,12 +225,27 @@ std::vector<std::string> Parser::option_names(const CLI::App& sub) const {
   return names;
 }
 
+namespace {
+
+// A file, a socket or an anchor: nobody means an empty one. A note may be empty.
+bool names_something(std::string_view option) {
+  constexpr std::array kOptions{"--db", "--socket", "--config", "--anchor"};
+  return std::ranges::find(kOptions, option) != kOptions.end();
+}
+
+}  // namespace
+
 // CLI11 blames the positional when an unknown option stands before it, and another one when an
 // option's value is missing.
 Outcome<Command*> Parser::check_options(Command* command, const std::vector<std::string>& args) {
   const auto& sub = *apps.at(command);
   std::set<const CLI::Option*> seen;
   const std::string* waits = nullptr;  // the option before, for its value
+  // An unset shell variable, and another file would be taken, or nothing compared.
+  const auto empty = [&](const std::string& option) {
+    return usage(fmt::format("lcrig {}: {}: its value is empty", command->name, option),
+                 fmt::format("lcrig {} --help", command->name));
+  };
   const auto without_value = [&] {
     return usage(fmt::format("lcrig {}: {}: its value is missing", command->name, *waits),
                  fmt::format("lcrig {} --help", command->name));
@@ -237,6 +254,7 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
     if (waits != nullptr) {
       const bool option = arg.starts_with('-') && known_option(sub, arg) != nullptr;
       if (option && arg.size() > 1) return without_value();
+      if (arg.empty() && names_something(*waits)) return empty(*waits);
       waits = nullptr;
       continue;
     }
@@ -254,6 +272,9 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
           fmt::format("lcrig {} --help", command->name));
     };
     const bool takes_value = option->get_items_expected_max() > 0;
+    if (arg.ends_with('=') && names_something(arg.substr(0, arg.size() - 1))) {
+      return empty(arg.substr(0, arg.size() - 1));
+    }
     if (!takes_value && arg.find('=') != std::string::npos) return wrong("takes no value");
     const bool once = option->get_multi_option_policy() != CLI::MultiOptionPolicy::TakeAll;
     if (takes_value && !seen.insert(option).second && once) return wrong("was given twice");

@@ -73,8 +73,10 @@ TEST_F(Served, StatusSaysWhatIsKnownOfTheInstrumentsAndFromWhere) {
 
 TEST_F(Served, TheLastLineOfASimulatedRunSaysSo) {
   ended.simulated = true;
+  ended.anchor = "57:" + std::string(64, 'a');
   EXPECT_EQ(cli.run({"run", "press", "--specimen", "mine"}), 0) << cli.err.str();
-  EXPECT_THAT(cli.out.str(), HasSubstr("run 7: success (simulated)\n"));
+  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("run 7: success (simulated)\n"),
+                                   HasSubstr("\nanchor " + ended.anchor + "\n")));
 }
 
 TEST_F(Served, VerbsReachTheDaemon) {

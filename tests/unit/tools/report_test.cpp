@@ -162,8 +162,8 @@ TEST_F(Report, TableHasOneRowARun) {
   const std::string text = read(csv);
   EXPECT_EQ(std::ranges::count(text, '\n'), 3);
   EXPECT_THAT(text, AllOf(HasSubstr("sensitivity_0_to_30_kPa_fF_per_kPa"), HasSubstr("paper-1")));
-  // To the third digit of its standard error, 2.30 fF.
-  EXPECT_THAT(text, HasSubstr(fmt::format(",{:.5f},0.0023,", analysis(1).c0.value())));
+  // To the third digit of its standard error, 7.67 fF.
+  EXPECT_THAT(text, HasSubstr(fmt::format(",{:.5f},0.00767,", analysis(1).c0.value())));
 }
 
 TEST_F(Report, MixedRunsAreMarked) {
