@@ -55,6 +55,8 @@ class VerbCommand final : public Command {
   Outcome<ExitCode> run(Context& context) override;
 
  private:
+  Failure unheard(Failure failure) const;
+
   const Verb& verb_;
   std::string why_;
 };
@@ -64,9 +66,18 @@ std::unique_ptr<Command> make_verb() {
   return std::make_unique<VerbCommand>(verb);
 }
 
+// Whoever wants the frame to stop has no time for a rehearsal.
+Failure VerbCommand::unheard(Failure failure) const {
+  if (&verb_ != &kConfirm) {
+    failure.next =
+        "if the frame moves: stop it at the machine (E-stop); then: systemctl status lcrigd";
+  }
+  return failure;
+}
+
 Outcome<ExitCode> VerbCommand::run(Context& context) {
   auto client = ControlClient::connect(context);
-  if (!client) return client.error();
+  if (!client) return unheard(client.error());
   json params = json::object();
   if (!why_.empty()) params["why"] = why_;
   constexpr auto kPatience = std::chrono::seconds(90);  // the frame confirms standstill first

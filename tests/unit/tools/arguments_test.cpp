@@ -119,11 +119,15 @@ TEST(Arguments, VersionIsAResult) {
 
 TEST(Arguments, AnUnreachableDaemonIsThreeAndSaysHowToGoOn) {
   Cli cli;
-  for (const auto* verb : {"status", "watch", "pause", "resume", "abort", "freeze", "confirm"}) {
+  const auto expect_unreachable = [&cli](const char* verb, const char* advice) {
     EXPECT_EQ(cli.run({verb}), cli::kUnreachable) << verb;
     EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("no-daemon.sock"),
-                                     HasSubstr("systemctl status lcrigd"), HasSubstr("rehearse")));
+                                     HasSubstr("systemctl status lcrigd"), HasSubstr(advice)));
+  };
+  for (const auto* verb : {"status", "watch", "resume", "confirm"}) {
+    expect_unreachable(verb, "rehearse");
   }
+  for (const auto* verb : {"pause", "abort", "freeze"}) expect_unreachable(verb, "E-stop");
   EXPECT_EQ(cli.run({"status", "--socket", std::string(300, 's')}), cli::kUsage);
 }
 
