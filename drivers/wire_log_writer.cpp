@@ -54,11 +54,14 @@ std::string_view what_to_do(int error) {
 }  // namespace
 
 // What of the logs went wrong and was told: the same is not told again with every port that is
-// opened. Of the writer's thread, but for `forget`.
+// opened. Of the writer's thread, but for the flags.
 class WireLogWriter::Told {
  public:
   std::atomic<bool> forget = false;
+  // Nobody waits for the thread any more: the process may be at its end, and its journal gone.
+  std::atomic<bool> left_alone = false;
   void warn(const std::string& path, const std::string& whose, std::string_view what, int error) {
+    if (left_alone) return;
     if (forget.exchange(false)) errors_.clear();
     int& last = errors_[whose];
     if (std::exchange(last, error) == error) return;
@@ -181,6 +184,7 @@ WireLogWriter::~WireLogWriter() {
     return;
   }
   spdlog::warn("the disk of the wire logs does not answer; their last entries are not stored");
+  queue_->told.left_alone = true;
   thread_.detach();
 }
 
