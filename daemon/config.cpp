@@ -29,6 +29,7 @@ std::string read_port(const JsonReader& r) {
 
 void read_meter(const JsonReader& r, Config& c) {
   std::vector<std::pair<std::string_view, const MeterDriver*>> drivers;
+  drivers.reserve(std::size(kMeterDrivers));
   for (const MeterDriver& driver : kMeterDrivers) drivers.emplace_back(driver.name, &driver);
   c.meter_driver = r.word<const MeterDriver*>("driver", drivers);
   c.meter_port = read_port(r);
@@ -86,8 +87,9 @@ void read_rig(const JsonReader& root, Config& c) {
 void read_path(const JsonReader& root, const char* key, std::string& out) {
   const auto path = root.optional_string(key);
   if (!path) return;
-  const bool file = !path->empty() && !path->ends_with('/') && path->find('\0') == path->npos;
-  if (!file) root.at(key).refuse("no file can have this name; expected a path");
+  if (path->empty() || path->find('\0') != path->npos) {
+    root.at(key).refuse("no file can have this name; expected a path");
+  }
   out = *path;
 }
 
