@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -52,12 +53,6 @@ std::string key_pattern(std::string_view stem, Dimension d) {
     if (unit.dimension == d) out += fmt::format("{}{}", out.empty() ? "" : "|", unit.suffix);
   }
   return fmt::format("{}_({})", stem, out);
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string out;
-  for (const auto& w : words) out += (out.empty() ? "" : ", ") + w;
-  return out;
 }
 
 // Whether `pointer` names `parent` or something in it: /steps/10 is not in /steps/1.
@@ -149,110 +144,6 @@ void JsonReader::refuse_key(const std::string& what) const {
   add(pointer_, state_->document.key_position(pointer_), what, {});
 }
 
-// The value as a message shows it: short, and safe for a terminal.
-std::string JsonReader::shown() const {
-  if (is_object()) return "an object";
-  if (is_array()) return "an array";
-  std::string text = value_->dump(-1, ' ', false, json::error_handler_t::replace);
-  return printable(text, 60);
-}
-
-bool JsonReader::is_object() const {
-  return value_->is_object();
-}
-bool JsonReader::is_array() const {
-  return value_->is_array();
-}
-bool JsonReader::is_string() const {
-  return value_->is_string();
-}
-bool JsonReader::is_number() const {
-  return value_->is_number();
-}
-bool JsonReader::is_boolean() const {
-  return value_->is_boolean();
-}
-bool JsonReader::is_null() const {
-  return value_->is_null();
-}
-
-double JsonReader::number(const Range& range) const {
-  return number_in(1, range);
-}
-
-double JsonReader::number_in(double to_si, const Range& si) const {
-  if (!is_number()) {
-    refuse(fmt::format("{}, expected a number", shown()));
-    return 0;
-  }
-  const double v = value_->get<double>() * to_si;
-  if (!contains(si, v)) refuse(fmt::format("{}, expected {}", shown(), range_words(si, to_si)));
-  return v;
-}
-
-std::int64_t JsonReader::integer(std::int64_t min, std::int64_t max) const {
-  const auto expected = [&] {
-    return fmt::format("expected a whole number from {} to {}", min, max);
-  };
-  const double v = is_number() ? value_->get<double>() : std::nan("");
-  // 2^53: above it a double cannot represent every integer.
-  if (!(std::abs(v) <= 9007199254740992.0) || v != std::floor(v)) {
-    refuse(fmt::format("{}, {}", shown(), expected()));
-    return 0;
-  }
-  const auto n = static_cast<std::int64_t>(v);
-  if (n < min || n > max) refuse(fmt::format("{}, {}", shown(), expected()));
-  return n;
-}
-
-bool JsonReader::boolean() const {
-  if (is_boolean()) return value_->get<bool>();
-  refuse(fmt::format("{}, expected true or false", shown()));
-  return false;
-}
-
-std::string JsonReader::string() const {
-  if (is_string()) return value_->get<std::string>();
-  refuse(fmt::format("{}, expected a string", shown()));
-  return {};
-}
-
-std::string JsonReader::nonempty_string(std::size_t max_bytes) const {
-  std::string text = string();
-  if (is_string() && (text.empty() || text.size() > max_bytes)) {
-    refuse(fmt::format("a string of {} bytes, expected 1 to {}", text.size(), max_bytes));
-  }
-  return text;
-}
-
-std::vector<JsonReader> JsonReader::items(std::size_t min, std::size_t max) const {
-  std::vector<JsonReader> out;
-  if (!is_array()) {
-    refuse(fmt::format("{}, expected an array", shown()));
-    return out;
-  }
-  if (value_->size() < min || value_->size() > max) {
-    refuse(max == SIZE_MAX ? fmt::format("{} items, expected at least {}", value_->size(), min)
-                           : fmt::format("{} items, expected {} to {}", value_->size(), min, max));
-    return out;
-  }
-  std::size_t i = 0;
-  for (const json& item : *value_) out.push_back(child(item, std::to_string(i++)));
-  return out;
-}
-
-std::size_t JsonReader::word_index(std::span<const std::string> words) const {
-  const std::string text = string();
-  const auto it = std::ranges::find(words, text);
-  if (it != words.end()) return static_cast<std::size_t>(it - words.begin());
-  if (is_string()) {
-    refuse(fmt::format("{}{} expected one of {}", shown(),
-                       nearest_word(text, words) ? did_you_mean(text, words) : ",",
-                       joined({words.begin(), words.end()})));
-  }
-  return 0;
-}
-
 void JsonReader::know(std::string_view key, std::string display) const {
   known_->keys.emplace_back(key);
   if (std::ranges::find(known_->shown, display) == known_->shown.end()) {
@@ -285,7 +176,8 @@ std::optional<JsonReader> JsonReader::find(std::string_view key) const {
 void JsonReader::missing(std::string_view key, const std::string& what,
                          std::vector<std::string> accepted) const {
   add(pointer_ + escaped(key), state_->document.value_position(pointer_),
-      fmt::format("{} is missing{}{}", what, value_->empty() ? "" : ", found ", joined(keys())),
+      fmt::format("{} is missing{}{}", what, value_->empty() ? "" : ", found ",
+                  fmt::join(keys(), ", ")),
       std::move(accepted));
 }
 
@@ -339,36 +231,6 @@ std::vector<JsonReader> JsonReader::members() const {
     out.push_back(child(value, key));
   }
   return out;
-}
-
-double JsonReader::number(std::string_view key, const Range& range) const {
-  return at(key).number(range);
-}
-std::int64_t JsonReader::integer(std::string_view key, std::int64_t min, std::int64_t max) const {
-  return at(key).integer(min, max);
-}
-bool JsonReader::boolean(std::string_view key) const {
-  return at(key).boolean();
-}
-std::string JsonReader::string(std::string_view key) const {
-  return at(key).string();
-}
-std::optional<double> JsonReader::optional_number(std::string_view key, const Range& r) const {
-  const auto v = find(key);
-  return v ? std::optional(v->number(r)) : std::nullopt;
-}
-std::optional<std::int64_t> JsonReader::optional_integer(std::string_view key, std::int64_t min,
-                                                         std::int64_t max) const {
-  const auto v = find(key);
-  return v ? std::optional(v->integer(min, max)) : std::nullopt;
-}
-std::optional<bool> JsonReader::optional_boolean(std::string_view key) const {
-  const auto v = find(key);
-  return v ? std::optional(v->boolean()) : std::nullopt;
-}
-std::optional<std::string> JsonReader::optional_string(std::string_view key) const {
-  const auto v = find(key);
-  return v ? std::optional(v->string()) : std::nullopt;
 }
 
 std::optional<QuantityField> JsonReader::find_quantity(std::string_view stem, Dimension d) const {
@@ -433,7 +295,7 @@ void JsonReader::no_other_keys() const {
     if (meant && stands_for_missing(unknown, *meant)) continue;
     const auto guess = meant ? fmt::format(", did you mean `{}`?", printable(*meant)) : ",";
     return unknown.refuse_key(fmt::format("unknown key `{}`{} expected {}", printable(key), guess,
-                                          joined(known_->shown)));
+                                          fmt::join(known_->shown, ", ")));
   }
 }
 
