@@ -34,6 +34,14 @@ int coarsest_of(int refinement) {
   return std::max(refinement - 3, kCoarsestMember);
 }
 
+MeshSequence sequence_to(int refinement, bool mild) {
+  MeshSequence sequence{corner_orders(mild), {}};
+  for (int mesh = coarsest_of(refinement) + 1; mesh <= refinement; ++mesh) {
+    sequence.halvings.push_back(halvings(mesh, mild));
+  }
+  return sequence;
+}
+
 double relative(double difference, double reference) {
   return reference > 0 ? std::abs(difference) / reference : 0;
 }
@@ -105,7 +113,8 @@ Result<MeshLimit> ErrorEstimator::mesh_limit(const LevelSettings& settings, Pres
     if (!value) return fail(value.error());
     values.push_back(*value);
   }
-  return limit_of(values);
+  const bool mild = settings.level == Level::fem_finite || settings.mesh.mild_corners;
+  return limit_of(values, sequence_to(settings.mesh.refinement, mild));
 }
 
 // The ratio of finite to small strain, as the limit over the same coarse meshes. The errors that
@@ -119,7 +128,11 @@ Result<MeshLimit> ErrorEstimator::finite_share(const LevelSettings& settings, Pr
     if (!linear) return fail(linear.error());
     ratios.push_back(*linear != 0 ? *finite / *linear : 1);
   }
-  return limit_of(ratios);
+  // A quotient of two answers has no order that the grading would give it, so the doubt counts on
+  // what the family promises.
+  MeshSequence sequence = sequence_to(kRatingMesh, true);
+  sequence.orders.least = kLeastOrder;
+  return limit_of(ratios, sequence);
 }
 
 Result<ErrorEstimator::Truth> ErrorEstimator::truth(const LevelSettings& settings,

@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "model/mesh_limit.hpp"
+
 namespace lcrig {
 
 // As many as fit into half of the machine's memory, and never more than a few minutes of work.
@@ -26,6 +28,14 @@ inline constexpr int kFinestFiniteMesh = 2;  // with finite strain finer corners
 inline constexpr int kCoarsestMember = -2;  // of the family, for estimates
 inline constexpr int kFinestMember = 5;  // of the family, for references
 
+// The orders at which a functional converges at the worst corner: with displacement like the root
+// of the distance they are the exponents of the gradings.
+CornerOrders corner_orders(bool mild_corners);
+
+// How often each cell of the member before is halved: once with mild corners, otherwise 0.58 and
+// 0.42 times in turn (two cells become three, and three become four).
+double halvings(int refinement, bool mild_corners);
+
 // n + 1 positions from a to b, n cells of one size.
 std::vector<double> even_edges(double a, double b, int n);
 
@@ -36,6 +46,9 @@ struct MeshStyle {
   bool mild_corners = false;
   double thinnest_m = 1e9;  // thickness of the thinnest soft block
   std::vector<double> lengths_m;  // lengths of boundary layers at the rim
+  // Of the displacement. Finite strain with its mild corners, and uniform strain, gain nothing from
+  // more than two.
+  int degree() const { return bonded && !mild_corners ? 4 : 2; }
 };
 // Radial cell edges, 0 to radius.
 std::vector<double> radial_edges(double radius_m, const MeshStyle& style);

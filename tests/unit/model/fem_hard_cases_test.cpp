@@ -52,8 +52,7 @@ TEST(HardCases, ModulusContrastAndIncompressibilityLeaveNoResidual) {
   for (const double nu : {0.49, 0.5}) {
     for (Material& m : s.materials) m.poisson_ratio = m.youngs_modulus_Pa < 1e6 ? nu : 0.34;
     const auto model = linear(s);
-    EXPECT_LE(model->report().residual, 1e-10) << nu;
-    EXPECT_LE(model->report().defect, 1e-10) << nu;
+    EXPECT_LE(model->report().work, 1e-13) << nu;
   }
 }
 
@@ -79,11 +78,10 @@ TEST(HardCases, ChangeKeepsAllDigitsAtTinyPressure) {
 TEST(HardCases, ConvergenceOrderOnAGradedMesh) {
   const double exact = 5.6500910;
   std::vector<double> modulus;
-  for (int mesh = -1; mesh <= 2; ++mesh) modulus.push_back(modulus_of_disc(2, 0.49, mesh));
-  for (std::size_t i = 2; i < modulus.size(); ++i) {
-    const double ratio = (modulus[i - 1] - modulus[i - 2]) / (modulus[i] - modulus[i - 1]);
-    EXPECT_GE(std::log2(ratio), 3) << "to mesh " << i - 1;
+  for (int mesh = -2; mesh <= 2; mesh += 2) {  // each halves every cell of the one before
+    modulus.push_back(modulus_of_disc(2, 0.49, mesh));
   }
+  EXPECT_GE(std::log2((modulus[1] - modulus[0]) / (modulus[2] - modulus[1])), 4);
   expect_relative(modulus.back(), exact, 2e-6);
 }
 

@@ -17,7 +17,7 @@ using namespace literals;
 
 // Not the seeds of the study, and not those that anything was tuned on (1 to 120).
 constexpr std::uint64_t kFirstSeed = 500'001;
-constexpr std::uint64_t kStacks = 10;
+constexpr std::uint64_t kStacks = 12;
 constexpr std::size_t kMostLayers = 8;  // a scene for a push, not for a night
 
 template <class Judge>
@@ -45,7 +45,7 @@ TEST(RandomStacks, EstimatesCoverTheErrorAndAreNotFarAboveIt) {
     judge_stack(seed, short_plan(), [&](const Judged& j) {
       if (!j.counts()) return;
       ++judged;
-      below += j.ratio() < 1;
+      below += j.estimate + j.truth_doubt < j.error;  // by more than the truth may be off
       far_above += j.ratio() > 10;
       EXPECT_GE(j.ratio(), 0.5) << "seed " << j.seed << " " << j.level << " mesh " << j.mesh;
     });
