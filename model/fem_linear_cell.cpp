@@ -96,13 +96,15 @@ void add_coupling(std::size_t nodes, const AxisIntegrals& r, const AxisIntegrals
   for (std::size_t i = 0; i < nodes; ++i) {
     for (std::size_t a = 0; a < nodes; ++a) {
       for (std::size_t component = 0; component < 2; ++component) {
+        double* next = to;
         for (std::size_t p = 0; p + 1 < nodes; ++p) {
           for (std::size_t q = 0; p + q + 1 < nodes; ++q) {
-            *to++ = component == 0
-                        ? (r.slope_pressure[p][a] + r.hoop_pressure[p][a]) * z.pressure[q][i]
-                        : r.pressure[p][a] * z.slope_pressure[q][i];
+            *next++ = component == 0
+                          ? (r.slope_pressure[p][a] + r.hoop_pressure[p][a]) * z.pressure[q][i]
+                          : r.pressure[p][a] * z.slope_pressure[q][i];
           }
         }
+        to += cell.pressures;
       }
     }
   }
@@ -137,10 +139,47 @@ int add_pressure(LinearCell* cell) {
     const double* own = &cell->coupling[i * pressures];
     for (std::size_t j = 0; j <= i; ++j) {
       const double* other = &cell->coupling[j * pressures];
-      double sum = 0;
-      for (std::size_t k = 0; k < pressures; ++k) sum += own[k] * other[k];
-      *to++ = *shear++ + cell->condensed_lambda * sum;
+      Four sum{};
+      for (std::size_t k = 0; k < pressures; k += 4) sum += four(own + k) * four(other + k);
+      *to++ = *shear++ + cell->condensed_lambda * (sum[0] + sum[1] + sum[2] + sum[3]);
     }
+  }
+  return 0;
+}
+
+int volumes_of(const LinearCell* cell, const double* u, double widened, double* volumes) {
+  const double* coupling = cell->coupling.data();
+  for (std::size_t k = 0; k < cell->pressures; k += 4) {
+    four(volumes + k) += four(&cell->widened_volume[k]) * widened;
+  }
+  for (std::size_t i = 0; i < cell->dofs; ++i, coupling += cell->pressures) {
+    for (std::size_t k = 0; k < cell->pressures; k += 4) {
+      four(volumes + k) += four(coupling + k) * u[i];
+    }
+  }
+  return 0;
+}
+
+// The shear is symmetric and known by its lower triangle.
+int forces_of(const LinearCell* cell, const double* u, double widened, const double* pressures,
+              double* forces) {
+  const double *row = cell->shear.data(), *coupling = cell->coupling.data();
+  for (std::size_t i = 0; i < cell->dofs; row += ++i, coupling += cell->pressures) {
+    Four sums{};
+    std::size_t j = 0;
+    for (; j + 4 <= i; j += 4) {
+      sums += four(row + j) * four(u + j);
+      four(forces + j) += four(row + j) * u[i];
+    }
+    double sum = row[i] * u[i] + cell->widened_force[i] * widened;
+    for (; j < i; ++j) {
+      sum += row[j] * u[j];
+      forces[j] += row[j] * u[i];
+    }
+    for (std::size_t k = 0; k < cell->pressures; k += 4) {
+      sums += four(coupling + k) * four(pressures + k);
+    }
+    forces[i] += sum + sums[0] + sums[1] + sums[2] + sums[3];
   }
   return 0;
 }
@@ -160,7 +199,7 @@ LinearCell make_linear_cell(int degree, const AxisIntegrals& radial, const AxisI
   const auto nodes = static_cast<std::size_t>(degree) + 1;
   LinearCell cell;
   cell.dofs = 2 * nodes * nodes;
-  cell.pressures = (nodes - 1) * nodes / 2;
+  cell.pressures = ((nodes - 1) * nodes / 2 + 3) / 4 * 4;
   cell.inverse_lambda = law.inverse_lambda;
   cell.condensed_lambda = 1 / std::max(law.inverse_lambda, kLeastInverseLambda / law.mu);
   cell.shear.resize(cell.dofs * (cell.dofs + 1) / 2);
@@ -173,6 +212,15 @@ LinearCell make_linear_cell(int degree, const AxisIntegrals& radial, const AxisI
   add_coupling(nodes, radial, axial, cell);
   run_fast<add_pressure>(&cell);
   return cell;
+}
+
+void add_volumes(const LinearCell& cell, const double* u, double widened, double* volumes) {
+  run_fast<volumes_of>(&cell, u, widened, volumes);
+}
+
+void add_forces(const LinearCell& cell, const double* u, double widened, const double* pressures,
+                double* forces) {
+  run_fast<forces_of>(&cell, u, widened, pressures, forces);
 }
 
 }  // namespace lcrig

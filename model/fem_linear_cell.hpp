@@ -31,7 +31,8 @@ AxisIntegrals radial_integrals(int degree, double r0_m, double r1_m);
 AxisIntegrals axial_integrals(int degree, double z0_m, double z1_m);
 
 struct LinearCell {
-  std::size_t dofs, pressures;
+  std::size_t dofs;
+  std::size_t pressures;  // a multiple of four; the last ones may be of no polynomial and zero
   double inverse_lambda;  // 1/Pa
   double condensed_lambda;  // Pa, at most 1e7 mu; the true one is reached by iterating
   std::vector<double> shear;  // lower triangle by rows, N/m: without the pressure
@@ -44,5 +45,10 @@ struct LinearCell {
 // Displacements are ordered by line, node along the line, component.
 LinearCell make_linear_cell(int degree, const AxisIntegrals& radial, const AxisIntegrals& axial,
                             const ElasticLaw& law);
+// Of displacements u and a radial motion of every node by `widened` beside them: the volume that
+// each pressure sees, and with the pressures the forces of the nodes.
+void add_volumes(const LinearCell& cell, const double* u, double widened, double* volumes);
+void add_forces(const LinearCell& cell, const double* u, double widened, const double* pressures,
+                double* forces);
 
 }  // namespace lcrig

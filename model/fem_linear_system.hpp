@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "model/fem_condensed_cell.hpp"
 #include "model/fem_linear_cell.hpp"
 #include "model/fem_solver.hpp"
 #include "model/fem_space.hpp"
@@ -25,9 +26,18 @@ class LinearSystem {
   };
   // Displacements by equation under a unit pressure, m/Pa.
   Report solve(std::vector<double>& u);
+  // What the equations lack at the solution: of forces, relative to the load, and of volumes,
+  // relative to the terms that they are the difference of.
+  struct Balance {
+    double force, volume;
+  };
+  Balance balance(const std::vector<double>& u);
 
  private:
   void find_kinds();
+  void number_outer();
+  // Displacements that answer the forces, by equation. Of the factorized stiffness.
+  std::vector<double> answer(const std::vector<double>& forces);
   // Fills residual_ and lack_ at u and the pressures.
   void evaluate(const std::vector<double>& u);
   void take_pressure_step(const std::vector<double>& step);
@@ -41,6 +51,10 @@ class LinearSystem {
   std::vector<int> equations_;  // by cell
   std::vector<LinearCell> kinds_;  // cells that are equal but for their height are of one kind
   std::vector<std::size_t> kind_;  // by cell
+  CellOrder order_;
+  std::vector<CondensedCell> condensed_;  // by kind
+  std::vector<std::size_t> outer_;  // equations of nodes that are not inside of a cell
+  std::vector<int> outer_numbers_;  // by cell and its outer displacements: places in outer_
   std::vector<double> p_, lack_;  // by cell: pressures, and what their volume equations lack
   std::vector<double> residual_;  // load minus forces, with the missing pressures, N
   FrontalSolver solver_;
