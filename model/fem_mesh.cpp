@@ -104,9 +104,9 @@ CornerOrders corner_orders(bool mild_corners) {
                       : CornerOrders{kGrading, kGrading};
 }
 
-double halvings(int refinement, bool mild_corners) {
-  return std::log2(static_cast<double>(fineness(refinement, mild_corners)) /
-                   fineness(refinement - 1, mild_corners));
+double halvings(int coarser, int finer, bool mild_corners) {
+  return std::log2(static_cast<double>(fineness(finer, mild_corners)) /
+                   fineness(coarser, mild_corners));
 }
 
 std::vector<double> even_edges(double a, double b, int n) {

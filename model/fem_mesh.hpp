@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cells of the axisymmetric mesh: a tensor grid, graded towards the rim and towards bonded faces,
-// where the stress of a bonded edge is singular. The meshes are one family, each halving every cell
-// of the one before, so that three of them show how fast they converge. Used by LevelSettings and
-// by the finite-element space.
+// where the stress of a bonded edge is singular. The meshes are two families, in which each or each
+// second member halves every cell, so that three of them show how fast they converge. Used by
+// LevelSettings, by the finite-element space and by the error estimates.
 #pragma once
 
 #include <cstddef>
@@ -32,9 +32,9 @@ inline constexpr int kFinestMember = 5;  // of the family, for references
 // of the distance they are the exponents of the gradings.
 CornerOrders corner_orders(bool mild_corners);
 
-// How often each cell of the member before is halved: once with mild corners, otherwise 0.58 and
-// 0.42 times in turn (two cells become three, and three become four).
-double halvings(int refinement, bool mild_corners);
+// How often each cell of a member is halved in a finer one. From each to the next: once with mild
+// corners, otherwise 0.58 and 0.42 times in turn (two cells become three, and three become four).
+double halvings(int coarser, int finer, bool mild_corners);
 
 // n + 1 positions from a to b, n cells of one size.
 std::vector<double> even_edges(double a, double b, int n);
