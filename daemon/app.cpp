@@ -113,6 +113,7 @@ void App::look_for_resumable() {
 
 void App::enter(Use use) {
   use_ = use;
+  if (use == Use::idle) notifier_.status("idle");
   changed_.notify_all();
 }
 
@@ -170,6 +171,7 @@ bool App::is_working() {
 // move.
 void App::tell_service(bool working) {
   if (live_run() != nullptr) notifier_.status(service_line(session_->status()));
+  if (rig_->is_reckoning()) notifier_.status("reckons the simulated specimen");
   if (shutting_down_ && session_ && working) notifier_.extend_timeout(kStopExtension);
 }
 
@@ -326,7 +328,6 @@ Task<> App::run_to_its_end() {
   last_run_ = ended;
   enter(Use::idle);
   if (control_) control_->publish_run_ended(ended);
-  notifier_.status("idle");
   spdlog::info("{}", ended_line(ended));
 }
 

@@ -70,7 +70,9 @@ std::vector<Omission> list_omissions(const Specimen& s, Pressure pressure, doubl
   return list;
 }
 
-constexpr double kHarder = 8;  // the next mesh takes about this many times longer
+// Half as large cells take about this many times longer, and so does a level that nothing is known
+// of.
+constexpr double kHarder = 8;
 
 // Cheapest first. A level that cannot describe the faces drops out by its error estimate.
 std::vector<LevelSettings> candidates(const Specimen& s) {
@@ -128,7 +130,7 @@ class LevelSearch {
 
  private:
   bool hopeless(const LevelSettings& settings) const;
-  std::optional<double> too_long() const;
+  std::optional<double> too_long(const LevelSettings& settings) const;
   Result<ErrorEstimate> rate(const LevelSettings& settings);
   LevelChoice choice(const LevelSettings& settings, const ErrorEstimate& estimate);
   tl::unexpected<Error> refuse(const std::string& limit) const;
@@ -167,11 +169,15 @@ bool LevelSearch::hopeless(const LevelSettings& settings) const {
   return e.settled && e.mesh * std::exp2(-kBestOrder * steps) > tolerance_;
 }
 
-// Seconds that the next mesh would take, if they do not fit into the budget. The first is always
-// tried, because nothing says what it will take.
-std::optional<double> LevelSearch::too_long() const {
+// Seconds that this mesh would take, if they do not fit into the budget. The first is always tried,
+// because nothing says what it will take.
+std::optional<double> LevelSearch::too_long(const LevelSettings& settings) const {
   if (!budget_ || rejected_.empty()) return std::nullopt;
-  const double next = kHarder * last_s_;
+  const bool finer = last_ && last_->first.level == settings.level;
+  const double finer_by = finer ? halvings(last_->first.mesh.refinement, settings.mesh.refinement,
+                                           settings.level == Level::fem_finite)
+                                : 1;
+  const double next = std::pow(kHarder, finer_by) * last_s_;
   const bool over = budget_->seconds_now() - start_s_ + next > budget_->seconds;
   return over ? std::optional(next) : std::nullopt;
 }
@@ -214,7 +220,7 @@ tl::unexpected<Error> LevelSearch::refuse(const std::string& limit) const {
 Result<LevelChoice> LevelSearch::run() {
   for (const LevelSettings& settings : candidates(estimator_.specimen())) {
     if (hopeless(settings)) continue;
-    if (const auto seconds = too_long()) {
+    if (const auto seconds = too_long(settings)) {
       return refuse(fmt::format("; {} would take about {:.2g} s more, over the budget of {:.4g} s",
                                 name_of(settings), *seconds, budget_->seconds));
     }

@@ -29,9 +29,28 @@ LevelSettings on_mesh(LevelSettings settings, Level level, int refinement, bool 
   return settings;
 }
 
-// Four members of the family, or as many as it has.
-int coarsest_of(int refinement) {
-  return std::max(refinement - 3, kCoarsestMember);
+// The members of a family that show the limit of one mesh, from coarse to fine. With mild corners,
+// where a single step scatters, they are four, or as many as there are. At small strain each is
+// half as fine as the next where the family goes that far down: the two coarser ones cost a third
+// of the finest, where neighbours would cost as much as it does.
+std::vector<int> members_to(int refinement, bool mild) {
+  if (!mild) {
+    const int middle = std::max(refinement - 2, kCoarsestMember + 1);
+    return {std::max(middle - 2, kCoarsestMember), middle, refinement};
+  }
+  std::vector<int> members;
+  for (int mesh = std::max(refinement - 3, kCoarsestMember); mesh <= refinement; ++mesh) {
+    members.push_back(mesh);
+  }
+  return members;
+}
+
+MeshSequence sequence_of(const std::vector<int>& members, bool mild) {
+  MeshSequence sequence{corner_orders(mild), {}};
+  for (std::size_t i = 1; i < members.size(); ++i) {
+    sequence.halvings.push_back(halvings(members[i - 1], members[i], mild));
+  }
+  return sequence;
 }
 
 double relative(double difference, double reference) {
@@ -97,29 +116,36 @@ Result<double> ErrorEstimator::delta_F(const LevelSettings& settings, Pressure p
 }
 
 Result<MeshLimit> ErrorEstimator::mesh_limit(const LevelSettings& settings, Pressure pressure) {
+  const bool mild = settings.level == Level::fem_finite || settings.mesh.mild_corners;
+  const auto members = members_to(settings.mesh.refinement, mild);
   std::vector<double> values;
-  for (int mesh = coarsest_of(settings.mesh.refinement); mesh <= settings.mesh.refinement; ++mesh) {
+  for (const int mesh : members) {
     LevelSettings member = settings;
     member.mesh.refinement = mesh;
     const auto value = delta_F(member, pressure);
     if (!value) return fail(value.error());
     values.push_back(*value);
   }
-  return limit_of(values);
+  return limit_of(values, sequence_of(members, mild));
 }
 
 // The ratio of finite to small strain, as the limit over the same coarse meshes. The errors that
 // both have on these meshes cancel.
 Result<MeshLimit> ErrorEstimator::finite_share(const LevelSettings& settings, Pressure pressure) {
+  const auto members = members_to(kRatingMesh, true);
   std::vector<double> ratios;
-  for (int mesh = coarsest_of(kRatingMesh); mesh <= kRatingMesh; ++mesh) {
+  for (const int mesh : members) {
     const auto finite = delta_F(on_mesh(settings, Level::fem_finite, mesh, false), pressure);
     if (!finite) return fail(finite.error());
     const auto linear = delta_F(on_mesh(settings, Level::fem_linear, mesh, true), pressure);
     if (!linear) return fail(linear.error());
     ratios.push_back(*linear != 0 ? *finite / *linear : 1);
   }
-  return limit_of(ratios);
+  // A quotient of two answers has no order that the grading would give it, so the doubt counts on
+  // what the family promises.
+  MeshSequence sequence = sequence_of(members, true);
+  sequence.orders.least = kLeastOrder;
+  return limit_of(ratios, sequence);
 }
 
 Result<ErrorEstimator::Truth> ErrorEstimator::truth(const LevelSettings& settings,

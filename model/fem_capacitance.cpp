@@ -8,13 +8,17 @@
 namespace lcrig {
 namespace {
 
-// Value and slope (per unit of xi) of a quadratic through three nodes.
-struct Quadratic {
-  double value, slope;
+// Value and slope (per unit of xi) of a polynomial through the nodes of a cell.
+struct Polynomial {
+  double value = 0, slope = 0;
 };
-Quadratic quadratic(const double* nodes, double x) {
-  return {nodes[0] * (x * (x - 1) / 2) + nodes[1] * (1 - x * x) + nodes[2] * (x * (x + 1) / 2),
-          nodes[0] * (x - 0.5) - 2 * nodes[1] * x + nodes[2] * (x + 0.5)};
+Polynomial polynomial(const double* nodes, int degree, const Lagrange& shape) {
+  Polynomial result;
+  for (std::size_t i = 0; i <= static_cast<std::size_t>(degree); ++i) {
+    result.value += nodes[i] * shape.value[i];
+    result.slope += nodes[i] * shape.slope[i];
+  }
+  return result;
 }
 
 // For one capacitor, by radial node, in m: closing of the dielectric (sum of thickness loss over
@@ -48,13 +52,16 @@ Profile profile_of(const StackSpace& space, const StackSpace::Capacitor& slabs,
 Result<double> change_of(const StackSpace& space, const Profile& profile, ElectrodeArea area) {
   const auto& r = space.radii();
   double sum = 0;  // of (r dr/gap - R dR/gap0), m
-  for (std::size_t i = 0; i + 2 < r.size(); i += 2) {
+  const int degree = space.degree();
+  const auto nodes = static_cast<std::size_t>(degree);
+  for (std::size_t i = 0; i + nodes < r.size(); i += nodes) {
     for (const auto& [x, weight] : kGauss5) {
-      const auto R = quadratic(&r[i], x);
-      const double closing = quadratic(&profile.closing[i], x).value;
+      const Lagrange shape = lagrange(degree, x);
+      const auto R = polynomial(&r[i], degree, shape);
+      const double closing = polynomial(&profile.closing[i], degree, shape).value;
       double stretch = 0;  // r dr - R dR
       if (area == ElectrodeArea::deformed) {
-        const auto ur = quadratic(&profile.radial[i], x);
+        const auto ur = polynomial(&profile.radial[i], degree, shape);
         stretch = ur.value * R.slope + R.value * ur.slope + ur.value * ur.slope;
       }
       const double gap = profile.gap_m - closing;

@@ -11,10 +11,6 @@ namespace lcrig {
 namespace {
 
 constexpr int kPoints = 9;
-// For 1/lambda below this times 1/mu the condensation would lose its digits; the smaller true value
-// is reached by iterating (FemSystem), which needs one or two more solves.
-constexpr double kLeastInverseLambda = 1e-7;
-
 // A value for each node, by fours; the last three are zero.
 constexpr std::size_t kPaddedNodes = 12;
 using Nodes = std::array<double, kPaddedNodes>;
@@ -99,21 +95,11 @@ struct Strain {
   double g[2][2] = {{1, 0}, {0, 1}};
   double gt = 1;
   double log_j = 0, j = 1;
-  double d[2][2], dt;  // F - F^-T; linear: H + H^T
+  double d[2][2], dt;  // F - F^-T
   bool valid = true;
 };
 
-Strain strain_linear(const Point& p) {
-  Strain s;
-  s.log_j = p.rr + p.tt + p.zz;
-  s.d[0][0] = 2 * p.rr;
-  s.d[0][1] = s.d[1][0] = p.rz + p.zr;
-  s.d[1][1] = 2 * p.zz;
-  s.dt = 2 * p.tt;
-  return s;
-}
-
-Strain strain_finite(const Point& p) {
+Strain strain_of(const Point& p) {
   Strain s;
   const double plane = p.rr + p.zz + (p.rr * p.zz - p.rz * p.zr);  // in-plane J - 1
   if (!(plane > -1) || !(p.tt > -1)) {
@@ -223,13 +209,8 @@ double dot(const double a[3], const std::array<double, 3>& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-// mu/2 (I1 - 3 - 2 ln J), or its linearization mu eps:eps, at one point.
-double shear_energy(Kinematics kinematics, const Point& p, const Strain& s, double mu) {
-  if (kinematics == Kinematics::linear) {
-    return mu / 4 *
-           (s.d[0][0] * s.d[0][0] + s.d[1][1] * s.d[1][1] + s.dt * s.dt +
-            2 * s.d[0][1] * s.d[0][1]);
-  }
+// mu/2 (I1 - 3 - 2 ln J) at one point.
+double shear_energy(const Point& p, const Strain& s, double mu) {
   const double trace = 2 * (p.rr + p.tt + p.zz) + p.rr * p.rr + p.rz * p.rz + p.tt * p.tt +
                        p.zr * p.zr + p.zz * p.zz;  // I1 - 3
   return mu / 2 * (trace - 2 * s.log_j);
@@ -245,11 +226,10 @@ struct Points {
   double volume_scale = 0;
 };
 
-bool make_points(Kinematics kinematics, const CellGeometry& cell, const Pair& u, Points& points) {
+bool make_points(const CellGeometry& cell, const Pair& u, Points& points) {
   for (int q = 0; q < kPoints; ++q) {
     Point& pt = points.at[q] = make_point(cell, q, u);
-    const Strain& s = points.strain[q] =
-        kinematics == Kinematics::linear ? strain_linear(pt) : strain_finite(pt);
+    const Strain& s = points.strain[q] = strain_of(pt);
     if (!s.valid) return false;
     double* basis = points.basis[q];
     basis[0] = 1;
@@ -305,12 +285,10 @@ void write_forces(const Pair& force, const Coupling& coupling, CellResult& out) 
 }
 
 struct CellTask {
-  Kinematics kinematics;
   const CellGeometry& cell;
   const ElasticLaw& law;
   const std::array<double, kCellDofs>& u;
   const std::array<double, kCellPressures>& p;
-  bool tangent;
 };
 
 // Eliminates the pressure increment from the tangent.
@@ -352,9 +330,7 @@ Tangent tangent_of(const Points& points, const CellTask& task, const Coupling& c
   for (int q = 0; q < kPoints; ++q) {
     const Point& pt = points.at[q];
     const Strain& s = points.strain[q];
-    // linear elasticity is the tangent at rest: F = 1 and no pressure
-    const double pressure =
-        task.kinematics == Kinematics::linear ? 0 : dot(points.basis[q], task.p);
+    const double pressure = dot(points.basis[q], task.p);
     add_tangent(pt, s, pulled_back(pt, s), task.law.mu, pressure, tangent);
   }
   condense(coupling, gain, tangent);
@@ -362,7 +338,7 @@ Tangent tangent_of(const Points& points, const CellTask& task, const Coupling& c
 }
 
 bool evaluate(const CellTask* task, CellResult* result) {
-  const auto& [kinematics, cell, law, u, p, with_tangent] = *task;
+  const auto& [cell, law, u, p] = *task;
   CellResult& out = *result;
   Pair by_node;
   for (std::size_t a = 0; a < kCellNodes; ++a) {
@@ -370,7 +346,7 @@ bool evaluate(const CellTask* task, CellResult* result) {
     by_node.z[a] = u[2 * a + 1];
   }
   Points points;
-  if (!make_points(kinematics, cell, by_node, points)) return false;
+  if (!make_points(cell, by_node, points)) return false;
   out.energy = add_volume(points, law.inverse_lambda, p, out);
   out.gain = gain_of(points.mass, law);
   out.min_j = 1;
@@ -383,20 +359,20 @@ bool evaluate(const CellTask* task, CellResult* result) {
     const Pair y = pulled_back(pt, s);
     add_forces(pt, s, law.mu, pressure, force);
     add_coupling(pt, s, y, points.basis[q], coupling);
-    out.energy += pt.w * shear_energy(kinematics, pt, s, law.mu);
+    out.energy += pt.w * shear_energy(pt, s, law.mu);
     out.min_j = std::min(out.min_j, s.j);
   }
   write_forces(force, coupling, out);
-  if (with_tangent) write_tangent(tangent_of(points, *task, coupling, out.gain), out);
+  write_tangent(tangent_of(points, *task, coupling, out.gain), out);
   return true;
 }
 
 }  // namespace
 
-bool evaluate_cell(Kinematics kinematics, const CellGeometry& cell, const ElasticLaw& law,
+bool evaluate_cell(const CellGeometry& cell, const ElasticLaw& law,
                    const std::array<double, kCellDofs>& u,
-                   const std::array<double, kCellPressures>& p, bool tangent, CellResult& out) {
-  const CellTask task{kinematics, cell, law, u, p, tangent};
+                   const std::array<double, kCellPressures>& p, CellResult& out) {
+  const CellTask task{cell, law, u, p};
   return run_fast<evaluate>(&task, &out);
 }
 

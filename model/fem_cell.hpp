@@ -14,8 +14,6 @@ inline constexpr int kCellNodes = 9;  // bottom line left to right, middle line,
 inline constexpr int kCellDofs = 18;  // radial, axial per node
 inline constexpr int kCellPressures = 3;  // 1, xi, eta
 
-enum class Kinematics { linear, finite };
-
 struct CellGeometry {
   double r0, r1, z0, z1;  // m
 };
@@ -29,7 +27,7 @@ struct CellResult {
   std::array<double, kCellPressures> lack;  // residual of the volume equations, m3
   std::array<std::array<double, kCellPressures>, kCellPressures> gain;
   double lack_scale;  // size of the terms that `lack` is the difference of, m3
-  double min_j;  // smallest volume ratio; linear: 1
+  double min_j;  // smallest volume ratio
   double energy;  // J; `force` and `lack` are its derivatives
 };
 
@@ -39,9 +37,9 @@ struct CellResult {
 // Fills `out` at displacements u and pressures p. For a nearly incompressible material (1/lambda
 // below 1e-7/mu) condensing would lose its digits, so `gain` is that of 1e-7/mu; repeated steps
 // still drive `lack` to zero. Returns false, and `out` is useless, when an integration point is
-// turned inside out. The stiffness is computed only if `tangent` is set.
-bool evaluate_cell(Kinematics kinematics, const CellGeometry& cell, const ElasticLaw& law,
+// turned inside out.
+bool evaluate_cell(const CellGeometry& cell, const ElasticLaw& law,
                    const std::array<double, kCellDofs>& u,
-                   const std::array<double, kCellPressures>& p, bool tangent, CellResult& out);
+                   const std::array<double, kCellPressures>& p, CellResult& out);
 
 }  // namespace lcrig

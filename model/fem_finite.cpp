@@ -104,7 +104,7 @@ FemState FemFinite::coarse_state(double pressure_Pa) const {
 bool FemFinite::step_from_coarser(double pressure_Pa) {
   if (pressure_Pa >= coarser_->lost_Pa_ || !coarser_->reach(pressure_Pa)) return false;
   FemState state = guess(pressure_Pa, true);
-  report_ = system_.solve(pressure_Pa, state, false, kMostFromCoarser);
+  report_ = system_.solve(pressure_Pa, state, kMostFromCoarser);
   iterations_ += report_.iterations;
   // after a large step, a solution that is not stable may lie on another branch
   const bool good = report_.converged && stable();

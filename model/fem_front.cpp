@@ -108,27 +108,69 @@ std::size_t first_four(std::size_t diagonal) {
   return (diagonal + 4) / 4 * 4;
 }
 
-int forward_in(const FrontMatrix& m, double* x) {
-  for (std::size_t j = 0; j < m.eliminated; ++j) {
-    const double* column = m.column(j);
-    const double value = x[j];
-    const std::size_t begin = first_four(j);
-    for (std::size_t i = j + 1; i < begin; ++i) x[i] -= column[i] * value;
-    for (std::size_t i = begin; i < m.padded(); i += 4) four(x + i) -= four(column + i) * value;
+void forward_one(const FrontMatrix& m, std::size_t j, double* x) {
+  const double* column = m.column(j);
+  const double value = x[j];
+  const std::size_t begin = first_four(j);
+  for (std::size_t i = j + 1; i < begin; ++i) x[i] -= column[i] * value;
+  for (std::size_t i = begin; i < m.padded(); i += 4) four(x + i) -= four(column + i) * value;
+}
+
+// Four columns at once, the first of which is a multiple of four, so that x is read and written
+// once for them.
+void forward_four(const FrontMatrix& m, std::size_t j, double* x) {
+  const double *a = m.column(j), *b = m.column(j + 1), *c = m.column(j + 2), *d = m.column(j + 3);
+  x[j + 1] -= a[j + 1] * x[j];
+  x[j + 2] -= a[j + 2] * x[j] + b[j + 2] * x[j + 1];
+  x[j + 3] -= a[j + 3] * x[j] + b[j + 3] * x[j + 1] + c[j + 3] * x[j + 2];
+  for (std::size_t i = j + 4; i < m.padded(); i += 4) {
+    four(x + i) -= four(a + i) * x[j] + four(b + i) * x[j + 1] + four(c + i) * x[j + 2] +
+                   four(d + i) * x[j + 3];
   }
+}
+
+int forward_in(const FrontMatrix& m, double* x) {
+  std::size_t j = 0;
+  for (; j + 4 <= m.eliminated; j += 4) forward_four(m, j, x);
+  for (; j < m.eliminated; ++j) forward_one(m, j, x);
   return 0;
 }
 
-int backward_in(const FrontMatrix& m, double* x) {
-  for (std::size_t j = m.eliminated; j-- > 0;) {
-    const double* column = m.column(j);
-    const std::size_t begin = first_four(j);
-    double sum = 0;
-    for (std::size_t i = j + 1; i < begin; ++i) sum += column[i] * x[i];
-    Four sums{};
-    for (std::size_t i = begin; i < m.padded(); i += 4) sums += four(column + i) * four(x + i);
-    x[j] = x[j] / column[j] - (sum + sums[0] + sums[1] + sums[2] + sums[3]);
+double total(const Four& sums) {
+  return sums[0] + sums[1] + sums[2] + sums[3];
+}
+
+void backward_one(const FrontMatrix& m, std::size_t j, double* x) {
+  const double* column = m.column(j);
+  const std::size_t begin = first_four(j);
+  double sum = 0;
+  for (std::size_t i = j + 1; i < begin; ++i) sum += column[i] * x[i];
+  Four sums{};
+  for (std::size_t i = begin; i < m.padded(); i += 4) sums += four(column + i) * four(x + i);
+  x[j] = x[j] / column[j] - (sum + total(sums));
+}
+
+void backward_four(const FrontMatrix& m, std::size_t j, double* x) {
+  const double *a = m.column(j), *b = m.column(j + 1), *c = m.column(j + 2), *d = m.column(j + 3);
+  Four of_a{}, of_b{}, of_c{}, of_d{};
+  for (std::size_t i = j + 4; i < m.padded(); i += 4) {
+    const Four at = four(x + i);
+    of_a += four(a + i) * at;
+    of_b += four(b + i) * at;
+    of_c += four(c + i) * at;
+    of_d += four(d + i) * at;
   }
+  x[j + 3] = x[j + 3] / d[j + 3] - total(of_d);
+  x[j + 2] = x[j + 2] / c[j + 2] - (total(of_c) + c[j + 3] * x[j + 3]);
+  x[j + 1] = x[j + 1] / b[j + 1] - (total(of_b) + b[j + 2] * x[j + 2] + b[j + 3] * x[j + 3]);
+  x[j] =
+      x[j] / a[j] - (total(of_a) + a[j + 1] * x[j + 1] + a[j + 2] * x[j + 2] + a[j + 3] * x[j + 3]);
+}
+
+int backward_in(const FrontMatrix& m, double* x) {
+  std::size_t j = m.eliminated;
+  for (; j % 4 != 0; --j) backward_one(m, j - 1, x);
+  for (; j > 0; j -= 4) backward_four(m, j - 4, x);
   return 0;
 }
 

@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "model/fem_linear_system.hpp"
 #include "model/fem_system.hpp"
 #include "model/level.hpp"
 
@@ -28,8 +29,8 @@ class FemLinear final : public LevelModel {
   // Volume that the plane at a height (m, base 0) sweeps downwards, m3 per Pa. A layer adds to the
   // sensitivity eps times the difference of this volume between its faces, divided by the square of
   // its thickness.
-  double swept_volume_m3_Pa(double height_m) const;
-  const FemSystem::Newton& report() const { return report_; }
+  double swept_volume_m3_Pa(double height_m);
+  const LinearSystem::Report& report() const { return report_; }
   int unknowns() const { return space_.equations(); }
 
  private:
@@ -42,8 +43,9 @@ class FemLinear final : public LevelModel {
   ElectrodeArea area_;
   double c0_F_;
   std::vector<double> u_;  // per Pa
-  std::vector<std::array<double, 3>> swept_;  // m3/Pa, by row of cells: bottom, middle, top line
-  FemSystem::Newton report_;
+  // m3/Pa, by row of cells and line from bottom to top
+  std::vector<std::array<double, kMostNodes>> swept_;
+  LinearSystem::Report report_;
 };
 
 // Finite strain, neo-Hooke form A. Loads are reached in steps as large as Newton's method can take.
@@ -71,7 +73,7 @@ class FemFinite final : public LevelModel {
         area_(settings.electrode_area),
         kind_(settings.pressure_kind),
         c0_F_(c0_F),
-        system_(space_, Kinematics::finite) {}
+        system_(space_) {}
   // Pressures are dead pressures. from_coarser: there is a coarser mesh, to start from.
   FemState guess(double pressure_Pa, bool from_coarser) const;
   FemState coarse_state(double pressure_Pa) const;

@@ -7,6 +7,7 @@
 
 #include "model/fem_capacitance.hpp"
 #include "model/fem_levels.hpp"
+#include "model/gauss.hpp"
 
 namespace lcrig {
 namespace {
@@ -27,39 +28,42 @@ Result<std::unique_ptr<FemLinear>> FemLinear::make(const Specimen& specimen,
   if (!space) return fail(space.error());
   std::unique_ptr<FemLinear> model(
       new FemLinear(std::move(*space), settings.electrode_area, specimen.c0_F()));
-  FemSystem system(model->space_, Kinematics::linear);
-  FemState state = system.rest();
-  model->report_ = system.solve(1.0, state, true);
+  model->report_ = LinearSystem(model->space_).solve(model->u_);
   if (!model->report_.converged) {
     return fail(Errc::invalid_request, "fem_linear, specimen {}: {}", specimen.name,
                 model->report_.why);
   }
-  model->u_ = std::move(state.u);
-  model->sweep();
   return model;
 }
 
-// Radius times a quadratic is a cubic in each cell, which Simpson's rule integrates exactly.
 void FemLinear::sweep() {
   const auto& r = space_.radii();
+  const auto degree = static_cast<std::size_t>(space_.degree());
   for (std::size_t row = 0; row < space_.rows().size(); ++row) {
     auto& volume = swept_.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Height line{static_cast<int>(row), static_cast<double>(k) - 1};
+    for (std::size_t k = 0; k <= degree; ++k) {
+      const Height line{static_cast<int>(row),
+                        2 * static_cast<double>(k) / static_cast<double>(degree) - 1};
       const auto u = space_.displacement(u_, line, 1);
-      for (std::size_t i = 0; i + 2 < r.size(); i += 2) {
-        volume[k] -= std::numbers::pi / 3 * (r[i + 2] - r[i]) *
-                     (r[i] * u[i] + 4 * r[i + 1] * u[i + 1] + r[i + 2] * u[i + 2]);
+      for (std::size_t i = 0; i + degree < r.size(); i += degree) {
+        const double half = (r[i + degree] - r[i]) / 2;
+        for (const auto& [x, weight] : kGauss5) {
+          const auto shape = lagrange(space_.degree(), x).value;
+          double moved = 0;
+          for (std::size_t j = 0; j <= degree; ++j) moved += shape[j] * u[i + j];
+          volume[k] -= 2 * std::numbers::pi * half * weight * (r[i] + (1 + x) * half) * moved;
+        }
       }
     }
   }
 }
 
-double FemLinear::swept_volume_m3_Pa(double height_m) const {
+double FemLinear::swept_volume_m3_Pa(double height_m) {
+  if (swept_.empty()) sweep();
   const Height h = space_.height(std::min(height_m, space_.rows().back().z1));
   const auto& v = swept_[static_cast<std::size_t>(h.row)];
-  return v[0] * h.zeta * (h.zeta - 1) / 2 + v[1] * (1 - h.zeta * h.zeta) +
-         v[2] * h.zeta * (h.zeta + 1) / 2;
+  const auto shape = lagrange(space_.degree(), h.zeta).value;
+  return std::inner_product(shape.begin(), shape.end(), v.begin(), 0.0);
 }
 
 Result<StackState> FemLinear::state(Pressure pressure,

@@ -9,57 +9,83 @@
 namespace lcrig {
 namespace {
 
-// Sizes of mesh 1. They set what a mesh costs, not how fast the family converges.
-constexpr double kRadialCells = 24;
-constexpr double kSoftRows = 8;
-// cells of mesh 1 per cell of the coarsest mesh
-constexpr int kOfMesh1 = 1 << (1 - kCoarsestMember);
-
-// The distance from a corner grows like s^q over evenly divided s. With q above 2/lambda, where
-// lambda >= 0.5 is the exponent of the corner, corners converge as fast as smooth regions do.
-constexpr double kRadialGrading = 3;
-constexpr double kAxialGrading = 3;
+// The distance from a corner grows like s^q over evenly divided s. With q above the degree over
+// twice the exponent of the corner, which is at least a half, corners would converge as fast as
+// smooth regions do; with four they keep up with cells of degree four where it matters.
+constexpr double kGrading = 4;
 // For finite strain: a corner folds over at a load that falls with the size of its cells, so
 // smaller cells lose more than they gain.
-constexpr double kMildGrading = 2;
+constexpr double kMildGrading = 2, kMildRadialGrading = 3;
 
+// Sizes of the coarsest member. They set what a mesh costs, not how fast the family converges.
+// Radial cells of a mild mesh alone, without boundary layers.
+constexpr double kMildRadialCells = 3;
+// Cells for each factor e of the distance from the rim, beyond the half thickness of a layer, for
+// each of the cells within it, times the exponent of the grading.
+constexpr double kCellsPerFold = 0.75;
 // Cells per length of a boundary layer, up to this many lengths from the rim.
-constexpr double kCellsPerLength = 2;
+constexpr double kCellsPerLength = 0.5, kMildCellsPerLength = 0.25;
 constexpr double kLengths = 4;
 
-int members(double cells_of_mesh_1, const MeshStyle& style) {
-  const int coarsest = std::max(1, static_cast<int>(std::lround(cells_of_mesh_1 / kOfMesh1)));
-  return coarsest << (style.refinement - kCoarsestMember);
+// Cells of a member for one of the coarsest mild one, or for two of the coarsest one.
+int fineness(int refinement, bool mild) {
+  const int at = refinement - kCoarsestMember;
+  return mild ? 1 << at : (at % 2 == 0 ? 2 : 3) << at / 2;
 }
 
-// A single block starts finer: it costs little, has all the error to itself, and capacitors may end
-// anywhere in it. With mild corners it does not, because the cells would fold over early.
-bool starts_finer(const MeshStyle& style) {
-  return style.alone && !style.mild_corners;
+int members(double of_the_coarsest, const MeshStyle& style) {
+  const double units = style.mild_corners ? of_the_coarsest : of_the_coarsest / 2;
+  return std::max(1, static_cast<int>(std::lround(units))) *
+         fineness(style.refinement, style.mild_corners);
+}
+
+// Rows of a soft block of the coarsest member. A single block has more: it costs little and has all
+// the error to itself. With mild corners it does not, because the cells would fold over early.
+double soft_rows(const MeshStyle& style) {
+  if (style.mild_corners) return 1;
+  return style.alone ? 4 : 2;
 }
 
 double axial_grading(const MeshStyle& style) {
-  return style.mild_corners ? kMildGrading : kAxialGrading;
+  return style.mild_corners ? kMildGrading : kGrading;
 }
 
-// Cells of mesh 1 per unit of x. x is 0 at the rim and 1 at the axis, and the distance from the rim
-// is radius x^kRadialGrading.
-double radial_density(double x, double radius, const MeshStyle& style) {
-  const double distance = radius * std::pow(x, kRadialGrading);
-  const double slope = radius * kRadialGrading * std::pow(x, kRadialGrading - 1);
-  double density = kRadialCells;
+// Of a number of cells that are graded like s^q over a length, the density at a distance from its
+// end, 1/m.
+double graded(double cells, double length, double distance, double q) {
+  return cells / q / length * std::pow(distance / length, 1 / q - 1);
+}
+
+double for_lengths(double density, double distance, const MeshStyle& style) {
+  const double cells = style.mild_corners ? kMildCellsPerLength : kCellsPerLength;
   for (const double length : style.lengths_m) {
     const double depth = distance / (kLengths * length);
     const double share = depth < 1 ? 1 : 1 / (depth * depth);
-    density = std::max(density, kCellsPerLength / length * share * slope);
-  }
-  const double half = style.thinnest_m / 2;
-  if (style.mild_corners && distance < half) {  // not finer than the rows at a face
-    const double rows =
-        kSoftRows / 2 / kMildGrading / half * std::pow(distance / half, 1 / kMildGrading - 1);
-    density = std::min(density, rows * slope);
+    density = std::max(density, cells / length * share);
   }
   return density;
+}
+
+// Cells of the coarsest member per m, at a distance from the rim. Close to it they are those of the
+// rows at a face, so that the cells of a corner are about as wide as they are high; further in they
+// grow in proportion to the distance.
+double density(double distance, double radius, const MeshStyle& style) {
+  const double half = std::min(style.thinnest_m / 2, radius);
+  const double rows = graded(soft_rows(style), half, std::min(distance, half), kGrading);
+  const double corner =
+      distance < half ? rows
+                      : std::min(kCellsPerFold * soft_rows(style) / kGrading / distance, rows);
+  return for_lengths(corner, distance, style);
+}
+
+// The same with mild corners, where the distance grows like s^q from the rim to the axis.
+double mild_density(double distance, double radius, const MeshStyle& style) {
+  const double half = style.thinnest_m / 2;
+  const double whole = graded(kMildRadialCells, radius, distance, kMildRadialGrading);
+  const double dense = for_lengths(whole, distance, style);
+  if (!(distance < half)) return dense;
+  // not finer than the rows at a face
+  return std::min(dense, graded(soft_rows(style) / 2, half, distance, kMildGrading));
 }
 
 }  // namespace
@@ -73,6 +99,16 @@ std::size_t affordable_unknowns() {
   return static_cast<std::size_t>(std::clamp(memory / 2 / kBytesPerUnknown, 1e4, kMost));
 }
 
+CornerOrders corner_orders(bool mild_corners) {
+  return mild_corners ? CornerOrders{kMildGrading, kMildRadialGrading}
+                      : CornerOrders{kGrading, kGrading};
+}
+
+double halvings(int coarser, int finer, bool mild_corners) {
+  return std::log2(static_cast<double>(fineness(finer, mild_corners)) /
+                   fineness(coarser, mild_corners));
+}
+
 std::vector<double> even_edges(double a, double b, int n) {
   std::vector<double> x;
   x.reserve(static_cast<std::size_t>(n) + 1);
@@ -81,26 +117,33 @@ std::vector<double> even_edges(double a, double b, int n) {
   return x;
 }
 
-// Edges at equal shares of the integral of the density, so every second edge of a mesh is an edge
-// of the next coarser one.
+// Edges at equal shares of the integral of the density, so a member that halves every cell of
+// another has its edges, too.
 std::vector<double> radial_edges(double radius, const MeshStyle& style) {
   if (!style.bonded) {
     return even_edges(0, radius, 2);  // two cells are exact for uniform strain
   }
+  // The sum over x, of which the distance from the rim is the fourth power: there are enough steps
+  // in the smallest cell.
   constexpr int kSteps = 2048;
+  constexpr double kPower = 4;
+  const auto distance = [&](double x) { return radius * std::pow(x, kPower); };
   std::vector<double> sum{0};
   for (int i = 0; i < kSteps; ++i) {
-    sum.push_back(sum.back() + radial_density((i + 0.5) / kSteps, radius, style) / kSteps);
+    const double x = (i + 0.5) / kSteps;
+    const double at = distance(x);
+    const double per_m =
+        style.mild_corners ? mild_density(at, radius, style) : density(at, radius, style);
+    sum.push_back(sum.back() + per_m * kPower * at / x / kSteps);
   }
-  const int cells = members((starts_finer(style) ? 2 : 1) * sum.back(), style);
+  const int cells = members(sum.back(), style);
   std::vector<double> edges{radius};
   std::size_t step = 0;
   for (int i = 1; i < cells; ++i) {
     const double share = sum.back() * i / cells;
     while (sum[step + 1] < share) ++step;
     const double part = (share - sum[step]) / (sum[step + 1] - sum[step]);
-    const double x = (static_cast<double>(step) + part) / kSteps;
-    edges.push_back(radius * (1 - std::pow(x, kRadialGrading)));
+    edges.push_back(radius - distance((static_cast<double>(step) + part) / kSteps));
   }
   edges.push_back(0);
   std::reverse(edges.begin(), edges.end());
@@ -138,14 +181,16 @@ class Grading {
 std::vector<double> axial_edges(double z0, double z1, bool stiff, const MeshStyle& style,
                                 const std::vector<double>& cuts) {
   if (!style.bonded) return {z0, z1};
-  if (stiff) {  // one row can already bend and stretch, and its corners hold little of the energy
+  if (stiff && style.mild_corners) {
+    // one row can already bend and stretch, and its corners hold little of the energy
     return even_edges(z0, z1, 1 << std::max(style.refinement + 1, 0));
   }
   const Grading grading(z0, z1, axial_grading(style));
   std::vector<double> z{z0};
   double below = 0;
   const auto add_part = [&](double end_z, double end) {
-    const int rows = members((starts_finer(style) ? 3 : 1) * kSoftRows * (end - below), style);
+    const int rows = stiff ? std::max(1, members(soft_rows(style), style) / 2)
+                           : members(soft_rows(style) * (end - below), style);
     for (int i = 1; i < rows; ++i) {
       z.push_back(grading.height(below + (end - below) * i / rows));
     }

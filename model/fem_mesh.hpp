@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cells of the axisymmetric mesh: a tensor grid, graded towards the rim and towards bonded faces,
-// where the stress of a bonded edge is singular. The meshes are one family, each halving every cell
-// of the one before, so that three of them show how fast they converge. Used by LevelSettings and
-// by the finite-element space.
+// where the stress of a bonded edge is singular. The meshes are two families, in which each or each
+// second member halves every cell, so that three of them show how fast they converge. Used by
+// LevelSettings, by the finite-element space and by the error estimates.
 #pragma once
 
 #include <cstddef>
 #include <vector>
+
+#include "model/mesh_limit.hpp"
 
 namespace lcrig {
 
@@ -26,6 +28,14 @@ inline constexpr int kFinestFiniteMesh = 2;  // with finite strain finer corners
 inline constexpr int kCoarsestMember = -2;  // of the family, for estimates
 inline constexpr int kFinestMember = 5;  // of the family, for references
 
+// The orders at which a functional converges at the worst corner: with displacement like the root
+// of the distance they are the exponents of the gradings.
+CornerOrders corner_orders(bool mild_corners);
+
+// How often each cell of a member is halved in a finer one. From each to the next: once with mild
+// corners, otherwise 0.58 and 0.42 times in turn (two cells become three, and three become four).
+double halvings(int coarser, int finer, bool mild_corners);
+
 // n + 1 positions from a to b, n cells of one size.
 std::vector<double> even_edges(double a, double b, int n);
 
@@ -36,6 +46,9 @@ struct MeshStyle {
   bool mild_corners = false;
   double thinnest_m = 1e9;  // thickness of the thinnest soft block
   std::vector<double> lengths_m;  // lengths of boundary layers at the rim
+  // Of the displacement. Finite strain with its mild corners, and uniform strain, gain nothing from
+  // more than two.
+  int degree() const { return bonded && !mild_corners ? 4 : 2; }
 };
 // Radial cell edges, 0 to radius.
 std::vector<double> radial_edges(double radius_m, const MeshStyle& style);

@@ -7,12 +7,11 @@
 namespace lcrig {
 namespace {
 
-constexpr std::size_t kFewCells = 4;  // a part of so few is not halved
+constexpr std::size_t kFewUnknowns = 80;  // a part with about so many is not halved
 
-void add_cell(const FrontMatrix& to, const std::array<int, kCellDofs>& places,
-              const CellStiffness& stiffness) {
+void add_cell(const FrontMatrix& to, const std::vector<int>& places, const double* stiffness) {
   std::size_t k = 0;
-  for (std::size_t i = 0; i < kCellDofs; ++i) {
+  for (std::size_t i = 0; i < places.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j, ++k) {
       if (places[i] < 0 || places[j] < 0) continue;
       const auto [column, row] = std::minmax(places[i], places[j]);
@@ -41,14 +40,15 @@ bool FrontalSolver::Part::contains(const Part& other) const {
 // Divides the grid into fronts.
 class FrontalSolver::Analysis {
  public:
-  Analysis(const std::vector<CellEquations>& cells, std::size_t columns, std::size_t equations)
+  Analysis(const CellEquations& cells, std::size_t columns, std::size_t equations)
       : order(equations), cells_(cells), columns_(columns) {
-    const std::size_t rows = cells.size() / columns;
+    const std::size_t count = cells.all.size() / cells.dofs;
+    const std::size_t rows = count / columns;
     extents_.assign(equations, {columns, 0, rows, 0});
-    for (std::size_t c = 0; c < cells.size(); ++c) {
-      const std::size_t column = c % columns, row = c / columns;
-      for (const int equation : cells[c]) {
-        if (equation < 0) continue;
+    for (std::size_t i = 0; i < cells.all.size(); ++i) {
+      const std::size_t cell = i / cells.dofs;
+      const std::size_t column = cell % columns, row = cell / columns;
+      if (const int equation = cells.all[i]; equation >= 0) {
         Part& e = extents_[static_cast<std::size_t>(equation)];
         e = {std::min(e.left, column), std::max(e.right, column + 1), std::min(e.bottom, row),
              std::max(e.top, row + 1)};
@@ -67,7 +67,7 @@ class FrontalSolver::Analysis {
   Front divide(const Part& part) {
     Front front;
     const std::size_t width = part.right - part.left, height = part.top - part.bottom;
-    if (width * height <= kFewCells) {
+    if (width * height == 1 || width * height * cells_.dofs <= kFewUnknowns) {
       add_cells(part, front);
     } else {
       Part one = part, other = part;
@@ -90,8 +90,9 @@ class FrontalSolver::Analysis {
     for (std::size_t row = part.bottom; row < part.top; ++row) {
       for (std::size_t column = part.left; column < part.right; ++column) {
         const std::size_t index = row * columns_ + column;
-        front.cells.push_back({index, cells_[index]});
-        for (const int equation : cells_[index]) {
+        const int* first = &cells_.all[index * cells_.dofs];
+        front.cells.push_back({index, {first, first + cells_.dofs}});
+        for (const int equation : front.cells.back().places) {
           if (equation >= 0) front.unknowns.push_back(static_cast<std::size_t>(equation));
         }
       }
@@ -133,13 +134,13 @@ class FrontalSolver::Analysis {
     }
   }
 
-  const std::vector<CellEquations>& cells_;
+  CellEquations cells_;
   std::size_t columns_;
   std::vector<Part> extents_;  // of the cells that have an equation
   std::size_t next_ = 0;  // to be eliminated
 };
 
-void FrontalSolver::analyze(const std::vector<CellEquations>& cells, std::size_t columns,
+void FrontalSolver::analyze(const CellEquations& cells, std::size_t columns,
                             std::size_t equations) {
   Analysis analysis(cells, columns, equations);
   order_ = std::move(analysis.order);
@@ -149,12 +150,12 @@ void FrontalSolver::analyze(const std::vector<CellEquations>& cells, std::size_t
   scratch_.resize(analysis.scratch);
 }
 
-bool FrontalSolver::factorize(const std::vector<CellStiffness>& cells) {
+bool FrontalSolver::factorize(const std::vector<const double*>& cells) {
   positive_ = true;
   return factorize(whole_, cells, nullptr, memory_.data());
 }
 
-bool FrontalSolver::factorize(const Front& front, const std::vector<CellStiffness>& cells,
+bool FrontalSolver::factorize(const Front& front, const std::vector<const double*>& cells,
                               double* rest, double* memory) {
   const FrontMatrix matrix = matrix_of(front, rest);
   std::fill_n(matrix.first, matrix.padded() * matrix.eliminated, 0.0);

@@ -4,24 +4,26 @@
 // dense matrix (its front), and those on the cut between two halves after both.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <vector>
 
-#include "model/fem_cell.hpp"
 #include "model/fem_front.hpp"
 
 namespace lcrig {
 
-using CellEquations = std::array<int, kCellDofs>;  // -1: fixed
-using CellStiffness = std::array<double, kCellDofs*(kCellDofs + 1) / 2>;  // lower triangle, by rows
+// The equations of all cells, one cell after another, `dofs` to each; -1: fixed.
+struct CellEquations {
+  const std::vector<int>& all;
+  std::size_t dofs;
+};
 
 class FrontalSolver {
  public:
   // Cells row by row, `columns` in each. Several nodes of a cell may have the same equation.
-  void analyze(const std::vector<CellEquations>& cells, std::size_t columns, std::size_t equations);
-  // False when a pivot is zero or not a number. Pivots are taken as they come.
-  bool factorize(const std::vector<CellStiffness>& cells);
+  void analyze(const CellEquations& cells, std::size_t columns, std::size_t equations);
+  // Of each cell, the lower triangle of its stiffness, by rows. False when a pivot is zero or not a
+  // number. Pivots are taken as they come.
+  bool factorize(const std::vector<const double*>& cells);
   std::vector<double> solve(const std::vector<double>& rhs);
   bool positive() const { return positive_; }  // every pivot of the last factorization is positive
 
@@ -41,14 +43,14 @@ class FrontalSolver {
     std::vector<std::size_t> places;  // of the rest among the unknowns of the whole
     struct Cell {
       std::size_t index;
-      std::array<int, kCellDofs> places;  // of its equations among the unknowns; -1: fixed
+      std::vector<int> places;  // of its equations among the unknowns; -1: fixed
     };
     std::vector<Cell> cells;  // of a part that is not halved
     std::size_t factor = 0;  // where its columns begin in factor_
     std::size_t memory = 0;  // for the rests of the halves, and theirs
   };
   class Analysis;
-  bool factorize(const Front& front, const std::vector<CellStiffness>& cells, double* rest,
+  bool factorize(const Front& front, const std::vector<const double*>& cells, double* rest,
                  double* memory);
   FrontMatrix matrix_of(const Front& front, double* rest);
   double* gather(const Front& front, const std::vector<double>& x);

@@ -60,11 +60,10 @@ Result<std::vector<StackSpace::Capacitor>> StackSpace::partition(
 std::vector<double> StackSpace::displacement(const std::vector<double>& u, Height h,
                                              int component) const {
   const Row& row = rows_[static_cast<std::size_t>(h.row)];
-  const double weight[3] = {h.zeta * (h.zeta - 1) / 2, 1 - h.zeta * h.zeta,
-                            h.zeta * (h.zeta + 1) / 2};
+  const auto weight = lagrange(degree_, h.zeta).value;
   std::vector<double> values(r_.size(), 0.0);
   for (std::size_t i = 0; i < r_.size(); ++i) {
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k <= static_cast<std::size_t>(degree_); ++k) {
       const int eq = equation(row.line[k], static_cast<int>(i), component);
       values[i] += eq >= 0 ? weight[k] * u[static_cast<std::size_t>(eq)] : 0;
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stack as a finite-element space: biquadratic displacement on a tensor grid, in which the
-// equations of fixed, tied and sliding nodes are already worked out. Used by the finite-element
-// levels.
+// The stack as a finite-element space: displacement of degree two or four in each direction on a
+// tensor grid, in which the equations of fixed, tied and sliding nodes are already worked out. Used
+// by the finite-element levels.
 #pragma once
 
 #include <array>
@@ -10,6 +10,7 @@
 
 #include "base/result.hpp"
 #include "model/fem_mesh.hpp"
+#include "model/lagrange.hpp"
 #include "model/specimen.hpp"
 
 namespace lcrig {
@@ -20,6 +21,9 @@ struct ElasticLaw {
   double inverse_lambda = 0;  // 1/Pa; 0: incompressible
   bool operator==(const ElasticLaw&) const = default;
 };
+// For 1/lambda below this times 1/mu condensing the pressure in a cell would lose its digits; the
+// smaller true value is reached by iterating, which needs one or two more solves.
+inline constexpr double kLeastInverseLambda = 1e-7;
 // finite: from mu and nu; otherwise from E and nu.
 ElasticLaw elastic_law(const Material& material, bool finite);
 
@@ -40,7 +44,7 @@ struct SpaceVariation {
 class StackSpace {
  public:
   struct Row {
-    std::array<int, 3> line;  // node lines: bottom, middle, top
+    std::array<int, kMostNodes> line;  // node lines from bottom to top; degree + 1 of them count
     double z0, z1;  // m
     ElasticLaw law;
   };
@@ -55,11 +59,12 @@ class StackSpace {
   static Result<StackSpace> make(const Specimen& specimen, const MeshSettings& mesh, bool finite,
                                  const SpaceVariation& variation = {});
 
+  int degree() const { return degree_; }  // of the displacement, in each direction
   const std::vector<double>& radii() const { return r_; }  // nodes, m
   const std::vector<Row>& rows() const { return rows_; }
   using Capacitor = std::vector<Slab>;  // base to top
   const std::vector<Capacitor>& capacitors() const { return capacitors_; }
-  int cells_per_row() const { return static_cast<int>(r_.size() - 1) / 2; }
+  int cells_per_row() const { return static_cast<int>(r_.size() - 1) / degree_; }
   int equations() const { return equations_; }
   // Equation of a node's displacement (component 0: radial, 1: axial); -1: fixed.
   int equation(int line, int node, int component) const {
@@ -83,6 +88,7 @@ class StackSpace {
 
  private:
   friend class SpaceBuilder;
+  int degree_ = 2;
   std::vector<double> r_;
   std::vector<Row> rows_;
   std::vector<Capacitor> capacitors_;

@@ -58,6 +58,7 @@ class SpaceBuilder {
                   kCoarsestMember, kFinestMember);
     }
     space_.area_m2_ = s_.area_m2();
+    space_.degree_ = style_.degree();
     add_radii();
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
       if (blocks_[i].rigid) {
@@ -89,15 +90,16 @@ class SpaceBuilder {
     const auto edges = variation_.uniform_cells > 0
                            ? even_edges(0, radius, 2 * variation_.uniform_cells)
                            : radial_edges(radius, style_);
-    space_.r_ = {edges[0]};
-    for (std::size_t i = 1; i < edges.size(); ++i) {
-      space_.r_.push_back((edges[i - 1] + edges[i]) / 2);
-      space_.r_.push_back(edges[i]);
+    for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
+      const auto nodes = even_edges(edges[i], edges[i + 1], space_.degree_);
+      space_.r_.insert(space_.r_.end(), nodes.begin(), nodes.end() - 1);
     }
+    space_.r_.push_back(edges.back());
   }
 
   void add_block(const Block& block) {
     const Material& m = s_.materials[block.material];
+    const ElasticLaw law = elastic_law(m, finite_);
     const bool stiff = !soft(block);
     const auto z = variation_.uniform_cells > 0
                        ? even_edges(block.z0, block.z1, variation_.uniform_cells)
@@ -112,10 +114,10 @@ class SpaceBuilder {
       line.axial_twin = !on_base_ && tie_below_ < 0 ? below_ : -1;
     }
     for (std::size_t i = 0; i + 1 < z.size(); ++i) {
-      const int middle = add_line();
-      const int top = add_line();
-      space_.rows_.push_back({{bottom, middle, top}, z[i], z[i + 1], elastic_law(m, finite_)});
-      bottom = top;
+      auto& row = space_.rows_.emplace_back(StackSpace::Row{{bottom}, z[i], z[i + 1], law});
+      for (int k = 1; k <= space_.degree_; ++k) {
+        bottom = row.line[static_cast<std::size_t>(k)] = add_line();
+      }
     }
     below_ = bottom;
     tie_below_ = -1;
@@ -184,13 +186,15 @@ class SpaceBuilder {
     space_.unit_load_.assign(static_cast<std::size_t>(space_.equations_), 0);
     if (below_ < 0) return;
     const auto& r = space_.r_;
-    for (std::size_t i = 0; i + 2 < r.size(); i += 2) {
+    const auto degree = static_cast<std::size_t>(space_.degree_);
+    for (std::size_t i = 0; i + degree < r.size(); i += degree) {
+      const double half = (r[i + degree] - r[i]) / 2;
       for (const auto& [x, weight] : kGauss5) {
-        const double radius = r[i + 1] + x * (r[i + 2] - r[i]) / 2;
-        const double force = std::numbers::pi * radius * (r[i + 2] - r[i]) * weight *
+        const double radius = r[i] + (1 + x) * half;
+        const double force = 2 * std::numbers::pi * radius * half * weight *
                              (variation_.load ? variation_.load(radius) : 1);
-        const double shape[] = {x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2};
-        for (std::size_t k = 0; k < 3; ++k) {
+        const auto shape = lagrange(space_.degree_, x).value;
+        for (std::size_t k = 0; k <= degree; ++k) {
           const int eq = space_.equation(below_, static_cast<int>(i + k), 1);
           if (eq >= 0) space_.unit_load_[static_cast<std::size_t>(eq)] -= force * shape[k];
         }

@@ -10,8 +10,7 @@
 namespace lcrig {
 namespace {
 
-constexpr double kLinearTolerance = 1e-11;  // one factorization, so refinement is cheap
-constexpr double kFiniteTolerance = 1e-9;
+constexpr double kTolerance = 1e-9;
 constexpr double kDefectTolerance = 1e-10;
 // Stiff thin cells high in the stack move a long way as a whole, and the last digit of their
 // displacement is already a force. When the residual stops falling below this limit, only such
@@ -20,7 +19,6 @@ constexpr double kAcceptable = 1e-7;
 // Rounding forces in stiff cells do almost no work. A step whose work is this small beside that of
 // the load moves nothing by more than the square root of this ratio, in the energy norm.
 constexpr double kNoWork = 1e-18;
-constexpr double kEqual = 1e-12;  // heights of rows that differ by rounding
 constexpr double kShortestStep = 1.0 / 64;
 constexpr double kRise = 2;
 constexpr double kSmallResidual = 1e-3;  // below this the residual may rise and fall
@@ -37,41 +35,25 @@ double dot(const std::vector<double>& a, const std::vector<double>& b) {
 
 }  // namespace
 
-FemSystem::FemSystem(const StackSpace& space, Kinematics kinematics)
-    : space_(space), kinematics_(kinematics) {
+FemSystem::FemSystem(const StackSpace& space) : space_(space) {
   const int columns = space.cells_per_row();
   for (const auto& row : space.rows()) {
     for (int c = 0; c < columns; ++c) {
       const auto left = 2 * static_cast<std::size_t>(c);
       geometry_.push_back({space.radii()[left], space.radii()[left + 2], row.z0, row.z1});
       laws_.push_back(row.law);
-      auto& eq = equations_.emplace_back();
       for (std::size_t a = 0; a < kCellNodes; ++a) {
         const int node = 2 * c + static_cast<int>(a % 3);
-        eq[2 * a] = space.equation(row.line[a / 3], node, 0);
-        eq[2 * a + 1] = space.equation(row.line[a / 3], node, 1);
+        equations_.push_back(space.equation(row.line[a / 3], node, 0));
+        equations_.push_back(space.equation(row.line[a / 3], node, 1));
       }
     }
   }
-  find_twins();
   condensed_.resize(geometry_.size());
   stiffness_.resize(geometry_.size());
-  solver_.analyze(equations_, static_cast<std::size_t>(columns),
+  for (const CellStiffness& cell : stiffness_) by_cell_.push_back(cell.data());
+  solver_.analyze({equations_, kCellDofs}, static_cast<std::size_t>(columns),
                   static_cast<std::size_t>(space.equations()));
-}
-
-void FemSystem::find_twins() {
-  const auto& rows = space_.rows();
-  const auto columns = static_cast<std::size_t>(space_.cells_per_row());
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    const double height = rows[row].z1 - rows[row].z0;
-    std::size_t twin = 0;
-    while (twin < row && !(rows[twin].law == rows[row].law &&
-                           std::abs(rows[twin].z1 - rows[twin].z0 - height) <= kEqual * height)) {
-      ++twin;
-    }
-    for (std::size_t c = 0; c < columns; ++c) twins_.push_back(twin * columns + c);
-  }
 }
 
 FemState FemSystem::rest() const {
@@ -81,14 +63,14 @@ FemState FemSystem::rest() const {
 
 void FemSystem::gather(const FemState& state, std::size_t cell, std::array<double, kCellDofs>& u,
                        std::array<double, kCellPressures>& p) const {
-  const auto& eq = equations_[cell];
+  const int* eq = &equations_[kCellDofs * cell];
   for (std::size_t i = 0; i < kCellDofs; ++i) {
     u[i] = eq[i] >= 0 ? state.u[static_cast<std::size_t>(eq[i])] : 0;
   }
   for (std::size_t k = 0; k < kCellPressures; ++k) p[k] = state.p[kCellPressures * cell + k];
 }
 
-FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_Pa, bool tangent) {
+FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_Pa) {
   Residual result;
   residual_ = space_.unit_load();
   for (double& force : residual_) force *= pressure_Pa;
@@ -101,8 +83,7 @@ FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_P
   double lack = 0, scale = 0;
   for (std::size_t cell = 0; cell < geometry_.size(); ++cell) {
     gather(state, cell, u, p);
-    const bool twin = kinematics_ == Kinematics::linear && twins_[cell] != cell;
-    if (!evaluate_cell(kinematics_, geometry_[cell], laws_[cell], u, p, tangent && !twin, out)) {
+    if (!evaluate_cell(geometry_[cell], laws_[cell], u, p, out)) {
       return result;
     }
     condensed_[cell] = {out.coupling, out.lack, out.gain};
@@ -110,18 +91,14 @@ FemSystem::Residual FemSystem::assemble(const FemState& state, double pressure_P
     lack += std::abs(out.lack[0]) + std::abs(out.lack[1]) + std::abs(out.lack[2]);
     scale += out.lack_scale;
     for (std::size_t i = 0; i < kCellDofs; ++i) {
-      if (const int eq = equations_[cell][i]; eq >= 0) {
+      if (const int eq = equations_[kCellDofs * cell + i]; eq >= 0) {
         residual_[static_cast<std::size_t>(eq)] -= out.condensed_force[i];
         plain[static_cast<std::size_t>(eq)] -= out.force[i];
       }
     }
-    if (tangent && twin) {
-      stiffness_[cell] = stiffness_[twins_[cell]];
-    } else if (tangent) {
-      auto value = stiffness_[cell].begin();
-      for (std::size_t i = 0; i < kCellDofs; ++i) {
-        value = std::copy_n(out.stiffness[i].begin(), i + 1, value);
-      }
+    auto value = stiffness_[cell].begin();
+    for (std::size_t i = 0; i < kCellDofs; ++i) {
+      value = std::copy_n(out.stiffness[i].begin(), i + 1, value);
     }
   }
   result.valid = true;
@@ -135,7 +112,7 @@ std::vector<double> FemSystem::pressure_step(const std::vector<double>& du) cons
   for (std::size_t c = 0; c < condensed_.size(); ++c) {
     auto volume = condensed_[c].lack;
     for (std::size_t i = 0; i < kCellDofs; ++i) {
-      const int eq = equations_[c][i];
+      const int eq = equations_[kCellDofs * c + i];
       const double move = eq >= 0 ? du[static_cast<std::size_t>(eq)] : 0;
       for (std::size_t k = 0; k < kCellPressures; ++k) {
         volume[k] += condensed_[c].coupling[i][k] * move;
@@ -151,14 +128,14 @@ std::vector<double> FemSystem::pressure_step(const std::vector<double>& du) cons
 
 // Takes the longest of 1, 1/2, 1/4 ... of the step that turns no cell inside out and does not make
 // the residual much worse. The residual of a mixed method may rise a little before it falls.
-FemSystem::Residual FemSystem::line_search(double pressure_Pa, bool tangent, const Step& step,
-                                           double start, FemState& state) {
+FemSystem::Residual FemSystem::line_search(double pressure_Pa, const Step& step, double start,
+                                           FemState& state) {
   const double allowed = kRise * std::max(start, kSmallResidual);
   for (double length = 1; length >= kShortestStep; length /= 2) {
     FemState next = state;
     for (std::size_t i = 0; i < next.u.size(); ++i) next.u[i] += length * step.du[i];
     for (std::size_t i = 0; i < next.p.size(); ++i) next.p[i] += length * step.dp[i];
-    const Residual residual = assemble(next, pressure_Pa, tangent);
+    const Residual residual = assemble(next, pressure_Pa);
     if (residual.valid && residual.force <= allowed) {
       state = std::move(next);
       return residual;
@@ -167,23 +144,18 @@ FemSystem::Residual FemSystem::line_search(double pressure_Pa, bool tangent, con
   return {};
 }
 
-std::optional<FemSystem::Step> FemSystem::direction(bool refactor) {
-  if (refactor) factored_ = solver_.factorize(stiffness_);
-  if (!factored_) return std::nullopt;
+std::optional<FemSystem::Step> FemSystem::direction() {
+  if (!solver_.factorize(by_cell_)) return std::nullopt;
   Step step{solver_.solve(residual_), {}};
   step.dp = pressure_step(step.du);
   return std::isfinite(norm(step.du)) ? std::optional(std::move(step)) : std::nullopt;
 }
 
-FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, bool keep_factor,
-                                   int most) {
+FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, int most) {
   Newton report;
   FemState at = state;
-  bool tangent = !(keep_factor && factored_);
-  Residual residual = assemble(at, pressure_Pa, tangent);
+  Residual residual = assemble(at, pressure_Pa);
   double previous = 1e300;
-  bool no_work = false;  // by the last step
-  const double tolerance = kinematics_ == Kinematics::linear ? kLinearTolerance : kFiniteTolerance;
   for (;; ++report.iterations) {
     if (!residual.valid) {
       report.why = report.iterations == 0
@@ -195,10 +167,9 @@ FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, bool kee
     report.defect = residual.defect;
     report.min_j = residual.min_j;
     report.history.push_back(residual.force);
-    const bool small = residual.force <= tolerance && residual.defect <= kDefectTolerance;
+    const bool small = residual.force <= kTolerance && residual.defect <= kDefectTolerance;
     const bool stalled = residual.force > previous / 2;
-    const bool rounding = (stalled && residual.force <= kAcceptable) ||
-                          (no_work && kinematics_ == Kinematics::linear);
+    const bool rounding = stalled && residual.force <= kAcceptable;
     previous = residual.force;
     if (small || (rounding && residual.defect <= kDefectTolerance)) {
       report.converged = true;
@@ -211,22 +182,20 @@ FemSystem::Newton FemSystem::solve(double pressure_Pa, FemState& state, bool kee
                       residual.force);
       return report;
     }
-    const auto step = direction(tangent);
+    const auto step = direction();
     if (!step) {
       report.why = "the tangent stiffness is singular";
       return report;
     }
     const double work = std::abs(dot(step->du, residual_)) /
                         (pressure_Pa * std::abs(dot(space_.unit_load(), at.u)));
-    no_work = work <= kNoWork;
-    if (stalled && no_work && residual.defect <= kDefectTolerance) {
+    if (stalled && work <= kNoWork && residual.defect <= kDefectTolerance) {
       report.converged = true;
       state = std::move(at);
       return report;
     }
-    tangent = !keep_factor;
     const double start = report.iterations == 0 ? 1e300 : residual.force;
-    residual = line_search(pressure_Pa, tangent, *step, start, at);
+    residual = line_search(pressure_Pa, *step, start, at);
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Assembles the equations of a stack, factorizes them and solves them by Newton's method. Both
-// finite-element levels use it.
+// Assembles the equations of a stack at finite strain, factorizes them and solves them by Newton's
+// method. Used by fem_finite.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ struct FemState {
 
 class FemSystem {
  public:
-  FemSystem(const StackSpace& space, Kinematics kinematics);
+  explicit FemSystem(const StackSpace& space);  // of degree two
 
   static constexpr int kMostNewton = 12;  // iterations
   FemState rest() const;  // undeformed
@@ -36,10 +36,8 @@ class FemSystem {
     std::vector<double> history;  // residual by iteration
   };
   // Goes from `state` to equilibrium under the pressure (Pa, dead). Changes `state` only on
-  // success. keep_factor: reuse the present factorization, for linear problems. Gives up after
-  // `most` iterations.
-  Newton solve(double pressure_Pa, FemState& state, bool keep_factor = false,
-               int most = kMostNewton);
+  // success. Gives up after `most` iterations.
+  Newton solve(double pressure_Pa, FemState& state, int most = kMostNewton);
 
   // False when the tangent of the last solve was not positive definite.
   bool stable() const { return solver_.positive(); }
@@ -56,21 +54,20 @@ class FemSystem {
   };
   void gather(const FemState& state, std::size_t cell, std::array<double, kCellDofs>& u,
               std::array<double, kCellPressures>& p) const;
-  void find_twins();
-  // Fills residual_ and condensed_, and stiffness_ if `tangent` is set.
-  Residual assemble(const FemState& state, double pressure_Pa, bool tangent);
-  std::optional<Step> direction(bool refactor);
+  // Fills residual_, condensed_ and stiffness_.
+  Residual assemble(const FemState& state, double pressure_Pa);
+  std::optional<Step> direction();
   std::vector<double> pressure_step(const std::vector<double>& du) const;
-  Residual line_search(double pressure_Pa, bool tangent, const Step& step, double start,
-                       FemState& state);
+  Residual line_search(double pressure_Pa, const Step& step, double start, FemState& state);
 
   const StackSpace& space_;
-  Kinematics kinematics_;
-  std::vector<CellEquations> equations_;  // by cell
+  std::vector<int> equations_;  // by cell
   std::vector<CellGeometry> geometry_;
   std::vector<ElasticLaw> laws_;
+  using CellStiffness =
+      std::array<double, kCellDofs*(kCellDofs + 1) / 2>;  // lower triangle, by rows
   std::vector<CellStiffness> stiffness_;
-  std::vector<std::size_t> twins_;  // by cell: the first one that is equal but for its height
+  std::vector<const double*> by_cell_;  // of stiffness_
   std::vector<double> residual_;  // load minus internal force, pressures eliminated, N
   struct Condensed {  // what pressure_step needs of a cell
     std::array<std::array<double, kCellPressures>, kCellDofs> coupling;
@@ -79,7 +76,6 @@ class FemSystem {
   };
   std::vector<Condensed> condensed_;
   FrontalSolver solver_;
-  bool factored_ = false;
 };
 
 }  // namespace lcrig

@@ -8,49 +8,70 @@
 namespace lcrig {
 namespace {
 
-// The order that every corner allows: displacement goes like r^(1/2) at worst, a functional
-// converges twice as fast, and at a corner with the mildest grading cells shrink with the square of
-// their number. Coarse meshes may show a higher order by chance, so the doubt does not count on it.
-constexpr double kMostOrder = 2;
-// The order that the grading gives to the worst corner, see `model/fem_mesh.cpp`. A step that falls
-// faster than this is small by chance.
-constexpr double kDesignOrder = 3;
-constexpr double kLeastOrder = 1;  // the family promises to halve the error at each step
 constexpr double kRounding = 1e-15;
+
+constexpr double kHighestOrder = 16;
+constexpr int kBisections = 40;
+
+// The share of the last step that is still missing, at this order.
+double missing(double order, double halvings) {
+  return 1 / (std::exp2(order * halvings) - 1);
+}
+
+struct MeshStep {
+  double change, halvings;
+};
+
+// The order at which two steps have the ratio they have. `between`: halvings from the end of the
+// first to the end of the last.
+double order_of(const MeshStep& first, const MeshStep& last, double between) {
+  const double ratio = first.change / last.change;
+  double low = 0, high = kHighestOrder;
+  for (int i = 0; i < kBisections; ++i) {
+    const double order = (low + high) / 2;
+    const double found =
+        std::exp2(order * between) * missing(order, last.halvings) / missing(order, first.halvings);
+    (found < ratio ? low : high) = order;
+  }
+  return low;
+}
 
 }  // namespace
 
-MeshLimit limit_of(const std::vector<double>& values) {
-  std::vector<double> steps;
+MeshLimit limit_of(const std::vector<double>& values, const MeshSequence& meshes) {
+  std::vector<MeshStep> steps;
   for (std::size_t i = values.size() > 4 ? values.size() - 4 : 0; i + 1 < values.size(); ++i) {
-    steps.push_back(values[i + 1] - values[i]);
+    steps.push_back({values[i + 1] - values[i], meshes.halvings[i]});
   }
   MeshLimit limit;
   limit.value = values.back();
   const double rounding = 8 * kRounding * std::abs(values.back());
-  const double last = steps.back();
-  const double before = steps[steps.size() - 2];
-  limit.doubt = std::max(std::max(std::abs(last), std::abs(before)), rounding);
+  const MeshStep last = steps.back(), before = steps[steps.size() - 2];
+  limit.doubt = std::max(std::max(std::abs(last.change), std::abs(before.change)), rounding);
   if (limit.doubt <= rounding) {
     limit.settled = true;
     return limit;
   }
-  const double step = std::max(std::abs(last), std::abs(before) * std::exp2(-kDesignOrder));
-  if (last * before <= 0) {  // the values alternate, so the limit lies between the last two
-    limit.settled = std::abs(last) <= std::abs(before) / 2;
+  const double design = meshes.orders.most;
+  const double at_design = std::abs(before.change) * std::exp2(-design * last.halvings) *
+                           missing(design, before.halvings) / missing(design, last.halvings);
+  const double step = std::max(std::abs(last.change), at_design);
+  if (last.change * before.change <= 0) {  // they alternate: the limit is between the last two
+    limit.settled = std::abs(last.change) <= std::abs(before.change) / 2;
     limit.doubt = limit.settled ? std::max(step, rounding) : limit.doubt;
     return limit;
   }
-  // A single ratio scatters, so the mean over three steps is taken.
-  const double first = steps.front() * last > 0 ? steps.front() : before;
-  const double count = steps.front() * last > 0 ? static_cast<double>(steps.size() - 1) : 1;
-  const double order = std::log2(first / last) / count;
-  limit.order = order;
-  const bool still = std::log2(before / last) >= kLeastOrder / 2;
-  limit.settled = still && order >= kLeastOrder;
+  const double of_two = order_of(before, last, last.halvings);
+  limit.order = of_two;
+  if (steps.size() > 2 && steps.front().change * last.change > 0) {
+    // a single ratio scatters, so all steps are taken
+    limit.order = order_of(steps.front(), last, before.halvings + last.halvings);
+  }
+  limit.settled = of_two >= kLeastOrder / 2 && limit.order >= kLeastOrder;
   if (!limit.settled) return limit;
-  limit.value += last / (std::exp2(order) - 1);
-  limit.doubt = std::max(step / (std::exp2(std::min(order, kMostOrder)) - 1), rounding);
+  limit.value += last.change * missing(limit.order, last.halvings);
+  const double sure = std::min(limit.order, meshes.orders.least);
+  limit.doubt = std::max(step * missing(sure, last.halvings), rounding);
   return limit;
 }
 

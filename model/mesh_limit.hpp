@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The limit of a sequence of nested meshes, in which each mesh halves every cell of the one before.
+// The limit of a sequence of nested meshes, each finer than the one before.
 // Used by the error estimates.
 #pragma once
 
@@ -14,7 +14,22 @@ struct MeshLimit {
   bool settled = false;  // each step is about half of the one before, or less
 };
 
+// The orders that the grading of a family gives to the worst corner, where displacement goes like
+// the root of the distance: that of the direction graded less, and of the one graded more. Coarse
+// meshes may show a higher order by chance, so the doubt does not count on more than the first, and
+// a step that falls faster than the second is taken to be small by chance.
+struct CornerOrders {
+  double least, most;
+};
+inline constexpr double kLeastOrder = 1;  // each halving of the cells promises to halve the error
+
+// What is known of the meshes before they are solved.
+struct MeshSequence {
+  CornerOrders orders;
+  std::vector<double> halvings;  // of each cell, from each mesh to the next
+};
+
 // `values` from coarse to fine, at least three; only the last four count.
-MeshLimit limit_of(const std::vector<double>& values);
+MeshLimit limit_of(const std::vector<double>& values, const MeshSequence& meshes);
 
 }  // namespace lcrig

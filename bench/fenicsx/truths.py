@@ -285,7 +285,7 @@ def main():
         count = len({layer["capacitor"] for layer in stack["layers"]})
         print(f"{stack['seed']},{count},{len(stack['layers'])},{unknowns},{sum(seconds):.1f},"
               + ",".join(f"{x:.10g}" for x in values) + ","
-              + ",".join(f"{x:.2f}" for x in seconds), flush=True)
+              + ",".join(f"{x:.3f}" for x in seconds), flush=True)
 
 
 main()

@@ -97,7 +97,7 @@ int plot_race() {
   panel.series[2].label = "lcrig alone";
   for (std::string line; std::getline(std::cin, line);) {
     const auto cells = split(line);
-    if (cells.size() != 7 || cells[0] == "seed") continue;
+    if (cells.size() < 7 || cells[0] == "seed") continue;
     const auto number = [&](std::size_t i) { return std::strtod(cells[i].c_str(), nullptr); };
     const double seconds[] = {number(6), number(5), number(4)};
     for (std::size_t i = 0; i < 3; ++i) {

@@ -38,7 +38,7 @@ TEST(AutoLevel, SaysWhatWasLeftOut) {
 TEST(AutoLevel, BondedFacesClimbTheLadder) {
   const Specimen s = laminate(1);
   EXPECT_EQ(choose_level(s, 0.05, 100.0_kPa)->settings.level, Level::bonded);
-  EXPECT_EQ(choose_level(s, 0.015, 10.0_kPa)->settings.level, Level::fem_linear);
+  EXPECT_EQ(choose_level(s, 0.01, 10.0_kPa)->settings.level, Level::fem_linear);
   const auto fine = choose_level(s, 1e-3, 100.0_kPa);
   ASSERT_TRUE(fine) << fine.error().what;
   EXPECT_EQ(fine->settings.level, Level::fem_finite);

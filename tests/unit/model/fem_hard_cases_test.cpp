@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "balance.hpp"
 #include "model/bonded.hpp"
 #include "model/fem_levels.hpp"
 #include "reference.hpp"
@@ -51,9 +52,8 @@ TEST(HardCases, ModulusContrastAndIncompressibilityLeaveNoResidual) {
   Specimen s = laminate(3);
   for (const double nu : {0.49, 0.5}) {
     for (Material& m : s.materials) m.poisson_ratio = m.youngs_modulus_Pa < 1e6 ? nu : 0.34;
-    const auto model = linear(s);
-    EXPECT_LE(model->report().residual, 1e-10) << nu;
-    EXPECT_LE(model->report().defect, 1e-10) << nu;
+    // the last digit of a stiff film's displacement is a force of nearly this size
+    expect_balance(s, 1, "nu " + std::to_string(nu), 1e-8);
   }
 }
 
@@ -79,12 +79,13 @@ TEST(HardCases, ChangeKeepsAllDigitsAtTinyPressure) {
 TEST(HardCases, ConvergenceOrderOnAGradedMesh) {
   const double exact = 5.6500910;
   std::vector<double> modulus;
-  for (int mesh = -1; mesh <= 2; ++mesh) modulus.push_back(modulus_of_disc(2, 0.49, mesh));
-  for (std::size_t i = 2; i < modulus.size(); ++i) {
-    const double ratio = (modulus[i - 1] - modulus[i - 2]) / (modulus[i] - modulus[i - 1]);
-    EXPECT_GE(std::log2(ratio), 3) << "to mesh " << i - 1;
+  for (int mesh = -2; mesh <= 3; ++mesh) modulus.push_back(modulus_of_disc(2, 0.49, mesh));
+  for (const std::size_t finest : {4, 5}) {  // each second mesh halves every cell
+    const double ratio =
+        (modulus[finest - 2] - modulus[finest - 4]) / (modulus[finest] - modulus[finest - 2]);
+    EXPECT_GE(std::log2(ratio), 4) << "to mesh " << finest - 2;
   }
-  expect_relative(modulus.back(), exact, 2e-6);
+  expect_relative(modulus[4], exact, 2e-6);
 }
 
 TEST(Faces, BondedBaseHoldsTheBaseAloneAndTopLayersAreFreeSideways) {

@@ -24,11 +24,16 @@ LevelSettings finite_on(int mesh) {
   return settings;
 }
 
+FemState solved_on(const StackSpace& space) {
+  FemSystem system(space);
+  FemState state = system.rest();
+  EXPECT_TRUE(system.solve(1e3, state).converged);
+  return state;
+}
+
 TEST(Prolong, ToTheSameMeshChangesNothing) {
   const StackSpace space = space_of(0);
-  FemSystem system(space, Kinematics::finite);
-  FemState state = system.rest();
-  ASSERT_TRUE(system.solve(1e3, state).converged);
+  const FemState state = solved_on(space);
   const FemState same = prolong(space, state, space);
   for (std::size_t i = 0; i < state.u.size(); ++i) {
     ASSERT_NEAR(same.u[i], state.u[i], 1e-12 * space.radius_m()) << i;
@@ -39,9 +44,7 @@ TEST(Prolong, ToTheSameMeshChangesNothing) {
 // A biquadratic field of the coarse mesh is one of the finer mesh, too.
 TEST(Prolong, ToAFinerMeshKeepsTheField) {
   const StackSpace coarse = space_of(-1), fine = space_of(0);
-  FemSystem system(coarse, Kinematics::finite);
-  FemState state = system.rest();
-  ASSERT_TRUE(system.solve(1e3, state).converged);
+  const FemState state = solved_on(coarse);
   const FemState finer = prolong(coarse, state, fine);
   const double shortening = coarse.shortening_m(state.u);
   EXPECT_NEAR(fine.shortening_m(finer.u), shortening, 1e-12 * shortening);

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <random>
 
+#include "model/fem_cell.hpp"
+
 namespace lcrig {
 namespace {
 
@@ -16,7 +18,7 @@ using Eigen::Index;
 // highest moves as one.
 struct Grid {
   std::size_t columns = 0, rows = 0, equations = 0;
-  std::vector<CellEquations> cells;
+  std::vector<int> cells;  // their equations
 };
 
 Grid make_grid(std::size_t columns, std::size_t rows) {
@@ -30,21 +32,28 @@ Grid make_grid(std::size_t columns, std::size_t rows) {
   grid.equations = 2 * ((height - 2) * width + 1);
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::size_t column = 0; column < columns; ++column) {
-      CellEquations& cell = grid.cells.emplace_back();
       for (std::size_t i = 0; i < kCellDofs; ++i) {
         const std::size_t node = i / 2;
-        cell[i] = equation(2 * row + node / 3, 2 * column + node % 3, i % 2);
+        grid.cells.push_back(equation(2 * row + node / 3, 2 * column + node % 3, i % 2));
       }
     }
   }
   return grid;
 }
 
+using CellStiffness = std::array<double, kCellDofs*(kCellDofs + 1) / 2>;
+
+std::vector<const double*> by_cell(const std::vector<CellStiffness>& cells) {
+  std::vector<const double*> result;
+  for (const CellStiffness& cell : cells) result.push_back(cell.data());
+  return result;
+}
+
 // Symmetric and positive definite.
 std::vector<CellStiffness> some_stiffness(const Grid& grid) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-1, 1);
-  std::vector<CellStiffness> cells(grid.cells.size());
+  std::vector<CellStiffness> cells(grid.cells.size() / kCellDofs);
   for (CellStiffness& cell : cells) {
     std::size_t k = 0;
     for (std::size_t i = 0; i < kCellDofs; ++i) {
@@ -61,7 +70,7 @@ Eigen::MatrixXd whole_matrix(const Grid& grid, const std::vector<CellStiffness>&
     std::size_t k = 0;
     for (std::size_t i = 0; i < kCellDofs; ++i) {
       for (std::size_t j = 0; j <= i; ++j, ++k) {
-        const int row = grid.cells[c][i], column = grid.cells[c][j];
+        const int row = grid.cells[kCellDofs * c + i], column = grid.cells[kCellDofs * c + j];
         if (row < 0 || column < 0) continue;
         matrix(row, column) += stiffness[c][k];
         if (i != j) matrix(column, row) += stiffness[c][k];
@@ -90,9 +99,9 @@ TEST_P(GridSizes, SolutionIsThatOfTheWholeMatrix) {
   const Grid grid = make_grid(GetParam().first, GetParam().second);
   const auto stiffness = some_stiffness(grid);
   FrontalSolver solver;
-  solver.analyze(grid.cells, grid.columns, grid.equations);
+  solver.analyze({grid.cells, kCellDofs}, grid.columns, grid.equations);
   for (int again = 0; again < 2; ++again) {  // a second factorization starts from nothing
-    ASSERT_TRUE(solver.factorize(stiffness));
+    ASSERT_TRUE(solver.factorize(by_cell(stiffness)));
     EXPECT_TRUE(solver.positive());
     EXPECT_LT(error_of(solver, whole_matrix(grid, stiffness)), 1e-12);
   }
@@ -103,8 +112,8 @@ TEST_P(GridSizes, NegativePivotsAreTakenAndTold) {
   auto stiffness = some_stiffness(grid);
   for (double& value : stiffness.back()) value = -value;
   FrontalSolver solver;
-  solver.analyze(grid.cells, grid.columns, grid.equations);
-  ASSERT_TRUE(solver.factorize(stiffness));
+  solver.analyze({grid.cells, kCellDofs}, grid.columns, grid.equations);
+  ASSERT_TRUE(solver.factorize(by_cell(stiffness)));
   EXPECT_FALSE(solver.positive());
   EXPECT_LT(error_of(solver, whole_matrix(grid, stiffness)), 1e-9);
 }
@@ -115,10 +124,10 @@ INSTANTIATE_TEST_SUITE_P(All, GridSizes,
 
 TEST(FrontalSolver, ZeroPivotIsRefused) {
   const Grid grid = make_grid(3, 3);
-  const std::vector<CellStiffness> nothing(grid.cells.size(), CellStiffness{});
+  const std::vector<CellStiffness> nothing(grid.cells.size() / kCellDofs, CellStiffness{});
   FrontalSolver solver;
-  solver.analyze(grid.cells, grid.columns, grid.equations);
-  EXPECT_FALSE(solver.factorize(nothing));
+  solver.analyze({grid.cells, kCellDofs}, grid.columns, grid.equations);
+  EXPECT_FALSE(solver.factorize(by_cell(nothing)));
 }
 
 }  // namespace
