@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "base/quantity.hpp"
 #include "drivers/load_frame.hpp"
 #include "protocols/plan/force_bound.hpp"
 #include "protocols/plan/limits.hpp"
@@ -30,7 +31,7 @@ struct Rig {
   LcrCapabilities lcr;
   FrameCapabilities frame;
   Area probe_area;  // of the fixture's probe tip; pressure is force over this area
-  double gravity_m_s2 = 9.80665;  // local, for dead weights
+  double gravity_m_s2 = kStandardGravity_m_s2;  // local, for dead weights
 
   // What bounds the force on the specimen. The same for a bench and for a real rig.
   Compression specimen_least_m;  // shortening of the specimen, at least; empty: not known
