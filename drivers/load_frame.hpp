@@ -54,6 +54,7 @@ struct FrameLimits {
   Force force_min, force_max;
   Length travel_min, travel_max;
   Velocity speed_max;
+  bool operator==(const FrameLimits&) const = default;
 };
 
 namespace frame_flag {
