@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a single step may ask of the instruments, the fixture and the limits. Pure functions, no
-// I/O; plan.cpp calls them with the state that the step meets.
+// I/O; the planner and the steps call them with what the step meets.
 #pragma once
 
 #include <array>

@@ -30,9 +30,8 @@ struct StepPlan {
 
 class PlannedRig {
  public:
-  // Whether it is known where the specimen is.
-  static constexpr double kAssumedGap_m = 3e-3;  // where nobody has said
-  enum class Contact { unknown, stated, found };
+  static constexpr double kAssumedGap_m = 3e-3;  // where nobody has said how far the specimen is
+  enum class Contact { unknown, stated, found };  // how its place is known
 
   // `protocol`, `environment` and `plan` outlive it. The plan gets the largest forces and the
   // envelope of travel.

@@ -34,9 +34,8 @@ class FrameView {
   // Of the last samples only, whatever the frame said.
   std::optional<double> shown_force_N() const { return shown_force_N_; }
   std::optional<double> shown_travel_m() const { return shown_travel_m_; }
-  std::optional<double> done_force_N() const {
-    return done_force_N_;
-  }  // where the last motion ended
+  // Where the last motion ended.
+  std::optional<double> done_force_N() const { return done_force_N_; }
   double wavers_N() const { return wavers_N_; }  // scatter of the force at the last look at rest
   std::optional<MonoTime> last_sample() const { return last_sample_; }
 
