@@ -42,7 +42,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   using Socket = asio::local::stream_protocol::socket;
 
   ControlSession(Socket socket, Clock& clock, ControlHandler& handler, PeerCredentials peer,
-                 ControlOptions options, std::shared_ptr<ControlBudget> budget);
+                 ControlOptions options, std::shared_ptr<ControlAllowance> allowance);
   ~ControlSession();
   ControlSession(const ControlSession&) = delete;
   ControlSession& operator=(const ControlSession&) = delete;
@@ -77,7 +77,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   ControlHandler& handler_;
   PeerCredentials peer_;
   ControlOptions options_;
-  std::shared_ptr<ControlBudget> budget_;
+  std::shared_ptr<ControlAllowance> allowance_;
   std::string in_;
   std::size_t scanned_ = 0;  // bytes of in_ known to hold no newline
   std::deque<std::string> queue_;
