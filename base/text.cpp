@@ -64,6 +64,11 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
 }
 
+void add_note(std::string& notes, std::string_view more) {
+  if (!notes.empty()) notes += "; ";
+  notes += more;
+}
+
 bool names_a_file(std::string_view typed) {
   return typed.find('/') != typed.npos || typed.ends_with(".json");
 }
