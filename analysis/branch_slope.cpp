@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "analysis/replicates.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 
@@ -107,8 +108,8 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   r.sensitivity.estimate =
       estimate_of_parts(slope, r.parts_of_error, basis.scene.options.confidence);
   if (b.lines.size() == 1) {
-    add_remark(r.sensitivity.reason,
-               "one cycle: the interval knows nothing of what differs between cycles");
+    add_note(r.sensitivity.reason,
+             "one cycle: the interval knows nothing of what differs between cycles");
   }
   r.scatter_basis = error.basis;
   if (b.syy > 0) r.r_squared = std::max(0.0, 1 - b.residual_ss / b.syy);

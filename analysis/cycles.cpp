@@ -6,6 +6,7 @@
 #include "analysis/least_squares.hpp"
 #include "analysis/metrics.hpp"
 #include "analysis/peak_curve.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 
@@ -249,7 +250,7 @@ void calc_mullins(double confidence, CycleResults& out) {
     out.mullins.estimate = se > 0 ? estimate(percent, se, freedom, confidence) : Estimate(percent);
     out.mullins.reason = "of delta C at equal peak force";
     if (out.cycles.size() == 2) {
-      add_remark(out.mullins.reason, "two cycles: the interval knows nothing of what else differs");
+      add_note(out.mullins.reason, "two cycles: the interval knows nothing of what else differs");
     }
   } else if (travels.size() == out.cycles.size() && spread(travels) <= 0.02) {
     out.mullins.estimate = Estimate((1 - last.peak_force_N / first.peak_force_N) * 100);

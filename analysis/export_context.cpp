@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "base/decimal.hpp"
 #include "events/payloads.hpp"
@@ -13,8 +11,6 @@
 namespace lcrig {
 
 namespace {
-
-using nlohmann::json;
 
 struct ValueColumn {
   std::string_view sql;
@@ -129,12 +125,6 @@ Result<> load_digit_ends(const Database& db, ExportContext& c) {
   return {};
 }
 
-void read_settings(ExportContext& c) {
-  add_settings(c, INT64_MIN, c.run.lcr_settings_json);
-  const json frame = json::parse(c.run.frame_capabilities_json, nullptr, false);
-  c.hold_force = frame.is_object() && frame.value("weights", json()) == true;
-}
-
 }  // namespace
 
 Result<ExportContext> load_context(const Database& db, std::int64_t run) {
@@ -144,10 +134,9 @@ Result<ExportContext> load_context(const Database& db, std::int64_t run) {
   c.id = run;
   c.run = std::move(*row);
   c.start_ns = c.run.started.time_since_epoch().count();
-  if (c.run.probe_diameter_m) {
-    c.area_m2 = std::numbers::pi / 4 * *c.run.probe_diameter_m * *c.run.probe_diameter_m;
-  }
-  read_settings(c);
+  c.area_m2 = c.run.probe_area_m2();
+  c.hold_force = has_dead_weights(c.run.frame_capabilities_json);
+  add_settings(c, INT64_MIN, c.run.lcr_settings_json);
   auto clock = DeviceClock::fit(db, run);
   if (!clock) return fail(clock.error());
   c.clock = std::move(*clock);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "analysis/device_clock.hpp"
@@ -19,6 +20,9 @@ struct FrameState {
   double clock_s = 0;  // standard uncertainty of the samples' times, from the clocks
   double force_rate_N_s = 0;
 };
+
+// The frame was a rod with weights, by RunRow::frame_capabilities_json.
+bool has_dead_weights(std::string_view frame_capabilities_json);
 
 class FrameTrack {
  public:

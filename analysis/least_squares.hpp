@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small linear least squares with a covariance; private to analysis/.
+// Small linear least squares with a covariance. Used by the passes of the analysis and the budget.
 #pragma once
 
 #include <cstddef>

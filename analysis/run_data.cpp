@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "analysis/align.hpp"
 #include "analysis/pieces.hpp"
@@ -12,8 +10,6 @@
 namespace lcrig {
 
 namespace {
-
-using nlohmann::json;
 
 // Readings within this time before contact may be of a specimen that is touched already.
 constexpr double kBeforeContact_s = 1;
@@ -105,9 +101,8 @@ class Loader {
     start_ns_ = out_.row.started.time_since_epoch().count();
     out_.replayed = out_.row.simulated && replay_directory(out_.row.bench_name).has_value();
     out_.probe_diameter_m = out_.row.probe_diameter_m;
-    if (const auto d = out_.probe_diameter_m) out_.area_m2 = std::numbers::pi / 4 * *d * *d;
-    const json frame = json::parse(out_.row.frame_capabilities_json, nullptr, false);
-    out_.dead_weights = frame.is_object() && frame.value("weights", json()) == true;
+    out_.area_m2 = out_.row.probe_area_m2();
+    out_.dead_weights = has_dead_weights(out_.row.frame_capabilities_json);
     before_.add(std::numeric_limits<std::int64_t>::min(), out_.row.lcr_settings_json);
     if (const auto s = parse_meter_setting(out_.row.lcr_settings_json)) {
       out_.settings.push_back({-std::numeric_limits<double>::infinity(), *s});

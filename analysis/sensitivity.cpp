@@ -8,6 +8,7 @@
 
 #include "analysis/least_squares.hpp"
 #include "analysis/replicates.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 
@@ -107,9 +108,9 @@ void add_repeats(const Input& in, const SlopeScatter& scatter, RangeResult& r) {
   r.between_repeats_p = f_tail(slopes.variance / within->variance, slopes.degrees_of_freedom,
                                within->degrees_of_freedom);
   if (*r.between_repeats_p < 0.001) {
-    add_remark(r.sensitivity.reason,
-               "the slopes of the repeats differ more than the readings scatter: the interval is "
-               "that of the repeats");
+    add_note(r.sensitivity.reason,
+             "the slopes of the repeats differ more than the readings scatter: the interval is "
+             "that of the repeats");
   }
 }
 
@@ -161,10 +162,10 @@ void remark_on_outliers(const LevelResults& levels, const Input& in, RangeResult
   if (outliers == 0 || !r.robust || !r.sensitivity.estimate) return;
   const double moved = r.sensitivity.value() - r.robust->slope_fF_per_kPa;
   if (std::abs(moved) <= 2 * r.robust->standard_error) return;
-  add_remark(r.sensitivity.reason,
-             fmt::format("{} outliers among its readings move it by {:.3g}: without their weight "
-                         "(robust) it is {:.6g} fF/kPa",
-                         outliers, moved, r.robust->slope_fF_per_kPa));
+  add_note(r.sensitivity.reason,
+           fmt::format("{} outliers among its readings move it by {:.3g}: without their weight "
+                       "(robust) it is {:.6g} fF/kPa",
+                       outliers, moved, r.robust->slope_fF_per_kPa));
 }
 
 void set_slope(const Scene& scene, const Input& in, const LineFit& line,
@@ -190,13 +191,13 @@ void set_slope(const Scene& scene, const Input& in, const LineFit& line,
       estimate_of_parts(line.slope, r.parts_of_error, scene.options.confidence);
   r.scatter_basis = error.basis;
   if (!(*r.sensitivity.estimate->standard_error > 0)) {
-    add_remark(r.sensitivity.reason,
-               "nothing scatters: an interval of no width is not an honest one, look at the "
-               "resolution of the readings");
+    add_note(r.sensitivity.reason,
+             "nothing scatters: an interval of no width is not an honest one, look at the "
+             "resolution of the readings");
   }
   if (scatter->one_repeat) {
-    add_remark(r.sensitivity.reason,
-               "one repeat: the interval knows nothing of what differs between repeats");
+    add_note(r.sensitivity.reason,
+             "one repeat: the interval knows nothing of what differs between repeats");
   }
 }
 

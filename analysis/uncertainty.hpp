@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Uncertainty budgets (GUM): the parts of a result, combined and expanded.
+// What the uncertainty of a result is made of (GUM): its parts, combined and expanded. The analysis
+// fills it, reports and the budget show it.
 #pragma once
 
 #include <limits>

@@ -64,6 +64,15 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
 }
 
+void add_note(std::string& notes, std::string_view more) {
+  if (!notes.empty()) notes += "; ";
+  notes += more;
+}
+
+bool names_a_file(std::string_view typed) {
+  return typed.find('/') != typed.npos || typed.ends_with(".json");
+}
+
 bool is_steering(char32_t c) {
   const bool control = c < 0x20 || (c >= 0x7F && c < 0xA0);
   const bool separates = c == 0x2028 || c == 0x2029;

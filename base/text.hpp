@@ -36,6 +36,12 @@ std::string printable(std::string_view text, std::size_t most);
 // For showing a file on a terminal: line feeds and tabs stay.
 std::string printable_lines(std::string_view text);
 
+void add_note(std::string& notes, std::string_view more);  // after a semicolon
+
+// What somebody typed is a file, not one of the names that the program knows: it has a '/', or ends
+// in ".json".
+bool names_a_file(std::string_view typed);
+
 // The longest texts that a person may enter, in bytes.
 inline constexpr std::size_t kNameMax = 200;  // specimen, operator
 inline constexpr std::size_t kWhyMax = 2'000;  // reason of an abort

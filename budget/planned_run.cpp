@@ -108,8 +108,16 @@ class Walk {
     } else if (facts.measures != nullptr) {
       measure(environment_.get(facts.measures->count));
     } else {
+      if (facts.aim != nullptr) hold(*facts.aim);
       stay(readings_in(seconds));
     }
+  }
+
+  // The frame's force loop goes there by itself.
+  void hold(const Target& at) {
+    const double force = target_force_N(at, environment_, rig_);
+    if (force <= edge_) end_cycle();
+    force_ = force;
   }
 
   void go(const Target& to, double speed, double seconds) {
@@ -200,14 +208,13 @@ class Walk {
   std::vector<PlannedLevel> falling_;
 };
 
-template <class Visit>
-void each_step(Steps& steps, const Visit& visit) {
-  for (Step& step : steps) {
+// Of `const Steps`, or of `Steps` that `visit` may change: their insides are as const as they are.
+template <class AnySteps, class Visit>
+void each_step(AnySteps& steps, const Visit& visit) {
+  for (auto& step : steps) {
     visit(step);
-    const auto go_inside = [&visit](auto& s) {
-      if constexpr (requires { s.steps; }) each_step(s.steps, visit);
-    };
-    std::visit(go_inside, step.action);
+    const Steps* inside = facts_of(step).inside;
+    if (inside != nullptr) each_step(const_cast<AnySteps&>(*inside), visit);
   }
 }
 
@@ -302,8 +309,7 @@ Variant with_settings(const Protocol& protocol, const Environment& environment, 
 Knobs find_knobs(const Protocol& protocol) {
   std::set<std::string> readings, within;
   bool fixed = false;
-  Steps steps = protocol.steps;
-  each_step(steps, [&](Step& step) {
+  each_step(protocol.steps, [&](const Step& step) {
     const MeasureStep* measure = facts_of(step).measures;
     if (!measure) return;
     readings.insert(measure->count.name);

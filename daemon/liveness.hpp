@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Alive is not working: every part that must move counts its beats, and whoever stops moving for
-// longer than it may is named. systemd hears WATCHDOG=1 only while nobody is.
+// Finds a part of the daemon that hangs. Each part that must move counts its beats; one whose count
+// stands still for too long is named. App asks, and feeds systemd's watchdog only while none is.
 #pragma once
 
 #include <cstdint>

@@ -2,7 +2,6 @@
 // The conversions between enumerations and words that lcr_meter.hpp and load_frame.hpp declare.
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <utility>
 
 #include "base/clock.hpp"
@@ -14,57 +13,23 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::array<std::pair<LcrFunction, std::string_view>, 7> kFunctions{{
-    {LcrFunction::CsRs, "Cs-Rs"},
-    {LcrFunction::CsD, "Cs-D"},
-    {LcrFunction::CpRp, "Cp-Rp"},
-    {LcrFunction::CpD, "Cp-D"},
-    {LcrFunction::RX, "R-X"},
-    {LcrFunction::ZThr, "Z-thr"},
-    {LcrFunction::ZThd, "Z-thd"},
-}};
-constexpr std::array<std::pair<Aperture, std::string_view>, 3> kApertures{{
-    {Aperture::fast, "fast"},
-    {Aperture::medium, "medium"},
-    {Aperture::slow, "slow"},
-}};
-
-bool same_word(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-  return std::ranges::equal(a, b, {}, lower, lower);
-}
-
-template <class Table, class Key>
-std::string_view word_of(const Table& table, Key key) {
-  const auto it = std::ranges::find(table, key, &Table::value_type::first);
-  return it == table.end() ? std::string_view("?") : it->second;
-}
-
-template <class Table>
-auto key_of(const Table& table, std::string_view word)
-    -> std::optional<typename Table::value_type::first_type> {
-  for (const auto& [key, text] : table) {
-    if (same_word(text, word)) return key;
-  }
-  return std::nullopt;
+template <class Setting, std::size_t N>
+std::string_view word_of(const SettingWords<Setting, N>& table, Setting setting) {
+  const auto* const it =
+      std::ranges::find(table, setting, &std::pair<std::string_view, Setting>::second);
+  return it == table.end() ? std::string_view("?") : it->first;
 }
 
 }  // namespace
 
 std::string_view to_string(LcrFunction f) {
-  return word_of(kFunctions, f);
-}
-std::optional<LcrFunction> parse_lcr_function(std::string_view word) {
-  return key_of(kFunctions, word);
+  return word_of(kFunctionWords, f);
 }
 std::string_view to_string(Aperture a) {
-  return word_of(kApertures, a);
-}
-std::optional<Aperture> parse_aperture(std::string_view word) {
-  return key_of(kApertures, word);
+  return word_of(kApertureWords, a);
 }
 std::string_view to_string(LcrTrigger t) {
-  return t == LcrTrigger::bus ? "bus" : "internal";
+  return word_of(kTriggerWords, t);
 }
 
 std::string_view to_string(MotionEnd e) {

@@ -3,10 +3,12 @@
 // drivers and simulators are behind it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/quantity.hpp"
@@ -23,19 +25,33 @@ struct Identity {
   bool simulated = false;  // the instrument says that it is simulated
 };
 
+// The words of settings in a protocol file, in the order in which messages list them; run rows and
+// events have the same.
+template <class Setting, std::size_t N>
+using SettingWords = std::array<std::pair<std::string_view, Setting>, N>;
+
 // The impedance functions of the LCR-6000 dialect that the rig uses (reference manual: FUNCtion).
-// The word is the instrument's own, e.g. "Cp-D".
+// The words are the instrument's own.
 enum class LcrFunction { CsRs, CsD, CpRp, CpD, RX, ZThr, ZThd };
+inline constexpr SettingWords<LcrFunction, 7> kFunctionWords{{{"Cp-D", LcrFunction::CpD},
+                                                              {"Cp-Rp", LcrFunction::CpRp},
+                                                              {"Cs-D", LcrFunction::CsD},
+                                                              {"Cs-Rs", LcrFunction::CsRs},
+                                                              {"R-X", LcrFunction::RX},
+                                                              {"Z-thr", LcrFunction::ZThr},
+                                                              {"Z-thd", LcrFunction::ZThd}}};
 std::string_view to_string(LcrFunction f);
-std::optional<LcrFunction> parse_lcr_function(std::string_view word);  // case ignored
 
 enum class Aperture { fast, medium, slow };
-std::string_view to_string(Aperture a);  // "fast", "medium", "slow": the words of a protocol file
-std::optional<Aperture> parse_aperture(std::string_view word);
+inline constexpr SettingWords<Aperture, 3> kApertureWords{
+    {{"fast", Aperture::fast}, {"medium", Aperture::medium}, {"slow", Aperture::slow}}};
+std::string_view to_string(Aperture a);
 
 // bus: one conversion per request (*TRG), which is certainly newer than the request.
 // internal: the meter converts continuously and is polled (FETC?); fastest.
 enum class LcrTrigger { bus, internal };
+inline constexpr SettingWords<LcrTrigger, 2> kTriggerWords{
+    {{"bus", LcrTrigger::bus}, {"internal", LcrTrigger::internal}}};
 std::string_view to_string(LcrTrigger t);
 
 struct LcrSettings {

@@ -43,7 +43,7 @@ struct FrameCapabilities {
   Length travel_min, travel_max;
   double sample_rate_max_Hz = 0;
   std::optional<ForceLoop> force_loop;  // absent: the loop's behaviour is not known
-  // Reaction time and deceleration predict the overshoot (load-frame reference, section 2).
+  // Reaction time and deceleration predict the overshoot (docs/frame-link.md, section 2).
   Duration reaction{};
   Acceleration deceleration;
   bool operator==(const FrameCapabilities&) const = default;
@@ -54,6 +54,7 @@ struct FrameLimits {
   Force force_min, force_max;
   Length travel_min, travel_max;
   Velocity speed_max;
+  bool operator==(const FrameLimits&) const = default;
 };
 
 namespace frame_flag {

@@ -10,6 +10,9 @@
 
 namespace lcrig {
 
+// More leaf steps than anybody waits for; a plan refuses them.
+inline constexpr std::int64_t kStepsMax = 2'000'000;
+
 // Both references must outlive the cursor. Sweep variables are set in the environment while their
 // loop runs and removed behind it.
 class StepCursor {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <numbers>
 
 #include "base/number.hpp"
 #include "base/text.hpp"
@@ -89,6 +90,11 @@ Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
 }
 
 }  // namespace
+
+std::optional<double> RunRow::probe_area_m2() const {
+  if (!probe_diameter_m) return std::nullopt;
+  return std::numbers::pi / 4 * *probe_diameter_m * *probe_diameter_m;
+}
 
 std::string replay_bench(std::string_view directory) {
   return std::string(kReplay).append(directory);

@@ -36,6 +36,8 @@ struct RunRow {
   std::int64_t started_unix_ns = 0;  // the same instant on both clocks
   MonoTime started;
   std::string boot_id;
+
+  std::optional<double> probe_area_m2() const;  // pressure is force over it
 };
 
 struct RunEnd {

@@ -104,14 +104,14 @@ std::vector<double> measured_part(const plot::Panel& panel, const PressureRange&
   return {low, high};
 }
 
-void add_fits(const ReportRun& run, plot::Panel& panel) {
+void add_fits(const ReportRun& run, Labels labels, plot::Panel& panel) {
   std::size_t n = 0;
   std::vector<plot::Series> lines;
   for (const RangeResult& r : run.analysis.ranges) {
     plot::Range shade;
     shade.from = r.range.from_kPa;
     shade.to = r.range.to_kPa;
-    shade.label = range_name(r.range);
+    shade.label = labels == Labels::whole ? range_name(r.range) : range_numbers(r.range);
     panel.ranges.push_back(shade);
     ++n;
     if (!has_line(r)) continue;
@@ -121,7 +121,7 @@ void add_fits(const ReportRun& run, plot::Panel& panel) {
     const auto se = r.sensitivity.estimate->standard_error;
     line.label =
         fmt::format("{}: {}{} fF/kPa", range_name(r.range), plain_number(r.sensitivity.value(), se),
-                    se ? " ± " + plain_number(*se, se) : "");
+                    se && labels == Labels::whole ? " ± " + plain_number(*se, se) : "");
     line.style = plot::line_style(n);
     line.style.width = 2;
     lines.push_back(std::move(line));
@@ -185,7 +185,7 @@ std::string figure_html(const plot::Figure& figure, const std::string& caption) 
          "</figure>\n";
 }
 
-plot::Panel curve_panel(const ReportRun& run) {
+plot::Panel curve_panel(const ReportRun& run, Labels labels) {
   plot::Panel panel;
   panel.x.label = "pressure, kPa";
   panel.y.label = "ΔC, fF";
@@ -194,7 +194,7 @@ plot::Panel curve_panel(const ReportRun& run) {
   add_single_points(run, panel);
   add_means(run, panel);
   if (panel.series.empty()) return panel;
-  add_fits(run, panel);
+  add_fits(run, labels, panel);
   add_model(run, panel);
   return panel;
 }

@@ -29,7 +29,8 @@ std::string side_by_side_figure(std::span<const ReportRun> runs);
 std::string cycles_side_by_side_figure(std::span<const ReportRun> runs);
 
 // Parts that several pictures share.
-plot::Panel curve_panel(const ReportRun& run);
+enum class Labels { whole, brief };  // brief: ranges without unit, fits without their errors
+plot::Panel curve_panel(const ReportRun& run, Labels labels = Labels::whole);
 plot::Panel cycle_panel(const ReportRun& run);
 std::string figure_html(const plot::Figure& figure, const std::string& caption);
 std::string run_label(const ReportRun& run);  // "run 3, paper-2 (simulated)"; plain text

@@ -14,16 +14,9 @@ constexpr int kMostColumns = 3;
 
 // Only what the panel of one run needs when it stands beside others.
 plot::Panel slim_curve_panel(const ReportRun& run) {
-  plot::Panel panel = curve_panel(run);
+  plot::Panel panel = curve_panel(run, Labels::brief);
   panel.title = run_label(run);
   panel.height = 260;
-  for (auto& range : panel.ranges) {
-    if (range.to > range.from) range.label = range.label.substr(0, range.label.find(" kPa"));
-  }
-  for (auto& s : panel.series) {  // there is no room for errors
-    const auto error = s.label.find(" ±");
-    if (error != std::string::npos) s.label.replace(error, s.label.rfind(' ') - error, "");
-  }
   std::erase_if(panel.series,
                 [&](const plot::Series& s) { return s.style.marker == plot::Marker::dot; });
   return panel;

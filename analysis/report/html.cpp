@@ -118,8 +118,12 @@ std::string percent(double value) {
                      unsigned_zero(fmt::format("{:.1f}", value)));
 }
 
+std::string range_numbers(const PressureRange& range) {
+  return fmt::format("{:g}–{:g}", range.from_kPa, range.to_kPa);
+}
+
 std::string range_name(const PressureRange& range) {
-  return fmt::format("{:g}–{:g} kPa", range.from_kPa, range.to_kPa);
+  return range_numbers(range) + " kPa";
 }
 
 Table::Table(std::initializer_list<std::string> heads) : Table(std::vector<std::string>(heads)) {}

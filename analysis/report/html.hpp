@@ -31,6 +31,7 @@ std::string percent(double fraction_percent);  // with its sign: "+235.7 %"
 // The same as `number` without markup, for labels of pictures.
 std::string plain_number(double value, std::optional<double> standard_error = std::nullopt);
 
+std::string range_numbers(const PressureRange& range);  // "0–30"
 std::string range_name(const PressureRange& range);  // "0–30 kPa"
 
 class Table {

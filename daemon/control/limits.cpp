@@ -12,7 +12,7 @@ constexpr double kBurst = 1 << 20U;  // bytes: one line of the largest size
 
 }  // namespace
 
-Duration ControlBudget::charge(std::size_t bytes, MonoTime now) {
+Duration ControlAllowance::charge(std::size_t bytes, MonoTime now) {
   if (bytes <= kLongLine) return {};
   tokens_ = std::min(kBurst, tokens_ + to_seconds(now - refilled_) * bytes_per_s_);
   refilled_ = now;
@@ -20,12 +20,12 @@ Duration ControlBudget::charge(std::size_t bytes, MonoTime now) {
   return tokens_ >= 0 ? Duration() : from_seconds(-tokens_ / bytes_per_s_);
 }
 
-double ControlBudget::share() const {
+double ControlAllowance::share() const {
   constexpr double kFullShares = 8;
   return std::min(1.0, kFullShares / static_cast<double>(std::max<std::size_t>(clients_, 1)));
 }
 
-bool ControlBudget::take_call(std::size_t bytes) {
+bool ControlAllowance::take_call(std::size_t bytes) {
   if (call_bytes_ + bytes > max_call_bytes_) return false;
   call_bytes_ += bytes;
   return true;

@@ -13,9 +13,9 @@ namespace lcrig {
 inline constexpr std::size_t kControlDepthMax = 16, kControlValuesMax = 5000;
 
 // Shared by all clients of one server.
-class ControlBudget {
+class ControlAllowance {
  public:
-  ControlBudget(double bytes_per_s, std::size_t max_call_bytes, MonoTime now)
+  ControlAllowance(double bytes_per_s, std::size_t max_call_bytes, MonoTime now)
       : bytes_per_s_(bytes_per_s), max_call_bytes_(max_call_bytes), refilled_(now) {}
 
   // How long the reader of a line of this size has to wait before it reads on. A line of ordinary

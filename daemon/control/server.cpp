@@ -68,8 +68,8 @@ ControlServer::ControlServer(asio::any_io_executor executor, Clock& clock, Contr
       clock_(clock),
       handler_(handler),
       options_(options),
-      budget_(std::make_shared<ControlBudget>(options.long_bytes_per_s, options.max_all_call_bytes,
-                                              clock.now())),
+      allowance_(std::make_shared<ControlAllowance>(options.long_bytes_per_s,
+                                                    options.max_all_call_bytes, clock.now())),
       left_(std::make_shared<Condition>(clock)),
       names_(executor, clock, options.user_name),
       acceptor_(executor) {}
@@ -142,7 +142,7 @@ void ControlServer::admit(Protocol::socket socket) {
   names_.look_up(peer->uid);
   peer->user = names_.known(peer->uid);
   auto session = std::make_shared<ControlSession>(std::move(socket), clock_, handler_,
-                                                  std::move(*peer), options_, budget_);
+                                                  std::move(*peer), options_, allowance_);
   if (sessions_->size() >= options_.max_clients) {
     session->send(error_line(
         nullptr, RpcError(rpc_code::kTooManyClients,

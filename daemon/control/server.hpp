@@ -59,7 +59,7 @@ class ControlServer {
   Clock& clock_;
   ControlHandler& handler_;
   ControlOptions options_;
-  std::shared_ptr<ControlBudget> budget_;
+  std::shared_ptr<ControlAllowance> allowance_;
   std::shared_ptr<Condition> left_;  // a session did; shared as they are
   UserNames names_;
   Protocol::acceptor acceptor_;

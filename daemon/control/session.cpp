@@ -27,21 +27,21 @@ constexpr int kLinesAtOnce = 16;
 
 ControlSession::ControlSession(Socket socket, Clock& clock, ControlHandler& handler,
                                PeerCredentials peer, ControlOptions options,
-                               std::shared_ptr<ControlBudget> budget)
+                               std::shared_ptr<ControlAllowance> allowance)
     : socket_(std::move(socket)),
       clock_(clock),
       handler_(handler),
       peer_(std::move(peer)),
       options_(options),
-      budget_(std::move(budget)),
+      allowance_(std::move(allowance)),
       tokens_(options.burst),
       refilled_(clock.now()),
       wake_(socket_.get_executor(), 1) {
-  budget_->come();
+  allowance_->come();
 }
 
 ControlSession::~ControlSession() {
-  budget_->go();
+  allowance_->go();
 }
 
 Task<> ControlSession::run() {
@@ -126,19 +126,19 @@ Task<bool> ControlSession::take_lines() {
 Task<> ControlSession::slow_down(std::size_t bytes) {
   constexpr double kBytesPerCall = 4096;
   const MonoTime now = clock_.now();
-  const double share = budget_->share(), calls_per_s = options_.calls_per_s * share;
+  const double share = allowance_->share(), calls_per_s = options_.calls_per_s * share;
   tokens_ = std::min(options_.burst * share, tokens_ + to_seconds(now - refilled_) * calls_per_s);
   refilled_ = now;
   tokens_ -= 1 + static_cast<double>(bytes) / kBytesPerCall;
   if (tokens_ < 0) co_await clock_.wait_for(from_seconds(-tokens_ / calls_per_s));
   // Only now: clients that waited as long as each other must not be served all at once.
-  const Duration others = budget_->charge(bytes, clock_.now());
+  const Duration others = allowance_->charge(bytes, clock_.now());
   if (others > Duration::zero()) co_await clock_.wait_for(others);
 }
 
 bool ControlSession::take_call(std::size_t bytes) {
   if (calls_ >= options_.max_calls || call_bytes_ + bytes > options_.max_call_bytes) return false;
-  if (!budget_->take_call(bytes)) return false;
+  if (!allowance_->take_call(bytes)) return false;
   ++calls_;
   call_bytes_ += bytes;
   return true;
@@ -160,7 +160,7 @@ void ControlSession::on_line(std::string_view line) {
                  [self = shared_from_this(), bytes = line.size()](const std::exception_ptr& error) {
                    --self->calls_;
                    self->call_bytes_ -= bytes;
-                   self->budget_->end_call(bytes);
+                   self->allowance_->end_call(bytes);
                    self->wake();
                    if (error) std::rethrow_exception(error);  // a bug: leaves io_context::run
                  });

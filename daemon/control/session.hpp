@@ -22,9 +22,9 @@ struct ControlOptions {
   std::size_t max_call_bytes = std::size_t{4} << 20U;  // ... and the lines that they came in
   std::size_t max_queue_bytes = std::size_t{1} << 20U;  // of one client, waiting to be sent
   Duration write_timeout = std::chrono::seconds(10);  // a client that does not read is cut off
-  // A client that asks more is read more slowly, down to this, or to an equal share of what eight
-  // may have where there are more of them. A long line counts as one call for
-  // every 4 KiB of it: what it costs is time of the thread that runs the instruments.
+  // A client that asks more is read more slowly, down to this rate; where there are more than eight
+  // clients, down to an equal share of what eight may have. A line counts as one call for every
+  // 4 KiB of it, because that is what it costs the thread that runs the instruments.
   double calls_per_s = 200;
   double burst = 400;
   // Of all clients together: what lines above 4 KiB may bring, and what may be under way.
@@ -33,16 +33,16 @@ struct ControlOptions {
   UserNames::Lookup user_name = UserNames::of_system;
 };
 
-// Shared with the calls that it has under way: a call outlives its client, because a run that was
-// asked for must not depend on who is still connected. `handler` and `clock` outlive it.
 struct ControlCall;
 
+// Shared with the calls that it has under way: a call outlives its client, because a run that was
+// asked for must not depend on who is still connected. `handler` and `clock` outlive it.
 class ControlSession : public std::enable_shared_from_this<ControlSession> {
  public:
   using Socket = asio::local::stream_protocol::socket;
 
   ControlSession(Socket socket, Clock& clock, ControlHandler& handler, PeerCredentials peer,
-                 ControlOptions options, std::shared_ptr<ControlBudget> budget);
+                 ControlOptions options, std::shared_ptr<ControlAllowance> allowance);
   ~ControlSession();
   ControlSession(const ControlSession&) = delete;
   ControlSession& operator=(const ControlSession&) = delete;
@@ -77,7 +77,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   ControlHandler& handler_;
   PeerCredentials peer_;
   ControlOptions options_;
-  std::shared_ptr<ControlBudget> budget_;
+  std::shared_ptr<ControlAllowance> allowance_;
   std::string in_;
   std::size_t scanned_ = 0;  // bytes of in_ known to hold no newline
   std::deque<std::string> queue_;

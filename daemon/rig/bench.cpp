@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "base/near_word.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 
@@ -83,7 +84,7 @@ Result<Bench> parse_bench(std::string_view text, const std::string& name) {
 }
 
 Result<Bench> find_bench(const std::string& what) {
-  if (what.find('/') != std::string::npos || what.ends_with(".json")) {
+  if (names_a_file(what)) {
     auto text = read_text_file(what);
     if (!text) return fail(text.error());
     return parse_bench(*text, what);

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/quantity.hpp"
 #include "base/result.hpp"
 #include "base/strict_json.hpp"
 #include "base/time.hpp"
@@ -18,7 +19,7 @@ namespace lcrig {
 // What carries the force: pressure = force / area of the probe tip.
 struct Fixture {
   std::optional<double> probe_diameter_m;  // absent: not known, there are no pressures
-  double local_gravity_m_s2 = 9.80665;
+  double local_gravity_m_s2 = kStandardGravity_m_s2;
   std::optional<double> probe_area_m2() const;
 };
 // The `fixture` object of a bench or config file.

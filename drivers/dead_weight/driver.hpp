@@ -8,12 +8,13 @@
 #include <string>
 
 #include "base/clock.hpp"
+#include "base/quantity.hpp"
 #include "drivers/load_frame.hpp"
 
 namespace lcrig {
 
 struct DeadWeightSettings {
-  double g_m_s2 = 9.80665;  // local
+  double g_m_s2 = kStandardGravity_m_s2;  // local
   Mass rod;  // rod and plate, which always rest on the specimen
   std::optional<Area> probe_area;  // for the pressure in the prompt
   double sample_rate_Hz = 1;

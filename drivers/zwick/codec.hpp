@@ -28,7 +28,6 @@ constexpr int kProtocol = 1;
 constexpr int kRevision = 2;  // of the specification
 constexpr Duration kHeartbeat = std::chrono::milliseconds(250);
 constexpr Duration kSilence = std::chrono::seconds(1);
-constexpr Duration kMaxBatch = std::chrono::milliseconds(100);
 
 struct Hello {
   int protocol = kProtocol;

@@ -8,7 +8,7 @@
 #include "base/near_word.hpp"
 #include "base/text.hpp"
 #include "protocols/expand.hpp"
-#include "protocols/file/lcr_words.hpp"
+#include "protocols/file/lcr_ranges.hpp"
 #include "protocols/file/parse_steps.hpp"
 
 namespace lcrig {

@@ -33,9 +33,9 @@ struct Refusal {
 };
 using MaybeRefusal = std::optional<Refusal>;
 
-// At most, at least: rounded to three digits so that the value is still good. Of a
-// sweep's variable the end that goes furthest changes. Nothing when the value is out of the
-// parameter's range.
+// The change that makes `number` at most, or at least, `si`: rounded to three digits, towards the
+// values that are good. Of a sweep's variable it is the end that goes furthest. None when the value
+// is out of the parameter's range.
 std::vector<Change> at_most(const Number& number, double si, const Protocol& protocol);
 std::vector<Change> at_least(const Number& number, double si, const Protocol& protocol);
 

@@ -13,7 +13,6 @@ namespace lcrig {
 namespace {
 
 constexpr double kLoadedReadings = 15;  // fewer do not resolve the peak of a cycle
-constexpr std::int64_t kStepsMax = 2'000'000;
 
 // The tightest demand on one conversion, s, and its arithmetic.
 struct Demand {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a single step may ask of the instruments, the fixture and the limits. Pure functions, no
-// I/O; plan.cpp calls them with the state that the step meets.
+// I/O; the planner and the steps call them with what the step meets.
 #pragma once
 
 #include <array>
 #include <optional>
 #include <string>
 
+#include "base/quantity.hpp"
 #include "drivers/load_frame.hpp"
 #include "protocols/plan/force_bound.hpp"
 #include "protocols/plan/limits.hpp"
@@ -30,7 +31,7 @@ struct Rig {
   LcrCapabilities lcr;
   FrameCapabilities frame;
   Area probe_area;  // of the fixture's probe tip; pressure is force over this area
-  double gravity_m_s2 = 9.80665;  // local, for dead weights
+  double gravity_m_s2 = kStandardGravity_m_s2;  // local, for dead weights
 
   // What bounds the force on the specimen. The same for a bench and for a real rig.
   Compression specimen_least_m;  // shortening of the specimen, at least; empty: not known

@@ -14,8 +14,8 @@ using Compression = std::function<double(double force_N)>;
 
 class ForceBound {
  public:
-  // `specimen_m`: its shortening, at least; it is tabulated here. Both missing: nothing bounds the
-  // force, and every way ends at an infinite one.
+  // `specimen_m`: its shortening, at least; it is tabulated here. With neither of the two nothing
+  // bounds the force: every way ends at an infinite one.
   explicit ForceBound(const Compression& specimen_m,
                       double frame_stiffness_N_m = std::numeric_limits<double>::infinity());
 

@@ -10,7 +10,7 @@
 
 namespace lcrig {
 
-// What the device stops within, at worst: v tau + v^2/2a (load-frame reference, section 2). A frame
+// What the device stops within, at worst: v tau + v^2/2a (docs/frame-link.md, section 2). A frame
 // without a stop of its own waits for the host, too.
 double stopping_way_m(const FrameCapabilities& caps, double speed_m_s);
 // The fastest that stops within this way; 0: none.

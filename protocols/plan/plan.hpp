@@ -71,7 +71,7 @@ Result<Plan> make_plan(const Protocol& protocol, const Environment& environment,
 // The same checks, when only the answer counts.
 Result<> check_protocol(const Protocol& protocol, const Environment& environment, const Rig& rig);
 
-// As in design.md section 10, fields added.
+// As `lcrig protocol plan --json` prints it (docs/cli-json.md).
 nlohmann::json to_json(const Plan& plan);
 
 }  // namespace lcrig

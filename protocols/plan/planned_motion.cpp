@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "protocols/file/words.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

@@ -30,9 +30,8 @@ struct StepPlan {
 
 class PlannedRig {
  public:
-  // Whether it is known where the specimen is.
-  static constexpr double kAssumedGap_m = 3e-3;  // where nobody has said
-  enum class Contact { unknown, stated, found };
+  static constexpr double kAssumedGap_m = 3e-3;  // where nobody has said how far the specimen is
+  enum class Contact { unknown, stated, found };  // how its place is known
 
   // `protocol`, `environment` and `plan` outlive it. The plan gets the largest forces and the
   // envelope of travel.
@@ -80,7 +79,7 @@ class PlannedRig {
   void use_speed(const Number& speed, StepPlan& out);
   // What the specimen may feel at worst, and how fast it may be pressed then.
   void foresee(double worst_N, double speed_m_s);
-  double stop_N(double felt_N, double speed_m_s);  // of the forecast, which takes long
+  double stop_N(double felt_N, double speed_m_s);  // as Forecast::stop_N, which takes long: kept
   void expect_overshoot(double N) { plan_.overshoot_N = std::max(plan_.overshoot_N, N); }
   void assume(const std::string& text);
 

@@ -14,7 +14,6 @@ namespace {
 
 // Of samples that come in batches, s.
 constexpr double kBatch_s = 0.1;
-constexpr std::int64_t kVisitsMax = 2'000'000;
 
 }  // namespace
 
@@ -161,9 +160,9 @@ bool Planner::walk_steps(const Steps& steps, bool in_finally) {
   StepCursor cursor(steps, environment_);
   double begun = plan_.duration_s;
   while (const Step* step = cursor.next()) {
-    if (++visits_ > kVisitsMax) {
+    if (++visits_ > kStepsMax) {
       refuse(step->pointer, step->id,
-             Refusal(fmt::format("more than {} steps in all, expected fewer repeats", kVisitsMax)));
+             Refusal(fmt::format("more than {} steps in all, expected fewer repeats", kStepsMax)));
       return false;
     }
     StepPlan adds = visit(*step);

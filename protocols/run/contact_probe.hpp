@@ -22,14 +22,14 @@ class ContactProbe {
   Task<Result<>> step_back(double touched_m);
   // After `step_back`.
   double touched_N() const { return looks_.front().force_N(); }  // once the frame stood there
-  // What was felt is gone, or grew less, where the probe went away: a force that stays is none of a
-  // specimen, and noise is none.
+  // Whether the force that was felt fell on the way back. One that stays does not come from a
+  // specimen, and noise is no contact.
   bool is_contact() const;
-  // A force that falls where the probe presses. Errors: refused.
+  // Errors: refused, when the force fell where the probe presses.
   Result<> check_felt(double felt_N) const;
-  // What the cell shows off the contact: `after`, unless the frame stands nearer there than at the
-  // last step back and the cell shows more. A search that overran its contact by more than the way
-  // back still presses.
+  // What the cell shows off the contact: `after`, or the last step back if that was further away
+  // and shows less. After a search that overran its contact the way back may end too early, with
+  // the probe still pressing.
   const Rest& off_contact(const Rest& after) const;
   // `after`: what the cell shows off the contact. Tells the forecast and the watch of the force.
   void conclude_stiffness(const Rest& after) const;

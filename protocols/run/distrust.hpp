@@ -26,9 +26,10 @@ class Distrust {
   ScopedFlag expect_zero() { return ScopedFlag(zeroing_); }
 
   void disbelieve(const Contradiction& contradiction);
-  // The force means nothing any more; every force is allowed then, and only the way away.
+  // The force means nothing any more: every force is allowed, but no motion except away from the
+  // specimen.
   void distrust_force();
-  // Places are of another zero: not even the way away is known.
+  // The places that are known belong to another zero, so not even the way back is known.
   void lose_origin(const std::string& why);
 
   // The frame was stopped for the last time: what moves now is only noted.

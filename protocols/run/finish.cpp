@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "base/either.hpp"
-#include "protocols/file/words.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

@@ -28,13 +28,8 @@ Task<Result<>> FrameDrive::take_command() {
 }
 
 Task<Result<>> FrameDrive::arm(FrameLimits limits) {
-  const auto same = [](const FrameLimits& a, const FrameLimits& b) {
-    return a.force_min == b.force_min && a.force_max == b.force_max &&
-           a.travel_min == b.travel_min && a.travel_max == b.travel_max &&
-           a.speed_max == b.speed_max;
-  };
   if (auto may = may_move(); !may) co_return may;
-  if (armed_ && same(*armed_, limits)) co_return Result<>();
+  if (armed_ == limits) co_return Result<>();
   auto armed = co_await run_.setup.frame.arm(limits);
   if (armed) armed_ = limits;
   co_return armed;

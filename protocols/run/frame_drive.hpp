@@ -43,8 +43,8 @@ class FrameDrive {
   bool prepared() const { return prepared_; }
   void set_prepared(bool yes) { prepared_ = yes; }
   bool standing() const { return standing_; }  // the last STOP was confirmed
-  // More than before an interrupt: the frame confirmed standstill after it. A frame that is only
-  // observed counts as told.
+  // How often the frame confirmed standstill. More than before a request to stop: it stands because
+  // of it. A frame that is only observed counts as one that confirmed.
   std::uint64_t stands() const { return stands_; }
   std::uint64_t failed_stops() const { return failed_stops_; }
 

@@ -21,9 +21,8 @@ class FrameView {
   FrameView(const RunSetup& setup, const EventLog& log) : setup_(setup), log_(log) {}
 
   void add(std::span<const FrameSample> samples);
-  // Where a motion ended, by the frame's own word. It is newer than the last sample, which at ten
-  // samples per second is one of the motion: the next step would take a force or a way for one that
-  // leads the other way.
+  // Where a motion ended, as the frame reports it. At ten samples per second the last sample is
+  // still one of the motion; a step that went by it might begin in the wrong direction.
   void take_standstill(const MotionOutcome& outcome);
 
   std::optional<double> force_N() const { return force_N_; }  // the last one that was known
@@ -34,9 +33,8 @@ class FrameView {
   // Of the last samples only, whatever the frame said.
   std::optional<double> shown_force_N() const { return shown_force_N_; }
   std::optional<double> shown_travel_m() const { return shown_travel_m_; }
-  std::optional<double> done_force_N() const {
-    return done_force_N_;
-  }  // where the last motion ended
+  // Where the last motion ended.
+  std::optional<double> done_force_N() const { return done_force_N_; }
   double wavers_N() const { return wavers_N_; }  // scatter of the force at the last look at rest
   std::optional<MonoTime> last_sample() const { return last_sample_; }
 

@@ -58,6 +58,7 @@ class Sampler {
   Task<> background();
   Task<Result<LcrReading>> read_once();
   Task<Result<>> take_one(const Plan& plan, MonoTime due, std::int64_t& taken);
+  Result<> lose(Error error);
   Task<> acquire();
   void release();
 
@@ -70,8 +71,6 @@ class Sampler {
   Token ended_;
   asio::cancellation_signal cancel_;
   bool running_ = false, ending_ = false;
-  Result<> lose(Error error);
-
   int failures_ = 0;  // in a row
   std::optional<MonoTime> waiting_;  // since the last good reading, while somebody reads
   bool interrupted_ = false;

@@ -9,6 +9,7 @@
 
 #include "base/clock.hpp"
 #include "base/exit_status.hpp"
+#include "base/quantity.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
 #include "protocols/plan/limits.hpp"
@@ -52,7 +53,7 @@ struct RunSetup {
   std::function<Task<Result<>>(double start_travel_m, double contact_travel_m)> check_at_contact;
   LcrSettings lcr_settings;  // as read back
   std::optional<double> probe_area_m2;  // force = pressure times this
-  double gravity_m_s2 = 9.80665;  // local
+  double gravity_m_s2 = kStandardGravity_m_s2;  // local
   PlannedTimes planned;  // for the progress that people see
   std::int64_t run = 0;
   std::string specimen;

@@ -22,7 +22,8 @@ class TakeOver {
   // Walks past the steps that were done, so that targets, settings and control modes are as they
   // were. Errors: the frame is not where it was, or an instrument does not answer.
   Task<Result<>> pass_done_steps(StepCursor& cursor);
-  // Where the frame stood when the step began that now begins again; known once.
+  // Where the frame stood when the interrupted step began. Only the first call returns it: it is of
+  // no use to later steps.
   std::optional<double> take_start_travel_m() { return std::exchange(start_travel_m_, {}); }
 
  private:

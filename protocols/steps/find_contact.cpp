@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
+#include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
-#include "protocols/file/words.hpp"
 #include "protocols/plan/planned_motion.hpp"
 #include "protocols/run/contact_search.hpp"
 

@@ -5,12 +5,16 @@
 
 #include <algorithm>
 
+#include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
-#include "protocols/file/words.hpp"
 #include "protocols/plan/planned_motion.hpp"
 #include "protocols/run/run_parts.hpp"
 
 namespace lcrig {
+
+namespace {
+constexpr double kNoGap_m = 1e-9;
+}  // namespace
 
 HoldStep HoldStep::parse(const StepReader& r) {
   static constexpr std::pair<std::string_view, HoldMode> kModes[] = {{"force", HoldMode::force},
@@ -38,8 +42,15 @@ StepPlan HoldStep::plan(PlannedRig& rig) const {
   } else if (at && caps.weights && !caps.force_hold) {
     out.refuse(Refusal("a dead-weight rig cannot go to a force by itself: use place_weight"));
   }
-  if (out.why) return out;
   const bool by_loop = mode == HoldMode::force && !caps.weights;
+  const double gap_m = rig.contact_m() - rig.travel_m();
+  if (by_loop && rig.contact() != PlannedRig::Contact::unknown && gap_m > kNoGap_m) {
+    out.refuse(
+        Refusal(fmt::format("holding a force needs contact, and the specimen is {:.3g} mm "
+                            "away here: ramp to a force first",
+                            gap_m * 1e3)));
+  }
+  if (out.why) return out;
   const double before_N = rig.force_N(), force_N = at ? rig.force_of(*at) : before_N;
   if (at) {
     add_note(out.note, fmt::format("holds {:.4g} N", force_N));

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
-#include "protocols/file/words.hpp"
 #include "protocols/plan/planned_motion.hpp"
 #include "protocols/run/run_parts.hpp"
 

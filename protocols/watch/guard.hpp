@@ -23,26 +23,27 @@ class Guard {
   // Samples that stop coming are as bad as wrong ones while the frame may move.
   std::optional<std::string> check_age(MonoTime now) const;
 
-  // From here on the travel window counts, too, that the gap limits make.
+  // The gap limits now make a window of travel, and it counts from here on.
   void place_contact(double contact_travel_m) { limits_.place_contact(contact_travel_m); }
   // The frame stands at this travel, which is 0 from now on; samples from before may still come.
   void zero_travel(double travel_m);
-  // What an unloaded cell shows below zero is no room: the true force is that much more.
-  // `noise_N`: scatter of a sample; what is within it is none.
+  // An unloaded cell that shows less than zero hides as much of the true force: the upper limit is
+  // lowered by it. What is within the noise (`noise_N`: scatter of a sample) lowers nothing.
   void set_rest_force(double force_N, double noise_N);
-  // The zero of force or travel is another one: every force is allowed, and only the way away.
+  // The zero of force or travel was changed by somebody else. From now on every force is allowed
+  // that the cell can show, but no motion except away from the specimen.
   void distrust_zero(double cell_N);
   bool is_distrusted() const { return distrusted_; }
   const BoundLimits& limits() const { return limits_; }
   double force_max_N() const { return limits_.force_max_N + offset_N_; }
 
-  // The way back. The run is being stopped: nothing that happens until the frame stands is news.
+  // The run is being stopped: until the frame stands no sample is judged.
   void expect_standstill() { mode_ = Mode::stopping; }
-  // It stands. From here every force is allowed that does not rise above the largest one of the
-  // run, and every travel between here and the limits. Without a valid force only less travel is.
+  // The frame stands, and the way back begins. Allowed are forces up to the largest one of the run,
+  // and travels between here and the limits; without a valid force only less travel.
   void allow_return(double noise_N);
-  // What the frame reports of a standstill is newer than its last sample, which may be one of the
-  // motion, and is felt all the same.
+  // Where the frame reports that it stands. It counts like a sample: the last sample may still be
+  // one of the motion.
   void take_standstill(std::optional<double> force_N, std::optional<double> travel_m);
   // The force was below its lower limit when the frame stood: the specimen holds on to the probe,
   // and no motion is known to be safe.

@@ -33,7 +33,7 @@ class Plausibility {
  public:
   explicit Plausibility(WatchFigures figures) : figures_(figures) {}
   const WatchFigures& figures() const { return figures_; }
-  // Known better now; what is under way goes on.
+  // The figures are known better now. A motion under way is judged by them from here on.
   void set_figures(WatchFigures figures) { figures_ = figures; }
 
   struct Motion {
@@ -54,24 +54,25 @@ class Plausibility {
   void begin(const Motion& motion, MonoTime now);
   // From now on the force proves nothing: only the travel is looked at.
   void distrust_force() { force_believed_ = false; }
-  // The zero of the force is another one, as it was told to be; what moves is watched on.
+  // The force was zeroed as the run asked. A motion is watched as before.
   void zero_force(MonoTime now);
-  // It stands, by its own word, and there.
+  // The frame says that it stands, at this travel if it says where.
   void stand(MonoTime now, std::optional<double> travel_m = std::nullopt);
-  // Whatever happens now is no news: it is being stopped, or nobody knows what it does.
+  // Samples are not judged until the next `begin` or `stand`: the frame is being stopped, or nobody
+  // knows what it does.
   void look_away();
   // A specimen may pull at a probe that stands, or goes away; never at one that comes nearer.
   bool may_pull() const { return state_ != State::moving || motion_.direction <= 0; }
-  // The last force is the one before with the other sign, and the way between them does not explain
-  // it on a contact of this stiffness. Only a cell does that; any other fall may be a specimen that
+  // The last two forces differ in their sign only, and a contact of this stiffness does not explain
+  // that by the way between them. Then the cell is wrong; any other fall may be a specimen that
   // pulls.
   bool changed_sign(double stiffness_N_m) const;
   // What is known of the contact.
   PressWatch& press() { return press_; }
   const PressWatch& press() const { return press_; }
   double travel_doubt_m() const;
-  // How the force wavers where the frame stands: a frame that hunts in contact moves it. Standard
-  // deviation of a sample about those just before.
+  // How much the force wavers while the frame stands, because its controller hunts: standard
+  // deviation of a sample about the ones just before.
   double wavers_N() const { return std::sqrt(wavers_N2_); }
 
   std::optional<Contradiction> check(const FrameSample& sample);

@@ -63,7 +63,8 @@ class Pressing {
       return {threshold_N, predicted_N, expected_N, observed_N};
     }
   };
-  // nullopt when the motion had no force to stop at, or never came there, and kept its bound.
+  // nullopt when there is nothing to compare: the motion was not to stop at a force, or it ended
+  // before and kept its bound.
   std::optional<Comparison> end(const MotionOutcome& outcome, double noise_N);
   // What is shown means nothing any more.
   void distrust(std::string why) { broken_ = std::move(why); }

@@ -25,15 +25,15 @@ class Rest {
   std::int64_t forces() const { return n_; }
   double force_N() const { return mean_; }
   double scatter_N() const;  // standard deviation of a sample; 0 for fewer than two
-  // standard error of the mean
+  // Standard error of the mean.
   double error_N() const { return n_ > 0 ? scatter_N() / std::sqrt(static_cast<double>(n_)) : 0; }
   // How fast its mean goes away, by a straight line through the samples, and how well that is known
   // (standard error); 0 and infinite for fewer than three.
   double drift_N_s() const;
   double drift_error_N_s() const;
-  // beyond doubt
+  // Beyond doubt.
   bool drifts() const { return std::abs(drift_N_s()) > kSureOfDrift * drift_error_N_s(); }
-  // The same, known better from another rest of long ago.
+  // The drift follows better from the rest `before`, taken so long ago.
   void know_drift(const Rest& before, Duration ago);
   // What it would show by its drift after some time.
   void shift(double force_N) { mean_ += force_N; }
@@ -42,8 +42,8 @@ class Rest {
   double digit_N() const { return digit_N_; }  // least difference of two samples; 0: none
   std::int64_t longest_run() const { return longest_run_; }  // of equal forces, one after another
   std::optional<double> travel_m() const;  // mean
-  // Standard deviation about a straight line, 0 when the travel shows two values at most: a digit
-  // that flips is none.
+  // Standard deviation about a straight line; 0 when the travel shows no more than two values, for
+  // a last digit that flips is no scatter.
   double travel_scatter_m() const;
   bool stands() const;  // within 10 um, and no flag says that it moves
   template <EventKind kind>
@@ -54,7 +54,7 @@ class Rest {
  private:
   void compare_digits(double force_N);
   double disunity_N_s() const;
-  double correlation() const;  // how much larger an error is than of samples that know nothing
+  double correlation() const;  // error of the mean over that of independent samples
 
   std::int64_t n_ = 0, different_ = 0;
   std::int64_t run_ = 0, longest_run_ = 0;

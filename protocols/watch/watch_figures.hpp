@@ -31,8 +31,8 @@ struct ForceScatter {
 constexpr double kContactSigmas = kNoiseSigmas;
 
 struct WatchFigures {
-  // So many equal forces one after another, and how long they take; absent: the digits of the cell
-  // are coarser than its scatter, and repeat honestly.
+  // So many equal forces in a row show a frozen cell, and so long they take. Absent: the digits of
+  // the cell are coarser than its scatter, so a sound one repeats itself, too.
   std::optional<std::int64_t> frozen_samples;
   std::optional<double> frozen_force_s;
   double stall_s = 0;  // no travel for so long, though commanded; longer at the slowest speeds

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/log.hpp"
+#include "base/text.hpp"
 #include "base/whole_file.hpp"
 #include "daemon/rig/bench.hpp"
 #include "drivers/faults/player.hpp"
@@ -38,7 +39,7 @@ struct Options {
 };
 
 Result<Specimen> find_specimen(const std::string& what) {
-  if (what.find('/') != std::string::npos || what.ends_with(".json")) return load_specimen(what);
+  if (names_a_file(what)) return load_specimen(what);
   std::string names;
   for (const ShippedSpecimen& s : shipped_specimens()) {
     if (s.name == what) return parse_specimen(s.text, what);

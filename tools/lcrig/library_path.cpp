@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "base/strict_json.hpp"
+#include "base/text.hpp"
 #include "tools/lcrig/did_you_mean.hpp"
 
 namespace lcrig::cli {
@@ -27,13 +28,9 @@ const KindRow& row_of(LibraryKind kind) {
   static constexpr KindRow kRows[] = {
       {"protocol", "protocols", "protocols/library", "load-protocol/", "lcrig protocol list"},
       {"specimen", "specimens", "model/library", "specimen/", "lcrig specimen list"},
-      {"bench", "benches", "daemon/benches", "bench/", "lcrig rehearse --help"},
+      {"bench", "benches", "daemon/rig/benches", "bench/", "lcrig rehearse --help"},
   };
   return kRows[static_cast<std::size_t>(kind)];
-}
-
-bool looks_like_a_path(const std::string& what) {
-  return what.find('/') != std::string::npos || what.ends_with(".json");
 }
 
 // A folder may hold several kinds of files.
@@ -86,7 +83,7 @@ std::vector<fs::path> LibraryPath::folders(LibraryKind kind) const {
 Outcome<std::optional<LibraryFile>> LibraryPath::find(LibraryKind kind,
                                                       const std::string& what) const {
   std::error_code ignored;
-  if (looks_like_a_path(what) || fs::is_regular_file(what, ignored)) {
+  if (names_a_file(what) || fs::is_regular_file(what, ignored)) {
     auto file = load(what);
     if (!file) return file.error();
     return std::optional<LibraryFile>(std::move(*file));

@@ -3,6 +3,7 @@
 
 #include <system_error>
 
+#include "base/text.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
 #include "storage/specimens.hpp"
@@ -46,9 +47,8 @@ Outcome<LibraryFile> find_specimen_text(const Context& context, const std::strin
                                         const std::string& what) {
   const LibraryPath library(context.env);
   LibraryFile wanted;
-  const bool path = what.find('/') != std::string::npos || what.ends_with(".json");
   std::vector<std::string> names;
-  if (!path) {  // what was added under a name comes before what ships
+  if (!names_a_file(what)) {  // what was added under a name comes before what ships
     auto stored = look_in_database(db_path, what, wanted);
     if (!stored) return stored.error();
     if (!wanted.text.empty()) return checked(std::move(wanted));

@@ -271,17 +271,17 @@ TEST_F(Control, TooManyBytesOfCallsOfAllClientsAreRefused) {
   EXPECT_TRUE(two.read().contains("result")) << "what is answered is no longer counted";
 }
 
-TEST(ControlBudget, LongLinesOfAllClientsWaitForEachOtherAndShortOnesDoNot) {
+TEST(ControlAllowance, LongLinesOfAllClientsWaitForEachOtherAndShortOnesDoNot) {
   constexpr std::size_t kMiB = 1 << 20U;
   const MonoTime begin;
-  ControlBudget budget(4 * kMiB, kMiB, begin);
-  EXPECT_EQ(budget.charge(kMiB, begin), Duration());
-  EXPECT_EQ(budget.charge(kMiB, begin), 250ms);
-  EXPECT_EQ(budget.charge(kMiB, begin), 500ms);
-  EXPECT_EQ(budget.charge(4096, begin), Duration());
-  EXPECT_EQ(budget.charge(kMiB, begin + 500ms), 250ms);
-  EXPECT_EQ(budget.charge(kMiB, begin + 1h), Duration()) << "no more than a line is saved up";
-  EXPECT_EQ(budget.charge(kMiB, begin + 1h), 250ms);
+  ControlAllowance allowance(4 * kMiB, kMiB, begin);
+  EXPECT_EQ(allowance.charge(kMiB, begin), Duration());
+  EXPECT_EQ(allowance.charge(kMiB, begin), 250ms);
+  EXPECT_EQ(allowance.charge(kMiB, begin), 500ms);
+  EXPECT_EQ(allowance.charge(4096, begin), Duration());
+  EXPECT_EQ(allowance.charge(kMiB, begin + 500ms), 250ms);
+  EXPECT_EQ(allowance.charge(kMiB, begin + 1h), Duration()) << "no more than a line is saved up";
+  EXPECT_EQ(allowance.charge(kMiB, begin + 1h), 250ms);
 }
 
 TEST_F(Control, AFloodIsReadSlowly) {

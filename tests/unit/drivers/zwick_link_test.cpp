@@ -41,7 +41,7 @@ TEST(ZwickLink, StopsAtAForceInTheDeviceAndOvershootsAsPredicted) {
   const auto done = b.run(b.frame->move_until_force(1.0_N, 0.5_mm_s, 3.0_mm));
   ASSERT_TRUE(done) << done.error().what;
   EXPECT_EQ(done->reason, MotionEnd::target);
-  // k (v tau + v^2/2a) on 10 N/mm: load-frame reference, section 2.
+  // k (v tau + v^2/2a) on 10 N/mm: docs/frame-link.md, section 2.
   const double v = 0.5e-3, a = c.deceleration.si();
   const double predicted_N = 10e3 * (v * to_seconds(c.reaction) + v * v / (2 * a));
   EXPECT_GT(predicted_N, 0.02);

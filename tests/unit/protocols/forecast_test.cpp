@@ -32,7 +32,7 @@ Forecast of(double bound_N_m, std::optional<double> expected_N_m = std::nullopt)
   return Forecast(frame(), ForceBound({}, bound_N_m), std::move(expected));
 }
 
-// Load-frame reference, section 2: k 100 N/mm, 60 mm/min, 1 ms and 20 ms, a = 50 mm/s2: 1.1, 3.0 N.
+// By hand, v tau + v^2/2a: k 100 N/mm, 60 mm/min, 1 ms and 20 ms, a = 50 mm/s2: 1.1 and 3.0 N.
 TEST(Forecast, AgreesWithTheReferenceTable) {
   const ForceBound contact({}, 100e3);
   EXPECT_NEAR(Forecast(frame(1ms), contact, {}).stop_N(0, 1e-3), 1.1, 0.01);

@@ -176,6 +176,17 @@ TEST(Plan, WhatTheRigCannotDoIsRefused) {
               HasSubstr("holding a force needs a force loop"));
 }
 
+// The frame would refuse it in the run (docs/frame-link.md: contact required).
+TEST(Plan, AForceIsHeldInContactOnly) {
+  const std::string gap = R"({"id":"g","do":"set_gap","gap_mm":2},)",
+                    hold = R"({"id":"h","do":"hold","hold":"force","force_N":1,"for_s":1})",
+                    load = R"({"id":"l","do":"ramp","to":{"force_N":0.9},"force_rate_N_s":0.1,
+                               "timeout_s":60},)";
+  EXPECT_THAT(refusal(gap + hold, frame_rig()),
+              HasSubstr("holding a force needs contact, and the specimen is 2 mm away here"));
+  EXPECT_EQ(refusal(gap + load + hold, frame_rig()), "planned");
+}
+
 TEST(Plan, WhatTheMeterCannotDoIsRefused) {
   const auto set = [](const std::string& what) {
     return refusal(R"({"id":"s","do":"set_lcr",)" + what + "}", frame_rig());

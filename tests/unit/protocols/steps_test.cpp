@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the kinds of steps say of themselves: parser, planner and runner ask nothing else.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <variant>
 
 #include "protocols/expand.hpp"
 #include "protocols/protocol.hpp"
@@ -91,6 +97,24 @@ TEST(Steps, AMeterThatIsAskedForEachReadingIsNotPolled) {
   EXPECT_EQ(step.change(settings, env).average, 4);
   step.trigger = LcrTrigger::bus;
   EXPECT_FALSE(step.change(settings, env).poll_interval);
+}
+
+std::string text_of(const char* path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Whoever adds a step finds out here what the compiler cannot say.
+TEST(Steps, EveryKindIsInTheSchemaAndOnThePageOfTheProtocolFile) {
+  const std::string schema = text_of("schema/protocol.schema.json");
+  const std::string page = text_of("docs/protocol-file.md");
+  const auto look_for = [&]<class... Kind>(std::variant<Kind...>*) {
+    for (const std::string_view word : {Kind::kWord...}) {
+      EXPECT_NE(schema.find(fmt::format("\"const\": \"{}\"", word)), schema.npos) << word;
+      EXPECT_NE(page.find(fmt::format("\n| `{}` |", word)), page.npos) << word;
+    }
+  };
+  look_for(static_cast<Action*>(nullptr));
 }
 
 }  // namespace

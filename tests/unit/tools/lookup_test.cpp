@@ -47,6 +47,17 @@ TEST_F(Lookup, DataFolderFirstThenSourceTreeThenInstalled) {
   EXPECT_EQ(library().list(LibraryKind::protocol).size(), 1U);
 }
 
+TEST_F(Lookup, ABuildTreeFindsWhatShipsInItsSources) {
+  const std::filesystem::path build = cli.dir.file("build");
+  cli.env.executable = build / "bin/lcrig";
+  std::filesystem::create_directories(build);
+  std::ofstream(build / "CMakeCache.txt")
+      << "CMAKE_HOME_DIRECTORY:INTERNAL=" << std::filesystem::current_path().string() << "\n";
+  for (const auto kind : {LibraryKind::protocol, LibraryKind::specimen, LibraryKind::bench}) {
+    EXPECT_FALSE(library().list(kind).empty()) << static_cast<int>(kind);
+  }
+}
+
 TEST_F(Lookup, APathIsTakenAsItIs) {
   const auto path = cli.dir.file("mine.json");
   EXPECT_FALSE(library().get(LibraryKind::protocol, path));
