@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "analysis/replicates.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

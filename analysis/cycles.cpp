@@ -6,6 +6,7 @@
 #include "analysis/least_squares.hpp"
 #include "analysis/metrics.hpp"
 #include "analysis/peak_curve.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

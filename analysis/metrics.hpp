@@ -106,7 +106,6 @@ Estimate estimate(double value, double standard_error, double degrees_of_freedom
 // there the squares of the parts' half-widths are added, which always holds (Banerjee, Sankhya 22
 // (1960) 357).
 Estimate estimate_of_parts(double value, const std::vector<SlopePart>& parts, double confidence);
-void add_remark(std::string& reason, std::string_view more);  // after a semicolon
 
 UncertaintyPart part(std::string name, double u, std::string basis);
 UncertaintyPart shared(UncertaintyPart p);  // by the runs on this rig

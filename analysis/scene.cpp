@@ -167,11 +167,6 @@ Estimate estimate_of_parts(double value, const std::vector<SlopePart>& parts, do
   return estimate(value, std::sqrt(variance), std::max(1.0, freedom), confidence);
 }
 
-void add_remark(std::string& reason, std::string_view more) {
-  if (!reason.empty()) reason += "; ";
-  reason += more;
-}
-
 std::string range_text(const PressureRange& range) {
   return fmt::format("{:g}-{:g} kPa", range.from_kPa, range.to_kPa);
 }

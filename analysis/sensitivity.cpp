@@ -8,6 +8,7 @@
 
 #include "analysis/least_squares.hpp"
 #include "analysis/replicates.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 

@@ -33,10 +33,15 @@ struct Refusal {
 };
 using MaybeRefusal = std::optional<Refusal>;
 
+// A protocol with the values that its names have in this plan.
+struct Asked {
+  const Protocol& protocol;
+  const Environment& environment;
+};
 // At most, at least: rounded to three digits so that the value is still good. Of a
 // sweep's variable the end that goes furthest changes. Nothing when the value is out of the
 // parameter's range.
-std::vector<Change> at_most(const Number& number, double si, const Protocol& protocol);
-std::vector<Change> at_least(const Number& number, double si, const Protocol& protocol);
+std::vector<Change> at_most(const Number& number, double si, const Asked& asked);
+std::vector<Change> at_least(const Number& number, double si, const Asked& asked);
 
 }  // namespace lcrig

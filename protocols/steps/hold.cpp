@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
+#include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
-#include "protocols/file/words.hpp"
 #include "protocols/plan/planned_motion.hpp"
 #include "protocols/run/run_parts.hpp"
 
@@ -42,7 +42,7 @@ StepPlan HoldStep::plan(PlannedRig& rig) const {
   const bool by_loop = mode == HoldMode::force && !caps.weights;
   const double before_N = rig.force_N(), force_N = at ? rig.force_of(*at) : before_N;
   if (at) {
-    add_note(out.note, fmt::format("holds {:.4g} N", force_N));
+    add_remark(out.note, fmt::format("holds {:.4g} N", force_N));
     rig.go_to_travel(rig.travel_at(force_N), nullptr, out);
     rig.go_to_force(force_N, &at->value, out);
   }
