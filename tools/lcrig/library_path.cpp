@@ -27,7 +27,7 @@ const KindRow& row_of(LibraryKind kind) {
   static constexpr KindRow kRows[] = {
       {"protocol", "protocols", "protocols/library", "load-protocol/", "lcrig protocol list"},
       {"specimen", "specimens", "model/library", "specimen/", "lcrig specimen list"},
-      {"bench", "benches", "daemon/benches", "bench/", "lcrig rehearse --help"},
+      {"bench", "benches", "daemon/rig/benches", "bench/", "lcrig rehearse --help"},
   };
   return kRows[static_cast<std::size_t>(kind)];
 }
