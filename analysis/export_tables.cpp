@@ -226,6 +226,15 @@ Result<> write_aligned(const Database& db, const ExportContext& c, CsvWriter& ou
   });
 }
 
+// A person typed some digits; a sweep adds the noise of a double behind them.
+void append_targets(CsvWriter& out, std::optional<double> force_N,
+                    std::optional<double> pressure_Pa) {
+  constexpr int kDigits = 9;
+  out.significant(force_N, kDigits);
+  if (pressure_Pa) *pressure_Pa *= 1e-3;
+  out.significant(pressure_Pa, kDigits);
+}
+
 Result<> write_levels(const Database& db, const ExportContext& c, CsvWriter& out) {
   const auto sql = fmt::format(
       "SELECT r.seq, r.asked_mono_ns, r.first_byte_mono_ns, l.step_id, l.repeat, r.level,"
@@ -246,8 +255,7 @@ Result<> write_levels(const Database& db, const ExportContext& c, CsvWriter& out
     out.decimal(a->middle_ns - c.start_ns, -9);
     out.text(row.text(3));
     for (int i = 4; i <= 7; ++i) out.integer(row.integer(i));
-    out.number(row.optional_real(8));
-    out.number(row.optional_real(9), -3);
+    append_targets(out, row.optional_real(8), row.optional_real(9));
     out.rounded(a->state.force_N, c.ends.force_N);
     append_pressure(out, c, a->state.force_N);
     append_values(out, c, row, 11);

@@ -53,14 +53,16 @@ class Walk {
 
   char now() const { return at_ < text_.size() ? text_[at_] : '\0'; }
   long line_of(std::size_t at) const {
-    return 1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    long line = 1;
+    for (std::size_t i = 0; i < at; ++i) line += ends_line(text_, i) ? 1 : 0;
+    return line;
   }
   void wrong(std::size_t at, std::string words) { mistake_ = JsonMistake{at, std::move(words)}; }
 
   void skip_blanks() {
     while (at_ < text_.size()) {
       if (text_.substr(at_, 2) == "//") {
-        at_ = std::min(text_.find('\n', at_), text_.size());
+        at_ = next_line(text_, at_);
       } else if (std::string_view(" \t\r\n").find(text_[at_]) != std::string_view::npos) {
         ++at_;
       } else {
@@ -95,6 +97,10 @@ class Walk {
     }
     if (text_.substr(at_, 2) == "\xC2\xA0") {
       return wrong(at_, "a blank that must not be broken (U+00A0), expected an ordinary one");
+    }
+    if (const auto dash = typographic_dash(); !dash.empty()) {
+      return wrong(at_,
+                   fmt::format("`{}` is no minus sign of JSON: the `-` of the keyboard is", dash));
     }
     switch (expect_) {
       case Expect::nothing: return wrong(at_, "something follows the end of the file's object");
@@ -178,9 +184,23 @@ class Walk {
     return {};
   }
 
+  // A minus sign or a dash of a text program; "" when none stands here.
+  std::string_view typographic_dash() const {
+    for (const std::string_view dash :
+         {"\u2212", "\u2010", "\u2011", "\u2012", "\u2013", "\u2014"}) {
+      if (text_.substr(at_, dash.size()) == dash) return dash;
+    }
+    return {};
+  }
+
   // A number, true, false or null; or something that should be in quotes.
   void bare(std::string_view word) {
     last_is_number_ = last_is_text_ = false;
+    if (word.empty() && now() == '$') {
+      const std::size_t dollar = at_++;
+      const auto name = take_word();
+      return wrong(dollar, fmt::format("a reference stands in double quotes: \"${}\"", name));
+    }
     if (word.empty()) return wrong(at_, "this begins no value");
     const bool number = is_digit(word[0]) || word[0] == '-' || word[0] == '+' || word[0] == '.';
     if (number) return this->number(word);
@@ -207,9 +227,10 @@ class Walk {
       while (i < word.size() && is_digit(word[i])) ++i;
       return i - from;
     };
-    const std::size_t first = i, whole = digits();
-    if (whole == 0) return wrong(word_at_, fmt::format("`{}`: a number begins with a digit", word));
-    if (whole > 1 && word[first] == '0') {
+    const std::size_t first = i, before_point = digits();
+    if (before_point == 0)
+      return wrong(word_at_, fmt::format("`{}`: a number begins with a digit", word));
+    if (before_point > 1 && word[first] == '0') {
       if (comma_at_ > 0 && comma_at_ == number_end_ && comma_at_ + 1 == word_at_) {
         return decimal_comma(word);  // [1,000]
       }
@@ -231,6 +252,10 @@ class Walk {
                                          "\"force_N\": 1.5",
                                          word));
     }
+    const bool whole = at_ - word_at_ == word.size(), small = word.find('-', 1) != word.npos;
+    if (whole && !small && !number_from<double>(word)) {
+      return wrong(word_at_, fmt::format("`{}` is beyond the largest number, 1.8e308", word));
+    }
     last_is_number_ = true;
     last_word_ = word;
     last_end_ = number_end_ = at_;
@@ -251,11 +276,12 @@ class Walk {
     std::size_t curly_at = 0;
     while (at_ < text_.size() && text_[at_] != '"') {
       if (curly_at == 0 && !curly_quote(at_).empty()) curly_at = at_;
-      if (text_[at_] == '\n' && curly_at > 0) {
+      const bool line_ends = ends_line(text_, at_);
+      if (line_ends && curly_at > 0) {
         return wrong(curly_at, fmt::format("`{}` does not close a text: the straight `\"` does",
                                            curly_quote(curly_at)));
       }
-      if (text_[at_] == '\n') {
+      if (line_ends) {
         return wrong(begin,
                      "the text that begins here is not closed in its line: a `\"` is "
                      "missing");
@@ -309,42 +335,7 @@ class Walk {
   std::optional<JsonMistake> mistake_;
 };
 
-// A mark at its beginning, or the zero of its first bracket.
-bool is_utf16(std::string_view text) {
-  if (text.starts_with("\xFE\xFF") || text.starts_with("\xFF\xFE")) return true;
-  return text.size() >= 2 && (text[0] == '\0') != (text[1] == '\0');
-}
-
 }  // namespace
-
-std::optional<JsonMistake> find_encoding_mistake(std::string_view text) {
-  if (is_utf16(text)) return JsonMistake{0, "the file is UTF-16: save it as UTF-8"};
-  for (std::string_view rest = text; !rest.empty();) {
-    const auto at = text.size() - rest.size();
-    const auto byte = static_cast<unsigned char>(rest.front());
-    if (take_character(rest) != kNotUtf8) continue;
-    std::string words = fmt::format("the byte \\x{:02x} is not UTF-8", byte);
-    if (byte >= 0xA0) {
-      std::string letter;
-      append_utf8(letter, byte);
-      words += fmt::format(" (in Latin-1 and Windows-1252 it is `{}`)", letter);
-    }
-    return JsonMistake{at, words + ": save the file as UTF-8"};
-  }
-  return std::nullopt;
-}
-
-std::optional<std::string> ascii_of_utf16(std::string_view text) {
-  if (!is_utf16(text)) return std::nullopt;
-  const bool big_endian = text.starts_with("\xFE\xFF") || text.starts_with('\0');
-  const bool marked = text.starts_with("\xFE\xFF") || text.starts_with("\xFF\xFE");
-  std::string out;
-  for (std::size_t i = marked ? 2 : 0; i + 1 < text.size(); i += 2) {
-    const char low = text[i + (big_endian ? 1 : 0)], high = text[i + (big_endian ? 0 : 1)];
-    out += high == '\0' && static_cast<unsigned char>(low) < 0x80 ? low : '?';
-  }
-  return out;
-}
 
 std::optional<JsonMistake> find_json_mistake(std::string_view text) {
   return Walk(text).find();

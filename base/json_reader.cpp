@@ -6,8 +6,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "base/json_list_words.hpp"
 #include "base/key_words.hpp"
-#include "base/near_word.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 
@@ -72,7 +72,13 @@ std::string located(const JsonDocument& doc, TextPosition at, const std::string&
 JsonReader::JsonReader(const JsonDocument& document)
     : state_(std::make_shared<State>(document)),
       value_(&state_->document.root()),
-      known_(std::make_shared<Known>()) {}
+      known_(std::make_shared<Known>()) {
+  for (const auto& d : document.duplicates()) {
+    if (is_related_failure(d.pointer)) continue;
+    state_->failures.push_back(
+        {d.pointer, d.at, located(state_->document, d.at, d.pointer, d.what), {}});
+  }
+}
 
 JsonReader::JsonReader(std::shared_ptr<State> state, const json& value, std::string pointer)
     : state_(std::move(state)),
@@ -213,6 +219,21 @@ JsonReader JsonReader::object(std::string_view key) const {
   JsonReader r = at(key);
   if (!r.is_object()) r.refuse(fmt::format("{}, expected an object", r.shown()));
   return r;
+}
+
+std::vector<JsonReader> JsonReader::items(std::size_t min, std::size_t max) const {
+  std::vector<JsonReader> out;
+  if (!is_array()) {
+    refuse(fmt::format("{}, expected an array", shown()));
+    return out;
+  }
+  if (value_->size() < min || value_->size() > max) {
+    refuse(list_size_words(state_->document, pointer_, min, max));
+    return out;
+  }
+  std::size_t i = 0;
+  for (const json& item : *value_) out.push_back(child(item, std::to_string(i++)));
+  return out;
 }
 
 std::vector<JsonReader> JsonReader::members() const {

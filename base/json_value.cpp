@@ -90,29 +90,13 @@ std::string JsonReader::nonempty_string(std::size_t max_bytes) const {
   return text;
 }
 
-std::vector<JsonReader> JsonReader::items(std::size_t min, std::size_t max) const {
-  std::vector<JsonReader> out;
-  if (!is_array()) {
-    refuse(fmt::format("{}, expected an array", shown()));
-    return out;
-  }
-  if (value_->size() < min || value_->size() > max) {
-    refuse(max == SIZE_MAX ? fmt::format("{} items, expected at least {}", value_->size(), min)
-                           : fmt::format("{} items, expected {} to {}", value_->size(), min, max));
-    return out;
-  }
-  std::size_t i = 0;
-  for (const json& item : *value_) out.push_back(child(item, std::to_string(i++)));
-  return out;
-}
-
 std::size_t JsonReader::word_index(std::span<const std::string> words) const {
   const std::string text = string();
   const auto it = std::ranges::find(words, text);
   if (it != words.end()) return static_cast<std::size_t>(it - words.begin());
   if (is_string()) {
-    refuse(fmt::format("{}{} expected one of {}", shown(),
-                       nearest_word(text, words) ? did_you_mean(text, words) : ",",
+    const auto guess = did_you_mean(text, words);
+    refuse(fmt::format("{}{} expected one of {}", shown(), guess.empty() ? "," : guess,
                        fmt::join(words, ", ")));
   }
   return 0;

@@ -71,4 +71,12 @@ std::optional<std::string> unit_mistake(std::string_view key, std::span<const st
                      to_string(dimension), takes);
 }
 
+std::optional<std::string> name_unit_mistake(std::string_view name) {
+  const auto unknown = find_unknown_unit(name);
+  if (!unknown) return std::nullopt;
+  return fmt::format("`{}`: `_{}` is no unit of {} here; there are {}", printable(name, 60),
+                     printable(unknown->suffix, 60), to_string(unknown->dimension),
+                     suffixes_of(unknown->dimension));
+}
+
 }  // namespace lcrig

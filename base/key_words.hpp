@@ -17,4 +17,8 @@ std::optional<std::string> nearest_key(std::string_view key, std::span<const std
 // `key` is missing or wrong.
 std::optional<std::string> unit_mistake(std::string_view key, std::span<const std::string> known);
 
+// "`speed_cm_s`: `_cm_s` is no unit of speed; there are _um_s, _mm_s, _mm_min, _m_s", of a name
+// that a file makes up. nullopt: it ends in a known unit, or in none.
+std::optional<std::string> name_unit_mistake(std::string_view name);
+
 }  // namespace lcrig

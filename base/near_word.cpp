@@ -2,7 +2,8 @@
 #include "base/near_word.hpp"
 
 #include <algorithm>
-#include <vector>
+#include <cctype>
+#include <utility>
 
 #include "base/text.hpp"
 
@@ -29,26 +30,75 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return d[a.size()][b.size()];
 }
 
+std::string lower_case(std::string_view word) {
+  std::string out(word);
+  std::ranges::transform(out, out.begin(), [](unsigned char c) { return std::tolower(c); });
+  return out;
+}
+
+// "Cp-D" is "Cp" and "D", "paper-12" is "paper" and "12".
+std::vector<std::string_view> parts_of(std::string_view word) {
+  enum class Kind { mark, digit, letter };
+  const auto kind = [](unsigned char c) {
+    if (c == '-' || c == '_' || c == '.' || c == ' ') return Kind::mark;
+    return std::isdigit(c) != 0 ? Kind::digit : Kind::letter;
+  };
+  std::vector<std::string_view> out;
+  for (std::size_t begin = 0, end = 0; begin < word.size(); begin = end) {
+    for (end = begin; end < word.size() && kind(word[end]) == kind(word[begin]);) ++end;
+    if (kind(word[begin]) != Kind::mark) out.push_back(word.substr(begin, end - begin));
+  }
+  return out;
+}
+
+// A part of which no letter is left carries a meaning of its own: Cp-Q is no slip for Cp-D, nor
+// paper-9 for paper-1.
+bool is_another(std::string_view a, std::string_view b) {
+  const auto left = parts_of(a), right = parts_of(b);
+  if (left.size() < 2 || left.size() != right.size()) return false;
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    if (left[i].find_first_of(right[i]) == left[i].npos) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
-std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known) {
-  if (word.empty() || word.size() > kLongestWord) return std::nullopt;
-  std::optional<std::string> best;
+std::vector<std::string> nearest_words(std::string_view word, std::span<const std::string> known) {
+  std::vector<std::string> best;
+  if (word.empty() || word.size() > kLongestWord) return best;
+  const std::string typed = lower_case(word);
   // A word of which no letter is left is another one.
-  std::size_t nearest = std::min(std::max<std::size_t>(1, word.size() / 3) + 1, word.size());
+  std::size_t nearest = std::min(std::max<std::size_t>(1, word.size() / 3), word.size() - 1);
   for (const std::string& candidate : known) {
+    if (candidate.size() > 2 * kLongestWord || is_another(typed, lower_case(candidate))) continue;
     const bool begins = word.size() >= 3 && candidate.starts_with(word);
-    const std::size_t distance = begins ? 1 : edit_distance(word, candidate);
-    if (distance >= nearest) continue;
-    best = candidate;
+    const std::size_t distance = begins ? 1 : edit_distance(typed, lower_case(candidate));
+    if (distance > nearest) continue;
+    if (distance < nearest) best.clear();
     nearest = distance;
+    if (std::ranges::find(best, candidate) == best.end()) best.push_back(candidate);
   }
   return best;
 }
 
+std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known) {
+  auto best = nearest_words(word, known);
+  if (best.size() != 1) return std::nullopt;
+  return std::move(best.front());
+}
+
+std::string alternatives(std::span<const std::string> words, char quote) {
+  const auto quoted = [quote](const std::string& word) {
+    return fmt::format("{}{}{}", quote, printable(word), quote);
+  };
+  if (words.size() == 1) return quoted(words[0]);
+  return words.size() == 2 ? quoted(words[0]) + " or " + quoted(words[1]) : std::string();
+}
+
 std::string did_you_mean(std::string_view word, std::span<const std::string> known) {
-  const auto best = nearest_word(word, known);
-  return best ? fmt::format(", did you mean `{}`?", printable(*best)) : std::string();
+  const auto best = alternatives(nearest_words(word, known), '`');
+  return best.empty() ? best : fmt::format(", did you mean {}?", best);
 }
 
 }  // namespace lcrig

@@ -7,12 +7,17 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace lcrig {
 
-// The nearest of `known` to `word`, if it is near enough that `word` may be a typing error, or the
-// beginning of it.
+// Those of `known` that `word` may be a typing error of, or the beginning of; all that fit equally
+// well. Whether letters are capitals does not count.
+std::vector<std::string> nearest_words(std::string_view word, std::span<const std::string> known);
+// The one that fits; nullopt also when two fit equally, for nobody knows which was meant.
 std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known);
+// "`force_N`", "`free` or `fixed`"; "" of more than two, which say nothing.
+std::string alternatives(std::span<const std::string> words, char quote);
 // ", did you mean `force_N`?", or "" when no known word is near.
 std::string did_you_mean(std::string_view word, std::span<const std::string> known);
 

@@ -40,7 +40,7 @@ std::string escape_pointer(std::string_view key) {
 class TokenFollower {
  public:
   explicit TokenFollower(std::string_view text) : text_(text) {
-    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;
+    if (text_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
   }
 
   // Returns where the next value or key starts, and moves behind it.
@@ -61,8 +61,8 @@ class TokenFollower {
 
   TextPosition position_of(std::size_t byte) const {
     TextPosition p;
-    const std::size_t first = text_.starts_with("\xEF\xBB\xBF") ? 3 : 0;
-    for (std::size_t i = first; i < byte && i < text_.size(); ++i) advance(p, text_[i]);
+    const std::size_t first = text_.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
+    for (std::size_t i = first; i < byte && i < text_.size(); ++i) advance(p, i);
     return p;
   }
 
@@ -71,7 +71,7 @@ class TokenFollower {
   void skip_between() {
     while (at_ < text_.size()) {
       if (text_.substr(at_, 2) == "//") {
-        while (at_ < text_.size() && text_[at_] != '\n') step();
+        while (at_ < text_.size() && !ends_line(text_, at_)) step();
       } else if (text_.substr(at_, 2) == "/*") {
         if (!block_comment_) block_comment_ = here_;
         const auto close = text_.find("*/", at_ + 2);
@@ -86,15 +86,15 @@ class TokenFollower {
   }
 
  private:
-  static void advance(TextPosition& p, char c) {
-    if (c == '\n') {
+  void advance(TextPosition& p, std::size_t at) const {
+    if (ends_line(text_, at)) {
       ++p.line;
       p.column = 1;
-    } else if ((static_cast<unsigned char>(c) & 0xC0U) != 0x80U) {  // not inside a UTF-8 character
+    } else if ((static_cast<unsigned char>(text_[at]) & 0xC0U) != 0x80U) {  // no part of another
       ++p.column;
     }
   }
-  void step() { advance(here_, text_[at_++]); }
+  void step() { advance(here_, at_++); }
   void skip_string() {
     step();
     while (at_ < text_.size() && text_[at_] != '"') {
@@ -109,24 +109,6 @@ class TokenFollower {
   TextPosition here_;
   std::optional<TextPosition> block_comment_;
 };
-
-// The line of a place, at most kExcerptMax characters of it, and a caret below the place.
-std::string excerpt(std::string_view text, TextPosition at) {
-  constexpr int kExcerptMax = 72;
-  for (int line = 1; line < at.line; ++line) text.remove_prefix(text.find('\n') + 1);
-  text = text.substr(0, text.find_first_of("\r\n"));
-  const int first = std::max(1, at.column - kExcerptMax / 2);
-  std::string shown, below;
-  for (int column = 1; column < first + kExcerptMax && !text.empty(); ++column) {
-    const std::string_view before = text;
-    const char32_t c = take_character(text);
-    if (column < first) continue;
-    const bool plain = c != kNotUtf8 && !is_steering(c);
-    shown += plain ? before.substr(0, before.size() - text.size()) : "?";
-    if (column < at.column) below += ' ';
-  }
-  return fmt::format("{}\n{}^", shown, below);
-}
 
 // "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error ..." -> the rest.
 std::string without_prefix(std::string what) {
@@ -146,6 +128,7 @@ struct JsonDocument::Data {
   json root;
   std::string name, text;
   std::unordered_map<std::string, Place> places;
+  std::vector<Duplicate> duplicates;
 };
 
 class JsonParser final : public nlohmann::json_sax<json> {
@@ -164,6 +147,9 @@ class JsonParser final : public nlohmann::json_sax<json> {
     if (!error_.empty()) {
       Error error(Errc::invalid_request, error_);
       error.detail = excerpt(text_, error_at_);
+      if (cut_off_ && has_text_below(text_, error_at_.line)) {
+        error.detail += "\nthe first of possibly several: what follows it was not read";
+      }
       return fail(std::move(error));
     }
     if (!good) return fail(Errc::bug, "{}: refused without a reason", data_.name);
@@ -203,9 +189,12 @@ class JsonParser final : public nlohmann::json_sax<json> {
     }
     if (!level.keys.insert(v).second) {
       const TextPosition first = data_.places[pointer].key;
-      return refuse(at, fmt::format("the key `{}` for the second time, expected once (first in "
-                                    "line {})",
-                                    printable(v, kShownMax), first.line));
+      const auto what =
+          fmt::format("the key `{}` for the second time, expected once (first in line {})",
+                      printable(v, kShownMax), first.line);
+      constexpr std::size_t kMost = 100;  // nobody reads more
+      if (data_.duplicates.size() < kMost) data_.duplicates.push_back({pointer, what, at});
+      return true;
     }
     data_.places[pointer].key = at;
     return true;
@@ -213,6 +202,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
 
   bool parse_error(std::size_t position, const std::string&,
                    const json::exception& error) override {
+    cut_off_ = true;
     if (const auto mistake = find_json_mistake(text_)) {
       return refuse(follower_.position_of(mistake->at), mistake->words);
     }
@@ -233,7 +223,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
   // nlohmann refuses control characters in strings but not in comments.
   void refuse_steering() {
     std::string_view rest = text_;
-    if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);
+    if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
     while (!rest.empty()) {
       const std::string_view before = rest;
       const char32_t c = take_character(rest);
@@ -315,6 +305,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
   JsonDocument::Data& data_;
   std::vector<Level> levels_;
   std::size_t values_ = 0;
+  bool cut_off_ = false;  // the rest could not be read
   std::string error_;
   TextPosition error_at_;
 };
@@ -337,6 +328,14 @@ const json& JsonDocument::root() const {
 }
 const std::string& JsonDocument::name() const {
   return data_->name;
+}
+std::string JsonDocument::number_text(const std::string& pointer) const {
+  const auto text =
+      std::string_view(data_->text).substr(byte_of(data_->text, value_position(pointer)));
+  return std::string(text.substr(0, text.find_first_not_of("+-.0123456789eE")));
+}
+const std::vector<JsonDocument::Duplicate>& JsonDocument::duplicates() const {
+  return data_->duplicates;
 }
 std::string JsonDocument::excerpt(TextPosition at) const {
   return lcrig::excerpt(data_->text, at);

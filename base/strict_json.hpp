@@ -3,10 +3,11 @@
 // fault script. A wrong file is always refused in the same form: `FILE:LINE:COLUMN /json/pointer:
 // what was found, what was expected`.
 //
-// Strict means: `//` comments are the only addition to JSON. Refused are duplicate keys, numbers
-// beyond double, nesting beyond 64, more than 4 MiB or 100,000 values, keys beyond 200 bytes,
-// anything after the value, and control characters and characters that reorder text. The last two
-// are refused in comments too, because people are shown the comments.
+// Strict means: `//` comments are the only addition to JSON. Refused are numbers beyond double,
+// nesting beyond 64, more than 4 MiB or 100,000 values, keys beyond 200 bytes, anything after the
+// value, and control characters and characters that reorder text. The last two are refused in
+// comments too, because people are shown the comments. Duplicate keys are refused by the reader,
+// together with all else that is wrong.
 #pragma once
 
 #include <cstdint>
@@ -21,13 +22,10 @@
 
 #include "base/range.hpp"
 #include "base/result.hpp"
+#include "base/text_place.hpp"
 #include "base/units.hpp"
 
 namespace lcrig {
-
-struct TextPosition {
-  int line = 1, column = 1;  // columns count characters, not bytes
-};
 
 inline constexpr std::size_t kJsonSizeMax = 4 << 20;  // bytes
 inline constexpr int kJsonDepthMax = 64;
@@ -48,6 +46,14 @@ class JsonDocument {
   TextPosition key_position(const std::string& pointer) const;
   // The line of the file, and a caret below the place.
   std::string excerpt(TextPosition at) const;
+  // The number that `pointer` names, as it was written.
+  std::string number_text(const std::string& pointer) const;
+  // Keys that an object has twice, as what is wrong with them. A JsonReader of the document fails.
+  struct Duplicate {
+    std::string pointer, what;
+    TextPosition at;
+  };
+  const std::vector<Duplicate>& duplicates() const;
 
  private:
   struct Data;

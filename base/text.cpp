@@ -3,6 +3,7 @@
 
 #include <utf8.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <iterator>
 
@@ -57,6 +58,16 @@ bool is_utf8(std::string_view text) {
   return utf8::is_valid(text.begin(), text.end());
 }
 
+bool ends_line(std::string_view text, std::size_t at) {
+  if (text[at] == '\n') return true;
+  return text[at] == '\r' && (at + 1 == text.size() || text[at + 1] != '\n');
+}
+
+std::size_t next_line(std::string_view text, std::size_t from) {
+  while (from < text.size() && !ends_line(text, from)) ++from;
+  return std::min(from + 1, text.size());
+}
+
 std::string_view trimmed(std::string_view text) {
   constexpr std::string_view kBlank = " \t\r\n";
   const auto begin = text.find_first_not_of(kBlank);
@@ -79,6 +90,11 @@ bool is_steering(char32_t c) {
   const bool reorders =
       c == 0x200E || c == 0x200F || (c >= 0x202A && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069);
   return control || separates || reorders;
+}
+
+void add_remark(std::string& sentence, std::string_view more) {
+  if (!sentence.empty()) sentence += "; ";
+  sentence += more;
 }
 
 std::string printable(std::string_view text) {

@@ -20,6 +20,11 @@ char32_t take_character(std::string_view& text);
 void append_utf8(std::string& out, char32_t c);
 bool is_utf8(std::string_view text);
 
+// Whether a line of `text` ends with the character at `at`: LF, or a CR that no LF follows.
+bool ends_line(std::string_view text, std::size_t at);
+// Where the line after the one of `from` begins; the size of `text` when there is none.
+std::size_t next_line(std::string_view text, std::size_t from);
+
 // Removes blanks, tabs and line ends at both ends.
 std::string_view trimmed(std::string_view text);
 
@@ -27,6 +32,9 @@ std::string_view trimmed(std::string_view text);
 // (also U+0080..9F, which some terminals read as escape codes), line and paragraph separators, and
 // characters that reorder text.
 bool is_steering(char32_t c);
+
+// Another part of a sentence, after a semicolon.
+void add_remark(std::string& sentence, std::string_view more);
 
 // One line that is safe on a terminal: steering characters and bytes that are not UTF-8 become \xNN
 // or \uNNNN, the rest stays.

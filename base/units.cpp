@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 
 #include "base/text.hpp"
 
@@ -64,6 +65,98 @@ constexpr Unit kUnits[] = {
     {"K", Dimension::temperature_difference, 1},
 };
 
+// What people write who are used to other units. Rates of them are found by their parts.
+struct ForeignUnit {
+  std::string_view suffix;
+  Dimension dimension;
+};
+constexpr ForeignUnit kForeignUnits[] = {
+    {"cm", Dimension::length},
+    {"nm", Dimension::length},
+    {"inch", Dimension::length},
+    {"inches", Dimension::length},
+    {"mil", Dimension::length},
+    {"ft", Dimension::length},
+    {"micron", Dimension::length},
+    {"microns", Dimension::length},
+    {"cm2", Dimension::area},
+    {"um2", Dimension::area},
+    {"lb", Dimension::mass},
+    {"ug", Dimension::mass},
+    {"ns", Dimension::time},
+    {"sec", Dimension::time},
+    {"seconds", Dimension::time},
+    {"minutes", Dimension::time},
+    {"hours", Dimension::time},
+    {"uN", Dimension::force},
+    {"cN", Dimension::force},
+    {"lbf", Dimension::force},
+    {"gf", Dimension::force},
+    {"kgf", Dimension::force},
+    {"N_cm", Dimension::stiffness},
+    {"kN_mm", Dimension::stiffness},
+    {"mN_um", Dimension::stiffness},
+    {"mN_mm", Dimension::stiffness},
+    {"bar", Dimension::pressure},
+    {"mbar", Dimension::pressure},
+    {"psi", Dimension::pressure},
+    {"hPa", Dimension::pressure},
+    {"GPa", Dimension::pressure},
+    {"atm", Dimension::pressure},
+    {"mmHg", Dimension::pressure},
+    {"N_mm2", Dimension::pressure},
+    {"MHz", Dimension::frequency},
+    {"GHz", Dimension::frequency},
+    {"mHz", Dimension::frequency},
+    {"uV", Dimension::voltage},
+    {"kV", Dimension::voltage},
+    {"aF", Dimension::capacitance},
+    {"mF", Dimension::capacitance},
+    {"degC", Dimension::temperature_difference},
+    {"mK", Dimension::temperature_difference},
+};
+
+// Capitals make a unit another one: `force_kn` is not in kN.
+bool is_same_but_for_capitals(std::string_view a, std::string_view b) {
+  const auto lower = [](unsigned char c) { return std::tolower(c); };
+  return std::ranges::equal(a, b, {}, lower, lower);
+}
+
+std::optional<Dimension> foreign_dimension(std::string_view suffix) {
+  const auto* foreign = std::ranges::find(kForeignUnits, suffix, &ForeignUnit::suffix);
+  if (foreign != std::end(kForeignUnits)) return foreign->dimension;
+  if (suffix.size() < 2) return std::nullopt;  // `level_n` counts something
+  for (const Unit& unit : kUnits) {
+    if (unit.dimension != Dimension::none && is_same_but_for_capitals(unit.suffix, suffix)) {
+      return unit.dimension;
+    }
+  }
+  return std::nullopt;
+}
+
+Dimension rate_of(Dimension d) {
+  switch (d) {
+    case Dimension::length: return Dimension::speed;
+    case Dimension::force: return Dimension::force_rate;
+    case Dimension::pressure: return Dimension::pressure_rate;
+    case Dimension::capacitance: return Dimension::capacitance_rate;
+    default: return Dimension::none;
+  }
+}
+
+// "cm_s", "N_h": of something that has a rate, per time.
+std::optional<Dimension> foreign_rate(std::string_view suffix) {
+  const auto at = suffix.rfind('_');
+  if (at == suffix.npos) return std::nullopt;
+  const Unit* per = find_unit(suffix.substr(at + 1));
+  const auto what = suffix.substr(0, at);
+  const Unit* known = find_unit(what);
+  const auto dimension = known != nullptr ? known->dimension : foreign_dimension(what);
+  if (per == nullptr || per->dimension != Dimension::time || !dimension) return std::nullopt;
+  const Dimension rate = rate_of(*dimension);
+  return rate == Dimension::none ? std::nullopt : std::optional(rate);
+}
+
 }  // namespace
 
 std::string_view to_string(Dimension d) {
@@ -105,6 +198,24 @@ KeyParts split_key(std::string_view key) {
     if (const Unit* unit = find_unit(key.substr(at + 1))) return {key.substr(0, at), unit};
   }
   return {key, nullptr};
+}
+
+std::string for_people(const Unit& unit) {
+  std::string out(unit.suffix);
+  std::ranges::replace(out, '_', '/');
+  return out;
+}
+
+std::optional<UnknownUnit> find_unknown_unit(std::string_view name) {
+  // From the left, as split_key.
+  for (auto at = name.find('_', 1); at != name.npos; at = name.find('_', at + 1)) {
+    const auto suffix = name.substr(at + 1);
+    if (find_unit(suffix) != nullptr) return std::nullopt;
+    auto dimension = foreign_dimension(suffix);
+    if (!dimension) dimension = foreign_rate(suffix);
+    if (dimension) return UnknownUnit{suffix, *dimension};
+  }
+  return std::nullopt;
 }
 
 std::string suffixes_of(Dimension d) {

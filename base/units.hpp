@@ -4,6 +4,7 @@
 // parameters.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -40,6 +41,7 @@ struct Unit {
 
 std::span<const Unit> all_units();
 const Unit* find_unit(std::string_view suffix);  // nullptr when not in the table
+std::string for_people(const Unit& unit);  // "mm/s"
 
 // "speed_mm_s" -> "speed" and mm_s, the longest suffix that is in the table. Without a known suffix
 // the whole key is the stem and `unit` is nullptr.
@@ -50,6 +52,14 @@ struct KeyParts {
   double to_si() const { return unit ? unit->to_si : 1.0; }
 };
 KeyParts split_key(std::string_view key);
+
+// What a name ends in that looks like a unit, and is none of the table: "cm_s" of "speed_cm_s",
+// which is not in seconds; "bar". nullopt: it ends in a unit of the table, or in no unit.
+struct UnknownUnit {
+  std::string_view suffix;
+  Dimension dimension = Dimension::none;  // what it measures; none: nobody knows
+};
+std::optional<UnknownUnit> find_unknown_unit(std::string_view name);
 
 // "_um, _mm, _m": the list for a message about a wrong suffix.
 std::string suffixes_of(Dimension d);

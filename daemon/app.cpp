@@ -273,7 +273,7 @@ Task<> App::watch_ports() {
 // Beside the loop: another program may hold the database for seconds.
 Task<> App::note_runs(std::vector<std::int64_t> runs, std::string text) {
   if (runs.empty()) co_return;
-  spdlog::info("{}", text);
+  for (const std::int64_t run : runs) spdlog::info("run {}: {}", run, text);
   const std::int64_t now = clock_.unix_ns();
   const auto note = [this, &runs, &text, now]() -> Result<> {
     auto db = open_read_write(config_.database);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/force_class.hpp"
+#include "daemon/rig/bench.hpp"
 #include "drivers/port_url.hpp"
 
 namespace lcrig {
@@ -70,11 +71,20 @@ void read_frame(const JsonReader& r, Config& c) {
   r.no_other_keys();
 }
 
+// One that ships; files and recordings (replay:DIR) are looked at when the daemon starts.
+bool is_bench_name(const std::string& bench) {
+  return bench.find_first_of("/:") == bench.npos && !bench.ends_with(".json");
+}
+
 void read_rig(const JsonReader& root, Config& c) {
   if (root.has("bench")) {
     c.bench = root.string("bench");
+    if (is_bench_name(*c.bench)) {
+      if (auto bench = find_bench(*c.bench); !bench) root.at("bench").refuse(bench.error().what);
+    }
     if (root.has("meter") || root.has("frame")) {
-      root.refuse("`bench` beside `meter` or `frame`, expected the simulated bench or instruments");
+      root.at("bench").refuse_key(
+          "`bench` beside `meter` or `frame`, expected the simulated bench or instruments");
     }
     return;
   }

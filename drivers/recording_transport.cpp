@@ -1,13 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/recording_transport.hpp"
 
+#include <utility>
+
 namespace lcrig {
 
-RecordingTransport::RecordingTransport(std::unique_ptr<Transport> inner, Clock& clock,
-                                       std::unique_ptr<WireLogWriter::File> log,
-                                       const WireLogHeader& header)
-    : inner_(std::move(inner)), clock_(clock), log_(std::move(log)), start_(clock.now()) {
-  log_->add(format_wire_header(header));
+WireRecord::WireRecord(std::unique_ptr<WireLogWriter::File> file, Clock& clock,
+                       const WireLogHeader& header, std::size_t most)
+    : file_(std::move(file)), clock_(clock), start_(clock.now()), left_(most) {
+  add(format_wire_header(header));
+}
+
+void WireRecord::begin() {
+  if (std::exchange(begun_, true))
+    add(fmt::format("# the port was opened at {} ns\n", age().count()));
+}
+
+void WireRecord::note(bool to_instrument, std::string_view bytes) {
+  add(format_wire_entry(age().count(), to_instrument, bytes));
+}
+
+void WireRecord::add(const std::string& text) {
+  if (left_ == 0) return;
+  if (text.size() < left_) {
+    left_ -= text.size();
+    return file_->add(text);
+  }
+  left_ = 0;
+  file_->add("# the log is full: what follows is left out\n");
+}
+
+RecordingTransport::RecordingTransport(std::unique_ptr<Transport> inner,
+                                       std::shared_ptr<WireRecord> log)
+    : inner_(std::move(inner)), log_(std::move(log)) {
+  log_->begin();
 }
 
 void RecordingTransport::close() {
@@ -16,7 +42,7 @@ void RecordingTransport::close() {
 }
 
 void RecordingTransport::note(bool to_instrument, std::string_view bytes) {
-  if (log_) log_->add(format_wire_entry((clock_.now() - start_).count(), to_instrument, bytes));
+  if (log_) log_->note(to_instrument, bytes);
 }
 
 Task<Result<std::size_t>> RecordingTransport::read_some(std::span<char> buffer, MonoTime deadline) {

@@ -3,19 +3,41 @@
 // by the App when the configuration asks for it; the log belongs in bug reports.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
+#include "base/clock.hpp"
 #include "drivers/transport.hpp"
 #include "drivers/wire_log.hpp"
 #include "drivers/wire_log_writer.hpp"
 
 namespace lcrig {
 
+// One log, of one transport or of several, one after the other.
+class WireRecord {
+ public:
+  static constexpr std::size_t kUnlimited = SIZE_MAX;
+  // `clock` outlives it. After `most` bytes a remark ends it.
+  WireRecord(std::unique_ptr<WireLogWriter::File> file, Clock& clock, const WireLogHeader& header,
+             std::size_t most = kUnlimited);
+  void begin();  // a transport takes it
+  void note(bool to_instrument, std::string_view bytes);
+  Duration age() const { return clock_.now() - start_; }
+
+ private:
+  void add(const std::string& text);
+
+  std::unique_ptr<WireLogWriter::File> file_;
+  Clock& clock_;
+  MonoTime start_;
+  std::size_t left_;
+  bool begun_ = false;
+};
+
 class RecordingTransport final : public Transport {
  public:
-  RecordingTransport(std::unique_ptr<Transport> inner, Clock& clock,
-                     std::unique_ptr<WireLogWriter::File> log, const WireLogHeader& header);
+  RecordingTransport(std::unique_ptr<Transport> inner, std::shared_ptr<WireRecord> log);
 
   Task<Result<std::size_t>> read_some(std::span<char> buffer, MonoTime deadline) override;
   Task<Result<>> write_all(std::string_view bytes, MonoTime deadline) override;
@@ -26,9 +48,7 @@ class RecordingTransport final : public Transport {
   void note(bool to_instrument, std::string_view bytes);
 
   std::unique_ptr<Transport> inner_;
-  Clock& clock_;
-  std::unique_ptr<WireLogWriter::File> log_;  // until it is closed
-  MonoTime start_;
+  std::shared_ptr<WireRecord> log_;  // until it is closed
 };
 
 }  // namespace lcrig

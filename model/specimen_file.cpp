@@ -56,8 +56,11 @@ Layer read_layer(const JsonReader& reader, const Specimen& specimen, bool materi
     known.push_back(material.name);
   }
   if (!materials_read) return layer;
-  field.refuse("unknown material \"" + name + "\", expected one of `materials`" +
-               did_you_mean(name, known));
+  const auto guess = did_you_mean(name, known);
+  std::string all;
+  for (const auto& one : known) all += (all.empty() ? "" : ", ") + one;
+  field.refuse("unknown material \"" + name + "\"" + (guess.empty() ? "," : guess) +
+               " expected one of `materials`: " + (all.empty() ? "there is none" : all));
   return layer;
 }
 

@@ -23,6 +23,13 @@ std::optional<unsigned> hex_digit(char c) {
   return std::nullopt;
 }
 
+// False: its schema is older than anchors.
+Result<bool> stores_anchors(const Database& db) {
+  auto tables = db.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'run_anchor'");
+  if (!tables) return fail(tables.error());
+  return *tables > 0;
+}
+
 }  // namespace
 
 std::string to_string(const Anchor& anchor) {
@@ -53,9 +60,9 @@ Result<Anchor> parse_anchor(std::string_view text) {
 }
 
 Result<std::optional<Anchor>> get_anchor(const Database& db, std::int64_t run) {
-  auto tables = db.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'run_anchor'");
-  if (!tables) return fail(tables.error());
-  if (*tables == 0) return std::nullopt;  // a schema before anchors
+  auto stores = stores_anchors(db);
+  if (!stores) return fail(stores.error());
+  if (!*stores) return std::nullopt;
   return db.first(
       "SELECT links, sha256 FROM run_anchor WHERE run_id = ?",
       [](const Statement& s) {
@@ -65,6 +72,15 @@ Result<std::optional<Anchor>> get_anchor(const Database& db, std::int64_t run) {
         return anchor;
       },
       run);
+}
+
+Result<std::optional<std::int64_t>> find_run_of(const Database& db, const Anchor& anchor) {
+  auto stores = stores_anchors(db);
+  if (!stores) return fail(stores.error());
+  if (!*stores) return std::nullopt;
+  return db.first(
+      "SELECT run_id FROM run_anchor WHERE links = ? AND lower(hex(sha256)) = ?",
+      [](const Statement& s) { return s.integer(0); }, anchor.links, to_hex(anchor.hash));
 }
 
 }  // namespace lcrig

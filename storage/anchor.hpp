@@ -24,5 +24,7 @@ Result<Anchor> parse_anchor(std::string_view text);
 
 // As stored when the run ended. nullopt: it has not ended, or ended under a schema without anchors.
 Result<std::optional<Anchor>> get_anchor(const Database& db, std::int64_t run);
+// The run that ended with this anchor.
+Result<std::optional<std::int64_t>> find_run_of(const Database& db, const Anchor& anchor);
 
 }  // namespace lcrig

@@ -137,6 +137,7 @@ class Verifier {
     if (!std::ranges::equal(link.blob(7), head.hash)) {
       find(fmt::format("link {} does not match its rows: a value was changed", head.links));
     } else if (anchor_ && anchor_->links == head.links && anchor_->hash != head.hash) {
+      report_.other_anchor = true;
       find(fmt::format("link {} is not that of the anchor: the run was written anew", head.links));
     }
     return {};
@@ -145,6 +146,7 @@ class Verifier {
   // Both the one that came from elsewhere and the one that was stored with the end.
   Result<> check_anchors() {
     if (anchor_ && report_.finding.empty() && anchor_->links > report_.head.links) {
+      report_.other_anchor = true;
       find(fmt::format("the anchor is that of {} links, but there are {}: the last were cut off",
                        anchor_->links, report_.head.links));
     }
@@ -348,6 +350,7 @@ Result<ChainReport> verify_chain(const Database& db, std::int64_t run,
     if (!ends) return fail(ends.error());
     if (*ends != 0) continue;  // it ended while it was checked
     report->intact = false;
+    report->not_closed = true;
     report->finding =
         "it has no end, and nobody records it: it was cut off, or its end was deleted";
     return report;

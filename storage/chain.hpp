@@ -74,6 +74,8 @@ struct ChainReport {
   bool ended = false;
   bool goes_on = false;  // without an end, but its writer is recording it
   std::string finding;  // what is wrong, empty when intact
+  bool other_anchor = false;  // of the anchor that was given: it may be another run's
+  bool not_closed = false;  // that it has no end: a daemon that starts closes it
 };
 // A run without an end is intact only while it goes on. `anchor`: of this run, kept elsewhere.
 // Errors: no such run, an unreadable database. A broken chain is a report, not an error.

@@ -151,8 +151,8 @@ Answer on_add_specimen(ControlHandler& handler, json params, PeerCredentials pee
 }
 
 constexpr const char* kCheck =
-    "change what the message names; lcrig run ... --dry-run tries it again and moves nothing";
-constexpr const char* kLook = "lcrig status shows what is going on";
+    "change what the message names; --dry-run tries it again and moves nothing";
+constexpr const char* kLook = "lcrig status   (what goes on)";
 
 struct Method {
   std::string_view name;
@@ -167,13 +167,13 @@ constexpr std::array<Method, 13> kMethods{
      {"run.plan", on_plan, kCheck},
      {"instruments.ask", on_ask, kLook},
      {"run.pause", on_plain<&ControlHandler::pause>, kLook},
-     {"run.resume", on_resume,
-      "lcrig status shows what is going on; lcrig runs list shows what was"},
+     {"run.resume", on_resume, "lcrig status   (what goes on; lcrig runs shows what was)"},
      {"run.abort", on_stop<&ControlHandler::abort>, kLook},
      {"run.freeze", on_stop<&ControlHandler::freeze>, kLook},
      {"run.confirm", on_plain<&ControlHandler::confirm>, kLook},
      {"run.note", on_note, "lcrig runs   (lists them, with how they ended)"},
-     {"specimen.add", on_add_specimen, "correct the file; lcrig specimen show paper-1 is one"}}};
+     {"specimen.add", on_add_specimen,
+      "correct the file; for a good one: lcrig specimen show paper-1"}}};
 
 std::string refuse(const json& id, const std::string& why) {
   return error_line(id, RpcError(rpc_code::kInvalidRequest, why,

@@ -21,18 +21,19 @@ struct ErrcRow {
   std::string_view hint;
 };
 constexpr std::array<ErrcRow, 14> kErrcs{{
-    {Errc::no_reply, -32001, "check cable, power and the instrument's port choice; lcrig status"},
-    {Errc::reply_cut_off, -32002, "check the cable; lcrig status"},
-    {Errc::garbled, -32003, "check that the right instrument is on this port; lcrig status"},
+    {Errc::no_reply, -32001,
+     "check cable, power and the instrument's port choice, then: lcrig status"},
+    {Errc::reply_cut_off, -32002, "check the cable, then: lcrig status"},
+    {Errc::garbled, -32003, "check that the right instrument is on this port, then: lcrig status"},
     {Errc::refused, -32004, "the instrument did not take it: change the protocol's settings"},
     {Errc::unsupported, -32011, "this instrument cannot do that: use another one"},
     {Errc::not_standing, -32012, "standstill not confirmed: use the E-stop, then look at the rig"},
     {Errc::frame_fault, -32013, "look at the frame, clear its fault, unload it by hand, run again"},
-    {Errc::disconnected, -32005, "plug the instrument in again; lcrig status"},
-    {Errc::busy, -32006, "lcrig status shows what is going on; lcrig abort ends it"},
+    {Errc::disconnected, -32005, "plug the instrument in again, then: lcrig status"},
+    {Errc::busy, -32006, "lcrig status   (what goes on; lcrig abort ends it)"},
     {Errc::limit_tripped, -32007, "a limit was reached: check specimen and limits, then run again"},
     {Errc::invalid_request, -32008, "correct the request"},
-    {Errc::aborted, -32009, "it was stopped; start it again with lcrig run"},
+    {Errc::aborted, -32009, "it was stopped: start it again when the cause is gone"},
     {Errc::io, -32010, "the operating system refused; the message says what and why"},
     {Errc::bug, -32603, "a fault of this program: report it with the wire log"},
 }};
@@ -84,6 +85,18 @@ json to_json(const InstrumentState& i) {
   return out;
 }
 
+// The words of older daemons are sentences.
+void read_condition(ParamsReader& in, InstrumentState& out) {
+  std::string word;
+  in.text("state", word, true);
+  for (int i = 0; i <= static_cast<int>(InstrumentCondition::fault); ++i) {
+    out.condition = static_cast<InstrumentCondition>(i);
+    if (to_string(out.condition) == word) return;
+  }
+  out.condition = InstrumentCondition::unasked;
+  if (out.why.empty()) out.why = word;
+}
+
 Result<std::vector<InstrumentState>> parse_instruments(const json& list) {
   if (!list.is_array()) return fail(Errc::garbled, "/instruments: expected an array");
   std::vector<InstrumentState> out;
@@ -92,11 +105,14 @@ Result<std::vector<InstrumentState>> parse_instruments(const json& list) {
     ParamsReader in(item, "/instruments/" + std::to_string(out.size()));
     in.text("name", state.name, true);
     in.text("port", state.port);
-    read_word(in, "state", InstrumentCondition::fault, state.condition);
     in.text("why", state.why);
+    read_condition(in, state);
     in.text("identity", state.identity);
     in.boolean("simulated", state.simulated);
-    read_word(in, "learned_by", LearnedBy::port, state.learned_by);
+    // Older daemons do not say it.
+    if (in.member("learned_by") != nullptr) {
+      read_word(in, "learned_by", LearnedBy::port, state.learned_by);
+    }
     if (in.member("run") != nullptr) in.integer("run", state.run.emplace());
     in.quantity("age_s", state.age_s, 0);
     in.quantity("since_s", state.since_s, 0);

@@ -94,8 +94,9 @@ Result<Bench> find_bench(const std::string& what) {
     if (b.name == what) return parse_bench(b.text, what);
     names.emplace_back(b.name);
   }
-  return fail(Errc::invalid_request, "no bench `{}`{}; shipped: {}, or give a file", what,
-              did_you_mean(what, names), fmt::join(names, ", "));
+  const auto guess = did_you_mean(what, names);
+  return fail(Errc::invalid_request, "no bench `{}`{} shipped: {}; or give the path of a file",
+              what, guess.empty() ? "," : guess, fmt::join(names, ", "));
 }
 
 }  // namespace lcrig

@@ -75,33 +75,44 @@ bool RealRig::finish_wire_logs(Duration patience) {
 // Opens a port; with a wire log directory every byte is written down there. A log that cannot be
 // written keeps no port from opening: making the frame safe comes first.
 Task<Result<std::unique_ptr<Transport>>> RealRig::open_logged(std::string url,
-                                                              std::string instrument) {
+                                                              std::string instrument, Log log) {
   auto port = co_await open_port(std::move(url), SerialSettings(), clock_);
   if (!port) co_return fail(as_rig_fault(port.error()));
   if (!wire_logs_) co_return port;
-  WireLogHeader header;
-  header.instrument = instrument;
-  header.date = fmt::format("{} ns since 1970", clock_.unix_ns());
-  std::string path =
-      fmt::format("{}/{}-{}.wire", config_.wire_log_directory, instrument, clock_.unix_ns());
-  auto log = wire_logs_->create(std::move(path), std::move(instrument));
-  port = std::make_unique<RecordingTransport>(std::move(*port), clock_, std::move(log), header);
+  port = std::make_unique<RecordingTransport>(std::move(*port), wire_log(instrument, log));
   co_return port;
 }
 
-Task<Result<std::unique_ptr<LcrMeter>>> RealRig::open_meter() {
-  auto port = co_await open_logged(config_.meter_port, "lcr");
+std::shared_ptr<WireRecord> RealRig::wire_log(const std::string& instrument, Log log) {
+  constexpr Duration kDay = std::chrono::hours(24);
+  constexpr std::size_t kMostOfLooks = std::size_t{4} << 20U;  // bytes; a day of looks has less
+  const bool looks = log == Log::looks;
+  if (looks && looks_[instrument] && looks_[instrument]->age() < kDay) return looks_[instrument];
+  WireLogHeader header;
+  header.instrument = instrument;
+  header.date = fmt::format("{} ns since 1970", clock_.unix_ns());
+  auto file = wire_logs_->create(fmt::format("{}/{}-{}{}.wire", config_.wire_log_directory,
+                                             instrument, looks ? "looks-" : "", clock_.unix_ns()),
+                                 instrument);
+  auto out = std::make_shared<WireRecord>(std::move(file), clock_, header,
+                                          looks ? kMostOfLooks : WireRecord::kUnlimited);
+  if (looks) looks_[instrument] = out;
+  return out;
+}
+
+Task<Result<std::unique_ptr<LcrMeter>>> RealRig::open_meter(Log log) {
+  auto port = co_await open_logged(config_.meter_port, "lcr", log);
   if (!port) co_return fail(port.error());
   co_return config_.meter_driver->make(std::move(*port), clock_, config_.meter_serial_number);
 }
 
-Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_link() {
-  auto port = co_await open_logged(config_.frame_port, "frame");
+Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_link(Log log) {
+  auto port = co_await open_logged(config_.frame_port, "frame", log);
   if (!port) co_return fail(port.error());
   co_return std::make_unique<ZwickLink>(std::move(*port), clock_, executor_);
 }
 
-Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_frame() {
+Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_frame(Log log) {
   std::unique_ptr<LoadFrame> frame;
   if (config_.frame_driver == FrameDriver::dead_weight) {
     DeadWeightSettings settings;
@@ -112,23 +123,24 @@ Task<Result<std::unique_ptr<LoadFrame>>> RealRig::open_frame() {
     frame = std::make_unique<DeadWeightFrame>(person_, clock_, executor_, settings);
     co_return frame;
   }
-  auto link = co_await open_link();
+  auto link = co_await open_link(log);
   if (!link) co_return link;
-  const auto again = [this] { return open_link(); };
+  const auto again = [this, log] { return open_link(log); };
   frame = std::make_unique<ReopeningFrame>(std::move(*link), again);
   co_return frame;
 }
 
 Task<Result<std::unique_ptr<Instruments>>> RealRig::open(InstrumentsRequest request) {
   if (wire_logs_) wire_logs_->remind();
-  auto first = co_await open_meter();
+  if (request.why != LearnedBy::plan) looks_.clear();
+  auto first = co_await open_meter(Log::own);
   if (!first) {
     known_.failed(Instrument::lcr, first.error(), Learned(request.why));
     co_return fail(first.error());
   }
-  const auto again = [this] { return open_meter(); };
+  const auto again = [this] { return open_meter(Log::own); };
   auto meter = std::make_unique<ReopeningMeter>(std::move(*first), again);
-  auto frame = co_await open_frame();
+  auto frame = co_await open_frame(Log::own);
   if (!frame) {
     known_.failed(Instrument::frame, frame.error(), Learned(request.why));
     co_return fail(frame.error());
@@ -155,7 +167,7 @@ Task<> RealRig::ask() {
 }
 
 Task<> RealRig::ask_meter() {
-  auto meter = co_await open_meter();
+  auto meter = co_await open_meter(Log::looks);
   if (!meter) {
     known_.failed(Instrument::lcr, meter.error(), Learned(LearnedBy::look));
     co_return;
@@ -166,7 +178,7 @@ Task<> RealRig::ask_meter() {
 }
 
 Task<> RealRig::ask_frame() {
-  auto frame = co_await open_frame();
+  auto frame = co_await open_frame(Log::looks);
   if (!frame) {
     known_.failed(Instrument::frame, frame.error(), Learned(LearnedBy::look));
     co_return;
@@ -177,7 +189,7 @@ Task<> RealRig::ask_frame() {
 }
 
 Task<bool> RealRig::make_frame_safe() {
-  auto frame = co_await open_frame();
+  auto frame = co_await open_frame(Log::own);
   if (!frame) {
     known_.failed(Instrument::frame, frame.error(), Learned(LearnedBy::rescue));
     co_return false;

@@ -4,11 +4,13 @@
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "daemon/rig/instruments.hpp"
+#include "drivers/recording_transport.hpp"
 #include "drivers/transport.hpp"
 #include "drivers/wire_log_writer.hpp"
 
@@ -34,10 +36,15 @@ class RealRig final : public InstrumentFactory {
   bool finish_wire_logs(Duration patience);
 
  private:
-  Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::string instrument);
-  Task<Result<std::unique_ptr<LcrMeter>>> open_meter();
-  Task<Result<std::unique_ptr<LoadFrame>>> open_link();
-  Task<Result<std::unique_ptr<LoadFrame>>> open_frame();
+  // Whose bytes go into which wire log: who only asks an instrument who it is, again and again,
+  // shares one with those who asked before.
+  enum class Log { own, looks };
+  Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::string instrument,
+                                                       Log log);
+  std::shared_ptr<WireRecord> wire_log(const std::string& instrument, Log log);
+  Task<Result<std::unique_ptr<LcrMeter>>> open_meter(Log log);
+  Task<Result<std::unique_ptr<LoadFrame>>> open_link(Log log);
+  Task<Result<std::unique_ptr<LoadFrame>>> open_frame(Log log);
   Task<> ask_frame();
   void learn(Instrument which, const Result<Identity>& answer, LearnedBy by);
 
@@ -47,6 +54,7 @@ class RealRig final : public InstrumentFactory {
   KnownRig& known_;
   Operator& person_;
   std::optional<WireLogWriter> wire_logs_;  // when the config asks for them
+  std::map<std::string, std::shared_ptr<WireRecord>> looks_;  // of each instrument, for a day
 };
 
 }  // namespace lcrig

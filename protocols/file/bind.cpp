@@ -14,7 +14,8 @@ namespace {
 
 std::string unit_word(const std::string& name) {
   const KeyParts key = split_key(name);
-  return key.unit && key.dimension() != Dimension::none ? fmt::format(" {}", key.unit->suffix) : "";
+  if (key.unit == nullptr || key.dimension() == Dimension::none) return {};
+  return " " + for_people(*key.unit);
 }
 
 // "1,5" and "2N" are numbers to those who write them.

@@ -14,18 +14,6 @@ namespace {
 
 using nlohmann::json;
 
-std::size_t byte_of(std::string_view text, TextPosition at) {
-  std::size_t i = 0;
-  for (int line = 1; line < at.line; ++line) i = text.find('\n', i) + 1;
-  const auto continues = [&] { return i < text.size() && (text[i] & 0xC0) == 0x80; };
-  for (int column = 1; column < at.column; ++column) {
-    do {
-      ++i;
-    } while (continues());
-  }
-  return i;
-}
-
 // Replaces a key and its value, which is a number or a word.
 void replace_member(std::string& text, const JsonDocument& document, const std::string& pointer,
                     const std::string& member) {
@@ -73,6 +61,8 @@ Result<std::string> with_meter_values(std::string_view text, const std::string& 
                                       ParameterValues& values) {
   const auto document = JsonDocument::parse(text, name);
   if (!document) return fail(document.error());
+  // Of two keys nobody knows which one is meant: whoever parses the text refuses it.
+  if (!document->duplicates().empty()) return std::string(text);
   const json& root = document->root();
   std::string out(text);
   for (const std::string what : {"frequency_Hz", "aperture"}) {

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 
+#include "base/key_words.hpp"
 #include "base/near_word.hpp"
 #include "base/text.hpp"
 #include "protocols/expand.hpp"
@@ -32,6 +33,7 @@ Parameter parse_parameter(const JsonReader& r) {
   if (name.empty() || name.size() > 64 || !std::ranges::all_of(name, good)) {
     r.refuse_key(fmt::format("the name \"{}\", expected letters, digits and _", printable(name)));
   }
+  if (const auto unit = name_unit_mistake(name)) r.refuse_key(*unit);
   p.to_si = key.to_si();
   p.min = r.number("min");
   p.max = r.number("max");
@@ -68,6 +70,7 @@ void parse_parameters(const JsonReader& top, Protocol& out, Scope& scope) {
     entry.max = p.max * p.to_si;
     entry.integer = p.integer;
     entry.bounded = r.sound();
+    entry.unit_known = !find_unknown_unit(r.last_key());
     scope.add(r.last_key(), entry);
     out.parameters[r.last_key()] = p;
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/file/scope.hpp"
 
-#include "base/near_word.hpp"
+#include "base/key_words.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
@@ -13,33 +13,42 @@ std::string expected_dimension(Dimension d) {
   return fmt::format("expected a {} ({})", to_string(d), suffixes_of(d));
 }
 
+std::string dimension_words(const std::string& name, Dimension d) {
+  const bool plain = d == Dimension::none && split_key(name).unit == nullptr;
+  return fmt::format("a {}{}", to_string(d), plain ? ", for its name ends in no unit" : "");
+}
+
 }  // namespace
 
 // nullptr, and the value refused, when it is no usable reference.
 const ScopeEntry* Scope::find(const JsonReader& value, Dimension d, std::string& name) const {
   const std::string text = value.string();
   if (text.size() < 2 || text[0] != '$') {
-    value.refuse(
-        fmt::format("\"{}\", expected a number or \"$name\" of a parameter", printable(text)));
+    const auto meant =
+        entries_.contains(text) ? fmt::format(", did you mean \"${}\"?", text) : std::string(",");
+    value.refuse(fmt::format("\"{}\"{} expected a number or \"$name\" of a parameter",
+                             printable(text), meant));
     return nullptr;
   }
   name = text.substr(1);
   const auto it = entries_.find(name);
   if (it == entries_.end()) {
     if (doubtful_names_ > 0) return nullptr;
-    std::vector<std::string> known;
+    std::vector<std::string> fitting;  // what is no force is not meant where a force is needed
     std::string list;
     for (const auto& [key, entry] : entries_) {
-      known.push_back(key);
+      if (entry.dimension == d) fitting.push_back(key);
       list += (list.empty() ? "" : ", ") + key;
     }
+    const auto meant = nearest_key(name, fitting);
     value.refuse(fmt::format(
         "\"${}\" names no parameter or sweep variable known here{} known: {}", printable(name),
-        nearest_word(name, known) ? did_you_mean(name, known) : ",", list.empty() ? "none" : list));
+        meant ? fmt::format(", did you mean `{}`?", *meant) : ",", list.empty() ? "none" : list));
     return nullptr;
   }
+  if (!it->second.unit_known) return nullptr;
   if (it->second.dimension != d) {
-    value.refuse(fmt::format("\"${}\" is a {}, {}", name, to_string(it->second.dimension),
+    value.refuse(fmt::format("\"${}\" is {}, {}", name, dimension_words(name, it->second.dimension),
                              expected_dimension(d)));
     return nullptr;
   }

@@ -15,6 +15,7 @@ struct ScopeEntry {
   Dimension dimension = Dimension::none;
   double min = 0, max = 0;  // SI; every value it can take
   bool integer = false;
+  bool unit_known = true;  // false: its name ends in a unit that nobody knows
   bool bounded = true;  // false: what the file says of its values is wrong, so nothing follows
 };
 

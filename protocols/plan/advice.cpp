@@ -27,24 +27,18 @@ double rounded(double value, Rounding to, bool whole) {
   return digits < 0 ? cut * scale : cut / scale;
 }
 
-double usual_value(const Number& n, const Protocol& protocol) {
-  const auto it = protocol.parameters.find(n.name);
-  if (it == protocol.parameters.end()) return n.value;
-  return it->second.default_value * it->second.to_si;
-}
-
 // The end of the sweep around `n` that goes furthest: a limit is met there first. `n` is its
 // variable. nullptr: there is none.
 const Number* end_of_sweep(const Steps& steps, const Number& n, Rounding to,
-                           const Protocol& protocol) {
+                           const Environment& environment) {
   for (const Step& step : steps) {
     const StepFacts facts = facts_of(step);
     if (facts.inside == nullptr || !n.pointer.starts_with(step.pointer + "/")) continue;
-    if (const Number* found = end_of_sweep(*facts.inside, n, to, protocol)) return found;
+    if (const Number* found = end_of_sweep(*facts.inside, n, to, environment)) return found;
     if (facts.sweep == nullptr || facts.sweep->name != n.name) continue;
     const Number* out = nullptr;
     const auto take = [&](const Number& end) {
-      const auto value = [&](const Number& of) { return usual_value(of, protocol); };
+      const auto value = [&](const Number& of) { return environment.get(of); };
       const bool further = out == nullptr || (to == Rounding::down ? value(end) > value(*out)
                                                                    : value(end) < value(*out));
       if (further) out = &end;
@@ -57,16 +51,16 @@ const Number* end_of_sweep(const Steps& steps, const Number& n, Rounding to,
   return nullptr;
 }
 
-std::vector<Change> change_of(const Number& n, double si, Rounding to, const Protocol& protocol) {
+std::vector<Change> change_of(const Number& n, double si, Rounding to, const Asked& asked) {
   if (n.name.empty()) {
     const double value = rounded(si / n.to_si, to, false);
     return {Change(n.pointer, value, false)};
   }
-  const auto it = protocol.parameters.find(n.name);
-  if (it == protocol.parameters.end()) {
-    const Number* end = end_of_sweep(protocol.steps, n, to, protocol);
+  const auto it = asked.protocol.parameters.find(n.name);
+  if (it == asked.protocol.parameters.end()) {
+    const Number* end = end_of_sweep(asked.protocol.steps, n, to, asked.environment);
     if (end == nullptr) return {};
-    return change_of(*end, si, to, protocol);
+    return change_of(*end, si, to, asked);
   }
   const Parameter& p = it->second;
   const double value = rounded(si / p.to_si, to, p.integer);
@@ -89,12 +83,12 @@ std::string Refusal::text() const {
   return changes.empty() ? out : out + ")";
 }
 
-std::vector<Change> at_most(const Number& number, double si, const Protocol& protocol) {
-  return change_of(number, si, Rounding::down, protocol);
+std::vector<Change> at_most(const Number& number, double si, const Asked& asked) {
+  return change_of(number, si, Rounding::down, asked);
 }
 
-std::vector<Change> at_least(const Number& number, double si, const Protocol& protocol) {
-  return change_of(number, si, Rounding::up, protocol);
+std::vector<Change> at_least(const Number& number, double si, const Asked& asked) {
+  return change_of(number, si, Rounding::up, asked);
 }
 
 }  // namespace lcrig

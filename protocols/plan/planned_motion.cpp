@@ -36,14 +36,14 @@ Refusal PlannedMotion::too_fast(const std::string& why, const Number& speed, dou
   if (fastest <= 0 || fastest < rig_.frame().speed_min.si()) {
     return Refusal(why + ", and no speed of this frame is slow enough: " + kNoHelp);
   }
-  auto changes = at_most(speed, fastest, rig_.protocol());
+  auto changes = at_most(speed, fastest, rig_.asked());
   if (!changes.empty() && may_take_longer) {
     const double to_si = changes.front().parameter
                              ? rig_.protocol().parameters.at(changes.front().place).to_si
                              : speed.to_si;
     const double needed = way_m_ / (changes.front().value * to_si) + kSearchStop_s;
     if (needed > rig_.get(timeout_)) {
-      for (Change& c : at_least(timeout_, 1.05 * needed, rig_.protocol())) changes.push_back(c);
+      for (Change& c : at_least(timeout_, 1.05 * needed, rig_.asked())) changes.push_back(c);
     }
   }
   return Refusal(fmt::format("{}: at most {:.3g} mm/s", why, fastest * 1e3), std::move(changes));
@@ -67,7 +67,7 @@ Refusal PlannedMotion::too_strong(const std::string& why, double felt, const Num
   const double share = (good - none) / (felt - none);
   if (!(share > 0)) return too_fast(why, speed, 0, true);
   return Refusal(fmt::format("{}: at most {:.4g} N, or a higher limit", why, good - none),
-                 at_most(target, share * rig_.get(target), rig_.protocol()));
+                 at_most(target, share * rig_.get(target), rig_.asked()));
 }
 
 // A motion that the device stops at a force: where it ends on the stiffest contact that is
@@ -81,7 +81,7 @@ void PlannedMotion::check_stop(double felt, const Number& speed,
       rig_.can_be_measured() ? rig_.forecast().stop_if_measured_N(felt, v).value_or(kNone) : kNone;
   if (exceeds(worst, limit) && !exceeds(measured, limit)) {
     worst = measured;
-    add_note(out_.note, "if the stiffness that is measured at contact allows it");
+    add_remark(out_.note, "if the stiffness that is measured at contact allows it");
     rig_.assume(
         fmt::format("beyond contact at most {:.3g} times as stiff as expected; measured at "
                     "contact, else nothing is pressed faster than the stiffest contact allows",
@@ -102,7 +102,7 @@ void PlannedMotion::check_stop(double felt, const Number& speed,
                     ? too_strong(why, felt, speed, *target)
                     : too_fast(why, speed, fastest, true));
   }
-  add_note(out_.note, fmt::format("{:.3g} N at worst", worst));
+  add_remark(out_.note, fmt::format("{:.3g} N at worst", worst));
   check_expected(felt, speed, allowed);
   if (!out_.why) rig_.foresee(worst, v);
 }
@@ -146,7 +146,7 @@ void PlannedMotion::check_pressing(double depth, double expected_N, const Number
 void PlannedMotion::check_blind(const Number& speed) {
   const double v = rig_.get(speed), limit = rig_.limits().force_max_N,
                trip = least_trip_N(rig_.frame(), force_noise_N(rig_.known()).value_or(0));
-  add_note(out_.note, "towards a specimen that may be anywhere");
+  add_remark(out_.note, "towards a specimen that may be anywhere");
   if (rig_.forecast().trip_N(v, limit) >= trip) return rig_.foresee(limit, v);
   const std::string why = fmt::format(
       "{:.4g} mm/s towards a specimen whose place is not known yet: a stop at {:.3g} N may end at "
@@ -160,7 +160,7 @@ void PlannedMotion::check_timeout() {
   if (out_.why || out_.seconds <= most) return;
   out_.refuse(Refusal(
       fmt::format("takes {:.4g} s ({}), timeout_s is {:.4g}", out_.seconds, out_.note, most),
-      at_least(timeout_, 1.02 * out_.seconds, rig_.protocol())));
+      at_least(timeout_, 1.02 * out_.seconds, rig_.asked())));
 }
 
 void PlannedMotion::to_travel(const Target& to, const Number& speed) {
@@ -174,7 +174,7 @@ void PlannedMotion::to_travel(const Target& to, const Number& speed) {
   const double target = is_gap ? rig_.contact_m() - value : value;
   way_m_ = std::abs(target - rig_.travel_m());
   out_.seconds = way_m_ / v;
-  add_note(out_.note, fmt::format("{:.4g} mm at {:.4g} mm/s", way_m_ * 1e3, v * 1e3));
+  add_remark(out_.note, fmt::format("{:.4g} mm at {:.4g} mm/s", way_m_ * 1e3, v * 1e3));
   // Of a specimen that may be anywhere nothing is expected: its gap is a guess, made for times.
   const bool somewhere =
       rig_.contact() != PlannedRig::Contact::unknown || rig_.known().expected_contact;
@@ -186,14 +186,13 @@ void PlannedMotion::to_travel(const Target& to, const Number& speed) {
   } else if (!away && (is_gap || rig_.is_placed())) {
     if (target > rig_.contact_m()) check_pressing(target - rig_.contact_m(), expected, speed);
   } else if (!is_gap && !rig_.is_placed() && rig_.contact() == PlannedRig::Contact::found) {
-    add_note(out_.note, "checked when the contact was found");
+    add_remark(out_.note, "checked when the contact was found");
   }
   rig_.go_to_travel(target, &to, out_);
   if (const auto no = check_force(expected, rig_.limits(), rig_.known())) {
     const double end = rig_.travel_at(no->end);
-    out_.refuse(Refusal(no->why, is_gap
-                                     ? at_least(to.value, rig_.contact_m() - end, rig_.protocol())
-                                     : at_most(to.value, end, rig_.protocol())));
+    out_.refuse(Refusal(no->why, is_gap ? at_least(to.value, rig_.contact_m() - end, rig_.asked())
+                                        : at_most(to.value, end, rig_.asked())));
   }
   rig_.go_to_force(expected, nullptr, out_);
 }
@@ -203,8 +202,8 @@ void PlannedMotion::to_force(const Target& to, const Number& speed) {
   const double target = rig_.travel_at(force);
   way_m_ = std::abs(target - rig_.travel_m());
   out_.seconds = way_m_ / v;
-  add_note(out_.note,
-           fmt::format("{:.4g} mm at {:.4g} mm/s to {:.4g} N", way_m_ * 1e3, v * 1e3, force));
+  add_remark(out_.note,
+             fmt::format("{:.4g} mm at {:.4g} mm/s to {:.4g} N", way_m_ * 1e3, v * 1e3, force));
   rig_.go_to_travel(target, nullptr, out_);
   rig_.go_to_force(force, &to.value, out_);
 }
@@ -219,7 +218,7 @@ void check_force_loop(double force, const PlannedRig& rig, StepPlan& out) {
   }
   if (rig.forecast().loop_can_hold(force)) return;
   if (rig.can_be_measured() && rig.forecast().loop_can_hold_if_measured(force)) {
-    return add_note(out.note, "if the stiffness that is measured at contact allows it");
+    return add_remark(out.note, "if the stiffness that is measured at contact allows it");
   }
   out.refuse(Refusal(fmt::format(
       "the contact may be {:.3g} N/mm stiff, the frame's force loop is good for {:.3g} N/mm: use "

@@ -99,8 +99,8 @@ void PlannedRig::go_to_travel(double travel, const Target* to, StepPlan& out) {
   const auto suggest = [&](double end) {
     if (to == nullptr) return std::vector<Change>();
     const double value = is_gap ? contact_ - end : end;
-    return (travel > end) == is_gap ? at_least(to->value, value, protocol_)
-                                    : at_most(to->value, value, protocol_);
+    return (travel > end) == is_gap ? at_least(to->value, value, asked())
+                                    : at_most(to->value, value, asked());
   };
   // Before contact was found nobody knows its gap, nor where its travel is from there on.
   const bool absolute = rig_.start_travel || rig_.expected_contact;
@@ -132,7 +132,7 @@ void PlannedRig::go_to_force(double force, const Number* given, StepPlan& out) {
     const bool in_N = given != nullptr && rig_.probe_area.si() > 0 &&
                       std::abs(get(*given) - force) <= 1e-9 * std::abs(force);
     const double unit = in_N ? 1 : rig_.probe_area.si();
-    if (given != nullptr && unit > 0) changes = at_most(*given, no->end / unit, protocol_);
+    if (given != nullptr && unit > 0) changes = at_most(*given, no->end / unit, asked());
     out.refuse(Refusal(no->why, std::move(changes)));
   }
   force_ = force;
@@ -144,8 +144,8 @@ void PlannedRig::use_speed(const Number& speed, StepPlan& out) {
   fastest_m_s_ = std::max(fastest_m_s_, v);
   const auto no = check_speed(v, limits_, rig_);
   if (!no) return;
-  out.refuse(Refusal(no->why, v > no->end ? at_most(speed, no->end, protocol_)
-                                          : at_least(speed, no->end, protocol_)));
+  out.refuse(Refusal(
+      no->why, v > no->end ? at_most(speed, no->end, asked()) : at_least(speed, no->end, asked())));
 }
 
 void PlannedRig::foresee(double worst_N, double speed) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "protocols/plan/advice.hpp"
 #include "protocols/plan/plan.hpp"
 #include "protocols/plan/rig_forecast.hpp"
 
@@ -40,6 +41,7 @@ class PlannedRig {
 
   const Protocol& protocol() const { return protocol_; }
   const Environment& environment() const { return environment_; }
+  Asked asked() const { return {protocol_, environment_}; }
   double get(const Number& number) const { return environment_.get(number); }
   // What is known from outside the file; its travel counts from the present zero.
   const Rig& known() const { return rig_; }

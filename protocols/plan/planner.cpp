@@ -38,16 +38,16 @@ void Planner::check_limits() {
   for (const auto* force : {&l.force_min, &l.force_max}) {
     if (!*force) continue;
     if (const auto no = check_force_limit(rig_.get(**force), rig_.frame())) {
-      auto changes = force == &l.force_max ? at_most(**force, no->end, protocol_)
-                                           : at_least(**force, no->end, protocol_);
+      auto changes = force == &l.force_max ? at_most(**force, no->end, rig_.asked())
+                                           : at_least(**force, no->end, rig_.asked());
       refuse("/limits", "limits", Refusal(no->why, std::move(changes)));
     }
   }
   for (const auto* travel : {&l.travel_min, &l.travel_max}) {
     if (!*travel || !rig_.frame().motion) continue;
     if (const auto no = check_travel_limit(rig_.get(**travel), rig_.frame())) {
-      auto changes = travel == &l.travel_max ? at_most(**travel, no->end, protocol_)
-                                             : at_least(**travel, no->end, protocol_);
+      auto changes = travel == &l.travel_max ? at_most(**travel, no->end, rig_.asked())
+                                             : at_least(**travel, no->end, rig_.asked());
       refuse("/limits", "limits",
              Refusal(no->why + ": give limits of this frame, or gap_mm, which counts from contact",
                      std::move(changes)));

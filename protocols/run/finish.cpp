@@ -34,13 +34,13 @@ void Finish::fail_with(Errc code, std::string_view why) {
     result_.exit_status = ExitStatus::fail;
     result_.code = code;
   }
-  add_note(result_.reason, why);
+  add_remark(result_.reason, why);
 }
 
 void Finish::fail_not_standing(std::string_view why) {
   result_.exit_status = ExitStatus::fail;
   result_.code = Errc::not_standing;
-  if (!names(result_.reason, why)) add_note(result_.reason, why);
+  if (!names(result_.reason, why)) add_remark(result_.reason, why);
 }
 
 Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
@@ -107,7 +107,7 @@ Task<> Finish::see_standstill() {
 
 void Finish::tell_not_run(std::string_view why) {
   told_not_run_ = true;
-  add_note(result_.reason, fmt::format("`finally` did not run: {}", why));
+  add_remark(result_.reason, fmt::format("`finally` did not run: {}", why));
 }
 
 // Whether `finally` can and may run; says why not.
@@ -183,11 +183,11 @@ void Finish::tell_hands_off(bool cleared) {
     result_.exit_status = ExitStatus::fail;
     result_.code = why->code;
   }
-  if (!names(result_.reason, why->what)) add_note(result_.reason, why->what);
+  if (!names(result_.reason, why->what)) add_remark(result_.reason, why->what);
   constexpr std::string_view kStill =
       "nothing is moved any more until a person has looked at the rig";
   if (cleared || told_not_run_) {
-    add_note(result_.reason, kStill);
+    add_remark(result_.reason, kStill);
   } else {
     tell_not_run(kStill);
   }

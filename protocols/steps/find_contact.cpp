@@ -36,7 +36,7 @@ void check_threshold(const Number& force, const PlannedRig& rig, StepPlan& out) 
       Refusal(fmt::format("contact at {:.3g} N, but the load cell scatters by {:.3g} N (standard "
                           "deviation) while it rests: at least {:.3g} N, {:.0f} times that",
                           rise, noise, least, kContactSigmas),
-              at_least(force, 1.05 * least, rig.protocol())));
+              at_least(force, 1.05 * least, rig.asked())));
 }
 
 }  // namespace
@@ -69,14 +69,14 @@ StepPlan FindContactStep::plan(PlannedRig& rig) const {
   const double rise = rig.get(force), back = rig.get(back_off), most = rig.get(speed);
   const double v = search_speed_m_s(rig.environment(), rig.forecast(),
                                     rig.limits().force_max_N - rise, rig.frame().speed_min.si());
-  if (v < most) add_note(out.note, fmt::format("slowed down to {:.3g} mm/s", v * 1e3));
+  if (v < most) add_remark(out.note, fmt::format("slowed down to {:.3g} mm/s", v * 1e3));
   const double approach = std::max(0.0, rig.contact_m() - rig.travel_m());
   if (rig.contact() == PlannedRig::Contact::unknown && approach > 0) {
-    add_note(out.note, fmt::format("assumes a gap of {:.3g} mm", approach * 1e3));
+    add_remark(out.note, fmt::format("assumes a gap of {:.3g} mm", approach * 1e3));
   }
   double longest = std::min(window_m(rig), v * rig.get(timeout));
   if (within) longest = std::min(longest, rig.get(*within));
-  add_note(out.note, fmt::format("searches at most {:.4g} mm", longest * 1e3));
+  add_remark(out.note, fmt::format("searches at most {:.4g} mm", longest * 1e3));
   out.seconds = approach / v + back / most + kSearchStop_s;
   rig.begin_search();
   rig.go_to_force(rise, &force, out);

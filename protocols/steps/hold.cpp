@@ -53,7 +53,7 @@ StepPlan HoldStep::plan(PlannedRig& rig) const {
   if (out.why) return out;
   const double before_N = rig.force_N(), force_N = at ? rig.force_of(*at) : before_N;
   if (at) {
-    add_note(out.note, fmt::format("holds {:.4g} N", force_N));
+    add_remark(out.note, fmt::format("holds {:.4g} N", force_N));
     rig.go_to_travel(rig.travel_at(force_N), nullptr, out);
     rig.go_to_force(force_N, &at->value, out);
   }

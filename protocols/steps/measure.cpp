@@ -26,7 +26,7 @@ StepPlan MeasureStep::plan(PlannedRig& rig) const {
   StepPlan out(time_s);
   if (auto why = check_measure(readings, time_s, meter, rig.known().lcr)) {
     const double needed_s = each_s * static_cast<double>(readings);
-    out.refuse(Refusal(std::move(*why), at_least(within, needed_s, rig.protocol())));
+    out.refuse(Refusal(std::move(*why), at_least(within, needed_s, rig.asked())));
   }
   out.note = fmt::format(
       "{} readings in {:.4g} s need a conversion of at most {:.0f} ms; aperture "

@@ -68,8 +68,8 @@ StepPlan MoveUntilStep::plan(PlannedRig& rig) const {
   }
   if (const auto t = loaded_time_s(force_N, v, rig.known()); loading && t && !final_speed) {
     const double each = to_seconds(rig.known().lcr.conversion_time(rig.meter()));
-    add_note(out.note, fmt::format("loaded for {:.3g} s: {:.0f} readings of {:.0f} ms", *t,
-                                   std::floor(*t / each), each * 1e3));
+    add_remark(out.note, fmt::format("loaded for {:.3g} s: {:.0f} readings of {:.0f} ms", *t,
+                                     std::floor(*t / each), each * 1e3));
   }
   if (loading) motion.check_stop(rig.felt_N(force_N), last, overshoot, &until.value);
   motion.check_timeout();

@@ -43,15 +43,15 @@ void check_ramp(const RampStep& step, double force_N, PlannedRig& rig, StepPlan&
   if (exceeds(r, loop.rate_max.si())) {
     return out.refuse(Refusal(
         fmt::format("{:.4g} N/s, the frame's force loop follows {:.4g} N/s", r, loop.rate_max.si()),
-        at_most(rate, loop.rate_max.si(), rig.protocol())));
+        at_most(rate, loop.rate_max.si(), rig.asked())));
   }
   const double from = rig.felt_N(rig.force_N()), felt = rig.felt_N(force_N);
   double worst = rig.forecast().ramp_N(from, felt, r);
   if (exceeds(worst, limit) && rig.can_be_measured()) {
     worst = rig.forecast().ramp_if_measured_N(from, felt, r).value_or(worst);
-    add_note(out.note, "if the stiffness that is measured at contact allows it");
+    add_remark(out.note, "if the stiffness that is measured at contact allows it");
   }
-  add_note(out.note, fmt::format("{:.3g} N at worst", worst));
+  add_remark(out.note, fmt::format("{:.3g} N at worst", worst));
   if (!exceeds(worst, limit)) return rig.foresee(worst, loop.approach.si());
   const double fastest = rig.forecast().fastest_ramp_N_s(felt, limit);
   const std::string why =
@@ -59,7 +59,7 @@ void check_ramp(const RampStep& step, double force_N, PlannedRig& rig, StepPlan&
                   worst, limit);
   if (fastest > 0 && fastest < r) {
     return out.refuse(Refusal(fmt::format("{}: at most {:.3g} N/s", why, fastest),
-                              at_most(rate, fastest, rig.protocol())));
+                              at_most(rate, fastest, rig.asked())));
   }
   if (fastest <= 0) {
     const double most = limit - rig.felt_N(0) - loop.ripple.si();
@@ -67,7 +67,7 @@ void check_ramp(const RampStep& step, double force_N, PlannedRig& rig, StepPlan&
         fmt::format("{}: at most {:.4g} N, for a held force may be off by its ripple of {:.2g} N",
                     why, most, loop.ripple.si()),
         at_most(step.to.value, rig.get(step.to.value) * most / std::max(force_N, 1e-9),
-                rig.protocol())));
+                rig.asked())));
   }
   out.refuse(
       Refusal(fmt::format("{}: the frame approaches with {:.3g} mm/s by itself; press the "
@@ -84,7 +84,7 @@ void plan_rate(const RampStep& step, PlannedRig& rig, StepPlan& out) {
   const double rate = rig.get(*step.force_rate);
   check_ramp(step, to_N, rig, out);
   out.seconds = std::abs(to_N - from_N) / rate;
-  add_note(out.note, fmt::format("{:.4g} N to {:.4g} N at {:.4g} N/s", from_N, to_N, rate));
+  add_remark(out.note, fmt::format("{:.4g} N to {:.4g} N at {:.4g} N/s", from_N, to_N, rate));
   const double gap_m = from_N > 0 ? 0 : rig.contact_m() - rig.travel_m();
   const auto& loop = rig.frame().force_loop;
   if (loop && loop->approach.si() > 0 && gap_m > 0) out.seconds += gap_m / loop->approach.si();

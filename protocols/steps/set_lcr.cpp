@@ -50,9 +50,9 @@ StepPlan SetLcrStep::plan(PlannedRig& rig) const {
     const double Hz = rig.meter().frequency.si();
     std::vector<Change> changes;
     if (frequency && Hz > meter.frequency_max.si()) {
-      changes = at_most(*frequency, meter.frequency_max.si(), rig.protocol());
+      changes = at_most(*frequency, meter.frequency_max.si(), rig.asked());
     } else if (frequency && Hz < meter.frequency_min.si()) {
-      changes = at_least(*frequency, meter.frequency_min.si(), rig.protocol());
+      changes = at_least(*frequency, meter.frequency_min.si(), rig.asked());
     }
     out.refuse(Refusal(std::move(*why), std::move(changes)));
   }

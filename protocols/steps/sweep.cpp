@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cmath>
 
+#include "base/key_words.hpp"
 #include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
@@ -57,6 +58,7 @@ SweepStep SweepStep::parse(const StepReader& r) {
   if (!std::ranges::all_of(out.name, good)) {
     name.refuse(fmt::format("\"{}\", expected letters, digits and _ only", printable(out.name)));
   }
+  if (const auto unit = name_unit_mistake(out.name)) name.refuse(*unit);
   if (r.scope.has(out.name)) {
     name.refuse(
         fmt::format("\"{}\" is already a parameter or the variable of a sweep around this "

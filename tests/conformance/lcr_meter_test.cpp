@@ -61,9 +61,9 @@ class Meter : public ::testing::TestWithParam<Case> {
     header.firmware = "REV E8.13";
     header.date = "2026-01-01";
     header.conditions = "7.2914 pF, D 0.004; conformance suite";
-    auto log = logs.create(log_path(GetParam()), "lcr");
-    return std::make_unique<RecordingTransport>(std::move(pair->near), clock, std::move(log),
-                                                header);
+    auto log =
+        std::make_shared<WireRecord>(logs.create(log_path(GetParam()), "lcr"), clock, header);
+    return std::make_unique<RecordingTransport>(std::move(pair->near), std::move(log));
   }
   template <class T>
   T run(Task<T> task) {

@@ -7,11 +7,11 @@ a page cannot name one that was never tried."""
 import json
 import os
 import re
+import select
 import shlex
 import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 # Commands of other programs need root, systemd or a compiler: they are not tried here.
@@ -22,6 +22,7 @@ TALKS_TO_DAEMON = re.compile(r"lcrig (run|status|watch|pause|resume|abort|freeze
 REAL_TIME = re.compile(r"^lcrig run ")
 YOURS = ("my_machine:",)  # a program that the reader writes
 SERVERS = ("lcrig-sim", "lcrig-gateway")
+PATIENCE_S = 30  # for a program that starts
 
 
 def free_ports(count):
@@ -99,23 +100,22 @@ class Pages:
             words += ["--config", str(self.folder / "lcrigd.json")]
         return words
 
-    def start(self, words):
+    def start(self, words, environment=None):
+        """What it says after its first line goes nowhere: its log is on standard error."""
         log = open(self.folder / f"{Path(words[0]).name}.log", "w", encoding="utf-8")
-        child = subprocess.Popen(words, cwd=self.folder, stdout=log, stderr=log)
+        child = subprocess.Popen(words, cwd=self.folder, stdout=subprocess.PIPE, stderr=log,
+                                 env=environment)
         self.running.append(child)
         return child
 
     def serve(self, words):
-        """A server is ready when it says so, or has not ended after a while."""
+        """Reads the line in which a server says where it is; the text of what went wrong instead."""
         child = self.start(words)
+        line = first_line(child.stdout)
+        if line:
+            return line, None
         log = self.folder / f"{Path(words[0]).name}.log"
-        until = time.monotonic() + 30
-        while child.poll() is None and time.monotonic() < until:
-            text = log.read_text(encoding="utf-8", errors="replace")
-            if '"frame"' in text or '"port"' in text or self.port in text:
-                return None
-            time.sleep(0.05)
-        return f"ended with {child.poll()}: {log.read_text(encoding='utf-8')[-500:]}"
+        return None, f"no ready line in {PATIENCE_S} s: {log.read_text(encoding='utf-8')[-500:]}"
 
     def stop_servers(self):
         for child in reversed(self.running):
@@ -126,10 +126,10 @@ class Pages:
     def daemon(self):
         """lcrigd on the meter of lcrig-sim, and on the gateway's frame if that runs, else the sim's."""
         gateway = any("gateway" in str(child.args[0]) for child in self.running)
-        ready = self.folder / "ready.json"
-        self.start([str(self.programs / "lcrig-sim"), "--ready-file", str(ready)])
-        wait_for(ready)
-        ports = json.loads(ready.read_text(encoding="utf-8"))
+        line, wrong = self.serve([str(self.programs / "lcrig-sim")])
+        if wrong:
+            sys.exit(wrong)
+        ports = json.loads(line)
         frame = f"tcp:127.0.0.1:{self.port}" if gateway else ports["frame"]
         config = {"format": "lcrigd-config/1", "database": str(self.folder / "daemon.db"),
                   "socket": str(self.folder / "c.sock"),
@@ -140,8 +140,22 @@ class Pages:
         # A run that can be shown.
         self.run([str(self.programs / "lcrig"), "rehearse", "preconditioning", "--specimen", "paper-1",
                   "--db", str(self.folder / "daemon.db")], "the first run")
-        self.start([str(self.programs / "lcrigd"), "--config", str(self.folder / "lcrigd.json")])
-        wait_for(self.folder / "c.sock")
+        self.start_daemon([str(self.programs / "lcrigd"), "--config",
+                           str(self.folder / "lcrigd.json")])
+
+    def start_daemon(self, words):
+        """It tells its service manager when it is ready."""
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+            path = str(self.folder / "n.sock")
+            manager.bind(path)
+            manager.settimeout(PATIENCE_S)
+            self.start(words, dict(os.environ, NOTIFY_SOCKET=path))
+            try:
+                while b"READY=1" not in manager.recv(512):
+                    pass
+            except TimeoutError:
+                sys.exit(f"lcrigd is not ready in {PATIENCE_S} s")
+        os.unlink(path)
 
     def page(self, page):
         self.keep_file(page)
@@ -155,7 +169,8 @@ class Pages:
                 self.serve(self.words("lcrig-gateway --port 4710"))
             if Path(words[0]).name in SERVERS:
                 self.stop_servers()
-                if wrong := self.serve(words):
+                _, wrong = self.serve(words)
+                if wrong:
                     self.failed.append(f"{page}: {command}\n{wrong}")
                 continue
             if words[0].endswith("lcrigd") or TALKS_TO_DAEMON.match(command):
@@ -175,12 +190,10 @@ class Pages:
             self.failed.append(f"{what}\nexit {done.returncode}: {done.stdout[-300:]}{done.stderr[-600:]}")
 
 
-def wait_for(path):
-    until = time.monotonic() + 30
-    while not path.exists():
-        if time.monotonic() > until:
-            sys.exit(f"{path} never came")
-        time.sleep(0.05)
+def first_line(pipe):
+    """None: nothing came in time."""
+    ready, _, _ = select.select([pipe], [], [], PATIENCE_S)
+    return pipe.readline() if ready else None
 
 
 def main(programs, folder):

@@ -28,8 +28,7 @@ class FaultScripts : public Rig {
 };
 
 TEST_F(FaultScripts, AMeterThatIsUnpluggedComesBackAsAnotherDevice) {
-  start_sim({"--lcr-link", file("lcr"), "--faults",
-             script(R"({ "fault": "unplug", "on": "meter", "at_s": 0.3, "for_s": 0.3,
+  start_sim({"--faults", script(R"({ "fault": "unplug", "on": "meter", "at_s": 0.3, "for_s": 0.3,
                          "other_port": true })")});
   const std::string first = ports_.value("lcr", "?");
   EXPECT_EQ(port_other_than(first), "") << "unplugged";

@@ -43,13 +43,12 @@ class Faults : public Rig {
 
 TEST_F(Faults, UnpluggedMeterEndsTheRunWithTheReason) {
   start_sim();
-  const std::string port = ports_.value("lcr", "?");
   auto client = ramp();
   sim("unplug lcr");
   const json end = client->run_ended();
   EXPECT_EQ(end.value("exit_status", ""), "fail");
   EXPECT_EQ(end.value("code", ""), "disconnected");
-  EXPECT_THAT(end.value("reason", ""), HasSubstr(port));
+  EXPECT_THAT(end.value("reason", ""), HasSubstr(file("lcr")));
   EXPECT_EQ(query("SELECT exit_status FROM run_end"), "fail\n");
   EXPECT_GE(number("SELECT count(*) FROM event WHERE kind = 'stopped'"), 1);
   EXPECT_EQ(number("SELECT count(*) FROM event WHERE kind = 'step_end' AND step_id = 'clear' AND "
@@ -117,7 +116,7 @@ TEST_F(Faults, AnotherInstrumentAnswers) {
 TEST_F(Faults, MeterSilent) {
   start_sim();
   sim("silent lcr");
-  expect_no_run(config(), ports_.value("lcr", "?"));
+  expect_no_run(config(), file("lcr"));
 }
 
 TEST_F(Faults, TwoDaemonsOnOneDatabase) {

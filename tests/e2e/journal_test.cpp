@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What an administrator sees: the journal, the service's status, and what the daemon says of its
 // ports while nothing runs.
+#include <filesystem>
 #include "base/clock.hpp"
+
 #include "tests/e2e/rig.hpp"
 
 namespace lcrig::e2e {
@@ -83,6 +85,33 @@ TEST_F(Journal, AWireLogThatCannotBeWrittenStopsNoRun) {
       {"run", file("quick.json"), "--specimen", "paper-1", "--socket", file("control.sock")}, 60s);
   EXPECT_EQ(done.code, 0) << done.err;
   EXPECT_THAT(daemon.log(), AllOf(HasSubstr("nowhere"), HasSubstr("goes on without a wire log")));
+}
+
+TEST_F(Journal, LooksBetweenRunsShareAWireLogUntilTheNextRun) {
+  start_sim();
+  std::filesystem::create_directory(file("wires"));
+  json logged = config();
+  logged["wire_log_directory"] = file("wires");
+  start_daemon(logged);
+  const auto logs = [this](const std::string& begin) {
+    std::ptrdiff_t count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(file("wires"))) {
+      count += entry.path().filename().string().starts_with(begin) ? 1 : 0;
+    }
+    return count;
+  };
+  const auto look = [this] { return lcrig({"status", "--ask", "--socket", file("control.sock")}); };
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(look().code, 0);
+  EXPECT_EQ(logs("lcr-looks-"), 1);
+  EXPECT_EQ(logs("frame-looks-"), 1);
+  EXPECT_EQ(logs(""), 2);
+  write("quick.json", kQuickProtocol);
+  const auto done = lcrig(
+      {"run", file("quick.json"), "--specimen", "paper-1", "--socket", file("control.sock")}, 60s);
+  EXPECT_EQ(done.code, 0) << done.err;
+  EXPECT_EQ(logs(""), 4) << "those of the run";
+  EXPECT_EQ(look().code, 0);
+  EXPECT_EQ(logs("lcr-looks-"), 2) << "the one of before belongs to the time before the run";
 }
 
 TEST_F(Journal, ACheckOnTheRigFindsWhatItsPlanRefuses) {

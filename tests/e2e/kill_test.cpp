@@ -81,9 +81,7 @@ class Kills : public Rig {
 };
 
 TEST_F(Kills, AtRandomInstantsLoseNothingAndTheRunGoesOn) {
-  start_sim({"--lcr-link", file("lcr")});
-  json by_link = config();
-  by_link["meter"]["port"] = file("lcr");
+  start_sim();
   std::mt19937 random(20261121);
   std::uniform_int_distribution<int> instant_ms(0, 2500);
   std::map<std::int64_t, Acknowledged> shown;
@@ -91,7 +89,7 @@ TEST_F(Kills, AtRandomInstantsLoseNothingAndTheRunGoesOn) {
   const int kills = kills_wanted();
   for (int i = 0; i < kills; ++i) {
     SCOPED_TRACE(i);
-    Child& daemon = start_daemon(by_link, "d" + std::to_string(i));
+    Child& daemon = start_daemon(config(), "d" + std::to_string(i));
     Control client = control();
     client.call("watch");
     last = begin(client, last);
@@ -105,7 +103,7 @@ TEST_F(Kills, AtRandomInstantsLoseNothingAndTheRunGoesOn) {
     daemons_.clear();
   }
   EXPECT_FALSE(sim("settle").value("moving", true));
-  start_daemon(by_link, "last");
+  start_daemon(config(), "last");
   Control client = control();
   client.call("status");
   for (const auto& [run, acknowledged] : shown) expect_whole(run, acknowledged);
@@ -165,7 +163,7 @@ TEST_F(Kills, AResumedRunAsksForTheSpecimenAndGoesOnAtItsStep) {
   daemon.signal(SIGKILL);
   daemon.wait(5s);
   sim("settle");
-  start_daemon(config(), "d2");
+  const Child& second = start_daemon(config(), "d2");
   EXPECT_THAT(lcrig({"status", "--socket", file("control.sock")}).out,
               HasSubstr("interrupted: run 1, slow on paper-1, in step away; lcrig resume 1"));
   const Ended resumed = lcrig({"resume", "--socket", file("control.sock")});
@@ -187,6 +185,7 @@ TEST_F(Kills, AResumedRunAsksForTheSpecimenAndGoesOnAtItsStep) {
             "done\n")
       << "the gap of the first run is known to the second";
   EXPECT_THAT(query("SELECT text FROM run_note WHERE run_id = 1"), HasSubstr("continued by run 2"));
+  EXPECT_THAT(second.log(), HasSubstr("run 1: continued by run 2"));
   // The database is neither where the daemon's is by default nor the user's own.
   const Ended noted =
       lcrig({"runs", "note", "2", "looked at it", "--socket", file("control.sock")});

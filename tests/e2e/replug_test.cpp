@@ -46,10 +46,8 @@ class Occupied {
 class Replug : public Rig {
  protected:
   std::unique_ptr<Control> ramp() {
-    start_sim({"--lcr-link", file("lcr")});
-    json by_link = config();
-    by_link["meter"]["port"] = file("lcr");
-    start_daemon(by_link);
+    start_sim();
+    start_daemon(config());
     auto client = std::make_unique<Control>(control());
     client->call("watch");
     const json started = start_run(*client, patient_protocol());

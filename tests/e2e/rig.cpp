@@ -174,8 +174,9 @@ void Rig::write(const std::string& name, const std::string& text) const {
 }
 
 void Rig::start_sim(const std::vector<std::string>& options) {
-  std::vector<std::string> command{LCRIG_BIN "/lcrig-sim", "--bench", file("bench.json"),
-                                   "--control", file("sim.sock")};
+  std::vector<std::string> command{
+      LCRIG_BIN "/lcrig-sim", "--bench",    file("bench.json"), "--control",
+      file("sim.sock"),       "--lcr-link", file("lcr")};
   command.insert(command.end(), options.begin(), options.end());
   sim_ = std::make_unique<Child>(command, file("sim.log"));
   const auto line = sim_->out().next(20s);
@@ -204,7 +205,7 @@ json Rig::config() const {
   return json{{"format", "lcrigd-config/1"},
               {"database", file("lcrig.db")},
               {"socket", file("control.sock")},
-              {"meter", {{"driver", "lcr6100"}, {"port", ports_.value("lcr", "")}}},
+              {"meter", {{"driver", "lcr6100"}, {"port", file("lcr")}}},
               {"frame", frame},
               {"fixture", {{"probe_diameter_mm", 4.0}}}};
 }

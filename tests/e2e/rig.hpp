@@ -72,7 +72,10 @@ class Rig : public testing::Test {
   std::string file(const std::string& name) const { return dir_.file(name); }
   void write(const std::string& name, const std::string& text) const;
 
-  // Starts lcrig-sim with the quick bench and stores its ports in `ports_`.
+  // Starts lcrig-sim with the quick bench and stores its ports in `ports_`. The meter's is for
+  // looking at: daemons open a link in this test's folder, which goes when the pty goes. The
+  // kernel gives the number of a pty that closed to the next one that opens, which may be another
+  // test's.
   void start_sim(const std::vector<std::string>& options = {});
   json sim(const std::string& command);  // sends a command to the back door
   void wait_until_standing();  // waits for the simulated drive

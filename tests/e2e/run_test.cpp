@@ -47,10 +47,8 @@ TEST_F(Rig, DaemonRunsAProtocolOnPtyAndTcp) {
 }
 
 TEST_F(Rig, TheNextRunFindsTheSamePorts) {
-  start_sim({"--lcr-link", file("lcr")});
-  json by_link = config();
-  by_link["meter"]["port"] = file("lcr");
-  start_daemon(by_link);
+  start_sim();
+  start_daemon(config());
   for (int run = 1; run <= 2; ++run) {
     Control client = control();
     client.call("watch");

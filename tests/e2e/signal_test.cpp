@@ -8,7 +8,9 @@
 namespace lcrig::e2e {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 TEST_F(Rig, ATermInTheInstantOfReadyClosesTheDatabase) {
   const json simulated{{"format", "lcrigd-config/1"},
@@ -29,6 +31,24 @@ TEST_F(Rig, ATermInTheInstantOfReadyClosesTheDatabase) {
         << "the database was not closed";
     daemons_.clear();
   }
+}
+
+// Nobody pressed a key.
+TEST_F(Rig, ATermToARunIsToldAsWhatItWas) {
+  start_sim();
+  start_daemon(config());
+  write("slow.json", kSlowProtocol);
+  Control client = control();
+  client.call("watch");
+  Child run({LCRIG_BIN "/lcrig", "run", file("slow.json"), "--specimen", "paper-1", "--socket",
+             file("control.sock")},
+            file("run.log"), {{"HOME", file("home")}});
+  client.wait_for("status", [](const json& s) { return s.value("step", "") == "away"; });
+  run.signal(SIGTERM);
+  EXPECT_EQ(client.run_ended().value("exit_status", ""), "abort");
+  EXPECT_EQ(run.wait(10s), 130);
+  EXPECT_THAT(query("SELECT reason FROM run_end"), HasSubstr("SIGTERM to lcrig run"));
+  EXPECT_THAT(run.log(), AllOf(HasSubstr("stopping the run"), Not(HasSubstr("Ctrl-C"))));
 }
 
 }  // namespace

@@ -113,7 +113,7 @@ TEST_F(Daemon, ARequestThatIsRefusedStandsNowhere) {
   for (const char* verb : {"run.abort", "run.freeze", "run.confirm", "run.pause", "run.resume"}) {
     const json error = answer(client, verb)["error"];
     EXPECT_THAT(error.value("/data/hint"_json_pointer, ""),
-                StartsWith("lcrig status shows what is going on"))
+                StartsWith("lcrig status   (what goes on"))
         << verb;
   }
   EXPECT_THAT(kinds(), ElementsAre("run.start", "run.abort"));

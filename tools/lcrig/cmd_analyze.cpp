@@ -21,12 +21,19 @@ namespace {
 Outcome<PressureRange> parse_range(const std::string& text) {
   const auto colon = text.find(':');
   if (colon == std::string::npos) {
-    return Failure(kUsage, "--range " + text + ": expected FROM:TO in kPa", "--range 0:30");
+    return Failure(kUsage, "--range " + text + ": expected FROM:TO in kPa",
+                   "give both ends, such as 0:30 or 35:100");
   }
   auto from = parse_number("--range", text.substr(0, colon));
   if (!from) return from.error();
   auto to = parse_number("--range", text.substr(colon + 1));
   if (!to) return to.error();
+  if (*from >= *to) {
+    return Failure(kUsage, "--range " + text + ": expected FROM below TO, in kPa",
+                   *from > *to ? fmt::format("the lower end first: --range {}:{}",
+                                             text.substr(colon + 1), text.substr(0, colon))
+                               : "give two pressures");
+  }
   return PressureRange{*from, *to};
 }
 
@@ -72,24 +79,25 @@ class AnalyzeCommand final : public Command {
  private:
   Outcome<void> check_options() const {
     const auto& rig = wanted_.rig;
+    // What was meant is known only of a percentage: the other values are facts of the rig.
     const auto bad = [](const char* option, double value, const std::string& expected,
-                        const char* next) {
+                        const std::string& next = "lcrig analyze --help") {
       return Failure(kUsage, fmt::format("{} {:g}: expected {}", option, value, expected), next);
     };
-    if (!(wanted_.confidence > 0 && wanted_.confidence < 1)) {
-      return bad("--confidence", wanted_.confidence, "a share between 0 and 1",
-                 "--confidence 0.95");
+    if (const double p = wanted_.confidence; !(p > 0 && p < 1)) {
+      const bool percent = p > 1 && p < 100;
+      return bad("--confidence", p, "a share between 0 and 1",
+                 percent ? fmt::format("{:g} % is --confidence {:g}", p, p / 100)
+                         : "lcrig analyze --help");
     }
     if (rig.force_class_percent && !is_force_class(*rig.force_class_percent)) {
-      return bad("--force-class", *rig.force_class_percent, kForceClassWords, "--force-class 1");
+      return bad("--force-class", *rig.force_class_percent, kForceClassWords);
     }
     if (rig.force_certified_from_N && *rig.force_certified_from_N < 0) {
-      return bad("--certified-from-N", *rig.force_certified_from_N, "a force from 0 on",
-                 "--certified-from-N 0.1");
+      return bad("--certified-from-N", *rig.force_certified_from_N, "a force from 0 on");
     }
     if (rig.probe_diameter_tolerance_mm && *rig.probe_diameter_tolerance_mm < 0) {
-      return bad("--probe-tolerance-mm", *rig.probe_diameter_tolerance_mm, "a length from 0 on",
-                 "--probe-tolerance-mm 0.02");
+      return bad("--probe-tolerance-mm", *rig.probe_diameter_tolerance_mm, "a length from 0 on");
     }
     return {};
   }

@@ -108,29 +108,28 @@ class BudgetCommand final : public Command {
     const LibraryPath library(context.env);
     const auto wanted = find_protocol(library, protocol_, parameters_);
     if (!wanted) return wanted.error();
-    auto protocol = parse_protocol(wanted->file.text, wanted->file.path.string());
-    if (!protocol) return refused(context, protocol.error());
-    auto bound = bind_parameters(*protocol, wanted->parameters);
-    if (!bound) return refused(context, bound.error());
+    auto bound = bind_protocol(context, *wanted);
+    if (!bound) return bound.error();
     auto db = context.db_path();
     if (!db) return db.error();
     auto text = find_specimen_text(context, *db, specimen_);
     if (!text) return text.error();
     auto specimen = parse_specimen(text->text, text->name);
     if (!specimen) return Failure(specimen.error());
-    auto bench = rig(context, library, *text, *protocol);
+    auto bench = rig(context, library, *text, bound->protocol);
     if (!bench) return bench.error();
     if (!noise_from_.empty() && bench->noise) {
       auto noise = noise_of_run(context, *bench->noise);
       if (!noise) return noise.error();
       bench->noise = std::move(*noise);
     }
-    const auto limits = bind_limits(*protocol, *bound, bench->frame);
+    const auto limits = bind_limits(bound->protocol, bound->environment, bench->frame);
     if (!limits) return refused(context, limits.error());
     const Force most = Force::from_si(kForceReserve * limits->force_max_N);
     auto curve = tabulate(*specimen, most, bench->probe_area);
     if (!curve) return Failure(curve.error(), "lcrig model curve --help");
-    return Scene{std::move(*protocol), std::move(*bound), std::move(*bench), std::move(*curve)};
+    return Scene{std::move(bound->protocol), std::move(bound->environment), std::move(*bench),
+                 std::move(*curve)};
   }
 
   Outcome<Rig> rig(const Context& context, const LibraryPath& library, const LibraryFile& specimen,
@@ -144,7 +143,7 @@ class BudgetCommand final : public Command {
     request.specimen_text = specimen.text;
     request.weights = places_weights(protocol.steps);
     auto rig = context.daemon.bench_rig(request);
-    if (!rig) return Failure(rig.error(), "lcrig budget --help");
+    if (!rig) return bench_refused(rig.error(), bench->has_value());
     return std::move(*rig);
   }
 
@@ -197,14 +196,15 @@ class BudgetCommand final : public Command {
     auto percent = parse_number("--target", number);
     if (!percent) return percent.error();
     if (!(*percent > 0)) {
-      return Failure(kUsage, "--target: expected percent above 0", "--target 1%");
+      return Failure(kUsage, "--target: expected percent above 0",
+                     "give how wide an interval may be, such as 1%");
     }
     constexpr double kSurelyPercent = 0.5;
     if (*percent < kSurelyPercent && !target_.ends_with('%')) {
       const std::string whole = fmt::format("--target {:.6g}%", *percent * 100);
       return Failure(
           kUsage, fmt::format("--target {}: {:.6g} % or {} %?", target_, *percent * 100, target_),
-          fmt::format("{} or --target {}%", whole, target_));
+          fmt::format("say which: {} or --target {}%", whole, target_));
     }
     return std::optional(*percent / 100);
   }
@@ -219,7 +219,7 @@ class BudgetCommand final : public Command {
       if (!Hz) return Hz.error();
       if (!(*Hz > 0)) {
         return Failure(kUsage, "--frequency-Hz: expected frequencies above 0",
-                       "--frequency-Hz 1000,100000");
+                       "give them in Hz, such as 1000,100000");
       }
       out.push_back(*Hz);
       if (end == rest.size()) return out;
@@ -228,13 +228,7 @@ class BudgetCommand final : public Command {
   }
 
   Failure refused(const Context& context, const Error& error) const {
-    Words words{"protocol", "plan", protocol_};
-    add_options(words, "-p", parameters_);
-    add_option(words, "--specimen", specimen_);
-    if (bench_ != kUsualBench) add_option(words, "--bench", bench_);
-    Failure out(error, next_command(context.global, words));
-    if (error.code == Errc::invalid_request) out.code = kProtocol;
-    return out;
+    return plan_refused(context, protocol_, error);
   }
 
   std::string protocol_, specimen_, frequencies_, target_, bench_ = kUsualBench, svg_, noise_from_;

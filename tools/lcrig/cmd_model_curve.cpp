@@ -53,9 +53,10 @@ class CurveCommand final : public Command {
     auto settings = options_.settings();
     if (!settings) return settings.error();
     auto pressures = parse_pressures_kPa(pressures_);
-    if (!pressures) return Failure(kUsage, pressures.error().what, "--pressure-kPa 0:100:10");
+    if (!pressures)
+      return Failure(kUsage, pressures.error().what, "give them such as 0:100:10, or 10,20,50");
     if (!(budget_.seconds > 0)) {
-      return Failure(kUsage, "--budget-s must be positive", "--budget-s 10");
+      return Failure(kUsage, "--budget-s must be positive", "give the seconds that it may take");
     }
     budget_.seconds_now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
     auto curve = calc_curve(*specimen, *settings, tolerance_, *pressures, budget_);

@@ -38,18 +38,17 @@ class PlanCommand final : public Command {
     const LibraryPath library(context.env);
     const auto wanted = find_protocol(library, protocol_, parameters_);
     if (!wanted) return wanted.error();
-    auto protocol = parse_protocol(wanted->file.text, wanted->file.path.string());
-    if (!protocol) return refused(context, protocol.error());
-    auto bound = bind_parameters(*protocol, wanted->parameters);
-    if (!bound) return refused(context, bound.error());
+    auto bound = bind_protocol(context, *wanted);
+    if (!bound) return bound.error();
+    const auto& [protocol, environment] = *bound;
     auto request = bench_request(context, library);
     if (!request) return request.error();
-    request->weights = places_weights(protocol->steps);
+    request->weights = places_weights(protocol.steps);
     auto rig = context.daemon.bench_rig(*request);
-    if (!rig) return Failure(rig.error(), "lcrig rehearse --help");
-    auto plan = make_plan(*protocol, *bound, *rig);
-    if (!plan) return refused(context, plan.error());
-    if (!shows_drift(*protocol, *bound, *rig, *plan)) {
+    if (!rig) return bench_refused(rig.error(), !request->bench_text.empty());
+    auto plan = make_plan(protocol, environment, *rig);
+    if (!plan) return plan_refused(context, protocol_, plan.error());
+    if (!shows_drift(protocol, environment, *rig, *plan)) {
       plan->assumptions.emplace_back(
           "the unloaded capacitance does not drift: the protocol has no two rests without load, of "
           "six readings each, that would tell (a hold with the probe off, before and after the "
@@ -63,13 +62,6 @@ class PlanCommand final : public Command {
   }
 
  private:
-  Failure refused(const Context& context, const Error& error) const {
-    Failure out(error, next_command(context.global, {"protocol", "show", protocol_},
-                                    "its parameters: -p NAME=VALUE"));
-    if (error.code == Errc::invalid_request) out.code = kProtocol;
-    return out;
-  }
-
   std::string rehearsal(const Context& context) const {
     Words words{"rehearse", protocol_};
     add_options(words, "-p", parameters_);

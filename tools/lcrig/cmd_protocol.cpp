@@ -23,12 +23,6 @@ json parameter_json(const std::string& name, const Parameter& p) {
               {"max", p.max}, {"integer", p.integer},       {"description", p.description}};
 }
 
-Failure invalid(const Error& error) {
-  Failure out(error, "correct the file; docs/protocol-file.md describes it");
-  out.code = kProtocol;
-  return out;
-}
-
 class ProtocolListCommand final : public Command {
  public:
   ProtocolListCommand()
@@ -61,7 +55,7 @@ class ProtocolShowCommand final : public Command {
     auto file = LibraryPath(context.env).get(LibraryKind::protocol, protocol_);
     if (!file) return file.error();
     auto protocol = parse_protocol(file->text, file->path.string());
-    if (!protocol) return invalid(protocol.error());
+    if (!protocol) return file_refused(protocol.error());
     json parameters = json::array();
     for (const auto& [key, p] : protocol->parameters) parameters.push_back(parameter_json(key, p));
     json out{{"name", protocol->name}, {"title", protocol->title}, {"text", file->text}};
@@ -90,14 +84,12 @@ class CheckCommand final : public Command {
     const auto wanted = find_protocol(LibraryPath(context.env), protocol_, parameters_);
     if (!wanted) return wanted.error();
     const LibraryFile& file = wanted->file;
-    auto protocol = parse_protocol(file.text, file.path.string());
-    if (!protocol) return invalid(protocol.error());
-    auto bound = bind_parameters(*protocol, wanted->parameters);
-    if (!bound) return invalid(bound.error());
+    auto bound = bind_protocol(context, *wanted);
+    if (!bound) return bound.error();
     if (rig_) {
       if (auto planned = plan_on_rig(context); !planned) return planned.error();
     }
-    const json verdict{{"name", protocol->name}, {"valid", true}};
+    const json verdict{{"name", bound->protocol.name}, {"valid", true}};
     return show(context, verdict, [&](std::ostream& out) {
       fmt::print(out, "{}: correct\n", printable(file.path.string()));
       context.console.next(planning(context));
@@ -123,11 +115,21 @@ class CheckCommand final : public Command {
     auto request = run_request(LibraryPath(context.env), protocol_, parameters_, specimen_);
     if (!request) return request.error();
     auto client = ControlClient::connect(context);
-    if (!client) return client.error();
+    if (!client) return unreachable(context, client.error());
     constexpr auto kPatience = std::chrono::minutes(2);
     auto plan = client->call("run.plan", to_json(*request), kPatience);
-    if (!plan) return refused_run(context, plan.error(), *request);
+    if (!plan) return refused_run(context, plan.error(), *request, protocol_, parameters_);
     return plan;
+  }
+
+  // The same without a rig.
+  Failure unreachable(const Context& context, Failure failure) const {
+    if (!failure.no_daemon) return failure;
+    Words words{"protocol", "plan", protocol_};
+    add_options(words, "-p", parameters_);
+    add_option(words, "--specimen", specimen_);
+    failure.next = without_daemon(next_command(at_database(context.global.db), words));
+    return failure;
   }
 
   std::string protocol_, specimen_;

@@ -99,7 +99,7 @@ class RehearseCommand final : public Command {
     auto result = context.daemon.rehearse(*wanted);
     line.finish();
     if (!result) {
-      return refused(context, result.error(), wanted->db_path);
+      return refused(context, result.error(), *wanted);
     }
     if (context.global.json) {
       print_json(context.console.out, to_json(*result));
@@ -110,21 +110,13 @@ class RehearseCommand final : public Command {
   }
 
  private:
-  std::string planning(const Context& context) const {
-    Words words{"protocol", "plan", protocol_};
-    add_options(words, "-p", parameters_);
-    add_option(words, "--specimen", specimen_);
-    if (bench_ != kUsualBench) add_option(words, "--bench", bench_);
-    return next_command(context.global, words);
-  }
-
   Outcome<RehearseRequest> request(const Context& context) const {
     RehearseRequest out;
     const LibraryPath library(context.env);
     auto wanted = find_protocol(library, protocol_, parameters_);
     if (!wanted) return wanted.error();
     out.parameters = std::move(wanted->parameters);
-    out.protocol_name = wanted->file.name;
+    out.protocol_name = wanted->file.path.filename().string();
     out.protocol_text = std::move(wanted->file.text);
     auto db = database(context);
     if (!db) return db.error();
@@ -184,16 +176,33 @@ class RehearseCommand final : public Command {
     return db;
   }
 
-  Failure refused(const Context& context, const Error& error, const std::string& db) const {
+  Failure refused(const Context& context, const Error& error, const RehearseRequest& wanted) const {
+    const std::string& db = wanted.db_path;
     // An empty file becomes a database.
     std::error_code ignored;
     const bool file = std::filesystem::file_size(db, ignored) > 0 && !ignored;
     if (error.code != Errc::invalid_request || (file && !open_read_only(db))) {
       return Failure(error, "give another --db");
     }
-    Failure failure(error, planning(context));
-    failure.code = kProtocol;
+    const auto again = find_protocol(LibraryPath(context.env), protocol_, parameters_);
+    if (!again) return again.error();
+    if (auto bound = bind_protocol(context, *again); !bound) return bound.error();
+    if (auto bench = broken_bench(context, wanted)) return *bench;
+    Failure failure = plan_refused(context, protocol_, error);
+    if (!faults_.empty())
+      failure.next = "correct what the message names; docs/faults.md has scripts";
     return failure;
+  }
+
+  static std::optional<Failure> broken_bench(const Context& context,
+                                             const RehearseRequest& wanted) {
+    if (replay_directory(wanted.bench) || context.daemon.bench_rig == nullptr) return std::nullopt;
+    BenchRequest bench;
+    bench.bench = wanted.bench;
+    bench.bench_text = wanted.bench_text;
+    const auto rig = context.daemon.bench_rig(bench);
+    if (rig) return std::nullopt;
+    return bench_refused(rig.error(), !wanted.bench_text.empty());
   }
 
   std::string protocol_, specimen_, bench_ = kUsualBench, operator_, note_, faults_;

@@ -51,7 +51,7 @@ class ResumeCommand final : public Command {
       }
       fmt::print(out, "run {} continues {}\n", going, words);
       if (confirmed_) return;
-      context.console.next("look at the specimen, then " +
+      context.console.next("look at the specimen, then: " +
                            next_command(context.global, {"confirm"}));
     });
   }

@@ -46,7 +46,7 @@ class RunCommand final : public Command {
     // Instruments are identified and configured before the answer.
     constexpr auto kPatience = std::chrono::minutes(2);
     auto started = client->call("run.start", to_json(*start), kPatience);
-    if (!started) return refused_run(context, started.error(), *start);
+    if (!started) return refused_run(context, started.error(), *start, protocol_, parameters_);
     const auto run = started->is_object() ? started->value("run", std::int64_t{0}) : 0;
     return follow(context, *client, signals, run);
   }
@@ -87,7 +87,7 @@ class RunCommand final : public Command {
   Outcome<ExitCode> show_plan(Context& context, ControlClient& client, const RunRequest& start) {
     constexpr auto kPatience = std::chrono::minutes(2);
     auto plan = client.call("run.plan", to_json(start), kPatience);
-    if (!plan) return refused_run(context, plan.error(), start);
+    if (!plan) return refused_run(context, plan.error(), start, protocol_, parameters_);
     return show(context, *plan, [&](std::ostream& out) {
       print_plan(out, *plan);
       context.console.next(this_run(context));

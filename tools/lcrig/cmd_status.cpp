@@ -98,11 +98,12 @@ class StatusCommand final : public Command {
     list.flag("--ask", ask_, "Ask both instruments who they are; nothing at the frame changes");
   }
   Outcome<ExitCode> run(Context& context) override {
-    auto client = ControlClient::connect(context);
+    auto client = ControlClient::connect_for_any_database(context);
     if (!client) return client.error();
     constexpr auto kPatience = std::chrono::minutes(1);
     auto answer = client->call(ask_ ? "instruments.ask" : "status", json::object(), kPatience);
     if (!answer) return answer.error();
+    client->tell_other_database(context);
     auto status = parse_daemon_status(*answer);
     if (!status && !context.global.json) return Failure(status.error());
     return show(context, *answer, [&](std::ostream& out) { print_status(out, *status); });

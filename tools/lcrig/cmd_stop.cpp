@@ -76,19 +76,24 @@ Failure VerbCommand::unheard(Failure failure) const {
 }
 
 Outcome<ExitCode> VerbCommand::run(Context& context) {
-  auto client = ControlClient::connect(context);
+  // Whoever stops the frame is not asked about databases. A confirmation may begin a motion.
+  auto client = &verb_ == &kConfirm ? ControlClient::connect(context)
+                                    : ControlClient::connect_for_any_database(context);
   if (!client) return unheard(client.error());
   json params = json::object();
   if (!why_.empty()) params["why"] = why_;
   constexpr auto kPatience = std::chrono::seconds(90);  // the frame confirms standstill first
   auto answer = client->call(verb_.method, params, kPatience);
   if (!answer) return answer.error();
+  client->tell_other_database(context);
   return show(context, *answer, [&](std::ostream& out) {
     // A stop says itself what became of it.
     const std::string note = answer->value("note", std::string());
     fmt::print(out, "{}\n", note.empty() ? verb_.done : printable(note));
     if (verb_.next != nullptr) {
-      context.console.next(next_command(context.global, {verb_.next}));
+      GlobalOptions daemon = context.global;
+      daemon.db.clear();
+      context.console.next(next_command(daemon, {verb_.next}));
     }
   });
 }

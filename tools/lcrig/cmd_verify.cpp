@@ -5,6 +5,7 @@
 
 #include "storage/chain.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
@@ -50,8 +51,7 @@ class VerifyCommand final : public Command {
       return report->intact ? kOk : kFailed;
     }
     if (!report->intact) {
-      return Failure(kFailed, fmt::format("run {}: {}", run->number, report->finding),
-                     next_step(*report));
+      return broken(context, *run, *report, anchor);
     }
     fmt::print(context.console.out, "run {}: {}, {} rows in {} links\nanchor {}\n", run->number,
                report->ended ? "intact" : "goes on, intact so far", report->rows,
@@ -60,10 +60,28 @@ class VerifyCommand final : public Command {
   }
 
  private:
-  static const char* next_step(const ChainReport& report) {
-    if (report.ended) return "restore the database from a backup";
-    return "start lcrigd, which closes a run that a crash cut off, then verify again with --anchor "
-           "if the journal has one; else restore the database from a backup";
+  Failure broken(const Context& context, const NamedRun& run, const ChainReport& report,
+                 const std::optional<Anchor>& anchor) const {
+    constexpr const char* kRestore = "restore the database from a backup";
+    Failure out(kFailed, fmt::format("run {}: {}", run.number, report.finding), kRestore);
+    if (report.not_closed) {
+      out.next = fmt::format(
+          "start lcrigd, which closes a run that a crash cut off, then verify again with --anchor "
+          "if the journal has one; else {}",
+          kRestore);
+    }
+    if (!report.other_anchor) return out;
+    const auto other = find_run_of(run.db, *anchor);
+    if (other && *other && **other != run.number) {
+      const auto number = std::to_string(**other);
+      out.what =
+          fmt::format("run {}: the anchor that was given is that of run {}", run.number, number);
+      out.next = next_command(context.global, {"verify", number, "--anchor", anchor_});
+    } else {
+      out.next = fmt::format("look whether the anchor is that of run {}; if it is: {}", run.number,
+                             kRestore);
+    }
+    return out;
   }
 
   std::string run_ = "last", anchor_;

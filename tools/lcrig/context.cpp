@@ -26,18 +26,12 @@ Outcome<std::optional<std::string>> configured(const std::string& file, const ch
   return value;
 }
 
-// Failure: nobody answered in time, or not with a path.
+// Failure: as ControlClient::database.
 Outcome<std::string> database_of_daemon(const std::string& socket, const Clock& clock,
                                         Duration patience) {
   auto client = ControlClient::connect(socket, clock, patience);
   if (!client) return client.error();
-  auto status = client->call("status", nlohmann::json::object(), patience);
-  if (!status) return status.error();
-  const auto parsed = parse_daemon_status(*status);
-  if (!parsed) return Failure(parsed.error());
-  if (std::filesystem::path(parsed->database).is_absolute()) return parsed->database;
-  return Failure(kFailed,
-                 fmt::format("the daemon at {} does not say which database it has", socket), "");
+  return client->database(patience);
 }
 
 }  // namespace
@@ -85,10 +79,8 @@ Outcome<ChosenDatabase> Context::database() const {
   const auto daemons = database_of_daemon(*socket, clock, env.daemon_patience);
   ChosenDatabase out;
   if (*named) {
-    std::error_code ignored;
     out.path = **named;
-    out.daemon_writes = daemons && (out.path == *daemons ||
-                                    std::filesystem::equivalent(out.path, *daemons, ignored));
+    out.daemon_writes = daemons && is_same_file(out.path, *daemons);
     if (daemons && !out.daemon_writes) {
       console.note(fmt::format("uses {}; the daemon at {} has another database, {}", out.path,
                                *socket, *daemons));

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstring>
 #include <deque>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
@@ -43,16 +44,25 @@ Failure no_access(const std::string& path) {
       "sudo adduser $USER lcrig   (then log in again)");
 }
 
-// The daemon's words, the daemon's hint, our exit code. The hint's commands do not know which
-// daemon was asked; `where` says it.
+// The hint's command does not know which daemon was asked; `where` says it.
+std::string with_options(std::string hint, const std::string& where) {
+  const auto end = std::min(hint.find("   ("), hint.size());
+  const std::string_view command = std::string_view(hint).substr(0, end);
+  if (where.empty() || command.empty()) return hint;
+  if (command.starts_with("lcrig ") || command.find(": lcrig ") != command.npos) {
+    return hint.insert(end, " " + where);
+  }
+  return hint;
+}
+
+// The daemon's words, the daemon's hint, our exit code.
 Failure failure_of(const json& error, const std::string& where) {
   Failure out;
   out.what = error.value("message", "the daemon refused without a reason");
   out.code = kFailed;
   const auto data = error.find("data");
   if (data == error.end() || !data->is_object()) return out;
-  out.next = data->value("hint", "");
-  if (!out.next.empty() && !where.empty()) out.next += fmt::format("   (with {})", where);
+  out.next = with_options(data->value("hint", ""), where);
   const auto word = data->value("errc", "");
   for (int i = 0; i <= static_cast<int>(Errc::bug); ++i) {
     const auto errc = static_cast<Errc>(i);
@@ -77,6 +87,13 @@ Outcome<std::optional<ControlNews>> notification(const std::string& path, const 
 }
 
 }  // namespace
+
+bool is_same_file(const std::string& a, const std::string& b) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  if (a == b || fs::equivalent(a, b, none)) return true;
+  return fs::weakly_canonical(a, none) == fs::weakly_canonical(b, none) && !none;
+}
 
 std::string without_daemon(const std::string& rehearsal) {
   return fmt::format("systemctl status lcrigd   (no rig at hand? {})", rehearsal);
@@ -198,11 +215,45 @@ Outcome<ControlClient> ControlClient::connect(const std::string& path, const Clo
 }
 
 Outcome<ControlClient> ControlClient::connect(const Context& context) {
+  auto client = connect_for_any_database(context);
+  if (!client || context.global.db.empty()) return client;
+  auto other = client->other_database(context.global.db);
+  if (!other) return other.error();
+  if (other->empty()) return client;
+  return Failure(kUsage, *other, "type it again without --db");
+}
+
+Outcome<ControlClient> ControlClient::connect_for_any_database(const Context& context) {
   auto path = context.socket_path();
   if (!path) return path.error();
   auto client = connect(*path, context.clock);
   if (client) client->state_->where = given_options(context.global);
   return client;
+}
+
+void ControlClient::tell_other_database(const Context& context) {
+  if (context.global.db.empty()) return;
+  const auto other = other_database(context.global.db);
+  if (other && !other->empty()) context.console.note(*other);
+}
+
+Outcome<std::string> ControlClient::database(Duration patience) {
+  auto status = call("status", json::object(), patience);
+  if (!status) return status.error();
+  const auto parsed = parse_daemon_status(*status);
+  if (!parsed) return Failure(parsed.error());
+  if (std::filesystem::path(parsed->database).is_absolute()) return parsed->database;
+  return Failure(kFailed,
+                 fmt::format("the daemon at {} does not say which database it has", state_->path),
+                 "");
+}
+
+Outcome<std::string> ControlClient::other_database(const std::string& named) {
+  auto theirs = database();
+  if (!theirs) return theirs.error();
+  if (is_same_file(named, *theirs)) return std::string();
+  return fmt::format("--db {}: the daemon at {} has another database, {}", named, state_->path,
+                     *theirs);
 }
 
 Outcome<json> ControlClient::call(std::string_view method, const json& params, Duration timeout) {

@@ -27,15 +27,28 @@ std::string without_daemon(const std::string& rehearsal);
 // "run 12, dynamic-cycles on paper-1, in step load"
 std::string words_of(const ResumableRun& run);
 
+// Also of files that are not there yet.
+bool is_same_file(const std::string& a, const std::string& b);
+
 class ControlClient {
  public:
   // `clock` outlives the client. Failure: unreachable, with what to do about it. `patience`: of a
   // daemon that takes no new client, or nothing that is sent.
   static Outcome<ControlClient> connect(const std::string& path, const Clock& clock,
                                         Duration patience = std::chrono::seconds(15));
-  static Outcome<ControlClient> connect(const Context& context);  // as its options say
+  // As its options say. Failure: also usage, when --db names another database than the daemon's,
+  // which is the only one that it writes into.
+  static Outcome<ControlClient> connect(const Context& context);
+  // For who stops the frame, and who only looks: these are answered first, and told then.
+  static Outcome<ControlClient> connect_for_any_database(const Context& context);
+  void tell_other_database(const Context& context);
   ControlClient(ControlClient&&) noexcept;
   ~ControlClient();
+
+  // An absolute path. Failure: nobody answered in time, or not with a path.
+  Outcome<std::string> database(Duration patience = std::chrono::seconds(15));
+  // "--db x.db: the daemon at ... has another database, ..."; "" when it is the daemon's.
+  Outcome<std::string> other_database(const std::string& named);
 
   // Waits for the answer; what else arrives meanwhile is kept for `take`.
   Outcome<nlohmann::json> call(std::string_view method, const nlohmann::json& params,

@@ -123,14 +123,16 @@ class Follower {
   }
 
   Outcome<std::int64_t> on_signal() {
-    signals_.take();
+    const int signal = signals_.take();
     ++stops_;
     if (!options_.owner || stops_ > 1) {
       return Failure(kInterrupted, "interrupted",
                      next_command(context_.global, {"status"}, left_behind()));
     }
-    line_.say("stopping the run, then its `finally` part; Ctrl-C again leaves it alone");
-    const json params{{"why", "Ctrl-C in lcrig run"}};
+    const bool key = signal == SIGINT;
+    line_.say(fmt::format("stopping the run, then its `finally` part; {} leaves it alone",
+                          key ? "Ctrl-C again" : "a second SIGTERM"));
+    const json params{{"why", key ? "Ctrl-C in lcrig run" : "SIGTERM to lcrig run"}};
     return client_.post("run.abort", params);
   }
 
@@ -180,9 +182,10 @@ StopSignals::~StopSignals() {
   ::pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
 }
 
-void StopSignals::take() {
+int StopSignals::take() {
   signalfd_siginfo info{};
-  [[maybe_unused]] const auto n = ::read(fd_, &info, sizeof info);
+  const auto n = ::read(fd_, &info, sizeof info);
+  return n == static_cast<ssize_t>(sizeof info) ? static_cast<int>(info.ssi_signo) : 0;
 }
 
 Outcome<FollowEnd> follow_run(Context& context, ControlClient& client, StopSignals& signals,

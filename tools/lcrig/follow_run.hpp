@@ -24,7 +24,7 @@ class StopSignals {
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
   int fd() const { return fd_; }
-  void take();  // one that is pending
+  int take();  // one that is pending; 0: none is
 
  private:
   int fd_ = -1;
@@ -32,7 +32,7 @@ class StopSignals {
 
 struct FollowEnd {
   RunOutcome run;
-  bool interrupted = false;  // by Ctrl-C here
+  bool interrupted = false;  // by a signal to this process
 };
 
 // `client` has called `watch`. Failure: unreachable; interrupted, when left before the end.

@@ -69,8 +69,11 @@ Outcome<std::optional<LevelSettings>> ModelOptions::settings() const {
 
 Outcome<double> parse_number(const char* option, const std::string& text) {
   if (const auto value = number_from<double>(text)) return *value;
-  return Failure(kUsage, fmt::format("{} \"{}\": expected a number", option, text),
-                 fmt::format("{} 1", option));
+  const auto comma = comma_words(text);
+  return Failure(
+      kUsage,
+      fmt::format("{} \"{}\": {}", option, text, comma.empty() ? "expected a number" : comma),
+      "give a number; its decimals stand behind a point");
 }
 
 }  // namespace lcrig::cli

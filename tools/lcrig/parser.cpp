@@ -8,6 +8,7 @@
 #include <array>
 #include <map>
 #include <set>
+#include <span>
 #include <string_view>
 
 #include "base/number.hpp"
@@ -63,7 +64,8 @@ class Cli11Arguments final : public ArgumentList {
     for (const auto& choice : choices) text += (text.empty() ? "" : "|") + choice;
     const auto check = [choices](const std::string& word) -> std::string {
       if (std::ranges::find(choices, word) != choices.end()) return {};
-      return fmt::format("'{}'{}; it takes {}", word, did_you_mean(word, choices),
+      const auto guess = did_you_mean(word, choices);
+      return fmt::format("'{}'{} it takes {}", word, guess.empty() ? ";" : guess,
                          join_words(choices));
     };
     app_.add_option(names, out, help)->check(CLI::Validator(check, ""))->option_text(text);
@@ -92,6 +94,8 @@ struct Parser {
   Outcome<Command*> find_in_group(const std::string& group, std::size_t at,
                                   const std::vector<std::string>& args);
   Outcome<Command*> check_options(Command* command, const std::vector<std::string>& args);
+  std::optional<Failure> unknown_option(const std::vector<std::string>& args,
+                                        std::size_t end) const;  // before `end`
   const CLI::Option* known_option(const CLI::App& app, const std::string& token) const;
   std::vector<std::string> option_names(const CLI::App& app) const;
   std::size_t first_word(const std::vector<std::string>& args, std::size_t from) const;
@@ -176,11 +180,7 @@ Outcome<Command*> Parser::find(const std::vector<std::string>& args) {
   const auto at = first_word(args, 0);
   if (at == args.size()) {
     if (asks_for(args, "--help", "-h") || asks_for(args, "--version", "")) return nullptr;
-    for (const auto& arg : args) {
-      if (!arg.starts_with('-') || arg == "--" || known_option(app, arg) != nullptr) continue;
-      return usage(fmt::format("unknown option {}{}", arg, did_you_mean(arg, option_names(app))),
-                   "lcrig --help");
-    }
+    if (const auto unknown = unknown_option(args, at)) return *unknown;
     return usage("a command is missing", "lcrig --help");
   }
   const auto& word = args[at];
@@ -188,8 +188,21 @@ Outcome<Command*> Parser::find(const std::vector<std::string>& args) {
   for (const auto& command : all) {
     if (word == command->name) return check_options(command.get(), args);
   }
+  // What follows an unknown option may be its value.
+  if (const auto unknown = unknown_option(args, at)) return *unknown;
   return usage(fmt::format("unknown command '{}'{}", word, did_you_mean(word, top_words)),
                "lcrig --help");
+}
+
+std::optional<Failure> Parser::unknown_option(const std::vector<std::string>& args,
+                                              std::size_t end) const {
+  for (const auto& arg : std::span(args).first(end)) {
+    if (!arg.starts_with('-') || arg == "--" || known_option(app, arg) != nullptr) continue;
+    return usage(
+        fmt::format("unknown option {}{}", arg, did_you_mean_option(arg, option_names(app))),
+        "lcrig --help");
+  }
+  return std::nullopt;
 }
 
 Outcome<Command*> Parser::find_in_group(const std::string& group, std::size_t at,
@@ -263,7 +276,7 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
     const auto* option = known_option(sub, arg);
     if (option == nullptr) {
       return usage(fmt::format("lcrig {}: unknown option {}{}", command->name, arg,
-                               did_you_mean(arg, option_names(sub))),
+                               did_you_mean_option(arg, option_names(sub))),
                    fmt::format("lcrig {} --help", command->name));
     }
     const auto wrong = [&](const char* words) {

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lcrig/protocol_request.hpp"
 
+#include <utility>
+
 #include "base/strict_json.hpp"
 #include "protocols/file/meter_text.hpp"
 #include "storage/database.hpp"
 #include "tools/lcrig/command.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
@@ -15,23 +18,61 @@ Outcome<ProtocolRequest> find_protocol(const LibraryPath& library, const std::st
   if (!parameters) return parameters.error();
   auto file = library.get(LibraryKind::protocol, protocol);
   if (!file) return file.error();
-  ProtocolRequest out{std::move(*file), std::move(*parameters)};
+  ProtocolRequest out;
+  out.typed = protocol;
+  out.file = std::move(*file);
+  out.parameters = std::move(*parameters);
   auto text = with_meter_values(out.file.text, out.file.path.string(), out.parameters);
   if (!text) {
     const bool readable = JsonDocument::parse(out.file.text, out.file.name).has_value();
-    Failure refused(text.error(), readable
-                                      ? "give it in Hz, such as -p frequency_Hz=1000"
-                                      : "correct the file; docs/protocol-file.md describes it");
+    if (!readable) return file_refused(text.error());
+    Failure refused(text.error(), "give the number alone, in Hz");
     refused.code = kProtocol;
     return refused;
   }
-  out.file.text = std::move(*text);
+  out.text_of_file = std::exchange(out.file.text, std::move(*text));
   return out;
 }
 
-Failure refused_run(const Context& context, Failure refused, const RunRequest& request) {
+Failure file_refused(const Error& error) {
+  Failure out(error, "correct the file; docs/protocol-file.md describes it");
+  out.code = kProtocol;
+  return out;
+}
+
+Failure plan_refused(const Context& context, const std::string& protocol, const Error& error) {
+  Failure out(error, next_command(context.global, {"protocol", "show", protocol},
+                                  "its parameters: -p NAME=VALUE"));
+  if (error.code == Errc::invalid_request) out.code = kProtocol;
+  return out;
+}
+
+Failure bench_refused(const Error& error, bool of_a_file) {
+  return Failure(error, of_a_file ? "correct the file; docs/bench-file.md describes it"
+                                  : "docs/bench-file.md tells how to write one");
+}
+
+Outcome<BoundProtocol> bind_protocol(const Context& context, const ProtocolRequest& wanted) {
+  const std::string path = wanted.file.path.string();
+  auto protocol = parse_protocol(wanted.file.text, path);
+  if (!protocol) {
+    const bool correct_file = parse_protocol(wanted.text_of_file, path).has_value();
+    return correct_file ? plan_refused(context, wanted.typed, protocol.error())
+                        : file_refused(protocol.error());
+  }
+  auto environment = bind_parameters(*protocol, wanted.parameters);
+  if (!environment) return plan_refused(context, wanted.typed, environment.error());
+  return BoundProtocol{std::move(*protocol), std::move(*environment)};
+}
+
+Failure refused_run(const Context& context, Failure refused, const RunRequest& request,
+                    const std::string& protocol, const std::vector<std::string>& assignments) {
   if (!refused.refused_request) return refused;
   refused.code = kProtocol;
+  const auto wanted = find_protocol(LibraryPath(context.env), protocol, assignments);
+  if (wanted) {
+    if (auto bound = bind_protocol(context, *wanted); !bound) return bound.error();
+  }
   if (!request.specimen_text.empty()) return refused;
   const auto db = context.db_path();
   std::error_code ignored;

@@ -13,7 +13,9 @@
 namespace lcrig::cli {
 
 struct ProtocolRequest {
+  std::string typed;  // name or path
   LibraryFile file;  // its text has the meter's settings that -p gave
+  std::string text_of_file;  // without them
   ParameterValues parameters;  // the others
 };
 // `assignments`: "name=value". Besides the protocol's parameters, `frequency_Hz` and `aperture`
@@ -21,8 +23,23 @@ struct ProtocolRequest {
 Outcome<ProtocolRequest> find_protocol(const LibraryPath& library, const std::string& protocol,
                                        const std::vector<std::string>& assignments);
 
-// What the daemon refused to run or to plan. It does not know which specimens have similar names.
-Failure refused_run(const Context& context, Failure refused, const RunRequest& request);
+// A protocol with values for its parameters. Failure: as file_refused and plan_refused.
+struct BoundProtocol {
+  Protocol protocol;
+  Environment environment;
+};
+Outcome<BoundProtocol> bind_protocol(const Context& context, const ProtocolRequest& wanted);
+
+// What is wrong with a file; with the values of parameters, or with what the protocol asks of a rig
+// (`protocol`: as typed); with a bench.
+Failure file_refused(const Error& error);
+Failure plan_refused(const Context& context, const std::string& protocol, const Error& error);
+Failure bench_refused(const Error& error, bool of_a_file);
+
+// What the daemon refused to run or to plan. It knows neither the path of the protocol's file nor
+// which specimens have similar names.
+Failure refused_run(const Context& context, Failure refused, const RunRequest& request,
+                    const std::string& protocol, const std::vector<std::string>& assignments);
 
 // What the daemon is asked to run or to plan. It may not read our files, so it gets their texts. A
 // specimen that is not known here may be one of its database.

@@ -26,10 +26,9 @@ Failure no_database(const Context& context, const ChosenDatabase& chosen) {
   const auto what = fmt::format("there is no database at {}", chosen.path);
   const auto folder = std::filesystem::path(chosen.path).parent_path();
   std::error_code ignored;
-  if (!folder.empty() && !context.global.db.empty() &&
+  if (!context.global.db.empty() && !folder.empty() &&
       !std::filesystem::is_directory(folder, ignored)) {
-    return Failure(kFailed, what,
-                   fmt::format("correct --db, or: mkdir -p {}", shell_quoted(folder.string())));
+    return Failure(kFailed, what, "correct --db: its folder is not there either");
   }
   return Failure(kFailed, what, first_run(context, chosen));
 }

@@ -44,6 +44,10 @@ class ExportTest : public testing::Test {
     ASSERT_TRUE(run) << run.error().what;
     run_ = *run;
   }
+  void begin_with_probe() {
+    row_.probe_diameter_m = 0.004;
+    begin();
+  }
   void sql(const std::string& text) {
     auto r = db_.execute(text);
     ASSERT_TRUE(r) << r.error().what;
@@ -96,8 +100,7 @@ TEST_F(ExportTest, ReadingsHaveTheDigitsOfTheInstrumentAndOverloadsAreEmpty) {
 }
 
 TEST_F(ExportTest, FrameHasGapFromTheLastContactAndPressureOverTheProbe) {
-  row_.probe_diameter_m = 0.004;
-  begin();
+  begin_with_probe();
   sample(1, 1, 0, 0.5, 0.0010);
   sample(2, 2, 20, 1.0, 0.0013, 9);
   event(1, 10, "contact", R"({"travel_m": 0.0012})");
@@ -152,8 +155,7 @@ TEST(Pieces, AFailureInAThreadIsToldAndEndsTheWork) {
 }
 
 TEST_F(ExportTest, AlignedInterpolatesToTheMiddleOfTheWindow) {
-  row_.probe_diameter_m = 0.004;
-  begin();
+  begin_with_probe();
   sample(1, 1, 0, 0.0, 0.001);
   sample(2, 2, 100, 1.0, 0.002);
   sample(3, 4, 200, 2.001, 0.00301);  // one is missing before it
@@ -186,8 +188,7 @@ TEST_F(ExportTest, DeadWeightsHoldTheirForceUntilTheNextSample) {
 }
 
 TEST_F(ExportTest, LevelsHoldTheMeasureReadingsWithTheirTarget) {
-  row_.probe_diameter_m = 0.004;
-  begin();
+  begin_with_probe();
   sql(fmt::format("INSERT INTO level VALUES ({}, 1, 1, 'm', 2, 3, NULL, 10000, 30, 0)", run_));
   sample(1, 1, 0, 0.12, 0.001);
   sample(2, 2, 100, 0.12, 0.001);
@@ -200,10 +201,21 @@ TEST_F(ExportTest, LevelsHoldTheMeasureReadingsWithTheirTarget) {
             "2,0.05,m,2,1,3,1,,10,0.12,9.55,3.6457,0.1,,1,3\r\n");
 }
 
+// A sweep adds the noise of a double to what somebody typed.
+TEST_F(ExportTest, TargetsHaveNoMoreDigitsThanAPersonTypes) {
+  begin_with_probe();
+  sql(
+      fmt::format("INSERT INTO level VALUES ({}, 1, 1, 'm', 1, 1, 0.12566370614359174,"
+                  " 10000.000000000002, 30, 0)",
+                  run_));
+  sample(1, 1, 0, 0.12, 0.001);
+  reading(1, 20, 80, "1, 1, 1, 0, 'Cp-D', '', 3.6457e-12, 0.1");
+  EXPECT_THAT(exported(Layout::levels), HasSubstr(",m,1,1,1,1,0.125663706,10,"));
+}
+
 // Readings in 0.1 mN, one of which ends with zeros; a reading between two of them.
 TEST_F(ExportTest, ComputedValuesEndOneDigitBehindTheReadingsTheyComeFrom) {
-  row_.probe_diameter_m = 0.004;
-  begin();
+  begin_with_probe();
   sample(1, 1, 0, 0.1, 0.0012345);
   sample(2, 2, 30, 0.1771, 0.0012347);
   event(1, 0, "contact", R"({"travel_m": 0.0012123456789})");
@@ -216,8 +228,7 @@ TEST_F(ExportTest, ComputedValuesEndOneDigitBehindTheReadingsTheyComeFrom) {
 // What a dead weight presses with is the weight that was asked for: a double with all its digits.
 TEST_F(ExportTest, ComputedValuesHaveNoEndlessDigitsAndStoredOnesAll) {
   row_.frame_capabilities_json = R"({"weights": true})";
-  row_.probe_diameter_m = 0.004;
-  begin();
+  begin_with_probe();
   sample(1, 1, 0, 0.9086452598075095, 0.0);
   reading(1, 700, 800, "NULL, NULL, 1, 0, 'Cp-D', '', 1e-12, 0.1");
   EXPECT_THAT(exported(Layout::aligned), HasSubstr(",0.90864526,0,,72.30769231,"));

@@ -94,6 +94,13 @@ const Case kMistakes[] = {
      "closed: a `}` is missing"},
     {"[1, 2",
      "1:6 /: the file ends, but the list that begins in line 1 is not closed: a `]` is missing"},
+    {"{\"a\": [1, 1e999]}", "1:11 /a: `1e999` is beyond the largest number, 1.8e308"},
+    {"{\"a\": -2e400}", "1:7 /: `-2e400` is beyond the largest number, 1.8e308"},
+    {"{\"a\": \u22121}", "1:7 /: `\u2212` is no minus sign of JSON: the `-` of the keyboard is"},
+    {"{\"a\": \u20131}", "1:7 /: `\u2013` is no minus sign of JSON: the `-` of the keyboard is"},
+    {"{\"count\": $cycles}", "1:11 /: a reference stands in double quotes: \"$cycles\""},
+    {"\xFF\xFE\x9D\x3A\x77\x12\xC4\x01\x51\xE8",
+     "1:1 /: this is no text file, expected an object of JSON: { ... }"},
     {"{} {}", "1:4 /: something follows the end of the file's object"},
     {"{\"a\": 1}}", "1:9 /: something follows the end of the file's object"},
     {"\xEF\xBB\xBF{\"\u00fc\": 1,}", "1:8 /: a `,` behind the last entry: remove it"},
@@ -110,7 +117,15 @@ TEST(JsonMistake, IsSaidAsAPersonWouldSayIt) {
 TEST(JsonMistake, TheDetailShowsTheLineAndThePlace) {
   const auto parsed = JsonDocument::parse("{\n  \"force_N\": 1,5\n}", "f.json");
   ASSERT_FALSE(parsed);
-  EXPECT_EQ(parsed.error().detail, "  \"force_N\": 1,5\n             ^");
+  EXPECT_EQ(parsed.error().detail,
+            "  \"force_N\": 1,5\n             ^\n"
+            "the first of possibly several: what follows it was not read");
+}
+
+TEST(JsonMistake, InTheLastLineNothingIsLeftToRead) {
+  const auto parsed = JsonDocument::parse("{\n  \"force_N\": 1,5 }\n\n", "f.json");
+  ASSERT_FALSE(parsed);
+  EXPECT_EQ(parsed.error().detail, "  \"force_N\": 1,5 }\n             ^");
 }
 
 TEST(JsonMistake, Utf16IsNamedAndShown) {
@@ -137,7 +152,7 @@ TEST(JsonMistake, ALongLineIsCutAroundThePlace) {
 TEST(JsonMistake, AGoodTextHasNone) {
   for (const char* text :
        {"{}", "[]", "1", "\"a\"", "{\"a\": [1, -2.5e-3, true, null, \"\\u00fc\\\\\"]} // end",
-        "{\"a\": {\"b\": [[], {}]}, \"c\": 0}"}) {
+        "{\"a\": {\"b\": [[], {}]}, \"c\": 0}", "[1e-999, 1e308]"}) {
     EXPECT_TRUE(JsonDocument::parse(text, "f.json")) << text;
     EXPECT_FALSE(find_json_mistake(text)) << text;
   }

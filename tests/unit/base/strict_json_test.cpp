@@ -41,9 +41,15 @@ TEST(StrictJson, PositionsOfKeysAndValuesAreKept) {
   EXPECT_TRUE(d.root()["µ/~"]["b"].is_null());
 }
 
-TEST(StrictJson, ADuplicateKeyIsRefusedWithBothPlaces) {
-  EXPECT_EQ(error_of("{\"a\": {\n\"b\": 1,\n \"b\": 2}}"),
-            "f.json:3:2 /a: the key `b` for the second time, expected once (first in line 2)");
+TEST(StrictJson, ADuplicateKeyIsRefusedWithBothPlacesAndHidesNothing) {
+  const JsonReader root(parsed("{\"a\": {\n\"b\": 1,\n \"b\": 2},\n\"c\": \"x\"}"));
+  root.object("a").number("b");
+  root.number("c");
+  const auto all = root.result();
+  ASSERT_FALSE(all);
+  EXPECT_EQ(all.error().what,
+            "f.json:3:2 /a/b: the key `b` for the second time, expected once (first in line 2)");
+  EXPECT_THAT(all.error().detail, HasSubstr("f.json:4:6 /c: \"x\", expected a number"));
 }
 
 TEST(StrictJson, TheSameKeyInTwoObjectsIsFine) {
@@ -63,7 +69,7 @@ TEST(StrictJson, SyntaxErrorsNameThePlace) {
 }
 
 TEST(StrictJson, NumbersBeyondDoubleAreRefused) {
-  EXPECT_THAT(error_of("{\"a\": 1e999}"), HasSubstr("number overflow"));
+  EXPECT_THAT(error_of("{\"a\": 1e999}"), HasSubstr("`1e999` is beyond the largest number"));
 }
 
 TEST(StrictJson, BlockCommentsAreRefused) {
@@ -296,6 +302,48 @@ TEST(Units, SlipsOfTheFingersAreRecognised) {
   EXPECT_EQ(nearest_word("force_n", known), "force_N");
   EXPECT_EQ(nearest_word("sped_mm_s", known), "speed_mm_s");
   EXPECT_FALSE(nearest_word("colour", known));
+}
+
+TEST(NearWord, NothingIsProposedThatSomebodyMayNotMean) {
+  const std::vector<std::string> known{"Cp-D",    "Cp-Rp",       "Cs-D",           "paper-1",
+                                       "paper-2", "bonded_base", "bonded_laminate"};
+  EXPECT_FALSE(nearest_word("Cp-Q", known)) << "a function of another meter";
+  EXPECT_FALSE(nearest_word("paper-9", known));
+  EXPECT_FALSE(nearest_word("bonded", known)) << "two fit";
+  EXPECT_EQ(did_you_mean("bonded", known), ", did you mean `bonded_base` or `bonded_laminate`?");
+  EXPECT_EQ(did_you_mean("paper", known), ", did you mean `paper-1` or `paper-2`?");
+  EXPECT_EQ(nearest_word("papr-1", known), "paper-1");
+  EXPECT_EQ(nearest_word("cp-d", known), "Cp-D") << "only the capitals differ";
+  EXPECT_EQ(nearest_word("PAPER-2", known), "paper-2");
+}
+
+TEST(Units, OfNamesThatNobodyKnowsAreNamed) {
+  const auto unknown = [](std::string_view name) {
+    const auto found = find_unknown_unit(name);
+    return found ? fmt::format("{} {}", found->suffix, to_string(found->dimension)) : "";
+  };
+  EXPECT_EQ(unknown("speed_cm_s"), "cm_s speed") << "it is no time";
+  EXPECT_EQ(unknown("gap_inch"), "inch length");
+  EXPECT_EQ(unknown("from_bar"), "bar pressure");
+  EXPECT_EQ(unknown("rate_N_h"), "N_h force rate");
+  EXPECT_EQ(unknown("rate_lbf_s"), "lbf_s force rate");
+  EXPECT_EQ(unknown("force_kn"), "kn force") << "capitals make a unit another one";
+  for (const auto* name : {"cycles", "force_limit_N", "speed_mm_s", "hold_min_s", "rate_N_min",
+                           "force_limit", "level_n", "rest_h", "stiffness_N_mm", "a_b_c"}) {
+    EXPECT_EQ(unknown(name), "") << name;
+  }
+  for (const Unit& unit : all_units()) {
+    EXPECT_EQ(unknown("x_" + std::string(unit.suffix)), "") << unit.suffix;
+  }
+}
+
+TEST(StrictJson, LinesThatEndWithCarriageReturnsAreCounted) {
+  EXPECT_THAT(error_of("{\r \"a\": 1,\r \"b\" 2\r}"), StartsWith("f.json:3:5 /: a `:` is missing"));
+  EXPECT_THAT(error_of("{\r\n \"a\": 1,\r\n \"b\" 2\r\n}"), StartsWith("f.json:3:5 "));
+  const auto d = parsed("// one\r{ \"a\":\r 1 }");
+  EXPECT_EQ(d.key_position("/a").line, 2);
+  EXPECT_EQ(d.value_position("/a").line, 3);
+  EXPECT_EQ(d.excerpt(d.key_position("/a")), "{ \"a\":\n  ^");
 }
 
 }  // namespace

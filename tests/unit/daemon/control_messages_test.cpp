@@ -38,6 +38,21 @@ TEST(ControlMessages, EveryStructSurvivesTheWire) {
   EXPECT_EQ(back->run->force_N, std::nullopt);
 }
 
+// Its states were sentences, and it did not say how they are known.
+TEST(ControlMessages, OfAnOlderDaemonWhatIsThereIsRead) {
+  const auto old = parse_daemon_status(json::parse(R"({"version":"0.9","database":"/x.db",
+      "instruments":[{"name":"lcr","port":"serial:1:2","state":"ready","identity":"GW","age_s":3},
+                     {"name":"frame","port":"tcp:h:1","state":"not asked since its port came"}],
+      "run":null,"last_run":null})"));
+  ASSERT_TRUE(old) << old.error().what;
+  ASSERT_EQ(old->instruments.size(), 2U);
+  EXPECT_EQ(old->instruments[0].condition, InstrumentCondition::ready);
+  EXPECT_EQ(old->instruments[0].learned_by, LearnedBy::nothing);
+  EXPECT_EQ(old->instruments[0].age_s, 3);
+  EXPECT_EQ(old->instruments[1].condition, InstrumentCondition::unasked);
+  EXPECT_EQ(old->instruments[1].why, "not asked since its port came");
+}
+
 TEST(ControlMessages, AWrongTypeInAnAnswerIsGarbledAndNamed) {
   const auto back = parse_run_status(json::parse(R"({"run":1,"state":"flying"})"));
   ASSERT_FALSE(back);

@@ -104,8 +104,9 @@ TEST(RecordingTransport, WhatItRecordsTheReplayPlays) {
   {
     WireLogWriter writer;
     auto pair = make_memory_pipe(io.get_executor(), clock, "test");
-    RecordingTransport recording(std::move(pair.near), clock, writer.create(file, "lcr"),
-                                 WireLogHeader());
+    RecordingTransport recording(
+        std::move(pair.near),
+        std::make_shared<WireRecord>(writer.create(file, "lcr"), clock, WireLogHeader()));
     ASSERT_TRUE(run_task(io, clock, pair.far->write_all("+1\r\n", clock.now() + 1s)));
     EXPECT_EQ(*run_task(io, clock, ask(recording, clock, "FETC?\n")), "+1\r\n");
   }
@@ -122,6 +123,47 @@ TEST(RecordingTransport, WhatItRecordsTheReplayPlays) {
 std::string text_of(const std::string& file) {
   std::ifstream in(file);
   return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(WireRecord, TransportsThatShareOneArePlayedOneAfterTheOther) {
+  asio::io_context io;
+  VirtualClock clock;
+  const TempDir dir;
+  const std::string file = dir.file("lcr.wire");
+  {
+    WireLogWriter writer;
+    const auto log =
+        std::make_shared<WireRecord>(writer.create(file, "lcr"), clock, WireLogHeader());
+    for (int look = 0; look < 3; ++look) {
+      auto pair = make_memory_pipe(io.get_executor(), clock, "test");
+      RecordingTransport recording(std::move(pair.near), log);
+      ASSERT_TRUE(run_task(io, clock, pair.far->write_all("ME\r\n", clock.now() + 1s)));
+      ASSERT_TRUE(run_task(io, clock, ask(recording, clock, "*IDN?\n")));
+    }
+  }
+  auto log = load_wire_log(file);
+  ASSERT_TRUE(log) << log.error().what;
+  EXPECT_EQ(log->entries.size(), 6U);
+  ReplayTransport replay(std::move(*log), clock, "replay");
+  for (int look = 0; look < 3; ++look) {
+    EXPECT_EQ(*run_task(io, clock, ask(replay, clock, "*IDN?\n")), "ME\r\n");
+  }
+  EXPECT_TRUE(replay.at_end());
+}
+
+TEST(WireRecord, OneThatIsFullSaysSoAndTakesNothingMore) {
+  VirtualClock clock;
+  const TempDir dir;
+  const std::string file = dir.file("full.wire");
+  {
+    WireLogWriter writer;
+    WireRecord log(writer.create(file, "lcr"), clock, WireLogHeader(), 1000);
+    for (int i = 0; i < 1000; ++i) log.note(true, "FETC?\n");
+  }
+  const std::string text = text_of(file);
+  EXPECT_LT(text.size(), 1100U);
+  EXPECT_TRUE(text.ends_with("# the log is full: what follows is left out\n")) << text;
+  EXPECT_GT(load_wire_log(file).value().entries.size(), 20U);
 }
 
 TEST(WireLogWriter, OverwritesNothingAndFollowsNoLink) {
@@ -221,7 +263,8 @@ TEST(WireLogWriter, ADiskThatHangsHoldsNobodyUpAndWhatIsMissingIsCounted) {
   WireLogWriter writer(
       WireLogWriter::Options{.max_waiting_bytes = 20'000, .create = HangingDisk::create});
   auto recording = std::make_unique<RecordingTransport>(
-      std::move(pair.near), clock, writer.create("hangs.wire", "lcr"), WireLogHeader());
+      std::move(pair.near),
+      std::make_shared<WireRecord>(writer.create("hangs.wire", "lcr"), clock, WireLogHeader()));
   for (int i = 0; i < kEntries; ++i) {  // on a thread that waited for the disk it would never end
     ASSERT_TRUE(run_task(io, clock, pair.far->write_all("+1\r\n", clock.now() + 1s)));
     ASSERT_TRUE(run_task(io, clock, ask(*recording, clock, std::string(60, 'x'))));

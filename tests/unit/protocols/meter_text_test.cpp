@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace lcrig {
 namespace {
 
@@ -41,6 +43,25 @@ TEST(MeterText, AParameterOfTheProtocolKeepsItsName) {
   ParameterValues values{{"aperture", "2"}};
   EXPECT_EQ(with_meter_values(own, "look", values).value(), own);
   EXPECT_EQ(values.size(), 1U);
+}
+
+TEST(MeterText, OfTwoKeysNoneIsReplacedAndBothAreToldOf) {
+  std::string two = kText;
+  two.insert(two.find(R"("level_V")"), R"("frequency_kHz": 30, )");
+  ParameterValues values{{"frequency_Hz", "1e5"}};
+  const auto parsed = parse_protocol(with_meter_values(two, "look", values).value(), "look");
+  ASSERT_FALSE(parsed);
+  EXPECT_THAT(parsed.error().what, HasSubstr("`frequency_kHz` for the second time"));
+}
+
+// The text of a program that ends lines with CR alone.
+TEST(MeterText, FindsItsPlaceWhateverEndsALine) {
+  std::string text = kText;
+  std::ranges::replace(text, '\n', '\r');
+  ParameterValues values{{"frequency_Hz", "1e5"}};
+  const auto protocol = parse_protocol(with_meter_values(text, "look", values).value(), "look");
+  ASSERT_TRUE(protocol) << protocol.error().what;
+  EXPECT_EQ(protocol->sample.lcr.frequency.si(), 1e5);
 }
 
 TEST(MeterText, WhatIsNoFrequencyIsRefused) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 
 #include <csignal>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "storage/database.hpp"
@@ -15,6 +17,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
+using support::Cli;
 using support::Served;
 
 TEST_F(Served, StatusShowsVersionAndRun) {
@@ -103,6 +106,26 @@ TEST_F(Served, TheDaemonsRefusalKeepsItsWordsAndHint) {
   EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("lcr0: *IDN? -> no reply"), HasSubstr("next: ")));
 }
 
+// The daemon parses a text without a path, and says its first mistake.
+TEST_F(Served, ABrokenProtocolIsToldAsACheckTellsIt) {
+  const auto file = cli.dir.file("broken.json");
+  std::ofstream(file) << R"({ "format": "load-protocol/1", "name": "my press",
+  "limits": { "force_N": [2, 1] } })";
+  EXPECT_EQ(cli.run({"protocol", "check", file}), cli::kProtocol);
+  const auto checked = cli.err.str();
+  EXPECT_THAT(checked,
+              AllOf(HasSubstr("broken.json:1:"), HasSubstr("broken.json:2:"), HasSubstr("^")));
+  on_server([this] {
+    handler.next_error = Error(Errc::invalid_request, "broken.json:1:38 /name: \"my press\"");
+  });
+  for (const bool dry : {false, true}) {
+    std::vector<std::string> words{"run", file, "--specimen", "paper-1"};
+    if (dry) words.emplace_back("--dry-run");
+    EXPECT_EQ(cli.run(words), cli::kProtocol);
+    EXPECT_EQ(cli.err.str(), checked);
+  }
+}
+
 TEST_F(Served, RunFollowsToTheEndAndPrintsTheResultLast) {
   EXPECT_EQ(cli.run({"run", "press", "--specimen", "mine", "-p", "cycles=2", "--json"}), 0)
       << cli.err.str();
@@ -128,7 +151,14 @@ TEST_F(Served, ATrippedLimitIsFive) {
   EXPECT_THAT(cli.out.str(), HasSubstr("force 1.6 N"));
 }
 
+// A daemon may refuse it all the same: by its rig, or its specimens.
+void make_correct(Cli& cli) {
+  std::ifstream in("protocols/library/follow.json");
+  cli.add_data("protocols/press.json", {std::istreambuf_iterator<char>(in), {}});
+}
+
 TEST_F(Served, ARefusedProtocolIsSix) {
+  make_correct(cli);
   on_server([this] { handler.next_error = Error(Errc::invalid_request, "/steps/0: too fast"); });
   EXPECT_EQ(cli.run({"run", "press", "--specimen", "paper-1"}), cli::kProtocol);
   EXPECT_THAT(cli.err.str(), HasSubstr("/steps/0: too fast"));
@@ -171,6 +201,7 @@ TEST_F(Served, WithNoneOrSeveralInterruptedRunsResumeRefusesAndSaysSo) {
 
 // The daemon knows no names that are only similar.
 TEST_F(Served, AnUnknownSpecimenIsAnsweredWithTheNearest) {
+  make_correct(cli);
   const auto db = cli.dir.file("daemons.db");
   ASSERT_TRUE(open_read_write(db));
   on_server([&] {

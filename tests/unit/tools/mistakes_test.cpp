@@ -9,18 +9,21 @@
 //   bytes NAME 7b 7d     of a file that is no UTF-8
 //   edit NAME: OLD => NEW    my.json: the shipped protocol NAME with OLD replaced
 //   $ COMMAND            run in a folder that has these files
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
 #include <iterator>
+#include <set>
 #include <sstream>
 
 #include "daemon/config.hpp"
+#include "daemon/session.hpp"
 #include "storage/database.hpp"
 #include "tests/support/cli_fixture.hpp"
+#include "tests/support/shell.hpp"
 
 namespace lcrig {
 namespace {
@@ -39,11 +42,69 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text;
 }
 
+// The commands in a `next:` line: it is one, or says one behind its last colon; and a question in
+// the parentheses behind it says one.
+std::vector<std::string> proposed_in(const std::string& next) {
+  const auto names_program = [](const std::string& text) {
+    const auto program = text.substr(0, text.find(' '));
+    const std::set<std::string> known{"lcrig", "lcrigd", "systemctl", "sudo", "mkdir", "df"};
+    return known.contains(program);
+  };
+  std::vector<std::string> out;
+  const auto note = std::min(next.find("   ("), next.size());
+  const auto head = next.substr(0, note);
+  const auto colon = head.rfind(": ");
+  if (names_program(head)) {
+    out.push_back(head);
+  } else if (colon != head.npos && names_program(head.substr(colon + 2))) {
+    out.push_back(head.substr(colon + 2));
+  }
+  const auto question = next.find("? ", note);
+  if (question != next.npos) out.push_back(next.substr(question + 2, next.size() - question - 3));
+  return out;
+}
+
+std::vector<std::string> proposed_lines(const std::string& answer) {
+  constexpr std::string_view kNext = "  next: ";
+  std::vector<std::string> out;
+  std::istringstream in(answer);
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with(kNext)) continue;
+    for (auto& one : proposed_in(line.substr(kNext.size()))) out.push_back(std::move(one));
+  }
+  return out;
+}
+
+// The words of a command that its answer quotes: they are what is wrong with it.
+std::vector<std::string> blamed(const std::string& command, const std::string& answer) {
+  std::vector<std::string> out;
+  std::istringstream in(command);
+  for (std::string word; in >> std::quoted(word);) {
+    word = word.substr(word.find('=') == word.npos ? 0 : word.find('=') + 1);
+    for (const char* quote : {"'", "\"", "`"}) {
+      if (answer.find(quote + word + quote) != answer.npos) out.push_back(word);
+    }
+  }
+  return out;
+}
+
+// Refuses what a rehearsal refuses before it begins.
+Result<RehearseResult> rehearse_nothing(const RehearseRequest& request) {
+  auto prepared = prepare_run(request);
+  if (!prepared) return fail(prepared.error());
+  BenchRequest bench;
+  bench.bench = request.bench;
+  bench.bench_text = request.bench_text;
+  if (auto rig = bench_rig(bench); !rig) return fail(rig.error());
+  return RehearseResult();
+}
+
 // The folder that the commands run in: the shipped files, an empty database, and a text file.
 class Desk {
  public:
   Desk() : home_(fs::current_path()) {
     cli_.bench_rig = &bench_rig;
+    cli_.rehearsal = &rehearse_nothing;
     const fs::path data = cli_.dir.file("data");
     fs::create_directories(data);
     fs::create_directory_symlink(home_ / "protocols/library", data / "protocols");
@@ -82,10 +143,39 @@ class Desk {
     const std::string program = words.front();
     words.erase(words.begin());
     if (program == "lcrigd") return check_config(words.back());
-    const int code = cli_.run(words);
-    const std::string said = replaced(cli_.out.str() + cli_.err.str(), cli_.dir.file(""), "~/");
-    return "exit " + std::to_string(code) + "\n" + said;
+    return answer_of(words);
   }
+
+  std::string answer_of(const std::vector<std::string>& words) {
+    code_ = cli_.run(words);
+    const std::string said = replaced(cli_.out.str() + cli_.err.str(), cli_.dir.file(""), "~/");
+    return "exit " + std::to_string(code_) + "\n" + said;
+  }
+
+  // Whoever types what was proposed gets on: a shell reads it, and neither is its form wrong nor is
+  // the same said again.
+  void try_proposals(const std::string& command, const std::string& answer) {
+    const auto mistake = first_line(answer);
+    for (const auto& line : proposed_lines(answer)) {
+      SCOPED_TRACE(line);
+      for (const auto& word : blamed(command, mistake)) {
+        EXPECT_EQ((" " + line + " ").find(" " + word + " "), std::string::npos) << word;
+      }
+      if (!line.starts_with("lcrig ")) {
+        EXPECT_THAT(line, testing::MatchesRegex("systemctl status lcrigd|sudo adduser .USER lcrig|"
+                                                "mkdir -p [^ ]+|df -h"));
+        continue;
+      }
+      ++tried;
+      const auto said = answer_of(support::read_by_shell(cli_.dir.file("line.sh"), line));
+      EXPECT_NE(code_, cli::kUsage) << said;
+      if (code_ != cli::kOk) {
+        EXPECT_NE(first_line(said), mistake);
+      }
+    }
+  }
+
+  int tried = 0;
 
  private:
   static std::string check_config(const std::string& file) {
@@ -93,12 +183,22 @@ class Desk {
     return config ? "in order\n" : config.error().what + "\n" + config.error().detail;
   }
 
+  // Of what was said, without the exit status.
+  static std::string first_line(const std::string& answer) {
+    std::istringstream in(answer);
+    std::string line;
+    std::getline(in, line);
+    std::getline(in, line);
+    return line;
+  }
+
   fs::path home_;
   support::Cli cli_;
+  int code_ = 0;
 };
 
 // All commands of a theme with their answers.
-std::string transcript(const fs::path& theme, int& commands) {
+std::string transcript(const fs::path& theme, int& commands, int& proposals) {
   std::ifstream in(theme);
   Desk desk;
   std::string out;
@@ -115,25 +215,30 @@ std::string transcript(const fs::path& theme, int& commands) {
                 line.substr(arrow + 4));
       out += line + "\n";
     } else if (line.starts_with("$ ")) {
-      out += line + "\n" + desk.answer(line.substr(2)) + "\n";
+      const auto answer = desk.answer(line.substr(2));
+      out += line + "\n" + answer + "\n";
+      SCOPED_TRACE(line);
+      desk.try_proposals(line.substr(2), answer);
       ++commands;
     }
   }
+  proposals += desk.tried;
   return out;
 }
 
 TEST(Mistakes, AreAnsweredAsTheCorpusSays) {
   const fs::path folder = fs::absolute("tests/corpus/mistakes");
-  int commands = 0;
+  int commands = 0, proposals = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() != ".txt") continue;
     auto expected = entry.path();
     expected.replace_extension(".expected");
-    const std::string said = transcript(entry.path(), commands);
+    const std::string said = transcript(entry.path(), commands, proposals);
     if (std::getenv("LCRIG_WRITE_EXPECTED") != nullptr) std::ofstream(expected) << said;
     EXPECT_EQ(said, text_of(expected)) << entry.path();
   }
-  EXPECT_GE(commands, 40);
+  EXPECT_GE(commands, 100);
+  EXPECT_GE(proposals, 60);
 }
 
 }  // namespace

@@ -140,6 +140,8 @@ TEST_F(Runs, AreVerified) {
   EXPECT_EQ(verified({"1"}, 0)["intact"], true);
   change("UPDATE run_end SET reason = 'fine'");
   EXPECT_EQ(cli.run({"verify", "1"}), kFailed);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("a value was changed"),
+                                   HasSubstr("next: restore the database from a backup")));
 }
 
 TEST_F(Runs, WithoutAnEndAreVerifiedOnlyWhileTheyGoOn) {
@@ -161,8 +163,21 @@ TEST_F(Runs, AreComparedWithAnAnchor) {
   EXPECT_THAT(cli.err.str(), HasSubstr("written anew"));
   EXPECT_EQ(cli.run({"verify", "1", "--anchor", "9" + anchor}), kFailed);
   EXPECT_THAT(cli.err.str(), HasSubstr("cut off"));
+  EXPECT_THAT(cli.err.str(), HasSubstr("next: look whether the anchor is that of run 1"));
   EXPECT_EQ(cli.run({"verify", "1", "--anchor", "2:ab"}), kUsage);
   EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("2:ab"), HasSubstr("64 hex digits")));
+}
+
+TEST_F(Runs, AreNotRestoredForTheAnchorOfAnotherOne) {
+  {
+    const auto db = open_read_write(path).value();
+    ASSERT_TRUE(insert_run_end(db, 2, RunEnd()));
+  }
+  const auto anchor = verified({"2"}, 0)["anchor"].get<std::string>();
+  EXPECT_EQ(cli.run({"verify", "1", "--anchor", anchor}), kFailed);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("the anchor that was given is that of run 2"),
+                                   HasSubstr("next: lcrig verify 2 --anchor " + anchor),
+                                   Not(HasSubstr("restore"))));
 }
 
 TEST_F(Runs, AreExportedWithWhatVerifySays) {

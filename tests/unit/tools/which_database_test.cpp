@@ -87,6 +87,34 @@ TEST_F(ServedRuns, AreNotedByTheDaemonAndOtherFilesDirectly) {
   EXPECT_EQ(get_run_notes(db, 1).value().at(0).text, "mine");
 }
 
+TEST_F(ServedRuns, AreMadeOnlyInTheDatabaseThatTheDaemonHas) {
+  cli.add_data("protocols/press.json", "{}");
+  using Line = std::vector<std::string>;
+  for (const Line& typed :
+       {Line{"run", "press", "--specimen", "paper-1"}, Line{"resume"}, Line{"resume", "1"},
+        Line{"watch"}, Line{"confirm"}, Line{"run", "press", "--specimen", "s", "--dry-run"}}) {
+    Line words = typed;
+    words.insert(words.end(), {"--db", other});
+    EXPECT_EQ(cli.run(words), cli::kUsage) << typed[0];
+    EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("--db " + other), HasSubstr(daemons),
+                                     HasSubstr("next: type it again without --db")));
+  }
+  on_server([this] { EXPECT_THAT(handler.calls, ElementsAre()); });
+  const Line same{"--db", cli.dir.file("./elsewhere.db")};
+  EXPECT_EQ(cli.run({"run", "press", "--specimen", "paper-1", same[0], same[1]}), 0)
+      << cli.err.str();
+  EXPECT_EQ(cli.run({"resume", "1", same[0], same[1]}), 0) << cli.err.str();
+}
+
+TEST_F(ServedRuns, AreStoppedAndLookedAtWhateverDatabaseIsNamed) {
+  for (const auto* verb : {"pause", "abort", "freeze", "status"}) {
+    EXPECT_EQ(cli.run({verb, "--db", other}), 0) << cli.err.str();
+    EXPECT_THAT(cli.err.str(), HasSubstr("has another database, " + daemons)) << verb;
+    EXPECT_THAT(cli.err.str(), Not(HasSubstr("resume --db"))) << "it would be refused";
+  }
+  on_server([this] { EXPECT_THAT(handler.calls, ElementsAre("pause", "abort ", "freeze ")); });
+}
+
 TEST_F(ServedRuns, OfADaemonThatDoesNotSayWhichFileAreThoseOfTheDefault) {
   on_server([this] { handler.state.database = "relative.db"; });
   cli.env.daemon_db = other;

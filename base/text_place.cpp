@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/text_place.hpp"
+
+#include <algorithm>
+
+#include "base/text.hpp"
+
+namespace lcrig {
+
+namespace {
+
+std::size_t line_begin(std::string_view text, int line) {
+  std::size_t at = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
+  for (int i = 1; i < line; ++i) at = next_line(text, at);
+  return at;
+}
+
+}  // namespace
+
+std::size_t byte_of(std::string_view text, TextPosition at) {
+  std::string_view rest = text.substr(line_begin(text, at.line));
+  for (int column = 1; column < at.column && !rest.empty(); ++column) take_character(rest);
+  return text.size() - rest.size();
+}
+
+std::string excerpt(std::string_view text, TextPosition at) {
+  constexpr int kExcerptMax = 72;
+  text = text.substr(line_begin(text, at.line));
+  text = text.substr(0, text.find_first_of("\r\n"));
+  const int first = std::max(1, at.column - kExcerptMax / 2);
+  std::string shown, below;
+  for (int column = 1; column < first + kExcerptMax && !text.empty(); ++column) {
+    const std::string_view before = text;
+    const char32_t c = take_character(text);
+    if (column < first) continue;
+    const bool plain = c != kNotUtf8 && !is_steering(c);
+    shown += plain ? before.substr(0, before.size() - text.size()) : "?";
+    if (column < at.column) below += ' ';
+  }
+  return fmt::format("{}\n{}^", shown, below);
+}
+
+bool has_text_below(std::string_view text, int line) {
+  return !trimmed(text.substr(line_begin(text, line + 1))).empty();
+}
+
+}  // namespace lcrig
