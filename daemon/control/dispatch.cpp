@@ -167,7 +167,7 @@ constexpr std::array<Method, 13> kMethods{
      {"run.plan", on_plan, kCheck},
      {"instruments.ask", on_ask, kLook},
      {"run.pause", on_plain<&ControlHandler::pause>, kLook},
-     {"run.resume", on_resume, "lcrig status   (what goes on; lcrig runs shows what was)"},
+     {"run.resume", on_resume, "lcrig status   (what goes on)"},
      {"run.abort", on_stop<&ControlHandler::abort>, kLook},
      {"run.freeze", on_stop<&ControlHandler::freeze>, kLook},
      {"run.confirm", on_plain<&ControlHandler::confirm>, kLook},

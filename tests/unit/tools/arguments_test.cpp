@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "tests/support/cli_fixture.hpp"
+#include "tests/support/protocol_text.hpp"
 
 namespace lcrig {
 namespace {
@@ -161,7 +162,7 @@ class Rehearse : public ::testing::Test {
     FakeRehearsal::answer = RehearseResult();
     FakeRehearsal::answer->run = 3;
     FakeRehearsal::answer->exit_status = ExitStatus::success;
-    cli.add_data("protocols/press.json", "{}");
+    cli.add_data("protocols/press.json", kLoad);
   }
   Cli cli;
 };
@@ -172,8 +173,8 @@ TEST_F(Rehearse, HandsEverythingOver) {
             0)
       << cli.err.str();
   const auto& r = FakeRehearsal::last;
-  EXPECT_EQ(r.protocol_name, "press");
-  EXPECT_EQ(r.protocol_text, "{}");
+  EXPECT_EQ(r.protocol_name, "press.json");
+  EXPECT_EQ(r.protocol_text, kLoad);
   EXPECT_EQ(std::get<std::string>(r.parameters.at("force_N")), "0.50");
   EXPECT_EQ(r.specimen_name, "paper-2");
   EXPECT_THAT(r.specimen_text, HasSubstr("specimen/1"));
