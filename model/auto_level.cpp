@@ -70,9 +70,7 @@ std::vector<Omission> list_omissions(const Specimen& s, Pressure pressure, doubl
   return list;
 }
 
-// Half as large cells take about this many times longer, and so does a level that nothing is known
-// of.
-constexpr double kHarder = 8;
+constexpr double kHarder = 8;  // half as large cells take about this many times longer
 
 // Cheapest first. A level that cannot describe the faces drops out by its error estimate.
 std::vector<LevelSettings> candidates(const Specimen& s) {
@@ -131,6 +129,7 @@ class LevelSearch {
  private:
   bool hopeless(const LevelSettings& settings) const;
   std::optional<double> too_long(const LevelSettings& settings) const;
+  double elapsed_s() const;  // 0 without a clock
   Result<ErrorEstimate> rate(const LevelSettings& settings);
   LevelChoice choice(const LevelSettings& settings, const ErrorEstimate& estimate);
   tl::unexpected<Error> refuse(const std::string& limit) const;
@@ -143,12 +142,13 @@ class LevelSearch {
   Pressure pressure_;
   const std::optional<WorkBudget>& budget_;
   double start_s_;
-  double last_s_ = 0;  // seconds that the last rating took
+  double slowest_s_ = 0;  // seconds of the slowest rating
+  LevelSettings slowest_;  // and what it rated
   std::optional<std::pair<LevelSettings, ErrorEstimate>> last_;  // the coarser mesh, if it answered
   std::optional<Level> without_answer_;  // the last level that has none at this pressure
   std::string rejected_;
   double least_ = std::numeric_limits<double>::infinity();  // error that some level can meet
-  std::string least_by_;  // that level, and its seconds
+  std::string least_by_;  // that level, and the seconds in which it was found
 };
 
 // Whether the coarser mesh has shown that a finer one of this level cannot help.
@@ -158,34 +158,34 @@ bool LevelSearch::hopeless(const LevelSettings& settings) const {
     return false;
   }
   const ErrorEstimate& e = last_->second;
-  if (settings.level == Level::fem_linear && e.left_out > tolerance_) return true;
-  if (settings.level == Level::fem_finite &&
-      (e.lost_beyond || (!e.settled && last_->first.mesh.refinement > 0))) {
-    return true;
-  }
-  const int finest = settings.level == Level::fem_finite ? kFinestFiniteMesh : kFinestMesh;
-  const int steps = finest - last_->first.mesh.refinement;
-  constexpr double kBestOrder = 4;
-  return e.settled && e.mesh * std::exp2(-kBestOrder * steps) > tolerance_;
+  if (settings.level == Level::fem_linear) return e.left_out > tolerance_;
+  return e.lost_beyond || (!e.settled && last_->first.mesh.refinement > 0);
 }
 
-// Seconds that this mesh would take, if they do not fit into the budget. The first is always tried,
-// because nothing says what it will take.
+// Seconds that this mesh would take, if they do not fit into the budget. The first rating has
+// solved mesh 0 of both families, whatever it rated. It is always tried, because nothing says what
+// it will take.
 std::optional<double> LevelSearch::too_long(const LevelSettings& settings) const {
-  if (!budget_ || rejected_.empty()) return std::nullopt;
-  const bool finer = last_ && last_->first.level == settings.level;
-  const double finer_by = finer ? halvings(last_->first.mesh.refinement, settings.mesh.refinement,
-                                           settings.level == Level::fem_finite)
-                                : 1;
-  const double next = std::pow(kHarder, finer_by) * last_s_;
-  const bool over = budget_->seconds_now() - start_s_ + next > budget_->seconds;
-  return over ? std::optional(next) : std::nullopt;
+  if (!budget_ || rejected_.empty() || settings.level < Level::fem_linear) return std::nullopt;
+  const int mesh = settings.mesh.refinement;
+  const int solved = slowest_.level == settings.level ? slowest_.mesh.refinement : 0;
+  if (mesh <= solved) return std::nullopt;
+  const double finer_by = halvings(solved, mesh, settings.level == Level::fem_finite);
+  const double next = std::pow(kHarder, finer_by) * slowest_s_;
+  return elapsed_s() + next > budget_->seconds ? std::optional(next) : std::nullopt;
+}
+
+double LevelSearch::elapsed_s() const {
+  return budget_ ? budget_->seconds_now() - start_s_ : 0;
 }
 
 Result<ErrorEstimate> LevelSearch::rate(const LevelSettings& settings) {
-  const double before = budget_ ? budget_->seconds_now() : 0;
+  const double before = elapsed_s();
   auto estimate = estimator_.estimate(settings, pressure_);
-  last_s_ = budget_ ? budget_->seconds_now() - before : 0;
+  if (const double seconds = elapsed_s() - before; seconds > slowest_s_) {
+    slowest_s_ = seconds;
+    slowest_ = settings;
+  }
   last_.reset();
   if (estimate) last_.emplace(settings, *estimate);
   return estimate;
@@ -234,7 +234,7 @@ Result<LevelChoice> LevelSearch::run() {
     if (estimate->relative < least_) {
       least_ = estimate->relative;
       least_by_ =
-          name_of(settings) + (budget_ ? fmt::format(" in {:.2g} s", last_s_) : std::string());
+          name_of(settings) + (budget_ ? fmt::format(" in {:.2g} s", elapsed_s()) : std::string());
     }
     reject(settings, fmt::format("{:.2g}{}", estimate->relative,
                                  estimate->settled ? "" : " (its meshes do not converge)"));

@@ -97,7 +97,8 @@ inline std::optional<StackTruth> find_truth(ErrorEstimator& solved, Level level,
 
 // Of finite strain: the limit at small strain times that of the ratio of finite to small strain on
 // the same meshes. What bonded corners cost is nearly the same in both, so the ratio converges
-// better than either. Nothing when the limit of finite strain itself lies elsewhere.
+// better than either. Nothing when it does not: then finite strain only seems to converge, because
+// what it gains at small strain hides the rest. Nothing either when its own limit lies elsewhere.
 inline std::optional<StackTruth> find_finite_truth(ErrorEstimator& solved, int finest,
                                                    int finest_linear, Pressure pressure) {
   const auto direct = find_truth(solved, Level::fem_finite, finest, pressure);
@@ -113,7 +114,7 @@ inline std::optional<StackTruth> find_finite_truth(ErrorEstimator& solved, int f
     const auto large = solved.delta_F(settings, pressure);
     return small && large ? std::optional(*large / *small) : std::nullopt;
   });
-  if (!share) return direct;
+  if (!share) return std::nullopt;
   const StackTruth product{linear->value_F * share->value_F,
                            linear->doubt_F * share->value_F + linear->value_F * share->doubt_F};
   if (std::abs(product.value_F - direct->value_F) > direct->doubt_F + product.doubt_F) {
