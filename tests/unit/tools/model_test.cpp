@@ -127,7 +127,7 @@ TEST_F(ModelCommands, CurveSaysWhichErrorCanBeMetAndAtWhatCost) {
   };
   EXPECT_EQ(cli.run(with_budget("1e-6")), kFailed);
   EXPECT_THAT(cli.err.str(),
-              ContainsRegex("[0-9] can be met by fem_finite \\(mesh 0\\) in .* s; "
+              ContainsRegex("[0-9] can be met by fem_linear \\(mesh 0\\) in .* s; "
                             "fem_finite \\(mesh 1\\) would take about .* s more, over the budget"));
   expect_refused(with_budget("0"), kUsage, "must be positive");
   expect_refused(with_budget("-1"), kUsage, "must be positive");
