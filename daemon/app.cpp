@@ -81,6 +81,7 @@ Result<> App::start() {
     frame_to_make_safe_ = frame_to_make_safe_ || (real_ != nullptr && left_commanding(orphan));
   }
   look_for_resumable();
+  if (auto ready = open_queue(); !ready) return ready;
   control_ = std::make_unique<ControlServer>(io_.get_executor(), clock_, *this, control_options_);
   if (auto listening = control_->listen(config_.socket); !listening) return listening;
   if (real_ != nullptr) {
@@ -89,6 +90,7 @@ Result<> App::start() {
     spawn(watch_ports());
   }
   spawn(heartbeat());
+  spawn(run_queue());
   notifier_.ready();
   notifier_.status("idle");
   spdlog::info("lcrigd {}: database {}, socket {}", LCRIG_VERSION, config_.database,
@@ -115,6 +117,7 @@ void App::enter(Use use) {
   use_ = use;
   if (use == Use::idle) notifier_.status("idle");
   changed_.notify_all();
+  if (queue_ && queue_->goes()) queue_->wake();
 }
 
 // An exception that leaves a coroutine of ours is a bug: say so and die; the gateway's watchdog and
@@ -294,6 +297,7 @@ void App::publish() {
 }
 
 void App::publish_event(const RunEvent& event) {
+  hazards_.take(hazard_of(event.kind));
   if (!control_) return;
   RunEventNote note;
   note.run = live_run() != nullptr ? live_run()->progress().run : 0;
@@ -338,6 +342,7 @@ DaemonStatus App::status() const {
   if (live_run() != nullptr) s.run = session_->status();
   s.last_run = last_run_;
   s.resumable = resumable_;
+  if (queue_) s.queue = queue_->status();
   std::optional<std::int64_t> run;
   if (s.run) run = s.run->run;
   s.instruments = known_.states(run);
@@ -347,6 +352,7 @@ DaemonStatus App::status() const {
 Task<bool> App::shut_down(std::string why) {
   if (std::exchange(shutting_down_, true)) co_return true;
   changed_.notify_all();
+  if (queue_) queue_->end();
   notifier_.stopping();
   const auto settled = [this] { return is_settled(); };
   bool done = false;
@@ -358,7 +364,7 @@ Task<bool> App::shut_down(std::string why) {
     notifier_.extend_timeout(kStopExtension);
     run->interrupt(InterruptRequest(Interrupt::abort, why));
   }
-  const auto over = [this] { return session_ == nullptr; };
+  const auto over = [this] { return session_ == nullptr && (!queue_ || queue_->over()); };
   co_await changed_.wait(over);
   if (control_) co_await control_->close(1s);
   // Waits for the last commit, on this thread: nobody is left whom it could hold up, and what the

@@ -15,6 +15,10 @@
 #include "daemon/control/handler.hpp"
 #include "daemon/control/server.hpp"
 #include "daemon/liveness.hpp"
+#include "daemon/queue/host.hpp"
+#include "daemon/queue/identities.hpp"
+#include "daemon/queue/plans.hpp"
+#include "daemon/queue/runner.hpp"
 #include "daemon/record/recorder.hpp"
 #include "daemon/rig/known.hpp"
 #include "daemon/rig/operator.hpp"
@@ -33,7 +37,7 @@ struct AppParts {
   ControlOptions control;
 };
 
-class App final : public ControlHandler {
+class App final : public ControlHandler, public QueueHost {
  public:
   App(asio::io_context& io, Clock& clock, Config config, AppParts parts = AppParts());
   ~App() override;
@@ -71,6 +75,7 @@ class App final : public ControlHandler {
   Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) override;
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
   DaemonStatus status() const override;
+  QueueHandler* queue() override { return queue_.get(); }
 
  private:
   // What the instruments are used for. Only an idle daemon begins something new.
@@ -82,6 +87,20 @@ class App final : public ControlHandler {
   };
   void enter(Use use);
   void look_for_resumable();
+  // What the queue needs (app_queue.cpp).
+  Result<> open_queue();
+  Task<> run_queue();
+  bool is_running() const override { return use_ == Use::starting || use_ == Use::running; }
+  Task<Result<EntryPlan>> plan_entry(RunRequest& run) override;
+  Task<Result<Plan>> plan_on_rig(const RunRequest& run, const PreparedRun& prepared);
+  Task<TurnEnd> take_turn(TurnOfQueue turn) override;
+  Task<Result<PreparedRun>> prepare_turn(TurnOfQueue turn);
+  Result<> may_begin();
+  double left_s() const override;
+  void forget_identities() override;
+  Task<std::string> name_of(const PeerCredentials& peer) override;
+  void queue_changed(const QueueStatus& status) override;
+  Result<> leaves_to_queue() const;
   bool is_settled() const { return use_ == Use::idle || use_ == Use::running; }
 
   Task<Result<>> claim(Use use);
@@ -131,6 +150,10 @@ class App final : public ControlHandler {
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<ControlServer> control_;  // nullptr: nobody listens
   std::unique_ptr<Session> session_;
+  std::unique_ptr<QueueRunner> queue_;  // nullptr: a rehearsal has none
+  QueuePlans plans_;
+  KnownIdentities identities_;  // of the turns of the queue
+  HazardWatch hazards_;  // of the run that goes on
   Use use_ = Use::idle;
   Condition changed_;  // `use_`, `session_`, `shutting_down_`, or how often the frame was stopped
   std::optional<InterruptRequest> stop_of_start_;  // asked for meanwhile: nothing may move

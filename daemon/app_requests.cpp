@@ -71,6 +71,7 @@ Task<Result<RunStarted>> App::start_run(RunRequest request, PeerCredentials peer
 }
 
 Task<Result<RunStarted>> App::begin_run(RunRequest request, PeerCredentials& peer) {
+  if (auto free = leaves_to_queue(); !free) co_return fail(free.error());
   auto claimed = co_await claim(Use::starting);
   if (!claimed) co_return fail(claimed.error());
   peer.user = co_await user_name(peer, kNamePatience);
@@ -137,6 +138,7 @@ Task<Result<Plan>> App::preview(RunRequest request) {
   if (!made) co_return fail(made.error());
   auto plan = co_await session_->preview();
   co_await session_->close();
+  if (plan) plans_.see(session_->rig());
   co_return plan;
 }
 
@@ -172,7 +174,7 @@ Task<Result<RunStarted>> App::open_run(PreparedRun prepared) {
     for (const RunEvent& event : events) publish_event(event);
   });
   session_->on_stop([this] { changed_.notify_all(); });
-  session_->goes_on([this] { return not_stopped(); });
+  session_->goes_on([this] { return may_begin(); });
   auto run = co_await session_->open();
   if (!run) {
     co_await session_->close();
@@ -180,6 +182,7 @@ Task<Result<RunStarted>> App::open_run(PreparedRun prepared) {
   }
   // Asked for while the run row was written: the run ends before it moves anything.
   if (stop_of_start_) session_->run()->interrupt(*stop_of_start_);
+  plans_.see(session_->rig());
   resumable_.clear();  // the rig is not as they left it any more
   const RunProgress begun = session_->run()->progress();
   spdlog::info("{} begins: {} on {}{}", run_words(session_->simulated(), *run),
@@ -258,6 +261,7 @@ Task<Result<RunStarted>> App::continue_run(std::int64_t run, bool confirmed, Pee
 
 Task<Result<RunStarted>> App::begin_continuation(std::int64_t run, bool confirmed,
                                                  PeerCredentials& peer) {
+  if (auto free = leaves_to_queue(); !free) co_return fail(free.error());
   auto claimed = co_await claim(Use::starting);
   if (!claimed) co_return fail(claimed.error());
   peer.user = co_await user_name(peer, kNamePatience);
@@ -340,7 +344,11 @@ Task<Result<StopAnswer>> App::freeze(std::string why, PeerCredentials peer) {
 
 Task<Result<>> App::confirm(PeerCredentials peer) {
   peer.user = co_await user_name(peer, kNamePatience);
-  if (!person_.confirmed()) co_return fail(Errc::invalid_request, "nothing waits for confirmation");
+  const bool confirmed = person_.confirmed();
+  if (!confirmed && queue_ && queue_->awaits_consent()) {
+    co_return co_await queue_->answer("yes", std::nullopt, std::move(peer));
+  }
+  if (!confirmed) co_return fail(Errc::invalid_request, "nothing waits for confirmation");
   recorder_->event(request_event(clock_.now(), "run.confirm", peer));
   co_return Result<>();
 }

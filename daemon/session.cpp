@@ -106,11 +106,11 @@ Session::Session(asio::any_io_executor executor, Clock& clock, Recorder& recorde
 
 // A bench has its own model of the specimen; for a real rig the file of the specimen is all there
 // is.
-void Session::add_specimen(Rig& rig) const {
-  if (rig.compression_m || !prepared_.specimen) return;
-  rig.specimen_least_m = least_shortening(*prepared_.specimen);
-  const Force most = Force::from_si(std::max(prepared_.max_force_N, 1e-3));
-  rig.compression_m = expected_compression(*prepared_.specimen, most, rig.frame_stiffness_N_m);
+void add_specimen(Rig& rig, const PreparedRun& run) {
+  if (rig.compression_m || !run.specimen) return;
+  rig.specimen_least_m = least_shortening(*run.specimen);
+  const Force most = Force::from_si(std::max(run.max_force_N, 1e-3));
+  rig.compression_m = expected_compression(*run.specimen, most, rig.frame_stiffness_N_m);
 }
 
 Task<Result<>> Session::plan() {
@@ -121,7 +121,7 @@ Task<Result<>> Session::plan() {
                    prepared_.protocol.name);
   }
   const auto job = [this] {
-    add_specimen(rig_);
+    add_specimen(rig_, prepared_);
     if (rig_.frame.motion) forecast_ = make_forecast(rig_);
     return make_plan(prepared_.protocol, prepared_.environment, rig_);
   };
@@ -164,7 +164,9 @@ RunRow Session::make_row() const {
                        .abilities = instruments_->frame().capabilities(),
                        .limits = plan_.limits,
                        .settings = settings_event(settings_, conversion)};
-  return make_run_row(facts, clock_);
+  RunRow row = make_run_row(facts, clock_);
+  row.queue_entry = prepared_.queue_entry;
+  return row;
 }
 
 // Nothing is shown before it is stored.

@@ -27,6 +27,7 @@ struct PreparedRun {
   bool places_weights = false;
   double max_force_N = 0;  // of the limits
   std::optional<Continuation> continues;  // of an interrupted run
+  std::optional<std::int64_t> queue_entry;  // whose turn it is
 };
 // Of the limits; a small one where the protocol names none.
 double largest_force_N(const Protocol& protocol, const Environment& environment);
@@ -37,6 +38,8 @@ InstrumentsRequest instruments_for(const PreparedRun& run);
 
 // What a plan needs to know of identified instruments and of the specimen on them.
 Rig describe_rig(Instruments& instruments);
+// What the file of the specimen says, where the rig has no model of it.
+void add_specimen(Rig& rig, const PreparedRun& run);
 
 class Session {
  public:
@@ -61,6 +64,10 @@ class Session {
   Instruments& instruments() { return *instruments_; }
   Run* run() { return run_.get(); }  // nullptr before `open` succeeded
   const Run* run() const { return run_.get(); }
+  // After `preview` or `open` succeeded: who answered, and what the plan reckoned with.
+  const Identity& meter_identity() const { return meter_identity_; }
+  const Identity& frame_identity() const { return frame_identity_; }
+  const Rig& rig() const { return rig_; }
   // What was planned, after `preview` or `open` succeeded.
   const Plan& planned() const { return plan_; }
   // Of acknowledged rows only.
@@ -68,6 +75,8 @@ class Session {
   // After `execute`: of the chain of the closed run, as text; empty when it could not be closed.
   const std::string& anchor() const { return anchor_; }
   bool simulated() const;  // an instrument of it is; after `preview` or `open`
+  bool is_turn_of_queue() const { return prepared_.queue_entry.has_value(); }
+  bool places_weights() const { return prepared_.places_weights; }
   const std::string& operator_name() const { return prepared_.request.operator_name; }
   // Called when a step begins. Before `open`.
   void on_step(std::function<void(const RunProgress&)> callback) { on_step_ = std::move(callback); }
@@ -90,7 +99,6 @@ class Session {
   void on_loss(Instrument which, const Error* lost);
   Result<> compare_origin() const;
   Task<Result<>> check_at_contact(double start_travel_m, double contact_travel_m);
-  void add_specimen(Rig& rig) const;
   RunSetup make_setup(std::int64_t run);
   RunRow make_row() const;
   void note_extrapolation(double peak_N);

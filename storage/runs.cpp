@@ -9,6 +9,7 @@
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "storage/chain.hpp"
+#include "storage/queue_run.hpp"
 #include "storage/writer_lock.hpp"
 
 namespace lcrig {
@@ -130,6 +131,11 @@ Result<std::int64_t> insert_run(const Database& db, const RunRow& row) {
   ChainHead head;
   head.run = *id;
   if (auto r = chain->append(head, hash); !r) return fail(r.error());
+  if (auto r = note_specimen_of_run(db, row.specimen_name); !r) return fail(r.error());
+  if (row.queue_entry) {
+    auto claimed = claim_queue_entry(db, *row.queue_entry, *id, row.started_unix_ns);
+    if (!claimed) return fail(claimed.error());
+  }
   if (auto r = transaction->commit(); !r) return fail(r.error());
   return *id;
 }

@@ -36,6 +36,7 @@ struct RunRow {
   std::int64_t started_unix_ns = 0;  // the same instant on both clocks
   MonoTime started;
   std::string boot_id;
+  std::optional<std::int64_t> queue_entry;  // whose turn it is; in a table of its own
 
   std::optional<double> probe_area_m2() const;  // pressure is force over it
 };
@@ -80,7 +81,8 @@ std::string read_boot_id();
 // Only the sole writer of runs knows it for sure.
 Result<std::int64_t> next_run_number(const Database& db);
 
-// Writers. Each is one transaction and one link of the run's hash chain.
+// Writers. Each is one transaction and one link of the run's hash chain. An entry of the queue begins
+// in that transaction, too (claim_queue_entry: storage/queue_run.hpp).
 Result<std::int64_t> insert_run(const Database& db, const RunRow& row);
 Result<> insert_run_end(const Database& db, std::int64_t run, const RunEnd& end);
 Result<> add_run_note(const Database& db, std::int64_t run, std::string_view operator_name,

@@ -98,6 +98,10 @@ void Statement::bind_null(int parameter) {
   [[maybe_unused]] const int rc = sqlite3_bind_null(handle_.get(), parameter + 1);
   assert(rc == SQLITE_OK);
 }
+void Statement::bind(int parameter, std::optional<std::int64_t> value) {
+  if (value) return bind(parameter, *value);
+  bind_null(parameter);
+}
 
 Result<bool> Statement::step() {
   const int rc = sqlite3_step(handle_.get());

@@ -32,6 +32,7 @@ class Statement {
   void bind(int parameter, std::string_view text);
   void bind_blob(int parameter, std::span<const unsigned char> bytes);
   void bind_null(int parameter);
+  void bind(int parameter, std::optional<std::int64_t> value);  // none: NULL
 
   Result<bool> step();  // true: a row is there
   Result<> run();  // runs to the end, then resets
@@ -77,6 +78,13 @@ class Database {
     int parameter = 0;
     if (statement) (statement->bind(parameter++, values), ...);
     return statement;
+  }
+  // The same for a statement without rows.
+  template <class... Values>
+  Result<> change(std::string_view sql, const Values&... values) const {
+    auto statement = query(sql, values...);
+    if (!statement) return fail(statement.error());
+    return statement->run();
   }
   // Calls `visit` with each row.
   template <class Visit, class... Values>

@@ -7,11 +7,13 @@
 #include <array>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <vector>
 
 #include "base/clock.hpp"
 #include "base/text.hpp"
 #include "daemon/control/limits.hpp"
+#include "daemon/control/methods.hpp"
 #include "daemon/control/params.hpp"
 
 namespace lcrig {
@@ -23,11 +25,6 @@ ControlCall::ControlCall()
 ControlCall::~ControlCall() = default;
 ControlCall::ControlCall(ControlCall&&) noexcept = default;
 ControlCall& ControlCall::operator=(ControlCall&&) noexcept = default;
-
-namespace {
-
-// What a method answers: its result, or the error as JSON-RPC knows it.
-using Answer = Task<tl::expected<json, RpcError>>;
 
 tl::unexpected<RpcError> refused(const Error& error) {
   return tl::unexpected(rpc_error_of(error));
@@ -46,7 +43,6 @@ json answer_of(const char* key, json value) {
   return out;
 }
 
-// The members of a method that takes none.
 Result<> no_params(const json& params) {
   ParamsReader in(params, "/params");
   in.refuse_unknown();
@@ -61,6 +57,10 @@ Result<std::string> one_text(const json& params, const char* key, bool required,
   if (auto done = in.finish(); !done) return fail(done.error());
   return out;
 }
+
+namespace {
+
+using Answer = MethodAnswer;
 
 Answer on_status(ControlHandler& handler, json params, PeerCredentials) {
   if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
@@ -154,12 +154,7 @@ constexpr const char* kCheck =
     "change what the message names; --dry-run tries it again and moves nothing";
 constexpr const char* kLook = "lcrig status   (what goes on)";
 
-struct Method {
-  std::string_view name;
-  Answer (*run)(ControlHandler&, json, PeerCredentials);
-  const char* hint;  // when the handler calls the request invalid
-};
-constexpr std::array<Method, 13> kMethods{
+constexpr std::array<ControlMethod, 13> kMethods{
     {{"status", on_status, kLook},
      {"watch", on_status, kLook},  // the session subscribes
      {"version", on_version, kLook},
@@ -174,6 +169,23 @@ constexpr std::array<Method, 13> kMethods{
      {"run.note", on_note, "lcrig runs   (lists them, with how they ended)"},
      {"specimen.add", on_add_specimen,
       "correct the file; for a good one: lcrig specimen show paper-1"}}};
+
+// nullptr: there is no such method.
+const ControlMethod* find_method(std::string_view name) {
+  for (const std::span<const ControlMethod> some :
+       {std::span<const ControlMethod>(kMethods), queue_methods()}) {
+    const auto found = std::ranges::find(some, name, &ControlMethod::name);
+    if (found != some.end()) return &*found;
+  }
+  return nullptr;
+}
+
+std::vector<std::string_view> method_names() {
+  std::vector<std::string_view> names;
+  std::ranges::transform(kMethods, std::back_inserter(names), &ControlMethod::name);
+  std::ranges::transform(queue_methods(), std::back_inserter(names), &ControlMethod::name);
+  return names;
+}
 
 std::string refuse(const json& id, const std::string& why) {
   return error_line(id, RpcError(rpc_code::kInvalidRequest, why,
@@ -252,15 +264,13 @@ tl::expected<ControlCall, std::string> parse_control_call(std::string_view line)
 
 Task<std::optional<std::string>> answer_control_call(ControlHandler& handler, ControlCall call,
                                                      PeerCredentials peer) {
-  const auto method = std::ranges::find(kMethods, call.method, &Method::name);
+  const ControlMethod* method = find_method(call.method);
   std::string line;
-  if (method == kMethods.end()) {
-    std::vector<std::string_view> names;
-    std::ranges::transform(kMethods, std::back_inserter(names), &Method::name);
+  if (method == nullptr) {
     line = error_line(*call.id,
                       RpcError(rpc_code::kMethodNotFound,
                                fmt::format("unknown method '{}'", printable(call.method, 60)),
-                               fmt::format("methods: {}", fmt::join(names, ", "))));
+                               fmt::format("methods: {}", fmt::join(method_names(), ", "))));
   } else {
     auto answer = co_await method->run(handler, std::move(*call.params), std::move(peer));
     if (!answer && answer.error().code == rpc_code_of(Errc::invalid_request)) {

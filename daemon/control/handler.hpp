@@ -13,6 +13,8 @@
 
 namespace lcrig {
 
+class QueueHandler;
+
 // Calls of several clients, and several of one client, may overlap: a stop is never queued behind
 // a start that is still preparing. A task is not cancelled when its client goes away.
 class ControlHandler {
@@ -43,6 +45,7 @@ class ControlHandler {
   // Stores a specimen; returns its name. Errors: invalid_request with the JSON pointer.
   virtual Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) = 0;
   virtual DaemonStatus status() const = 0;
+  virtual QueueHandler* queue() { return nullptr; }  // nullptr: it has none
 };
 
 }  // namespace lcrig

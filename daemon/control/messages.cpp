@@ -294,6 +294,7 @@ json to_json(const DaemonStatus& s) {
   out["instruments"] = std::move(instruments);
   out["run"] = s.run ? to_json(*s.run) : json(nullptr);
   out["last_run"] = s.last_run ? to_json(*s.last_run) : json(nullptr);
+  out["queue"] = s.queue ? to_json(*s.queue) : json(nullptr);
   out["resumable"] = json::array();
   for (const auto& r : s.resumable) {
     out["resumable"].push_back(json{
@@ -321,6 +322,11 @@ Result<DaemonStatus> parse_daemon_status(const json& value) {
     auto ended = parse_run_outcome(*last);
     if (!ended) return fail(ended.error());
     s.last_run = std::move(*ended);
+  }
+  if (const auto* queue = in.member("queue")) {
+    auto parsed = parse_queue_status(*queue);
+    if (!parsed) return fail(parsed.error());
+    s.queue = std::move(*parsed);
   }
   if (const auto* list = in.member("resumable")) {
     auto resumable = parse_resumable(*list);

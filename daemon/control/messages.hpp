@@ -77,12 +77,23 @@ struct ResumableRun {
   std::string step_id;  // begun last; it begins anew
 };
 
+// The queue at a glance (docs/queue.md).
+struct QueueStatus {
+  bool going = false;
+  std::string cause, why;  // when it does not go
+  std::int64_t count = 0;  // of the entries in it
+  std::optional<std::int64_t> entry;  // the first of them
+  std::string gate, prompt;  // "specimen" or "person", and what is asked for; empty: no gate
+  std::string locked_by;  // empty: nobody
+};
+
 struct DaemonStatus {
   std::string version, database;
   std::vector<InstrumentState> instruments;
   std::optional<RunStatus> run;  // the run that is going on
   std::optional<RunOutcome> last_run;  // the last one of this daemon's life
   std::vector<ResumableRun> resumable;  // cut off since any other run began; oldest first
+  std::optional<QueueStatus> queue;
 };
 
 // An event row of a run, as a watcher sees it.
@@ -121,11 +132,13 @@ nlohmann::json to_json(const RunOutcome& ended);
 nlohmann::json to_json(const StopAnswer& answer);
 nlohmann::json to_json(const RunEventNote& note);
 nlohmann::json to_json(const DaemonStatus& status);
+nlohmann::json to_json(const QueueStatus& status);
 nlohmann::json to_json(const RunRequest& request);
 Result<RunStatus> parse_run_status(const nlohmann::json& value);
 Result<RunOutcome> parse_run_outcome(const nlohmann::json& value);
 Result<RunEventNote> parse_run_event(const nlohmann::json& value);
 Result<DaemonStatus> parse_daemon_status(const nlohmann::json& value);
+Result<QueueStatus> parse_queue_status(const nlohmann::json& value);
 Result<RunRequest> parse_run_request(const nlohmann::json& params);
 
 // Whole lines, with their newline. `id` is a JSON string, number or null.

@@ -200,6 +200,10 @@ void ControlServer::publish_run_ended(const RunOutcome& ended) {
   if (watched()) publish(notification_line("run_ended", to_json(ended)));
 }
 
+void ControlServer::publish_queue(const QueueStatus& queue) {
+  if (watched()) publish(notification_line("queue", to_json(queue)));
+}
+
 Task<> ControlServer::close(Duration grace) {
   boost::system::error_code ignored;
   acceptor_.close(ignored);

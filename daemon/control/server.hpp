@@ -33,6 +33,7 @@ class ControlServer {
   void publish_status(const RunStatus& status);
   void publish_event(const RunEventNote& note);
   void publish_run_ended(const RunOutcome& ended);
+  void publish_queue(const QueueStatus& queue);
 
   // What a user is called (UserNames::find).
   Task<std::string> user_name(std::uint32_t uid, Duration patience) {

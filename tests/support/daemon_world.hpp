@@ -99,13 +99,14 @@ class DaemonWorld : public testing::Test {
  protected:
   void SetUp() override { start("d.db"); }
   void TearDown() override { stop(); }
+  virtual AppParts parts() { return AppParts(); }
   void start(const std::string& database) {
     database_ = dir.file(database);
     Config config;
     config.database = database_;
     config.socket = socket_path();
     config.bench = "paper";
-    app = std::make_unique<App>(io, clock, config);
+    app = std::make_unique<App>(io, clock, config, parts());
     const auto started = app->start();
     ASSERT_TRUE(started) << started.error().what;
   }

@@ -9,6 +9,7 @@
 #include "tools/lcrig/plan_text.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
+#include "tools/lcrig/queue_request.hpp"
 
 namespace lcrig::cli {
 
@@ -28,6 +29,7 @@ class RunCommand final : public Command {
     list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
     list.flag("--detach", detach_, "Return as soon as the run goes on");
+    list.flag("--next", next_, "Put it at the front of the queue");
     list.flag("--dry-run", dry_run_, "Only look and plan on this rig; nothing moves");
   }
 
@@ -37,6 +39,7 @@ class RunCommand final : public Command {
     StopSignals signals;
     auto client = ControlClient::connect(context);
     if (!client) return unreachable(context, client.error());
+    if (next_ && !dry_run_) return queue_first(context, *client, *start);
     if (dry_run_) return show_plan(context, *client, *start);
     // First, so that nothing of the run is missed.
     if (!detach_) {
@@ -52,6 +55,12 @@ class RunCommand final : public Command {
   }
 
  private:
+  Outcome<ExitCode> queue_first(Context& context, ControlClient& client, const RunRequest& start) {
+    json params = to_json(start);
+    params["place"] = "first";
+    return queue_run(context, client, params, start);
+  }
+
   Outcome<RunRequest> request(const Context& context) const {
     auto out = run_request(LibraryPath(context.env), protocol_, parameters_, specimen_);
     if (!out) return out;
@@ -81,6 +90,7 @@ class RunCommand final : public Command {
     add_option(words, "--operator", operator_);
     add_option(words, "--note", note_);
     add_flag(words, "--detach", detach_);
+    add_flag(words, "--next", next_);
     return next_command(context.global, words);
   }
 
@@ -113,7 +123,7 @@ class RunCommand final : public Command {
 
   std::string protocol_, specimen_, operator_, note_;
   std::vector<std::string> parameters_;
-  bool detach_ = false, dry_run_ = false;
+  bool detach_ = false, dry_run_ = false, next_ = false;
 };
 
 }  // namespace

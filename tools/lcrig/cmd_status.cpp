@@ -8,6 +8,7 @@
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/live_line.hpp"
 #include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/queue_words.hpp"
 
 namespace lcrig::cli {
 
@@ -70,6 +71,8 @@ void print_status(std::ostream& out, const DaemonStatus& s) {
     fmt::print(out, "{:6} {}  {}{}{}\n", printable(i.name, kLongestName), instrument_words(i),
                printable(i.port, kLongestWords), identity.empty() ? "" : "  ", identity);
   }
+  // A queue that nobody uses is nothing to read about.
+  if (s.queue && (s.queue->count > 0 || s.queue->going)) print_queue(out, *s.queue);
   if (s.run) {
     fmt::print(out, "run {}  {} on {}  {}{}\n", s.run->run,
                printable(s.run->protocol, kLongestName), printable(s.run->specimen, kLongestName),

@@ -12,6 +12,9 @@ extern const CommandFactory kRunCommand, kRehearseCommand, kStatusCommand, kWatc
     kSpecimenAddCommand, kSpecimenListCommand, kSpecimenShowCommand, kRunsListCommand,
     kRunsShowCommand, kRunsNoteCommand, kExportCommand, kAnalyzeCommand, kVerifyCommand,
     kReportCommand, kBudgetCommand, kModelCurveCommand, kModelDesignCommand, kModelLadderCommand,
-    kModelCompareCommand, kModelFitCommand;
+    kModelCompareCommand, kModelFitCommand, kStopCommand, kQueueAddCommand, kQueueListCommand,
+    kQueueShowCommand, kQueueMoveCommand, kQueueRemoveCommand, kQueueHoldCommand,
+    kQueueStartCommand, kQueueClearCommand, kQueueHistoryCommand, kQueueLockCommand,
+    kQueueUnlockCommand, kQueueAnswerCommand;
 
 }  // namespace lcrig::cli

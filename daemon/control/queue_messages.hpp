@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wire forms of the queue: docs/control.md is the contract.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "daemon/control/queue_handler.hpp"
+
+namespace lcrig {
+
+nlohmann::json to_json(const EntryPlan& plan);
+// As it is stored; what does not parse is not known.
+EntryPlan parse_entry_plan(std::string_view json_text);
+nlohmann::json to_json(const QueueAdded& added);
+nlohmann::json to_json(const ListedEntry& entry);
+nlohmann::json to_json(const QueuePage& page);
+nlohmann::json to_json(const QueueAct& act);
+
+// Params of requests. Errors: invalid_request with the JSON pointer.
+Result<QueueAdd> parse_queue_add(const nlohmann::json& params);
+struct QueueMove {
+  std::int64_t entry = 0;
+  QueuePlace place;
+};
+Result<QueueMove> parse_queue_move(const nlohmann::json& params);
+struct QueueRange {
+  std::optional<std::int64_t> entry;
+  std::int64_t from = 0, most = kQueuePageMax;
+};
+// `from`: the name of the member that says where the page begins.
+Result<QueueRange> parse_queue_range(const nlohmann::json& params, const char* from);
+
+}  // namespace lcrig

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the queue does next, and what it does after a run: decisions without I/O. The runner
+// (runner.hpp) asks and obeys; storage/queue_run.hpp makes sure that nothing begins otherwise.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "base/exit_status.hpp"
+#include "daemon/queue/hazard.hpp"
+#include "daemon/queue/terms.hpp"
+#include "storage/queue.hpp"
+
+namespace lcrig {
+
+// Why the queue does not go. A Hazard has a cause of its own name.
+enum class HoldCause {
+  not_started,
+  person,  // said so
+  restart,  // of lcrigd
+  empty,  // nothing is left in it
+  not_standing,
+  left_loaded,
+  frame_fault,
+  limit,
+  other_instrument,
+  aborted,  // a person or a signal stopped the run
+  failure,  // of an entry whose terms say so, or that no terms may decide on
+  look,  // the same: one more attempt once a person has looked
+  too_many_failures,
+  bug
+};
+std::string_view to_string(HoldCause cause);
+HoldCause cause_of(Hazard hazard);
+
+// The first entry, as far as it matters here.
+struct HeadFacts {
+  std::int64_t entry = 0;
+  EntryState state = EntryState::waiting;
+  std::string protocol, specimen;
+  bool moves = true;  // the protocol commands the frame
+  QueueTerms terms;
+};
+struct QueueFacts {
+  bool going = false;
+  bool run_goes_on = false;  // of whomever
+  std::optional<HeadFacts> head;
+  std::optional<std::string> on_rig;  // the specimen; nullopt: nobody knows
+  bool person_there = false;  // acted since the last run of the queue began
+};
+
+// What a person has to do before an entry begins.
+struct Gate {
+  enum class Kind {
+    specimen,  // put it on, and type its name
+    person  // be there while the frame moves, and type "yes"
+  };
+  Kind kind = Kind::person;
+  std::int64_t entry = 0;
+  std::string prompt, expected;
+};
+std::string_view to_string(Gate::Kind kind);
+// Errors: invalid_request, in words for who typed it. Nothing but the expected word opens a gate.
+Result<> check_answer(const Gate& gate, std::string_view answer);
+
+struct Stay {};  // held, or a run goes on
+struct Finished {};  // it goes, and nothing is left
+struct Begin {
+  std::int64_t entry = 0;
+};
+using NextAct = std::variant<Stay, Finished, Gate, Begin>;
+NextAct next_act(const QueueFacts& facts);
+
+// How an entry came out.
+struct EntryOutcome {
+  bool begun = false;  // false: it was refused before anything was commanded
+  bool resumes = false;  // an interrupted run was to go on
+  ExitStatus status = ExitStatus::fail;
+  std::optional<Errc> code;
+  std::string reason;
+  std::optional<Hazard> hazard;
+};
+// What follows from it.
+struct Aftermath {
+  EntryState entry = EntryState::failed;
+  std::optional<HoldCause> hold;  // nullopt: the queue goes on
+  std::string why;  // it holds
+  std::int64_t failures_in_row = 0;
+};
+// `attempts`: of this entry, with this one if it begun.
+Aftermath aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std::int64_t attempts,
+                       std::int64_t failures_in_row);
+
+}  // namespace lcrig

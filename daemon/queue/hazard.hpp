@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// What of a run forbids the next one until a person has looked at the rig, whatever a batch says.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "base/result.hpp"
+#include "protocols/run/sink.hpp"
+
+namespace lcrig {
+
+// The first is the worst.
+enum class Hazard {
+  not_standing,  // the frame did not confirm that it stands
+  left_loaded,  // the specimen is still loaded, or nobody knows whether it is
+  frame_fault,  // E-stop, drive, shield, not_ready; or what the frame says is not believed
+  limit,  // of the protocol or of the machine
+  other_instrument  // another identity answered at a port
+};
+std::string_view to_string(Hazard hazard);
+std::string_view words_of(Hazard hazard);
+
+std::optional<Hazard> hazard_of(const EventName& kind);
+std::optional<Hazard> hazard_of(Errc code);
+
+// Of one run: the worst of its events and of how it ended.
+class HazardWatch {
+ public:
+  void take(std::optional<Hazard> hazard);
+  std::optional<Hazard> worst() const { return worst_; }
+
+ private:
+  std::optional<Hazard> worst_;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the queue needs of the daemon: a rig to plan on, runs that begin and end, names of users.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "base/task.hpp"
+#include "daemon/control/queue_handler.hpp"
+#include "daemon/queue/hazard.hpp"
+
+namespace lcrig {
+
+// A run whose turn it is.
+struct TurnOfQueue {
+  std::int64_t entry = 0;
+  RunRequest run;
+  std::optional<std::int64_t> resumes_run;
+};
+
+// How it came out. `outcome` is an error when it was refused before anything was commanded.
+struct TurnEnd {
+  Result<RunOutcome> outcome;
+  std::optional<Hazard> hazard;
+};
+
+class QueueHost {
+ public:
+  virtual ~QueueHost() = default;
+  virtual bool is_running() const = 0;  // a run goes on, or is prepared
+  // Fills in the texts that are missing, and plans as far as the rig is known. Errors: what a run
+  // would be refused for.
+  virtual Task<Result<EntryPlan>> plan_entry(RunRequest& run) = 0;
+  // From its preparation to its closed row.
+  virtual Task<TurnEnd> take_turn(TurnOfQueue turn) = 0;
+  virtual double left_s() const = 0;  // of the run that goes on, as planned; 0: none does
+  // The instruments that the next turn meets are the right ones, whoever they are.
+  virtual void forget_identities() = 0;
+  virtual Task<std::string> name_of(const PeerCredentials& peer) = 0;
+  virtual void queue_changed(const QueueStatus& status) = 0;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs what is queued: looks at the stored queue, asks decide.hpp what to do, does it, stores what
+// came of it. Whatever it knows it has read from the database.
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "base/condition.hpp"
+#include "daemon/queue/decide.hpp"
+#include "daemon/queue/host.hpp"
+#include "daemon/queue/store.hpp"
+
+namespace lcrig {
+
+class QueueRunner final : public QueueHandler {
+ public:
+  // `clock` and `host` outlive it.
+  QueueRunner(asio::any_io_executor executor, Clock& clock, QueueHost& host, std::string database,
+              std::string vfs);
+
+  // Settles what a crash left, before anybody can ask. True: it was going then.
+  Result<bool> open(const Database& db);
+  // Until `end`.
+  Task<> run();
+  // No other entry begins. `run` returns once the one that runs is stored as ended.
+  void end();
+  bool over() const { return over_; }
+
+  // Something changed that may let an entry begin.
+  void wake();
+  // Its turn is now, or comes as soon as a gate opens.
+  bool goes() const { return status_.going; }
+  const QueueStatus& status() const { return status_; }
+  // A gate waits for consent to a motion, and for nothing else.
+  bool awaits_consent() const { return gate_ && gate_->kind == Gate::Kind::person; }
+
+  Task<Result<QueueAdded>> add(QueueAdd wanted, PeerCredentials peer) override;
+  Task<Result<QueuePage>> list(std::int64_t skip, std::int64_t most) override;
+  Task<Result<ListedEntry>> show(std::int64_t entry) override;
+  Task<Result<std::vector<QueueAct>>> history(std::optional<std::int64_t> entry,
+                                              std::int64_t before, std::int64_t most) override;
+  Task<Result<>> move(std::int64_t entry, QueuePlace place, PeerCredentials peer) override;
+  Task<Result<>> remove(std::int64_t entry, PeerCredentials peer) override;
+  Task<Result<std::int64_t>> clear(PeerCredentials peer) override;
+  Task<Result<>> hold(std::string why, PeerCredentials peer) override;
+  Task<Result<>> start(HeadChoice choice, PeerCredentials peer) override;
+  Task<Result<>> lock(std::string why, PeerCredentials peer) override;
+  Task<Result<>> unlock(bool force, PeerCredentials peer) override;
+  Task<Result<>> answer(std::string text, std::optional<std::int64_t> entry,
+                        PeerCredentials peer) override;
+
+ private:
+  // The stored queue, as far as it decides what is next.
+  struct Look {
+    QueueState state;
+    std::int64_t count = 0;
+    std::optional<QueueListing> head;
+  };
+  static Result<Look> look_at(const Database& db);
+  QueueFacts facts_of(const Look& look) const;
+  Task<> step();
+  // What is next, as the status now says.
+  Task<Result<NextAct>> look();
+  void show_look(const Look& look, const NextAct& next);
+  Task<> wait_for_change(std::uint64_t seen, Duration patience);
+  Task<> take_turn(std::int64_t entry);
+  Task<Result<TurnOfQueue>> turn_of(std::int64_t entry);
+  Task<> store_end(std::int64_t entry, TurnEnd end);
+  Task<> finish();
+  Task<Result<>> store_answer(Gate gate, PeerCredentials peer);
+  Task<QueueActor> actor(PeerCredentials peer);
+  // Changes the queue unless somebody else locked it. `tell_change` follows.
+  template <class Job>
+  Task<Result<>> change(Job job, PeerCredentials peer);
+  // The status is that of after a change before its client has the answer, also in a run.
+  Task<> tell_change();
+
+  Clock& clock_;
+  QueueHost& host_;
+  QueueStore store_;
+  Condition changed_;
+  std::uint64_t wakes_ = 0;
+  QueueStatus status_;
+  std::optional<Gate> gate_;  // that is shut
+  bool person_there_ = false;  // acted since the last turn began
+  bool answering_ = false;  // the answer to a gate is being stored
+  bool ending_ = false, over_ = false;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// The queue's own connection to the database, used beside the loop: another program may hold the
+// database for seconds. One job at a time.
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "base/aside.hpp"
+#include "base/condition.hpp"
+#include "storage/database.hpp"
+
+namespace lcrig {
+
+class QueueStore {
+ public:
+  // `clock` outlives it. The database is there already.
+  QueueStore(asio::any_io_executor executor, Clock& clock, std::string path, std::string vfs)
+      : executor_(std::move(executor)),
+        clock_(clock),
+        path_(std::move(path)),
+        vfs_(std::move(vfs)),
+        free_(clock) {}
+
+  // What `job` returned, a Result; or why the database could not be opened.
+  template <class Job>
+  Task<std::invoke_result_t<Job&, const Database&>> with(Job job) {
+    using Answer = std::invoke_result_t<Job&, const Database&>;
+    const auto is_free = [this] { return !busy_; };
+    co_await free_.wait(is_free);
+    busy_ = true;
+    const auto aside = [this, &job]() -> Answer {
+      if (auto there = connect(); !there) return fail(there.error());
+      auto answer = job(std::as_const(*db_));
+      // A connection that met an I/O error is not to be trusted.
+      if (!answer && db_->needs_reopening()) db_.reset();
+      return answer;
+    };
+    auto answer = co_await run_aside(executor_, clock_, aside);
+    busy_ = false;
+    free_.notify_all();
+    co_return answer;
+  }
+  // Returns when no job is under way.
+  Task<> settle() {
+    const auto is_free = [this] { return !busy_; };
+    co_await free_.wait(is_free);
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  Result<> connect() {
+    if (db_) return {};
+    auto db = open_read_write(path_, vfs_);
+    if (!db) return fail(db.error());
+    db_ = std::move(*db);
+    return {};
+  }
+
+  asio::any_io_executor executor_;
+  Clock& clock_;
+  std::string path_, vfs_;
+  std::optional<Database> db_;
+  Condition free_;
+  bool busy_ = false;
+};
+
+}  // namespace lcrig

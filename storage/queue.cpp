@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "storage/queue.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "base/text.hpp"
+#include "storage/row_hash.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr std::array<std::string_view, 7> kStates{"waiting", "running", "interrupted", "failed",
+                                                  "done",    "skipped", "removed"};
+// Between two neighbours: so often something fits in before the places are numbered anew.
+constexpr std::int64_t kStep = std::int64_t{1} << 20U;
+
+Result<EntryState> state_of(std::string_view word) {
+  const auto* found = std::ranges::find(kStates, word);
+  if (found != kStates.end()) return static_cast<EntryState>(found - kStates.begin());
+  return fail(Errc::garbled, "the queue holds an entry in state \"{}\"", printable(word, 40));
+}
+
+Error no_entry(std::int64_t entry) {
+  return Error(Errc::invalid_request,
+               fmt::format("no entry {} is in the queue; see `lcrig queue list`", entry));
+}
+
+Result<std::string> store_text(const Database& db, const std::string& text) {
+  std::string sha256 = sha256_hex(text);
+  auto stored = db.change("INSERT OR IGNORE INTO queue_text (sha256, text) VALUES (?,?)", sha256,
+                          std::string_view(text));
+  if (!stored) return fail(stored.error());
+  return sha256;
+}
+
+// The places that a new or moved entry goes between; nullopt: there is no such end.
+struct Gap {
+  std::optional<std::int64_t> behind, before;
+};
+
+Result<std::optional<std::int64_t>> place_of(const Database& db, std::string_view sql,
+                                             std::int64_t a, std::int64_t b) {
+  auto found = db.first(sql, [](const Statement& s) { return s.optional_integer(0); }, a, b);
+  if (!found) return fail(found.error());
+  return found->value_or(std::nullopt);
+}
+
+// `moved`: the entry that is looked for a place; it is in nobody's way.
+Result<Gap> find_gap(const Database& db, QueuePlace to, std::int64_t moved) {
+  using Where = QueuePlace::Where;
+  Gap gap;
+  Result<std::optional<std::int64_t>> at;
+  if (to.where == Where::last) {
+    at = place_of(db, "SELECT max(place) FROM queue_entry WHERE id <> ?1 AND ?2 = 0", moved, 0);
+    if (!at) return fail(at.error());
+    gap.behind = *at;
+    return gap;
+  }
+  if (to.where == Where::first) {
+    at = place_of(db,
+                  "SELECT min(place) FROM queue_entry WHERE id <> ?1 AND ?2 = 0"
+                  " AND id NOT IN (SELECT entry_id FROM queue_attempt)",
+                  moved, 0);
+    if (at && !*at) return find_gap(db, QueuePlace(), moved);
+  } else {
+    at = place_of(db, "SELECT place FROM queue_entry WHERE id = ?1 AND ?2 = 0", to.entry, 0);
+    if (at && !*at) return fail(no_entry(to.entry));
+  }
+  if (!at) return fail(at.error());
+  const std::int64_t place = **at;
+  const bool after = to.where == Where::after;
+  auto other = place_of(db,
+                        after ? "SELECT min(place) FROM queue_entry WHERE place > ?1 AND id <> ?2"
+                              : "SELECT max(place) FROM queue_entry WHERE place < ?1 AND id <> ?2",
+                        place, moved);
+  if (!other) return fail(other.error());
+  gap.behind = after ? std::optional(place) : *other;
+  gap.before = after ? *other : std::optional(place);
+  return gap;
+}
+
+// Behind all that are there, in their order: no two have the same place on the way.
+Result<> number_anew(const Database& db) {
+  auto entries = db.rows("SELECT id FROM queue_entry WHERE place IS NOT NULL ORDER BY place",
+                         [](const Statement& s) { return s.integer(0); });
+  if (!entries) return fail(entries.error());
+  auto most = db.integer("SELECT coalesce(max(place), 0) FROM queue_entry");
+  if (!most) return fail(most.error());
+  std::int64_t place = std::max<std::int64_t>(*most, 0);
+  for (const std::int64_t entry : *entries) {
+    place += kStep;
+    auto moved = db.change("UPDATE queue_entry SET place = ? WHERE id = ?", place, entry);
+    if (!moved) return moved;
+  }
+  return {};
+}
+
+// A free place there, `room` of them in a row; how far apart these are is `step`.
+struct Slot {
+  std::int64_t first = 0, step = kStep;
+};
+Result<Slot> find_slot(const Database& db, QueuePlace to, std::int64_t room, std::int64_t moved) {
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    auto gap = find_gap(db, to, moved);
+    if (!gap) return fail(gap.error());
+    Slot slot;
+    if (!gap->before) {
+      slot.first = gap->behind.value_or(0) + kStep;
+      return slot;
+    }
+    if (!gap->behind) {
+      slot.first = *gap->before - room * kStep;
+      return slot;
+    }
+    slot.step = (*gap->before - *gap->behind) / (room + 1);
+    if (slot.step > 0) {
+      slot.first = *gap->behind + slot.step;
+      return slot;
+    }
+    if (auto r = number_anew(db); !r) return fail(r.error());
+  }
+  return fail(Errc::invalid_request, "no place for {} entries there: add them last", room);
+}
+
+std::string words_of(EntryState state) {
+  return fmt::format("{} {}",
+                     state == EntryState::interrupted ? "was"
+                     : state == EntryState::failed    ? "has"
+                                                      : "is",
+                     to_string(state));
+}
+
+Result<EntryState> state_in_queue(const Database& db, std::int64_t entry) {
+  auto state = db.first(
+      "SELECT state FROM queue_entry WHERE id = ? AND place IS NOT NULL",
+      [](const Statement& s) { return state_of(s.text(0)); }, entry);
+  if (!state) return fail(state.error());
+  if (!*state) return fail(no_entry(entry));
+  return **state;
+}
+
+// What was begun once stands at the head and stays there, also while it waits to be repeated.
+Result<> has_not_begun(const Database& db, std::int64_t entry, std::string_view so) {
+  auto state = state_in_queue(db, entry);
+  if (!state) return fail(state.error());
+  auto attempts =
+      db.integer(fmt::format("SELECT count(*) FROM queue_attempt WHERE entry_id = {}", entry));
+  if (!attempts) return fail(attempts.error());
+  if (*attempts == 0) return {};
+  return fail(Errc::invalid_request, "entry {} {}: {}", entry,
+              *state == EntryState::waiting ? "is about to be begun again" : words_of(*state), so);
+}
+
+Result<> can_stand(const Database& db, QueuePlace to) {
+  if (to.where != QueuePlace::Where::before) return {};
+  return has_not_begun(db, to.entry, "nothing can stand before it");
+}
+
+Result<std::int64_t> insert_entry(const Database& db, const QueuedRun& run, std::int64_t place,
+                                  const QueueActor& who) {
+  auto protocol = store_text(db, run.protocol_text);
+  if (!protocol) return fail(protocol.error());
+  auto specimen = store_text(db, run.specimen_text);
+  if (!specimen) return fail(specimen.error());
+  auto stored = db.change(
+      "INSERT INTO queue_entry (place, state, protocol_name, protocol_sha256, parameters_json,"
+      " specimen_name, specimen_sha256, operator, note, terms_json, plan_json, added_by,"
+      " added_uid, added_unix_ns) VALUES (?,'waiting',?,?,?,?,?,?,?,?,?,?,?,?)",
+      place, run.protocol_name, *protocol, run.parameters_json, run.specimen_name, *specimen,
+      run.operator_name, run.note, run.terms_json, run.plan_json, who.user, who.uid.value_or(-1),
+      who.now_unix_ns);
+  if (!stored) return fail(stored.error());
+  return db.last_insert_id();
+}
+
+std::string words_of(QueuePlace place) {
+  switch (place.where) {
+    case QueuePlace::Where::first: return "first";
+    case QueuePlace::Where::last: return "last";
+    case QueuePlace::Where::before: return fmt::format("before {}", place.entry);
+    case QueuePlace::Where::after: return fmt::format("after {}", place.entry);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string_view to_string(EntryState state) {
+  return kStates[static_cast<std::size_t>(state)];
+}
+
+Result<> append_queue_act(const Database& db, std::string_view act,
+                          std::optional<std::int64_t> entry, std::string_view detail,
+                          const QueueActor& who) {
+  return db.change(
+      "INSERT INTO queue_act (at_unix_ns, act, entry_id, user, uid, detail) VALUES (?,?,?,?,?,?)",
+      who.now_unix_ns, act, entry, who.user, who.uid, detail);
+}
+
+Result<std::vector<std::int64_t>> add_to_queue(const Database& db, std::span<const QueuedRun> runs,
+                                               QueuePlace place, const QueueActor& who) {
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  if (auto r = can_stand(db, place); !r) return fail(r.error());
+  auto slot = find_slot(db, place, static_cast<std::int64_t>(runs.size()), 0);
+  if (!slot) return fail(slot.error());
+  std::vector<std::int64_t> out;
+  out.reserve(runs.size());
+  for (const QueuedRun& run : runs) {
+    auto entry = insert_entry(db, run, slot->first, who);
+    if (!entry) return fail(entry.error());
+    if (auto r = append_queue_act(db, "add", *entry, words_of(place), who); !r) {
+      return fail(r.error());
+    }
+    out.push_back(*entry);
+    slot->first += slot->step;
+  }
+  if (auto r = transaction->commit(); !r) return fail(r.error());
+  return out;
+}
+
+Result<> move_in_queue(const Database& db, std::int64_t entry, QueuePlace place,
+                       const QueueActor& who) {
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  if (auto r = has_not_begun(db, entry, "it stays where it is"); !r) return r;
+  if (place.entry == entry) return fail(Errc::invalid_request, "entry {} is there already", entry);
+  if (auto r = can_stand(db, place); !r) return r;
+  auto slot = find_slot(db, place, 1, entry);
+  if (!slot) return fail(slot.error());
+  auto moved = db.change("UPDATE queue_entry SET place = ? WHERE id = ?", slot->first, entry);
+  if (!moved) return moved;
+  if (auto r = append_queue_act(db, "move", entry, words_of(place), who); !r) return r;
+  return transaction->commit();
+}
+
+Result<> remove_from_queue(const Database& db, std::int64_t entry, const QueueActor& who) {
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  auto state = state_in_queue(db, entry);
+  if (!state) return fail(state.error());
+  if (*state == EntryState::running) {
+    return fail(Errc::invalid_request, "entry {} is running: `lcrig abort` stops its run", entry);
+  }
+  auto removed = db.change(
+      "UPDATE queue_entry SET state = 'removed', place = NULL, resumes_run = NULL WHERE id = ?",
+      entry);
+  if (!removed) return removed;
+  if (auto r = append_queue_act(db, "remove", entry, "", who); !r) return r;
+  return transaction->commit();
+}
+
+Result<std::int64_t> clear_queue(const Database& db, const QueueActor& who) {
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  auto entries = db.rows(
+      "SELECT id FROM queue_entry WHERE place IS NOT NULL AND state <> 'running' ORDER BY place",
+      [](const Statement& s) { return s.integer(0); });
+  if (!entries) return fail(entries.error());
+  for (const std::int64_t entry : *entries) {
+    if (auto r = append_queue_act(db, "remove", entry, "clear", who); !r) return fail(r.error());
+  }
+  auto cleared = db.change(
+      "UPDATE queue_entry SET state = 'removed', place = NULL, resumes_run = NULL"
+      " WHERE place IS NOT NULL AND state <> 'running'");
+  if (!cleared) return fail(cleared.error());
+  if (auto r = transaction->commit(); !r) return fail(r.error());
+  return static_cast<std::int64_t>(entries->size());
+}
+
+Result<> lock_queue(const Database& db, std::string_view why, const QueueActor& who) {
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  auto locked = db.change("UPDATE queue_state SET locked_by = ?, locked_uid = ?, locked_why = ?",
+                          who.user, who.uid.value_or(-1), why);
+  if (!locked) return locked;
+  if (auto r = append_queue_act(db, "lock", std::nullopt, why, who); !r) return r;
+  return transaction->commit();
+}
+
+Result<> unlock_queue(const Database& db, const QueueActor& who) {
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  auto unlocked =
+      db.change("UPDATE queue_state SET locked_by = NULL, locked_uid = NULL, locked_why = NULL");
+  if (!unlocked) return unlocked;
+  if (auto r = append_queue_act(db, "unlock", std::nullopt, "", who); !r) return r;
+  return transaction->commit();
+}
+
+Result<> tell_specimen_on_rig(const Database& db, std::string_view specimen, std::int64_t entry,
+                              const QueueActor& who) {
+  auto transaction = Transaction::begin(db);
+  if (!transaction) return fail(transaction.error());
+  if (auto r = db.change("UPDATE queue_state SET on_rig = ?", specimen); !r) return r;
+  if (auto r = append_queue_act(db, "on_rig", entry, specimen, who); !r) return r;
+  return transaction->commit();
+}
+
+}  // namespace lcrig

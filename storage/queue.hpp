@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// The queue of runs as it is stored: entries and their order, what was done with them and by whom.
+// Each writer is one transaction, so that a queue survives whatever ends the daemon. What begins
+// and ends an entry is in queue_run.hpp; who may do what, and when, the daemon decides.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "storage/sqlite.hpp"
+
+namespace lcrig {
+
+// In the queue: the first four. `running`, `interrupted` and `failed` are at its head only.
+enum class EntryState { waiting, running, interrupted, failed, done, skipped, removed };
+std::string_view to_string(EntryState state);
+
+// What somebody wants to have run, with the texts as they are now.
+struct QueuedRun {
+  std::string protocol_name, protocol_text;
+  std::string parameters_json = "{}";  // names to numbers, or to texts as somebody typed them
+  std::string specimen_name, specimen_text;
+  std::string operator_name, note;
+  std::string terms_json = "{}", plan_json = "null";
+};
+
+// Who did it, and when. No uid: lcrigd itself.
+struct QueueActor {
+  std::string user = "lcrigd";
+  std::optional<std::int64_t> uid;
+  std::int64_t now_unix_ns = 0;
+};
+
+// An entry without its texts.
+struct QueueListing {
+  std::int64_t entry = 0;
+  EntryState state = EntryState::waiting;
+  std::string protocol_name, parameters_json, specimen_name, operator_name, note;
+  std::string terms_json, plan_json;
+  std::string added_by;
+  std::int64_t added_unix_ns = 0;
+  std::int64_t attempts = 0;
+  std::optional<std::int64_t> last_run;  // of its attempts
+  std::optional<std::int64_t> resumes_run;
+};
+
+struct QueueLock {
+  std::string user, why;
+  std::int64_t uid = 0;
+};
+struct QueueState {
+  bool going = false;
+  std::string held_cause, held_why;  // when it does not go
+  std::int64_t failures_in_row = 0;
+  std::optional<std::string> on_rig;  // specimen; nullopt: nobody knows
+  std::optional<QueueLock> lock;
+};
+
+struct QueueAct {
+  std::int64_t seq = 0, at_unix_ns = 0;
+  std::string act, user, detail;
+  std::optional<std::int64_t> entry, uid;
+};
+
+// Where an entry goes. `first`: before all that wait, behind one that has begun.
+struct QueuePlace {
+  enum class Where { first, last, before, after };
+  Where where = Where::last;
+  std::int64_t entry = 0;  // for before and after
+};
+
+// The numbers of the new entries, in the order of `runs`. All or none. Errors: as for move.
+Result<std::vector<std::int64_t>> add_to_queue(const Database& db, std::span<const QueuedRun> runs,
+                                               QueuePlace place, const QueueActor& who);
+// Errors: invalid_request when there is no such entry, or one of them does not wait any more.
+Result<> move_in_queue(const Database& db, std::int64_t entry, QueuePlace place,
+                       const QueueActor& who);
+// Of one that does not run. Errors: as for move.
+Result<> remove_from_queue(const Database& db, std::int64_t entry, const QueueActor& who);
+// All that do not run; how many they were.
+Result<std::int64_t> clear_queue(const Database& db, const QueueActor& who);
+
+Result<> lock_queue(const Database& db, std::string_view why, const QueueActor& who);
+Result<> unlock_queue(const Database& db, const QueueActor& who);
+// A person said which specimen is on the rig.
+Result<> tell_specimen_on_rig(const Database& db, std::string_view specimen, std::int64_t entry,
+                              const QueueActor& who);
+
+Result<QueueState> get_queue_state(const Database& db);
+// In their order, without the first `skip`. Errors: an unreadable database.
+Result<std::vector<QueueListing>> list_queue(const Database& db, std::int64_t skip,
+                                             std::int64_t most);
+Result<std::int64_t> count_queue(const Database& db);
+// What the first `most` that do not run yet will take, as far as their plans say.
+struct PlannedSum {
+  double duration_s = 0;
+  std::int64_t bytes = 0;
+  std::int64_t unknown = 0;  // entries without a plan
+};
+Result<PlannedSum> sum_of_plans(const Database& db, std::int64_t most);
+Result<std::int64_t> count_before(const Database& db, std::int64_t entry);
+Result<std::optional<QueueListing>> queue_head(const Database& db);
+Result<QueueListing> get_queue_entry(const Database& db, std::int64_t entry);
+Result<QueuedRun> get_queued_run(const Database& db, std::int64_t entry);
+// The newest first, those before `before` (0: all). `entry`: only of this one.
+Result<std::vector<QueueAct>> queue_history(const Database& db, std::optional<std::int64_t> entry,
+                                            std::int64_t before, std::int64_t most);
+
+// For queue_run.cpp: a row of the history, in the transaction of what it tells.
+Result<> append_queue_act(const Database& db, std::string_view act,
+                          std::optional<std::int64_t> entry, std::string_view detail,
+                          const QueueActor& who);
+
+}  // namespace lcrig

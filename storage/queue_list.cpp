@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is asked of the stored queue.
+#include <algorithm>
+#include <limits>
+
+#include "storage/queue.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr std::string_view kQueueListing =
+    "SELECT e.id, e.state, e.protocol_name, e.parameters_json, e.specimen_name, e.operator, e.note,"
+    " e.terms_json, e.plan_json, e.added_by, e.added_unix_ns, e.resumes_run,"
+    " (SELECT count(*) FROM queue_attempt WHERE entry_id = e.id),"
+    " (SELECT max(run_id) FROM queue_attempt WHERE entry_id = e.id) FROM queue_entry AS e";
+
+QueueListing read_queue_listing(const Statement& s) {
+  QueueListing out;
+  out.entry = s.integer(0);
+  out.state = EntryState::removed;
+  while (to_string(out.state) != s.text(1) && out.state != EntryState::waiting) {
+    out.state = static_cast<EntryState>(static_cast<int>(out.state) - 1);
+  }
+  out.protocol_name = s.text(2);
+  out.parameters_json = s.text(3);
+  out.specimen_name = s.text(4);
+  out.operator_name = s.text(5);
+  out.note = s.text(6);
+  out.terms_json = s.text(7);
+  out.plan_json = s.text(8);
+  out.added_by = s.text(9);
+  out.added_unix_ns = s.integer(10);
+  out.resumes_run = s.optional_integer(11);
+  out.attempts = s.integer(12);
+  out.last_run = s.optional_integer(13);
+  return out;
+}
+
+QueueAct read_queue_act(const Statement& s) {
+  QueueAct out;
+  out.seq = s.integer(0);
+  out.at_unix_ns = s.integer(1);
+  out.act = s.text(2);
+  out.entry = s.optional_integer(3);
+  out.user = s.text(4);
+  out.uid = s.optional_integer(5);
+  out.detail = s.text(6);
+  return out;
+}
+
+QueueState read_queue_state(const Statement& s) {
+  QueueState out;
+  out.going = s.integer(0) != 0;
+  out.held_cause = s.text(1);
+  out.held_why = s.text(2);
+  out.failures_in_row = s.integer(3);
+  if (!s.is_null(4)) out.on_rig = s.text(4);
+  if (!s.is_null(5)) {
+    out.lock.emplace();
+    out.lock->user = s.text(5);
+    out.lock->uid = s.integer(6);
+    out.lock->why = s.text(7);
+  }
+  return out;
+}
+
+QueuedRun read_queued_run(const Statement& s) {
+  QueuedRun out;
+  out.protocol_name = s.text(0);
+  out.protocol_text = s.text(1);
+  out.parameters_json = s.text(2);
+  out.specimen_name = s.text(3);
+  out.specimen_text = s.text(4);
+  out.operator_name = s.text(5);
+  out.note = s.text(6);
+  out.terms_json = s.text(7);
+  out.plan_json = s.text(8);
+  return out;
+}
+
+Error no_such_entry(std::int64_t entry) {
+  return Error(Errc::invalid_request,
+               fmt::format("there was never an entry {}; see `lcrig queue list`", entry));
+}
+
+}  // namespace
+
+Result<QueueState> get_queue_state(const Database& db) {
+  auto state = db.first(
+      "SELECT going, held_cause, held_why, failures_in_row, on_rig, locked_by, locked_uid,"
+      " locked_why FROM queue_state",
+      read_queue_state);
+  if (!state) return fail(state.error());
+  if (!*state) return fail(Errc::garbled, "{}: the state of the queue is missing", db.path());
+  return std::move(**state);
+}
+
+Result<std::vector<QueueListing>> list_queue(const Database& db, std::int64_t skip,
+                                             std::int64_t most) {
+  return db.rows(
+      fmt::format("{} WHERE e.place IS NOT NULL ORDER BY e.place LIMIT ? OFFSET ?", kQueueListing),
+      read_queue_listing, most, skip);
+}
+
+Result<std::int64_t> count_queue(const Database& db) {
+  return db.integer("SELECT count(*) FROM queue_entry WHERE place IS NOT NULL");
+}
+
+Result<PlannedSum> sum_of_plans(const Database& db, std::int64_t most) {
+  const auto read = [](const Statement& s) {
+    PlannedSum sum;
+    sum.duration_s = s.real(0);
+    sum.bytes = s.integer(1);
+    sum.unknown = s.integer(2);
+    return sum;
+  };
+  auto sum = db.first(
+      "SELECT coalesce(sum(plan_json ->> '$.duration_s'), 0.0),"
+      " coalesce(sum(plan_json ->> '$.bytes'), 0),"
+      " count(*) - count(plan_json ->> '$.duration_s') FROM (SELECT plan_json FROM queue_entry"
+      " WHERE place IS NOT NULL AND state <> 'running' ORDER BY place LIMIT ?)",
+      read, most);
+  if (!sum) return fail(sum.error());
+  return **sum;
+}
+
+Result<std::int64_t> count_before(const Database& db, std::int64_t entry) {
+  return db.integer(
+      fmt::format("SELECT count(*) FROM queue_entry WHERE state <> 'running' AND place <"
+                  " (SELECT place FROM queue_entry WHERE id = {})",
+                  entry));
+}
+
+Result<std::optional<QueueListing>> queue_head(const Database& db) {
+  auto head = list_queue(db, 0, 1);
+  if (!head) return fail(head.error());
+  if (head->empty()) return std::optional<QueueListing>();
+  return std::optional(std::move(head->front()));
+}
+
+Result<QueueListing> get_queue_entry(const Database& db, std::int64_t entry) {
+  auto found = db.first(fmt::format("{} WHERE e.id = ?", kQueueListing), read_queue_listing, entry);
+  if (!found) return fail(found.error());
+  if (!*found) return fail(no_such_entry(entry));
+  return std::move(**found);
+}
+
+Result<QueuedRun> get_queued_run(const Database& db, std::int64_t entry) {
+  auto found = db.first(
+      "SELECT e.protocol_name, p.text, e.parameters_json, e.specimen_name, s.text, e.operator,"
+      " e.note, e.terms_json, e.plan_json FROM queue_entry AS e"
+      " JOIN queue_text AS p ON p.sha256 = e.protocol_sha256"
+      " JOIN queue_text AS s ON s.sha256 = e.specimen_sha256 WHERE e.id = ?",
+      read_queued_run, entry);
+  if (!found) return fail(found.error());
+  if (!*found) return fail(no_such_entry(entry));
+  return std::move(**found);
+}
+
+Result<std::vector<QueueAct>> queue_history(const Database& db, std::optional<std::int64_t> entry,
+                                            std::int64_t before, std::int64_t most) {
+  if (before <= 0) before = std::numeric_limits<std::int64_t>::max();
+  constexpr std::string_view kColumns = "seq, at_unix_ns, act, entry_id, user, uid, detail";
+  if (entry) {
+    return db.rows(fmt::format("SELECT {} FROM queue_act WHERE entry_id = ? AND seq < ?"
+                               " ORDER BY seq DESC LIMIT ?",
+                               kColumns),
+                   read_queue_act, *entry, before, most);
+  }
+  return db.rows(
+      fmt::format("SELECT {} FROM queue_act WHERE seq < ? ORDER BY seq DESC LIMIT ?", kColumns),
+      read_queue_act, before, most);
+}
+
+}  // namespace lcrig

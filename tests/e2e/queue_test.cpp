@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// The queue of a real daemon: filled and started from the command line, killed in a gate, in a run
+// and between runs. Three kills at random instants by default; for more:
+//   LCRIG_KILLS=200 e2e_tests --gtest_filter='QueueKills.*'.
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <random>
+
+#include "base/number.hpp"
+#include "tests/e2e/rig.hpp"
+
+namespace lcrig::e2e {
+namespace {
+
+using testing::HasSubstr;
+
+// Moves nothing: a busy computer is no reason to stop it.
+constexpr const char* kPassive = R"({ "format": "load-protocol/1", "name": "passive",
+  "limits": { "force_N": [-0.2, 1.0], "travel_mm": [-5, 5], "speed_mm_s": 2 },
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1.0,
+      "aperture": "fast", "trigger": "internal" }, "frame": { "rate_Hz": 50 } },
+  "steps": [ { "id": "look", "do": "record", "for_s": 3 } ],
+  "finally": [] })";
+
+class QueueRig : public Rig {
+ protected:
+  void SetUp() override {
+    Rig::SetUp();
+    write("passive.json", kPassive);
+    start_sim({"--lcr-link", file("lcr")});
+  }
+  Child& daemon() {
+    json by_link = config();
+    by_link["meter"]["port"] = file("lcr");
+    return start_daemon(by_link, "d" + std::to_string(++started_));
+  }
+  void kill(Child& daemon) {
+    daemon.signal(SIGKILL);
+    EXPECT_EQ(daemon.wait(5s), 128 + SIGKILL);
+    daemons_.clear();
+  }
+  Ended queue(std::vector<std::string> words) {
+    words.insert(words.begin(), "queue");
+    words.insert(words.end(), {"--socket", file("control.sock")});
+    return lcrig(words);
+  }
+  void add(int entries) {
+    for (int i = 0; i < entries; ++i) {
+      const Ended added = queue({"add", file("passive.json"), "-s", "paper-1"});
+      EXPECT_EQ(added.code, 0) << added.err;
+    }
+  }
+  // Waits for a status of the queue.
+  void await(Control& client, const std::function<bool(const json&)>& fits) {
+    const json status = client.call("watch").at("result").at("queue");
+    if (!fits(status)) client.wait_for("queue", fits, 60s);
+  }
+  static bool at_gate(const json& q) { return q.value("gate", "") == "specimen"; }
+  static bool is_held(const json& q) { return !q.value("going", true); }
+
+  int started_ = 0;
+};
+
+TEST_F(QueueRig, RunsADayFromTheCommandLine) {
+  daemon();
+  add(2);
+  const Ended held = queue({"list"});
+  EXPECT_THAT(held.out, HasSubstr("the queue is held: 2 entries"));
+  EXPECT_EQ(queue({"start"}).code, 0);
+  Control client = control();
+  await(client, at_gate);
+  EXPECT_THAT(queue({"list"}).out, HasSubstr("put paper-1 on"));
+  const Ended wrong = queue({"answer", "paper-2"});
+  EXPECT_NE(wrong.code, 0);
+  EXPECT_THAT(wrong.err, HasSubstr("nothing moves"));
+  EXPECT_EQ(queue({"answer", "paper-1"}).code, 0);
+  await(client, is_held);
+  EXPECT_EQ(query("SELECT exit_status FROM run_end"), "success\nsuccess\n");
+  EXPECT_THAT(queue({"list"}).out, HasSubstr("nothing is left"));
+  EXPECT_THAT(queue({"history"}).out, HasSubstr("begin 2"));
+}
+
+TEST_F(QueueRig, KilledInAGateItWaitsForAPerson) {
+  Child& first = daemon();
+  add(2);
+  EXPECT_EQ(queue({"start"}).code, 0);
+  Control client = control();
+  await(client, at_gate);
+  kill(first);
+  daemon();
+  const Ended late = queue({"answer", "paper-1"});
+  EXPECT_NE(late.code, 0);
+  EXPECT_THAT(late.err, HasSubstr("waits for no answer"));
+  EXPECT_THAT(queue({"list"}).out, HasSubstr("held: 2 entries; lcrigd was restarted"));
+  EXPECT_EQ(number("SELECT count(*) FROM run"), 0);
+}
+
+TEST_F(QueueRig, KilledInARunItAsksWhatBecomesOfIt) {
+  Child& first = daemon();
+  add(2);
+  EXPECT_EQ(queue({"start"}).code, 0);
+  {
+    Control client = control();
+    await(client, at_gate);
+    EXPECT_EQ(queue({"answer", "paper-1"}).code, 0);
+    client.wait_for("status", [](const json& s) { return s.value("step", "") == "look"; }, 60s);
+  }
+  kill(first);
+  daemon();
+  const Ended none = queue({"start"});
+  EXPECT_NE(none.code, 0);
+  EXPECT_THAT(none.err, HasSubstr("--resume"));
+  EXPECT_EQ(number("SELECT count(*) FROM run"), 1) << "nothing started by itself";
+  EXPECT_EQ(queue({"start", "--repeat"}).code, 0);
+  Control client = control();
+  await(client, at_gate);
+  EXPECT_EQ(queue({"answer", "paper-1"}).code, 0);
+  await(client, is_held);
+  EXPECT_EQ(query("SELECT state FROM queue_entry"), "done\ndone\n");
+  EXPECT_EQ(query("SELECT exit_status FROM run_end ORDER BY run_id"),
+            "interrupted\nsuccess\nsuccess\n");
+}
+
+class QueueKills : public QueueRig {
+ protected:
+  static int kills_wanted() {
+    const char* text = std::getenv("LCRIG_KILLS");
+    return number_from<int>(text == nullptr ? "" : text).value_or(3);
+  }
+  // Starts the queue with whatever word its head needs, and counts the words.
+  void go_on(Control& client) {
+    json answer = client.call("queue.start");
+    if (answer.contains("error")) {
+      const json head = client.call("queue.list", {{"most", 1}}).at("result").at("entries").at(0);
+      ++repeats_[head.value("entry", std::int64_t{0})];
+      answer = client.call("queue.start", {{"head", "repeat"}});
+    }
+    EXPECT_TRUE(answer.contains("result")) << answer;
+    await(client, at_gate);
+    EXPECT_TRUE(client.call("queue.answer", {{"text", "paper-1"}}).contains("result"));
+  }
+
+  std::map<std::int64_t, std::int64_t> repeats_;
+};
+
+TEST_F(QueueKills, AtRandomInstantsLoseNoEntryAndBeginNoneByThemselves) {
+  const int kills = kills_wanted();
+  std::mt19937 random(20261123);
+  std::uniform_int_distribution<int> instant_ms(0, 8000);
+  {
+    Child& first = daemon();
+    add(kills + 1);
+    kill(first);
+  }
+  for (int i = 0; i < kills; ++i) {
+    SCOPED_TRACE(i);
+    Child& running = daemon();
+    Control client = control();
+    go_on(client);
+    client.listen(std::chrono::milliseconds(instant_ms(random)));
+    kill(running);
+  }
+  daemon();
+  Control client = control();
+  client.call("status");
+  EXPECT_EQ(number("SELECT count(*) FROM queue_entry"), kills + 1) << "an entry is lost";
+  std::int64_t twice = 0;
+  for (std::int64_t entry = 1; entry <= kills + 1; ++entry) {
+    const auto begun = static_cast<std::int64_t>(
+        number("SELECT count(*) FROM queue_attempt WHERE entry_id = " + std::to_string(entry)));
+    twice += std::max<std::int64_t>(0, begun - 1 - repeats_[entry]);
+  }
+  EXPECT_EQ(twice, 0) << "begun again without a word";
+  EXPECT_EQ(number("SELECT count(*) FROM run"), number("SELECT count(*) FROM queue_attempt"));
+  std::printf("%d kills: %.0f runs begun, %.0f entries done, %lld begun twice without a word\n",
+              kills, number("SELECT count(*) FROM run"),
+              number("SELECT count(*) FROM queue_entry WHERE state = 'done'"),
+              static_cast<long long>(twice));
+}
+
+}  // namespace
+}  // namespace lcrig::e2e

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+// queue add, move, remove, clear, hold, start, lock, unlock, answer: what changes the queue.
+#include <fmt/ostream.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/number.hpp"
+#include "base/text.hpp"
+#include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/next_command.hpp"
+#include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/protocol_request.hpp"
+#include "tools/lcrig/queue_request.hpp"
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+namespace {
+
+class QueueAddCommand final : public Command {
+ public:
+  QueueAddCommand()
+      : Command("queue add", "Put a run into the queue; it is checked and planned",
+                "lcrig queue add static-frame --specimen paper-1") {}
+  void declare(ArgumentList& list) override {
+    list.positional("PROTOCOL", protocol_, "Name or file");
+    list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
+    list.option("-s,--specimen", specimen_, "S", "Name or file of what will be pressed", true);
+    list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
+    list.option("--note", note_, "TEXT", "Stored with the run");
+    place_.declare(list);
+    list.one_of("--on-failure", on_failure_, {"hold", "skip", "look", "repeat"},
+                "What the queue does when it fails (default: hold)");
+    list.option("--failures-max", failures_max_, "N",
+                "So many failures in a row hold the queue (default: 3)");
+    list.flag("--unattended", unattended_, "It may move the frame while nobody is there");
+  }
+
+  Outcome<ExitCode> run(Context& context) override {
+    auto wanted = request(context);
+    if (!wanted) return wanted.error();
+    auto client = ControlClient::connect(context);
+    if (!client) return client.error();
+    RunRequest named;
+    named.specimen_name = specimen_;
+    return queue_run(context, *client, *wanted, named);
+  }
+
+ private:
+  Outcome<json> request(const Context& context) const {
+    auto run = run_request(LibraryPath(context.env), protocol_, parameters_, specimen_);
+    if (!run) return run.error();
+    run->operator_name = operator_;
+    run->note = note_;
+    json out = to_json(*run);
+    if (auto ok = place_.put_into(out, "last"); !ok) return ok.error();
+    if (!on_failure_.empty()) out["on_failure"] = on_failure_;
+    if (unattended_) out["unattended"] = true;
+    if (failures_max_.empty()) return out;
+    const auto most = number_from<std::int64_t>(failures_max_);
+    if (!most || *most < 1) {
+      return Failure(kUsage,
+                     fmt::format("--failures-max '{}' is not a number from 1 on", failures_max_),
+                     "lcrig queue add --help");
+    }
+    out["failures_max"] = *most;
+    return out;
+  }
+
+  std::string protocol_, specimen_, operator_, note_, on_failure_, failures_max_;
+  std::vector<std::string> parameters_;
+  PlaceOptions place_;
+  bool unattended_ = false;
+};
+
+class QueueMoveCommand final : public Command {
+ public:
+  QueueMoveCommand()
+      : Command("queue move", "Give an entry that waits another place",
+                "lcrig queue move 7 --first") {}
+  void declare(ArgumentList& list) override {
+    list.positional("ENTRY", entry_, "Its number in `lcrig queue list`");
+    place_.declare(list);
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    auto entry = entry_number(entry_);
+    if (!entry) return entry.error();
+    json params{{"entry", *entry}};
+    if (auto ok = place_.put_into(params, nullptr); !ok) return ok.error();
+    return call_queue(context, "queue.move", params, [&](std::ostream& out, const json&) {
+      fmt::print(out, "entry {} moved\n", *entry);
+      context.console.next(next_command(context.global, {"queue", "list"}));
+    });
+  }
+
+ private:
+  std::string entry_;
+  PlaceOptions place_;
+};
+
+class QueueRemoveCommand final : public Command {
+ public:
+  QueueRemoveCommand()
+      : Command("queue remove", "Take an entry out of the queue", "lcrig queue remove 7") {}
+  void declare(ArgumentList& list) override {
+    list.positional("ENTRY", entry_, "Its number in `lcrig queue list`");
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    auto entry = entry_number(entry_);
+    if (!entry) return entry.error();
+    return call_queue(context, "queue.remove", json{{"entry", *entry}},
+                      [&](std::ostream& out, const json&) {
+                        fmt::print(out, "entry {} is out of the queue\n", *entry);
+                      });
+  }
+
+ private:
+  std::string entry_;
+};
+
+class QueueClearCommand final : public Command {
+ public:
+  QueueClearCommand()
+      : Command("queue clear", "Take everything out that does not run", "lcrig queue clear") {}
+  Outcome<ExitCode> run(Context& context) override {
+    return call_queue(context, "queue.clear", json::object(),
+                      [](std::ostream& out, const json& answer) {
+                        fmt::print(out, "{} entries are out of the queue\n",
+                                   answer.value("removed", std::int64_t{0}));
+                      });
+  }
+};
+
+class QueueHoldCommand final : public Command {
+ public:
+  QueueHoldCommand()
+      : Command("queue hold", "Begin nothing more; a run that goes on is finished",
+                "lcrig queue hold --why lunch") {}
+  void declare(ArgumentList& list) override {
+    list.option("--why", why_, "TEXT", "Shown to whoever looks");
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    json params = json::object();
+    if (!why_.empty()) params["why"] = why_;
+    return call_queue(context, "queue.hold", params, [&](std::ostream& out, const json&) {
+      fmt::print(out, "the queue is held\n");
+      context.console.next(next_command(context.global, {"queue", "start"}, "goes on"));
+    });
+  }
+
+ private:
+  std::string why_;
+};
+
+class QueueStartCommand final : public Command {
+ public:
+  QueueStartCommand()
+      : Command("queue start", "Run what waits, one after the other", "lcrig queue start") {}
+  void declare(ArgumentList& list) override {
+    list.flag("--resume", resume_, "The interrupted entry goes on where its run stopped");
+    list.flag("--repeat", repeat_, "The entry that failed or was interrupted begins anew");
+    list.flag("--skip", skip_, "The entry that failed or was interrupted leaves the queue");
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    if (int{resume_} + int{repeat_} + int{skip_} > 1) {
+      return Failure(kUsage, "--resume, --repeat and --skip exclude each other: give one",
+                     "lcrig queue start --help");
+    }
+    json params = json::object();
+    if (resume_) params["head"] = "resume";
+    if (repeat_) params["head"] = "repeat";
+    if (skip_) params["head"] = "skip";
+    return call_queue(context, "queue.start", params, [&](std::ostream& out, const json&) {
+      fmt::print(out, "the queue goes\n");
+      context.console.next(
+          next_command(context.global, {"queue", "list"}, "says what it waits for"));
+    });
+  }
+
+ private:
+  bool resume_ = false, repeat_ = false, skip_ = false;
+};
+
+class QueueLockCommand final : public Command {
+ public:
+  QueueLockCommand()
+      : Command("queue lock", "Nobody but you changes the queue from now on",
+                "lcrig queue lock --why \"series of Ada\"") {}
+  void declare(ArgumentList& list) override {
+    list.option("--why", why_, "TEXT", "Shown to whoever is refused");
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    json params = json::object();
+    if (!why_.empty()) params["why"] = why_;
+    return call_queue(context, "queue.lock", params, [&](std::ostream& out, const json&) {
+      fmt::print(out, "locked; everybody may still hold it, and answer at a gate\n");
+      context.console.next(next_command(context.global, {"queue", "unlock"}));
+    });
+  }
+
+ private:
+  std::string why_;
+};
+
+class QueueUnlockCommand final : public Command {
+ public:
+  QueueUnlockCommand()
+      : Command("queue unlock", "Everybody may change the queue again", "lcrig queue unlock") {}
+  void declare(ArgumentList& list) override {
+    list.flag("--force", force_, "Also a lock of somebody else; the history says so");
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    json params = json::object();
+    if (force_) params["force"] = true;
+    return call_queue(context, "queue.unlock", params,
+                      [](std::ostream& out, const json&) { fmt::print(out, "unlocked\n"); });
+  }
+
+ private:
+  bool force_ = false;
+};
+
+class QueueAnswerCommand final : public Command {
+ public:
+  QueueAnswerCommand()
+      : Command("queue answer", "Say that what a gate asks for is done: type the word it names",
+                "lcrig queue answer paper-2") {}
+  void declare(ArgumentList& list) override {
+    list.positional("WORD", word_, "The name of the specimen that is on the rig, or yes");
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    return call_queue(
+        context, "queue.answer", json{{"text", word_}},
+        [](std::ostream& out, const json&) { fmt::print(out, "the queue goes on\n"); });
+  }
+
+ private:
+  std::string word_;
+};
+
+// The fourth grade of stop as far as the queue has it: the run is finished, and nothing follows.
+class StopCommand final : public Command {
+ public:
+  StopCommand() : Command("stop", "Finish what goes on, then stop", "lcrig stop --after run") {}
+  void declare(ArgumentList& list) override {
+    list.one_of("--after", after_, {"run"}, "What is finished: the run; the queue ends there");
+    list.option("--why", why_, "TEXT", "Shown to whoever looks");
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    if (after_.empty()) {
+      return Failure(kUsage, "--after is missing: what is to be finished?",
+                     "lcrig stop --after run   (lcrig abort stops at once)");
+    }
+    json params = json::object();
+    if (!why_.empty()) params["why"] = why_;
+    return call_queue(context, "queue.hold", params, [](std::ostream& out, const json&) {
+      fmt::print(out, "the queue ends with the run that goes on\n");
+    });
+  }
+
+ private:
+  std::string after_, why_;
+};
+
+}  // namespace
+
+const CommandFactory kQueueAddCommand = make_command<QueueAddCommand>;
+const CommandFactory kQueueMoveCommand = make_command<QueueMoveCommand>;
+const CommandFactory kQueueRemoveCommand = make_command<QueueRemoveCommand>;
+const CommandFactory kQueueClearCommand = make_command<QueueClearCommand>;
+const CommandFactory kQueueHoldCommand = make_command<QueueHoldCommand>;
+const CommandFactory kQueueStartCommand = make_command<QueueStartCommand>;
+const CommandFactory kQueueLockCommand = make_command<QueueLockCommand>;
+const CommandFactory kQueueUnlockCommand = make_command<QueueUnlockCommand>;
+const CommandFactory kQueueAnswerCommand = make_command<QueueAnswerCommand>;
+const CommandFactory kStopCommand = make_command<StopCommand>;
+
+}  // namespace lcrig::cli

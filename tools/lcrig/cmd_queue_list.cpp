@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// queue list, show, history.
+#include <fmt/ostream.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/number.hpp"
+#include "base/text.hpp"
+#include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/next_command.hpp"
+#include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/queue_request.hpp"
+#include "tools/lcrig/queue_words.hpp"
+#include "tools/lcrig/run_database.hpp"
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+namespace {
+
+std::string utc_or_dash(const json& unix_ns) {
+  return unix_ns.is_number() ? format_utc(unix_ns.get<std::int64_t>()) : "-";
+}
+
+std::string text_of(const json& object, const char* key) {
+  return printable(object.value(key, std::string()), kLongestName);
+}
+
+void print_entries(std::ostream& out, const json& entries) {
+  if (entries.empty()) return;
+  fmt::print(out, "{:>5} {:11} {:20} {:14} {:20} {:20} {}\n", "entry", "state", "protocol",
+             "specimen", "planned begin", "planned end", "run");
+  for (const json& e : entries) {
+    const json& run = e.at("run");
+    fmt::print(out, "{:>5} {:11} {:20} {:14} {:20} {:20} {}\n", e.value("entry", std::int64_t{0}),
+               text_of(e, "state"), text_of(e, "protocol"), text_of(e, "specimen"),
+               utc_or_dash(e.at("planned_begin_unix_ns")), utc_or_dash(e.at("planned_end_unix_ns")),
+               run.is_number() ? std::to_string(run.get<std::int64_t>()) : "");
+  }
+}
+
+class QueueListCommand final : public Command {
+ public:
+  QueueListCommand() : Command("queue list", "What waits, and for what", "lcrig queue list") {}
+
+  Outcome<ExitCode> run(Context& context) override {
+    auto client = ControlClient::connect(context);
+    if (!client) return client.error();
+    auto answer = client->call("status", json::object());
+    if (!answer) return answer.error();
+    auto status = parse_daemon_status(*answer);
+    if (!status) return Failure(status.error());
+    auto entries = all_entries(*client);
+    if (!entries) return entries.error();
+    const json all{{"queue", answer->at("queue")}, {"entries", *entries}};
+    return show(context, all, [&](std::ostream& out) {
+      if (status->queue) print_queue(out, *status->queue);
+      print_entries(out, *entries);
+      if (!status->queue) return;
+      if (const auto next = next_for_queue(context.global, *status->queue); !next.empty()) {
+        context.console.next(next);
+      }
+    });
+  }
+
+ private:
+  // An answer of the daemon has room for some hundred of them.
+  static Outcome<json> all_entries(ControlClient& client) {
+    json out = json::array();
+    for (;;) {
+      auto page = client.call("queue.list", json{{"skip", out.size()}});
+      if (!page) return page.error();
+      const json& some = page->at("entries");
+      for (const json& entry : some) out.push_back(entry);
+      if (some.empty() || out.size() >= page->at("count").get<std::size_t>()) return out;
+    }
+  }
+};
+
+class QueueShowCommand final : public Command {
+ public:
+  QueueShowCommand()
+      : Command("queue show", "Everything known about an entry", "lcrig queue show 7") {}
+  void declare(ArgumentList& list) override {
+    list.positional("ENTRY", entry_, "Its number in `lcrig queue list`");
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    auto entry = entry_number(entry_);
+    if (!entry) return entry.error();
+    return call_queue(context, "queue.show", json{{"entry", *entry}},
+                      [&](std::ostream& out, const json& e) { print_entry(out, e); });
+  }
+
+ private:
+  static void print_entry(std::ostream& out, const json& e) {
+    const json& plan = e.at("plan");
+    const json& terms = e.at("terms");
+    fmt::print(out, "entry {}  {} on {}  {}\n", e.value("entry", std::int64_t{0}),
+               text_of(e, "protocol"), text_of(e, "specimen"), text_of(e, "state"));
+    fmt::print(out, "parameters  {}\n", printable(e.at("parameters").dump(), kLongestWords));
+    fmt::print(out, "added       {} by {}, for {}\n",
+               format_utc(e.value("added_unix_ns", std::int64_t{0})), text_of(e, "added_by"),
+               text_of(e, "operator"));
+    if (const json& s = plan.at("duration_s"); s.is_number()) {
+      fmt::print(out, "plan        {}, {} readings, at most {} N\n", format_time(s.get<double>()),
+                 plan.value("measure_readings", std::int64_t{0}),
+                 format_fixed(plan.value("peak_force_N", 0.0), 3));
+    } else {
+      fmt::print(out, "plan        not yet: {}\n",
+                 printable(plan.value("why_not", std::string()), kLongestWords));
+    }
+    fmt::print(out, "planned     {} to {}\n", utc_or_dash(e.at("planned_begin_unix_ns")),
+               utc_or_dash(e.at("planned_end_unix_ns")));
+    fmt::print(out, "terms       on failure {}, at most {} failures in a row{}\n",
+               text_of(terms, "on_failure"), terms.value("failures_max", std::int64_t{0}),
+               terms.value("unattended", false) ? ", unattended" : "");
+    if (const json& run = e.at("run"); run.is_number()) {
+      fmt::print(out, "runs        {}, the last one is {}\n", e.value("attempts", std::int64_t{0}),
+                 run.get<std::int64_t>());
+    }
+    const std::string note = e.value("note", std::string());
+    if (!note.empty()) fmt::print(out, "note        {}\n", printable(note, kLongestWords));
+  }
+
+  std::string entry_;
+};
+
+class QueueHistoryCommand final : public Command {
+ public:
+  QueueHistoryCommand()
+      : Command("queue history", "What was done with the queue, and by whom; newest first",
+                "lcrig queue history") {}
+  void declare(ArgumentList& list) override {
+    list.option("--entry", entry_, "ENTRY", "Only of this one");
+    list.option("--most", most_, "N", "So many lines (default: 50, at most 500)");
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    json params{{"most", 50}};
+    if (!most_.empty()) {
+      const auto most = number_from<std::int64_t>(most_);
+      if (!most || *most < 1 || *most > 500) {
+        return Failure(
+            kUsage, fmt::format("--most '{}' is not a number from 1 to 500", printable(most_, 60)),
+            "lcrig queue history --help");
+      }
+      params["most"] = *most;
+    }
+    if (!entry_.empty()) {
+      auto entry = entry_number(entry_);
+      if (!entry) return entry.error();
+      params["entry"] = *entry;
+    }
+    return call_queue(context, "queue.history", params, [](std::ostream& out, const json& answer) {
+      for (const json& act : answer.at("acts")) {
+        const json& entry = act.at("entry");
+        const auto number = entry.is_number() ? fmt::format(" {}", entry.get<std::int64_t>()) : "";
+        fmt::print(out, "{}  {:10} {:10} {}\n",
+                   format_utc(act.value("at_unix_ns", std::int64_t{0})), text_of(act, "user"),
+                   act.value("act", std::string()) + number,
+                   printable(act.value("detail", std::string()), kLongestWords));
+      }
+    });
+  }
+
+ private:
+  std::string entry_, most_;
+};
+
+}  // namespace
+
+const CommandFactory kQueueListCommand = make_command<QueueListCommand>;
+const CommandFactory kQueueShowCommand = make_command<QueueShowCommand>;
+const CommandFactory kQueueHistoryCommand = make_command<QueueHistoryCommand>;
+
+}  // namespace lcrig::cli

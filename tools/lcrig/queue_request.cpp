@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/queue_request.hpp"
+
+#include <fmt/ostream.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/number.hpp"
+#include "base/text.hpp"
+#include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/next_command.hpp"
+#include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/protocol_request.hpp"
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+Outcome<std::int64_t> entry_number(const std::string& text) {
+  const auto number = number_from<std::int64_t>(text);
+  if (number && *number >= 1) return *number;
+  return Failure(kUsage,
+                 fmt::format("ENTRY '{}' is not the number of an entry", printable(text, 60)),
+                 "lcrig queue list");
+}
+
+void PlaceOptions::declare(ArgumentList& list) {
+  list.flag("--first", first_, "Before all that wait");
+  list.flag("--last", last_, "Behind all that wait");
+  list.option("--before", before_, "ENTRY", "Just before that one");
+  list.option("--after", after_, "ENTRY", "Just behind that one");
+}
+
+Outcome<bool> PlaceOptions::put_into(json& params, const char* usual) const {
+  const int given = int{first_} + int{last_} + int{!before_.empty()} + int{!after_.empty()};
+  if (given > 1) {
+    return Failure(kUsage, "--first, --last, --before and --after exclude each other: give one",
+                   "lcrig queue --help");
+  }
+  if (given == 0 && usual == nullptr) {
+    return Failure(kUsage, "where to? --first, --last, --before ENTRY or --after ENTRY is missing",
+                   "lcrig queue move 7 --first");
+  }
+  if (given == 0) params["place"] = usual;
+  if (first_) params["place"] = "first";
+  if (last_) params["place"] = "last";
+  for (const auto& [key, text] : {std::pair("before", before_), std::pair("after", after_)}) {
+    if (text.empty()) continue;
+    auto entry = entry_number(text);
+    if (!entry) return entry.error();
+    json at = json::object();
+    at[key] = *entry;
+    params["place"] = std::move(at);
+  }
+  return true;
+}
+
+Outcome<ExitCode> call_queue(Context& context, const char* method, const json& params,
+                             const std::function<void(std::ostream&, const json&)>& text) {
+  auto client = ControlClient::connect(context);
+  if (!client) return client.error();
+  auto answer = client->call(method, params, std::chrono::seconds(30));
+  if (!answer) return answer.error();
+  return show(context, *answer, [&](std::ostream& out) { text(out, *answer); });
+}
+
+Outcome<ExitCode> queue_run(Context& context, ControlClient& client, const json& params,
+                            const RunRequest& request) {
+  // The rig is looked at, and the specimen of a simulated one reckoned.
+  auto answer = client.call("queue.add", params, std::chrono::minutes(2));
+  if (!answer) return refused_run(context, answer.error(), request);
+  return show(context, *answer, [&](std::ostream& out) {
+    const json& plan = answer->at("plan");
+    fmt::print(out, "entry {}", answer->value("entry", std::int64_t{0}));
+    if (const json& s = plan.at("duration_s"); s.is_number()) {
+      fmt::print(out, ": {} of machine time, {} readings\n", format_time(s.get<double>()),
+                 plan.value("measure_readings", std::int64_t{0}));
+    } else {
+      fmt::print(out, ": not planned yet ({}); it is planned before it begins\n",
+                 printable(plan.value("why_not", std::string()), kLongestWords));
+    }
+    context.console.next(next_command(context.global, {"queue", "list"}));
+  });
+}
+
+}  // namespace lcrig::cli

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the commands of the queue have in common: numbers of entries, places, one call of the
+// daemon.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <ostream>
+#include <string>
+
+#include "tools/lcrig/command.hpp"
+#include "tools/lcrig/control_client.hpp"
+
+namespace lcrig::cli {
+
+// Failure: usage.
+Outcome<std::int64_t> entry_number(const std::string& text);
+
+// --first, --last, --before ENTRY, --after ENTRY.
+class PlaceOptions {
+ public:
+  void declare(ArgumentList& list);
+  // Sets "place". `usual`: when none was given; nullptr: one has to be. Failure: usage.
+  Outcome<bool> put_into(nlohmann::json& params, const char* usual) const;
+
+ private:
+  bool first_ = false, last_ = false;
+  std::string before_, after_;
+};
+
+// One call; `text` prints its answer for people.
+Outcome<ExitCode> call_queue(Context& context, const char* method, const nlohmann::json& params,
+                             const std::function<void(std::ostream&, const nlohmann::json&)>& text);
+
+// queue.add, and what to say of it. `request` names the specimen as it was typed.
+Outcome<ExitCode> queue_run(Context& context, ControlClient& client, const nlohmann::json& params,
+                            const RunRequest& request);
+
+}  // namespace lcrig::cli

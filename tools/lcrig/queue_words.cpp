@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/queue_words.hpp"
+
+#include <fmt/ostream.h>
+
+#include "base/text.hpp"
+#include "tools/lcrig/next_command.hpp"
+
+namespace lcrig::cli {
+
+void print_queue(std::ostream& out, const QueueStatus& q) {
+  const auto count = q.count == 1 ? std::string("1 entry") : fmt::format("{} entries", q.count);
+  if (q.going) {
+    fmt::print(out, "the queue goes: {}\n", count);
+  } else {
+    fmt::print(out, "the queue is held: {}; {}\n", count, printable(q.why, kLongestWords));
+  }
+  if (!q.prompt.empty()) fmt::print(out, "waits for: {}\n", printable(q.prompt, kLongestWords));
+  if (!q.locked_by.empty()) fmt::print(out, "locked by {}\n", printable(q.locked_by, kLongestName));
+}
+
+std::string next_for_queue(const GlobalOptions& global, const QueueStatus& q) {
+  if (q.gate == "specimen") {
+    return next_command(global, {"queue", "answer", "NAME"}, "of the specimen that is on the rig");
+  }
+  if (q.gate == "person") return next_command(global, {"queue", "answer", "yes"});
+  if (q.going || q.count == 0) return {};
+  return next_command(global, {"queue", "start"});
+}
+
+}  // namespace lcrig::cli
