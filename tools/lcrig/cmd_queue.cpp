@@ -45,7 +45,7 @@ class QueueAddCommand final : public Command {
     if (!client) return client.error();
     RunRequest named;
     named.specimen_name = specimen_;
-    return queue_run(context, *client, *wanted, named);
+    return queue_run(context, *client, *wanted, named, protocol_, parameters_);
   }
 
  private:

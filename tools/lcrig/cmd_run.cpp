@@ -58,7 +58,7 @@ class RunCommand final : public Command {
   Outcome<ExitCode> queue_first(Context& context, ControlClient& client, const RunRequest& start) {
     json params = to_json(start);
     params["place"] = "first";
-    return queue_run(context, client, params, start);
+    return queue_run(context, client, params, start, protocol_, parameters_);
   }
 
   Outcome<RunRequest> request(const Context& context) const {

@@ -65,10 +65,11 @@ Outcome<ExitCode> call_queue(Context& context, const char* method, const json& p
 }
 
 Outcome<ExitCode> queue_run(Context& context, ControlClient& client, const json& params,
-                            const RunRequest& request) {
+                            const RunRequest& request, const std::string& protocol,
+                            const std::vector<std::string>& assignments) {
   // The rig is looked at, and the specimen of a simulated one reckoned.
   auto answer = client.call("queue.add", params, std::chrono::minutes(2));
-  if (!answer) return refused_run(context, answer.error(), request);
+  if (!answer) return refused_run(context, answer.error(), request, protocol, assignments);
   return show(context, *answer, [&](std::ostream& out) {
     const json& plan = answer->at("plan");
     fmt::print(out, "entry {}", answer->value("entry", std::int64_t{0}));

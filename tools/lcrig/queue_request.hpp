@@ -33,8 +33,10 @@ class PlaceOptions {
 Outcome<ExitCode> call_queue(Context& context, const char* method, const nlohmann::json& params,
                              const std::function<void(std::ostream&, const nlohmann::json&)>& text);
 
-// queue.add, and what to say of it. `request` names the specimen as it was typed.
+// queue.add, and what to say of it. `request` names the specimen as it was typed, `protocol` and
+// `assignments` are the words of the command line.
 Outcome<ExitCode> queue_run(Context& context, ControlClient& client, const nlohmann::json& params,
-                            const RunRequest& request);
+                            const RunRequest& request, const std::string& protocol,
+                            const std::vector<std::string>& assignments);
 
 }  // namespace lcrig::cli
