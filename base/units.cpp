@@ -62,6 +62,7 @@ constexpr Unit kUnits[] = {
     {"kohm", Dimension::resistance, 1e3},
     {"Mohm", Dimension::resistance, 1e6},
     {"K", Dimension::temperature_difference, 1},
+    {"degC", Dimension::temperature, 1},
 };
 
 }  // namespace
@@ -86,6 +87,7 @@ std::string_view to_string(Dimension d) {
     case Dimension::capacitance_rate: return "capacitance rate";
     case Dimension::resistance: return "resistance";
     case Dimension::temperature_difference: return "temperature difference";
+    case Dimension::temperature: return "temperature";
   }
   return "pure number";
 }
