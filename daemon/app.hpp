@@ -68,6 +68,7 @@ class App final : public ControlHandler {
   Task<Result<Plan>> plan_run(RunRequest request, PeerCredentials peer) override;
   Task<Result<>> ask_instruments(PeerCredentials peer) override;
   Task<Result<>> confirm(PeerCredentials peer) override;
+  Task<Result<Answered>> answer(AnswerRequest request, PeerCredentials peer) override;
   Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) override;
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
   DaemonStatus status() const override;
@@ -80,6 +81,10 @@ class App final : public ControlHandler {
     starting,  // a run is prepared: until its row exists, nothing moves
     running,  // until its row and the ports are closed
   };
+  // How long a request waits for the name of who asks. A stop is not held up by a name; 20 ms
+  // suffice for one that stands in a file.
+  static constexpr Duration kNamePatience = std::chrono::seconds(2);
+  static constexpr Duration kNamePatienceOfStops = std::chrono::milliseconds(20);
   void enter(Use use);
   void look_for_resumable();
   bool is_settled() const { return use_ == Use::idle || use_ == Use::running; }
