@@ -25,11 +25,12 @@ struct LayoutName {
   std::string_view word, file;
 };
 // In the order of Layout.
-constexpr std::array<LayoutName, 5> kLayouts{{{"readings", "lcr.csv"},
+constexpr std::array<LayoutName, 6> kLayouts{{{"readings", "lcr.csv"},
                                               {"frame", "frame.csv"},
                                               {"levels", "levels.csv"},
                                               {"events", "events.csv"},
-                                              {"aligned", "aligned.csv"}}};
+                                              {"aligned", "aligned.csv"},
+                                              {"answers", "answers.csv"}}};
 constexpr const char* kPackage = "datapackage.json";
 
 // What tells one run from all others, also across databases.
@@ -57,7 +58,7 @@ Result<> prepare_folder(const fs::path& folder, const ExportContext& c, bool for
   if (empty || force || holds_same_run(folder, c)) return {};
   return fail(Errc::invalid_request,
               "{}: holds other files; give an empty folder, or --force to replace {}, frame.csv, "
-              "levels.csv, events.csv, aligned.csv and {}",
+              "levels.csv, events.csv, aligned.csv, answers.csv and {}",
               folder.string(), kLayouts[0].file, kPackage);
 }
 

@@ -14,8 +14,8 @@
 
 namespace lcrig {
 
-enum class Layout { readings, frame, levels, events, aligned };
-// "readings", "frame", "levels", "events", "aligned".
+enum class Layout { readings, frame, levels, events, aligned, answers };
+// "readings", "frame", "levels", "events", "aligned", "answers".
 std::optional<Layout> parse_layout(std::string_view word);
 // "lcr.csv", "frame.csv", ...
 std::string_view file_name(Layout layout);

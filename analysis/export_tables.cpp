@@ -7,6 +7,7 @@
 #include "analysis/export_context.hpp"
 #include "analysis/frame_track.hpp"
 #include "analysis/pieces.hpp"
+#include "events/payloads.hpp"
 #include "storage/flags.hpp"
 
 namespace lcrig {
@@ -183,6 +184,29 @@ Result<> write_events(const Database& db, const ExportContext& c, CsvWriter& out
       });
 }
 
+Result<> write_answers(const Database& db, const ExportContext& c, CsvWriter& out) {
+  constexpr const char* kSql =
+      "SELECT seq, at_mono_ns, step_id, detail FROM event WHERE run_id = ? AND kind = 'answer'"
+      " ORDER BY seq";
+  return for_each_row(db, c, kSql, out, [&](const Statement& row) -> Result<> {
+    const auto answer = from_json<AnswerEvent>(row.text(3));
+    if (!answer) return fail(answer.error());
+    out.integer(row.integer(0));
+    out.decimal(row.integer(1) - c.start_ns, -9);
+    out.text(row.text(2));
+    out.integer(answer->repeat);
+    out.text(answer->question);
+    out.word(answer->type);
+    out.number(answer->number);
+    out.word(answer->unit.value_or(""));
+    out.text(answer->text.value_or(""));
+    out.word(answer->source);
+    out.text(answer->by.value_or(""));
+    out.integer(answer->from_run);
+    return {};
+  });
+}
+
 constexpr int kUncertaintyDigits = 3;
 
 void append_uncertainty(CsvWriter& out, const Aligned& a) {
@@ -284,6 +308,20 @@ void add_reading_columns(std::vector<Column>& out, const ExportContext& c) {
   add(out, {{"status", "string", "", "comparator words as the meter sent them"}, kOldLevel});
 }
 
+void add_answer_columns(std::vector<Column>& out) {
+  add(out, {kStep,
+            kRepeat,
+            {"question", "string", "", "what a person was asked"},
+            {"type", "string", "", "of the answer: confirmation, choice, number or line"},
+            {"number", "number", "", "the answer, in the unit beside it"},
+            {"unit", "string", "", "of the number, as the suffix of a key; empty: a pure number"},
+            {"text", "string", "", "the answer, when it is a choice or a line"},
+            {"source", "string", "",
+             "person, default (of the protocol), file or made_up (both in a rehearsal)"},
+            {"answered_by", "string", "", "the person"},
+            {"from_run", "integer", "", "it was answered in that run, which this one continues"}});
+}
+
 }  // namespace
 
 std::vector<Column> columns_of(const ExportContext& c, Layout layout) {
@@ -332,6 +370,7 @@ std::vector<Column> columns_of(const ExportContext& c, Layout layout) {
                 {"alignment_uncertainty_N", "number", "N", "the same times the rate of force"},
                 kOldLevel});
       break;
+    case Layout::answers: add_answer_columns(out); break;
   }
   if (c.run.simulated) {
     out.push_back(
@@ -350,6 +389,7 @@ Result<> write_layout(const Database& db, const ExportContext& c, Layout layout,
     case Layout::levels: written = write_levels(db, c, out); break;
     case Layout::events: written = write_events(db, c, out); break;
     case Layout::aligned: written = write_aligned(db, c, out); break;
+    case Layout::answers: written = write_answers(db, c, out); break;
   }
   if (!written) return written;
   return out.flush();

@@ -63,6 +63,7 @@ constexpr Unit kUnits[] = {
     {"kohm", Dimension::resistance, 1e3},
     {"Mohm", Dimension::resistance, 1e6},
     {"K", Dimension::temperature_difference, 1},
+    {"degC", Dimension::temperature, 1},
 };
 
 // What people write who are used to other units. Rates of them are found by their parts.
@@ -179,6 +180,7 @@ std::string_view to_string(Dimension d) {
     case Dimension::capacitance_rate: return "capacitance rate";
     case Dimension::resistance: return "resistance";
     case Dimension::temperature_difference: return "temperature difference";
+    case Dimension::temperature: return "temperature";
   }
   return "pure number";
 }

@@ -30,6 +30,7 @@ enum class Dimension {
   capacitance_rate,
   resistance,
   temperature_difference,
+  temperature,  // degC throughout: a factor alone makes no kelvin of it
 };
 std::string_view to_string(Dimension d);  // "length", "force rate"; none: "pure number"
 

@@ -72,6 +72,7 @@ class App final : public ControlHandler, public QueueHost {
   Task<Result<Plan>> plan_run(RunRequest request, PeerCredentials peer) override;
   Task<Result<>> ask_instruments(PeerCredentials peer) override;
   Task<Result<>> confirm(PeerCredentials peer) override;
+  Task<Result<Answered>> answer(AnswerRequest request, PeerCredentials peer) override;
   Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) override;
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
   DaemonStatus status() const override;
@@ -85,6 +86,10 @@ class App final : public ControlHandler, public QueueHost {
     starting,  // a run is prepared: until its row exists, nothing moves
     running,  // until its row and the ports are closed
   };
+  // How long a request waits for the name of who asks. A stop is not held up by a name; 20 ms
+  // suffice for one that stands in a file.
+  static constexpr Duration kNamePatience = std::chrono::seconds(2);
+  static constexpr Duration kNamePatienceOfStops = std::chrono::milliseconds(20);
   void enter(Use use);
   void look_for_resumable();
   // What the queue needs (app_queue.cpp).

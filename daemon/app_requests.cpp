@@ -21,10 +21,6 @@ using namespace std::chrono_literals;
 
 namespace {
 
-// How long a request waits for the name of who asks. A stop is not held up by a name; 20 ms suffice
-// for one that stands in a file.
-constexpr Duration kNamePatience = 2s;
-constexpr Duration kNamePatienceOfStops = 20ms;
 constexpr std::size_t kLongestReason = 500;  // characters in the journal
 
 std::string for_whom(const std::string& operator_name) {
@@ -340,17 +336,6 @@ Task<Result<StopAnswer>> App::freeze(std::string why, PeerCredentials peer) {
   auto stopped = co_await stop_run(Interrupt::freeze, std::move(why), std::move(peer));
   if (stopped && stopped->standing) stopped->note = "stopped; the frame stays where it is";
   co_return stopped;
-}
-
-Task<Result<>> App::confirm(PeerCredentials peer) {
-  peer.user = co_await user_name(peer, kNamePatience);
-  const bool confirmed = person_.confirmed();
-  if (!confirmed && queue_ && queue_->awaits_consent()) {
-    co_return co_await queue_->answer("yes", std::nullopt, std::move(peer));
-  }
-  if (!confirmed) co_return fail(Errc::invalid_request, "nothing waits for confirmation");
-  recorder_->event(request_event(clock_.now(), "run.confirm", peer));
-  co_return Result<>();
 }
 
 // Not on the thread of the instruments: another program may hold the database for seconds.

@@ -67,6 +67,25 @@ Result<FrameMemory> last_samples(const Database& db, std::int64_t run) {
   return memory;
 }
 
+Result<std::vector<StoredAnswer>> answers_of(const Database& db, std::int64_t run) {
+  struct Row {
+    std::string step_id, detail;
+  };
+  auto rows = db.rows(
+      "SELECT step_id, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq",
+      [](const Statement& row) { return Row{std::string(row.text(0)), std::string(row.text(1))}; },
+      run, to_string(EventKind::answer));
+  if (!rows) return fail(rows.error());
+  std::vector<StoredAnswer> out;
+  out.reserve(rows->size());
+  for (Row& row : *rows) {
+    auto answer = from_json<AnswerEvent>(row.detail);
+    if (!answer) return fail(answer.error());
+    out.push_back(StoredAnswer{std::move(row.step_id), std::move(*answer)});
+  }
+  return out;
+}
+
 // `parameters_json` of a run row: "from_kPa": 10, or of an older run "from_kPa (SI)": 10000.
 Result<> apply_parameters(const std::string& text, Environment& environment) {
   constexpr std::string_view kSuffix = " (SI)";
@@ -121,7 +140,10 @@ Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run) {
   if (!point) return fail(point.error());
   auto frame = last_samples(db, run);
   if (!frame) return fail(frame.error());
+  auto answers = answers_of(db, run);
+  if (!answers) return fail(answers.error());
   Continuation from;
+  from.answers = std::move(*answers);
   from.run = run;
   from.step_id = (*state)->step_id;
   from.point = *point;

@@ -20,6 +20,19 @@ namespace {
 
 using namespace std::chrono_literals;
 
+std::string answer_remark(std::string_view step, const AnswerEvent& answer) {
+  const bool from_file = answer.source == to_string(AnswerSource::file);
+  const bool made_up = answer.source == to_string(AnswerSource::made_up);
+  AnswerValue value = true;
+  if (answer.number) value = *answer.number;
+  if (answer.text) value = *answer.text;
+  return fmt::format(
+      "step {} was answered \"{}\": {}", step, answer_words(value, answer.unit.value_or("")),
+      from_file ? "from the file of answers"
+      : made_up ? "made up, for the protocol has no default and --answers says nothing"
+                : "the default of the protocol");
+}
+
 Result<Bench> bench_of(const std::string& name, const std::string& text) {
   return text.empty() ? find_bench(name) : parse_bench(text, name);
 }
@@ -83,6 +96,9 @@ class Rehearsal {
       if (drill_) {
         return fail(Errc::invalid_request, "--faults needs a simulated bench; a replay has none");
       }
+      if (!request_.answers_text.empty()) {
+        return fail(Errc::invalid_request, "--answers needs a simulated bench; a replay has none");
+      }
       return make_replay_instruments(io_.get_executor(), clock_, *directory);
     }
     if (!prepared.specimen) {
@@ -98,6 +114,12 @@ class Rehearsal {
     sim.weights = prepared.places_weights;
     sim.max_force_N = prepared.max_force_N;
     sim.drill = drill_.get();
+    if (!request_.answers_text.empty()) {
+      auto answers = parse_answers(request_.answers_text, request_.answers_name, prepared.protocol,
+                                   prepared.environment);
+      if (!answers) return fail(answers.error());
+      sim.answers = std::move(*answers);
+    }
     return make_sim_instruments(io_.get_executor(), clock_, sim);
   }
 
@@ -139,9 +161,22 @@ class Rehearsal {
                             words, out.run, to_string(EventKind::extrapolated));
     if (!remarks) return fail(remarks.error());
     out.remarks = std::move(*remarks);
+    if (auto answered = add_answers(*db, out); !answered) return fail(answered.error());
     if (summary->c0_F) out.c0_pF = *summary->c0_F * 1e12;
     if (summary->delta_at_peak_F) out.delta_C_fF_at_peak = *summary->delta_at_peak_F * 1e15;
     return out;
+  }
+
+  // What was answered to each question, the first time, and where the answer came from.
+  static Result<> add_answers(const Database& db, RehearseResult& out) {
+    const auto read = [&out](const Statement& row) {
+      const auto answer = from_json<AnswerEvent>(row.text(1));
+      if (answer) out.remarks.push_back(answer_remark(row.text(0), *answer));
+    };
+    return db.each(
+        "SELECT step_id, detail, min(seq) FROM event WHERE run_id = ? AND kind = 'answer' GROUP BY "
+        "step_id ORDER BY 3",
+        read, out.run);
   }
 
   const RehearseRequest& request_;

@@ -24,6 +24,9 @@ struct RehearseRequest : RunRequest {
   std::string db_path;
   // Fault script (docs/faults.md); an empty text: nothing goes wrong.
   std::string faults_name, faults_text;
+  // What its person answers (docs/protocol-file.md); an empty text: defaults, or something that
+  // fits.
+  std::string answers_name, answers_text;
   // Called on the calling thread whenever the status changed; may be empty.
   std::function<void(const RunStatus&)> progress;
 };
@@ -33,7 +36,7 @@ struct RehearseResult : RunOutcome {
   std::optional<double> c0_pF, peak_force_N, delta_C_fF_at_peak;
   std::string db_path;
   std::int64_t faults = 0;  // that happened, of the script
-  std::vector<std::string> remarks;  // what of it is no physics
+  std::vector<std::string> remarks;  // what of it is no physics, and what nobody really answered
 };
 
 // Errors: invalid_request (protocol, parameters, specimen, bench, faults), io (database). A run

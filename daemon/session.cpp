@@ -253,6 +253,7 @@ RunSetup Session::make_setup(std::int64_t run) {
   setup.run = run;
   setup.specimen = prepared_.request.specimen_name;
   setup.person = &instruments_->person();
+  setup.respondent = instruments_->respondent();
   setup.continues = prepared_.continues;
   setup.on_step = [this](const RunProgress& progress) {
     instruments_->enter_step(progress);
@@ -305,6 +306,12 @@ RunStatus Session::status() const {
   RunStatus s(run_ ? run_->progress() : RunProgress(), acknowledged_);
   s.simulated = simulated();
   s.prompt = instruments_->person().prompt();
+  if (run_ && run_->question()) {
+    const OpenQuestion& open = *run_->question();
+    s.prompt = prompt_words(open.question);
+    s.question = open;
+    if (open.until) s.question_left_s = to_seconds(*open.until - clock_.now());
+  }
   const auto contact = run_ ? run_->contact_travel_m() : std::nullopt;
   if (contact && s.travel_m) s.gap_m = *contact - *s.travel_m;
   return s;

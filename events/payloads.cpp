@@ -175,6 +175,19 @@ void fields(F& f, RequestEvent& e) {
   f.field("why", e.why);
 }
 
+template <class F>
+void fields(F& f, AnswerEvent& e) {
+  f.field("question", e.question);
+  f.field("type", e.type);
+  f.field("number", e.number);
+  f.field("unit", e.unit);
+  f.field("text", e.text);
+  f.field("source", e.source);
+  f.field("by", e.by);
+  f.field("repeat", e.repeat);
+  f.field("from_run", e.from_run);
+}
+
 constexpr std::string_view kDone = "done";
 
 }  // namespace
@@ -235,6 +248,7 @@ LCRIG_PAYLOAD(ContinuesEvent)
 LCRIG_PAYLOAD(SettingsEvent)
 LCRIG_PAYLOAD(RunPoint)
 LCRIG_PAYLOAD(RequestEvent)
+LCRIG_PAYLOAD(AnswerEvent)
 #undef LCRIG_PAYLOAD
 
 }  // namespace lcrig

@@ -139,6 +139,18 @@ struct RequestEvent {
   std::optional<std::string> why;
 };
 
+// What a person answered to an `ask` step.
+struct AnswerEvent {
+  static constexpr EventKind kKind = EventKind::answer;
+  std::string question, type;  // type: confirmation, choice, number, line
+  std::optional<double> number;  // in `unit`, the suffix of a key; empty: a pure number
+  std::optional<std::string> unit, text;  // text: of a choice or a line
+  std::string source;  // person, default, file, made_up
+  std::optional<std::string> by;  // the person
+  std::int64_t repeat = 0;  // of the outermost loop around the step, from 1; 0: none
+  std::optional<std::int64_t> from_run;  // it was answered in that run, which this one continues
+};
+
 // How a step ended: stored as `done`, or as the word of what stopped it.
 struct StepEndEvent {
   static constexpr EventKind kKind = EventKind::step_end;

@@ -93,6 +93,10 @@ bool places_weights(const Steps& steps) {
   return any_step(steps, [](const StepFacts& facts) { return facts.places_weight; });
 }
 
+bool asks_person(const Steps& steps) {
+  return any_step(steps, [](const StepFacts& facts) { return facts.asks != nullptr; });
+}
+
 bool moves_frame(const Protocol& protocol) {
   return any_step(protocol, [](const StepFacts& facts) { return facts.moves; });
 }

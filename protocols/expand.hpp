@@ -50,6 +50,8 @@ class StepCursor {
 std::int64_t passes(const Step& step, const Environment& environment);
 // Whether any of them is a place_weight: the rig must be a rod with dead weights.
 bool places_weights(const Steps& steps);
+// Whether any of them asks a person.
+bool asks_person(const Steps& steps);
 // Whether any step of the protocol is a motion.
 bool moves_frame(const Protocol& protocol);
 // Whether the protocol asks the frame for anything: a motion, a held force, a zero. One that does

@@ -82,6 +82,7 @@ std::string run_page(const ReportRun& run) {
   p.add("results", "Results", summary(run));
   const auto curve = curve_figure(run);
   p.add("pressure", "ΔC against pressure", curve.empty() ? curve : curve + range_table(a));
+  p.add("answers", "Answers of people", answer_table(run));
   p.add("time", "C and force over time", time_figure(run));
   p.add("cycles", "ΔC/C0 over the cycles", cycle_figure(run) + cycle_table(a));
   p.add("loops", "Hysteresis", loop_figure(run));

@@ -22,6 +22,7 @@ bool is_ordinary(const EventRow& event) {
     case EventKind::motion:
     case EventKind::zero:
     case EventKind::settings:
+    case EventKind::answer:  // has a table of its own
     case EventKind::state: return true;
     case EventKind::step_end: return !from_json<StepEndEvent>(event.detail)->stopped_by;
     default: return false;
@@ -109,6 +110,27 @@ std::string notes_list(const ReportRun& run) {
            ": " + text(note.text) + "</li>\n";
   }
   return out.empty() ? out : "<ul>\n" + out + "</ul>\n";
+}
+
+std::string answer_table(const ReportRun& run) {
+  Table table{"time, s", "step", "repeat", "question", "answer", "by"};
+  bool any = false;
+  for (const EventRow& e : run.data.events) {
+    if (e.kind != EventKind::answer) continue;
+    const auto answer = from_json<AnswerEvent>(e.detail);
+    if (!answer) continue;  // the export says so
+    any = true;
+    std::string said = answer->text ? text(*answer->text) : std::string("confirmed");
+    if (answer->number) {
+      said = number(*answer->number) + " " + text(answer->unit.value_or(""));
+    }
+    std::string by = answer->by ? text(*answer->by) : text(answer->source);
+    if (answer->from_run) by += fmt::format(", in run {}", *answer->from_run);
+    table.row({number(e.t_s, 1.0), or_dash(e.step_id),
+               answer->repeat > 0 ? std::to_string(answer->repeat) : "–", text(answer->question),
+               said, by});
+  }
+  return any ? table.html() : std::string();
 }
 
 std::string event_table(const ReportRun& run) {

@@ -25,6 +25,7 @@ bool is_replayed(const ReportRun& run);  // a recording, played back through sim
 std::string simulated_mark(std::span<const ReportRun> runs);  // a box; empty: all were measured
 std::string status_mark(const ReportRun& run);  // a box, when the run was no success
 std::string notes_list(const ReportRun& run);  // of the analysis and of people
+std::string answer_table(const ReportRun& run);  // what people answered
 std::string event_table(const ReportRun& run);  // what went otherwise than planned
 std::string provenance_table(const ReportRun& run);
 std::string files(const ReportRun& run);  // specimen, parameters, protocol as stored

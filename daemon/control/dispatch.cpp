@@ -129,6 +129,14 @@ Answer on_stop(ControlHandler& handler, json params, PeerCredentials peer) {
   co_return to_json(*done);
 }
 
+Answer on_answer(ControlHandler& handler, json params, PeerCredentials peer) {
+  auto request = parse_answer_request(params);
+  if (!request) co_return bad_params(request.error());
+  auto answered = co_await handler.answer(std::move(*request), std::move(peer));
+  if (!answered) co_return refused(answered.error());
+  co_return to_json(*answered);
+}
+
 Answer on_note(ControlHandler& handler, json params, PeerCredentials peer) {
   std::int64_t run = 0;
   std::string text;
@@ -154,7 +162,7 @@ constexpr const char* kCheck =
     "change what the message names; --dry-run tries it again and moves nothing";
 constexpr const char* kLook = "lcrig status   (what goes on)";
 
-constexpr std::array<ControlMethod, 13> kMethods{
+constexpr std::array<ControlMethod, 14> kMethods{
     {{"status", on_status, kLook},
      {"watch", on_status, kLook},  // the session subscribes
      {"version", on_version, kLook},
@@ -166,6 +174,7 @@ constexpr std::array<ControlMethod, 13> kMethods{
      {"run.abort", on_stop<&ControlHandler::abort>, kLook},
      {"run.freeze", on_stop<&ControlHandler::freeze>, kLook},
      {"run.confirm", on_plain<&ControlHandler::confirm>, kLook},
+     {"run.answer", on_answer, kLook},
      {"run.note", on_note, "lcrig runs   (lists them, with how they ended)"},
      {"specimen.add", on_add_specimen,
       "correct the file; for a good one: lcrig specimen show paper-1"}}};

@@ -40,6 +40,9 @@ class ControlHandler {
   // Asks both instruments who they are; nothing at the frame changes. Errors: busy.
   virtual Task<Result<>> ask_instruments(PeerCredentials peer) = 0;
   virtual Task<Result<>> confirm(PeerCredentials peer) = 0;
+  // Answers the question that waits; returns when the answer is stored. Errors: invalid_request (it
+  // does not fit, nothing waits, another question does), io.
+  virtual Task<Result<Answered>> answer(AnswerRequest request, PeerCredentials peer) = 0;
   // Adds a note to a run that has ended, in the name of the peer. Errors: invalid_request, busy.
   virtual Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) = 0;
   // Stores a specimen; returns its name. Errors: invalid_request with the JSON pointer.

@@ -52,6 +52,32 @@ std::optional<Errc> errc_of_word(std::string_view word) {
   return std::nullopt;
 }
 
+json to_json(const AnswerValue& value) {
+  return std::visit([](const auto& v) { return json(v); }, value);
+}
+
+// The question that waits; null: none.
+json question_json(const RunStatus& s) {
+  if (!s.question) return nullptr;
+  const Question& q = s.question->question;
+  json out{{"number", s.question->number},
+           {"step", q.step_id},
+           {"text", q.text},
+           {"answer", to_string(q.type)},
+           {"on_timeout", to_string(q.on_timeout)}};
+  out["left_s"] = nullptr;
+  if (s.question_left_s) out["left_s"] = *s.question_left_s;
+  out["default"] = nullptr;
+  if (q.fallback) out["default"] = to_json(*q.fallback);
+  if (q.type == AnswerType::choice) out["choices"] = q.choices;
+  if (q.type == AnswerType::number) {
+    out["unit"] = q.unit;
+    out["min"] = q.min;
+    out["max"] = q.max;
+  }
+  return out;
+}
+
 json optional_number(const std::optional<double>& value, int power) {
   if (!value) return nullptr;
   return shift_decimal(*value, power);
@@ -122,6 +148,37 @@ Result<std::vector<InstrumentState>> parse_instruments(const json& list) {
   return out;
 }
 
+std::optional<AnswerValue> answer_value(const json* value) {
+  if (value == nullptr) return std::nullopt;
+  if (value->is_boolean()) return AnswerValue(value->get<bool>());
+  if (value->is_number()) return AnswerValue(value->get<double>());
+  if (value->is_string()) return AnswerValue(value->get<std::string>());
+  return std::nullopt;
+}
+
+Result<OpenQuestion> parse_question(const json& value, std::optional<double>& left_s) {
+  OpenQuestion open;
+  Question& q = open.question;
+  ParamsReader in(value, "/question");
+  in.integer("number", open.number, true);
+  in.text("step", q.step_id, true);
+  in.text("text", q.text, true);
+  read_word(in, "answer", AnswerType::line, q.type);
+  read_word(in, "on_timeout", OnTimeout::use_default, q.on_timeout);
+  in.quantity("left_s", left_s, 0);
+  q.fallback = answer_value(in.member("default"));
+  in.text("unit", q.unit);
+  in.number("min", q.min);
+  in.number("max", q.max);
+  if (const auto* choices = in.member("choices"); choices != nullptr && choices->is_array()) {
+    for (const json& choice : *choices) {
+      if (choice.is_string()) q.choices.push_back(choice.get<std::string>());
+    }
+  }
+  if (auto done = in.finish(); !done) return fail(done.error());
+  return open;
+}
+
 Result<std::vector<ResumableRun>> parse_resumable(const json& list) {
   if (!list.is_array()) return fail(Errc::garbled, "/resumable: expected an array");
   std::vector<ResumableRun> out;
@@ -171,6 +228,7 @@ json to_json(const RunStatus& s) {
               {"step", s.step_id},
               {"step_kind", s.step_kind},
               {"prompt", s.prompt},
+              {"question", question_json(s)},
               {"repeat", s.repeat},
               {"repeats", s.repeats},
               {"elapsed_s", s.elapsed_s},
@@ -212,6 +270,11 @@ Result<RunStatus> parse_run_status(const json& value) {
   in.quantity("travel_mm", s.travel_m, -3);
   in.quantity("gap_mm", s.gap_m, -3);
   in.quantity("pressure_kPa", s.pressure_Pa, 3);
+  if (const auto* question = in.member("question")) {
+    auto open = parse_question(*question, s.question_left_s);
+    if (!open) return fail(open.error());
+    s.question = std::move(*open);
+  }
   if (auto done = in.finish(); !done) return fail(done.error());
   return s;
 }
@@ -360,6 +423,41 @@ Result<RunRequest> parse_run_request(const json& params) {
   in.text("specimen_text", r.specimen_text);
   in.text("operator", r.operator_name, false, kNameMax);
   in.text("note", r.note, false, kNoteMax);
+  in.refuse_unknown();
+  if (auto done = in.finish(); !done) return fail(done.error());
+  return r;
+}
+
+json to_json(const Answered& a) {
+  json out{{"run", a.run}, {"step", a.question.step_id}, {"value", to_json(a.value)}};
+  if (a.question.type == AnswerType::number) out["unit"] = a.question.unit;
+  return out;
+}
+
+json to_json(const AnswerRequest& r) {
+  json out{{"value", to_json(r.value)}};
+  if (r.question) out["question"] = *r.question;
+  return out;
+}
+
+Result<AnswerRequest> parse_answer_request(const json& params) {
+  AnswerRequest r;
+  ParamsReader in(params, "/params");
+  const auto* value = in.member("value");
+  const auto known = answer_value(value);
+  if (known) {
+    r.value = *known;
+  } else {
+    in.fail_with(
+        Error(Errc::invalid_request,
+              fmt::format("{}: {}", in.pointer("value"),
+                          value == nullptr ? "is missing" : "expected a text, a number or true")));
+  }
+  if (const auto* text = std::get_if<std::string>(&r.value)) {
+    auto good = check_text(in.pointer("value"), *text, kAnswerMax);
+    if (!good) in.fail_with(good.error());
+  }
+  if (in.member("question") != nullptr) in.integer("question", r.question.emplace());
   in.refuse_unknown();
   if (auto done = in.finish(); !done) return fail(done.error());
   return r;

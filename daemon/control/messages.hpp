@@ -30,6 +30,12 @@ struct RunStarted {
   std::int64_t run = 0;
 };
 
+// An answer to the question that waits. `question`: only if it is this one (OpenQuestion::number).
+struct AnswerRequest {
+  AnswerValue value = true;
+  std::optional<std::int64_t> question;
+};
+
 // What came of an abort or a freeze.
 struct StopAnswer {
   StopAnswer() = default;
@@ -140,6 +146,9 @@ Result<RunEventNote> parse_run_event(const nlohmann::json& value);
 Result<DaemonStatus> parse_daemon_status(const nlohmann::json& value);
 Result<QueueStatus> parse_queue_status(const nlohmann::json& value);
 Result<RunRequest> parse_run_request(const nlohmann::json& params);
+nlohmann::json to_json(const Answered& answered);
+nlohmann::json to_json(const AnswerRequest& request);
+Result<AnswerRequest> parse_answer_request(const nlohmann::json& params);
 
 // Whole lines, with their newline. `id` is a JSON string, number or null.
 std::string request_line(std::int64_t id, std::string_view method, const nlohmann::json& params);

@@ -19,6 +19,7 @@
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
 #include "model/specimen.hpp"
+#include "protocols/run/questions.hpp"
 #include "protocols/run/sink.hpp"
 
 namespace lcrig {
@@ -43,6 +44,8 @@ class Instruments {
   virtual LcrMeter& meter() = 0;
   virtual LoadFrame& frame() = 0;
   virtual Operator& person() = 0;
+  // Answers the questions of a protocol in the place of people; nullptr: people do.
+  virtual Respondent* respondent() { return nullptr; }
   const InstrumentsInfo& info() const { return info_; }
   // Closes the ports; returns when every task of drivers and simulators has ended.
   virtual Task<> close() = 0;

@@ -11,6 +11,8 @@ namespace lcrig {
 
 namespace {
 
+constexpr Duration kReaction = std::chrono::seconds(2);  // of who answers a question
+
 class ReplayInstruments final : public SimulatedInstruments {
  public:
   using SimulatedInstruments::SimulatedInstruments;
@@ -25,6 +27,8 @@ class ReplayInstruments final : public SimulatedInstruments {
     simulated_person_ =
         std::make_unique<SimOperator>(clock_, from_seconds(recording_.duration_s() + 1));
     person_ = simulated_person_.get();
+    const auto never = [] { return false; };
+    respondent_ = std::make_unique<SimRespondent>(clock_, kReaction, never, Answers());
     if (auto built = build_meter(); !built) return built;
     return build_frame();
   }

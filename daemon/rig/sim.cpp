@@ -44,6 +44,11 @@ class BenchInstruments final : public SimulatedInstruments {
     if (auto built = build_world(request); !built) return built;
     simulated_person_ = std::make_unique<SimOperator>(clock_, request.bench.operator_reaction);
     person_ = request.person != nullptr ? request.person : simulated_person_.get();
+    if (request.person == nullptr) {
+      respondent_ = std::make_unique<SimRespondent>(
+          clock_, request.bench.operator_reaction,
+          [this] { return simulated_person_->is_absent(); }, request.answers);
+    }
     if (auto built = build_meter(request); !built) return built;
     if (auto built = request.weights ? build_rod(request) : build_frame(request); !built) {
       return built;

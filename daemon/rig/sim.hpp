@@ -5,6 +5,7 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
+#include "daemon/rig/answers.hpp"
 #include "daemon/rig/instruments.hpp"
 #include "drivers/transport.hpp"
 
@@ -21,7 +22,10 @@ struct SimRequest {
   bool weights = false;  // the protocol places weights: a rod instead of a frame
   double max_force_N = 1;  // of the table of the specimen
   std::shared_ptr<BenchWorld> world;  // of make_world for this very request; nullptr: made here
-  Operator* person = nullptr;  // nullptr: one who confirms after the bench's reaction time
+  // nullptr: one who confirms, and answers with what `answers` say, after the bench's reaction
+  // time.
+  Operator* person = nullptr;
+  Answers answers;
   FaultDrill* drill = nullptr;  // outlives the instruments; nullptr: nothing goes wrong
   MakeWire wire;  // empty: memory in virtual time, a socketpair in real time
   // Around the drivers' ends of the wires ("sim:lcr", "sim:frame"); for tests. May be empty.

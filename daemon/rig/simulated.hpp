@@ -14,6 +14,7 @@
 
 #include "daemon/rig/drill.hpp"
 #include "daemon/rig/instruments.hpp"
+#include "daemon/rig/sim_respondent.hpp"
 #include "drivers/dead_weight/sim.hpp"
 #include "drivers/fd_transport.hpp"
 #include "drivers/lcr6100/driver.hpp"
@@ -38,6 +39,7 @@ class SimulatedInstruments : public Instruments, protected BenchDoor {
   LcrMeter& meter() override { return *meter_; }
   LoadFrame& frame() override { return *frame_; }
   Operator& person() override { return *person_; }
+  Respondent* respondent() override { return respondent_.get(); }
   ~SimulatedInstruments() override {
     if (drill_ != nullptr) drill_->detach();
   }
@@ -166,6 +168,7 @@ class SimulatedInstruments : public Instruments, protected BenchDoor {
   std::function<std::unique_ptr<Transport>(std::unique_ptr<Transport>)> wrap_;
   std::unique_ptr<SimOperator> simulated_person_;
   std::unique_ptr<Operator> acting_person_;
+  std::unique_ptr<SimRespondent> respondent_;  // nullptr: people answer
   Operator* person_ = nullptr;
   std::unique_ptr<lcr6100::Lcr6100Sim> meter_sim_;
   std::unique_ptr<ZwickSim> frame_sim_;

@@ -17,6 +17,7 @@ class SimOperator final : public Operator {
   SimOperator(Clock& clock, Duration delay) : clock_(clock), delay_(delay) {}
   // While absent, prompts stay open. After coming back the person confirms within a second.
   void set_absent(bool absent) { absent_ = absent; }
+  bool is_absent() const { return absent_; }
   void set_act(std::function<void(const std::string& prompt)> act) { act_ = std::move(act); }
   // Errors: aborted (cancelled).
   Task<Result<>> confirm(std::string prompt) override;

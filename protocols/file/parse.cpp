@@ -173,6 +173,10 @@ void parse_steps(const JsonReader& top, const Scope& scope, Protocol& out) {
   out.finally_steps = parser.parse(finally_steps, 0);
   // What is wrong in the steps may hide what the others have to fit.
   if (!steps.sound() || !finally_steps.sound()) return;
+  if (asks_person(out.finally_steps)) {
+    finally_steps.refuse(
+        "a step that asks, expected none: `finally` unloads the specimen when nobody may be there");
+  }
   const bool loads = commands_frame(out) || places_weights(out.steps);
   if (loads && !out.limits.force_min) {
     top.at("limits").refuse("no force window, expected force_N in a protocol that loads");

@@ -89,6 +89,7 @@ nlohmann::json to_json(const Plan& plan) {
                      {"times", s.times},
                      {"total_s", s.total_s},
                      {"in_finally", s.in_finally},
+                     {"by_hand", s.by_hand},
                      {"note", s.note}});
   }
   nlohmann::json uncertainty, parts;
@@ -99,6 +100,7 @@ nlohmann::json to_json(const Plan& plan) {
              {"noise_N", plan.force_uncertainty.noise_N}};
   }
   return {{"duration_s", plan.duration_s},
+          {"hand_s", plan.hand_s},
           {"measure_readings", plan.measure_readings},
           {"lcr_readings", plan.lcr_readings},
           {"frame_samples", plan.frame_samples},

@@ -22,6 +22,7 @@ struct PlannedStep {
   double total_s = 0;  // of all times
   std::string note;  // what was chosen or assumed, and why; of the first time
   bool in_finally = false;
+  bool by_hand = false;  // a person is needed
 };
 
 // How far the force that is shown may be from the true one.
@@ -38,6 +39,7 @@ struct Plan {
   std::string aperture_note;  // the arithmetic behind it
   double frame_rate_Hz = 0;  // of the samples: as the file says, or as fast as the frame can
   double duration_s = 0;  // with `finally`
+  double hand_s = 0;  // of it, while a person is needed
   std::int64_t measure_readings = 0;  // planned fresh readings of `measure` steps
   std::int64_t lcr_readings = 0, frame_samples = 0;  // recorded in all, about
   double peak_force_N = 0;  // commanded or expected, without overshoot

@@ -21,6 +21,7 @@ struct StepPlan {
   explicit StepPlan(double s) : seconds(s) {}
   double seconds = 0;
   double way_m = 0;  // of its motion
+  bool by_hand = false;  // a person is needed
   std::string note;  // what was chosen or assumed, and why
   MaybeRefusal why;  // it is refused; the first reason counts
 
@@ -32,6 +33,8 @@ struct StepPlan {
 class PlannedRig {
  public:
   static constexpr double kAssumedGap_m = 3e-3;  // where nobody has said how far the specimen is
+  // What a person is taken to need: to place a mass and confirm, to look something up and answer.
+  static constexpr double kByHand_s = 15;
   enum class Contact { unknown, stated, found };  // how its place is known
 
   // `protocol`, `environment` and `plan` outlive it. The plan gets the largest forces and the

@@ -191,12 +191,14 @@ void Planner::account(const Step& step, const StepPlan& adds, bool in_finally) {
     row.duration_s = adds.seconds;
     row.note = adds.note;
     row.in_finally = in_finally;
+    row.by_hand = adds.by_hand;
     plan_.steps.push_back(std::move(row));
   }
   PlannedStep& row = plan_.steps[it->second];
   ++row.times;
   row.total_s += adds.seconds;
   plan_.duration_s += adds.seconds;
+  if (adds.by_hand) plan_.hand_s += adds.seconds;
 }
 
 StepPlan Planner::visit(const Step& step) {

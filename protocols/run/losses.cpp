@@ -290,7 +290,9 @@ void Losses::begin_again(StepProgress& progress) {
     run_.labels.abandon();
   }
   const auto start_travel_m = progress.start_travel_m, away_m = progress.away_m;
+  const bool answered = progress.answered;  // nobody is asked twice
   progress = StepProgress();
+  progress.answered = answered;
   progress.start_travel_m = start_travel_m;
   progress.away_m = away_m;
   run_.event(EventKind::repeat, "the step begins anew");

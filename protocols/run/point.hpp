@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/result.hpp"
 #include "events/payloads.hpp"
@@ -17,12 +18,18 @@ namespace lcrig {
 // Errors: garbled.
 Result<RunPoint> parse_run_point(std::string_view text);
 
+struct StoredAnswer {
+  std::string step_id;
+  AnswerEvent answer;
+};
+
 // A run that was interrupted, to be continued by another one.
 struct Continuation {
   std::int64_t run = 0;  // the interrupted one
   std::string step_id;  // where it was
   RunPoint point;
   FrameMemory frame;  // at its last sample
+  std::vector<StoredAnswer> answers;  // to its questions, in the order in which they were asked
   bool confirmed = false;  // a person has said that the specimen was not touched
 };
 

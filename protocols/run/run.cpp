@@ -229,6 +229,7 @@ Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   begin_step(step);
   StepProgress progress;
   progress.start_travel_m = take_over_.take_start_travel_m();
+  progress.kept_answer = take_over_.take_kept_answer();
   std::optional<InterruptRequest> stop;
   for (bool done = false; !done && !stop;) {
     std::optional<InterruptRequest> request;

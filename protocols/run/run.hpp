@@ -33,6 +33,12 @@ class Run final : private LoadFrame::Listener {
   Taken interrupt(InterruptRequest request) { return parts_.interrupts.ask(std::move(request)); }
   // false: not paused
   bool resume() { return parts_.progress.state == RunState::paused && parts_.interrupts.resume(); }
+  // From the io thread: what a person says to the question that waits. Errors: invalid_request.
+  Result<Answered> answer(const AnswerValue& given, std::string by,
+                          std::optional<std::int64_t> number) {
+    return parts_.questions.answer(given, std::move(by), number);
+  }
+  const std::optional<OpenQuestion>& question() const { return parts_.questions.open(); }
   std::uint64_t stands() const { return parts_.drive.stands(); }
   std::uint64_t failed_stops() const { return parts_.drive.failed_stops(); }
   bool commands() const { return setup_.commands; }

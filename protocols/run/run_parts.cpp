@@ -30,7 +30,8 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, std::function<vo
       distrust(*this),
       motions(*this),
       labels(s.environment, s.probe_area_m2, s.gravity_m_s2),
-      sampler(executor, s.clock, s.lcr, s.lcr_settings, std::move(sampled)) {
+      sampler(executor, s.clock, s.lcr, s.lcr_settings, std::move(sampled)),
+      questions(executor, log) {
   progress.run = s.run;
   progress.protocol = s.protocol.name;
   progress.specimen = s.specimen;

@@ -15,6 +15,7 @@
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/levels.hpp"
 #include "protocols/run/motions.hpp"
+#include "protocols/run/questions.hpp"
 #include "protocols/run/sampler.hpp"
 #include "protocols/run/setup.hpp"
 #include "protocols/watch/guard.hpp"
@@ -40,6 +41,7 @@ struct RunParts {
   Motions motions;
   LevelLabels labels;
   Sampler sampler;
+  Questions questions;
 
   void event(EventName kind, std::string detail) const {
     log.event(std::move(kind), std::move(detail));
@@ -62,6 +64,8 @@ struct StepProgress {
   std::int64_t readings = 0;
   std::optional<LoadLevel> level;
   bool moved = false;
+  bool answered = false;  // a question
+  std::optional<AnswerEvent> kept_answer;  // ... of the run that this one continues
   std::optional<double> start_travel_m;  // where a search for contact began
   std::optional<double> away_m;  // where the way back without a contact leads
   // The step does not go on now; the time until it does again is not its own.

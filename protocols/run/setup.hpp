@@ -16,6 +16,7 @@
 #include "protocols/protocol.hpp"
 #include "protocols/run/pace.hpp"
 #include "protocols/run/point.hpp"
+#include "protocols/run/questions.hpp"
 #include "protocols/run/sink.hpp"
 #include "protocols/watch/pressing.hpp"
 
@@ -59,6 +60,7 @@ struct RunSetup {
   std::string specimen;
   // `record until confirmed` waits for this.
   Operator* person = nullptr;
+  Respondent* respondent = nullptr;  // answers questions; nullptr: people do, at the socket
   // Begin there, after a person confirmed the specimen, instead of at the first step.
   std::optional<Continuation> continues;
   std::function<void(const RunProgress&)> on_step;  // told when a step begins; may be empty

@@ -13,6 +13,7 @@
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
 #include "events/run_event.hpp"
+#include "protocols/question.hpp"
 
 namespace lcrig {
 
@@ -88,6 +89,8 @@ struct RunStatus : RunProgress, RunRecord {
       : RunProgress(std::move(progress)), RunRecord(record) {}
   bool simulated = false;  // a simulator or a recording stands for at least one instrument
   std::string prompt;  // what the operator is asked to do
+  std::optional<OpenQuestion> question;  // that waits for an answer; the prompt says it in words
+  std::optional<double> question_left_s;  // until its time-out
   std::optional<double> gap_m;
 };
 

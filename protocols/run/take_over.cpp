@@ -90,11 +90,29 @@ Task<Result<>> TakeOver::pass_done_steps(StepCursor& cursor) {
     }
     pass_over(*step, settings);
   }
+  // The run may have been cut off between an answer and the next step.
+  const bool here = first == from.point.steps_done;
+  if (here && asked_ < from.answers.size()) {
+    kept_answer_ = from.answers[asked_].answer;
+    if (!kept_answer_->from_run) kept_answer_->from_run = from.run;
+  }
   if (!(settings == run_.sampler.settings())) {
     auto set = co_await run_.sampler.configure(std::move(settings));
     if (!set) co_return set;
   }
   co_return co_await run_.drive.restore_hold();
+}
+
+// Nobody is asked twice: what was answered to a step that is passed over is an answer of this run,
+// too.
+void TakeOver::keep_answer(std::size_t which) {
+  const Continuation& from = *run_.setup.continues;
+  if (which >= from.answers.size()) return;
+  const StoredAnswer& stored = from.answers[which];
+  AnswerEvent kept = stored.answer;
+  if (!kept.from_run) kept.from_run = from.run;
+  run_.setup.sink.event(
+      RunEvent(run_.setup.clock.now(), EventKind::answer, stored.step_id, to_json(kept)));
 }
 
 void TakeOver::pass_over(const Step& step, LcrSettings& settings) {
@@ -103,6 +121,7 @@ void TakeOver::pass_over(const Step& step, LcrSettings& settings) {
   if (facts.sets_meter != nullptr) {
     settings = facts.sets_meter->change(std::move(settings), run_.setup.environment);
   }
+  if (facts.asks != nullptr) keep_answer(asked_++);
   if (!facts.leaves) return;
   std::optional<double> held_N;
   if (facts.leaves == HoldMode::force) {

@@ -25,14 +25,19 @@ class TakeOver {
   // Where the frame stood when the interrupted step began. Only the first call returns it: it is of
   // no use to later steps.
   std::optional<double> take_start_travel_m() { return std::exchange(start_travel_m_, {}); }
+  // What was answered to the question that is asked again now; known once.
+  std::optional<AnswerEvent> take_kept_answer() { return std::exchange(kept_answer_, {}); }
 
  private:
   Result<> compare_frame_at(std::int64_t first_step) const;
   void pass_over(const Step& step, LcrSettings& settings);
+  void keep_answer(std::size_t which);
 
   RunParts& run_;
   bool unconfirmed_ = false;
   std::optional<double> start_travel_m_;
+  std::size_t asked_ = 0;  // questions of the steps that were passed
+  std::optional<AnswerEvent> kept_answer_;
 };
 
 }  // namespace lcrig

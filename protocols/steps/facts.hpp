@@ -19,6 +19,7 @@ struct StepPlan;
 struct RunParts;  // run/run_parts.hpp
 struct StepProgress;
 
+struct AskStep;
 struct MeasureStep;
 struct SetLcrStep;
 struct SweepStep;
@@ -38,6 +39,7 @@ struct StepFacts {
   std::optional<HoldMode> leaves{};  // what the frame holds afterwards; absent: as before
   const MeasureStep* measures = nullptr;
   const SetLcrStep* sets_meter = nullptr;
+  const AskStep* asks = nullptr;  // a person answers
   // A loop: its steps, how often they run (absent: once for each value), its variable.
   const Steps* inside = nullptr;
   const Number* passes = nullptr;

@@ -9,10 +9,6 @@
 
 namespace lcrig {
 
-namespace {
-constexpr double kOperator_s = 15;  // to place a mass and confirm
-}  // namespace
-
 PlaceWeightStep PlaceWeightStep::parse(const StepReader& r) {
   PlaceWeightStep out;
   const auto mass = r.optional("mass", Dimension::mass, Range{0, 1e5});  // kg
@@ -34,10 +30,11 @@ PlaceWeightStep PlaceWeightStep::parse(const StepReader& r) {
 }
 
 StepPlan PlaceWeightStep::plan(PlannedRig& rig) const {
-  StepPlan out(kOperator_s);
+  StepPlan out(PlannedRig::kByHand_s);
+  out.by_hand = true;
   const double force_N = rig.force_of(load);
   out.note = fmt::format("{:.4g} g = {:.4g} N; about {:.0f} s for the operator",
-                         force_N / rig.known().gravity_m_s2 * 1e3, force_N, kOperator_s);
+                         force_N / rig.known().gravity_m_s2 * 1e3, force_N, out.seconds);
   rig.go_to_force(force_N, load.kind == TargetKind::mass ? nullptr : &load.value, out);
   rig.foresee(force_N, 0);
   return out;

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <variant>
 
+#include "protocols/steps/ask.hpp"
 #include "protocols/steps/find_contact.hpp"
 #include "protocols/steps/hold.hpp"
 #include "protocols/steps/mark.hpp"
@@ -32,7 +33,7 @@ namespace lcrig {
 // In the order in which messages list the words.
 using Action = std::variant<ZeroStep, FindContactStep, RampStep, MoveUntilStep, HoldStep,
                             MeasureStep, PlaceWeightStep, RecordStep, SetLcrStep, RepeatStep,
-                            SweepStep, MarkStep, SetGapStep>;
+                            SweepStep, MarkStep, SetGapStep, AskStep>;
 
 struct Step {
   std::string id;  // unique in the file

@@ -290,6 +290,29 @@ class Writer {
     const double each_s = is_beyond(c) ? 0.01 : 0.4;
     out.push_back(step("measure", {{"count", count}, {"within_s", count * each_s}}));
   }
+  // Beyond: a default that does not fit its range.
+  void ask(json& out, const Choice& c) {
+    const bool wrong = is_beyond(c);
+    json more{{"text", "what is it?"}, {"timeout_s", 5 + c.at[1] % 60}};
+    switch (wrong ? 1 : c.at[0] % 4) {
+      case 0: more["answer"] = "confirmation"; break;
+      case 1:
+        more.update({{"answer", "number"}, {"range_um", {10, 500}}});
+        if (wrong || c.at[2] % 2 == 0) more["default_um"] = wrong ? 600 : 10 + c.at[2] % 400;
+        break;
+      case 2:
+        more.update({{"answer", "choice"}, {"choices", {"one", "other"}}});
+        if (c.at[2] % 2 == 0) more["default"] = "other";
+        break;
+      default:
+        more["answer"] = "line";
+        if (c.at[2] % 2 == 0) more["default"] = "nothing";
+    }
+    const bool has_default = more.contains("default") || more.contains("default_um");
+    if (has_default && c.at[2] % 4 == 0) more["on_timeout"] = "default";
+    if (c.at[2] % 5 == 1) more["on_timeout"] = "wait";
+    out.push_back(step("ask", more));
+  }
   void set_lcr(json& out, const Choice& c) {
     json more = json::object();
     if (c.at[0] % 2 == 0) more["frequency_Hz"] = is_beyond(c) ? 5e6 : 1000.0 * (1 + c.at[1] % 20);
@@ -352,7 +375,9 @@ class Writer {
 
   void add(const Choice& c, json& out, bool may_nest) {
     switch (c.kind) {
-      case 0: return out.push_back(step("mark", {{"text", "here"}}));
+      case 0:
+        if (c.at[1] % 2 == 0) return ask(out, c);
+        return out.push_back(step("mark", {{"text", "here"}}));
       case 1: return wait_instead(out, c);
       case 2: return measure(out, c);
       case 3:

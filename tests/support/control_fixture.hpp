@@ -52,6 +52,18 @@ class FakeHandler : public ControlHandler {
   }
   Task<Result<>> ask_instruments(PeerCredentials) override { co_return done("ask"); }
   Task<Result<>> confirm(PeerCredentials) override { co_return done("confirm"); }
+  Task<Result<Answered>> answer(AnswerRequest request, PeerCredentials) override {
+    auto ok = done("answer " + answer_words(request.value, "") +
+                   (request.question ? " to " + std::to_string(*request.question) : ""));
+    if (!ok) co_return fail(ok.error());
+    Answered taken;
+    taken.run = 7;
+    taken.question.step_id = "thickness";
+    taken.question.type = AnswerType::number;
+    taken.question.unit = "um";
+    taken.value = request.value;
+    co_return taken;
+  }
   Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials) override {
     co_return done("note " + std::to_string(run) + " " + text);
   }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "daemon/rig/instruments.hpp"
+#include "daemon/rig/sim_respondent.hpp"
 #include "drivers/dead_weight/sim.hpp"
 #include "drivers/lcr6100/driver.hpp"
 #include "drivers/lcr6100/sim.hpp"
@@ -104,6 +105,7 @@ class RigInstruments final : public Instruments, private BenchDoor {
   LcrMeter& meter() override { return *meter_; }
   LoadFrame& frame() override { return *frame_; }
   Operator& person() override { return person_; }
+  Respondent* respondent() override { return &respondent_; }
   BenchDoor* door() override { return this; }
   TruthScene& scene() { return scene_; }
   const Plant& truth() const { return plant_; }
@@ -195,6 +197,8 @@ class RigInstruments final : public Instruments, private BenchDoor {
   Plant plant_;
   TruthScene scene_;
   SimOperator person_;
+  SimRespondent respondent_{clock_, std::chrono::seconds(2), [this] { return person_.is_absent(); },
+                            Answers()};
   std::unique_ptr<lcr6100::Lcr6100Sim> meter_sim_;
   std::unique_ptr<ZwickSim> frame_sim_;
   std::unique_ptr<LcrMeter> meter_;

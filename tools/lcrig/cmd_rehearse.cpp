@@ -89,6 +89,7 @@ class RehearseCommand final : public Command {
     list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
     list.option("--faults", faults_, "FILE", "Let things go wrong as this script says");
+    list.option("--answers", answers_, "FILE", "Answers to the questions of the protocol");
   }
 
   Outcome<ExitCode> run(Context& context) override {
@@ -144,6 +145,12 @@ class RehearseCommand final : public Command {
       if (!text) return Failure(text.error(), "give another --faults");
       out.faults_name = faults_;
       out.faults_text = std::move(*text);
+    }
+    if (!answers_.empty()) {
+      auto text = read_text_file(answers_);
+      if (!text) return Failure(text.error(), "give another --answers");
+      out.answers_name = answers_;
+      out.answers_text = std::move(*text);
     }
     out.seed = seed_;
     if (realistic_) out.errors = ErrorScope::everything;
@@ -205,7 +212,7 @@ class RehearseCommand final : public Command {
     return bench_refused(rig.error(), !wanted.bench_text.empty());
   }
 
-  std::string protocol_, specimen_, bench_ = kUsualBench, operator_, note_, faults_;
+  std::string protocol_, specimen_, bench_ = kUsualBench, operator_, note_, faults_, answers_;
   std::vector<std::string> parameters_;
   std::optional<std::uint64_t> seed_;
   bool realistic_ = false;

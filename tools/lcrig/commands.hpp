@@ -7,7 +7,7 @@
 namespace lcrig::cli {
 
 extern const CommandFactory kRunCommand, kRehearseCommand, kStatusCommand, kWatchCommand,
-    kPauseCommand, kResumeCommand, kAbortCommand, kFreezeCommand, kConfirmCommand,
+    kPauseCommand, kResumeCommand, kAbortCommand, kFreezeCommand, kConfirmCommand, kAnswerCommand,
     kProtocolListCommand, kProtocolShowCommand, kProtocolCheckCommand, kProtocolPlanCommand,
     kSpecimenAddCommand, kSpecimenListCommand, kSpecimenShowCommand, kRunsListCommand,
     kRunsShowCommand, kRunsNoteCommand, kExportCommand, kAnalyzeCommand, kVerifyCommand,

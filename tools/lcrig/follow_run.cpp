@@ -12,6 +12,7 @@
 #include <csignal>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/text.hpp"
 #include "events/event_words.hpp"
@@ -101,6 +102,7 @@ class Follower {
     if (!ours(status.run)) return;
     run_ = status.run;
     prompted_ = !status.prompt.empty();
+    question_ = status.question;
     line_.show(status);
   }
   void on(const RunEventNote& note) {
@@ -119,6 +121,7 @@ class Follower {
   }
   void on(const ControlAnswer& answer) {
     if (!answer.failure) return;
+    prompted_ = prompted_ || question_;  // an answer that does not fit is typed again
     line_.say("lcrig: " + printable(answer.failure->what, kLongestWords));
   }
 
@@ -149,11 +152,17 @@ class Follower {
       typing_ = false;
       return 0;
     }
-    if (!prompted_ || std::memchr(buffer.data(), '\n', static_cast<std::size_t>(n)) == nullptr) {
-      return 0;
-    }
-    prompted_ = false;  // one Enter, one confirmation
-    return client_.post("run.confirm", json::object());
+    typed_.append(buffer.data(), static_cast<std::size_t>(n));
+    const auto end = typed_.find('\n');
+    if (end == typed_.npos && typed_.size() <= kAnswerMax) return 0;
+    const std::string line = typed_.substr(0, end);
+    typed_.clear();
+    if (!std::exchange(prompted_, false)) return 0;  // one Enter, one confirmation
+    if (!question_) return client_.post("run.confirm", json::object());
+    AnswerRequest answer;
+    answer.value = line;
+    answer.question = question_->number;
+    return client_.post("run.answer", to_json(answer));
   }
 
   Context& context_;
@@ -165,6 +174,8 @@ class Follower {
   std::int64_t run_ = 0;
   int stops_ = 0;
   bool prompted_ = false;
+  std::optional<OpenQuestion> question_;  // of the prompt; none: it is confirmed
+  std::string typed_;  // since the last Enter
   bool typing_ = options_.owner && context_.console.in_tty;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shows a run of the daemon until it ends; Enter confirms, Ctrl-C stops.
+// Shows a run of the daemon until it ends; Enter confirms or answers, Ctrl-C stops.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@ namespace lcrig::cli {
 
 struct FollowOptions {
   std::int64_t run = 0;  // 0: whichever goes on
-  // `lcrig run`: Enter confirms a prompt, the first Ctrl-C aborts the run and waits for its end,
-  // the second one leaves. Otherwise (`lcrig watch`) Ctrl-C just leaves.
+  // `lcrig run`: Enter confirms a prompt or sends the answer before it, the first Ctrl-C aborts the
+  // run and waits for its end, the second one leaves. Otherwise (`lcrig watch`) Ctrl-C just leaves.
   bool owner = false;
 };
 

@@ -163,8 +163,14 @@ void LiveLine::show_prompt(const RunStatus& s) {
   if (s.prompt == last_prompt_) return;
   last_prompt_ = s.prompt;
   if (s.prompt.empty()) return;
+  const auto asked = ascii(s.prompt, kLongestWords);
+  if (s.question && s.question->question.type != AnswerType::confirmation) {
+    const char* how =
+        console_.in_tty ? "type the answer and press Enter" : "type: lcrig answer VALUE";
+    return say(fmt::format("{}  ({})", asked, how));
+  }
   const char* how = console_.in_tty ? "press Enter" : "type: lcrig confirm";
-  say(fmt::format("{}  ({} when done)", ascii(s.prompt, kLongestWords), how));
+  say(fmt::format("{}  ({} when done)", asked, how));
 }
 
 void LiveLine::show(const RunStatus& s) {

@@ -273,6 +273,7 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
     }
     if (arg == "--") break;
     if (!arg.starts_with('-') || arg.size() < 2) continue;
+    if (number_from<double>(arg)) continue;  // one below zero
     const auto* option = known_option(sub, arg);
     if (option == nullptr) {
       return usage(fmt::format("lcrig {}: unknown option {}{}", command->name, arg,

@@ -82,6 +82,9 @@ void print_plan(std::ostream& out, const json& plan) {
   const auto number = [&plan](const char* key) { return plan.at(key).get<double>(); };
   print_steps(out, plan.at("steps"));
   fmt::print(out, "\nduration      {}\n", format_time(number("duration_s")));
+  if (const double hand_s = plan.value("hand_s", 0.0); hand_s > 0) {
+    fmt::print(out, "by hand       {} of it needs a person\n", format_time(hand_s));
+  }
   fmt::print(out, "readings      {} of measure steps, about {} recorded in all\n",
              plan.at("measure_readings").get<std::int64_t>(),
              plan.at("lcr_readings").get<std::int64_t>());

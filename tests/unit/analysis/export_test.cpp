@@ -242,6 +242,23 @@ TEST_F(ExportTest, EventsAreQuotedAndHarmless) {
             "seq,t_s,kind,step,detail\r\n1,1.5,mark,s,\"'=cmd, \"\"x\"\"\"\r\n");
 }
 
+TEST_F(ExportTest, AnswersAreTypedAndHarmless) {
+  begin();
+  event(
+      1, 1500, "answer",
+      R"({"question":"Thickness","type":"number","number":125.5,"unit":"um","source":"person","by":"ada","repeat":2})");
+  event(
+      2, 2500, "answer",
+      R"({"question":"Seen","type":"line","text":"=1+1","source":"default","repeat":0,"from_run":7})");
+  event(3, 3500, "answer",
+        R"({"question":"Clean","type":"confirmation","source":"person","by":"ada","repeat":0})");
+  EXPECT_EQ(exported(Layout::answers),
+            "seq,t_s,step,repeat,question,type,number,unit,text,source,answered_by,from_run\r\n"
+            "1,1.5,s,2,Thickness,number,125.5,um,,person,ada,\r\n"
+            "2,2.5,s,0,Seen,line,,,'=1+1,default,,7\r\n"
+            "3,3.5,s,0,Clean,confirmation,,,,person,ada,\r\n");
+}
+
 // Records of a CSV text: quotes are obeyed, everything else is a cell.
 std::size_t count_records(const std::string& csv) {
   std::size_t records = 0;
@@ -292,7 +309,7 @@ TEST_F(ExportTest, ThePackageDescribesEveryColumnOfEveryFile) {
   reading(1, 0, 60, "1, 1, 1, 0, 'Cp-Rp', '', 1e-12, NULL");
   auto files = export_run(db_, run_, {dir_.file("out"), false, {}});
   ASSERT_TRUE(files) << files.error().what;
-  EXPECT_EQ(files->files.size(), 6U);
+  EXPECT_EQ(files->files.size(), 7U);
   const auto package = nlohmann::json::parse(read(dir_.file("out/datapackage.json")));
   EXPECT_EQ(package["profile"], "tabular-data-package");
   EXPECT_EQ(package["lcrig"]["simulated"], true);
@@ -300,7 +317,7 @@ TEST_F(ExportTest, ThePackageDescribesEveryColumnOfEveryFile) {
   EXPECT_EQ(package["lcrig"]["started"], "2026-01-01T00:00:00.250+00:00");
   EXPECT_EQ(package["lcrig"]["ended"], nullptr);
   EXPECT_FALSE(package.contains("licenses")) << "nobody stated one";
-  ASSERT_EQ(package["resources"].size(), 5U);
+  ASSERT_EQ(package["resources"].size(), 6U);
   for (const auto& resource : package["resources"]) {
     std::string header;
     for (const auto& field : resource["schema"]["fields"]) {

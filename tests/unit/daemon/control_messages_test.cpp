@@ -27,6 +27,15 @@ TEST(ControlMessages, EveryStructSurvivesTheWire) {
   s.run->state = RunState::waiting_for_operator;
   s.run->prompt = "place 50 g";
   s.run->travel_m = -1.25e-4;
+  OpenQuestion& open = s.run->question.emplace();
+  open.number = 3;
+  open.question.step_id = "surface";
+  open.question.text = "The surface";
+  open.question.type = AnswerType::choice;
+  open.question.choices = {"clean", "dusty"};
+  open.question.fallback = std::string("clean");
+  open.question.on_timeout = OnTimeout::use_default;
+  s.run->question_left_s = 12.5;
   s.last_run.emplace();
   s.last_run->exit_status = ExitStatus::fail;
   s.last_run->code = Errc::no_reply;
@@ -51,6 +60,26 @@ TEST(ControlMessages, OfAnOlderDaemonWhatIsThereIsRead) {
   EXPECT_EQ(old->instruments[0].age_s, 3);
   EXPECT_EQ(old->instruments[1].condition, InstrumentCondition::unasked);
   EXPECT_EQ(old->instruments[1].why, "not asked since its port came");
+}
+
+TEST(ControlMessages, AnAnswerHasAValueAndMayNameItsQuestion) {
+  for (const char* good :
+       {R"({"value":125.5})", R"({"value":"dusty","question":3})", R"({"value":true})"}) {
+    const auto request = parse_answer_request(json::parse(good));
+    ASSERT_TRUE(request) << request.error().what;
+    EXPECT_EQ(to_json(*request), json::parse(good));
+  }
+  for (const auto& [wrong, why] : std::vector<std::pair<const char*, const char*>>{
+           {R"({})", "/params/value: is missing"},
+           {R"({"value":null})", "/params/value: is missing"},
+           {R"({"value":[1]})", "/params/value: expected a text, a number or true"},
+           {R"({"value":1,"question":"3"})", "/params/question: expected a whole number"},
+           {R"({"value":1,"step":"a"})", "/params/step: unknown member"}}) {
+    const auto request = parse_answer_request(json::parse(wrong));
+    ASSERT_FALSE(request) << wrong;
+    EXPECT_THAT(request.error().what, HasSubstr(why));
+  }
+  EXPECT_FALSE(parse_answer_request(json{{"value", std::string(5000, 'x')}}));
 }
 
 TEST(ControlMessages, AWrongTypeInAnAnswerIsGarbledAndNamed) {

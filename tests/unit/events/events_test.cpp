@@ -112,6 +112,25 @@ TEST(EventPayload, OfAStateIsWhatWasStored) {
   expect_stored(ContinuesEvent{12, "load", 4}, R"({"run":12,"step":"load","steps_done":4})");
 }
 
+TEST(EventPayload, OfAnAnswerIsWhatWasStored) {
+  AnswerEvent number{"Thickness \"by gauge\"",
+                     "number",
+                     125.5,
+                     "um",
+                     std::nullopt,
+                     "person",
+                     "ada",
+                     2,
+                     std::nullopt};
+  expect_stored(
+      number, R"({"question":"Thickness \"by gauge\"","type":"number","number":125.5,"unit":"um",)"
+              R"("source":"person","by":"ada","repeat":2})");
+  expect_stored(AnswerEvent{"The surface", "choice", std::nullopt, std::nullopt, "dusty", "default",
+                            std::nullopt, 0, 7},
+                R"({"question":"The surface","type":"choice","text":"dusty","source":"default",)"
+                R"("repeat":0,"from_run":7})");
+}
+
 TEST(EventPayload, OfSettingsAndRequestsIsWhatWasStored) {
   SettingsEvent s{"Cp-D", 1000.0, 1.0, std::nullopt, "fast", 1.0, "internal", 0.065};
   expect_stored(s,

@@ -236,7 +236,7 @@ TEST_F(Anchors, AreReadAsTheyAreWritten) {
 
 TEST_F(Anchors, OfARunBeforeThereWereAnchorsAreNotMissed) {
   tamper(db_,
-         "DROP TABLE run_anchor; DROP TABLE queue_attempt; DROP TABLE queue_act;"
+         "DROP TABLE run_anchor; DROP VIEW v_answer; DROP TABLE queue_attempt; DROP TABLE queue_act;"
          "DROP TABLE queue_entry; DROP TABLE queue_text; DROP TABLE queue_state;"
          "PRAGMA user_version = 2");
   db_ = Database();

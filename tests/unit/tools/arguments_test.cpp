@@ -107,7 +107,7 @@ TEST(Arguments, HelpNamesEveryCommand) {
   cli.run({"--help"});
   for (const auto* word :
        {"run", "rehearse", "status", "watch", "pause", "resume", "abort", "freeze", "confirm",
-        "protocol", "specimen", "runs", "export", "analyze", "verify"}) {
+        "answer", "protocol", "specimen", "runs", "export", "analyze", "verify"}) {
     EXPECT_THAT(cli.out.str(), HasSubstr(word));
   }
 }
@@ -125,7 +125,7 @@ TEST(Arguments, AnUnreachableDaemonIsThreeAndSaysHowToGoOn) {
     EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("no-daemon.sock"),
                                      HasSubstr("systemctl status lcrigd"), HasSubstr(advice)));
   };
-  for (const auto* verb : {"status", "watch", "resume", "confirm"}) {
+  for (const auto* verb : {"status", "watch", "resume", "confirm", "answer"}) {
     expect_unreachable(verb, "rehearse");
   }
   for (const auto* verb : {"pause", "abort", "freeze"}) expect_unreachable(verb, "E-stop");

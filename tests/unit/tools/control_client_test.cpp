@@ -100,6 +100,33 @@ TEST_F(Served, VerbsReachTheDaemon) {
   });
 }
 
+TEST_F(Served, AnAnswerNamesTheQuestionThatItIsFor) {
+  EXPECT_EQ(cli.run({"answer"}), 0) << "nothing is known of a question: the daemon says what waits";
+  on_server([this] {
+    OpenQuestion open;
+    open.number = 3;
+    open.question.step_id = "thickness";
+    open.question.text = "Thickness by gauge";
+    open.question.type = AnswerType::number;
+    open.question.unit = "um";
+    open.question.min = 20;
+    open.question.max = 400;
+    handler.state.run.emplace();
+    handler.state.run->question = open;
+  });
+  EXPECT_EQ(cli.run({"answer", "125.5"}), 0) << cli.err.str();
+  EXPECT_EQ(cli.out.str(), "step thickness: 125.5 um\n");
+  EXPECT_EQ(cli.run({"answer"}), cli::kUsage);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("step thickness asks \"Thickness by gauge\""),
+                                   HasSubstr("expected a number from 20 to 400 um"),
+                                   HasSubstr("lcrig answer VALUE")));
+  EXPECT_EQ(cli.run({"answer", "-5"}), 0) << "a number below zero is no option";
+  on_server([this] {
+    EXPECT_THAT(handler.calls,
+                ElementsAre("answer confirmed", "answer 125.5 to 3", "answer -5 to 3"));
+  });
+}
+
 TEST_F(Served, TheDaemonsRefusalKeepsItsWordsAndHint) {
   on_server([this] { handler.next_error = Error(Errc::no_reply, "lcr0: *IDN? -> no reply"); });
   EXPECT_EQ(cli.run({"pause"}), cli::kInstrument);

@@ -162,6 +162,16 @@ TEST_F(Shown, APromptIsSaidOnceWithHowToConfirm) {
   EXPECT_EQ(text.find("place 50 g"), text.rfind("place 50 g"));
 }
 
+TEST_F(Shown, AQuestionIsSaidWithHowToAnswer) {
+  LiveLine line(console, clock);
+  auto s = cycle();
+  s.state = RunState::waiting_for_operator;
+  s.prompt = "Thickness (a number from 20 to 400 um)";
+  s.question.emplace().question.type = AnswerType::number;
+  line.show(s);
+  EXPECT_THAT(err.str(), HasSubstr("(a number from 20 to 400 um)  (type: lcrig answer VALUE)"));
+}
+
 TEST(LiveLine, NothingIsLessThanZeroByLessThanItShows) {
   RunStatus s = cycle();
   s.force_N = -0.0004;

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// What people say to a run that waits for them: a confirmation, an answer.
+#include <utility>
+
+#include "daemon/app.hpp"
+#include "daemon/control/audit.hpp"
+
+namespace lcrig {
+
+Task<Result<>> App::confirm(PeerCredentials peer) {
+  Run* run = live_run();
+  if (run != nullptr && run->question()) {
+    const Question& question = run->question()->question;
+    if (question.type != AnswerType::confirmation) {
+      co_return fail(Errc::invalid_request, "step {} asks for {}: `lcrig answer VALUE`",
+                     question.step_id, expected_words(question));
+    }
+    auto answered = co_await answer(AnswerRequest(), std::move(peer));
+    if (!answered) co_return fail(answered.error());
+    co_return Result<>();
+  }
+  peer.user = co_await user_name(peer, kNamePatience);
+  const bool confirmed = person_.confirmed();
+  if (!confirmed && queue_ && queue_->awaits_consent()) {
+    co_return co_await queue_->answer("yes", std::nullopt, std::move(peer));
+  }
+  if (!confirmed) co_return fail(Errc::invalid_request, "nothing waits for confirmation");
+  recorder_->event(request_event(clock_.now(), "run.confirm", peer));
+  co_return Result<>();
+}
+
+// An answer that a client is told to be taken is in the database.
+Task<Result<Answered>> App::answer(AnswerRequest request, PeerCredentials peer) {
+  peer.user = co_await user_name(peer, kNamePatience);
+  Run* run = live_run();
+  if (run == nullptr) co_return fail(Errc::invalid_request, "no run is going on");
+  if (!run->question() && !person_.prompt().empty()) {
+    co_return fail(Errc::invalid_request,
+                   "run {} waits for a confirmation, not for an answer: `lcrig confirm`",
+                   run->progress().run);
+  }
+  if (!run->question() && run->progress().state == RunState::paused) {
+    co_return fail(
+        Errc::invalid_request,
+        "run {} is paused and waits for no answer: `lcrig resume`; what it asked it asks "
+        "again then",
+        run->progress().run);
+  }
+  const std::int64_t number = run->progress().run;
+  auto answered = run->answer(request.value, peer.user, request.question);
+  if (!answered) co_return fail(answered.error());
+  answered->run = number;
+  recorder_->event(request_event(clock_.now(), "run.answer", peer));
+  auto stored = co_await recorder_->flush();
+  if (!stored) co_return fail(stored.error());
+  co_return answered;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// A question that a protocol asks a person, and which answers it takes. The step `ask` asks, the
+// control socket, the command line and a rehearsal answer; all of them judge an answer by this.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "base/result.hpp"
+#include "base/time.hpp"
+
+namespace lcrig {
+
+enum class AnswerType { confirmation, choice, number, line };
+std::string_view to_string(AnswerType type);  // the word in files, messages and rows
+
+// What somebody typed, or the value of it: true for a confirmation, a number in the unit of the
+// question, one of its choices, or a line of text.
+using AnswerValue = std::variant<bool, double, std::string>;
+
+// What a question does that nobody answers in time.
+enum class OnTimeout { abort, wait, use_default };
+std::string_view to_string(OnTimeout what);
+
+struct Question {
+  std::string step_id, text;
+  AnswerType type = AnswerType::confirmation;
+  std::vector<std::string> choices;
+  double min = 0, max = 0;  // of a number, in `unit`
+  std::string unit;  // of a number, as the suffix of a key; empty: a pure number
+  std::optional<AnswerValue> fallback;  // the protocol's default
+  OnTimeout on_timeout = OnTimeout::abort;
+};
+
+inline constexpr std::size_t kAnswerMax = 1'000;  // bytes of a line
+
+// "a number from 20 to 400 um", "one of: clean, dusty".
+std::string expected_words(const Question& question);
+// What a person is asked: the text, and which answers it takes.
+std::string prompt_words(const Question& question);
+// "125.5 um", "clean", "confirmed".
+std::string answer_words(const AnswerValue& value, const std::string& unit);
+// The value of what was given: a text is read as the question's type. Errors: invalid_request, with
+// what was found and what is expected.
+Result<AnswerValue> read_answer(const Question& question, const AnswerValue& given);
+
+// Where an answer comes from.
+enum class AnswerSource {
+  person,
+  fallback,  // the protocol's default
+  file,  // of answers for a rehearsal
+  made_up  // by a rehearsal, which had neither
+};
+std::string_view to_string(AnswerSource source);
+
+struct GivenAnswer {
+  AnswerValue value;
+  AnswerSource source = AnswerSource::person;
+  std::string by;  // the person; empty: none
+};
+
+// An answer that was taken.
+struct Answered {
+  std::int64_t run = 0;
+  Question question;
+  AnswerValue value;
+};
+
+// The question that waits now.
+struct OpenQuestion {
+  Question question;
+  std::int64_t number = 0;  // of the run's questions, from 1; who answers may name it
+  std::optional<MonoTime> until;  // its time-out; absent: over, and it waits on
+};
+
+}  // namespace lcrig

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// ask: asks a person and stores the answer. The frame stands while it waits.
+#pragma once
+
+#include <string>
+
+#include "protocols/question.hpp"
+#include "protocols/steps/facts.hpp"
+
+namespace lcrig {
+
+struct AskStep {
+  static constexpr std::string_view kWord = "ask";
+  std::string text;
+  AnswerType type = AnswerType::confirmation;
+  std::vector<std::string> choices;
+  std::string unit;  // of a number: suffix of its range; empty: a pure number
+  double to_si = 1;  // ... and its factor
+  std::optional<Number> min, max;  // of a number, SI
+  std::optional<Number> default_number;  // SI
+  std::optional<std::string> default_text;  // of a choice or a line
+  Number timeout;  // s
+  OnTimeout on_timeout = OnTimeout::abort;
+
+  static AskStep parse(const StepReader& r);
+  StepFacts facts() const { return {.asks = this}; }
+  StepPlan plan(PlannedRig& rig) const;
+  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
+
+  // With the numbers that the references stand for now.
+  Question question(const std::string& step_id, const Environment& environment) const;
+};
+
+}  // namespace lcrig
