@@ -156,14 +156,14 @@ MaybeRefusal unfit(const AskStep& ask, const Question& q, const PlannedRig& rig)
   if (q.type != AnswerType::number) return std::nullopt;
   if (q.min > q.max) {
     return Refusal(fmt::format("its range is from {} to {} {}: nothing fits", q.min, q.max, q.unit),
-                   at_most(*ask.min, rig.get(*ask.max), rig.protocol()));
+                   at_most(*ask.min, rig.get(*ask.max), rig.asked()));
   }
   if (!q.fallback || read_answer(q, *q.fallback)) return std::nullopt;
   const bool above = std::get<double>(*q.fallback) > q.max;
   return Refusal(fmt::format("its default {} does not fit, expected {}",
                              answer_words(*q.fallback, q.unit), expected_words(q)),
-                 above ? at_most(*ask.default_number, rig.get(*ask.max), rig.protocol())
-                       : at_least(*ask.default_number, rig.get(*ask.min), rig.protocol()));
+                 above ? at_most(*ask.default_number, rig.get(*ask.max), rig.asked())
+                       : at_least(*ask.default_number, rig.get(*ask.min), rig.asked()));
 }
 
 }  // namespace
