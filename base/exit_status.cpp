@@ -8,7 +8,8 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::array<std::string_view, 4> kWords{"success", "abort", "fail", "interrupted"};
+constexpr std::array<std::string_view, 5> kWords{"success", "abort", "fail", "interrupted",
+                                                 "stopped"};
 
 }  // namespace
 

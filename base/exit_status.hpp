@@ -8,8 +8,13 @@
 
 namespace lcrig {
 
-// `interrupted`: its daemon died, the next one closed the run.
-enum class ExitStatus { success, abort, fail, interrupted };
+// `interrupted`: its daemon died, the next one closed the run. `stopped`: it finished what it was
+// asked to finish, and unloaded; the rest of the protocol was left out.
+enum class ExitStatus { success, abort, fail, interrupted, stopped };
+// Nothing went wrong: the specimen is unloaded, and all that was recorded is whole.
+constexpr bool ended_well(ExitStatus status) {
+  return status == ExitStatus::success || status == ExitStatus::stopped;
+}
 std::string_view to_string(ExitStatus status);
 // `absent` stands for a run that has not ended.
 std::string_view to_string(std::optional<ExitStatus> status, std::string_view absent);

@@ -65,6 +65,9 @@ class App final : public ControlHandler, public QueueHost {
 
   Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials peer) override;
   Task<Result<>> pause(PeerCredentials peer) override;
+  Task<Result<StopAnswer>> pause_at(StopPlace place, PeerCredentials peer) override;
+  Task<Result<StopAnswer>> stop_after(StopPlace place, std::string why,
+                                      PeerCredentials peer) override;
   Task<Result<RunStarted>> resume(std::optional<std::int64_t> run, bool confirmed,
                                   PeerCredentials peer) override;
   Task<Result<StopAnswer>> abort(std::string why, PeerCredentials peer) override;
@@ -123,6 +126,8 @@ class App final : public ControlHandler, public QueueHost {
   Task<Result<>> make_session(PreparedRun prepared, LearnedBy why);
   Task<> run_to_its_end();
   Task<Result<StopAnswer>> stop_run(Interrupt kind, std::string why, PeerCredentials peer);
+  Task<Result<StopAnswer>> ask_at(PlannedStops::Kind kind, StopPlace place, std::string why,
+                                  PeerCredentials peer);
   StopAnswer stop_start(Interrupt kind, std::string why);
   Task<Result<StopAnswer>> confirm_stop(Run& run, std::uint64_t stands, std::uint64_t failures);
   Task<std::string> user_name(const PeerCredentials& peer, Duration patience) const;

@@ -34,8 +34,12 @@ Result<> check_interrupted(const Database& db, std::int64_t run) {
   if (!listing) return fail(listing.error());
   if (listing->exit_status != ExitStatus::interrupted) {
     return fail(Errc::invalid_request,
-                "run {} ended with `{}`: only a run that was interrupted can be continued", run,
-                to_string(listing->exit_status, "nothing yet"));
+                "run {} ended with `{}`: only a run that was interrupted can be continued{}", run,
+                to_string(listing->exit_status, "nothing yet"),
+                listing->exit_status == ExitStatus::stopped
+                    ? "; this one unloaded, so what it left out needs a new run (contact is found "
+                      "anew)"
+                    : "");
   }
   auto next = db.integer(fmt::format(
       "SELECT coalesce(max(run_id), 0) FROM event WHERE kind = 'continues' AND run_id > {} AND "

@@ -175,6 +175,13 @@ void fields(F& f, RequestEvent& e) {
   f.field("why", e.why);
 }
 
+template <class F, EventKind kind>
+void fields(F& f, AtAPlace<kind>& e) {
+  f.field("place", e.place);
+  f.field("step", e.step);
+  f.field("steps_done", e.steps_done);
+  f.field("why", e.why);
+}
 template <class F>
 void fields(F& f, AnswerEvent& e) {
   f.field("question", e.question);
@@ -249,6 +256,8 @@ LCRIG_PAYLOAD(SettingsEvent)
 LCRIG_PAYLOAD(RunPoint)
 LCRIG_PAYLOAD(RequestEvent)
 LCRIG_PAYLOAD(AnswerEvent)
+LCRIG_PAYLOAD(StopAfterEvent)
+LCRIG_PAYLOAD(PauseAtEvent)
 #undef LCRIG_PAYLOAD
 
 }  // namespace lcrig

@@ -139,6 +139,17 @@ struct RequestEvent {
   std::optional<std::string> why;
 };
 
+// A stop or a pause is to come by itself, at the end of what is under way.
+template <EventKind kind>
+struct AtAPlace {
+  static constexpr EventKind kKind = kind;
+  std::string place, step;  // step: the last one
+  std::int64_t steps_done = 0;  // leaf steps that are done then
+  std::string why;
+};
+using StopAfterEvent = AtAPlace<EventKind::stop_after>;
+using PauseAtEvent = AtAPlace<EventKind::pause_at>;
+
 // What a person answered to an `ask` step.
 struct AnswerEvent {
   static constexpr EventKind kKind = EventKind::answer;

@@ -15,6 +15,9 @@ std::int64_t passes(const Step& step, const Environment& environment) {
 StepCursor::StepCursor(const Steps& steps, Environment& environment)
     : steps_(steps), environment_(environment) {}
 
+StepCursor::StepCursor(const StepCursor& at, Environment& environment)
+    : steps_(at.steps_), environment_(environment), at_(at.at_), loops_(at.loops_) {}
+
 void StepCursor::set_variable(const Loop& loop) {
   const SweepStep* sweep = facts_of(*loop.step).sweep;
   if (sweep != nullptr) environment_.set(sweep->name, sweep->value(loop.index, environment_));
@@ -91,6 +94,13 @@ std::int64_t StepCursor::repeats() const {
 
 bool places_weights(const Steps& steps) {
   return any_step(steps, [](const StepFacts& facts) { return facts.places_weight; });
+}
+
+bool has_safe_point(const Steps& steps) {
+  return std::ranges::any_of(steps, [](const Step& step) {
+    const StepFacts facts = facts_of(step);
+    return step.safe_point || (facts.inside != nullptr && has_safe_point(*facts.inside));
+  });
 }
 
 bool asks_person(const Steps& steps) {

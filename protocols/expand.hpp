@@ -25,12 +25,15 @@ class StepCursor {
   };
 
   StepCursor(const Steps& steps, Environment& environment);
+  // Goes on from where `at` is, with the values of another environment.
+  StepCursor(const StepCursor& at, Environment& environment);
 
   // The next leaf step (never a repeat or sweep); nullptr at the end, and from then on.
   const Step* next();
   // The outermost `repeat` around the step last returned; 0 when there is none.
   std::int64_t repeat() const;
   std::int64_t repeats() const;
+  const Environment& environment() const { return environment_; }
   // Outermost first.
   const std::vector<Loop>& loops() const { return loops_; }
 
@@ -50,6 +53,8 @@ class StepCursor {
 std::int64_t passes(const Step& step, const Environment& environment);
 // Whether any of them is a place_weight: the rig must be a rod with dead weights.
 bool places_weights(const Steps& steps);
+// Whether any of them is marked as a safe point.
+bool has_safe_point(const Steps& steps);
 // Whether any of them asks a person.
 bool asks_person(const Steps& steps);
 // Whether any step of the protocol is a motion.

@@ -137,6 +137,48 @@ Answer on_answer(ControlHandler& handler, json params, PeerCredentials peer) {
   co_return to_json(*answered);
 }
 
+// The place that a member names.
+std::optional<StopPlace> place_of(ParamsReader& in, const char* key, bool required) {
+  std::string word;
+  in.text(key, word, required);
+  if (word.empty()) return std::nullopt;
+  const auto place = parse_stop_place(word);
+  if (!place) {
+    in.fail_with(
+        Error(Errc::invalid_request, fmt::format("{}: \"{}\", expected one of {}", in.pointer(key),
+                                                 printable(word, 60), stop_place_words())));
+  }
+  return place;
+}
+
+Answer on_pause(ControlHandler& handler, json params, PeerCredentials peer) {
+  ParamsReader in(params, "/params");
+  const auto at = place_of(in, "at", false);
+  in.refuse_unknown();
+  if (auto ok = in.finish(); !ok) co_return bad_params(ok.error());
+  if (at) {
+    auto later = co_await handler.pause_at(*at, std::move(peer));
+    if (!later) co_return refused(later.error());
+    co_return to_json(*later);
+  }
+  auto done = co_await handler.pause(std::move(peer));
+  if (!done) co_return refused(done.error());
+  co_return json::object();
+}
+
+Answer on_stop_after(ControlHandler& handler, json params, PeerCredentials peer) {
+  std::string why;
+  ParamsReader in(params, "/params");
+  const auto after = place_of(in, "after", true);
+  in.text("why", why, false, kWhyMax);
+  in.refuse_unknown();
+  if (!after) in.fail_with(Error(Errc::invalid_request, "/params/after: is empty"));
+  if (auto ok = in.finish(); !ok) co_return bad_params(ok.error());
+  auto later = co_await handler.stop_after(*after, std::move(why), std::move(peer));
+  if (!later) co_return refused(later.error());
+  co_return to_json(*later);
+}
+
 Answer on_note(ControlHandler& handler, json params, PeerCredentials peer) {
   std::int64_t run = 0;
   std::string text;
@@ -162,15 +204,16 @@ constexpr const char* kCheck =
     "change what the message names; --dry-run tries it again and moves nothing";
 constexpr const char* kLook = "lcrig status   (what goes on)";
 
-constexpr std::array<ControlMethod, 14> kMethods{
+constexpr std::array<ControlMethod, 15> kMethods{
     {{"status", on_status, kLook},
      {"watch", on_status, kLook},  // the session subscribes
      {"version", on_version, kLook},
      {"run.start", on_start, kCheck},
      {"run.plan", on_plan, kCheck},
      {"instruments.ask", on_ask, kLook},
-     {"run.pause", on_plain<&ControlHandler::pause>, kLook},
+     {"run.pause", on_pause, kLook},
      {"run.resume", on_resume, "lcrig status   (what goes on)"},
+     {"run.stop", on_stop_after, kLook},
      {"run.abort", on_stop<&ControlHandler::abort>, kLook},
      {"run.freeze", on_stop<&ControlHandler::freeze>, kLook},
      {"run.confirm", on_plain<&ControlHandler::confirm>, kLook},

@@ -25,6 +25,11 @@ class ControlHandler {
   // whatever the instruments said.
   virtual Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials peer) = 0;
   virtual Task<Result<>> pause(PeerCredentials peer) = 0;
+  // The same, and a stop, at the end of what is under way. Return at once, with when that will be.
+  // Errors: invalid_request.
+  virtual Task<Result<StopAnswer>> pause_at(StopPlace place, PeerCredentials peer) = 0;
+  virtual Task<Result<StopAnswer>> stop_after(StopPlace place, std::string why,
+                                              PeerCredentials peer) = 0;
   // Goes on after a pause, or (with `run`) continues an interrupted run at its step, in a new run:
   // `confirmed` says that a person found the specimen untouched; without it the run asks first.
   // Returns the run that goes on.

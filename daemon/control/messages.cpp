@@ -229,6 +229,8 @@ json to_json(const RunStatus& s) {
               {"step_kind", s.step_kind},
               {"prompt", s.prompt},
               {"question", question_json(s)},
+              {"stops_after", s.stops_after.empty() ? json() : json(s.stops_after)},
+              {"pauses_at", s.pauses_at.empty() ? json() : json(s.pauses_at)},
               {"repeat", s.repeat},
               {"repeats", s.repeats},
               {"elapsed_s", s.elapsed_s},
@@ -270,6 +272,8 @@ Result<RunStatus> parse_run_status(const json& value) {
   in.quantity("travel_mm", s.travel_m, -3);
   in.quantity("gap_mm", s.gap_m, -3);
   in.quantity("pressure_kPa", s.pressure_Pa, 3);
+  if (in.member("stops_after") != nullptr) in.text("stops_after", s.stops_after);
+  if (in.member("pauses_at") != nullptr) in.text("pauses_at", s.pauses_at);
   if (const auto* question = in.member("question")) {
     auto open = parse_question(*question, s.question_left_s);
     if (!open) return fail(open.error());

@@ -13,6 +13,7 @@
 #include "base/result.hpp"
 #include "daemon/run_request.hpp"
 #include "protocols/run/sink.hpp"
+#include "protocols/stop_places.hpp"
 
 namespace lcrig {
 
@@ -36,13 +37,13 @@ struct AnswerRequest {
   std::optional<std::int64_t> question;
 };
 
-// What came of an abort or a freeze.
+// What came of an abort or a freeze, or of a stop or a pause that waits.
 struct StopAnswer {
   StopAnswer() = default;
   StopAnswer(bool s, std::string st, std::string n)
       : standing(s), state(std::move(st)), note(std::move(n)) {}
   bool standing = false;  // the frame confirmed it after this request
-  std::string state;  // "standing", "finally", "not_begun", "not_ours"
+  std::string state;  // "standing", "finally", "not_begun", "not_ours", "later"
   std::string note;  // in words
 };
 

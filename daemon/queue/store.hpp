@@ -28,11 +28,11 @@ class QueueStore {
   // What `job` returned, a Result; or why the database could not be opened.
   template <class Job>
   Task<std::invoke_result_t<Job&, const Database&>> with(Job job) {
-    using Answer = std::invoke_result_t<Job&, const Database&>;
+    using JobResult = std::invoke_result_t<Job&, const Database&>;
     const auto is_free = [this] { return !busy_; };
     co_await free_.wait(is_free);
     busy_ = true;
-    const auto aside = [this, &job]() -> Answer {
+    const auto aside = [this, &job]() -> JobResult {
       if (auto there = connect(); !there) return fail(there.error());
       auto answer = job(std::as_const(*db_));
       // A connection that met an I/O error is not to be trusted.

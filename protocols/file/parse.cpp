@@ -177,6 +177,9 @@ void parse_steps(const JsonReader& top, const Scope& scope, Protocol& out) {
     finally_steps.refuse(
         "a step that asks, expected none: `finally` unloads the specimen when nobody may be there");
   }
+  if (has_safe_point(out.finally_steps)) {
+    finally_steps.refuse("a safe point, expected none: `finally` runs to its end");
+  }
   const bool loads = commands_frame(out) || places_weights(out.steps);
   if (loads && !out.limits.force_min) {
     top.at("limits").refuse("no force window, expected force_N in a protocol that loads");

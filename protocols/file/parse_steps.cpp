@@ -35,6 +35,16 @@ struct TargetRow {
   Dimension dimension;
   Range range;
 };
+// A loop has no single end: each of its passes has one.
+void read_safe_point(const JsonReader& r, Step& step) {
+  const auto given = r.find("safe_point");
+  if (!given) return;
+  step.safe_point = given->boolean();
+  if (facts_of(step).inside != nullptr) {
+    given->refuse("a safe point behind a loop, expected one at a step inside it, or behind it");
+  }
+}
+
 constexpr Range kLengths{-10, 10};  // m
 constexpr TargetRow kTargets[] = {
     {TargetKind::travel, "travel", Dimension::length, kLengths},
@@ -100,6 +110,7 @@ Step StepsParser::parse_step(const JsonReader& r) {
   const auto index = kind.word<std::size_t>(kStepWords);
   if (!kind.sound()) return step;  // nobody knows which keys it has
   step.action = kStepParsers[index](StepReader(r, scope_, *this));
+  read_safe_point(r, step);
   r.no_other_keys();
   return step;
 }

@@ -51,6 +51,18 @@ void estimate_size(const Protocol& protocol, const Rig& rig, Plan& plan) {
                      kBytesPerSample * static_cast<double>(plan.frame_samples));
 }
 
+nlohmann::json places_json(const PlannedPlaces& p) {
+  nlohmann::json safe_points = nlohmann::json::array();
+  for (const auto& [id, times] : p.safe_points) {
+    safe_points.push_back({{"id", id}, {"times", times}});
+  }
+  return {{"steps", p.steps},
+          {"levels", p.levels},
+          {"cycles", p.cycles},
+          {"repeats", p.repeats},
+          {"safe_points", std::move(safe_points)}};
+}
+
 }  // namespace
 
 Result<Plan> make_plan(const Protocol& protocol, const Environment& environment, const Rig& rig,
@@ -121,6 +133,7 @@ nlohmann::json to_json(const Plan& plan) {
           {"database_bytes", plan.bytes},
           {"aperture", to_string(plan.lcr.aperture)},
           {"aperture_note", plan.aperture_note},
+          {"stop_places", places_json(plan.places)},
           {"assumptions", plan.assumptions},
           {"steps", std::move(steps)}};
 }

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocols/plan/advice.hpp"
@@ -33,6 +34,12 @@ struct ForceUncertainty {
   double total_N() const { return class_N + zero_N + noise_N; }
 };
 
+// Where `lcrig stop --after` and `lcrig pause --at` may end what is under way.
+struct PlannedPlaces {
+  std::int64_t steps = 0, levels = 0, cycles = 0, repeats = 0;
+  std::vector<std::pair<std::string, std::int64_t>> safe_points;  // steps, and how often each runs
+};
+
 struct Plan {
   BoundLimits limits;
   LcrSettings lcr;  // at the start, with the aperture that was chosen
@@ -57,6 +64,7 @@ struct Plan {
   double travel_min_m = 0, travel_max_m = 0;  // envelope of machine travel; 0 0 without motion
   bool travel_from_contact = false;  // ... or counted from contact, where that is not known
   std::int64_t bytes = 0;  // of the database, about
+  PlannedPlaces places;  // without `finally`
   std::vector<std::string> assumptions;
   std::vector<PlannedStep> steps;
 };

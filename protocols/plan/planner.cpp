@@ -22,7 +22,8 @@ Planner::Planner(const Protocol& protocol, Environment& environment, const Rig& 
     : protocol_(protocol),
       environment_(environment),
       plan_(plan),
-      rig_(protocol, environment, rig, limits, plan) {}
+      rig_(protocol, environment, rig, limits, plan),
+      places_(environment) {}
 
 void Planner::refuse(const std::string& pointer, const std::string& id, Refusal refusal) {
   if (refused_) return;
@@ -171,6 +172,7 @@ bool Planner::walk_steps(const Steps& steps, bool in_finally) {
       return false;
     }
     account(*step, adds, in_finally);
+    if (!in_finally) count_places(cursor, *step);
   }
   const double took = plan_.duration_s - begun, most = to_seconds(protocol_.finally_timeout);
   if (in_finally && took > most) {
@@ -199,6 +201,22 @@ void Planner::account(const Step& step, const StepPlan& adds, bool in_finally) {
   row.total_s += adds.seconds;
   plan_.duration_s += adds.seconds;
   if (adds.by_hand) plan_.hand_s += adds.seconds;
+}
+
+void Planner::count_places(const StepCursor& cursor, const Step& step) {
+  PlannedPlaces& p = plan_.places;
+  ++p.steps;
+  p.levels += places_.ends(StopPlace::level, cursor, step) ? 1 : 0;
+  p.cycles += places_.ends(StopPlace::cycle, cursor, step) ? 1 : 0;
+  p.repeats += places_.ends(StopPlace::repeat, cursor, step) ? 1 : 0;
+  if (!step.safe_point) return;
+  const auto known =
+      std::ranges::find(p.safe_points, step.id, &decltype(p.safe_points)::value_type::first);
+  if (known == p.safe_points.end()) {
+    p.safe_points.emplace_back(step.id, 1);
+  } else {
+    ++known->second;
+  }
 }
 
 StepPlan Planner::visit(const Step& step) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "protocols/plan/planned_rig.hpp"
+#include "protocols/stop_places.hpp"
 
 namespace lcrig {
 
@@ -25,6 +26,7 @@ class Planner {
   void check_channels();
   bool walk_steps(const Steps& steps, bool in_finally);
   StepPlan visit(const Step& step);
+  void count_places(const StepCursor& cursor, const Step& step);
   void account(const Step& step, const StepPlan& adds, bool in_finally);
   std::vector<Change> possible_frequency() const;
   void refuse(const std::string& pointer, const std::string& id, Refusal refusal);
@@ -38,6 +40,7 @@ class Planner {
   std::optional<PlanRefused> refused_;
   std::map<std::string, std::size_t> row_of_;  // step id -> index in plan_.steps
   std::int64_t visits_ = 0;
+  StopPlaces places_;
 };
 
 }  // namespace lcrig

@@ -30,7 +30,7 @@ bool names(const std::string& reason, std::string_view why) {
 }  // namespace
 
 void Finish::fail_with(Errc code, std::string_view why) {
-  if (result_.exit_status == ExitStatus::success) {
+  if (ended_well(result_.exit_status)) {
     result_.exit_status = ExitStatus::fail;
     result_.code = code;
   }
@@ -77,6 +77,11 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
 Task<> Finish::stop_for(const std::optional<InterruptRequest>& stop) {
   result_.exit_status = ExitStatus::success;
   if (!stop) co_return;
+  if (stop->kind == Interrupt::stop_after) {  // between two steps: no exchange was cut
+    result_.exit_status = ExitStatus::stopped;
+    result_.reason = stop->why;
+    co_return;
+  }
   const bool wanted = stop->kind == Interrupt::abort || stop->kind == Interrupt::freeze;
   result_.exit_status = wanted ? ExitStatus::abort : ExitStatus::fail;
   // The status of an aborted run says the word already.
@@ -117,10 +122,10 @@ bool Finish::may_clear(bool frozen) {
     return false;  // nothing was asked of the frame
   }
   if (const Error* why = losses_.frame_away()) {
-    if (result_.exit_status == ExitStatus::success) {  // every step had ended well
+    if (ended_well(result_.exit_status)) {  // every step had
       result_.exit_status = ExitStatus::fail;
-      result_.reason = why->what;
       result_.code = why->code;
+      add_note(result_.reason, why->what);
     }
     tell_not_run(
         "the frame is not there; standstill is not confirmed: look at it, use the E-stop if it "
@@ -179,7 +184,7 @@ void Finish::tell_standstill() {
 void Finish::tell_hands_off(bool cleared) {
   const auto& why = run_.drive.hands_off();
   if (!why) return;
-  if (result_.exit_status == ExitStatus::success) {  // every step had ended well
+  if (ended_well(result_.exit_status)) {  // every step had
     result_.exit_status = ExitStatus::fail;
     result_.code = why->code;
   }

@@ -25,6 +25,7 @@ EventKind event_of(Interrupt i) {
     case Interrupt::limit: return EventKind::limit;
     case Interrupt::fault: return EventKind::fault;
     case Interrupt::loss: return EventKind::loss;
+    case Interrupt::stop_after: return EventKind::stop_after;
   }
   return EventKind::fault;
 }
@@ -103,7 +104,8 @@ std::optional<InterruptRequest> InterruptQueue::begin_finish(std::optional<Inter
   // Whoever froze a run that was stopped already means it.
   for (InterruptRequest& late : pending_) {
     const bool stops = is_stop(late) && late.kind != Interrupt::loss;
-    if (late.kind == Interrupt::freeze || (stops && !stop)) stop = std::move(late);
+    const bool planned = !stop || stop->kind == Interrupt::stop_after;
+    if (late.kind == Interrupt::freeze || (stops && planned)) stop = std::move(late);
   }
   pending_.clear();
   return stop;

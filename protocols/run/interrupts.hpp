@@ -19,7 +19,8 @@ namespace lcrig {
 // pause: hold travel, go on later. abort: stop now, then `finally`. freeze: stop now and stay.
 // limit and fault are aborts that nobody asked for; the run has failed.
 // loss: an instrument vanished; the protocol's `on_loss` decides.
-enum class Interrupt { pause, abort, freeze, limit, fault, loss };
+// stop_after: what was to be finished is finished; then `finally`. Never asked for in a step.
+enum class Interrupt { pause, abort, freeze, limit, fault, loss, stop_after };
 EventKind event_of(Interrupt i);  // whose word is the word of the interrupt
 
 struct InterruptRequest {

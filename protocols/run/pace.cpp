@@ -25,6 +25,10 @@ void Pace::pass_over(const std::string& id) {
   passed_s_ += planned_of(id);
 }
 
+double Pace::left_of_step_s() const {
+  return std::max(0.0, step_s_ - to_seconds(clock_.now() - step_began_));
+}
+
 void Pace::write_to(RunProgress& progress) const {
   if (start_ == MonoTime()) return;
   const MonoTime now = clock_.now();

@@ -27,10 +27,10 @@ class Pace {
   void begin_finally();  // whatever of the steps was left out
   void pass_over(const std::string& id);  // a step that the run before this one has done
   void write_to(RunProgress& progress) const;
+  double planned_of(const std::string& id) const;  // one pass of a step, s
+  double left_of_step_s() const;  // of the present one
 
  private:
-  double planned_of(const std::string& id) const;
-
   const Clock& clock_;
   const PlannedTimes& planned_;
   MonoTime start_{}, step_began_{};

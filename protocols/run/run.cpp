@@ -35,6 +35,12 @@ Run::Run(asio::any_io_executor executor, RunSetup setup)
 
 RunProgress Run::progress() const {
   RunProgress now = parts_.progress;
+  const auto word = [this](PlannedStops::Kind kind) {
+    const auto& waiting = parts_.stops.waiting(kind);
+    return waiting ? std::string(to_string(waiting->place)) : std::string();
+  };
+  now.stops_after = word(PlannedStops::Kind::stop);
+  now.pauses_at = word(PlannedStops::Kind::pause);
   pace_.write_to(now);
   return now;
 }
@@ -184,6 +190,7 @@ Task<std::optional<InterruptRequest>> Run::run_protocol() {
     if (!taken) co_return request_for(taken.error());
     pass_over_done_steps();
   }
+  const PlannedStops::Walk walk(parts_.stops, cursor, setup_.continues.has_value());
   co_return co_await run_steps(cursor);
 }
 
@@ -204,17 +211,47 @@ Task<std::optional<InterruptRequest>> Run::run_finally() {
 Task<std::optional<InterruptRequest>> Run::run_steps(StepCursor& cursor) {
   std::optional<InterruptRequest> stop;
   while (const Step* step = cursor.next()) {
+    stop = take_planned_stop();
+    if (stop) break;
     parts_.labels.enter_repeat(cursor.repeat());
     parts_.progress.repeat = cursor.repeat();
     parts_.progress.repeats = cursor.repeats();
     stop = co_await run_step(*step);
     if (stop) break;
+    parts_.stops.leave(*step);
     ++parts_.progress.steps_done;
   }
   co_return stop;
 }
 
+// What somebody asked to be finished is finished, and another step would follow. A pause takes
+// effect in that step, before it does anything.
+std::optional<InterruptRequest> Run::take_planned_stop() {
+  if (parts_.interrupts.finishing()) return std::nullopt;
+  using Kind = PlannedStops::Kind;
+  const std::int64_t done = parts_.progress.steps_done;
+  if (const auto stop = parts_.stops.take_due(Kind::stop, done)) {
+    return InterruptRequest(Interrupt::stop_after,
+                            fmt::format("after the {}, step {}: {}", place_words(stop->place),
+                                        stop->step_id, stop->why));
+  }
+  if (const auto pause = parts_.stops.take_due(Kind::pause, done)) {
+    interrupt(InterruptRequest(Interrupt::pause,
+                               fmt::format("at the end of the {}, step {}: {}",
+                                           place_words(pause->place), pause->step_id, pause->why)));
+  }
+  return std::nullopt;
+}
+
+Result<PlannedStops::Asked> Run::ask_at(PlannedStops::Kind kind, StopPlace place, std::string why) {
+  const auto planned_s = [this](const std::string& id) { return pace_.planned_of(id); };
+  auto asked = parts_.stops.ask(kind, place, std::move(why), parts_.progress.steps_done, planned_s);
+  if (asked) asked->seconds += pace_.left_of_step_s();
+  return asked;
+}
+
 void Run::begin_step(const Step& step) {
+  parts_.stops.enter(step);
   parts_.log.begin_step(step);
   parts_.progress.step_id = step.id;
   parts_.progress.step_kind = kind_of(step);

@@ -31,8 +31,14 @@ class Run final : private LoadFrame::Listener {
   // one.
   using Taken = InterruptQueue::Taken;
   Taken interrupt(InterruptRequest request) { return parts_.interrupts.ask(std::move(request)); }
+  // Its steps are over, or a stop is about to end them.
+  bool is_ending() const {
+    return parts_.interrupts.finishing() || parts_.interrupts.stop_pending();
+  }
   // false: not paused
   bool resume() { return parts_.progress.state == RunState::paused && parts_.interrupts.resume(); }
+  // From the io thread: a stop or a pause at the end of what is under way. Errors: invalid_request.
+  Result<PlannedStops::Asked> ask_at(PlannedStops::Kind kind, StopPlace place, std::string why);
   // From the io thread: what a person says to the question that waits. Errors: invalid_request.
   Result<Answered> answer(const AnswerValue& given, std::string by,
                           std::optional<std::int64_t> number) {
@@ -63,6 +69,7 @@ class Run final : private LoadFrame::Listener {
   Task<std::optional<InterruptRequest>> run_finally();
   Task<std::optional<InterruptRequest>> run_steps(StepCursor& cursor);
   Task<std::optional<InterruptRequest>> run_step(const Step& step);
+  std::optional<InterruptRequest> take_planned_stop();
   void begin_step(const Step& step);
   void pass_over_done_steps();
   Task<std::optional<InterruptRequest>> handle(InterruptRequest request, StepProgress& progress);

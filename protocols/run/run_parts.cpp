@@ -31,7 +31,8 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, std::function<vo
       motions(*this),
       labels(s.environment, s.probe_area_m2, s.gravity_m_s2),
       sampler(executor, s.clock, s.lcr, s.lcr_settings, std::move(sampled)),
-      questions(executor, log) {
+      questions(executor, log),
+      stops(s.environment, log) {
   progress.run = s.run;
   progress.protocol = s.protocol.name;
   progress.specimen = s.specimen;

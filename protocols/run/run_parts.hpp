@@ -15,6 +15,7 @@
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/levels.hpp"
 #include "protocols/run/motions.hpp"
+#include "protocols/run/planned_stops.hpp"
 #include "protocols/run/questions.hpp"
 #include "protocols/run/sampler.hpp"
 #include "protocols/run/setup.hpp"
@@ -42,6 +43,7 @@ struct RunParts {
   LevelLabels labels;
   Sampler sampler;
   Questions questions;
+  PlannedStops stops;
 
   void event(EventName kind, std::string detail) const {
     log.event(std::move(kind), std::move(detail));

@@ -74,6 +74,9 @@ struct RunProgress {
   double elapsed_s = 0, planned_s = 0;
   double left_s = 0;  // planned from now on; stands still while a step takes longer than planned
   std::int64_t steps_done = 0;  // leaf steps, in the order of execution
+  // At the end of what it stops or pauses by itself, as somebody asked: "level"; empty: it does
+  // not.
+  std::string stops_after, pauses_at;
 };
 
 // What of a run is stored, and the newest stored values: the recorder's to say.

@@ -38,6 +38,7 @@ using Action = std::variant<ZeroStep, FindContactStep, RampStep, MoveUntilStep, 
 struct Step {
   std::string id;  // unique in the file
   std::string pointer;  // JSON pointer, for messages
+  bool safe_point = false;  // the run may be stopped behind it (stop_places.hpp)
   Action action;
 };
 

@@ -22,6 +22,11 @@ class IdleHandler final : public ControlHandler {
     co_return RunStarted();
   }
   Task<Result<>> pause(PeerCredentials) override { co_return Result<>(); }
+  Task<Result<StopAnswer>> pause_at(StopPlace, PeerCredentials) override { co_return StopAnswer(); }
+  Task<Result<StopAnswer>> stop_after(StopPlace, std::string, PeerCredentials) override {
+    co_return StopAnswer();
+  }
+  Task<Result<Answered>> answer(AnswerRequest, PeerCredentials) override { co_return Answered(); }
   Task<Result<RunStarted>> resume(std::optional<std::int64_t>, bool, PeerCredentials) override {
     co_return RunStarted();
   }

@@ -12,8 +12,9 @@ using json = nlohmann::ordered_json;
 using When = RigWorld::Act::When;
 
 using What = Happening::Kind;
-constexpr std::array<std::string_view, 7> kKinds{"abort", "freeze", "shutdown", "pause",
-                                                 "deaf",  "silent", "unplug"};
+constexpr std::array<std::string_view, 11> kKinds{
+    "abort",  "freeze",     "shutdown",    "pause",       "deaf",        "silent",
+    "unplug", "after_step", "after_level", "after_cycle", "after_repeat"};
 constexpr std::array<std::string_view, 5> kWhens{"time", "part", "step", "drive", "finally"};
 
 void parse_instant(const json& j, Instant& at) {

@@ -18,7 +18,20 @@ namespace lcrig::property {
 
 // An interruption by somebody, or a fault of the link.
 struct Happening : Instant {
-  enum class Kind { abort, freeze, shutdown, pause, deaf, silent, unplug };
+  // after_...: a stop that waits for the end of what is under way.
+  enum class Kind {
+    abort,
+    freeze,
+    shutdown,
+    pause,
+    deaf,
+    silent,
+    unplug,
+    after_step,
+    after_level,
+    after_cycle,
+    after_repeat
+  };
   Happening() = default;
   Kind kind = Kind::abort;
 };

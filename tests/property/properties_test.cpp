@@ -19,6 +19,8 @@ namespace {
 using When = RigWorld::Act::When;
 using What = Happening::Kind;
 
+constexpr const char* kPlannedStops = "planned stops";
+
 void interrupt_it(std::uint64_t draw, Case& c) {
   Dice dice(draw);
   Happening h;
@@ -26,6 +28,17 @@ void interrupt_it(std::uint64_t draw, Case& c) {
       static_cast<std::size_t>(dice.below(4)));
   draw_instant(dice, h);
   if (h.kind == What::pause) h.lasts_s = dice.even(0.05, 3);
+  c.happenings.push_back(h);
+}
+
+void stop_it_later(std::uint64_t draw, Case& c) {
+  Dice dice(draw);
+  Happening h;
+  h.kind =
+      std::array{What::after_step, What::after_level, What::after_cycle, What::after_repeat}.at(
+          static_cast<std::size_t>(dice.below(4)));
+  draw_instant(dice, h);
+  h.lasts_s = 0;
   c.happenings.push_back(h);
 }
 
@@ -152,6 +165,18 @@ TEST(Properties, AfterAStopNothingMovesButFinally) {
          "left loaded, and said so"});
 }
 
+TEST(Properties, AStopThatWaitsFinishesWhatIsUnderWay) {
+  Kind kind{kPlannedStops, 0.5, false, 0, stop_it_later};
+  sweep(kind,
+        [](Trial& t, Counters& n) {
+          count_instants(t, n);
+          return both(both(finishes_what_is_under_way(t), ends_standing_and_honest(t)),
+                      both(force_within_limit(t), travel_within_limits(t)));
+        },
+        {"after_step", "after_level", "after_cycle", "after_repeat", "ended stopped",
+         "ended success"});
+}
+
 TEST(Properties, AFaultLeavesTheRigStandingAndUnloadedOrSaysSo) {
   Kind kind{"faults", 1, false, 200, break_it};
   sweep(kind, [](Trial& t, Counters&) { return ends_standing_and_honest(t); },
@@ -184,6 +209,7 @@ Broken judge_all(Trial& t) {
   out = both(std::move(out), nothing_moves_after_the_stop(t));
   out = both(std::move(out), lies_are_not_pressed_again(t));
   out = both(std::move(out), refused_and_nothing_moved(t));
+  if (t.what().property == kPlannedStops) out = both(std::move(out), finishes_what_is_under_way(t));
   const bool lost = !t.what().happenings.empty() && is_of_link(t.what().happenings.front().kind);
   if (lost) out = both(std::move(out), lost_within_the_second_figure(t));
   Counters nowhere;

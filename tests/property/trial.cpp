@@ -20,6 +20,12 @@ using What = Happening::Kind;
 constexpr auto kReach = std::chrono::milliseconds(30);  // from a request to the wire
 constexpr const char* kCondition = "if the stiffness that is measured at contact allows it";
 
+// Refused before the first step; then the run goes on as if nobody had asked.
+void stop_after(RigWorld& w, StopPlace place) {
+  if (w.live() == nullptr || w.live()->is_ending()) return;
+  static_cast<void>(w.live()->ask_at(PlannedStops::Kind::stop, place, "somebody stops it"));
+}
+
 void act(RigWorld& w, What kind) {
   switch (kind) {
     case What::abort: return w.interrupt(Interrupt::abort, "somebody aborts it");
@@ -31,6 +37,10 @@ void act(RigWorld& w, What kind) {
     case What::deaf: return w.bench().break_frame([](ZwickSimFaults& f) { f.deaf = true; });
     case What::silent: return w.bench().break_frame([](ZwickSimFaults& f) { f.silent = true; });
     case What::unplug: return w.bench().unplug_frame();
+    case What::after_step: return stop_after(w, StopPlace::step);
+    case What::after_level: return stop_after(w, StopPlace::level);
+    case What::after_cycle: return stop_after(w, StopPlace::cycle);
+    case What::after_repeat: return stop_after(w, StopPlace::repeat);
   }
 }
 
@@ -249,13 +259,37 @@ Broken healthy_runs_succeed(Trial& t) {
                       to_string(w.result->exit_status), w.result->reason)};
 }
 
+// A stop that waits cuts no step, and comes behind the step that was said.
+Broken finishes_what_is_under_way(Trial& t) {
+  const RigWorld& w = t.world();
+  if (!w.result || !t.what().is_within || !t.is_honest() || t.is_declined()) return {};
+  std::optional<StopAfterEvent> asked;
+  std::int64_t done = 0;
+  bool counts = false;  // the step is none of `finally`
+  auto before = EventKind::other;
+  for (const RunEvent& e : w.events) {
+    if (e.kind == EventKind::stop_after) asked = from_json<StopAfterEvent>(e.detail).value();
+    if (e.kind == EventKind::step_begin) counts = before == EventKind::state;
+    if (e.kind == EventKind::step_end && counts && e.detail != "done") {
+      return {fmt::format("planned stop: step {} was cut off by {}", e.step_id, e.detail)};
+    }
+    if (e.kind == EventKind::step_end && counts) ++done;
+    before = e.kind.kind();
+  }
+  const bool stopped = w.result->exit_status == ExitStatus::stopped;
+  if (!asked && stopped) return {"planned stop: nobody asked for it"};
+  if (!asked || (ended_well(w.result->exit_status) && done == asked->steps_done)) return {};
+  return {fmt::format("planned stop: {} steps were done, {} were to be; the run ended {} ({})",
+                      done, asked->steps_done, to_string(w.result->exit_status), w.result->reason)};
+}
+
 Broken ends_standing_and_honest(Trial& t) {
   const RigWorld& w = t.world();
   Broken out;
   if (!w.is_clean) out.push_back("clean: something still waits after the run");
   if (w.too_long) out.push_back("long: it did not end by itself");
   const std::string reason = w.result ? w.result->reason : "";
-  const bool failed = !w.result || w.result->exit_status != ExitStatus::success;
+  const bool failed = !w.result || !ended_well(w.result->exit_status);
   const bool says_so =
       reason.find("standstill") != std::string::npos || reason.find("E-stop") != std::string::npos;
   if (!w.stood && !(failed && says_so)) {

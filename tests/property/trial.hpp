@@ -57,6 +57,7 @@ Broken force_within_limit(Trial& t);
 Broken travel_within_limits(Trial& t);
 Broken stiffness_is_not_underestimated(Trial& t);
 Broken healthy_runs_succeed(Trial& t);
+Broken finishes_what_is_under_way(Trial& t);
 Broken ends_standing_and_honest(Trial& t);
 Broken nothing_moves_after_the_stop(Trial& t);
 Broken lost_within_the_second_figure(Trial& t);

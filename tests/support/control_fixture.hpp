@@ -26,6 +26,12 @@ class FakeHandler : public ControlHandler {
     co_return started;
   }
   Task<Result<>> pause(PeerCredentials) override { co_return done("pause"); }
+  Task<Result<StopAnswer>> pause_at(StopPlace place, PeerCredentials) override {
+    co_return later("pause at " + std::string(to_string(place)));
+  }
+  Task<Result<StopAnswer>> stop_after(StopPlace place, std::string why, PeerCredentials) override {
+    co_return later("stop after " + std::string(to_string(place)) + " " + why);
+  }
   Task<Result<RunStarted>> resume(std::optional<std::int64_t> run, bool confirmed,
                                   PeerCredentials) override {
     const std::string which = run ? std::to_string(*run) : std::string("present");
@@ -84,6 +90,11 @@ class FakeHandler : public ControlHandler {
   RealClock clock;
 
  private:
+  Result<StopAnswer> later(std::string call) {
+    auto ok = done(std::move(call));
+    if (!ok) return fail(ok.error());
+    return StopAnswer(false, "later", "it stops later");
+  }
   Result<StopAnswer> stopped(std::string call) {
     auto ok = done(std::move(call));
     if (!ok) return fail(ok.error());

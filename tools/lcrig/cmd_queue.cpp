@@ -240,30 +240,6 @@ class QueueAnswerCommand final : public Command {
   std::string word_;
 };
 
-// The fourth grade of stop as far as the queue has it: the run is finished, and nothing follows.
-class StopCommand final : public Command {
- public:
-  StopCommand() : Command("stop", "Finish what goes on, then stop", "lcrig stop --after run") {}
-  void declare(ArgumentList& list) override {
-    list.one_of("--after", after_, {"run"}, "What is finished: the run; the queue ends there");
-    list.option("--why", why_, "TEXT", "Shown to whoever looks");
-  }
-  Outcome<ExitCode> run(Context& context) override {
-    if (after_.empty()) {
-      return Failure(kUsage, "--after is missing: what is to be finished?",
-                     "lcrig stop --after run   (lcrig abort stops at once)");
-    }
-    json params = json::object();
-    if (!why_.empty()) params["why"] = why_;
-    return call_queue(context, "queue.hold", params, [](std::ostream& out, const json&) {
-      fmt::print(out, "the queue ends with the run that goes on\n");
-    });
-  }
-
- private:
-  std::string after_, why_;
-};
-
 }  // namespace
 
 const CommandFactory kQueueAddCommand = make_command<QueueAddCommand>;
@@ -275,6 +251,5 @@ const CommandFactory kQueueStartCommand = make_command<QueueStartCommand>;
 const CommandFactory kQueueLockCommand = make_command<QueueLockCommand>;
 const CommandFactory kQueueUnlockCommand = make_command<QueueUnlockCommand>;
 const CommandFactory kQueueAnswerCommand = make_command<QueueAnswerCommand>;
-const CommandFactory kStopCommand = make_command<StopCommand>;
 
 }  // namespace lcrig::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// pause, abort, freeze, confirm: one call each.
+// pause, stop, abort, freeze, confirm: one call each.
 #include <fmt/ostream.h>
 
 #include <nlohmann/json.hpp>
@@ -20,6 +20,9 @@ struct Verb {
   const char *name, *method, *summary, *example, *done;
   bool takes_why = false;
   const char* next = nullptr;  // the verb that ends what this one began
+  // A member that names a place in the protocol ("after"), and the help of its option.
+  const char *place = nullptr, *place_help = nullptr;
+  bool needs_place = false;
 };
 
 constexpr Verb kPause{
@@ -29,6 +32,19 @@ constexpr Verb kPause{
     .example = "lcrig pause",
     .done = "paused",
     .next = "resume",
+    .place = "at",
+    .place_help = "Finish the present step, level, cycle or repeat first, or go to a safe point",
+};
+constexpr Verb kStop{
+    .name = "stop",
+    .method = "run.stop",
+    .summary = "Finish the present level (or step, cycle, repeat), then unload",
+    .example = "lcrig stop --after level",
+    .done = "",
+    .takes_why = true,
+    .place = "after",
+    .place_help = "What to finish; run: nothing follows from the queue; safe_point: go to one",
+    .needs_place = true,
 };
 constexpr Verb kAbort{"abort",
                       "run.abort",
@@ -45,12 +61,28 @@ constexpr Verb kFreeze{"freeze",
 constexpr Verb kConfirm{"confirm", "run.confirm", "Tell the run that what it asked for is done",
                         "lcrig confirm", "confirmed"};
 
+constexpr const char* kWholeRun = "run";  // finished, and the queue ends there
+
+std::vector<std::string> stop_places() {
+  std::vector<std::string> out;
+  for (const StopPlace place : {StopPlace::step, StopPlace::level, StopPlace::cycle,
+                                StopPlace::repeat, StopPlace::safe_point}) {
+    out.emplace_back(to_string(place));
+  }
+  return out;
+}
+
 class VerbCommand final : public Command {
  public:
   explicit VerbCommand(const Verb& verb)
       : Command(verb.name, verb.summary, verb.example), verb_(verb) {}
   void declare(ArgumentList& list) override {
     if (verb_.takes_why) list.option("--why", why_, "TEXT", "Stored with the run");
+    if (verb_.place != nullptr) {
+      auto places = stop_places();
+      if (verb_.needs_place) places.emplace_back(kWholeRun);
+      list.one_of(verb_.needs_place ? "--after" : "--at", place_, places, verb_.place_help);
+    }
   }
   Outcome<ExitCode> run(Context& context) override;
 
@@ -58,7 +90,7 @@ class VerbCommand final : public Command {
   Failure unheard(Failure failure) const;
 
   const Verb& verb_;
-  std::string why_;
+  std::string why_, place_;
 };
 
 template <const Verb& verb>
@@ -76,21 +108,29 @@ Failure VerbCommand::unheard(Failure failure) const {
 }
 
 Outcome<ExitCode> VerbCommand::run(Context& context) {
+  if (verb_.needs_place && place_.empty()) {
+    return Failure(
+        kUsage, "--after is missing: what is to be finished? (step, level, cycle, repeat, run)",
+        next_command(context.global, {"stop", "--after", "level"}, "lcrig abort stops at once"));
+  }
   // Whoever stops the frame is not asked about databases. A confirmation may begin a motion.
   auto client = &verb_ == &kConfirm ? ControlClient::connect(context)
                                     : ControlClient::connect_for_any_database(context);
   if (!client) return unheard(client.error());
   json params = json::object();
   if (!why_.empty()) params["why"] = why_;
+  const bool ends_queue = place_ == kWholeRun;
+  if (!place_.empty() && !ends_queue) params[verb_.place] = place_;
   constexpr auto kPatience = std::chrono::seconds(90);  // the frame confirms standstill first
-  auto answer = client->call(verb_.method, params, kPatience);
+  auto answer = client->call(ends_queue ? "queue.hold" : verb_.method, params, kPatience);
   if (!answer) return answer.error();
   client->tell_other_database(context);
   return show(context, *answer, [&](std::ostream& out) {
     // A stop says itself what became of it.
     const std::string note = answer->value("note", std::string());
-    fmt::print(out, "{}\n", note.empty() ? verb_.done : printable(note));
-    if (verb_.next != nullptr) {
+    const char* done = ends_queue ? "the queue ends with the run that goes on" : verb_.done;
+    fmt::print(out, "{}\n", note.empty() ? done : printable(note));
+    if (verb_.next != nullptr && place_.empty()) {
       GlobalOptions daemon = context.global;
       daemon.db.clear();
       context.console.next(next_command(daemon, {verb_.next}));
@@ -101,6 +141,7 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
 }  // namespace
 
 const CommandFactory kPauseCommand = make_verb<kPause>;
+const CommandFactory kStopCommand = make_verb<kStop>;
 const CommandFactory kAbortCommand = make_verb<kAbort>;
 const CommandFactory kFreezeCommand = make_verb<kFreeze>;
 const CommandFactory kConfirmCommand = make_verb<kConfirm>;

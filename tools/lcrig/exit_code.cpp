@@ -26,6 +26,7 @@ ExitCode exit_code_of(Errc code) {
 ExitCode exit_code_of_run(ExitStatus status, std::optional<Errc> code) {
   if (status == ExitStatus::success) return kOk;
   if (status == ExitStatus::abort) return kStopped;
+  if (status == ExitStatus::stopped) return kStoppedEarly;
   if (!code) return kFailed;
   // A run that could not be planned under the instruments' true capabilities.
   if (*code == Errc::invalid_request) return kProtocol;

@@ -19,6 +19,7 @@ enum ExitCode : int {
   kStopped = 5,  // aborted, or a limit tripped
   kProtocol = 6,  // the protocol is invalid or cannot be done
   kNotStanding = 7,  // the frame did not confirm that it stands: use the E-stop
+  kStoppedEarly = 8,  // the run ended as `stopped`, as somebody asked
   kInterrupted = 130,
 };
 

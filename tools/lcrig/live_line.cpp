@@ -40,6 +40,14 @@ std::string step_part(const RunStatus& s) {
   return ascii(s.step_id);
 }
 
+// With what somebody asked it to do next.
+std::string place_part(const RunStatus& s) {
+  std::string out = step_part(s);
+  if (!s.stops_after.empty()) out += ", stops after this " + ascii(s.stops_after);
+  if (!s.pauses_at.empty()) out += ", pauses at the end of this " + ascii(s.pauses_at);
+  return out;
+}
+
 std::string repeat_part(const RunStatus& s) {
   if (s.repeats <= 0) return "";
   return fmt::format("{}/{}", s.repeat, s.repeats);
@@ -115,7 +123,7 @@ std::string format_time(double seconds) {
 std::string format_live_line(const RunStatus& s, int width) {
   const auto room = static_cast<std::size_t>(std::max(1, width - 1));
   enum { kStep, kRepeat, kCapacitance, kForce, kPressure, kTravel, kBar, kPercent, kLeft };
-  std::vector<std::string> parts{step_part(s),
+  std::vector<std::string> parts{place_part(s),
                                  repeat_part(s),
                                  capacitance_part(s),
                                  force_part(s),
@@ -140,7 +148,7 @@ std::string format_live_line(const RunStatus& s, int width) {
 }
 
 std::string format_plain_line(const RunStatus& s) {
-  return join({format_time(s.elapsed_s), step_part(s), repeat_part(s), capacitance_part(s),
+  return join({format_time(s.elapsed_s), place_part(s), repeat_part(s), capacitance_part(s),
                force_part(s), pressure_part(s), travel_part(s), percent_part(s), left_part(s)});
 }
 

@@ -69,6 +69,21 @@ void print_watch(std::ostream& out, const json& plan) {
              until("worst_force_frozen_N"), until("worst_force_reversed_N"));
 }
 
+void print_places(std::ostream& out, const json& plan) {
+  const auto places = plan.find("stop_places");
+  if (places == plan.end()) return;  // of an older daemon
+  const auto count = [&](const char* key) { return places->at(key).get<std::int64_t>(); };
+  fmt::print(out, "stop after    {} steps, {} levels, {} cycles, {} repeats", count("steps"),
+             count("levels"), count("cycles"), count("repeats"));
+  const char* between = "; safe points: ";
+  for (const json& point : places->at("safe_points")) {
+    fmt::print(out, "{}{} ({})", between, printable(point.at("id").get<std::string>()),
+               point.at("times").get<std::int64_t>());
+    between = ", ";
+  }
+  fmt::print(out, "\n");
+}
+
 void print_travel(std::ostream& out, const json& plan) {
   const json& travel = plan.at("travel_mm");
   fmt::print(out, "travel        {:.4g} to {:.4g} mm{}\n", travel.at(0).get<double>(),
@@ -100,6 +115,7 @@ void print_plan(std::ostream& out, const json& plan) {
     print_watch(out, plan);
     print_travel(out, plan);
   }
+  print_places(out, plan);
   fmt::print(out, "database      about {:.1f} MB\n", number("database_bytes") * 1e-6);
   const auto note = plan.at("aperture_note").get<std::string>();
   if (!note.empty()) fmt::print(out, "aperture      {}\n", printable(note));

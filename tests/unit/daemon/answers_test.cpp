@@ -34,12 +34,12 @@ TEST_F(AnswersFile, HasOneValueForEachStep) {
 
 TEST_F(AnswersFile, SaysAllThatIsWrongWithPlaceAndReason) {
   const auto answers = parse(
-      R"({ "thicknes": 100, "rest": 1, "temperature": 400, "surface": "clena", "placed": false,
+      R"({ "thickness_": 100, "rest": 1, "temperature": 400, "surface": "clena", "placed": false,
            "humidity": [50] })");
   ASSERT_FALSE(answers);
   const std::string all = answers.error().what + "\n" + answers.error().detail;
   EXPECT_THAT(all, AllOf(HasSubstr("answers.json:1:"),
-                         HasSubstr("no step `thicknes` that asks, did you mean `thickness`?"),
+                         HasSubstr("no step `thickness_` that asks, did you mean `thickness`?"),
                          HasSubstr("no step `rest` that asks"),
                          HasSubstr("\"400\" is out of range, expected a number from 10 to 40 degC"),
                          HasSubstr("did you mean `clean`"), HasSubstr("does not confirm"),

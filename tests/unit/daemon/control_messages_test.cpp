@@ -36,6 +36,7 @@ TEST(ControlMessages, EveryStructSurvivesTheWire) {
   open.question.fallback = std::string("clean");
   open.question.on_timeout = OnTimeout::use_default;
   s.run->question_left_s = 12.5;
+  s.run->stops_after = "level";
   s.last_run.emplace();
   s.last_run->exit_status = ExitStatus::fail;
   s.last_run->code = Errc::no_reply;

@@ -131,6 +131,12 @@ TEST(EventPayload, OfAnAnswerIsWhatWasStored) {
                 R"("repeat":0,"from_run":7})");
 }
 
+TEST(EventPayload, OfAStopThatWaitsIsWhatWasStored) {
+  const char* stored = R"({"place":"level","step":"measure","steps_done":12,"why":"by lab"})";
+  expect_stored(StopAfterEvent{"level", "measure", 12, "by lab"}, stored);
+  expect_stored(PauseAtEvent{"level", "measure", 12, "by lab"}, stored);
+}
+
 TEST(EventPayload, OfSettingsAndRequestsIsWhatWasStored) {
   SettingsEvent s{"Cp-D", 1000.0, 1.0, std::nullopt, "fast", 1.0, "internal", 0.065};
   expect_stored(s,

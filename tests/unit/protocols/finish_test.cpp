@@ -54,6 +54,22 @@ TEST_F(End, ByAnAbortRunsFinally) {
   EXPECT_EQ(finallies, 1);
 }
 
+TEST_F(End, WhereSomebodyAskedIsAStopAndNoFailure) {
+  const RunResult result = end_by(Interrupt::stop_after);
+  EXPECT_EQ(result.exit_status, ExitStatus::stopped);
+  EXPECT_EQ(result.reason, "test");
+  EXPECT_FALSE(result.code);
+  EXPECT_EQ(finallies, 1);
+}
+
+TEST_F(End, WhereSomebodyAskedIsAFailureWhenFinallyFails) {
+  finally_stop = InterruptRequest(Interrupt::fault, Error(Errc::refused, "no"));
+  const RunResult result = end_by(Interrupt::stop_after);
+  EXPECT_EQ(result.exit_status, ExitStatus::fail);
+  EXPECT_EQ(result.code, Errc::refused);
+  EXPECT_THAT(result.reason, HasSubstr("test; in `finally`: no"));
+}
+
 TEST_F(End, ByAFreezeLeavesTheFrameWhereItIs) {
   EXPECT_EQ(end_by(Interrupt::freeze).exit_status, ExitStatus::abort);
   EXPECT_EQ(finallies, 0);

@@ -6,11 +6,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
 
+#include "storage/chain.hpp"
 #include "storage/migrations.hpp"
+#include "storage/runs.hpp"
 #include "tests/support/temp_dir.hpp"
 #include "tests/support/without_rights.hpp"
 
@@ -204,6 +207,40 @@ TEST(OpenReadOnly, DoesNotWrite) {
   auto db = open_read_only(dir.file("a.db"));
   ASSERT_TRUE(db) << db.error().what;
   EXPECT_FALSE(db->execute("CREATE TABLE t (x INTEGER)"));
+}
+
+// The table of ends is made anew with the same rows: a chain of hashes covers them.
+TEST(Migrate, EndsOfRunsStayAsTheyWereWhenTheirWordsBecomeMore) {
+  TempDir dir;
+  const std::string path = dir.file("a.db");
+  const auto all = shipped_migrations();
+  const auto stopped = std::ranges::find_if(
+      all, [](const Migration& m) { return m.name.ends_with("_stopped.sql"); });
+  ASSERT_NE(stopped, all.end());
+  {
+    const auto db = raw(path);
+    ASSERT_TRUE(migrate(db, all.first(static_cast<std::size_t>(stopped - all.begin()))));
+    ASSERT_TRUE(insert_run(db, RunRow()));
+    RunEnd end;
+    end.status = ExitStatus::abort;
+    end.reason = "wrong specimen";
+    ASSERT_TRUE(insert_run_end(db, 1, end));
+    ASSERT_TRUE(insert_run(db, RunRow()));
+    end.status = ExitStatus::stopped;
+    EXPECT_FALSE(insert_run_end(db, 2, end)) << "a word that it does not know";
+  }
+  const auto db = open_read_write(path).value();
+  EXPECT_EQ(integer(db,
+                    "SELECT count(*) FROM v_run WHERE exit_status = 'abort' AND reason = "
+                    "'wrong specimen'"),
+            1);
+  EXPECT_TRUE(verify_chain(db, 1).value().intact);
+  RunEnd end;
+  end.status = ExitStatus::stopped;
+  EXPECT_TRUE(insert_run_end(db, 2, end));
+  EXPECT_EQ(get_run_listing(db, 2).value().exit_status, ExitStatus::stopped);
+  EXPECT_FALSE(db.execute("DELETE FROM run_end"));
+  EXPECT_FALSE(db.execute("UPDATE run_end SET reason = ''"));
 }
 
 TEST(Migrate, AFailingMigrationRollsBackWithItsVersion) {

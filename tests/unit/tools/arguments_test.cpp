@@ -107,7 +107,7 @@ TEST(Arguments, HelpNamesEveryCommand) {
   cli.run({"--help"});
   for (const auto* word :
        {"run", "rehearse", "status", "watch", "pause", "resume", "abort", "freeze", "confirm",
-        "answer", "protocol", "specimen", "runs", "export", "analyze", "verify"}) {
+        "answer", "stop", "protocol", "specimen", "runs", "export", "analyze", "verify"}) {
     EXPECT_THAT(cli.out.str(), HasSubstr(word));
   }
 }

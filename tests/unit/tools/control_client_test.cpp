@@ -93,10 +93,15 @@ TEST_F(Served, VerbsReachTheDaemon) {
   EXPECT_EQ(cli.run({"abort", "--why", "smoke"}), 0);
   EXPECT_EQ(cli.run({"freeze"}), 0);
   EXPECT_EQ(cli.run({"confirm"}), 0);
+  EXPECT_EQ(cli.run({"stop", "--after", "level", "--why", "tea"}), 0);
+  EXPECT_EQ(cli.out.str(), "it stops later\n");
+  EXPECT_EQ(cli.run({"pause", "--at", "safe_point"}), 0);
+  EXPECT_EQ(cli.run({"stop"}), cli::kUsage);
   on_server([this] {
-    EXPECT_THAT(handler.calls,
-                ElementsAre("pause", "resume present", "resume 12", "resume 12 confirmed",
-                            "abort smoke", "freeze ", "confirm"));
+    EXPECT_THAT(
+        handler.calls,
+        ElementsAre("pause", "resume present", "resume 12", "resume 12 confirmed", "abort smoke",
+                    "freeze ", "confirm", "stop after level tea", "pause at safe_point"));
   });
 }
 
@@ -176,6 +181,15 @@ TEST_F(Served, ATrippedLimitIsFive) {
   });
   EXPECT_EQ(cli.run({"run", "press", "--specimen", "paper-1"}), cli::kStopped);
   EXPECT_THAT(cli.out.str(), HasSubstr("force 1.6 N"));
+}
+
+TEST_F(Served, ARunThatWasStoppedWhereSomebodyAskedIsEight) {
+  on_server([this] {
+    ended.exit_status = ExitStatus::stopped;
+    ended.reason = "after the level, step level: by lab";
+  });
+  EXPECT_EQ(cli.run({"run", "press", "--specimen", "paper-1"}), cli::kStoppedEarly);
+  EXPECT_THAT(cli.out.str(), HasSubstr("run 7: stopped (after the level, step level: by lab)"));
 }
 
 // A daemon may refuse it all the same: by its rig, or its specimens.

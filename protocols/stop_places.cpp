@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/stop_places.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <ranges>
+#include <set>
+#include <vector>
+
+namespace lcrig {
+
+namespace {
+
+constexpr std::array<std::string_view, 5> kWords{"step", "level", "cycle", "repeat", "safe_point"};
+
+// The loads that one pass of a loop goes to. Two different ones: it loads and unloads, if only by
+// beginning again.
+class Loads {
+ public:
+  explicit Loads(const Environment& environment) : environment_(environment) {}
+
+  void add(const Steps& steps) {
+    for (const Step& step : steps) {
+      const StepFacts facts = facts_of(step);
+      if (facts.sweep != nullptr) swept_.push_back(facts.sweep->name);
+      if (facts.inside != nullptr) add(*facts.inside);
+      if (facts.sweep != nullptr) swept_.pop_back();
+      if (facts.aim != nullptr) add(*facts.aim);
+    }
+  }
+  bool are_several() const { return seen_.size() > 1; }
+
+ private:
+  void add(const Target& aim) {
+    const Number& n = aim.value;
+    if (std::ranges::find(swept_, n.name) != swept_.end()) {  // each of its values
+      seen_.insert(fmt::format("{} {} first", static_cast<int>(aim.kind), n.name));
+      seen_.insert(fmt::format("{} {} last", static_cast<int>(aim.kind), n.name));
+      return;
+    }
+    const double value = environment_.get(n);
+    const bool free = aim.kind == TargetKind::gap ? value >= 0 : is_force(aim) && value <= 0;
+    seen_.insert(free ? std::string("free")
+                      : fmt::format("{} {}", static_cast<int>(aim.kind), value));
+  }
+
+  const Environment& environment_;
+  std::vector<std::string> swept_;  // variables of the sweeps around
+  std::set<std::string> seen_;
+};
+
+// The step that the cursor returned last is the last one of a pass of `loop`.
+bool ends_pass(const StepCursor& cursor, const Step* loop) {
+  for (const StepCursor::Loop& around : cursor.loops() | std::views::reverse) {
+    if (around.at != facts_of(*around.step).inside->size()) return false;
+    if (around.step == loop) return true;
+    if (around.index != around.count) return false;
+  }
+  return false;
+}
+
+bool is_measure(const Step& step) {
+  return facts_of(step).measures != nullptr;
+}
+
+// From this step on a `measure` comes before another motion.
+bool measures_next(StepCursor& cursor, const Step* step) {
+  for (bool first = true; step != nullptr; step = cursor.next(), first = false) {
+    if (is_measure(*step)) return true;
+    if (!first && begins_level(*step)) return false;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string_view to_string(StopPlace place) {
+  return kWords.at(static_cast<std::size_t>(place));
+}
+
+std::optional<StopPlace> parse_stop_place(std::string_view word) {
+  const auto* const found = std::ranges::find(kWords, word);
+  if (found == kWords.end()) return std::nullopt;
+  return static_cast<StopPlace>(found - kWords.begin());
+}
+
+std::string place_words(StopPlace place) {
+  return place == StopPlace::safe_point ? "safe point" : std::string(to_string(place));
+}
+
+std::string stop_place_words() {
+  return fmt::format("{}", fmt::join(kWords, ", "));
+}
+
+bool begins_level(const Step& step) {
+  const StepFacts facts = facts_of(step);
+  return facts.moves || facts.places_weight;
+}
+
+bool StopPlaces::loads_and_unloads(const Step& loop) {
+  const auto [it, is_new] = known_.try_emplace(&loop, false);
+  if (is_new) {
+    Loads loads(environment_);
+    loads.add(*facts_of(loop).inside);
+    it->second = loads.are_several();
+  }
+  return it->second;
+}
+
+// The loop of whose pass the place is the end; nullptr: the step is in none.
+const Step* StopPlaces::loop_of(StopPlace place, const StepCursor& cursor) {
+  const auto& loops = cursor.loops();
+  if (place == StopPlace::repeat) return loops.empty() ? nullptr : loops.front().step;
+  for (const StepCursor::Loop& loop : loops | std::views::reverse) {
+    if (loads_and_unloads(*loop.step)) return loop.step;
+  }
+  return nullptr;
+}
+
+bool StopPlaces::ends(StopPlace place, const StepCursor& cursor, const Step& step) {
+  switch (place) {
+    case StopPlace::step: return true;
+    case StopPlace::level: return is_measure(step);
+    case StopPlace::safe_point: return step.safe_point;
+    case StopPlace::cycle:
+    case StopPlace::repeat: break;
+  }
+  return ends_pass(cursor, loop_of(place, cursor));
+}
+
+std::optional<PlaceAhead> StopPlaces::ahead(
+    StopPlace place, const StepCursor& cursor, const Step& step, bool level_begun,
+    const std::function<double(const std::string&)>& planned_s) {
+  Environment values = cursor.environment();
+  StepCursor walk(cursor, values);
+  const Step* loop = nullptr;
+  bool under_way = place == StopPlace::safe_point;
+  if (place == StopPlace::level) {
+    Environment more = values;
+    StepCursor look(cursor, more);
+    under_way = (level_begun || is_measure(step)) && measures_next(look, &step);
+  } else if (place == StopPlace::cycle || place == StopPlace::repeat) {
+    loop = loop_of(place, cursor);
+    under_way = loop != nullptr;
+  }
+  const auto is_there = [&](const Step& at) {
+    return loop != nullptr ? ends_pass(walk, loop) : ends(place, walk, at);
+  };
+  PlaceAhead out;
+  const Step* at = &step;
+  while (under_way && !is_there(*at)) {
+    at = walk.next();
+    if (at == nullptr) return std::nullopt;
+    ++out.steps;
+    out.seconds += planned_s(at->id);
+  }
+  out.step_id = at->id;
+  return out;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a run may be asked to stop or to pause by itself: after a step, a level, a cycle, a repeat,
+// or a step that the file marks as a safe point. The plan counts these places, the run finds the
+// next one.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "protocols/expand.hpp"
+
+namespace lcrig {
+
+// level: one `measure` with the motion before it. cycle: one pass of the innermost loop that loads
+// and unloads. repeat: one pass of the outermost loop.
+enum class StopPlace { step, level, cycle, repeat, safe_point };
+std::string_view to_string(StopPlace place);
+std::optional<StopPlace> parse_stop_place(std::string_view word);
+std::string place_words(StopPlace place);  // "safe point"
+std::string stop_place_words();  // "step, level, cycle, repeat, safe_point"
+
+struct PlaceAhead {
+  std::int64_t steps = 1;  // leaf steps until there, the present one included
+  std::string step_id;  // of the last of them
+  double seconds = 0;  // planned, of those behind the present one
+};
+
+class StopPlaces {
+ public:
+  // `environment`: that of the cursors; it outlives this.
+  explicit StopPlaces(const Environment& environment) : environment_(environment) {}
+
+  // Whether the step that `cursor` returned last ends such a place.
+  bool ends(StopPlace place, const StepCursor& cursor, const Step& step);
+  // The end of what is under way at the step that `cursor` returned last; of a place of which
+  // nothing is under way, the end of that step. A safe point is the next one. `level_begun`: a
+  // motion was made since the last `measure`. nullopt: no safe point follows.
+  std::optional<PlaceAhead> ahead(StopPlace place, const StepCursor& cursor, const Step& step,
+                                  bool level_begun,
+                                  const std::function<double(const std::string&)>& planned_s);
+
+ private:
+  const Step* loop_of(StopPlace place, const StepCursor& cursor);
+  bool loads_and_unloads(const Step& loop);
+
+  const Environment& environment_;
+  std::map<const Step*, bool> known_;  // loops that load and unload, and those that do not
+};
+
+// Whether a level begins with this step.
+bool begins_level(const Step& step);
+
+}  // namespace lcrig
