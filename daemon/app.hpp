@@ -154,6 +154,7 @@ class App final : public ControlHandler, public QueueHost {
   QueuePlans plans_;
   KnownIdentities identities_;  // of the turns of the queue
   HazardWatch hazards_;  // of the run that goes on
+  std::optional<std::string> stranger_;  // that the last start met
   Use use_ = Use::idle;
   Condition changed_;  // `use_`, `session_`, `shutting_down_`, or how often the frame was stopped
   std::optional<InterruptRequest> stop_of_start_;  // asked for meanwhile: nothing may move

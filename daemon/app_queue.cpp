@@ -7,6 +7,7 @@
 #include "base/aside.hpp"
 #include "daemon/app.hpp"
 #include "daemon/continuation.hpp"
+#include "daemon/queue/at_rest.hpp"
 #include "protocols/expand.hpp"
 #include "storage/database.hpp"
 
@@ -81,10 +82,16 @@ Task<Result<EntryPlan>> App::plan_entry(RunRequest& run) {
 
 Task<Result<PreparedRun>> App::prepare_turn(TurnOfQueue turn) {
   const auto read = [this, &turn]() -> Result<PreparedRun> {
-    if (!turn.resumes_run) return prepare_run(std::move(turn.run));
     auto db = open_read_only(config_.database);
     if (!db) return fail(db.error());
-    return prepare_continuation(*db, *turn.resumes_run);
+    // The specimen of an interrupted run may still be pressed.
+    if (turn.resumes_run) return prepare_continuation(*db, *turn.resumes_run);
+    auto prepared = prepare_run(std::move(turn.run));
+    if (!prepared || !turn.compares) return prepared;
+    auto at_rest = expected_at_rest(*db, *prepared);
+    if (!at_rest) return fail(at_rest.error());
+    prepared->at_rest = std::move(*at_rest);
+    return prepared;
   };
   auto prepared = co_await run_aside(io_.get_executor(), clock_, read);
   if (!prepared) co_return prepared;
@@ -101,6 +108,7 @@ Task<TurnEnd> App::take_turn(TurnOfQueue turn) {
     co_return end;
   }
   hazards_ = HazardWatch();
+  stranger_.reset();
   auto prepared = co_await prepare_turn(std::move(turn));
   auto started = co_await start_claimed(std::move(prepared));
   if (started) {
@@ -113,6 +121,7 @@ Task<TurnEnd> App::take_turn(TurnOfQueue turn) {
     hazards_.take(hazard_of(started.error().code));
   }
   end.hazard = hazards_.worst();
+  end.stranger = stranger_;
   co_return end;
 }
 

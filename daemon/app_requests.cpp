@@ -177,6 +177,7 @@ Task<Result<RunStarted>> App::open_run(PreparedRun prepared) {
   session_->goes_on([this] { return may_begin(); });
   auto run = co_await session_->open();
   if (!run) {
+    stranger_ = session_->stranger();
     co_await session_->close();
     co_return fail(run.error());
   }

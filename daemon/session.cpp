@@ -216,7 +216,8 @@ Task<Result<std::int64_t>> Session::open() {
     co_return fail(configured.error());
   }
   settings_ = std::move(*configured);
-  if (goes_on_) going = goes_on_();
+  going = co_await compare_at_rest();
+  if (going && goes_on_) going = goes_on_();
   if (!going) co_return fail(going.error());
   auto row = make_row();
   auto number = co_await recorder_.begin_run(std::move(row));

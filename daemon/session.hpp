@@ -18,6 +18,12 @@
 
 namespace lcrig {
 
+// The capacitance that a specimen shows before anything presses it.
+struct ExpectedAtRest {
+  double capacitance_F = 0, tolerance_F = 0;
+  std::string source;  // "in run 12", "by its file"
+};
+
 // A request whose files are right. No instrument has been asked for anything yet.
 struct PreparedRun {
   RunRequest request;
@@ -28,6 +34,7 @@ struct PreparedRun {
   double max_force_N = 0;  // of the limits
   std::optional<Continuation> continues;  // of an interrupted run
   std::optional<std::int64_t> queue_entry;  // whose turn it is
+  std::optional<ExpectedAtRest> at_rest;  // compared before anything moves; none: not compared
 };
 // Of the limits; a small one where the protocol names none.
 double largest_force_N(const Protocol& protocol, const Environment& environment);
@@ -68,6 +75,8 @@ class Session {
   const Identity& meter_identity() const { return meter_identity_; }
   const Identity& frame_identity() const { return frame_identity_; }
   const Rig& rig() const { return rig_; }
+  // After `open` failed: why what is on the rig does not seem to be the specimen of the request.
+  const std::optional<std::string>& stranger() const { return stranger_; }
   // What was planned, after `preview` or `open` succeeded.
   const Plan& planned() const { return plan_; }
   // Of acknowledged rows only.
@@ -94,6 +103,7 @@ class Session {
   Task<Result<>> look();
   Task<Result<>> plan();
   Task<Result<>> take_command();
+  Task<Result<>> compare_at_rest();
   void learn(Instrument which, const Result<Identity>& answer);
   void learn_of_run(std::int64_t run);
   void on_loss(Instrument which, const Error* lost);
@@ -118,6 +128,7 @@ class Session {
   std::optional<Forecast> forecast_;
   Plan plan_;
   LcrSettings settings_;  // as read back
+  std::optional<std::string> stranger_;
   RunRecord acknowledged_;
   std::string anchor_;
   std::function<void(const std::vector<RunEvent>&)> on_events_;

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // How a session meets its instruments: it asks who they are, looks at the frame, takes command.
 // What it learns of them is known to the daemon from then on, whatever becomes of the run.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "daemon/rig/known.hpp"
 #include "daemon/session.hpp"
@@ -27,7 +30,45 @@ struct Looker final : LoadFrame::Listener {
   std::optional<Error> lost;
 };
 
+bool is_capacitance(LcrFunction function) {
+  switch (function) {
+    case LcrFunction::CsRs:
+    case LcrFunction::CsD:
+    case LcrFunction::CpRp:
+    case LcrFunction::CpD: return true;
+    case LcrFunction::RX:
+    case LcrFunction::ZThr:
+    case LcrFunction::ZThd: return false;
+  }
+  return false;
+}
+
 }  // namespace
+
+// The mean of a few readings; the first one after new settings does not count.
+Task<Result<>> Session::compare_at_rest() {
+  constexpr int kReadings = 5;
+  const auto& wanted = prepared_.at_rest;
+  if (!wanted || !is_capacitance(settings_.function)) co_return Result<>();
+  double sum_F = 0;
+  bool overload = false;
+  for (int i = 0; i <= kReadings; ++i) {
+    auto reading = co_await instruments_->meter().measure();
+    if (!reading) co_return fail(reading.error());
+    overload = overload || !reading->primary;
+    if (i > 0) sum_F += reading->primary.value_or(0);
+  }
+  const double mean_F = sum_F / kReadings;
+  if (!overload && std::abs(mean_F - wanted->capacitance_F) <= wanted->tolerance_F) {
+    co_return Result<>();
+  }
+  const std::string shown =
+      overload ? "the meter is overloaded" : fmt::format("{:.4g} pF are shown", mean_F * 1e12);
+  stranger_ = fmt::format("at rest {}, but {} had {:.4g} pF {} ({:.2g} pF more or less allowed)",
+                          shown, prepared_.request.specimen_name, wanted->capacitance_F * 1e12,
+                          wanted->source, wanted->tolerance_F * 1e12);
+  co_return fail(Errc::refused, "{}", *stranger_);
+}
 
 void Session::report_to(KnownRig& known, LearnedBy why) {
   known_ = &known;

@@ -100,7 +100,36 @@ Result<> add_counts(const Database& db, std::int64_t run, RunSummary& out) {
       read, run);
 }
 
+Result<std::optional<double>> c0_of(const Database& db, std::int64_t run) {
+  return real(db,
+              "SELECT AVG(capacitance_F) FROM lcr_reading WHERE run_id = ?1 AND fresh AND "
+              "last_byte_mono_ns < (SELECT MIN(at_mono_ns) - 1000000000 FROM event "
+              "WHERE run_id = ?1 AND kind IN ('contact', 'confirm'))",
+              run);
+}
+
 }  // namespace
+
+Result<std::optional<LastC0>> last_c0(const Database& db, std::string_view specimen,
+                                      double frequency_Hz) {
+  // A passive recording has no contact, and so no C0: the one before it may have.
+  auto runs = db.rows(
+      "SELECT run.id FROM run JOIN run_end ON run_id = id WHERE specimen_name = ? AND exit_status ="
+      " 'success' AND json_extract(lcr_settings_json, '$.frequency_Hz') = ?"
+      " ORDER BY id DESC LIMIT 5",
+      [](const Statement& s) { return s.integer(0); }, specimen, frequency_Hz);
+  if (!runs) return fail(runs.error());
+  for (const std::int64_t run : *runs) {
+    auto c0 = c0_of(db, run);
+    if (!c0) return fail(c0.error());
+    if (!*c0) continue;
+    LastC0 out;
+    out.run = run;
+    out.c0_F = **c0;
+    return std::optional(out);
+  }
+  return std::optional<LastC0>();
+}
 
 Result<RunSummary> summarise_run(const Database& db, std::int64_t run) {
   RunSummary out;
@@ -111,11 +140,7 @@ Result<RunSummary> summarise_run(const Database& db, std::int64_t run) {
                        run);
   if (!duration) return fail(duration.error());
   out.duration_s = *duration;
-  auto c0 = real(db,
-                 "SELECT AVG(capacitance_F) FROM lcr_reading WHERE run_id = ?1 AND fresh AND "
-                 "last_byte_mono_ns < (SELECT MIN(at_mono_ns) - 1000000000 FROM event "
-                 "WHERE run_id = ?1 AND kind IN ('contact', 'confirm'))",
-                 run);
+  auto c0 = c0_of(db, run);
   if (!c0) return fail(c0.error());
   out.c0_F = *c0;
   // A peak between two samples is only in the device's report at the end of the motion.

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 #include "storage/sqlite.hpp"
 
@@ -24,5 +25,13 @@ struct RunSummary {
 };
 // The capacitances are present only if the run's meter functions measure a capacitance.
 Result<RunSummary> summarise_run(const Database& db, std::int64_t run);
+
+// What a specimen showed before contact in its last run at this frequency that ended well.
+struct LastC0 {
+  std::int64_t run = 0;
+  double c0_F = 0;
+};
+Result<std::optional<LastC0>> last_c0(const Database& db, std::string_view specimen,
+                                      double frequency_Hz);
 
 }  // namespace lcrig

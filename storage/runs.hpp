@@ -81,8 +81,8 @@ std::string read_boot_id();
 // Only the sole writer of runs knows it for sure.
 Result<std::int64_t> next_run_number(const Database& db);
 
-// Writers. Each is one transaction and one link of the run's hash chain. An entry of the queue begins
-// in that transaction, too (claim_queue_entry: storage/queue_run.hpp).
+// Writers. Each is one transaction and one link of the run's hash chain. An entry of the queue
+// begins in that transaction, too (claim_queue_entry: storage/queue_run.hpp).
 Result<std::int64_t> insert_run(const Database& db, const RunRow& row);
 Result<> insert_run_end(const Database& db, std::int64_t run, const RunEnd& end);
 Result<> add_run_note(const Database& db, std::int64_t run, std::string_view operator_name,

@@ -83,7 +83,8 @@ struct QueueStatus {
   std::string cause, why;  // when it does not go
   std::int64_t count = 0;  // of the entries in it
   std::optional<std::int64_t> entry;  // the first of them
-  std::string gate, prompt;  // "specimen" or "person", and what is asked for; empty: no gate
+  // "specimen", "probe", "fixture", "stranger", "person" or "time", and in words; empty: no gate
+  std::string gate, prompt;
   std::string locked_by;  // empty: nobody
 };
 

@@ -63,24 +63,6 @@ void read_place(ParamsReader& in, QueuePlace& out) {
                          R"(: expected "first", "last", {"before": ENTRY} or {"after": ENTRY})"));
 }
 
-void read_terms(ParamsReader& in, QueueTerms& out) {
-  std::string policy(to_string(out.on_failure));
-  in.text("on_failure", policy);
-  if (const auto known = parse_on_failure(policy)) {
-    out.on_failure = *known;
-  } else {
-    in.fail_with(Error(Errc::invalid_request,
-                       in.pointer("on_failure") + ": expected hold, skip, look or repeat"));
-  }
-  in.integer("failures_max", out.failures_max);
-  if (out.failures_max < 1 || out.failures_max > kMostFailuresInRow) {
-    in.fail_with(
-        Error(Errc::invalid_request,
-              fmt::format("{}: expected 1 to {}", in.pointer("failures_max"), kMostFailuresInRow)));
-  }
-  in.boolean("unattended", out.unattended);
-}
-
 }  // namespace
 
 json to_json(const EntryPlan& p) {

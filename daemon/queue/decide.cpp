@@ -2,6 +2,7 @@
 #include "daemon/queue/decide.hpp"
 
 #include <array>
+#include <cmath>
 
 #include "base/text.hpp"
 
@@ -50,6 +51,65 @@ Aftermath held(Aftermath after, HoldCause cause, std::string why) {
   return after;
 }
 
+Gate gate_for(Gate::Kind kind, const HeadFacts& head, std::string expected, std::string prompt) {
+  Gate out;
+  out.kind = kind;
+  out.entry = head.entry;
+  out.expected = std::move(expected);
+  out.prompt = fmt::format("entry {}: {}", head.entry, prompt);
+  return out;
+}
+
+// "take paper-1 off, put paper-2 on, then type its name"
+std::string exchange_words(const std::optional<std::string>& before, const std::string& now) {
+  const std::string off = before ? fmt::format("take {} off, ", *before) : "";
+  return fmt::format("{}put {} on, then type its name", off, now);
+}
+
+// What is on the rig, as far as the entry names it.
+std::optional<Gate> gate_of_setup(const QueueFacts& facts, const HeadFacts& head) {
+  const auto& terms = head.terms;
+  if (facts.on_rig != head.specimen) {
+    return gate_for(Gate::Kind::specimen, head, head.specimen,
+                    exchange_words(facts.on_rig, head.specimen));
+  }
+  if (!terms.probe.empty() && facts.probe != terms.probe) {
+    return gate_for(Gate::Kind::probe, head, terms.probe,
+                    "probe: " + exchange_words(facts.probe, terms.probe));
+  }
+  if (!terms.fixture.empty() && facts.fixture != terms.fixture) {
+    return gate_for(Gate::Kind::fixture, head, terms.fixture,
+                    "fixture: " + exchange_words(facts.fixture, terms.fixture));
+  }
+  if (!facts.stranger) return std::nullopt;
+  return gate_for(Gate::Kind::stranger, head, head.specimen,
+                  fmt::format("{}; look what is on the rig, put {} on, then type its name",
+                              *facts.stranger, head.specimen));
+}
+
+// The last of the times that it has to wait for.
+std::optional<WaitUntil> wait_of(const QueueFacts& facts, const HeadFacts& head) {
+  const auto& terms = head.terms;
+  WaitUntil out;
+  out.entry = head.entry;
+  out.unix_s = facts.now_unix_s;
+  const auto wait_until = [&](std::int64_t unix_s, std::string_view why) {
+    if (unix_s <= out.unix_s) return;
+    out.unix_s = unix_s;
+    out.why = fmt::format("entry {} begins at {} ({})", head.entry, local_time(unix_s), why);
+  };
+  if (facts.last_end_unix_s && terms.rest_s > 0) {
+    const auto rest_s = static_cast<std::int64_t>(std::ceil(terms.rest_s));
+    wait_until(*facts.last_end_unix_s + rest_s, fmt::format("a rest of {} s", rest_s));
+  }
+  if (terms.not_before_unix_s) wait_until(*terms.not_before_unix_s, "not before");
+  if (terms.between) {
+    wait_until(next_inside(out.unix_s, *terms.between), "between " + to_string(*terms.between));
+  }
+  if (out.why.empty()) return std::nullopt;
+  return out;
+}
+
 // Of a failure that terms may decide on.
 Aftermath as_terms_say(const EntryOutcome& outcome, const QueueTerms& terms, std::int64_t attempts,
                        Aftermath after) {
@@ -76,10 +136,11 @@ Aftermath as_terms_say(const EntryOutcome& outcome, const QueueTerms& terms, std
 }  // namespace
 
 std::string_view to_string(HoldCause cause) {
-  constexpr std::array<std::string_view, 14> kWords{
-      "not_started",       "person", "restart",          "empty",   "not_standing", "left_loaded",
-      "frame_fault",       "limit",  "other_instrument", "aborted", "failure",      "look",
-      "too_many_failures", "bug"};
+  constexpr std::array<std::string_view, 15> kWords{
+      "not_started",       "person",      "restart",     "empty",
+      "not_standing",      "left_loaded", "frame_fault", "limit",
+      "other_instrument",  "aborted",     "failure",     "look",
+      "too_many_failures", "clock_step",  "bug"};
   return kWords[static_cast<std::size_t>(cause)];
 }
 
@@ -95,12 +156,14 @@ HoldCause cause_of(Hazard hazard) {
 }
 
 std::string_view to_string(Gate::Kind kind) {
-  return kind == Gate::Kind::specimen ? "specimen" : "person";
+  constexpr std::array<std::string_view, 5> kWords{"specimen", "probe", "fixture", "stranger",
+                                                   "person"};
+  return kWords[static_cast<std::size_t>(kind)];
 }
 
 Result<> check_answer(const Gate& gate, std::string_view answer) {
   if (trimmed(answer) == gate.expected) return {};
-  if (gate.kind == Gate::Kind::specimen) {
+  if (gate.kind != Gate::Kind::person) {
     return fail(Errc::invalid_request,
                 "the next run needs `{}` on the rig, and not `{}`: nothing moves; put it on and "
                 "type its name, or take the entry out (`lcrig queue remove {}`)",
@@ -116,23 +179,21 @@ NextAct next_act(const QueueFacts& facts) {
   if (!facts.head) return Finished();
   const HeadFacts& head = *facts.head;
   if (head.state != EntryState::waiting) return Stay();
-  Gate gate;
-  gate.entry = head.entry;
-  if (facts.on_rig != head.specimen) {
-    gate.kind = Gate::Kind::specimen;
-    gate.expected = head.specimen;
-    const std::string off = facts.on_rig ? fmt::format("take {} off, ", *facts.on_rig) : "";
-    gate.prompt =
-        fmt::format("entry {}: {}put {} on, then type its name", head.entry, off, head.specimen);
-    return gate;
+  const auto& last = head.terms.not_after_unix_s;
+  if (last && facts.now_unix_s > *last) {
+    TooLate late;
+    late.entry = head.entry;
+    late.why = fmt::format("entry {} was to begin before {}: queue it anew", head.entry,
+                           local_time(*last));
+    return late;
   }
+  // First what a person has to do: then the rest goes by itself, whatever the hour.
+  if (auto gate = gate_of_setup(facts, head)) return *std::move(gate);
+  if (auto wait = wait_of(facts, head)) return *std::move(wait);
   if (head.moves && !head.terms.unattended && !facts.person_there) {
-    gate.kind = Gate::Kind::person;
-    gate.expected = kYes;
-    gate.prompt =
-        fmt::format("entry {}: {} on {} moves the frame; type yes when you are at the rig",
-                    head.entry, head.protocol, head.specimen);
-    return gate;
+    return gate_for(Gate::Kind::person, head, std::string(kYes),
+                    fmt::format("{} on {} moves the frame; type yes when you are at the rig",
+                                head.protocol, head.specimen));
   }
   return Begin{head.entry};
 }

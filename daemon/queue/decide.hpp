@@ -31,6 +31,7 @@ enum class HoldCause {
   failure,  // of an entry whose terms say so, or that no terms may decide on
   look,  // the same: one more attempt once a person has looked
   too_many_failures,
+  clock_step,  // somebody set the clock while an entry waited for a time
   bug
 };
 std::string_view to_string(HoldCause cause);
@@ -49,13 +50,20 @@ struct QueueFacts {
   bool run_goes_on = false;  // of whomever
   std::optional<HeadFacts> head;
   std::optional<std::string> on_rig;  // the specimen; nullopt: nobody knows
+  std::optional<std::string> probe, fixture;  // likewise
+  std::optional<std::string> stranger;  // why what is on the rig may not be that specimen
   bool person_there = false;  // acted since the last run of the queue began
+  std::int64_t now_unix_s = 0;
+  std::optional<std::int64_t> last_end_unix_s;  // of a run of anybody
 };
 
 // What a person has to do before an entry begins.
 struct Gate {
   enum class Kind {
     specimen,  // put it on, and type its name
+    probe,
+    fixture,
+    stranger,  // its capacitance is not that of the specimen: look, and type the name all the same
     person  // be there while the frame moves, and type "yes"
   };
   Kind kind = Kind::person;
@@ -71,7 +79,15 @@ struct Finished {};  // it goes, and nothing is left
 struct Begin {
   std::int64_t entry = 0;
 };
-using NextAct = std::variant<Stay, Finished, Gate, Begin>;
+struct WaitUntil {  // a time; nobody need act
+  std::int64_t entry = 0, unix_s = 0;
+  std::string why;
+};
+struct TooLate {  // it was to begin before a time that has passed
+  std::int64_t entry = 0;
+  std::string why;
+};
+using NextAct = std::variant<Stay, Finished, Gate, Begin, WaitUntil, TooLate>;
 NextAct next_act(const QueueFacts& facts);
 
 // How an entry came out.

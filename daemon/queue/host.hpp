@@ -17,12 +17,15 @@ struct TurnOfQueue {
   std::int64_t entry = 0;
   RunRequest run;
   std::optional<std::int64_t> resumes_run;
+  bool compares = true;  // what is on the rig with what the specimen should show
 };
 
 // How it came out. `outcome` is an error when it was refused before anything was commanded.
 struct TurnEnd {
   Result<RunOutcome> outcome;
   std::optional<Hazard> hazard;
+  // It did not begin, because what is on the rig does not seem to be its specimen; in words.
+  std::optional<std::string> stranger;
 };
 
 class QueueHost {

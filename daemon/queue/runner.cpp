@@ -3,7 +3,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -18,6 +17,9 @@ using nlohmann::json;
 
 namespace {
 
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+constexpr Duration kLongestLook = 10s;  // a time of the day may come sooner: the clock may be set
+constexpr Duration kPresence = 15min;  // of a person who acted; a time may have been waited for
 constexpr Duration kBetweenTries = 10s;  // of what is repeated by itself
 constexpr std::size_t kLongestReason = 500;  // characters in the journal
 
@@ -25,28 +27,6 @@ QueueActor itself(const Clock& clock) {
   QueueActor out;
   out.now_unix_ns = clock.unix_ns();
   return out;
-}
-
-// Of a run that is about to begin; the recorder checks again.
-Result<> check_room(const std::string& database, std::int64_t bytes) {
-  std::error_code unknown;
-  const auto folder = std::filesystem::absolute(database).parent_path();
-  const auto space = std::filesystem::space(folder, unknown);
-  if (unknown || space.available >= static_cast<std::uintmax_t>(bytes)) return {};
-  return fail(Errc::io, "{}: {:.1f} MB are free, and the runs that wait need {:.1f} MB: free some",
-              folder.string(), static_cast<double>(space.available) / 1e6,
-              static_cast<double>(bytes) / 1e6);
-}
-
-Result<> not_locked(const Database& db, const QueueActor& who) {
-  auto state = get_queue_state(db);
-  if (!state) return fail(state.error());
-  if (!state->lock || state->lock->uid == who.uid) return {};
-  const auto& lock = *state->lock;
-  return fail(Errc::busy,
-              "the queue is locked by {}{}: nobody else changes it; `lcrig queue unlock --force` "
-              "unlocks it all the same",
-              lock.user, lock.why.empty() ? "" : " (" + printable(lock.why, 200) + ")");
 }
 
 Result<RunRequest> request_of(const QueuedRun& stored) {
@@ -61,20 +41,6 @@ Result<RunRequest> request_of(const QueuedRun& stored) {
   ParamsReader in(object, "entry");
   in.numbers("parameters", out.parameters);
   if (auto ok = in.finish(); !ok) return fail(ok.error());
-  return out;
-}
-
-QueuedRun stored_form(const QueueAdd& wanted, const EntryPlan& plan) {
-  QueuedRun out;
-  out.protocol_name = wanted.run.protocol_name;
-  out.protocol_text = wanted.run.protocol_text;
-  out.parameters_json = to_json(wanted.run)["parameters"].dump();
-  out.specimen_name = wanted.run.specimen_name;
-  out.specimen_text = wanted.run.specimen_text;
-  out.operator_name = wanted.run.operator_name;
-  out.note = wanted.run.note;
-  out.terms_json = to_json_text(wanted.terms);
-  out.plan_json = to_json(plan).dump();
   return out;
 }
 
@@ -156,6 +122,10 @@ Result<QueueRunner::Look> QueueRunner::look_at(const Database& db) {
   auto head = queue_head(db);
   if (!head) return fail(head.error());
   out.head = std::move(*head);
+  auto end = db.first("SELECT ended_unix_ns FROM run_end ORDER BY run_id DESC LIMIT 1",
+                      [](const Statement& s) { return s.integer(0); });
+  if (!end) return fail(end.error());
+  out.last_end_unix_ns = *end;
   return out;
 }
 
@@ -164,10 +134,15 @@ QueueFacts QueueRunner::facts_of(const Look& look) const {
   out.going = look.state.going;
   out.run_goes_on = host_.is_running();
   out.on_rig = look.state.on_rig;
-  out.person_there = person_there_;
+  out.person_there = person_seen_ && clock_.now() - *person_seen_ <= kPresence;
+  out.probe = probe_;
+  out.fixture = fixture_;
+  out.now_unix_s = clock_.unix_ns() / kSecond_ns;
+  if (look.last_end_unix_ns) out.last_end_unix_s = *look.last_end_unix_ns / kSecond_ns;
   if (!look.head) return out;
   HeadFacts head;
   head.entry = look.head->entry;
+  if (stranger_ && stranger_->first == head.entry) out.stranger = stranger_->second;
   head.state = look.head->state;
   head.protocol = look.head->protocol_name;
   head.specimen = look.head->specimen_name;
@@ -199,26 +174,50 @@ Task<Result<NextAct>> QueueRunner::look() {
   co_return next;
 }
 
-Task<> QueueRunner::tell_change() {
-  auto next = co_await look();
-  static_cast<void>(next);  // `run` looks, too, and does it
-  wake();
-}
-
 // Looks, and does one thing or waits until something changed.
 Task<> QueueRunner::step() {
   const std::uint64_t seen = wakes_;
   auto next = co_await look();
   if (ending_) co_return;
+  const auto step_s = next ? clock_step_s(*next) : std::nullopt;
+  const bool stays = next && std::holds_alternative<Stay>(*next);
+  const Duration patience = stays ? Duration(24h) : kLongestLook;
   if (!next) {
     co_await wait_for_change(seen, kBetweenTries);
+  } else if (step_s) {
+    auto why = fmt::format(
+        "somebody set the clock by {:.0f} s while the queue waited for a time: nothing begins "
+        "before a person says so",
+        *step_s);
+    co_await hold_by_itself(HoldCause::clock_step, std::move(why));
   } else if (const Begin* begin = std::get_if<Begin>(&*next)) {
     co_await take_turn(begin->entry);
   } else if (std::holds_alternative<Finished>(*next)) {
     co_await finish();
+  } else if (const TooLate* late = std::get_if<TooLate>(&*next)) {
+    co_await refuse_late(*late);
   } else {
-    co_await wait_for_change(seen, 24h);
+    co_await wait_for_change(seen, patience);
   }
+}
+
+// Whoever sets the clock by hours may not know that a run waits for it.
+std::optional<double> QueueRunner::clock_step_s(const NextAct& next) {
+  constexpr std::int64_t kStep_ns = 2 * kSecond_ns;
+  const std::int64_t offset_ns = clock_.unix_ns() - clock_.now().time_since_epoch().count();
+  const auto before = waiting_offset_ns_;
+  waiting_offset_ns_.reset();
+  if (before && std::abs(offset_ns - *before) > kStep_ns && !std::holds_alternative<Stay>(next)) {
+    return static_cast<double>(offset_ns - *before) / 1e9;
+  }
+  if (std::holds_alternative<WaitUntil>(next)) waiting_offset_ns_ = offset_ns;
+  return std::nullopt;
+}
+
+Task<> QueueRunner::refuse_late(TooLate late) {
+  TurnEnd end;
+  end.outcome = fail(Errc::invalid_request, "{}", late.why);
+  co_await store_end(late.entry, std::move(end));
 }
 
 Task<> QueueRunner::wait_for_change(std::uint64_t seen, Duration patience) {
@@ -244,6 +243,10 @@ void QueueRunner::show_look(const Look& look, const NextAct& next) {
     now.gate = to_string(gate->kind);
     now.prompt = gate->prompt;
   }
+  if (const WaitUntil* wait = std::get_if<WaitUntil>(&next)) {
+    now.gate = "time";
+    now.prompt = wait->why;
+  }
   status_ = std::move(now);
   if (!status_.prompt.empty() && status_.prompt != before) {
     spdlog::info("the queue waits: {}", printable(status_.prompt, kLongestReason));
@@ -252,27 +255,32 @@ void QueueRunner::show_look(const Look& look, const NextAct& next) {
 }
 
 Task<> QueueRunner::finish() {
+  spdlog::info("the queue is done");
+  std::string why("nothing is left in it");
+  co_await hold_by_itself(HoldCause::empty, std::move(why));
+}
+
+Task<> QueueRunner::hold_by_itself(HoldCause cause, std::string why) {
+  if (cause != HoldCause::empty) {
+    spdlog::warn("the queue holds ({}): {}", to_string(cause), printable(why, kLongestReason));
+  }
   const QueueActor who = itself(clock_);
-  const auto job = [who](const Database& db) {
-    return hold_queue(db, to_string(HoldCause::empty), "nothing is left in it", who);
+  const auto job = [cause, why, who](const Database& db) {
+    return hold_queue(db, to_string(cause), why, who);
   };
   auto held = co_await store_.with(job);
-  if (held) {
-    spdlog::info("the queue is done");
-  } else {
-    const std::uint64_t seen = wakes_;
-    co_await wait_for_change(seen, kBetweenTries);
-  }
+  const std::uint64_t seen = wakes_;
+  if (!held) co_await wait_for_change(seen, kBetweenTries);
 }
 
 // The entry with its texts; what it needs is there.
 Task<Result<TurnOfQueue>> QueueRunner::turn_of(std::int64_t entry) {
-  const auto job = [entry, path = store_.path()](const Database& db) -> Result<TurnOfQueue> {
+  const auto job = [this, entry](const Database& db) -> Result<TurnOfQueue> {
     auto stored = get_queued_run(db, entry);
     if (!stored) return fail(stored.error());
     auto listing = get_queue_entry(db, entry);
     if (!listing) return fail(listing.error());
-    if (auto room = check_room(path, parse_entry_plan(stored->plan_json).bytes); !room) {
+    if (auto room = store_.check_room(parse_entry_plan(stored->plan_json).bytes); !room) {
       return fail(room.error());
     }
     auto run = request_of(*stored);
@@ -288,15 +296,20 @@ Task<Result<TurnOfQueue>> QueueRunner::turn_of(std::int64_t entry) {
 
 Task<> QueueRunner::take_turn(std::int64_t entry) {
   const std::uint64_t seen = wakes_;
-  const bool was_there = std::exchange(person_there_, false);
+  const auto seen_before = std::exchange(person_seen_, std::nullopt);
   TurnEnd end;
   auto turn = co_await turn_of(entry);
   if (turn) {
+    turn->compares = vouched_ != entry;
     end = co_await host_.take_turn(std::move(*turn));
   } else {
     end.outcome = fail(turn.error());
   }
-  if (!end.outcome) person_there_ = was_there;  // nothing moved
+  if (!end.outcome) person_seen_ = seen_before;  // nothing moved
+  if (end.stranger) {
+    stranger_.emplace(entry, *end.stranger);
+    co_return;
+  }
   // Somebody else was quicker, and it is the turn of this entry afterwards.
   if (!end.outcome && end.outcome.error().code == Errc::busy) {
     co_await wait_for_change(seen, kBetweenTries);
@@ -323,7 +336,7 @@ Task<> QueueRunner::store_end(std::int64_t entry, TurnEnd end) {
     }
     if (!*after) co_return;
     if ((*after)->hold) {
-      person_there_ = false;
+      person_seen_.reset();
       spdlog::warn("the queue holds ({}): {}", to_string(*(*after)->hold),
                    printable((*after)->why, kLongestReason));
     } else if ((*after)->entry == EntryState::waiting) {
@@ -331,168 +344,6 @@ Task<> QueueRunner::store_end(std::int64_t entry, TurnEnd end) {
     }
     co_return;
   }
-}
-
-Task<QueueActor> QueueRunner::actor(PeerCredentials peer) {
-  QueueActor who;
-  who.uid = peer.uid;
-  who.user = co_await host_.name_of(peer);
-  who.now_unix_ns = clock_.unix_ns();
-  co_return who;
-}
-
-template <class Job>
-Task<Result<>> QueueRunner::change(Job job, PeerCredentials peer) {
-  const QueueActor who = co_await actor(std::move(peer));
-  const auto guarded = [&job, &who](const Database& db) -> Result<> {
-    if (auto free = not_locked(db, who); !free) return free;
-    return job(db, who);
-  };
-  auto done = co_await store_.with(guarded);
-  co_return done;
-}
-
-Task<Result<QueueAdded>> QueueRunner::add(QueueAdd wanted, PeerCredentials peer) {
-  const QueueActor who = co_await actor(std::move(peer));
-  if (wanted.run.operator_name.empty()) wanted.run.operator_name = who.user;
-  auto plan = co_await host_.plan_entry(wanted.run);
-  if (!plan) co_return fail(plan.error());
-  QueueAdded out;
-  out.plan = std::move(*plan);
-  const std::vector<QueuedRun> runs(1, stored_form(wanted, out.plan));
-  const auto job = [&](const Database& db) -> Result<std::vector<std::int64_t>> {
-    if (auto free = not_locked(db, who); !free) return fail(free.error());
-    auto waiting = sum_of_plans(db, -1);
-    if (!waiting) return fail(waiting.error());
-    if (auto room = check_room(store_.path(), waiting->bytes + out.plan.bytes); !room) {
-      return fail(room.error());
-    }
-    return add_to_queue(db, runs, wanted.place, who);
-  };
-  auto entries = co_await store_.with(job);
-  if (!entries) co_return fail(entries.error());
-  out.entry = entries->front();
-  co_await tell_change();
-  co_return out;
-}
-
-Task<Result<>> QueueRunner::move(std::int64_t entry, QueuePlace place, PeerCredentials peer) {
-  const auto job = [entry, place](const Database& db, const QueueActor& who) {
-    return move_in_queue(db, entry, place, who);
-  };
-  auto done = co_await change(job, std::move(peer));
-  co_await tell_change();
-  co_return done;
-}
-
-Task<Result<>> QueueRunner::remove(std::int64_t entry, PeerCredentials peer) {
-  const auto job = [entry](const Database& db, const QueueActor& who) {
-    return remove_from_queue(db, entry, who);
-  };
-  auto done = co_await change(job, std::move(peer));
-  co_await tell_change();
-  co_return done;
-}
-
-Task<Result<std::int64_t>> QueueRunner::clear(PeerCredentials peer) {
-  std::int64_t removed = 0;
-  const auto job = [&removed](const Database& db, const QueueActor& who) -> Result<> {
-    auto count = clear_queue(db, who);
-    if (!count) return fail(count.error());
-    removed = *count;
-    return {};
-  };
-  auto done = co_await change(job, std::move(peer));
-  co_await tell_change();
-  if (!done) co_return fail(done.error());
-  co_return removed;
-}
-
-Task<Result<>> QueueRunner::start(HeadChoice choice, PeerCredentials peer) {
-  const auto job = [choice](const Database& db, const QueueActor& who) -> Result<> {
-    auto look = look_at(db);
-    if (!look) return fail(look.error());
-    const bool looked = look->head && look->head->state == EntryState::failed &&
-                        look->state.held_cause == to_string(HoldCause::look);
-    const bool repeats = looked && choice == HeadChoice::none;
-    return start_queue(db, repeats ? HeadChoice::repeat : choice, who);
-  };
-  auto started = co_await change(job, std::move(peer));
-  if (!started) co_return started;
-  person_there_ = true;
-  host_.forget_identities();
-  co_await tell_change();
-  co_return started;
-}
-
-Task<Result<>> QueueRunner::hold(std::string why, PeerCredentials peer) {
-  const QueueActor who = co_await actor(std::move(peer));
-  const std::string words = why.empty() ? "by " + who.user : why + " (by " + who.user + ")";
-  person_there_ = false;
-  const auto job = [&words, &who](const Database& db) {
-    return hold_queue(db, to_string(HoldCause::person), words, who);
-  };
-  auto held = co_await store_.with(job);
-  co_await tell_change();
-  co_return held;
-}
-
-Task<Result<>> QueueRunner::lock(std::string why, PeerCredentials peer) {
-  const auto job = [&why](const Database& db, const QueueActor& who) {
-    return lock_queue(db, why, who);
-  };
-  auto done = co_await change(job, std::move(peer));
-  co_await tell_change();
-  co_return done;
-}
-
-Task<Result<>> QueueRunner::unlock(bool force, PeerCredentials peer) {
-  const QueueActor who = co_await actor(std::move(peer));
-  const auto job = [force, &who](const Database& db) -> Result<> {
-    if (!force) {
-      if (auto free = not_locked(db, who); !free) return free;
-    }
-    return unlock_queue(db, who);
-  };
-  auto unlocked = co_await store_.with(job);
-  co_await tell_change();
-  co_return unlocked;
-}
-
-Task<Result<>> QueueRunner::answer(std::string text, std::optional<std::int64_t> entry,
-                                   PeerCredentials peer) {
-  if (!gate_) {
-    co_return fail(Errc::invalid_request,
-                   "the queue waits for no answer: it was given, or the queue is held");
-  }
-  if (entry && *entry != gate_->entry) {
-    co_return fail(Errc::invalid_request, "entry {} is not at the gate: entry {} is; nothing moves",
-                   *entry, gate_->entry);
-  }
-  if (auto right = check_answer(*gate_, text); !right) {
-    spdlog::warn("a gate of the queue stays shut: {}", printable(right.error().what));
-    co_return right;
-  }
-  // A second answer that comes meanwhile finds no gate.
-  Gate gate = *std::exchange(gate_, std::nullopt);
-  answering_ = true;
-  auto stored = co_await store_answer(std::move(gate), std::move(peer));
-  answering_ = false;
-  co_await tell_change();
-  co_return stored;
-}
-
-Task<Result<>> QueueRunner::store_answer(Gate gate, PeerCredentials peer) {
-  const QueueActor who = co_await actor(std::move(peer));
-  const auto job = [&gate, &who](const Database& db) -> Result<> {
-    if (gate.kind == Gate::Kind::specimen) {
-      return tell_specimen_on_rig(db, gate.expected, gate.entry, who);
-    }
-    return append_queue_act(db, "answer", gate.entry, gate.expected, who);
-  };
-  auto stored = co_await store_.with(job);
-  if (stored) person_there_ = true;
-  co_return stored;
 }
 
 }  // namespace lcrig

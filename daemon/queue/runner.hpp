@@ -58,6 +58,7 @@ class QueueRunner final : public QueueHandler {
     QueueState state;
     std::int64_t count = 0;
     std::optional<QueueListing> head;
+    std::optional<std::int64_t> last_end_unix_ns;  // of a run of anybody
   };
   static Result<Look> look_at(const Database& db);
   QueueFacts facts_of(const Look& look) const;
@@ -70,6 +71,10 @@ class QueueRunner final : public QueueHandler {
   Task<Result<TurnOfQueue>> turn_of(std::int64_t entry);
   Task<> store_end(std::int64_t entry, TurnEnd end);
   Task<> finish();
+  Task<> hold_by_itself(HoldCause cause, std::string why);
+  // How far somebody set the clock while an entry waited for a time.
+  std::optional<double> clock_step_s(const NextAct& next);
+  Task<> refuse_late(TooLate late);
   Task<Result<>> store_answer(Gate gate, PeerCredentials peer);
   Task<QueueActor> actor(PeerCredentials peer);
   // Changes the queue unless somebody else locked it. `tell_change` follows.
@@ -85,7 +90,14 @@ class QueueRunner final : public QueueHandler {
   std::uint64_t wakes_ = 0;
   QueueStatus status_;
   std::optional<Gate> gate_;  // that is shut
-  bool person_there_ = false;  // acted since the last turn began
+  std::optional<MonoTime> person_seen_;  // acted then, and no turn began since
+  // What a person said is on the rig; nobody knows after a restart.
+  std::optional<std::string> probe_, fixture_;
+  // The entry whose specimen does not show what it should, and the one that a person vouched for.
+  std::optional<std::pair<std::int64_t, std::string>> stranger_;
+  std::int64_t vouched_ = 0;
+  std::optional<std::int64_t>
+      waiting_offset_ns_;  // wall clock minus ours, while a time is waited for
   bool answering_ = false;  // the answer to a gate is being stored
   bool ending_ = false, over_ = false;
 };

@@ -49,7 +49,8 @@ class QueueStore {
     const auto is_free = [this] { return !busy_; };
     co_await free_.wait(is_free);
   }
-  const std::string& path() const { return path_; }
+  // Whether the disk has room for the runs that wait; the recorder checks again. Errors: io.
+  Result<> check_room(std::int64_t bytes) const;
 
  private:
   Result<> connect() {

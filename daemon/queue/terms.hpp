@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// On what terms an entry waits in the queue: what is done after a failure, and whether it may move
-// the frame while nobody is there.
+// On what terms an entry waits in the queue: when it may begin, what has to be on the rig, what is
+// done after a failure, and whether it may move the frame while nobody is there.
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "base/result.hpp"
+#include "daemon/queue/times.hpp"
 
 namespace lcrig {
+
+class ParamsReader;
 
 enum class OnFailure {
   hold,  // the queue, until a person says what is to be done
@@ -25,11 +29,17 @@ struct QueueTerms {
   OnFailure on_failure = OnFailure::hold;
   std::int64_t failures_max = 3;  // in a row, of whatever entries; then the queue holds
   bool unattended = false;  // may move the frame without a person
+  double rest_s = 0;  // since the last run ended
+  std::optional<std::int64_t> not_before_unix_s, not_after_unix_s;  // when it may begin
+  std::optional<DayWindow> between;
+  std::string probe, fixture;  // as people call them; empty: whichever is there
 };
 inline constexpr std::int64_t kMostFailuresInRow = 100;
 
-std::string to_json_text(const QueueTerms& terms);
-// Errors: garbled. What is missing has its default.
+// The members of an object that are terms. What is missing has its default.
+void read_terms(ParamsReader& in, QueueTerms& out);
+nlohmann::json to_json(const QueueTerms& terms);
+// As stored. Errors: garbled.
 Result<QueueTerms> parse_terms(std::string_view json_text);
 
 }  // namespace lcrig

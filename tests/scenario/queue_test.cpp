@@ -246,6 +246,103 @@ TEST_F(QueueOfRuns, WatchersAreToldWhatItWaitsFor) {
   EXPECT_THAT(told["params"]["prompt"].get<std::string>(), HasSubstr("put paper-1 on"));
 }
 
+TEST_F(QueueOfRuns, AStrangerIsNamedAndNotPressed) {
+  troubles[2].stray_F = 3e-12;
+  troubles[3].stray_F = 3e-12;
+  queue_up({"paper-1", "paper-1"}, kUnattended);
+  ok("queue.start");
+  answer_gate("specimen", "paper-1");
+  ASSERT_TRUE(until_gate("stranger"));
+  EXPECT_EQ(runs(), 1);
+  EXPECT_THAT(queue()["prompt"].get<std::string>(), HasSubstr("but paper-1 had"));
+  EXPECT_THAT(queue()["prompt"].get<std::string>(), HasSubstr("in run 1"));
+  clock.run_for(io, 60min);
+  EXPECT_EQ(runs(), 1);
+  EXPECT_THAT(refusal("queue.answer", {{"text", "yes"}}), HasSubstr("nothing moves"));
+  ok("queue.answer", {{"text", "paper-1"}});  // a person vouches for it
+  ASSERT_TRUE(until_held());
+  EXPECT_EQ(queue()["cause"], "empty");
+  EXPECT_EQ(runs(), 2);
+}
+
+TEST_F(QueueOfRuns, WithoutARunOfItsOwnASpecimenIsComparedWithItsFile) {
+  troubles[1].stray_F = 5e-12;
+  queue_up({"paper-1"}, kUnattended);
+  ok("queue.start");
+  answer_gate("specimen", "paper-1");
+  ASSERT_TRUE(until_gate("stranger"));
+  EXPECT_THAT(queue()["prompt"].get<std::string>(), HasSubstr("by its file"));
+  EXPECT_EQ(runs(), 0);
+}
+
+TEST_F(QueueOfRuns, RestsAndWaitsForATime) {
+  const auto now_s = clock.unix_ns() / 1'000'000'000;
+  queue_up({"paper-1"}, {{"unattended", true}, {"not_before_unix_s", now_s + 7200}});
+  queue_up({"paper-1"}, {{"unattended", true}, {"rest_s", 600}});
+  ok("queue.start");
+  answer_gate("specimen", "paper-1");
+  ASSERT_TRUE(until_gate("time"));
+  EXPECT_THAT(queue()["prompt"].get<std::string>(), HasSubstr("not before"));
+  EXPECT_THAT(refusal("queue.answer", {{"text", "yes"}}), HasSubstr("waits for no answer"));
+  ASSERT_TRUE(until([this](const json&) { return runs() == 2; }, 4h));
+  EXPECT_GE(count("SELECT min(started_unix_ns) FROM run") / 1'000'000'000, now_s + 7200);
+  EXPECT_GE(count("SELECT (SELECT started_unix_ns FROM run WHERE id = 2) - (SELECT ended_unix_ns "
+                  "FROM run_end WHERE run_id = 1)"),
+            599'000'000'000);
+  ASSERT_TRUE(until_held());
+}
+
+TEST_F(QueueOfRuns, WhoSetTheClockOverATimeIsAskedAndNothingMoves) {
+  const auto now_s = clock.unix_ns() / 1'000'000'000;
+  queue_up({"paper-1"}, {{"unattended", true}, {"not_before_unix_s", now_s + 7200}});
+  ok("queue.start");
+  answer_gate("specimen", "paper-1");
+  ASSERT_TRUE(until_gate("time"));
+  clock.step_wall_clock(3h);
+  ASSERT_TRUE(until_held());
+  EXPECT_EQ(queue()["cause"], "clock_step");
+  EXPECT_THAT(queue()["why"].get<std::string>(), HasSubstr("set the clock by 10800 s"));
+  clock.run_for(io, 60min);
+  EXPECT_EQ(runs(), 0);
+  ok("queue.start");
+  ASSERT_TRUE(until_held());
+  EXPECT_EQ(runs(), 1);
+}
+
+TEST_F(QueueOfRuns, ConsentDoesNotLastUntilTheNight) {
+  const auto now_s = clock.unix_ns() / 1'000'000'000;
+  queue_up({"paper-1"}, {{"not_before_unix_s", now_s + 7200}});
+  ok("queue.start");
+  answer_gate("specimen", "paper-1");
+  ASSERT_TRUE(until_gate("time"));
+  ASSERT_TRUE(until([](const json& q) { return q["gate"] == "person"; }, 3h));
+  EXPECT_EQ(runs(), 0);
+}
+
+TEST_F(QueueOfRuns, AnEntryThatIsTooLateHoldsOrIsSkipped) {
+  const auto now_s = clock.unix_ns() / 1'000'000'000;
+  queue_up({"paper-1"},
+           {{"unattended", true}, {"not_after_unix_s", now_s + 60}, {"on_failure", "skip"}});
+  queue_up({"paper-1"}, {{"unattended", true}, {"not_after_unix_s", now_s + 60}});
+  ok("queue.start");
+  ASSERT_TRUE(until_gate("specimen"));
+  ASSERT_TRUE(until_held()) << "nobody came";
+  EXPECT_THAT(queue()["why"].get<std::string>(), HasSubstr("was to begin before"));
+  EXPECT_EQ(state(1), "skipped");
+  EXPECT_EQ(state(2), "waiting");
+  EXPECT_EQ(runs(), 0);
+}
+
+TEST_F(QueueOfRuns, AnotherProbeWaitsForItsName) {
+  queue_up({"paper-1"}, {{"unattended", true}, {"probe", "tip-4"}, {"fixture", "holder-2"}});
+  ok("queue.start");
+  answer_gate("specimen", "paper-1");
+  answer_gate("probe", "tip-4");
+  answer_gate("fixture", "holder-2");
+  ASSERT_TRUE(until_held());
+  EXPECT_EQ(runs(), 1);
+}
+
 TEST_F(QueueOfRuns, RemovesAndClearsAndKeepsAHistoryOfWhoDidIt) {
   queue_up({"paper-1", "paper-1", "paper-1"});
   ok("queue.remove", {{"entry", 2}});

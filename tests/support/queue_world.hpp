@@ -21,6 +21,7 @@ struct Trouble {
   std::string script;  // of faults; empty: none
   std::function<void(Instruments&)> at_start;  // before anybody is asked who it is; may be empty
   std::optional<Error> refuses;  // the ports do not open
+  double stray_F = 0;  // what the meter shows more
 };
 
 class TroubledRig final : public InstrumentFactory {
@@ -37,6 +38,7 @@ class TroubledRig final : public InstrumentFactory {
     SimRequest sim;
     sim.bench = *find_bench("paper");
     sim.bench.plant.contact_travel_m = 0.6e-3;
+    sim.bench.plant.stray_capacitance_F = trouble.stray_F;
     sim.specimen = *request.specimen;
     sim.weights = request.weights;
     sim.max_force_N = request.max_force_N;

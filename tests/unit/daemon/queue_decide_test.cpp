@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <ctime>
+#include <nlohmann/json.hpp>
 
 namespace lcrig {
 namespace {
@@ -115,6 +117,99 @@ TEST(NextAct, MotionWithoutAPersonNeedsConsent) {
   EXPECT_TRUE(check_answer(gate, "yes"));
   EXPECT_FALSE(check_answer(gate, "paper-2"));
   EXPECT_FALSE(check_answer(gate, "no"));
+}
+
+TEST(NextAct, AnotherProbeOrFixtureNeedsAPerson) {
+  for (const auto kind : {Gate::Kind::probe, Gate::Kind::fixture}) {
+    QueueFacts f = facts();
+    f.head->terms.unattended = true;
+    const bool probe = kind == Gate::Kind::probe;
+    (probe ? f.head->terms.probe : f.head->terms.fixture) = "tip-4";
+    for (const bool known : kBoth) {
+      auto& there = probe ? f.probe : f.fixture;
+      there = known ? std::optional<std::string>("tip-2") : std::nullopt;
+      const auto act = next_act(f);
+      ASSERT_TRUE(is<Gate>(act));
+      EXPECT_EQ(std::get<Gate>(act).kind, kind);
+      EXPECT_TRUE(check_answer(std::get<Gate>(act), "tip-4"));
+      EXPECT_FALSE(check_answer(std::get<Gate>(act), "tip-2"));
+    }
+    (probe ? f.probe : f.fixture) = "tip-4";
+    EXPECT_TRUE(is<Begin>(next_act(f)));
+  }
+}
+
+TEST(NextAct, AStrangerIsWaitedFor) {
+  QueueFacts f = facts();
+  f.head->terms.unattended = true;
+  f.stranger = "at rest 5 pF are shown, but paper-2 had 3.6 pF in run 12";
+  const auto act = next_act(f);
+  ASSERT_TRUE(is<Gate>(act));
+  EXPECT_EQ(std::get<Gate>(act).kind, Gate::Kind::stranger);
+  EXPECT_THAT(std::get<Gate>(act).prompt, HasSubstr("had 3.6 pF in run 12"));
+  EXPECT_FALSE(check_answer(std::get<Gate>(act), "yes"));
+  EXPECT_TRUE(check_answer(std::get<Gate>(act), "paper-2"));
+}
+
+TEST(NextAct, BeginsAtTheLastOfTheTimesThatItWaitsFor) {
+  QueueFacts f = facts();
+  f.now_unix_s = 1'000'000;
+  f.last_end_unix_s = 999'990;
+  f.head->terms.rest_s = 60;
+  auto act = next_act(f);
+  ASSERT_TRUE(is<WaitUntil>(act));
+  EXPECT_EQ(std::get<WaitUntil>(act).unix_s, 1'000'050);
+  f.head->terms.not_before_unix_s = 1'000'500;
+  act = next_act(f);
+  ASSERT_TRUE(is<WaitUntil>(act));
+  EXPECT_EQ(std::get<WaitUntil>(act).unix_s, 1'000'500);
+  EXPECT_THAT(std::get<WaitUntil>(act).why, HasSubstr("not before"));
+  f.now_unix_s = 1'000'500;
+  EXPECT_TRUE(is<Begin>(next_act(f)));
+  f.head->terms.not_after_unix_s = 1'000'499;
+  EXPECT_TRUE(is<TooLate>(next_act(f)));
+}
+
+// A person acts in the evening, and the run begins at night.
+TEST(NextAct, AsksForTheSpecimenBeforeItWaitsForATimeAndForConsentAfterwards) {
+  QueueFacts f = facts();
+  f.head->terms.not_before_unix_s = 1000;
+  f.person_there = false;
+  f.on_rig = "paper-1";
+  ASSERT_TRUE(is<Gate>(next_act(f)));
+  f.on_rig = "paper-2";
+  EXPECT_TRUE(is<WaitUntil>(next_act(f)));
+  f.now_unix_s = 1000;
+  const auto act = next_act(f);
+  ASSERT_TRUE(is<Gate>(act));
+  EXPECT_EQ(std::get<Gate>(act).kind, Gate::Kind::person);
+}
+
+TEST(DayWindow, KnowsWhenItBeginsAlsoPastMidnight) {
+  const auto night = parse_day_window("18:00-06:30");
+  ASSERT_TRUE(night);
+  EXPECT_EQ(to_string(*night), "18:00-06:30");
+  // By its own arithmetic: the minute of the day as the C library has it.
+  const auto minute = [](std::int64_t t) {
+    const auto seconds = static_cast<std::time_t>(t);
+    std::tm local{};
+    ::localtime_r(&seconds, &local);
+    return local.tm_hour * 60 + local.tm_min;
+  };
+  for (std::int64_t t = 1'790'000'000; t < 1'790'000'000 + 86'400; t += 1'237) {
+    const auto begin = next_inside(t, *night);
+    const int m = minute(t);
+    const bool inside = m >= 18 * 60 || m < 6 * 60 + 30;
+    EXPECT_EQ(begin == t, inside) << m;
+    if (!inside) {
+      EXPECT_EQ(minute(begin), 18 * 60);
+      EXPECT_LT(begin - t, 12 * 3600);
+    }
+  }
+  for (const char* wrong : {"", "18:00", "18-06", "24:00-06:00", "18:60-06:00", "18:00-18:00",
+                            "18:00-06:00 ", "1:00-02:00"}) {
+    EXPECT_FALSE(parse_day_window(wrong)) << wrong;
+  }
 }
 
 TEST(NextAct, AnEmptyQueueIsFinished) {
@@ -277,14 +372,29 @@ TEST(QueueTerms, SurviveTheDatabase) {
   terms.on_failure = OnFailure::look;
   terms.failures_max = 7;
   terms.unattended = true;
-  const auto read = parse_terms(to_json_text(terms));
+  terms.rest_s = 90;
+  terms.not_before_unix_s = 5;
+  terms.not_after_unix_s = 6;
+  terms.between = parse_day_window("22:00-05:00");
+  terms.probe = "tip-4";
+  terms.fixture = "holder-2";
+  const auto read = parse_terms(to_json(terms).dump());
   ASSERT_TRUE(read) << read.error().what;
   EXPECT_EQ(read->on_failure, OnFailure::look);
   EXPECT_EQ(read->failures_max, 7);
   EXPECT_TRUE(read->unattended);
+  EXPECT_EQ(read->rest_s, 90);
+  EXPECT_EQ(read->not_before_unix_s, 5);
+  EXPECT_EQ(read->not_after_unix_s, 6);
+  EXPECT_EQ(read->between, terms.between);
+  EXPECT_EQ(read->probe, "tip-4");
+  EXPECT_EQ(read->fixture, "holder-2");
   EXPECT_FALSE(parse_terms("{}")->unattended) << "never by default";
   EXPECT_FALSE(parse_terms(R"({"on_failure":"pray"})"));
   EXPECT_FALSE(parse_terms("nonsense"));
+  EXPECT_FALSE(parse_terms(R"({"between":"25:00-01:00"})"));
+  EXPECT_FALSE(parse_terms(R"({"rest_s":-1})"));
+  EXPECT_FALSE(parse_terms(R"({"not_before_unix_s":7,"not_after_unix_s":6})"));
 }
 
 }  // namespace
