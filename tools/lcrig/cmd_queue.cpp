@@ -4,7 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/number.hpp"
 #include "base/text.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
@@ -12,6 +11,7 @@
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
 #include "tools/lcrig/queue_request.hpp"
+#include "tools/lcrig/queue_terms.hpp"
 
 namespace lcrig::cli {
 
@@ -31,11 +31,7 @@ class QueueAddCommand final : public Command {
     list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
     place_.declare(list);
-    list.one_of("--on-failure", on_failure_, {"hold", "skip", "look", "repeat"},
-                "What the queue does when it fails (default: hold)");
-    list.option("--failures-max", failures_max_, "N",
-                "So many failures in a row hold the queue (default: 3)");
-    list.flag("--unattended", unattended_, "It may move the frame while nobody is there");
+    terms_.declare(list);
   }
 
   Outcome<ExitCode> run(Context& context) override {
@@ -56,23 +52,15 @@ class QueueAddCommand final : public Command {
     run->note = note_;
     json out = to_json(*run);
     if (auto ok = place_.put_into(out, "last"); !ok) return ok.error();
-    if (!on_failure_.empty()) out["on_failure"] = on_failure_;
-    if (unattended_) out["unattended"] = true;
-    if (failures_max_.empty()) return out;
-    const auto most = number_from<std::int64_t>(failures_max_);
-    if (!most || *most < 1) {
-      return Failure(kUsage,
-                     fmt::format("--failures-max '{}' is not a number from 1 on", failures_max_),
-                     "lcrig queue add --help");
-    }
-    out["failures_max"] = *most;
+    const std::int64_t now_unix_s = context.clock.unix_ns() / 1'000'000'000;
+    if (auto ok = terms_.put_into(out, now_unix_s); !ok) return ok.error();
     return out;
   }
 
-  std::string protocol_, specimen_, operator_, note_, on_failure_, failures_max_;
+  std::string protocol_, specimen_, operator_, note_;
   std::vector<std::string> parameters_;
   PlaceOptions place_;
-  bool unattended_ = false;
+  TermsOptions terms_;
 };
 
 class QueueMoveCommand final : public Command {

@@ -117,12 +117,33 @@ class QueueShowCommand final : public Command {
     fmt::print(out, "terms       on failure {}, at most {} failures in a row{}\n",
                text_of(terms, "on_failure"), terms.value("failures_max", std::int64_t{0}),
                terms.value("unattended", false) ? ", unattended" : "");
+    print_conditions(out, terms);
     if (const json& run = e.at("run"); run.is_number()) {
       fmt::print(out, "runs        {}, the last one is {}\n", e.value("attempts", std::int64_t{0}),
                  run.get<std::int64_t>());
     }
     const std::string note = e.value("note", std::string());
     if (!note.empty()) fmt::print(out, "note        {}\n", printable(note, kLongestWords));
+  }
+
+  // When it may begin and with what on the rig; nothing of what is not asked for.
+  static void print_conditions(std::ostream& out, const json& terms) {
+    if (const double rest_s = terms.value("rest_s", 0.0); rest_s > 0) {
+      fmt::print(out, "rest        {} since the run before\n", format_time(rest_s));
+    }
+    for (const auto& [key, words] : {std::pair("not_before_unix_s", "not before"),
+                                     std::pair("not_after_unix_s", "not after")}) {
+      if (!terms.contains(key) || !terms.at(key).is_number()) continue;
+      const auto at_ns = terms.at(key).get<std::int64_t>() * 1'000'000'000;
+      fmt::print(out, "{:11} {}\n", words, format_utc(at_ns));
+    }
+    if (terms.contains("between") && terms.at("between").is_string()) {
+      fmt::print(out, "between     {}\n", text_of(terms, "between"));
+    }
+    for (const char* key : {"probe", "fixture"}) {
+      const auto name = text_of(terms, key);
+      if (!name.empty()) fmt::print(out, "{:11} {}\n", key, name);
+    }
   }
 
   std::string entry_;

@@ -20,8 +20,9 @@ void print_queue(std::ostream& out, const QueueStatus& q) {
 }
 
 std::string next_for_queue(const GlobalOptions& global, const QueueStatus& q) {
-  if (q.gate == "specimen") {
-    return next_command(global, {"queue", "answer", "NAME"}, "of the specimen that is on the rig");
+  if (q.gate == "time") return {};
+  if (!q.gate.empty() && q.gate != "person") {
+    return next_command(global, {"queue", "answer", "NAME"}, "of what is on the rig");
   }
   if (q.gate == "person") return next_command(global, {"queue", "answer", "yes"});
   if (q.going || q.count == 0) return {};

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "storage/database.hpp"
 #include "tests/support/queued_run.hpp"
 #include "tests/support/temp_dir.hpp"
@@ -245,6 +247,26 @@ TEST_F(Queue, HoldingKeepsTheFirstReason) {
   ASSERT_TRUE(hold_queue(db, "limit", "too much", QueueActor()));
   ASSERT_TRUE(hold_queue(db, "person", "by lab", by("lab")));
   EXPECT_EQ(queue().held_cause, "limit");
+}
+
+TEST_F(Queue, OfTenThousandEntriesNoneIsLostOrOutOfOrder) {
+  const std::vector<QueuedRun> runs(10'000, queued("paper-1"));
+  const auto entries = add_to_queue(db, runs, QueuePlace(), by("lab"));
+  ASSERT_TRUE(entries) << entries.error().what;
+  std::vector<std::int64_t> expected = *entries;
+  EXPECT_EQ(order_of(db), expected);
+  // The last one to the front, again and again.
+  for (int i = 0; i < 50; ++i) {
+    ASSERT_TRUE(move_in_queue(db, expected.back(), at(Where::before, expected.front()), by("lab")));
+    std::rotate(expected.begin(), expected.end() - 1, expected.end());
+  }
+  EXPECT_EQ(order_of(db), expected);
+  const auto page = list_queue(db, 9'990, 500);
+  ASSERT_TRUE(page);
+  EXPECT_EQ(page->size(), 10U);
+  EXPECT_EQ(page->back().entry, expected.back());
+  EXPECT_EQ(clear_queue(db, by("lab")).value(), 10'000);
+  EXPECT_EQ(count_queue(db).value(), 0);
 }
 
 TEST_F(Queue, IsLockedAndUnlocked) {

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/when.hpp"
+
+#include <gtest/gtest.h>
+
+#include <ctime>
+#include <string>
+
+namespace lcrig::cli {
+namespace {
+
+constexpr std::int64_t kNow = 1'790'000'000;
+
+std::string shown(std::int64_t unix_s, const char* format) {
+  const auto t = static_cast<std::time_t>(unix_s);
+  std::tm local{};
+  ::localtime_r(&t, &local);
+  char out[64];
+  std::strftime(out, sizeof out, format, &local);
+  return out;
+}
+
+TEST(UnixTimeOf, ATimeOfTheDayIsTheNextOne) {
+  for (const char* text : {"00:00", "06:30", "22:00", "23:59"}) {
+    const auto found = unix_time_of(text, kNow);
+    ASSERT_TRUE(found) << text;
+    EXPECT_EQ(shown(*found, "%H:%M:%S"), std::string(text) + ":00");
+    EXPECT_GE(*found, kNow);
+    EXPECT_LE(*found, kNow + 25 * 3600);
+  }
+}
+
+TEST(UnixTimeOf, ADayMayHaveATime) {
+  for (const char* text : {"2026-11-24 06:30", "2026-11-24T06:30"}) {
+    const auto found = unix_time_of(text, kNow);
+    ASSERT_TRUE(found) << text;
+    EXPECT_EQ(shown(*found, "%Y-%m-%d %H:%M:%S"), "2026-11-24 06:30:00");
+  }
+  EXPECT_EQ(shown(unix_time_of("2026-11-24", kNow).value(), "%Y-%m-%d %H:%M"), "2026-11-24 00:00");
+}
+
+TEST(UnixTimeOf, WhatIsNoTimeIsNone) {
+  for (const char* text : {"", "6:30", "24:00", "22:60", "tomorrow", "2026-02-30", "2026-13-01",
+                           "2026-11-24 ", "2026-11-24 6:30", "2026-11-24x06:30", "2026/11/24"}) {
+    EXPECT_FALSE(unix_time_of(text, kNow)) << text;
+  }
+}
+
+}  // namespace
+}  // namespace lcrig::cli

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// A time as a person types it, in the local time of this computer.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace lcrig::cli {
+
+// "22:00" (the next one from `now` on), "2026-11-24" (its beginning), "2026-11-24 06:00" or with a
+// T. nullopt: something else, or a day that does not exist.
+std::optional<std::int64_t> unix_time_of(std::string_view text, std::int64_t now_unix_s);
+
+}  // namespace lcrig::cli
