@@ -49,7 +49,8 @@ BenchErrors::BenchErrors(std::uint64_t seed, ErrorScope scope)
   hum_F_ = within(kHum_F);
   hum_s_ = 7.5 + within(2.5);
   cell_zero_N_ = within(kCellZero_N);
-  flicker_F_.assign(kOctaves, 0);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < kOctaves; ++k) flicker_F_.push_back(kFlicker_F * normal(random_));
   if (scope_ != ErrorScope::specimen) return;
   meter_gain_ = meter_offset_F_ = cell_gain_ = cell_zero_N_ = probe_gain_ = clock_ppm_ = 0;
 }
@@ -84,12 +85,12 @@ double BenchErrors::background_F(double t_s) {
   const auto wanted = static_cast<std::size_t>(std::max(0.0, t_s) / kStep_s);
   std::normal_distribution<double> normal;
   while (background_.size() <= wanted) {
-    walk_F_ += kWalk_F * std::sqrt(kStep_s) * normal(random_);
     double sum = walk_F_, time_s = 0.2;
+    walk_F_ += kWalk_F * std::sqrt(kStep_s) * normal(random_);
     for (double& octave : flicker_F_) {
+      sum += octave;
       const double keeps = std::exp(-kStep_s / time_s);
       octave = keeps * octave + kFlicker_F * std::sqrt(1 - keeps * keeps) * normal(random_);
-      sum += octave;
       time_s *= 2;
     }
     background_.push_back(sum);

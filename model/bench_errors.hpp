@@ -52,8 +52,9 @@ class BenchErrors {
   double cell_gain_ = 0, cell_zero_N_ = 0, probe_gain_ = 0;
   double clock_ppm_ = 0, drift_F_s_ = 0, hum_F_ = 0, hum_s_ = 1, hysteresis_ = 0;
   std::optional<MonoTime> begin_;
-  std::vector<double> flicker_F_;  // of each octave, now
-  double walk_F_ = 0;
+  // Of each octave, now. 1/f noise has no begin: they start as they would be after any time.
+  std::vector<double> flicker_F_;
+  double walk_F_ = 0;  // begins with the run
   std::vector<double> background_;  // F, each kStep_s
   Visit visit_;  // of the present loading
   double highest_N_ = 0;  // of it; 0: nothing touches
