@@ -11,8 +11,6 @@ namespace lcrig {
 namespace {
 
 // Limits, all values between them alike.
-constexpr double kMeterGain = 5e-4;  // LCR-6000 manual: basic accuracy 0.05 % at medium and slow
-constexpr double kMeterOffset_F = 5e-15;  // left after open correction
 constexpr double kCellClass = 0.01;  // ISO 7500-1, class 1
 constexpr double kCellZero_N = 5e-3;  // left by a tare
 constexpr double kProbe = 2 * 0.02 / 4;  // area of a tip of 4 mm, turned to +-0.02 mm
@@ -38,8 +36,8 @@ BenchErrors::BenchErrors(std::uint64_t seed, ErrorScope scope)
   const auto within = [this](double limit) {
     return std::uniform_real_distribution<double>(-limit, limit)(random_);
   };
-  meter_gain_ = within(kMeterGain);
-  meter_offset_F_ = within(kMeterOffset_F);
+  meter_gain_ = within(1);
+  meter_offset_ = within(1);
   cell_gain_ = within(kCellClass);
   probe_gain_ = within(kProbe);
   clock_ppm_ = within(kClock_ppm);
@@ -52,7 +50,7 @@ BenchErrors::BenchErrors(std::uint64_t seed, ErrorScope scope)
   std::normal_distribution<double> normal;
   for (int k = 0; k < kOctaves; ++k) flicker_F_.push_back(kFlicker_F * normal(random_));
   if (scope_ != ErrorScope::specimen) return;
-  meter_gain_ = meter_offset_F_ = cell_gain_ = cell_zero_N_ = probe_gain_ = clock_ppm_ = 0;
+  meter_gain_ = meter_offset_ = cell_gain_ = cell_zero_N_ = probe_gain_ = clock_ppm_ = 0;
 }
 
 // The analysis divides by the area on the drawing: a tip that is larger acts as a cell that shows
@@ -61,6 +59,8 @@ void BenchErrors::apply(PlantConfig& config) const {
   config.force_gain *= (1 + cell_gain_) * (1 + probe_gain_);
   config.force_tare_error_N += cell_zero_N_;
   config.creep_fraction += creep_;
+  config.meter_gain_error += meter_gain_;
+  config.meter_offset_error += meter_offset_;
   if (scope_ == ErrorScope::everything) return;
   // Values that stay alike are taken for those of a frozen cell and for readings that are not
   // fresh.
@@ -70,7 +70,7 @@ void BenchErrors::apply(PlantConfig& config) const {
 
 nlohmann::json BenchErrors::to_json() const {
   return {{"meter_gain", meter_gain_},
-          {"meter_offset_fF", meter_offset_F_ * 1e15},
+          {"meter_offset", meter_offset_},
           {"cell_gain", cell_gain_},
           {"cell_zero_mN", cell_zero_N_ * 1e3},
           {"probe_area", probe_gain_},
@@ -113,8 +113,7 @@ double BenchErrors::loaded_F(double delta_F, double force_N) {
 
 double BenchErrors::shown_F(MonoTime t, double capacitance_F, double c0_F, double force_N) {
   if (!begin_) begin_ = t;
-  const double loaded = c0_F + loaded_F(capacitance_F - c0_F, force_N);
-  double shown = loaded * (1 + meter_gain_) + meter_offset_F_;
+  double shown = c0_F + loaded_F(capacitance_F - c0_F, force_N);
   if (scope_ != ErrorScope::everything) return shown;
   shown += background_F(to_seconds(t - *begin_));
   if (std::uniform_real_distribution<double>(0, 1)(random_) < kOutlierShare) {

@@ -28,14 +28,14 @@ class BenchErrors {
  public:
   explicit BenchErrors(std::uint64_t seed, ErrorScope scope = ErrorScope::everything);
 
-  // Mounts what the plant itself can do: class and zero of the cell, probe, creep. Outside
-  // `everything` it takes nearly all noise away.
+  // Mounts what the plant and the meter themselves can do: gain and offset of the meter, class and
+  // zero of the cell, probe, creep. Outside `everything` it takes nearly all noise away.
   void apply(PlantConfig& config) const;
   double clock_ppm() const { return clock_ppm_; }
   // What was drawn once for the whole run, for whoever judges an interval.
   nlohmann::json to_json() const;
 
-  // What the meter answers to where the specimen has `capacitance_F`, `c0_F` without a load.
+  // What the meter is shown where the specimen has `capacitance_F`, `c0_F` without a load.
   // Nearly in the order of time; the same for the same seed and calls.
   double shown_F(MonoTime t, double capacitance_F, double c0_F, double force_N);
 
@@ -48,7 +48,8 @@ class BenchErrors {
 
   ErrorScope scope_;
   std::mt19937_64 random_;
-  double meter_gain_ = 0, meter_offset_F_ = 0, creep_ = 0;
+  double meter_gain_ = 0, meter_offset_ = 0;  // of what the manual allows
+  double creep_ = 0;
   double cell_gain_ = 0, cell_zero_N_ = 0, probe_gain_ = 0;
   double clock_ppm_ = 0, drift_F_s_ = 0, hum_F_ = 0, hum_s_ = 1, hysteresis_ = 0;
   std::optional<MonoTime> begin_;

@@ -87,6 +87,8 @@ class BenchInstruments final : public SimulatedInstruments {
     const PlantConfig& plant = world_->plant().config();
     config.conversion_s = plant.conversion_s;
     config.capacitance_noise_F = plant.capacitance_noise_F;
+    config.gain_error = plant.meter_gain_error;
+    config.offset_error = plant.meter_offset_error;
     config.seed = static_cast<std::uint64_t>(request.seed);
     const auto source = [this](MonoTime t) { return world_->electrical(t); };
     meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(std::move(pair->far), clock_, config,

@@ -173,6 +173,9 @@ void Lcr6100Sim::compute(MonoTime middle, std::int64_t index) {
   const double frequency = value("FREQ").number;
   const double volt = value("LEV:VOLT").number;
   Electrical e = source_(middle);
+  const BasicAccuracy allowed = basic_accuracy(aperture_ == 0, frequency, volt);
+  e.capacitance_F *= 1 + config_.gain_error * allowed.gain;
+  e.capacitance_F += config_.offset_error * allowed.offset_F;
   const auto [first, second] = noise_pair(config_.seed, epoch_, index);
   const double noise = sigma(frequency, volt);
   if (e.capacitance_F > 0) e.dissipation += noise / e.capacitance_F * second;

@@ -61,6 +61,18 @@ double Impedance::value(std::string_view word) const {
   return 0;  // deviations (ABS, PER) without a nominal value
 }
 
+BasicAccuracy basic_accuracy(bool fast, double frequency_Hz, double level_V) {
+  // Ar is 1 from 0.4 V on; below it goes through 1 at 1 V, 1.5 at 0.3 V and 2.5 at 0.1 V.
+  const double ar = level_V >= 0.4   ? 1.0
+                    : level_V >= 0.3 ? std::lerp(1.5, 1.0, (level_V - 0.3) / 0.7)
+                                     : std::lerp(2.5, 1.5, (level_V - 0.1) / 0.2);
+  const double low = frequency_Hz < 100 ? 1 + std::sqrt(100 / frequency_Hz) : 1;
+  // Kb is a share of the reading and grows with Z = 1/(w C), so as a capacitance it is the same
+  // for all.
+  const double per_ohm = fast ? 2e-9 * (1 + 0.1 / level_V) : 1e-9 * (1 + 0.07 / level_V);
+  return {(fast ? 1e-3 : 5e-4) * ar, per_ohm * low / (2 * std::numbers::pi * frequency_Hz)};
+}
+
 std::pair<double, double> noise_pair(std::uint64_t seed, std::uint64_t epoch, std::int64_t index) {
   const std::uint64_t key = mix(mix(seed) ^ mix(epoch) ^ static_cast<std::uint64_t>(index));
   const double radius = std::sqrt(-2 * std::log(unit(mix(key))));

@@ -22,6 +22,14 @@ class Impedance {
   double cp_, d_, omega_, r_, x_, z2_;
 };
 
+// How much a capacitance of more than 500 ohm may be wrong at 18 to 28 degrees and without a cable,
+// where the correction was measured at the frequency itself: A Ar on every value alike, and Kb as
+// what is left of the open circuit after its correction (LCR reference 4.1 and 4.2).
+struct BasicAccuracy {
+  double gain = 0, offset_F = 0;  // limits, +-
+};
+BasicAccuracy basic_accuracy(bool fast, double frequency_Hz, double level_V);
+
 // Two independent standard normal numbers. A pure function of its arguments, so that a conversion
 // has the same noise whether or not anybody reads it.
 std::pair<double, double> noise_pair(std::uint64_t seed, std::uint64_t epoch, std::int64_t index);

@@ -108,7 +108,7 @@ class SimBench {
     }
     rig_specimen_ = std::make_unique<CurvedSpecimen>(rig_->specimen());
     rig_plant_ = std::make_unique<Plant>(*rig_specimen_, rig_->plant);
-    build_instruments(rig_->plant, rig_->frame);
+    build_instruments(rig_->frame);
     return {};
   }
   Plant& plant() { return rig_plant_ ? *rig_plant_ : world_->plant(); }
@@ -133,14 +133,17 @@ class SimBench {
       spdlog::info("drawn: {}", errors->to_json().dump());
       frame.device_clock_ppm = errors->clock_ppm();
     }
-    build_instruments(mounting, frame);
+    build_instruments(frame);
     return {};
   }
 
-  void build_instruments(const PlantConfig& mounting, const ZwickSimSettings& frame) {
+  void build_instruments(const ZwickSimSettings& frame) {
+    const PlantConfig& mounting = plant().config();
     lcr6100::SimConfig meter;
     meter.conversion_s = mounting.conversion_s;
     meter.capacitance_noise_F = mounting.capacitance_noise_F;
+    meter.gain_error = mounting.meter_gain_error;
+    meter.offset_error = mounting.meter_offset_error;
     meter.seed = options_.seed;
     if (!options_.lcr_identity.empty()) meter.identity = options_.lcr_identity;
     const auto source = [this](MonoTime t) {

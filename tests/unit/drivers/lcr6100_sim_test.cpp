@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "drivers/lcr6100/sim_values.hpp"
 #include "drivers/scpi.hpp"
 #include "tests/support/meter_bench.hpp"
 
@@ -70,6 +71,43 @@ TEST_F(Dialect, CaseLongFormsAndJoinedCommandsAreUnderstood) {
   EXPECT_EQ(ask("LEV:VOLT?"), "1.000e-01V");
   send("FREQ MAX");
   EXPECT_EQ(ask("FREQ?"), "1.000000e+05");
+}
+
+// ../shared/reference/lcr-6100.md, 4.3, made from the tables by hand: at 1 V, without Kf.
+TEST(SimulatedMeter, ErrsByNoMoreThanItsManualAllows) {
+  struct Row {
+    double pF, frequency_Hz, fast_pF, medium_pF;
+  };
+  for (const Row& row :
+       {Row{3.65, 1e3, 0.354, 0.172}, Row{7.29, 1e3, 0.357, 0.174}, Row{10.9, 10e3, 0.046, 0.023},
+        Row{3.65, 100e3, 0.0072, 0.0035}, Row{10.9, 100e3, 0.0144, 0.0072}}) {
+    for (const bool fast : {true, false}) {
+      const BasicAccuracy allowed = basic_accuracy(fast, row.frequency_Hz, 1);
+      const double total_pF = allowed.gain * row.pF + allowed.offset_F * 1e12;
+      const double expected_pF = fast ? row.fast_pF : row.medium_pF;
+      EXPECT_NEAR(total_pF, expected_pF, 0.03 * expected_pF) << row.pF << row.frequency_Hz << fast;
+    }
+  }
+  EXPECT_DOUBLE_EQ(basic_accuracy(false, 1e5, 0.1).gain, 2.5 * basic_accuracy(false, 1e5, 1).gain);
+}
+
+TEST(SimulatedMeter, AnswersWithItsErrors) {
+  SimConfig config;
+  config.capacitance_noise_F = {};
+  support::MeterBench exact("", config);
+  config.gain_error = 1;
+  config.offset_error = -1;
+  support::MeterBench off("", config);
+  LcrSettings settings;
+  settings.frequency = Frequency::from_si(1e5);
+  const auto read_pF = [&settings](support::MeterBench& bench) {
+    EXPECT_TRUE(bench.run(bench.meter->identify()));
+    EXPECT_TRUE(bench.run(bench.meter->configure(settings)));
+    const auto reading = bench.run(bench.meter->measure());
+    return reading ? reading->primary.value_or(0) * 1e12 : 0;
+  };
+  // Of 7.2914 pF at 100 kHz and MEDIUM: 0.05 % more, and 1.7 fF less.
+  EXPECT_NEAR(read_pF(off) - read_pF(exact), 0.003646 - 0.001703, 2e-5);
 }
 
 TEST_F(Dialect, ErrorsAreKeptForTheAsking) {

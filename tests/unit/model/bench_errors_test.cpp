@@ -48,20 +48,23 @@ TEST(BenchErrors, AreThoseOfTheSeed) {
 }
 
 TEST(BenchErrors, StayWithinTheInstrumentsPapers) {
-  RunningMean meter, cell;
+  RunningMean gain, offset, cell;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     BenchErrors errors(seed);
     PlantConfig config;
     errors.apply(config);
-    meter.add(unloaded_F(errors, 0) / kC0_F - 1);
+    gain.add(config.meter_gain_error);
+    offset.add(config.meter_offset_error);
+    EXPECT_LE(std::abs(config.meter_gain_error), 1) << "of what the manual allows";
+    EXPECT_LE(std::abs(config.meter_offset_error), 1);
     cell.add(config.force_gain - 1);
     EXPECT_LT(std::abs(config.force_gain - 1), 0.021) << "class 1, and a tip within 0.02 of 4 mm";
     EXPECT_LE(std::abs(errors.clock_ppm()), 50);
   }
-  // 0.05 % of reading and 5 fF, rectangular, and little noise.
-  const double expected = std::hypot(5e-4, 5e-15 / kC0_F) / std::sqrt(3.0);
-  EXPECT_NEAR(std::sqrt(meter.variance()), expected, 0.2 * expected);
-  EXPECT_LT(std::abs(meter.mean), 4 * meter.mean_se());
+  for (const RunningMean& meter : {gain, offset}) {  // rectangular
+    EXPECT_NEAR(std::sqrt(meter.variance()), 1 / std::sqrt(3.0), 0.2);
+    EXPECT_LT(std::abs(meter.mean), 4 * meter.mean_se());
+  }
   const double of_force = std::hypot(0.01, 0.01) / std::sqrt(3.0);
   EXPECT_NEAR(std::sqrt(cell.variance()), of_force, 0.2 * of_force);
 }
@@ -75,14 +78,16 @@ TEST(BenchErrors, TheTruthsOfAnIntervalAreOfTheSameDraw) {
   specimen.apply(own);
   EXPECT_EQ(rig.force_tare_error_N, drawn["cell_zero_mN"].get<double>() / 1e3);
   EXPECT_LE(std::abs(rig.force_tare_error_N), 5e-3);
+  EXPECT_EQ(rig.meter_gain_error, drawn["meter_gain"].get<double>());
+  EXPECT_EQ(rig.meter_offset_error, drawn["meter_offset"].get<double>());
+  EXPECT_EQ(own.meter_gain_error, 0);
+  EXPECT_EQ(own.meter_offset_error, 0);
   EXPECT_EQ(own.force_gain, 1);
   EXPECT_EQ(own.force_tare_error_N, 0);
   EXPECT_EQ(own.creep_fraction, drawn["creep"].get<double>());
   EXPECT_EQ(specimen.shown_F(at(0), kC0_F, kC0_F, 0), kC0_F);
   for (const double s : {0.0, 100.0, 3000.0}) {
-    const double shown = kC0_F * (1 + drawn["meter_gain"].get<double>()) +
-                         drawn["meter_offset_fF"].get<double>() * 1e-15;
-    EXPECT_NEAR(lasting.shown_F(at(s), kC0_F, kC0_F, 0), shown, 1e-21) << "neither noise nor drift";
+    EXPECT_EQ(lasting.shown_F(at(s), kC0_F, kC0_F, 0), kC0_F) << "neither noise nor drift";
   }
 }
 
