@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/even_slope.hpp"
 #include "analysis/replicates.hpp"
 #include "base/text.hpp"
 
@@ -15,7 +16,8 @@ namespace {
 constexpr const char* kSensitivity = "sensitivity_fF_per_kPa";
 constexpr const char* kOfCycles =
     "slope of C against pressure: least squares over the readings of the loading branches in the "
-    "range, one level for each cycle; the interval from the scatter between cycles";
+    "range, one level for each cycle and one bend for all, by which it is the slope of pressures "
+    "evenly over the range; the interval from the scatter between cycles";
 
 // Readings of one loading branch.
 struct Branch {
@@ -43,24 +45,37 @@ struct CycleBranches {
   std::vector<LineFit> lines;
   double sxx = 0, sxy = 0, syy = 0, residual_ss = 0, weight = 0, x = 0, y = 0;
   double rate_sxy = 0, instant_s = 0;
+  double unit_variance_of_bend = 0;
 };
+
+// Of the range: what the cycles reach of it.
+EvenSlopes even_slopes(const SlopeBasis& basis, const PressureRange& range) {
+  double peak_kPa = 0;
+  for (const CycleResult& c : basis.cycles.cycles) {
+    peak_kPa += c.peak_kPa.value_or(0) / static_cast<double>(basis.cycles.cycles.size());
+  }
+  return {std::max(range.from_kPa, kCycleEdge * peak_kPa), std::min(range.to_kPa, peak_kPa)};
+}
 
 CycleBranches fit_branches(const SlopeBasis& basis, const PressureRange& range) {
   CycleBranches b;
+  EvenSlopes slopes = even_slopes(basis, range);
   Moving moving(basis.scene, basis.holds);
   for (const CycleResult& c : basis.cycles.cycles) {
     const Branch readings = branch(basis.scene, c, range, moving);
-    const auto line = fit_line(readings.points);
-    if (!line) continue;
-    b.lines.push_back(*line);
+    if (!slopes.add(readings.points)) continue;
     b.rate_sxy += fit_line(readings.rates)->sxy;
     b.instant_s = std::max(b.instant_s, readings.instant_s);
-    b.sxx += line->sxx;
-    b.sxy += line->sxy;
-    b.syy += line->syy;
-    b.weight += line->sum_weights;
-    b.x += line->sum_weights * line->x_mean;
-    b.y += line->sum_weights * line->y_mean;
+  }
+  b.lines = slopes.lines();
+  b.unit_variance_of_bend = slopes.unit_variance_of_bend();
+  for (const LineFit& l : b.lines) {
+    b.sxx += l.sxx;
+    b.sxy += l.sxx * l.slope;
+    b.syy += l.syy;
+    b.weight += l.sum_weights;
+    b.x += l.sum_weights * l.x_mean;
+    b.y += l.sum_weights * l.y_mean;
   }
   const double slope = b.sxy / b.sxx;
   for (const LineFit& l : b.lines) {
@@ -104,7 +119,8 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   r.pressures = r.points;
   const double slope = b.sxy / b.sxx;
   const PureError error = branch_error(basis.scene, b, slope);
-  r.parts_of_error = {{std::sqrt(error.variance / b.sxx), error.degrees_of_freedom}};
+  r.parts_of_error = {{std::sqrt(error.variance * (1 / b.sxx + b.unit_variance_of_bend)),
+                       error.degrees_of_freedom}};
   r.sensitivity.estimate =
       estimate_of_parts(slope, r.parts_of_error, basis.scene.options.confidence);
   if (b.lines.size() == 1) {

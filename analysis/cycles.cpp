@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/even_slope.hpp"
 #include "analysis/least_squares.hpp"
 #include "analysis/metrics.hpp"
 #include "analysis/peak_curve.hpp"
@@ -151,17 +152,27 @@ void set_peaks(const RunView& view, std::vector<Loading>& loadings) {
 }
 
 // Slope of C against force while the load grows.
-void set_branch_slope(const Scene& scene, CycleResult& c, Moving& moving) {
-  std::vector<LinePoint> points;
-  for (std::size_t i = c.first; i < c.last; ++i) {
-    const RunReading& r = scene.data.readings[i];
-    if (!moving(i) || r.t_s > c.peak_s || spans_turn(c, r)) continue;
-    points.push_back({scene.above_rest_N(r), scene.fF(r), 1});
+void set_branch_slopes(const Scene& scene, const HoldResults& holds,
+                       std::vector<CycleResult>& cycles) {
+  double peak_N = 0;
+  for (const CycleResult& c : cycles) peak_N += c.peak_force_N / static_cast<double>(cycles.size());
+  EvenSlopes slopes(kCycleEdge * peak_N, peak_N);
+  std::vector<CycleResult*> known;
+  Moving moving(scene, holds);
+  for (CycleResult& c : cycles) {
+    std::vector<LinePoint> points;
+    for (std::size_t i = c.first; i < c.last; ++i) {
+      const RunReading& r = scene.data.readings[i];
+      if (!moving(i) || r.t_s > c.peak_s || spans_turn(c, r)) continue;
+      points.push_back({scene.above_rest_N(r), scene.fF(r), 1});
+    }
+    if (points.size() >= 3 && slopes.add(points)) known.push_back(&c);
   }
-  const auto line = fit_line(points);
-  if (!line || line->points < 3) return;
-  c.slope_fF_per_N = line->slope;
-  c.slope_se_fF_per_N = line->slope_se();
+  const auto lines = slopes.lines();
+  for (std::size_t k = 0; k < known.size(); ++k) {
+    known[k]->slope_fF_per_N = lines[k].slope;
+    known[k]->slope_se_fF_per_N = lines[k].slope_se();
+  }
 }
 
 // A mean over cycles: their scatter is all that is known of what differs between them.
@@ -288,13 +299,12 @@ void name_metrics(CycleResults& out) {
   out.force_sensitivity =
       metric("force_sensitivity_fF_per_N",
              "mean over the cycles of the least-squares slope of C against force while the load "
-             "grows; standard error from the scatter between cycles");
+             "grows, over forces evenly up to the peak; standard error from the scatter between "
+             "cycles");
 }
 
-CycleResult against_rest(const Scene& scene, const RestedLoading& loading, const Metric& c0,
-                         Moving& moving) {
+CycleResult against_rest(const Scene& scene, const RestedLoading& loading, const Metric& c0) {
   CycleResult c(loading);
-  set_branch_slope(scene, c, moving);
   if (c.rest_s == c.begin_s && c0) {  // it has no rest of its own
     c.rest_pF = c0.value();
     if (const auto se = c0.estimate->standard_error) c.rest_se_fF = *se * 1e3;
@@ -327,10 +337,10 @@ CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Met
     out.mullins.reason = out.force_sensitivity.reason = why;
     return out;
   }
-  Moving moving(scene, holds);
   for (const auto& loading : scene.loadings) {
-    out.cycles.push_back(against_rest(scene, loading, c0, moving));
+    out.cycles.push_back(against_rest(scene, loading, c0));
   }
+  set_branch_slopes(scene, holds, out.cycles);
   const double confidence = scene.options.confidence;
   calc_force_sensitivity(confidence, out);
   if (c0 && c0.value() != 0) {
