@@ -14,7 +14,8 @@ namespace lcrig {
 namespace {
 
 constexpr double kCounts = 0.2;  // of the largest force: an excursion beyond it is a cycle
-constexpr double kPlateauTime_s = 2;
+// Standard deviation of the force on a plateau, as a share of the peak; a turn has 0.6 %.
+constexpr double kSteadyPlateau = 0.001, kShakyPlateau = 0.004;
 constexpr double kExact = std::numeric_limits<double>::infinity();  // degrees of freedom
 
 void close_loading(const RunView& view, Loading& c, double highest, std::vector<Loading>& out) {
@@ -81,8 +82,18 @@ bool on_plateau(const RunView& view, const Loading& c, const RunReading& r) {
   return r.has_force() && view.uses(r) && view.above_rest_N(r) >= kPlateau * c.peak_force_N;
 }
 
+// Near the peak for two seconds, or as steady as the cell can tell. A turn is there for a moment,
+// at forces that spread over all that counts as near.
+bool is_held(const RunView& view, double seconds, const std::vector<double>& forces_N,
+             double peak_N) {
+  const double steady_N =
+      std::clamp(2 * view.force_noise_N, kSteadyPlateau * peak_N, kShakyPlateau * peak_N);
+  return seconds >= kPlateauTime_s || robust_sigma(forces_N) <= steady_N;
+}
+
 bool peak_of_plateau(const RunView& view, Loading& c) {
   RunningMean capacitance, force, time;
+  std::vector<double> forces_N;
   double first = 0, last = 0;
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = view.data.readings[i];
@@ -91,9 +102,11 @@ bool peak_of_plateau(const RunView& view, Loading& c) {
     last = r.t_s;
     capacitance.add(r.capacitance_F * 1e12);
     force.add(view.above_rest_N(r));
+    forces_N.push_back(view.above_rest_N(r));
     time.add(r.t_s);
   }
-  if (capacitance.count < kPlateauReadings || last - first < kPlateauTime_s) return false;
+  if (capacitance.count < kPlateauReadings) return false;
+  if (!is_held(view, last - first, forces_N, c.peak_force_N)) return false;
   c.peak_pF = capacitance.mean;
   c.peak_se_fF = capacitance.mean_se() * 1e3;
   c.peak_force_N = force.mean;

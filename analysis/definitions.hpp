@@ -23,6 +23,7 @@ constexpr double kCycleEdge = 0.05;
 // Readings of at least this share of a cycle's peak lie on its plateau, if there are enough.
 constexpr double kPlateau = 0.98;
 constexpr std::int64_t kPlateauReadings = 10;
+constexpr double kPlateauTime_s = 2;
 // A reading's force lies between two samples: over all places the variance is 2/3 of a sample's.
 constexpr double kInterpolated = 2.0 / 3;
 // Readings of a stretch without load that tell its mean and scatter.

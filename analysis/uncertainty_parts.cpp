@@ -225,11 +225,11 @@ void uncertainty_of_dynamic_range(const Scene& scene, const CycleResults& out, c
                                        meter->offset_F * 1e15)));
   }
   if (out.force_sensitivity) {
-    const Relative force = force_class(scene);
+    const Relative force = force_class(scene), probe = area(scene);
     const double percent_per_N = out.force_sensitivity.value() / (c0_pF * 1e3) * 100;
-    const double peak = out.cycles.front().peak_force_N;
-    b.parts.push_back(
-        shared(part("force at the peak", percent_per_N * peak * force.u, force.basis)));
+    const double percent = percent_per_N * out.cycles.front().peak_force_N;
+    b.parts.push_back(shared(part("force at the peak", percent * force.u, force.basis)));
+    b.parts.push_back(shared(part("area of the probe", percent * probe.u, probe.basis)));
   }
   if (const double turn = turn_percent(scene, out.cycles, c0_pF); turn > 0) {
     b.parts.push_back(part("turn within a window", turn,

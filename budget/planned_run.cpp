@@ -62,7 +62,7 @@ class Walk {
       }
       take(*step);
     }
-    end_cycle();
+    finish();
     // A line goes through one direction, the one with more levels: as in the analysis.
     if (falling_.size() > levels.size()) levels.swap(falling_);
     if (levels.empty() && cycles.empty()) {
@@ -73,26 +73,30 @@ class Walk {
   }
 
   bool shows_drift() {
-    for (const Steps* steps : {&protocol_.steps, &protocol_.finally_steps}) {
-      StepCursor cursor(*steps, environment_);
-      while (const Step* step = cursor.next()) take(*step);
-    }
-    end_cycle();
-    end_rest();
-    return cycles.empty() || rests_ >= 2;
+    StepCursor cursor(protocol_.steps, environment_);
+    while (const Step* step = cursor.next()) take(*step);
+    finish();
+    const auto told = std::ranges::count_if(
+        rests, [](const PlannedRest& r) { return r.readings >= kLeastOfRest; });
+    return cycles.empty() || told >= 2;
   }
 
   std::vector<PlannedLevel> levels;
   std::vector<PlannedCycle> cycles;
+  std::vector<PlannedRest> rests;
 
  private:
-  struct Stay {
-    double force_N, readings;
-  };
+  void finish() {
+    StepCursor cursor(protocol_.finally_steps, environment_);
+    while (const Step* step = cursor.next()) take(*step);
+    end_cycle();
+    end_rest();
+  }
 
   double readings_in(double seconds) const {
     return continuous_ ? std::max(seconds, 0.0) / interval_ : 0;
   }
+  double kPa(double force_N) const { return force_N / rig_.probe_area.si() * 1e-3; }
   double way(double force_N) const {
     return rig_.compression_m && force_N > 0 ? rig_.compression_m(force_N) : 0;
   }
@@ -106,11 +110,12 @@ class Walk {
     } else if (facts.moves && facts.aim != nullptr) {
       go(*facts.aim, facts.speed != nullptr ? environment_.get(*facts.speed) : 0, seconds);
     } else if (facts.measures != nullptr) {
-      measure(environment_.get(facts.measures->count));
+      measure(environment_.get(facts.measures->count), seconds);
     } else {
       if (facts.aim != nullptr) hold(*facts.aim);
-      stay(readings_in(seconds));
+      stay(readings_in(seconds), seconds);
     }
+    time_s_ += seconds;
   }
 
   // The frame's force loop goes there by itself.
@@ -129,72 +134,88 @@ class Walk {
     force_ = target_force_N(to, environment_, rig_);
     if (force_ > edge_ && speed > 0 && force_ > from) {
       loading_s_ = (way(force_) - way(from)) / speed;
+      peak_s_ = time_s_ + seconds;
       // Without a specimen nobody knows where on the way it is touched.
-      if (rig_.compression_m) rest_ += readings_in(seconds - loading_s_);
-    } else if (force_ > from && seconds > 0) {  // the part of the ramp that is at the peak already
-      const double part = std::min(1.0, (1 - kPlateau) * force_ / (force_ - from));
-      stays_.push_back({force_, readings_in(part * seconds)});
+      if (rig_.compression_m) rest(time_s_, seconds - loading_s_);
+    } else if (force_ > from && seconds > 0) {
+      rise({kPa(from), kPa(force_), readings_in(seconds), seconds});
     }
   }
 
   // Up: the force falls to nothing on the first part of the way.
   void unload(double speed, double seconds) {
     const double falling = speed > 0 ? way(force_) / speed : 0;
+    falling_s_ = falling;
     end_cycle();
     force_ = 0;
-    rest_ += readings_in(seconds - falling);
+    rest(time_s_ + falling, seconds - falling);
   }
 
   void place(const Target& load, double seconds) {
     const double force = target_force_N(load, environment_, rig_);
     if (force <= edge_) end_cycle();
     // The person takes the time before the load is there.
-    if (force_ <= edge_) rest_ += readings_in(seconds);
+    if (force_ <= edge_) rest(time_s_, seconds);
     force_ = force;
   }
 
-  void measure(double count) {
-    const double kPa = force_ / rig_.probe_area.si() * 1e-3;
+  void measure(double count, double seconds) {
     if (force_ > edge_) {
       (force_ > last_level_ ? levels : falling_)
-          .push_back({kPa, count, static_cast<int>(cycles.size()) + 1});
+          .push_back({kPa(force_), count, static_cast<int>(cycles.size()) + 1});
       last_level_ = force_;
     }
-    stay(count);
+    stay(count, seconds);
   }
 
-  void stay(double readings) {
+  void stay(double readings, double seconds) {
     if (force_ > edge_) {
-      stays_.push_back({force_, readings});
+      rise({kPa(force_), kPa(force_), readings, seconds});
     } else {
-      rest_ += readings;
+      rest_until(time_s_, time_s_ + seconds, readings);
     }
+  }
+
+  void rise(const PlannedStretch& stretch) {
+    rising_.push_back(stretch);
+    if (stretch.to_kPa >= peak_kPa_) {
+      peak_kPa_ = stretch.to_kPa;
+      peak_s_ = time_s_ + stretch.seconds / 2;
+    }
+  }
+
+  void rest(double from_s, double seconds) {
+    if (seconds > 0) rest_until(from_s, from_s + seconds, readings_in(seconds));
+  }
+
+  void rest_until(double from_s, double to_s, double readings) {
+    if (rest_.readings <= 0) rest_.from_s = from_s;
+    rest_.to_s = to_s;
+    rest_.readings += readings;
   }
 
   void end_cycle() {
     last_level_ = 0;
-    double peak = loading_s_ > 0 ? force_ : 0;
-    for (const Stay& s : stays_) peak = std::max(peak, s.force_N);
-    if (peak > edge_) {
-      PlannedCycle c;
-      c.peak_kPa = peak / rig_.probe_area.si() * 1e-3;
-      c.rest_readings = rest_;
-      c.loading_s = loading_s_;
-      for (const Stay& s : stays_) {
-        if (s.force_N >= kPlateau * peak) c.plateau_readings += s.readings;
-      }
+    const double peak_kPa = std::max(peak_kPa_, loading_s_ > 0 ? kPa(force_) : 0.0);
+    if (peak_kPa > kPa(edge_)) {
       end_rest();
-      cycles.push_back(c);
+      cycles.push_back({peak_kPa, peak_s_, std::move(rising_), loading_s_, falling_s_});
     }
-    stays_.clear();
-    loading_s_ = 0;
+    rising_.clear();
+    peak_kPa_ = loading_s_ = falling_s_ = 0;
   }
 
   // Of a rest that follows a load the later half counts.
   void end_rest() {
-    if (rest_ >= kLeastOfRest * (cycles.empty() ? 1 : 2)) ++rests_;
-    rest_ = 0;
+    const double counts = cycles.empty() ? 1 : 0.5;
+    rests.push_back(
+        {rest_.to_s - counts / 2 * (rest_.to_s - rest_.from_s), counts * rest_.readings});
+    rest_ = {};
   }
+
+  struct Rest {
+    double from_s = 0, to_s = 0, readings = 0;
+  };
 
   const Protocol& protocol_;
   Environment environment_;
@@ -202,9 +223,11 @@ class Walk {
   std::map<std::string, double> seconds_;
   double interval_ = 1, edge_ = 0;
   bool continuous_ = true;
-  double force_ = 0, last_level_ = 0, rest_ = 0, loading_s_ = 0;
-  int rests_ = 0;
-  std::vector<Stay> stays_;
+  double time_s_ = 0;  // at the begin of the step
+  double force_ = 0, last_level_ = 0;
+  double peak_kPa_ = 0, peak_s_ = 0, loading_s_ = 0, falling_s_ = 0;  // of the cycle so far
+  std::vector<PlannedStretch> rising_;
+  Rest rest_;
   std::vector<PlannedLevel> falling_;
 };
 
@@ -267,6 +290,7 @@ Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& en
   out.dead_weights = rig.frame.weights;
   out.levels = std::move(walk.levels);
   out.cycles = std::move(walk.cycles);
+  out.rests = std::move(walk.rests);
   return out;
 }
 

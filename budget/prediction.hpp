@@ -20,12 +20,24 @@ struct PlannedLevel {
   int repeat = 1;
 };
 
+// A part of a loading: readings evenly over its forces.
+struct PlannedStretch {
+  double from_kPa = 0, to_kPa = 0;
+  double readings = 0, seconds = 0;
+  bool operator==(const PlannedStretch&) const = default;
+};
+
 // One excursion of the force.
 struct PlannedCycle {
-  double peak_kPa = 0;
-  double rest_readings = 0;  // without load, before it
-  double plateau_readings = 0;  // at the peak
+  double peak_kPa = 0, peak_s = 0;
+  std::vector<PlannedStretch> rising;  // of levels and of ramps of force
   double loading_s = 0;  // of a continuous loading at constant speed, from contact to peak; else 0
+  double falling_s = 0;  // from the peak until nothing touches
+};
+
+// A stretch without load: its mean time and readings, of what the analysis takes.
+struct PlannedRest {
+  double t_s = 0, readings = 0;
 };
 
 struct PlannedRun {
@@ -42,6 +54,7 @@ struct PlannedRun {
   bool dead_weights = false;
   std::vector<PlannedLevel> levels;  // of rising pressure
   std::vector<PlannedCycle> cycles;
+  std::vector<PlannedRest> rests;  // before each cycle; then may come the one after the last
 };
 
 struct Prediction {

@@ -34,6 +34,34 @@ TEST(Analyse, DynamicRangeIsNotPulledUpByNoise) {
   EXPECT_FALSE(a.hysteresis.resolved);
 }
 
+// A fit up to the largest force that a noisy cell showed would scatter by more than the readings.
+TEST(Analyse, AHoldOfASecondAtTheLargestForceIsAPlateau) {
+  SyntheticRun run;
+  run.reading_s = 0.065;
+  run.begin();
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  const auto stay = [&](double force_N, int readings) {
+    for (int i = 0; i < readings; ++i) {
+      run.reading(3.65e-12 + 400e-15 * force_N + 0.6e-15 * normal(random),
+                  force_N + 0.0005 * normal(random));
+    }
+  };
+  stay(0, 100);
+  for (int cycle = 0; cycle < 4; ++cycle) {
+    for (const double force_N : {0.25, 0.5, 0.75, 1.0}) stay(force_N, 15);
+    stay(0.5, 1);
+    stay(0, 60);
+  }
+  run.end();
+  const auto a = analysed(run);
+  ASSERT_EQ(a.cycles.size(), 4U);
+  for (const CycleResult& c : a.cycles) {
+    EXPECT_EQ(c.peak_method, PeakMethod::plateau);
+    EXPECT_NEAR(c.delta_C_fF, 400, 4 * 0.6 / std::sqrt(15.0));
+  }
+}
+
 TEST(Analyse, FindsHysteresisAndItsArea) {
   SyntheticRun::Dynamic d;
   d.noise_F = 1e-15;

@@ -35,9 +35,11 @@ PlannedRun static_run(double readings, int repeats) {
     for (const double kPa : {10.0, 20.0, 30.0}) run.levels.push_back({kPa, readings});
     PlannedCycle cycle;
     cycle.peak_kPa = 30;
-    cycle.rest_readings = 100;
-    cycle.plateau_readings = readings;
+    for (const double kPa : {10.0, 20.0, 30.0}) {
+      cycle.rising.push_back({kPa, kPa, readings, readings * run.interval_s});
+    }
     run.cycles.push_back(cycle);
+    run.rests.push_back({0, 100});
   }
   return run;
 }
@@ -73,15 +75,35 @@ TEST(Budget, NoiseOfTheForceCounts) {
 }
 
 TEST(Budget, DynamicRangeOfPlateaus) {
-  // Peak 16 readings, rest 100: variance 1600 (1/16 + 1/100) fF2 for each of 4 cycles, and that of
-  // C0 (100 readings) times the range.
-  const auto p = predict(static_run(16, 4));
+  // Peak 25 readings in 2.5 s, rest 100: variance 1600 (1/25 + 1/100) fF2 for each of 4 cycles. The
+  // first rest is that of C0, too: its quarter grows by the range, 60 fF of 4000.
+  const auto p = predict(static_run(25, 4));
   const Prediction& range = p.back();
   ASSERT_EQ(range.quantity, "dynamic range");
   EXPECT_THAT(range.value, DoubleNear(60.0 / 4000 * 100, 1e-12));
-  const double peaks = std::sqrt(1600 * (1 / 16.0 + 1 / 100.0) / 4) / 4000 * 100;
-  const double c0 = 40 / std::sqrt(100) / 4000 * range.value;
-  EXPECT_THAT(range.standard_error, DoubleNear(std::hypot(peaks, c0), 1e-12));
+  const double first = 0.25 + 60.0 / 4000;
+  const double variance = 1600 * (1 / 25.0 / 4 + (first * first + 3 * 0.25 * 0.25) / 100);
+  EXPECT_THAT(range.standard_error, DoubleNear(std::sqrt(variance) / 4000 * 100, 1e-12));
+}
+
+// Two rests of 100 readings, a cycle from the first to the middle between them: half of what the
+// second rest errs by is taken for drift, and the first one counts half.
+TEST(Budget, WhatTheRestsErrByIsTakenForDrift) {
+  PlannedRun run = static_run(25, 1);
+  run.cycles[0].peak_s = 50;
+  run.rests = {{0, 100}, {100, 100}};
+  run.delta_C_fF = [](double kPa) { return 1e-9 * kPa; };  // so that C0 hardly counts
+  const double variance = 1600 * (1 / 25.0 + (0.5 * 0.5 + 0.5 * 0.5) / 100);
+  EXPECT_THAT(predict(run).back().standard_error,
+              DoubleNear(std::sqrt(variance) / 4000 * 100, 1e-9));
+}
+
+// The analysis takes no mean of fewer than ten readings: the fit's value is less certain.
+TEST(Budget, AShortPlateauIsFitted) {
+  const double fitted = predict(static_run(9, 1)).back().standard_error;
+  const double mean = predict(static_run(10, 1)).back().standard_error;
+  // The upper half has two forces, which do not tell slope and bend: one reading is left.
+  EXPECT_GT(fitted, 2 * mean);
 }
 
 TEST(Budget, SlopeOfAContinuousLoading) {
@@ -89,9 +111,9 @@ TEST(Budget, SlopeOfAContinuousLoading) {
   PlannedRun run = straight_run();
   PlannedCycle cycle;
   cycle.peak_kPa = 100;
-  cycle.rest_readings = 1000;
-  cycle.loading_s = 10;
+  cycle.loading_s = cycle.falling_s = 10;
   run.cycles = {cycle, cycle};
+  run.rests = {{0, 1000}, {0, 1000}};
   const auto p = predict(run);
   double sxx = 0;  // 25 equidistant pressures
   for (int i = 0; i < 25; ++i) sxx += (i - 12) * (i - 12);
@@ -103,11 +125,11 @@ TEST(Budget, FewerReadingsUnderLoadMakeTheRangeWorse) {
   PlannedRun run = straight_run();
   PlannedCycle cycle;
   cycle.peak_kPa = 100;
-  cycle.rest_readings = 1000;
-  cycle.loading_s = 1;
+  cycle.loading_s = cycle.falling_s = 1;
   run.cycles = {cycle};
+  run.rests = {{0, 1000}};
   const double quick = predict(run).back().standard_error;
-  run.cycles[0].loading_s = 10;
+  run.cycles[0].loading_s = run.cycles[0].falling_s = 10;
   const double slow = predict(run).back().standard_error;
   EXPECT_GT(quick, 2.2 * slow);  // the root of ten times the readings, less two more parameters
   EXPECT_LT(slow, 1.0 / 40 * 40);  // better than one reading: 1 %

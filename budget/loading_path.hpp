@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pressures at which the readings of a loading at constant speed will be taken. Private to
+// budget/.
+#pragma once
+
+#include <vector>
+
+#include "budget/prediction.hpp"
+
+namespace lcrig {
+
+// Where the last reading before a peak falls is chance: averaged over these parts of an interval.
+inline constexpr double kPhases[] = {0.1, 0.3, 0.5, 0.7, 0.9};
+
+// Pressure at the instants of the readings of one loading from contact to peak, or back.
+class LoadingPath {
+ public:
+  LoadingPath(const PlannedRun& run, double peak_kPa, double seconds)
+      : run_(run),
+        peak_kPa_(peak_kPa),
+        seconds_(seconds),
+        peak_N_(peak_kPa * 1e3 * run.area_m2),
+        way_m_(run.compression_m(peak_N_)) {}
+  // Readings of a branch, the first of them `nearest_s` from the peak.
+  std::vector<double> kPa(double nearest_s) const {
+    std::vector<double> out;
+    for (double t = nearest_s; t <= seconds_; t += run_.interval_s) {
+      out.push_back(at(1 - t / seconds_));
+    }
+    return out;
+  }
+  // Of the first one that a slope takes: its window must not reach over the peak.
+  double first_s(double phase) const {
+    const double t = phase * run_.interval_s;
+    return 2 * t < run_.meter.conversion_s ? t + run_.interval_s : t;
+  }
+
+ private:
+  // Where the drive is after this part of its way: it moves at constant speed.
+  double at(double part) const;
+  const PlannedRun& run_;
+  double peak_kPa_, seconds_, peak_N_, way_m_;
+};
+
+// Most cycles are alike: what one gave is kept.
+inline bool same_loading(const PlannedCycle& a, const PlannedCycle& b) {
+  return a.peak_kPa == b.peak_kPa && a.loading_s == b.loading_s && a.falling_s == b.falling_s &&
+         a.rising == b.rising;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much the results of a planned run will scatter: the estimators of the analysis, applied to
+// the readings that the plan says will be taken. Private to budget/.
+#pragma once
+
+#include <optional>
+
+#include "budget/prediction.hpp"
+
+namespace lcrig {
+
+struct Scatter {
+  double value = 0;  // what the model lets expect
+  double meter = 0, force = 0;  // standard errors that the noise of the two makes
+};
+
+// From levels, else from the loading branches. Nothing: fewer than two different pressures.
+std::optional<Scatter> scatter_of_slope(const PlannedRun& run, const PressureRange& range);
+// Nothing: no reading is taken at rest, or none under load.
+std::optional<Scatter> scatter_of_dynamic_range(const PlannedRun& run);
+
+// Of the pressure at the instant of a reading, standard deviation.
+double force_noise_kPa(const PlannedRun& run);
+
+}  // namespace lcrig

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/online.hpp"
+#include "budget/loading_path.hpp"
+#include "budget/scatter.hpp"
+
+namespace lcrig {
+
+namespace {
+
+Scatter slope_of(const PlannedRun& run, double sxx, double sxy) {
+  Scatter out;
+  out.value = sxy / sxx;
+  out.meter = run.reading_noise_F * 1e15 / std::sqrt(sxx);
+  out.force = std::abs(out.value) * force_noise_kPa(run) / std::sqrt(sxx);
+  return out;
+}
+
+std::optional<Scatter> slope_of_levels(const PlannedRun& run, const PressureRange& range) {
+  RunningLine line;  // a level of n readings has weight n
+  for (const PlannedLevel& l : run.levels) {
+    if (!is_inside(range, l.pressure_kPa) || l.readings <= 0) continue;
+    line.add(l.pressure_kPa, run.delta_C_fF(l.pressure_kPa), l.readings);
+  }
+  if (!(line.sxx() > 1e-12 * line.weights() * line.x_mean() * line.x_mean())) return std::nullopt;
+  return slope_of(run, line.sxx(), line.sxy());
+}
+
+// Of the curve at pressures evenly over what a loading reaches of the range, as in the analysis.
+double even_slope(const PlannedRun& run, const PressureRange& range, double peak_kPa) {
+  const double from = std::max(range.from_kPa, kCycleEdge * peak_kPa);
+  const double to = std::min(range.to_kPa, peak_kPa);
+  if (!(to > from)) return 0;
+  RunningLine line;
+  for (int i = 0; i <= 50; ++i) {
+    const double kPa = from + i / 50.0 * (to - from);
+    line.add(kPa, run.delta_C_fF(kPa));
+  }
+  return line.sxy() / line.sxx();
+}
+
+std::optional<Scatter> slope_of_loadings(const PlannedRun& run, const PressureRange& range) {
+  double sxx = 0, sxy = 0, cycle_sxx = 0;
+  double slope = 0;
+  const PlannedCycle* before = nullptr;
+  for (const PlannedCycle& c : run.cycles) {
+    if (c.loading_s <= 0) continue;
+    if (before && same_loading(*before, c)) {
+      sxx += cycle_sxx;
+      sxy += cycle_sxx * slope;
+      continue;
+    }
+    before = &c;
+    cycle_sxx = 0;
+    slope = even_slope(run, range, c.peak_kPa);
+    const LoadingPath loading(run, c.peak_kPa, c.loading_s);
+    for (const double phase : kPhases) {
+      RunningLine line;
+      for (const double kPa : loading.kPa(loading.first_s(phase))) {
+        if (kPa > kCycleEdge * c.peak_kPa && is_inside(range, kPa)) {
+          line.add(kPa, run.delta_C_fF(kPa));
+        }
+      }
+      cycle_sxx += line.sxx() / std::size(kPhases);
+    }
+    sxx += cycle_sxx;
+    sxy += cycle_sxx * slope;
+  }
+  if (!(sxx > 0)) return std::nullopt;
+  return slope_of(run, sxx, sxy);
+}
+
+}  // namespace
+
+double force_noise_kPa(const PlannedRun& run) {
+  return run.force_noise_N / run.area_m2 * 1e-3 * std::sqrt(kInterpolated);
+}
+
+std::optional<Scatter> scatter_of_slope(const PlannedRun& run, const PressureRange& range) {
+  return run.levels.empty() ? slope_of_loadings(run, range) : slope_of_levels(run, range);
+}
+
+}  // namespace lcrig
