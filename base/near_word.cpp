@@ -39,7 +39,8 @@ std::string lower_case(std::string_view word) {
 // "Cp-D" is "Cp" and "D", "paper-12" is "paper" and "12".
 std::vector<std::string_view> parts_of(std::string_view word) {
   enum class Kind { mark, digit, letter };
-  const auto kind = [](unsigned char c) {
+  const auto kind = [](char letter) {
+    const auto c = static_cast<unsigned char>(letter);
     if (c == '-' || c == '_' || c == '.' || c == ' ') return Kind::mark;
     return std::isdigit(c) != 0 ? Kind::digit : Kind::letter;
   };

@@ -12,7 +12,7 @@ CellOrder inner_nodes_first(int degree) {
   for (std::size_t i = 0; i < nodes; ++i) {
     for (std::size_t a = 0; a < nodes; ++a) {
       const bool inside = i > 0 && i + 1 < nodes && a > 0 && a + 1 < nodes;
-      for (const std::size_t component : {0, 1}) {
+      for (const std::size_t component : {0U, 1U}) {
         (inside ? order.all : outer).push_back(2 * (i * nodes + a) + component);
       }
     }

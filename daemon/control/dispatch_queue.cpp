@@ -13,14 +13,13 @@
 namespace lcrig {
 
 using nlohmann::json;
-using Answer = MethodAnswer;
 
 namespace {
 
 // Params, then a call of the queue, then its answer.
-using QueueCall = Answer (*)(QueueHandler&, json, PeerCredentials);
+using QueueCall = MethodAnswer (*)(QueueHandler&, json, PeerCredentials);
 template <QueueCall call>
-Answer with_queue(ControlHandler& handler, json params, PeerCredentials peer) {
+MethodAnswer with_queue(ControlHandler& handler, json params, PeerCredentials peer) {
   QueueHandler* queue = handler.queue();
   if (queue == nullptr) co_return refused(Error(Errc::unsupported, "there is no queue here"));
   auto answer = co_await call(*queue, std::move(params), std::move(peer));
@@ -36,7 +35,7 @@ Result<std::int64_t> one_entry(const json& params) {
   return entry;
 }
 
-Answer on_add(QueueHandler& queue, json params, PeerCredentials peer) {
+MethodAnswer on_add(QueueHandler& queue, json params, PeerCredentials peer) {
   auto wanted = parse_queue_add(params);
   if (!wanted) co_return bad_params(wanted.error());
   auto added = co_await queue.add(std::move(*wanted), std::move(peer));
@@ -44,7 +43,7 @@ Answer on_add(QueueHandler& queue, json params, PeerCredentials peer) {
   co_return to_json(*added);
 }
 
-Answer on_list(QueueHandler& queue, json params, PeerCredentials) {
+MethodAnswer on_list(QueueHandler& queue, json params, PeerCredentials) {
   auto range = parse_queue_range(params, "skip");
   if (!range) co_return bad_params(range.error());
   auto page = co_await queue.list(range->from, range->most);
@@ -52,7 +51,7 @@ Answer on_list(QueueHandler& queue, json params, PeerCredentials) {
   co_return to_json(*page);
 }
 
-Answer on_show(QueueHandler& queue, json params, PeerCredentials) {
+MethodAnswer on_show(QueueHandler& queue, json params, PeerCredentials) {
   auto entry = one_entry(params);
   if (!entry) co_return bad_params(entry.error());
   auto found = co_await queue.show(*entry);
@@ -60,7 +59,7 @@ Answer on_show(QueueHandler& queue, json params, PeerCredentials) {
   co_return to_json(*found);
 }
 
-Answer on_history(QueueHandler& queue, json params, PeerCredentials) {
+MethodAnswer on_history(QueueHandler& queue, json params, PeerCredentials) {
   auto range = parse_queue_range(params, "before");
   if (!range) co_return bad_params(range.error());
   auto acts = co_await queue.history(range->entry, range->from, range->most);
@@ -70,7 +69,7 @@ Answer on_history(QueueHandler& queue, json params, PeerCredentials) {
   co_return answer_of("acts", std::move(out));
 }
 
-Answer on_move(QueueHandler& queue, json params, PeerCredentials peer) {
+MethodAnswer on_move(QueueHandler& queue, json params, PeerCredentials peer) {
   auto wanted = parse_queue_move(params);
   if (!wanted) co_return bad_params(wanted.error());
   auto done = co_await queue.move(wanted->entry, wanted->place, std::move(peer));
@@ -78,7 +77,7 @@ Answer on_move(QueueHandler& queue, json params, PeerCredentials peer) {
   co_return json::object();
 }
 
-Answer on_remove(QueueHandler& queue, json params, PeerCredentials peer) {
+MethodAnswer on_remove(QueueHandler& queue, json params, PeerCredentials peer) {
   auto entry = one_entry(params);
   if (!entry) co_return bad_params(entry.error());
   auto done = co_await queue.remove(*entry, std::move(peer));
@@ -86,7 +85,7 @@ Answer on_remove(QueueHandler& queue, json params, PeerCredentials peer) {
   co_return json::object();
 }
 
-Answer on_clear(QueueHandler& queue, json params, PeerCredentials peer) {
+MethodAnswer on_clear(QueueHandler& queue, json params, PeerCredentials peer) {
   if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
   auto removed = co_await queue.clear(std::move(peer));
   if (!removed) co_return refused(removed.error());
@@ -94,7 +93,7 @@ Answer on_clear(QueueHandler& queue, json params, PeerCredentials peer) {
 }
 
 template <Task<Result<>> (QueueHandler::*method)(std::string, PeerCredentials)>
-Answer on_why(QueueHandler& queue, json params, PeerCredentials peer) {
+MethodAnswer on_why(QueueHandler& queue, json params, PeerCredentials peer) {
   auto why = one_text(params, "why", false, kWhyMax);
   if (!why) co_return bad_params(why.error());
   auto done = co_await (queue.*method)(std::move(*why), std::move(peer));
@@ -102,7 +101,7 @@ Answer on_why(QueueHandler& queue, json params, PeerCredentials peer) {
   co_return json::object();
 }
 
-Answer on_unlock(QueueHandler& queue, json params, PeerCredentials peer) {
+MethodAnswer on_unlock(QueueHandler& queue, json params, PeerCredentials peer) {
   bool force = false;
   ParamsReader in(params, "/params");
   in.boolean("force", force);
@@ -127,7 +126,7 @@ Result<HeadChoice> head_choice(const json& params) {
   return fail(Errc::invalid_request, "/params/head: expected resume, repeat or skip");
 }
 
-Answer on_start(QueueHandler& queue, json params, PeerCredentials peer) {
+MethodAnswer on_start(QueueHandler& queue, json params, PeerCredentials peer) {
   auto choice = head_choice(params);
   if (!choice) co_return bad_params(choice.error());
   auto done = co_await queue.start(*choice, std::move(peer));
@@ -135,7 +134,7 @@ Answer on_start(QueueHandler& queue, json params, PeerCredentials peer) {
   co_return json::object();
 }
 
-Answer on_answer(QueueHandler& queue, json params, PeerCredentials peer) {
+MethodAnswer on_answer(QueueHandler& queue, json params, PeerCredentials peer) {
   std::string text;
   std::optional<std::int64_t> entry;
   ParamsReader in(params, "/params");

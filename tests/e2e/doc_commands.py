@@ -17,7 +17,8 @@ from pathlib import Path
 # Commands of other programs need root, systemd or a compiler: they are not tried here.
 OURS = re.compile(r"^(build/bin/|tools/gateway/)?(lcrig|lcrigd|lcrig-sim|lcrig-gateway|"
                   r"check_gateway\.py|sqlite3)( |$)")
-TALKS_TO_DAEMON = re.compile(r"lcrig (run|status|watch|pause|resume|abort|freeze|confirm|runs)( |$)")
+TALKS_TO_DAEMON = re.compile(r"lcrig (run|status|watch|pause|resume|stop|abort|freeze|confirm|answer|"
+                             r"queue|runs)( |$)")
 # A run in real time takes a quarter of an hour; its plan asks the same instruments.
 REAL_TIME = re.compile(r"^lcrig run ")
 YOURS = ("my_machine:",)  # a program that the reader writes

@@ -28,13 +28,9 @@ class QueueRig : public Rig {
   void SetUp() override {
     Rig::SetUp();
     write("passive.json", kPassive);
-    start_sim({"--lcr-link", file("lcr")});
+    start_sim();
   }
-  Child& daemon() {
-    json by_link = config();
-    by_link["meter"]["port"] = file("lcr");
-    return start_daemon(by_link, "d" + std::to_string(++started_));
-  }
+  Child& daemon() { return start_daemon(config(), "d" + std::to_string(++started_)); }
   void kill(Child& daemon) {
     daemon.signal(SIGKILL);
     EXPECT_EQ(daemon.wait(5s), 128 + SIGKILL);

@@ -80,7 +80,7 @@ TEST(HardCases, ConvergenceOrderOnAGradedMesh) {
   const double exact = 5.6500910;
   std::vector<double> modulus;
   for (int mesh = -2; mesh <= 3; ++mesh) modulus.push_back(modulus_of_disc(2, 0.49, mesh));
-  for (const std::size_t finest : {4, 5}) {  // each second mesh halves every cell
+  for (const std::size_t finest : {4U, 5U}) {  // each second mesh halves every cell
     const double ratio =
         (modulus[finest - 2] - modulus[finest - 4]) / (modulus[finest] - modulus[finest - 2]);
     EXPECT_GE(std::log2(ratio), 4) << "to mesh " << finest - 2;

@@ -35,7 +35,7 @@ TEST(MeshLimit, FindsTheLimitOfAGeometricSequence) {
 TEST(MeshLimit, FindsTheLimitOfUnevenRefinement) {
   const double cells[] = {2, 3, 4, 6};
   for (const double order : {1.5, 3.0, 4.0, 6.0}) {
-    for (const std::size_t first : {0, 1}) {
+    for (const std::size_t first : {0U, 1U}) {
       MeshSequence meshes{{4, 4}, {}};
       std::vector<double> values;
       for (std::size_t i = first; i < 4; ++i) {
