@@ -23,6 +23,10 @@ constexpr Duration kPresence = 15min;  // of a person who acted; a time may have
 constexpr Duration kBetweenTries = 10s;  // of what is repeated by itself
 constexpr std::size_t kLongestReason = 500;  // characters in the journal
 
+std::int64_t wall_offset_ns(const Clock& clock) {
+  return clock.unix_ns() - clock.now().time_since_epoch().count();
+}
+
 QueueActor itself(const Clock& clock) {
   QueueActor out;
   out.now_unix_ns = clock.unix_ns();
@@ -171,6 +175,10 @@ Task<Result<NextAct>> QueueRunner::look() {
   }
   NextAct next = next_act(facts_of(*look));
   show_look(*look, next);
+  // From the instant on in which somebody could read that it waits for a time.
+  if (std::holds_alternative<WaitUntil>(next) && !waiting_offset_ns_) {
+    waiting_offset_ns_ = wall_offset_ns(clock_);
+  }
   co_return next;
 }
 
@@ -204,7 +212,7 @@ Task<> QueueRunner::step() {
 // Whoever sets the clock by hours may not know that a run waits for it.
 std::optional<double> QueueRunner::clock_step_s(const NextAct& next) {
   constexpr std::int64_t kStep_ns = 2 * kSecond_ns;
-  const std::int64_t offset_ns = clock_.unix_ns() - clock_.now().time_since_epoch().count();
+  const std::int64_t offset_ns = wall_offset_ns(clock_);
   const auto before = waiting_offset_ns_;
   waiting_offset_ns_.reset();
   if (before && std::abs(offset_ns - *before) > kStep_ns && !std::holds_alternative<Stay>(next)) {

@@ -46,7 +46,9 @@ TEST_F(Asks, ATypedLineIsTheAnswerAndAWrongOneIsAskedForAgain) {
   terminal.type("dutsy\n");
   ASSERT_TRUE(terminal.shows("did you mean `dusty`")) << terminal.received();
   terminal.type("dusty\n");
-  ASSERT_TRUE(terminal.shows("Thickness by gauge")) << terminal.received();
+  ASSERT_TRUE(terminal.shows(
+      "Thickness by gauge (a number from 20 to 400 um)  (type the answer and press Enter)"))
+      << terminal.received();
   terminal.type("125.5\n");
   EXPECT_TRUE(terminal.shows("run 1: success")) << terminal.received();
   EXPECT_EQ(terminal.wait(10s), 0);
