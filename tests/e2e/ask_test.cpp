@@ -55,7 +55,7 @@ TEST_F(Asks, ATypedLineIsTheAnswerAndAWrongOneIsAskedForAgain) {
   EXPECT_EQ(query("SELECT coalesce(text, number || ' ' || unit) FROM v_answer"),
             "dusty\n125.5 um\n");
   EXPECT_EQ(lcrig({"export", "1", "-o", file("out"), "--socket", file("control.sock")}).code, 0);
-  EXPECT_THAT(program({"cat", file("out/answers.csv")}).out,
+  EXPECT_THAT(program({"/usr/bin/cat", file("out/answers.csv")}).out,
               HasSubstr("thickness,0,Thickness by gauge,number,125.5,um,,person,"));
 }
 
