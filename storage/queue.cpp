@@ -2,7 +2,6 @@
 #include "storage/queue.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "base/text.hpp"
 #include "storage/row_hash.hpp"
@@ -11,14 +10,13 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::array<std::string_view, 7> kStates{"waiting", "running", "interrupted", "failed",
-                                                  "done",    "skipped", "removed"};
 // Between two neighbours: so often something fits in before the places are numbered anew.
 constexpr std::int64_t kStep = std::int64_t{1} << 20U;
 
 Result<EntryState> state_of(std::string_view word) {
-  const auto* found = std::ranges::find(kStates, word);
-  if (found != kStates.end()) return static_cast<EntryState>(found - kStates.begin());
+  for (int i = 0; i <= static_cast<int>(EntryState::removed); ++i) {
+    if (to_string(static_cast<EntryState>(i)) == word) return static_cast<EntryState>(i);
+  }
   return fail(Errc::garbled, "the queue holds an entry in state \"{}\"", printable(word, 40));
 }
 
@@ -186,10 +184,6 @@ std::string words_of(QueuePlace place) {
 }
 
 }  // namespace
-
-std::string_view to_string(EntryState state) {
-  return kStates[static_cast<std::size_t>(state)];
-}
 
 Result<> append_queue_act(const Database& db, std::string_view act,
                           std::optional<std::int64_t> entry, std::string_view detail,

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/queue_run.hpp"
 
-#include <array>
-
 #include "base/exit_status.hpp"
 
 namespace lcrig {
@@ -95,11 +93,6 @@ Result<> settle_head(const Database& db, const QueueListing& head, const QueueAc
 }
 
 }  // namespace
-
-std::string_view to_string(HeadChoice choice) {
-  constexpr std::array<std::string_view, 4> kWords{"none", "resume", "repeat", "skip"};
-  return kWords[static_cast<std::size_t>(choice)];
-}
 
 Result<> claim_queue_entry(const Database& db, std::int64_t entry, std::int64_t run,
                            std::int64_t now_unix_ns) {
