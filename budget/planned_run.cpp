@@ -236,8 +236,8 @@ template <class AnySteps, class Visit>
 void each_step(AnySteps& steps, const Visit& visit) {
   for (auto& step : steps) {
     visit(step);
-    const Steps* inside = facts_of(step).inside;
-    if (inside != nullptr) each_step(const_cast<AnySteps&>(*inside), visit);
+    const std::optional<Loop> loop = facts_of(step).loop;
+    if (loop) each_step(const_cast<AnySteps&>(loop->steps()), visit);
   }
 }
 
@@ -348,10 +348,8 @@ Knobs find_knobs(const Protocol& protocol) {
   }
   for (const Step& step : protocol.steps) {
     const StepFacts facts = facts_of(step);
-    const bool repeats = facts.passes != nullptr && facts.sweep == nullptr;
-    if (repeats && protocol.parameters.contains(facts.passes->name)) {
-      out.repeats = facts.passes->name;
-    }
+    const Number* count = facts.loop ? facts.loop->count() : nullptr;
+    if (count != nullptr && protocol.parameters.contains(count->name)) out.repeats = count->name;
   }
   return out;
 }

@@ -2,15 +2,8 @@
 #include "protocols/expand.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace lcrig {
-
-std::int64_t passes(const Step& step, const Environment& environment) {
-  const StepFacts facts = facts_of(step);
-  if (facts.passes != nullptr) return std::llround(environment.get(*facts.passes));
-  return static_cast<std::int64_t>(facts.sweep->values.size());
-}
 
 StepCursor::StepCursor(const Steps& steps, Environment& environment)
     : steps_(steps), environment_(environment) {}
@@ -18,29 +11,26 @@ StepCursor::StepCursor(const Steps& steps, Environment& environment)
 StepCursor::StepCursor(const StepCursor& at, Environment& environment)
     : steps_(at.steps_), environment_(environment), at_(at.at_), loops_(at.loops_) {}
 
-void StepCursor::set_variable(const Loop& loop) {
-  const SweepStep* sweep = facts_of(*loop.step).sweep;
-  if (sweep != nullptr) environment_.set(sweep->name, sweep->value(loop.index, environment_));
+void StepCursor::set_variable(const Pass& pass) {
+  const SweepStep* sweep = pass.loop.sweep();
+  if (sweep != nullptr) environment_.set(sweep->name, sweep->value(pass.index, environment_));
 }
 
-void StepCursor::enter(const Step& step) {
-  Loop loop;
-  loop.step = &step;
-  loop.count = passes(step, environment_);
-  set_variable(loop);
-  loops_.push_back(loop);
+void StepCursor::enter(const Step& step, const Loop& loop) {
+  loops_.emplace_back(step, loop, loop.passes(environment_));
+  set_variable(loops_.back());
 }
 
 // The end of a pass: starts the next one, or leaves the loop (false).
 bool StepCursor::again() {
-  Loop& loop = loops_.back();
-  if (loop.index < loop.count) {
-    ++loop.index;
-    loop.at = 0;
-    set_variable(loop);
+  Pass& pass = loops_.back();
+  if (pass.index < pass.count) {
+    ++pass.index;
+    pass.at = 0;
+    set_variable(pass);
     return true;
   }
-  const SweepStep* sweep = facts_of(*loop.step).sweep;
+  const SweepStep* sweep = pass.loop.sweep();
   if (sweep != nullptr) environment_.unset(sweep->name);
   loops_.pop_back();
   return false;
@@ -56,23 +46,24 @@ const Step* StepCursor::next() {
       continue;
     }
     const Step& step = list[at++];
-    if (facts_of(step).inside == nullptr) return &step;
-    enter(step);
+    const StepFacts facts = facts_of(step);
+    if (!facts.loop) return &step;
+    enter(step, *facts.loop);
   }
 }
 
 namespace {
 
-const StepCursor::Loop* outermost_repeat(const std::vector<StepCursor::Loop>& loops) {
+const StepCursor::Pass* outermost_repeat(const std::vector<StepCursor::Pass>& loops) {
   const auto it = std::ranges::find_if(
-      loops, [](const StepCursor::Loop& loop) { return facts_of(*loop.step).sweep == nullptr; });
+      loops, [](const StepCursor::Pass& pass) { return pass.loop.sweep() == nullptr; });
   return it == loops.end() ? nullptr : &*it;
 }
 
 bool any_step(const Steps& steps, bool (*holds)(const StepFacts&)) {
   return std::ranges::any_of(steps, [&](const Step& step) {
     const StepFacts facts = facts_of(step);
-    return facts.inside != nullptr ? any_step(*facts.inside, holds) : holds(facts);
+    return facts.loop ? any_step(facts.loop->steps(), holds) : holds(facts);
   });
 }
 
@@ -83,13 +74,13 @@ bool any_step(const Protocol& protocol, bool (*holds)(const StepFacts&)) {
 }  // namespace
 
 std::int64_t StepCursor::repeat() const {
-  const Loop* loop = outermost_repeat(loops_);
-  return loop ? loop->index : 0;
+  const Pass* pass = outermost_repeat(loops_);
+  return pass ? pass->index : 0;
 }
 
 std::int64_t StepCursor::repeats() const {
-  const Loop* loop = outermost_repeat(loops_);
-  return loop ? loop->count : 0;
+  const Pass* pass = outermost_repeat(loops_);
+  return pass ? pass->count : 0;
 }
 
 bool places_weights(const Steps& steps) {
@@ -99,7 +90,7 @@ bool places_weights(const Steps& steps) {
 bool has_safe_point(const Steps& steps) {
   return std::ranges::any_of(steps, [](const Step& step) {
     const StepFacts facts = facts_of(step);
-    return step.safe_point || (facts.inside != nullptr && has_safe_point(*facts.inside));
+    return step.safe_point || (facts.loop && has_safe_point(facts.loop->steps()));
   });
 }
 

@@ -17,10 +17,12 @@ inline constexpr std::int64_t kStepsMax = 2'000'000;
 // loop runs and removed behind it.
 class StepCursor {
  public:
-  struct Loop {
-    const Step* step = nullptr;  // a repeat or a sweep
+  struct Pass {
+    Pass(const Step& s, const Loop& l, std::int64_t n) : step(&s), loop(l), count(n) {}
+    const Step* step;  // a repeat or a sweep
+    Loop loop;
     std::int64_t index = 1;  // from 1
-    std::int64_t count = 0;
+    std::int64_t count;
     std::size_t at = 0;  // next step inside
   };
 
@@ -35,22 +37,20 @@ class StepCursor {
   std::int64_t repeats() const;
   const Environment& environment() const { return environment_; }
   // Outermost first.
-  const std::vector<Loop>& loops() const { return loops_; }
+  const std::vector<Pass>& loops() const { return loops_; }
 
  private:
-  void enter(const Step& step);
-  void set_variable(const Loop& loop);
+  void enter(const Step& step, const Loop& loop);
+  void set_variable(const Pass& pass);
   bool again();
-  const Steps& inner() const { return *facts_of(*loops_.back().step).inside; }
+  const Steps& inner() const { return loops_.back().loop.steps(); }
 
   const Steps& steps_;
   Environment& environment_;
   std::size_t at_ = 0;
-  std::vector<Loop> loops_;
+  std::vector<Pass> loops_;
 };
 
-// Passes of a repeat or sweep under this environment.
-std::int64_t passes(const Step& step, const Environment& environment);
 // Whether any of them is a place_weight: the rig must be a rod with dead weights.
 bool places_weights(const Steps& steps);
 // Whether any of them is marked as a safe point.

@@ -25,9 +25,10 @@ class Loads {
   void add(const Steps& steps) {
     for (const Step& step : steps) {
       const StepFacts facts = facts_of(step);
-      if (facts.sweep != nullptr) swept_.push_back(facts.sweep->name);
-      if (facts.inside != nullptr) add(*facts.inside);
-      if (facts.sweep != nullptr) swept_.pop_back();
+      const SweepStep* sweep = facts.loop ? facts.loop->sweep() : nullptr;
+      if (sweep != nullptr) swept_.push_back(sweep->name);
+      if (facts.loop) add(facts.loop->steps());
+      if (sweep != nullptr) swept_.pop_back();
       if (facts.aim != nullptr) add(*facts.aim);
     }
   }
@@ -54,8 +55,8 @@ class Loads {
 
 // The step that the cursor returned last is the last one of a pass of `loop`.
 bool ends_pass(const StepCursor& cursor, const Step* loop) {
-  for (const StepCursor::Loop& around : cursor.loops() | std::views::reverse) {
-    if (around.at != facts_of(*around.step).inside->size()) return false;
+  for (const StepCursor::Pass& around : cursor.loops() | std::views::reverse) {
+    if (around.at != around.loop.steps().size()) return false;
     if (around.step == loop) return true;
     if (around.index != around.count) return false;
   }
@@ -100,11 +101,11 @@ bool begins_level(const Step& step) {
   return facts.moves || facts.places_weight;
 }
 
-bool StopPlaces::loads_and_unloads(const Step& loop) {
-  const auto [it, is_new] = known_.try_emplace(&loop, false);
+bool StopPlaces::loads_and_unloads(const StepCursor::Pass& pass) {
+  const auto [it, is_new] = known_.try_emplace(pass.step, false);
   if (is_new) {
     Loads loads(environment_);
-    loads.add(*facts_of(loop).inside);
+    loads.add(pass.loop.steps());
     it->second = loads.are_several();
   }
   return it->second;
@@ -114,8 +115,8 @@ bool StopPlaces::loads_and_unloads(const Step& loop) {
 const Step* StopPlaces::loop_of(StopPlace place, const StepCursor& cursor) {
   const auto& loops = cursor.loops();
   if (place == StopPlace::repeat) return loops.empty() ? nullptr : loops.front().step;
-  for (const StepCursor::Loop& loop : loops | std::views::reverse) {
-    if (loads_and_unloads(*loop.step)) return loop.step;
+  for (const StepCursor::Pass& pass : loops | std::views::reverse) {
+    if (loads_and_unloads(pass)) return pass.step;
   }
   return nullptr;
 }

@@ -44,7 +44,7 @@ class StopPlaces {
 
  private:
   const Step* loop_of(StopPlace place, const StepCursor& cursor);
-  bool loads_and_unloads(const Step& loop);
+  bool loads_and_unloads(const StepCursor::Pass& pass);
 
   const Environment& environment_;
   std::map<const Step*, bool> known_;  // loops that load and unload, and those that do not

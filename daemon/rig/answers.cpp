@@ -18,7 +18,7 @@ void find_questions(const Steps& steps, std::map<std::string, const AskStep*>& o
   for (const Step& step : steps) {
     const StepFacts facts = facts_of(step);
     if (facts.asks != nullptr) out[step.id] = facts.asks;
-    if (facts.inside != nullptr) find_questions(*facts.inside, out);
+    if (facts.loop) find_questions(facts.loop->steps(), out);
   }
 }
 

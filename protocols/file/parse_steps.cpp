@@ -40,7 +40,7 @@ void read_safe_point(const JsonReader& r, Step& step) {
   const auto given = r.find("safe_point");
   if (!given) return;
   step.safe_point = given->boolean();
-  if (facts_of(step).inside != nullptr) {
+  if (facts_of(step).loop) {
     given->refuse("a safe point behind a loop, expected one at a step inside it, or behind it");
   }
 }

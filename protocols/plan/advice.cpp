@@ -33,9 +33,10 @@ const Number* end_of_sweep(const Steps& steps, const Number& n, Rounding to,
                            const Environment& environment) {
   for (const Step& step : steps) {
     const StepFacts facts = facts_of(step);
-    if (facts.inside == nullptr || !n.pointer.starts_with(step.pointer + "/")) continue;
-    if (const Number* found = end_of_sweep(*facts.inside, n, to, environment)) return found;
-    if (facts.sweep == nullptr || facts.sweep->name != n.name) continue;
+    if (!facts.loop || !n.pointer.starts_with(step.pointer + "/")) continue;
+    if (const Number* found = end_of_sweep(facts.loop->steps(), n, to, environment)) return found;
+    const SweepStep* sweep = facts.loop->sweep();
+    if (sweep == nullptr || sweep->name != n.name) continue;
     const Number* out = nullptr;
     const auto take = [&](const Number& end) {
       const auto value = [&](const Number& of) { return environment.get(of); };
@@ -43,9 +44,9 @@ const Number* end_of_sweep(const Steps& steps, const Number& n, Rounding to,
                                                                    : value(end) < value(*out));
       if (further) out = &end;
     };
-    for (const Number& value : facts.sweep->values) take(value);
-    if (facts.sweep->from) take(*facts.sweep->from);
-    if (facts.sweep->to) take(*facts.sweep->to);
+    for (const Number& value : sweep->values) take(value);
+    if (sweep->from) take(*sweep->from);
+    if (sweep->to) take(*sweep->to);
     return out;
   }
   return nullptr;

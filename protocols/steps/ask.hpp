@@ -23,7 +23,7 @@ struct AskStep {
   OnTimeout on_timeout = OnTimeout::abort;
 
   static AskStep parse(const StepReader& r);
-  StepFacts facts() const { return {.asks = this}; }
+  StepFacts facts() const { return {FrameUse::none(), kNoReadings, kNoSettings, this, kNoLoop}; }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 

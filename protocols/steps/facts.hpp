@@ -3,6 +3,7 @@
 // of the aperture and the budget ask for these facts instead of for the kind of a step.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -28,22 +29,78 @@ using Steps = std::vector<Step>;
 
 enum class HoldMode { travel, force };
 
-// The pointers lead into the step; nullptr: it has no such thing.
-struct StepFacts {
-  bool moves = false;  // needs a frame with a drive
-  bool zeroes = false;  // sets a new zero of force or travel
-  bool places_weight = false;  // a person does; needs a rod with dead weights
-  bool loads_a_cycle = false;  // on its way to a force the meter has to resolve a cycle of loading
-  const Target* aim = nullptr;  // where it goes, or the force that it holds or places
-  const Number* speed = nullptr;  // of the motion that it begins with, m/s
-  std::optional<HoldMode> leaves{};  // what the frame holds afterwards; absent: as before
-  const MeasureStep* measures = nullptr;
-  const SetLcrStep* sets_meter = nullptr;
-  const AskStep* asks = nullptr;  // a person answers
-  // A loop: its steps, how often they run (absent: once for each value), its variable.
-  const Steps* inside = nullptr;
-  const Number* passes = nullptr;
-  const SweepStep* sweep = nullptr;
+// What a step asks of the frame. Each kind of use takes all that it has to state. The pointers lead
+// into the step; nullptr: it has no such thing.
+struct FrameUse {
+  // What a meter that reads all the time has to resolve on the way to a force.
+  enum class OnTheWay { nothing, cycle_of_loading };
+
+  static FrameUse none() { return {Kind::watch, nullptr, nullptr, std::nullopt}; }  // only watched
+  static FrameUse zero() { return {Kind::zero, nullptr, nullptr, std::nullopt}; }
+  // A person places it on a rod.
+  static FrameUse weight(const Target& load) {
+    return {Kind::weight, &load, nullptr, std::nullopt};
+  }
+  // `at`: the force to hold; nullptr: what it shows.
+  static FrameUse hold(HoldMode mode, const Target* at) { return {Kind::hold, at, nullptr, mode}; }
+  // `speed`: of the motion that it begins with; nullptr: along a force.
+  static FrameUse motion(const Target* to, const Number* speed, HoldMode leaves, OnTheWay resolve) {
+    FrameUse out(Kind::motion, to, speed, leaves);
+    out.loads_a_cycle = resolve == OnTheWay::cycle_of_loading;
+    return out;
+  }
+
+  bool moves;  // needs a frame with a drive
+  bool zeroes;  // sets a new zero of force or travel
+  bool places_weight;  // a person does; needs a rod with dead weights
+  bool loads_a_cycle = false;
+  const Target* aim;  // where it goes, or the force that it holds or places
+  const Number* speed;  // m/s
+  std::optional<HoldMode> leaves;  // what the frame holds afterwards; absent: as before
+
+ private:
+  enum class Kind { watch, zero, weight, hold, motion };
+  FrameUse(Kind kind, const Target* a, const Number* s, std::optional<HoldMode> l)
+      : moves(kind == Kind::motion),
+        zeroes(kind == Kind::zero),
+        places_weight(kind == Kind::weight),
+        aim(a),
+        speed(s),
+        leaves(l) {}
+};
+
+// The steps inside a step, run a number of times or once for each value of a variable.
+class Loop {
+ public:
+  Loop(const Steps& steps, const Number& count) : steps_(&steps), count_(&count) {}
+  Loop(const Steps& steps, const SweepStep& sweep) : steps_(&steps), sweep_(&sweep) {}
+
+  const Steps& steps() const { return *steps_; }
+  const Number* count() const { return count_; }  // nullptr: it is a sweep
+  const SweepStep* sweep() const { return sweep_; }  // nullptr: it only repeats
+  std::int64_t passes(const Environment& environment) const;
+
+ private:
+  const Steps* steps_;
+  const Number* count_ = nullptr;
+  const SweepStep* sweep_ = nullptr;  // exactly one of the two is there
+};
+
+inline constexpr const MeasureStep* kNoReadings = nullptr;
+inline constexpr const SetLcrStep* kNoSettings = nullptr;
+inline constexpr const AskStep* kNoQuestion = nullptr;
+inline constexpr std::nullopt_t kNoLoop = std::nullopt;
+
+// No fact has a default: a step that does not state one does not compile.
+struct StepFacts : FrameUse {
+  StepFacts(const FrameUse& frame, const MeasureStep* readings, const SetLcrStep* settings,
+            const AskStep* question, std::optional<Loop> l)
+      : FrameUse(frame), measures(readings), sets_meter(settings), asks(question), loop(l) {}
+
+  const MeasureStep* measures;
+  const SetLcrStep* sets_meter;
+  const AskStep* asks;  // a person answers
+  std::optional<Loop> loop;
 
   // A motion, a zero or a held force; the frame of other steps is only watched.
   bool commands_frame() const { return moves || zeroes || leaves == HoldMode::force; }

@@ -16,7 +16,10 @@ struct FindContactStep {
   bool slow_down = false;  // `speed` is at most: slower where this rig stops too late
 
   static FindContactStep parse(const StepReader& r);
-  StepFacts facts() const { return {.moves = true, .speed = &speed, .leaves = HoldMode::travel}; }
+  StepFacts facts() const {
+    return {FrameUse::motion(nullptr, &speed, HoldMode::travel, FrameUse::OnTheWay::nothing),
+            kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
+  }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
   // With slow_down as fast as the file says, but so slow that the stop needs no more than half of

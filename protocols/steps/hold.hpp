@@ -13,7 +13,10 @@ struct HoldStep {
   Number duration;  // s; the mode stays in force until the next motion
 
   static HoldStep parse(const StepReader& r);
-  StepFacts facts() const { return {.aim = at ? &*at : nullptr, .leaves = mode}; }
+  StepFacts facts() const {
+    return {FrameUse::hold(mode, at ? &*at : nullptr), kNoReadings, kNoSettings, kNoQuestion,
+            kNoLoop};
+  }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };

@@ -11,7 +11,9 @@ struct MarkStep {
   std::string text;
 
   static MarkStep parse(const StepReader& r);
-  StepFacts facts() const { return {}; }
+  StepFacts facts() const {
+    return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
+  }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };

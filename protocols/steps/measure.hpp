@@ -12,7 +12,7 @@ struct MeasureStep {
   Number within;  // s
 
   static MeasureStep parse(const StepReader& r);
-  StepFacts facts() const { return {.measures = this}; }
+  StepFacts facts() const { return {FrameUse::none(), this, kNoSettings, kNoQuestion, kNoLoop}; }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };

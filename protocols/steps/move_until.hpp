@@ -17,11 +17,10 @@ struct MoveUntilStep {
 
   static MoveUntilStep parse(const StepReader& r);
   StepFacts facts() const {
-    return {.moves = true,
-            .loads_a_cycle = is_force(until),
-            .aim = &until,
-            .speed = &speed,
-            .leaves = HoldMode::travel};
+    const auto resolve =
+        is_force(until) ? FrameUse::OnTheWay::cycle_of_loading : FrameUse::OnTheWay::nothing;
+    return {FrameUse::motion(&until, &speed, HoldMode::travel, resolve), kNoReadings, kNoSettings,
+            kNoQuestion, kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;

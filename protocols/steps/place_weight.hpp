@@ -11,7 +11,9 @@ struct PlaceWeightStep {
   Target load;  // a mass, or the force or pressure that it shall produce
 
   static PlaceWeightStep parse(const StepReader& r);
-  StepFacts facts() const { return {.places_weight = true, .aim = &load}; }
+  StepFacts facts() const {
+    return {FrameUse::weight(load), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
+  }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };

@@ -15,10 +15,9 @@ struct RampStep {
 
   static RampStep parse(const StepReader& r);
   StepFacts facts() const {
-    return {.moves = true,
-            .aim = &to,
-            .speed = speed ? &*speed : nullptr,
-            .leaves = speed ? HoldMode::travel : HoldMode::force};
+    const HoldMode leaves = speed ? HoldMode::travel : HoldMode::force;
+    return {FrameUse::motion(&to, speed ? &*speed : nullptr, leaves, FrameUse::OnTheWay::nothing),
+            kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;

@@ -13,7 +13,9 @@ struct RecordStep {
   Number timeout;  // s, with until_confirmed
 
   static RecordStep parse(const StepReader& r);
-  StepFacts facts() const { return {}; }
+  StepFacts facts() const {
+    return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
+  }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };

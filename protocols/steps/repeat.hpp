@@ -12,7 +12,9 @@ struct RepeatStep {
   Steps steps;
 
   static RepeatStep parse(const StepReader& r);
-  StepFacts facts() const { return {.inside = &steps, .passes = &count}; }
+  StepFacts facts() const {
+    return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, Loop(steps, count)};
+  }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };

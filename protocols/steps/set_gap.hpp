@@ -11,7 +11,9 @@ struct SetGapStep {
   Number gap;  // m, at the present travel
 
   static SetGapStep parse(const StepReader& r);
-  StepFacts facts() const { return {}; }
+  StepFacts facts() const {
+    return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
+  }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };

@@ -16,7 +16,7 @@ struct SetLcrStep {
   std::optional<LcrTrigger> trigger;
 
   static SetLcrStep parse(const StepReader& r);
-  StepFacts facts() const { return {.sets_meter = this}; }
+  StepFacts facts() const { return {FrameUse::none(), kNoReadings, this, kNoQuestion, kNoLoop}; }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
   // The settings after this step.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/steps/step.hpp"
 
+#include <cmath>
+
 namespace lcrig {
 
 std::string_view kind_of(const Step& step) {
@@ -9,6 +11,11 @@ std::string_view kind_of(const Step& step) {
 
 StepFacts facts_of(const Step& step) {
   return std::visit([](const auto& s) { return s.facts(); }, step.action);
+}
+
+std::int64_t Loop::passes(const Environment& environment) const {
+  if (sweep_ != nullptr) return sweep_->passes(environment);
+  return std::llround(environment.get(*count_));
 }
 
 }  // namespace lcrig

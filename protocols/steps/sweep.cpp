@@ -88,6 +88,10 @@ SweepStep SweepStep::parse(const StepReader& r) {
   return out;
 }
 
+std::int64_t SweepStep::passes(const Environment& env) const {
+  return count ? std::llround(env.get(*count)) : std::ssize(values);
+}
+
 double SweepStep::value(std::int64_t index, const Environment& env) const {
   if (!count) return env.get(values.at(static_cast<std::size_t>(index - 1)));
   const double first = env.get(*from), end = env.get(*to), last = env.get(*count) - 1;

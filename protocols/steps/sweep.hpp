@@ -15,10 +15,11 @@ struct SweepStep {
 
   static SweepStep parse(const StepReader& r);
   StepFacts facts() const {
-    return {.inside = &steps, .passes = count ? &*count : nullptr, .sweep = this};
+    return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, Loop(steps, *this)};
   }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
+  std::int64_t passes(const Environment& env) const;
   // SI value of the variable in pass `index` (from 1).
   double value(std::int64_t index, const Environment& env) const;
 };

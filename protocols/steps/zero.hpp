@@ -12,7 +12,9 @@ struct ZeroStep {
   std::optional<Number> max_offset;  // N; a larger offset means that the probe already touches
 
   static ZeroStep parse(const StepReader& r);
-  StepFacts facts() const { return {.zeroes = true}; }
+  StepFacts facts() const {
+    return {FrameUse::zero(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
+  }
   StepPlan plan(PlannedRig& rig) const;
   Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
 };

@@ -35,15 +35,15 @@ Rig some_rig(bool weights) {
 double visits(const Steps& steps, const Environment& environment) {
   double sum = 0;
   for (const Step& step : steps) {
-    const Steps* inside = facts_of(step).inside;
-    if (inside == nullptr) {
+    const std::optional<Loop> loop = facts_of(step).loop;
+    if (!loop) {
       sum += 1;
       continue;
     }
-    const SweepStep* sweep = facts_of(step).sweep;
+    const SweepStep* sweep = loop->sweep();
     Environment inner = environment;
     if (sweep != nullptr) inner.set(sweep->name, 1);
-    sum += static_cast<double>(passes(step, environment)) * visits(*inside, inner);
+    sum += static_cast<double>(loop->passes(environment)) * visits(loop->steps(), inner);
   }
   return sum;
 }

@@ -19,7 +19,8 @@ class Levels : public ::testing::Test {
  protected:
   void aim(TargetKind kind, double value) {
     const Target to = target(kind, value);
-    labels.aim({.aim = &to});
+    labels.aim(StepFacts(FrameUse::hold(HoldMode::force, &to), kNoReadings, kNoSettings,
+                         kNoQuestion, kNoLoop));
   }
   LoadLevel next() { return labels.next("m", 5, MonoTime()); }
 

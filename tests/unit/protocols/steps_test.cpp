@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <type_traits>
 #include <variant>
 
 #include "protocols/expand.hpp"
@@ -19,6 +20,30 @@ Target at(TargetKind kind, double value) {
   out.kind = kind;
   out.value = Number(value);
   return out;
+}
+
+// A step that leaves out a fact does not compile.
+static_assert(!std::is_default_constructible_v<StepFacts>);
+static_assert(!std::is_default_constructible_v<FrameUse>);
+static_assert(!std::is_constructible_v<StepFacts, FrameUse>);
+// A loop says how often it runs.
+static_assert(!std::is_constructible_v<Loop, const Steps&>);
+static_assert(!std::is_constructible_v<Loop, const Steps&, std::nullptr_t>);
+
+TEST(Steps, ALoopRunsAsOftenAsItCountsOrHasValues) {
+  Environment environment;
+  environment.set("n", 4);
+  RepeatStep repeat;
+  repeat.count = Number(3);
+  EXPECT_EQ(repeat.facts().loop->passes(environment), 3);
+  EXPECT_EQ(repeat.facts().loop->sweep(), nullptr);
+  SweepStep sweep;
+  sweep.values = {Number(1), Number(2)};
+  EXPECT_EQ(sweep.facts().loop->passes(environment), 2);
+  EXPECT_EQ(sweep.facts().loop->count(), nullptr);
+  sweep.count.emplace();
+  sweep.count->name = "n";
+  EXPECT_EQ(sweep.facts().loop->passes(environment), 4);
 }
 
 TEST(Steps, KindsAreTheWordsOfTheFile) {
