@@ -22,7 +22,7 @@ constexpr double kScatterGrown = 1.5;
 
 }  // namespace
 
-Task<Result<>> ContactSearch::find(StepProgress& progress) {
+Task<Result<>> ContactSearch::find(FindContactStep::Progress& progress) {
   // A search that begins again may already touch: what it would take for the force at rest is not.
   if (progress.start_travel_m && run_.view.travel_m().value_or(0) > *progress.start_travel_m) {
     auto back = co_await return_to(*progress.start_travel_m);

@@ -19,7 +19,7 @@ class ContactSearch {
   // Contact is placed, its stiffness known as far as the samples tell, and the probe is back off
   // it. `progress` remembers where the search began, for one that begins again. Errors: refused (no
   // contact, or a cell that lies), limit_tripped, invalid_request.
-  Task<Result<>> find(StepProgress& progress);
+  Task<Result<>> find(FindContactStep::Progress& progress);
 
  private:
   Task<Result<>> return_to(double travel_m);

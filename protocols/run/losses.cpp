@@ -138,7 +138,10 @@ Task<std::optional<InterruptRequest>> Losses::survive(StepProgress& progress) {
   run_.progress.state = before;
   run_.sampler.start(run_.setup.protocol.sample.lcr_continuous);
   const bool anew = run_.setup.protocol.on_loss == OnLoss::repeat_step || finishing;
-  if (anew) begin_again(progress);
+  if (anew) {
+    progress.begin_again(run_);
+    run_.event(EventKind::repeat, "the step begins anew");
+  }
   if (memory_at_loss_) {  // the frame was lost: it left force control
     memory_at_loss_.reset();
     auto held = co_await run_.drive.restore_hold();
@@ -280,22 +283,6 @@ void Losses::welcome(std::optional<Away>& away) {
   spdlog::info("run {}: {} is back after {:.2f} s", run_.setup.run, instrument, away_s);
   tell(away, nullptr);
   away.reset();
-}
-
-// A level that is begun anew gets a number of its own; the readings of the one that was cut off
-// stay, and an event says that they do not count.
-void Losses::begin_again(StepProgress& progress) {
-  if (progress.level) {
-    run_.event(LevelAbandonedEvent{progress.level->level, progress.readings});
-    run_.labels.abandon();
-  }
-  const auto start_travel_m = progress.start_travel_m, away_m = progress.away_m;
-  const bool answered = progress.answered;  // nobody is asked twice
-  progress = StepProgress();
-  progress.answered = answered;
-  progress.start_travel_m = start_travel_m;
-  progress.away_m = away_m;
-  run_.event(EventKind::repeat, "the step begins anew");
 }
 
 Task<> Losses::bring_frame_back() {

@@ -58,7 +58,6 @@ class Losses {
   const Away& first_away() const { return frame_ ? *frame_ : *meter_; }
   bool keeps_vanishing();
   std::optional<InterruptRequest> give_up();
-  void begin_again(StepProgress& progress);
   Task<std::optional<InterruptRequest>> wait_for_return(Duration patience);
   Task<Result<>> bring_back();
   Task<Result<>> try_meter();

@@ -16,9 +16,14 @@ using namespace std::chrono_literals;
 // Between two looks; no slewing of a clock is that fast.
 constexpr Duration kWallClockStep = 500ms;
 
+// `progress`: of `new_progress` for this step.
 Task<Result<>> execute_step(const Step& step, RunParts& run, StepProgress& progress) {
   run.labels.aim(facts_of(step));
-  auto task = std::visit([&](const auto& s) { return s.execute(run, progress); }, step.action);
+  auto task = std::visit(
+      [&]<class S>(const S& s) {
+        return s.execute(run, static_cast<typename S::Progress&>(progress));
+      },
+      step.action);
   co_return co_await std::move(task);
 }
 
@@ -264,9 +269,9 @@ void Run::begin_step(const Step& step) {
 
 Task<std::optional<InterruptRequest>> Run::run_step(const Step& step) {
   begin_step(step);
-  StepProgress progress;
-  progress.start_travel_m = take_over_.take_start_travel_m();
-  progress.kept_answer = take_over_.take_kept_answer();
+  const auto remembered = new_progress(step);
+  StepProgress& progress = *remembered;
+  progress.go_on_from(take_over_.take_left_off());
   std::optional<InterruptRequest> stop;
   for (bool done = false; !done && !stop;) {
     std::optional<InterruptRequest> request;

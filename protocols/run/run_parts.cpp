@@ -59,7 +59,7 @@ Task<Result<>> move_to_place(const Target& to, const Number& speed, const Number
   co_return co_await run.motions.to_travel(*travel_m, run.get(speed), run.get(timeout));
 }
 
-Task<Result<>> wait_out(double duration_s, RunParts& run, StepProgress& progress) {
+Task<Result<>> wait_out(double duration_s, RunParts& run, WaitProgress& progress) {
   progress.begin = run.setup.clock.now();
   const Duration rest = from_seconds(duration_s) - progress.spent;
   if (rest > Duration::zero()) co_await run.setup.clock.wait_for(rest);

@@ -59,27 +59,9 @@ struct RunParts {
   RunPoint point() const;
 };
 
-// What of a step survives a pause or a loss in the middle of it.
-struct StepProgress {
-  std::optional<MonoTime> begin;  // of the wait that goes on now
-  Duration spent{};  // of waits before it
-  std::int64_t readings = 0;
-  std::optional<LoadLevel> level;
-  bool moved = false;
-  bool answered = false;  // a question
-  std::optional<AnswerEvent> kept_answer;  // ... of the run that this one continues
-  std::optional<double> start_travel_m;  // where a search for contact began
-  std::optional<double> away_m;  // where the way back without a contact leads
-  // The step does not go on now; the time until it does again is not its own.
-  void interrupt(MonoTime now) {
-    if (begin) spent += now - *begin;
-    begin.reset();
-  }
-};
-
 // What several kinds of steps do: a motion to a travel or a gap, and a wait that survives a pause.
 Task<Result<>> move_to_place(const Target& to, const Number& speed, const Number& timeout,
                              RunParts& run);
-Task<Result<>> wait_out(double duration_s, RunParts& run, StepProgress& progress);
+Task<Result<>> wait_out(double duration_s, RunParts& run, WaitProgress& progress);
 
 }  // namespace lcrig

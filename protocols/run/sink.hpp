@@ -14,20 +14,9 @@
 #include "drivers/load_frame.hpp"
 #include "events/run_event.hpp"
 #include "protocols/question.hpp"
+#include "protocols/run/load_level.hpp"
 
 namespace lcrig {
-
-// One `measure` step as it is executed: a load level whose readings belong together.
-struct LoadLevel {
-  std::int64_t level = 0;  // 1, 2, ... within the run
-  std::string step_id;
-  std::int64_t repeat = 0;  // of the outermost `repeat` around it, from 1; 0: none
-  std::int64_t index = 0;  // of the level within that repeat, from 1
-  std::optional<double> target_force_N;
-  std::optional<double> target_pressure_Pa;
-  std::int64_t planned_readings = 0;
-  MonoTime begin;
-};
 
 struct ReadingTag {
   std::string step_id;

@@ -79,7 +79,7 @@ Task<Result<>> TakeOver::pass_done_steps(StepCursor& cursor) {
   }
   run_.view.zeroed(from.point.zeroed);
   run_.view.sum_zeros(from.point.zeros_N);
-  start_travel_m_ = from.point.travel_m;
+  left_off_.start_travel_m = from.point.travel_m;
   run_.contact.take_from(from.point.contact_travel_m);
   run_.labels.take_from(from.point);
   LcrSettings settings = run_.sampler.settings();
@@ -93,8 +93,8 @@ Task<Result<>> TakeOver::pass_done_steps(StepCursor& cursor) {
   // The run may have been cut off between an answer and the next step.
   const bool here = first == from.point.steps_done;
   if (here && asked_ < from.answers.size()) {
-    kept_answer_ = from.answers[asked_].answer;
-    if (!kept_answer_->from_run) kept_answer_->from_run = from.run;
+    left_off_.answer = from.answers[asked_].answer;
+    if (!left_off_.answer->from_run) left_off_.answer->from_run = from.run;
   }
   if (!(settings == run_.sampler.settings())) {
     auto set = co_await run_.sampler.configure(std::move(settings));

@@ -22,11 +22,8 @@ class TakeOver {
   // Walks past the steps that were done, so that targets, settings and control modes are as they
   // were. Errors: the frame is not where it was, or an instrument does not answer.
   Task<Result<>> pass_done_steps(StepCursor& cursor);
-  // Where the frame stood when the interrupted step began. Only the first call returns it: it is of
-  // no use to later steps.
-  std::optional<double> take_start_travel_m() { return std::exchange(start_travel_m_, {}); }
-  // What was answered to the question that is asked again now; known once.
-  std::optional<AnswerEvent> take_kept_answer() { return std::exchange(kept_answer_, {}); }
+  // Of the interrupted step. Only the first call returns it: it is of no use to later steps.
+  LeftOff take_left_off() { return std::exchange(left_off_, {}); }
 
  private:
   Result<> compare_frame_at(std::int64_t first_step) const;
@@ -35,9 +32,8 @@ class TakeOver {
 
   RunParts& run_;
   bool unconfirmed_ = false;
-  std::optional<double> start_travel_m_;
+  LeftOff left_off_;
   std::size_t asked_ = 0;  // questions of the steps that were passed
-  std::optional<AnswerEvent> kept_answer_;
 };
 
 }  // namespace lcrig

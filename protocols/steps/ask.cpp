@@ -228,7 +228,7 @@ Task<Result<>> after_timeout(const Question& question, double patience_s, bool t
 }
 
 Task<Result<>> wait_for_answer(const Question& question, double patience_s, RunParts& run,
-                               StepProgress& progress) {
+                               AskStep::Progress& progress) {
   Clock& clock = run.setup.clock;
   progress.begin = clock.now();
   const Duration rest = std::max(Duration::zero(), from_seconds(patience_s) - progress.spent);
@@ -250,7 +250,7 @@ Task<Result<>> wait_for_answer(const Question& question, double patience_s, RunP
 
 }  // namespace
 
-Task<Result<>> AskStep::execute(RunParts& run, StepProgress& progress) const {
+Task<Result<>> AskStep::execute(RunParts& run, Progress& progress) const {
   if (run.questions.take()) progress.answered = true;
   if (progress.kept_answer) {  // given to the run that this one continues
     run.event(*progress.kept_answer);

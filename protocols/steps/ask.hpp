@@ -6,6 +6,7 @@
 
 #include "protocols/question.hpp"
 #include "protocols/steps/facts.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 
@@ -22,10 +23,15 @@ struct AskStep {
   Number timeout;  // s
   OnTimeout on_timeout = OnTimeout::abort;
 
+  struct Progress : WaitProgress {
+    bool answered = false;  // also when the step begins anew: nobody is asked twice
+    std::optional<AnswerEvent> kept_answer;  // of the run that this one continues
+    void go_on_from(const LeftOff& before) override { kept_answer = before.answer; }
+  };
   static AskStep parse(const StepReader& r);
   StepFacts facts() const { return {FrameUse::none(), kNoReadings, kNoSettings, this, kNoLoop}; }
   StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
+  Task<Result<>> execute(RunParts& run, Progress& progress) const;
 
   // With the numbers that the references stand for now.
   Question question(const std::string& step_id, const Environment& environment) const;

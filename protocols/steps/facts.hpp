@@ -18,7 +18,6 @@ struct StepReader;  // file/step_reader.hpp
 class PlannedRig;  // plan/planned_rig.hpp
 struct StepPlan;
 struct RunParts;  // run/run_parts.hpp
-struct StepProgress;
 
 struct AskStep;
 struct MeasureStep;

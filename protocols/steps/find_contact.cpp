@@ -90,7 +90,7 @@ StepPlan FindContactStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> FindContactStep::execute(RunParts& run, StepProgress& progress) const {
+Task<Result<>> FindContactStep::execute(RunParts& run, Progress& progress) const {
   ContactSearch contact(run, *this);
   co_return co_await contact.find(progress);
 }

@@ -93,9 +93,14 @@ Task<Result<>> hold_at_force(const HoldStep& step, RunParts& run) {
 
 }  // namespace
 
-Task<Result<>> HoldStep::execute(RunParts& run, StepProgress& progress) const {
+void HoldStep::Progress::begin_again(RunParts& run) {
+  WaitProgress::begin_again(run);
+  holds = false;
+}
+
+Task<Result<>> HoldStep::execute(RunParts& run, Progress& progress) const {
   // Who only watches holds nothing: it is a time to wait.
-  if (!progress.moved && run.setup.commands) {
+  if (!progress.holds && run.setup.commands) {
     Result<> held;
     run.drive.will_hold(std::nullopt);
     if (mode == HoldMode::travel) {
@@ -104,7 +109,7 @@ Task<Result<>> HoldStep::execute(RunParts& run, StepProgress& progress) const {
       held = co_await hold_at_force(*this, run);
     }
     if (!held) co_return held;
-    progress.moved = true;
+    progress.holds = true;
   }
   co_return co_await wait_out(run.get(duration), run, progress);
 }

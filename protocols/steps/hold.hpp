@@ -3,6 +3,7 @@
 #pragma once
 
 #include "protocols/steps/facts.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 
@@ -12,13 +13,17 @@ struct HoldStep {
   std::optional<Target> at;  // force or pressure to hold; absent: where it stands
   Number duration;  // s; the mode stays in force until the next motion
 
+  struct Progress : WaitProgress {
+    bool holds = false;
+    void begin_again(RunParts& run) override;
+  };
   static HoldStep parse(const StepReader& r);
   StepFacts facts() const {
     return {FrameUse::hold(mode, at ? &*at : nullptr), kNoReadings, kNoSettings, kNoQuestion,
             kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
+  Task<Result<>> execute(RunParts& run, Progress& progress) const;
 };
 
 }  // namespace lcrig

@@ -15,7 +15,7 @@ StepPlan MarkStep::plan(PlannedRig& /*rig*/) const {
   return {};
 }
 
-Task<Result<>> MarkStep::execute(RunParts& run, StepProgress& /*progress*/) const {
+Task<Result<>> MarkStep::execute(RunParts& run, Progress& /*progress*/) const {
   run.event(EventKind::mark, text);
   co_return Result<>();
 }

@@ -37,7 +37,17 @@ StepPlan MeasureStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> MeasureStep::execute(RunParts& run, StepProgress& progress) const {
+// A level that is begun anew gets a number of its own; the readings of the one that was cut off
+// stay, and an event says that they do not count.
+void MeasureStep::Progress::begin_again(RunParts& run) {
+  if (!level) return;
+  run.event(LevelAbandonedEvent{level->level, readings});
+  run.labels.abandon();
+  level.reset();
+  readings = 0;
+}
+
+Task<Result<>> MeasureStep::execute(RunParts& run, Progress& progress) const {
   const auto readings = static_cast<std::int64_t>(std::llround(run.get(count)));
   if (!progress.level) {
     progress.level = run.labels.next(run.log.step_id(), readings, run.setup.clock.now());

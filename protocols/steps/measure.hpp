@@ -2,7 +2,9 @@
 // measure: takes fresh readings of the meter within a time; they make one level.
 #pragma once
 
+#include "protocols/run/load_level.hpp"
 #include "protocols/steps/facts.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 
@@ -11,10 +13,15 @@ struct MeasureStep {
   Number count;  // fresh readings
   Number within;  // s
 
+  struct Progress : StepProgress {
+    std::optional<LoadLevel> level;
+    std::int64_t readings = 0;
+    void begin_again(RunParts& run) override;
+  };
   static MeasureStep parse(const StepReader& r);
   StepFacts facts() const { return {FrameUse::none(), this, kNoSettings, kNoQuestion, kNoLoop}; }
   StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
+  Task<Result<>> execute(RunParts& run, Progress& progress) const;
 };
 
 }  // namespace lcrig

@@ -76,7 +76,7 @@ StepPlan MoveUntilStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> MoveUntilStep::execute(RunParts& run, StepProgress& /*progress*/) const {
+Task<Result<>> MoveUntilStep::execute(RunParts& run, Progress& /*progress*/) const {
   if (!is_force(until)) co_return co_await move_to_place(until, speed, timeout, run);
   const double force_N = run.labels.force_of(until), timeout_s = run.get(timeout);
   double v = run.get(speed);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "protocols/steps/facts.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 
@@ -15,6 +16,7 @@ struct MoveUntilStep {
   std::optional<Number> overshoot;  // N allowed beyond the target; plan and run refuse more
   Number timeout;  // s
 
+  using Progress = StepProgress;
   static MoveUntilStep parse(const StepReader& r);
   StepFacts facts() const {
     const auto resolve =
@@ -23,7 +25,7 @@ struct MoveUntilStep {
             kNoQuestion, kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
+  Task<Result<>> execute(RunParts& run, Progress& progress) const;
 };
 
 }  // namespace lcrig

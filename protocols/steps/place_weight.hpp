@@ -3,6 +3,7 @@
 #pragma once
 
 #include "protocols/steps/facts.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 
@@ -10,12 +11,13 @@ struct PlaceWeightStep {
   static constexpr std::string_view kWord = "place_weight";
   Target load;  // a mass, or the force or pressure that it shall produce
 
+  using Progress = StepProgress;
   static PlaceWeightStep parse(const StepReader& r);
   StepFacts facts() const {
     return {FrameUse::weight(load), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
+  Task<Result<>> execute(RunParts& run, Progress& progress) const;
 };
 
 }  // namespace lcrig

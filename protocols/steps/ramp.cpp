@@ -97,8 +97,8 @@ constexpr double kLongWay = 1.2, kLongWayMore_s = 5;  // back from where a searc
 // `finally` asks for a gap, and contact was never found. What presses all the same is left by the
 // same way, from here; a force that nobody knows counts as one that presses.
 // A search that found nothing may have pressed with a cell that did not show it: it goes back to
-// where it began. The place is chosen once, however often the frame is lost on the way.
-Task<Result<>> back_away(const RampStep& step, RunParts& run, StepProgress& progress) {
+// where it began.
+Task<Result<>> back_away(const RampStep& step, RunParts& run, RampStep::Progress& progress) {
   const auto force_N = run.view.present_force_N();
   const bool presses = !force_N || run.guard.is_distrusted() || run.truth.is_loaded(*force_N);
   const auto from_m = run.contact.searched_from_m(), here_m = run.view.travel_m();
@@ -145,7 +145,7 @@ StepPlan RampStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> RampStep::execute(RunParts& run, StepProgress& progress) const {
+Task<Result<>> RampStep::execute(RunParts& run, Progress& progress) const {
   if (!is_force(to)) {
     const bool clears = run.interrupts.finishing() && to.kind == TargetKind::gap;
     if (clears && !run.contact.travel_m()) co_return co_await back_away(*this, run, progress);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "protocols/steps/facts.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 
@@ -13,6 +14,10 @@ struct RampStep {
   std::optional<Number> force_rate;  // N/s, for force and pressure targets
   Number timeout;  // s
 
+  struct Progress : StepProgress {
+    // Where the way back without a contact leads: chosen once, however often the frame is lost.
+    std::optional<double> away_m;
+  };
   static RampStep parse(const StepReader& r);
   StepFacts facts() const {
     const HoldMode leaves = speed ? HoldMode::travel : HoldMode::force;
@@ -20,7 +25,7 @@ struct RampStep {
             kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
+  Task<Result<>> execute(RunParts& run, Progress& progress) const;
 };
 
 }  // namespace lcrig

@@ -28,7 +28,7 @@ StepPlan RecordStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> RecordStep::execute(RunParts& run, StepProgress& progress) const {
+Task<Result<>> RecordStep::execute(RunParts& run, Progress& progress) const {
   if (!until_confirmed) co_return co_await wait_out(run.get(*duration), run, progress);
   const MonoTime deadline = run.setup.clock.now() + from_seconds(run.get(timeout));
   const std::string prompt = "Recording. Confirm to end the recording.";

@@ -20,7 +20,7 @@ StepPlan RepeatStep::plan(PlannedRig& /*rig*/) const {
   return {};
 }
 
-Task<Result<>> RepeatStep::execute(RunParts& /*run*/, StepProgress& /*progress*/) const {
+Task<Result<>> RepeatStep::execute(RunParts& /*run*/, Progress& /*progress*/) const {
   co_return fail(Errc::bug, "a loop reached the run");
 }
 

@@ -21,7 +21,7 @@ StepPlan SetGapStep::plan(PlannedRig& rig) const {
 }
 
 // Known from here on by a person's word, not by a search.
-Task<Result<>> SetGapStep::execute(RunParts& run, StepProgress& /*progress*/) const {
+Task<Result<>> SetGapStep::execute(RunParts& run, Progress& /*progress*/) const {
   if (!run.view.travel_m()) {
     co_return fail(Errc::no_reply, "step {}: the frame sends no travel", run.log.step_id());
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "protocols/steps/facts.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 
@@ -10,12 +11,13 @@ struct SetGapStep {
   static constexpr std::string_view kWord = "set_gap";
   Number gap;  // m, at the present travel
 
+  using Progress = StepProgress;
   static SetGapStep parse(const StepReader& r);
   StepFacts facts() const {
     return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
+  Task<Result<>> execute(RunParts& run, Progress& progress) const;
 };
 
 }  // namespace lcrig

@@ -59,7 +59,7 @@ StepPlan SetLcrStep::plan(PlannedRig& rig) const {
   return out;
 }
 
-Task<Result<>> SetLcrStep::execute(RunParts& run, StepProgress& /*progress*/) const {
+Task<Result<>> SetLcrStep::execute(RunParts& run, Progress& /*progress*/) const {
   LcrSettings s = change(run.sampler.settings(), run.setup.environment);
   auto set = co_await run.sampler.configure(std::move(s));
   if (!set) co_return set;

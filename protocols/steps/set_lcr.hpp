@@ -4,6 +4,7 @@
 
 #include "drivers/lcr_meter.hpp"
 #include "protocols/steps/facts.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 
@@ -15,10 +16,11 @@ struct SetLcrStep {
   std::optional<LcrFunction> function;
   std::optional<LcrTrigger> trigger;
 
+  using Progress = StepProgress;
   static SetLcrStep parse(const StepReader& r);
   StepFacts facts() const { return {FrameUse::none(), kNoReadings, this, kNoQuestion, kNoLoop}; }
   StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
+  Task<Result<>> execute(RunParts& run, Progress& progress) const;
   // The settings after this step.
   LcrSettings change(LcrSettings settings, const Environment& env) const;
 };

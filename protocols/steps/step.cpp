@@ -13,6 +13,13 @@ StepFacts facts_of(const Step& step) {
   return std::visit([](const auto& s) { return s.facts(); }, step.action);
 }
 
+std::unique_ptr<StepProgress> new_progress(const Step& step) {
+  const auto begun = []<class S>(const S& /*step*/) -> std::unique_ptr<StepProgress> {
+    return std::make_unique<typename S::Progress>();
+  };
+  return std::visit(begun, step.action);
+}
+
 std::int64_t Loop::passes(const Environment& environment) const {
   if (sweep_ != nullptr) return sweep_->passes(environment);
   return std::llround(environment.get(*count_));

@@ -3,12 +3,14 @@
 //   kWord     the word after "do" in a file,
 //   parse()   its keys,
 //   facts()   what it asks of the rig (facts.hpp),
+//   Progress  what it remembers while it runs (progress.hpp),
 //   plan()    how long it takes, what it may do to the specimen, and whether that is allowed,
 //   execute() what it does in a run. It ends by itself or with an error; when it is interrupted it
 //             is cancelled, and called again with the same progress when it goes on.
 // Whoever treats a step by its kind visits `action`, so a kind that lacks one does not compile.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -45,5 +47,7 @@ struct Step {
 // The word after "do": "find_contact".
 std::string_view kind_of(const Step& step);
 StepFacts facts_of(const Step& step);
+// The `Progress` of its kind.
+std::unique_ptr<StepProgress> new_progress(const Step& step);
 
 }  // namespace lcrig

@@ -104,7 +104,7 @@ StepPlan SweepStep::plan(PlannedRig& /*rig*/) const {
   return {};
 }
 
-Task<Result<>> SweepStep::execute(RunParts& /*run*/, StepProgress& /*progress*/) const {
+Task<Result<>> SweepStep::execute(RunParts& /*run*/, Progress& /*progress*/) const {
   co_return fail(Errc::bug, "a loop reached the run");
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "protocols/steps/facts.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 
@@ -13,12 +14,13 @@ struct SweepStep {
   std::optional<Number> from, to, count;
   Steps steps;
 
+  using Progress = StepProgress;
   static SweepStep parse(const StepReader& r);
   StepFacts facts() const {
     return {FrameUse::none(), kNoReadings, kNoSettings, kNoQuestion, Loop(steps, *this)};
   }
   StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
+  Task<Result<>> execute(RunParts& run, Progress& progress) const;
   std::int64_t passes(const Environment& env) const;
   // SI value of the variable in pass `index` (from 1).
   double value(std::int64_t index, const Environment& env) const;

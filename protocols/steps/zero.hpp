@@ -3,6 +3,7 @@
 #pragma once
 
 #include "protocols/steps/facts.hpp"
+#include "protocols/steps/progress.hpp"
 
 namespace lcrig {
 
@@ -11,12 +12,13 @@ struct ZeroStep {
   bool force = false, travel = false;
   std::optional<Number> max_offset;  // N; a larger offset means that the probe already touches
 
+  using Progress = StepProgress;
   static ZeroStep parse(const StepReader& r);
   StepFacts facts() const {
     return {FrameUse::zero(), kNoReadings, kNoSettings, kNoQuestion, kNoLoop};
   }
   StepPlan plan(PlannedRig& rig) const;
-  Task<Result<>> execute(RunParts& run, StepProgress& progress) const;
+  Task<Result<>> execute(RunParts& run, Progress& progress) const;
 };
 
 }  // namespace lcrig

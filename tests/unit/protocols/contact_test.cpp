@@ -33,7 +33,7 @@ class Contact : public RunFixture {
   }
 
   FindContactStep find;
-  StepProgress progress;
+  FindContactStep::Progress progress;
 };
 
 TEST_F(Contact, IsFoundWhereTheSpecimenIs) {

@@ -30,7 +30,7 @@ class Loss : public RunFixture {
   static Error gone() { return Error(Errc::disconnected, "gone"); }
 
   Losses losses{parts()};
-  StepProgress progress;
+  MeasureStep::Progress progress;
 };
 
 TEST_F(Loss, IsToldOnce) {
@@ -102,14 +102,29 @@ TEST_F(Loss, BeginsTheStepAgainWhereTheProtocolSaysSo) {
   protocol.on_loss = OnLoss::repeat_step;
   progress.level = parts().labels.next("s", 5, clock.now());
   progress.readings = 3;
-  progress.start_travel_m = 1e-3;
   losses.lose_meter(gone());
   EXPECT_FALSE(survive());
   EXPECT_EQ(events_of("level_abandoned"), 1);
   EXPECT_FALSE(progress.level);
   EXPECT_EQ(progress.readings, 0);
-  EXPECT_TRUE(progress.start_travel_m) << "where a search began is kept";
   EXPECT_EQ(parts().labels.next("s", 5, clock.now()).index, 1);
+}
+
+TEST_F(Loss, LeavesAStepThatBeginsAgainWhatItMayNotForget) {
+  protocol.on_loss = OnLoss::repeat_step;
+  FindContactStep::Progress search;
+  search.start_travel_m = 1e-3;
+  AskStep::Progress ask;
+  ask.answered = true;
+  ask.spent = 5s;
+  for (StepProgress* of : {static_cast<StepProgress*>(&search), static_cast<StepProgress*>(&ask)}) {
+    losses.lose_meter(gone());
+    parts().interrupts.take();
+    EXPECT_FALSE(run(losses.survive(*of)));
+  }
+  EXPECT_TRUE(search.start_travel_m) << "where it began";
+  EXPECT_TRUE(ask.answered) << "nobody is asked twice";
+  EXPECT_EQ(ask.spent, 0s);
 }
 
 TEST_F(Loss, AStopMeanwhileIsTaken) {

@@ -78,8 +78,8 @@ TEST_F(GoOn, StepsThatWereDoneArePassedOver) {
   ASSERT_TRUE(passed) << passed.error().what;
   EXPECT_EQ(parts().progress.steps_done, 1);
   EXPECT_EQ(parts().labels.next("s", 5, clock.now()).level, 5);
-  EXPECT_DOUBLE_EQ(*take_over.take_start_travel_m(), 1e-3);
-  EXPECT_FALSE(take_over.take_start_travel_m()) << "of the first step only";
+  EXPECT_DOUBLE_EQ(*take_over.take_left_off().start_travel_m, 1e-3);
+  EXPECT_FALSE(take_over.take_left_off().start_travel_m) << "of the first step only";
 }
 
 TEST_F(GoOn, AFrameThatWasMovedMeanwhileIsNotMovedAgain) {
