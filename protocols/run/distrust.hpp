@@ -6,17 +6,31 @@
 #include <optional>
 #include <string>
 
+#include "protocols/run/contact_place.hpp"
+#include "protocols/run/event_log.hpp"
+#include "protocols/run/frame_drive.hpp"
+#include "protocols/run/frame_truth.hpp"
+#include "protocols/run/interrupts.hpp"
 #include "protocols/run/scoped_flag.hpp"
 #include "protocols/run/setup.hpp"
+#include "protocols/watch/guard.hpp"
 #include "protocols/watch/plausibility.hpp"
 
 namespace lcrig {
 
-struct RunParts;  // run_parts.hpp
-
 class Distrust {
  public:
-  explicit Distrust(RunParts& run) : run_(run) {}
+  // All outlive it. `pressing`: nullptr for a frame that cannot move.
+  Distrust(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts, Guard& guard,
+           Pressing* pressing, FrameTruth& truth, ContactPlace& contact, FrameDrive& drive)
+      : setup_(setup),
+        log_(log),
+        interrupts_(interrupts),
+        guard_(guard),
+        pressing_(pressing),
+        truth_(truth),
+        contact_(contact),
+        drive_(drive) {}
 
   // Every sample of a frame that was prepared: whether it contradicts what the frame was told.
   void judge(const FrameSample& sample);
@@ -41,7 +55,14 @@ class Distrust {
   void distrust_zero(const std::string& detail);
   void forget_places(const std::string& why);
 
-  RunParts& run_;
+  const RunSetup& setup_;
+  const EventLog& log_;
+  InterruptQueue& interrupts_;
+  Guard& guard_;
+  Pressing* pressing_;
+  FrameTruth& truth_;
+  ContactPlace& contact_;
+  FrameDrive& drive_;
   bool zeroing_ = false, ended_ = false;
   std::optional<std::string> moves_again_;  // what was seen then
 };

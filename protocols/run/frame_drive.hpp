@@ -7,15 +7,26 @@
 #include <optional>
 #include <string>
 
+#include "protocols/run/contact_place.hpp"
+#include "protocols/run/event_log.hpp"
+#include "protocols/run/frame_truth.hpp"
+#include "protocols/run/interrupts.hpp"
 #include "protocols/run/setup.hpp"
+#include "protocols/watch/guard.hpp"
 
 namespace lcrig {
 
-struct RunParts;  // run_parts.hpp
-
 class FrameDrive {
  public:
-  explicit FrameDrive(RunParts& run) : run_(run) {}
+  // All outlive it.
+  FrameDrive(const RunSetup& setup, const EventLog& log, InterruptQueue& interrupts, Guard& guard,
+             FrameTruth& truth, const ContactPlace& contact)
+      : setup_(setup),
+        log_(log),
+        interrupts_(interrupts),
+        guard_(guard),
+        truth_(truth),
+        contact_(contact) {}
 
   // Limits and samples of a frame that this run commands; only samples of another one.
   Task<Result<>> take_command();
@@ -51,7 +62,12 @@ class FrameDrive {
  private:
   void count_stop(bool stands);
 
-  RunParts& run_;
+  const RunSetup& setup_;
+  const EventLog& log_;
+  InterruptQueue& interrupts_;
+  Guard& guard_;
+  FrameTruth& truth_;
+  const ContactPlace& contact_;
   std::optional<FrameLimits> armed_;  // what the device watches now
   std::optional<double> held_force_N_;
   std::optional<Error> hands_off_;  // why nothing moves any more

@@ -7,7 +7,6 @@
 #include <variant>
 
 #include "base/either.hpp"
-#include "protocols/run/run_parts.hpp"
 #include "protocols/run/scoped_flag.hpp"
 
 namespace lcrig {
@@ -37,38 +36,38 @@ Result<MotionOutcome> judge_end(const std::string& step, MotionOutcome outcome) 
 // The motion within its time; anything but `target` is an error. Writes the motion's event.
 Task<Result<MotionOutcome>> Motions::timed(const MotionOrder& order,
                                            Task<Result<MotionOutcome>> motion, double timeout_s) {
-  if (auto may = run_.drive.may_move(); !may) co_return fail(may.error());
-  run_.drive.will_hold(std::nullopt);
-  run_.truth.begin(order.motion);
+  if (auto may = drive_.may_move(); !may) co_return fail(may.error());
+  drive_.will_hold(std::nullopt);
+  truth_.begin(order.motion);
   last_speed_m_s_ = order.motion.speed_m_s;
   const ScopedFlag moving(in_motion_);
-  const MonoTime deadline = run_.setup.clock.now() + from_seconds(timeout_s);
-  auto r = co_await either(std::move(motion), run_.setup.clock.wait_until(deadline));
+  const MonoTime deadline = setup_.clock.now() + from_seconds(timeout_s);
+  auto r = co_await either(std::move(motion), setup_.clock.wait_until(deadline));
   if (r.index() == 1) {
     co_return fail(Errc::no_reply, "step {}: the motion did not end within {:.6g} s",
-                   run_.log.step_id(), timeout_s);
+                   log_.step_id(), timeout_s);
   }
   auto& outcome = std::get<0>(r);
   if (!outcome) {
-    run_.truth.look_away();  // whether it moves now, nobody knows
+    truth_.look_away();  // whether it moves now, nobody knows
     co_return fail(outcome.error());
   }
-  run_.log.event(ended_event<EventKind::motion>(*outcome));
+  log_.event(ended_event<EventKind::motion>(*outcome));
   see_end(order, *outcome);
-  const double end_N = outcome->force_N.value_or(run_.view.force_N().value_or(0));
+  const double end_N = outcome->force_N.value_or(view_.force_N().value_or(0));
   const bool fell = end_N < order.motion.force_N;
   if (order.either_side && outcome->reason == MotionEnd::force_limit && fell) co_return *outcome;
-  co_return judge_end(run_.log.step_id(), std::move(*outcome));
+  co_return judge_end(log_.step_id(), std::move(*outcome));
 }
 
 void Motions::see_end(const MotionOrder& order, const MotionOutcome& outcome) {
-  run_.guard.take_standstill(outcome.force_N, outcome.travel_m);
-  run_.view.take_standstill(outcome);
+  guard_.take_standstill(outcome.force_N, outcome.travel_m);
+  view_.take_standstill(outcome);
   const bool holds = order.motion.direction == 0 && outcome.reason == MotionEnd::target;
   if (holds) {
-    run_.truth.begin_hold();
+    truth_.begin_hold();
   } else {
-    run_.truth.stand(outcome.travel_m);
+    truth_.stand(outcome.travel_m);
   }
 }
 
@@ -77,45 +76,45 @@ Task<Result<MotionOutcome>> Motions::watched(MotionOrder order, Permit permit,
                                              Task<Result<MotionOutcome>> motion, double timeout_s) {
   auto ready = co_await ready_for(permit);
   if (!ready) co_return fail(ready.error());
-  if (run_.pressing != nullptr) run_.pressing->begin(permit);
+  if (pressing_ != nullptr) pressing_->begin(permit);
   auto outcome = co_await timed(order, std::move(motion), timeout_s);
-  if (run_.pressing == nullptr || !outcome) co_return outcome;
-  auto true_word = co_await run_.truth.believe(order, *outcome);
+  if (pressing_ == nullptr || !outcome) co_return outcome;
+  auto true_word = co_await truth_.believe(order, *outcome);
   if (!true_word) co_return fail(true_word.error());
-  const auto seen = run_.pressing->end(*outcome, run_.truth.noise_N());
+  const auto seen = pressing_->end(*outcome, truth_.noise_N());
   if (!seen) co_return outcome;
   if (seen->exceeded) {
-    run_.log.event(seen->event<EventKind::overshoot_exceeded>());
+    log_.event(seen->event<EventKind::overshoot_exceeded>());
   } else {
-    run_.log.event(seen->event<EventKind::overshoot>());
+    log_.event(seen->event<EventKind::overshoot>());
   }
-  if (!seen->exceeded || seen->observed_N <= run_.guard.force_max_N()) co_return outcome;
+  if (!seen->exceeded || seen->observed_N <= guard_.force_max_N()) co_return outcome;
   co_return fail(Errc::limit_tripped, "step {}: the force went to {:.4f} N, the limit is {:.4f} N",
-                 run_.log.step_id(), seen->observed_N, run_.guard.force_max_N());
+                 log_.step_id(), seen->observed_N, guard_.force_max_N());
 }
 
 // Nothing is pressed with a cell that never was seen to scatter.
 Task<Result<>> Motions::ready_for(const Permit& permit) {
-  if (permit.presses && run_.truth.needs_look()) {
-    auto rest = co_await run_.view.living_rest();
+  if (permit.presses && truth_.needs_look()) {
+    auto rest = co_await view_.living_rest();
     if (!rest) co_return fail(rest.error());
-    run_.truth.see_alive(*rest);
+    truth_.see_alive(*rest);
   }
-  co_return co_await run_.drive.arm(permit.limits);
+  co_return co_await drive_.arm(permit.limits);
 }
 
 Pressing::State Motions::pressing_state() const {
   Pressing::State now;
-  now.limits = run_.guard.limits();
-  now.force_max_N = run_.guard.force_max_N();
-  now.noise_N = run_.truth.noise_N();
+  now.limits = guard_.limits();
+  now.force_max_N = guard_.force_max_N();
+  now.noise_N = truth_.noise_N();
   // What is within the noise is none, as in the plan: else the speed that it accepted is refused.
-  const double rest_N = run_.truth.rest_N();
+  const double rest_N = truth_.rest_N();
   now.rest_N = std::abs(rest_N) > kNoiseSigmas * now.noise_N ? rest_N : 0;
-  now.travel_m = run_.view.travel_m();
-  now.force_N = run_.view.force_N();
-  now.contact_m = run_.contact.travel_m();
-  now.contact_N = run_.contact.force_N();
+  now.travel_m = view_.travel_m();
+  now.force_N = view_.force_N();
+  now.contact_m = contact_.travel_m();
+  now.contact_N = contact_.force_N();
   return now;
 }
 
@@ -123,36 +122,36 @@ MotionOrder Motions::order_of(double force_N, int side, double speed_m_s) const 
   MotionOrder order;
   order.force_N = force_N;
   order.side = side;
-  order.motion = run_.truth.motion_now(side, speed_m_s);
+  order.motion = truth_.motion_now(side, speed_m_s);
   return order;
 }
 
 tl::unexpected<Error> Motions::refused(const Error& error) const {
-  return fail(error.code, "step {}: {}", run_.log.step_id(), error.what);
+  return fail(error.code, "step {}: {}", log_.step_id(), error.what);
 }
 
 Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, double timeout_s) {
-  const auto here_m = run_.view.travel_m();
-  if (run_.guard.is_distrusted() && here_m && travel_m > *here_m) {
-    run_.log.event(EventKind::skipped,
-                   "it leads towards the specimen, and the force is not believed any more");
+  const auto here_m = view_.travel_m();
+  if (guard_.is_distrusted() && here_m && travel_m > *here_m) {
+    log_.event(EventKind::skipped,
+               "it leads towards the specimen, and the force is not believed any more");
     co_return Result<>();
   }
   Permit permit;
-  if (run_.pressing != nullptr) {
+  if (pressing_ != nullptr) {
     if (!here_m) {
-      co_return fail(Errc::no_reply, "step {}: the frame sends no travel", run_.log.step_id());
+      co_return fail(Errc::no_reply, "step {}: the frame sends no travel", log_.step_id());
     }
-    auto allowed = run_.pressing->to_travel(pressing_state(), travel_m, speed_m_s);
+    auto allowed = pressing_->to_travel(pressing_state(), travel_m, speed_m_s);
     if (!allowed) co_return refused(allowed.error());
     permit = *allowed;
   }
   MotionOrder order;
   order.travel_m = travel_m;
   const bool away = here_m && travel_m <= *here_m;
-  order.motion = run_.truth.motion_now(away ? -1 : 1, speed_m_s);
+  order.motion = truth_.motion_now(away ? -1 : 1, speed_m_s);
   order.motion.target_m = travel_m;
-  auto motion = run_.setup.frame.move_to(Length::from_si(travel_m), Velocity::from_si(speed_m_s));
+  auto motion = setup_.frame.move_to(Length::from_si(travel_m), Velocity::from_si(speed_m_s));
   auto outcome = co_await watched(order, permit, std::move(motion), timeout_s);
   if (!outcome) co_return fail(outcome.error());
   co_return Result<>();
@@ -160,7 +159,7 @@ Task<Result<>> Motions::to_travel(double travel_m, double speed_m_s, double time
 
 Task<Result<MotionOutcome>> Motions::press_until(double force_N, double speed_m_s, double timeout_s,
                                                  std::optional<Search> search) {
-  auto permit = run_.pressing->to_force(pressing_state(), force_N, speed_m_s);
+  auto permit = pressing_->to_force(pressing_state(), force_N, speed_m_s);
   if (!permit) co_return refused(permit.error());
   Length guard = permit->guard;
   MotionOrder order = order_of(force_N, 1, speed_m_s);
@@ -170,24 +169,24 @@ Task<Result<MotionOutcome>> Motions::press_until(double force_N, double speed_m_
     order.either_side = true;
     const double fall_N = order.motion.force_N - search->least_N;
     order.motion.against_N = std::max(order.motion.against_N, 2 * fall_N);
-  } else if (const auto end_m = run_.truth.furthest_m(force_N)) {
+  } else if (const auto end_m = truth_.furthest_m(force_N)) {
     guard = std::min(guard, Length::from_si(*end_m));
   }
-  auto motion = run_.setup.frame.move_until_force(Force::from_si(force_N),
-                                                  Velocity::from_si(speed_m_s), guard);
+  auto motion =
+      setup_.frame.move_until_force(Force::from_si(force_N), Velocity::from_si(speed_m_s), guard);
   co_return co_await watched(order, *permit, std::move(motion), timeout_s);
 }
 
 Task<Result<>> Motions::to_force(double force_N, double speed_m_s, double timeout_s) {
-  const auto present = run_.view.present_force_N();
+  const auto present = view_.present_force_N();
   if (!present) co_return fail(present.error());
   Result<MotionOutcome> outcome;
   if (force_N >= *present) {
     outcome = co_await press_until(force_N, speed_m_s, timeout_s, std::nullopt);
   } else {
-    const Permit permit = run_.pressing->away(pressing_state());
+    const Permit permit = pressing_->away(pressing_state());
     const MotionOrder order = order_of(force_N, -1, speed_m_s);
-    auto motion = run_.setup.frame.move_until_force(
+    auto motion = setup_.frame.move_until_force(
         Force::from_si(force_N), Velocity::from_si(-speed_m_s), permit.limits.travel_min);
     outcome = co_await watched(order, permit, std::move(motion), timeout_s);
   }
@@ -196,21 +195,21 @@ Task<Result<>> Motions::to_force(double force_N, double speed_m_s, double timeou
 }
 
 Task<Result<>> Motions::ramp_to_force(double force_N, double rate_N_s, double timeout_s) {
-  const auto present = run_.view.present_force_N();
+  const auto present = view_.present_force_N();
   if (!present) co_return fail(present.error());
-  auto permit = run_.pressing->ramp(pressing_state(), force_N, rate_N_s);
+  auto permit = pressing_->ramp(pressing_state(), force_N, rate_N_s);
   if (!permit) co_return refused(permit.error());
   MotionOrder order = order_of(force_N, 0, 0);
   order.motion.rate_N_s = rate_N_s;
-  if (const auto& loop = run_.setup.frame.capabilities().force_loop) {
+  if (const auto& loop = setup_.frame.capabilities().force_loop) {
     order.motion.speed_m_s = loop->approach.si();
     order.waver_N = loop->ripple.si() + rate_N_s * to_seconds(loop->lag);
     order.motion.waver_N = order.waver_N;
   }
-  auto motion = run_.setup.frame.ramp_force(Force::from_si(force_N), ForceRate::from_si(rate_N_s));
+  auto motion = setup_.frame.ramp_force(Force::from_si(force_N), ForceRate::from_si(rate_N_s));
   auto outcome = co_await watched(order, *permit, std::move(motion), timeout_s);
   if (!outcome) co_return fail(outcome.error());
-  run_.drive.will_hold(force_N);
+  drive_.will_hold(force_N);
   co_return Result<>();
 }
 

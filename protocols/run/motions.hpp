@@ -5,16 +5,30 @@
 
 #include <optional>
 
+#include "protocols/run/contact_place.hpp"
+#include "protocols/run/event_log.hpp"
+#include "protocols/run/frame_drive.hpp"
 #include "protocols/run/frame_truth.hpp"
+#include "protocols/run/frame_view.hpp"
+#include "protocols/run/setup.hpp"
+#include "protocols/watch/guard.hpp"
 #include "protocols/watch/pressing.hpp"
 
 namespace lcrig {
 
-struct RunParts;  // run_parts.hpp
-
 class Motions {
  public:
-  explicit Motions(RunParts& run) : run_(run) {}
+  // All outlive it. `pressing`: nullptr for a frame that cannot move.
+  Motions(const RunSetup& setup, const EventLog& log, Guard& guard, Pressing* pressing,
+          FrameView& view, FrameTruth& truth, const ContactPlace& contact, FrameDrive& drive)
+      : setup_(setup),
+        log_(log),
+        guard_(guard),
+        pressing_(pressing),
+        view_(view),
+        truth_(truth),
+        contact_(contact),
+        drive_(drive) {}
 
   // Errors of all: invalid_request (nothing has moved), no_reply (not within the time-out),
   // limit_tripped, aborted, refused (also: the frame shows that it is not where it says).
@@ -46,7 +60,14 @@ class Motions {
   void see_end(const MotionOrder& order, const MotionOutcome& outcome);
   tl::unexpected<Error> refused(const Error& error) const;  // with the step that it was refused to
 
-  RunParts& run_;
+  const RunSetup& setup_;
+  const EventLog& log_;
+  Guard& guard_;
+  Pressing* pressing_;
+  FrameView& view_;
+  FrameTruth& truth_;
+  const ContactPlace& contact_;
+  FrameDrive& drive_;
   bool in_motion_ = false;
   double last_speed_m_s_ = 0;
 };

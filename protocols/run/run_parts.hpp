@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of one run, wired together. Steps, the recovery from a loss and the end of a run get
-// them all, and use no more than the public side of each.
+// The parts of one run, wired together: each part knows only those that it uses. Steps, the
+// recovery from a loss, the taking over of another run and the end of a run work with all of them.
 #pragma once
 
 #include <cstdint>
