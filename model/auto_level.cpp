@@ -117,12 +117,12 @@ std::string beyond(const std::optional<Pressure>& lost) {
 class LevelSearch {
  public:
   LevelSearch(ErrorEstimator& estimator, double tolerance, Pressure pressure,
-              const std::optional<WorkBudget>& budget)
+              const std::optional<SearchTime>& patience)
       : estimator_(estimator),
         tolerance_(tolerance),
         pressure_(pressure),
-        budget_(budget),
-        start_s_(budget ? budget->seconds_now() : 0) {}
+        patience_(patience),
+        start_s_(patience ? patience->seconds_now() : 0) {}
 
   Result<LevelChoice> run();
 
@@ -140,7 +140,7 @@ class LevelSearch {
   ErrorEstimator& estimator_;
   double tolerance_;
   Pressure pressure_;
-  const std::optional<WorkBudget>& budget_;
+  const std::optional<SearchTime>& patience_;
   double start_s_;
   double slowest_s_ = 0;  // seconds of the slowest rating
   LevelSettings slowest_;  // and what it rated
@@ -162,21 +162,21 @@ bool LevelSearch::hopeless(const LevelSettings& settings) const {
   return e.lost_beyond || (!e.settled && last_->first.mesh.refinement > 0);
 }
 
-// Seconds that this mesh would take, if they do not fit into the budget. The first rating has
+// Seconds that this mesh would take, if they do not fit into what is left. The first rating has
 // solved mesh 0 of both families, whatever it rated. It is always tried, because nothing says what
 // it will take.
 std::optional<double> LevelSearch::too_long(const LevelSettings& settings) const {
-  if (!budget_ || rejected_.empty() || settings.level < Level::fem_linear) return std::nullopt;
+  if (!patience_ || rejected_.empty() || settings.level < Level::fem_linear) return std::nullopt;
   const int mesh = settings.mesh.refinement;
   const int solved = slowest_.level == settings.level ? slowest_.mesh.refinement : 0;
   if (mesh <= solved) return std::nullopt;
   const double finer_by = halvings(solved, mesh, settings.level == Level::fem_finite);
   const double next = std::pow(kHarder, finer_by) * slowest_s_;
-  return elapsed_s() + next > budget_->seconds ? std::optional(next) : std::nullopt;
+  return elapsed_s() + next > patience_->seconds ? std::optional(next) : std::nullopt;
 }
 
 double LevelSearch::elapsed_s() const {
-  return budget_ ? budget_->seconds_now() - start_s_ : 0;
+  return patience_ ? patience_->seconds_now() - start_s_ : 0;
 }
 
 Result<ErrorEstimate> LevelSearch::rate(const LevelSettings& settings) {
@@ -222,7 +222,7 @@ Result<LevelChoice> LevelSearch::run() {
     if (hopeless(settings)) continue;
     if (const auto seconds = too_long(settings)) {
       return refuse(fmt::format("; {} would take about {:.2g} s more, over the budget of {:.4g} s",
-                                name_of(settings), *seconds, budget_->seconds));
+                                name_of(settings), *seconds, patience_->seconds));
     }
     const auto estimate = rate(settings);
     if (!estimate) {
@@ -233,8 +233,8 @@ Result<LevelChoice> LevelSearch::run() {
     if (estimate->relative <= tolerance_) return choice(settings, *estimate);
     if (estimate->relative < least_) {
       least_ = estimate->relative;
-      least_by_ =
-          name_of(settings) + (budget_ ? fmt::format(" in {:.2g} s", elapsed_s()) : std::string());
+      least_by_ = name_of(settings) +
+                  (patience_ ? fmt::format(" in {:.2g} s", elapsed_s()) : std::string());
     }
     reject(settings, fmt::format("{:.2g}{}", estimate->relative,
                                  estimate->settled ? "" : " (its meshes do not converge)"));
@@ -245,19 +245,19 @@ Result<LevelChoice> LevelSearch::run() {
 }  // namespace
 
 Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance, Pressure max_pressure,
-                                 const std::optional<WorkBudget>& budget) {
+                                 const std::optional<SearchTime>& patience) {
   ErrorEstimator estimator(specimen);
-  return choose_level(estimator, tolerance, max_pressure, budget);
+  return choose_level(estimator, tolerance, max_pressure, patience);
 }
 
 Result<LevelChoice> choose_level(ErrorEstimator& estimator, double tolerance, Pressure max_pressure,
-                                 const std::optional<WorkBudget>& budget) {
+                                 const std::optional<SearchTime>& patience) {
   if (!(tolerance > 0) || !(max_pressure.si() > 0) || !std::isfinite(max_pressure.si())) {
     return fail(Errc::invalid_request, "tolerance {} and largest pressure {} Pa must be positive",
                 tolerance, max_pressure.si());
   }
   if (auto ok = check_specimen(estimator.specimen()); !ok) return fail(ok.error());
-  return LevelSearch(estimator, tolerance, max_pressure, budget).run();
+  return LevelSearch(estimator, tolerance, max_pressure, patience).run();
 }
 
 nlohmann::json to_json(const LevelChoice& choice) {

@@ -34,18 +34,18 @@ struct LevelChoice {
 
 // How long the search may take. The model has no clock, so the caller lends one; with it, a refusal
 // also says what the best level costs.
-struct WorkBudget {
+struct SearchTime {
   double seconds = std::numeric_limits<double>::infinity();
   std::function<double()> seconds_now;
 };
 
-// Errors: the specimen is wrong, or no level meets the tolerance, or none does within the budget.
+// Errors: the specimen is wrong, or no level meets the tolerance, or none does within the time.
 // The message names the best level, and what a finer one would cost.
 Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance, Pressure max_pressure,
-                                 const std::optional<WorkBudget>& budget = std::nullopt);
+                                 const std::optional<SearchTime>& patience = std::nullopt);
 // The same, reusing what the estimator has already solved.
 Result<LevelChoice> choose_level(ErrorEstimator& estimator, double tolerance, Pressure max_pressure,
-                                 const std::optional<WorkBudget>& budget = std::nullopt);
+                                 const std::optional<SearchTime>& patience = std::nullopt);
 
 // For the run row and `--json`.
 nlohmann::json to_json(const LevelChoice& choice);

@@ -65,7 +65,7 @@ Result<std::vector<Pressure>> parse_pressures_kPa(std::string_view text) {
 
 Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSettings>& settings,
                          double tolerance, const std::vector<Pressure>& pressures,
-                         const std::optional<WorkBudget>& budget) {
+                         const std::optional<SearchTime>& patience) {
   if (pressures.empty() || pressures.size() > kMostPressures) {
     return fail(Errc::invalid_request, "pressures: 1 to {} points", kMostPressures);
   }
@@ -74,7 +74,7 @@ Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSett
   if (settings) {
     curve.settings = *settings;
   } else {
-    auto choice = choose_level(specimen, tolerance, highest, budget);
+    auto choice = choose_level(specimen, tolerance, highest, patience);
     if (!choice) return fail(choice.error());
     curve.settings = choice->settings;
     curve.error_estimate = choice->error_estimate;

@@ -37,7 +37,7 @@ struct Curve {
 // the level itself; the message names the pressure.
 Result<Curve> calc_curve(const Specimen& specimen, const std::optional<LevelSettings>& settings,
                          double tolerance, const std::vector<Pressure>& pressures,
-                         const std::optional<WorkBudget>& budget = std::nullopt);
+                         const std::optional<SearchTime>& patience = std::nullopt);
 
 nlohmann::json to_json(const Curve& curve);  // docs/cli-json.md, "model curve"
 

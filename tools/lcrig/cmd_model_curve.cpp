@@ -44,7 +44,7 @@ class CurveCommand final : public Command {
     options_.declare_level(list);
     list.option("--pressure-kPa", pressures_, "FROM:TO:STEP", "Or a list P1,P2,... (0:100:10)");
     list.number("--tolerance", tolerance_, "X", "Relative error allowed to `auto` (0.01)");
-    list.number("--budget-s", budget_.seconds, "T", "Seconds that `auto` may search (no limit)");
+    list.number("--budget-s", patience_.seconds, "T", "Seconds that `auto` may search (no limit)");
   }
 
   Outcome<ExitCode> run(Context& context) override {
@@ -55,11 +55,11 @@ class CurveCommand final : public Command {
     auto pressures = parse_pressures_kPa(pressures_);
     if (!pressures)
       return Failure(kUsage, pressures.error().what, "give them such as 0:100:10, or 10,20,50");
-    if (!(budget_.seconds > 0)) {
+    if (!(patience_.seconds > 0)) {
       return Failure(kUsage, "--budget-s must be positive", "give the seconds that it may take");
     }
-    budget_.seconds_now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
-    auto curve = calc_curve(*specimen, *settings, tolerance_, *pressures, budget_);
+    patience_.seconds_now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
+    auto curve = calc_curve(*specimen, *settings, tolerance_, *pressures, patience_);
     if (!curve) return Failure(curve.error(), "lcrig model ladder --help");
     return show(context, to_json(*curve), [&](std::ostream& out) { print_text(out, *curve); });
   }
@@ -67,7 +67,7 @@ class CurveCommand final : public Command {
  private:
   ModelOptions options_;
   double tolerance_ = 0.01;
-  WorkBudget budget_;
+  SearchTime patience_;
   std::string pressures_ = "0:100:10";
 };
 

@@ -61,7 +61,7 @@ TEST(AutoLevel, AStackThatNoLevelCoversIsRefusedWithoutFinerMeshes) {
 
 TEST(AutoLevel, ARefusalNamesTheBestLevelAndItsCost) {
   double time = 100;
-  WorkBudget patience;
+  SearchTime patience;
   patience.seconds_now = [&] { return time += 0.5; };
   const auto never = choose_level(soft_block(1), 1e-9, 1.0_kPa, patience);
   ASSERT_FALSE(never);

@@ -162,8 +162,8 @@ TEST(RandomStacks, AutoKeepsTheToleranceOrRefuses) {
 
 TEST(RandomStacks, ABudgetEndsTheSearch) {
   double time = 0;
-  const WorkBudget budget{3, [&] { return time += 0.5; }};
-  const auto choice = choose_level(random_stack(kFirstSeed), 1e-9, 10.0_kPa, budget);
+  const SearchTime patience{3, [&] { return time += 0.5; }};
+  const auto choice = choose_level(random_stack(kFirstSeed), 1e-9, 10.0_kPa, patience);
   ASSERT_FALSE(choice);
   EXPECT_NE(choice.error().what.find("over the budget"), std::string::npos) << choice.error().what;
 }
