@@ -321,7 +321,7 @@ struct Comparison {
 // first. Fewer than two runs: nothing.
 std::vector<Comparison> compare(std::span<const RunAnalysis> runs);
 
-// The names of `lcrig analyze --json` (design, section 10) and more; docs/analysis.md lists them.
+// The names of `lcrig analyze --json` and more; docs/analysis.md lists them.
 nlohmann::json to_json(const RunAnalysis& analysis);
 nlohmann::json to_json(const Comparison& comparison);
 nlohmann::json to_json(const Uncertainty& uncertainty);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the file format `specimen/1` (design section 10), which says what a stack is made of. Used
-// by the daemon, by every command that takes a specimen, and by benchmarks.
+// Reads the file format `specimen/1`, which says what a stack is made of. Used by the daemon, by
+// every command that takes a specimen, and by benchmarks.
 #pragma once
 
 #include <string>
