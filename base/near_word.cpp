@@ -97,9 +97,10 @@ std::string alternatives(std::span<const std::string> words, char quote) {
   return words.size() == 2 ? quoted(words[0]) + " or " + quoted(words[1]) : std::string();
 }
 
-std::string did_you_mean(std::string_view word, std::span<const std::string> known) {
-  const auto best = alternatives(nearest_words(word, known), '`');
-  return best.empty() ? best : fmt::format(", did you mean {}?", best);
+std::string did_you_mean(std::string_view word, std::span<const std::string> known,
+                         const GuessStyle& style) {
+  const auto best = alternatives(nearest_words(word, known), style.quote);
+  return best.empty() ? best : fmt::format("{}did you mean {}?", style.lead, best);
 }
 
 }  // namespace lcrig

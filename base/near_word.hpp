@@ -18,7 +18,15 @@ std::vector<std::string> nearest_words(std::string_view word, std::span<const st
 std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known);
 // "`force_N`", "`free` or `fixed`"; "" of more than two, which say nothing.
 std::string alternatives(std::span<const std::string> words, char quote);
+// How a guess is put.
+struct GuessStyle {
+  std::string_view lead;
+  char quote;
+};
+inline constexpr GuessStyle kGuessInFile{", ", '`'};
+inline constexpr GuessStyle kGuessAtPrompt{"; ", '\''};  // on the command line
 // ", did you mean `force_N`?", or "" when no known word is near.
-std::string did_you_mean(std::string_view word, std::span<const std::string> known);
+std::string did_you_mean(std::string_view word, std::span<const std::string> known,
+                         const GuessStyle& style = kGuessInFile);
 
 }  // namespace lcrig

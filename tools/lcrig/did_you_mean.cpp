@@ -11,11 +11,6 @@
 
 namespace lcrig::cli {
 
-std::string did_you_mean(std::string_view typed, const std::vector<std::string>& known) {
-  const auto best = alternatives(nearest_words(typed, known), '\'');
-  return best.empty() ? best : fmt::format("; did you mean {}?", best);
-}
-
 std::string did_you_mean_option(std::string_view typed, const std::vector<std::string>& known) {
   const auto as_key = [](std::string_view option) {
     std::string key(option.substr(0, option.find('=')));
@@ -34,7 +29,7 @@ std::string did_you_mean_option(std::string_view typed, const std::vector<std::s
     if (key.size() > other.stem.size() && key[other.stem.size()] != '_') continue;
     return fmt::format("; it is {}, in {}", known[i], for_people(*other.unit));
   }
-  return did_you_mean(typed.substr(0, typed.find('=')), same_unit);
+  return did_you_mean(typed.substr(0, typed.find('=')), same_unit, kGuessAtPrompt);
 }
 
 std::string join_words(const std::vector<std::string>& words) {

@@ -9,9 +9,8 @@
 
 namespace lcrig::cli {
 
-// "; did you mean 'run'?" or "".
-std::string did_you_mean(std::string_view typed, const std::vector<std::string>& known);
-// Of an option: its unit is never guessed. "; it is --frequency-Hz, in Hz".
+// "; did you mean '--seed'?" of an option: its unit is never guessed. "; it is --frequency-Hz, in
+// Hz".
 std::string did_you_mean_option(std::string_view typed, const std::vector<std::string>& known);
 // "a, b, c"
 std::string join_words(const std::vector<std::string>& words);

@@ -6,6 +6,7 @@
 #include <map>
 #include <system_error>
 
+#include "base/near_word.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "tools/lcrig/did_you_mean.hpp"
@@ -109,10 +110,10 @@ Failure LibraryPath::unknown(LibraryKind kind, const std::string& what,
       fmt::format("none is installed; LCRIG_DATA may name a folder that holds {}/", row.folder);
   const auto known = names.empty() ? none : "known: " + join_words(names);
   const auto code = kind == LibraryKind::protocol ? kProtocol : kFailed;
-  return Failure(
-      code,
-      fmt::format("no {} is called '{}'{} ({})", row.noun, what, did_you_mean(what, names), known),
-      fmt::format("{}   (or give a path to a .json file)", row.list_command));
+  return Failure(code,
+                 fmt::format("no {} is called '{}'{} ({})", row.noun, what,
+                             did_you_mean(what, names, kGuessAtPrompt), known),
+                 fmt::format("{}   (or give a path to a .json file)", row.list_command));
 }
 
 Outcome<LibraryFile> LibraryPath::get(LibraryKind kind, const std::string& what,

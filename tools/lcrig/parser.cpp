@@ -11,6 +11,7 @@
 #include <span>
 #include <string_view>
 
+#include "base/near_word.hpp"
 #include "base/number.hpp"
 #include "tools/lcrig/command.hpp"
 #include "tools/lcrig/did_you_mean.hpp"
@@ -64,7 +65,7 @@ class Cli11Arguments final : public ArgumentList {
     for (const auto& choice : choices) text += (text.empty() ? "" : "|") + choice;
     const auto check = [choices](const std::string& word) -> std::string {
       if (std::ranges::find(choices, word) != choices.end()) return {};
-      const auto guess = did_you_mean(word, choices);
+      const auto guess = did_you_mean(word, choices, kGuessAtPrompt);
       return fmt::format("'{}'{} it takes {}", word, guess.empty() ? ";" : guess,
                          join_words(choices));
     };
@@ -190,8 +191,9 @@ Outcome<Command*> Parser::find(const std::vector<std::string>& args) {
   }
   // What follows an unknown option may be its value.
   if (const auto unknown = unknown_option(args, at)) return *unknown;
-  return usage(fmt::format("unknown command '{}'{}", word, did_you_mean(word, top_words)),
-               "lcrig --help");
+  return usage(
+      fmt::format("unknown command '{}'{}", word, did_you_mean(word, top_words, kGuessAtPrompt)),
+      "lcrig --help");
 }
 
 std::optional<Failure> Parser::unknown_option(const std::vector<std::string>& args,
@@ -224,7 +226,7 @@ Outcome<Command*> Parser::find_in_group(const std::string& group, std::size_t at
     return usage(fmt::format("lcrig {}: what? a verb is missing", group), next);
   }
   return usage(fmt::format("unknown command '{} {}'{}", group, args[verb_at],
-                           did_you_mean(args[verb_at], verbs)),
+                           did_you_mean(args[verb_at], verbs, kGuessAtPrompt)),
                next);
 }
 
