@@ -190,9 +190,8 @@ void Session::acknowledge(const Committed& c) {
   }
   // A level that is begun anew counts once.
   for (const RunEvent& event : c.events) {
-    if (event.kind != EventKind::level_abandoned) continue;
-    const auto lost = from_json<LevelAbandonedEvent>(event.detail);
-    if (lost) s.measure_readings -= lost->readings.value_or(0);
+    const auto* const lost = event.as<LevelAbandonedEvent>();
+    if (lost != nullptr) s.measure_readings -= lost->readings.value_or(0);
   }
   if (on_events_) on_events_(c.events);
 }

@@ -2,6 +2,7 @@
 // An event row on its way from whoever saw something to the database and to those who watch.
 #pragma once
 
+#include <any>
 #include <string>
 #include <utility>
 
@@ -15,10 +16,22 @@ struct RunEvent {
   RunEvent() = default;
   RunEvent(MonoTime at, EventName what, std::string step, std::string text)
       : t(at), kind(std::move(what)), step_id(std::move(step)), detail(std::move(text)) {}
+  template <EventPayload P>
+  RunEvent(MonoTime at, std::string step, const P& what)
+      : t(at), kind(P::kKind), step_id(std::move(step)), detail(to_json(what)), payload_(what) {}
+  // The payload that it was made of; nullptr: another one, or words.
+  template <EventPayload P>
+  const P* as() const {
+    return std::any_cast<P>(&payload_);
+  }
+
   MonoTime t;
   EventName kind = EventKind::other;
   std::string step_id;
   std::string detail;  // the payload as JSON, or words for people
+
+ private:
+  std::any payload_;
 };
 
 }  // namespace lcrig

@@ -9,7 +9,7 @@ RunEvent request_event(MonoTime now, std::string_view request, const PeerCredent
                        std::string_view why) {
   RequestEvent asked{std::string(request), peer.user, peer.uid, peer.pid, std::nullopt};
   if (!why.empty()) asked.why = why;
-  return RunEvent(now, EventKind::request, "", to_json(asked));
+  return RunEvent(now, "", asked);
 }
 
 std::string peer_words(const PeerCredentials& peer) {

@@ -22,7 +22,7 @@ class EventLog {
   }
   template <EventPayload P>
   void event(const P& payload) const {
-    event(P::kKind, to_json(payload));
+    sink_.event(RunEvent(clock_.now(), step_id_, payload));
   }
   // Until `end_step` events belong to this step.
   void begin_step(const Step& step) { step_id_ = step.id; }

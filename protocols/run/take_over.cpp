@@ -111,8 +111,7 @@ void TakeOver::keep_answer(std::size_t which) {
   const StoredAnswer& stored = from.answers[which];
   AnswerEvent kept = stored.answer;
   if (!kept.from_run) kept.from_run = from.run;
-  run_.setup.sink.event(
-      RunEvent(run_.setup.clock.now(), EventKind::answer, stored.step_id, to_json(kept)));
+  run_.setup.sink.event(RunEvent(run_.setup.clock.now(), stored.step_id, kept));
 }
 
 void TakeOver::pass_over(const Step& step, LcrSettings& settings) {

@@ -10,6 +10,7 @@
 
 #include "base/strict_json.hpp"
 #include "events/payloads.hpp"
+#include "events/run_event.hpp"
 
 namespace lcrig {
 namespace {
@@ -160,6 +161,17 @@ TEST(EventPayload, SaysWhatIsMissing) {
   const auto got = from_json<LevelAbandonedEvent>(R"({"level":"three"})");
   ASSERT_FALSE(got);
   EXPECT_THAT(got.error().what, HasSubstr("`level`"));
+}
+
+TEST(RunEvents, KeepThePayloadThatTheyWereMadeOf) {
+  const RunEvent made(MonoTime(), "load", LevelAbandonedEvent{3, 30});
+  EXPECT_EQ(made.kind, EventKind::level_abandoned);
+  EXPECT_EQ(made.detail, R"({"level":3,"readings":30})");
+  ASSERT_NE(made.as<LevelAbandonedEvent>(), nullptr);
+  EXPECT_EQ(made.as<LevelAbandonedEvent>()->readings, 30);
+  EXPECT_EQ(made.as<ZeroEvent>(), nullptr);
+  const RunEvent words(MonoTime(), EventKind::mark, "load", "half way");
+  EXPECT_EQ(words.as<LevelAbandonedEvent>(), nullptr);
 }
 
 }  // namespace
