@@ -2,6 +2,7 @@
 #include "analysis/run_data.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "analysis/align.hpp"
@@ -10,6 +11,12 @@
 namespace lcrig {
 
 namespace {
+
+// Whether a function of the meter, as it is stored, measures a capacitance.
+bool measures_capacitance(std::string_view function) {
+  constexpr std::array<std::string_view, 4> kFunctions{"Cp-D", "Cp-Rp", "Cs-D", "Cs-Rs"};
+  return std::ranges::find(kFunctions, function) != kFunctions.end();
+}
 
 // Readings within this time before contact may be of a specimen that is touched already.
 constexpr double kBeforeContact_s = 1;
@@ -205,8 +212,7 @@ class Loader {
     const std::int64_t index = of_level == nullptr ? 0 : row.optional_integer(7).value_or(0);
     const auto capacitance = row.optional_real(3);
     if (!capacitance) {
-      const bool other = !row.text(9).starts_with('C');
-      ++(other ? out_.other_function : out_.overloads);
+      ++(measures_capacitance(row.text(9)) ? out_.overloads : out_.other_function);
       return {};
     }
     if (out_.function.empty()) out_.function = row.text(9);
