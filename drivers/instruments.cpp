@@ -43,11 +43,15 @@ std::string_view to_string(MotionEnd e) {
   return "fault";
 }
 
-bool is_frame_fault(EventKind kind) {
-  constexpr std::array<EventKind, 5> kFaults{
-      EventKind::device_estop, EventKind::device_drive_off, EventKind::device_shield,
-      EventKind::device_drive_fault, EventKind::motion_fault};
-  return std::ranges::find(kFaults, kind) != kFaults.end();
+std::optional<std::string_view> frame_fault_words(EventKind kind) {
+  switch (kind) {
+    case EventKind::device_estop: return "estop";
+    case EventKind::device_drive_off: return "drive_off";
+    case EventKind::device_shield: return "shield";
+    case EventKind::device_drive_fault: return "drive_fault";
+    case EventKind::motion_fault: return "a fault";
+    default: return std::nullopt;
+  }
 }
 
 SettingsEvent settings_event(const LcrSettings& s, Duration conversion_time) {

@@ -52,14 +52,12 @@ void Distrust::lose_origin(const std::string& why) {
 void Distrust::heed(const EventName& kind, const std::string& detail) {
   if (!setup_.commands) return;
   if (kind == EventKind::device_origin && !zeroing_) distrust_zero(detail);
-  if (is_frame_fault(kind.kind())) heed_fault(kind, detail);
+  const auto fault = frame_fault_words(kind.kind());
+  if (fault) heed_fault(*fault, detail);
 }
 
 // E-stop, drive off, shield: whoever resets it does not thereby say that the frame may move.
-void Distrust::heed_fault(const EventName& kind, const std::string& detail) {
-  constexpr std::string_view kFromDevice = "device_";
-  const std::string what =
-      kind == EventKind::motion_fault ? "a fault" : kind.word().substr(kFromDevice.size());
+void Distrust::heed_fault(std::string_view what, const std::string& detail) {
   drive_.keep_hands_off(
       fmt::format("the frame reports {} ({}): clear it at the machine", what, printable(detail)));
 }

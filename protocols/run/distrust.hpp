@@ -51,7 +51,7 @@ class Distrust {
   const std::optional<std::string>& moves_again() const { return moves_again_; }
 
  private:
-  void heed_fault(const EventName& kind, const std::string& detail);
+  void heed_fault(std::string_view what, const std::string& detail);
   void distrust_zero(const std::string& detail);
   void forget_places(const std::string& why);
 

@@ -83,10 +83,10 @@ TEST(ZwickFault, IsReportedAlsoOfAMotionThatNobodyWaitsForAnyMore) {
   ASSERT_TRUE(b.listener.has_event("motion_fault"));
   for (const char* kind : {"motion_fault", "device_estop", "device_drive_off", "device_shield",
                            "device_drive_fault"}) {
-    EXPECT_TRUE(is_frame_fault(EventName(kind).kind())) << kind;
+    EXPECT_TRUE(frame_fault_words(EventName(kind).kind())) << kind;
   }
   for (const char* kind : {"device_watchdog", "device_origin", "device_shield_closed", "estop"}) {
-    EXPECT_FALSE(is_frame_fault(EventName(kind).kind())) << kind;
+    EXPECT_FALSE(frame_fault_words(EventName(kind).kind())) << kind;
   }
 }
 
