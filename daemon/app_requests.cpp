@@ -294,7 +294,7 @@ Task<Result<StopAnswer>> App::stop_run(Interrupt kind, std::string why, PeerCred
   const Run::Taken taken = run->interrupt(InterruptRequest(kind, reason));
   if (taken == Run::Taken::finally_goes_on) {
     co_return StopAnswer(
-        false, "finally",
+        StopState::finally,
         "`finally` is running and goes on: the frame moves to unload the specimen; "
         "lcrig freeze stops it at once");
   }
@@ -304,7 +304,7 @@ Task<Result<StopAnswer>> App::stop_run(Interrupt kind, std::string why, PeerCred
 // Nothing may move from here on; the start that is being prepared answers with an error.
 StopAnswer App::stop_start(Interrupt kind, std::string why) {
   stop_of_start_ = InterruptRequest(kind, std::move(why));
-  return StopAnswer(false, "not_begun",
+  return StopAnswer(StopState::not_begun,
                     "the run that is being prepared does not begin: nothing moves");
 }
 
@@ -323,10 +323,10 @@ Task<Result<StopAnswer>> App::confirm_stop(Run& run, std::uint64_t stands, std::
     co_return fail(Errc::not_standing, "standstill not confirmed: use the E-stop");
   }
   if (!gone && !run.commands()) {
-    co_return StopAnswer(false, "not_ours",
+    co_return StopAnswer(StopState::not_ours,
                          "the recording ends; the frame was only observed and is not stopped");
   }
-  co_return StopAnswer(true, "standing", "stopped");
+  co_return StopAnswer(StopState::standing, "stopped");
 }
 
 Task<Result<StopAnswer>> App::abort(std::string why, PeerCredentials peer) {
@@ -335,7 +335,9 @@ Task<Result<StopAnswer>> App::abort(std::string why, PeerCredentials peer) {
 
 Task<Result<StopAnswer>> App::freeze(std::string why, PeerCredentials peer) {
   auto stopped = co_await stop_run(Interrupt::freeze, std::move(why), std::move(peer));
-  if (stopped && stopped->standing) stopped->note = "stopped; the frame stays where it is";
+  if (stopped && stopped->state == StopState::standing) {
+    stopped->note = "stopped; the frame stays where it is";
+  }
   co_return stopped;
 }
 

@@ -60,7 +60,7 @@ Task<Result<StopAnswer>> App::ask_at(PlannedStops::Kind kind, StopPlace place, s
   }
   if (run == nullptr) co_return fail(Errc::invalid_request, "no run is going on");
   if (run->is_ending()) {
-    co_return StopAnswer(false, "finally",
+    co_return StopAnswer(StopState::finally,
                          "the run is ending already: `finally` runs, or is about to");
   }
   const std::string reason = why.empty() ? "by " + peer.user : why + " (by " + peer.user + ")";
@@ -68,7 +68,7 @@ Task<Result<StopAnswer>> App::ask_at(PlannedStops::Kind kind, StopPlace place, s
   if (!asked) co_return fail(asked.error());
   const char* request = kind == Kind::stop ? "run.stop" : "run.pause";
   recorder_->event(request_event(clock_.now(), request, peer, why));
-  co_return StopAnswer(false, "later", words_of(kind, *asked, run->progress().state));
+  co_return StopAnswer(StopState::later, words_of(kind, *asked, run->progress().state));
 }
 
 Task<Result<StopAnswer>> App::pause_at(StopPlace place, PeerCredentials peer) {

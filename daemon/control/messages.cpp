@@ -201,6 +201,11 @@ std::string_view to_string(InstrumentCondition c) {
   return kWords[static_cast<std::size_t>(c)];
 }
 
+std::string_view to_string(StopState s) {
+  constexpr std::string_view kWords[] = {"standing", "finally", "not_begun", "not_ours", "later"};
+  return kWords[static_cast<std::size_t>(s)];
+}
+
 std::string_view to_string(LearnedBy l) {
   constexpr std::string_view kWords[] = {"nothing", "look",   "plan", "start",
                                          "run",     "rescue", "port"};
@@ -284,7 +289,9 @@ Result<RunStatus> parse_run_status(const json& value) {
 }
 
 json to_json(const StopAnswer& a) {
-  return {{"standing", a.standing}, {"state", a.state}, {"note", a.note}};
+  return {{"standing", a.state == StopState::standing},
+          {"state", to_string(a.state)},
+          {"note", a.note}};
 }
 
 json to_json(const RunOutcome& e) {

@@ -38,12 +38,18 @@ struct AnswerRequest {
 };
 
 // What came of an abort or a freeze, or of a stop or a pause that waits.
+enum class StopState {
+  standing,  // the frame confirmed it after this request
+  finally,  // it is running and goes on
+  not_begun,  // the run was being prepared and does not begin
+  not_ours,  // the frame was only observed
+  later,  // at the end of what is under way
+};
+std::string_view to_string(StopState s);
+
 struct StopAnswer {
-  StopAnswer() = default;
-  StopAnswer(bool s, std::string st, std::string n)
-      : standing(s), state(std::move(st)), note(std::move(n)) {}
-  bool standing = false;  // the frame confirmed it after this request
-  std::string state;  // "standing", "finally", "not_begun", "not_ours", "later"
+  StopAnswer(StopState s, std::string n) : state(s), note(std::move(n)) {}
+  StopState state;
   std::string note;  // in words
 };
 

@@ -22,16 +22,22 @@ class IdleHandler final : public ControlHandler {
     co_return RunStarted();
   }
   Task<Result<>> pause(PeerCredentials) override { co_return Result<>(); }
-  Task<Result<StopAnswer>> pause_at(StopPlace, PeerCredentials) override { co_return StopAnswer(); }
+  Task<Result<StopAnswer>> pause_at(StopPlace, PeerCredentials) override {
+    co_return StopAnswer(StopState::standing, "");
+  }
   Task<Result<StopAnswer>> stop_after(StopPlace, std::string, PeerCredentials) override {
-    co_return StopAnswer();
+    co_return StopAnswer(StopState::standing, "");
   }
   Task<Result<Answered>> answer(AnswerRequest, PeerCredentials) override { co_return Answered(); }
   Task<Result<RunStarted>> resume(std::optional<std::int64_t>, bool, PeerCredentials) override {
     co_return RunStarted();
   }
-  Task<Result<StopAnswer>> abort(std::string, PeerCredentials) override { co_return StopAnswer(); }
-  Task<Result<StopAnswer>> freeze(std::string, PeerCredentials) override { co_return StopAnswer(); }
+  Task<Result<StopAnswer>> abort(std::string, PeerCredentials) override {
+    co_return StopAnswer(StopState::standing, "");
+  }
+  Task<Result<StopAnswer>> freeze(std::string, PeerCredentials) override {
+    co_return StopAnswer(StopState::standing, "");
+  }
   Task<Result<Plan>> plan_run(RunRequest, PeerCredentials) override { co_return Plan(); }
   Task<Result<>> ask_instruments(PeerCredentials) override { co_return Result<>(); }
   Task<Result<>> confirm(PeerCredentials) override { co_return Result<>(); }

@@ -93,12 +93,12 @@ class FakeHandler : public ControlHandler {
   Result<StopAnswer> later(std::string call) {
     auto ok = done(std::move(call));
     if (!ok) return fail(ok.error());
-    return StopAnswer(false, "later", "it stops later");
+    return StopAnswer(StopState::later, "it stops later");
   }
   Result<StopAnswer> stopped(std::string call) {
     auto ok = done(std::move(call));
     if (!ok) return fail(ok.error());
-    return StopAnswer(true, "standing", "stopped");
+    return StopAnswer(StopState::standing, "stopped");
   }
   Result<> done(std::string call) {
     calls.push_back(std::move(call));
