@@ -40,11 +40,6 @@ Result<> change(std::string& text, const std::string& name, const std::string& s
   return {};
 }
 
-std::string shown(const ParameterValues::mapped_type& value) {
-  const auto* word = std::get_if<std::string>(&value);
-  return word != nullptr ? *word : fmt::format("{}", std::get<double>(value));
-}
-
 // "1kHz" is a number to whoever types it.
 std::optional<double> in_hertz(const std::string& typed) {
   const auto digit = typed.find_last_of("0123456789.");
@@ -53,6 +48,22 @@ std::optional<double> in_hertz(const std::string& typed) {
   const Unit* unit = find_unit(trimmed(std::string_view(typed).substr(digit + 1)));
   if (!number || unit == nullptr || unit->dimension != Dimension::frequency) return std::nullopt;
   return *number * unit->to_si;
+}
+
+// As it stands in a protocol's text. What a person typed stays as it was typed.
+Result<std::string> frequency_literal(const ParameterValues::mapped_type& value) {
+  const auto* const typed = std::get_if<std::string>(&value);
+  if (typed == nullptr) return fmt::format("{}", std::get<double>(value));
+  if (json::parse(*typed, nullptr, false).is_number()) return *typed;
+  const auto Hz = in_hertz(*typed);
+  return fail(Errc::invalid_request,
+              "frequency_Hz: \"{}\" is no number, expected a frequency in Hz{}",
+              printable(*typed, 60), Hz ? fmt::format(": {}", *Hz) : std::string());
+}
+
+Result<std::string> aperture_literal(const ParameterValues::mapped_type& value) {
+  const auto* const word = std::get_if<std::string>(&value);
+  return json(word != nullptr ? *word : fmt::format("{}", std::get<double>(value))).dump();
 }
 
 }  // namespace
@@ -70,14 +81,10 @@ Result<std::string> with_meter_values(std::string_view text, const std::string& 
     const json::json_pointer own("/parameters/" + what);
     if (value == values.end() || root.contains(own)) continue;
     const bool number = what != "aperture";
-    const std::string given = shown(value->second);
-    if (number && !json::parse(given, nullptr, false).is_number()) {
-      const auto Hz = in_hertz(given);
-      return fail(Errc::invalid_request, "{}: \"{}\" is no number, expected a frequency in Hz{}",
-                  what, printable(given, 60), Hz ? fmt::format(": {}", *Hz) : std::string());
-    }
-    const std::string member =
-        fmt::format(R"("{}": {})", what, number ? given : json(given).dump());
+    const auto literal =
+        number ? frequency_literal(value->second) : aperture_literal(value->second);
+    if (!literal) return fail(literal.error());
+    const std::string member = fmt::format(R"("{}": {})", what, *literal);
     if (auto ok = change(out, name, number ? "frequency_" : what, member); !ok) {
       return fail(ok.error());
     }
