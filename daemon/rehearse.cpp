@@ -106,13 +106,9 @@ class Rehearsal {
     }
     auto bench = bench_of(request_.bench, request_.bench_text);
     if (!bench) return fail(bench.error());
-    SimRequest sim;
-    sim.bench = std::move(*bench);
+    SimRequest sim(std::move(*bench), instruments_for(prepared));
     if (request_.errors) sim.bench.errors = request_.errors;
-    sim.specimen = *prepared.specimen;
     if (request_.seed) sim.seed = static_cast<std::int64_t>(*request_.seed);
-    sim.weights = prepared.places_weights;
-    sim.max_force_N = prepared.max_force_N;
     sim.drill = drill_.get();
     if (!request_.answers_text.empty()) {
       auto answers = parse_answers(request_.answers_text, request_.answers_name, prepared.protocol,

@@ -206,11 +206,7 @@ Task<Result<std::unique_ptr<Instruments>>> SimulatedRig::open(InstrumentsRequest
     failed(bench.error(), request.why);
     co_return fail(bench.error());
   }
-  SimRequest sim;
-  sim.bench = std::move(*bench);
-  sim.specimen = *request.specimen;
-  sim.weights = request.weights;
-  sim.max_force_N = request.max_force_N;
+  SimRequest sim(std::move(*bench), request);
   sim.person = &person_;
   const auto build = [&sim] { return make_world(sim); };
   is_reckoning_ = true;

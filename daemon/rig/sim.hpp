@@ -16,6 +16,12 @@ class FaultDrill;
 
 struct SimRequest {
   SimRequest() = default;
+  // `wanted` names a specimen.
+  SimRequest(Bench b, const InstrumentsRequest& wanted)
+      : bench(std::move(b)),
+        specimen(*wanted.specimen),
+        weights(wanted.weights),
+        max_force_N(wanted.max_force_N) {}
   Bench bench;
   Specimen specimen;
   std::int64_t seed = 1;

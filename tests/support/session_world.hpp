@@ -48,11 +48,7 @@ class SessionWorld {
     request.specimen_text = std::string(shipped_specimens().front().text);
     auto prepared = prepare_run(std::move(request));
     if (!prepared) return fail(prepared.error());
-    SimRequest sim;
-    sim.bench = bench;
-    sim.specimen = *prepared->specimen;
-    sim.weights = prepared->places_weights;
-    sim.max_force_N = prepared->max_force_N;
+    SimRequest sim(bench, instruments_for(*prepared));
     Recorder::Options options(database());
     if (in_memory) keep_in_memory(options);
     adjust(sim, options);
