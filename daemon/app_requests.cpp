@@ -166,11 +166,13 @@ Task<Result<>> App::make_session(PreparedRun prepared, LearnedBy why) {
 Task<Result<RunStarted>> App::open_run(PreparedRun prepared) {
   auto made = co_await make_session(std::move(prepared), LearnedBy::start);
   if (!made) co_return fail(made.error());
-  session_->on_events([this](const std::vector<RunEvent>& events) {
+  Session::Listener listener;
+  listener.events = [this](const std::vector<RunEvent>& events) {
     for (const RunEvent& event : events) publish_event(event);
-  });
-  session_->on_stop([this] { changed_.notify_all(); });
-  session_->goes_on([this] { return may_begin(); });
+  };
+  listener.stop = [this] { changed_.notify_all(); };
+  listener.goes_on = [this] { return may_begin(); };
+  session_->set_listener(std::move(listener));
   auto run = co_await session_->open();
   if (!run) {
     stranger_ = session_->stranger();

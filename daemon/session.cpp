@@ -193,7 +193,7 @@ void Session::acknowledge(const Committed& c) {
     const auto* const lost = event.as<LevelAbandonedEvent>();
     if (lost != nullptr) s.measure_readings -= lost->readings.value_or(0);
   }
-  if (on_events_) on_events_(c.events);
+  if (listener_.events) listener_.events(c.events);
 }
 
 Result<> Session::compare_origin() const {
@@ -206,7 +206,7 @@ Task<Result<std::int64_t>> Session::open() {
   auto planned = co_await preview();
   if (!planned) co_return fail(planned.error());
   Result<> going = compare_origin();
-  if (going && goes_on_) going = goes_on_();
+  if (going && listener_.goes_on) going = listener_.goes_on();
   if (going) going = co_await take_command();
   if (!going) co_return fail(going.error());
   auto configured = co_await instruments_->meter().configure(plan_.lcr);
@@ -216,7 +216,7 @@ Task<Result<std::int64_t>> Session::open() {
   }
   settings_ = std::move(*configured);
   going = co_await compare_at_rest();
-  if (going && goes_on_) going = goes_on_();
+  if (going && listener_.goes_on) going = listener_.goes_on();
   if (!going) co_return fail(going.error());
   auto row = make_row();
   auto number = co_await recorder_.begin_run(std::move(row));
@@ -257,10 +257,10 @@ RunSetup Session::make_setup(std::int64_t run) {
   setup.continues = prepared_.continues;
   setup.on_step = [this](const RunProgress& progress) {
     instruments_->enter_step(progress);
-    if (on_step_) on_step_(progress);
+    if (listener_.step) listener_.step(progress);
   };
   setup.on_loss = [this](Instrument which, const Error* lost) { on_loss(which, lost); };
-  setup.on_stop = on_stop_;
+  setup.on_stop = listener_.stop;
   return setup;
 }
 

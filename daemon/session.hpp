@@ -87,16 +87,16 @@ class Session {
   bool is_turn_of_queue() const { return prepared_.queue_entry.has_value(); }
   bool places_weights() const { return prepared_.places_weights; }
   const std::string& operator_name() const { return prepared_.request.operator_name; }
-  // Called when a step begins. Before `open`.
-  void on_step(std::function<void(const RunProgress&)> callback) { on_step_ = std::move(callback); }
-  // Called whenever the frame was stopped, or did not confirm it. Before `open`.
-  void on_stop(std::function<void()> callback) { on_stop_ = std::move(callback); }
-  // Asked between the parts of `open`: an error ends it before anything is commanded.
-  void goes_on(std::function<Result<>()> callback) { goes_on_ = std::move(callback); }
-  // Called with the events of each commit.
-  void on_events(std::function<void(const std::vector<RunEvent>&)> callback) {
-    on_events_ = std::move(callback);
-  }
+  // What its owner wants to hear; each may be empty.
+  struct Listener {
+    std::function<void(const RunProgress&)> step;  // begins
+    std::function<void()> stop;  // the frame was stopped, or did not confirm it
+    std::function<void(const std::vector<RunEvent>&)> events;  // of a commit
+    // Asked between the parts of `open`: an error ends it before anything is commanded.
+    std::function<Result<>()> goes_on;
+  };
+  // Before `open`.
+  void set_listener(Listener listener) { listener_ = std::move(listener); }
 
  private:
   Task<Result<>> identify();
@@ -131,10 +131,7 @@ class Session {
   std::optional<std::string> stranger_;
   RunRecord acknowledged_;
   std::string anchor_;
-  std::function<void(const std::vector<RunEvent>&)> on_events_;
-  std::function<void(const RunProgress&)> on_step_;
-  std::function<void()> on_stop_;
-  std::function<Result<>()> goes_on_;
+  Listener listener_;
   std::unique_ptr<Run> run_;
 };
 

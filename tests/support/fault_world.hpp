@@ -72,9 +72,11 @@ class FaultWorld : public SessionWorld {
     if (!script) throw std::runtime_error(script.error().what);
     player = std::make_unique<FaultPlayer>(io.get_executor(), clock, door, &surroundings,
                                            std::move(*script), [](MonoTime, const std::string&) {});
-    session->on_step([this](const RunProgress& s) {
+    Session::Listener listener;
+    listener.step = [this](const RunProgress& s) {
       player->enter_step(s.step_id, s.step_kind, s.state == RunState::finishing);
-    });
+    };
+    session->set_listener(std::move(listener));
   }
   void began() override {
     if (player) player->begin();

@@ -176,14 +176,16 @@ class RigWorld {
     recorder_ = std::move(*recorder);
     session_ = std::make_unique<Session>(io.get_executor(), clock, *recorder_,
                                          std::move(instruments), std::move(prepared));
-    session_->on_events([this](const std::vector<RunEvent>& more) {
+    Session::Listener listener;
+    listener.events = [this](const std::vector<RunEvent>& more) {
       for (const RunEvent& e : more) take(e);
-    });
-    session_->goes_on([this]() -> Result<> {
+    };
+    listener.goes_on = [this]() -> Result<> {
       if (!stopped_early_) return {};
       return fail(Errc::aborted, "stopped while it was being prepared ({})", *stopped_early_);
-    });
-    session_->on_step([this](const RunProgress& p) { enter_step(p); });
+    };
+    listener.step = [this](const RunProgress& p) { enter_step(p); };
+    session_->set_listener(std::move(listener));
     scene().on_change = [this](const TruthScene::Change&) {
       was_finishing.push_back(is_finishing());
       begin_acts(Act::When::drive);
