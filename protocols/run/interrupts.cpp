@@ -90,7 +90,10 @@ Task<> InterruptQueue::wait(MonoTime until) {
 }
 
 Task<> InterruptQueue::wait_for_stop() {
-  while (std::ranges::none_of(pending_, is_stop)) co_await clock_.wait_for(kTick / 5);
+  while (std::ranges::none_of(pending_, is_stop)) {
+    auto woken = co_await wake_.async_receive(kAsResult);
+    static_cast<void>(woken);
+  }
 }
 
 Task<> InterruptQueue::resumed() {
