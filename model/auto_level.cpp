@@ -253,8 +253,8 @@ Result<LevelChoice> choose_level(const Specimen& specimen, double tolerance, Pre
 Result<LevelChoice> choose_level(ErrorEstimator& estimator, double tolerance, Pressure max_pressure,
                                  const std::optional<SearchTime>& patience) {
   if (!(tolerance > 0) || !(max_pressure.si() > 0) || !std::isfinite(max_pressure.si())) {
-    return fail(Errc::invalid_request, "tolerance {} and largest pressure {} Pa must be positive",
-                tolerance, max_pressure.si());
+    return fail(Errc::invalid_request, "tolerance {} and largest pressure {} kPa must be positive",
+                tolerance, max_pressure.si() / 1e3);
   }
   if (auto ok = check_specimen(estimator.specimen()); !ok) return fail(ok.error());
   return LevelSearch(estimator, tolerance, max_pressure, patience).run();

@@ -18,7 +18,7 @@ constexpr std::array<std::pair<std::string_view, Top>, 3> kTops{
     {{"pressure", Top::pressure}, {"plate", Top::plate}, {"bonded_plate", Top::bonded_plate}}};
 
 constexpr Range kPermittivity{1, 1e6, false};
-constexpr Range kModulus{0, 1e15, true};  // Pa
+constexpr Range kModulus{1e-3, 1e15, false};  // Pa
 constexpr Range kPoisson{0, 0.5, false};
 constexpr Range kFraction{0, 10, true};
 constexpr Range kSize{0, 10, true};  // m

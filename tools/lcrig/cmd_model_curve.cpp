@@ -55,12 +55,16 @@ class CurveCommand final : public Command {
     auto pressures = parse_pressures_kPa(pressures_);
     if (!pressures)
       return Failure(kUsage, pressures.error().what, "give them such as 0:100:10, or 10,20,50");
+    if (!(tolerance_ > 0)) {
+      return Failure(kUsage, "--tolerance must be positive",
+                     "give the relative error that is allowed, such as 0.01");
+    }
     if (!(patience_.seconds > 0)) {
       return Failure(kUsage, "--budget-s must be positive", "give the seconds that it may take");
     }
     patience_.seconds_now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
     auto curve = calc_curve(*specimen, *settings, tolerance_, *pressures, patience_);
-    if (!curve) return Failure(curve.error(), "lcrig model ladder --help");
+    if (!curve) return Failure(curve.error(), options_.ladder_command(context, pressures->back()));
     return show(context, to_json(*curve), [&](std::ostream& out) { print_text(out, *curve); });
   }
 

@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string>
 
 #include "base/number.hpp"
 #include "model/specimen_file.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
@@ -42,6 +44,14 @@ Outcome<Specimen> ModelOptions::specimen(const Context& context) const {
   if (!faces_.empty()) specimen->faces = parse_faces(faces_).value_or(specimen->faces);
   if (!top_.empty()) specimen->top = parse_top(top_).value_or(specimen->top);
   return *specimen;
+}
+
+std::string ModelOptions::ladder_command(const Context& context, Pressure pressure) const {
+  Words words{"model", "ladder", "--specimen", specimen_};
+  add_option(words, "--faces", faces_);
+  add_option(words, "--top", top_);
+  add_option(words, "--pressure-kPa", fmt::format("{:g}", pressure.si() / 1e3));
+  return next_command(context.global, words);
 }
 
 Outcome<std::optional<LevelSettings>> ModelOptions::settings() const {

@@ -17,6 +17,8 @@ class ModelOptions {
 
   // The specimen with --faces and --top applied. Failure: unknown name, bad file.
   Outcome<Specimen> specimen(const Context& context) const;
+  // What shows each level's error and seconds, for the same specimen.
+  std::string ladder_command(const Context& context, Pressure pressure) const;
   // Nothing when --level was not given or is `auto`. Failure: usage.
   Outcome<std::optional<LevelSettings>> settings() const;
 
