@@ -143,28 +143,36 @@ class Study:
         ds = ufl.Measure("ds", domain=self.grid, subdomain_data=tags)
         return fem.Constant(self.grid, PETSc.ScalarType(-1)) * v[1] * self.r * ds(1)
 
-    def slope_fF_kPa(self):
+    def prepare_slope(self):
+        """What finds the slope, with its forms compiled and its matrix laid out."""
         u, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
         options = {"ksp_type": "preonly", "pc_type": "lu", "pc_factor_mat_solver_type": "mumps",
                    "mat_mumps_icntl_14": 100}
         problem = fem.petsc.LinearProblem(self.stiffness(u, v), self.load(v), self.conditions(),
                                           petsc_options=options)
-        field = problem.solve()
-        for part in (problem.solver, problem.A, problem.b):  # nothing else frees the factors
-            part.destroy()
-        per_kPa = 1.0
-        if self.stack["top"] != "pressure":
-            energy = fem.assemble_scalar(fem.form(self.stiffness(field, field)))
-            per_kPa = self.radius**2 / 2 / energy
+        energy = fem.form(self.stiffness(problem.u, problem.u))
+        closing = fem.form(self.closing(problem.u))
+
+        def slope_fF_kPa():
+            problem.solve()
+            for part in (problem.solver, problem.A, problem.b):  # nothing else frees the factors
+                part.destroy()
+            per_kPa = 1.0
+            if self.stack["top"] != "pressure":
+                per_kPa = self.radius**2 / 2 / fem.assemble_scalar(energy)
+            return 2 * np.pi * VACUUM_fF_mm * per_kPa * fem.assemble_scalar(closing)
+
+        return slope_fF_kPa
+
+    def closing(self, field):
+        """The integral of what the gaps lose, weighted as the capacitance does."""
         gaps = {}
         for layer in self.layers:
             gaps.setdefault(layer["capacitor"], 0.0)
             gaps[layer["capacitor"]] += layer["thickness_mm"] / layer["relative_permittivity"]
         weight = self.by_layer([1 / layer["relative_permittivity"] / gaps[layer["capacitor"]] ** 2
                                 for layer in self.layers])
-        closing = fem.assemble_scalar(fem.form(-field[1].dx(1) * weight * self.r * self.dx))
-        return 2 * np.pi * VACUUM_fF_mm * per_kPa * closing
-
+        return -field[1].dx(1) * weight * self.r * self.dx
 
     def deformation(self, u):
         return ufl.as_matrix([[1 + u[0].dx(0), 0, u[0].dx(1)], [0, 1 + u[0] / self.r, 0],
@@ -179,8 +187,8 @@ class Study:
         log = ufl.ln(ufl.det(f))
         return (mu / 2 * (ufl.inner(f, f) - 3 - 2 * log) + lame / 2 * log**2) * self.r * self.dx
 
-    def change_fF(self, pressure_kPa):
-        """At finite strain; None where a load step has no solution."""
+    def prepare_change(self, pressure_kPa):
+        """The same for the change at finite strain: None where a load step has no solution."""
         u, v = fem.Function(self.space), ufl.TestFunction(self.space)
         load = fem.Constant(self.grid, PETSc.ScalarType(0))
         facets = np.sort(mesh.locate_entities_boundary(self.grid, 1, self.is_top))
@@ -188,6 +196,9 @@ class Study:
         ds = ufl.Measure("ds", domain=self.grid, subdomain_data=tags)
         forces = ufl.derivative(self.energy(u), u, v) + load * v[1] * self.r * ds(1)
         problem = fem.petsc.NonlinearProblem(forces, u, self.conditions())
+        return lambda: self.change_fF(problem, u, load, pressure_kPa)
+
+    def change_fF(self, problem, u, load, pressure_kPa):
         reached, step, slope = 0.0, 1 / LOAD_STEPS, 0.0
         while reached < 1:
             last, step = u.x.array.copy(), min(step, 1 - reached)
@@ -251,7 +262,7 @@ def newton_solver(problem):
 
 
 def truths(stack, pressure_kPa):
-    """Values and processor seconds by mesh, and unknowns of the finest; None where the stack cannot
+    """Values and processor seconds by mesh (to assemble and to solve), and unknowns of the finest; None where the stack cannot
     be described."""
     finite = pressure_kPa is not None
     if not can_be_described(stack) or (finite and stack["top"] != "pressure"):
@@ -262,8 +273,9 @@ def truths(stack, pressure_kPa):
         return None
     values, seconds = [], []
     for study in studies:
+        solve = study.prepare_change(pressure_kPa) if finite else study.prepare_slope()
         began = time.process_time()
-        values.append(study.change_fF(pressure_kPa) if finite else study.slope_fF_kPa())
+        values.append(solve())
         seconds.append(time.process_time() - began)
         if values[-1] is None:
             return None
