@@ -2,6 +2,8 @@
 #include "base/key_words.hpp"
 
 #include <algorithm>
+#include <cctype>
+#include <iterator>
 #include <vector>
 
 #include "base/near_word.hpp"
@@ -15,6 +17,26 @@ namespace {
 std::string_view suffix_of(std::string_view key) {
   const KeyParts parts = split_key(key);
   return parts.dimension() == Dimension::none ? std::string_view() : parts.unit->suffix;
+}
+
+std::string without_marks(std::string_view key) {
+  std::string out;
+  std::ranges::copy_if(key, std::back_inserter(out),
+                       [](char c) { return c != '_' && c != '-' && c != ' '; });
+  return out;
+}
+
+// "rateHz" and "RATE-HZ" for "rate_Hz". In a unit m is milli and M is mega.
+bool has_letters_of(std::string_view key, std::string_view known) {
+  const std::string typed = without_marks(key), meant = without_marks(known);
+  if (typed.size() != meant.size()) return false;
+  const std::size_t unit_at = meant.size() - without_marks(suffix_of(known)).size();
+  for (std::size_t i = 0; i < meant.size(); ++i) {
+    const auto a = static_cast<unsigned char>(typed[i]), b = static_cast<unsigned char>(meant[i]);
+    if (std::tolower(a) != std::tolower(b)) return false;
+    if (a != b && i >= unit_at && std::tolower(b) == 'm') return false;
+  }
+  return true;
 }
 
 // The known stem that `key` begins with, or is a typing error of. `key` has no known unit then.
@@ -32,6 +54,9 @@ std::optional<std::string> stem_of(std::string_view key, const std::vector<std::
 }  // namespace
 
 std::optional<std::string> nearest_key(std::string_view key, std::span<const std::string> known) {
+  for (const std::string& candidate : known) {
+    if (has_letters_of(key, candidate)) return candidate;
+  }
   std::vector<std::string> same_unit;
   for (const std::string& candidate : known) {
     const auto suffix = suffix_of(candidate);
@@ -60,7 +85,8 @@ std::optional<std::string> unit_mistake(std::string_view key, std::span<const st
   const std::string shown = printable(key, 60);
   if (key == *stem) return fmt::format("`{}` has no unit; it takes {}", shown, takes);
   if (!key.starts_with(*stem)) {
-    return fmt::format("`{}` has no unit, and did you mean `{}`? It takes {}", shown, *stem, takes);
+    return fmt::format("unknown key `{}`, did you mean `{}`? With its unit it is {}", shown, *stem,
+                       takes);
   }
   const auto suffix = key.substr(stem->size());
   const Unit* unit = find_unit(suffix.substr(1));

@@ -206,6 +206,8 @@ class JsonParser final : public nlohmann::json_sax<json> {
     if (const auto mistake = find_json_mistake(text_)) {
       return refuse(follower_.position_of(mistake->at), mistake->words);
     }
+    refuse_steering();
+    if (!error_.empty()) return false;
     const std::size_t byte = position > 0 ? position - 1 : 0;
     return refuse(follower_.position_of(byte), without_prefix(error.what()));
   }
@@ -220,7 +222,7 @@ class JsonParser final : public nlohmann::json_sax<json> {
     return fail(std::move(error));
   }
 
-  // nlohmann refuses control characters in strings but not in comments.
+  // nlohmann refuses control characters in strings, in words of its own, but not in comments.
   void refuse_steering() {
     std::string_view rest = text_;
     if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());

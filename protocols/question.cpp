@@ -9,6 +9,7 @@
 
 #include "base/near_word.hpp"
 #include "base/number.hpp"
+#include "base/number_words.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
@@ -56,8 +57,8 @@ Result<AnswerValue> read_number(const Question& q, const AnswerValue& given) {
   if (value != nullptr) number = *value;
   if (text != nullptr) number = number_from<double>(trimmed(*text));
   if (!number || !std::isfinite(*number)) {
-    const auto comma = text != nullptr ? comma_words(*text) : std::string();
-    return wrong(q, given, comma.empty() ? "is no number" : "is no number: " + comma);
+    const auto words = text != nullptr ? number_words(trimmed(*text), q.unit) : std::string();
+    return wrong(q, given, words.empty() ? "is no number" : "is no number: " + words);
   }
   if (*number < q.min || *number > q.max) return wrong(q, given, "is out of range");
   return AnswerValue(*number);

@@ -29,7 +29,7 @@ constexpr std::array<ErrcRow, 14> kErrcs{{
     {Errc::unsupported, -32011, "this instrument cannot do that: use another one"},
     {Errc::not_standing, -32012, "standstill not confirmed: use the E-stop, then look at the rig"},
     {Errc::frame_fault, -32013, "look at the frame, clear its fault, unload it by hand, run again"},
-    {Errc::disconnected, -32005, "plug the instrument in again, then: lcrig status"},
+    {Errc::disconnected, -32005, "see to what the message names, then: lcrig status --ask"},
     {Errc::busy, -32006, "lcrig status   (what goes on; lcrig abort ends it)"},
     {Errc::limit_tripped, -32007, "a limit was reached: check specimen and limits, then run again"},
     {Errc::invalid_request, -32008, "correct the request"},

@@ -4,6 +4,7 @@
 
 #include "base/key_words.hpp"
 #include "base/number.hpp"
+#include "base/number_words.hpp"
 #include "base/text.hpp"
 #include "base/units.hpp"
 #include "protocols/file/parse.hpp"
@@ -18,11 +19,11 @@ std::string unit_word(const std::string& name) {
   return " " + for_people(*key.unit);
 }
 
-// "1,5" and "2N" are numbers to those who write them.
+// "1,5", "−1" and "2N" are numbers to those who write them.
 std::string reason(const std::string& name, const std::string* text) {
   if (text == nullptr) return "";
-  const auto comma = comma_words(*text);
-  if (!comma.empty()) return ": " + comma;
+  const auto words = number_words(*text);
+  if (!words.empty()) return ": " + words;
   const auto digit = text->find_last_of("0123456789.");
   if (digit == text->npos || digit + 1 == text->size()) return "";
   const auto number = text->substr(0, digit + 1), unit = text->substr(digit + 1);

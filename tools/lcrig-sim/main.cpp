@@ -219,11 +219,14 @@ void declare(CLI::App& cli, Options& o) {
   cli.add_option("--max-force-N", o.max_force_N, "Largest force that the specimen is tabulated for")
       ->check(CLI::Range(0.001, 1e4))
       ->capture_default_str();
-  cli.add_option("--seed", o.seed, "Of all noise")->capture_default_str();
+  cli.add_option("--seed", o.seed, "Of all noise")
+      ->check(CLI::NonNegativeNumber)  // CLI11 would take -1 for 2^64 - 1
+      ->capture_default_str();
   auto* realistic = cli.add_flag("--realistic", o.realistic, "Let the bench err as real ones do");
   cli.add_option("--lcr-link", o.lcr_link, "Symbolic link to the meter's pty");
   cli.add_option("--lcr-identity", o.lcr_identity, "What the meter answers to *IDN?");
-  auto* port = cli.add_option("--frame-port", o.frame_port, "TCP port on 127.0.0.1 (0: any)");
+  auto* port = cli.add_option("--frame-port", o.frame_port, "TCP port on 127.0.0.1 (0: any)")
+                   ->check(CLI::Range(0, 65535));
   auto* pty = cli.add_flag("--frame-pty", o.frame_pty, "Frame link on a pty instead of TCP");
   port->excludes(pty);
   auto* weights =

@@ -113,11 +113,12 @@ class QueueClearCommand final : public Command {
   QueueClearCommand()
       : Command("queue clear", "Take everything out that does not run", "lcrig queue clear") {}
   Outcome<ExitCode> run(Context& context) override {
-    return call_queue(context, "queue.clear", json::object(),
-                      [](std::ostream& out, const json& answer) {
-                        fmt::print(out, "{} entries are out of the queue\n",
-                                   answer.value("removed", std::int64_t{0}));
-                      });
+    return call_queue(
+        context, "queue.clear", json::object(), [](std::ostream& out, const json& answer) {
+          const auto removed = answer.value("removed", std::int64_t{0});
+          fmt::print(out, "{} out of the queue\n",
+                     removed == 1 ? "1 entry is" : fmt::format("{} entries are", removed));
+        });
   }
 };
 

@@ -60,7 +60,9 @@ class QueueListCommand final : public Command {
       if (status->queue) print_queue(out, *status->queue);
       print_entries(out, *entries);
       if (!status->queue) return;
-      if (const auto next = next_for_queue(context.global, *status->queue); !next.empty()) {
+      const auto head =
+          entries->empty() ? std::string() : entries->front().value("state", std::string());
+      if (const auto next = next_for_queue(context.global, *status->queue, head); !next.empty()) {
         context.console.next(next);
       }
     });

@@ -128,7 +128,10 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
   return show(context, *answer, [&](std::ostream& out) {
     // A stop says itself what became of it.
     const std::string note = answer->value("note", std::string());
-    const char* done = ends_queue ? "the queue ends with the run that goes on" : verb_.done;
+    const char* done =
+        ends_queue
+            ? "the queue is held: a run that goes on is finished, and nothing begins after it"
+            : verb_.done;
     fmt::print(out, "{}\n", note.empty() ? done : printable(note));
     if (verb_.next != nullptr && place_.empty()) {
       GlobalOptions daemon = context.global;

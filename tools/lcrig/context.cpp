@@ -19,6 +19,7 @@ Outcome<std::optional<std::string>> configured(const std::string& file, const ch
   auto document = load_json(file);
   if (!document) return Failure(document.error(), "give another --config");
   const JsonReader reader(*document);
+  reader.expect_format("lcrigd-config/1");
   auto value = reader.optional_string(key);
   if (auto ok = reader.result(); !ok) {
     return Failure(ok.error(), "correct the file, or leave --config out");

@@ -34,6 +34,10 @@ const KindRow& row_of(LibraryKind kind) {
   return kRows[static_cast<std::size_t>(kind)];
 }
 
+ExitCode code_of(LibraryKind kind) {
+  return kind == LibraryKind::protocol ? kProtocol : kFailed;
+}
+
 // A folder may hold several kinds of files.
 bool has_format(const fs::path& path, std::string_view prefix) {
   auto document = load_json(path.string());
@@ -41,6 +45,15 @@ bool has_format(const fs::path& path, std::string_view prefix) {
   const JsonReader reader(*document);
   if (!reader.is_object() || !reader.has("format") || !reader.at("format").is_string()) return true;
   return reader.string("format").starts_with(prefix);
+}
+
+// "static-frame.json", where nobody has such a file, is meant for what ships.
+bool is_shipped(const LibraryPath& library, LibraryKind kind, const fs::path& path) {
+  std::error_code ignored;
+  if (fs::exists(path, ignored)) return false;
+  return std::ranges::any_of(library.list(kind), [&](const LibraryFile& file) {
+    return path == fs::path(file.name + ".json");
+  });
 }
 
 Outcome<LibraryFile> load(const fs::path& path) {
@@ -85,6 +98,12 @@ Outcome<std::optional<LibraryFile>> LibraryPath::find(LibraryKind kind,
                                                       const std::string& what) const {
   std::error_code ignored;
   if (names_a_file(what) || fs::is_regular_file(what, ignored)) {
+    if (is_shipped(*this, kind, what)) {
+      return Failure(code_of(kind),
+                     fmt::format("there is no file {}; the {} that ships is called {}", what,
+                                 row_of(kind).noun, fs::path(what).stem().string()),
+                     row_of(kind).list_command);
+    }
     auto file = load(what);
     if (!file) return file.error();
     return std::optional<LibraryFile>(std::move(*file));
@@ -109,8 +128,7 @@ Failure LibraryPath::unknown(LibraryKind kind, const std::string& what,
   const auto none =
       fmt::format("none is installed; LCRIG_DATA may name a folder that holds {}/", row.folder);
   const auto known = names.empty() ? none : "known: " + join_words(names);
-  const auto code = kind == LibraryKind::protocol ? kProtocol : kFailed;
-  return Failure(code,
+  return Failure(code_of(kind),
                  fmt::format("no {} is called '{}'{} ({})", row.noun, what,
                              did_you_mean(what, names, kGuessAtPrompt), known),
                  fmt::format("{}   (or give a path to a .json file)", row.list_command));

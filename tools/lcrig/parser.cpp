@@ -219,6 +219,8 @@ Outcome<Command*> Parser::find_in_group(const std::string& group, std::size_t at
       return check_options(command.get(), args);
     }
   }
+  // What follows an unknown option may be its value.
+  if (const auto unknown = unknown_option(args, verb_at)) return *unknown;
   group_for_help = group;
   if (verb_at == args.size() && asks_for(args, "--help", "-h")) return nullptr;
   const auto next = fmt::format("lcrig {} --help   (it knows: {})", group, join_words(verbs));
@@ -242,9 +244,10 @@ std::vector<std::string> Parser::option_names(const CLI::App& sub) const {
 
 namespace {
 
-// A file, a socket or an anchor: nobody means an empty one. A note may be empty.
+// A file, a socket, an anchor, a thing at the rig: nobody means an empty one. A note may be empty.
 bool names_something(std::string_view option) {
-  constexpr std::array kOptions{"--db", "--socket", "--config", "--anchor"};
+  constexpr std::array kOptions{"--db",       "--socket", "--config", "--anchor",
+                                "--specimen", "--probe",  "--fixture"};
   return std::ranges::find(kOptions, option) != kOptions.end();
 }
 
@@ -290,6 +293,9 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
     const bool takes_value = option->get_items_expected_max() > 0;
     if (arg.ends_with('=') && names_something(arg.substr(0, arg.size() - 1))) {
       return empty(arg.substr(0, arg.size() - 1));
+    }
+    if (takes_value && arg.ends_with('=')) {  // `--note=` too: CLI11 takes no empty value there
+      return wrong("its value is missing");
     }
     if (!takes_value && arg.find('=') != std::string::npos) return wrong("takes no value");
     const bool once = option->get_multi_option_policy() != CLI::MultiOptionPolicy::TakeAll;

@@ -2,6 +2,8 @@
 #include "tools/lcrig/queue_terms.hpp"
 
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <tuple>
 
 #include "base/number.hpp"
 #include "base/text.hpp"
@@ -11,13 +13,21 @@ namespace lcrig::cli {
 
 using nlohmann::json;
 
+namespace {
+
+Failure wrong(std::string what) {
+  return Failure(kUsage, std::move(what), "lcrig queue add --help");
+}
+
+}  // namespace
+
 void TermsOptions::declare(ArgumentList& list) {
   list.one_of("--on-failure", on_failure_, {"hold", "skip", "look", "repeat"},
               "What the queue does when it fails (default: hold)");
   list.option("--failures-max", failures_max_, "N",
               "So many failures in a row hold the queue (default: 3)");
   list.flag("--unattended", unattended_, "It may move the frame while nobody is there");
-  list.number("--rest", rest_s_, "SECONDS", "Begin no sooner after the run before");
+  list.option("--rest", rest_, "SECONDS", "Begin no sooner after the run before");
   list.option("--not-before", not_before_, "TIME", "Such as 22:00 or 2026-11-24 06:00");
   list.option("--not-after", not_after_, "TIME", "Later it does not begin any more");
   list.option("--between", between_, "FROM-TO",
@@ -34,9 +44,8 @@ Outcome<bool> TermsOptions::put_into(json& params, std::int64_t now_unix_s) cons
   if (!failures_max_.empty()) {
     const auto most = number_from<std::int64_t>(failures_max_);
     if (!most || *most < 1) {
-      return Failure(kUsage,
-                     fmt::format("--failures-max '{}' is not a number from 1 on", failures_max_),
-                     "lcrig queue add --help");
+      return wrong(fmt::format("--failures-max '{}' is not a number from 1 on",
+                               printable(failures_max_, 60)));
     }
     params["failures_max"] = *most;
   }
@@ -44,24 +53,41 @@ Outcome<bool> TermsOptions::put_into(json& params, std::int64_t now_unix_s) cons
 }
 
 Outcome<bool> TermsOptions::put_times(json& params, std::int64_t now_unix_s) const {
-  if (rest_s_) params["rest_s"] = *rest_s_;
-  if (!between_.empty()) params["between"] = between_;
-  const std::pair<const char*, const std::string&> times[] = {{"not_before", not_before_},
-                                                              {"not_after", not_after_}};
-  for (const auto& [key, text] : times) {
-    if (text.empty()) continue;
-    const auto at = unix_time_of(text, now_unix_s);
-    if (!at) {
-      const std::string option =
-          key == std::string_view("not_before") ? "--not-before" : "--not-after";
-      return Failure(kUsage,
-                     fmt::format("{} '{}' is no time: expected 22:00, 2026-11-24 or 2026-11-24 "
-                                 "06:00",
-                                 option, printable(text, 60)),
-                     "lcrig queue add --help");
+  if (!rest_.empty()) {
+    const auto rest_s = number_from<double>(rest_);
+    constexpr double kLongest_s = 30 * 86'400.0;
+    if (!rest_s || *rest_s < 0 || *rest_s > kLongest_s) {
+      return wrong(fmt::format("--rest '{}' is not a number of seconds from 0 to {} (30 days)",
+                               printable(rest_, 60), kLongest_s));
     }
-    params[std::string(key) + "_unix_s"] = *at;
+    params["rest_s"] = *rest_s;
   }
+  if (!between_.empty()) {
+    if (!is_day_window(between_)) {
+      return wrong(fmt::format("--between '{}': expected two times of the day, such as 18:00-06:00",
+                               printable(between_, 60)));
+    }
+    params["between"] = between_;
+  }
+  std::optional<std::int64_t> not_before, not_after;
+  for (auto [option, text, at] : {std::tuple("--not-before", &not_before_, &not_before),
+                                  std::tuple("--not-after", &not_after_, &not_after)}) {
+    if (text->empty()) continue;
+    *at = unix_time_of(*text, now_unix_s);
+    if (*at) continue;
+    return wrong(fmt::format("{} '{}' is no time: expected 22:00, 2026-11-24 or 2026-11-24 06:00",
+                             option, printable(*text, 60)));
+  }
+  if (not_after && *not_after <= now_unix_s) {
+    return wrong(
+        fmt::format("--not-after '{}' is over: it could never begin", printable(not_after_, 60)));
+  }
+  if (not_before && not_after && *not_after < *not_before) {
+    return wrong(fmt::format("--not-after '{}' is before --not-before '{}': it could never begin",
+                             printable(not_after_, 60), printable(not_before_, 60)));
+  }
+  if (not_before) params["not_before_unix_s"] = *not_before;
+  if (not_after) params["not_after_unix_s"] = *not_after;
   return true;
 }
 

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 
 #include "tools/lcrig/command.hpp"
@@ -20,7 +19,7 @@ class TermsOptions {
  private:
   Outcome<bool> put_times(nlohmann::json& params, std::int64_t now_unix_s) const;
   std::string on_failure_, failures_max_, not_before_, not_after_, between_, probe_, fixture_;
-  std::optional<double> rest_s_;
+  std::string rest_;
   bool unattended_ = false;
 };
 

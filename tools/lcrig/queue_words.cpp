@@ -19,13 +19,21 @@ void print_queue(std::ostream& out, const QueueStatus& q) {
   if (!q.locked_by.empty()) fmt::print(out, "locked by {}\n", printable(q.locked_by, kLongestName));
 }
 
-std::string next_for_queue(const GlobalOptions& global, const QueueStatus& q) {
+std::string next_for_queue(const GlobalOptions& global, const QueueStatus& q,
+                           std::string_view head) {
   if (q.gate == "time") return {};
   if (!q.gate.empty() && q.gate != "person") {
     return next_command(global, {"queue", "answer", "NAME"}, "of what is on the rig");
   }
   if (q.gate == "person") return next_command(global, {"queue", "answer", "yes"});
   if (q.going || q.count == 0) return {};
+  if (head == "failed") {
+    return next_command(global, {"queue", "start", "--repeat"}, "or --skip; look at the rig first");
+  }
+  if (head == "interrupted") {
+    return next_command(global, {"queue", "start", "--resume"},
+                        "or --repeat, --skip; look at the rig first");
+  }
   return next_command(global, {"queue", "start"});
 }
 

@@ -4,6 +4,7 @@
 
 #include <ostream>
 #include <string>
+#include <string_view>
 
 #include "daemon/control/messages.hpp"
 #include "tools/lcrig/command.hpp"
@@ -11,7 +12,8 @@
 namespace lcrig::cli {
 
 void print_queue(std::ostream& out, const QueueStatus& queue);
-// What to type now; empty: nothing.
-std::string next_for_queue(const GlobalOptions& global, const QueueStatus& queue);
+// What to type now; empty: nothing. `head`: the state of the first entry, where it is known.
+std::string next_for_queue(const GlobalOptions& global, const QueueStatus& queue,
+                           std::string_view head = {});
 
 }  // namespace lcrig::cli

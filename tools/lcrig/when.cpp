@@ -72,4 +72,11 @@ std::optional<std::int64_t> unix_time_of(std::string_view text, std::int64_t now
   return unix_of(*day);
 }
 
+bool is_day_window(std::string_view text) {
+  constexpr std::size_t kTime = 5;
+  if (text.size() != 2 * kTime + 1 || text[kTime] != '-') return false;
+  const auto from = text.substr(0, kTime), to = text.substr(kTime + 1);
+  return hour_minute(from) && hour_minute(to) && from != to;
+}
+
 }  // namespace lcrig::cli

@@ -12,4 +12,7 @@ namespace lcrig::cli {
 // T. nullopt: something else, or a day that does not exist.
 std::optional<std::int64_t> unix_time_of(std::string_view text, std::int64_t now_unix_s);
 
+// "18:00-06:00"; the two times differ.
+bool is_day_window(std::string_view text);
+
 }  // namespace lcrig::cli

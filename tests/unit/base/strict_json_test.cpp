@@ -127,6 +127,14 @@ TEST(StrictJson, MessagesAreShortAndHarmless) {
   }
 }
 
+TEST(StrictJson, ControlCharactersAreRefusedInOurWordsEverywhere) {
+  using namespace std::string_literals;
+  const std::string what = "the character \\x00, expected UTF-8 text without control characters";
+  EXPECT_EQ(error_of("{ \"a\0b\": 1 }"s), "f.json:1:5 /: " + what);
+  EXPECT_EQ(error_of("{ \"a\": \"b\0\" }"s), "f.json:1:10 /: " + what);
+  EXPECT_EQ(error_of("// a\0b\n{ \"a\": 1 }"s), "f.json:1:5 /: " + what);
+}
+
 TEST(StrictJson, ControlCharactersAreRefusedInCommentsToo) {
   EXPECT_EQ(error_of("{} // \x1b[2J"),
             "f.json:1:7 /: the character \\x1b, expected UTF-8 text without control characters");
@@ -201,7 +209,9 @@ TEST(JsonReader, AUnitThatNobodyWroteIsNeverProposed) {
     std::string says;
   } cases[] = {
       {"stiffness", "`stiffness` has no unit; " + stiffness},
-      {"stifness", "`stifness` has no unit, and did you mean `stiffness`? It takes stiffness_N_m"},
+      {"stifness",
+       "unknown key `stifness`, did you mean `stiffness`? With its unit it is "
+       "stiffness_N_m, "},
       {"stifness_N_mm", "did you mean `stiffness_N_mm`?"},
       {"stiffness_N_cm", "`_N_cm` is no unit of stiffness; " + stiffness},
       {"stiffness_N", "`_N` is no unit of stiffness; " + stiffness},
@@ -209,6 +219,8 @@ TEST(JsonReader, AUnitThatNobodyWroteIsNeverProposed) {
       {"speed_mm_per_s", "`_mm_per_s` is no unit of speed; " + speed},
       {"speed_MM_S", "`_MM_S` is no unit of speed; " + speed},
       {"sped_mm_s", "did you mean `speed_mm_s`?"},
+      {"speedmm_s", "did you mean `speed_mm_s`?"},
+      {"Speed-mm-S", "did you mean `speed_mm_s`?"},
       {"gravity", "`gravity` has no unit; it takes gravity_m_s2"},
       {"gravity_mm_s2", "`_mm_s2` is not known here; it takes gravity_m_s2"},
   };

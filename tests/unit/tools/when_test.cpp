@@ -46,5 +46,14 @@ TEST(UnixTimeOf, WhatIsNoTimeIsNone) {
   }
 }
 
+TEST(When, AWindowOfTheDayIsTwoTimesThatDiffer) {
+  EXPECT_TRUE(is_day_window("18:00-06:00"));
+  EXPECT_TRUE(is_day_window("06:00-06:01"));
+  for (const char* text :
+       {"", "18-6", "18:00", "18:00-18:00", "25:00-06:00", "18:00 06:00", "18:00-06:00-"}) {
+    EXPECT_FALSE(is_day_window(text)) << text;
+  }
+}
+
 }  // namespace
 }  // namespace lcrig::cli
