@@ -65,6 +65,7 @@ Task<Result<EntryPlan>> App::plan_entry(RunRequest& run) {
   };
   auto prepared = co_await run_aside(io_.get_executor(), clock_, read);
   if (!prepared) co_return fail(prepared.error());
+  run.protocol_name = prepared->protocol.name;  // clients send the name of its file
   if (auto known = plans_.find(run)) co_return *known;
   const bool moves = commands_frame(prepared->protocol);
   auto plan = co_await plan_on_rig(run, *prepared);

@@ -32,8 +32,8 @@ class QueueHost {
  public:
   virtual ~QueueHost() = default;
   virtual bool is_running() const = 0;  // a run goes on, or is prepared
-  // Fills in the texts that are missing, and plans as far as the rig is known. Errors: what a run
-  // would be refused for.
+  // Fills in the texts that are missing and the protocol's own name, and plans as far as the rig is
+  // known. Errors: what a run would be refused for.
   virtual Task<Result<EntryPlan>> plan_entry(RunRequest& run) = 0;
   // From its preparation to its closed row.
   virtual Task<TurnEnd> take_turn(TurnOfQueue turn) = 0;
