@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `batch/1`: the same table as JSON, with what holds for all of its rows.
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "base/strict_json.hpp"
@@ -11,6 +12,31 @@ namespace lcrig {
 
 namespace {
 
+constexpr std::pair<std::string_view, int> kOrderTable[] = {
+    {"given", 0}, {"blocks", 1}, {"random", 2}};
+constexpr std::pair<std::string_view, int> kFailureTable[] = {
+    {"hold", 0}, {"skip", 1}, {"look", 2}, {"repeat", 3}};
+
+// Refuses what the column cannot hold.
+void judge(std::string_view column, const JsonReader& value) {
+  if (column == "repeats") {
+    value.integer(1, kBatchRunsMax);
+  } else if (column == "failures_max") {
+    value.integer(1, kMostFailuresInRow);
+  } else if (column == "rest_s") {
+    Range range;
+    range.min = 0;
+    range.max = kLongestRest_s;
+    value.number(range);
+  } else if (column == "unattended") {
+    value.boolean();
+  } else if (column == "on_failure") {
+    value.word<int>(kFailureTable);
+  } else {
+    value.string();
+  }
+}
+
 class BatchJson {
  public:
   explicit BatchJson(const JsonDocument& document) : document_(document), top_(document) {}
@@ -18,11 +44,20 @@ class BatchJson {
   Result<BatchTable> read() {
     top_.expect_format("batch/1");
     out_.name = text_of("name");
-    out_.order = text_of("order");
-    if (const auto seed = top_.find("seed")) out_.seed = cell_of(*seed);
+    if (const auto order = top_.find("order")) {
+      order->word<int>(kOrderTable);
+      out_.order = cell_of(*order);
+    }
+    if (const auto seed = top_.find("seed")) {
+      seed->integer(0, std::numeric_limits<std::int64_t>::max());
+      out_.seed = cell_of(*seed);
+    }
     if (const auto terms = top_.find("terms")) {
       for (const std::string_view word : kBatchTermColumns) {
-        if (const auto term = terms->find(word)) out_.terms[std::string(word)] = cell_of(*term);
+        const auto term = terms->find(word);
+        if (!term) continue;
+        judge(word, *term);
+        out_.terms[std::string(word)] = cell_of(*term);
       }
       terms->no_other_keys();
     }
@@ -66,6 +101,7 @@ class BatchJson {
       column.at = document_.key_position(value.pointer());
       found = out_.columns.insert(out_.columns.end(), std::move(column));
     }
+    if (!is_parameter) judge(name, value);
     const auto index = static_cast<std::size_t>(found - out_.columns.begin());
     if (row.cells.size() <= index) row.cells.resize(index + 1);
     row.cells[index] = cell_of(value);

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "protocols/batch/batch.hpp"
+#include "tests/support/corpus.hpp"
 
 namespace lcrig {
 namespace {
@@ -165,6 +166,14 @@ TEST(BatchTable, OfTenThousandRowsItReadsAllAndOfMoreNone) {
   EXPECT_EQ(got->size(), 10'000U);
   EXPECT_THAT(refusal_of(text + "paper-1,press\n"), HasSubstr("more than 10000 rows"));
   EXPECT_THAT(refusal_of("specimen,protocol\n" + std::string(2'000'000, 'x')), HasSubstr("split"));
+}
+
+TEST(BatchCorpus, SchemaAndReaderAcceptAndRefuseTheSame) {
+  corpus::expect_all_refused("tests/corpus/batch/reject", 12, read_batch_table);
+  for (const auto& path : corpus::files("tests/corpus/batch/accept")) {
+    const auto read = read_batch_table(read_text_file(path).value(), path.string());
+    EXPECT_TRUE(read) << read.error().what;
+  }
 }
 
 // A table with its cells as they should be read, and as text.
