@@ -71,6 +71,14 @@ Result<> App::open() {
   return {};
 }
 
+Result<> App::open_with_queue() {
+  if (auto opened = open(); !opened) return opened;
+  if (auto ready = open_queue(); !ready) return ready;
+  spawn(heartbeat());
+  spawn(run_queue());
+  return {};
+}
+
 Result<> App::start() {
   if (auto opened = open(); !opened) return opened;
   for (const auto& orphan : recorder_->interrupted_runs()) {

@@ -44,6 +44,8 @@ class App final : public ControlHandler, public QueueHost {
 
   // Opens the database and closes orphaned runs, for `run_through`.
   Result<> open();
+  // `open`, and the queue of the database with nobody at a socket, for a rehearsal of a batch.
+  Result<> open_with_queue();
   // `open`, socket listening, systemd told; from now on the meter is asked now and then. Errors: as
   // the parts say.
   Result<> start();
@@ -99,8 +101,8 @@ class App final : public ControlHandler, public QueueHost {
   Result<> open_queue();
   Task<> run_queue();
   bool is_running() const override { return use_ == Use::starting || use_ == Use::running; }
-  Task<Result<EntryPlan>> plan_entry(RunRequest& run) override;
-  Task<Result<Plan>> plan_on_rig(const RunRequest& run, const PreparedRun& prepared);
+  Task<Result<EntryPlan>> plan_entry(RunRequest& run, PlanOn on) override;
+  Task<Result<Plan>> plan_on_rig(const RunRequest& run, const PreparedRun& prepared, PlanOn on);
   Task<TurnEnd> take_turn(TurnOfQueue turn) override;
   Task<Result<PreparedRun>> prepare_turn(TurnOfQueue turn);
   Result<> may_begin();
@@ -160,7 +162,7 @@ class App final : public ControlHandler, public QueueHost {
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<ControlServer> control_;  // nullptr: nobody listens
   std::unique_ptr<Session> session_;
-  std::unique_ptr<QueueRunner> queue_;  // nullptr: a rehearsal has none
+  std::unique_ptr<QueueRunner> queue_;  // nullptr: a rehearsal of one run has none
   QueuePlans plans_;
   KnownIdentities identities_;  // of the turns of the queue
   HazardWatch hazards_;  // of the run that goes on

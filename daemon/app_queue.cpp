@@ -43,9 +43,10 @@ Result<> App::leaves_to_queue() const {
 }
 
 // While a run goes on nothing is asked of the instruments: the rig is as it was seen last.
-Task<Result<Plan>> App::plan_on_rig(const RunRequest& run, const PreparedRun& prepared) {
-  if (use_ != Use::idle && plans_.last_rig()) {
-    Rig rig = *plans_.last_rig();
+Task<Result<Plan>> App::plan_on_rig(const RunRequest& run, const PreparedRun& prepared, PlanOn on) {
+  const auto& seen = plans_.last_rig(prepared.places_weights);
+  if (seen && (use_ != Use::idle || on == PlanOn::as_seen)) {
+    Rig rig = *seen;
     const auto job = [&rig, &prepared] {
       lcrig::add_specimen(rig, prepared);
       return make_plan(prepared.protocol, prepared.environment, rig);
@@ -57,7 +58,7 @@ Task<Result<Plan>> App::plan_on_rig(const RunRequest& run, const PreparedRun& pr
   co_return co_await plan_run(std::move(copy), std::move(nobody));
 }
 
-Task<Result<EntryPlan>> App::plan_entry(RunRequest& run) {
+Task<Result<EntryPlan>> App::plan_entry(RunRequest& run, PlanOn on) {
   const auto read = [this, &run]() -> Result<PreparedRun> {
     if (auto found = find_texts(run); !found) return fail(found.error());
     RunRequest copy = run;
@@ -65,12 +66,14 @@ Task<Result<EntryPlan>> App::plan_entry(RunRequest& run) {
   };
   auto prepared = co_await run_aside(io_.get_executor(), clock_, read);
   if (!prepared) co_return fail(prepared.error());
+  run.protocol_name = prepared->protocol.name;  // clients send the name of its file
   if (auto known = plans_.find(run)) co_return *known;
   const bool moves = commands_frame(prepared->protocol);
-  auto plan = co_await plan_on_rig(run, *prepared);
-  if (!plan && !is_no_refusal(plan.error().code)) co_return fail(plan.error());
   EntryPlan out;
   out.moves = moves;
+  if (on == PlanOn::nothing) co_return out;
+  auto plan = co_await plan_on_rig(run, *prepared, on);
+  if (!plan && !is_no_refusal(plan.error().code)) co_return fail(plan.error());
   if (!plan) {
     out.why_not = plan.error().what;
     co_return out;

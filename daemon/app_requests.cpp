@@ -134,7 +134,7 @@ Task<Result<Plan>> App::preview(RunRequest request) {
   if (!made) co_return fail(made.error());
   auto plan = co_await session_->preview();
   co_await session_->close();
-  if (plan) plans_.see(session_->rig());
+  if (plan) plans_.see(session_->rig(), session_->places_weights());
   co_return plan;
 }
 
@@ -181,7 +181,7 @@ Task<Result<RunStarted>> App::open_run(PreparedRun prepared) {
   }
   // Asked for while the run row was written: the run ends before it moves anything.
   if (stop_of_start_) session_->run()->interrupt(*stop_of_start_);
-  plans_.see(session_->rig());
+  plans_.see(session_->rig(), session_->places_weights());
   resumable_.clear();  // the rig is not as they left it any more
   const RunProgress begun = session_->run()->progress();
   spdlog::info("{} begins: {} on {}{}", run_words(session_->simulated(), *run),

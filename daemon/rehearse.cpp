@@ -33,10 +33,6 @@ std::string answer_remark(std::string_view step, const AnswerEvent& answer) {
                 : "the default of the protocol");
 }
 
-Result<Bench> bench_of(const std::string& name, const std::string& text) {
-  return text.empty() ? find_bench(name) : parse_bench(text, name);
-}
-
 // The instruments of one run, made before there is a database: what is wrong leaves none behind.
 class ReadyRig final : public InstrumentFactory {
  public:

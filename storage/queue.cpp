@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "storage/queue_rows.hpp"
 #include "storage/row_hash.hpp"
 
 namespace lcrig {
@@ -23,14 +24,6 @@ Result<EntryState> state_of(std::string_view word) {
 Error no_entry(std::int64_t entry) {
   return Error(Errc::invalid_request,
                fmt::format("no entry {} is in the queue; see `lcrig queue list`", entry));
-}
-
-Result<std::string> store_text(const Database& db, const std::string& text) {
-  std::string sha256 = sha256_hex(text);
-  auto stored = db.change("INSERT OR IGNORE INTO queue_text (sha256, text) VALUES (?,?)", sha256,
-                          std::string_view(text));
-  if (!stored) return fail(stored.error());
-  return sha256;
 }
 
 // The places that a new or moved entry goes between; nullopt: there is no such end.
@@ -158,9 +151,9 @@ Result<> can_stand(const Database& db, QueuePlace to) {
 
 Result<std::int64_t> insert_entry(const Database& db, const QueuedRun& run, std::int64_t place,
                                   const QueueActor& who) {
-  auto protocol = store_text(db, run.protocol_text);
+  auto protocol = store_queue_text(db, run.protocol_text);
   if (!protocol) return fail(protocol.error());
-  auto specimen = store_text(db, run.specimen_text);
+  auto specimen = store_queue_text(db, run.specimen_text);
   if (!specimen) return fail(specimen.error());
   auto stored = db.change(
       "INSERT INTO queue_entry (place, state, protocol_name, protocol_sha256, parameters_json,"
@@ -193,24 +186,40 @@ Result<> append_queue_act(const Database& db, std::string_view act,
       who.now_unix_ns, act, entry, who.user, who.uid, detail);
 }
 
+Result<std::string> store_queue_text(const Database& db, const std::string& text) {
+  std::string sha256 = sha256_hex(text);
+  auto stored = db.change("INSERT OR IGNORE INTO queue_text (sha256, text) VALUES (?,?)", sha256,
+                          std::string_view(text));
+  if (!stored) return fail(stored.error());
+  return sha256;
+}
+
+Result<std::vector<std::int64_t>> insert_into_queue(const Database& db, std::size_t count,
+                                                    const QueuedRuns& run_at, QueuePlace place,
+                                                    const QueueActor& who, std::string_view why) {
+  if (auto r = can_stand(db, place); !r) return fail(r.error());
+  auto slot = find_slot(db, place, static_cast<std::int64_t>(count), 0);
+  if (!slot) return fail(slot.error());
+  const auto detail = fmt::format("{}{}{}", words_of(place), why.empty() ? "" : ", ", why);
+  std::vector<std::int64_t> out;
+  out.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    auto entry = insert_entry(db, *run_at(i), slot->first, who);
+    if (!entry) return fail(entry.error());
+    if (auto r = append_queue_act(db, "add", *entry, detail, who); !r) return fail(r.error());
+    out.push_back(*entry);
+    slot->first += slot->step;
+  }
+  return out;
+}
+
 Result<std::vector<std::int64_t>> add_to_queue(const Database& db, std::span<const QueuedRun> runs,
                                                QueuePlace place, const QueueActor& who) {
   auto transaction = Transaction::begin(db);
   if (!transaction) return fail(transaction.error());
-  if (auto r = can_stand(db, place); !r) return fail(r.error());
-  auto slot = find_slot(db, place, static_cast<std::int64_t>(runs.size()), 0);
-  if (!slot) return fail(slot.error());
-  std::vector<std::int64_t> out;
-  out.reserve(runs.size());
-  for (const QueuedRun& run : runs) {
-    auto entry = insert_entry(db, run, slot->first, who);
-    if (!entry) return fail(entry.error());
-    if (auto r = append_queue_act(db, "add", *entry, words_of(place), who); !r) {
-      return fail(r.error());
-    }
-    out.push_back(*entry);
-    slot->first += slot->step;
-  }
+  const auto run_at = [runs](std::size_t i) { return &runs[i]; };
+  auto out = insert_into_queue(db, runs.size(), run_at, place, who);
+  if (!out) return out;
   if (auto r = transaction->commit(); !r) return fail(r.error());
   return out;
 }

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "storage/queue.hpp"
+#include "storage/queue_rows.hpp"
 
 namespace lcrig {
 
@@ -18,10 +19,7 @@ constexpr std::string_view kQueueListing =
 QueueListing read_queue_listing(const Statement& s) {
   QueueListing out;
   out.entry = s.integer(0);
-  out.state = EntryState::removed;
-  while (to_string(out.state) != s.text(1) && out.state != EntryState::waiting) {
-    out.state = static_cast<EntryState>(static_cast<int>(out.state) - 1);
-  }
+  out.state = read_entry_state(s.text(1));
   out.protocol_name = s.text(2);
   out.parameters_json = s.text(3);
   out.specimen_name = s.text(4);
@@ -85,6 +83,14 @@ Error no_such_entry(std::int64_t entry) {
 }
 
 }  // namespace
+
+EntryState read_entry_state(std::string_view word) {
+  EntryState out = EntryState::removed;
+  while (to_string(out) != word && out != EntryState::waiting) {
+    out = static_cast<EntryState>(static_cast<int>(out) - 1);
+  }
+  return out;
+}
 
 Result<QueueState> get_queue_state(const Database& db) {
   auto state = db.first(

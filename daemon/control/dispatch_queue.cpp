@@ -43,6 +43,14 @@ MethodAnswer on_add(QueueHandler& queue, json params, PeerCredentials peer) {
   co_return to_json(*added);
 }
 
+MethodAnswer on_add_batch(QueueHandler& queue, json params, PeerCredentials peer) {
+  auto wanted = parse_batch_add(params);
+  if (!wanted) co_return bad_params(wanted.error());
+  auto added = co_await queue.add_batch(std::move(*wanted), std::move(peer));
+  if (!added) co_return refused(added.error());
+  co_return to_json(*added);
+}
+
 MethodAnswer on_list(QueueHandler& queue, json params, PeerCredentials) {
   auto range = parse_queue_range(params, "skip");
   if (!range) co_return bad_params(range.error());
@@ -151,8 +159,12 @@ constexpr const char* kSeeQueue = "lcrig queue list   (shows what waits, and for
 constexpr const char* kTryIt =
     "change what the message names; lcrig run ... --dry-run tries it and moves nothing";
 
-constexpr std::array<ControlMethod, 12> kQueueMethods{
+constexpr const char* kRehearseIt =
+    "change what the message names; lcrig rehearse --batch FILE plays it without a rig";
+
+constexpr std::array<ControlMethod, 13> kQueueMethods{
     {{"queue.add", with_queue<on_add>, kTryIt},
+     {"queue.add_batch", with_queue<on_add_batch>, kRehearseIt},
      {"queue.list", with_queue<on_list>, kSeeQueue},
      {"queue.show", with_queue<on_show>, kSeeQueue},
      {"queue.history", with_queue<on_history>, kSeeQueue},

@@ -221,6 +221,7 @@ RpcError rpc_error_of(const Error& error) {
   constexpr std::size_t kLongest = 4000;  // it may quote a file or an instrument
   RpcError out(row.code, printable(error.what, kLongest), std::string(row.hint));
   out.errc = error.code;
+  out.detail = printable_lines(error.detail);
   return out;
 }
 
@@ -485,9 +486,10 @@ std::string answer_line(const json& id, const json& result) {
 }
 
 std::string error_line(const json& id, const RpcError& error) {
-  const json data{{"errc", to_string(error.errc)}, {"hint", error.hint}};
+  json data{{"errc", to_string(error.errc)}, {"hint", error.hint}};
+  if (!error.detail.empty()) data["detail"] = error.detail;
   json body{{"code", error.code}, {"message", error.message}};
-  body["data"] = data;
+  body["data"] = std::move(data);
   json message{{"jsonrpc", "2.0"}, {"id", id}};
   message["error"] = std::move(body);
   return line_of(message);

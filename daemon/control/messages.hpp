@@ -135,6 +135,7 @@ struct RpcError {
   int code = 0;
   std::string message;
   std::string hint;  // what to do next
+  std::string detail;  // lines below the message: each wrong cell of a table
   Errc errc = Errc::invalid_request;
 };
 RpcError rpc_error_of(const Error& error);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,8 @@
 #include "base/task.hpp"
 #include "daemon/control/messages.hpp"
 #include "daemon/queue/terms.hpp"
+#include "protocols/batch/batch.hpp"
+#include "storage/batches.hpp"
 #include "storage/queue_run.hpp"
 
 namespace lcrig {
@@ -31,6 +34,25 @@ struct EntryPlan {
   bool moves = true;  // it commands the frame
 };
 
+// A table of runs (docs/batch-file.md), with the texts that its cells name.
+struct BatchAdd {
+  std::string name, file_name;
+  std::string table;  // as it was written
+  BatchOrder order = BatchOrder::given;
+  std::int64_t seed = 0;  // of an order that is drawn
+  std::map<std::string, BatchFile> protocols, specimens;  // by the words of the cells
+  std::string operator_name;  // none: the peer
+  QueuePlace place;
+  QueueTerms terms;  // of rows that say nothing else
+};
+struct BatchAdded {
+  std::int64_t first_entry = 0, last_entry = 0, entries = 0;
+  double duration_s = 0;  // of those with a plan
+  std::int64_t measure_readings = 0, bytes = 0;
+  std::int64_t unplanned = 0;
+  std::string why_not;  // of those
+};
+
 struct QueueAdded {
   std::int64_t entry = 0;
   EntryPlan plan;
@@ -44,6 +66,7 @@ struct ListedEntry {
   QueueListing listing;
   EntryPlan plan;
   PlannedTime planned;
+  std::optional<EntryBatch> batch;  // it is from; known to `show` alone
 };
 struct QueuePage {
   std::int64_t count = 0;  // of all that are in the queue
@@ -57,6 +80,8 @@ class QueueHandler {
   // Checked and planned as far as the rig allows now; what the rig would refuse is refused.
   // Errors: invalid_request, unsupported; busy (locked by somebody else); io (no room on the disk).
   virtual Task<Result<QueueAdded>> add(QueueAdd wanted, PeerCredentials peer) = 0;
+  // All of its runs or none. Errors: as `add`; invalid_request with every wrong cell in `detail`.
+  virtual Task<Result<BatchAdded>> add_batch(BatchAdd wanted, PeerCredentials peer) = 0;
   virtual Task<Result<QueuePage>> list(std::int64_t skip, std::int64_t most) = 0;
   virtual Task<Result<ListedEntry>> show(std::int64_t entry) = 0;
   virtual Task<Result<std::vector<QueueAct>>> history(std::optional<std::int64_t> entry,

@@ -41,6 +41,35 @@ json to_json(const QueueListing& e) {
   return out;
 }
 
+json to_json(const EntryBatch& b) {
+  json out{{"name", b.batch.name},
+           {"file", b.batch.file_name},
+           {"order", b.batch.order},
+           {"position", b.position},
+           {"of", b.of},
+           {"line", b.line},
+           {"repeat", b.repeat}};
+  out["seed"] = or_null(b.batch.seed);
+  return out;
+}
+
+// "protocols": {"press": {"name": "press", "text": ".."}}: texts by the words of cells.
+void read_files(ParamsReader& in, const char* key, std::map<std::string, BatchFile>& out) {
+  const json* files = in.member(key);
+  if (files == nullptr) return;
+  if (!files->is_object()) {
+    in.fail_with(Error(Errc::invalid_request, in.pointer(key) + ": expected an object"));
+    return;
+  }
+  for (const auto& [word, value] : files->items()) {
+    ParamsReader file(value, in.pointer(key) + "/" + printable(word, 60));
+    file.text("name", out[word].name, true, kNameMax);
+    file.text("text", out[word].text);
+    file.refuse_unknown();
+    if (auto ok = file.finish(); !ok) in.fail_with(ok.error());
+  }
+}
+
 // "place": "first", "last", {"before": 3} or {"after": 3}.
 void read_place(ParamsReader& in, QueuePlace& out) {
   const json* place = in.member("place");
@@ -94,9 +123,21 @@ json to_json(const QueueAdded& added) {
   return json{{"entry", added.entry}, {"plan", to_json(added.plan)}};
 }
 
+json to_json(const BatchAdded& a) {
+  return json{{"first_entry", a.first_entry},
+              {"last_entry", a.last_entry},
+              {"entries", a.entries},
+              {"duration_s", a.duration_s},
+              {"measure_readings", a.measure_readings},
+              {"bytes", a.bytes},
+              {"unplanned", a.unplanned},
+              {"why_not", a.why_not}};
+}
+
 json to_json(const ListedEntry& e) {
   json out = to_json(e.listing);
   out["plan"] = to_json(e.plan);
+  if (e.batch) out["batch"] = to_json(*e.batch);
   out["planned_begin_unix_ns"] = or_null(e.planned.begin_unix_ns);
   out["planned_end_unix_ns"] = or_null(e.planned.end_unix_ns);
   return out;
@@ -131,6 +172,34 @@ Result<QueueAdd> parse_queue_add(const json& params) {
   in.text("specimen_text", out.run.specimen_text);
   in.text("operator", out.run.operator_name, false, kNameMax);
   in.text("note", out.run.note, false, kNoteMax);
+  read_place(in, out.place);
+  read_terms(in, out.terms);
+  in.refuse_unknown();
+  if (auto ok = in.finish(); !ok) return fail(ok.error());
+  return out;
+}
+
+Result<BatchAdd> parse_batch_add(const json& params) {
+  BatchAdd out;
+  ParamsReader in(params, "/params");
+  in.text("name", out.name, true, kNameMax);
+  in.text("file", out.file_name, true, kNameMax);
+  in.text("table", out.table, true);
+  std::string order(to_string(out.order));
+  in.text("order", order);
+  const auto known = parse_batch_order(order);
+  if (known) out.order = *known;
+  if (!known) {
+    in.fail_with(
+        Error(Errc::invalid_request, in.pointer("order") + ": expected given, blocks or random"));
+  }
+  in.integer("seed", out.seed, known && *known != BatchOrder::given);
+  if (out.name.empty()) {
+    in.fail_with(Error(Errc::invalid_request, in.pointer("name") + ": is empty"));
+  }
+  read_files(in, "protocols", out.protocols);
+  read_files(in, "specimens", out.specimens);
+  in.text("operator", out.operator_name, false, kNameMax);
   read_place(in, out.place);
   read_terms(in, out.terms);
   in.refuse_unknown();

@@ -12,12 +12,14 @@ nlohmann::json to_json(const EntryPlan& plan);
 // As it is stored; what does not parse is not known.
 EntryPlan parse_entry_plan(std::string_view json_text);
 nlohmann::json to_json(const QueueAdded& added);
+nlohmann::json to_json(const BatchAdded& added);
 nlohmann::json to_json(const ListedEntry& entry);
 nlohmann::json to_json(const QueuePage& page);
 nlohmann::json to_json(const QueueAct& act);
 
 // Params of requests. Errors: invalid_request with the JSON pointer.
 Result<QueueAdd> parse_queue_add(const nlohmann::json& params);
+Result<BatchAdd> parse_batch_add(const nlohmann::json& params);
 struct QueueMove {
   std::int64_t entry = 0;
   QueuePlace place;

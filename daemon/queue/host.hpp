@@ -28,13 +28,20 @@ struct TurnEnd {
   std::optional<std::string> stranger;
 };
 
+// What an entry is planned on. The rig is asked only while nothing else uses it.
+enum class PlanOn {
+  rig,
+  as_seen,  // as it answered last; if it did not, it is asked
+  nothing  // it did not answer a moment ago: the request is only checked
+};
+
 class QueueHost {
  public:
   virtual ~QueueHost() = default;
   virtual bool is_running() const = 0;  // a run goes on, or is prepared
-  // Fills in the texts that are missing, and plans as far as the rig is known. Errors: what a run
-  // would be refused for.
-  virtual Task<Result<EntryPlan>> plan_entry(RunRequest& run) = 0;
+  // Fills in the texts that are missing and the protocol's own name, and plans as far as the rig is
+  // known. Errors: what a run would be refused for.
+  virtual Task<Result<EntryPlan>> plan_entry(RunRequest& run, PlanOn on) = 0;
   // From its preparation to its closed row.
   virtual Task<TurnEnd> take_turn(TurnOfQueue turn) = 0;
   virtual double left_s() const = 0;  // of the run that goes on, as planned; 0: none does

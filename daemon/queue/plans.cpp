@@ -21,10 +21,10 @@ std::string key_of(const RunRequest& run) {
 }  // namespace
 
 // What it knows of a specimen is of one that is not there any more.
-void QueuePlans::see(Rig rig) {
+void QueuePlans::see(Rig rig, bool with_weights) {
   rig.compression_m = {};
   rig.specimen_least_m = {};
-  rig_ = std::move(rig);
+  (with_weights ? rod_ : frame_) = std::move(rig);
 }
 
 std::optional<EntryPlan> QueuePlans::find(const RunRequest& run) const {

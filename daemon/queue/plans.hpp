@@ -15,8 +15,11 @@ namespace lcrig {
 
 class QueuePlans {
  public:
-  void see(Rig rig);
-  const std::optional<Rig>& last_rig() const { return rig_; }
+  // A rod with weights is another rig than the frame.
+  void see(Rig rig, bool with_weights);
+  const std::optional<Rig>& last_rig(bool with_weights) const {
+    return with_weights ? rod_ : frame_;
+  }
 
   // Of a request with all its texts.
   std::optional<EntryPlan> find(const RunRequest& run) const;
@@ -24,7 +27,7 @@ class QueuePlans {
   void forget() { plans_.clear(); }
 
  private:
-  std::optional<Rig> rig_;
+  std::optional<Rig> frame_, rod_;
   std::map<std::string, EntryPlan> plans_;
 };
 

@@ -15,6 +15,8 @@
 
 namespace lcrig {
 
+struct WantedBatch;
+
 class QueueRunner final : public QueueHandler {
  public:
   // `clock` and `host` outlive it.
@@ -38,6 +40,7 @@ class QueueRunner final : public QueueHandler {
   bool awaits_consent() const { return gate_ && gate_->kind == Gate::Kind::person; }
 
   Task<Result<QueueAdded>> add(QueueAdd wanted, PeerCredentials peer) override;
+  Task<Result<BatchAdded>> add_batch(BatchAdd wanted, PeerCredentials peer) override;
   Task<Result<QueuePage>> list(std::int64_t skip, std::int64_t most) override;
   Task<Result<ListedEntry>> show(std::int64_t entry) override;
   Task<Result<std::vector<QueueAct>>> history(std::optional<std::int64_t> entry,
@@ -75,6 +78,7 @@ class QueueRunner final : public QueueHandler {
   // How far somebody set the clock while an entry waited for a time.
   std::optional<double> clock_step_s(const NextAct& next);
   Task<> refuse_late(TooLate late);
+  Task<Result<>> plan_batch(WantedBatch& batch);
   Task<Result<>> store_answer(Gate gate, PeerCredentials peer);
   Task<QueueActor> actor(PeerCredentials peer);
   // Changes the queue unless somebody else locked it. `tell_change` follows.

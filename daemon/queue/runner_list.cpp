@@ -90,6 +90,9 @@ Task<Result<ListedEntry>> QueueRunner::show(std::int64_t entry) {
     if (found->state != EntryState::running) before->duration_s += left_s;
     PlannedClock time(now, *before);
     ListedEntry out = listed(std::move(*found), time, left_s);
+    auto batch = batch_of_entry(db, entry);
+    if (!batch) return fail(batch.error());
+    out.batch = std::move(*batch);
     if (out.listing.state == EntryState::done || out.listing.state == EntryState::skipped ||
         out.listing.state == EntryState::removed) {
       out.planned = PlannedTime();

@@ -8,10 +8,9 @@
 #include "base/text.hpp"
 #include "daemon/control/queue_messages.hpp"
 #include "daemon/queue/runner.hpp"
+#include "daemon/queue/runner_batch.hpp"
 
 namespace lcrig {
-
-namespace {
 
 Result<> not_locked(const Database& db, const QueueActor& who) {
   auto state = get_queue_state(db);
@@ -24,21 +23,19 @@ Result<> not_locked(const Database& db, const QueueActor& who) {
               lock.user, lock.why.empty() ? "" : " (" + printable(lock.why, 200) + ")");
 }
 
-QueuedRun stored_form(const QueueAdd& wanted, const EntryPlan& plan) {
+QueuedRun stored_form(const RunRequest& run, const QueueTerms& terms, const EntryPlan& plan) {
   QueuedRun out;
-  out.protocol_name = wanted.run.protocol_name;
-  out.protocol_text = wanted.run.protocol_text;
-  out.parameters_json = to_json(wanted.run)["parameters"].dump();
-  out.specimen_name = wanted.run.specimen_name;
-  out.specimen_text = wanted.run.specimen_text;
-  out.operator_name = wanted.run.operator_name;
-  out.note = wanted.run.note;
-  out.terms_json = to_json(wanted.terms).dump();
+  out.protocol_name = run.protocol_name;
+  out.protocol_text = run.protocol_text;
+  out.parameters_json = to_json(run)["parameters"].dump();
+  out.specimen_name = run.specimen_name;
+  out.specimen_text = run.specimen_text;
+  out.operator_name = run.operator_name;
+  out.note = run.note;
+  out.terms_json = to_json(terms).dump();
   out.plan_json = to_json(plan).dump();
   return out;
 }
-
-}  // namespace
 
 Task<> QueueRunner::tell_change() {
   auto next = co_await look();
@@ -68,11 +65,11 @@ Task<Result<>> QueueRunner::change(Job job, PeerCredentials peer) {
 Task<Result<QueueAdded>> QueueRunner::add(QueueAdd wanted, PeerCredentials peer) {
   const QueueActor who = co_await actor(std::move(peer));
   if (wanted.run.operator_name.empty()) wanted.run.operator_name = who.user;
-  auto plan = co_await host_.plan_entry(wanted.run);
+  auto plan = co_await host_.plan_entry(wanted.run, PlanOn::rig);
   if (!plan) co_return fail(plan.error());
   QueueAdded out;
   out.plan = std::move(*plan);
-  const std::vector<QueuedRun> runs(1, stored_form(wanted, out.plan));
+  const std::vector<QueuedRun> runs(1, stored_form(wanted.run, wanted.terms, out.plan));
   const auto job = [&](const Database& db) -> Result<std::vector<std::int64_t>> {
     if (auto free = not_locked(db, who); !free) return fail(free.error());
     auto waiting = sum_of_plans(db, -1);

@@ -14,9 +14,6 @@ using nlohmann::json;
 
 namespace {
 
-constexpr std::array<std::string_view, 4> kPolicies{"hold", "skip", "look", "repeat"};
-constexpr double kLongestRest_s = 30 * 86400.0;
-
 void refuse(ParamsReader& in, const char* key, std::string_view expected) {
   in.fail_with(
       Error(Errc::invalid_request, fmt::format("{}: expected {}", in.pointer(key), expected)));
@@ -59,13 +56,13 @@ void read_times(ParamsReader& in, QueueTerms& out) {
 }  // namespace
 
 std::string_view to_string(OnFailure policy) {
-  return kPolicies[static_cast<std::size_t>(policy)];
+  return kFailureWords[static_cast<std::size_t>(policy)];
 }
 
 std::optional<OnFailure> parse_on_failure(std::string_view word) {
-  const auto* found = std::ranges::find(kPolicies, word);
-  if (found == kPolicies.end()) return std::nullopt;
-  return static_cast<OnFailure>(found - kPolicies.begin());
+  const auto* found = std::ranges::find(kFailureWords, word);
+  if (found == kFailureWords.end()) return std::nullopt;
+  return static_cast<OnFailure>(found - kFailureWords.begin());
 }
 
 void read_terms(ParamsReader& in, QueueTerms& out) {
@@ -74,6 +71,16 @@ void read_terms(ParamsReader& in, QueueTerms& out) {
   read_times(in, out);
   in.text("probe", out.probe, false, kNameMax);
   in.text("fixture", out.fixture, false, kNameMax);
+}
+
+QueueTerms with_row_terms(QueueTerms all, const BatchTerms& row) {
+  if (row.on_failure) all.on_failure = parse_on_failure(*row.on_failure).value_or(all.on_failure);
+  if (row.failures_max) all.failures_max = *row.failures_max;
+  if (row.unattended) all.unattended = *row.unattended;
+  if (row.rest_s) all.rest_s = *row.rest_s;
+  if (row.probe) all.probe = *row.probe;
+  if (row.fixture) all.fixture = *row.fixture;
+  return all;
 }
 
 json to_json(const QueueTerms& terms) {

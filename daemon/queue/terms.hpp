@@ -11,6 +11,7 @@
 
 #include "base/result.hpp"
 #include "daemon/queue/times.hpp"
+#include "protocols/batch/batch.hpp"
 
 namespace lcrig {
 
@@ -34,10 +35,11 @@ struct QueueTerms {
   std::optional<DayWindow> between;
   std::string probe, fixture;  // as people call them; empty: whichever is there
 };
-inline constexpr std::int64_t kMostFailuresInRow = 100;
 
 // The members of an object that are terms. What is missing has its default.
 void read_terms(ParamsReader& in, QueueTerms& out);
+// What a row of a batch says goes before what holds for all of them.
+QueueTerms with_row_terms(QueueTerms all, const BatchTerms& row);
 nlohmann::json to_json(const QueueTerms& terms);
 // As stored. Errors: garbled.
 Result<QueueTerms> parse_terms(std::string_view json_text);

@@ -99,4 +99,8 @@ Result<Bench> find_bench(const std::string& what) {
               what, guess.empty() ? "," : guess, fmt::join(names, ", "));
 }
 
+Result<Bench> bench_of(const std::string& name, const std::string& text) {
+  return text.empty() ? find_bench(name) : parse_bench(text, name);
+}
+
 }  // namespace lcrig

@@ -42,5 +42,7 @@ struct ShippedBench {
 const std::vector<ShippedBench>& shipped_benches();
 // A file (a path, or a name that ends in .json), or the name of a shipped bench.
 Result<Bench> find_bench(const std::string& what);
+// Of a file's text, or, where that is empty, one that the program knows.
+Result<Bench> bench_of(const std::string& name, const std::string& text);
 
 }  // namespace lcrig

@@ -47,6 +47,8 @@ def main():
                    sorted(corpus.glob("config/reject/*.json")), 12)
     wrong += check("faults", sorted(corpus.glob("faults/accept/*.json")),
                    sorted(corpus.glob("faults/reject/*.json")), 12)
+    wrong += check("batch", sorted(corpus.glob("batch/accept/*.json")),
+                   sorted(corpus.glob("batch/reject/*.json")), 12)
     print("\n".join(wrong))
     return 1 if wrong else 0
 

@@ -62,7 +62,7 @@ class Pages:
             if prompts and not line.startswith("$ "):
                 continue
             line = line.removeprefix("$ ")
-            if prompts and line.startswith("cat ") and line.endswith(".json"):
+            if prompts and line.startswith("cat ") and line.endswith((".json", ".csv")):
                 shown = []
                 for more in block[i + 1:]:
                     if more.startswith("$ "):

@@ -14,6 +14,7 @@ namespace lcrig::e2e {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 // Moves nothing: a busy computer is no reason to stop it.
 constexpr const char* kPassive = R"({ "format": "load-protocol/1", "name": "passive",
@@ -63,6 +64,10 @@ TEST_F(QueueRig, RunsADayFromTheCommandLine) {
   add(2);
   const Ended held = queue({"list"});
   EXPECT_THAT(held.out, HasSubstr("the queue is held: 2 entries"));
+  EXPECT_THAT(held.out, Not(HasSubstr("passive.json"))) << "a protocol has a name of its own";
+  const Ended idle = lcrig({"stop", "--after", "run", "--socket", file("control.sock")});
+  EXPECT_EQ(idle.code, 0) << idle.err;
+  EXPECT_EQ(idle.out, "the queue is held; no run goes on\n");
   EXPECT_EQ(queue({"start"}).code, 0);
   Control client = control();
   await(client, at_gate);
@@ -102,6 +107,8 @@ TEST_F(QueueRig, KilledInARunItAsksWhatBecomesOfIt) {
     EXPECT_EQ(queue({"answer", "paper-1"}).code, 0);
     client.wait_for("status", [](const json& s) { return s.value("step", "") == "look"; }, 60s);
   }
+  const Ended last = lcrig({"stop", "--after", "run", "--socket", file("control.sock")});
+  EXPECT_EQ(last.out, "the queue ends with the run that goes on\n") << last.err;
   kill(first);
   daemon();
   const Ended none = queue({"start"});

@@ -24,6 +24,11 @@ class QueueOfRuns : public QueueWorld {
   }
 };
 
+TEST_F(QueueOfRuns, AnEntryHasTheNameOfItsProtocolAndNotThatOfItsFile) {
+  ok("queue.add", entry("paper-1", {{"protocol", "copy of it.json"}}));
+  EXPECT_EQ(ok("queue.show", {{"entry", 1}})["protocol"].get<std::string>(), "phased");
+}
+
 TEST_F(QueueOfRuns, RunsWhatIsQueuedAndAsksForEverySpecimen) {
   queue_up({"paper-1", "paper-1", "paper-2"}, kUnattended);
   EXPECT_EQ(queue()["going"], false) << "nothing starts by itself";

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "daemon/rehearse.hpp"
+#include "daemon/rehearse_batch.hpp"
 #include "protocols/plan/check.hpp"
 #include "tests/support/temp_dir.hpp"
 #include "tools/lcrig/command.hpp"
@@ -57,6 +58,7 @@ class Cli {
     cli::DaemonParts daemon;
     daemon.rehearse = rehearsal;
     daemon.bench_rig = bench_rig;
+    daemon.rehearse_batch = day;
     cli::Context context(console, env, clock, daemon);
     return cli::run_cli(args, context);
   }
@@ -76,6 +78,7 @@ class Cli {
   bool tty = false;
   Result<RehearseResult> (*rehearsal)(const RehearseRequest&) = &FakeRehearsal::run;
   Result<Rig> (*bench_rig)(const BenchRequest&) = nullptr;
+  Result<RehearseBatchResult> (*day)(const RehearseBatchRequest&) = nullptr;
 };
 
 }  // namespace lcrig::support

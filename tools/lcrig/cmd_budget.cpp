@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/measured_noise.hpp"
-#include "daemon/rehearse.hpp"
-#include "model/specimen_file.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
+#include "protocols/plan/limits.hpp"
 #include "tools/lcrig/budget_text.hpp"
+#include "tools/lcrig/cmd_budget_scene.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
 #include "tools/lcrig/next_command.hpp"
@@ -26,7 +26,6 @@ namespace lcrig::cli {
 namespace {
 
 constexpr double kUsual_Hz[] = {1e3, 1e4, 1e5};  // searched for a target
-constexpr double kForceReserve = 1.2;  // of the curve, beyond the largest force of the plan
 
 // Who has a target wants the quickest way there, and the test frequency decides it.
 std::vector<double> usual_frequencies(const Protocol& protocol, const Rig& rig, bool with_target) {
@@ -114,9 +113,7 @@ class BudgetCommand final : public Command {
     if (!db) return db.error();
     auto text = find_specimen_text(context, *db, specimen_);
     if (!text) return text.error();
-    auto specimen = parse_specimen(text->text, text->name);
-    if (!specimen) return Failure(specimen.error());
-    auto bench = rig(context, library, *text, bound->protocol);
+    auto bench = budget_rig(context, bench_, *text, bound->protocol);
     if (!bench) return bench.error();
     if (!noise_from_.empty() && bench->noise) {
       auto noise = noise_of_run(context, *bench->noise);
@@ -125,26 +122,10 @@ class BudgetCommand final : public Command {
     }
     const auto limits = bind_limits(bound->protocol, bound->environment, bench->frame);
     if (!limits) return refused(context, limits.error());
-    const Force most = Force::from_si(kForceReserve * limits->force_max_N);
-    auto curve = tabulate(*specimen, most, bench->probe_area);
+    auto curve = budget_curve(*text, bound->protocol, bound->environment, *bench);
     if (!curve) return Failure(curve.error(), "lcrig model curve --help");
     return Scene{std::move(bound->protocol), std::move(bound->environment), std::move(*bench),
                  std::move(*curve)};
-  }
-
-  Outcome<Rig> rig(const Context& context, const LibraryPath& library, const LibraryFile& specimen,
-                   const Protocol& protocol) const {
-    BenchRequest request;
-    request.bench = bench_;
-    auto bench = library.find(LibraryKind::bench, bench_);
-    if (!bench) return bench.error();
-    if (*bench) request.bench_text = std::move((*bench)->text);
-    request.specimen_name = specimen.name;
-    request.specimen_text = specimen.text;
-    request.weights = places_weights(protocol.steps);
-    auto rig = context.daemon.bench_rig(request);
-    if (!rig) return bench_refused(rig.error(), bench->has_value());
-    return std::move(*rig);
   }
 
   // The run tells the noise of its own setting; of other apertures the ratio is that of the bench.

@@ -25,16 +25,20 @@ class QueueAddCommand final : public Command {
       : Command("queue add", "Put a run into the queue; it is checked and planned",
                 "lcrig queue add static-frame --specimen paper-1") {}
   void declare(ArgumentList& list) override {
-    list.positional("PROTOCOL", protocol_, "Name or file");
+    list.positional("PROTOCOL", protocol_, "Name or file; not with --batch", false);
     list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
-    list.option("-s,--specimen", specimen_, "S", "Name or file of what will be pressed", true);
+    list.option("-s,--specimen", specimen_, "S", "Name or file of what will be pressed");
     list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
+    batch_.declare(list);
+    list.seed("--seed", seed_, "Of the order of a batch (default: one is drawn)");
     place_.declare(list);
     terms_.declare(list);
   }
 
   Outcome<ExitCode> run(Context& context) override {
+    if (auto fits = check_words(); !fits) return fits.error();
+    if (batch_.given()) return add_table(context);
     auto wanted = request(context);
     if (!wanted) return wanted.error();
     auto client = ControlClient::connect(context);
@@ -45,6 +49,42 @@ class QueueAddCommand final : public Command {
   }
 
  private:
+  // One run, or a table of runs.
+  Outcome<bool> check_words() const {
+    const auto usage = [](const std::string& what) {
+      return Failure(kUsage, "lcrig queue add: " + what, "lcrig queue add --help");
+    };
+    if (!batch_.given()) {
+      if (const auto stray = batch_.stray(); !stray.empty()) {
+        return usage(stray + " is for --batch FILE");
+      }
+      if (seed_) return usage("--seed is for --batch FILE");
+      if (protocol_.empty()) return usage("PROTOCOL is missing");
+      if (specimen_.empty()) return usage("--specimen is missing");
+      return true;
+    }
+    const char* other = !protocol_.empty()     ? "PROTOCOL"
+                        : !specimen_.empty()   ? "--specimen"
+                        : !parameters_.empty() ? "-p"
+                        : !note_.empty()       ? "--note"
+                                               : nullptr;
+    if (other == nullptr) return true;
+    return usage(fmt::format("{} and --batch exclude each other: the table says it", other));
+  }
+
+  Outcome<ExitCode> add_table(Context& context) const {
+    auto db = context.db_path();
+    if (!db) return db.error();
+    auto batch = batch_.read(context, *db, seed_);
+    if (!batch) return batch.error();
+    json params = batch_params(*batch);
+    if (!operator_.empty()) params["operator"] = operator_;
+    if (auto ok = place_.put_into(params, "last"); !ok) return ok.error();
+    const std::int64_t now_unix_s = context.clock.unix_ns() / 1'000'000'000;
+    if (auto ok = terms_.put_into(params, now_unix_s); !ok) return ok.error();
+    return queue_batch(context, params, *batch);
+  }
+
   Outcome<json> request(const Context& context) const {
     auto run = run_request(LibraryPath(context.env), protocol_, parameters_, specimen_);
     if (!run) return run.error();
@@ -59,6 +99,8 @@ class QueueAddCommand final : public Command {
 
   std::string protocol_, specimen_, operator_, note_;
   std::vector<std::string> parameters_;
+  BatchOptions batch_;
+  std::optional<std::uint64_t> seed_;
   PlaceOptions place_;
   TermsOptions terms_;
 };

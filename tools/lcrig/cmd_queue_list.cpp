@@ -102,6 +102,7 @@ class QueueShowCommand final : public Command {
     const json& terms = e.at("terms");
     fmt::print(out, "entry {}  {} on {}  {}\n", e.value("entry", std::int64_t{0}),
                text_of(e, "protocol"), text_of(e, "specimen"), text_of(e, "state"));
+    if (e.contains("batch")) print_batch(out, e.at("batch"));
     fmt::print(out, "parameters  {}\n", printable(e.at("parameters").dump(), kLongestWords));
     fmt::print(out, "added       {} by {}, for {}\n",
                format_utc(e.value("added_unix_ns", std::int64_t{0})), text_of(e, "added_by"),
@@ -126,6 +127,15 @@ class QueueShowCommand final : public Command {
     }
     const std::string note = e.value("note", std::string());
     if (!note.empty()) fmt::print(out, "note        {}\n", printable(note, kLongestWords));
+  }
+
+  static void print_batch(std::ostream& out, const json& b) {
+    const auto number = [&b](const char* key) { return b.value(key, std::int64_t{0}); };
+    const json& seed = b.at("seed");
+    fmt::print(out, "batch       {}, run {} of {}, repeat {} of line {} of {}; order {}{}\n",
+               text_of(b, "name"), number("position"), number("of"), number("repeat"),
+               number("line"), text_of(b, "file"), text_of(b, "order"),
+               seed.is_number() ? fmt::format(", seed {}", seed.get<std::int64_t>()) : "");
   }
 
   // When it may begin and with what on the rig; nothing of what is not asked for.

@@ -12,6 +12,7 @@
 #include "daemon/rig/bench.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
+#include "tools/lcrig/cmd_rehearse_batch.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/live_line.hpp"
 #include "tools/lcrig/next_command.hpp"
@@ -79,12 +80,15 @@ class RehearseCommand final : public Command {
                 "The same run on the simulated bench, in virtual time, without a daemon",
                 "lcrig rehearse static-frame --specimen paper-1") {}
   void declare(ArgumentList& list) override {
-    list.positional("PROTOCOL", protocol_, "Name or file");
+    list.positional("PROTOCOL", protocol_, "Name or file; not with --batch", false);
     list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
     list.option("-s,--specimen", specimen_, "S",
                 "Name or file of what is on the bench (not needed with replay:DIR)");
     list.option("--bench", bench_, "B", "Name or file of a bench, or replay:DIR (default: paper)");
-    list.seed("--seed", seed_, "Noise of the simulated instruments");
+    list.seed("--seed", seed_, "Noise of the simulated instruments, and the order of a batch");
+    batch_.declare(list);
+    list.number("--hand-time", hand_s_, "SECONDS",
+                "What a person takes at each gate of a batch (default: 120)");
     list.flag("--realistic", realistic_, "Let the bench err as real ones do (docs/simulator.md)");
     list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
@@ -93,6 +97,8 @@ class RehearseCommand final : public Command {
   }
 
   Outcome<ExitCode> run(Context& context) override {
+    if (auto fits = check_words(); !fits) return fits.error();
+    if (batch_.given()) return rehearse_day(context);
     auto wanted = request(context);
     if (!wanted) return wanted.error();
     LiveLine line(context.console, context.clock);
@@ -111,6 +117,48 @@ class RehearseCommand final : public Command {
   }
 
  private:
+  Outcome<bool> check_words() const {
+    const auto usage = [](const std::string& what) {
+      return Failure(kUsage, "lcrig rehearse: " + what, "lcrig rehearse --help");
+    };
+    if (!batch_.given()) {
+      if (const auto stray = batch_.stray(); !stray.empty()) {
+        return usage(stray + " is for --batch FILE");
+      }
+      if (protocol_.empty()) return usage("PROTOCOL is missing");
+      return true;
+    }
+    const std::pair<const char*, bool> others[] = {
+        {"PROTOCOL", !protocol_.empty()}, {"--specimen", !specimen_.empty()},
+        {"-p", !parameters_.empty()},     {"--note", !note_.empty()},
+        {"--faults", !faults_.empty()},   {"--answers", !answers_.empty()}};
+    for (const auto& [word, given] : others) {
+      if (given) return usage(fmt::format("{} and --batch exclude each other", word));
+    }
+    if (replay_directory(bench_)) return usage("--batch needs a simulated bench");
+    if (!(hand_s_ >= 0 && hand_s_ <= 86400)) return usage("--hand-time: expected 0 to 86400");
+    return true;
+  }
+
+  Outcome<ExitCode> rehearse_day(Context& context) const {
+    auto db = database(context);
+    if (!db) return db.error();
+    auto batch = batch_.read(context, *db, seed_);
+    if (!batch) return batch.error();
+    RehearseBatchRequest request;
+    request.db_path = std::move(*db);
+    request.bench = bench_;
+    auto bench = LibraryPath(context.env).find(LibraryKind::bench, bench_);
+    if (!bench) return bench.error();
+    if (*bench) request.bench_text = std::move((*bench)->text);
+    request.noise_seed = seed_;
+    if (realistic_) request.errors = ErrorScope::everything;
+    request.hand_s = hand_s_;
+    request.begin_unix_ns = context.clock.unix_ns();
+    request.batch.operator_name = operator_.empty() ? login_name() : operator_;
+    return rehearse_table(context, *batch, std::move(request), batch_);
+  }
+
   Outcome<RehearseRequest> request(const Context& context) const {
     RehearseRequest out;
     const LibraryPath library(context.env);
@@ -216,6 +264,8 @@ class RehearseCommand final : public Command {
   std::vector<std::string> parameters_;
   std::optional<std::uint64_t> seed_;
   bool realistic_ = false;
+  BatchOptions batch_;
+  double hand_s_ = 120;
 };
 
 }  // namespace

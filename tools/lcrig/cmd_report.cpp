@@ -2,8 +2,10 @@
 // report: one run, or several beside each other, as an HTML file.
 #include <fmt/ostream.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "analysis/report/batch.hpp"
 #include "analysis/report/report.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/next_command.hpp"
@@ -24,9 +26,11 @@ class ReportCommand final : public Command {
     list.words("RUN", runs_, "Numbers, or `last` (default)");
     list.option("-o,--output", output_, "FILE", "The page (default: report-RUN.html)");
     list.option("--csv", csv_, "FILE", "The results as a table too, one row a run");
+    list.option("--batch", batch_, "NAME", "Compare the runs of a batch instead");
   }
 
   Outcome<ExitCode> run(Context& context) override {
+    if (!batch_.empty()) return report_batch(context);
     auto runs = load(context);
     if (!runs) return runs.error();
     const std::string page = report_html(*runs);
@@ -49,6 +53,36 @@ class ReportCommand final : public Command {
   }
 
  private:
+  Outcome<ExitCode> report_batch(Context& context) const {
+    if (runs_ != std::vector<std::string>{"last"} || !csv_.empty()) {
+      return Failure(kUsage, "lcrig report: --batch takes neither RUN nor --csv",
+                     "lcrig report --help");
+    }
+    auto db = open_runs(context);
+    if (!db) return db.error();
+    auto report = load_batch_report(*db, batch_);
+    if (!report) {
+      return Failure(report.error(), "give a --batch that is there, or another --db");
+    }
+    const std::string page = batch_report_html(*report);
+    if (output_ == "-") {
+      context.console.out << page;
+      return kOk;
+    }
+    const std::string file = output_.empty() ? batch_file() : output_;
+    if (auto written = write_file(file, page); !written) return written.error();
+    nlohmann::json all = to_json(*report);
+    all["file"] = file;
+    return show(context, all, [&](std::ostream& out) { fmt::print(out, "{}\n", file); });
+  }
+
+  // A name may have characters that no file has.
+  std::string batch_file() const {
+    std::string out = "report-" + batch_ + ".html";
+    std::ranges::replace(out, '/', '_');
+    return out;
+  }
+
   Outcome<std::vector<ReportRun>> load(const Context& context) const {
     auto db = open_runs(context);
     if (!db) return db.error();
@@ -74,7 +108,7 @@ class ReportCommand final : public Command {
   }
 
   std::vector<std::string> runs_{"last"};
-  std::string output_, csv_;
+  std::string output_, csv_, batch_;
 };
 
 }  // namespace

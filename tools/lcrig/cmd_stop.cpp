@@ -107,6 +107,14 @@ Failure VerbCommand::unheard(Failure failure) const {
   return failure;
 }
 
+// Said after the queue was held.
+std::string end_of_queue(ControlClient& client) {
+  const auto status = client.call("status", json::object());
+  const bool runs =
+      status && status->is_object() && status->contains("run") && !status->at("run").is_null();
+  return runs ? "the queue ends with the run that goes on" : "the queue is held; no run goes on";
+}
+
 Outcome<ExitCode> VerbCommand::run(Context& context) {
   if (verb_.needs_place && place_.empty()) {
     return Failure(
@@ -125,13 +133,10 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
   auto answer = client->call(ends_queue ? "queue.hold" : verb_.method, params, kPatience);
   if (!answer) return answer.error();
   client->tell_other_database(context);
+  const std::string done = ends_queue ? end_of_queue(*client) : verb_.done;
   return show(context, *answer, [&](std::ostream& out) {
     // A stop says itself what became of it.
     const std::string note = answer->value("note", std::string());
-    const char* done =
-        ends_queue
-            ? "the queue is held: a run that goes on is finished, and nothing begins after it"
-            : verb_.done;
     fmt::print(out, "{}\n", note.empty() ? done : printable(note));
     if (verb_.next != nullptr && place_.empty()) {
       GlobalOptions daemon = context.global;

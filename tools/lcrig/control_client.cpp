@@ -63,6 +63,7 @@ Failure failure_of(const json& error, const std::string& where) {
   const auto data = error.find("data");
   if (data == error.end() || !data->is_object()) return out;
   out.next = with_options(data->value("hint", ""), where);
+  out.detail = data->value("detail", "");
   const auto word = data->value("errc", "");
   for (int i = 0; i <= static_cast<int>(Errc::bug); ++i) {
     const auto errc = static_cast<Errc>(i);

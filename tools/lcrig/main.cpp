@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
     const RealClock clock;
     cli::DaemonParts daemon;
     daemon.rehearse = &rehearse;
+    daemon.rehearse_batch = &rehearse_batch;
     daemon.bench_rig = &bench_rig;
     cli::Context context(console, env, clock, daemon);
     return cli::run_cli(std::vector<std::string>(argv + 1, argv + argc), context);

@@ -84,4 +84,50 @@ Outcome<ExitCode> queue_run(Context& context, ControlClient& client, const json&
   });
 }
 
+json batch_params(const BatchRequest& batch) {
+  json out{{"name", batch.name},          {"file", batch.file_name},
+           {"table", batch.table},        {"order", to_string(batch.order)},
+           {"protocols", json::object()}, {"specimens", json::object()}};
+  if (batch.order != BatchOrder::given) out["seed"] = batch.seed;
+  for (const auto& [word, file] : batch.protocols) {
+    out["protocols"][word] = {{"name", file.name}, {"text", file.text}};
+  }
+  for (const auto& [word, file] : batch.specimens) {
+    out["specimens"][word] = {{"name", file.name}, {"text", file.text}};
+  }
+  const BatchTerms& terms = batch.terms;
+  if (terms.on_failure) out["on_failure"] = *terms.on_failure;
+  if (terms.failures_max) out["failures_max"] = *terms.failures_max;
+  if (terms.unattended) out["unattended"] = *terms.unattended;
+  if (terms.rest_s) out["rest_s"] = *terms.rest_s;
+  if (terms.probe) out["probe"] = *terms.probe;
+  if (terms.fixture) out["fixture"] = *terms.fixture;
+  return out;
+}
+
+Outcome<ExitCode> queue_batch(Context& context, const json& params, const BatchRequest& batch) {
+  auto client = ControlClient::connect(context);
+  if (!client) return client.error();
+  // Each kind of run is planned; of a specimen that needs finite elements that takes minutes.
+  auto answer = client->call("queue.add_batch", params, std::chrono::minutes(10));
+  if (!answer) return answer.error();
+  json all = *answer;
+  all["batch"] = batch.name;
+  all["order"] = to_string(batch.order);
+  all["seed"] = batch.order == BatchOrder::given ? json() : json(batch.seed);
+  return show(context, all, [&](std::ostream& out) {
+    fmt::print(out, "batch {}: entries {} to {}, {}\n", printable(batch.name, kLongestName),
+               answer->value("first_entry", std::int64_t{0}),
+               answer->value("last_entry", std::int64_t{0}), order_words(batch.order, batch.seed));
+    fmt::print(out, "{} of machine time, {} readings\n",
+               format_time(answer->value("duration_s", 0.0)),
+               answer->value("measure_readings", std::int64_t{0}));
+    if (const auto unplanned = answer->value("unplanned", std::int64_t{0}); unplanned > 0) {
+      fmt::print(out, "{} are not planned yet ({}); they are planned before they begin\n",
+                 unplanned, printable(answer->value("why_not", std::string()), kLongestWords));
+    }
+    context.console.next(next_command(context.global, {"queue", "list"}));
+  });
+}
+
 }  // namespace lcrig::cli

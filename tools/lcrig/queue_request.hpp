@@ -9,6 +9,7 @@
 #include <ostream>
 #include <string>
 
+#include "tools/lcrig/batch_request.hpp"
 #include "tools/lcrig/command.hpp"
 #include "tools/lcrig/control_client.hpp"
 
@@ -38,5 +39,11 @@ Outcome<ExitCode> call_queue(Context& context, const char* method, const nlohman
 Outcome<ExitCode> queue_run(Context& context, ControlClient& client, const nlohmann::json& params,
                             const RunRequest& request, const std::string& protocol,
                             const std::vector<std::string>& assignments);
+
+// The members of queue.add_batch that the table says.
+nlohmann::json batch_params(const BatchRequest& batch);
+// queue.add_batch, and what to say of it.
+Outcome<ExitCode> queue_batch(Context& context, const nlohmann::json& params,
+                              const BatchRequest& batch);
 
 }  // namespace lcrig::cli

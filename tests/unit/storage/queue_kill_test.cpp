@@ -14,41 +14,12 @@
 
 #include "base/number.hpp"
 #include "storage/database.hpp"
-#include "storage/forwarding_vfs.hpp"
+#include "tests/support/deadly_vfs.hpp"
 #include "tests/support/queued_run.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace lcrig {
 namespace {
-
-// Ends the process at the nth write, truncation or sync.
-class DeadlyVfs final : public ForwardingVfs {
- public:
-  explicit DeadlyVfs(int operations) : ForwardingVfs("lcrig-deadly", true), left_(operations) {}
-
- protected:
-  int write(File& file, const void* data, int bytes, sqlite3_int64 at) override {
-    count();
-    return ForwardingVfs::write(file, data, bytes, at);
-  }
-  int truncate(File& file, sqlite3_int64 bytes) override {
-    count();
-    return ForwardingVfs::truncate(file, bytes);
-  }
-  int sync(File& file, int flags) override {
-    count();
-    return ForwardingVfs::sync(file, flags);
-  }
-
- private:
-  void count() {
-    if (left_-- == 0) ::_exit(kDied);
-  }
-  int left_;
-
- public:
-  static constexpr int kDied = 9;
-};
 
 // What the process was told before it died: to be checked against what is stored.
 struct Told {

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/rehearse_batch.hpp"
+
+#include <boost/asio/co_spawn.hpp>
+#include <exception>
+#include <utility>
+
+#include "daemon/app.hpp"
+#include "daemon/rig/sim.hpp"
+#include "storage/batches.hpp"
+#include "storage/database.hpp"
+#include "storage/run_summary.hpp"
+#include "storage/runs.hpp"
+
+namespace lcrig {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr const char* kRehearser = "rehearsal";
+
+// The bench with another specimen, and other noise, for each run.
+class BatchRig final : public InstrumentFactory {
+ public:
+  BatchRig(asio::any_io_executor executor, Clock& clock, const RehearseBatchRequest& request,
+           Bench bench)
+      : executor_(std::move(executor)), clock_(clock), request_(request), bench_(std::move(bench)) {
+    if (request_.errors) bench_.errors = request_.errors;
+  }
+  Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest wanted) override {
+    SimRequest sim;
+    sim.bench = bench_;
+    sim.specimen = *wanted.specimen;
+    sim.weights = wanted.weights;
+    sim.max_force_N = wanted.max_force_N;
+    if (request_.noise_seed) sim.seed = static_cast<std::int64_t>(*request_.noise_seed);
+    if (wanted.why == LearnedBy::start) sim.seed += starts_++;
+    co_return make_sim_instruments(executor_, clock_, sim);
+  }
+  Task<> ask() override { co_return; }
+
+ private:
+  asio::any_io_executor executor_;
+  Clock& clock_;
+  const RehearseBatchRequest& request_;
+  Bench bench_;
+  std::int64_t starts_ = 0;
+};
+
+class BatchRehearsal {
+ public:
+  explicit BatchRehearsal(const RehearseBatchRequest& request)
+      : request_(request), clock_(request.begin_unix_ns) {
+    person_.user = kRehearser;
+    out_.db_path = request.db_path;
+  }
+
+  Result<RehearseBatchResult> run() {
+    const MonoTime begin = wall_.now();
+    if (auto made = make_app(); !made) return fail(made.error());
+    asio::co_spawn(io_, play(), [this](std::exception_ptr error) { error_ = error; });
+    const bool ended = clock_.run(io_, [this] { return show() && (is_over_ || error_); });
+    if (error_) std::rethrow_exception(error_);
+    if (!ended) return fail(Errc::bug, "the rehearsal waits for something that never comes");
+    if (failure_) return fail(*failure_);
+    if (auto summed = sum_up(); !summed) return fail(summed.error());
+    out_.wall_s = to_seconds(wall_.now() - begin);
+    return std::move(out_);
+  }
+
+ private:
+  Result<> make_app() {
+    auto bench = bench_of(request_.bench, request_.bench_text);
+    if (!bench) return fail(bench.error());
+    Config config;
+    config.database = request_.db_path;
+    AppParts parts;
+    parts.rig = std::make_unique<BatchRig>(io_.get_executor(), clock_, request_, std::move(*bench));
+    parts.sync_each_commit = false;
+    app_ = std::make_unique<App>(io_, clock_, std::move(config), std::move(parts));
+    if (auto opened = app_->open_with_queue(); !opened) return opened;
+    return empty_queue();
+  }
+
+  // What a rehearsal that was broken off left is nobody's; anything else is a queue of people.
+  Result<> empty_queue() {
+    auto db = open_read_write(request_.db_path);
+    if (!db) return fail(db.error());
+    auto entries = list_queue(*db, 0, -1);
+    if (!entries) return fail(entries.error());
+    for (const QueueListing& entry : *entries) {
+      if (entry.added_by == kRehearser) continue;
+      return fail(Errc::invalid_request,
+                  "{}: {} entries wait in its queue, of {}: a rehearsal would run them; give "
+                  "another --db",
+                  request_.db_path, entries->size(), entry.added_by);
+    }
+    QueueActor who;
+    who.user = kRehearser;
+    who.now_unix_ns = clock_.unix_ns();
+    auto cleared = clear_queue(*db, who);
+    if (!cleared) return fail(cleared.error());
+    return free_name(*db);
+  }
+
+  // A day may be rehearsed again and again.
+  Result<> free_name(const Database& db) {
+    out_.name = request_.batch.name;
+    for (int again = 2;; ++again) {
+      auto known = find_batch(db, out_.name);
+      if (!known) return fail(known.error());
+      if (!*known) return {};
+      out_.name = fmt::format("{}-{}", request_.batch.name, again);
+    }
+  }
+
+  Task<> play() {
+    BatchAdd batch = request_.batch;
+    batch.name = out_.name;
+    QueueHandler& queue = *app_->queue();
+    auto added = co_await queue.add_batch(std::move(batch), person_);
+    if (added) {
+      co_await act(queue, added->entries);
+    } else {
+      failure_ = added.error();
+    }
+    co_await app_->shut_down("over");
+    is_over_ = true;
+  }
+
+  Task<> act(QueueHandler& queue, std::int64_t entries) {
+    begin_ = clock_.now();
+    std::int64_t starts_left = 2 * entries + 10;  // a queue that never gets on is no reason to wait
+    auto started = co_await queue.start(HeadChoice::none, person_);
+    if (!started) failure_ = started.error();
+    while (!failure_) {
+      const QueueStatus status = app_->status().queue.value_or(QueueStatus());
+      if (!status.going && status.cause == to_string(HoldCause::empty)) break;
+      if (!status.going) {
+        if (--starts_left == 0) break;
+        co_await go_on(queue, status);
+      } else if (!status.gate.empty() && status.gate != "time" && status.entry) {
+        co_await open_gate(queue, status);
+      } else {
+        co_await clock_.wait_for(1s);
+      }
+    }
+    out_.length_s = to_seconds(clock_.now() - begin_);
+    auto cleared = co_await queue.clear(person_);
+    if (!cleared) failure_ = cleared.error();
+  }
+
+  Task<> use_hands(const QueueStatus& status, std::string kind, std::string prompt) {
+    HandTime hand;
+    hand.at_s = to_seconds(clock_.now() - begin_);
+    hand.entry = status.entry.value_or(0);
+    hand.kind = std::move(kind);
+    hand.prompt = std::move(prompt);
+    out_.hands.push_back(std::move(hand));
+    const Duration takes = from_seconds(request_.hand_s);
+    co_await clock_.wait_for(takes);
+  }
+
+  // Types what the gate wants to hear.
+  Task<> open_gate(QueueHandler& queue, const QueueStatus& status) {
+    co_await use_hands(status, status.gate, status.prompt);
+    auto entry = co_await queue.show(*status.entry);
+    if (!entry) {
+      failure_ = entry.error();
+      co_return;
+    }
+    const auto terms = parse_terms(entry->listing.terms_json);
+    std::string word = entry->listing.specimen_name;
+    if (status.gate == to_string(Gate::Kind::person)) word = "yes";
+    if (terms && status.gate == to_string(Gate::Kind::probe)) word = terms->probe;
+    if (terms && status.gate == to_string(Gate::Kind::fixture)) word = terms->fixture;
+    auto answered = co_await queue.answer(std::move(word), status.entry, person_);
+    if (!answered) failure_ = answered.error();
+  }
+
+  // After something went wrong: an entry that failed is skipped, or repeated where its terms say
+  // that it is repeated once somebody has looked.
+  Task<> go_on(QueueHandler& queue, const QueueStatus& status) {
+    co_await use_hands(status, "held", status.why);
+    HeadChoice choice = HeadChoice::none;
+    std::string about;
+    if (status.entry) {
+      auto entry = co_await queue.show(*status.entry);
+      if (entry) {
+        const bool waits = entry->listing.state == EntryState::waiting;
+        if (!waits && status.cause != to_string(HoldCause::look)) choice = HeadChoice::skip;
+        about = fmt::format("entry {} ({} on {}): ", entry->listing.entry,
+                            entry->listing.protocol_name, entry->listing.specimen_name);
+      }
+    }
+    out_.troubles.push_back(
+        fmt::format("{}the queue held ({}): {}", about, status.cause, status.why));
+    auto started = co_await queue.start(choice, person_);
+    if (!started && status.count > 0) failure_ = started.error();
+  }
+
+  bool show() {
+    if (!request_.progress) return true;
+    const MonoTime now = wall_.now();
+    if (now < next_show_ && !is_over_) return true;
+    next_show_ = now + 50ms;
+    const DaemonStatus status = app_->status();
+    if (status.run) request_.progress(*status.run);
+    return true;
+  }
+
+  // What the rows say.
+  Result<> sum_up() {
+    auto db = open_read_only(request_.db_path);
+    if (!db) return fail(db.error());
+    auto batch = find_batch(*db, out_.name);
+    if (!batch) return fail(batch.error());
+    if (!*batch) return fail(Errc::bug, "the batch was not stored");
+    auto entries = batch_entries(*db, (*batch)->batch);
+    if (!entries) return fail(entries.error());
+    for (const BatchListing& listing : *entries) {
+      if (auto good = add_entry(*db, listing); !good) return good;
+    }
+    out_.hands_s = static_cast<double>(out_.hands.size()) * request_.hand_s;
+    return {};
+  }
+
+  Result<> add_entry(const Database& db, const BatchListing& listing) {
+    RehearsedEntry out;
+    out.position = listing.position;
+    out.entry = listing.entry;
+    out.line = listing.line;
+    out.repeat = listing.repeat;
+    out.protocol = listing.protocol_name;
+    out.specimen = listing.specimen_name;
+    out.state = to_string(listing.state);
+    for (const std::int64_t run : listing.runs) {
+      auto summary = summarise_run(db, run);
+      if (!summary) return fail(summary.error());
+      auto stored = get_run_listing(db, run);
+      if (!stored) return fail(stored.error());
+      out.run = run;
+      out.exit_status = status_of(*stored);
+      out.reason = stored->reason;
+      out.measure_readings += summary->measure_readings;
+      out.duration_s += summary->duration_s.value_or(0);
+    }
+    out_.machine_s += out.duration_s;
+    out_.measure_readings += out.measure_readings;
+    out_.entries.push_back(std::move(out));
+    return {};
+  }
+
+  const RehearseBatchRequest& request_;
+  RealClock wall_;
+  VirtualClock clock_;
+  asio::io_context io_{1};
+  std::unique_ptr<App> app_;
+  PeerCredentials person_;
+  RehearseBatchResult out_;
+  std::optional<Error> failure_;
+  MonoTime begin_{}, next_show_{};
+  bool is_over_ = false;
+  std::exception_ptr error_;
+};
+
+}  // namespace
+
+Result<RehearseBatchResult> rehearse_batch(const RehearseBatchRequest& request) {
+  BatchRehearsal rehearsal(request);
+  return rehearsal.run();
+}
+
+}  // namespace lcrig

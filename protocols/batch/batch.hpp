@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a table of runs to runs: every cell judged, then the order in which they are queued.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/batch/table.hpp"
+#include "protocols/file/parse.hpp"
+
+namespace lcrig {
+
+// On what terms a row is queued, where it says so (docs/queue.md).
+inline constexpr std::array<std::string_view, 6> kBatchTermColumns{
+    "on_failure", "failures_max", "unattended", "rest_s", "probe", "fixture"};
+inline constexpr std::array<std::string_view, 4> kFailureWords{"hold", "skip", "look", "repeat"};
+inline constexpr std::int64_t kMostFailuresInRow = 100;
+inline constexpr double kLongestRest_s = 30 * 86400.0;
+inline constexpr std::int64_t kBatchRunsMax = 10'000;
+
+struct BatchTerms {
+  std::optional<std::string> on_failure, probe, fixture;
+  std::optional<std::int64_t> failures_max;
+  std::optional<bool> unattended;
+  std::optional<double> rest_s;
+};
+
+// One row; it becomes `repeats` runs.
+struct BatchEntry {
+  TextPosition at;
+  std::string protocol;  // the word of the cell
+  std::string protocol_name, protocol_text;  // with the meter's settings of the row
+  std::string specimen_name, specimen_text;  // without a text: whoever runs it knows the name
+  ParameterValues parameters;
+  std::int64_t repeats = 1;
+  std::string note;
+  BatchTerms terms;
+};
+
+struct BatchFile {
+  std::string name, path, text;
+};
+// What a cell names. Errors: one line for people, which ends in what to do.
+struct BatchLookup {
+  std::function<Result<BatchFile>(const std::string&)> protocol, specimen;
+};
+// Errors: invalid_request, all that is wrong with the table at once.
+Result<std::vector<BatchEntry>> check_batch(const BatchTable& table, const BatchLookup& lookup);
+// What a JSON batch says for all of its rows.
+Result<BatchTerms> check_batch_terms(const BatchTable& table);
+
+enum class BatchOrder {
+  given,  // row by row, the repeats of a row behind each other
+  blocks,  // a specimen's runs together, specimens as in the table; by chance within
+  random
+};
+std::string_view to_string(BatchOrder order);
+std::optional<BatchOrder> parse_batch_order(std::string_view word);
+
+struct BatchTurn {
+  std::size_t row = 0;  // index of the entry
+  std::int64_t repeat = 1;
+  bool operator==(const BatchTurn&) const = default;
+};
+// The same seed gives the same order on every computer.
+std::vector<BatchTurn> order_batch(std::span<const BatchEntry> entries, BatchOrder order,
+                                   std::uint64_t seed);
+
+}  // namespace lcrig

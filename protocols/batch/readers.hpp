@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// The two forms of a table of runs; table.cpp chooses.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "protocols/batch/table.hpp"
+
+namespace lcrig {
+
+// `text` is UTF-8. Errors: invalid_request.
+Result<BatchTable> read_batch_csv(std::string_view text, const std::string& source);
+Result<BatchTable> read_batch_json(std::string_view text, const std::string& source);
+
+}  // namespace lcrig

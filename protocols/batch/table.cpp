@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/batch/table.hpp"
+
+#include <algorithm>
+
+#include "base/json_mistake.hpp"
+#include "base/text.hpp"
+#include "protocols/batch/readers.hpp"
+
+namespace lcrig {
+
+namespace {
+
+constexpr std::size_t kBatchBytesMax = 800'000;  // a message to the daemon holds little more
+
+TextPosition place_of_byte(std::string_view text, std::size_t byte) {
+  TextPosition at;
+  std::size_t begin = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
+  while (true) {
+    const std::size_t next = next_line(text, begin);
+    if (next > byte || next >= text.size()) break;
+    begin = next;
+    ++at.line;
+  }
+  for (std::string_view rest = text.substr(begin); text.size() - rest.size() < byte;) {
+    take_character(rest);
+    ++at.column;
+  }
+  return at;
+}
+
+Result<> check_bytes(std::string_view text, const std::string& source) {
+  BatchMistakes wrong;
+  if (text.size() > kBatchBytesMax) {
+    wrong.add(
+        TextPosition(), "",
+        fmt::format("{} bytes, expected at most {}: split the table", text.size(), kBatchBytesMax));
+  } else if (const auto mistake = find_encoding_mistake(text)) {
+    wrong.add(place_of_byte(text, mistake->at), "", mistake->words);
+  }
+  return wrong.result(source, text);
+}
+
+}  // namespace
+
+void BatchMistakes::add(TextPosition at, std::string_view where, std::string what) {
+  mistakes_.push_back({at, std::string(where), std::move(what)});
+}
+
+Result<> BatchMistakes::result(const std::string& source, std::string_view text) const {
+  constexpr std::size_t kShown = 20;
+  if (mistakes_.empty()) return {};
+  std::vector<const Mistake*> sorted;
+  sorted.reserve(mistakes_.size());
+  for (const Mistake& m : mistakes_) sorted.push_back(&m);
+  std::ranges::stable_sort(sorted, {},
+                           [](const Mistake* m) { return std::pair(m->at.line, m->at.column); });
+  Error error(Errc::invalid_request, {});
+  for (std::size_t i = 0; i < std::min(kShown, sorted.size()); ++i) {
+    const Mistake& m = *sorted[i];
+    const auto where = m.where.empty() ? std::string() : " " + printable(m.where, 60);
+    const auto what = fmt::format("{}:{}:{}{}: {}", source, m.at.line, m.at.column, where,
+                                  printable(m.what, 2000));
+    const auto lines = excerpt(text, m.at);
+    if (i == 0) {
+      error.what = what;
+      error.detail = lines;
+    } else {
+      error.detail += fmt::format("\n{}\n{}", what, lines);
+    }
+  }
+  if (sorted.size() > kShown) {
+    error.detail += fmt::format("\n... and {} more", sorted.size() - kShown);
+  }
+  return fail(std::move(error));
+}
+
+Result<BatchTable> read_batch_table(std::string_view text, const std::string& source) {
+  if (auto good = check_bytes(text, source); !good) return fail(good.error());
+  std::string_view body = text;
+  if (body.starts_with(kByteOrderMark)) body.remove_prefix(kByteOrderMark.size());
+  const bool is_json = trimmed(body).starts_with('{') || trimmed(body).starts_with("//");
+  auto table = is_json ? read_batch_json(text, source) : read_batch_csv(text, source);
+  if (!table) return table;
+  table->source = source;
+  table->text = std::string(text);
+  return table;
+}
+
+}  // namespace lcrig

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// A table of runs as a command line asks for it: `queue add --batch`, `rehearse --batch`.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocols/batch/batch.hpp"
+#include "tools/lcrig/command.hpp"
+
+namespace lcrig::cli {
+
+struct BatchRequest {
+  std::string name, file_name, table;
+  BatchOrder order = BatchOrder::given;
+  std::int64_t seed = 0;
+  BatchTerms terms;  // what the file says for all of its rows
+  std::vector<BatchEntry> rows;
+  std::map<std::string, BatchFile> protocols, specimens;  // by the words of the cells
+  std::int64_t runs() const;
+};
+
+class BatchOptions {
+ public:
+  void declare(ArgumentList& list);  // without --seed
+  bool given() const { return !file_.empty(); }
+  // Another option of a batch was given, but no file; its name. "": none.
+  std::string stray() const;
+  const std::string& file() const { return file_; }
+  // The whole table, checked. Specimens are looked for in the library and in this database. `seed`:
+  // of an order by chance; nullopt: the file's, else one is drawn. Failure: usage; whatever is
+  // wrong with the table, all at once.
+  Outcome<BatchRequest> read(const Context& context, const std::string& db_path,
+                             std::optional<std::uint64_t> seed) const;
+
+ private:
+  Outcome<bool> put_name(const BatchTable& table, BatchRequest& out) const;
+  Outcome<bool> put_order(const BatchTable& table, std::optional<std::uint64_t> seed,
+                          BatchRequest& out) const;
+
+  std::string file_, name_, order_;
+};
+
+// "in blocks, seed 1234"
+std::string order_words(BatchOrder order, std::int64_t seed);
+
+}  // namespace lcrig::cli

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a prediction is made of: the rig of a bench and the curve of a specimen. Of `budget` and of
+// `rehearse --batch`.
+#pragma once
+
+#include <string>
+
+#include "budget/planned_run.hpp"
+#include "protocols/plan/check.hpp"
+#include "tools/lcrig/command.hpp"
+#include "tools/lcrig/library_path.hpp"
+
+namespace lcrig::cli {
+
+// Failure: no such bench, or a wrong one.
+Outcome<Rig> budget_rig(const Context& context, const std::string& bench,
+                        const LibraryFile& specimen, const Protocol& protocol);
+// Errors: the specimen's file; limits that the frame cannot have; no model can compute it.
+Result<SpecimenCurve> budget_curve(const LibraryFile& specimen, const Protocol& protocol,
+                                   const Environment& environment, const Rig& rig);
+
+}  // namespace lcrig::cli

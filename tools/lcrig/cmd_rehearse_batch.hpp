@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// rehearse --batch: a whole day of runs on the simulated bench.
+#pragma once
+
+#include "daemon/rehearse_batch.hpp"
+#include "tools/lcrig/batch_request.hpp"
+
+namespace lcrig::cli {
+
+// `request`: everything but the batch. Failure: the daemon's words.
+Outcome<ExitCode> rehearse_table(Context& context, const BatchRequest& batch,
+                                 RehearseBatchRequest request, const BatchOptions& options);
+
+}  // namespace lcrig::cli
