@@ -230,6 +230,12 @@ Result<LevelChoice> LevelSearch::run() {
       reject(settings, "not applicable");
       continue;
     }
+    if (estimate->lost_beyond && !estimator_.delta_F(settings, pressure_)) {
+      last_.reset();  // a finer mesh may have an answer there
+      reject(settings,
+             fmt::format("has no solution beyond {:.4g} kPa", estimate->lost_beyond->si() / 1e3));
+      continue;
+    }
     if (estimate->relative <= tolerance_) return choice(settings, *estimate);
     if (estimate->relative < least_) {
       least_ = estimate->relative;

@@ -137,6 +137,22 @@ TEST(RandomStacks, RowsEndAtTheElectrodesInsideOfABlock) {
   }
 }
 
+// On this stack mesh 2 of finite strain, the finest one, has no solution above 22.6 kPa. It was
+// taken, and then there was no curve.
+TEST(RandomStacks, AutoTakesNoMeshWithoutAnAnswer) {
+  const Specimen s = random_stack(16'000'015);
+  const Pressure pressure = 30.0_kPa;
+  const auto refused = choose_level(s, 0.01, pressure);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().what.find("(mesh 2) has no solution beyond"), std::string::npos)
+      << refused.error().what;
+  const auto choice = choose_level(s, 0.02, pressure);
+  ASSERT_TRUE(choice) << choice.error().what;
+  const auto model = make_level_model(s, choice->settings);
+  ASSERT_TRUE(model);
+  EXPECT_TRUE((*model)->at_pressure(pressure));
+}
+
 TEST(RandomStacks, AutoKeepsTheToleranceOrRefuses) {
   int chosen = 0;
   for_each_stack([&](std::uint64_t seed) {
