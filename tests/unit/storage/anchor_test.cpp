@@ -235,11 +235,11 @@ TEST_F(Anchors, AreReadAsTheyAreWritten) {
 }
 
 TEST_F(Anchors, OfARunBeforeThereWereAnchorsAreNotMissed) {
-  tamper(
-      db_,
-      "DROP TABLE run_anchor; DROP VIEW v_answer; DROP TABLE queue_attempt; DROP TABLE queue_act;"
-      "DROP TABLE queue_entry; DROP TABLE queue_text; DROP TABLE queue_state;"
-      "PRAGMA user_version = 2");
+  tamper(db_,
+         "DROP TABLE run_anchor; DROP VIEW v_answer; DROP TABLE batch_entry; DROP TABLE batch;"
+         "DROP TABLE queue_attempt; DROP TABLE queue_act; DROP TABLE queue_entry; DROP TABLE "
+         "queue_text; DROP TABLE queue_state;"
+         "PRAGMA user_version = 2");
   db_ = Database();
   EXPECT_TRUE(verified().intact) << verified().finding;
   db_ = open_read_write(path_).value();
