@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "analysis/line_fit.hpp"
 #include "analysis/report/html.hpp"
@@ -105,9 +106,9 @@ std::vector<BatchGroup> groups_of(const std::vector<BatchedResult>& results, dou
   const auto place = [](const BatchGroup& g) {
     const auto first = std::ranges::min_element(
         g.results, {}, [](const BatchedResult* r) { return r->listing.line; });
-    return (*first)->listing.line;
+    return std::tuple((*first)->listing.line, g.specimen, g.protocol, g.parameters_json);
   };
-  std::ranges::stable_sort(out, {}, place);
+  std::ranges::sort(out, {}, place);
   for (BatchGroup& group : out) compare_runs_of(group, confidence);
   return out;
 }

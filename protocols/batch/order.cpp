@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <map>
 #include <random>
+#include <tuple>
 
 #include "protocols/batch/batch.hpp"
 
@@ -57,7 +58,9 @@ std::vector<BatchTurn> order_batch(std::span<const BatchEntry> entries, BatchOrd
   if (order != BatchOrder::blocks) return turns;
   const auto block = blocks_of(entries);
   const auto block_of = [&block](const BatchTurn& turn) { return block[turn.row]; };
-  std::ranges::stable_sort(turns, {}, block_of);
+  std::ranges::sort(turns, {}, [&block_of](const BatchTurn& turn) {
+    return std::tuple(block_of(turn), turn.row, turn.repeat);
+  });
   for (auto begin = turns.begin(); begin != turns.end();) {
     const auto end = std::find_if(begin, turns.end(), [&](const BatchTurn& turn) {
       return block_of(turn) != block_of(*begin);

@@ -2,6 +2,7 @@
 #include "protocols/batch/table.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 #include "base/json_mistake.hpp"
 #include "base/text.hpp"
@@ -53,8 +54,8 @@ Result<> BatchMistakes::result(const std::string& source, std::string_view text)
   std::vector<const Mistake*> sorted;
   sorted.reserve(mistakes_.size());
   for (const Mistake& m : mistakes_) sorted.push_back(&m);
-  std::ranges::stable_sort(sorted, {},
-                           [](const Mistake* m) { return std::pair(m->at.line, m->at.column); });
+  std::ranges::sort(sorted, {},
+                    [](const Mistake* m) { return std::tuple(m->at.line, m->at.column, m); });
   Error error(Errc::invalid_request, {});
   for (std::size_t i = 0; i < std::min(kShown, sorted.size()); ++i) {
     const Mistake& m = *sorted[i];

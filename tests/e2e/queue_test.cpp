@@ -88,7 +88,20 @@ TEST_F(QueueRig, KilledInAGateItWaitsForAPerson) {
   EXPECT_EQ(queue({"start"}).code, 0);
   Control client = control();
   await(client, at_gate);
+  const std::string entry = queue({"show", "2", "--json"}).last_line().value("specimen", "");
   kill(first);
+  // While no daemon runs its database is read.
+  const auto at_rest = [this](std::vector<std::string> words) {
+    words.insert(words.end(), {"--db", file("lcrig.db")});
+    return queue(words);
+  };
+  const Ended listed = at_rest({"list"});
+  EXPECT_EQ(listed.code, 0) << listed.err;
+  EXPECT_THAT(listed.out, HasSubstr("held: 2 entries; lcrigd does not run"));
+  EXPECT_THAT(listed.err, HasSubstr("no daemon answers"));
+  EXPECT_EQ(at_rest({"show", "2", "--json"}).last_line().value("specimen", "?"), entry);
+  EXPECT_NE(at_rest({"show", "9"}).code, 0);
+  EXPECT_THAT(at_rest({"history"}).out, HasSubstr("add 2"));
   daemon();
   const Ended late = queue({"answer", "paper-1"});
   EXPECT_NE(late.code, 0);

@@ -104,7 +104,9 @@ class Readers : public Rig {
   }
 
   std::vector<std::vector<std::string>> reading_commands() const {
-    return {{"runs"},
+    return {{"queue", "list"},
+            {"queue", "history", "--json"},
+            {"runs"},
             {"runs", "list", "--json"},
             {"runs", "show", "1"},
             {"verify", "1"},

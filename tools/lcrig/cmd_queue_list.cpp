@@ -12,6 +12,7 @@
 #include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/queue_request.hpp"
+#include "tools/lcrig/queue_source.hpp"
 #include "tools/lcrig/queue_words.hpp"
 #include "tools/lcrig/run_database.hpp"
 
@@ -47,38 +48,24 @@ class QueueListCommand final : public Command {
   QueueListCommand() : Command("queue list", "What waits, and for what", "lcrig queue list") {}
 
   Outcome<ExitCode> run(Context& context) override {
-    auto client = ControlClient::connect(context);
-    if (!client) return client.error();
-    auto answer = client->call("status", json::object());
-    if (!answer) return answer.error();
-    auto status = parse_daemon_status(*answer);
-    if (!status) return Failure(status.error());
-    auto entries = all_entries(*client);
-    if (!entries) return entries.error();
-    const json all{{"queue", answer->at("queue")}, {"entries", *entries}};
-    return show(context, all, [&](std::ostream& out) {
-      if (status->queue) print_queue(out, *status->queue);
-      print_entries(out, *entries);
-      if (!status->queue) return;
+    auto source = QueueSource::open(context);
+    if (!source) return source.error();
+    auto view = source->list();
+    if (!view) return view.error();
+    const json& queue = view->at("queue");
+    const json& entries = view->at("entries");
+    return show(context, *view, [&](std::ostream& out) {
+      const auto status = parse_queue_status(queue);
+      if (status) print_queue(out, *status);
+      print_entries(out, entries);
+      if (source->is_at_rest()) context.console.note("as the database has it: no daemon answers");
+      if (!status || source->is_at_rest()) return;
       const auto head =
-          entries->empty() ? std::string() : entries->front().value("state", std::string());
-      if (const auto next = next_for_queue(context.global, *status->queue, head); !next.empty()) {
+          entries.empty() ? std::string() : entries.front().value("state", std::string());
+      if (const auto next = next_for_queue(context.global, *status, head); !next.empty()) {
         context.console.next(next);
       }
     });
-  }
-
- private:
-  // An answer of the daemon has room for some hundred of them.
-  static Outcome<json> all_entries(ControlClient& client) {
-    json out = json::array();
-    for (;;) {
-      auto page = client.call("queue.list", json{{"skip", out.size()}});
-      if (!page) return page.error();
-      const json& some = page->at("entries");
-      for (const json& entry : some) out.push_back(entry);
-      if (some.empty() || out.size() >= page->at("count").get<std::size_t>()) return out;
-    }
   }
 };
 
@@ -92,8 +79,11 @@ class QueueShowCommand final : public Command {
   Outcome<ExitCode> run(Context& context) override {
     auto entry = entry_number(entry_);
     if (!entry) return entry.error();
-    return call_queue(context, "queue.show", json{{"entry", *entry}},
-                      [&](std::ostream& out, const json& e) { print_entry(out, e); });
+    auto source = QueueSource::open(context);
+    if (!source) return source.error();
+    auto found = source->show(*entry);
+    if (!found) return found.error();
+    return show(context, *found, [&](std::ostream& out) { print_entry(out, *found); });
   }
 
  private:
@@ -171,23 +161,28 @@ class QueueHistoryCommand final : public Command {
     list.option("--most", most_, "N", "So many lines (default: 50, at most 500)");
   }
   Outcome<ExitCode> run(Context& context) override {
-    json params{{"most", 50}};
+    std::int64_t most = 50;
     if (!most_.empty()) {
-      const auto most = number_from<std::int64_t>(most_);
-      if (!most || *most < 1 || *most > 500) {
+      const auto wanted = number_from<std::int64_t>(most_);
+      if (!wanted || *wanted < 1 || *wanted > 500) {
         return Failure(
             kUsage, fmt::format("--most '{}' is not a number from 1 to 500", printable(most_, 60)),
             "lcrig queue history --help");
       }
-      params["most"] = *most;
+      most = *wanted;
     }
+    std::optional<std::int64_t> of_entry;
     if (!entry_.empty()) {
       auto entry = entry_number(entry_);
       if (!entry) return entry.error();
-      params["entry"] = *entry;
+      of_entry = *entry;
     }
-    return call_queue(context, "queue.history", params, [](std::ostream& out, const json& answer) {
-      for (const json& act : answer.at("acts")) {
+    auto source = QueueSource::open(context);
+    if (!source) return source.error();
+    auto answer = source->history(of_entry, most);
+    if (!answer) return answer.error();
+    return show(context, *answer, [&](std::ostream& out) {
+      for (const json& act : answer->at("acts")) {
         const json& entry = act.at("entry");
         const auto number = entry.is_number() ? fmt::format(" {}", entry.get<std::int64_t>()) : "";
         fmt::print(out, "{}  {:10} {:10} {}\n",

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// What waits in the queue, read from a database: for the daemon's clients, and for `lcrig queue`
+// while no daemon runs.
+#pragma once
+
+#include <cstdint>
+
+#include "base/result.hpp"
+#include "daemon/control/messages.hpp"
+#include "daemon/control/queue_handler.hpp"
+#include "storage/database.hpp"
+
+namespace lcrig {
+
+// Planned times count from `now_unix_ns`; the run that goes on has `left_s` to go. Errors: an
+// unreadable database.
+Result<QueuePage> read_queue_page(const Database& db, std::int64_t now_unix_ns, double left_s,
+                                  std::int64_t skip, std::int64_t most);
+// Errors: also invalid_request, when there is no such entry.
+Result<ListedEntry> read_listed_entry(const Database& db, std::int64_t now_unix_ns, double left_s,
+                                      std::int64_t entry);
+// Of a queue that no daemon runs: it is held, whatever the daemon had written last.
+Result<QueueStatus> read_queue_at_rest(const Database& db);
+
+}  // namespace lcrig
