@@ -180,8 +180,7 @@ void print_day(std::ostream& out, const RehearseBatchResult& r, const BatchReque
   fmt::print(out, "{} readings of measure steps\n", r.measure_readings);
   if (!r.hands.empty()) fmt::print(out, "a person has to act at\n");
   for (const HandTime& hand : r.hands) {
-    fmt::print(out, "  {:>8}  entry {}: {}\n", format_time(hand.at_s), hand.entry,
-               printable(hand.prompt, kLongestWords));
+    fmt::print(out, "  {:>8}  {}\n", format_time(hand.at_s), printable(hand.prompt, kLongestWords));
   }
   fmt::print(out, "what it measures\n");
   for (const BatchKind& kind : kinds) print_kind(out, kind);
