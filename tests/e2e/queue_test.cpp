@@ -2,11 +2,13 @@
 // The queue of a real daemon: filled and started from the command line, killed in a gate, in a run
 // and between runs. Three kills at random instants by default; for more:
 //   LCRIG_KILLS=200 e2e_tests --gtest_filter='QueueKills.*'.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <random>
 
+#include "base/clock.hpp"
 #include "base/number.hpp"
 #include "tests/e2e/rig.hpp"
 
@@ -82,6 +84,46 @@ TEST_F(QueueRig, RunsADayFromTheCommandLine) {
   EXPECT_THAT(queue({"history"}).out, HasSubstr("begin 2"));
 }
 
+TEST_F(QueueRig, ATableOfRunsFromTheCommandLine) {
+  daemon();
+  write("day.csv",
+        "specimen,protocol,repeats,note\n"
+        "paper-1,passive.json,2,first\npaper-2,passive.json,nought,\npaper-3,passive.json,1,\n");
+  const Ended wrong = queue({"add", "--batch", file("day.csv")});
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("day.csv:3:22 repeats"));
+  EXPECT_THAT(wrong.err, HasSubstr("day.csv:4:1 specimen"));
+  EXPECT_EQ(number("SELECT count(*) FROM queue_entry"), 0) << "a part of a wrong table";
+
+  const std::string table = "specimen,protocol,repeats,note\npaper-1," + file("passive.json") +
+                            ",2,first\npaper-2," + file("passive.json") + ",1,second\n";
+  write("day.csv", table);
+  const Ended added =
+      queue({"add", "--batch", file("day.csv"), "--order", "blocks", "--seed", "7"});
+  EXPECT_EQ(added.code, 0) << added.err;
+  EXPECT_THAT(added.out, HasSubstr("batch day: entries 1 to 3, in blocks, seed 7"));
+  const Ended again = queue({"add", "--batch", file("day.csv")});
+  EXPECT_NE(again.code, 0);
+  EXPECT_THAT(again.err, HasSubstr("exists already"));
+  EXPECT_THAT(again.err, HasSubstr("--name"));
+  EXPECT_EQ(query("SELECT text FROM queue_text JOIN batch ON sha256 = file_sha256"), table + "\n")
+      << "the table as it was written";
+
+  EXPECT_EQ(queue({"start"}).code, 0);
+  Control client = control();
+  for (const char* specimen : {"paper-1", "paper-2"}) {
+    await(client, [specimen](const json& q) {
+      return at_gate(q) && q.value("prompt", "").find(specimen) != std::string::npos;
+    });
+    EXPECT_EQ(queue({"answer", specimen}).code, 0);
+  }
+  await(client, is_held);
+  EXPECT_EQ(query("SELECT exit_status FROM run_end"), "success\nsuccess\nsuccess\n");
+  const Ended report =
+      lcrig({"report", "--batch", "day", "--db", file("lcrig.db"), "-o", file("day.html")});
+  EXPECT_EQ(report.code, 0) << report.err;
+}
+
 TEST_F(QueueRig, KilledInAGateItWaitsForAPerson) {
   Child& first = daemon();
   add(2);
@@ -144,8 +186,16 @@ class QueueKills : public QueueRig {
     const char* text = std::getenv("LCRIG_KILLS");
     return number_from<int>(text == nullptr ? "" : text).value_or(3);
   }
+  // A batch of runs of two specimens, mixed by chance.
+  void add_batch(int of_each) {
+    const std::string run = "," + file("passive.json") + "," + std::to_string(of_each) + "\n";
+    write("day.csv", "specimen,protocol,repeats\npaper-1" + run + "paper-2" + run);
+    const Ended added =
+        queue({"add", "--batch", file("day.csv"), "--order", "random", "--seed", "20261123"});
+    EXPECT_EQ(added.code, 0) << added.err;
+  }
   // Starts the queue with whatever word its head needs, and counts the words.
-  void go_on(Control& client) {
+  void start(Control& client) {
     json answer = client.call("queue.start");
     if (answer.contains("error")) {
       const json head = client.call("queue.list", {{"most", 1}}).at("result").at("entries").at(0);
@@ -153,36 +203,49 @@ class QueueKills : public QueueRig {
       answer = client.call("queue.start", {{"head", "repeat"}});
     }
     EXPECT_TRUE(answer.contains("result")) << answer;
-    await(client, at_gate);
-    EXPECT_TRUE(client.call("queue.answer", {{"text", "paper-1"}}).contains("result"));
+  }
+  // Does what the gates ask for, for so long.
+  void attend(Control& client, Timeout time) {
+    const RealClock clock;
+    for (const MonoTime end = clock.now() + time; clock.now() < end;) {
+      const json status = client.call("status").at("result").at("queue");
+      if (at_gate(status)) {
+        const json entry = client.call("queue.show", {{"entry", status.at("entry")}}).at("result");
+        client.call("queue.answer", {{"text", entry.at("specimen")}});
+      }
+      const auto left = std::chrono::duration_cast<Timeout>(end - clock.now());
+      client.listen(std::clamp(left, Timeout(0), Timeout(100)));
+    }
   }
 
   std::map<std::int64_t, std::int64_t> repeats_;
 };
 
-TEST_F(QueueKills, AtRandomInstantsLoseNoEntryAndBeginNoneByThemselves) {
+TEST_F(QueueKills, AtRandomInstantsOfABatchLoseNoEntryAndBeginNoneByThemselves) {
   const int kills = kills_wanted();
+  const int entries = 2 * kills;  // more than can be done
   std::mt19937 random(20261123);
   std::uniform_int_distribution<int> instant_ms(0, 8000);
   {
     Child& first = daemon();
-    add(kills + 1);
+    add_batch(kills);
     kill(first);
   }
   for (int i = 0; i < kills; ++i) {
     SCOPED_TRACE(i);
     Child& running = daemon();
     Control client = control();
-    go_on(client);
-    client.listen(std::chrono::milliseconds(instant_ms(random)));
+    start(client);
+    attend(client, Timeout(instant_ms(random)));
     kill(running);
   }
   daemon();
   Control client = control();
   client.call("status");
-  EXPECT_EQ(number("SELECT count(*) FROM queue_entry"), kills + 1) << "an entry is lost";
+  EXPECT_EQ(number("SELECT count(*) FROM queue_entry"), entries) << "an entry is lost";
+  EXPECT_EQ(number("SELECT count(*) FROM batch_entry"), entries);
   std::int64_t twice = 0;
-  for (std::int64_t entry = 1; entry <= kills + 1; ++entry) {
+  for (std::int64_t entry = 1; entry <= entries; ++entry) {
     const auto begun = static_cast<std::int64_t>(
         number("SELECT count(*) FROM queue_attempt WHERE entry_id = " + std::to_string(entry)));
     twice += std::max<std::int64_t>(0, begun - 1 - repeats_[entry]);
