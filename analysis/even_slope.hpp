@@ -2,7 +2,7 @@
 // The slope of a bent curve from branches with few readings. Where on a branch they fall is chance,
 // and moves the slope of the line through them (by 4 % for six readings of paper-1 in 35-100 kPa).
 // All branches share a bend; with it each slope becomes that of readings evenly over the range.
-// Private to analysis/.
+// Used by the analysis and, on planned readings, by the budget.
 #pragma once
 
 #include <vector>

@@ -29,6 +29,8 @@ class LoadingPath {
     }
     return out;
   }
+  // By how much less than at the peak it is so long before it.
+  double short_of_peak_kPa(double seconds) const { return peak_kPa_ - at(1 - seconds / seconds_); }
   // Of the first one that a slope takes: its window must not reach over the peak.
   double first_s(double phase) const {
     const double t = phase * run_.interval_s;

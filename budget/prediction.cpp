@@ -60,10 +60,14 @@ Prediction predicted(std::string quantity, std::string unit, const Scatter& part
   p.quantity = p.uncertainty.quantity = std::move(quantity);
   p.unit = p.uncertainty.unit = std::move(unit);
   p.value = p.uncertainty.value = parts.value;
-  p.standard_error = std::hypot(parts.meter, parts.force);
+  p.standard_error = std::hypot(parts.meter, parts.force, parts.instants);
   add(p.uncertainty, "scatter of the readings", parts.meter, UncertaintyKind::a, run.noise_basis);
   add(p.uncertainty, "scatter of the force", parts.force, UncertaintyKind::a,
       "noise of the load cell");
+  if (parts.instants > 0) {
+    add(p.uncertainty, "instants of the readings", parts.instants, UncertaintyKind::a,
+        "where on a loading the readings fall, and when it turns");
+  }
   return p;
 }
 

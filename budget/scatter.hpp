@@ -12,6 +12,8 @@ namespace lcrig {
 struct Scatter {
   double value = 0;  // what the model lets expect
   double meter = 0, force = 0;  // standard errors that the noise of the two makes
+  // The same of chance: where on a loading at constant speed the readings fall, and its turn.
+  double instants = 0;
 };
 
 // From levels, else from the loading branches. Nothing: fewer than two different pressures.

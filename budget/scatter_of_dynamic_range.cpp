@@ -63,8 +63,20 @@ double share_of_plateau(const PlannedStretch& s, double peak_kPa) {
   return s.to_kPa > from ? (s.to_kPa - from) / (s.to_kPa - s.from_kPa) : 0;
 }
 
+struct PeakScatter {
+  double unit_variance = 0;  // of C at the peak, for unit variance of a reading
+  double force_kPa = 0;  // standard deviation of the force at which it turns
+};
+
+// A motion until a force turns when a sample reaches it: up to one sample too late.
+double scatter_of_turn_kPa(const PlannedRun& run, const PlannedCycle& cycle) {
+  if (cycle.loading_s <= 0 || run.sample_s <= 0) return 0;
+  const LoadingPath loading(run, cycle.peak_kPa, cycle.loading_s);
+  return loading.short_of_peak_kPa(run.sample_s) / std::sqrt(12);
+}
+
 // Of the mean of a plateau, or of the fit where there is none. Nothing: no reading is under load.
-std::optional<double> unit_variance_of_peak(const PlannedRun& run, const PlannedCycle& cycle) {
+std::optional<PeakScatter> scatter_of_peak(const PlannedRun& run, const PlannedCycle& cycle) {
   double readings = 0, seconds = 0, held = 0, all = 0;
   for (const PlannedStretch& s : cycle.rising) {
     const double share = share_of_plateau(s, cycle.peak_kPa);
@@ -74,9 +86,11 @@ std::optional<double> unit_variance_of_peak(const PlannedRun& run, const Planned
     all += s.readings;
   }
   const bool steady = seconds >= kPlateauTime_s || held >= kHeld * readings;
-  if (readings >= static_cast<double>(kPlateauReadings) && steady) return 1 / readings;
+  if (readings >= static_cast<double>(kPlateauReadings) && steady) {
+    return PeakScatter{1 / readings, 0};
+  }
   if (cycle.loading_s <= 0 && all < 1) return std::nullopt;
-  return unit_variance_of_fit(run, cycle);
+  return PeakScatter{unit_variance_of_fit(run, cycle), scatter_of_turn_kPa(run, cycle)};
 }
 
 // By how much each rest moves the mean of (peak - rest) over the cycles: as the rest before a
@@ -105,20 +119,22 @@ std::vector<double> influence_of_rests(const PlannedRun& run) {
 // Mean over the cycles of (peak - rest)/C0, percent.
 std::optional<Scatter> scatter_of_dynamic_range(const PlannedRun& run) {
   const auto n = static_cast<double>(run.cycles.size());
-  double meter = 0, force = 0;  // variances of the mean over the cycles, of unit noise and in fF2
+  // Variances of the mean over the cycles: of unit noise, and in fF2.
+  double meter = 0, force = 0, turns = 0;
   double delta_fF = 0;
-  std::optional<double> peak;
+  std::optional<PeakScatter> peak;
   for (std::size_t k = 0; k < run.cycles.size(); ++k) {
     const PlannedCycle& c = run.cycles[k];
     if (k >= run.rests.size() || run.rests[k].readings < 0.5) return std::nullopt;
-    if (k == 0 || !same_loading(run.cycles[k - 1], c)) peak = unit_variance_of_peak(run, c);
+    if (k == 0 || !same_loading(run.cycles[k - 1], c)) peak = scatter_of_peak(run, c);
     if (!peak) return std::nullopt;
-    meter += *peak / n / n;
+    meter += peak->unit_variance / n / n;
     const double h = 0.01 * c.peak_kPa;
     const double slope =
         (run.delta_C_fF(c.peak_kPa + h) - run.delta_C_fF(c.peak_kPa - h)) / (2 * h);
     const double scatter = slope * force_noise_kPa(run);
-    force += scatter * scatter * *peak / n / n;
+    force += scatter * scatter * peak->unit_variance / n / n;
+    turns += slope * slope * peak->force_kPa * peak->force_kPa / n / n;
     delta_fF += run.delta_C_fF(c.peak_kPa) / n;
   }
   const double c0_fF = run.c0_F * 1e15;
@@ -130,6 +146,7 @@ std::optional<Scatter> scatter_of_dynamic_range(const PlannedRun& run) {
   Scatter out;
   out.value = delta_fF / c0_fF * 100;
   out.force = std::sqrt(force) / c0_fF * 100;
+  out.instants = std::sqrt(turns) / c0_fF * 100;
   out.meter = std::sqrt(meter) * run.reading_noise_F * 1e15 / c0_fF * 100;
   return out;
 }

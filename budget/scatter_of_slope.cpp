@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/even_slope.hpp"
 #include "analysis/online.hpp"
 #include "budget/loading_path.hpp"
 #include "budget/scatter.hpp"
@@ -41,35 +42,52 @@ double even_slope(const PlannedRun& run, const PressureRange& range, double peak
   return line.sxy() / line.sxx();
 }
 
+// Of one loading.
+struct LoadingSlope {
+  double slope = 0, sxx = 0;
+  double variance = 0;  // of the slope, by where the readings fall
+};
+
+LoadingSlope slope_of_loading(const PlannedRun& run, const PressureRange& range,
+                              const PlannedCycle& c) {
+  LoadingSlope out;
+  out.slope = even_slope(run, range, c.peak_kPa);
+  const double edge_kPa = kCycleEdge * c.peak_kPa;
+  EvenSlopes slopes(std::max(range.from_kPa, edge_kPa), std::min(range.to_kPa, c.peak_kPa));
+  const LoadingPath loading(run, c.peak_kPa, c.loading_s);
+  for (const double phase : kPhases) {
+    std::vector<LinePoint> points;
+    RunningLine line;
+    for (const double kPa : loading.kPa(loading.first_s(phase))) {
+      if (kPa <= edge_kPa || !is_inside(range, kPa)) continue;
+      points.push_back({kPa, run.delta_C_fF(kPa), 1});
+      line.add(kPa, points.back().y);
+    }
+    out.sxx += line.sxx() / std::size(kPhases);
+    slopes.add(points);
+  }
+  RunningMean mean;
+  for (const LineFit& l : slopes.lines()) mean.add(l.slope);
+  if (mean.count >= 2) out.variance = mean.variance();
+  return out;
+}
+
 std::optional<Scatter> slope_of_loadings(const PlannedRun& run, const PressureRange& range) {
-  double sxx = 0, sxy = 0, cycle_sxx = 0;
-  double slope = 0;
+  double sxx = 0, sxy = 0, by_chance = 0;
+  LoadingSlope one;
   const PlannedCycle* before = nullptr;
   for (const PlannedCycle& c : run.cycles) {
     if (c.loading_s <= 0) continue;
-    if (before && same_loading(*before, c)) {
-      sxx += cycle_sxx;
-      sxy += cycle_sxx * slope;
-      continue;
-    }
+    if (before == nullptr || !same_loading(*before, c)) one = slope_of_loading(run, range, c);
     before = &c;
-    cycle_sxx = 0;
-    slope = even_slope(run, range, c.peak_kPa);
-    const LoadingPath loading(run, c.peak_kPa, c.loading_s);
-    for (const double phase : kPhases) {
-      RunningLine line;
-      for (const double kPa : loading.kPa(loading.first_s(phase))) {
-        if (kPa > kCycleEdge * c.peak_kPa && is_inside(range, kPa)) {
-          line.add(kPa, run.delta_C_fF(kPa));
-        }
-      }
-      cycle_sxx += line.sxx() / std::size(kPhases);
-    }
-    sxx += cycle_sxx;
-    sxy += cycle_sxx * slope;
+    sxx += one.sxx;
+    sxy += one.sxx * one.slope;
+    by_chance += one.sxx * one.sxx * one.variance;
   }
   if (!(sxx > 0)) return std::nullopt;
-  return slope_of(run, sxx, sxy);
+  Scatter out = slope_of(run, sxx, sxy);
+  out.instants = std::sqrt(by_chance) / sxx;
+  return out;
 }
 
 }  // namespace

@@ -135,6 +135,40 @@ TEST(Budget, FewerReadingsUnderLoadMakeTheRangeWorse) {
   EXPECT_LT(slow, 1.0 / 40 * 40);  // better than one reading: 1 %
 }
 
+// 10 kPa/s until a sample of 50 Hz has reached the peak: up to 0.2 kPa too far, all alike.
+TEST(Budget, WhereALoadingTurnsIsChance) {
+  PlannedRun run = straight_run();
+  run.reading_noise_F = 1e-20;
+  run.sample_s = 0.02;
+  PlannedCycle cycle;
+  cycle.peak_kPa = 100;
+  cycle.loading_s = cycle.falling_s = 10;
+  run.cycles = {cycle, cycle, cycle, cycle};
+  run.rests = {{0, 1000}, {0, 1000}, {0, 1000}, {0, 1000}};
+  const Prediction turned = predict(run).back();
+  const double fF = 2 * 0.2 / std::sqrt(12.0) / std::sqrt(4.0);
+  EXPECT_THAT(turned.standard_error, DoubleNear(fF / 4000 * 100, 1e-6));
+  EXPECT_EQ(turned.uncertainty.parts[2].name, "instants of the readings");
+  for (PlannedCycle& c : run.cycles) c.rising.push_back({100, 100, 50, 5});  // held there
+  EXPECT_LT(predict(run).back().standard_error, 0.01 * turned.standard_error);
+}
+
+// The bend that all loadings share is taken out; what is bent further is seen by readings at other
+// pressures as another slope.
+TEST(Budget, WhereTheReadingsFallIsChance) {
+  PlannedRun run = straight_run();
+  run.reading_noise_F = 1e-20;
+  PlannedCycle cycle;
+  cycle.peak_kPa = 100;
+  cycle.loading_s = cycle.falling_s = 1.5;
+  run.cycles = {cycle, cycle};
+  run.rests = {{0, 1000}, {0, 1000}};
+  run.delta_C_fF = [](double kPa) { return 2 * kPa - 0.01 * kPa * kPa; };
+  EXPECT_LT(predict(run)[0].standard_error, 1e-6);
+  run.delta_C_fF = [](double kPa) { return 40 * std::cbrt(kPa); };
+  EXPECT_GT(predict(run)[0].relative(), 0.001);
+}
+
 TEST(Budget, SystematicPartsDoNotShrink) {
   const auto few = predict(static_run(16, 1)), many = predict(static_run(1600, 100));
   ASSERT_EQ(few[0].uncertainty.parts.size(), many[0].uncertainty.parts.size());
