@@ -13,6 +13,7 @@
 
 #include "base/log.hpp"
 #include "base/text.hpp"
+#include "base/usage_error.hpp"
 #include "daemon/app.hpp"
 #include "daemon/config_check.hpp"
 #include "daemon/service.hpp"
@@ -118,7 +119,7 @@ int serve(const Config& config) {
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a client or an instrument that went away is an error code
   Options options;
-  CLI::App cli{"lcrigd: runs a characterization rig for capacitive tactile sensors"};
+  CLI::App cli{"lcrigd: runs a characterization rig for capacitive tactile sensors", "lcrigd"};
   cli.add_option("--config", options.config, "Config file")->capture_default_str();
   cli.add_option("--db", options.database, "Database file (overrides the config file)");
   cli.add_option("--socket", options.socket, "Control socket (overrides the config file)");
@@ -129,7 +130,9 @@ int main(int argc, char** argv) {
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return cli.exit(e) == 0 ? 0 : 2;
+    if (e.get_exit_code() == 0) return cli.exit(e);  // --help, --version
+    fmt::print(stderr, "{}", usage_error(cli, e));
+    return 2;
   }
   lcrig::set_up_logging("info");
   auto config = effective_config(options);

@@ -13,6 +13,7 @@
 
 #include "base/log.hpp"
 #include "base/text.hpp"
+#include "base/usage_error.hpp"
 #include "base/whole_file.hpp"
 #include "daemon/rig/bench.hpp"
 #include "drivers/faults/player.hpp"
@@ -256,12 +257,15 @@ void declare(CLI::App& cli, Options& o) {
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // report a client that went away as an error code
   lcrig::sim::Options options;
-  CLI::App cli{"lcrig-sim: the simulated meter and load frame on a pty and TCP, in real time"};
+  CLI::App cli{"lcrig-sim: the simulated meter and load frame on a pty and TCP, in real time",
+               "lcrig-sim"};
   lcrig::sim::declare(cli, options);
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return cli.exit(e) == 0 ? 0 : 2;
+    if (e.get_exit_code() == 0) return cli.exit(e);  // --help, --version
+    std::cerr << lcrig::usage_error(cli, e);
+    return 2;
   }
   lcrig::set_up_logging(options.log_level);
   return lcrig::sim::serve(std::move(options));

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// What CLI11 refuses, as a person would say it, with what to type next. For programs without
+// subcommands: lcrigd and lcrig-sim.
+#pragma once
+
+#include <string>
+
+namespace CLI {
+class App;
+class ParseError;
+}  // namespace CLI
+
+namespace lcrig {
+
+// "lcrigd: unknown option --confg; did you mean '--config'?", and a line that names the help.
+std::string usage_error(const CLI::App& app, const CLI::ParseError& error);
+
+}  // namespace lcrig
