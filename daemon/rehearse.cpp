@@ -218,10 +218,10 @@ Result<Rig> bench_rig(const BenchRequest& request) {
   for (const std::size_t i : {1U, 2U}) {
     noise.guessed[i] = noise.capacitance_F[i] == PlantConfig().capacitance_noise_F[i];
   }
-  SimRequest sim;
-  sim.bench = std::move(*bench);
-  sim.specimen = std::move(*specimen);
-  sim.weights = request.weights;
+  InstrumentsRequest wanted;
+  wanted.specimen = &*specimen;
+  wanted.weights = request.weights;
+  const SimRequest sim(std::move(*bench), wanted);
   VirtualClock clock;
   asio::io_context io(1);
   auto instruments = make_sim_instruments(io.get_executor(), clock, sim);

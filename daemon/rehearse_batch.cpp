@@ -29,11 +29,7 @@ class BatchRig final : public InstrumentFactory {
     if (request_.errors) bench_.errors = request_.errors;
   }
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest wanted) override {
-    SimRequest sim;
-    sim.bench = bench_;
-    sim.specimen = *wanted.specimen;
-    sim.weights = wanted.weights;
-    sim.max_force_N = wanted.max_force_N;
+    SimRequest sim(bench_, wanted);
     if (request_.noise_seed) sim.seed = static_cast<std::int64_t>(*request_.noise_seed);
     if (wanted.why == LearnedBy::start) sim.seed += starts_++;
     co_return make_sim_instruments(executor_, clock_, sim);

@@ -61,8 +61,8 @@ std::string run_table(const BatchGroup& group) {
   for (const BatchedResult* result : group.results) {
     if (!result->run) continue;
     const RunAnalysis& a = result->run->analysis;
-    const auto cell = [](const Metric& m) { return m ? measured(m) : std::string("–"); };
-    std::vector<std::string> cells{
+    const auto cell = [](const Metric& m) { return m ? measured(m) : no_number(); };
+    std::vector<Cell> cells{
         run_number(*result),
         number(result->listing.repeat),
         number(result->listing.position),

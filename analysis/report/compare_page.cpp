@@ -24,7 +24,7 @@ std::string results_table(std::span<const ReportRun> runs) {
   }
   Table table(heads);
   const auto row = [&](const std::string& label, auto cell) {
-    std::vector<std::string> cells{label};
+    std::vector<Cell> cells{label};
     for (const ReportRun& run : runs) cells.push_back(cell(run));
     table.row(cells);
   };
@@ -45,7 +45,7 @@ std::string results_table(std::span<const ReportRun> runs) {
     if (!anywhere) continue;
     row(label, [i](const ReportRun& r) {
       const Metric& m = *r.analysis.metrics().at(i);
-      return m ? measured(m) : std::string("–");
+      return m ? measured(m) : no_number();
     });
   }
   return table.html();
@@ -67,7 +67,7 @@ std::string increase_table(std::span<const ReportRun> runs) {
     table.row({text(metric_label(c.quantity)),
                fmt::format("run {}, {}", c.from_run, text(c.from_specimen)),
                fmt::format("run {}, {}", c.to_run, text(c.to_specimen)), number(c.from_value),
-               number(c.to_value), percent(c.increase_percent), se ? number(*se, se) : "–",
+               number(c.to_value), percent(c.increase_percent), se ? number(*se, se) : no_number(),
                interval(c.interval_percent, se)});
   }
   if (table.empty()) return {};

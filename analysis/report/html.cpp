@@ -61,8 +61,8 @@ std::string unsigned_zero(std::string digits) {
   return digits;
 }
 
-bool is_number_cell(const std::string& cell) {
-  return cell == "–" || (cell.starts_with("<data") && cell.ends_with("</data>"));
+Cell number_cell(std::string markup) {
+  return {std::move(markup), Cell::Kind::number};
 }
 
 }  // namespace
@@ -82,40 +82,44 @@ std::string plain_number(double value, std::optional<double> se) {
   return unsigned_zero(fmt::format("{:.{}f}", value, std::min(decimals, 8)));
 }
 
-std::string number(double value, std::optional<double> se) {
-  return fmt::format("<data value='{}'>{}</data>", value, plain_number(value, se));
+Cell no_number() {
+  return number_cell("–");
 }
 
-std::string number(const std::optional<double>& value) {
-  return value ? number(*value, std::optional<double>()) : "–";
+Cell number(double value, std::optional<double> se) {
+  return number_cell(fmt::format("<data value='{}'>{}</data>", value, plain_number(value, se)));
 }
 
-std::string number(std::int64_t value) {
-  return fmt::format("<data value='{0}'>{0}</data>", value);
+Cell number(const std::optional<double>& value) {
+  return value ? number(*value, std::optional<double>()) : no_number();
 }
 
-std::string measured(double value, std::optional<double> se) {
-  const std::string shown = number(value, se);
-  return se && *se > 0 ? shown + " ± " + number(*se, se) : shown;
+Cell number(std::int64_t value) {
+  return number_cell(fmt::format("<data value='{0}'>{0}</data>", value));
 }
 
-std::string measured(const Metric& metric) {
+Cell measured(double value, std::optional<double> se) {
+  const Cell shown = number(value, se);
+  return se && *se > 0 ? number_cell(shown + " ± " + number(*se, se)) : shown;
+}
+
+Cell measured(const Metric& metric) {
   if (!metric) return text(metric.reason.empty() ? "not measured" : metric.reason);
   return measured(metric.value(), metric.estimate->standard_error);
 }
 
-std::string interval(const std::optional<std::array<double, 2>>& ends, std::optional<double> se) {
-  if (!ends) return "–";
-  return number((*ends)[0], se) + " to " + number((*ends)[1], se);
+Cell interval(const std::optional<std::array<double, 2>>& ends, std::optional<double> se) {
+  if (!ends) return no_number();
+  return number_cell(number((*ends)[0], se) + " to " + number((*ends)[1], se));
 }
 
 std::string interval_head(double confidence) {
   return fmt::format("{:g} % interval", confidence * 100);
 }
 
-std::string percent(double value) {
-  return fmt::format("<data value='{}'>{}{} %</data>", value, value >= 0 ? "+" : "",
-                     unsigned_zero(fmt::format("{:.1f}", value)));
+Cell percent(double value) {
+  return number_cell(fmt::format("<data value='{}'>{}{} %</data>", value, value >= 0 ? "+" : "",
+                                 unsigned_zero(fmt::format("{:.1f}", value))));
 }
 
 std::string range_numbers(const PressureRange& range) {
@@ -140,13 +144,13 @@ Table Table::of_facts() {
   return table;
 }
 
-Table& Table::row(const std::vector<std::string>& cells) {
+Table& Table::row(const std::vector<Cell>& cells) {
   body_ += "<tr>";
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (i == 0) {
       body_ += "<th>" + cells[i] + "</th>";
     } else {
-      body_ += (is_number_cell(cells[i]) ? "<td class='n'>" : "<td>") + cells[i] + "</td>";
+      body_ += (cells[i].is_number() ? "<td class='n'>" : "<td>") + cells[i] + "</td>";
     }
   }
   body_ += "</tr>\n";

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "analysis/analysis.hpp"
@@ -15,19 +16,32 @@ namespace lcrig::report {
 
 std::string text(std::string_view words);  // escaped
 
+// Markup of a table's cell. Numbers stand at the right; beside words it is a string like any other.
+class Cell : public std::string {
+ public:
+  enum class Kind { words, number };
+  Cell(std::string markup, Kind kind = Kind::words) : std::string(std::move(markup)), kind_(kind) {}
+  Cell(const char* markup) : std::string(markup) {}
+  bool is_number() const { return kind_ == Kind::number; }
+
+ private:
+  Kind kind_ = Kind::words;
+};
+
+Cell no_number();  // a dash where a number would stand
 // A number as people read it, with the full value for programs: <data value="5.7512">5.75</data>.
 // Digits: two of the standard error, or four of the value.
-std::string number(double value, std::optional<double> standard_error = std::nullopt);
-std::string number(const std::optional<double>& value);  // absent: a dash
-std::string number(std::int64_t value);
+Cell number(double value, std::optional<double> standard_error = std::nullopt);
+Cell number(const std::optional<double>& value);
+Cell number(std::int64_t value);
 // "5.751 ± 0.012".
-std::string measured(double value, std::optional<double> standard_error);
-std::string measured(const Metric& metric);  // or why there is none
-std::string interval(const std::optional<std::array<double, 2>>& ends,
-                     std::optional<double> standard_error);
+Cell measured(double value, std::optional<double> standard_error);
+Cell measured(const Metric& metric);  // or why there is none
+Cell interval(const std::optional<std::array<double, 2>>& ends,
+              std::optional<double> standard_error);
 // "95 % interval".
 std::string interval_head(double confidence);
-std::string percent(double fraction_percent);  // with its sign: "+235.7 %"
+Cell percent(double fraction_percent);  // with its sign: "+235.7 %"
 // The same as `number` without markup, for labels of pictures.
 std::string plain_number(double value, std::optional<double> standard_error = std::nullopt);
 
@@ -40,7 +54,7 @@ class Table {
   explicit Table(std::initializer_list<std::string> heads);
   explicit Table(const std::vector<std::string>& heads);
   static Table of_facts();  // two columns without heads; long words are broken
-  Table& row(const std::vector<std::string>& cells);  // markup; the first one heads the row
+  Table& row(const std::vector<Cell>& cells);  // the first one heads the row
   bool empty() const { return rows_ == 0; }
   std::string html() const;
 

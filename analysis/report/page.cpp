@@ -47,7 +47,7 @@ std::string summary(const ReportRun& run) {
   const RunAnalysis& a = run.analysis;
   Table table{"", "value ± standard error", ""};
   const auto row = [&table](const std::string& label, const Metric& m) {
-    table.row({label, m ? measured(m) : "–", text(m.reason)});
+    table.row({label, m ? measured(m) : no_number(), text(m.reason)});
   };
   row("C0, pF", a.c0);
   for (const RangeResult& r : a.ranges) {

@@ -38,7 +38,7 @@ std::string with_blanks(std::string_view words) {
   return out;
 }
 
-std::string count(std::int64_t n) {
+Cell count(std::int64_t n) {
   return number(n);
 }
 
@@ -70,7 +70,7 @@ std::string metrics_table(const RunAnalysis& analysis) {
     std::string definition = text(m->definition);
     if (known && !m->reason.empty()) definition += " <i>" + text(m->reason) + "</i>";
     table.row({label, measured(*m),
-               known ? interval(m->estimate->interval, m->estimate->standard_error) : "–",
+               known ? interval(m->estimate->interval, m->estimate->standard_error) : no_number(),
                count(m->rows), definition});
   }
   return table.html();
@@ -88,17 +88,18 @@ std::string range_table(const RunAnalysis& analysis) {
               "robust (Huber), fF/kPa"};
   for (const RangeResult& r : analysis.ranges) {
     if (!r.sensitivity) {
-      table.row({range_name(r.range), text(r.sensitivity.reason), "–", "–", "–", count(r.points),
-                 "–", "–", "–"});
+      table.row({range_name(r.range), text(r.sensitivity.reason), no_number(), no_number(),
+                 no_number(), count(r.points), no_number(), no_number(), no_number()});
       continue;
     }
     const auto& estimate = *r.sensitivity.estimate;
     table.row(
         {range_name(r.range), measured(estimate.value, estimate.standard_error),
          interval(estimate.interval, estimate.standard_error),
-         r.uncertainty.parts.empty() ? "–" : number(r.uncertainty.expanded, r.uncertainty.combined),
+         r.uncertainty.parts.empty() ? no_number()
+                                     : number(r.uncertainty.expanded, r.uncertainty.combined),
          number(r.r_squared), count(r.points), number(r.lack_of_fit_p), text(r.residual_pattern),
-         r.robust ? measured(r.robust->slope_fF_per_kPa, r.robust->standard_error) : "–"});
+         r.robust ? measured(r.robust->slope_fF_per_kPa, r.robust->standard_error) : no_number()});
   }
   return table.html();
 }
@@ -123,10 +124,10 @@ std::string peak_table(const ReportRun& run) {
 }
 
 // Beyond a million Student's t is the normal distribution to every digit that is shown.
-std::string degrees(double of_freedom) {
+Cell degrees(double of_freedom) {
   if (!std::isfinite(of_freedom)) return "∞";
   const std::string shown = of_freedom < 1e6 ? fmt::format("{:.0f}", of_freedom) : "∞";
-  return fmt::format("<data value='{}'>{}</data>", of_freedom, shown);
+  return {fmt::format("<data value='{}'>{}</data>", of_freedom, shown), Cell::Kind::number};
 }
 
 }  // namespace
@@ -137,7 +138,7 @@ std::string level_table(const ReportRun& run) {
   for (std::size_t i = 0; i < run.analysis.curve.size(); ++i) {
     const CurvePoint& p = run.analysis.curve[i];
     const auto se = p.standard_error_fF;
-    std::string model = "–", difference = "–", relative = "–";
+    Cell model = no_number(), difference = no_number(), relative = no_number();
     if (run.model && p.delta_C_fF) {
       const double modelled = run.model->delta_C_fF[i];
       model = number(modelled, se);
@@ -149,7 +150,7 @@ std::string level_table(const ReportRun& run) {
     }
     table.row({std::string(to_string(p.direction)), number(p.pressure_kPa),
                number(p.capacitance_pF, se ? std::optional(*se * 1e-3) : se),
-               p.delta_C_fF ? measured(*p.delta_C_fF, se) : "–", count(p.readings), model,
+               p.delta_C_fF ? measured(*p.delta_C_fF, se) : no_number(), count(p.readings), model,
                difference, relative});
   }
   return table.empty() ? peak_table(run) : table.html();
@@ -174,7 +175,7 @@ std::string cycle_table(const RunAnalysis& analysis) {
                number(c.rest_pF, pF_error(c.rest_se_fF)), number(c.peak_pF, pF_error(c.peak_se_fF)),
                measured(c.delta_C_fF, c.delta_C_se_fF),
                measured(c.dynamic_range_percent, c.dynamic_range_se_percent),
-               c.slope_fF_per_N ? measured(*c.slope_fF_per_N, c.slope_se_fF_per_N) : "–",
+               c.slope_fF_per_N ? measured(*c.slope_fF_per_N, c.slope_se_fF_per_N) : no_number(),
                text(std::string(to_string(c.peak_method)))});
   }
   if (table.empty()) return {};
@@ -186,7 +187,7 @@ std::string hold_table(const RunAnalysis& analysis) {
               "force, N",       "force change, %",  "change of C, fF",
               "per decade, fF", "settled after, s", "remark"};
   const auto optional = [](const std::optional<double>& v, const std::optional<double>& se) {
-    return v ? measured(*v, se) : "–";
+    return v ? measured(*v, se) : no_number();
   };
   std::size_t resolved = 0;
   for (const HoldResult& h : analysis.holds) {
@@ -237,10 +238,14 @@ std::string uncertainty_tables(const std::vector<Uncertainty>& uncertainties) {
                 "basis"};
     for (const UncertaintyPart& p : b.parts) {
       const double share = b.combined > 0 ? std::pow(p.standard_uncertainty / b.combined, 2) : 0;
-      table.row({text(p.name), number(p.standard_uncertainty, p.standard_uncertainty),
-                 fmt::format("<data value='{}'>{:.1f}</data>", share * 100, share * 100),
-                 p.kind == UncertaintyKind::a ? "A" : "B", degrees(p.degrees_of_freedom),
-                 p.shrinks ? "shrink it" : "do not help", text(p.basis)});
+      table.row({text(p.name),
+                 number(p.standard_uncertainty, p.standard_uncertainty),
+                 {fmt::format("<data value='{}'>{:.1f}</data>", share * 100, share * 100),
+                  Cell::Kind::number},
+                 p.kind == UncertaintyKind::a ? "A" : "B",
+                 degrees(p.degrees_of_freedom),
+                 p.shrinks ? "shrink it" : "do not help",
+                 text(p.basis)});
     }
     table.row({"<b>combined</b>", number(b.combined, b.combined), "", "",
                degrees(b.effective_degrees_of_freedom), "", ""});
