@@ -324,7 +324,11 @@ Metric limit_of_detection(const SlopeBasis& basis, const std::vector<RangeResult
     if (lowest == nullptr || r.range.from_kPa < lowest->range.from_kPa) lowest = &r;
   }
   const Metric& noise = basis.baseline.noise;
-  if (lowest == nullptr || !noise || lowest->sensitivity.value() == 0 || !(noise.value() > 0)) {
+  if (lowest == nullptr || !noise) {
+    m.reason = noise ? "no sensitivity is known" : "the noise of a reading is not known";
+    return m;
+  }
+  if (lowest->sensitivity.value() == 0 || !(noise.value() > 0)) {
     m.reason = "it takes a noise and a sensitivity that are not 0";
     return m;
   }

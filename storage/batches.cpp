@@ -25,6 +25,13 @@ StoredBatch read_batch(const Statement& s) {
   return out;
 }
 
+// False: its schema is older than batches.
+Result<bool> stores_batches(const Database& db) {
+  auto tables = db.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'batch_entry'");
+  if (!tables) return fail(tables.error());
+  return *tables > 0;
+}
+
 Result<std::int64_t> insert_batch(const Database& db, const StoredBatch& batch,
                                   std::string_view file_text, const QueueActor& who) {
   if (auto unused = check_batch_name(db, batch.name); !unused) return fail(unused.error());
@@ -89,11 +96,17 @@ Result<> check_batch_name(const Database& db, std::string_view name) {
 }
 
 Result<std::optional<StoredBatch>> find_batch(const Database& db, std::string_view name) {
+  auto known = stores_batches(db);
+  if (!known) return fail(known.error());
+  if (!*known) return std::nullopt;
   return db.first(fmt::format("SELECT {} FROM batch AS b WHERE name = ?", kBatchColumns),
                   read_batch, name);
 }
 
 Result<std::vector<StoredBatch>> list_batches(const Database& db) {
+  auto known = stores_batches(db);
+  if (!known) return fail(known.error());
+  if (!*known) return std::vector<StoredBatch>();
   return db.rows(fmt::format("SELECT {} FROM batch AS b ORDER BY id DESC", kBatchColumns),
                  read_batch);
 }
@@ -108,6 +121,9 @@ Result<std::vector<BatchListing>> batch_entries(const Database& db, std::int64_t
 }
 
 Result<std::optional<EntryBatch>> batch_of_entry(const Database& db, std::int64_t entry) {
+  auto known = stores_batches(db);
+  if (!known) return fail(known.error());
+  if (!*known) return std::nullopt;
   const auto read = [](const Statement& s) {
     EntryBatch out;
     out.batch = read_batch(s);

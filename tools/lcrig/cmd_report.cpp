@@ -3,10 +3,12 @@
 #include <fmt/ostream.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "analysis/report/batch.hpp"
 #include "analysis/report/report.hpp"
+#include "base/text.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/output_file.hpp"
@@ -30,6 +32,7 @@ class ReportCommand final : public Command {
   }
 
   Outcome<ExitCode> run(Context& context) override {
+    if (auto fits = check_output(); !fits) return fits.error();
     if (!batch_.empty()) return report_batch(context);
     auto runs = load(context);
     if (!runs) return runs.error();
@@ -53,6 +56,22 @@ class ReportCommand final : public Command {
   }
 
  private:
+  // Somebody would send the page under the name of another format.
+  Outcome<bool> check_output() const {
+    const std::string ending = std::filesystem::path(output_).extension().string();
+    for (const char* other : {".pdf", ".csv", ".json", ".png", ".svg", ".txt", ".docx", ".md"}) {
+      if (ending != other) continue;
+      const char* how = ending == ".pdf"   ? "; a browser prints it as one"
+                        : ending == ".csv" ? "; --csv FILE writes the results as a table"
+                                           : "";
+      return Failure(kUsage,
+                     fmt::format("lcrig report: -o {}: the page is HTML, no {}{}",
+                                 printable(output_, kLongestName), ending.substr(1), how),
+                     "lcrig report -o report.html");
+    }
+    return true;
+  }
+
   Outcome<ExitCode> report_batch(Context& context) const {
     if (runs_ != std::vector<std::string>{"last"} || !csv_.empty()) {
       return Failure(kUsage, "lcrig report: --batch takes neither RUN nor --csv",
