@@ -14,7 +14,8 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::array<std::string_view, 5> kWords{"step", "level", "cycle", "repeat", "safe_point"};
+constexpr std::array<std::string_view, 5> kPlaceWords{"step", "level", "cycle", "repeat",
+                                                      "safe_point"};
 
 // The loads that one pass of a loop goes to. Two different ones: it loads and unloads, if only by
 // beginning again.
@@ -79,13 +80,13 @@ bool measures_next(StepCursor& cursor, const Step* step) {
 }  // namespace
 
 std::string_view to_string(StopPlace place) {
-  return kWords.at(static_cast<std::size_t>(place));
+  return kPlaceWords.at(static_cast<std::size_t>(place));
 }
 
 std::optional<StopPlace> parse_stop_place(std::string_view word) {
-  const auto* const found = std::ranges::find(kWords, word);
-  if (found == kWords.end()) return std::nullopt;
-  return static_cast<StopPlace>(found - kWords.begin());
+  const auto* const found = std::ranges::find(kPlaceWords, word);
+  if (found == kPlaceWords.end()) return std::nullopt;
+  return static_cast<StopPlace>(found - kPlaceWords.begin());
 }
 
 std::string place_words(StopPlace place) {
@@ -93,7 +94,7 @@ std::string place_words(StopPlace place) {
 }
 
 std::string stop_place_words() {
-  return fmt::format("{}", fmt::join(kWords, ", "));
+  return fmt::format("{}", fmt::join(kPlaceWords, ", "));
 }
 
 bool begins_level(const Step& step) {
