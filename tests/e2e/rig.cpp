@@ -26,6 +26,9 @@ constexpr const char* kBench = R"({ "format": "bench/1", "name": "quick", "error
     "travel_min_mm": -20, "travel_max_mm": 20, "speed_max_mm_s": 10 },
   "meter": {} })";
 
+// A sleeping thread is woken later than that: a program that has to compute waits longer still.
+constexpr double kStarved_s = 0.2, kStarvedShare = 0.1;
+
 }  // namespace
 
 NotifySocket::NotifySocket(const std::string& path) : fd_(::socket(AF_UNIX, SOCK_DGRAM, 0)) {
@@ -149,6 +152,8 @@ json Ended::last_line() const {
 }
 
 void Rig::SetUp() {
+  begin_ = RealClock().now();
+  machine_ = std::make_unique<StandstillWatch>();
   write("bench.json", kBench);
 }
 
@@ -166,6 +171,17 @@ void Rig::TearDown() {
   daemons_.clear();
   sim_.reset();
   EXPECT_TRUE(::waitpid(-1, nullptr, WNOHANG) < 0 && errno == ECHILD) << "a process is left";
+  if (HasFailure()) tell_of_standstills();
+  machine_.reset();
+}
+
+void Rig::tell_of_standstills() const {
+  const MonoTime now = RealClock().now();
+  const double stood_s = to_seconds(machine_->within(begin_, now));
+  const double longest_s = to_seconds(machine_->longest()), all_s = to_seconds(now - begin_);
+  const bool starved = stood_s > kStarvedShare * all_s || longest_s > kStarved_s;
+  std::cerr << (starved ? "void: " : "") << "the machine stood still for " << stood_s << " of "
+            << all_s << " s, at longest " << longest_s << " s\n";
 }
 
 void Rig::write(const std::string& name, const std::string& text) const {

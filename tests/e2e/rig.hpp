@@ -67,7 +67,9 @@ struct Ended {
 class Rig : public testing::Test {
  protected:
   void SetUp() override;
-  void TearDown() override;  // fails the test if a process is left
+  // Fails the test if a process is left. Of a test that failed it says for how long the machine had
+  // no processor for it; one that was starved counts as void (./check runs it again, alone).
+  void TearDown() override;
 
   std::string file(const std::string& name) const { return dir_.file(name); }
   void write(const std::string& name, const std::string& text) const;
@@ -105,7 +107,11 @@ class Rig : public testing::Test {
   std::vector<std::unique_ptr<Child>> daemons_;
 
  private:
+  void tell_of_standstills() const;
+
   TempDir dir_;
+  MonoTime begin_{};
+  std::unique_ptr<StandstillWatch> machine_;
   std::unique_ptr<LineClient> back_door_;
   int commands_ = 0;
 };
