@@ -7,6 +7,7 @@
 
 #include "daemon/app.hpp"
 #include "daemon/rig/sim.hpp"
+#include "protocols/plan/planned_rig.hpp"
 #include "storage/batches.hpp"
 #include "storage/database.hpp"
 #include "storage/run_summary.hpp"
@@ -27,6 +28,7 @@ class BatchRig final : public InstrumentFactory {
            Bench bench)
       : executor_(std::move(executor)), clock_(clock), request_(request), bench_(std::move(bench)) {
     if (request_.errors) bench_.errors = request_.errors;
+    bench_.operator_reaction = from_seconds(PlannedRig::kByHand_s);  // as plans say
   }
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest wanted) override {
     SimRequest sim(bench_, wanted);
@@ -241,6 +243,10 @@ class BatchRehearsal {
       out.reason = stored->reason;
       out.measure_readings += summary->measure_readings;
       out.duration_s += summary->duration_s.value_or(0);
+      auto acts = db.integer(fmt::format(
+          "SELECT count(*) FROM event WHERE run_id = {} AND kind IN ('confirm', 'answer')", run));
+      if (!acts) return fail(acts.error());
+      out.acts += *acts;
     }
     out_.machine_s += out.duration_s;
     out_.measure_readings += out.measure_readings;

@@ -41,6 +41,7 @@ struct RehearsedEntry {
   std::string exit_status, reason;  // of the run
   std::int64_t measure_readings = 0;
   double duration_s = 0;
+  std::int64_t acts = 0;  // of a person inside its runs: weights, confirmations, answers
 };
 struct RehearseBatchResult {
   std::string name, db_path;

@@ -34,7 +34,7 @@ tl::unexpected<Error> wrong(const Question& q, const AnswerValue& given, std::st
 }
 
 Result<AnswerValue> read_confirmation(const Question& q, const AnswerValue& given) {
-  constexpr std::array<std::string_view, 5> kYes{"", "yes", "y", "ok", "true"};
+  constexpr std::array<std::string_view, 8> kYes{"", "yes", "Yes", "YES", "y", "ok", "OK", "true"};
   const auto* text = std::get_if<std::string>(&given);
   const auto* flag = std::get_if<bool>(&given);
   const bool typed = text != nullptr && std::ranges::find(kYes, trimmed(*text)) != kYes.end();

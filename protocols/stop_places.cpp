@@ -21,7 +21,9 @@ constexpr std::array<std::string_view, 5> kPlaceWords{"step", "level", "cycle", 
 // beginning again.
 class Loads {
  public:
-  explicit Loads(const Environment& environment) : environment_(environment) {}
+  // `fixed`: variables of sweeps around that have not begun; each has one value, whichever.
+  explicit Loads(const Environment& environment, std::vector<std::string> fixed = {})
+      : environment_(environment), fixed_(std::move(fixed)) {}
 
   void add(const Steps& steps) {
     for (const Step& step : steps) {
@@ -43,6 +45,10 @@ class Loads {
       seen_.insert(fmt::format("{} {} last", static_cast<int>(aim.kind), n.name));
       return;
     }
+    if (std::ranges::find(fixed_, n.name) != fixed_.end()) {
+      seen_.insert(fmt::format("{} {}", static_cast<int>(aim.kind), n.name));
+      return;
+    }
     const double value = environment_.get(n);
     const bool free = aim.kind == TargetKind::gap ? value >= 0 : is_force(aim) && value <= 0;
     seen_.insert(free ? std::string("free")
@@ -50,9 +56,24 @@ class Loads {
   }
 
   const Environment& environment_;
-  std::vector<std::string> swept_;  // variables of the sweeps around
+  std::vector<std::string> fixed_, swept_;  // `swept_`: variables of the sweeps inside
   std::set<std::string> seen_;
 };
+
+// A loop in which such a loop is: its pass is more than a cycle.
+bool loads_inside(const Steps& steps, const Environment& environment,
+                  const std::vector<std::string>& fixed) {
+  for (const Step& step : steps) {
+    const std::optional<Loop> loop = facts_of(step).loop;
+    if (!loop) continue;
+    std::vector<std::string> names = fixed;
+    if (loop->sweep() != nullptr) names.push_back(loop->sweep()->name);
+    Loads loads(environment, names);
+    loads.add(loop->steps());
+    if (loads.are_several() || loads_inside(loop->steps(), environment, names)) return true;
+  }
+  return false;
+}
 
 // The step that the cursor returned last is the last one of a pass of `loop`.
 bool ends_pass(const StepCursor& cursor, const Step* loop) {
@@ -117,7 +138,8 @@ const Step* StopPlaces::loop_of(StopPlace place, const StepCursor& cursor) {
   const auto& loops = cursor.loops();
   if (place == StopPlace::repeat) return loops.empty() ? nullptr : loops.front().step;
   for (const StepCursor::Pass& pass : loops | std::views::reverse) {
-    if (loads_and_unloads(pass)) return pass.step;
+    if (!loads_and_unloads(pass)) continue;
+    return loads_inside(pass.loop.steps(), cursor.environment(), {}) ? nullptr : pass.step;
   }
   return nullptr;
 }

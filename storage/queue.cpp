@@ -200,6 +200,11 @@ Result<std::vector<std::int64_t>> insert_into_queue(const Database& db, std::siz
   if (auto r = can_stand(db, place); !r) return fail(r.error());
   auto slot = find_slot(db, place, static_cast<std::int64_t>(count), 0);
   if (!slot) return fail(slot.error());
+  // What is added to a queue that has come to its end is something else to be started.
+  auto begun_anew = db.change(
+      "UPDATE queue_state SET held_cause = 'not_started', held_why = 'nobody has started it'"
+      " WHERE going = 0 AND held_cause = 'empty'");
+  if (!begun_anew) return fail(begun_anew.error());
   const auto detail = fmt::format("{}{}{}", words_of(place), why.empty() ? "" : ", ", why);
   std::vector<std::int64_t> out;
   out.reserve(count);

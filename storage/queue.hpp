@@ -95,13 +95,8 @@ Result<QueueState> get_queue_state(const Database& db);
 Result<std::vector<QueueListing>> list_queue(const Database& db, std::int64_t skip,
                                              std::int64_t most);
 Result<std::int64_t> count_queue(const Database& db);
-// What the first `most` that do not run yet will take, as far as their plans say.
-struct PlannedSum {
-  double duration_s = 0;
-  std::int64_t bytes = 0;
-  std::int64_t unknown = 0;  // entries without a plan
-};
-Result<PlannedSum> sum_of_plans(const Database& db, std::int64_t most);
+// Of all that do not run yet, as far as their plans say.
+Result<std::int64_t> planned_bytes(const Database& db);
 Result<std::int64_t> count_before(const Database& db, std::int64_t entry);
 Result<std::optional<QueueListing>> queue_head(const Database& db);
 Result<QueueListing> get_queue_entry(const Database& db, std::int64_t entry);

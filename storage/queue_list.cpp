@@ -113,27 +113,15 @@ Result<std::int64_t> count_queue(const Database& db) {
   return db.integer("SELECT count(*) FROM queue_entry WHERE place IS NOT NULL");
 }
 
-Result<PlannedSum> sum_of_plans(const Database& db, std::int64_t most) {
-  const auto read = [](const Statement& s) {
-    PlannedSum sum;
-    sum.duration_s = s.real(0);
-    sum.bytes = s.integer(1);
-    sum.unknown = s.integer(2);
-    return sum;
-  };
-  auto sum = db.first(
-      "SELECT coalesce(sum(plan_json ->> '$.duration_s'), 0.0),"
-      " coalesce(sum(plan_json ->> '$.bytes'), 0),"
-      " count(*) - count(plan_json ->> '$.duration_s') FROM (SELECT plan_json FROM queue_entry"
-      " WHERE place IS NOT NULL AND state <> 'running' ORDER BY place LIMIT ?)",
-      read, most);
-  if (!sum) return fail(sum.error());
-  return **sum;
+Result<std::int64_t> planned_bytes(const Database& db) {
+  return db.integer(
+      "SELECT coalesce(sum(plan_json ->> '$.bytes'), 0) FROM queue_entry"
+      " WHERE place IS NOT NULL AND state <> 'running'");
 }
 
 Result<std::int64_t> count_before(const Database& db, std::int64_t entry) {
   return db.integer(
-      fmt::format("SELECT count(*) FROM queue_entry WHERE state <> 'running' AND place <"
+      fmt::format("SELECT count(*) FROM queue_entry WHERE place <"
                   " (SELECT place FROM queue_entry WHERE id = {})",
                   entry));
 }

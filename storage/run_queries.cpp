@@ -100,6 +100,11 @@ std::string_view status_of(const RunListing& listing) {
   return to_string(listing.exit_status, listing.goes_on ? "running" : "cut off");
 }
 
+Result<std::optional<std::int64_t>> last_run_end_unix_ns(const Database& db) {
+  return db.first("SELECT ended_unix_ns FROM run_end ORDER BY run_id DESC LIMIT 1",
+                  [](const Statement& s) { return s.integer(0); });
+}
+
 Result<std::vector<RunListing>> list_runs(const Database& db) {
   auto all = db.rows(fmt::format("{} ORDER BY run.id DESC", kListing), read_listing);
   if (!all) return fail(all.error());

@@ -93,6 +93,8 @@ Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db, std::i
 
 // `text` is "12" or "last". Errors: no such run, not a number.
 Result<std::int64_t> find_run(const Database& db, std::string_view text);
+// Of the last run that ended; nullopt: none has.
+Result<std::optional<std::int64_t>> last_run_end_unix_ns(const Database& db);
 Result<std::vector<RunListing>> list_runs(const Database& db);  // newest first
 Result<RunListing> get_run_listing(const Database& db, std::int64_t run);
 Result<RunRow> get_run(const Database& db, std::int64_t run);

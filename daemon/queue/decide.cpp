@@ -89,24 +89,13 @@ std::optional<Gate> gate_of_setup(const QueueFacts& facts, const HeadFacts& head
 
 // The last of the times that it has to wait for.
 std::optional<WaitUntil> wait_of(const QueueFacts& facts, const HeadFacts& head) {
-  const auto& terms = head.terms;
+  const BeginTime begin = begin_time(head.terms, facts.now_unix_s, facts.last_end_unix_s);
+  if (begin.why.empty()) return std::nullopt;
   WaitUntil out;
   out.entry = head.entry;
-  out.unix_s = facts.now_unix_s;
-  const auto wait_until = [&](std::int64_t unix_s, std::string_view why) {
-    if (unix_s <= out.unix_s) return;
-    out.unix_s = unix_s;
-    out.why = fmt::format("entry {} begins at {} ({})", head.entry, local_time(unix_s), why);
-  };
-  if (facts.last_end_unix_s && terms.rest_s > 0) {
-    const auto rest_s = static_cast<std::int64_t>(std::ceil(terms.rest_s));
-    wait_until(*facts.last_end_unix_s + rest_s, fmt::format("a rest of {} s", rest_s));
-  }
-  if (terms.not_before_unix_s) wait_until(*terms.not_before_unix_s, "not before");
-  if (terms.between) {
-    wait_until(next_inside(out.unix_s, *terms.between), "between " + to_string(*terms.between));
-  }
-  if (out.why.empty()) return std::nullopt;
+  out.unix_s = begin.unix_s;
+  out.why =
+      fmt::format("entry {} begins at {} ({})", head.entry, local_time(begin.unix_s), begin.why);
   return out;
 }
 
@@ -161,6 +150,39 @@ std::string_view to_string(Gate::Kind kind) {
   return kWords[static_cast<std::size_t>(kind)];
 }
 
+BeginTime begin_time(const QueueTerms& terms, std::int64_t now_unix_s,
+                     std::optional<std::int64_t> last_end_unix_s) {
+  BeginTime out;
+  out.unix_s = now_unix_s;
+  const auto wait_until = [&out](std::int64_t unix_s, std::string why) {
+    if (unix_s <= out.unix_s) return;
+    out.unix_s = unix_s;
+    out.why = std::move(why);
+  };
+  if (last_end_unix_s && terms.rest_s > 0) {
+    const auto rest_s = static_cast<std::int64_t>(std::ceil(terms.rest_s));
+    wait_until(*last_end_unix_s + rest_s, fmt::format("a rest of {} s", rest_s));
+  }
+  if (terms.not_before_unix_s) wait_until(*terms.not_before_unix_s, "not before");
+  if (terms.between) {
+    wait_until(next_inside(out.unix_s, *terms.between), "between " + to_string(*terms.between));
+  }
+  return out;
+}
+
+Result<> check_begin(const QueueTerms& terms, std::int64_t now_unix_s) {
+  if (!terms.not_after_unix_s) return {};
+  const std::int64_t last = *terms.not_after_unix_s;
+  if (last < now_unix_s) {
+    return fail(Errc::invalid_request, "not after {}: that is over, it could never begin",
+                local_time(last));
+  }
+  const BeginTime begin = begin_time(terms, now_unix_s, std::nullopt);
+  if (begin.unix_s <= last) return {};
+  return fail(Errc::invalid_request, "not after {}, and not before {} ({}): it could never begin",
+              local_time(last), local_time(begin.unix_s), begin.why);
+}
+
 Result<> check_answer(const Gate& gate, std::string_view answer) {
   if (trimmed(answer) == gate.expected) return {};
   if (gate.kind != Gate::Kind::person) {
@@ -201,7 +223,7 @@ NextAct next_act(const QueueFacts& facts) {
 Aftermath aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std::int64_t attempts,
                        std::int64_t failures_in_row) {
   Aftermath after;
-  // What was refused before anything was commanded waits on.
+  // What a hazard or a stop kept from beginning waits on; what its terms decide on has failed.
   after.entry = outcome.begun ? EntryState::failed : EntryState::waiting;
   after.failures_in_row = failures_in_row + 1;
   if (outcome.status == ExitStatus::success) {
@@ -219,7 +241,7 @@ Aftermath aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std
     return held(std::move(after), HoldCause::aborted, reason_of(outcome));
   }
   // Nobody but a person says again that the specimen was not touched meanwhile.
-  if (outcome.resumes && !outcome.begun) after.entry = EntryState::interrupted;
+  after.entry = outcome.resumes && !outcome.begun ? EntryState::interrupted : EntryState::failed;
   if (!may_be_skipped(outcome) || after.entry == EntryState::interrupted) {
     return held(std::move(after), HoldCause::failure, reason_of(outcome));
   }

@@ -57,6 +57,17 @@ struct QueueFacts {
   std::optional<std::int64_t> last_end_unix_s;  // of a run of anybody
 };
 
+// When an entry may begin, as far as its terms say: from `now_unix_s` on, and since the last run
+// ended. `why` is empty when nothing has to be waited for.
+struct BeginTime {
+  std::int64_t unix_s = 0;
+  std::string why;
+};
+BeginTime begin_time(const QueueTerms& terms, std::int64_t now_unix_s,
+                     std::optional<std::int64_t> last_end_unix_s);
+// Errors: invalid_request, when it could never begin.
+Result<> check_begin(const QueueTerms& terms, std::int64_t now_unix_s);
+
 // What a person has to do before an entry begins.
 struct Gate {
   enum class Kind {

@@ -4,7 +4,9 @@
 #include <utility>
 
 #include "daemon/control/queue_messages.hpp"
+#include "daemon/queue/decide.hpp"
 #include "storage/batches.hpp"
+#include "storage/runs.hpp"
 
 namespace lcrig {
 
@@ -12,35 +14,65 @@ namespace {
 
 constexpr std::size_t kPageBytes = 400'000;  // of texts; an answer has at most 1 MiB
 
-// Where the machine will be in its plan, entry by entry.
+constexpr std::int64_t kUnixSecond_ns = 1'000'000'000;
+
+// Where the machine will be in its plan, entry by entry: rests and times of the day are waited for,
+// what people take at gates nobody knows.
 class PlannedClock {
  public:
-  PlannedClock(std::int64_t now_unix_ns, const PlannedSum& before) : at_s_(before.duration_s) {
-    now_ = now_unix_ns;
-    known_ = before.unknown == 0;
-  }
-  PlannedTime take(const EntryPlan& plan) {
+  // `left_s`: of the run that goes on.
+  PlannedClock(std::int64_t now_unix_ns, double left_s, std::optional<std::int64_t> last_end_ns)
+      : left_s_(left_s), at_ns_(now_unix_ns), last_end_ns_(last_end_ns) {}
+
+  PlannedTime take(const QueueListing& entry, const EntryPlan& plan) {
     PlannedTime out;
-    if (known_) out.begin_unix_ns = unix_ns();
-    known_ = known_ && plan.duration_s;
-    at_s_ += plan.duration_s.value_or(0);
-    if (known_) out.end_unix_ns = unix_ns();
+    const bool runs = entry.state == EntryState::running;
+    if (!runs) wait_for(entry.terms_json);
+    if (known_) out.begin_unix_ns = at_ns_;
+    known_ = known_ && (runs || plan.duration_s);
+    at_ns_ += from_seconds(runs ? left_s_ : plan.duration_s.value_or(0)).count();
+    last_end_ns_ = at_ns_;
+    if (known_) out.end_unix_ns = at_ns_;
     return out;
   }
 
  private:
-  std::int64_t unix_ns() const { return now_ + from_seconds(at_s_).count(); }
-  std::int64_t now_ = 0;
-  double at_s_ = 0;
+  void wait_for(const std::string& terms_json) {
+    if (terms_json != terms_json_) {  // those of a batch are alike
+      terms_ = parse_terms(terms_json).value_or(QueueTerms());
+      terms_json_ = terms_json;
+    }
+    const std::int64_t now_s = at_ns_ / kUnixSecond_ns;
+    std::optional<std::int64_t> last_end_s;
+    if (last_end_ns_) last_end_s = *last_end_ns_ / kUnixSecond_ns;
+    const BeginTime begin = begin_time(terms_, now_s, last_end_s);
+    if (!begin.why.empty()) at_ns_ = begin.unix_s * kUnixSecond_ns;
+  }
+
+  double left_s_;
+  std::int64_t at_ns_;
+  std::optional<std::int64_t> last_end_ns_;
   bool known_ = true;
+  std::string terms_json_;
+  QueueTerms terms_;
 };
 
-ListedEntry listed(QueueListing listing, PlannedClock& time, double left_s) {
+// The clock behind the first `skip` entries.
+Result<PlannedClock> clock_behind(const Database& db, std::int64_t now_unix_ns, double left_s,
+                                  std::int64_t skip) {
+  auto last_end = last_run_end_unix_ns(db);
+  if (!last_end) return fail(last_end.error());
+  PlannedClock out(now_unix_ns, left_s, *last_end);
+  auto before = list_queue(db, 0, skip);
+  if (!before) return fail(before.error());
+  for (const QueueListing& entry : *before) out.take(entry, parse_entry_plan(entry.plan_json));
+  return out;
+}
+
+ListedEntry listed(QueueListing listing, PlannedClock& time) {
   ListedEntry out;
   out.plan = parse_entry_plan(listing.plan_json);
-  EntryPlan left = out.plan;
-  if (listing.state == EntryState::running) left.duration_s = left_s;
-  out.planned = time.take(left);
+  out.planned = time.take(listing, out.plan);
   out.listing = std::move(listing);
   return out;
 }
@@ -53,21 +85,16 @@ Result<QueuePage> read_queue_page(const Database& db, std::int64_t now_unix_ns, 
   auto count = count_queue(db);
   if (!count) return fail(count.error());
   page.count = *count;
-  auto head = queue_head(db);
-  if (!head) return fail(head.error());
-  const bool runs = *head && (*head)->state == EntryState::running && skip > 0;
-  auto before = sum_of_plans(db, runs ? skip - 1 : skip);
-  if (!before) return fail(before.error());
-  if (runs) before->duration_s += left_s;
+  auto time = clock_behind(db, now_unix_ns, left_s, skip);
+  if (!time) return fail(time.error());
   auto entries = list_queue(db, skip, most);
   if (!entries) return fail(entries.error());
-  PlannedClock time(now_unix_ns, *before);
   std::size_t bytes = 0;
   page.entries.reserve(entries->size());
   for (QueueListing& entry : *entries) {
     bytes += entry.note.size() + entry.parameters_json.size() + entry.plan_json.size();
     if (bytes > kPageBytes && !page.entries.empty()) break;
-    page.entries.push_back(listed(std::move(entry), time, left_s));
+    page.entries.push_back(listed(std::move(entry), *time));
   }
   return page;
 }
@@ -78,11 +105,9 @@ Result<ListedEntry> read_listed_entry(const Database& db, std::int64_t now_unix_
   if (!found) return fail(found.error());
   auto ahead = count_before(db, entry);
   if (!ahead) return fail(ahead.error());
-  auto before = sum_of_plans(db, *ahead);
-  if (!before) return fail(before.error());
-  if (found->state != EntryState::running) before->duration_s += left_s;
-  PlannedClock time(now_unix_ns, *before);
-  ListedEntry out = listed(std::move(*found), time, left_s);
+  auto time = clock_behind(db, now_unix_ns, left_s, *ahead);
+  if (!time) return fail(time.error());
+  ListedEntry out = listed(std::move(*found), *time);
   auto batch = batch_of_entry(db, entry);
   if (!batch) return fail(batch.error());
   out.batch = std::move(*batch);

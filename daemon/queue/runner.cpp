@@ -9,6 +9,7 @@
 #include "base/text.hpp"
 #include "daemon/control/params.hpp"
 #include "daemon/control/queue_messages.hpp"
+#include "storage/runs.hpp"
 
 namespace lcrig {
 
@@ -126,8 +127,7 @@ Result<QueueRunner::Look> QueueRunner::look_at(const Database& db) {
   auto head = queue_head(db);
   if (!head) return fail(head.error());
   out.head = std::move(*head);
-  auto end = db.first("SELECT ended_unix_ns FROM run_end ORDER BY run_id DESC LIMIT 1",
-                      [](const Statement& s) { return s.integer(0); });
+  auto end = last_run_end_unix_ns(db);
   if (!end) return fail(end.error());
   out.last_end_unix_ns = *end;
   return out;

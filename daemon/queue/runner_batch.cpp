@@ -152,6 +152,9 @@ Result<std::vector<std::int64_t>> store_batch(const Database& db, const BatchAdd
 
 Task<Result<BatchAdded>> QueueRunner::add_batch(BatchAdd wanted, PeerCredentials peer) {
   const QueueActor who = co_await actor(std::move(peer));
+  if (auto can = check_begin(wanted.terms, clock_.unix_ns() / 1'000'000'000); !can) {
+    co_return fail(can.error());
+  }
   if (wanted.operator_name.empty()) wanted.operator_name = who.user;
   const auto read = [&wanted, &who](const Database& db) -> Result<WantedBatch> {
     if (auto free = not_locked(db, who); !free) return fail(free.error());
@@ -165,9 +168,9 @@ Task<Result<BatchAdded>> QueueRunner::add_batch(BatchAdd wanted, PeerCredentials
   BatchAdded out = sum_of_batch(*batch);
   const auto store = [&](const Database& db) -> Result<std::vector<std::int64_t>> {
     if (auto free = not_locked(db, who); !free) return fail(free.error());
-    auto waiting = sum_of_plans(db, -1);
+    auto waiting = planned_bytes(db);
     if (!waiting) return fail(waiting.error());
-    if (auto room = store_.check_room(waiting->bytes + out.bytes); !room) {
+    if (auto room = store_.check_room(*waiting + out.bytes); !room) {
       return fail(room.error());
     }
     return store_batch(db, wanted, *batch, who);

@@ -64,6 +64,9 @@ Task<Result<>> QueueRunner::change(Job job, PeerCredentials peer) {
 
 Task<Result<QueueAdded>> QueueRunner::add(QueueAdd wanted, PeerCredentials peer) {
   const QueueActor who = co_await actor(std::move(peer));
+  if (auto can = check_begin(wanted.terms, clock_.unix_ns() / 1'000'000'000); !can) {
+    co_return fail(can.error());
+  }
   if (wanted.run.operator_name.empty()) wanted.run.operator_name = who.user;
   auto plan = co_await host_.plan_entry(wanted.run, PlanOn::rig);
   if (!plan) co_return fail(plan.error());
@@ -72,9 +75,9 @@ Task<Result<QueueAdded>> QueueRunner::add(QueueAdd wanted, PeerCredentials peer)
   const std::vector<QueuedRun> runs(1, stored_form(wanted.run, wanted.terms, out.plan));
   const auto job = [&](const Database& db) -> Result<std::vector<std::int64_t>> {
     if (auto free = not_locked(db, who); !free) return fail(free.error());
-    auto waiting = sum_of_plans(db, -1);
+    auto waiting = planned_bytes(db);
     if (!waiting) return fail(waiting.error());
-    if (auto room = store_.check_room(waiting->bytes + out.plan.bytes); !room) {
+    if (auto room = store_.check_room(*waiting + out.plan.bytes); !room) {
       return fail(room.error());
     }
     return add_to_queue(db, runs, wanted.place, who);

@@ -260,16 +260,42 @@ class BatchChecker {
       meter.insert(*value);
       key += '\n' + std::get<std::string>(value->second);
     }
+    const Result<KnownProtocol>& plain = known_protocol(cell.text, *file->second, {});
+    if (!plain) {
+      wrong_.add(cell.at, "protocol", plain.error().what);
+      return nullptr;
+    }
+    const Result<KnownProtocol>& known = known_protocol(key, *file->second, meter);
+    if (known) return &*known;
+    refuse_settings(*file->second, meter, given, known.error());
+    return &*plain;  // for the other cells of the row
+  }
+
+  const Result<KnownProtocol>& known_protocol(const std::string& key, const BatchFile& file,
+                                              const ParameterValues& meter) {
     auto known = protocols_.find(key);
     if (known == protocols_.end()) {
-      known = protocols_.emplace(key, parsed(*file->second, meter)).first;
+      known = protocols_.emplace(key, parsed(file, meter)).first;
     }
-    if (known->second) return &*known->second;
-    const auto from = meter.empty() ? given.from.end() : given.from.find(meter.begin()->first);
-    const bool of_file = from == given.from.end() || !parse_protocol(file->second->text, "");
-    wrong_.add(of_file ? cell.at : from->second.first, of_file ? "protocol" : from->second.second,
-               known->second.error().what);
-    return nullptr;
+    return known->second;
+  }
+
+  // Each setting that is wrong by itself; `together`: what is wrong with all of them.
+  void refuse_settings(const BatchFile& file, const ParameterValues& meter, const Given& given,
+                       const Error& together) {
+    bool said = false;
+    for (const auto& setting : meter) {
+      ParameterValues alone;
+      alone.insert(setting);
+      const auto one = parsed(file, std::move(alone));
+      if (one) continue;
+      const auto& [at, column] = given.from.at(setting.first);
+      wrong_.add(at, column, one.error().what);
+      said = true;
+    }
+    if (said) return;
+    const auto& [at, column] = given.from.at(meter.begin()->first);
+    wrong_.add(at, column, together.what);
   }
 
   static Result<KnownProtocol> parsed(const BatchFile& file, ParameterValues meter) {
@@ -318,7 +344,9 @@ class BatchChecker {
       if (!file) return std::nullopt;
     }
     for (const auto& [key, protocol] : protocols_) {
-      if (!protocol) return std::nullopt;
+      const bool of_file = files_.contains(key);  // without settings of the meter
+      if (!protocol && of_file) return std::nullopt;
+      if (!protocol) continue;
       for (const auto& [name, p] : protocol->protocol.parameters) out.insert(name);
     }
     return out;

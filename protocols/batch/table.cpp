@@ -80,6 +80,13 @@ Result<BatchTable> read_batch_table(std::string_view text, const std::string& so
   if (auto good = check_bytes(text, source); !good) return fail(good.error());
   std::string_view body = text;
   if (body.starts_with(kByteOrderMark)) body.remove_prefix(kByteOrderMark.size());
+  if (trimmed(body).starts_with('[')) {
+    BatchMistakes wrong;
+    wrong.add(TextPosition(), "",
+              "a list, expected a JSON object with \"format\": \"batch/1\" and the list as its "
+              "\"runs\", or CSV");
+    return fail(wrong.result(source, text).error());
+  }
   const bool is_json = trimmed(body).starts_with('{') || trimmed(body).starts_with("//");
   auto table = is_json ? read_batch_json(text, source) : read_batch_csv(text, source);
   if (!table) return table;

@@ -79,7 +79,7 @@ class QueueAddCommand final : public Command {
     if (!batch) return batch.error();
     json params = batch_params(*batch);
     if (!operator_.empty()) params["operator"] = operator_;
-    if (auto ok = place_.put_into(params, "last"); !ok) return ok.error();
+    if (auto ok = place_.put_into(params, context.global); !ok) return ok.error();
     const std::int64_t now_unix_s = context.clock.unix_ns() / 1'000'000'000;
     if (auto ok = terms_.put_into(params, now_unix_s); !ok) return ok.error();
     return queue_batch(context, params, *batch);
@@ -91,7 +91,7 @@ class QueueAddCommand final : public Command {
     run->operator_name = operator_;
     run->note = note_;
     json out = to_json(*run);
-    if (auto ok = place_.put_into(out, "last"); !ok) return ok.error();
+    if (auto ok = place_.put_into(out, context.global); !ok) return ok.error();
     const std::int64_t now_unix_s = context.clock.unix_ns() / 1'000'000'000;
     if (auto ok = terms_.put_into(out, now_unix_s); !ok) return ok.error();
     return out;
@@ -115,10 +115,15 @@ class QueueMoveCommand final : public Command {
     place_.declare(list);
   }
   Outcome<ExitCode> run(Context& context) override {
-    auto entry = entry_number(entry_);
+    auto entry = entry_number(entry_, context.global);
     if (!entry) return entry.error();
+    if (!place_.given()) {
+      return Failure(kUsage,
+                     "where to? --first, --last, --before ENTRY or --after ENTRY is missing",
+                     next_command(context.global, {"queue", "move", entry_, "--first"}));
+    }
     json params{{"entry", *entry}};
-    if (auto ok = place_.put_into(params, nullptr); !ok) return ok.error();
+    if (auto ok = place_.put_into(params, context.global); !ok) return ok.error();
     return call_queue(context, "queue.move", params, [&](std::ostream& out, const json&) {
       fmt::print(out, "entry {} moved\n", *entry);
       context.console.next(next_command(context.global, {"queue", "list"}));
@@ -138,7 +143,7 @@ class QueueRemoveCommand final : public Command {
     list.positional("ENTRY", entry_, "Its number in `lcrig queue list`");
   }
   Outcome<ExitCode> run(Context& context) override {
-    auto entry = entry_number(entry_);
+    auto entry = entry_number(entry_, context.global);
     if (!entry) return entry.error();
     return call_queue(context, "queue.remove", json{{"entry", *entry}},
                       [&](std::ostream& out, const json&) {

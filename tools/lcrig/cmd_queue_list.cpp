@@ -77,7 +77,7 @@ class QueueShowCommand final : public Command {
     list.positional("ENTRY", entry_, "Its number in `lcrig queue list`");
   }
   Outcome<ExitCode> run(Context& context) override {
-    auto entry = entry_number(entry_);
+    auto entry = entry_number(entry_, context.global);
     if (!entry) return entry.error();
     auto source = QueueSource::open(context);
     if (!source) return source.error();
@@ -173,7 +173,7 @@ class QueueHistoryCommand final : public Command {
     }
     std::optional<std::int64_t> of_entry;
     if (!entry_.empty()) {
-      auto entry = entry_number(entry_);
+      auto entry = entry_number(entry_, context.global);
       if (!entry) return entry.error();
       of_entry = *entry;
     }

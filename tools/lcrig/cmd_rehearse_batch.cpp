@@ -91,7 +91,8 @@ json to_json(const RehearsedEntry& e) {
            {"exit_status", e.exit_status},
            {"reason", e.reason},
            {"measure_readings", e.measure_readings},
-           {"duration_s", e.duration_s}};
+           {"duration_s", e.duration_s},
+           {"acts", e.acts}};
   out["run"] = number_or_null(e.run);
   return out;
 }
@@ -181,6 +182,12 @@ void print_day(std::ostream& out, const RehearseBatchResult& r, const BatchReque
   if (!r.hands.empty()) fmt::print(out, "a person has to act at\n");
   for (const HandTime& hand : r.hands) {
     fmt::print(out, "  {:>8}  {}\n", format_time(hand.at_s), printable(hand.prompt, kLongestWords));
+  }
+  for (const RehearsedEntry& entry : r.entries) {
+    if (entry.acts == 0) continue;
+    fmt::print(out, "  inside entry {} ({} on {}): {} weights or answers\n", entry.entry,
+               printable(entry.protocol, kLongestName), printable(entry.specimen, kLongestName),
+               entry.acts);
   }
   fmt::print(out, "what it measures\n");
   for (const BatchKind& kind : kinds) print_kind(out, kind);

@@ -118,7 +118,8 @@ std::string end_of_queue(ControlClient& client) {
 Outcome<ExitCode> VerbCommand::run(Context& context) {
   if (verb_.needs_place && place_.empty()) {
     return Failure(
-        kUsage, "--after is missing: what is to be finished? (step, level, cycle, repeat, run)",
+        kUsage,
+        "--after is missing: what is to be finished? (step, level, cycle, repeat, safe_point, run)",
         next_command(context.global, {"stop", "--after", "level"}, "lcrig abort stops at once"));
   }
   // Whoever stops the frame is not asked about databases. A confirmation may begin a motion.

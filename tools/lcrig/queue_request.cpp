@@ -16,12 +16,12 @@ namespace lcrig::cli {
 
 using nlohmann::json;
 
-Outcome<std::int64_t> entry_number(const std::string& text) {
+Outcome<std::int64_t> entry_number(const std::string& text, const GlobalOptions& global) {
   const auto number = number_from<std::int64_t>(text);
   if (number && *number >= 1) return *number;
   return Failure(kUsage,
                  fmt::format("ENTRY '{}' is not the number of an entry", printable(text, 60)),
-                 "lcrig queue list");
+                 next_command(global, {"queue", "list"}));
 }
 
 void PlaceOptions::declare(ArgumentList& list) {
@@ -31,22 +31,15 @@ void PlaceOptions::declare(ArgumentList& list) {
   list.option("--after", after_, "ENTRY", "Just behind that one");
 }
 
-Outcome<bool> PlaceOptions::put_into(json& params, const char* usual) const {
-  const int given = int{first_} + int{last_} + int{!before_.empty()} + int{!after_.empty()};
-  if (given > 1) {
+Outcome<bool> PlaceOptions::put_into(json& params, const GlobalOptions& global) const {
+  if (int{first_} + int{last_} + int{!before_.empty()} + int{!after_.empty()} > 1) {
     return Failure(kUsage, "--first, --last, --before and --after exclude each other: give one",
                    "lcrig queue --help");
   }
-  if (given == 0 && usual == nullptr) {
-    return Failure(kUsage, "where to? --first, --last, --before ENTRY or --after ENTRY is missing",
-                   "lcrig queue move 7 --first");
-  }
-  if (given == 0) params["place"] = usual;
-  if (first_) params["place"] = "first";
-  if (last_) params["place"] = "last";
+  params["place"] = first_ ? "first" : "last";
   for (const auto& [key, text] : {std::pair("before", before_), std::pair("after", after_)}) {
     if (text.empty()) continue;
-    auto entry = entry_number(text);
+    auto entry = entry_number(text, global);
     if (!entry) return entry.error();
     json at = json::object();
     at[key] = *entry;

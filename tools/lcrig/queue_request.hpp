@@ -15,15 +15,16 @@
 
 namespace lcrig::cli {
 
-// Failure: usage.
-Outcome<std::int64_t> entry_number(const std::string& text);
+// Failure: usage. `global`: for what is proposed then.
+Outcome<std::int64_t> entry_number(const std::string& text, const GlobalOptions& global);
 
 // --first, --last, --before ENTRY, --after ENTRY.
 class PlaceOptions {
  public:
   void declare(ArgumentList& list);
-  // Sets "place". `usual`: when none was given; nullptr: one has to be. Failure: usage.
-  Outcome<bool> put_into(nlohmann::json& params, const char* usual) const;
+  // Sets "place": the last one when none was given. Failure: usage.
+  Outcome<bool> put_into(nlohmann::json& params, const GlobalOptions& global) const;
+  bool given() const { return first_ || last_ || !before_.empty() || !after_.empty(); }
 
  private:
   bool first_ = false, last_ = false;

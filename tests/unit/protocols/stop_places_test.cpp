@@ -99,6 +99,29 @@ TEST(StopPlaces, ASweepOfLoadsIsNoCycleTheLoopThatUnloadsIs) {
   EXPECT_EQ(walk.ends(StopPlace::step).size(), 17U);
 }
 
+// 1 pre, 2 load 3 unload, 4 load 5 unload, 6 tail, 7 pre ... 12 tail
+TEST(StopPlaces, BesideTheInnermostLoopThatLoadsNoCycleIsUnderWay) {
+  Walk walk(repeat("outer", 2,
+                   mark("pre") + "," +
+                       repeat("inner", 2, load("load", "1") + "," + unload("unload")) + "," +
+                       mark("tail")));
+  EXPECT_THAT(walk.ends(StopPlace::cycle),
+              ElementsAre("3 unload", "5 unload", "9 unload", "11 unload"));
+  EXPECT_EQ(walk.next(1, StopPlace::cycle), "1 pre");
+  EXPECT_EQ(walk.next(2, StopPlace::cycle), "3 unload");
+  EXPECT_EQ(walk.next(6, StopPlace::cycle), "6 tail");
+  EXPECT_EQ(walk.next(1, StopPlace::repeat), "6 tail");
+}
+
+// The inner variables have no values yet.
+TEST(StopPlaces, SweepsInsideThatHaveNotBegunDoNotMatter) {
+  const std::string levels = sweep(
+      "force", "f_N", "1, 2",
+      sweep("again", "g_N", "1, 2", load("load", "\"$f_N\"") + "," + load("more", "\"$g_N\"")));
+  Walk walk(repeat("pass", 2, mark("pre") + "," + levels + "," + unload("unload")));
+  EXPECT_EQ(walk.next(1, StopPlace::cycle), "1 pre");
+}
+
 TEST(StopPlaces, WhatIsUnderWayIsFinished) {
   Walk walk(kStatic);
   EXPECT_EQ(walk.next(2, StopPlace::step), "2 load");
