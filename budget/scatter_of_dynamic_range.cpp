@@ -65,14 +65,14 @@ double share_of_plateau(const PlannedStretch& s, double peak_kPa) {
 
 struct PeakScatter {
   double unit_variance = 0;  // of C at the peak, for unit variance of a reading
-  double force_kPa = 0;  // standard deviation of the force at which it turns
+  double force_kPa = 0;  // standard deviation of the force that counts as the peak
 };
 
-// A motion until a force turns when a sample reaches it: up to one sample too late.
+// The highest sample, whose force counts, is up to half an interval from the turn.
 double scatter_of_turn_kPa(const PlannedRun& run, const PlannedCycle& cycle) {
   if (cycle.loading_s <= 0 || run.sample_s <= 0) return 0;
   const LoadingPath loading(run, cycle.peak_kPa, cycle.loading_s);
-  return loading.short_of_peak_kPa(run.sample_s) / std::sqrt(12);
+  return loading.short_of_peak_kPa(run.sample_s / 2) / std::sqrt(12);
 }
 
 // Of the mean of a plateau, or of the fit where there is none. Nothing: no reading is under load.
