@@ -122,6 +122,10 @@ class RehearsedDay : public testing::Test {
     file.name = "phased";
     file.text = protocol;
     out.batch.protocols["phased"] = file;
+    // No plan knows that the specimen is farther away.
+    const std::string within = "\"within_mm\": 100";
+    file.text.replace(file.text.find(within), within.size(), "\"within_mm\": 1");
+    out.batch.protocols["short"] = file;
     for (const ShippedSpecimen& s : shipped_specimens()) {
       file.name = s.name;
       file.text = s.text;
@@ -154,10 +158,9 @@ TEST_F(RehearsedDay, TellsItsLengthAndWhenHandsAreNeeded) {
   EXPECT_EQ(again->name, "day-2");
 }
 
-// A way of which the time-out is too short.
 std::string failing_first(const std::string& on_failure) {
-  return "specimen,protocol,timeout_s,unattended,on_failure\npaper-1,phased,1,yes," + on_failure +
-         "\npaper-1,phased,,yes,hold\n";
+  return "specimen,protocol,unattended,on_failure\npaper-1,short,yes," + on_failure +
+         "\npaper-1,phased,yes,hold\n";
 }
 
 TEST_F(RehearsedDay, OfAFailureSomebodySkipsTheEntryAndTheDayGoesOn) {
@@ -166,7 +169,7 @@ TEST_F(RehearsedDay, OfAFailureSomebodySkipsTheEntryAndTheDayGoesOn) {
   ASSERT_THAT(day->entries, SizeIs(2));
   EXPECT_EQ(day->entries[0].state, "skipped");
   EXPECT_NE(day->entries[0].exit_status, "success");
-  EXPECT_THAT(day->entries[0].reason, HasSubstr("load"));
+  EXPECT_THAT(day->entries[0].reason, HasSubstr("contact"));
   EXPECT_EQ(day->entries[1].exit_status, "success") << day->entries[1].reason;
   EXPECT_THAT(day->troubles, ElementsAre(AllOf(HasSubstr("entry 1"), HasSubstr("(failure)"))));
   ASSERT_THAT(day->hands, SizeIs(2));

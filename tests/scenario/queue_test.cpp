@@ -197,7 +197,7 @@ TEST_F(QueueOfRuns, WhatDidNotBeginIsRepeatedAtOnceAndNotForEver) {
   ASSERT_TRUE(until_held());
   EXPECT_EQ(queue()["cause"], "too_many_failures");
   EXPECT_THAT(queue()["why"].get<std::string>(), HasSubstr("5 failures in a row"));
-  EXPECT_EQ(state(2), "waiting");
+  EXPECT_EQ(state(2), "failed");
   EXPECT_EQ(runs(), 1);
 }
 
@@ -334,7 +334,11 @@ TEST_F(QueueOfRuns, AnEntryThatIsTooLateHoldsOrIsSkipped) {
   ASSERT_TRUE(until_held()) << "nobody came";
   EXPECT_THAT(queue()["why"].get<std::string>(), HasSubstr("was to begin before"));
   EXPECT_EQ(state(1), "skipped");
-  EXPECT_EQ(state(2), "waiting");
+  EXPECT_EQ(state(2), "failed");
+  EXPECT_THAT(refusal("queue.start"), HasSubstr("--skip")) << "it would fail again";
+  ok("queue.start", {{"head", "skip"}});
+  ASSERT_TRUE(until_held());
+  EXPECT_EQ(queue()["cause"], "empty");
   EXPECT_EQ(runs(), 0);
 }
 
