@@ -112,7 +112,6 @@ void App::save_wire_logs() {
 
 // A daemon that cannot tell works all the same; `lcrig resume RUN` looks for itself.
 void App::look_for_resumable() {
-  if (!rig_->outlives_us()) return;
   auto db = open_read_only(config_.database);
   auto found = db ? find_resumable(*db) : fail(db.error());
   if (!found) {

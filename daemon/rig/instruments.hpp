@@ -75,8 +75,6 @@ class InstrumentFactory {
   virtual Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) = 0;
   // Asks both who they are; nothing at the frame changes. What comes of it is known then.
   virtual Task<> ask() = 0;
-  // What its frame and specimen are doing does not end with this process: a run can be continued.
-  virtual bool outlives_us() const { return true; }
   // A thread reckons a simulated specimen, which may take minutes.
   virtual bool is_reckoning() const { return false; }
 };

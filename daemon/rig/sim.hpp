@@ -52,7 +52,6 @@ class SimulatedRig final : public InstrumentFactory {
                Operator& person);
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
   Task<> ask() override;  // looks whether the bench or the recording can be read
-  bool outlives_us() const override { return false; }
   bool is_reckoning() const override { return is_reckoning_; }
 
  private:
