@@ -9,6 +9,7 @@
 #include "base/aside.hpp"
 #include "base/text.hpp"
 #include "daemon/continuation.hpp"
+#include "daemon/left_motion.hpp"
 #include "daemon/rig/sim.hpp"
 #include "daemon/run_words.hpp"
 #include "events/event_words.hpp"
@@ -227,14 +228,21 @@ std::string App::stored_anchor(std::int64_t run) const {
   return anchor && *anchor ? to_string(**anchor) : std::string();
 }
 
-// A protocol that cannot be read any more counts as one that commands.
 bool App::left_commanding(std::int64_t run) const {
   auto db = open_read_only(config_.database);
   if (!db) return true;
-  const auto row = get_run(*db, run);
-  if (!row) return true;
-  const auto protocol = parse_protocol(row->protocol_text, row->protocol_name);
-  return !protocol || commands_frame(*protocol);
+  return commanded_frame(*db, run);
+}
+
+bool App::frame_may_be_left() const {
+  constexpr Duration kPatience = 1s;  // of a disk
+  return real_ != nullptr && may_have_left_motion(config_.database, kPatience);
+}
+
+Task<> App::make_frame_safe() {
+  spdlog::warn("a run may have been cut off: the frame is stopped before the database is opened");
+  frame_was_made_safe_ = co_await real_->make_frame_safe();
+  if (frame_was_made_safe_) spdlog::info("the frame confirmed standstill");
 }
 
 // Makes the frame safe if a crash left it in the middle of a run; then asks the meter who it is
@@ -250,7 +258,7 @@ Task<> App::probe() {
   while (!shutting_down_) {
     enter(Use::asking);
     if (frame_to_make_safe_) {
-      const bool safe = co_await real_->make_frame_safe();
+      const bool safe = frame_was_made_safe_ || co_await real_->make_frame_safe();
       frame_to_make_safe_ = !safe;
       auto interrupted = recorder_->interrupted_runs();
       if (safe) {

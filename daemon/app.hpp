@@ -60,6 +60,11 @@ class App final : public ControlHandler, public QueueHost {
   // answers.
   void save_wire_logs();
 
+  // Before `start`, which may wait for a disk or for another program: after a crash in the middle
+  // of a run the frame is stopped first.
+  bool frame_may_be_left() const;
+  Task<> make_frame_safe();
+
   // Of the control socket.
   std::size_t clients() const { return control_->clients(); }
   std::size_t waiting_bytes() const { return control_->waiting_bytes(); }
@@ -173,6 +178,7 @@ class App final : public ControlHandler, public QueueHost {
   bool storing_ = false;  // a specimen or a note, beside the loop
   bool shutting_down_ = false;
   bool frame_to_make_safe_ = false;  // a run that commanded it was cut off by a crash
+  bool frame_was_made_safe_ = false;  // before anything else
   Liveness liveness_;
   std::vector<std::string> stuck_;
   MonoTime lag_told_;

@@ -82,6 +82,17 @@ void tell(const Error& error, const Options& options) {
              options.config);
 }
 
+void make_frame_safe(asio::io_context& io, App& app) {
+  bool over = false;
+  asio::co_spawn(io, app.make_frame_safe(), [&over](std::exception_ptr bug) {
+    if (bug) std::rethrow_exception(bug);
+    over = true;
+  });
+  while (!over && io.run_one() > 0) {
+  }
+  io.restart();
+}
+
 int serve(const Config& config) {
   if (!lock_memory()) {
     spdlog::info(
@@ -96,6 +107,7 @@ int serve(const Config& config) {
   AppParts parts;
   parts.notifier = ServiceNotifier::from_environment();
   App app(io, clock, config, std::move(parts));
+  if (app.frame_may_be_left()) make_frame_safe(io, app);
   // The unit starts it again after 1, not after 2: whoever is busy may be the last daemon, but what
   // cannot be opened now cannot be opened in a second either.
   if (auto started = app.start(); !started) {

@@ -168,10 +168,14 @@ Result<> add_run_note(const Database& db, std::int64_t run, std::string_view ope
   });
 }
 
+Result<std::vector<std::int64_t>> unfinished_runs(const Database& db) {
+  return db.rows("SELECT id FROM run WHERE id NOT IN (SELECT run_id FROM run_end)",
+                 [](const Statement& s) { return s.integer(0); });
+}
+
 Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db,
                                                       std::int64_t now_unix_ns) {
-  auto orphans = db.rows("SELECT id FROM run WHERE id NOT IN (SELECT run_id FROM run_end)",
-                         [](const Statement& s) { return s.integer(0); });
+  auto orphans = unfinished_runs(db);
   if (!orphans) return orphans;
   RunEnd end;
   end.status = ExitStatus::interrupted;

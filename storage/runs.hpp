@@ -89,6 +89,7 @@ Result<> add_run_note(const Database& db, std::int64_t run, std::string_view ope
                       std::string_view text, std::int64_t now_unix_ns);  // to a run that has ended
 // Closes runs without an end as `interrupted`. Only the sole writer may call it, while no run is
 // active.
+Result<std::vector<std::int64_t>> unfinished_runs(const Database& db);  // without an end
 Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db, std::int64_t now_unix_ns);
 
 // `text` is "12" or "last". Errors: no such run, not a number.

@@ -73,7 +73,12 @@ std::string beside_database(const std::string& database_path, const char* suffix
 
 Result<WriterLock> WriterLock::acquire(const std::string& database_path) {
   const std::string file = beside_database(database_path, ".lock");
-  const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  // Through a link it would empty another file.
+  const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
+  if (fd < 0 && errno == ELOOP) {
+    return fail(Errc::io, "{}: is a link, where the lock of the database has to be: remove it",
+                file);
+  }
   if (fd < 0) {
     return fail(Errc::io, "{}: {}; check that its folder is there and writable", file,
                 std::strerror(errno));

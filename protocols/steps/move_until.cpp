@@ -64,7 +64,10 @@ StepPlan MoveUntilStep::plan(PlannedRig& rig) const {
     const double to_m = rig.travel_m();
     const double slow_m = std::min(std::abs(to_m - from_m), std::abs(to_m - rig.travel_at(turn_N)));
     out.seconds += slow_m / rig.get(last) - slow_m / v;
-    if (turn_N > from_N) motion.check_stop(rig.felt_N(turn_N), speed, std::nullopt);
+    // What the first part may go too far is what is left of the way, and the overshoot allowed.
+    std::optional<Number> allowed;
+    if (overshoot) allowed = Number(rig.get(*overshoot) + (force_N - turn_N));
+    if (turn_N > from_N) motion.check_stop(rig.felt_N(turn_N), speed, allowed);
   }
   if (const auto t = loaded_time_s(force_N, v, rig.known()); loading && t && !final_speed) {
     const double each = to_seconds(rig.known().lcr.conversion_time(rig.meter()));
@@ -80,18 +83,25 @@ Task<Result<>> MoveUntilStep::execute(RunParts& run, Progress& /*progress*/) con
   if (!is_force(until)) co_return co_await move_to_place(until, speed, timeout, run);
   const double force_N = run.labels.force_of(until), timeout_s = run.get(timeout);
   double v = run.get(speed);
+  bool is_there = false;
   if (final_speed) {
     const auto present_N = run.view.present_force_N();
     if (!present_N) co_return fail(present_N.error());
     const double turn_N = turn_force_N(*present_N, force_N, run.get(*final_from));
+    const bool loading = force_N > *present_N;
     // Not backwards, when less than the last part is left.
-    if ((turn_N > *present_N) == (force_N > *present_N)) {
+    if ((turn_N > *present_N) == loading) {
       auto near = co_await run.motions.to_force(turn_N, v, timeout_s);
       if (!near) co_return near;
     }
     v = run.get(*final_speed);
+    // Nor when the first part went too far.
+    const auto near_N = run.view.present_force_N();
+    if (!near_N) co_return fail(near_N.error());
+    is_there = loading ? *near_N >= force_N : *near_N <= force_N;
   }
-  auto moved = co_await run.motions.to_force(force_N, v, timeout_s);
+  Result<> moved;
+  if (!is_there) moved = co_await run.motions.to_force(force_N, v, timeout_s);
   if (!moved || !overshoot) co_return moved;
   const auto now_N = run.view.present_force_N();
   if (!now_N) co_return fail(now_N.error());

@@ -151,6 +151,31 @@ TEST_F(Kills, TheFrameIsMadeSafeFirstEvenWithoutAMeter) {
               HasSubstr("the frame confirmed standstill"));
 }
 
+// Another program may hold the database, and the disk may be full: the frame does not wait for
+// that.
+TEST_F(Kills, TheFrameIsMadeSafeBeforeTheDatabaseIsOpened) {
+  start_sim();
+  Child& daemon = start_daemon(config());
+  Control client = control();
+  client.call("watch");
+  ASSERT_TRUE(start_run(client, kSlowProtocol).contains("result"));
+  client.wait_for("status", [](const json& s) { return s.value("step", "") == "away"; });
+  daemon.signal(SIGKILL);
+  daemon.wait(5s);
+  {
+    const auto db = open_read_write(file("lcrig.db"));
+    ASSERT_TRUE(db) << db.error().what;
+    const auto held = Transaction::begin(*db);
+    ASSERT_TRUE(held) << held.error().what;
+    Child& refused = launch_daemon(config(), "d2");
+    EXPECT_EQ(refused.wait(30s), 1) << refused.log();
+    EXPECT_THAT(refused.log(), HasSubstr("the frame confirmed standstill"));
+    EXPECT_FALSE(sim("status").value("moving", true));
+  }
+  start_daemon(config(), "d3");
+  EXPECT_EQ(query("SELECT exit_status FROM run_end"), "interrupted\n");
+}
+
 TEST_F(Kills, AResumedRunAsksForTheSpecimenAndGoesOnAtItsStep) {
   start_sim();
   Child& daemon = start_daemon(config());

@@ -3,7 +3,6 @@
 #include <fmt/ostream.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "model/compare.hpp"
@@ -11,6 +10,7 @@
 #include "plot/chart.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
+#include "tools/lcrig/output_file.hpp"
 #include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
@@ -68,10 +68,7 @@ class LadderCommand final : public Command {
     auto ladder = climb_ladder(*specimen, Pressure::from_si(pressure_kPa_ * 1e3), now);
     if (!ladder) return Failure(ladder.error(), "lcrig model ladder --help");
     if (!svg_.empty()) {
-      std::ofstream file(svg_);
-      file << picture(*ladder);
-      file.close();
-      if (!file) return Failure(kFailed, "cannot write " + svg_, "check the path");
+      if (auto written = write_file(svg_, picture(*ladder)); !written) return written.error();
     }
     return show(context, to_json(*ladder), [&](std::ostream& out) { out << to_table(*ladder); });
   }

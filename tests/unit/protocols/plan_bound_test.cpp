@@ -27,9 +27,13 @@ TEST(Plan, PredictedOvershootMustFitTheAllowanceAndTheLimit) {
   softer.frame_stiffness_N_m = 40e3;
   softer.compression_m = [](double force) { return force / 40e3; };
   EXPECT_THAT(refusal(load(R"(,"overshoot_N":0.1)"), softer), HasSubstr("the step allows 0.1 N"));
-  EXPECT_EQ(
-      refusal(load(R"(,"overshoot_N":0.1,"final_speed_mm_s":0.05,"final_from":0.5)"), frame_rig()),
-      "planned");
+  const auto two = [&load](const std::string& from) {
+    return load(R"(,"overshoot_N":0.1,"final_speed_mm_s":0.05,"final_from":)" + from);
+  };
+  EXPECT_EQ(refusal(two("0.4"), frame_rig()), "planned");
+  // 0.5 + 0.66 N: the slow part would come too late.
+  EXPECT_THAT(refusal(two("0.5"), frame_rig()), HasSubstr("the step allows 0.6 N"));
+  EXPECT_THAT(refusal(two("1"), frame_rig()), HasSubstr("1.66 N"));
 }
 
 TEST(Plan, AForceTooNearToTheLimitIsAnsweredByOneThatIsAccepted) {

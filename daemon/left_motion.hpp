@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Did a daemon that died leave a frame that it had commanded? Asked before the database is opened
+// for writing, which another program, a full or a slow disk may hold up: the frame is stopped
+// first.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "base/time.hpp"
+#include "storage/sqlite.hpp"
+
+namespace lcrig {
+
+// False when the protocol of the run commands no frame. What cannot be read counts as one that
+// does.
+bool commanded_frame(const Database& db, std::int64_t run);
+
+// False when it is known that nothing was left: there is no database, another process records into
+// it, or no run without an end commanded the frame. True also when nobody can tell within
+// `patience`.
+bool may_have_left_motion(const std::string& database, Duration patience);
+
+}  // namespace lcrig
