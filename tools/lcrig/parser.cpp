@@ -13,6 +13,7 @@
 
 #include "base/near_word.hpp"
 #include "base/number.hpp"
+#include "base/program_version.hpp"
 #include "tools/lcrig/command.hpp"
 #include "tools/lcrig/did_you_mean.hpp"
 
@@ -112,7 +113,7 @@ struct Parser {
 
 Parser::Parser(Commands& commands, GlobalOptions& global) : all(commands) {
   app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("lcrig " LCRIG_VERSION));
+  app.set_version_flag("--version", fmt::format("lcrig {}", program_version()));
   app.add_option("--db", global.db,
                  "Database file (default: $LCRIG_DB, the daemon's, yours; docs/cli-json.md)")
       ->option_text("FILE");
