@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lcrig/commands.hpp"
 
+#include "tools/lcrig/complete.hpp"
 #include "tools/lcrig/manual.hpp"
 
 namespace lcrig::cli {
@@ -24,11 +25,12 @@ std::vector<std::unique_ptr<Command>> make_commands() {
   return out;
 }
 
-std::optional<std::string> answer_to_program(const ProcessEnv&,
+std::optional<std::string> answer_to_program(const ProcessEnv& env,
                                              const std::vector<std::string>& args) {
   if (args.empty()) return std::nullopt;
   if (args.front() == "__man") return manual_of_commands();
-  return std::nullopt;
+  if (args.front() != "__complete" || args.size() < 2) return std::nullopt;
+  return complete(env, {args.begin() + 2, args.end()});  // behind "--"
 }
 
 void declare_global(ArgumentList& list, GlobalOptions& global) {
