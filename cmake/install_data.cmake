@@ -10,6 +10,13 @@ install(FILES ${benches} DESTINATION ${LCRIG_DATA_DIR}/benches)
 file(GLOB schemas CONFIGURE_DEPENDS schema/*.schema.json)
 install(FILES ${schemas} DESTINATION ${LCRIG_DATA_DIR}/schema)
 
+# Where each shell looks by itself.
+install(FILES tools/completion/lcrig.bash RENAME lcrig
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+install(FILES tools/completion/_lcrig DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
+install(FILES tools/completion/lcrig.fish
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
+
 set(LCRIG_DOC_DIR ${CMAKE_INSTALL_DATADIR}/doc/lcrig)
 file(GLOB documents CONFIGURE_DEPENDS docs/*.md)
 file(GLOB pictures CONFIGURE_DEPENDS docs/images/*.svg)

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/aside.hpp"
+#include "base/program_version.hpp"
 #include "base/text.hpp"
 #include "daemon/continuation.hpp"
 #include "daemon/left_motion.hpp"
@@ -102,7 +103,7 @@ Result<> App::start() {
   spawn(run_queue());
   notifier_.ready();
   notifier_.status("idle");
-  spdlog::info("lcrigd {}: database {}, socket {}", LCRIG_VERSION, config_.database,
+  spdlog::info("lcrigd {}: database {}, socket {}", program_version(), config_.database,
                config_.socket);
   return {};
 }
@@ -353,7 +354,7 @@ Task<> App::run_to_its_end() {
 
 DaemonStatus App::status() const {
   DaemonStatus s;
-  s.version = LCRIG_VERSION;
+  s.version = program_version();
   s.database = config_.database;
   if (live_run() != nullptr) s.run = session_->status();
   s.last_run = last_run_;

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "base/log.hpp"
+#include "base/program_version.hpp"
 #include "base/text.hpp"
 #include "base/usage_error.hpp"
 #include "daemon/app.hpp"
@@ -138,7 +139,7 @@ int main(int argc, char** argv) {
   cli.add_option("--log-level", options.log_level, "trace, debug, info, warn, error, off");
   cli.add_flag("--check-config", options.only_check,
                "Check the config file, say what it means, end");
-  cli.set_version_flag("--version", LCRIG_VERSION);
+  cli.set_version_flag("--version", std::string(program_version()));
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

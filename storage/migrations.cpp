@@ -30,10 +30,14 @@ Result<> apply(const Database& db, const Migration& m) {
 Result<> migrate(const Database& db, std::span<const Migration> migrations) {
   auto version = db.integer("PRAGMA user_version");
   if (!version) return fail(version.error());
+  bool raised = false;
   for (const Migration& m : migrations) {
     if (m.version <= *version) continue;
     if (auto r = apply(db, m); !r) return r;
+    raised = true;
   }
+  // The package's scripts read the schema from the file's header, without SQLite and its log.
+  if (raised) return db.execute("PRAGMA wal_checkpoint(TRUNCATE)");
   return {};
 }
 

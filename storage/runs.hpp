@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/exit_status.hpp"
+#include "base/program_version.hpp"
 #include "base/time.hpp"
 #include "storage/anchor.hpp"
 #include "storage/sqlite.hpp"
@@ -31,7 +32,7 @@ struct RunRow {
   bool simulated = false;
   std::optional<std::int64_t> seed;
   std::optional<std::string> model_level, model_error_json;  // of a simulated run
-  std::string software_version = LCRIG_VERSION;
+  std::string software_version = std::string(program_version());
   std::string operator_name, note;
   std::int64_t started_unix_ns = 0;  // the same instant on both clocks
   MonoTime started;

@@ -9,7 +9,12 @@ BUILD_PACKAGES=(g++ cmake ninja-build pkg-config ccache libboost1.81-dev libseri
 # shellcheck disable=SC2034
 TEST_PACKAGES=(libgtest-dev libgmock-dev librapidcheck-dev git socat sqlite3 strace procps python3 python3-jsonschema
   clang-19 clang-tidy-19 clang-format-19 clang-tools-19 libclang-rt-19-dev lld codespell shellcheck
-  systemd)
+  scdoc systemd)
+
+# For tests/package/run alone.
+# shellcheck disable=SC2034
+PACKAGING_PACKAGES=(build-essential debhelper po-debconf python3 scdoc lintian debootstrap
+  systemd-container sqlite3)
 
 missing_packages() {
   local package

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/program_version.hpp"
 #include "plot/text.hpp"
 
 namespace lcrig::report {
@@ -176,7 +177,7 @@ std::string page(std::string_view title, std::string_view body) {
       "<meta name='viewport' content='width=device-width, initial-scale=1'/>\n"
       "<meta name='generator' content='lcrig {}'/>\n<title>{}</title>\n<style>{}</style>\n</head>\n"
       "<body>\n{}</body>\n</html>\n",
-      LCRIG_VERSION, text(title), kStyle, body);
+      program_version(), text(title), kStyle, body);
 }
 
 }  // namespace lcrig::report

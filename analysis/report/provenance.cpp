@@ -9,6 +9,7 @@
 #include "analysis/report/html.hpp"
 #include "analysis/report/tables.hpp"
 #include "base/iso_time.hpp"
+#include "base/program_version.hpp"
 
 namespace lcrig::report {
 
@@ -187,8 +188,8 @@ std::string provenance_table(const ReportRun& run) {
                             (row.seed ? fmt::format(", seed {}", *row.seed) : std::string())});
     table.row({"model of the bench", or_dash(row.model_level.value_or(""))});
   }
-  table.row({"software", "recorded by lcrig " + text(row.software_version) +
-                             ", analysed by lcrig " LCRIG_VERSION});
+  table.row({"software", fmt::format("recorded by lcrig {}, analysed by lcrig {}",
+                                     text(row.software_version), program_version())});
   table.row({"hash chain", chain_text(run.chain)});
   table.row({"anchor", "<span class='hash'>" + to_string(run.chain.head) + "</span>"});
   return table.html();

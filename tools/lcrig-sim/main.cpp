@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/log.hpp"
+#include "base/program_version.hpp"
 #include "base/text.hpp"
 #include "base/usage_error.hpp"
 #include "base/whole_file.hpp"
@@ -247,7 +248,7 @@ void declare(CLI::App& cli, Options& o) {
   cli.add_option("--ready-file", o.ready_file, "Gets the line of standard output");
   cli.add_option("--log-level", o.log_level, "trace, debug, info, warn, error, off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
-  cli.set_version_flag("--version", LCRIG_VERSION);
+  cli.set_version_flag("--version", std::string(program_version()));
   cli.footer("Example: lcrig-sim --specimen paper-1 --lcr-link /tmp/lcr --frame-port 4710");
 }
 

@@ -54,6 +54,12 @@ class ArgumentList {
   virtual void flag(const char* names, bool& out, const char* help) = 0;
 };
 
+// What only the build and the shells ask, by words that no help shows; nullopt: a person's command.
+std::optional<std::string> answer_to_program(const ProcessEnv& env,
+                                             const std::vector<std::string>& args);
+
+void declare_global(ArgumentList& list, GlobalOptions& global);
+
 // The database file of a command.
 struct ChosenDatabase {
   std::string path;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lcrig/commands.hpp"
 
+#include "tools/lcrig/complete.hpp"
+#include "tools/lcrig/manual.hpp"
+
 namespace lcrig::cli {
 
 std::vector<std::unique_ptr<Command>> make_commands() {
@@ -20,6 +23,22 @@ std::vector<std::unique_ptr<Command>> make_commands() {
   std::vector<std::unique_ptr<Command>> out;
   for (const auto factory : factories) out.push_back(factory());
   return out;
+}
+
+std::optional<std::string> answer_to_program(const ProcessEnv& env,
+                                             const std::vector<std::string>& args) {
+  if (args.empty()) return std::nullopt;
+  if (args.front() == "__man") return manual_of_commands();
+  if (args.front() != "__complete" || args.size() < 2) return std::nullopt;
+  return complete(env, {args.begin() + 2, args.end()});  // behind "--"
+}
+
+void declare_global(ArgumentList& list, GlobalOptions& global) {
+  list.option("--db", global.db, "FILE",
+              "Database file (default: $LCRIG_DB, the daemon's, yours; docs/cli-json.md)");
+  list.option("--socket", global.socket, "PATH", "The daemon's control socket");
+  list.option("--config", global.config, "FILE", "Take both from the daemon's configuration file");
+  list.flag("--json", global.json, "Print results as JSON (docs/cli-json.md)");
 }
 
 }  // namespace lcrig::cli

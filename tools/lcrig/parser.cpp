@@ -13,6 +13,7 @@
 
 #include "base/near_word.hpp"
 #include "base/number.hpp"
+#include "base/program_version.hpp"
 #include "tools/lcrig/command.hpp"
 #include "tools/lcrig/did_you_mean.hpp"
 
@@ -112,14 +113,9 @@ struct Parser {
 
 Parser::Parser(Commands& commands, GlobalOptions& global) : all(commands) {
   app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("lcrig " LCRIG_VERSION));
-  app.add_option("--db", global.db,
-                 "Database file (default: $LCRIG_DB, the daemon's, yours; docs/cli-json.md)")
-      ->option_text("FILE");
-  app.add_option("--socket", global.socket, "The daemon's control socket")->option_text("PATH");
-  app.add_option("--config", global.config, "Take both from the daemon's configuration file")
-      ->option_text("FILE");
-  app.add_flag("--json", global.json, "Print results as JSON (docs/cli-json.md)");
+  app.set_version_flag("--version", fmt::format("lcrig {}", program_version()));
+  Cli11Arguments everywhere(app);
+  declare_global(everywhere, global);
   for (const auto& command : commands) {
     const auto words = name_words(*command);
     CLI::App* parent = &app;
@@ -387,6 +383,10 @@ Outcome<ExitCode> parse_and_run(Parser& parser, const std::vector<std::string>& 
 }  // namespace
 
 int run_cli(const std::vector<std::string>& args, Context& context) {
+  if (const auto answer = answer_to_program(context.env, args)) {
+    context.console.out << *answer;
+    return kOk;
+  }
   auto commands = make_commands();
   Parser parser(commands, context.global);
   auto code = parse_and_run(parser, as_parsed(parser, args), context);

@@ -7,9 +7,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <span>
 
 #include "storage/chain.hpp"
 #include "storage/migrations.hpp"
@@ -47,6 +49,22 @@ TEST(OpenReadWrite, CreatesADurableDatabaseOfOurs) {
                     "SELECT count(*) FROM pragma_table_list WHERE schema = 'main' AND"
                     " type = 'table' AND name NOT LIKE 'sqlite_%' AND NOT strict"),
             0);
+}
+
+// debian/lcrig.preinst reads these four bytes, also after the daemon was killed.
+TEST(OpenReadWrite, TheHeaderOfTheFileTellsTheSchemaWhileItIsOpen) {
+  TempDir dir;
+  const auto db = open_read_write(dir.file("a.db"));
+  ASSERT_TRUE(db) << db.error().what;
+  std::ifstream file(dir.file("a.db"), std::ios::binary);
+  std::array<char, 100> header{};
+  file.read(header.data(), header.size());
+  EXPECT_TRUE(file);
+  int schema = 0;
+  for (const char byte : std::span(header).subspan(60, 4)) {
+    schema = schema * 256 + static_cast<unsigned char>(byte);
+  }
+  EXPECT_EQ(schema, shipped_migrations().back().version);
 }
 
 TEST(InMemory, IsSharedByItsPathAndGoneWithTheLastConnection) {

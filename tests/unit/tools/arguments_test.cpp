@@ -15,6 +15,7 @@ using support::FakeRehearsal;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::MatchesRegex;
 using ::testing::Not;
 using ::testing::StartsWith;
 
@@ -115,7 +116,7 @@ TEST(Arguments, HelpNamesEveryCommand) {
 TEST(Arguments, VersionIsAResult) {
   Cli cli;
   EXPECT_EQ(cli.run({"--version"}), 0);
-  EXPECT_EQ(cli.out.str(), "lcrig " LCRIG_VERSION "\n");
+  EXPECT_THAT(cli.out.str(), MatchesRegex("lcrig " LCRIG_VERSION "(\\+g[0-9a-f]+(\\.dirty)?)?\n"));
 }
 
 TEST(Arguments, AnUnreachableDaemonIsThreeAndSaysHowToGoOn) {
