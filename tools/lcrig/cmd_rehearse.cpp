@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "daemon/rehearse.hpp"
 #include "daemon/rig/bench.hpp"
+#include "protocols/plan/check.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/cmd_rehearse_batch.hpp"
