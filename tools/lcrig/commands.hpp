@@ -15,6 +15,6 @@ extern const CommandFactory kRunCommand, kRehearseCommand, kStatusCommand, kWatc
     kModelCompareCommand, kModelFitCommand, kStopCommand, kQueueAddCommand, kQueueListCommand,
     kQueueShowCommand, kQueueMoveCommand, kQueueRemoveCommand, kQueueHoldCommand,
     kQueueStartCommand, kQueueClearCommand, kQueueHistoryCommand, kQueueLockCommand,
-    kQueueUnlockCommand, kQueueAnswerCommand;
+    kQueueUnlockCommand, kQueueAnswerCommand, kBackupCommand, kRestoreCommand;
 
 }  // namespace lcrig::cli
