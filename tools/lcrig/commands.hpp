@@ -15,6 +15,6 @@ extern const CommandFactory kRunCommand, kRehearseCommand, kStatusCommand, kWatc
     kModelCompareCommand, kModelFitCommand, kStopCommand, kQueueAddCommand, kQueueListCommand,
     kQueueShowCommand, kQueueMoveCommand, kQueueRemoveCommand, kQueueHoldCommand,
     kQueueStartCommand, kQueueClearCommand, kQueueHistoryCommand, kQueueLockCommand,
-    kQueueUnlockCommand, kQueueAnswerCommand, kBackupCommand, kRestoreCommand;
+    kQueueUnlockCommand, kQueueAnswerCommand, kBackupCommand, kRestoreCommand, kDoctorCommand;
 
 }  // namespace lcrig::cli
