@@ -16,7 +16,7 @@ std::vector<std::unique_ptr<Command>> make_commands() {
       kRunsNoteCommand,     kExportCommand,        kAnalyzeCommand,      kReportCommand,
       kBudgetCommand,       kVerifyCommand,        kModelCurveCommand,   kModelDesignCommand,
       kModelLadderCommand,  kModelCompareCommand,  kModelFitCommand,     kBackupCommand,
-      kRestoreCommand,      kDoctorCommand,
+      kRestoreCommand,      kDoctorCommand,        kMetricsCommand,
   };
   std::vector<std::unique_ptr<Command>> out;
   for (const auto factory : factories) out.push_back(factory());

@@ -121,5 +121,12 @@ TEST_F(StatusCheckOfADaemon, IsOneLineAndItsExitCode) {
   EXPECT_EQ(cli.out.str(), "LCRIG WARNING: meter: no answer\n");
 }
 
+TEST_F(StatusCheckOfADaemon, MetricsAreThePageThatTheDaemonSends) {
+  EXPECT_EQ(cli.run({"metrics"}), 0) << cli.err.str();
+  EXPECT_EQ(cli.out.str(), "lcrig_run_active 0\n");
+  EXPECT_EQ(cli.run({"metrics", "--json"}), 0);
+  EXPECT_EQ(json::parse(cli.out.str())["text"], "lcrig_run_active 0\n");
+}
+
 }  // namespace
 }  // namespace lcrig::cli
