@@ -7,6 +7,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <utility>
 
 namespace lcrig {
 
@@ -27,7 +29,66 @@ int open_beside(const std::string& path, std::string& name) {
   return fd;
 }
 
+// So that a power cut does not lose the name. A folder that cannot be synced is none of ours.
+void sync_folder_of(const std::string& path) {
+  const auto folder = std::filesystem::path(path).parent_path();
+  const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return;
+  ::fsync(fd);
+  ::close(fd);
+}
+
 }  // namespace
+
+Result<PartFile> PartFile::create(const std::string& path) {
+  std::string name;
+  const int fd = open_beside(path, name);
+  if (fd < 0) return system_error(path);
+  return PartFile(path, std::move(name), fd);
+}
+
+PartFile::PartFile(std::string path, std::string name, int fd)
+    : path_(std::move(path)), name_(std::move(name)), fd_(fd) {}
+PartFile::PartFile(PartFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      name_(std::exchange(other.name_, {})),
+      fd_(std::exchange(other.fd_, -1)) {}
+PartFile::~PartFile() {
+  if (fd_ >= 0) ::close(fd_);
+  if (!name_.empty()) ::unlink(name_.c_str());
+}
+
+Result<> PartFile::sync_and_close() {
+  Result<> done;
+  if (::fsync(fd_) != 0) done = system_error(path_);
+  if (::close(std::exchange(fd_, -1)) != 0 && done) done = system_error(path_);
+  return done;
+}
+
+Result<> PartFile::replace() {
+  if (auto closed = sync_and_close(); !closed) return closed;
+  if (std::rename(name_.c_str(), path_.c_str()) != 0) return system_error(path_);
+  name_.clear();
+  return {};
+}
+
+Result<> PartFile::put_new() {
+  if (auto closed = sync_and_close(); !closed) return closed;
+  if (auto named = take_free_name(); !named) return named;
+  sync_folder_of(path_);
+  return {};
+}
+
+Result<> PartFile::take_free_name() {
+  if (::renameat2(AT_FDCWD, name_.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE) == 0) {
+    name_.clear();
+    return {};
+  }
+  if (errno != EINVAL && errno != ENOSYS) return system_error(path_);
+  // A network's file system may know hard links only; the destructor removes the other name.
+  if (::link(name_.c_str(), path_.c_str()) != 0) return system_error(path_);
+  return {};
+}
 
 Result<> write_text(int fd, const std::string& path, std::string_view text) {
   while (!text.empty()) {
@@ -40,15 +101,10 @@ Result<> write_text(int fd, const std::string& path, std::string_view text) {
 }
 
 Result<> write_whole_file(const std::string& path, const std::function<Result<>(int fd)>& write) {
-  std::string name;
-  const int fd = open_beside(path, name);
-  if (fd < 0) return system_error(path);
-  Result<> done = write(fd);
-  if (done && ::fsync(fd) != 0) done = system_error(path);
-  if (::close(fd) != 0 && done) done = system_error(path);
-  if (done && std::rename(name.c_str(), path.c_str()) != 0) done = system_error(path);
-  if (!done) ::unlink(name.c_str());
-  return done;
+  auto part = PartFile::create(path);
+  if (!part) return fail(part.error());
+  if (auto written = write(part->fd()); !written) return written;
+  return part->replace();
 }
 
 Result<> write_whole_file(const std::string& path, std::string_view text) {

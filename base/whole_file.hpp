@@ -10,9 +10,31 @@
 
 namespace lcrig {
 
-// `write` fills a new file beside `path` (NAME.PID-N.part), which then takes its name. A file that
-// a crash left behind is not in the way, and a link that somebody put there is not followed.
-// Errors: what `write` said, or io with the path; nothing is left behind.
+// A new file beside `path` (NAME.PID-N.part) that may take its name when it is whole; otherwise the
+// destructor removes it. A file that a crash left behind is not in the way, and a link that
+// somebody put there is not followed. Errors: io with the path.
+class PartFile {
+ public:
+  static Result<PartFile> create(const std::string& path);
+  PartFile(PartFile&& other) noexcept;
+  PartFile& operator=(PartFile&&) = delete;
+  ~PartFile();
+  int fd() const { return fd_; }
+  const std::string& name() const { return name_; }
+  // To the disk, then under its name: in place of what has it, or only while nothing has it.
+  Result<> replace();
+  Result<> put_new();
+
+ private:
+  PartFile(std::string path, std::string name, int fd);
+  Result<> sync_and_close();
+  Result<> take_free_name();
+  std::string path_, name_;  // name_ empty: it is there under its name
+  int fd_ = -1;
+};
+
+// `write` fills a new file, which then takes the name of `path`. Errors: what `write` said, or io
+// with the path; nothing is left behind.
 Result<> write_whole_file(const std::string& path, const std::function<Result<>(int fd)>& write);
 Result<> write_whole_file(const std::string& path, std::string_view text);
 

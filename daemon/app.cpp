@@ -26,7 +26,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kStatusInterval = 100ms;
-constexpr Duration kTolerableLag = 200ms;
 constexpr Duration kWorldPatience = 3s;  // many bonded layers take minutes
 constexpr Duration kStopExtension = 30s;
 
@@ -101,6 +100,7 @@ Result<> App::start() {
   }
   spawn(heartbeat());
   spawn(run_queue());
+  if (!config_.metrics_file.empty()) spawn(write_metrics());
   notifier_.ready();
   notifier_.status("idle");
   spdlog::info("lcrigd {}: database {}, socket {}", program_version(), config_.database,
@@ -191,7 +191,6 @@ void App::tell_service(bool working) {
 // Status to watchers and systemd, and the watchdog, from the thread that does the work.
 Task<> App::heartbeat() {
   watch_parts();
-  LoopLag lag(kTolerableLag);
   MonoTime watchdog_due = clock_.now(), second_due = watchdog_due;
   const Duration watchdog = notifier_.watchdog_interval().value_or(1h);
   while (!shutting_down_ || session_) {
@@ -207,7 +206,7 @@ Task<> App::heartbeat() {
     }
     const MonoTime due = clock_.now() + std::min(kStatusInterval, watchdog);
     co_await clock_.wait_until(due);
-    if (const auto late = lag.note(due, clock_.now())) tell_lag(*late);
+    if (const auto late = lag_.note(due, clock_.now())) tell_lag(*late);
   }
 }
 
@@ -315,6 +314,7 @@ void App::publish() {
 
 void App::publish_event(const RunEvent& event) {
   hazards_.take(hazard_of(event.kind));
+  ++events_[std::string(to_string(event.kind.kind()))];
   if (!control_) return;
   RunEventNote note;
   note.run = live_run() != nullptr ? live_run()->progress().run : 0;

@@ -85,6 +85,7 @@ class App final : public ControlHandler, public QueueHost {
   Task<Result<Answered>> answer(AnswerRequest request, PeerCredentials peer) override;
   Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) override;
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
+  Task<Result<std::string>> metrics() override;
   DaemonStatus status() const override;
   QueueHandler* queue() override { return queue_.get(); }
 
@@ -140,6 +141,7 @@ class App final : public ControlHandler, public QueueHost {
   Task<std::string> user_name(const PeerCredentials& peer, Duration patience) const;
   void spawn(Task<> task);
   Task<> heartbeat();
+  Task<> write_metrics();
   void watch_parts();
   bool is_working();
   void tell_lag(Duration late);
@@ -180,6 +182,9 @@ class App final : public ControlHandler, public QueueHost {
   bool frame_to_make_safe_ = false;  // a run that commanded it was cut off by a crash
   bool frame_was_made_safe_ = false;  // before anything else
   Liveness liveness_;
+  LoopLag lag_{std::chrono::milliseconds(200)};
+  std::map<std::string, std::uint64_t> events_;  // by kind, of all runs
+  bool measuring_ = false;  // metrics, beside the loop
   std::vector<std::string> stuck_;
   MonoTime lag_told_;
   std::optional<RunOutcome> last_run_;

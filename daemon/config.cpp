@@ -113,6 +113,7 @@ Result<Config> parse_config(std::string_view text, const std::string& name) {
   Config c;
   read_path(root, "database", c.database);
   read_path(root, "socket", c.socket);
+  read_path(root, "metrics_file", c.metrics_file);
   if (root.has("log_level")) {
     root.word<int>("log_level", kLevels);
     c.log_level = root.string("log_level");

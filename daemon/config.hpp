@@ -25,6 +25,7 @@ struct Config {
   std::string database = "/var/lib/lcrig/lcrig.db";
   std::string socket = "/run/lcrig/control.sock";
   std::string log_level = "info";
+  std::string metrics_file;  // for node-exporter's textfile collector; empty: none
   // Real instruments ...
   const MeterDriver* meter_driver = nullptr;  // of drivers/registry.hpp
   std::string meter_port;  // "serial:2184:005f"

@@ -7,6 +7,7 @@
 
 #include "base/aside.hpp"
 #include "base/text.hpp"
+#include "daemon/record/room.hpp"
 #include "daemon/run_row.hpp"
 #include "model/specimen_file.hpp"
 #include "model/specimen_stiffness.hpp"
@@ -202,10 +203,17 @@ Result<> Session::compare_origin() const {
                           instruments_->frame().origin());
 }
 
+// Beside the loop: a disk of the network may take seconds to answer.
+Task<Result<>> Session::require_room_for_plan() {
+  const auto job = [this] { return require_room(recorder_.path(), plan_.bytes); };
+  co_return co_await run_aside(executor_, clock_, job);
+}
+
 Task<Result<std::int64_t>> Session::open() {
   auto planned = co_await preview();
   if (!planned) co_return fail(planned.error());
   Result<> going = compare_origin();
+  if (going) going = co_await require_room_for_plan();
   if (going && listener_.goes_on) going = listener_.goes_on();
   if (going) going = co_await take_command();
   if (!going) co_return fail(going.error());

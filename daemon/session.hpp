@@ -102,6 +102,7 @@ class Session {
   Task<Result<>> identify();
   Task<Result<>> look();
   Task<Result<>> plan();
+  Task<Result<>> require_room_for_plan();
   Task<Result<>> take_command();
   Task<Result<>> compare_at_rest();
   void learn(Instrument which, const Result<Identity>& answer);

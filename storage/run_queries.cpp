@@ -105,13 +105,23 @@ Result<std::optional<std::int64_t>> last_run_end_unix_ns(const Database& db) {
                   [](const Statement& s) { return s.integer(0); });
 }
 
-Result<std::vector<RunListing>> list_runs(const Database& db) {
-  auto all = db.rows(fmt::format("{} ORDER BY run.id DESC", kListing), read_listing);
+Result<std::vector<RunListing>> list_runs(const Database& db, const RunFilter& filter) {
+  // A status without an end is not in the database: the lock tells it, below.
+  const std::string end = parse_exit_status(filter.status) ? filter.status : "";
+  auto all = db.rows(
+      fmt::format("{} WHERE (?1 = '' OR specimen_name = ?1) AND (?2 = '' OR protocol_name = ?2)"
+                  " AND (?3 = '' OR operator = ?3) AND (?4 = '' OR exit_status = ?4)"
+                  " AND (?5 IS NULL OR started_unix_ns >= ?5) ORDER BY run.id DESC",
+                  kListing),
+      read_listing, filter.specimen, filter.protocol, filter.operator_name, end,
+      filter.since_unix_ns);
   if (!all) return fail(all.error());
   std::vector<RunListing> out;
+  out.reserve(all->size());
   for (auto& listing : *all) {
     if (!listing) return fail(listing.error());
     if (auto r = tell_whether_it_goes_on(db, *listing); !r) return fail(r.error());
+    if (!filter.status.empty() && status_of(*listing) != filter.status) continue;
     out.push_back(std::move(*listing));
   }
   return out;

@@ -69,6 +69,13 @@ struct RunListing {
   std::int64_t lcr_readings = 0, frame_samples = 0, levels = 0, events = 0;
 };
 
+// Which runs are meant: those to which everything applies that is given.
+struct RunFilter {
+  std::string specimen, protocol, operator_name;  // empty: any
+  std::string status;  // as status_of() says it; empty: any
+  std::optional<std::int64_t> since_unix_ns;  // begun then or later
+};
+
 // How the run ended; "running", or "cut off" when it has no end and nobody records it.
 std::string_view status_of(const RunListing& listing);
 
@@ -97,7 +104,8 @@ Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db, std::i
 Result<std::int64_t> find_run(const Database& db, std::string_view text);
 // Of the last run that ended; nullopt: none has.
 Result<std::optional<std::int64_t>> last_run_end_unix_ns(const Database& db);
-Result<std::vector<RunListing>> list_runs(const Database& db);  // newest first
+Result<std::vector<RunListing>> list_runs(const Database& db,
+                                          const RunFilter& filter = {});  // newest first
 Result<RunListing> get_run_listing(const Database& db, std::int64_t run);
 Result<RunRow> get_run(const Database& db, std::int64_t run);
 Result<std::vector<RunNote>> get_run_notes(const Database& db, std::int64_t run);

@@ -72,6 +72,13 @@ Answer on_version(ControlHandler& handler, json params, PeerCredentials) {
   co_return answer_of("version", handler.status().version);
 }
 
+Answer on_metrics(ControlHandler& handler, json params, PeerCredentials) {
+  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
+  auto text = co_await handler.metrics();
+  if (!text) co_return refused(text.error());
+  co_return answer_of("text", *text);
+}
+
 Answer on_start(ControlHandler& handler, json params, PeerCredentials peer) {
   auto request = parse_run_request(params);
   if (!request) co_return bad_params(request.error());
@@ -204,10 +211,11 @@ constexpr const char* kCheck =
     "change what the message names; --dry-run tries it again and moves nothing";
 constexpr const char* kLook = "lcrig status   (what goes on)";
 
-constexpr std::array<ControlMethod, 15> kMethods{
+constexpr std::array<ControlMethod, 16> kMethods{
     {{"status", on_status, kLook},
      {"watch", on_status, kLook},  // the session subscribes
      {"version", on_version, kLook},
+     {"metrics", on_metrics, kLook},
      {"run.start", on_start, kCheck},
      {"run.plan", on_plan, kCheck},
      {"instruments.ask", on_ask, kLook},

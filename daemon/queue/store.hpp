@@ -11,6 +11,7 @@
 
 #include "base/aside.hpp"
 #include "base/condition.hpp"
+#include "daemon/record/room.hpp"
 #include "storage/database.hpp"
 
 namespace lcrig {
@@ -49,8 +50,8 @@ class QueueStore {
     const auto is_free = [this] { return !busy_; };
     co_await free_.wait(is_free);
   }
-  // Whether the disk has room for the runs that wait; the recorder checks again. Errors: io.
-  Result<> check_room(std::int64_t bytes) const;
+  // For the runs that wait; each is asked for again when it begins.
+  Result<> check_room(std::int64_t bytes) const { return require_room(path_, bytes); }
 
  private:
   Result<> connect() {

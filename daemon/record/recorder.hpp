@@ -52,7 +52,9 @@ class Recorder final : public RunSink {
     std::string path;
     std::string vfs;  // of SQLite; empty: the operating system's
     std::size_t max_queued_rows = 200'000;  // about 40 MB
-    std::int64_t reserve_bytes = 1 << 20;  // kept free on the disk for the end of a run
+    // Kept for the end of a run on a disk that is full: 5.5 minutes of `finally`, as long as the
+    // service may take for it, at 50 Hz, twice over; and what waited until then.
+    std::int64_t reserve_bytes = 8 << 20;
     // False, for rehearsals: a commit takes what arrived in 1 s, and only the end of a run waits
     // for the disk. A power cut costs the rehearsal, not the database.
     bool sync_each_commit = true;

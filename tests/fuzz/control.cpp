@@ -48,6 +48,7 @@ class IdleHandler final : public ControlHandler {
     co_return text;
   }
   DaemonStatus status() const override { return DaemonStatus(); }
+  Task<Result<std::string>> metrics() override { co_return std::string(); }
   std::optional<RunRequest> start;
 };
 

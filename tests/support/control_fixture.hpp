@@ -79,6 +79,11 @@ class FakeHandler : public ControlHandler {
     co_return std::string("paper-9");
   }
   DaemonStatus status() const override { return state; }
+  Task<Result<std::string>> metrics() override {
+    auto ok = done("metrics");
+    if (!ok) co_return fail(ok.error());
+    co_return std::string("lcrig_run_active 0\n");
+  }
 
   std::vector<std::string> calls;
   RunRequest last_start, last_plan;

@@ -100,12 +100,14 @@ class DaemonWorld : public testing::Test {
   void SetUp() override { start("d.db"); }
   void TearDown() override { stop(); }
   virtual AppParts parts() { return AppParts(); }
+  virtual void configure(Config& /*config*/) {}
   void start(const std::string& database) {
     database_ = dir.file(database);
     Config config;
     config.database = database_;
     config.socket = socket_path();
     config.bench = "paper";
+    configure(config);
     app = std::make_unique<App>(io, clock, config, parts());
     const auto started = app->start();
     ASSERT_TRUE(started) << started.error().what;

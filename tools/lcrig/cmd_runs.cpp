@@ -12,6 +12,7 @@
 #include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
+#include "tools/lcrig/when.hpp"
 
 namespace lcrig::cli {
 
@@ -56,16 +57,54 @@ void print_table(std::ostream& out, const std::vector<RunListing>& runs) {
 class RunsListCommand final : public Command {
  public:
   RunsListCommand()
-      : Command("runs list", "The runs of the database, newest first", "lcrig runs") {}
+      : Command("runs list", "The runs of the database, newest first",
+                "lcrig runs list --specimen paper-1 --status success --since 2026-01-31") {}
+  void declare(ArgumentList& list) override {
+    list.option("--specimen", specimen_, "NAME", "Only of this specimen");
+    list.option("--protocol", protocol_, "NAME", "Only of this protocol");
+    list.option("--operator", operator_, "NAME", "Only of this person");
+    list.one_of("--status", status_,
+                {"success", "stopped", "abort", "fail", "interrupted", "running", "cut-off"},
+                "Only those that ended so");
+    list.option("--since", since_, "TIME", "Begun then or later: 2026-01-31, \"2026-01-31 18:00\"");
+  }
   Outcome<ExitCode> run(Context& context) override {
+    auto filter = wanted(context);
+    if (!filter) return filter.error();
     auto db = open_runs(context);
     if (!db) return db.error();
-    auto runs = list_runs(*db);
+    auto runs = list_runs(*db, *filter);
     if (!runs) return Failure(runs.error());
-    json all{{"runs", json::array()}};
-    for (const auto& r : *runs) all["runs"].push_back(listing_json(r));
-    return show(context, all, [&](std::ostream& out) { print_table(out, *runs); });
+    if (context.global.json) {
+      json all{{"runs", json::array()}};
+      for (const auto& r : *runs) all["runs"].push_back(listing_json(r));
+      print_json(context.console.out, all);
+    } else {
+      print_table(context.console.out, *runs);
+    }
+    return kOk;
   }
+
+ private:
+  Outcome<RunFilter> wanted(const Context& context) const {
+    RunFilter out;
+    out.specimen = specimen_;
+    out.protocol = protocol_;
+    out.operator_name = operator_;
+    out.status = status_ == "cut-off" ? "cut off" : status_;
+    if (since_.empty()) return out;
+    const auto since_s = unix_time_of(since_, context.clock.unix_ns() / kSecond_ns);
+    if (!since_s || since_.size() < kDay) {
+      return Failure(kUsage, fmt::format("--since {}: no such day", printable(since_)),
+                     "lcrig runs list --since 2026-01-31   (or \"2026-01-31 18:00\")");
+    }
+    out.since_unix_ns = *since_s * kSecond_ns;
+    return out;
+  }
+
+  static constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  static constexpr std::size_t kDay = 10;  // characters; an hour alone means the next one
+  std::string specimen_, protocol_, operator_, status_, since_;
 };
 
 json parsed(const std::string& text) {

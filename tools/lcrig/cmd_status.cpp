@@ -9,6 +9,7 @@
 #include "tools/lcrig/live_line.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/queue_words.hpp"
+#include "tools/lcrig/status_check.hpp"
 
 namespace lcrig::cli {
 
@@ -99,8 +100,10 @@ class StatusCommand final : public Command {
   StatusCommand() : Command("status", "What the rig is doing", "lcrig status --ask") {}
   void declare(ArgumentList& list) override {
     list.flag("--ask", ask_, "Ask both instruments who they are; nothing at the frame changes");
+    list.flag("--check", check_, "One line for a monitoring program; exit status 0, 1, 2 or 3");
   }
   Outcome<ExitCode> run(Context& context) override {
+    if (check_) return check(context);
     auto client = ControlClient::connect_for_any_database(context);
     if (!client) return client.error();
     constexpr auto kPatience = std::chrono::minutes(1);
@@ -113,7 +116,35 @@ class StatusCommand final : public Command {
   }
 
  private:
-  bool ask_ = false;
+  // Whatever happens is one of the four words.
+  ExitCode check(Context& context) const {
+    auto found = look(context);
+    const json all{{"check", to_string(found.verdict)}, {"words", found.words}};
+    show(context, all, [&](std::ostream& out) {
+      fmt::print(out, "LCRIG {}: {}\n", to_string(found.verdict),
+                 printable(found.words, kLongestWords));
+    });
+    return static_cast<ExitCode>(found.verdict);
+  }
+
+  StatusCheck look(Context& context) const {
+    constexpr auto kPatience = std::chrono::seconds(15);
+    StatusCheck out;
+    auto client = ControlClient::connect_for_any_database(context);
+    if (!client) {
+      out.verdict = Verdict::critical;
+      out.words = client.error().what;
+      return out;
+    }
+    auto answer = client->call(ask_ ? "instruments.ask" : "status", json::object(), kPatience);
+    auto status = answer ? parse_daemon_status(*answer) : fail(Errc::io, "{}", answer.error().what);
+    if (status) return check_status(*status);
+    out.verdict = Verdict::unknown;
+    out.words = status.error().what;
+    return out;
+  }
+
+  bool ask_ = false, check_ = false;
 };
 
 }  // namespace

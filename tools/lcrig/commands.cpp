@@ -18,7 +18,8 @@ std::vector<std::unique_ptr<Command>> make_commands() {
       kSpecimenListCommand, kSpecimenShowCommand,  kRunsListCommand,     kRunsShowCommand,
       kRunsNoteCommand,     kExportCommand,        kAnalyzeCommand,      kReportCommand,
       kBudgetCommand,       kVerifyCommand,        kModelCurveCommand,   kModelDesignCommand,
-      kModelLadderCommand,  kModelCompareCommand,  kModelFitCommand,
+      kModelLadderCommand,  kModelCompareCommand,  kModelFitCommand,     kBackupCommand,
+      kRestoreCommand,      kDoctorCommand,        kMetricsCommand,
   };
   std::vector<std::unique_ptr<Command>> out;
   for (const auto factory : factories) out.push_back(factory());

@@ -15,6 +15,7 @@ extern const CommandFactory kRunCommand, kRehearseCommand, kStatusCommand, kWatc
     kModelCompareCommand, kModelFitCommand, kStopCommand, kQueueAddCommand, kQueueListCommand,
     kQueueShowCommand, kQueueMoveCommand, kQueueRemoveCommand, kQueueHoldCommand,
     kQueueStartCommand, kQueueClearCommand, kQueueHistoryCommand, kQueueLockCommand,
-    kQueueUnlockCommand, kQueueAnswerCommand;
+    kQueueUnlockCommand, kQueueAnswerCommand, kBackupCommand, kRestoreCommand, kDoctorCommand,
+    kMetricsCommand;
 
 }  // namespace lcrig::cli

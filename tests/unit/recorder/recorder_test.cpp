@@ -307,7 +307,7 @@ TEST_F(RecorderTest, ARunThatCannotBeClosedIsInterruptedWhenTheDiskIsBack) {
 TEST_F(RecorderTest, AFullDiskStillTakesTheEndOfTheRun) {
   const auto disk = dir_.path() / "disk";
   std::filesystem::create_directory(disk);
-  if (::mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=6m") != 0) {
+  if (::mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=16m") != 0) {
     GTEST_SKIP() << "needs the right to mount a small tmpfs";
   }
   path_ = (disk / "a.db").string();

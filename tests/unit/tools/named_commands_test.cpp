@@ -150,7 +150,7 @@ TEST(NamedCommands, NoOptionIsNamedThatDoesNotExist) {
 
 TEST(NamedCommands, WhatDoesNotExistIsFound) {
   const auto known = known_words();
-  EXPECT_THAT(unknown_in("lcrig backup", known), ::testing::ElementsAre("lcrig backup"));
+  EXPECT_THAT(unknown_in("lcrig rewind", known), ::testing::ElementsAre("lcrig rewind"));
   EXPECT_THAT(unknown_in("lcrig runs shwo 1", known), ::testing::ElementsAre("lcrig runs shwo"));
   EXPECT_THAT(unknown_in("lcrig-web", known), ::testing::ElementsAre("lcrig-web"));
   EXPECT_THAT(unknown_in("lcrig status shows it; lcrig runs; lcrig-sim", known),

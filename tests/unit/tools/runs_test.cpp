@@ -81,6 +81,52 @@ TEST_F(Runs, AreListedWithAndWithoutTheVerb) {
   EXPECT_EQ(runs[1]["ended"], "2026-01-01T00:00:05Z");
 }
 
+TEST_F(Runs, AreFoundAgain) {
+  {
+    const auto db = open_read_write(path).value();
+    RunRow row;
+    row.protocol_name = "press";
+    row.specimen_name = "paper-2";
+    row.operator_name = "Bob";
+    row.started_unix_ns = 1'780'000'000'000'000'000;  // 2026-05-28
+    ASSERT_EQ(insert_run(db, row).value(), 3);
+    ASSERT_TRUE(insert_run_end(db, 3, RunEnd()));
+  }
+  const auto found = [this](std::vector<std::string> options) {
+    options.insert(options.begin(), {"runs", "list", "--json"});
+    EXPECT_EQ(cli.run(options), 0) << cli.err.str();
+    const auto answer = json::parse(cli.out.str());
+    std::vector<int> numbers;
+    for (const auto& run : answer["runs"]) numbers.push_back(run["run"].get<int>());
+    return numbers;
+  };
+  using Numbers = std::vector<int>;
+  EXPECT_EQ(found({}), Numbers({3, 2, 1}));
+  EXPECT_EQ(found({"--specimen", "paper-1"}), Numbers({2, 1}));
+  EXPECT_EQ(found({"--protocol", "press"}), Numbers({3, 1}));
+  EXPECT_EQ(found({"--operator", "Bob"}), Numbers({3}));
+  EXPECT_EQ(found({"--status", "success"}), Numbers({3}));
+  EXPECT_EQ(found({"--status", "abort"}), Numbers({1}));
+  EXPECT_EQ(found({"--since", "2026-03-01"}), Numbers({3}));
+  EXPECT_EQ(found({"--since", "2025-12-30 12:00"}), Numbers({3, 2, 1}));
+  EXPECT_EQ(found({"--specimen", "paper-1", "--protocol", "press"}), Numbers({1}));
+  EXPECT_EQ(found({"--specimen", "paper-9"}), Numbers({}));
+  EXPECT_EQ(found({"--status", "cut-off"}), Numbers({2}));
+  EXPECT_EQ(found({"--status", "running"}), Numbers({}));
+  const auto lock = record_the_second();
+  EXPECT_EQ(found({"--status", "cut-off"}), Numbers({}));
+  EXPECT_EQ(found({"--status", "running"}), Numbers({2}));
+}
+
+TEST_F(Runs, AreNotLookedForByWhatIsNoDayOrNoStatus) {
+  for (const char* since : {"yesterday", "2026-02-30", "18:00", "2026-01-31x"}) {
+    EXPECT_EQ(cli.run({"runs", "list", "--since", since}), kUsage) << since;
+    EXPECT_THAT(cli.err.str(), HasSubstr("no such day"));
+  }
+  EXPECT_EQ(cli.run({"runs", "list", "--status", "failed"}), kUsage);
+  EXPECT_THAT(cli.err.str(), HasSubstr("success"));
+}
+
 TEST_F(Runs, AreShownWithTheirNotes) {
   ASSERT_EQ(cli.run({"runs", "note", "1", "probe was dusty"}), 0) << cli.err.str();
   ASSERT_EQ(cli.run({"runs", "show", "1", "--json"}), 0) << cli.err.str();

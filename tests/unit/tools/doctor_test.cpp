@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `lcrig doctor` finds on a computer that a test makes up.
+#include "tools/lcrig/doctor.hpp"
+
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include <nlohmann/json.hpp>
+
+#include "storage/database.hpp"
+#include "storage/runs.hpp"
+#include "tests/support/cli_fixture.hpp"
+
+namespace lcrig::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+class Doctor : public ::testing::Test {
+ protected:
+  Doctor() {
+    machine.root = dir.path();
+    machine.output = [this](const std::vector<std::string>&) { return printed; };
+    machine.clock_is_synchronised = [this] { return synchronised; };
+  }
+  void file(const std::string& name, const std::string& text) const {
+    fs::create_directories(fs::path(dir.file(name)).parent_path());
+    std::ofstream(dir.file(name)) << text;
+  }
+  // A terminal of this USB device, and who has it open.
+  void plug_in(const std::string& vendor, const std::string& product) const {
+    file("dev/ttyUSB0", "");
+    ::chmod(dir.file("dev/ttyUSB0").c_str(), 0666);
+    file("sys/devices/usb1/idVendor", vendor + "\n");
+    file("sys/devices/usb1/idProduct", product + "\n");
+    fs::create_directories(dir.file("sys/devices/usb1/if0/ttyUSB0"));
+    fs::create_directories(dir.file("sys/class/tty/ttyUSB0"));
+    fs::create_directory_symlink(dir.file("sys/devices/usb1/if0/ttyUSB0"),
+                                 dir.file("sys/class/tty/ttyUSB0/device"));
+  }
+  void open_it(const std::string& program) const {
+    file("proc/123/comm", program + "\n");
+    fs::create_directories(dir.file("proc/123/fd"));
+    fs::create_symlink(fs::canonical(dir.file("dev/ttyUSB0")), dir.file("proc/123/fd/3"));
+  }
+  Findings ports_of(const std::string& meter) const {
+    RigConfig config;
+    config.meter_port = meter;
+    Findings out;
+    look_at_ports(machine, config, out);
+    return out;
+  }
+  Findings service() const {
+    Findings out;
+    look_at_service(machine, out);
+    return out;
+  }
+
+  TempDir dir;
+  Machine machine;
+  std::optional<std::string> printed;
+  std::optional<bool> synchronised;
+};
+
+TEST_F(Doctor, SaysWhetherTheClockIsSynchronised) {
+  EXPECT_EQ(look_at_clock(machine).health, Health::warn);
+  synchronised = true;
+  EXPECT_EQ(look_at_clock(machine).health, Health::ok);
+  synchronised = false;
+  EXPECT_EQ(look_at_clock(machine).health, Health::warn);
+  EXPECT_THAT(look_at_clock(machine).mend, HasSubstr("timedatectl"));
+}
+
+TEST_F(Doctor, ReadsTheStealTime) {
+  EXPECT_EQ(look_at_steal(machine).health, Health::warn) << "not known is not in order";
+  file("proc/stat", "cpu  100 0 100 800 0 0 0 0 0 0\ncpu0 1 2 3\n");
+  EXPECT_EQ(look_at_steal(machine).health, Health::ok);
+  file("proc/stat", "cpu  100 0 100 780 0 0 0 20 0 0\n");
+  EXPECT_EQ(look_at_steal(machine).health, Health::warn);
+  EXPECT_THAT(look_at_steal(machine).what, HasSubstr("2.00 %"));
+  file("proc/stat", "cpu  100 0 100 700 0 0 0 100 0 0\n");
+  EXPECT_EQ(look_at_steal(machine).health, Health::bad);
+}
+
+TEST_F(Doctor, LooksAtTheService) {
+  EXPECT_EQ(worst_of(service()), Health::ok) << "no systemd";
+  fs::create_directories(dir.file("run/systemd/system"));
+  EXPECT_EQ(worst_of(service()), Health::warn) << "systemctl failed";
+  const std::string sandbox = "ProtectSystem=strict\nPrivateNetwork=yes\nNoNewPrivileges=yes\n";
+  const std::string active = "LoadState=loaded\nActiveState=active\nSubState=running\n";
+  printed = active + "NRestarts=0\n" + sandbox;
+  EXPECT_EQ(worst_of(service()), Health::ok);
+  printed = active + "NRestarts=3\n" + sandbox;
+  EXPECT_EQ(worst_of(service()), Health::warn);
+  printed = active + "NRestarts=0\nProtectSystem=no\n";
+  EXPECT_EQ(worst_of(service()), Health::warn);
+  printed = "LoadState=loaded\nActiveState=failed\nResult=exit-code\nNRestarts=5\n" + sandbox;
+  EXPECT_EQ(worst_of(service()), Health::bad);
+  EXPECT_THAT(service().front().what, HasSubstr("exit-code"));
+  EXPECT_THAT(service().front().mend, HasSubstr("journalctl -u lcrigd"));
+}
+
+TEST_F(Doctor, SaysWhetherTheDaemonIsLockedInMemory) {
+  file("proc/77/status", "Name:\tlcrigd\nVmLck:\t   20480 kB\n");
+  file("proc/78/status", "Name:\tlcrigd\nVmLck:\t       0 kB\n");
+  Findings findings;
+  look_at_memory(machine, std::nullopt, findings);
+  EXPECT_TRUE(findings.empty());
+  look_at_memory(machine, 77, findings);
+  look_at_memory(machine, 78, findings);
+  ASSERT_EQ(findings.size(), 2U);
+  EXPECT_EQ(findings[0].health, Health::ok);
+  EXPECT_EQ(findings[1].health, Health::warn);
+}
+
+TEST_F(Doctor, FindsAPortByItsIdsAndWhoHasItOpen) {
+  EXPECT_EQ(worst_of(ports_of("serial:2184:005f")), Health::bad);
+  EXPECT_EQ(worst_of(ports_of("serial:/dev/ttyUSB0")), Health::bad);
+  plug_in("2184", "005f");
+  EXPECT_THAT(ports_of("serial:2184:005F").back().what, HasSubstr("/dev/ttyUSB0: nobody"));
+  EXPECT_EQ(worst_of(ports_of("serial:0403:6001")), Health::bad) << "another device";
+  open_it("minicom");
+  EXPECT_EQ(ports_of("serial:2184:005f").back().health, Health::bad);
+  EXPECT_THAT(ports_of("/dev/ttyUSB0").back().what, HasSubstr("minicom (process 123)"));
+  file("proc/123/comm", "lcrigd\n");
+  EXPECT_EQ(ports_of("serial:2184:005f").back().health, Health::ok);
+  EXPECT_EQ(worst_of(ports_of("tcp:gateway:4710")), Health::ok);
+  EXPECT_TRUE(ports_of("").empty());
+}
+
+TEST_F(Doctor, NamesTheRightsThatAPortLacks) {
+  file("dev/ttyUSB0", "");
+  ::chmod(dir.file("dev/ttyUSB0").c_str(), 0600);
+  const auto found = ports_of("/dev/ttyUSB0");
+  EXPECT_EQ(found.front().health, Health::warn);
+  EXPECT_THAT(found.front().what, HasSubstr("mode 600"));
+}
+
+TEST_F(Doctor, NamesTheKernelModulesThatAreMissing) {
+  RigConfig config;
+  Findings findings;
+  config.meter_port = "tcp:gateway:4710";
+  look_at_modules(machine, config, findings);
+  EXPECT_TRUE(findings.empty()) << "nothing serial is there";
+  config.meter_port = "serial:2184:005f";
+  for (const char* module : {"usbserial", "ftdi_sio", "cp210x", "ch341", "pl2303", "cdc_acm"}) {
+    findings.clear();
+    look_at_modules(machine, config, findings);
+    EXPECT_THAT(findings.front().what, HasSubstr(module));
+    fs::create_directories(dir.file("sys/module/" + std::string(module)));
+  }
+  findings.clear();
+  look_at_modules(machine, config, findings);
+  EXPECT_EQ(worst_of(findings), Health::ok);
+}
+
+TEST_F(Doctor, ReadsTheConfig) {
+  Findings findings;
+  EXPECT_FALSE(look_at_config(dir.file("none.json"), findings));
+  EXPECT_EQ(worst_of(findings), Health::warn);
+  file("empty.json", "");
+  EXPECT_FALSE(look_at_config(dir.file("empty.json"), findings));
+  EXPECT_EQ(worst_of(findings), Health::bad);
+  file("rig.json", R"({"format": "lcrigd-config/1", "meter": {"port": "serial:2184:005f"},
+    "frame": {"driver": "dead_weight"}, "wire_log_directory": "/var/log/lcrig"})");
+  findings.clear();
+  const auto config = look_at_config(dir.file("rig.json"), findings);
+  ASSERT_TRUE(config) << findings.front().what;
+  EXPECT_EQ(config->meter_port, "serial:2184:005f");
+  EXPECT_EQ(config->frame_port, "");
+  EXPECT_EQ(config->wire_log_directory, "/var/log/lcrig");
+}
+
+TEST_F(Doctor, ChecksPagesChainAndDisk) {
+  const auto path = dir.file("rig.db");
+  {
+    const auto db = open_read_write(path).value();
+    RunRow row;
+    row.started_unix_ns = 1'000'000'000;
+    ASSERT_TRUE(insert_run(db, row));
+    ASSERT_TRUE(insert_run_end(db, 1, RunEnd()));
+    Findings findings;
+    look_at_database(db, findings);
+    ASSERT_EQ(findings.size(), 2U);
+    EXPECT_EQ(worst_of(findings), Health::ok);
+    const std::int64_t ten_days_later = row.started_unix_ns + 864'000'000'000'000;
+    EXPECT_THAT(look_at_disk(db, ten_days_later).what, HasSubstr("MB a day"));
+    ASSERT_TRUE(
+        db.execute("DROP TRIGGER run_end_no_update; UPDATE run_end SET reason = 'fine';"
+                   "PRAGMA wal_checkpoint(TRUNCATE)"));
+    findings.clear();
+    look_at_database(db, findings);
+    EXPECT_EQ(findings.back().health, Health::bad);
+    EXPECT_EQ(findings.back().about, "run 1");
+  }
+  {
+    std::fstream raw(path, std::ios::in | std::ios::out | std::ios::binary);
+    raw.seekp(4096);
+    raw << std::string(4096, '\x55');
+  }
+  const auto damaged = open_read_only(path);
+  ASSERT_TRUE(damaged) << damaged.error().what;
+  Findings findings;
+  look_at_database(*damaged, findings);
+  EXPECT_EQ(findings.front().health, Health::bad);
+}
+
+class DoctorCommandLine : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    cli.variables["LCRIG_DB"] = path;
+    ASSERT_TRUE(open_read_write(path));
+  }
+  support::Cli cli;
+  std::string path = cli.dir.file("rig.db"), bundle = cli.dir.file("bundle");
+};
+
+TEST_F(DoctorCommandLine, EndsWithTheWorstThatItFound) {
+  const int code = cli.run({"doctor", "--json"});
+  const auto all = json::parse(cli.out.str());
+  const std::map<std::string, int> codes{{"ok", 0}, {"warn", 1}, {"bad", 2}};
+  EXPECT_EQ(code, codes.at(all["health"].get<std::string>()));
+  EXPECT_GE(code, 1) << "no daemon answers";
+  std::string about;
+  for (const auto& finding : all["findings"]) about += finding["about"].get<std::string>() + " ";
+  for (const char* one : {"daemon", "service", "group", "database", "disk", "clock", "lateness"}) {
+    EXPECT_THAT(about, HasSubstr(one));
+  }
+}
+
+TEST_F(DoctorCommandLine, MakesABundleWithoutDataUnlessAsked) {
+  EXPECT_LE(cli.run({"doctor", "--bundle", bundle}), 2);
+  EXPECT_TRUE(fs::exists(bundle + "/versions.txt")) << cli.err.str();
+  EXPECT_EQ(json::parse(std::ifstream(bundle + "/doctor.json"))["findings"].empty(), false);
+  EXPECT_FALSE(fs::exists(bundle + "/lcrig.db"));
+  EXPECT_EQ(cli.run({"doctor", "--bundle", bundle}), kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("not there yet"));
+  EXPECT_LE(cli.run({"doctor", "--bundle", bundle + "-2", "--with-data"}), 2);
+  EXPECT_TRUE(fs::exists(bundle + "-2/lcrig.db"));
+  EXPECT_EQ(cli.run({"doctor", "--with-data"}), kUsage);
+}
+
+}  // namespace
+}  // namespace lcrig::cli

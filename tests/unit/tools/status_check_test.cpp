@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// `lcrig status --check`, for monitoring programs.
+#include "tools/lcrig/status_check.hpp"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/unit/tools/served.hpp"
+
+namespace lcrig::cli {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+InstrumentState instrument(InstrumentCondition condition, const char* why = "") {
+  InstrumentState out;
+  out.name = "lcr";
+  out.condition = condition;
+  out.why = why;
+  return out;
+}
+
+class StatusOfMonitoring : public ::testing::Test {
+ protected:
+  void begin_run() { status.run.emplace(); }
+  Verdict verdict() const { return check_status(status).verdict; }
+  std::string words() const { return check_status(status).words; }
+  DaemonStatus status;
+};
+
+TEST_F(StatusOfMonitoring, IsInOrderWithARunAndWithout) {
+  EXPECT_EQ(verdict(), Verdict::ok);
+  EXPECT_EQ(words(), "no run goes on");
+  status.instruments.push_back(instrument(InstrumentCondition::unasked));
+  begin_run();
+  EXPECT_EQ(verdict(), Verdict::ok);
+  EXPECT_THAT(words(), HasSubstr("goes on"));
+}
+
+TEST_F(StatusOfMonitoring, AnInstrumentThatIsAwayIsWorseInARun) {
+  for (const auto condition : {InstrumentCondition::absent, InstrumentCondition::fault}) {
+    status = DaemonStatus();
+    status.instruments.push_back(instrument(condition, "its port is not there"));
+    EXPECT_EQ(verdict(), Verdict::warning);
+    EXPECT_THAT(words(), HasSubstr("meter: its port is not there"));
+    begin_run();
+    EXPECT_EQ(verdict(), Verdict::critical);
+  }
+}
+
+TEST_F(StatusOfMonitoring, OldDataOfARunAreCritical) {
+  begin_run();
+  status.instruments.push_back(instrument(InstrumentCondition::in_use));
+  status.instruments[0].age_s = 3;
+  EXPECT_EQ(verdict(), Verdict::ok);
+  status.instruments[0].age_s = 30;
+  EXPECT_EQ(verdict(), Verdict::critical);
+  EXPECT_THAT(words(), HasSubstr("nothing heard for 30 s"));
+}
+
+TEST_F(StatusOfMonitoring, WhatWaitsForAPersonIsAWarning) {
+  begin_run();
+  status.run->prompt = "place 10 g";
+  EXPECT_EQ(verdict(), Verdict::warning);
+  EXPECT_THAT(words(), HasSubstr("place 10 g"));
+  status.run->prompt.clear();
+  status.run->state = RunState::paused;
+  EXPECT_EQ(verdict(), Verdict::warning);
+}
+
+TEST_F(StatusOfMonitoring, AFailedRunIsAWarningUntilTheNextOneBegins) {
+  status.last_run.emplace();
+  status.last_run->exit_status = ExitStatus::abort;
+  EXPECT_EQ(verdict(), Verdict::ok) << "somebody wanted it";
+  status.last_run->exit_status = ExitStatus::fail;
+  EXPECT_EQ(verdict(), Verdict::warning);
+  status.last_run->code = Errc::not_standing;
+  EXPECT_EQ(verdict(), Verdict::critical);
+  begin_run();
+  EXPECT_EQ(verdict(), Verdict::ok);
+}
+
+TEST_F(StatusOfMonitoring, AQueueIsJudgedByWhyItWaits) {
+  status.queue.emplace();
+  status.queue->cause = "failure";
+  EXPECT_EQ(verdict(), Verdict::ok) << "nothing is in it";
+  status.queue->count = 3;
+  EXPECT_EQ(verdict(), Verdict::warning);
+  for (const char* wanted : {"person", "not_started"}) {
+    status.queue->cause = wanted;
+    EXPECT_EQ(verdict(), Verdict::ok) << wanted;
+  }
+  status.queue->going = true;
+  status.queue->gate = "time";
+  EXPECT_EQ(verdict(), Verdict::ok);
+  status.queue->gate = "specimen";
+  status.queue->prompt = "put paper-2 on";
+  EXPECT_EQ(verdict(), Verdict::warning);
+  EXPECT_THAT(words(), HasSubstr("put paper-2 on"));
+}
+
+TEST(StatusCheckWithoutADaemon, IsCritical) {
+  support::Cli cli;
+  EXPECT_EQ(cli.run({"status", "--check"}), 2);
+  EXPECT_THAT(cli.out.str(), HasSubstr("LCRIG CRITICAL: "));
+  EXPECT_EQ(cli.run({"status", "--check", "--json"}), 2);
+  EXPECT_EQ(json::parse(cli.out.str())["check"], "CRITICAL");
+}
+
+using StatusCheckOfADaemon = support::Served;
+
+TEST_F(StatusCheckOfADaemon, IsOneLineAndItsExitCode) {
+  EXPECT_EQ(cli.run({"status", "--check"}), 0) << cli.err.str();
+  EXPECT_EQ(cli.out.str(), "LCRIG OK: no run goes on\n");
+  on_server([this] {
+    handler.state.instruments.push_back(instrument(InstrumentCondition::fault, "no answer"));
+  });
+  EXPECT_EQ(cli.run({"status", "--check"}), 1);
+  EXPECT_EQ(cli.out.str(), "LCRIG WARNING: meter: no answer\n");
+}
+
+TEST_F(StatusCheckOfADaemon, MetricsAreThePageThatTheDaemonSends) {
+  EXPECT_EQ(cli.run({"metrics"}), 0) << cli.err.str();
+  EXPECT_EQ(cli.out.str(), "lcrig_run_active 0\n");
+  EXPECT_EQ(cli.run({"metrics", "--json"}), 0);
+  EXPECT_EQ(json::parse(cli.out.str())["text"], "lcrig_run_active 0\n");
+}
+
+}  // namespace
+}  // namespace lcrig::cli

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/ostream.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/text.hpp"
+#include "storage/database.hpp"
+#include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/doctor.hpp"
+#include "tools/lcrig/doctor_bundle.hpp"
+#include "tools/lcrig/print_json.hpp"
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+namespace {
+
+json findings_json(const Findings& findings) {
+  json out{{"health", to_string(worst_of(findings))}, {"findings", json::array()}};
+  for (const auto& f : findings) {
+    out["findings"].push_back(json{
+        {"about", f.about}, {"health", to_string(f.health)}, {"what", f.what}, {"mend", f.mend}});
+  }
+  return out;
+}
+
+void print_findings(std::ostream& out, const Findings& findings) {
+  for (const auto& f : findings) {
+    fmt::print(out, "{:4}  {:14}  {}{}{}\n", to_string(f.health), f.about, f.what,
+               f.mend.empty() ? "" : "; mend it: ", f.mend);
+  }
+}
+
+// As docs/cli-json.md promises for this command.
+ExitCode exit_code_of(Health health) {
+  return health == Health::ok ? kOk : health == Health::warn ? kFailed : kUsage;
+}
+
+class DoctorCommand final : public Command {
+ public:
+  DoctorCommand()
+      : Command("doctor",
+                "Look at computer, service, ports and data; what is wrong, how to mend it",
+                "lcrig doctor --ask") {}
+  void declare(ArgumentList& list) override {
+    list.flag("--ask", ask_, "Let the daemon ask both instruments who they are");
+    list.option("--bundle", bundle_, "DIR",
+                "Also make this folder for a bug report: versions, findings, config, journal");
+    list.flag("--with-data", with_data_, "Also a copy of the database, and the runs' wire logs");
+  }
+
+  Outcome<ExitCode> run(Context& context) override {
+    if (with_data_ && bundle_.empty()) {
+      return Failure(kUsage, "--with-data is for --bundle DIR", "lcrig doctor --help");
+    }
+    const Machine machine = real_machine();
+    Findings findings;
+    BundleParts parts;
+    findings.push_back(look_at_daemon(context, parts, findings));
+    look_at_service(machine, findings);
+    findings.push_back(look_at_group("lcrig"));
+    look_at_rig(context, machine, parts, findings);
+    look_at_data(context, machine, parts, findings);
+    findings.push_back(look_at_clock(machine));
+    findings.push_back(look_at_steal(machine));
+    findings.push_back(look_at_lateness(context.clock));
+    const auto all = findings_json(findings);
+    show(context, all, [&](std::ostream& out) { print_findings(out, findings); });
+    if (!bundle_.empty()) {
+      parts.findings_json = all.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+      parts.with_data = with_data_;
+      auto written = write_bundle(context.console, machine, bundle_, parts);
+      if (!written) return written.error();
+    }
+    return exit_code_of(worst_of(findings));
+  }
+
+ private:
+  // The instruments as the daemon knows them; without a daemon nobody opens their ports.
+  Finding look_at_daemon(Context& context, BundleParts& parts, Findings& findings) const {
+    constexpr const char* kMend =
+        "systemctl status lcrigd; docs/troubleshooting.md, \"The daemon\"";
+    const auto silent = [&](const Failure& why) {
+      return Finding("daemon", Health::warn, printable(why.what, kLongestWords), kMend);
+    };
+    auto client = ControlClient::connect_for_any_database(context);
+    if (!client) return silent(client.error());
+    constexpr auto kPatience = std::chrono::minutes(1);
+    auto answer = client->call(ask_ ? "instruments.ask" : "status", json::object(), kPatience);
+    if (!answer && ask_) {
+      findings.emplace_back("instruments", Health::warn,
+                            "not asked: " + printable(answer.error().what, kLongestWords));
+      answer = client->call("status", json::object(), kPatience);
+    }
+    if (!answer) return silent(answer.error());
+    parts.status_json = answer->dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+    const auto status = parse_daemon_status(*answer);
+    if (!status) return silent(Failure(status.error()));
+    look_at_instruments(*status, findings);
+    const auto words = fmt::format("lcrigd {} answers", printable(status->version, kLongestName));
+    if (status->version == LCRIG_VERSION) return {"daemon", Health::ok, words};
+    return {"daemon", Health::warn, words + ", but this lcrig is " LCRIG_VERSION,
+            "sudo systemctl restart lcrigd, after the run"};
+  }
+
+  static void look_at_rig(const Context& context, const Machine& machine, BundleParts& parts,
+                          Findings& findings) {
+    const auto file =
+        context.global.config.empty() ? "/etc/lcrig/lcrigd.json" : context.global.config;
+    const auto config = look_at_config(file, findings);
+    if (!config) return;
+    parts.config_file = config->file;
+    parts.wire_log_directory = config->wire_log_directory;
+    look_at_ports(machine, *config, findings);
+    look_at_modules(machine, *config, findings);
+  }
+
+  static void look_at_data(const Context& context, const Machine& machine, BundleParts& parts,
+                           Findings& findings) {
+    const auto path = context.db_path();
+    auto db = path ? open_read_only(*path) : fail(Errc::io, "{}", path.error().what);
+    if (!db) {
+      findings.emplace_back("database", Health::bad, printable(db.error().what, kLongestWords),
+                            "docs/troubleshooting.md, \"The data\"");
+      return;
+    }
+    parts.database = *path;
+    look_at_database(*db, findings);
+    findings.push_back(look_at_disk(*db, context.clock.unix_ns()));
+    look_at_memory(machine, writer_of(*path), findings);
+  }
+
+  std::string bundle_;
+  bool ask_ = false, with_data_ = false;
+};
+
+}  // namespace
+
+const CommandFactory kDoctorCommand = make_command<DoctorCommand>;
+
+}  // namespace lcrig::cli

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "base/text.hpp"
+#include "storage/chain.hpp"
+#include "storage/writer_lock.hpp"
+#include "tools/lcrig/doctor.hpp"
+
+namespace lcrig::cli {
+
+namespace {
+
+constexpr double kDay_ns = 86400e9;
+
+Result<double> size_of(const Database& db) {
+  auto pages = db.integer("PRAGMA page_count");
+  if (!pages) return fail(pages.error());
+  auto bytes = db.integer("PRAGMA page_size");
+  if (!bytes) return fail(bytes.error());
+  return static_cast<double>(*pages) * static_cast<double>(*bytes);
+}
+
+Finding unreadable(const Error& error) {
+  return {"database", Health::bad, printable(error.what), "docs/troubleshooting.md, \"The data\""};
+}
+
+// Reading a large file takes minutes.
+Finding look_at_pages(const Database& db, double bytes) {
+  constexpr double kQuick = 500e6;
+  const auto size = fmt::format("{}: {:.1f} MB", printable(db.path()), bytes / 1e6);
+  if (bytes > kQuick) {
+    return {"database", Health::ok, size + "; too large to check in passing: lcrig backup does"};
+  }
+  auto words = db.first("PRAGMA quick_check(1)",
+                        [](const Statement& row) { return std::string(row.text(0)); });
+  if (!words) return unreadable(words.error());
+  if (*words && **words == "ok") return {"database", Health::ok, size + ", its pages are sound"};
+  return {"database", Health::bad,
+          fmt::format("{}: damaged: {}", printable(db.path()), printable(words->value_or(""))),
+          "stop lcrigd, and restore a backup: lcrig restore --help"};
+}
+
+}  // namespace
+
+void look_at_database(const Database& db, Findings& findings) {
+  const auto bytes = size_of(db);
+  if (!bytes) {
+    findings.push_back(unreadable(bytes.error()));
+    return;
+  }
+  findings.push_back(look_at_pages(db, *bytes));
+  const auto last = db.integer("SELECT coalesce(max(id), 0) FROM run");
+  if (!last || *last == 0) return;
+  const auto chain = verify_chain(db, *last);
+  const auto about = fmt::format("run {}", *last);
+  if (!chain) {
+    findings.push_back(unreadable(chain.error()));
+  } else if (chain->intact) {
+    findings.emplace_back(about, Health::ok, "the last one is as it was recorded");
+  } else {
+    findings.emplace_back(about, chain->not_closed ? Health::warn : Health::bad,
+                          printable(remark_on(*chain)), fmt::format("lcrig verify {}", *last));
+  }
+}
+
+// How long its disk lasts, when it grows as it did since the first run.
+Finding look_at_disk(const Database& db, std::int64_t now_unix_ns) {
+  constexpr double kLeast = 200e6, kDaysToAct = 30;
+  constexpr const char* kMend =
+      "free some space; docs/lab-setup.md, \"Backup, and room on the disk\"";
+  std::error_code unknown;
+  const auto folder = std::filesystem::absolute(db.path()).parent_path();
+  const auto space = std::filesystem::space(folder, unknown);
+  const auto bytes = size_of(db);
+  const auto first = db.integer("SELECT coalesce(min(started_unix_ns), 0) FROM run");
+  if (unknown || !bytes || !first) {
+    return {"disk", Health::warn, "its free space is not known", "df -h"};
+  }
+  const auto free_bytes = static_cast<double>(space.available);
+  auto words =
+      fmt::format("{:.1f} GB are free for {:.3f} GB of database", free_bytes / 1e9, *bytes / 1e9);
+  if (free_bytes < kLeast) return {"disk", Health::bad, words, kMend};
+  const double days = static_cast<double>(now_unix_ns - *first) / kDay_ns;
+  if (*first == 0 || days < 1) return {"disk", Health::ok, words};
+  const double left_days = free_bytes / (*bytes / days);
+  words += fmt::format(", which grew by {:.1f} MB a day: room for {:.0f} days", *bytes / days / 1e6,
+                       left_days);
+  return left_days < kDaysToAct ? Finding("disk", Health::warn, words, kMend)
+                                : Finding("disk", Health::ok, words);
+}
+
+std::optional<int> writer_of(const std::string& database) {
+  const auto written = has_writer(database);
+  if (!written || !*written) return std::nullopt;
+  std::ifstream file(beside_database(database, ".lock"));
+  int pid = 0;
+  if (!(file >> pid) || pid <= 0) return std::nullopt;
+  return pid;
+}
+
+}  // namespace lcrig::cli

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lcrig/status_check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/text.hpp"
+
+namespace lcrig::cli {
+
+namespace {
+
+constexpr std::size_t kLongest = 200;
+// In a run the meter answers several times a second, and the slowest setting once in 3 s.
+constexpr double kOldData_s = 10;
+
+class Checker {
+ public:
+  explicit Checker(const DaemonStatus& status) : status_(status) {}
+
+  StatusCheck check() {
+    for (const auto& i : status_.instruments) look_at(i);
+    look_at_run();
+    look_at_queue();
+    if (!out_.words.empty()) return out_;
+    out_.words = status_.run ? fmt::format("run {} goes on", status_.run->run) : "no run goes on";
+    return out_;
+  }
+
+ private:
+  void find(Verdict verdict, const std::string& words) {
+    out_.verdict = std::max(out_.verdict, verdict);
+    add_remark(out_.words, words);
+  }
+
+  void look_at(const InstrumentState& i) {
+    const auto name = i.name == "lcr" ? std::string("meter") : printable(i.name, kLongest);
+    const bool in_run = status_.run.has_value();
+    if (i.condition == InstrumentCondition::absent || i.condition == InstrumentCondition::fault) {
+      find(in_run ? Verdict::critical : Verdict::warning,
+           fmt::format("{}: {}", name, printable(i.why, kLongest)));
+    } else if (i.condition == InstrumentCondition::in_use && i.age_s && *i.age_s > kOldData_s) {
+      find(Verdict::critical, fmt::format("{}: nothing heard for {:.0f} s", name, *i.age_s));
+    }
+  }
+
+  void look_at_run() {
+    if (status_.run) {
+      const auto& run = *status_.run;
+      if (!run.prompt.empty()) {
+        find(Verdict::warning, fmt::format("run {} waits for a person: {}", run.run,
+                                           printable(run.prompt, kLongest)));
+      } else if (run.state == RunState::paused) {
+        find(Verdict::warning, fmt::format("run {} is paused", run.run));
+      }
+    } else if (status_.last_run && status_.last_run->exit_status == ExitStatus::fail) {
+      const auto& last = *status_.last_run;
+      find(last.code == Errc::not_standing ? Verdict::critical : Verdict::warning,
+           fmt::format("run {} failed: {}", last.run, printable(last.reason, kLongest)));
+    }
+  }
+
+  // A queue that a person held, or that is done, is as somebody wants it.
+  void look_at_queue() {
+    if (!status_.queue || status_.queue->count == 0) return;
+    const auto& q = *status_.queue;
+    if (q.going && !q.gate.empty() && q.gate != "time") {
+      find(Verdict::warning, "the queue waits: " + printable(q.prompt, kLongest));
+    } else if (!q.going && q.cause != "person" && q.cause != "not_started") {
+      find(Verdict::warning, "the queue is held: " + printable(q.why, kLongest));
+    }
+  }
+
+  const DaemonStatus& status_;
+  StatusCheck out_;
+};
+
+}  // namespace
+
+const char* to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::ok: return "OK";
+    case Verdict::warning: return "WARNING";
+    case Verdict::critical: return "CRITICAL";
+    case Verdict::unknown: return "UNKNOWN";
+  }
+  return "";
+}
+
+StatusCheck check_status(const DaemonStatus& status) {
+  return Checker(status).check();
+}
+
+}  // namespace lcrig::cli
