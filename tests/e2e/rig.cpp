@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <sstream>
@@ -28,6 +29,19 @@ constexpr const char* kBench = R"({ "format": "bench/1", "name": "quick", "error
 
 // A sleeping thread is woken later than that: a program that has to compute waits longer still.
 constexpr double kStarved_s = 0.2, kStarvedShare = 0.1;
+
+// How long its threads were ready to run and did not; 0: it has ended.
+double waited_for_processor_s(pid_t pid) {
+  double sum_ns = 0;
+  std::error_code ended;
+  const auto folder = "/proc/" + std::to_string(pid) + "/task";
+  for (const auto& thread : std::filesystem::directory_iterator(folder, ended)) {
+    double ran_ns = 0, waited_ns = 0;
+    std::ifstream(thread.path() / "schedstat") >> ran_ns >> waited_ns;
+    sum_ns += waited_ns;
+  }
+  return sum_ns * 1e-9;
+}
 
 }  // namespace
 
@@ -158,6 +172,8 @@ void Rig::SetUp() {
 }
 
 void Rig::TearDown() {
+  if (sim_) waited_s_ += waited_for_processor_s(sim_->pid());
+  for (const auto& daemon : daemons_) waited_s_ += waited_for_processor_s(daemon->pid());
   for (auto& daemon : daemons_) {
     daemon->signal(SIGTERM);
     EXPECT_TRUE(daemon->wait(20s)) << "lcrigd does not end on SIGTERM";
@@ -179,9 +195,11 @@ void Rig::tell_of_standstills() const {
   const MonoTime now = RealClock().now();
   const double stood_s = to_seconds(machine_->within(begin_, now));
   const double longest_s = to_seconds(machine_->longest()), all_s = to_seconds(now - begin_);
-  const bool starved = stood_s > kStarvedShare * all_s || longest_s > kStarved_s;
+  const bool starved = std::max(stood_s, waited_s_) > kStarvedShare * all_s ||
+                       std::max(longest_s, waited_s_ / 5) > kStarved_s;
   std::cerr << (starved ? "void: " : "") << "the machine stood still for " << stood_s << " of "
-            << all_s << " s, at longest " << longest_s << " s\n";
+            << all_s << " s, at longest " << longest_s << " s; daemon and simulator waited "
+            << waited_s_ << " s for a processor\n";
 }
 
 void Rig::write(const std::string& name, const std::string& text) const {

@@ -112,6 +112,7 @@ class Rig : public testing::Test {
   TempDir dir_;
   MonoTime begin_{};
   std::unique_ptr<StandstillWatch> machine_;
+  double waited_s_ = 0;  // daemon and simulator, for a processor
   std::unique_ptr<LineClient> back_door_;
   int commands_ = 0;
 };

@@ -137,9 +137,8 @@ void look_at_service(const Machine& machine, Findings& findings) {
     return;
   }
   const auto shown = machine.output(
-      {"systemctl", "show", "lcrigd", "-p",
-       "LoadState,ActiveState,SubState,UnitFileState,NRestarts,Result,ProtectSystem,PrivateNetwork,"
-       "NoNewPrivileges"});
+      {"systemctl", "show", "lcrigd", "-p", "LoadState,ActiveState,SubState,UnitFileState", "-p",
+       "NRestarts,Result,ProtectSystem,PrivateNetwork,NoNewPrivileges"});
   if (!shown || property(*shown, "LoadState") != "loaded") {
     findings.emplace_back("service", Health::warn, "lcrigd is not installed as a service",
                           "docs/lab-setup.md, \"Service\"");
