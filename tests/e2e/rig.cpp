@@ -27,9 +27,6 @@ constexpr const char* kBench = R"({ "format": "bench/1", "name": "quick", "error
     "travel_min_mm": -20, "travel_max_mm": 20, "speed_max_mm_s": 10 },
   "meter": {} })";
 
-// A sleeping thread is woken later than that: a program that has to compute waits longer still.
-constexpr double kStarved_s = 0.2, kStarvedShare = 0.1;
-
 // How long its threads were ready to run and did not; 0: it has ended.
 double waited_for_processor_s(pid_t pid) {
   double sum_ns = 0;
@@ -195,11 +192,9 @@ void Rig::tell_of_standstills() const {
   const MonoTime now = RealClock().now();
   const double stood_s = to_seconds(machine_->within(begin_, now));
   const double longest_s = to_seconds(machine_->longest()), all_s = to_seconds(now - begin_);
-  const bool starved = std::max(stood_s, waited_s_) > kStarvedShare * all_s ||
-                       std::max(longest_s, waited_s_ / 5) > kStarved_s;
-  std::cerr << (starved ? "void: " : "") << "the machine stood still for " << stood_s << " of "
-            << all_s << " s, at longest " << longest_s << " s; daemon and simulator waited "
-            << waited_s_ << " s for a processor\n";
+  std::cerr << "the machine stood still for " << stood_s << " of " << all_s << " s, at longest "
+            << longest_s << " s; daemon and simulator waited " << waited_s_
+            << " s for a processor\n";
 }
 
 void Rig::write(const std::string& name, const std::string& text) const {

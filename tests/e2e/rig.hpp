@@ -68,7 +68,7 @@ class Rig : public testing::Test {
  protected:
   void SetUp() override;
   // Fails the test if a process is left. Of a test that failed it says for how long the machine had
-  // no processor for it; one that was starved counts as void (./check runs it again, alone).
+  // no processor for it.
   void TearDown() override;
 
   std::string file(const std::string& name) const { return dir_.file(name); }
