@@ -18,8 +18,13 @@ void add_origin(const RunData& data, Notes& notes) {
   } else if (data.row.simulated) {
     notes.emplace_back("simulated: nothing was measured");
   }
-  for (const EventRow& event : data.events) {
-    if (event.kind == EventKind::extrapolated) notes.push_back(event.detail);
+  for (const EventKind kind : {EventKind::extrapolated, EventKind::device_extrapolated}) {
+    const auto is_kind = [kind](const EventRow& event) { return event.kind == kind; };
+    const auto first = std::ranges::find_if(data.events, is_kind);
+    if (first == data.events.end()) continue;
+    const auto times = std::ranges::count_if(data.events, is_kind);
+    notes.push_back(times == 1 ? first->detail
+                               : fmt::format("{} ({} times)", first->detail, times));
   }
   const RunListing& l = data.listing;
   if (l.exit_status != ExitStatus::success) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/session.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <variant>
@@ -8,6 +10,7 @@
 #include "base/aside.hpp"
 #include "base/text.hpp"
 #include "daemon/record/room.hpp"
+#include "daemon/rig/bench_door.hpp"
 #include "daemon/run_row.hpp"
 #include "model/specimen_file.hpp"
 #include "model/specimen_stiffness.hpp"
@@ -233,6 +236,7 @@ Task<Result<std::int64_t>> Session::open() {
   recorder_.on_committed([this](const Committed& c) { acknowledge(c); });
   recorder_.on_fault(
       [this](const Error& e) { run_->interrupt(InterruptRequest(Interrupt::fault, e)); });
+  recorder_.on_locked([this](Duration waited, std::size_t rows) { tell_locked(waited, rows); });
   instruments_->begin_run(recorder_);
   learn_of_run(*number);
   co_return *number;
@@ -272,10 +276,25 @@ RunSetup Session::make_setup(std::int64_t run) {
   return setup;
 }
 
-// What lies beyond the table of a simulated specimen is no physics.
-void Session::note_extrapolation(double peak_N) {
+// The event is stored when the lock is free again.
+void Session::tell_locked(Duration waited, std::size_t rows) {
+  const std::string text = fmt::format(
+      "{}: another program has held the database's write lock for {:.0f} s; {} rows of this run "
+      "wait in memory: end its transaction (`fuser {}` says which program it is)",
+      recorder_.path(), to_seconds(waited), rows, recorder_.path());
+  spdlog::warn("{}", text);
+  recorder_.event(RunEvent(clock_.now(), EventKind::database_locked, "", text));
+}
+
+// What lies beyond the table of a simulated specimen is no physics. The force that acted counts: a
+// cell that errs shows another.
+void Session::note_extrapolation() {
   const auto solved_N = instruments_->info().solved_to_N;
-  if (!solved_N || peak_N <= *solved_N) return;
+  if (!solved_N || instruments_->door() == nullptr) return;
+  const Plant* plant = instruments_->door()->plant();
+  if (plant == nullptr) return;
+  const double peak_N = plant->peak_answered_N(clock_.now());
+  if (peak_N <= *solved_N * (1 + 1e-6)) return;  // rounding
   recorder_.event(RunEvent(
       clock_.now(), EventKind::extrapolated, "",
       fmt::format("the bench went to {:.4g} N, but its specimen is reckoned up to {:.4g} N only: "
@@ -288,10 +307,11 @@ Task<RunResult> Session::execute() {
   if (result.code == Errc::frame_fault || result.code == Errc::not_standing) {
     learn(Instrument::frame, fail(*result.code, "{}", result.reason));
   }
-  note_extrapolation(result.peak_force_N);
+  note_extrapolation();
   std::string reason = result.reason;
   auto closed = co_await recorder_.end_run(result.exit_status, std::move(reason));
   recorder_.on_fault({});
+  recorder_.on_locked({});
   recorder_.on_committed({});
   if (closed && closed->anchor) anchor_ = to_string(*closed->anchor);
   if (!closed) {

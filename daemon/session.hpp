@@ -112,7 +112,8 @@ class Session {
   Task<Result<>> check_at_contact(double start_travel_m, double contact_travel_m);
   RunSetup make_setup(std::int64_t run);
   RunRow make_row() const;
-  void note_extrapolation(double peak_N);
+  void tell_locked(Duration waited, std::size_t rows);
+  void note_extrapolation();
   void acknowledge(const Committed& committed);
 
   asio::any_io_executor executor_;

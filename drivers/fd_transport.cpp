@@ -8,8 +8,9 @@
 
 #include <boost/asio/buffer.hpp>
 #include <cerrno>
-#include <cstring>
+#include <thread>
 #include <tuple>
+#include <utility>
 
 #include "base/as_result.hpp"
 #include "base/either.hpp"
@@ -24,12 +25,6 @@ bool is_gone(const boost::system::error_code& ec) {
          ec == asio::error::connection_reset || ec == asio::error::bad_descriptor ||
          ec == asio::error::operation_aborted || ec.value() == EIO || ec.value() == ENXIO ||
          ec.value() == ENODEV;
-}
-
-tl::unexpected<Error> failed(const std::string& name, std::string_view what,
-                             const boost::system::error_code& ec) {
-  if (is_gone(ec)) return fail(Errc::disconnected, "{}: the port went away ({})", name, what);
-  return fail(Errc::io, "{}: {}: {}", name, what, ec.message());
 }
 
 boost::system::error_code last_error(bool end_of_file) {
@@ -58,21 +53,32 @@ FdTransport::~FdTransport() {
   close();
 }
 
+// What a port that went away still holds reaches nobody, and a driver may take seconds to close it:
+// nobody waits for that.
 void FdTransport::close() {
   if (!descriptor_.is_open()) return;
   const int fd = descriptor_.release();
-  if (closer_) {
-    closer_(fd);
-  } else {
+  if (!closer_) {
     ::close(fd);
+  } else if (is_gone_) {
+    std::thread([closer = std::move(closer_), fd] { closer(fd); }).detach();
+  } else {
+    closer_(fd);
   }
+}
+
+tl::unexpected<Error> FdTransport::failed(std::string_view what,
+                                          const boost::system::error_code& ec) {
+  is_gone_ = is_gone(ec);
+  if (is_gone_) return fail(Errc::disconnected, "{}: the port went away ({})", name_, what);
+  return fail(Errc::io, "{}: {}: {}", name_, what, ec.message());
 }
 
 Result<std::size_t> FdTransport::read_now(std::span<char> buffer) {
   const ssize_t n = ::read(descriptor_.native_handle(), buffer.data(), buffer.size());
   if (n > 0) return static_cast<std::size_t>(n);
   if (n < 0 && (errno == EAGAIN || errno == EINTR)) return 0;
-  return failed(name_, "read", last_error(n == 0));
+  return failed("read", last_error(n == 0));
 }
 
 Task<Result<std::size_t>> FdTransport::read_some(std::span<char> buffer, MonoTime deadline) {
@@ -98,7 +104,7 @@ Task<Result<std::size_t>> FdTransport::read_some(std::span<char> buffer, MonoTim
     if (r.index() == 1) co_return fail(Errc::no_reply, "{}: nothing received in time", name_);
     std::tie(ec, n) = std::get<0>(r);
   }
-  if (ec) co_return failed(name_, "read", ec);
+  if (ec) co_return failed("read", ec);
   co_return n;
 }
 
@@ -108,7 +114,7 @@ Result<> FdTransport::write_now(std::string_view& bytes) {
   const int fd = descriptor_.native_handle();
   ssize_t n = is_socket_ ? ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT)
                          : ::write(fd, bytes.data(), bytes.size());
-  if (n < 0 && errno != EAGAIN && errno != EINTR) return failed(name_, "write", last_error(false));
+  if (n < 0 && errno != EAGAIN && errno != EINTR) return failed("write", last_error(false));
   if (n > 0) bytes.remove_prefix(static_cast<std::size_t>(n));
   return {};
 }
@@ -123,7 +129,7 @@ Task<Result<>> FdTransport::write_all(std::string_view bytes, MonoTime deadline)
         co_await either(descriptor_.async_wait(writable, kAsResult), clock_.wait_until(deadline));
     if (r.index() == 1) co_return fail(Errc::io, "{}: the other side takes no bytes", name_);
     const auto& ec = std::get<0>(std::get<0>(r));
-    if (ec) co_return failed(name_, "write", ec);
+    if (ec) co_return failed("write", ec);
   }
 }
 

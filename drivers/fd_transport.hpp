@@ -13,7 +13,8 @@ namespace lcrig {
 class FdTransport final : public Transport {
  public:
   // Takes ownership of `fd`. `closer` gets the descriptor after Asio has released it, and closes
-  // it; the default is ::close. It exists for ports that need more than ::close.
+  // it; the default is ::close. It exists for ports that need more than ::close. A port that went
+  // away is closed on a thread of its own.
   FdTransport(asio::any_io_executor executor, Clock& clock, int fd, std::string name,
               std::function<void(int)> closer = {});
   ~FdTransport() override;
@@ -26,12 +27,14 @@ class FdTransport final : public Transport {
  private:
   Result<std::size_t> read_now(std::span<char> buffer);  // 0: nothing there yet
   Result<> write_now(std::string_view& bytes);
+  tl::unexpected<Error> failed(std::string_view what, const boost::system::error_code& ec);
 
   asio::posix::stream_descriptor descriptor_;
   Clock& clock_;
   std::string name_;
   std::function<void(int)> closer_;
   bool is_socket_;
+  bool is_gone_ = false;
   unsigned eager_reads_ = 0;
 };
 

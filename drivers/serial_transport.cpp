@@ -144,9 +144,9 @@ bool is_pty(const std::string& path) {
   return resolved(path).starts_with("/dev/pts/");
 }
 
-// A port is closed on the thread of the instruments, although a line that takes no bytes may hold
-// the call. Beside it the port would be busy for whoever opens it next, and a STOP that is on its
-// way would no longer be sent before whoever makes the frame safe goes on.
+// A port that is there is closed on the thread of the instruments, although a line that takes no
+// bytes may hold the call. Beside it the port would be busy for whoever opens it next, and a STOP
+// that is on its way would no longer be sent before whoever makes the frame safe goes on.
 std::unique_ptr<Transport> OpenedPort::to_transport(asio::any_io_executor executor,
                                                     Clock& clock) && {
   const int fd = std::exchange(fd_, -1);

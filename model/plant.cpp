@@ -190,7 +190,19 @@ double Plant::creep_N(const Drive& drive, MonoTime t) const {
   return t > latest.t ? creep_step(drive, latest.t, t - latest.t, latest.q_N) : latest.q_N;
 }
 
+// Motions are monotonic; so is creep after them.
+double Plant::peak_of_drive_N(MonoTime t) const {
+  const MonoTime begin = drive_.changed.t, end = std::max(t, begin);
+  const MonoTime reached = std::clamp(drive_.motion.finish(), begin, end);
+  return std::max({load(begin).elastic_N, load(reached).elastic_N, load(end).elastic_N});
+}
+
+double Plant::peak_answered_N(MonoTime t) const {
+  return std::max(peak_before_N_, peak_of_drive_N(t));
+}
+
 void Plant::change_at(MonoTime t, Drive next) {
+  peak_before_N_ = std::max(peak_before_N_, peak_of_drive_N(t));
   next.changed = next.latest = {t, creep_N(drive_, t)};
   earlier_.push_back(std::exchange(drive_, std::move(next)));
   while (earlier_.size() > 1 && earlier_[1].changed.t < t - kLookBack) earlier_.pop_front();

@@ -74,6 +74,10 @@ class Plant {
   // of the drive; under force it includes the frame's compliance
   double travel_m(MonoTime t) const;
   double force_N(MonoTime t) const;  // on the specimen, >= 0
+  // The largest that the specimen has answered to so far: with creep it answers to more than acts
+  // on it. t: now.
+  double peak_answered_N(MonoTime t) const;
+  void forget_peak() { peak_before_N_ = 0; }  // of the time before the present drive
   Electrical electrical(MonoTime t) const;
 
   // Changes of the drive, from time t on.
@@ -134,11 +138,13 @@ class Plant {
   const Drive& drive_at(MonoTime t) const;
   double speed_m_s(MonoTime t) const;  // t: not before the last change
   void change_at(MonoTime t, Drive next);
+  double peak_of_drive_N(MonoTime t) const;
   std::optional<MonoTime> creeping_crossing(double force_N, MonoTime from, MonoTime to) const;
 
   const SpecimenResponse& specimen_;
   PlantConfig config_;
   Drive drive_;
+  double peak_before_N_ = 0;  // of the drives before this one
   std::deque<Drive> earlier_;  // those that a query may still ask about
   double compliance_m_N_ = 0;  // of the frame; 0: rigid
   double grid_N_ = 1;  // force step of grid_m_

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/record/database.hpp"
 
+#include <fmt/format.h>
+
+#include <chrono>
 #include <utility>
 
 #include "storage/runs.hpp"
@@ -16,6 +19,11 @@ Result<OwnedDatabase> open_as_owner(const std::string& path, std::int64_t now_un
   auto interrupted = close_orphaned_runs(*db, now_unix_ns);
   if (!interrupted) return fail(interrupted.error());
   return OwnedDatabase{std::move(*lock), std::move(*db), std::move(*interrupted)};
+}
+
+Result<> wait_for_locks(const Database& db, Duration time) {
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
+  return db.execute(fmt::format("PRAGMA busy_timeout = {}", ms));
 }
 
 }  // namespace lcrig

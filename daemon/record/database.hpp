@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/time.hpp"
 #include "storage/database.hpp"
 #include "storage/writer_lock.hpp"
 
@@ -18,5 +19,8 @@ struct OwnedDatabase {
 };
 Result<OwnedDatabase> open_as_owner(const std::string& path, std::int64_t now_unix_ns,
                                     const std::string& vfs = "");
+
+// How long a statement waits for another program's lock.
+Result<> wait_for_locks(const Database& db, Duration time);
 
 }  // namespace lcrig

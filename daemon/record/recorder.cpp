@@ -35,6 +35,7 @@ Result<std::unique_ptr<Recorder>> Recorder::open(asio::io_context& io, Clock& cl
                                                  Options options) {
   auto owned = open_as_owner(options.path, clock.unix_ns(), options.vfs);
   if (!owned) return fail(owned.error());
+  if (auto r = wait_for_locks(owned->db, options.lock_attempt); !r) return fail(r.error());
   auto writer = BatchWriter::prepare(owned->db);
   if (!writer) return fail(writer.error());
   return std::unique_ptr<Recorder>(
@@ -70,6 +71,10 @@ void Recorder::on_fault(std::function<void(const Error&)> callback) {
   on_fault_ = std::move(callback);
 }
 
+void Recorder::on_locked(std::function<void(Duration, std::size_t)> callback) {
+  on_locked_ = std::move(callback);
+}
+
 CommitStats Recorder::stats() const {
   const std::lock_guard lock(mutex_);
   return stats_;
@@ -79,7 +84,7 @@ std::optional<std::uint64_t> Recorder::beats() const {
   const std::lock_guard lock(mutex_);
   if (queued_ == 0 && requests_.empty()) return std::nullopt;
   if (fault_) return std::nullopt;  // told already; the run ends by it
-  return stats_.commits;
+  return stats_.commits + attempts_;
 }
 
 // `f` runs on the io_context's thread, unless the recorder is gone by then.
@@ -227,7 +232,34 @@ void Recorder::commit_taken() {
   }
 }
 
+// Waits for another program that holds the lock.
 Result<> Recorder::commit(const Batch& batch, const RunEnd* end) {
+  const MonoTime begin = RealClock().now();
+  while (true) {
+    auto r = commit_once(batch, end);
+    if (r || r.error().code != Errc::busy) return r;
+    const Duration waited = RealClock().now() - begin;
+    tell_locked(waited);
+    if (waited >= options_.lock_patience) {
+      return fail(Errc::busy, "{}; rows of this run have waited for it for {:.0f} s",
+                  r.error().what, to_seconds(waited));
+    }
+  }
+}
+
+void Recorder::tell_locked(Duration waited) {
+  std::size_t rows = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    ++attempts_;
+    rows = queued_;
+  }
+  post([this, waited, rows] {
+    if (on_locked_) on_locked_(waited, rows);
+  });
+}
+
+Result<> Recorder::commit_once(const Batch& batch, const RunEnd* end) {
   const MonoTime begin = RealClock().now();
   if (auto r = writer_->write(owned_.db, run_, batch, end); !r) {
     reopen_first_ = owned_.db.needs_reopening();

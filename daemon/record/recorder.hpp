@@ -4,6 +4,8 @@
 // themselves. In virtual time a commit takes what arrived in 50 ms (a rehearsal: 1 s), and time
 // stands still until it is done: a slow disk or a busy computer changes nothing.
 //
+// Another program that holds the database's write lock is waited for, while rows gather in memory.
+//
 // Faults. A commit that fails is rolled back and its rows stay in memory; the fault is reported
 // once, later rows are queued behind. `end_run` frees the reserve file (disk full) or reopens the
 // database (I/O error, failed fsync), stores what is in memory, and closes the run. Rows that could
@@ -58,6 +60,10 @@ class Recorder final : public RunSink {
     // False, for rehearsals: a commit takes what arrived in 1 s, and only the end of a run waits
     // for the disk. A power cut costs the rehearsal, not the database.
     bool sync_each_commit = true;
+    // How long rows wait for another program's lock, and how often that is told meanwhile. A
+    // program that is forgotten with an open transaction must not end a run of hours at once; what
+    // waits is lost if the power goes.
+    Duration lock_patience = std::chrono::seconds(60), lock_attempt = std::chrono::seconds(5);
   };
 
   // Locks, migrates and opens the database and closes orphaned runs.
@@ -69,6 +75,8 @@ class Recorder final : public RunSink {
 
   void on_committed(std::function<void(const Committed&)> callback);
   void on_fault(std::function<void(const Error&)> callback);
+  // Another program holds the lock of the database, and rows wait. Told after each `lock_attempt`.
+  void on_locked(std::function<void(Duration waited, std::size_t rows)> callback);
   const std::vector<std::int64_t>& interrupted_runs() const { return owned_.interrupted; }
 
   // The run row is committed when it returns the run's number. One run at a time.
@@ -85,7 +93,8 @@ class Recorder final : public RunSink {
   Task<Result<>> flush() override;
 
   CommitStats stats() const;
-  // For the watchdog: commits so far; nullopt while nothing waits to be committed.
+  // For the watchdog: commits and attempts at a lock so far; nullopt while nothing waits to be
+  // committed.
   std::optional<std::uint64_t> beats() const;
   const std::string& path() const { return options_.path; }
 
@@ -107,6 +116,8 @@ class Recorder final : public RunSink {
   bool take(std::vector<std::shared_ptr<Request>>& requests);
   void commit_taken();
   Result<> commit(const Batch& batch, const RunEnd* end);
+  Result<> commit_once(const Batch& batch, const RunEnd* end);
+  void tell_locked(Duration waited);
   void acknowledge(Committed summary);
   void set_fault(Error error);
   void serve(Request& request);
@@ -131,6 +142,7 @@ class Recorder final : public RunSink {
   // io_context's thread
   std::function<void(const Committed&)> on_committed_;
   std::function<void(const Error&)> on_fault_;
+  std::function<void(Duration, std::size_t)> on_locked_;
   Wakeup due_;  // of the next commit in virtual time
   bool is_due_ = false;  // there will be one
   bool accepting_ = false;
@@ -144,6 +156,7 @@ class Recorder final : public RunSink {
   std::size_t lost_ = 0;  // rows beyond the bound, of this run
   std::optional<Error> fault_;
   bool stop_ = false;
+  std::uint64_t attempts_ = 0;  // at a lock that another program held
   CommitStats stats_;
 
   // writer thread

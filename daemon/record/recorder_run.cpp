@@ -50,7 +50,7 @@ Result<std::int64_t> Recorder::insert_claimed(const RunRow& row) {
 }
 
 // Stores what a fault left in memory, then the rest and the end. Should that be impossible, the end
-// alone, which says so.
+// alone, which says so; but where another program holds the lock nothing can be stored.
 Result<> Recorder::end_in_database(RunEnd& end) {
   std::size_t lost = 0;
   bool faulted = false;
@@ -65,11 +65,12 @@ Result<> Recorder::end_in_database(RunEnd& end) {
   }
   Result<> stored = sync_commits(true);
   if (stored) stored = store_all(end, faulted);
-  if (!stored) stored = store_end_alone(end, stored.error());
+  if (!stored && stored.error().code != Errc::busy) stored = store_end_alone(end, stored.error());
   owned_.lock.end_run();
   if (!stored) {
     set_fault(stored.error());
-    return stored;
+    return fail(stored.error().code, "{}; the last rows of run {} and its end are not stored",
+                stored.error().what, run_);
   }
   // Without it the run is as good: whoever asks for the anchor reads it from the database.
   if (auto anchor = get_anchor(owned_.db, run_)) end.anchor = *anchor;
@@ -81,13 +82,14 @@ Result<> Recorder::end_in_database(RunEnd& end) {
   return {};
 }
 
-// What fails here for the first time is repaired and tried once more.
+// What fails here for the first time is repaired and tried once more, unless another program holds
+// the lock: that has been waited for.
 Result<> Recorder::store_all(const RunEnd& end, bool faulted) {
   Result<> stored;
   for (int attempt = 0; attempt < 2; ++attempt) {
     if (faulted) stored = repair();
     if (stored) stored = store_rest(end);
-    if (stored || faulted) break;
+    if (stored || faulted || stored.error().code == Errc::busy) break;
     faulted = true;
   }
   return stored;
@@ -138,6 +140,7 @@ Result<> Recorder::reopen() {
   owned_.db = Database();
   auto db = open_read_write(options_.path, options_.vfs);
   if (!db) return fail(db.error());
+  if (auto r = wait_for_locks(*db, options_.lock_attempt); !r) return r;
   owned_.db = std::move(*db);
   auto writer = BatchWriter::prepare(owned_.db);
   if (!writer) return fail(writer.error());

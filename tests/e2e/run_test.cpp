@@ -46,6 +46,18 @@ TEST_F(Rig, DaemonRunsAProtocolOnPtyAndTcp) {
   EXPECT_EQ(lines_of(file("csv/frame.csv")), 1 + end.value("frame_samples", 0));
 }
 
+TEST_F(Rig, ASimulatorBeyondItsModelTellsTheRun) {
+  start_sim({"--max-force-N", "0.1"});  // the run goes to 0.3 N
+  start_daemon(config());
+  write("quick.json", kQuickProtocol);
+  const Ended run =
+      lcrig({"run", file("quick.json"), "--specimen", "paper-1", "--socket", file("control.sock")});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_GE(number("SELECT count(*) FROM event WHERE kind = 'device_extrapolated'"), 1);
+  const Ended analysed = lcrig({"analyze", "last", "--db", file("lcrig.db")});
+  EXPECT_THAT(analysed.out, HasSubstr("reckoned up to 0.1 N only"));
+}
+
 TEST_F(Rig, TheNextRunFindsTheSamePorts) {
   start_sim();
   start_daemon(config());

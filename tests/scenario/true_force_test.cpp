@@ -111,5 +111,15 @@ TEST(TrueForce, ABenchBeyondItsModelSaysSo) {
   EXPECT_THAT(beyond.text(said), HasSubstr("reckoned up to 1 N only"));
 }
 
+TEST(TrueForce, ABenchBeyondItsModelSaysSoThoughTheCellShowsLess) {
+  SessionWorld world(with(kLoad, R"("until": { "force_N": 0.5 }, "speed_mm_s": 0.01)",
+                          R"("until": { "force_N": 0.7 }, "speed_mm_s": 0.01)"));
+  world.bench.plant.force_gain = 0.5;
+  ASSERT_TRUE(world.run());
+  EXPECT_LT(world.real("SELECT MAX(force_N) FROM frame_sample"), 1);
+  EXPECT_THAT(world.text("SELECT detail FROM event WHERE kind = 'extrapolated'"),
+              HasSubstr("the bench went to 1.4"));
+}
+
 }  // namespace
 }  // namespace lcrig

@@ -10,6 +10,7 @@
 #include <csignal>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/log.hpp"
 #include "base/program_version.hpp"
@@ -18,6 +19,7 @@
 #include "base/whole_file.hpp"
 #include "daemon/rig/bench.hpp"
 #include "drivers/faults/player.hpp"
+#include "drivers/zwick/codec.hpp"
 #include "model/bench_world.hpp"
 #include "model/specimen_file.hpp"
 #include "tools/lcrig-sim/back_door.hpp"
@@ -71,10 +73,17 @@ class SimBench {
     if (auto ready = prepare_faults(); !ready) return ready;
     if (auto told = announce(); !told) return told;
     if (player_) player_->begin();
+    if (world_) {
+      watches_ = true;
+      asio::co_spawn(io_, watch_model_end(), [](std::exception_ptr error) {
+        if (error) std::rethrow_exception(error);
+      });
+    }
     return {};
   }
 
   Task<> close() {
+    closes_ = true;
     if (player_) player_->stop();
     meter_->unplug();
     if (frame_) frame_->unplug();
@@ -84,6 +93,36 @@ class SimBench {
   }
 
  private:
+  // What lies beyond the table of the specimen is no physics. Said each time that it begins, to
+  // whoever reads the log and to the client of the frame.
+  Task<> watch_model_end() {
+    const double solved_N = world_->response().max_force_N();
+    bool is_beyond = false;
+    while (!closes_) {
+      const double peak_N = plant().peak_answered_N(clock_.now());
+      if (peak_N > solved_N * (1 + 1e-6) && !std::exchange(is_beyond, true)) {
+        say_beyond(peak_N, solved_N);
+      }
+      plant().forget_peak();
+      is_beyond = plant().peak_answered_N(clock_.now()) > solved_N * (1 + 1e-6);
+      co_await clock_.wait_for(100ms);
+    }
+    watches_ = false;
+  }
+
+  void say_beyond(double peak_N, double solved_N) {
+    const std::string text = fmt::format(
+        "the bench goes to {:.4g} N and more, but its specimen is reckoned up to {:.4g} N only: "
+        "from there on thickness and capacitance follow a straight line{}",
+        peak_N, solved_N,
+        solved_N < options_.max_force_N ? "" : "; --max-force-N says how far it is reckoned");
+    spdlog::warn("{}", text);
+    ZwickSim* gateway = frame_ ? frame_->gateway() : nullptr;
+    if (gateway == nullptr) return;
+    gateway->faults.say = frame_link::format_event("extrapolated", text);
+    gateway->poke();
+  }
+
   Result<> prepare_faults() {
     if (options_.faults.empty()) return {};
     auto script = load_fault_script(options_.faults);
@@ -170,7 +209,7 @@ class SimBench {
 
   bool is_idle() const {
     return meter_->is_idle() && door_->is_idle() && (!frame_ || frame_->is_idle()) &&
-           (!player_ || player_->is_idle());
+           (!player_ || player_->is_idle()) && !watches_;
   }
 
   asio::io_context& io_;
@@ -186,6 +225,7 @@ class SimBench {
   std::unique_ptr<BackDoor> door_;
   std::unique_ptr<PortBench> ports_;
   std::unique_ptr<FaultPlayer> player_;
+  bool watches_ = false, closes_ = false;
 };
 
 Task<> end_on_signal(asio::io_context& io, asio::signal_set& signals, SimBench& bench) {

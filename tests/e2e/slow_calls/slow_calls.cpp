@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Preloaded into a program (LD_PRELOAD): its writes to wire logs, its look-ups of users, its looks
-// at device nodes and the opening of ports (their lock) take as long as SLOW_WIRE_LOG_MS,
-// SLOW_USERS_MS, SLOW_NODES_MS and SLOW_PORTS_MS say, like on a disk, with a directory service or
-// behind a hub that is busy. Used by slow_surroundings_test.cpp.
+// at device nodes, the opening of ports (their lock) and their closing take as long as
+// SLOW_WIRE_LOG_MS, SLOW_USERS_MS, SLOW_NODES_MS, SLOW_PORTS_MS and SLOW_CLOSES_MS say, like on a
+// disk, with a directory service or behind a hub that is busy. Used by slow_surroundings_test.cpp.
 #include <dlfcn.h>
 #include <limits.h>
 #include <pwd.h>
@@ -60,6 +60,12 @@ int flock(int fd, int operation) {
   static const auto next = real<int(int, int)>("flock");
   if (path_of(fd).starts_with("/dev/pts/")) wait_as_told("SLOW_PORTS_MS");
   return next(fd, operation);
+}
+
+int close(int fd) {
+  static const auto next = real<int(int)>("close");
+  if (path_of(fd).starts_with("/dev/pts/")) wait_as_told("SLOW_CLOSES_MS");
+  return next(fd);
 }
 
 int access(const char* path, int mode) {

@@ -377,5 +377,68 @@ TEST_F(RecorderTest, AWriterThatHangsBeatsNoMoreAndARestingOneIsNoHang) {
   EXPECT_EQ(acknowledged_, 1U);
 }
 
+class LockedRecorder : public RecorderTest {
+ protected:
+  void begin_with(Duration patience) {
+    Recorder::Options options(path_);
+    options.lock_attempt = 20ms;
+    options.lock_patience = patience;
+    open(options);
+    run_ = begin();
+    auto other = open_read_write(path_);
+    ASSERT_TRUE(other) << other.error().what;
+    other_ = std::move(*other);
+    ASSERT_TRUE(other_.execute("BEGIN IMMEDIATE"));
+  }
+  Result<> flush() { return run_task(io_, clock_, recorder_->flush()); }
+
+  Database other_;
+  std::int64_t run_ = 0;
+};
+
+TEST_F(LockedRecorder, RowsWaitUntilTheOtherProgramLetsGo) {
+  begin_with(60s);
+  std::vector<std::size_t> waiting;
+  recorder_->on_locked([&](Duration, std::size_t rows) {
+    waiting.push_back(rows);
+    if (waiting.size() == 3) {
+      EXPECT_TRUE(other_.execute("ROLLBACK"));
+    }
+  });
+  push_readings(7);
+  EXPECT_TRUE(flush());
+  EXPECT_THAT(waiting, ElementsAre(7U, 7U, 7U));
+  EXPECT_THAT(faults_, IsEmpty());
+  EXPECT_EQ(acknowledged_, 7U);
+  end(ExitStatus::success, "");
+  EXPECT_EQ(listing(run_).exit_status, ExitStatus::success);
+  EXPECT_EQ(listing(run_).lcr_readings, 7);
+}
+
+TEST_F(LockedRecorder, ALockThatIsForgottenEndsTheRunAndItsRowsAreStoredWhenItGoes) {
+  begin_with(100ms);
+  push_readings(7);
+  EXPECT_FALSE(flush());
+  ASSERT_EQ(faults_.size(), 1U);
+  EXPECT_THAT(faults_[0], HasSubstr("another program holds it"));
+  push_readings(3);
+  ASSERT_TRUE(other_.execute("ROLLBACK"));
+  end(ExitStatus::fail, faults_[0]);
+  EXPECT_EQ(listing(run_).lcr_readings, 10);
+  EXPECT_TRUE(chain(run_).intact) << chain(run_).finding;
+}
+
+TEST_F(LockedRecorder, AnEndThatCannotBeStoredIsToldAndTheNextRunClosesIt) {
+  begin_with(100ms);
+  push_readings(7);
+  const auto ended = run_task(io_, clock_, recorder_->end_run(ExitStatus::success, ""));
+  ASSERT_FALSE(ended);
+  EXPECT_EQ(ended.error().code, Errc::busy);
+  EXPECT_THAT(ended.error().what, HasSubstr("are not stored"));
+  ASSERT_TRUE(other_.execute("ROLLBACK"));
+  begin();
+  EXPECT_EQ(listing(run_).exit_status, ExitStatus::interrupted);
+}
+
 }  // namespace
 }  // namespace lcrig
