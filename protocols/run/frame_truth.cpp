@@ -39,7 +39,10 @@ void FrameTruth::learn_rest(const Rest& rest, Under under) {
   // A cell that was alive and shows one value is none to learn from: it may just have frozen.
   if (plausible_ && scatter_.alive && !rest.is_alive()) return;
   rest_ = rest;
-  if (under == Under::nothing) bare_ = rest;
+  if (under == Under::nothing) {
+    bare_ = rest;
+    moved_zero_N_ = 0;
+  }
   if (!plausible_) return;
   if (rest.drifts()) {
     drift_N_s_ = std::abs(rest.drift_N_s()) + kSureOfDrift * rest.drift_error_N_s();

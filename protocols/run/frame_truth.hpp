@@ -35,11 +35,14 @@ class FrameTruth {
   // The unloaded cell
   enum class Under { nothing, perhaps_contact };  // the probe
   void learn_rest(const Rest& rest, Under under = Under::nothing);
+  // The probe pressed while the force was zeroed, which took this much out of it.
+  void learn_zero_under_load(double taken_N) { moved_zero_N_ += taken_N; }
   void learn_scatter(const Rest& rest);  // of a cell that may be loaded, too
   const std::optional<Rest>& rest() const { return rest_; }  // as it drifts
   double rest_N() const { return rest_ ? rest_->force_N() : 0; }
   double noise_N() const { return rest_ ? rest_->scatter_N() : 0; }
-  double bare_N() const { return bare_ ? bare_->force_N() : 0; }  // when surely nothing pressed
+  // Of the cell when surely nothing presses
+  double bare_N() const { return (bare_ ? bare_->force_N() : 0) - moved_zero_N_; }
   // Nothing is pressed with a cell whose digits were never seen to change. Errors: refused.
   bool needs_look() const { return plausible_ && !scatter_.alive; }
   void see_alive(const Rest& rest) { scatter_ = ForceScatter(rest); }
@@ -92,6 +95,7 @@ class FrameTruth {
   ForceScatter scatter_;  // all that was seen of the unloaded cell
   double drift_N_s_ = 0;  // of the cell, a magnitude, as far as it is known
   std::optional<Rest> rest_, bare_;
+  double moved_zero_N_ = 0;  // since bare_ was seen
 };
 
 }  // namespace lcrig

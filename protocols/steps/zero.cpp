@@ -27,6 +27,32 @@ Result<> check_sum(double sum_N, const RunParts& run) {
               run.log.step_id(), sum_N, most_N);
 }
 
+// What the probe presses with by all that the run knows: beyond contact, and more than an unloaded
+// cell shows.
+double pressed_N(const Rest& rest, const RunParts& run) {
+  const auto contact_m = run.contact.travel_m();
+  if (!contact_m || !run.truth.is_loaded(rest.force_N())) return 0;
+  if (rest.travel_m() && *rest.travel_m() < *contact_m) return 0;
+  return rest.force_N() - run.truth.bare_N();
+}
+
+// Samples that were taken before the zero are still on the way: at most one, or 100 ms of them.
+Duration stale_samples(const RunParts& run) {
+  return std::max<Duration>(std::chrono::milliseconds(250),
+                            from_seconds(2 / run.setup.frame_rate_Hz));
+}
+
+// The cell at rest shows its new zero. If that hides a force that presses, the unloaded cell shows
+// it with the other sign from now on, which is no pull.
+void learn_zero(const Rest& before, const Rest& after, double hidden_N, RunParts& run) {
+  if (hidden_N > 0) {
+    run.truth.learn_zero_under_load(before.force_N() - after.force_N());
+  } else {
+    run.truth.learn_rest(after);
+  }
+  run.guard.set_rest_force(after.force_N(), after.scatter_N());
+}
+
 }  // namespace
 
 ZeroStep ZeroStep::parse(const StepReader& r) {
@@ -69,6 +95,7 @@ Task<Result<>> ZeroStep::execute(RunParts& run, Progress& /*progress*/) const {
   if (force) {
     if (auto allowed = check_sum(sum_N, run); !allowed) co_return allowed;
   }
+  const double hidden_N = force ? pressed_N(*rest, run) : 0;
   const ScopedFlag zeroing = run.distrust.expect_zero();  // the gateway may tell of it, too
   if (travel) run.truth.look_away();
   auto zeroed = co_await run.setup.frame.zero(force, travel);
@@ -76,21 +103,18 @@ Task<Result<>> ZeroStep::execute(RunParts& run, Progress& /*progress*/) const {
   run.truth.zero_force();
   run.view.zeroed(true);
   if (force) run.view.sum_zeros(sum_N);
+  if (force) run.guard.set_zero_under_load(hidden_N);
   if (travel) {
     run.contact.zero_travel(rest->travel_m().value_or(0));
     run.drive.forget_limits();
   }
   run.event(run.point());  // the origin is another one
   run.event(ZeroEvent{rest->force_N()});
-  // Samples from before the zero are still on the way: at most one, or 100 ms of them.
-  const Duration stale =
-      std::max<Duration>(std::chrono::milliseconds(250), from_seconds(2 / run.setup.frame_rate_Hz));
-  co_await run.setup.clock.wait_for(stale);
+  co_await run.setup.clock.wait_for(stale_samples(run));
   if (travel) run.truth.stand();
   auto after = co_await run.view.watch_rest(FrameView::kRestTime);
   if (!after) co_return fail(after.error());
-  run.truth.learn_rest(*after);
-  run.guard.set_rest_force(after->force_N(), after->scatter_N());
+  learn_zero(*rest, *after, hidden_N, run);
   co_return Result<>();
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "protocols/watch/rest.hpp"
 
@@ -18,6 +19,11 @@ constexpr double kUnbounded = 1e9;
 
 void Guard::set_rest_force(double force_N, double noise_N) {
   offset_N_ = force_N < -kNoiseSigmas * noise_N ? force_N : 0;
+}
+
+void Guard::set_zero_under_load(double hidden_N) {
+  if (distrusted_) return;
+  limits_.force_min_N -= hidden_N - std::exchange(hidden_N_, hidden_N);
 }
 
 void Guard::distrust_zero(double cell_N) {

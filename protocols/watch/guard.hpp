@@ -30,6 +30,9 @@ class Guard {
   // An unloaded cell that shows less than zero hides as much of the true force: the upper limit is
   // lowered by it. What is within the noise (`noise_N`: scatter of a sample) lowers nothing.
   void set_rest_force(double force_N, double noise_N);
+  // The force was zeroed while the probe pressed with this much: the specimen pulls only below that.
+  // 0: it was zeroed without load. The upper limit stays: `zero` bounds what all zeros may hide.
+  void set_zero_under_load(double hidden_N);
   // The zero of force or travel was changed by somebody else. From now on every force is allowed
   // that the cell can show, but no motion except away from the specimen.
   void distrust_zero(double cell_N);
@@ -66,7 +69,7 @@ class Guard {
   std::optional<MonoTime> last_, travel_seen_;  // a force, a travel
   bool watch_age_ = false;
   Mode mode_ = Mode::watching;
-  double offset_N_ = 0;
+  double offset_N_ = 0, hidden_N_ = 0;
   bool distrusted_ = false;
   double peak_force_N_ = 0;
   std::optional<double> last_force_N_, last_travel_m_;

@@ -79,6 +79,31 @@ TEST(TrueForce, ZerosUnderLoadDoNotMoveTheLimitAgainAndAgain) {
       << "one zero is allowed";
 }
 
+// The unloaded cell then shows minus what the zero hid, which is no pull.
+TEST(TrueForce, AZeroUnderLoadLeavesTheSpecimenUnloaded) {
+  SessionWorld world(load_then(R"({ "id": "tare", "do": "zero", "force": true })"));
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
+  EXPECT_LT(world.real("SELECT MIN(force_N) FROM frame_sample"), -0.4) << "it was zeroed at 0.5 N";
+  const Plant& plant = *world.session->instruments().door()->plant();
+  EXPECT_EQ(plant.force_N(world.clock.now()), 0);
+}
+
+// It is zeroed at 0.5 N, and falls further when the probe is clear.
+TEST(TrueForce, AZeroUnderLoadHidesNoPull) {
+  SessionWorld world(load_then(R"({ "id": "tare", "do": "zero", "force": true })"));
+  world.acts.push_back({"clear", 3s, [](SessionWorld& w) {
+                          ZwickSim& frame = *w.session->instruments().door()->frame_sim();
+                          frame.faults.lies.force_drift_N_s = -0.3;
+                          frame.poke();
+                        }});
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
+  EXPECT_LT(world.real("SELECT MIN(force_N) FROM frame_sample"), -0.7);
+}
+
 // A cell that drifts is zeroed before each of many cycles.
 TEST(TrueForce, ZerosOfACellThatDriftsAreNotRefused) {
   const std::string often = with(
