@@ -5,6 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <iostream>
 
 #include "base/near_word.hpp"
 #include "base/text.hpp"
@@ -58,6 +62,23 @@ std::string words_of(const CLI::App& app, const CLI::ParseError& error) {
 std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
   return fmt::format("error: {}: {}\n  next: {} --help\n", app.get_name(), words_of(app, error),
                      app.get_name());
+}
+
+int answer_parse(const CLI::App& app, const CLI::ParseError& error) {
+  if (error.get_exit_code() == 0) {  // --help, --version
+    app.exit(error);
+    return end_of_output(app);
+  }
+  std::cerr << usage_error(app, error);
+  return 2;
+}
+
+int end_of_output(const CLI::App& app) {
+  std::cout.flush();
+  if (std::cout && std::fflush(stdout) == 0) return 0;
+  std::cerr << fmt::format("error: {}: cannot write to standard output: {}\n  next: df -h\n",
+                           app.get_name(), std::strerror(errno));
+  return 1;
 }
 
 }  // namespace lcrig

@@ -15,4 +15,10 @@ namespace lcrig {
 // "lcrigd: unknown option --confg; did you mean '--config'?", and a line that names the help.
 std::string usage_error(const CLI::App& app, const CLI::ParseError& error);
 
+// What --help, --version and mistakes of the command line are answered with, and the program's exit
+// status. An answer that nobody gets is a failure.
+int answer_parse(const CLI::App& app, const CLI::ParseError& error);
+// 1, said on standard error, if what was printed did not get through; else 0.
+int end_of_output(const CLI::App& app);
+
 }  // namespace lcrig

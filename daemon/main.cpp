@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <iostream>
 #include <optional>
 
 #include "base/log.hpp"
@@ -143,9 +144,7 @@ int main(int argc, char** argv) {
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return cli.exit(e);  // --help, --version
-    fmt::print(stderr, "{}", usage_error(cli, e));
-    return 2;
+    return answer_parse(cli, e);
   }
   lcrig::set_up_logging("info");
   auto config = effective_config(options);
@@ -161,8 +160,8 @@ int main(int argc, char** argv) {
   }
   for (const auto& warning : config_warnings(*config, options.config)) spdlog::warn("{}", warning);
   if (options.only_check) {
-    fmt::print("{}: in order\n{}", options.config, config_summary(*config));
-    return 0;
+    std::cout << fmt::format("{}: in order\n{}", options.config, config_summary(*config));
+    return end_of_output(cli);
   }
   return serve(*config);
 }

@@ -2,6 +2,7 @@
 #include "storage/writer_lock.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -77,6 +78,12 @@ Result<WriterLock> WriterLock::acquire(const std::string& database_path) {
   const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
   if (fd < 0 && errno == ELOOP) {
     return fail(Errc::io, "{}: is a link, where the lock of the database has to be: remove it",
+                file);
+  }
+  struct stat opened{};
+  if (fd >= 0 && (::fstat(fd, &opened) != 0 || !S_ISREG(opened.st_mode))) {
+    ::close(fd);
+    return fail(Errc::io, "{}: is no file, where the lock of the database has to be: remove it",
                 file);
   }
   if (fd < 0) {

@@ -24,6 +24,16 @@ TEST_F(ConfigFile, TheShippedExampleIsInOrder) {
   EXPECT_THAT(done.out, AllOf(HasSubstr("in order"), HasSubstr("simulated bench paper")));
 }
 
+TEST_F(ConfigFile, AnAnswerThatNobodyGetsIsAFailure) {
+  for (const std::string asked :
+       {"lcrigd --help", "lcrigd --version", "lcrig-sim --help", "lcrig --version",
+        "lcrigd --check-config --config systemd/lcrigd.example.json"}) {
+    const auto done = program({"/bin/sh", "-c", LCRIG_BIN "/" + asked + " > /dev/full"});
+    EXPECT_EQ(done.code, 1) << asked;
+    EXPECT_THAT(done.err, AllOf(HasSubstr("cannot write to standard output"), HasSubstr("next: ")));
+  }
+}
+
 TEST_F(ConfigFile, ACheckNamesTheInstrumentsAndOpensNothing) {
   write("real.json", R"({"format": "lcrigd-config/1",
     "meter": {"driver": "lcr6100", "port": "/dev/no-such-port"},

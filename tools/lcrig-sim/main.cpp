@@ -304,9 +304,7 @@ int main(int argc, char** argv) {
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return cli.exit(e);  // --help, --version
-    std::cerr << lcrig::usage_error(cli, e);
-    return 2;
+    return lcrig::answer_parse(cli, e);
   }
   lcrig::set_up_logging(options.log_level);
   return lcrig::sim::serve(std::move(options));

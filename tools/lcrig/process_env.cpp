@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lcrig/process_env.hpp"
 
+#include <pwd.h>
+#include <unistd.h>
+
+#include <array>
 #include <cstdlib>
+#include <string_view>
 #include <system_error>
 
 namespace lcrig::cli {
@@ -33,12 +38,27 @@ fs::path ProcessEnv::default_socket() const {
   return daemon_socket;
 }
 
+namespace {
+
+// A program that cron or a service starts may be told no home, and a database in whatever folder it
+// was started from would never be found again.
+std::optional<std::string> home_of_user() {
+  passwd entry{};
+  passwd* found = nullptr;
+  std::array<char, 4096> text{};
+  ::getpwuid_r(::getuid(), &entry, text.data(), text.size(), &found);
+  if (found == nullptr || *found->pw_dir == '\0') return std::nullopt;
+  return found->pw_dir;
+}
+
+}  // namespace
+
 ProcessEnv real_process_env() {
   ProcessEnv env;
   env.variable = [](const char* name) -> std::optional<std::string> {
     const char* value = std::getenv(name);
-    if (value == nullptr || *value == '\0') return std::nullopt;
-    return value;
+    if (value != nullptr && *value != '\0') return value;
+    return std::string_view(name) == "HOME" ? home_of_user() : std::nullopt;
   };
   std::error_code ignored;
   env.executable = fs::read_symlink("/proc/self/exe", ignored);

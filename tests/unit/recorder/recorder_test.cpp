@@ -169,6 +169,20 @@ TEST_F(RecorderTest, ASecondWriterIsRefusedWithItsOwner) {
   EXPECT_TRUE(Recorder::open(io_, clock_, Recorder::Options(path_)));
 }
 
+TEST_F(RecorderTest, ADatabaseWithASecondNameIsRefused) {
+  open();
+  recorder_.reset();
+  const std::string other = dir_.file("other.db");
+  std::filesystem::create_hard_link(path_, other);
+  for (const std::string& name : {path_, other}) {
+    const auto refused = Recorder::open(io_, clock_, Recorder::Options(name));
+    ASSERT_FALSE(refused) << name;
+    EXPECT_THAT(refused.error().what, HasSubstr("2 names (hard links)"));
+  }
+  std::filesystem::remove(other);
+  EXPECT_TRUE(Recorder::open(io_, clock_, Recorder::Options(path_)));
+}
+
 TEST_F(RecorderTest, AnOrphanedRunIsClosedAsInterruptedAtTheNextOpen) {
   open();
   const auto run = begin();

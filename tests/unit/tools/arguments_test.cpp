@@ -263,5 +263,15 @@ TEST(Paths, FollowTheEnvironment) {
   EXPECT_EQ(cli.env.default_db(), "/mine.db");
 }
 
+// As cron starts programs.
+TEST(Paths, OfAUserWithoutHOMEAreInTheHomeThatTheSystemKnows) {
+  const char* home = std::getenv("HOME");
+  const std::string before = home == nullptr ? "" : home;
+  ::unsetenv("HOME");
+  const auto path = cli::real_process_env().user_db();
+  if (home != nullptr) ::setenv("HOME", before.c_str(), 1);
+  EXPECT_TRUE(path.is_absolute()) << path;
+}
+
 }  // namespace
 }  // namespace lcrig
