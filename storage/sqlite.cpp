@@ -64,6 +64,12 @@ std::string immutable_uri(std::string_view path) {
   return uri + "?immutable=1";
 }
 
+// SQLite reads a name that begins with "file:" or ":" as an address, which may lead to another file
+// than the one that was looked at, or to none.
+std::string plain_name(const std::string& path) {
+  return path.starts_with("file:") || path.starts_with(':') ? "./" + path : path;
+}
+
 }  // namespace
 
 void Statement::Finalize::operator()(sqlite3_stmt* s) const {
@@ -169,7 +175,7 @@ Result<Database> Database::open(const std::string& path, Mode mode, const std::s
   // This VFS takes no locks, so that the connection may own the file by itself: SQLite then keeps
   // the index of the log in memory.
   const std::string by = mode == Mode::private_index ? "unix-none" : vfs;
-  const std::string name = mode == Mode::immutable ? immutable_uri(path) : path;
+  const std::string name = mode == Mode::immutable ? immutable_uri(path) : plain_name(path);
   sqlite3* handle = nullptr;
   const int rc = sqlite3_open_v2(name.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX,
                                  by.empty() ? nullptr : by.c_str());

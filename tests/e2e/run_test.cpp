@@ -58,6 +58,30 @@ TEST_F(Rig, ASimulatorBeyondItsModelTellsTheRun) {
   EXPECT_THAT(analysed.out, HasSubstr("reckoned up to 0.1 N only"));
 }
 
+TEST_F(Rig, ABundleOfARunHoldsNoMeasuredValueUnlessAsked) {
+  start_sim();
+  start_daemon(config());
+  Control client = control();
+  client.call("watch");
+  ASSERT_TRUE(start_run(client, kQuickProtocol).contains("result"));
+  client.wait_for("status", [](const json& s) { return s.value("lcr_readings", 0) > 3; });
+  const auto bundled = [&](std::vector<std::string> options) {
+    const std::string folder = file("bundle" + std::to_string(options.size()));
+    options.insert(options.begin(), {"doctor", "--socket", file("control.sock"), "--db",
+                                     file("lcrig.db"), "--bundle", folder});
+    const Ended done = lcrig(options);
+    EXPECT_THAT(done.out, testing::Not(HasSubstr("but this lcrig is")));
+    return json::parse(std::ifstream(folder + "/status.json"))["run"];
+  };
+  const json bare = bundled({}), full = bundled({"--with-data"});
+  EXPECT_EQ(bare.value("protocol", ""), "quick");
+  for (const char* measured : {"capacitance_pF", "force_N", "travel_mm", "pressure_kPa"}) {
+    EXPECT_FALSE(bare.contains(measured)) << measured;
+    EXPECT_TRUE(full.contains(measured)) << measured;
+  }
+  client.run_ended(20s);
+}
+
 TEST_F(Rig, TheNextRunFindsTheSamePorts) {
   start_sim();
   start_daemon(config());

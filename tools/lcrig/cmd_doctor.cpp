@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/program_version.hpp"
 #include "base/text.hpp"
 #include "storage/database.hpp"
 #include "tools/lcrig/commands.hpp"
@@ -95,14 +96,25 @@ class DoctorCommand final : public Command {
       answer = client->call("status", json::object(), kPatience);
     }
     if (!answer) return silent(answer.error());
-    parts.status_json = answer->dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+    parts.status_json = told(*answer).dump(2, ' ', false, json::error_handler_t::replace) + "\n";
     const auto status = parse_daemon_status(*answer);
     if (!status) return silent(Failure(status.error()));
     look_at_instruments(*status, findings);
     const auto words = fmt::format("lcrigd {} answers", printable(status->version, kLongestName));
-    if (status->version == LCRIG_VERSION) return {"daemon", Health::ok, words};
-    return {"daemon", Health::warn, words + ", but this lcrig is " LCRIG_VERSION,
+    if (status->version == program_version()) return {"daemon", Health::ok, words};
+    return {"daemon", Health::warn,
+            fmt::format("{}, but this lcrig is {}", words, program_version()),
             "sudo systemctl restart lcrigd, after the run"};
+  }
+
+  // For a bundle that may hold no measured value.
+  json told(json status) const {
+    if (with_data_ || !status.contains("run") || !status["run"].is_object()) return status;
+    for (const char* measured :
+         {"capacitance_pF", "secondary", "force_N", "travel_mm", "gap_mm", "pressure_kPa"}) {
+      status["run"].erase(measured);
+    }
+    return status;
   }
 
   static void look_at_rig(const Context& context, const Machine& machine, BundleParts& parts,

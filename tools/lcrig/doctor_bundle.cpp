@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "base/program_version.hpp"
 #include "base/strict_json.hpp"
 #include "storage/backup.hpp"
 #include "tools/lcrig/output_file.hpp"
@@ -24,7 +25,7 @@ std::string versions() {
   utsname kernel{};
   ::uname(&kernel);
   const auto release = read_text_file("/etc/os-release");
-  return fmt::format("lcrig {}\nkernel {} {} {}\n\n{}", LCRIG_VERSION, kernel.sysname,
+  return fmt::format("lcrig {}\nkernel {} {} {}\n\n{}", program_version(), kernel.sysname,
                      kernel.release, kernel.machine, release ? *release : "");
 }
 

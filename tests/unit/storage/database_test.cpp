@@ -300,5 +300,22 @@ TEST(Transaction, RollsBackWhatIsNotCommitted) {
   EXPECT_FALSE(db.in_transaction());
 }
 
+// SQLite would take each of them for an address: of another file, of memory, or of none.
+TEST(DatabaseNames, AreNamesOfFilesWhateverTheyLookLike) {
+  const TempDir dir;
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(dir.path());
+  for (const std::string name : {"file:victim.db?x=", "file:victim.db?mode=memory", ":memory:"}) {
+    {
+      const auto made = open_read_write(name);
+      ASSERT_TRUE(made) << made.error().what;
+    }
+    EXPECT_TRUE(std::filesystem::exists("./" + name)) << name;
+    EXPECT_TRUE(open_read_only(name)) << name;
+  }
+  EXPECT_FALSE(std::filesystem::exists("victim.db"));
+  std::filesystem::current_path(before);
+}
+
 }  // namespace
 }  // namespace lcrig
