@@ -176,6 +176,9 @@ Task<Result<RunStarted>> App::open_run(PreparedRun prepared) {
   auto run = co_await session_->open();
   if (!run) {
     stranger_ = session_->stranger();
+    if (const auto lost = session_->lost_run()) {
+      std::erase_if(resumable_, [&](const ResumableRun& r) { return r.run == *lost; });
+    }
     co_await session_->close();
     co_return fail(run.error());
   }

@@ -200,10 +200,12 @@ void Session::acknowledge(const Committed& c) {
   if (listener_.events) listener_.events(c.events);
 }
 
-Result<> Session::compare_origin() const {
+Result<> Session::compare_origin() {
   if (!prepared_.continues || !commands_) return {};
-  return compare_with_now(*prepared_.continues, prepared_.protocol, prepared_.environment,
-                          instruments_->frame().origin());
+  auto same = compare_with_now(*prepared_.continues, prepared_.protocol, prepared_.environment,
+                               instruments_->frame().origin());
+  if (!same) lost_run_ = prepared_.continues->run;
+  return same;
 }
 
 // Beside the loop: a disk of the network may take seconds to answer.

@@ -77,6 +77,8 @@ class Session {
   const Rig& rig() const { return rig_; }
   // After `open` failed: why what is on the rig does not seem to be the specimen of the request.
   const std::optional<std::string>& stranger() const { return stranger_; }
+  // After `open` failed: the run that it was to continue, if no later attempt can.
+  std::optional<std::int64_t> lost_run() const { return lost_run_; }
   // What was planned, after `preview` or `open` succeeded.
   const Plan& planned() const { return plan_; }
   // Of acknowledged rows only.
@@ -108,7 +110,7 @@ class Session {
   void learn(Instrument which, const Result<Identity>& answer);
   void learn_of_run(std::int64_t run);
   void on_loss(Instrument which, const Error* lost);
-  Result<> compare_origin() const;
+  Result<> compare_origin();
   Task<Result<>> check_at_contact(double start_travel_m, double contact_travel_m);
   RunSetup make_setup(std::int64_t run);
   RunRow make_row() const;
@@ -131,6 +133,7 @@ class Session {
   Plan plan_;
   LcrSettings settings_;  // as read back
   std::optional<std::string> stranger_;
+  std::optional<std::int64_t> lost_run_;
   RunRecord acknowledged_;
   std::string anchor_;
   Listener listener_;

@@ -58,6 +58,38 @@ TEST_F(Rig, ASimulatorBeyondItsModelTellsTheRun) {
   EXPECT_THAT(analysed.out, HasSubstr("reckoned up to 0.1 N only"));
 }
 
+TEST_F(Rig, ADaemonThatHangsIsCriticalToMonitoring) {
+  start_sim();
+  Child& daemon = start_daemon(config());
+  EXPECT_EQ(lcrig({"status", "--check", "--socket", file("control.sock")}).code, 0);
+  daemon.signal(SIGSTOP);
+  const Ended hangs = lcrig({"status", "--check", "--socket", file("control.sock")}, 10s);
+  EXPECT_EQ(hangs.code, 2) << "within the 10 s that such programs wait";
+  EXPECT_THAT(hangs.out, HasSubstr("LCRIG CRITICAL: "));
+  daemon.signal(SIGCONT);
+}
+
+// A simulated bench in the daemon goes with it.
+TEST_F(Rig, ARunThatCannotBeContinuedIsNotProposedAgain) {
+  const json bench{{"format", "lcrigd-config/1"},
+                   {"bench", file("bench.json")},
+                   {"database", file("lcrig.db")},
+                   {"socket", file("control.sock")}};
+  Child& daemon = start_daemon(bench);
+  Control client = control();
+  client.call("watch");
+  ASSERT_TRUE(start_run(client, kSlowProtocol).contains("result"));
+  client.wait_for("status", in_step("away"), 30s);
+  daemon.signal(SIGKILL);
+  EXPECT_EQ(daemon.wait(5s), 128 + SIGKILL);
+  start_daemon(bench, "d2");
+  Control again = control();
+  EXPECT_EQ(again.call("status")["result"]["resumable"].size(), 1U);
+  const json refused = again.call("run.resume", {{"run", 1}, {"confirm_specimen", true}});
+  EXPECT_THAT(refused.dump(), HasSubstr("cannot be continued"));
+  EXPECT_EQ(again.call("status")["result"]["resumable"].size(), 0U);
+}
+
 TEST_F(Rig, ABundleOfARunHoldsNoMeasuredValueUnlessAsked) {
   start_sim();
   start_daemon(config());
