@@ -337,6 +337,7 @@ Task<> App::run_to_its_end() {
   ended.exit_status = result.exit_status;
   ended.reason = result.reason;
   ended.code = result.code;
+  ended.stands = result.stands;
   ended.simulated = last.simulated;
   ended.lcr_readings = last.lcr_readings;
   ended.measure_readings = last.measure_readings;

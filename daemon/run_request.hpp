@@ -26,6 +26,7 @@ struct RunOutcome {
   ExitStatus exit_status = ExitStatus::fail;
   std::optional<Errc> code;  // why, when it was not a success
   std::string reason;
+  bool stands = true;  // as far as the frame was asked to move, it confirmed that it stands
   bool simulated = false;  // a simulator or a recording stood for at least one instrument
   std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;
   double duration_s = 0;  // of the rig

@@ -302,6 +302,7 @@ json to_json(const RunOutcome& e) {
               {"exit_status", to_string(e.exit_status)},
               {"code", std::move(code)},
               {"reason", e.reason},
+              {"stands", e.stands},
               {"simulated", e.simulated},
               {"lcr_readings", e.lcr_readings},
               {"measure_readings", e.measure_readings},
@@ -327,6 +328,7 @@ Result<RunOutcome> parse_run_outcome(const json& value) {
     if (!e.code) in.fail_with(Error(Errc::garbled, "/code: unknown code"));
   }
   in.text("reason", e.reason);
+  in.boolean("stands", e.stands);
   in.boolean("simulated", e.simulated);
   in.integer("lcr_readings", e.lcr_readings);
   in.integer("measure_readings", e.measure_readings);

@@ -70,6 +70,8 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
   run_.interrupts.close();
   run_.progress.state = RunState::ended;
   result_.peak_force_N = run_.guard.peak_force_N();
+  result_.stands = !run_.setup.moves() || !run_.drive.prepared() ||
+                   (run_.drive.standing() && losses_.frame_away() == nullptr);
   co_return std::move(result_);
 }
 

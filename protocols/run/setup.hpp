@@ -27,6 +27,7 @@ struct RunResult {
   std::string reason;  // empty on success
   std::optional<Errc> code;  // why, when it was no success
   double peak_force_N = 0;
+  bool stands = true;  // the frame confirmed it, or was asked for no motion
 };
 
 // Everything that a reference here names outlives the run.

@@ -208,6 +208,8 @@ TEST(Reconnect, WaitingHasALimit) {
     EXPECT_EQ(r->exit_status, ExitStatus::fail);
     EXPECT_EQ(r->code, Errc::disconnected);
     EXPECT_THAT(r->reason, HasSubstr("did not come back within 20 s"));
+    EXPECT_EQ(r->stands, which == Which::meter)
+        << "nobody knows what a frame does that is not there";
     if (which == Which::meter) {
       expect_invariants(world);
     } else {

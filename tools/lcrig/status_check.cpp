@@ -54,11 +54,17 @@ class Checker {
       } else if (run.state == RunState::paused) {
         find(Verdict::warning, fmt::format("run {} is paused", run.run));
       }
-    } else if (status_.last_run && status_.last_run->exit_status == ExitStatus::fail) {
-      const auto& last = *status_.last_run;
-      find(last.code == Errc::not_standing ? Verdict::critical : Verdict::warning,
-           fmt::format("run {} failed: {}", last.run, printable(last.reason, kLongest)));
+    } else if (status_.last_run) {
+      look_at_last(*status_.last_run);
     }
+  }
+
+  void look_at_last(const RunOutcome& last) {
+    if (last.stands && last.exit_status != ExitStatus::fail) return;
+    const char* what =
+        last.stands ? "failed" : "ended, and the frame has not confirmed that it stands";
+    find(last.stands ? Verdict::warning : Verdict::critical,
+         fmt::format("run {} {}: {}", last.run, what, printable(last.reason, kLongest)));
   }
 
   // A queue that a person held, or that is done, is as somebody wants it.

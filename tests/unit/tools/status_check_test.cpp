@@ -74,9 +74,12 @@ TEST_F(StatusOfMonitoring, AFailedRunIsAWarningUntilTheNextOneBegins) {
   status.last_run.emplace();
   status.last_run->exit_status = ExitStatus::abort;
   EXPECT_EQ(verdict(), Verdict::ok) << "somebody wanted it";
+  status.last_run->stands = false;
+  EXPECT_EQ(verdict(), Verdict::critical);
+  status.last_run->stands = true;
   status.last_run->exit_status = ExitStatus::fail;
   EXPECT_EQ(verdict(), Verdict::warning);
-  status.last_run->code = Errc::not_standing;
+  status.last_run->stands = false;
   EXPECT_EQ(verdict(), Verdict::critical);
   begin_run();
   EXPECT_EQ(verdict(), Verdict::ok);
