@@ -25,7 +25,8 @@ StepPlan MeasureStep::plan(PlannedRig& rig) const {
   const double each_s = to_seconds(rig.known().lcr.conversion_time(meter));
   StepPlan out(time_s);
   if (auto why = check_measure(readings, time_s, meter, rig.known().lcr)) {
-    const double needed_s = each_s * static_cast<double>(readings);
+    const double needed_s =
+        reading_interval_s(meter, rig.known().lcr) * static_cast<double>(readings);
     out.refuse(Refusal(std::move(*why), at_least(within, needed_s, rig.asked())));
   }
   out.note = fmt::format(
