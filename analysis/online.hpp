@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Estimators that are fed value by value and keep none of them: a mean and a straight line with
-// their scatter. The analysis uses them, the budget, and the steps of a run that end by what they
-// have measured so far.
+// their scatter. The analysis and the budget use them; the daemon may, for what it decides while a
+// run goes on.
 #pragma once
 
 #include <cstdint>

@@ -288,7 +288,7 @@ class Loader {
   void read_spans() {
     for (const EventRow& e : out_.events) {
       if (e.kind == EventKind::step_begin) {
-        out_.spans.push_back({e.step_id, e.detail, e.t_s, out_.duration_s});
+        out_.spans.push_back({e.t_s, out_.duration_s});
       } else if (e.kind == EventKind::step_end && !out_.spans.empty()) {
         out_.spans.back().end_s = e.t_s;
       }

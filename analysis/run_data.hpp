@@ -62,9 +62,8 @@ struct EventRow {
   std::string step_id, detail;
 };
 
-// A step from its begin to its end. `kind` as in the protocol file ("hold", "measure", ...).
+// A step from its begin to its end.
 struct StepSpan {
-  std::string id, kind;
   double begin_s = 0, end_s = 0;  // a run that broke off ends its last step with its last row
 };
 

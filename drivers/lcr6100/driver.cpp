@@ -263,7 +263,8 @@ Task<Result<LcrReading>> Lcr6100::poll() {
   const MonoTime begin = clock_.now();
   const MonoTime give_up = begin + 3 * conversion_;
   // Only consecutive readings without a pause show the meter's speed.
-  if (begin - last_poll_ > conversion_) last_fresh_ = MonoTime{};
+  const bool pauses = settings_.poll_interval.value_or(Duration{}) > conversion_;
+  if (pauses || begin - last_poll_ > conversion_) last_fresh_ = MonoTime{};
   const Duration timeout = std::max<Duration>(kReplyTime, 2 * conversion_);
   while (true) {
     const MonoTime now = clock_.now();

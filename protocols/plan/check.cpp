@@ -122,7 +122,14 @@ Words check_measure(std::int64_t count, double within_s, const LcrSettings& s,
                     const LcrCapabilities& caps) {
   const double longest = within_s / static_cast<double>(count);
   const double takes = to_seconds(caps.conversion_time(s));
-  if (!exceeds(takes, longest)) return std::nullopt;
+  const double every = reading_interval_s(s, caps);
+  if (!exceeds(every, longest)) return std::nullopt;
+  if (!exceeds(takes, longest)) {
+    return fmt::format(
+        "{} readings in {:.4g} s need one every {:.0f} ms, the meter is polled every {:.0f} ms: "
+        "use a shorter poll_interval_ms, fewer readings or a longer time",
+        count, within_s, std::floor(longest * 1e3 + 1e-9), every * 1e3);
+  }
   bool found = false;
   const Aperture better = usable_aperture(s, caps, longest, found);
   const std::string average =

@@ -70,10 +70,11 @@ MaybeOutside check_speed(double speed_m_s, const BoundLimits& limits, const Rig&
 MaybeOutside check_force_limit(double force_N, const FrameCapabilities& caps);
 MaybeOutside check_travel_limit(double travel_m, const FrameCapabilities& caps);
 Words check_lcr(const LcrSettings& settings, const LcrCapabilities& caps);
-// `count` fresh readings within `within_s`: the conversion must be short enough.
+// `count` fresh readings within `within_s`: conversion and pause between two questions must be
+// short enough.
 Words check_measure(std::int64_t count, double within_s, const LcrSettings& settings,
                     const LcrCapabilities& caps);
-// Between readings of a continuous record, s.
+// Between two fresh readings, s.
 double reading_interval_s(const LcrSettings& settings, const LcrCapabilities& caps);
 // Motion or weights: what this rig cannot do at all.
 Words check_capability(const Step& step, const FrameCapabilities& caps);

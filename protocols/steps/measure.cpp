@@ -26,7 +26,8 @@ StepPlan MeasureStep::plan(PlannedRig& rig) const {
   StepPlan out(time_s);
   if (auto why = check_measure(readings, time_s, meter, rig.known().lcr)) {
     // A question and its answer take 4 ms on the line besides: the shortest conversion and 5 %.
-    const double needed_s = 1.05 * each_s * static_cast<double>(readings);
+    const double needed_s =
+        1.05 * reading_interval_s(meter, rig.known().lcr) * static_cast<double>(readings);
     out.refuse(Refusal(std::move(*why), at_least(within, needed_s, rig.asked())));
   }
   out.note = fmt::format(

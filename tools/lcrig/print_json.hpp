@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// What a command that reads says on stdout: one line of JSON, or words for people.
 #pragma once
 
 #include <functional>

@@ -290,6 +290,20 @@ TEST(Lcr6100, CorrectionsEndWithPassOrWithTheMetersWord) {
   EXPECT_TRUE(bench.run(bench.meter->configure(LcrSettings())));
 }
 
+// The pause between two questions was taken for a slow meter.
+TEST(Lcr6100, AMeterThatIsAskedSeldomIsNotSetUpAgain) {
+  MeterBench bench;
+  LcrSettings s = fast_polling();
+  s.poll_interval = 400ms;
+  ASSERT_TRUE(bench.run(bench.meter->configure(s)));
+  for (int i = 0; i < 20; ++i) {
+    const auto r = bench.run(bench.meter->measure());
+    ASSERT_TRUE(r);
+    EXPECT_TRUE(r->fresh);
+    EXPECT_EQ(r->flags & lcr_flag::kAfterSetUp, 0U) << i;
+  }
+}
+
 TEST(Lcr6100, RecordedReadingsComeBackDigitForDigit) {
   const std::vector<std::string> rows{"+1.84249e-12,+1.00000e+20", "+1.83986e-12,-9.98700e+07",
                                       "+1.83005e-12,+1.00000e+20"};

@@ -66,6 +66,18 @@ TEST(Plan, SlowIsRefusedForThirtyReadingsInTenSeconds) {
   EXPECT_EQ(refusal(step, frame_rig(), "medium"), "planned");
 }
 
+// The run ended with a fault after the specimen was loaded.
+TEST(Plan, AMeterThatIsPolledTooSeldomForALevelIsRefused) {
+  LcrSettings polled;
+  polled.aperture = Aperture::fast;
+  polled.trigger = LcrTrigger::internal;
+  polled.poll_interval = std::chrono::milliseconds(400);
+  EXPECT_FALSE(check_measure(10, 4, polled, meter()));
+  const auto why = check_measure(20, 4, polled, meter());
+  ASSERT_TRUE(why);
+  EXPECT_THAT(*why, HasSubstr("need one every 200 ms, the meter is polled every 400 ms"));
+}
+
 TEST(Plan, AveragingLengthensTheConversion) {
   const auto what = refusal(R"({"id":"s","do":"set_lcr","average":10},
 {"id":"m","do":"measure","count":30,"within_s":10})",

@@ -59,7 +59,7 @@ class SlowMeter final : public LcrMeter {
   LcrCapabilities capabilities_;
 };
 
-class Sampling : public ::testing::Test {
+class SamplerTest : public ::testing::Test {
  protected:
   static Sampler::Plan three_in_three_seconds() {
     Sampler::Plan plan;
@@ -98,7 +98,7 @@ class Sampling : public ::testing::Test {
   Sampler sampler{io.get_executor(), clock, meter, LcrSettings(), hooks()};
 };
 
-TEST_F(Sampling, PlannedReadingsAreTakenAtTheirInstants) {
+TEST_F(SamplerTest, PlannedReadingsAreTakenAtTheirInstants) {
   const MonoTime begin = clock.now();
   std::int64_t taken = 0;
   ASSERT_TRUE(take(taken));
@@ -111,7 +111,7 @@ TEST_F(Sampling, PlannedReadingsAreTakenAtTheirInstants) {
   }
 }
 
-TEST_F(Sampling, ARepeatedValueIsNoneOfThePlannedReadings) {
+TEST_F(SamplerTest, ARepeatedValueIsNoneOfThePlannedReadings) {
   meter.repeats = true;
   std::int64_t taken = 0;
   ASSERT_TRUE(take(taken));
@@ -127,7 +127,7 @@ Task<Result<>> cut_off(Sampler& sampler, Sampler::Plan plan, Clock& clock, std::
   co_return std::get<0>(r);
 }
 
-TEST_F(Sampling, AReadingThatWasCutOffIsTakenLater) {
+TEST_F(SamplerTest, AReadingThatWasCutOffIsTakenLater) {
   std::int64_t taken = 0;
   EXPECT_FALSE(
       run_task(io, clock, cut_off(sampler, three_in_three_seconds(), clock, taken)).has_value());
@@ -142,7 +142,7 @@ Task<bool> stop(Sampler& sampler) {
   co_return !sampler.is_running();
 }
 
-TEST_F(Sampling, ReadingsInTheBackgroundLeaveTheMeterToPlannedOnes) {
+TEST_F(SamplerTest, ReadingsInTheBackgroundLeaveTheMeterToPlannedOnes) {
   sampler.start(true);
   clock.run_for(io, 1s);
   EXPECT_GE(tags.size(), 9U);
@@ -157,7 +157,7 @@ TEST_F(Sampling, ReadingsInTheBackgroundLeaveTheMeterToPlannedOnes) {
   EXPECT_EQ(meter.under_way, 0);
 }
 
-TEST_F(Sampling, AMeterIsLostAfterFiveFailuresInARowAndAtOnceWhenUnplugged) {
+TEST_F(SamplerTest, AMeterIsLostAfterFiveFailuresInARowAndAtOnceWhenUnplugged) {
   meter.fails = true;
   sampler.start(true);
   clock.run_for(io, 500ms);
@@ -171,7 +171,7 @@ TEST_F(Sampling, AMeterIsLostAfterFiveFailuresInARowAndAtOnceWhenUnplugged) {
   EXPECT_EQ(lost.back(), Errc::disconnected);
 }
 
-TEST_F(Sampling, TheFirstReadingOfAMeterThatIsBackSaysSo) {
+TEST_F(SamplerTest, TheFirstReadingOfAMeterThatIsBackSaysSo) {
   std::int64_t taken = 0;
   ASSERT_TRUE(run_task(io, clock, sampler.reconnect()));
   ASSERT_TRUE(take(taken));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "protocols/expand.hpp"
 #include "protocols/protocol.hpp"
+#include "tests/support/corpus.hpp"
 
 namespace lcrig {
 namespace {
@@ -124,18 +126,22 @@ TEST(Steps, AMeterThatIsAskedForEachReadingIsNotPolled) {
   EXPECT_FALSE(step.change(settings, env).poll_interval);
 }
 
-std::string text_of(const char* path) {
+std::string text_of(const std::filesystem::path& path) {
   std::ifstream file(path);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// Whoever adds a step finds out here what the compiler cannot say.
-TEST(Steps, EveryKindIsInTheSchemaAndOnThePageOfTheProtocolFile) {
+// Whoever adds a step finds out here what the compiler cannot say. A file of the corpus that uses
+// it makes check_schema.py try the whole of its schema.
+TEST(Steps, EveryKindIsInTheSchemaTheCorpusAndOnThePageOfTheProtocolFile) {
   const std::string schema = text_of("schema/protocol.schema.json");
   const std::string page = text_of("docs/protocol-file.md");
+  std::string accepted;
+  for (const auto& file : corpus::files("tests/corpus/protocol/accept")) accepted += text_of(file);
   const auto look_for = [&]<class... Kind>(std::variant<Kind...>*) {
     for (const std::string_view word : {Kind::kWord...}) {
       EXPECT_NE(schema.find(fmt::format("\"const\": \"{}\"", word)), schema.npos) << word;
+      EXPECT_NE(accepted.find(fmt::format("\"do\": \"{}\"", word)), accepted.npos) << word;
       EXPECT_NE(page.find(fmt::format("\n| `{}` |", word)), page.npos) << word;
     }
   };

@@ -247,7 +247,7 @@ class ModelFit : public ModelCommands {
     RehearseRequest request;
     request.protocol_name = "static-frame";
     auto text = read_text_file("protocols/library/static-frame.json");
-    if (!text) GTEST_SKIP() << text.error().what;
+    ASSERT_TRUE(text) << text.error().what;
     request.protocol_text = *text;
     request.specimen_name = "paper-3";
     request.specimen_text = specimen_text();

@@ -99,8 +99,8 @@ TEST(NamedCommands, NothingIsNamedThatDoesNotExist) {
   for (const char* top : {"README.md", "CONTRIBUTING.md"}) {
     EXPECT_THAT(unknown_in(code_of_page(top), known), ::testing::IsEmpty()) << top;
   }
-  for (const char* folder : {"docs", "base", "storage", "model", "drivers", "protocols", "daemon",
-                             "analysis", "tools"}) {
+  for (const char* folder : {"docs", "base", "events", "plot", "storage", "model", "drivers",
+                             "protocols", "daemon", "analysis", "budget", "tools"}) {
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
       const auto kind = entry.path().extension();
       std::string text;
