@@ -84,6 +84,7 @@ class App final : public ControlHandler, public QueueHost {
   Task<Result<>> confirm(PeerCredentials peer) override;
   Task<Result<Answered>> answer(AnswerRequest request, PeerCredentials peer) override;
   Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) override;
+  Task<Result<std::vector<std::string>>> tag_run(TagRequest request, PeerCredentials peer) override;
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
   Task<Result<std::string>> metrics() override;
   DaemonStatus status() const override;

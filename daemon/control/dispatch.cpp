@@ -199,6 +199,18 @@ Answer on_note(ControlHandler& handler, json params, PeerCredentials peer) {
   co_return answer_of("run", run);
 }
 
+Answer on_tag(ControlHandler& handler, json params, PeerCredentials peer) {
+  auto request = parse_tag_request(params);
+  if (!request) co_return bad_params(request.error());
+  const std::int64_t run = request->run;
+  auto tags = co_await handler.tag_run(std::move(*request), std::move(peer));
+  if (!tags) co_return refused(tags.error());
+  json out;
+  out["run"] = run;
+  out["tags"] = std::move(*tags);
+  co_return out;
+}
+
 Answer on_add_specimen(ControlHandler& handler, json params, PeerCredentials peer) {
   auto text = one_text(params, "text", true, kControlLineLimit);
   if (!text) co_return bad_params(text.error());
@@ -211,7 +223,7 @@ constexpr const char* kCheck =
     "change what the message names; --dry-run tries it again and moves nothing";
 constexpr const char* kLook = "lcrig status   (what goes on)";
 
-constexpr std::array<ControlMethod, 16> kMethods{
+constexpr std::array<ControlMethod, 17> kMethods{
     {{"status", on_status, kLook},
      {"watch", on_status, kLook},  // the session subscribes
      {"version", on_version, kLook},
@@ -227,6 +239,7 @@ constexpr std::array<ControlMethod, 16> kMethods{
      {"run.confirm", on_plain<&ControlHandler::confirm>, kLook},
      {"run.answer", on_answer, kLook},
      {"run.note", on_note, "lcrig runs   (lists them, with how they ended)"},
+     {"run.tag", on_tag, "lcrig runs   (lists them)"},
      {"specimen.add", on_add_specimen,
       "correct the file; for a good one: lcrig specimen show paper-1"}}};
 
