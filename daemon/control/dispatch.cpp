@@ -79,6 +79,11 @@ Answer on_metrics(ControlHandler& handler, json params, PeerCredentials) {
   co_return answer_of("text", *text);
 }
 
+Answer on_config(ControlHandler& handler, json params, PeerCredentials) {
+  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
+  co_return to_json(handler.config_view());
+}
+
 Answer on_start(ControlHandler& handler, json params, PeerCredentials peer) {
   auto request = parse_run_request(params);
   if (!request) co_return bad_params(request.error());
@@ -223,11 +228,12 @@ constexpr const char* kCheck =
     "change what the message names; --dry-run tries it again and moves nothing";
 constexpr const char* kLook = "lcrig status   (what goes on)";
 
-constexpr std::array<ControlMethod, 17> kMethods{
+constexpr std::array<ControlMethod, 18> kMethods{
     {{"status", on_status, kLook},
      {"watch", on_status, kLook},  // the session subscribes
      {"version", on_version, kLook},
      {"metrics", on_metrics, kLook},
+     {"config.show", on_config, kLook},
      {"run.start", on_start, kCheck},
      {"run.plan", on_plan, kCheck},
      {"instruments.ask", on_ask, kLook},

@@ -8,6 +8,7 @@
 
 #include "base/result.hpp"
 #include "base/task.hpp"
+#include "daemon/control/config_view.hpp"
 #include "daemon/control/messages.hpp"
 #include "protocols/plan/plan.hpp"
 
@@ -57,6 +58,7 @@ class ControlHandler {
   // Stores a specimen; returns its name. Errors: invalid_request with the JSON pointer.
   virtual Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) = 0;
   virtual DaemonStatus status() const = 0;
+  virtual ConfigView config_view() const = 0;
   // Text for Prometheus. Errors: busy.
   virtual Task<Result<std::string>> metrics() = 0;
   virtual QueueHandler* queue() { return nullptr; }  // nullptr: it has none

@@ -72,6 +72,12 @@ class FakeHandler : public ControlHandler {
     taken.value = request.value;
     co_return taken;
   }
+  ConfigView config_view() const override {
+    ConfigView out;
+    out.file = "lcrigd.json";
+    out.of_daemon = true;
+    return out;
+  }
   Task<Result<std::vector<std::string>>> tag_run(TagRequest request, PeerCredentials) override {
     calls.push_back(fmt::format("{} {} {}", request.remove ? "untag" : "tag", request.run,
                                 fmt::join(request.tags, " ")));

@@ -20,7 +20,7 @@ std::vector<std::unique_ptr<Command>> make_commands() {
       kAnalyzeCommand,      kReportCommand,        kBudgetCommand,       kVerifyCommand,
       kModelCurveCommand,   kModelDesignCommand,   kModelLadderCommand,  kModelCompareCommand,
       kModelFitCommand,     kBackupCommand,        kRestoreCommand,      kDoctorCommand,
-      kMetricsCommand,
+      kConfigCheckCommand,  kConfigShowCommand,    kMetricsCommand,
   };
   std::vector<std::unique_ptr<Command>> out;
   for (const auto factory : factories) out.push_back(factory());

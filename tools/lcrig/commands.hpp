@@ -16,6 +16,6 @@ extern const CommandFactory kRunCommand, kRehearseCommand, kStatusCommand, kWatc
     kQueueAddCommand, kQueueListCommand, kQueueShowCommand, kQueueMoveCommand, kQueueRemoveCommand,
     kQueueHoldCommand, kQueueStartCommand, kQueueClearCommand, kQueueHistoryCommand,
     kQueueLockCommand, kQueueUnlockCommand, kQueueAnswerCommand, kBackupCommand, kRestoreCommand,
-    kDoctorCommand, kMetricsCommand;
+    kDoctorCommand, kMetricsCommand, kConfigCheckCommand, kConfigShowCommand;
 
 }  // namespace lcrig::cli
