@@ -10,9 +10,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <optional>
 
 #include "base/log.hpp"
+#include "base/option_completion.hpp"
 #include "base/program_version.hpp"
 #include "base/text.hpp"
 #include "base/usage_error.hpp"
@@ -31,6 +33,16 @@ struct Options {
   std::string database, socket, log_level;
   bool only_check = false;
 };
+
+std::optional<std::string> for_shell(const CLI::App& cli, int argc, char** argv) {
+  OptionValues json_file, any_file, levels;
+  json_file.files = "json";
+  any_file.files = "file";
+  levels.words = {"trace", "debug", "info", "warn", "error", "off"};
+  const std::map<std::string, OptionValues> values{
+      {"--config", json_file}, {"--db", any_file}, {"--socket", any_file}, {"--log-level", levels}};
+  return completion_of(cli, values, {argv + 1, argv + argc});
+}
 
 // Command line over config file.
 void override_by(const Options& options, Config& config) {
@@ -159,6 +171,10 @@ int main(int argc, char** argv) {
   cli.add_flag("--check-config", options.only_check,
                "Check the config file, say what it means, end");
   cli.set_version_flag("--version", std::string(program_version()));
+  if (const auto answer = for_shell(cli, argc, argv)) {
+    std::cout << *answer;
+    return end_of_output(cli);
+  }
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
