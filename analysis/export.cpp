@@ -131,6 +131,9 @@ json chain_of(const ChainReport& chain) {
 json metadata_of(const ExportContext& c, const RunListing& listing) {
   const RunRow& r = c.run;
   json j = {{"identity", identity_of(c)},
+            {"uuid", r.uuid.empty() ? json(nullptr) : json(r.uuid)},
+            {"recorded_run", r.copied_from ? r.copied_from->run : c.id},
+            {"tags", listing.tags},
             {"simulated", r.simulated},
             {"started", iso_time(r.started_unix_ns)},  // where t_s is 0
             {"ended", nullptr},

@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <future>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -85,6 +86,12 @@ class Counting final : public spdlog::sinks::base_sink<spdlog::details::null_mut
   std::size_t told_ = 0;
 };
 
+std::optional<spdlog::level::level_enum> level_of(std::string_view word) {
+  const auto level = spdlog::level::from_str(std::string(word));
+  if (level == spdlog::level::off && word != "off") return std::nullopt;
+  return level;
+}
+
 }  // namespace
 
 LogThread::LogThread()
@@ -125,13 +132,19 @@ std::unique_ptr<spdlog::formatter> log_formatter(bool journal) {
   return formatter;
 }
 
+bool set_log_level(std::string_view level) {
+  const auto wanted = level_of(level);
+  if (wanted) spdlog::default_logger()->set_level(*wanted);
+  return wanted.has_value();
+}
+
 bool set_up_logging(std::string_view level) {
-  const auto wanted = spdlog::level::from_str(std::string(level));
-  if (wanted == spdlog::level::off && level != "off") return false;
+  const auto wanted = level_of(level);
+  if (!wanted) return false;
   auto logger =
       std::make_shared<spdlog::logger>("lcrig", std::make_shared<spdlog::sinks::stderr_sink_mt>());
   logger->set_formatter(log_formatter(std::getenv("JOURNAL_STREAM") != nullptr));
-  logger->set_level(wanted);
+  logger->set_level(*wanted);
   logger->flush_on(spdlog::level::info);
   spdlog::set_default_logger(std::move(logger));
   return true;

@@ -20,6 +20,9 @@ namespace lcrig {
 // becomes one line of at most 4000 characters, escaped by `printable`.
 bool set_up_logging(std::string_view level);
 
+// The same words, while messages are logged.
+bool set_log_level(std::string_view level);
+
 // While it lives, messages are written by a thread of their own: a journal, terminal or disk that
 // takes nothing must not hold up the thread that runs the instruments. The newest thousand wait;
 // older ones are left out, and the next line that is written says how many. One at a time.

@@ -10,12 +10,14 @@ install(FILES ${benches} DESTINATION ${LCRIG_DATA_DIR}/benches)
 file(GLOB schemas CONFIGURE_DEPENDS schema/*.schema.json)
 install(FILES ${schemas} DESTINATION ${LCRIG_DATA_DIR}/schema)
 
-# Where each shell looks by itself.
-install(FILES tools/completion/lcrig.bash RENAME lcrig
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+# Where each shell looks by itself; bash and fish by the name of the program.
+foreach(program lcrig lcrigd lcrig-sim)
+  install(FILES tools/completion/lcrig.bash RENAME ${program}
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+  install(FILES tools/completion/lcrig.fish RENAME ${program}.fish
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
+endforeach()
 install(FILES tools/completion/_lcrig DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
-install(FILES tools/completion/lcrig.fish
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
 
 set(LCRIG_DOC_DIR ${CMAKE_INSTALL_DATADIR}/doc/lcrig)
 file(GLOB documents CONFIGURE_DEPENDS docs/*.md)

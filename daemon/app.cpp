@@ -41,6 +41,7 @@ App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
     : io_(io),
       clock_(clock),
       config_(std::move(config)),
+      load_config_(std::move(parts.load_config)),
       notifier_(std::move(parts.notifier)),
       person_(io.get_executor()),
       sync_each_commit_(parts.sync_each_commit),
@@ -100,7 +101,7 @@ Result<> App::start() {
   }
   spawn(heartbeat());
   spawn(run_queue());
-  if (!config_.metrics_file.empty()) spawn(write_metrics());
+  spawn(write_metrics());
   notifier_.ready();
   notifier_.status("idle");
   spdlog::info("lcrigd {}: database {}, socket {}", program_version(), config_.database,
@@ -125,7 +126,12 @@ void App::look_for_resumable() {
 
 void App::enter(Use use) {
   use_ = use;
-  if (use == Use::idle) notifier_.status("idle");
+  if (use == Use::idle) {
+    notifier_.status("idle");
+    const auto taken = reload_.take_when_idle();
+    for (const auto& line : taken) spdlog::info("config: {}", line);
+    if (!taken.empty()) config_changed();
+  }
   changed_.notify_all();
   if (queue_ && queue_->goes()) queue_->wake();
 }

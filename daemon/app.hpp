@@ -4,6 +4,7 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "base/clock.hpp"
 #include "base/condition.hpp"
 #include "daemon/config.hpp"
+#include "daemon/config_reload.hpp"
 #include "daemon/control/handler.hpp"
 #include "daemon/control/server.hpp"
 #include "daemon/liveness.hpp"
@@ -30,6 +32,8 @@ namespace lcrig {
 
 // What a rehearsal has other than a daemon.
 struct AppParts {
+  // Reads and checks the config file again; on a thread of its own. Empty: there is none.
+  std::function<Result<Config>()> load_config;
   std::unique_ptr<InstrumentFactory> rig;  // empty: that of the config file
   std::string vfs;  // of SQLite, for the database; empty: the operating system's
   ServiceNotifier notifier;
@@ -53,6 +57,9 @@ class App final : public ControlHandler, public QueueHost {
   // the first is under way changes nothing. False: a thread still reckons the finite elements of a
   // simulated specimen; the process is to end without it.
   Task<bool> shut_down(std::string why);
+  // SIGHUP: reads the config file again. A bad one changes nothing, and a run notices nothing. One
+  // call after the other.
+  Task<> reload();
   // One run to its end, asked for by nobody at a socket. Once.
   Task<Result<RunOutcome>> run_through(PreparedRun prepared);
 
@@ -84,9 +91,11 @@ class App final : public ControlHandler, public QueueHost {
   Task<Result<>> confirm(PeerCredentials peer) override;
   Task<Result<Answered>> answer(AnswerRequest request, PeerCredentials peer) override;
   Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) override;
+  Task<Result<std::vector<std::string>>> tag_run(TagRequest request, PeerCredentials peer) override;
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
   Task<Result<std::string>> metrics() override;
   DaemonStatus status() const override;
+  ConfigView config_view() const override { return reload_.view(); }
   QueueHandler* queue() override { return queue_.get(); }
 
  private:
@@ -102,6 +111,8 @@ class App final : public ControlHandler, public QueueHost {
   static constexpr Duration kNamePatience = std::chrono::seconds(2);
   static constexpr Duration kNamePatienceOfStops = std::chrono::milliseconds(20);
   void enter(Use use);
+  void take_config(Config wanted);
+  void config_changed();
   void look_for_resumable();
   // What the queue needs (app_queue.cpp).
   Result<> open_queue();
@@ -158,6 +169,8 @@ class App final : public ControlHandler, public QueueHost {
   asio::io_context& io_;
   Clock& clock_;
   Config config_;
+  ConfigReload reload_{config_};
+  std::function<Result<Config>()> load_config_;
   ServiceNotifier notifier_;
   RemoteOperator person_;
   bool sync_each_commit_;

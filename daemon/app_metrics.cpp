@@ -30,10 +30,14 @@ Task<Result<std::string>> App::metrics() {
 Task<> App::write_metrics() {
   const auto is_over = [this] { return shutting_down_; };
   bool told = false;
-  while (!shutting_down_) {
+  const auto is_wanted = [this] { return shutting_down_ || !config_.metrics_file.empty(); };
+  for (;;) {
+    co_await changed_.wait(is_wanted);
+    if (shutting_down_) co_return;
+    const std::string file = config_.metrics_file;
     auto text = co_await metrics();
     if (text) {
-      const auto write = [this, &text] { return write_whole_file(config_.metrics_file, *text); };
+      const auto write = [&file, &text] { return write_whole_file(file, *text); };
       auto written = co_await run_aside(io_.get_executor(), clock_, write);
       if (!written && !told) {
         spdlog::warn("no metrics are written: {}", printable(written.error().what));

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// What people say to a run that waits for them: a confirmation, an answer.
+// What people say to a run that waits for them (a confirmation, an answer), and what they call one.
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
 #include <utility>
 
+#include "base/aside.hpp"
 #include "daemon/app.hpp"
 #include "daemon/control/audit.hpp"
+#include "storage/database.hpp"
+#include "storage/tags.hpp"
 
 namespace lcrig {
 
@@ -54,6 +60,30 @@ Task<Result<Answered>> App::answer(AnswerRequest request, PeerCredentials peer) 
   auto stored = co_await recorder_->flush();
   if (!stored) co_return fail(stored.error());
   co_return answered;
+}
+
+// Not on the thread of the instruments: another program may hold the database for seconds.
+Task<Result<std::vector<std::string>>> App::tag_run(TagRequest request, PeerCredentials peer) {
+  if (storing_) co_return fail(Errc::busy, "another note or specimen is being stored: try again");
+  storing_ = true;
+  peer.user = co_await user_name(peer, kNamePatience);
+  TagChange change;
+  change.run = request.run;
+  change.tags = std::move(request.tags);
+  change.remove = request.remove;
+  const std::int64_t now = clock_.unix_ns();
+  const auto store = [this, &change, &peer, now]() -> Result<std::vector<std::string>> {
+    auto db = open_read_write(config_.database);
+    if (!db) return fail(db.error());
+    return change_tags(*db, change, peer.user, now);
+  };
+  auto tags = co_await run_aside(io_.get_executor(), clock_, store);
+  storing_ = false;
+  if (tags) {
+    spdlog::info("run {}: {} {} for {}", change.run, fmt::join(change.tags, ", "),
+                 change.remove ? "was taken off" : "was put on it", peer_words(peer));
+  }
+  co_return tags;
 }
 
 }  // namespace lcrig

@@ -2,6 +2,7 @@
 #include "daemon/config.hpp"
 
 #include <array>
+#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
@@ -103,6 +104,17 @@ void read_path(const JsonReader& root, const char* key, std::string& out) {
   out = *path;
 }
 
+void add_keys(const nlohmann::json& object, const std::string& before,
+              std::vector<std::string>& out) {
+  for (const auto& [key, value] : object.items()) {
+    if (value.is_object()) {
+      add_keys(value, before + key + ".", out);
+    } else {
+      out.push_back(before + key);
+    }
+  }
+}
+
 }  // namespace
 
 Result<Config> parse_config(std::string_view text, const std::string& name) {
@@ -121,6 +133,8 @@ Result<Config> parse_config(std::string_view text, const std::string& name) {
   read_rig(root, c);
   root.no_other_keys();
   if (auto ok = root.result(); !ok) return fail(ok.error());
+  c.file = name;
+  add_keys(document->root(), "", c.given);
   return c;
 }
 

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "daemon/rig/bench.hpp"
 #include "drivers/load_frame.hpp"
@@ -37,6 +38,10 @@ struct Config {
   std::string wire_log_directory;  // every byte of a run's ports goes there; empty: nowhere
   // ... or the simulated bench, in real time. Its fixture comes from the bench file.
   std::optional<std::string> bench;  // name or path
+  // Where it is from.
+  std::string file;
+  std::vector<std::string> given;  // keys of the file: "database", "frame.stiffness_N_mm"
+  std::vector<std::string> of_command_line;  // keys that the command line overrides
 };
 
 Result<Config> parse_config(std::string_view text, const std::string& name);

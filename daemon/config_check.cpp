@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "daemon/config_keys.hpp"
 #include "daemon/rig/recording.hpp"
 #include "storage/runs.hpp"
 
@@ -56,24 +57,38 @@ Result<> check_socket(const Config& config, const std::string& file) {
   return check_folder(file, "socket", config.socket, Config().socket);
 }
 
-}  // namespace
-
-Result<> check_surroundings(const Config& config, const std::string& file) {
-  if (auto good = check_bench(config, file); !good) return good;
+Result<> check_database(const Config& config, const std::string& file) {
   if (is_folder(config.database)) {
     return fail(Errc::invalid_request,
                 "{}: `database` is {}, which is a folder; name a file in it, such as {}", file,
                 config.database, (fs::path(config.database) / "lcrig.db").string());
   }
-  if (auto good = check_folder(file, "database", config.database, Config().database); !good) {
-    return good;
-  }
-  if (auto good = check_socket(config, file); !good) return good;
+  return check_folder(file, "database", config.database, Config().database);
+}
+
+Result<> check_ports(const Config& config, const std::string& file) {
   if (config.meter_port.empty() || config.meter_port != config.frame_port) return {};
   return fail(
       Errc::invalid_request,
       "{}: `meter.port` and `frame.port` are both {}; each instrument has a port of its own", file,
       config.meter_port);
+}
+
+}  // namespace
+
+Result<> check_surroundings(const Config& config, const std::string& file) {
+  std::optional<Error> all;
+  for (const auto check : {check_bench, check_database, check_socket, check_ports}) {
+    const auto good = check(config, file);
+    if (good) continue;
+    if (!all) {
+      all = good.error();
+    } else {
+      all->detail += (all->detail.empty() ? "" : "\n") + good.error().what;
+    }
+  }
+  if (all) return fail(std::move(*all));
+  return {};
 }
 
 std::vector<std::string> config_warnings(const Config& config, const std::string& file) {
@@ -110,6 +125,17 @@ std::string config_summary(const Config& config) {
   }
   line("local gravity", fmt::format("{:g} m/s2", config.fixture.local_gravity_m_s2));
   line("wire logs", config.wire_log_directory.empty() ? "none" : "in " + config.wire_log_directory);
+  return out;
+}
+
+Result<ConfigView> look_at_config_file(const std::string& file) {
+  auto config = load_config(file);
+  if (!config) return fail(config.error());
+  if (auto good = check_surroundings(*config, file); !good) return fail(good.error());
+  ConfigView out;
+  out.file = file;
+  out.warnings = config_warnings(*config, file);
+  out.keys = keys_of(*config);
   return out;
 }
 

@@ -10,7 +10,8 @@
 
 namespace lcrig {
 
-// Errors: invalid_request with what, where and what to do next. `file` is the config file.
+// Errors: invalid_request with what, where and what to do next; `detail` has what else is wrong.
+// `file` is the config file.
 Result<> check_surroundings(const Config& config, const std::string& file);
 // What keeps no daemon from working, but will be missed.
 std::vector<std::string> config_warnings(const Config& config, const std::string& file);

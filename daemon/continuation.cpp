@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/units.hpp"
+#include "storage/copied_from.hpp"
 #include "storage/runs.hpp"
 
 namespace lcrig {
@@ -41,9 +42,17 @@ Result<> check_interrupted(const Database& db, std::int64_t run) {
                       "anew)"
                     : "");
   }
+  auto copied = get_copied_from(db, run);
+  if (!copied) return fail(copied.error());
+  if (*copied) {
+    return fail(Errc::invalid_request,
+                "run {} was copied from {}, where it is run {}: it can be continued only there",
+                run, (*copied)->file, (*copied)->run);
+  }
+  // The events of a copied run name the numbers of another database.
   auto next = db.integer(fmt::format(
       "SELECT coalesce(max(run_id), 0) FROM event WHERE kind = 'continues' AND run_id > {} AND "
-      "json_extract(detail, '$.run') = {}",
+      "json_extract(detail, '$.run') = {} AND run_id NOT IN (SELECT run_id FROM run_copy)",
       run, run));
   if (!next) return fail(next.error());
   if (*next == 0) return {};
@@ -159,7 +168,8 @@ Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run) {
 Result<std::vector<ResumableRun>> find_resumable(const Database& db) {
   auto runs = db.rows(
       "SELECT run_id FROM run_end WHERE exit_status = ?1 AND run_id > (SELECT "
-      "coalesce(max(run_id), 0) FROM run_end WHERE exit_status <> ?1) ORDER BY run_id",
+      "coalesce(max(run_id), 0) FROM run_end WHERE exit_status <> ?1 AND run_id NOT IN (SELECT "
+      "run_id FROM run_copy)) ORDER BY run_id",
       [](const Statement& row) { return row.integer(0); }, to_string(ExitStatus::interrupted));
   if (!runs) return fail(runs.error());
   std::vector<ResumableRun> out;

@@ -10,9 +10,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <optional>
 
 #include "base/log.hpp"
+#include "base/option_completion.hpp"
 #include "base/program_version.hpp"
 #include "base/text.hpp"
 #include "base/usage_error.hpp"
@@ -32,7 +34,28 @@ struct Options {
   bool only_check = false;
 };
 
+std::optional<std::string> for_shell(const CLI::App& cli, int argc, char** argv) {
+  OptionValues json_file, any_file, levels;
+  json_file.files = "json";
+  any_file.files = "file";
+  levels.words = {"trace", "debug", "info", "warn", "error", "off"};
+  const std::map<std::string, OptionValues> values{
+      {"--config", json_file}, {"--db", any_file}, {"--socket", any_file}, {"--log-level", levels}};
+  return completion_of(cli, values, {argv + 1, argv + argc});
+}
+
 // Command line over config file.
+void override_by(const Options& options, Config& config) {
+  const auto one = [&config](const std::string& given, const char* key, std::string& out) {
+    if (given.empty()) return;
+    out = given;
+    config.of_command_line.emplace_back(key);
+  };
+  one(options.database, "database", config.database);
+  one(options.socket, "socket", config.socket);
+  one(options.log_level, "log_level", config.log_level);
+}
+
 Result<Config> effective_config(const Options& options) {
   if (!std::filesystem::exists(options.config)) {
     return fail(Errc::invalid_request,
@@ -42,15 +65,9 @@ Result<Config> effective_config(const Options& options) {
   }
   auto config = load_config(options.config);
   if (!config) return config;
-  if (!options.database.empty()) config->database = options.database;
-  if (!options.socket.empty()) config->socket = options.socket;
-  if (!options.log_level.empty()) config->log_level = options.log_level;
+  override_by(options, *config);
   config->database = std::filesystem::absolute(config->database);  // clients are told
-  if (!set_up_logging(config->log_level)) {
-    return fail(Errc::invalid_request,
-                "log level {}: expected trace, debug, info, warn, error or off",
-                printable(config->log_level));
-  }
+  if (auto good = check_surroundings(*config, options.config); !good) return fail(good.error());
   return config;
 }
 
@@ -76,6 +93,15 @@ Task<> end_on_signal(asio::io_context& io, asio::signal_set& signals, App& app,
   io.stop();
 }
 
+// Of a daemon that has no terminal nobody means its end by it.
+Task<> reload_on_hangup(asio::signal_set& hangups, App& app) {
+  for (;;) {
+    co_await hangups.async_wait(asio::use_awaitable);
+    spdlog::info("signal {}: the config file is read again", SIGHUP);
+    co_await app.reload();
+  }
+}
+
 // As `lcrig` does: what, the wrong line, what to type next.
 void tell(const Error& error, const Options& options) {
   spdlog::error("{}", error.what);
@@ -95,7 +121,7 @@ void make_frame_safe(asio::io_context& io, App& app) {
   io.restart();
 }
 
-int serve(const Config& config) {
+int serve(const Options& options, const Config& config) {
   if (!lock_memory()) {
     spdlog::info(
         "memory is not locked: when the computer runs short of it a stop may wait for the "
@@ -104,10 +130,11 @@ int serve(const Config& config) {
   std::optional<LogThread> log(std::in_place);
   asio::io_context io(1);
   // Before a database is open: from here on a signal waits for the loop instead of killing.
-  asio::signal_set signals(io, SIGTERM, SIGINT);
+  asio::signal_set signals(io, SIGTERM, SIGINT), hangups(io, SIGHUP);
   RealClock clock;
   AppParts parts;
   parts.notifier = ServiceNotifier::from_environment();
+  parts.load_config = [options] { return effective_config(options); };
   App app(io, clock, config, std::move(parts));
   if (app.frame_may_be_left()) make_frame_safe(io, app);
   // The unit starts it again after 1, not after 2: whoever is busy may be the last daemon, but what
@@ -117,6 +144,9 @@ int serve(const Config& config) {
     return started.error().code == Errc::busy ? 1 : 2;
   }
   asio::co_spawn(io, end_on_signal(io, signals, app, log), [](std::exception_ptr bug) {
+    if (bug) std::rethrow_exception(bug);
+  });
+  asio::co_spawn(io, reload_on_hangup(hangups, app), [](std::exception_ptr bug) {
     if (bug) std::rethrow_exception(bug);
   });
   try {
@@ -141,21 +171,26 @@ int main(int argc, char** argv) {
   cli.add_flag("--check-config", options.only_check,
                "Check the config file, say what it means, end");
   cli.set_version_flag("--version", std::string(program_version()));
+  if (const auto answer = for_shell(cli, argc, argv)) {
+    std::cout << *answer;
+    return end_of_output(cli);
+  }
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return answer_parse(cli, e);
   }
   lcrig::set_up_logging("info");
-  auto config = effective_config(options);
-  Result<> good;
+  const auto config = effective_config(options);
   if (!config) {
-    good = fail(config.error());
-  } else {
-    good = check_surroundings(*config, options.config);
+    tell(config.error(), options);
+    return 2;
   }
-  if (!good) {
-    tell(good.error(), options);
+  if (!set_up_logging(config->log_level)) {
+    tell(Error(Errc::invalid_request,
+               fmt::format("log level {}: expected trace, debug, info, warn, error or off",
+                           printable(config->log_level))),
+         options);
     return 2;
   }
   for (const auto& warning : config_warnings(*config, options.config)) spdlog::warn("{}", warning);
@@ -163,5 +198,5 @@ int main(int argc, char** argv) {
     std::cout << fmt::format("{}: in order\n{}", options.config, config_summary(*config));
     return end_of_output(cli);
   }
-  return serve(*config);
+  return serve(options, *config);
 }

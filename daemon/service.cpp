@@ -27,6 +27,11 @@ ServiceNotifier ServiceNotifier::from_environment() {
   return out;
 }
 
+void ServiceNotifier::reloading(MonoTime now) const {
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch());
+  send(fmt::format("RELOADING=1\nMONOTONIC_USEC={}", us.count()));
+}
+
 void ServiceNotifier::status(std::string_view text) const {
   send("STATUS=" + printable(text));
 }

@@ -17,6 +17,8 @@ class ServiceNotifier {
   static ServiceNotifier from_environment();
   void ready() const { send("READY=1"); }
   void stopping() const { send("STOPPING=1"); }
+  // The config file is read again; `ready` says that this is over.
+  void reloading(MonoTime now) const;
   void watchdog() const { send("WATCHDOG=1"); }
   void status(std::string_view text) const;
   // Begins the time anew after which systemd kills a service that is stopping: TimeoutStopSec may

@@ -30,15 +30,6 @@ namespace fs = std::filesystem;
 // 1 MB, at 4 kB a page. After some of them the disk has to have all: what it would have to write at
 // once would hold up a commit of the recorder.
 constexpr int kPagesOfStep = 256, kStepsOfSync = 4;
-// Of a disk that the recorder shares: room for an hour of the fastest rig's rows, and its log.
-constexpr std::uintmax_t kLeftToRecorder = 64U << 20U;
-
-// This thread gives way to the recorder, at the processor and at the disk.
-void give_way() {
-  constexpr int kThisThread = 1, kIdleClass = 3 << 13;
-  ::setpriority(PRIO_PROCESS, 0, 10);
-  ::syscall(SYS_ioprio_set, kThisThread, 0, kIdleClass);
-}
 
 sqlite3* handle_of(const Statement& statement) {
   return sqlite3_db_handle(statement.handle());
@@ -79,13 +70,7 @@ Result<> require_free_name(const std::string& from, const std::string& to) {
 
 // SQLite would take a log that lies there for one of the copy, and write those of the database.
 Result<> require_free_companions(const std::string& from, const std::string& to) {
-  constexpr std::array kCompanions{"-wal", "-shm", "-journal", ".lock", ".reserve"};
-  for (const char* suffix : kCompanions) {
-    if (place_of(beside_database(from, suffix)) == place_of(to)) {
-      return fail(Errc::invalid_request, "{}: belongs to the database {}; name another file", to,
-                  from);
-    }
-  }
+  if (auto other = require_no_companion(from, to); !other) return other;
   for (const char* suffix : {"-wal", "-shm", "-journal"}) {
     struct ::stat ignored{};
     const auto beside = to + suffix;
@@ -262,6 +247,22 @@ class Copy {
 };
 
 }  // namespace
+
+void give_way() {
+  constexpr int kThisThread = 1, kIdleClass = 3 << 13;
+  ::setpriority(PRIO_PROCESS, 0, 10);
+  ::syscall(SYS_ioprio_set, kThisThread, 0, kIdleClass);
+}
+
+Result<> require_no_companion(const std::string& from, const std::string& to) {
+  constexpr std::array kCompanions{"-wal", "-shm", "-journal", ".lock", ".reserve"};
+  for (const char* suffix : kCompanions) {
+    if (place_of(beside_database(from, suffix)) != place_of(to)) continue;
+    return fail(Errc::invalid_request, "{}: belongs to the database {}; name another file", to,
+                from);
+  }
+  return {};
+}
 
 Result<CopyReport> copy_database(const std::string& from, const std::string& to,
                                  CopyOptions options) {

@@ -35,4 +35,11 @@ struct CopyReport {
 Result<CopyReport> copy_database(const std::string& from, const std::string& to,
                                  CopyOptions options = {});
 
+// Of a disk that the recorder shares: room for an hour of the fastest rig's rows, and its log.
+constexpr std::uintmax_t kLeftToRecorder = 64U << 20U;
+// This thread gives way to the recorder, at the processor and at the disk.
+void give_way();
+// `to` is none of the files that SQLite and lcrigd keep beside the database `from`.
+Result<> require_no_companion(const std::string& from, const std::string& to);
+
 }  // namespace lcrig

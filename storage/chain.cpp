@@ -9,7 +9,9 @@
 #include <cmath>
 #include <vector>
 
+#include "storage/copied_from.hpp"
 #include "storage/database.hpp"
+#include "storage/uuid.hpp"
 #include "storage/writer_lock.hpp"
 
 namespace lcrig {
@@ -35,15 +37,24 @@ constexpr std::array<TableSpec, 7> kTables{{
     {"frame_sample", 'F',
      "run_id,seq,received_mono_ns,device_seq,device_time_s,force_N,travel_m,flags"},
     {"run_note", 'N', "run_id,seq,operator,text,added_unix_ns"},
-    {"run", 'S',
+    {"run", 'U',
      "id,protocol_name,protocol_text,protocol_sha256,parameters_json,specimen_id,specimen_name,"
      "specimen_text,probe_diameter_m,lcr_identity,frame_identity,lcr_settings_json,"
      "frame_capabilities_json,frame_limits_json,correction_json,bench_name,bench_text,simulated,"
      "seed,model_level,model_error_json,software_version,operator,note,started_unix_ns,"
-     "started_mono_ns,boot_id"},
+     "started_mono_ns,boot_id,uuid"},
     {"run_end", 'Z', "run_id,exit_status,reason,ended_mono_ns,ended_unix_ns"},
 }};
 constexpr std::size_t kRunSpec = 5, kEndSpec = 6;
+constexpr int kSpecimenColumn = 5;  // of the run row
+
+// Of runs that were recorded before they had a uuid: it follows from this link.
+TableSpec run_without_uuid() {
+  TableSpec spec = kTables[kRunSpec];
+  spec.tag = 'S';
+  spec.columns.remove_suffix(std::string_view(",uuid").size());
+  return spec;
+}
 
 const TableSpec& spec_of(std::string_view table) {
   const auto* it = std::ranges::find(kTables, table, &TableSpec::name);
@@ -59,15 +70,12 @@ std::string placeholders(std::string_view columns) {
   return out;
 }
 
-void hash_row(RowHash& hash, char tag, const Statement& row) {
-  hash.row(tag);
-  for (int i = 0; i < row.columns(); ++i) {
-    switch (sqlite3_column_type(row.handle(), i)) {
-      case SQLITE_INTEGER: hash.integer(row.integer(i)); break;
-      case SQLITE_FLOAT: hash.real(row.real(i)); break;
-      case SQLITE_NULL: hash.null(); break;
-      default: hash.text(row.text(i)); break;  // no covered column is a blob
-    }
+void hash_value(RowHash& hash, const Statement& row, int column) {
+  switch (sqlite3_column_type(row.handle(), column)) {
+    case SQLITE_INTEGER: hash.integer(row.integer(column)); break;
+    case SQLITE_FLOAT: hash.real(row.real(column)); break;
+    case SQLITE_NULL: hash.null(); break;
+    default: hash.text(row.text(column)); break;  // no covered column is a blob
   }
 }
 
@@ -109,7 +117,37 @@ class Verifier {
       if (!s) return fail(s.error());
       rows_.push_back(std::move(*s));
     }
+    auto copied = get_copied_from(db_, run_);
+    if (!copied) return fail(copied.error());
+    copied_ = std::move(*copied);
+    auto uuid = get_uuid(db_, run_);
+    if (!uuid) return fail(uuid.error());
+    uuid_ = std::move(*uuid);
     return {};
+  }
+
+  // The first column of every table is the number of the run: a copied one is hashed with the
+  // number that it had where it was recorded.
+  void hash_row(const TableSpec& spec, const Statement& row) {
+    hash_.row(spec.tag);
+    for (int i = 0; i < row.columns(); ++i) {
+      if (copied_ && i == 0) {
+        hash_.integer(copied_->run);
+      } else if (copied_ && i == kSpecimenColumn && spec.name == kTables[kRunSpec].name) {
+        if (copied_->specimen_id) {
+          hash_.integer(*copied_->specimen_id);
+        } else {
+          hash_.null();
+        }
+      } else {
+        hash_value(hash_, row, i);
+      }
+    }
+  }
+
+  Result<> hash_run_row() {
+    const bool in_link = uuid_ && !is_of_link(*uuid_);
+    return hash_single(in_link ? kTables[kRunSpec] : run_without_uuid(), "id");
   }
 
   // The columns of `link`: seq, the last seqs of the five tables, run_end, sha256.
@@ -121,7 +159,7 @@ class Verifier {
     }
     hash_.start(head.hash);
     if (++head.links == 1) {
-      if (auto r = hash_single(kTables[kRunSpec], "id"); !r) return r;
+      if (auto r = hash_run_row(); !r) return r;
     }
     for (std::size_t i = 0; i < kRunTables && report_.finding.empty(); ++i) {
       if (auto r = hash_range(i, link.integer(static_cast<int>(i) + 1)); !r) return r;
@@ -136,6 +174,9 @@ class Verifier {
     if (ends) end_ = head;
     if (!std::ranges::equal(link.blob(7), head.hash)) {
       find(fmt::format("link {} does not match its rows: a value was changed", head.links));
+    } else if (head.links == 1 && uuid_ && is_of_link(*uuid_) &&
+               *uuid_ != uuid_of_link(head.hash)) {
+      find("the uuid is not that of the run: it was changed");
     } else if (anchor_ && anchor_->links == head.links && anchor_->hash != head.hash) {
       report_.other_anchor = true;
       find(fmt::format("link {} is not that of the anchor: the run was written anew", head.links));
@@ -166,7 +207,7 @@ class Verifier {
     auto all = db_.each(
         fmt::format("SELECT {} FROM {} WHERE {} = ?", spec.columns, spec.name, key),
         [&](const Statement& row) {
-          hash_row(hash_, spec.tag, row);
+          hash_row(spec, row);
           ++report_.rows;
         },
         run_);
@@ -183,7 +224,7 @@ class Verifier {
         find(fmt::format("{} {} is missing", kTables[table].name, seq));
         return {};
       }
-      hash_row(hash_, kTables[table].tag, rows_[table]);
+      hash_row(kTables[table], rows_[table]);
       ++report_.rows;
     }
     last_[table] = std::max(last_[table], to);
@@ -215,13 +256,19 @@ class Verifier {
   RowHash hash_;
   std::optional<Anchor> anchor_;
   Anchor end_;  // the link with the end of the run
+  std::optional<CopiedFrom> copied_;
+  std::optional<std::string> uuid_;
   ChainReport report_;
 };
 
 Result<ChainReport> verify_snapshot(const Database& db, std::int64_t run,
                                     const std::optional<Anchor>& anchor) {
-  auto snapshot = Transaction::begin_read(db);
-  if (!snapshot) return fail(snapshot.error());
+  std::optional<Transaction> snapshot;  // unless the caller has one
+  if (!db.in_transaction()) {
+    auto begun = Transaction::begin_read(db);
+    if (!begun) return fail(begun.error());
+    snapshot.emplace(std::move(*begun));
+  }
   auto runs = db.integer(fmt::format("SELECT count(*) FROM run WHERE id = {}", run));
   if (!runs) return fail(runs.error());
   auto links = db.integer(fmt::format("SELECT count(*) FROM chain WHERE run_id = {}", run));
@@ -253,8 +300,12 @@ RowWriter& RowWriter::begin(RowHash& hash) {
 }
 
 RowWriter& RowWriter::add(std::int64_t value) {
-  statement_.bind(next_++, value);
-  hash_->integer(value);
+  return add_number(value, value);
+}
+
+RowWriter& RowWriter::add_number(std::int64_t stored, std::int64_t hashed) {
+  statement_.bind(next_++, stored);
+  hash_->integer(hashed);
   return *this;
 }
 

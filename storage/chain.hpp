@@ -38,6 +38,8 @@ class RowWriter {
   static Result<RowWriter> prepare(const Database& db, std::string_view table);
   RowWriter& begin(RowHash& hash);
   RowWriter& add(std::int64_t value);
+  // Of a run that was copied: its number here, and the one that its chain covers.
+  RowWriter& add_number(std::int64_t stored, std::int64_t hashed);
   RowWriter& add(double value);
   RowWriter& add(std::string_view text);  // must live until `insert`
   RowWriter& add(std::optional<double> value);
@@ -78,7 +80,8 @@ struct ChainReport {
   bool not_closed = false;  // that it has no end: a daemon that starts closes it
 };
 // A run without an end is intact only while it goes on. `anchor`: of this run, kept elsewhere.
-// Errors: no such run, an unreadable database. A broken chain is a report, not an error.
+// Reads in the caller's transaction, or in one of its own. Errors: no such run, an unreadable
+// database. A broken chain is a report, not an error.
 Result<ChainReport> verify_chain(const Database& db, std::int64_t run,
                                  const std::optional<Anchor>& anchor = std::nullopt);
 // The same with a connection and a thread of its own, beside what the caller reads.

@@ -130,4 +130,11 @@ Result<Database> open_read_only(const std::string& path, const std::string& vfs)
   return db;
 }
 
+Result<bool> has_uuids(const Database& db) {
+  constexpr std::int64_t kFirstWithUuids = 8;
+  auto schema = db.integer("PRAGMA user_version");
+  if (!schema) return fail(schema.error());
+  return *schema >= kFirstWithUuids;
+}
+
 }  // namespace lcrig

@@ -26,4 +26,7 @@ Result<Database> open_read_write(const std::string& path, const std::string& vfs
 // medium.
 Result<Database> open_read_only(const std::string& path, const std::string& vfs = "");
 
+// Runs have a uuid and tags, and may have been copied. False: its schema is older.
+Result<bool> has_uuids(const Database& db);
+
 }  // namespace lcrig

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/runs.hpp"
 
+#include "storage/copied_from.hpp"
+#include "storage/database.hpp"
+#include "storage/tags.hpp"
 #include "storage/writer_lock.hpp"
 
 namespace lcrig {
@@ -10,11 +13,17 @@ namespace {
 // The numbers of rows are read from the last link of the chain, so that a long run costs no
 // counting.
 constexpr std::string_view kListing =
-    "SELECT run.id, protocol_name, specimen_name, operator, simulated, started_unix_ns,"
+    "SELECT run.id, protocol_name, specimen_name, run.operator, simulated, started_unix_ns,"
     " exit_status, coalesce(reason, ''), ended_unix_ns, lcr_reading_seq, frame_sample_seq,"
-    " level_seq, event_seq FROM run LEFT JOIN run_end ON run_end.run_id = run.id"
+    " level_seq, event_seq, {} FROM run LEFT JOIN run_end ON run_end.run_id = run.id"
     " JOIN chain ON chain.run_id = run.id"
     " AND chain.seq = (SELECT max(seq) FROM chain AS c WHERE c.run_id = run.id)";
+
+Result<std::string> listing_sql(const Database& db) {
+  auto named = has_uuids(db);
+  if (!named) return fail(named.error());
+  return fmt::format(kListing, *named ? "uuid" : "''");
+}
 
 Result<RunListing> read_listing(const Statement& s) {
   RunListing out;
@@ -36,6 +45,7 @@ Result<RunListing> read_listing(const Statement& s) {
   out.frame_samples = s.integer(10);
   out.levels = s.integer(11);
   out.events = s.integer(12);
+  out.uuid = s.text(13);
   return out;
 }
 
@@ -46,7 +56,9 @@ Result<> tell_whether_it_goes_on(const Database& db, RunListing& listing) {
   if (!goes_on) return fail(goes_on.error());
   listing.goes_on = *goes_on;
   if (*goes_on) return {};
-  auto again = db.first(fmt::format("{} WHERE run.id = ?", kListing), read_listing, listing.run);
+  auto sql = listing_sql(db);
+  if (!sql) return fail(sql.error());
+  auto again = db.first(*sql + " WHERE run.id = ?", read_listing, listing.run);
   if (!again) return fail(again.error());
   if (!*again) return {};
   if (!**again) return fail((*again)->error());
@@ -101,25 +113,37 @@ std::string_view status_of(const RunListing& listing) {
 }
 
 Result<std::optional<std::int64_t>> last_run_end_unix_ns(const Database& db) {
-  return db.first("SELECT ended_unix_ns FROM run_end ORDER BY run_id DESC LIMIT 1",
-                  [](const Statement& s) { return s.integer(0); });
+  // The rig did nothing for a run that was copied from elsewhere.
+  return db.first(
+      "SELECT ended_unix_ns FROM run_end WHERE run_id NOT IN (SELECT run_id FROM run_copy)"
+      " ORDER BY run_id DESC LIMIT 1",
+      [](const Statement& s) { return s.integer(0); });
 }
 
 Result<std::vector<RunListing>> list_runs(const Database& db, const RunFilter& filter) {
   // A status without an end is not in the database: the lock tells it, below.
   const std::string end = parse_exit_status(filter.status) ? filter.status : "";
-  auto all = db.rows(
-      fmt::format("{} WHERE (?1 = '' OR specimen_name = ?1) AND (?2 = '' OR protocol_name = ?2)"
-                  " AND (?3 = '' OR operator = ?3) AND (?4 = '' OR exit_status = ?4)"
-                  " AND (?5 IS NULL OR started_unix_ns >= ?5) ORDER BY run.id DESC",
-                  kListing),
-      read_listing, filter.specimen, filter.protocol, filter.operator_name, end,
-      filter.since_unix_ns);
+  auto sql = listing_sql(db);
+  if (!sql) return fail(sql.error());
+  auto tags = get_tags(db);
+  if (!tags) return fail(tags.error());
+  // An older schema has no tags, and no view of them.
+  const std::string tagged =
+      tags->empty() ? "?6 = ''" : "(?6 = '' OR run.id IN (SELECT run FROM v_tag WHERE tag = ?6))";
+  auto all =
+      db.rows(*sql +
+                  " WHERE (?1 = '' OR specimen_name = ?1) AND (?2 = '' OR protocol_name = ?2)"
+                  " AND (?3 = '' OR run.operator = ?3) AND (?4 = '' OR exit_status = ?4)"
+                  " AND (?5 IS NULL OR started_unix_ns >= ?5) AND " +
+                  tagged + " ORDER BY run.id DESC",
+              read_listing, filter.specimen, filter.protocol, filter.operator_name, end,
+              filter.since_unix_ns, filter.tag);
   if (!all) return fail(all.error());
   std::vector<RunListing> out;
   out.reserve(all->size());
   for (auto& listing : *all) {
     if (!listing) return fail(listing.error());
+    if (const auto own = tags->find(listing->run); own != tags->end()) listing->tags = own->second;
     if (auto r = tell_whether_it_goes_on(db, *listing); !r) return fail(r.error());
     if (!filter.status.empty() && status_of(*listing) != filter.status) continue;
     out.push_back(std::move(*listing));
@@ -128,12 +152,17 @@ Result<std::vector<RunListing>> list_runs(const Database& db, const RunFilter& f
 }
 
 Result<RunListing> get_run_listing(const Database& db, std::int64_t run) {
-  auto found = db.first(fmt::format("{} WHERE run.id = ?", kListing), read_listing, run);
+  auto sql = listing_sql(db);
+  if (!sql) return fail(sql.error());
+  auto found = db.first(*sql + " WHERE run.id = ?", read_listing, run);
   if (!found) return fail(found.error());
   if (!*found) return fail(no_run(db, run));
   Result<RunListing> listing = std::move(**found);
   if (!listing) return listing;
   if (auto r = tell_whether_it_goes_on(db, *listing); !r) return fail(r.error());
+  auto tags = get_tags_of(db, run);
+  if (!tags) return fail(tags.error());
+  listing->tags = std::move(*tags);
   return listing;
 }
 
@@ -147,6 +176,12 @@ Result<RunRow> get_run(const Database& db, std::int64_t run) {
       read_run, run);
   if (!found) return fail(found.error());
   if (!*found) return fail(no_run(db, run));
+  auto uuid = get_uuid(db, run);
+  if (!uuid) return fail(uuid.error());
+  (*found)->uuid = uuid->value_or("");
+  auto copied = get_copied_from(db, run);
+  if (!copied) return fail(copied.error());
+  (*found)->copied_from = std::move(*copied);
   return std::move(**found);
 }
 

@@ -116,7 +116,7 @@ Result<std::optional<LastC0>> last_c0(const Database& db, std::string_view speci
   auto runs = db.rows(
       "SELECT run.id FROM run JOIN run_end ON run_id = id WHERE specimen_name = ? AND exit_status ="
       " 'success' AND json_extract(lcr_settings_json, '$.frequency_Hz') = ?"
-      " ORDER BY id DESC LIMIT 5",
+      " ORDER BY started_unix_ns DESC, id DESC LIMIT 5",
       [](const Statement& s) { return s.integer(0); }, specimen, frequency_Hz);
   if (!runs) return fail(runs.error());
   for (const std::int64_t run : *runs) {

@@ -3,13 +3,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <numbers>
 
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "storage/chain.hpp"
+#include "storage/copied_from.hpp"
+#include "storage/database.hpp"
 #include "storage/queue_run.hpp"
+#include "storage/uuid.hpp"
 #include "storage/writer_lock.hpp"
 
 namespace lcrig {
@@ -36,7 +40,8 @@ Result<> write_run(const Database& db, std::int64_t id, const RunRow& r, RowHash
   optional_text(r.model_level);
   optional_text(r.model_error_json);
   writer->add(r.software_version).add(r.operator_name).add(r.note).add(r.started_unix_ns);
-  writer->add(std::int64_t{r.started.time_since_epoch().count()}).add(r.boot_id);
+  const std::string uuid = r.uuid.empty() ? random_uuid() : r.uuid;
+  writer->add(std::int64_t{r.started.time_since_epoch().count()}).add(r.boot_id).add(uuid);
   return writer->insert();
 }
 
@@ -45,8 +50,8 @@ std::optional<std::int64_t> mono_ns(const std::optional<MonoTime>& t) {
   return t->time_since_epoch().count();
 }
 
-// Adds a row to a run in one transaction: `write(writer, head)` fills it, then one new link covers
-// it.
+// Adds a row to a run in one transaction: its first column is the run, `write(writer, head)` fills
+// the others, then one new link covers it.
 template <class Write>
 Result<> append_row(const Database& db, std::int64_t run, std::string_view table, Write write) {
   auto transaction = Transaction::begin(db);
@@ -60,10 +65,12 @@ Result<> append_row(const Database& db, std::int64_t run, std::string_view table
   if (head->seq == 0) {
     return fail(Errc::invalid_request, "{}: no run {}; see `lcrig runs`", db.path(), run);
   }
+  auto copied = get_copied_from(db, run);
+  if (!copied) return fail(copied.error());
   RowHash hash;
   hash.start(head->hash);
   const bool ended = head->ended;
-  write(writer->begin(hash), *head);
+  write(writer->begin(hash).add_number(run, *copied ? (*copied)->run : run), *head);
   if (auto r = writer->insert(); !r) return r;
   if (auto r = chain->append(*head, hash); !r) return r;
   if (head->ended && !ended) {
@@ -88,6 +95,32 @@ Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
         **force_N);
   }
   return reason;
+}
+
+Error no_such(const Database& db, std::string_view run) {
+  return Error(Errc::invalid_request,
+               fmt::format("{}: no run {}; see `lcrig runs`", db.path(), run));
+}
+
+Result<std::int64_t> find_by_uuid(const Database& db, std::string_view beginning) {
+  auto known = has_uuids(db);
+  if (!known) return fail(known.error());
+  if (!*known) return fail(no_such(db, beginning));
+  std::string first(beginning);
+  std::ranges::transform(first, first.begin(), [](char c) {
+    return c >= 'A' && c <= 'F' ? static_cast<char>(c + 32) : c;
+  });
+  const std::string after_last = first + "g";  // behind every hex digit
+  auto found = db.rows(
+      "SELECT id FROM run WHERE uuid >= ? AND uuid < ? ORDER BY id LIMIT 2",
+      [](const Statement& s) { return s.integer(0); }, first, after_last);
+  if (!found) return fail(found.error());
+  if (found->empty()) return fail(no_such(db, beginning));
+  if (found->size() == 1) return found->front();
+  return fail(Errc::invalid_request,
+              "{}: the uuids of several runs begin with {}, among them those of runs {} and {}; "
+              "give more of it",
+              db.path(), beginning, found->front(), found->back());
 }
 
 }  // namespace
@@ -143,7 +176,7 @@ Result<std::int64_t> insert_run(const Database& db, const RunRow& row) {
 Result<> insert_run_end(const Database& db, std::int64_t run, const RunEnd& end) {
   return append_row(db, run, "run_end", [&](RowWriter& row, ChainHead& head) {
     head.ended = true;
-    row.add(run).add(to_string(end.status)).add(end.reason);
+    row.add(to_string(end.status)).add(end.reason);
     row.add(mono_ns(end.ended)).add(end.ended_unix_ns);
   });
 }
@@ -164,7 +197,7 @@ Result<> add_run_note(const Database& db, std::int64_t run, std::string_view ope
   }
   return append_row(db, run, "run_note", [&](RowWriter& row, ChainHead& head) {
     const std::int64_t seq = ++head.last_of(RunTable::run_note);
-    row.add(run).add(seq).add(operator_name).add(text).add(now_unix_ns);
+    row.add(seq).add(operator_name).add(text).add(now_unix_ns);
   });
 }
 
@@ -190,26 +223,23 @@ Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db,
 }
 
 Result<std::int64_t> find_run(const Database& db, std::string_view text) {
-  std::int64_t wanted = 0;
   if (text == "last") {
     auto last = db.integer("SELECT coalesce(max(id), 0) FROM run");
     if (!last) return fail(last.error());
-    wanted = *last;
-    if (wanted == 0) return fail(Errc::invalid_request, "{}: holds no run yet", db.path());
-    return wanted;
+    if (*last == 0) return fail(Errc::invalid_request, "{}: holds no run yet", db.path());
+    return *last;
   }
+  if (is_beginning_of_uuid(text)) return find_by_uuid(db, text);
   const auto number = number_from<std::int64_t>(text);
   if (!number) {
-    return fail(Errc::invalid_request, "\"{}\": a run is a number or `last`; see `lcrig runs`",
+    return fail(Errc::invalid_request,
+                "\"{}\": a run is a number, the beginning of its uuid, or `last`; see `lcrig runs`",
                 text);
   }
-  wanted = *number;
-  auto found = db.integer(fmt::format("SELECT count(*) FROM run WHERE id = {}", wanted));
+  auto found = db.integer(fmt::format("SELECT count(*) FROM run WHERE id = {}", *number));
   if (!found) return fail(found.error());
-  if (*found == 0) {
-    return fail(Errc::invalid_request, "{}: no run {}; see `lcrig runs`", db.path(), wanted);
-  }
-  return wanted;
+  if (*found == 0) return fail(no_such(db, text));
+  return *number;
 }
 
 }  // namespace lcrig

@@ -13,12 +13,14 @@
 #include "base/program_version.hpp"
 #include "base/time.hpp"
 #include "storage/anchor.hpp"
+#include "storage/copied_from.hpp"
 #include "storage/sqlite.hpp"
 
 namespace lcrig {
 
 // Everything known before the first sample. `*_json` are JSON texts; "{}" means nothing is known.
 struct RunRow {
+  std::string uuid;  // empty: insert_run makes one; or of a schema without them
   std::string protocol_name, protocol_text;
   std::string parameters_json = "{}";
   std::optional<std::int64_t> specimen_id;  // StoredSpecimen::id
@@ -38,6 +40,7 @@ struct RunRow {
   MonoTime started;
   std::string boot_id;
   std::optional<std::int64_t> queue_entry;  // whose turn it is; in a table of its own
+  std::optional<CopiedFrom> copied_from;  // as get_run finds it; a new run is recorded here
 
   std::optional<double> probe_area_m2() const;  // pressure is force over it
 };
@@ -59,6 +62,8 @@ struct RunNote {
 // One line of `lcrig runs`. Counts are as of the last commit.
 struct RunListing {
   std::int64_t run = 0;
+  std::string uuid;  // empty: its schema is older
+  std::vector<std::string> tags;  // in the order of the alphabet
   std::string protocol_name, specimen_name, operator_name;
   bool simulated = false;
   std::int64_t started_unix_ns = 0;
@@ -73,6 +78,7 @@ struct RunListing {
 struct RunFilter {
   std::string specimen, protocol, operator_name;  // empty: any
   std::string status;  // as status_of() says it; empty: any
+  std::string tag;  // empty: any, and none
   std::optional<std::int64_t> since_unix_ns;  // begun then or later
 };
 
@@ -100,9 +106,9 @@ Result<> add_run_note(const Database& db, std::int64_t run, std::string_view ope
 Result<std::vector<std::int64_t>> unfinished_runs(const Database& db);  // without an end
 Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db, std::int64_t now_unix_ns);
 
-// `text` is "12" or "last". Errors: no such run, not a number.
+// `text` is "12", "last", or the beginning of a uuid. Errors: no such run, several, none of these.
 Result<std::int64_t> find_run(const Database& db, std::string_view text);
-// Of the last run that ended; nullopt: none has.
+// Of the last run that was recorded here and ended; nullopt: none has.
 Result<std::optional<std::int64_t>> last_run_end_unix_ns(const Database& db);
 Result<std::vector<RunListing>> list_runs(const Database& db,
                                           const RunFilter& filter = {});  // newest first

@@ -166,6 +166,12 @@ std::string provenance_table(const ReportRun& run) {
                                 is_replayed(run) ? "<b>a recording, replayed</b>"
                                 : row.simulated  ? "<b>simulated</b>"
                                                  : "measured")});
+  if (!row.uuid.empty()) table.row({"uuid", text(row.uuid)});
+  if (const auto& from = row.copied_from) {
+    table.row({"recorded as", fmt::format("run {} in {}; what happened names runs by their numbers "
+                                          "of there",
+                                          from->run, text(from->file))});
+  }
   table.row({"started", iso_time(row.started_unix_ns)});
   table.row({"ended", (listing.ended_unix_ns ? iso_time(*listing.ended_unix_ns) : "–") + ", " +
                           std::string(status_of(listing)) +

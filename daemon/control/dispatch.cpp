@@ -79,6 +79,11 @@ Answer on_metrics(ControlHandler& handler, json params, PeerCredentials) {
   co_return answer_of("text", *text);
 }
 
+Answer on_config(ControlHandler& handler, json params, PeerCredentials) {
+  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
+  co_return to_json(handler.config_view());
+}
+
 Answer on_start(ControlHandler& handler, json params, PeerCredentials peer) {
   auto request = parse_run_request(params);
   if (!request) co_return bad_params(request.error());
@@ -199,6 +204,18 @@ Answer on_note(ControlHandler& handler, json params, PeerCredentials peer) {
   co_return answer_of("run", run);
 }
 
+Answer on_tag(ControlHandler& handler, json params, PeerCredentials peer) {
+  auto request = parse_tag_request(params);
+  if (!request) co_return bad_params(request.error());
+  const std::int64_t run = request->run;
+  auto tags = co_await handler.tag_run(std::move(*request), std::move(peer));
+  if (!tags) co_return refused(tags.error());
+  json out;
+  out["run"] = run;
+  out["tags"] = std::move(*tags);
+  co_return out;
+}
+
 Answer on_add_specimen(ControlHandler& handler, json params, PeerCredentials peer) {
   auto text = one_text(params, "text", true, kControlLineLimit);
   if (!text) co_return bad_params(text.error());
@@ -211,11 +228,12 @@ constexpr const char* kCheck =
     "change what the message names; --dry-run tries it again and moves nothing";
 constexpr const char* kLook = "lcrig status   (what goes on)";
 
-constexpr std::array<ControlMethod, 16> kMethods{
+constexpr std::array<ControlMethod, 18> kMethods{
     {{"status", on_status, kLook},
      {"watch", on_status, kLook},  // the session subscribes
      {"version", on_version, kLook},
      {"metrics", on_metrics, kLook},
+     {"config.show", on_config, kLook},
      {"run.start", on_start, kCheck},
      {"run.plan", on_plan, kCheck},
      {"instruments.ask", on_ask, kLook},
@@ -227,6 +245,7 @@ constexpr std::array<ControlMethod, 16> kMethods{
      {"run.confirm", on_plain<&ControlHandler::confirm>, kLook},
      {"run.answer", on_answer, kLook},
      {"run.note", on_note, "lcrig runs   (lists them, with how they ended)"},
+     {"run.tag", on_tag, "lcrig runs   (lists them)"},
      {"specimen.add", on_add_specimen,
       "correct the file; for a good one: lcrig specimen show paper-1"}}};
 

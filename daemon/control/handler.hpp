@@ -8,6 +8,7 @@
 
 #include "base/result.hpp"
 #include "base/task.hpp"
+#include "daemon/control/config_view.hpp"
 #include "daemon/control/messages.hpp"
 #include "protocols/plan/plan.hpp"
 
@@ -50,9 +51,14 @@ class ControlHandler {
   virtual Task<Result<Answered>> answer(AnswerRequest request, PeerCredentials peer) = 0;
   // Adds a note to a run that has ended, in the name of the peer. Errors: invalid_request, busy.
   virtual Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) = 0;
+  // Puts tags on a run or takes them off; returns those that it has then. Errors: invalid_request,
+  // busy.
+  virtual Task<Result<std::vector<std::string>>> tag_run(TagRequest request,
+                                                         PeerCredentials peer) = 0;
   // Stores a specimen; returns its name. Errors: invalid_request with the JSON pointer.
   virtual Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) = 0;
   virtual DaemonStatus status() const = 0;
+  virtual ConfigView config_view() const = 0;
   // Text for Prometheus. Errors: busy.
   virtual Task<Result<std::string>> metrics() = 0;
   virtual QueueHandler* queue() { return nullptr; }  // nullptr: it has none

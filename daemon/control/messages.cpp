@@ -4,6 +4,7 @@
 #include "base/decimal.hpp"
 #include "base/text.hpp"
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
@@ -472,6 +473,31 @@ Result<AnswerRequest> parse_answer_request(const json& params) {
     if (!good) in.fail_with(good.error());
   }
   if (in.member("question") != nullptr) in.integer("question", r.question.emplace());
+  in.refuse_unknown();
+  if (auto done = in.finish(); !done) return fail(done.error());
+  return r;
+}
+
+json to_json(const TagRequest& r) {
+  return {{"run", r.run}, {"tags", r.tags}, {"remove", r.remove}};
+}
+
+Result<TagRequest> parse_tag_request(const json& params) {
+  constexpr std::size_t kMost = 100;
+  TagRequest r;
+  ParamsReader in(params, "/params");
+  in.integer("run", r.run, true);
+  in.boolean("remove", r.remove);
+  const auto* tags = in.member("tags");
+  const bool words = tags != nullptr && tags->is_array() && !tags->empty() &&
+                     tags->size() <= kMost &&
+                     std::ranges::all_of(*tags, [](const json& tag) { return tag.is_string(); });
+  if (words) {
+    r.tags = tags->get<std::vector<std::string>>();
+  } else {
+    in.fail_with(Error(Errc::invalid_request,
+                       fmt::format("{}: expected 1 to {} words", in.pointer("tags"), kMost)));
+  }
   in.refuse_unknown();
   if (auto done = in.finish(); !done) return fail(done.error());
   return r;

@@ -37,6 +37,12 @@ struct AnswerRequest {
   std::optional<std::int64_t> question;
 };
 
+struct TagRequest {
+  std::int64_t run = 0;
+  std::vector<std::string> tags;
+  bool remove = false;
+};
+
 // What came of an abort or a freeze, or of a stop or a pause that waits.
 enum class StopState {
   standing,  // the frame confirmed it after this request
@@ -158,6 +164,8 @@ Result<RunRequest> parse_run_request(const nlohmann::json& params);
 nlohmann::json to_json(const Answered& answered);
 nlohmann::json to_json(const AnswerRequest& request);
 Result<AnswerRequest> parse_answer_request(const nlohmann::json& params);
+nlohmann::json to_json(const TagRequest& request);
+Result<TagRequest> parse_tag_request(const nlohmann::json& params);
 
 // Whole lines, with their newline. `id` is a JSON string, number or null.
 std::string request_line(std::int64_t id, std::string_view method, const nlohmann::json& params);

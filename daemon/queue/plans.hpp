@@ -25,6 +25,11 @@ class QueuePlans {
   std::optional<EntryPlan> find(const RunRequest& run) const;
   void keep(const RunRequest& run, const EntryPlan& plan);
   void forget() { plans_.clear(); }
+  void forget_rigs() {
+    frame_.reset();
+    rod_.reset();
+    plans_.clear();
+  }
 
  private:
   std::optional<Rig> frame_, rod_;

@@ -60,6 +60,12 @@ RealRig::RealRig(asio::any_io_executor executor, Clock& clock, const Config& con
   if (!config.wire_log_directory.empty()) wire_logs_.emplace();
 }
 
+// A log of looks that goes on would stay in the folder of before.
+void RealRig::config_changed() {
+  looks_.clear();
+  if (!config_.wire_log_directory.empty() && !wire_logs_) wire_logs_.emplace();
+}
+
 void RealRig::learn(Instrument which, const Result<Identity>& answer, LearnedBy by) {
   if (answer) {
     known_.answered(which, *answer, Learned(by));
@@ -78,7 +84,7 @@ Task<Result<std::unique_ptr<Transport>>> RealRig::open_logged(std::string url,
                                                               std::string instrument, Log log) {
   auto port = co_await open_port(std::move(url), SerialSettings(), clock_);
   if (!port) co_return fail(as_rig_fault(port.error()));
-  if (!wire_logs_) co_return port;
+  if (config_.wire_log_directory.empty()) co_return port;
   port = std::make_unique<RecordingTransport>(std::move(*port), wire_log(instrument, log));
   co_return port;
 }

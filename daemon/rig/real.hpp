@@ -32,6 +32,8 @@ class RealRig final : public InstrumentFactory {
   // Looks whether the nodes of the serial ports are there, without opening them, on a thread of its
   // own. True: one came or went.
   Task<bool> watch_ports();
+  // Somebody may have changed where the wire logs go.
+  void config_changed();
   // For a process that is about to end. False: the disk did not take all within this time.
   bool finish_wire_logs(Duration patience);
 
@@ -53,7 +55,7 @@ class RealRig final : public InstrumentFactory {
   const Config& config_;
   KnownRig& known_;
   Operator& person_;
-  std::optional<WireLogWriter> wire_logs_;  // when the config asks for them
+  std::optional<WireLogWriter> wire_logs_;  // when the config asks for them, or did
   std::map<std::string, std::shared_ptr<WireRecord>> looks_;  // of each instrument, for a day
 };
 

@@ -104,6 +104,22 @@ TEST_F(ConfigFile, ABadOneIsRefusedWithItsPlaceAndStatus2) {
   }
 }
 
+TEST_F(ConfigFile, ACheckTellsAllThatIsWrong) {
+  const json config{{"format", "lcrigd-config/1"},
+                    {"bench", file("none.json")},
+                    {"database", file("nowhere/a.db")},
+                    {"socket", file(std::string(120, 's'))}};
+  write("bad.json", config.dump());
+  const auto daemons = lcrigd({"--check-config", "--config", file("bad.json")});
+  const auto commands = lcrig({"config", "check", file("bad.json")});
+  EXPECT_EQ(daemons.code, 2);
+  EXPECT_EQ(commands.code, 1);
+  for (const auto& said : {daemons.err, commands.err}) {
+    EXPECT_THAT(said, AllOf(HasSubstr("none.json"), HasSubstr("there is no folder"),
+                            HasSubstr("at most 107")));
+  }
+}
+
 TEST_F(ConfigFile, AMissingOneSaysWhereTheExampleIs) {
   const auto done = lcrigd({"--config", file("none.json")});
   EXPECT_EQ(done.code, 2) << done.err;

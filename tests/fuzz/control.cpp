@@ -41,6 +41,10 @@ class IdleHandler final : public ControlHandler {
   Task<Result<Plan>> plan_run(RunRequest, PeerCredentials) override { co_return Plan(); }
   Task<Result<>> ask_instruments(PeerCredentials) override { co_return Result<>(); }
   Task<Result<>> confirm(PeerCredentials) override { co_return Result<>(); }
+  ConfigView config_view() const override { return {}; }
+  Task<Result<std::vector<std::string>>> tag_run(TagRequest request, PeerCredentials) override {
+    co_return std::move(request.tags);
+  }
   Task<Result<>> note_run(std::int64_t, std::string, PeerCredentials) override {
     co_return Result<>();
   }

@@ -168,6 +168,24 @@ TEST_F(Daemon, ASpecimenThatIsStoredIsLoggedWithWhoAsked) {
   EXPECT_THAT(log.str(), HasSubstr(fmt::format("(uid {}, pid {})", ::getuid(), ::getpid())));
 }
 
+TEST_F(Daemon, ATagIsPutOnARunThatGoesOnWithTheKernelsName) {
+  PlainClient client(socket_path());
+  ASSERT_TRUE(answer(client, "run.start", start_request(kAsking)).contains("result"));
+  const json tagged = answer(client, "run.tag", {{"run", 1}, {"tags", {"thesis", "ageing"}}});
+  EXPECT_EQ(tagged["result"]["tags"].dump(), R"(["ageing","thesis"])");
+  EXPECT_THAT(answer(client, "run.tag", {{"run", 1}, {"tags", {"two words"}}}).dump(),
+              HasSubstr("a tag is one word"));
+  EXPECT_THAT(answer(client, "run.tag", {{"run", 7}, {"tags", {"x"}}}).dump(),
+              HasSubstr("no run 7"));
+  ASSERT_TRUE(answer(client, "run.abort").contains("result"));
+  wait_until_over(client);
+  const Database db = open_read_only(dir.file("d.db")).value();
+  EXPECT_EQ(count("SELECT count(*) FROM v_tag WHERE run = 1 AND operator = '" +
+                  requests().front().at("user").get<std::string>() + "'"),
+            2);
+  EXPECT_TRUE(verify_chain(db, 1).value().intact);
+}
+
 TEST_F(Daemon, ANoteOfAMemberHasTheKernelsNameAndIsPartOfTheChain) {
   PlainClient client(socket_path());
   ASSERT_TRUE(answer(client, "run.start", start_request(kAsking)).contains("result"));

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/control/config_view.hpp"
 #include "daemon/rehearse.hpp"
 #include "daemon/rehearse_batch.hpp"
 #include "protocols/plan/check.hpp"
@@ -43,6 +44,7 @@ class Cli {
     };
     env.executable = dir.file("nowhere/bin/lcrig");
     env.daemon_db = dir.file("no-daemon.db");
+    env.daemon_config = dir.file("no-daemon.json");
     env.daemon_socket = dir.file("no-daemon.sock");
     variables["HOME"] = dir.file("home");
   }
@@ -58,6 +60,7 @@ class Cli {
     cli::DaemonParts daemon;
     daemon.rehearse = rehearsal;
     daemon.bench_rig = bench_rig;
+    daemon.config = &look_at_config_file;
     daemon.rehearse_batch = day;
     cli::Context context(console, env, clock, daemon);
     return cli::run_cli(args, context);

@@ -2,6 +2,8 @@
 // A control handler that records its calls, for tests of the control server and client.
 #pragma once
 
+#include <fmt/ranges.h>
+
 #include <chrono>
 #include <functional>
 #include <string>
@@ -69,6 +71,17 @@ class FakeHandler : public ControlHandler {
     taken.question.unit = "um";
     taken.value = request.value;
     co_return taken;
+  }
+  ConfigView config_view() const override {
+    ConfigView out;
+    out.file = "lcrigd.json";
+    out.of_daemon = true;
+    return out;
+  }
+  Task<Result<std::vector<std::string>>> tag_run(TagRequest request, PeerCredentials) override {
+    calls.push_back(fmt::format("{} {} {}", request.remove ? "untag" : "tag", request.run,
+                                fmt::join(request.tags, " ")));
+    co_return std::move(request.tags);
   }
   Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials) override {
     co_return done("note " + std::to_string(run) + " " + text);

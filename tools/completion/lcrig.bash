@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Completion of lcrig for bash. What there is to choose from, lcrig says itself.
+# Completion of lcrig, lcrigd and lcrig-sim for bash. What there is to choose from, they say
+# themselves.
 
 # The word as a program would get it: without the quotes that are open or closed in it.
 _lcrig_unquoted() {
@@ -66,4 +67,4 @@ _lcrig() {
       ;;
   esac
 }
-complete -F _lcrig lcrig
+complete -F _lcrig lcrig lcrigd lcrig-sim

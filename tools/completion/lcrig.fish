@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Completion of lcrig for fish. What there is to choose from, lcrig says itself.
+# Completion of lcrig, lcrigd and lcrig-sim for fish. What there is to choose from, they say
+# themselves.
 function __lcrig_complete
     set -l before (commandline -opc)
     set -l current (commandline -ct)
@@ -15,4 +16,6 @@ function __lcrig_complete
     end
     set -q lines[2]; and printf '%s\n' $lines[2..-1]
 end
-complete -c lcrig -f -a '(__lcrig_complete)'
+for program in lcrig lcrigd lcrig-sim
+    complete -c $program -f -a '(__lcrig_complete)'
+end

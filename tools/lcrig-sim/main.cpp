@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/log.hpp"
+#include "base/option_completion.hpp"
 #include "base/program_version.hpp"
 #include "base/text.hpp"
 #include "base/usage_error.hpp"
@@ -292,6 +293,21 @@ void declare(CLI::App& cli, Options& o) {
   cli.footer("Example: lcrig-sim --specimen paper-1 --lcr-link /tmp/lcr --frame-port 4710");
 }
 
+std::optional<std::string> for_shell(const CLI::App& cli, int argc, char** argv) {
+  OptionValues bench, specimen, json_file, any_file, levels, rigs;
+  bench.files = specimen.files = json_file.files = "json";
+  any_file.files = "file";
+  for (const auto& one : shipped_benches()) bench.words.emplace_back(one.name);
+  for (const auto& one : shipped_specimens()) specimen.words.emplace_back(one.name);
+  levels.words = {"trace", "debug", "info", "warn", "error", "off"};
+  rigs.words = {"random:"};
+  const std::map<std::string, OptionValues> values{
+      {"--bench", bench},      {"--specimen", specimen}, {"--faults", json_file},
+      {"--log-level", levels}, {"--rig", rigs},          {"--lcr-link", any_file},
+      {"--told", any_file},    {"--control", any_file},  {"--ready-file", any_file}};
+  return completion_of(cli, values, {argv + 1, argv + argc});
+}
+
 }  // namespace
 }  // namespace lcrig::sim
 
@@ -301,6 +317,10 @@ int main(int argc, char** argv) {
   CLI::App cli{"lcrig-sim: the simulated meter and load frame on a pty and TCP, in real time",
                "lcrig-sim"};
   lcrig::sim::declare(cli, options);
+  if (const auto answer = lcrig::sim::for_shell(cli, argc, argv)) {
+    std::cout << *answer;
+    return lcrig::end_of_output(cli);
+  }
   try {
     cli.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

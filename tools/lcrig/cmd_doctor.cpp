@@ -120,7 +120,7 @@ class DoctorCommand final : public Command {
   static void look_at_rig(const Context& context, const Machine& machine, BundleParts& parts,
                           Findings& findings) {
     const auto file =
-        context.global.config.empty() ? "/etc/lcrig/lcrigd.json" : context.global.config;
+        context.global.config.empty() ? context.env.daemon_config.string() : context.global.config;
     const auto config = look_at_config(file, findings);
     if (!config) return;
     parts.config_file = config->file;

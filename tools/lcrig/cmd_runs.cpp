@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// runs list, show, note.
+// runs list, show, note, tag.
 #include <fmt/ostream.h>
+#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
+#include "storage/tags.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/next_command.hpp"
@@ -27,6 +29,8 @@ std::string dump(const json& value) {
 
 json listing_json(const RunListing& r) {
   json out{{"run", r.run},
+           {"uuid", r.uuid.empty() ? json(nullptr) : json(r.uuid)},
+           {"tags", r.tags},
            {"protocol", r.protocol_name},
            {"specimen", r.specimen_name},
            {"operator", r.operator_name},
@@ -43,6 +47,12 @@ json listing_json(const RunListing& r) {
   return out;
 }
 
+std::string remarks(const RunListing& r) {
+  std::string out = r.simulated ? "  simulated" : "";
+  for (const auto& tag : r.tags) out += "  #" + printable(tag);
+  return out;
+}
+
 void print_table(std::ostream& out, const std::vector<RunListing>& runs) {
   fmt::print(out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}\n", "run", "started", "protocol",
              "specimen", "status", "readings", "samples");
@@ -50,7 +60,7 @@ void print_table(std::ostream& out, const std::vector<RunListing>& runs) {
     fmt::print(out, "{:>5} {:20} {:16} {:14} {:11} {:>8} {:>8}{}\n", r.run,
                format_utc(r.started_unix_ns), printable(r.protocol_name, kLongestName),
                printable(r.specimen_name, kLongestName), status_of(r), r.lcr_readings,
-               r.frame_samples, r.simulated ? "  simulated" : "");
+               r.frame_samples, remarks(r));
   }
 }
 
@@ -66,6 +76,7 @@ class RunsListCommand final : public Command {
     list.one_of("--status", status_,
                 {"success", "stopped", "abort", "fail", "interrupted", "running", "cut-off"},
                 "Only those that ended so");
+    list.option("--tag", tag_, "TAG", "Only those that have it");
     list.option("--since", since_, "TIME", "Begun then or later: 2026-01-31, \"2026-01-31 18:00\"");
   }
   Outcome<ExitCode> run(Context& context) override {
@@ -91,6 +102,7 @@ class RunsListCommand final : public Command {
     out.specimen = specimen_;
     out.protocol = protocol_;
     out.operator_name = operator_;
+    out.tag = tag_;
     out.status = status_ == "cut-off" ? "cut off" : status_;
     if (since_.empty()) return out;
     const auto since_s = unix_time_of(since_, context.clock.unix_ns() / kSecond_ns);
@@ -104,7 +116,7 @@ class RunsListCommand final : public Command {
 
   static constexpr std::int64_t kSecond_ns = 1'000'000'000;
   static constexpr std::size_t kDay = 10;  // characters; an hour alone means the next one
-  std::string specimen_, protocol_, operator_, status_, since_;
+  std::string specimen_, protocol_, operator_, status_, tag_, since_;
 };
 
 json parsed(const std::string& text) {
@@ -114,6 +126,8 @@ json parsed(const std::string& text) {
 
 json show_json(const RunListing& listing, const RunRow& row, const std::vector<RunNote>& notes) {
   json out = listing_json(listing);
+  out["recorded_run"] = row.copied_from ? row.copied_from->run : listing.run;
+  out["copied_from"] = row.copied_from ? json(row.copied_from->file) : json(nullptr);
   out["parameters"] = parsed(row.parameters_json);
   out["lcr_identity"] = row.lcr_identity;
   out["frame_identity"] = row.frame_identity;
@@ -135,7 +149,7 @@ class RunsShowCommand final : public Command {
  public:
   RunsShowCommand()
       : Command("runs show", "Everything known about a run", "lcrig runs show last") {}
-  void declare(ArgumentList& list) override { list.positional("RUN", run_, "A number, or `last`"); }
+  void declare(ArgumentList& list) override { list.positional("RUN", run_, kWhichRun); }
 
   Outcome<ExitCode> run(Context& context) override {
     auto run = open_run(context, run_);
@@ -166,7 +180,7 @@ class NoteCommand final : public Command {
       : Command("runs note", "Add a note to a run that ended",
                 "lcrig runs note last \"probe was dusty\"") {}
   void declare(ArgumentList& list) override {
-    list.positional("RUN", run_, "A number, or `last`");
+    list.positional("RUN", run_, kWhichRun);
     list.positional("TEXT", text_, "The note");
   }
   Outcome<ExitCode> run(Context& context) override {
@@ -205,10 +219,64 @@ class NoteCommand final : public Command {
   std::string run_, text_;
 };
 
+class TagCommand final : public Command {
+ public:
+  TagCommand()
+      : Command("runs tag", "Put tags on a run, by which `runs list --tag` finds it",
+                "lcrig runs tag last thesis ageing") {}
+  void declare(ArgumentList& list) override {
+    list.positional("RUN", change_run_, kWhichRun);
+    list.words("TAG", change_.tags, "A word without blanks and commas");
+    list.flag("--remove", change_.remove, "Take them off");
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    if (change_.tags.empty()) {
+      return Failure(kUsage, "lcrig runs tag: TAG is missing", "lcrig runs tag --help");
+    }
+    auto run = open_run(context, change_run_);
+    if (!run) return run.error();
+    change_.run = run->number;
+    auto db = context.database();
+    if (!db) return db.error();
+    auto tags = db->daemon_writes ? through_daemon(context) : into(context, db->path);
+    if (!tags) return tags.error();
+    return show(context, json{{"run", change_.run}, {"tags", *tags}}, [&](std::ostream& out) {
+      fmt::print(out, "run {}: {}\n", change_.run,
+                 tags->empty() ? "no tags" : fmt::format("{}", fmt::join(*tags, " ")));
+    });
+  }
+
+ private:
+  using Tags = std::vector<std::string>;
+  Outcome<Tags> through_daemon(Context& context) const {
+    auto client = ControlClient::connect(context);
+    if (!client) return client.error();
+    auto answer = client->call(
+        "run.tag", json{{"run", change_.run}, {"tags", change_.tags}, {"remove", change_.remove}});
+    if (!answer) return answer.error();
+    return answer->value("tags", Tags());
+  }
+
+  Outcome<Tags> into(const Context& context, const std::string& path) const {
+    auto db = open_read_write(path);
+    if (!db) return Failure(db.error(), "give another --db");
+    auto tags = change_tags(*db, change_, login_name(), context.clock.unix_ns());
+    if (!tags) {
+      return Failure(tags.error(),
+                     next_command(context.global, {"runs", "show", std::to_string(change_.run)}));
+    }
+    return std::move(*tags);
+  }
+
+  std::string change_run_;
+  TagChange change_;
+};
+
 }  // namespace
 
 const CommandFactory kRunsListCommand = make_command<RunsListCommand>;
 const CommandFactory kRunsShowCommand = make_command<RunsShowCommand>;
 const CommandFactory kRunsNoteCommand = make_command<NoteCommand>;
+const CommandFactory kRunsTagCommand = make_command<TagCommand>;
 
 }  // namespace lcrig::cli

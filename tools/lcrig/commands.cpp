@@ -16,10 +16,11 @@ std::vector<std::unique_ptr<Command>> make_commands() {
       kQueueLockCommand,    kQueueUnlockCommand,   kQueueAnswerCommand,  kProtocolListCommand,
       kProtocolShowCommand, kProtocolCheckCommand, kProtocolPlanCommand, kSpecimenAddCommand,
       kSpecimenListCommand, kSpecimenShowCommand,  kRunsListCommand,     kRunsShowCommand,
-      kRunsNoteCommand,     kExportCommand,        kAnalyzeCommand,      kReportCommand,
-      kBudgetCommand,       kVerifyCommand,        kModelCurveCommand,   kModelDesignCommand,
-      kModelLadderCommand,  kModelCompareCommand,  kModelFitCommand,     kBackupCommand,
-      kRestoreCommand,      kDoctorCommand,        kMetricsCommand,
+      kRunsNoteCommand,     kRunsTagCommand,       kRunsCopyCommand,     kExportCommand,
+      kAnalyzeCommand,      kReportCommand,        kBudgetCommand,       kVerifyCommand,
+      kModelCurveCommand,   kModelDesignCommand,   kModelLadderCommand,  kModelCompareCommand,
+      kModelFitCommand,     kBackupCommand,        kRestoreCommand,      kDoctorCommand,
+      kConfigCheckCommand,  kConfigShowCommand,    kMetricsCommand,
   };
   std::vector<std::unique_ptr<Command>> out;
   for (const auto factory : factories) out.push_back(factory());

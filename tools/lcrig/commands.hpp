@@ -10,12 +10,12 @@ extern const CommandFactory kRunCommand, kRehearseCommand, kStatusCommand, kWatc
     kPauseCommand, kResumeCommand, kAbortCommand, kFreezeCommand, kConfirmCommand, kAnswerCommand,
     kProtocolListCommand, kProtocolShowCommand, kProtocolCheckCommand, kProtocolPlanCommand,
     kSpecimenAddCommand, kSpecimenListCommand, kSpecimenShowCommand, kRunsListCommand,
-    kRunsShowCommand, kRunsNoteCommand, kExportCommand, kAnalyzeCommand, kVerifyCommand,
-    kReportCommand, kBudgetCommand, kModelCurveCommand, kModelDesignCommand, kModelLadderCommand,
-    kModelCompareCommand, kModelFitCommand, kStopCommand, kQueueAddCommand, kQueueListCommand,
-    kQueueShowCommand, kQueueMoveCommand, kQueueRemoveCommand, kQueueHoldCommand,
-    kQueueStartCommand, kQueueClearCommand, kQueueHistoryCommand, kQueueLockCommand,
-    kQueueUnlockCommand, kQueueAnswerCommand, kBackupCommand, kRestoreCommand, kDoctorCommand,
-    kMetricsCommand;
+    kRunsShowCommand, kRunsNoteCommand, kRunsTagCommand, kRunsCopyCommand, kExportCommand,
+    kAnalyzeCommand, kVerifyCommand, kReportCommand, kBudgetCommand, kModelCurveCommand,
+    kModelDesignCommand, kModelLadderCommand, kModelCompareCommand, kModelFitCommand, kStopCommand,
+    kQueueAddCommand, kQueueListCommand, kQueueShowCommand, kQueueMoveCommand, kQueueRemoveCommand,
+    kQueueHoldCommand, kQueueStartCommand, kQueueClearCommand, kQueueHistoryCommand,
+    kQueueLockCommand, kQueueUnlockCommand, kQueueAnswerCommand, kBackupCommand, kRestoreCommand,
+    kDoctorCommand, kMetricsCommand, kConfigCheckCommand, kConfigShowCommand;
 
 }  // namespace lcrig::cli

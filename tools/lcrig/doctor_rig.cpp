@@ -138,7 +138,7 @@ void look_at_port(const Machine& machine, const std::string& about, const std::s
 }  // namespace
 
 std::optional<RigConfig> look_at_config(const std::string& file, Findings& findings) {
-  constexpr const char* kMend = "lcrigd --check-config says what is wrong in it";
+  constexpr const char* kMend = "lcrig config check says what is wrong in it";
   if (::access(file.c_str(), R_OK) != 0) {
     findings.emplace_back("config", Health::warn,
                           fmt::format("{}: {}", printable(file), std::strerror(errno)),
@@ -166,7 +166,7 @@ std::optional<RigConfig> look_at_config(const std::string& file, Findings& findi
   }
   findings.emplace_back(
       "config", Health::ok,
-      fmt::format("{}: readable; lcrigd --check-config checks all of it", printable(file)));
+      fmt::format("{}: readable; lcrig config check checks all of it", printable(file)));
   return out;
 }
 

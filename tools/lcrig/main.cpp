@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
     daemon.rehearse = &rehearse;
     daemon.rehearse_batch = &rehearse_batch;
     daemon.bench_rig = &bench_rig;
+    daemon.config = &look_at_config_file;
     cli::Context context(console, env, clock, daemon);
     return cli::run_cli(std::vector<std::string>(argv + 1, argv + argc), context);
   } catch (const std::exception& e) {

@@ -242,9 +242,9 @@ namespace {
 
 // A file, a socket, an anchor, a thing at the rig: nobody means an empty one. A note may be empty.
 bool names_something(std::string_view option) {
-  constexpr std::array kOptions{"--db",         "--socket",    "--config",  "--anchor",
-                                "--specimen",   "--probe",     "--fixture", "--batch",
-                                "--not-before", "--not-after", "--between"};
+  constexpr std::array kOptions{"--db",      "--socket",  "--config", "--anchor",     "--specimen",
+                                "--probe",   "--fixture", "--batch",  "--not-before", "--not-after",
+                                "--between", "--tag",     "--to"};
   return std::ranges::find(kOptions, option) != kOptions.end();
 }
 

@@ -17,6 +17,7 @@ struct ProcessEnv {
   std::filesystem::path executable;
   std::filesystem::path daemon_db = "/var/lib/lcrig/lcrig.db";  // as systemd/lcrigd.service says
   std::filesystem::path daemon_socket = "/run/lcrig/control.sock";
+  std::filesystem::path daemon_config = "/etc/lcrig/lcrigd.json";
   Duration daemon_patience = std::chrono::seconds(2);  // of commands that can do without a daemon
 
   std::optional<std::string> get(const char* name) const {

@@ -11,7 +11,8 @@
 namespace lcrig::cli {
 
 Outcome<Database> open_runs(const Context& context);
-// `text`: a number or "last".
+inline constexpr const char* kWhichRun = "A number, the beginning of its uuid, or `last`";
+// `text`: one of these.
 Outcome<std::int64_t> named_run(const Context& context, const Database& db,
                                 const std::string& text);
 // The database, and the run in it that `text` names.

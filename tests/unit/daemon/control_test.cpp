@@ -21,10 +21,18 @@ TEST_F(Control, EveryMethodReachesItsHandler) {
   client.call(request("run.freeze", R"({"why":"look"})"));
   client.call(request("run.confirm"));
   const auto noted = client.call(request("run.note", R"({"run":3,"text":"dusty"})"));
+  const auto tagged = client.call(request("run.tag", R"({"run":3,"tags":["a","b"]})"));
+  client.call(request("run.tag", R"({"run":3,"tags":["a"],"remove":true})"));
+  for (const char* wrong : {R"({"run":3,"tags":[]})", R"({"run":3,"tags":[1]})", R"({"run":3})",
+                            R"({"tags":["a"]})", R"({"run":3,"tags":"a"})"}) {
+    EXPECT_TRUE(client.call(request("run.tag", wrong)).contains("error")) << wrong;
+  }
   const auto added = client.call(request("specimen.add", R"({"text":"{}"})"));
   EXPECT_THAT(handler.calls,
               ElementsAre("pause", "resume present", "resume 12", "resume 12 confirmed",
-                          "abort smoke", "freeze look", "confirm", "note 3 dusty", "specimen {}"));
+                          "abort smoke", "freeze look", "confirm", "note 3 dusty", "tag 3 a b",
+                          "untag 3 a", "specimen {}"));
+  EXPECT_EQ(tagged["result"]["tags"].dump(), R"(["a","b"])");
   EXPECT_EQ(noted["result"]["run"], 3);
   EXPECT_EQ(resumed["result"]["run"], 13) << "the run that goes on";
   EXPECT_EQ(added["result"]["name"], "paper-9");

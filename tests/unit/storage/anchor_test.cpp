@@ -13,6 +13,7 @@
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "storage/writer_lock.hpp"
+#include "tests/support/old_run.hpp"
 #include "tests/support/temp_dir.hpp"
 
 namespace lcrig {
@@ -234,19 +235,22 @@ TEST_F(Anchors, AreReadAsTheyAreWritten) {
   }
 }
 
-TEST_F(Anchors, OfARunBeforeThereWereAnchorsAreNotMissed) {
-  tamper(db_,
-         "DROP TABLE run_anchor; DROP VIEW v_answer; DROP TABLE batch_entry; DROP TABLE batch;"
-         "DROP TABLE queue_attempt; DROP TABLE queue_act; DROP TABLE queue_entry; DROP TABLE "
-         "queue_text; DROP TABLE queue_state;"
-         "PRAGMA user_version = 2");
-  db_ = Database();
-  EXPECT_TRUE(verified().intact) << verified().finding;
-  db_ = open_read_write(path_).value();
-  EXPECT_EQ(get_anchor(db_, kRun).value(), std::nullopt);
-  ASSERT_TRUE(add_run_note(db_, kRun, "ann", "old", 5));
-  EXPECT_TRUE(verified(anchor_).intact) << verified().finding;
-  EXPECT_EQ(get_anchor(db_, kRun).value(), std::nullopt) << "a note is no end";
+TEST(OldRuns, DoNotMissTheAnchorsThatThereWereNotYet) {
+  constexpr int kSchemaBeforeAnchors = 2;
+  const TempDir dir;
+  Anchor anchor;
+  {
+    const auto old = support::database_before_uuids(dir.file("a.db"), kSchemaBeforeAnchors);
+    anchor.hash = support::end_old_run(old, kRun, support::insert_old_run(old, kRun));
+    anchor.links = 2;
+    EXPECT_TRUE(verify_chain(old, kRun).value().intact) << verify_chain(old, kRun).value().finding;
+  }
+  const auto db = open_read_write(dir.file("a.db")).value();
+  EXPECT_EQ(get_anchor(db, kRun).value(), std::nullopt);
+  ASSERT_TRUE(add_run_note(db, kRun, "ann", "old", 5));
+  const auto chain = verify_chain(db, kRun, anchor).value();
+  EXPECT_TRUE(chain.intact) << chain.finding;
+  EXPECT_EQ(get_anchor(db, kRun).value(), std::nullopt) << "a note is no end";
 }
 
 TEST(OpenRuns, AreIntactOnlyWhileTheyAreRecorded) {

@@ -16,6 +16,7 @@
 #include "storage/chain.hpp"
 #include "storage/migrations.hpp"
 #include "storage/runs.hpp"
+#include "tests/support/old_run.hpp"
 #include "tests/support/temp_dir.hpp"
 #include "tests/support/without_rights.hpp"
 
@@ -238,12 +239,12 @@ TEST(Migrate, EndsOfRunsStayAsTheyWereWhenTheirWordsBecomeMore) {
   {
     const auto db = raw(path);
     ASSERT_TRUE(migrate(db, all.first(static_cast<std::size_t>(stopped - all.begin()))));
-    ASSERT_TRUE(insert_run(db, RunRow()));
+    support::insert_old_run(db, 1);
     RunEnd end;
     end.status = ExitStatus::abort;
     end.reason = "wrong specimen";
     ASSERT_TRUE(insert_run_end(db, 1, end));
-    ASSERT_TRUE(insert_run(db, RunRow()));
+    support::insert_old_run(db, 2);
     end.status = ExitStatus::stopped;
     EXPECT_FALSE(insert_run_end(db, 2, end)) << "a word that it does not know";
   }

@@ -118,6 +118,55 @@ TEST_F(Runs, AreFoundAgain) {
   EXPECT_EQ(found({"--status", "running"}), Numbers({2}));
 }
 
+TEST_F(Runs, AreFoundByTheirTagsAndTheirUuid) {
+  ASSERT_EQ(cli.run({"runs", "tag", "1", "thesis", "good"}), 0) << cli.err.str();
+  EXPECT_EQ(cli.out.str(), "run 1: good thesis\n");
+  ASSERT_EQ(cli.run({"runs", "list", "--tag", "thesis", "--json"}), 0) << cli.err.str();
+  const auto found = json::parse(cli.out.str())["runs"];
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0]["tags"].dump(), R"(["good","thesis"])");
+  const auto uuid = found[0]["uuid"].get<std::string>();
+  ASSERT_EQ(cli.run({"runs", "list", "--tag", "good"}), 0);
+  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("#good  #thesis"), Not(HasSubstr("open-end"))));
+  ASSERT_EQ(cli.run({"runs", "tag", "--remove", uuid, "good", "--json"}), 0) << cli.err.str();
+  EXPECT_EQ(json::parse(cli.out.str()).dump(), R"({"run":1,"tags":["thesis"]})");
+  ASSERT_EQ(cli.run({"runs", "show", uuid.substr(0, 13), "--json"}), 0) << cli.err.str();
+  const auto shown = json::parse(cli.out.str());
+  EXPECT_EQ(shown["run"], 1);
+  EXPECT_EQ(shown["uuid"], uuid);
+  EXPECT_EQ(shown["recorded_run"], 1);
+  EXPECT_TRUE(shown["copied_from"].is_null());
+  EXPECT_EQ(verified({uuid}, 0)["intact"], true);
+  EXPECT_EQ(cli.run({"runs", "tag", "1", "two words"}), kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("a tag is one word"));
+  EXPECT_EQ(cli.run({"runs", "tag", "1"}), kUsage);
+  EXPECT_THAT(cli.err.str(), HasSubstr("TAG is missing"));
+}
+
+TEST_F(Runs, AreCopiedIntoAnotherDatabase) {
+  const auto to = cli.dir.file("thesis.db");
+  ASSERT_EQ(cli.run({"runs", "copy", "1", "--to", to, "--json"}), 0) << cli.err.str();
+  const auto copied = json::parse(cli.out.str())["runs"];
+  ASSERT_EQ(copied.size(), 1U);
+  EXPECT_EQ(copied[0]["run"], 1);
+  EXPECT_EQ(copied[0]["to"], 1);
+  EXPECT_EQ(cli.run({"runs", "copy", "1", "--to", to}), kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("run 1 is there as run 1 already (same uuid)"));
+  EXPECT_EQ(cli.run({"runs", "copy", "1", "last", "--to", to}), kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("run 2 was cut off"));
+  EXPECT_EQ(cli.run({"runs", "copy", "--to", to}), kUsage);
+  EXPECT_EQ(cli.run({"runs", "copy", "1", "--to", path}), kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("is the database itself"));
+  ASSERT_EQ(cli.run({"--db", to, "runs", "show", copied[0]["uuid"].get<std::string>(), "--json"}),
+            0);
+  const auto shown = json::parse(cli.out.str());
+  EXPECT_EQ(shown["copied_from"], std::filesystem::canonical(path).string());
+  EXPECT_EQ(shown["reason"], "smoke");
+  const auto folder = cli.dir.file("out");
+  ASSERT_EQ(cli.run({"--db", to, "export", "1", "-o", folder}), 0) << cli.err.str();
+  EXPECT_EQ(package(folder)["lcrig"]["uuid"], copied[0]["uuid"]);
+}
+
 TEST_F(Runs, AreNotLookedForByWhatIsNoDayOrNoStatus) {
   for (const char* since : {"yesterday", "2026-02-30", "18:00", "2026-01-31x"}) {
     EXPECT_EQ(cli.run({"runs", "list", "--since", since}), kUsage) << since;

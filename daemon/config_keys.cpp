@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/config_keys.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <string_view>
+
+namespace lcrig {
+
+namespace {
+
+// Whom a key belongs to.
+enum class Part { daemon, rig, bench };
+
+struct Key {
+  std::string_view name;
+  Part part;
+  ConfigEffect effect;
+  ConfigValue (*value)(const Config&);
+  void (*take)(Config& in_force, const Config& wanted);  // nullptr: only a restart does
+};
+
+ConfigValue text(const std::string& value) {
+  if (value.empty()) return {};
+  return value;
+}
+
+ConfigValue scaled(const std::optional<double>& si, double to_unit) {
+  if (!si) return {};
+  return *si * to_unit;
+}
+
+template <class Read>
+ConfigValue of_loop(const Config& c, Read read) {
+  if (!c.frame.force_loop) return {};
+  return read(*c.frame.force_loop);
+}
+
+void take_frame(Config& in_force, const Config& wanted) {
+  in_force.frame = wanted.frame;
+}
+void take_fixture(Config& in_force, const Config& wanted) {
+  in_force.fixture = wanted.fixture;
+}
+
+constexpr auto kNow = ConfigEffect::at_once;
+constexpr auto kIdle = ConfigEffect::when_idle;
+constexpr auto kRestart = ConfigEffect::restart;
+
+// lint: table
+constexpr Key kKeys[] = {
+    {"database", Part::daemon, kRestart, [](const Config& c) { return text(c.database); }, nullptr},
+    {"socket", Part::daemon, kRestart, [](const Config& c) { return text(c.socket); }, nullptr},
+    {"log_level", Part::daemon, kNow, [](const Config& c) { return text(c.log_level); },
+     [](Config& c, const Config& w) { c.log_level = w.log_level; }},
+    {"metrics_file", Part::daemon, kNow, [](const Config& c) { return text(c.metrics_file); },
+     [](Config& c, const Config& w) { c.metrics_file = w.metrics_file; }},
+    {"bench", Part::bench, kRestart, [](const Config& c) { return text(c.bench.value_or("")); },
+     nullptr},
+    {"meter.driver", Part::rig, kRestart,
+     [](const Config& c) {
+       return text(c.meter_driver == nullptr ? "" : std::string(c.meter_driver->name));
+     },
+     nullptr},
+    {"meter.port", Part::rig, kRestart, [](const Config& c) { return text(c.meter_port); },
+     nullptr},
+    {"meter.serial_number", Part::rig, kIdle,
+     [](const Config& c) { return text(c.meter_serial_number); },
+     [](Config& c, const Config& w) { c.meter_serial_number = w.meter_serial_number; }},
+    {"frame.driver", Part::rig, kRestart,
+     [](const Config& c) {
+       if (c.bench) return ConfigValue();
+       return text(c.frame_driver == FrameDriver::zwick ? "zwick" : "dead_weight");
+     },
+     nullptr},
+    {"frame.port", Part::rig, kRestart, [](const Config& c) { return text(c.frame_port); },
+     nullptr},
+    {"frame.stiffness_N_mm", Part::rig, kIdle,
+     [](const Config& c) { return scaled(c.frame.stiffness_N_m, 1e-3); }, take_frame},
+    {"frame.start_gap_mm", Part::rig, kIdle,
+     [](const Config& c) { return scaled(c.frame.start_gap_m, 1e3); }, take_frame},
+    {"frame.force_class", Part::rig, kIdle,
+     [](const Config& c) { return ConfigValue(c.frame.force_class_percent); }, take_frame},
+    {"frame.force_loop.approach_mm_s", Part::rig, kIdle,
+     [](const Config& c) {
+       return of_loop(c, [](const ForceLoop& l) { return l.approach.si() * 1e3; });
+     },
+     take_frame},
+    {"frame.force_loop.contact_N", Part::rig, kIdle,
+     [](const Config& c) { return of_loop(c, [](const ForceLoop& l) { return l.contact.si(); }); },
+     take_frame},
+    {"frame.force_loop.rate_max_N_s", Part::rig, kIdle,
+     [](const Config& c) { return of_loop(c, [](const ForceLoop& l) { return l.rate_max.si(); }); },
+     take_frame},
+    {"frame.force_loop.lag_s", Part::rig, kIdle,
+     [](const Config& c) {
+       return of_loop(c, [](const ForceLoop& l) { return to_seconds(l.lag); });
+     },
+     take_frame},
+    {"frame.force_loop.ripple_N", Part::rig, kIdle,
+     [](const Config& c) { return of_loop(c, [](const ForceLoop& l) { return l.ripple.si(); }); },
+     take_frame},
+    {"frame.force_loop.stiffness_max_N_mm", Part::rig, kIdle,
+     [](const Config& c) {
+       return of_loop(c, [](const ForceLoop& l) { return l.stiffness_max.si() * 1e-3; });
+     },
+     take_frame},
+    {"fixture.probe_diameter_mm", Part::rig, kIdle,
+     [](const Config& c) { return scaled(c.fixture.probe_diameter_m, 1e3); }, take_fixture},
+    {"fixture.local_gravity_m_s2", Part::rig, kIdle,
+     [](const Config& c) { return ConfigValue(c.fixture.local_gravity_m_s2); }, take_fixture},
+    {"wire_log_directory", Part::daemon, kIdle,
+     [](const Config& c) { return text(c.wire_log_directory); },
+     [](Config& c, const Config& w) { c.wire_log_directory = w.wire_log_directory; }},
+};
+
+bool applies(const Key& key, const Config& config) {
+  if (key.part == Part::bench) return config.bench.has_value();
+  const bool of_ports = key.part == Part::rig || key.name == "wire_log_directory";
+  if (of_ports && config.bench) return false;
+  const bool of_loop = key.name.starts_with("frame.force_loop.");
+  if (of_loop) return config.frame.force_loop.has_value();
+  const bool of_machine = key.name == "frame.port" || key.name == "frame.stiffness_N_mm" ||
+                          key.name == "frame.start_gap_mm" || key.name == "frame.force_class";
+  return !of_machine || config.frame_driver == FrameDriver::zwick;
+}
+
+// A key may have another unit in the file: "frame.stiffness_N_m".
+bool is_given(const std::vector<std::string>& given, std::string_view key) {
+  std::string_view stem = key;
+  for (const std::string_view unit : {"_N_mm", "_mm_s", "_mm", "_N_s", "_m_s2", "_N", "_s"}) {
+    if (!stem.ends_with(unit)) continue;
+    stem.remove_suffix(unit.size());
+    break;
+  }
+  const bool has_unit = stem.size() < key.size();
+  return std::ranges::any_of(given, [&](const std::string& k) {
+    return k == key || (has_unit && k.starts_with(std::string(stem) + "_"));
+  });
+}
+
+ConfigSource source_of(const Config& config, std::string_view key) {
+  if (std::ranges::count(config.of_command_line, key) > 0) return ConfigSource::command_line;
+  return is_given(config.given, key) ? ConfigSource::file : ConfigSource::built_in;
+}
+
+// What is said of the rig belongs together.
+bool is_of_rig(const Key& key) {
+  return key.part != Part::daemon;
+}
+
+}  // namespace
+
+std::vector<ConfigKeyView> keys_of(const Config& config) {
+  std::vector<ConfigKeyView> out;
+  for (const Key& key : kKeys) {
+    if (!applies(key, config)) continue;
+    auto& view = out.emplace_back();
+    view.key = key.name;
+    view.value = key.value(config);
+    view.source = source_of(config, key.name);
+  }
+  return out;
+}
+
+std::vector<ConfigChange> changes_of(const Config& in_force, const Config& wanted) {
+  std::vector<ConfigChange> out;
+  bool other_rig = false;
+  for (const Key& key : kKeys) {
+    ConfigChange change;
+    change.key = key.name;
+    change.from = key.value(in_force);
+    change.to = key.value(wanted);
+    change.effect = key.effect;
+    if (change.from == change.to) continue;
+    other_rig = other_rig || (is_of_rig(key) && key.effect == kRestart);
+    out.push_back(std::move(change));
+  }
+  if (!other_rig) return out;
+  for (ConfigChange& change : out) {
+    const auto key = std::ranges::find(kKeys, change.key, &Key::name);
+    if (is_of_rig(*key)) change.effect = kRestart;
+  }
+  return out;
+}
+
+void take_changes(Config& in_force, const Config& wanted, const std::vector<ConfigChange>& changes,
+                  ConfigEffect effect) {
+  for (const ConfigChange& change : changes) {
+    const auto key = std::ranges::find(kKeys, change.key, &Key::name);
+    if (change.effect == effect && key->take != nullptr) key->take(in_force, wanted);
+  }
+}
+
+}  // namespace lcrig

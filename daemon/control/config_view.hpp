@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// The configuration as people look at it: every key that applies, what it is, and whence. Of a file
+// that was read, or of the daemon, which may still go by an older one.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "base/result.hpp"
+
+namespace lcrig {
+
+using ConfigValue = std::variant<std::monostate, double, std::string>;  // monostate: none
+std::string to_text(const ConfigValue& value);
+
+// Who said so.
+enum class ConfigSource { built_in, file, command_line };
+std::string_view to_string(ConfigSource source);
+
+// When a change of the file takes effect.
+enum class ConfigEffect { at_once, when_idle, restart };
+std::string_view to_string(ConfigEffect effect);
+
+struct ConfigKeyView {
+  std::string key;  // "frame.stiffness_N_mm"
+  ConfigValue value;
+  ConfigSource source = ConfigSource::built_in;
+  // The file has another one, which waits.
+  bool waits = false;
+  ConfigValue waiting;
+  ConfigEffect effect = ConfigEffect::at_once;
+};
+
+struct ConfigView {
+  std::string file;
+  bool of_daemon = false;  // in force; else what the file says
+  std::string refused;  // why the daemon did not take the file when it was asked to; empty: it did
+  std::vector<std::string> warnings;
+  std::vector<ConfigKeyView> keys;
+};
+nlohmann::json to_json(const ConfigView& view);
+Result<ConfigView> parse_config_view(const nlohmann::json& value);
+
+// Checks a file as `lcrigd --check-config` does (daemon/config_check.cpp). Errors: as it says.
+Result<ConfigView> look_at_config_file(const std::string& file);
+
+}  // namespace lcrig

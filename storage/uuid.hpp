@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The name of a run that stays when the run is copied into another database (RFC 9562).
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "storage/row_hash.hpp"
+
+namespace lcrig {
+
+std::string random_uuid();  // version 4
+
+// Of a run that was recorded before runs had such names, from the first link of its chain: version
+// 8. Migration 8 makes the same in SQL.
+std::string uuid_of_link(const Sha256& first_link);
+bool is_of_link(std::string_view uuid);
+
+// Enough of one to be meant: at least four of its characters from the left, and not only digits,
+// which are the number of a run.
+bool is_beginning_of_uuid(std::string_view text);
+
+}  // namespace lcrig

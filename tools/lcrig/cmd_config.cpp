@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// config check, show.
+#include <fmt/ostream.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/text.hpp"
+#include "daemon/control/config_view.hpp"
+#include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/next_command.hpp"
+#include "tools/lcrig/print_json.hpp"
+
+namespace lcrig::cli {
+
+using nlohmann::json;
+
+namespace {
+
+std::string file_of(const Context& context, const std::string& named) {
+  if (!named.empty()) return named;
+  return context.global.config.empty() ? context.env.daemon_config.string() : context.global.config;
+}
+
+Outcome<ConfigView> read_file(const Context& context, const std::string& file) {
+  auto view = context.daemon.config(file);
+  if (view) return std::move(*view);
+  Failure out(view.error(),
+              fmt::format("correct it, then lcrig config check {}", shell_quoted(file)));
+  out.code = kFailed;
+  return out;
+}
+
+void print_keys(std::ostream& out, const ConfigView& view) {
+  for (const auto& k : view.keys) {
+    fmt::print(out, "{:34} {:36} {}\n", k.key, printable(to_text(k.value), kLongestWords),
+               k.waits ? "waits" : to_string(k.source));
+    if (!k.waits) continue;
+    fmt::print(out, "{:34} {:36} {}\n", "", printable(to_text(k.waiting), kLongestWords),
+               k.effect == ConfigEffect::restart ? "in the file: takes a restart of lcrigd"
+                                                 : "in the file: as soon as the rig is idle");
+  }
+}
+
+ExitCode tell(Context& context, const ConfigView& view, const std::string& headline) {
+  for (const auto& warning : view.warnings) context.console.note(warning);
+  return show(context, to_json(view), [&](std::ostream& out) {
+    fmt::print(out, "{}\n", headline);
+    print_keys(out, view);
+  });
+}
+
+class ConfigCheckCommand final : public Command {
+ public:
+  ConfigCheckCommand()
+      : Command("config check", "Check a config file of the daemon, as lcrigd --check-config does",
+                "lcrig config check /etc/lcrig/lcrigd.json") {}
+  void declare(ArgumentList& list) override {
+    list.positional("FILE", file_, "Without it: --config, else /etc/lcrig/lcrigd.json", false);
+  }
+  Outcome<ExitCode> run(Context& context) override {
+    auto view = read_file(context, file_of(context, file_));
+    if (!view) return view.error();
+    return tell(context, *view, printable(view->file) + ": in order");
+  }
+
+ private:
+  std::string file_;
+};
+
+class ConfigShowCommand final : public Command {
+ public:
+  ConfigShowCommand()
+      : Command("config show", "The configuration that is in force, and whence each value is",
+                "lcrig config show") {}
+
+  Outcome<ExitCode> run(Context& context) override {
+    auto view = of_daemon(context);
+    if (!view && !view.error().no_daemon) return view.error();
+    if (view) {
+      if (!view->refused.empty()) {
+        context.console.note("the file was not taken when it was read again: " +
+                             printable(view->refused, kLongestWords));
+      }
+      return tell(context, *view, "in force, of " + printable(view->file));
+    }
+    const auto file = file_of(context, "");
+    context.console.note(fmt::format("{}; this is what {} says", view.error().what, file));
+    view = read_file(context, file);
+    if (!view) return view.error();
+    return tell(context, *view, "of " + printable(view->file));
+  }
+
+ private:
+  static Outcome<ConfigView> of_daemon(const Context& context) {
+    auto socket = context.socket_path();
+    if (!socket) return socket.error();
+    auto client = ControlClient::connect(*socket, context.clock, context.env.daemon_patience);
+    if (!client) return client.error();
+    auto answer = client->call("config.show", json::object());
+    if (!answer) return answer.error();
+    auto view = parse_config_view(*answer);
+    if (!view) return Failure(view.error());
+    return std::move(*view);
+  }
+};
+
+}  // namespace
+
+const CommandFactory kConfigCheckCommand = make_command<ConfigCheckCommand>;
+const CommandFactory kConfigShowCommand = make_command<ConfigShowCommand>;
+
+}  // namespace lcrig::cli
