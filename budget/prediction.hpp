@@ -72,9 +72,9 @@ struct Prediction {
   double relative() const { return standard_error / std::abs(value); }
 };
 
-// Expected half-width of the interval of a slope, in standard errors: `repeats` as a sample, or the
-// scatter of `levels` between them while that is the larger (docs/analysis.md, "Which scatter").
-double expected_half_width(int repeats, int levels, double confidence);
+// Expected half-width of the interval of a mean over `repeats` that are a sample, in standard
+// errors.
+double expected_half_width(int repeats, double confidence);
 
 // Every sensitivity of the ranges, then the dynamic range. Errors: a reading noise, interval or
 // area that is not positive; the meter's setting is outside its tables.

@@ -199,23 +199,18 @@ TEST(Budget, ForceClassIsRectangular) {
   FAIL() << "no part for the force";
 }
 
-// Normal deviates of given size, the rule of analyze, many times: the expectation must be its mean.
-TEST(Budget, HalfWidthIsWhatTheRuleGivesInTheMean) {
+// Normal deviates of given size, many times: the expectation must be the mean of Student's t times
+// their standard deviation.
+TEST(Budget, HalfWidthIsWhatTheSlopesOfRepeatsGiveInTheMean) {
   std::mt19937_64 random(3);
   for (const int repeats : {2, 3, 4, 8}) {
-    const int levels = 6, rest = (levels - 2) * (repeats - 1);
+    std::chi_squared_distribution<double> squares(repeats - 1);
     double sum = 0;
-    for (int i = 0; i < 20'000; ++i) {
-      std::chi_squared_distribution<double> a(repeats - 1), b(rest);
-      const double slopes = a(random), others = b(random);
-      const double pooled = (slopes + others) / (repeats - 1 + rest), own = slopes / (repeats - 1);
-      const bool sample = repeats == 2 || own >= pooled;
-      sum += coverage_factor(0.95, sample ? repeats - 1 : repeats - 1 + rest) *
-             std::sqrt(sample ? own : pooled);
-    }
-    EXPECT_NEAR(expected_half_width(repeats, levels, 0.95) / (sum / 20'000), 1, 0.02) << repeats;
+    for (int i = 0; i < 20'000; ++i) sum += std::sqrt(squares(random) / (repeats - 1));
+    const double expected = coverage_factor(0.95, repeats - 1) * sum / 20'000;
+    EXPECT_NEAR(expected_half_width(repeats, 0.95) / expected, 1, 0.02) << repeats;
   }
-  EXPECT_NEAR(expected_half_width(1, 6, 0.95), 1.96, 0.001);
+  EXPECT_NEAR(expected_half_width(1, 0.95), 1.96, 0.001);
 }
 
 TEST(Budget, OnePressureHasNoSlope) {
