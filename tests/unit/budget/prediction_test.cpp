@@ -7,7 +7,9 @@
 #include <cmath>
 #include <random>
 
+#include "analysis/even_slope.hpp"
 #include "analysis/line_fit.hpp"
+#include "analysis/online.hpp"
 
 namespace lcrig {
 namespace {
@@ -167,6 +169,39 @@ TEST(Budget, WhereTheReadingsFallIsChance) {
   EXPECT_LT(predict(run)[0].standard_error, 1e-6);
   run.delta_C_fF = [](double kPa) { return 40 * std::cbrt(kPa); };
   EXPECT_GT(predict(run)[0].relative(), 0.001);
+}
+
+// Each value is found 2 ms later than the one before, up to 20 ms, while the pressure grows by 50
+// kPa/s: against many pairs of loadings.
+TEST(Budget, ValuesThatAreFoundLaterAndLaterMakeTheSlopesScatter) {
+  PlannedRun run = straight_run();
+  run.reading_noise_F = 1e-20;
+  run.later_s = 0.002;
+  run.earlier_s = 0.02;
+  PlannedCycle cycle;
+  cycle.peak_kPa = 100;
+  cycle.loading_s = cycle.falling_s = 2;
+  run.cycles = {cycle, cycle};
+  run.rests = {{0, 1000}, {0, 1000}};
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> part(0, 1);
+  RunningMean means;
+  for (int k = 0; k < 5000; ++k) {
+    EvenSlopes slopes(35, 100);
+    for (int loading = 0; loading < 2; ++loading) {
+      double t_s = 0.1 * part(random), late_s = 0.02 * part(random);
+      std::vector<LinePoint> points;
+      // A window that ends after the peak is left out.
+      for (; t_s < 1.95; t_s += 0.1, late_s += late_s + 0.002 < 0.02 ? 0.002 : -0.018) {
+        if (50 * t_s > 35) points.push_back({50 * t_s, 2 * 50 * (t_s - late_s), 1});
+      }
+      slopes.add(points);
+    }
+    RunningMean mean;
+    for (const LineFit& l : slopes.lines()) mean.add(l.slope);
+    means.add(mean.mean);
+  }
+  EXPECT_NEAR(predict(run)[1].standard_error / std::sqrt(means.variance()), 1, 0.25);
 }
 
 TEST(Budget, SystematicPartsDoNotShrink) {
