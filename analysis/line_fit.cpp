@@ -2,7 +2,6 @@
 #include "analysis/line_fit.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
@@ -168,10 +167,6 @@ double f_tail(double f, double dof1, double dof2) {
 
 double normal_quantile(double probability) {
   return boost::math::quantile(boost::math::normal(), probability);
-}
-
-double chi_squared_quantile(double probability, double degrees_of_freedom) {
-  return boost::math::quantile(boost::math::chi_squared(degrees_of_freedom), probability);
 }
 
 double median(std::vector<double> values) {

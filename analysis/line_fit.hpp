@@ -48,7 +48,6 @@ double freedom_of_factor(double factor, double confidence);
 // P(F > f); f_tail(-..., ...) is 1.
 double f_tail(double f, double dof1, double dof2);
 double normal_quantile(double probability);
-double chi_squared_quantile(double probability, double degrees_of_freedom);
 
 double median(std::vector<double> values);  // not empty
 // 1.4826 times the median absolute deviation from the median; 0 for fewer than two values.

@@ -44,10 +44,10 @@ RangePoint point_of(const LevelResult& level);
 std::vector<RangePoint> all_points(const LevelResults& levels);
 
 // Variance of a point of weight 1 in the eyes of the slope: docs/analysis.md, "Which scatter".
-//   Slopes of several repeats, as a sample; the scatter of levels between repeats only while its
-// mean square is the larger, and never with two repeats. One repeat: its readings, with what
-// neighbours know of each other. Falls back on the residuals of the line; nothing when there are as
-// many points as the line has parameters.
+//   The slopes of several repeats are a sample. The scatter of levels between repeats has more
+// degrees of freedom and takes no part: a choice by size holds too often where repeats are alike.
+// One repeat: its readings, with what neighbours know of each other. Falls back on the residuals of
+// the line; nothing when there are as many points as the line has parameters.
 struct SlopeScatter {
   PureError error;
   std::optional<PureError> of_slopes;  // repeats taken as one value each

@@ -158,8 +158,6 @@ std::optional<SlopeScatter> scatter_of_slope(const Scene& scene,
   if (lines.size() >= 2) {
     out.of_slopes = out.error = error_of_slopes(lines);
     out.of_levels = pooled(range, whole_run, line.slope);
-    const bool enough = lines.size() > 2 && out.of_levels;
-    if (enough && out.of_levels->variance > out.error.variance) out.error = *out.of_levels;
     return out;
   }
   out.one_repeat = true;

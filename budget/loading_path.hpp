@@ -3,6 +3,7 @@
 // budget/.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "budget/prediction.hpp"
@@ -31,10 +32,12 @@ class LoadingPath {
   }
   // By how much less than at the peak it is so long before it.
   double short_of_peak_kPa(double seconds) const { return peak_kPa_ - at(1 - seconds / seconds_); }
-  // Of the first one that a slope takes: its window must not reach over the peak.
+  // Of the first one that a slope takes: its window, and what a sample's instant is off, must not
+  // reach over the peak.
   double first_s(double phase) const {
     const double t = phase * run_.interval_s;
-    return 2 * t < run_.meter.conversion_s ? t + run_.interval_s : t;
+    const double window_s = std::hypot(run_.meter.conversion_s.value_or(0), run_.sample_s);
+    return 2 * t < window_s ? t + run_.interval_s : t;
   }
 
  private:

@@ -283,6 +283,10 @@ Result<PlannedRun> plan_readings(const Protocol& protocol, const Environment& en
     out.noise_basis = rig.noise->basis + (out.noise_guessed ? ": a guess" : "");
   }
   out.interval_s = reading_interval_s(plan.lcr, rig.lcr);
+  if (out.meter.internal_trigger && !plan.lcr.poll_interval) {
+    out.later_s = to_seconds(rig.lcr.found_later);
+    out.earlier_s = to_seconds(rig.lcr.found_earlier);
+  }
   out.sample_s = plan.frame_rate_Hz > 0 ? 1 / plan.frame_rate_Hz : 0;
   out.area_m2 = rig.probe_area.si();
   out.c0_F = curve.c0_F;

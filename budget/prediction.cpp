@@ -16,8 +16,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr int kParts = 40;  // equally likely ones of a mean square
-
 void add(Uncertainty& uncertainty, std::string name, double size, UncertaintyKind kind,
          std::string basis) {
   UncertaintyPart part;
@@ -79,18 +77,15 @@ Prediction not_predicted(std::string quantity, std::string unit, std::string rea
   return p;
 }
 
-// Of the slope of a range, in standard errors.
-double half_widths(const PlannedRun& run, const PressureRange& range, double confidence) {
-  if (run.levels.empty()) {
-    return expected_half_width(static_cast<int>(run.cycles.size()), 1, confidence);
-  }
+// Loadings, or repeats with a slope of their own in the range.
+int slopes_in(const PlannedRun& run, const PressureRange& range) {
+  if (run.levels.empty()) return static_cast<int>(run.cycles.size());
   std::map<int, int> levels;  // of each repeat
   for (const PlannedLevel& l : run.levels) {
     if (is_inside(range, l.pressure_kPa) && l.readings > 0) ++levels[l.repeat];
   }
   std::erase_if(levels, [](const auto& repeat) { return repeat.second < 2; });
-  if (levels.empty()) return expected_half_width(1, 1, confidence);
-  return expected_half_width(static_cast<int>(levels.size()), levels.begin()->second, confidence);
+  return static_cast<int>(levels.size());
 }
 
 Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range,
@@ -101,7 +96,7 @@ Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range
     return not_predicted(name, "fF/kPa", "fewer than two different pressures lie in the range");
   }
   Prediction p = predicted(name, "fF/kPa", *parts, run);
-  p.half_width = p.standard_error * half_widths(run, range, options.confidence);
+  p.half_width = p.standard_error * expected_half_width(slopes_in(run, range), options.confidence);
   add_limits(p.uncertainty, "meter gain", meter.gain, "basic accuracy without its offset");
   add_rig(run, options.rig, p.uncertainty);
   combine(p.uncertainty, options.confidence);
@@ -120,7 +115,7 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
   }
   Prediction p = predicted("dynamic range", "%", *parts, run);
   const auto cycles = static_cast<int>(run.cycles.size());
-  p.half_width = p.standard_error * expected_half_width(cycles, 1, options.confidence);
+  p.half_width = p.standard_error * expected_half_width(cycles, options.confidence);
   add_limits(p.uncertainty, "meter offset in C0", meter.offset_F / run.c0_F,
              "basic accuracy, the part that does not grow with C");
   const PlannedCycle& c = run.cycles.front();
@@ -135,37 +130,15 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
   return p;
 }
 
-// Mean of chi-square over its degrees of freedom at the middles of equally likely parts.
-std::vector<double> mean_squares(int freedom) {
-  std::vector<double> out;
-  out.reserve(kParts);
-  for (int i = 0; i < kParts; ++i) {
-    out.push_back(chi_squared_quantile((i + 0.5) / kParts, freedom) / freedom);
-  }
-  return out;
-}
-
 }  // namespace
 
-double expected_half_width(int repeats, int levels, double confidence) {
+double expected_half_width(int repeats, double confidence) {
   if (repeats < 2) return coverage_factor(confidence, std::numeric_limits<double>::infinity());
-  const int of_slopes = repeats - 1, rest = (levels - 2) * (repeats - 1);
-  const double t_slopes = coverage_factor(confidence, of_slopes);
-  const auto slopes = mean_squares(of_slopes);
-  double sum = 0;
-  if (repeats == 2 || rest < 1) {
-    for (const double s : slopes) sum += t_slopes * std::sqrt(s);
-    return sum / kParts;
-  }
-  const double t_all = coverage_factor(confidence, of_slopes + rest);
-  const auto others = mean_squares(rest);
-  for (const double s : slopes) {
-    for (const double r : others) {
-      const double all = (of_slopes * s + rest * r) / (of_slopes + rest);
-      sum += s >= all ? t_slopes * std::sqrt(s) : t_all * std::sqrt(all);
-    }
-  }
-  return sum / kParts / kParts;
+  const double freedom = repeats - 1;
+  // A standard deviation that is estimated is a little too small in the mean.
+  const double mean_deviation =
+      std::sqrt(2 / freedom) * std::exp(std::lgamma(repeats / 2.0) - std::lgamma(freedom / 2));
+  return coverage_factor(confidence, freedom) * mean_deviation;
 }
 
 Result<std::vector<Prediction>> predict_errors(const PlannedRun& run,

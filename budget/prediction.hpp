@@ -47,6 +47,8 @@ struct PlannedRun {
   bool noise_guessed = false;  // nobody has measured it under this aperture
   double force_noise_N = 0;  // of one sample of the frame
   double interval_s = 0;  // between readings of a continuous record
+  // What is later from one reading to the next, until it is so much earlier again.
+  double later_s = 0, earlier_s = 0;
   double sample_s = 0;  // between samples of the frame
   double area_m2 = 0;  // of the probe
   double c0_F = 0;
@@ -72,9 +74,9 @@ struct Prediction {
   double relative() const { return standard_error / std::abs(value); }
 };
 
-// Expected half-width of the interval of a slope, in standard errors: `repeats` as a sample, or the
-// scatter of `levels` between them while that is the larger (docs/analysis.md, "Which scatter").
-double expected_half_width(int repeats, int levels, double confidence);
+// Expected half-width of the interval of a mean over `repeats` that are a sample, in standard
+// errors.
+double expected_half_width(int repeats, double confidence);
 
 // Every sensitivity of the ranges, then the dynamic range. Errors: a reading noise, interval or
 // area that is not positive; the meter's setting is outside its tables.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "analysis/even_slope.hpp"
 #include "analysis/online.hpp"
@@ -10,6 +11,8 @@
 namespace lcrig {
 
 namespace {
+
+constexpr double kBranches = std::size(kPhases) * std::size(kPhases);  // that are tried
 
 Scatter slope_of(const PlannedRun& run, double sxx, double sxy) {
   Scatter out;
@@ -46,7 +49,25 @@ double even_slope(const PlannedRun& run, const PressureRange& range, double peak
 struct LoadingSlope {
   double slope = 0, sxx = 0;
   double variance = 0;  // of the slope, by where the readings fall
+  double unit_variance_of_bend = 0;  // what the bend adds to that of the slope
 };
+
+// Pressures and capacitances of the readings of a branch in the range, from the peak back. A value
+// that is found late is taken for one of a higher pressure. `phase`: of the delay.
+std::vector<LinePoint> points_of(const PlannedRun& run, const PressureRange& range, double edge_kPa,
+                                 const std::vector<double>& kPa, double phase) {
+  std::vector<LinePoint> points;
+  for (std::size_t i = 0; i < kPa.size() && kPa[i] > edge_kPa; ++i) {
+    if (!is_inside(range, kPa[i])) continue;
+    points.push_back({kPa[i], run.delta_C_fF(kPa[i]), 1});
+    if (run.earlier_s <= 0) continue;
+    const double before = i + 1 < kPa.size() ? run.delta_C_fF(kPa[i + 1]) : 0;
+    const auto readings = static_cast<double>(kPa.size() - i);
+    const double late_s = std::fmod(phase * run.earlier_s + readings * run.later_s, run.earlier_s);
+    points.back().y -= (points.back().y - before) * late_s / run.interval_s;
+  }
+  return points;
+}
 
 LoadingSlope slope_of_loading(const PlannedRun& run, const PressureRange& range,
                               const PlannedCycle& c) {
@@ -55,25 +76,22 @@ LoadingSlope slope_of_loading(const PlannedRun& run, const PressureRange& range,
   const double edge_kPa = kCycleEdge * c.peak_kPa;
   EvenSlopes slopes(std::max(range.from_kPa, edge_kPa), std::min(range.to_kPa, c.peak_kPa));
   const LoadingPath loading(run, c.peak_kPa, c.loading_s);
-  for (const double phase : kPhases) {
-    std::vector<LinePoint> points;
-    RunningLine line;
-    for (const double kPa : loading.kPa(loading.first_s(phase))) {
-      if (kPa <= edge_kPa || !is_inside(range, kPa)) continue;
-      points.push_back({kPa, run.delta_C_fF(kPa), 1});
-      line.add(kPa, points.back().y);
-    }
-    out.sxx += line.sxx() / std::size(kPhases);
-    slopes.add(points);
+  for (const double nearest : kPhases) {
+    const auto kPa = loading.kPa(loading.first_s(nearest));
+    for (const double delay : kPhases) slopes.add(points_of(run, range, edge_kPa, kPa, delay));
   }
   RunningMean mean;
-  for (const LineFit& l : slopes.lines()) mean.add(l.slope);
+  for (const LineFit& l : slopes.lines()) {
+    mean.add(l.slope);
+    out.sxx += l.sxx / kBranches;
+  }
   if (mean.count >= 2) out.variance = mean.variance();
+  out.unit_variance_of_bend = slopes.unit_variance_of_bend() * kBranches;
   return out;
 }
 
 std::optional<Scatter> slope_of_loadings(const PlannedRun& run, const PressureRange& range) {
-  double sxx = 0, sxy = 0, by_chance = 0;
+  double sxx = 0, sxy = 0, by_chance = 0, bend = 0;
   LoadingSlope one;
   const PlannedCycle* before = nullptr;
   for (const PlannedCycle& c : run.cycles) {
@@ -83,10 +101,14 @@ std::optional<Scatter> slope_of_loadings(const PlannedRun& run, const PressureRa
     sxx += one.sxx;
     sxy += one.sxx * one.slope;
     by_chance += one.sxx * one.sxx * one.variance;
+    bend += one.sxx * one.sxx * one.unit_variance_of_bend;
   }
   if (!(sxx > 0)) return std::nullopt;
   Scatter out = slope_of(run, sxx, sxy);
   out.instants = std::sqrt(by_chance) / sxx;
+  // The bend that all loadings share is known from the same readings, as badly.
+  const double with_bend = std::sqrt(1 + bend / sxx);
+  for (double* part : {&out.meter, &out.force, &out.instants}) *part *= with_bend;
   return out;
 }
 

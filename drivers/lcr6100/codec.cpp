@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "drivers/lcr6100/pace.hpp"
 #include "drivers/lcr6100/words.hpp"
 
 namespace lcrig::lcr6100 {
@@ -175,6 +176,8 @@ LcrCapabilities capabilities() {
   c.conversion[0] = std::chrono::milliseconds(65);
   c.conversion[1] = std::chrono::milliseconds(120);
   c.conversion[2] = std::chrono::milliseconds(380);
+  c.found_later = Pace::kLater;
+  c.found_earlier = Pace::kEarlier;
   return c;
 }
 

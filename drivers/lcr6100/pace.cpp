@@ -8,8 +8,6 @@ namespace lcrig::lcr6100 {
 namespace {
 using namespace std::chrono_literals;
 
-constexpr Duration kStep = 4ms;  // a new value is found at most this late
-constexpr Duration kJitter = 200us;  // of one edge
 constexpr std::int64_t kAnchorEdges = 256;
 
 Duration scaled(Duration d, double factor) {

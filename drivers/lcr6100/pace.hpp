@@ -13,6 +13,12 @@ namespace lcrig::lcr6100 {
 
 class Pace {
  public:
+  static constexpr Duration kStep = std::chrono::milliseconds(4);  // found at most this late
+  static constexpr Duration kJitter = std::chrono::microseconds(200);  // of one edge
+  // Where answers come at once, each new value is asked for this much later after its edge than the
+  // one before; when the edge could lie anywhere within kStep, so much earlier again.
+  static constexpr Duration kLater = kJitter, kEarlier = kStep / 2;
+
   // A new grid begins at about `now`; `nominal` is the expected period.
   void restart(MonoTime now, Duration nominal);
   // Not earlier than now, and at least 1 ms after the last question that got an old value.

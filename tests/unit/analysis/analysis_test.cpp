@@ -82,7 +82,7 @@ TEST(Analyse, OneReadingPerLevelUsesTheScatterBetweenRepeats) {
   s.readings = 1;
   s.repeats = 6;
   const auto a = of_static(s);
-  EXPECT_EQ(*a.ranges[0].sensitivity.estimate->degrees_of_freedom, 10);  // (3 - 1)(6 - 1)
+  EXPECT_EQ(*a.ranges[0].sensitivity.estimate->degrees_of_freedom, 5);
   EXPECT_TRUE(holds(a.ranges[0].sensitivity, 6));
   s.repeats = 1;
   const auto once = of_static(s);

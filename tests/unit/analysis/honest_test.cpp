@@ -41,11 +41,21 @@ TEST(Honest, SlopesThatDifferAreTheSample) {
   }
 }
 
-TEST(Honest, TwoRepeatsAreAlwaysTheSample) {
-  SyntheticRun::Static s;
-  s.repeats = 2;
-  const auto a = of_static(s);
-  EXPECT_EQ(a.ranges[1].parts_of_error[0].degrees_of_freedom, 1);
+// Levels that scatter with equal slopes say nothing of how well the slope is known.
+TEST(Honest, RepeatsAreTheSampleHoweverMuchTheirLevelsScatter) {
+  const double beside_line[] = {0, 0, 0, 1, 0, 0, -2, 0, 0, 1};  // of 10 to 100 kPa
+  for (const int repeats : {2, 3, 4}) {
+    SyntheticRun::Static s;
+    s.repeats = repeats;
+    s.noise_F = 0.1e-15;
+    s.spoil = [&](int level, int, double v) {
+      const double sign = (level - 1) / 10 % 2 == 0 ? 1 : -1;
+      return v + sign * 20e-15 * beside_line[(level - 1) % 10];
+    };
+    const auto a = of_static(s);
+    EXPECT_EQ(a.ranges[1].parts_of_error[0].degrees_of_freedom, repeats - 1);
+    EXPECT_LT(a.ranges[1].parts_of_error[0].se, 0.01) << repeats;
+  }
 }
 
 TEST(Honest, OneRepeatSaysWhatItCannotKnow) {

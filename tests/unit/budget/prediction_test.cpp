@@ -7,7 +7,9 @@
 #include <cmath>
 #include <random>
 
+#include "analysis/even_slope.hpp"
 #include "analysis/line_fit.hpp"
+#include "analysis/online.hpp"
 
 namespace lcrig {
 namespace {
@@ -169,6 +171,39 @@ TEST(Budget, WhereTheReadingsFallIsChance) {
   EXPECT_GT(predict(run)[0].relative(), 0.001);
 }
 
+// Each value is found 2 ms later than the one before, up to 20 ms, while the pressure grows by 50
+// kPa/s: against many pairs of loadings.
+TEST(Budget, ValuesThatAreFoundLaterAndLaterMakeTheSlopesScatter) {
+  PlannedRun run = straight_run();
+  run.reading_noise_F = 1e-20;
+  run.later_s = 0.002;
+  run.earlier_s = 0.02;
+  PlannedCycle cycle;
+  cycle.peak_kPa = 100;
+  cycle.loading_s = cycle.falling_s = 2;
+  run.cycles = {cycle, cycle};
+  run.rests = {{0, 1000}, {0, 1000}};
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> part(0, 1);
+  RunningMean means;
+  for (int k = 0; k < 5000; ++k) {
+    EvenSlopes slopes(35, 100);
+    for (int loading = 0; loading < 2; ++loading) {
+      double t_s = 0.1 * part(random), late_s = 0.02 * part(random);
+      std::vector<LinePoint> points;
+      // A window that ends after the peak is left out.
+      for (; t_s < 1.95; t_s += 0.1, late_s += late_s + 0.002 < 0.02 ? 0.002 : -0.018) {
+        if (50 * t_s > 35) points.push_back({50 * t_s, 2 * 50 * (t_s - late_s), 1});
+      }
+      slopes.add(points);
+    }
+    RunningMean mean;
+    for (const LineFit& l : slopes.lines()) mean.add(l.slope);
+    means.add(mean.mean);
+  }
+  EXPECT_NEAR(predict(run)[1].standard_error / std::sqrt(means.variance()), 1, 0.25);
+}
+
 TEST(Budget, SystematicPartsDoNotShrink) {
   const auto few = predict(static_run(16, 1)), many = predict(static_run(1600, 100));
   ASSERT_EQ(few[0].uncertainty.parts.size(), many[0].uncertainty.parts.size());
@@ -199,23 +234,18 @@ TEST(Budget, ForceClassIsRectangular) {
   FAIL() << "no part for the force";
 }
 
-// Normal deviates of given size, the rule of analyze, many times: the expectation must be its mean.
-TEST(Budget, HalfWidthIsWhatTheRuleGivesInTheMean) {
+// Normal deviates of given size, many times: the expectation must be the mean of Student's t times
+// their standard deviation.
+TEST(Budget, HalfWidthIsWhatTheSlopesOfRepeatsGiveInTheMean) {
   std::mt19937_64 random(3);
   for (const int repeats : {2, 3, 4, 8}) {
-    const int levels = 6, rest = (levels - 2) * (repeats - 1);
+    std::chi_squared_distribution<double> squares(repeats - 1);
     double sum = 0;
-    for (int i = 0; i < 20'000; ++i) {
-      std::chi_squared_distribution<double> a(repeats - 1), b(rest);
-      const double slopes = a(random), others = b(random);
-      const double pooled = (slopes + others) / (repeats - 1 + rest), own = slopes / (repeats - 1);
-      const bool sample = repeats == 2 || own >= pooled;
-      sum += coverage_factor(0.95, sample ? repeats - 1 : repeats - 1 + rest) *
-             std::sqrt(sample ? own : pooled);
-    }
-    EXPECT_NEAR(expected_half_width(repeats, levels, 0.95) / (sum / 20'000), 1, 0.02) << repeats;
+    for (int i = 0; i < 20'000; ++i) sum += std::sqrt(squares(random) / (repeats - 1));
+    const double expected = coverage_factor(0.95, repeats - 1) * sum / 20'000;
+    EXPECT_NEAR(expected_half_width(repeats, 0.95) / expected, 1, 0.02) << repeats;
   }
-  EXPECT_NEAR(expected_half_width(1, 6, 0.95), 1.96, 0.001);
+  EXPECT_NEAR(expected_half_width(1, 0.95), 1.96, 0.001);
 }
 
 TEST(Budget, OnePressureHasNoSlope) {
