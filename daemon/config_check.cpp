@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <system_error>
 
+#include "base/strict_json.hpp"
 #include "daemon/config_keys.hpp"
+#include "daemon/metrics.hpp"
 #include "daemon/rig/recording.hpp"
 #include "storage/runs.hpp"
 
@@ -66,6 +68,34 @@ Result<> check_database(const Config& config, const std::string& file) {
   return check_folder(file, "database", config.database, Config().database);
 }
 
+fs::path place_of(const std::string& path) {
+  std::error_code unknown;
+  return fs::weakly_canonical(fs::absolute(path, unknown), unknown);
+}
+
+// It is replaced every 15 s: nothing else may be lost by that.
+Result<> check_metrics_file(const Config& config, const std::string& file) {
+  const std::string& path = config.metrics_file;
+  if (path.empty()) return {};
+  const auto refuse = [&](std::string_view why) {
+    return fail(Errc::invalid_request, "{}: `metrics_file` is {}, {}", file, path, why);
+  };
+  const std::string log = config.database + "-wal", index = config.database + "-shm";
+  for (const std::string& other : {config.database, log, index, config.socket, file}) {
+    if (place_of(path) == place_of(other))
+      return refuse("which the daemon needs for something else");
+  }
+  if (auto good = check_folder(file, "metrics_file", path, ""); !good) return good;
+  std::error_code ec;
+  const auto there = fs::symlink_status(path, ec);
+  if (!fs::exists(there)) return {};
+  if (!fs::is_regular_file(there)) return refuse("which is no plain file: name another one");
+  const auto text = read_text_file(path);
+  if (!text) return fail(text.error());
+  if (text->empty() || text->starts_with(kMetricsBegin)) return {};
+  return refuse("and holds something else, which would be replaced: name another file");
+}
+
 Result<> check_ports(const Config& config, const std::string& file) {
   if (config.meter_port.empty() || config.meter_port != config.frame_port) return {};
   return fail(
@@ -78,7 +108,8 @@ Result<> check_ports(const Config& config, const std::string& file) {
 
 Result<> check_surroundings(const Config& config, const std::string& file) {
   std::optional<Error> all;
-  for (const auto check : {check_bench, check_database, check_socket, check_ports}) {
+  for (const auto check :
+       {check_bench, check_database, check_socket, check_metrics_file, check_ports}) {
     const auto good = check(config, file);
     if (good) continue;
     if (!all) {
@@ -92,12 +123,21 @@ Result<> check_surroundings(const Config& config, const std::string& file) {
 }
 
 std::vector<std::string> config_warnings(const Config& config, const std::string& file) {
-  const std::string& logs = config.wire_log_directory;
-  if (logs.empty() || is_folder(logs)) return {};
-  return {
-      fmt::format("{}: `wire_log_directory` is {}, and there is no such folder: runs go on "
-                  "without wire logs; make it, or correct `wire_log_directory`",
-                  file, logs)};
+  std::vector<std::string> out;
+  const std::string &logs = config.wire_log_directory, &metrics = config.metrics_file;
+  if (!logs.empty() && !is_folder(logs)) {
+    out.push_back(
+        fmt::format("{}: `wire_log_directory` is {}, and there is no such folder: runs go "
+                    "on without wire logs; make it, or correct `wire_log_directory`",
+                    file, logs));
+  }
+  if (!metrics.empty() && !metrics.ends_with(".prom")) {
+    out.push_back(
+        fmt::format("{}: `metrics_file` is {}: node-exporter's textfile collector reads "
+                    "only names that end with .prom",
+                    file, metrics));
+  }
+  return out;
 }
 
 std::string config_summary(const Config& config) {
@@ -107,6 +147,7 @@ std::string config_summary(const Config& config) {
   };
   line("database", config.database);
   line("socket", config.socket);
+  if (!config.metrics_file.empty()) line("metrics", config.metrics_file);
   if (config.bench) {
     line("rig", "simulated bench " + *config.bench);
     return out;

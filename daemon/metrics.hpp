@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "daemon/control/messages.hpp"
 #include "daemon/record/recorder.hpp"
@@ -27,6 +28,8 @@ struct Metrics {
   std::map<std::string, std::uint64_t> events;  // stored since then, by kind
   SystemFigures system;
 };
+// How the text begins.
+constexpr std::string_view kMetricsBegin = "# HELP lcrig_";
 std::string to_text(const Metrics& metrics);
 
 }  // namespace lcrig

@@ -14,6 +14,7 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "base/whole_file.hpp"
@@ -260,6 +261,13 @@ Result<> require_no_companion(const std::string& from, const std::string& to) {
     if (place_of(beside_database(from, suffix)) != place_of(to)) continue;
     return fail(Errc::invalid_request, "{}: belongs to the database {}; name another file", to,
                 from);
+  }
+  for (const std::string_view suffix : {"-wal", "-shm", "-journal"}) {
+    if (!to.ends_with(suffix)) continue;
+    return fail(Errc::invalid_request,
+                "{}: SQLite takes a file of this name for a log of `{}`, and removes it; name "
+                "another file",
+                to, to.substr(0, to.size() - suffix.size()));
   }
   return {};
 }

@@ -11,12 +11,14 @@ namespace lcrig {
 namespace {
 
 // The numbers of rows are read from the last link of the chain, so that a long run costs no
-// counting.
+// counting. A run whose links somebody deleted is listed all the same, without numbers: `verify`
+// tells what is missing.
 constexpr std::string_view kListing =
     "SELECT run.id, protocol_name, specimen_name, run.operator, simulated, started_unix_ns,"
-    " exit_status, coalesce(reason, ''), ended_unix_ns, lcr_reading_seq, frame_sample_seq,"
-    " level_seq, event_seq, {} FROM run LEFT JOIN run_end ON run_end.run_id = run.id"
-    " JOIN chain ON chain.run_id = run.id"
+    " exit_status, coalesce(reason, ''), ended_unix_ns, coalesce(lcr_reading_seq, 0),"
+    " coalesce(frame_sample_seq, 0), coalesce(level_seq, 0), coalesce(event_seq, 0), {}"
+    " FROM run LEFT JOIN run_end ON run_end.run_id = run.id"
+    " LEFT JOIN chain ON chain.run_id = run.id"
     " AND chain.seq = (SELECT max(seq) FROM chain AS c WHERE c.run_id = run.id)";
 
 Result<std::string> listing_sql(const Database& db) {

@@ -192,6 +192,13 @@ Result<Database> Database::open(const std::string& path, Mode mode, const std::s
   return db;
 }
 
+bool Database::has_moved() const {
+  if (!handle_) return false;
+  int moved = 0;
+  const int rc = sqlite3_file_control(handle_.get(), "main", SQLITE_FCNTL_HAS_MOVED, &moved);
+  return rc == SQLITE_OK && moved != 0;
+}
+
 Result<Statement> Database::prepare(std::string_view sql) const {
   sqlite3_stmt* handle = nullptr;
   const int rc = sqlite3_prepare_v3(handle_.get(), sql.data(), static_cast<int>(sql.size()),

@@ -131,6 +131,8 @@ class Database {
   void keep_companions() const;
   // True when the connection cannot be trusted after the last failed call and must be reopened.
   bool needs_reopening() const;
+  // Its name leads to another file than the one that is open, or to none.
+  bool has_moved() const;
   // The last failed call as an Error that says what happened to which file and what to do.
   Error error(std::string_view doing) const;
 

@@ -15,6 +15,12 @@ Result<> Recorder::sync_commits(bool each) {
 }
 
 Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
+  if (owned_.db.has_moved()) {
+    return fail(Errc::io,
+                "{}: this file was moved, replaced or deleted while the daemon has it open, so "
+                "nobody would find the run: restart the daemon, which opens what is there now",
+                options_.path);
+  }
   bool repaired = false;
   {
     const std::lock_guard lock(mutex_);

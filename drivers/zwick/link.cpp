@@ -226,7 +226,7 @@ void Link::take_origin(const Line& line) {
 }
 
 void Link::on_event(const Line& line) {
-  EventName kind("device_" + line.text("kind"));
+  EventName kind("device_" + printable(line.text("kind")));  // a database takes UTF-8 only
   if (kind == EventKind::device_origin) take_origin(line);
   event(std::move(kind), line.text("text"));
 }

@@ -34,6 +34,39 @@ TEST_F(ConfigFile, AnAnswerThatNobodyGetsIsAFailure) {
   }
 }
 
+TEST_F(ConfigFile, AMetricsFileReplacesNothingElse) {
+  json config{{"format", "lcrigd-config/1"},
+              {"bench", "paper"},
+              {"database", file("new.db")},
+              {"socket", file("new.sock")}};
+  write("precious.prom", "not ours");
+  write("ours.prom", "# HELP lcrig_up whatever\n");
+  std::filesystem::create_symlink(file("precious.prom"), file("link.prom"));
+  const std::vector<std::pair<std::string, std::string>> bad{
+      {file("new.db"), "needs for something else"},
+      {file("new.db-wal"), "needs for something else"},
+      {file("new.sock"), "needs for something else"},
+      {file("metrics.json"), "needs for something else"},
+      {file("precious.prom"), "holds something else"},
+      {file("link.prom"), "no plain file"},
+      {"/dev/full", "no plain file"},
+      {file("nowhere/a.prom"), "there is no folder"}};
+  for (const auto& [path, words] : bad) {
+    config["metrics_file"] = path;
+    write("metrics.json", config.dump());
+    const auto done = lcrigd({"--check-config", "--config", file("metrics.json")});
+    EXPECT_EQ(done.code, 2) << path;
+    EXPECT_THAT(done.err, AllOf(HasSubstr("metrics_file"), HasSubstr(words))) << path;
+  }
+  for (const char* good : {"ours.prom", "new.prom"}) {
+    config["metrics_file"] = file(good);
+    write("metrics.json", config.dump());
+    const auto done = lcrigd({"--check-config", "--config", file("metrics.json")});
+    EXPECT_EQ(done.code, 0) << done.err;
+    EXPECT_THAT(done.out, HasSubstr(good));
+  }
+}
+
 TEST_F(ConfigFile, ACheckNamesTheInstrumentsAndOpensNothing) {
   write("real.json", R"({"format": "lcrigd-config/1",
     "meter": {"driver": "lcr6100", "port": "/dev/no-such-port"},

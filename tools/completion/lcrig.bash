@@ -61,8 +61,10 @@ _lcrig() {
     json)
       compopt -o filenames 2>/dev/null
       local -a found=()
-      mapfile -t found < <(compgen -f -X '!*.json' -- "${current#"$kept"}" &&
-        compgen -d -- "${current#"$kept"}")
+      mapfile -t found < <(
+        compgen -f -X '!*.json' -- "${current#"$kept"}"
+        compgen -d -- "${current#"$kept"}"
+      )
       COMPREPLY+=("${found[@]}")
       ;;
   esac

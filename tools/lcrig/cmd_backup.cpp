@@ -39,7 +39,7 @@ json report_json(const std::string& file, const CopyReport& r, double seconds) {
 // A signal ends it, and nothing stays behind.
 Result<CopyReport> copy_until_stopped(const std::string& from, const std::string& to,
                                       CopyOptions options) {
-  StopSignals signals;
+  StopSignals signals(true);
   options.goes_on = [&signals] { return signals.take() == 0; };
   return copy_database(from, to, std::move(options));
 }

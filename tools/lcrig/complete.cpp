@@ -184,7 +184,9 @@ void Completion::add_values(const Argument& a) {
   } else if (value == "NAME" && batch) {
     add_batches();
   } else if (value == "FILE" || value == "PATH") {
-    candidates_.files = a.option ? "file" : "json";
+    const std::string_view command = typed_.command->name;
+    const bool database = command == "backup" || command == "restore";
+    candidates_.files = a.option || database ? "file" : "json";
   } else if (value == "DIR") {
     candidates_.files = "dir";
   }

@@ -26,11 +26,12 @@ using nlohmann::json;
 
 namespace {
 
-sigset_t stop_set() {
+sigset_t stop_set(bool hangup) {
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
+  if (hangup) sigaddset(&set, SIGHUP);
   return set;
 }
 
@@ -181,15 +182,15 @@ class Follower {
 
 }  // namespace
 
-StopSignals::StopSignals() {
-  const auto set = stop_set();
+StopSignals::StopSignals(bool hangup) : hangup_(hangup) {
+  const auto set = stop_set(hangup_);
   ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
   fd_ = ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 }
 
 StopSignals::~StopSignals() {
   if (fd_ >= 0) ::close(fd_);
-  const auto set = stop_set();
+  const auto set = stop_set(hangup_);
   ::pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
 }
 

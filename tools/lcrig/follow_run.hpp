@@ -19,7 +19,8 @@ struct FollowOptions {
 // SIGINT and SIGTERM become readable instead of deadly while this lives.
 class StopSignals {
  public:
-  StopSignals();
+  // With `hangup` a terminal that is closed stops, too; what the daemon does goes on without one.
+  explicit StopSignals(bool hangup = false);
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
@@ -27,6 +28,7 @@ class StopSignals {
   int take();  // one that is pending; 0: none is
 
  private:
+  bool hangup_;
   int fd_ = -1;
 };
 

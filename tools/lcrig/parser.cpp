@@ -242,9 +242,10 @@ namespace {
 
 // A file, a socket, an anchor, a thing at the rig: nobody means an empty one. A note may be empty.
 bool names_something(std::string_view option) {
-  constexpr std::array kOptions{"--db",      "--socket",  "--config", "--anchor",     "--specimen",
-                                "--probe",   "--fixture", "--batch",  "--not-before", "--not-after",
-                                "--between", "--tag",     "--to"};
+  constexpr std::array kOptions{"--db",         "--socket",    "--config",  "--anchor",
+                                "--specimen",   "--probe",     "--fixture", "--batch",
+                                "--not-before", "--not-after", "--between", "--tag",
+                                "--to",         "--operator",  "--since",   "--bundle"};
   return std::ranges::find(kOptions, option) != kOptions.end();
 }
 

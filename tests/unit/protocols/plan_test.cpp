@@ -62,7 +62,7 @@ TEST(Plan, SlowIsRefusedForThirtyReadingsInTenSeconds) {
   const std::string step = R"({"id":"m","do":"measure","count":30,"within_s":10})";
   EXPECT_EQ(refusal(step, frame_rig(), "slow"),
             "t.json:3:10 /steps/0 (m): 30 readings in 10 s need a conversion of at most 333 ms; "
-            "aperture slow takes 380 ms: use medium (/steps/0/within_s: 11.4)");
+            "aperture slow takes 380 ms: use medium (/steps/0/within_s: 12)");
   EXPECT_EQ(refusal(step, frame_rig(), "medium"), "planned");
 }
 

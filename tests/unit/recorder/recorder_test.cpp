@@ -183,6 +183,16 @@ TEST_F(RecorderTest, ADatabaseWithASecondNameIsRefused) {
   EXPECT_TRUE(Recorder::open(io_, clock_, Recorder::Options(path_)));
 }
 
+TEST_F(RecorderTest, NoRunGoesIntoADatabaseThatWasMovedAway) {
+  open();
+  begin();
+  end(ExitStatus::success, "");
+  std::filesystem::rename(path_, dir_.file("elsewhere.db"));
+  const auto refused = run_task(io_, clock_, recorder_->begin_run(some_run()));
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, HasSubstr("restart the daemon"));
+}
+
 TEST_F(RecorderTest, AnOrphanedRunIsClosedAsInterruptedAtTheNextOpen) {
   open();
   const auto run = begin();

@@ -125,6 +125,8 @@ TEST_F(Backup, OverwritesNothingAndLeavesNothing) {
       {"dangling.db", "is there already"},
       {"other.db", "is there already"},
       {"rig.db.lock", "belongs to the database"},
+      {"other.db-wal", "takes a file of this name for a log"},
+      {"none.db-journal", "takes a file of this name for a log"},
       {"old.db", "old.db-wal: the log of a database"},
       {"none/copy.db", "make the folder first"}};
   for (const auto& [place, words] : places) {

@@ -77,6 +77,14 @@ TEST_F(ChainTest, HoldsForAnUntouchedRun) {
   EXPECT_EQ(report->rows, 9);
 }
 
+TEST_F(ChainTest, ARunWithoutAnyLinkIsListedAndBroken) {
+  EXPECT_FALSE(after("DELETE FROM chain").intact);
+  const auto listed = list_runs(db_, RunFilter());
+  ASSERT_TRUE(listed) << listed.error().what;
+  ASSERT_EQ(listed->size(), 1U);
+  EXPECT_EQ(listed->front().frame_samples, 0);
+}
+
 TEST_F(ChainTest, ShowsAChangedValueAtItsLink) {
   const auto report = after("UPDATE frame_sample SET force_N = 1.5000000000000002 WHERE seq = 3");
   EXPECT_FALSE(report.intact);
