@@ -22,6 +22,8 @@ class ReloadedDaemon : public Rig {
   }
   // Writes the file and waits until the daemon says that it has read it.
   void reload(const std::string& text) {
+    // A socket holds ten messages, and a run sends one a second.
+    EXPECT_FALSE(notify_->wait("what nobody says", 100ms));
     write("d1.json", text);
     daemon_->signal(SIGHUP);
     EXPECT_TRUE(notify_->wait("RELOADING=1\nMONOTONIC_USEC=", 15s)) << daemon_->log();
