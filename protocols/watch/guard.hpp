@@ -30,8 +30,9 @@ class Guard {
   // An unloaded cell that shows less than zero hides as much of the true force: the upper limit is
   // lowered by it. What is within the noise (`noise_N`: scatter of a sample) lowers nothing.
   void set_rest_force(double force_N, double noise_N);
-  // The force was zeroed while the probe pressed with this much: the specimen pulls only below that.
-  // 0: it was zeroed without load. The upper limit stays: `zero` bounds what all zeros may hide.
+  // The force was zeroed while the probe pressed with this much: the specimen pulls only below
+  // that. 0: it was zeroed without load. The upper limit stays: `zero` bounds what all zeros may
+  // hide.
   void set_zero_under_load(double hidden_N);
   // The zero of force or travel was changed by somebody else. From now on every force is allowed
   // that the cell can show, but no motion except away from the specimen.
