@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/strict_json.hpp"
 
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 #include <unordered_map>
 
 #include "base/json_mistake.hpp"
@@ -351,22 +357,49 @@ TextPosition JsonDocument::key_position(const std::string& pointer) const {
   return it == data_->places.end() ? TextPosition{} : it->second.key;
 }
 
-Result<std::string> read_text_file(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rbe"),
-                                                             &std::fclose);
-  if (!file) return fail(Errc::io, "{}: cannot open: {}", path, std::strerror(errno));
-  std::string text;
-  char buffer[16384];
-  while (const std::size_t n = std::fread(buffer, 1, sizeof buffer, file.get())) {
-    text.append(buffer, n);
-    if (text.size() > kJsonSizeMax) {
-      return fail(Errc::invalid_request, "{}: more than {} bytes", path, kJsonSizeMax);
+namespace {
+
+// What there is to read now; 0: no more. A pipe is waited for, but not for ever.
+ssize_t read_next(int fd, std::span<char> into) {
+  constexpr int kPatience_ms = 10'000;
+  while (true) {
+    const ssize_t n = ::read(fd, into.data(), into.size());
+    if (n >= 0 || (errno != EAGAIN && errno != EINTR)) return n;
+    pollfd one{fd, POLLIN, 0};
+    if (::poll(&one, 1, kPatience_ms) == 0) {
+      errno = ETIMEDOUT;
+      return -1;
     }
   }
-  if (std::ferror(file.get())) {
-    return fail(Errc::io, "{}: cannot read: {}", path, std::strerror(errno));
+}
+
+}  // namespace
+
+Result<std::string> read_text_file(const std::string& path) {
+  // Without O_NONBLOCK opening a pipe would wait until somebody writes into it.
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) return fail(Errc::io, "{}: cannot open: {}", path, std::strerror(errno));
+  std::string text;
+  std::array<char, 16384> buffer{};
+  ssize_t n = 0;
+  while ((n = read_next(fd, buffer)) > 0 && text.size() <= kJsonSizeMax) {
+    text.append(buffer.data(), static_cast<std::size_t>(n));
+  }
+  const int error = errno;
+  ::close(fd);
+  if (n < 0) return fail(Errc::io, "{}: cannot read: {}", path, std::strerror(error));
+  if (text.size() > kJsonSizeMax) {
+    return fail(Errc::invalid_request, "{}: more than {} bytes", path, kJsonSizeMax);
   }
   return text;
+}
+
+Result<> require_plain_file(const std::string& path) {
+  std::error_code unknown;  // then opening it says why
+  const auto status = std::filesystem::status(path, unknown);
+  if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status)) return {};
+  return fail(Errc::invalid_request, "{}: is {}; name a file", path,
+              std::filesystem::is_directory(status) ? "a folder" : "a pipe or a device");
 }
 
 Result<JsonDocument> load_json(const std::string& path) {

@@ -139,6 +139,7 @@ Result<Config> parse_config(std::string_view text, const std::string& name) {
 }
 
 Result<Config> load_config(const std::string& path) {
+  if (auto plain = require_plain_file(path); !plain) return fail(plain.error());
   auto text = read_text_file(path);
   if (!text) return fail(text.error());
   return parse_config(*text, path);

@@ -80,10 +80,14 @@ Result<> check_metrics_file(const Config& config, const std::string& file) {
   const auto refuse = [&](std::string_view why) {
     return fail(Errc::invalid_request, "{}: `metrics_file` is {}, {}", file, path, why);
   };
-  const std::string log = config.database + "-wal", index = config.database + "-shm";
-  for (const std::string& other : {config.database, log, index, config.socket, file}) {
-    if (place_of(path) == place_of(other))
+  std::vector<std::string> others{config.database, config.socket, file};
+  for (const char* suffix : {"-wal", "-shm", ".lock", ".reserve"}) {
+    others.push_back(config.database + suffix);
+  }
+  for (const std::string& other : others) {
+    if (place_of(path) == place_of(other)) {
       return refuse("which the daemon needs for something else");
+    }
   }
   if (auto good = check_folder(file, "metrics_file", path, ""); !good) return good;
   std::error_code ec;
@@ -91,8 +95,7 @@ Result<> check_metrics_file(const Config& config, const std::string& file) {
   if (!fs::exists(there)) return {};
   if (!fs::is_regular_file(there)) return refuse("which is no plain file: name another one");
   const auto text = read_text_file(path);
-  if (!text) return fail(text.error());
-  if (text->empty() || text->starts_with(kMetricsBegin)) return {};
+  if (text && (text->empty() || text->starts_with(kMetricsBegin))) return {};
   return refuse("and holds something else, which would be replaced: name another file");
 }
 

@@ -169,6 +169,10 @@ Result<Database> Database::open(const std::string& path, Mode mode, const std::s
     return fail(Errc::invalid_request, "{}: is a folder; name a file, such as {}", path,
                 (std::filesystem::path(path) / "lcrig.db").string());
   }
+  const auto status = std::filesystem::status(path, ignored);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    return fail(Errc::invalid_request, "{}: is a pipe or a device; name a file", path);
+  }
   const bool write = mode == Mode::read_write_create;
   int flags = write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
   if (mode == Mode::immutable) flags |= SQLITE_OPEN_URI;

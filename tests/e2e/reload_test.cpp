@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // lcrigd that is asked to read its config file again (SIGHUP, systemctl reload).
+#include <sys/stat.h>
+
 #include <csignal>
+#include <filesystem>
 #include <thread>
 
 #include "tests/e2e/rig.hpp"
@@ -75,6 +78,17 @@ TEST_F(ReloadedDaemon, TakesAGoodFileAndNeverABadOne) {
   reload(config_.dump());
   EXPECT_TRUE(view()["refused"].is_null());
   EXPECT_FALSE(daemon_->wait(0ms)) << "a reload is no stop";
+}
+
+TEST_F(ReloadedDaemon, APipeInTheFilesPlaceIsRefusedAndHoldsUpNothing) {
+  std::filesystem::remove(file("d1.json"));
+  ASSERT_EQ(::mkfifo(file("d1.json").c_str(), 0600), 0);
+  daemon_->signal(SIGHUP);
+  EXPECT_TRUE(notify_->wait("READY=1", 15s)) << daemon_->log();
+  EXPECT_THAT(view()["refused"].dump(), HasSubstr("a pipe or a device"));
+  const auto checked = lcrig({"config", "check", file("d1.json")}, 10s);
+  EXPECT_EQ(checked.code, 1) << checked.err;
+  EXPECT_THAT(checked.err, HasSubstr("a pipe or a device"));
 }
 
 TEST_F(ReloadedDaemon, NamesWhatNeedsARestart) {

@@ -145,7 +145,8 @@ std::optional<RigConfig> look_at_config(const std::string& file, Findings& findi
                           "docs/lab-setup.md, \"Service\"; or --config FILE");
     return std::nullopt;
   }
-  auto document = load_json(file);
+  const auto plain = require_plain_file(file);
+  auto document = plain ? load_json(file) : fail(plain.error());
   if (!document) {
     findings.emplace_back("config", Health::bad, printable(document.error().what), kMend);
     return std::nullopt;

@@ -2,12 +2,19 @@
 #include "base/strict_json.hpp"
 #include "base/near_word.hpp"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <chrono>
+#include <cstring>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "tests/support/hostile_texts.hpp"
+#include "tests/support/temp_dir.hpp"
 
 namespace lcrig {
 namespace {
@@ -356,6 +363,29 @@ TEST(StrictJson, LinesThatEndWithCarriageReturnsAreCounted) {
   EXPECT_EQ(d.key_position("/a").line, 2);
   EXPECT_EQ(d.value_position("/a").line, 3);
   EXPECT_EQ(d.excerpt(d.key_position("/a")), "{ \"a\":\n  ^");
+}
+
+TEST(TextFile, APipeGivesWhatIsWrittenAndIsNotWaitedForWithoutAWriter) {
+  const TempDir dir;
+  const std::string pipe = dir.file("pipe");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(read_text_file(pipe).value_or("?"), "");
+  const int writes = ::open(pipe.c_str(), O_RDWR | O_CLOEXEC);
+  const int keeps = ::open(pipe.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // what was written
+  std::thread writer([&] {
+    for (const char* part : {"{ \"a\":", " 1 }"}) {
+      EXPECT_GT(::write(writes, part, std::strlen(part)), 0);
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    ::close(writes);
+  });
+  const auto text = read_text_file(pipe);
+  writer.join();
+  ::close(keeps);
+  ASSERT_TRUE(text) << text.error().what;
+  EXPECT_EQ(*text, "{ \"a\": 1 }");
+  EXPECT_THAT(require_plain_file(pipe).error().what, HasSubstr("a pipe or a device"));
+  EXPECT_TRUE(require_plain_file(dir.file("nothing"))) << "opening it says what is wrong";
 }
 
 }  // namespace
