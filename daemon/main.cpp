@@ -161,6 +161,7 @@ int serve(const Options& options, const Config& config) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGHUP, SIG_IGN);  // until it can be obeyed; the file is read then anyway
   std::signal(SIGPIPE, SIG_IGN);  // a client or an instrument that went away is an error code
   Options options;
   CLI::App cli{"lcrigd: runs a characterization rig for capacitive tactile sensors", "lcrigd"};

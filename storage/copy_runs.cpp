@@ -172,9 +172,23 @@ class RunCopy {
       out.push_back(std::move(*copied));
     }
     if (auto r = transaction->commit(); !r) return fail(r.error());
-    // The file alone is the whole database then. Without room for it the log has all as well.
-    static_cast<void>(target_.execute("PRAGMA wal_checkpoint(TRUNCATE)"));
+    if (auto r = move_out_of_log(); !r) return fail(r.error());
     return out;
+  }
+
+  // The file alone is the whole database then: whoever takes it away takes the runs.
+  Result<> move_out_of_log() {
+    const auto moved = target_.execute("PRAGMA wal_checkpoint(TRUNCATE)");
+    const std::string log = beside_database(to_, "-wal");
+    std::error_code none;
+    const auto left = fs::file_size(log, none);
+    if (moved && (none || left == 0)) return {};
+    if (created_) return fail(Errc::io, "{}: no space is left; nothing was copied", to_);
+    return fail(Errc::io,
+                "{}: the runs are copied, but there is no room to move them from {} into the file "
+                "itself: keep both files together, and free some space; the next command that "
+                "writes there moves them",
+                to_, log);
   }
 
   Result<> require_new(const std::vector<std::int64_t>& runs) {

@@ -51,10 +51,16 @@ Error make_error(sqlite3* handle, std::string_view path, std::string_view doing)
                                         code, advice.text));
 }
 
+// SQLite reads a name that begins with "file:" or ":" as an address, which may lead to another file
+// than the one that was looked at, or to none.
+std::string plain_name(const std::string& path) {
+  return path.starts_with("file:") || path.starts_with(':') ? "./" + path : path;
+}
+
 // Escapes the characters that have a meaning in a URI.
-std::string immutable_uri(std::string_view path) {
+std::string immutable_uri(const std::string& path) {
   std::string uri = "file:";
-  for (const char c : path) {
+  for (const char c : plain_name(path)) {
     if (c == '%' || c == '?' || c == '#') {
       uri += fmt::format("%{:02x}", static_cast<unsigned char>(c));
     } else {
@@ -62,12 +68,6 @@ std::string immutable_uri(std::string_view path) {
     }
   }
   return uri + "?immutable=1";
-}
-
-// SQLite reads a name that begins with "file:" or ":" as an address, which may lead to another file
-// than the one that was looked at, or to none.
-std::string plain_name(const std::string& path) {
-  return path.starts_with("file:") || path.starts_with(':') ? "./" + path : path;
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ class Pages:
             words[i] = word.replace("/tmp/", f"{self.folder}/")
         if REAL_TIME.match(command):
             words.append("--dry-run")
-        if name == "lcrigd":
+        if name == "lcrigd" or words[1:] == ["config", "check"]:
             words += ["--config", str(self.folder / "lcrigd.json")]
         return words
 

@@ -17,13 +17,14 @@ class OtherPrograms : public Rig {
                              "-p", "levels=3", "-p", "repeats=1", "--db", file("lcrig.db")});
     ASSERT_EQ(done.code, 0) << done.err;
   }
-  // As if the run had been queued and had asked something: static-frame does neither.
+  // As if the run had been queued, had asked something and been tagged: static-frame does neither.
   void queue_and_answer() {
     const auto done = program({"/usr/bin/sqlite3", "-bail", file("lcrig.db"), R"(
         INSERT INTO queue_text VALUES (printf('%064d', 1), '{}'), (printf('%064d', 2), '{}');
         INSERT INTO queue_entry SELECT 1, NULL, 'done', NULL, protocol, printf('%064d', 1), '{}',
           specimen, printf('%064d', 2), operator, note, '{}', 'null', operator, 0, 0 FROM v_run;
         INSERT INTO queue_attempt SELECT 1, 1, run FROM v_run;
+        INSERT INTO run_tag SELECT run, 1, 'thesis', 1, operator, 0 FROM v_run;
         INSERT INTO event SELECT run_id, max(seq) + 1, max(at_mono_ns), 'answer', 'thickness',
           '{"question":"Thickness","type":"number","number":125.5,"unit":"um"}' FROM event;)"});
     ASSERT_EQ(done.code, 0) << done.err;
