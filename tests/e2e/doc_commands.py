@@ -97,7 +97,9 @@ class Pages:
             words[i] = word.replace("/tmp/", f"{self.folder}/")
         if REAL_TIME.match(command):
             words.append("--dry-run")
-        if name == "lcrigd" or words[1:] == ["config", "check"]:
+        if words[1:] == ["config", "check"]:  # of the example, which the page installs before
+            words.append(str(Path("systemd/lcrigd.example.json").resolve()))
+        if name == "lcrigd":
             words += ["--config", str(self.folder / "lcrigd.json")]
         return words
 
