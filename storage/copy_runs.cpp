@@ -176,19 +176,16 @@ class RunCopy {
     return out;
   }
 
-  // The file alone is the whole database then: whoever takes it away takes the runs.
+  // The file alone is the whole database then: whoever takes it away takes the runs. A program that
+  // reads it meanwhile moves them itself when it closes the database last.
   Result<> move_out_of_log() {
     const auto moved = target_.execute("PRAGMA wal_checkpoint(TRUNCATE)");
-    const std::string log = beside_database(to_, "-wal");
-    std::error_code none;
-    const auto left = fs::file_size(log, none);
-    if (moved && (none || left == 0)) return {};
-    if (created_) return fail(Errc::io, "{}: no space is left; nothing was copied", to_);
-    return fail(Errc::io,
-                "{}: the runs are copied, but there is no room to move them from {} into the file "
-                "itself: keep both files together, and free some space; the next command that "
-                "writes there moves them",
-                to_, log);
+    if (moved) return {};
+    if (created_) return fail(moved.error());
+    return fail(moved.error().code,
+                "{}; the runs are copied, but could not be moved from {} into the file itself: "
+                "keep both files together; the next command that writes there moves them",
+                moved.error().what, beside_database(to_, "-wal"));
   }
 
   Result<> require_new(const std::vector<std::int64_t>& runs) {

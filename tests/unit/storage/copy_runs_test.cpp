@@ -92,6 +92,17 @@ class RunCopies : public testing::Test {
     options.now_unix_ns = 9;
     return copy_runs(path_, std::move(runs), to, std::move(options));
   }
+  Result<std::vector<CopiedRun>> copy_on_disk_that_fills(std::int64_t operation,
+                                                         const std::string& to) const {
+    FaultyDisk disk;
+    disk.fail_operation(operation, FaultyDisk::Failure::full);
+    RunCopyOptions options;
+    options.vfs = disk.name();
+    return copy({1, 2}, to, std::move(options));
+  }
+  static std::int64_t runs_in(const std::string& file) {
+    return open_read_only(file).value().integer("SELECT count(*) FROM run").value();
+  }
   std::string refusal(std::vector<std::int64_t> runs, const std::string& to) const {
     const auto copied = copy(std::move(runs), to);
     return copied ? "it was copied" : copied.error().what;
@@ -239,7 +250,7 @@ TEST_F(RunCopies, AreMadeOnce) {
   EXPECT_THAT(refusal({1, 2}, to_), HasSubstr("run 1 is there as run 2; run 2 is there as run 1"));
   ASSERT_TRUE(add_run_note(db_, 1, "Ada", "more", 7));
   EXPECT_THAT(refusal({1}, to_), HasSubstr("without the notes that were added here since"));
-  EXPECT_EQ(open_read_only(to_).value().integer("SELECT count(*) FROM run").value(), 2);
+  EXPECT_EQ(runs_in(to_), 2);
 }
 
 TEST_F(RunCopies, AreRefusedOfWhatIsNotSound) {
@@ -314,37 +325,53 @@ TEST_F(RunCopies, AreNotMadeIntoTheDatabaseOfADaemon) {
   ASSERT_FALSE(copied);
   EXPECT_EQ(copied.error().code, Errc::busy);
   EXPECT_THAT(copied.error().what, HasSubstr("a daemon records into it"));
-  EXPECT_EQ(open_read_only(to_).value().integer("SELECT count(*) FROM run").value(), 0);
+  EXPECT_EQ(runs_in(to_), 0);
 }
 
 // Whichever write or sync of it fails.
 TEST_F(RunCopies, LeaveNothingHalfOnAFullDisk) {
-  {
-    ASSERT_TRUE(open_read_write(to_));
-  }
   const auto target = dir_.file("new.db");
+  const auto before = files();
   int failures = 0;
-  for (const auto& to : {to_, target}) {
-    const auto before = files();
-    for (std::int64_t n = 0;; n += 1 + n / 4) {
-      ASSERT_LT(n, 20'000);
-      FaultyDisk disk;
-      disk.fail_operation(n, FaultyDisk::Failure::full);
-      RunCopyOptions options;
-      options.vfs = disk.name();
-      const auto copied = copy({1, 2}, to, options);
-      if (copied) break;
-      ++failures;
-      EXPECT_THAT(copied.error().what, HasSubstr("is full")) << n;
-      if (to == target) {
-        EXPECT_EQ(files(), before) << n;
-      } else {
-        EXPECT_EQ(open_read_only(to).value().integer("SELECT count(*) FROM run").value(), 0) << n;
-      }
-    }
-    EXPECT_EQ(open_read_only(to).value().integer("SELECT count(*) FROM run").value(), 2);
+  for (std::int64_t n = 0;; n += 1 + n / 4) {
+    ASSERT_LT(n, 20'000);
+    const auto copied = copy_on_disk_that_fills(n, target);
+    if (copied) break;
+    ++failures;
+    EXPECT_THAT(copied.error().what, HasSubstr("is full")) << n;
+    EXPECT_EQ(files(), before) << n;
   }
+  EXPECT_EQ(runs_in(target), 2);
   EXPECT_GT(failures, 15);
+}
+
+// Once they are stored they stay: what is left to do is to move them from the log.
+TEST_F(RunCopies, AreAllOrNoneInAnOlderDatabaseOnAFullDisk) {
+  int none = 0, all = 0;
+  for (std::int64_t n = 0;; n += 1 + n / 4) {
+    ASSERT_LT(n, 20'000);
+    const auto target = dir_.file(fmt::format("{}.db", n));
+    {
+      ASSERT_TRUE(open_read_write(target));
+    }
+    const auto copied = copy_on_disk_that_fills(n, target);
+    if (copied) {
+      EXPECT_EQ(runs_in(target), 2);
+      break;
+    }
+    if (runs_in(target) == 0) {
+      ++none;
+      EXPECT_THAT(copied.error().what, HasSubstr("is full")) << n;
+    } else {
+      ++all;
+      EXPECT_EQ(runs_in(target), 2) << n;
+      EXPECT_THAT(copied.error().what, HasSubstr("the runs are copied")) << n;
+      EXPECT_THAT(copied.error().what, HasSubstr("keep both files together")) << n;
+      EXPECT_TRUE(verify_chain(open_read_only(target).value(), 2).value().intact) << n;
+    }
+  }
+  EXPECT_GT(none, 15);
+  EXPECT_GT(all, 0);
 }
 
 TEST_F(RunCopies, EndWhenTheyAreStoppedAtAnyInstant) {
