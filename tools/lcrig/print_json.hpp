@@ -5,12 +5,14 @@
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <ostream>
+#include <string>
 
 #include "tools/lcrig/command.hpp"
 
 namespace lcrig::cli {
 
-// One line. Bytes that are no UTF-8 (a file name, an instrument's words) are replaced.
+// Bytes that are no UTF-8 (a file name, an instrument's words) are replaced.
+std::string json_line(const nlohmann::json& value);  // without the line's end
 void print_json(std::ostream& out, const nlohmann::json& value);
 // What a command has to say: with --json as one line, else as `text` writes it.
 ExitCode show(Context& context, const nlohmann::json& result,
