@@ -143,8 +143,10 @@ class RunCopy {
     const auto written = has_writer(to_);
     if (!written) return fail(written.error());
     if (*written) {
-      return fail(Errc::busy, "{}: a daemon records into it; stop it first, or name another file",
-                  to_);
+      return fail(
+          Errc::busy,
+          "{}: a daemon, or another copy, writes to it now: end that first, or name another file",
+          to_);
     }
     const auto there = look_at(to_);
     created_ = !there;

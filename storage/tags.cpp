@@ -16,12 +16,25 @@ Result<bool> is_there(const Database& db, std::int64_t run) {
   return *runs > 0;
 }
 
+// White space of Unicode beyond ASCII, and what has no width: two tags would look the same.
+bool is_wide_or_hidden_blank(char32_t c) {
+  const bool space = c == 0xA0 || c == 0x1680 || c == 0x202F || c == 0x205F || c == 0x3000;
+  return space || (c >= 0x2000 && c <= 0x200D) || c == 0x2060 || c == 0xFEFF;
+}
+
+bool has_odd_blank(std::string_view text) {
+  while (!text.empty()) {
+    if (is_wide_or_hidden_blank(take_character(text))) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Result<> check_tag(std::string_view tag) {
   if (auto good = check_text("tag", tag, kTagMax); !good) return good;
   const bool word = !tag.empty() && tag.front() != '-' && tag.find_first_of(" ,") == tag.npos &&
-                    printable(tag) == tag;
+                    printable(tag) == tag && !has_odd_blank(tag);
   if (word) return {};
   return fail(Errc::invalid_request,
               "tag \"{}\": a tag is one word, without blanks and commas, and begins with no dash",

@@ -84,7 +84,9 @@ class DoctorCommand final : public Command {
     constexpr const char* kMend =
         "systemctl status lcrigd; docs/troubleshooting.md, \"The daemon\"";
     const auto silent = [&](const Failure& why) {
-      return Finding("daemon", Health::warn, printable(why.what, kLongestWords), kMend);
+      const bool advised = !why.no_daemon && !why.next.empty();
+      return Finding("daemon", Health::warn, printable(why.what, kLongestWords),
+                     advised ? why.next : kMend);
     };
     auto client = ControlClient::connect_for_any_database(context);
     if (!client) return silent(client.error());

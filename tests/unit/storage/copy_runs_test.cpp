@@ -324,7 +324,7 @@ TEST_F(RunCopies, AreNotMadeIntoTheDatabaseOfADaemon) {
   const auto copied = copy({1}, to_);
   ASSERT_FALSE(copied);
   EXPECT_EQ(copied.error().code, Errc::busy);
-  EXPECT_THAT(copied.error().what, HasSubstr("a daemon records into it"));
+  EXPECT_THAT(copied.error().what, HasSubstr("a daemon, or another copy, writes to it"));
   EXPECT_EQ(runs_in(to_), 0);
 }
 

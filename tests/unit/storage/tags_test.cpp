@@ -73,7 +73,7 @@ TEST_F(Tags, LeaveTheChainAsItIs) {
 }
 
 TEST_F(Tags, AreWordsOfARunThatIsThere) {
-  for (const char* tag : {"", "two words", "a,b", "-x", "a\nb", "\xff",
+  for (const char* tag : {"", "two words", "a,b", "-x", "a\nb", "\xff", "a\u00A0b", "a\u200Bb",
                           "a-word-that-is-far-too-long-for-a-column-of-a-table-of-runs-and-more"}) {
     EXPECT_FALSE(change(1, {"fine", tag})) << tag;
   }
