@@ -19,13 +19,13 @@
 
 namespace lcrig {
 
-// What the run does not record of the rig; every assumption is printed with the result.
+// Facts about the rig that a run does not record. Every assumption is printed with the result.
 struct RigAccuracy {
   std::optional<double> force_class_percent;  // limits of reading; absent: class 1 (weights: 0.1)
   std::optional<double> force_certified_from_N;  // absent: not known
   std::optional<double> probe_diameter_tolerance_mm;  // limits; absent: 0.02
   MeterPlace meter;
-  // What is given, else what is assumed.
+  // The stated limit, else the assumed one.
   double force_limit_percent(bool dead_weights) const {
     return force_class_percent.value_or(dead_weights ? 0.1 : 1.0);  // ISO 7500-1; masses, local g
   }
@@ -78,9 +78,9 @@ struct MeasuredLevel {
   double mean_pF = 0;  // of the readings, drift included
   std::optional<double> standard_error_fF;  // of the mean, from the scatter of the readings
   std::optional<double> scatter_fF;  // standard deviation of one reading
-  // Of one reading: standard deviation of its pressure, and covariance with its capacitance.
+  // Standard deviation of the pressure of one reading, and its covariance with the capacitance.
   double pressure_scatter_kPa = 0, covariance_fF_kPa = 0;
-  double trend_ss_fF2 = 0;  // of the readings' squares, what a straight line in time explains
+  double trend_ss_fF2 = 0;  // part of the readings' sum of squares that a line in time explains
   std::int32_t readings = 0;  // used
   std::int32_t missing = 0;  // planned, but overloaded or without a force
   std::int32_t outliers = 0;  // among the used ones; see Outliers
@@ -168,12 +168,12 @@ struct RangeResult {
   std::vector<double> slope_of_repeat;  // fF/kPa, each repeat (or cycle) alone
   std::string scatter_basis;  // what the standard error was made from
   std::vector<SlopePart> parts_of_error;  // scatter, drift: together the standard error
-  // What all repeats share, from the deviations of the levels from a smooth curve: in the expanded
-  // uncertainty only. Absent: fewer than six levels.
+  // Error that all repeats share, from the deviations of the levels from a smooth curve. It counts
+  // in the expanded uncertainty only. Absent with fewer than six levels.
   std::optional<SlopePart> shared;
   std::optional<double> between_repeats_p;  // F test: small says that the repeats differ
-  // Of a continuous loading: change of the rate of pressure with pressure, and the largest standard
-  // uncertainty of a reading's instant.
+  // For a continuous loading: change of the rate of pressure with pressure, and the largest
+  // standard uncertainty of a reading's instant.
   double rate_tilt_per_s = 0, instant_s = 0;
   Uncertainty uncertainty;  // empty parts without a sensitivity
 };
@@ -238,7 +238,7 @@ struct Hysteresis {
   Metric area;  // hysteresis_area_percent: of span times force range
   // From the uncertainty of the instant of a reading; systematic, not in the standard error.
   std::optional<double> alignment_percent;
-  // What it would be with the force at the arrival of the reading instead of its middle.
+  // The gap, if the force at the arrival of each reading were taken instead of that at its middle.
   std::optional<double> uncorrected_percent;
   bool resolved = false;  // larger than noise and alignment can make it
   bool in_readings = false;  // the same in these cycles, whatever others would show
@@ -272,7 +272,7 @@ struct HoldResults {
   Metric settling;  // settling_time_s
 };
 
-// What is known of the run before its rows are looked at.
+// Facts about a run that are known before its rows are read.
 struct RunFacts {
   std::int64_t run = 0;
   std::string protocol, specimen, function;
@@ -291,7 +291,8 @@ struct RunAnalysis : RunFacts,
                      HoldResults,
                      SensitivityResult {
   Hysteresis hysteresis;
-  // Of every sensitivity (again), C0, dynamic range, delta C at the highest level, hysteresis.
+  // The uncertainties of every sensitivity (again), C0, dynamic range, delta C at the highest level
+  // and hysteresis.
   std::vector<Uncertainty> uncertainties;
   std::vector<std::string> notes;  // what a reader must know: gaps, overloads, assumptions
 

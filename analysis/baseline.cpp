@@ -71,14 +71,15 @@ MeanVariance of_readings(const Scene& scene, const Unloaded& b) {
   return out;
 }
 
-// From batches where those say more: what is slower than the neighbours know shows in them only.
+// Takes the variance from batches when it is larger: noise that is slower than the correlation of
+// neighbours shows in batches only.
 void add_batches(const Unloaded& b, MeanVariance& out) {
   const double batches = variance_of_batches(b.values, kBatches);
   if (batches <= out.variance) return;
   out = {batches, kBatches - 1.0, fmt::format("scatter of {} parts of the baseline", kBatches)};
 }
 
-// Of the sum of the nodes' means times `of_node`; nothing where the readings are too few to tell.
+// Error of the sum of the nodes' means, each times its `of_node`. nullopt: too few readings.
 std::optional<SlopePart> slow_error(const Scene& scene, const std::vector<double>& of_node,
                                     double white, AfterLoad after_load) {
   const QuietBlocks quiet = cut_quiet_blocks(scene);

@@ -48,7 +48,7 @@ struct CycleBranches {
   double unit_variance_of_bend = 0;
 };
 
-// Of the range: what the cycles reach of it.
+// Restricts the range to the part that the cycles reach.
 EvenSlopes even_slopes(const SlopeBasis& basis, const PressureRange& range) {
   double peak_kPa = 0;
   for (const CycleResult& c : basis.cycles.cycles) {

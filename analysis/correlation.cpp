@@ -19,7 +19,7 @@ bool tells(const EvenStretch& s) {
   return s.count >= 2 + parameters(s);
 }
 
-// What is left of a stretch when its mean (and slope) are fitted. Whitening: the first value times
+// Remainder of a stretch after its mean (and slope) are fitted. Whitening: the first value times
 // sqrt(1 - rho2), then y_t - rho y_{t-1}; the first value is 0.
 struct Left {
   double ss = 0, log_determinant = 0;
@@ -86,7 +86,8 @@ double Correlation::of_square(double n) const {
   return n > 1 ? (1 - of_mean(n)) * n / (n - 1) : 0;
 }
 
-// Of the logarithm: 2 (1 + rho2)/(n (1 - rho2)) from the scale, 4 (1 + rho)/(N (1 - rho)) from rho.
+// Variance of the logarithm: 2 (1 + rho2)/(n (1 - rho2)) from the scale, 4 (1 + rho)/(N (1 - rho))
+// from rho.
 double Correlation::degrees_of_freedom(double scale) const {
   if (freedom <= 0 || scale <= 0) return 1;
   const double of_scale = 2 * (1 + rho * rho) / (scale * (1 - rho * rho));

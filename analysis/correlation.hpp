@@ -25,7 +25,7 @@ struct Correlation {
 
   // Variance of the mean of `count` readings, for unit variance of one.
   double of_mean(double count) const;
-  // What the mean square about the mean of `count` readings expects, for unit variance of one.
+  // Expected mean square about the mean of `count` readings, for unit variance of one.
   double of_square(double count) const;
   // Degrees of freedom of the variance of a mean, whose scale comes from `scale` values (less their
   // means): the scale's own error and that of rho.

@@ -72,7 +72,7 @@ void sharpen_peaks(const RunView& view, std::vector<Loading>& loadings) {
   }
 }
 
-// What is known of the peaks before their scatter is pooled.
+// Facts about a peak before the scatter of all peaks is pooled.
 struct Peak {
   double residual_ss = 0, freedom = 0;  // F2
   double unit_variance = 0;  // 0: the standard error is known already

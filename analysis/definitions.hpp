@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the analysis of a run and the budget of a planned one must mean by the same words.
+// Definitions that the analysis of a run and the budget of a planned run share, so that both mean
+// the same by the same words.
 #pragma once
 
 #include <algorithm>

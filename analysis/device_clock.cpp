@@ -87,8 +87,8 @@ struct DelayLine {
   double height = 0, rate = 0;
 };
 
-// Of all lines that have no point below them, the one that is highest in the middle (Moon, Skelly
-// and Towsley, "Estimation and removal of clock skew", INFOCOM 1999).
+// Among all lines with no point below them: the one that is highest in the middle (Moon, Skelly and
+// Towsley, "Estimation and removal of clock skew", INFOCOM 1999).
 DelayLine lower_line(const std::vector<double>& x, const std::vector<double>& y) {
   DelayLine best{*std::ranges::min_element(y), 0};
   const double middle = x.back() / 2;

@@ -14,9 +14,9 @@ namespace lcrig {
 
 class DeviceClock {
  public:
-  // Offset and rate are fitted in pieces of about ten minutes, and anew where the clock jumped: the
-  // line below all delays of arrival that comes nearest to them, because a delay is never negative.
-  // Of a long run some stretches are read.
+  // Offset and rate are fitted in pieces of about ten minutes, and anew where the clock jumped. The
+  // fitted line lies below all delays of arrival and as near to them as it can, because a delay is
+  // never negative. For a long run only some stretches are read.
   static Result<DeviceClock> fit(const Database& db, std::int64_t run);
 
   // The time of arrival where there is no device time, or where the clock cannot be believed (it

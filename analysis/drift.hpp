@@ -17,9 +17,9 @@ struct RestNode {
   std::size_t first = 0, last = 0;  // of RunData::readings; those between that count are the node's
 };
 
-// A line through the rests, and of what they deviate from it the part that noise cannot explain
-// (the others would only carry the noise of the rests into the result). Constant before the first
-// rest, along the line after the last.
+// A line through the rests, plus the part of their deviations from it that noise cannot explain.
+// The rest of the deviations would only carry the noise of the rests into the result. Constant
+// before the first rest, along the line after the last.
 class Drift {
  public:
   Drift() = default;
@@ -29,14 +29,15 @@ class Drift {
   const std::vector<RestNode>& nodes() const { return nodes_; }
   double at(double t_s) const;  // fF, 0 at the first rest
   double rate_fF_s() const { return rate_; }
-  // Of the rate of the line: from the deviations where they exceed the noise of the rests.
+  // Standard error of the line's rate, from the deviations where they exceed the noise of the
+  // rests.
   double rate_se_fF_s() const { return rate_se_; }
   double rate_freedom() const { return freedom_; }
   double rate_white_se_fF_s() const { return rate_white_; }  // from the noise of the rests alone
-  std::vector<double> rate_influence() const;  // by what each rest moves the rate, 1/s
+  std::vector<double> rate_influence() const;  // weight of each rest in the rate, 1/s
   double followed() const { return follow_; }  // part of the deviations that is subtracted, 0 to 1
   void follow(double part);
-  // By what each rest moves at(t_s).
+  // Weight of each rest in at(t_s).
   std::vector<double> influence(double t_s) const;
 
  private:

@@ -17,10 +17,10 @@ class EvenSlopes {
 
   // False: there is no line through these points, and they are left out.
   bool add(const std::vector<LinePoint>& points);
-  // Of all branches that were added, in this order, with the slope over the whole range.
+  // The lines of all branches, in the order of `add`, with the slope over the whole range.
   std::vector<LineFit> lines() const;
-  // What the error of the bend adds to the variance of the mean slope, weighted with the spread of
-  // the branches, for unit variance of a reading.
+  // Variance that the error of the bend adds to the mean slope, weighted with the spread of the
+  // branches, for unit variance of a reading.
   double unit_variance_of_bend() const;
 
  private:

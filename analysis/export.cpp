@@ -33,7 +33,7 @@ constexpr std::array<LayoutName, 6> kLayouts{{{"readings", "lcr.csv"},
                                               {"answers", "answers.csv"}}};
 constexpr const char* kPackage = "datapackage.json";
 
-// What tells one run from all others, also across databases.
+// Identity of a run among all runs, also those of other databases.
 json identity_of(const ExportContext& c) {
   return {{"run", c.id},
           {"started_unix_ns", c.run.started_unix_ns},

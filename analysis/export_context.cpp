@@ -80,7 +80,7 @@ void add_settings(ExportContext& c, std::int64_t at, std::string_view stored) {
   if (settings && settings->frequency_Hz) c.frequencies.push_back({at, *settings->frequency_Hz});
 }
 
-// Of a run that was recorded long ago a detail may be a text for people.
+// Old runs may have a text for people where newer ones have a payload.
 Result<> load_events(const Database& db, ExportContext& c) {
   auto contacts =
       for_each_event(db, c.id, EventKind::contact, [&](std::int64_t at, std::string_view detail) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every exported table needs to know of its run; private to export.
+// Facts about a run that every exported table needs. Private to export.
 #pragma once
 
 #include <cstdint>

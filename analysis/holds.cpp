@@ -218,7 +218,7 @@ HoldResult result_of(const Scene& scene, const RestedLoading& c, const Stretch& 
   return h;
 }
 
-// Of delta C per decade of time, weighted with what is known of each hold.
+// Change of delta C per decade of time: the mean of the holds, weighted with their errors.
 void calc_creep(const Scene& scene, HoldResults& out) {
   RunningMean unweighted;
   double weights = 0, sum = 0, squares = 0;

@@ -85,7 +85,7 @@ std::vector<double> scales(const std::vector<CycleResult>& cycles) {
   return scale;
 }
 
-// What the branches are made from.
+// Input of the branches.
 struct Source {
   const Scene& scene;
   const std::vector<CycleResult>& cycles;
@@ -174,8 +174,8 @@ std::optional<Loop> make_loop(const Branches& b, double peak_N) {
   return loop;
 }
 
-// What each cycle adds to the coefficients of the branches: where all cycles have the same
-// readings, its own branch less the common one, divided by the number of cycles.
+// Contribution of one cycle to the coefficients of the branches. Where all cycles have the same
+// readings it is the cycle's own branch less the common one, divided by the number of cycles.
 struct CycleShare {
   Row up{}, down{};
   double span_fF = 0;  // likewise of the span that the gap is divided by
@@ -210,7 +210,8 @@ std::vector<CycleShare> shares_of(const Source& from, const Loop& loop) {
   return shares;
 }
 
-// Of the gap (times span over span, so that what both share cancels), fF2.
+// Variance of the gap, fF2. The gap is taken relative to the span, so that errors that both share
+// cancel.
 double variance_of_shares(const std::vector<CycleShare>& shares, const Row& row, double of_span) {
   double sum = 0;
   for (const CycleShare& s : shares) {

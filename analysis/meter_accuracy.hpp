@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the LCR-6100 promises (basic accuracy) and how much its readings scatter.
+// Accuracy that the LCR-6100 promises (basic accuracy), and the scatter of its readings. The
+// analysis makes its uncertainty from both, the budget predicts with them.
 //
 // Basic accuracy: Ae = [A Ar + (Ka + Kb + Kf) 100 + KL] Kc, percent (LCR-6000 manual, p. 137-139).
 // The manual's pages with Ka, Kb, Kc, Kf and Ar were not at hand; their values are those of the
@@ -28,10 +29,10 @@ struct MeterSetting {
   bool internal_trigger = false;
   std::optional<double> conversion_s;  // of one reading, averaging included; absent: not recorded
 };
-// Of the JSON object that a run row or a `settings` event holds; nothing is known: nullopt.
+// Reads the JSON object of a run row or of a `settings` event. nullopt: nothing is known.
 std::optional<MeterSetting> parse_meter_setting(std::string_view json_text);
 
-// What the run does not record.
+// Facts about the meter's surroundings that a run does not record.
 struct MeterPlace {
   double temperature_C = 23;
   double cable_m = 0;

@@ -46,8 +46,8 @@ std::vector<Loading> find_loadings(const RunView& view);
 // The loadings and the stretches between them.
 struct Rests {
   std::vector<RestedLoading> loadings;
-  // Of neighbouring readings: of the levels (each may creep), and without a load. A run without
-  // levels: both the second.
+  // Correlation of neighbouring readings: within the levels (each may creep), and without a load.
+  // In a run without levels both are the second.
   Correlation correlation, rest_correlation;
   Drift drift;  // of the unloaded capacitance
 };
@@ -78,7 +78,7 @@ CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Met
 Hysteresis calc_hysteresis(const Scene& scene, const std::vector<CycleResult>& cycles,
                            const HoldResults& holds);
 
-// What a slope against pressure, or its uncertainty, may depend on.
+// Input of a slope against pressure and of its uncertainty.
 struct SlopeBasis {
   const Scene& scene;
   const HoldResults& holds;
@@ -112,7 +112,7 @@ UncertaintyPart shared(UncertaintyPart p);  // by the runs on this rig
 // "loading branch, from 1.1 to 4.6 s after the load was reached"
 std::string name_estimand(const Scene& scene, const LevelResults& levels,
                           const PressureRange& range);
-// What the other branch and another time would give instead, as systematic parts.
+// Adds the differences that the other branch and another time would make, as systematic parts.
 void add_other_choices(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b);
 
 // Readings of a branch: of a cycle, with a force, under the settings, not in a hold. Call with

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a reader of the results must know: gaps, overloads, assumptions.
+// Notes for the reader of the results: gaps, overloads, assumptions.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -91,7 +91,7 @@ EvenStretch stretch_of(const RunView& view, const Rest& rest, double rate_fF_s) 
   return s;
 }
 
-// Of the stretches in which the readings ought to be equal.
+// Finds the correlation in the stretches in which the readings ought to be equal.
 void find_correlation(const RunView& view, const Rest& baseline, const std::vector<Rest>& rests,
                       Rests& out) {
   const double rate = rate_of(baseline, rests);

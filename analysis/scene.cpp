@@ -16,8 +16,8 @@ namespace {
 constexpr double kLoading = 8;
 constexpr double kForWelch = 3;  // least degrees of freedom for Welch and Satterthwaite's rule
 constexpr double kAlmost = 1 + 1e-9;  // degrees of freedom of 3 that are rounded to 2.999... stay 3
-// Of the peak: what may be a touch is no rest. Two parts in a hundred would let the capacitance at
-// rest be that of a specimen that is touched.
+// Share of the peak force below which nothing touches. With 2 % the capacitance at rest would
+// include readings of a touched specimen.
 constexpr double kUnloaded = 0.002;
 // A capacitance beside an overload, or the first after the link was lost, may be of anything.
 constexpr std::uint8_t kNotTrusted = (1 << 0) | (1 << 2);  // storage/flags.hpp

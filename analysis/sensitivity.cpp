@@ -26,7 +26,7 @@ constexpr double kDownWeighted = 2.69;
 constexpr std::size_t kCurve = 4;  // parameters of the smooth curve: a cubic
 constexpr std::size_t kLeastForCurve = 6;  // levels: two more than parameters
 
-// What a fit needs, whatever the points are.
+// Input of a fit.
 struct Input {
   std::vector<RangePoint> points;
   std::vector<LinePoint> line;
@@ -151,7 +151,7 @@ void add_robust(const SlopeBasis& basis, const Input& in, RangeResult& r) {
   r.robust = robust;
 }
 
-// What outliers do to the mean must not pass without a word.
+// Outliers move the mean; a remark says so.
 void remark_on_outliers(const LevelResults& levels, const Input& in, RangeResult& r) {
   std::int64_t outliers = 0;
   for (const LevelResult& l : levels.levels) {
@@ -201,8 +201,9 @@ void set_slope(const Scene& scene, const Input& in, const LineFit& line,
   }
 }
 
-// What all repeats share (seating, probe, electrode) looks like shape: what the levels' means
-// deviate from a smooth curve through all of them, beyond what scatter between repeats explains.
+// Scatter that all repeats share (seating, probe, electrode) looks like the shape of the curve. It
+// is estimated from the deviations of the levels' means from a smooth curve through all of them,
+// beyond what the scatter between repeats explains.
 void add_shared(const LevelResults& results, const Input& in, const LineFit& line,
                 const std::optional<SlopeScatter>& scatter, RangeResult& r) {
   const auto levels = means(all_points(results));

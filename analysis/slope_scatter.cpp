@@ -44,7 +44,7 @@ std::optional<PureError> pooled(const std::vector<RangePoint>& range,
   return run;
 }
 
-// What one reading adds to the slope.
+// Weight of one reading in the slope.
 struct Term {
   double t_s = 0, factor = 0;
 };
@@ -113,8 +113,9 @@ struct Squares {
   double mean() const { return sum / freedom; }
 };
 
-// Of the readings in the range, in the unit of those of all levels: the correlation is of all, the
-// noise of these. They deviate from the line, so that the scatter of the force counts, too.
+// Noise of the readings in the range, relative to that of all levels: the correlation comes from
+// all levels, the noise from this range. Readings deviate from the line, so the scatter of the
+// force counts, too.
 double noise_ratio(const std::vector<RangePoint>& range, const std::vector<RangePoint>& whole_run,
                    double slope) {
   Squares here, all;

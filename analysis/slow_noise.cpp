@@ -61,7 +61,7 @@ Matrix flicker_of(const std::vector<QuietBlock>& blocks, double slowest_s) {
   Matrix out = Matrix::Zero(n, n);
   double shortest = std::numeric_limits<double>::infinity();
   for (const auto& b : blocks) shortest = std::min(shortest, b.length_s);
-  // What is much faster than a block looks white.
+  // Noise that is much faster than a block looks white.
   const double fastest_s = std::max(shortest / 8, slowest_s * 1e-7);
   for (double tau = slowest_s; tau > fastest_s; tau /= 2) {
     add_octave(blocks, tau, out);

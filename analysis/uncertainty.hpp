@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the uncertainty of a result is made of (GUM): its parts, combined and expanded. The analysis
+// The parts that the uncertainty of a result is made of (GUM), combined and expanded. The analysis
 // fills it, reports and the budget show it.
 #pragma once
 

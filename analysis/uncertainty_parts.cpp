@@ -88,8 +88,8 @@ void add_meter_gain(const std::optional<MeterAccuracy>& a, double value, Uncerta
                   a->gain * 100, a->note.empty() ? "" : "; ", a->note))));
 }
 
-// What the line's points say of a disturbance that goes with time or with the rate of force: by how
-// much it tilts the line. `of` gives the disturbance of a level in the unit of x or y.
+// How much a disturbance tilts the line, when it goes with time or with the rate of force. `of`
+// gives the disturbance of a level in the unit of x or y.
 template <class Of>
 double tilt(const LevelResults& levels, const RangeResult& r, Of of) {
   std::vector<LinePoint> points;
@@ -105,7 +105,7 @@ double tilt(const LevelResults& levels, const RangeResult& r, Of of) {
   return line ? line->slope : 0;
 }
 
-// What the subtraction of the drift leaves.
+// Error that is left after the drift was subtracted.
 void add_drift(const Metric& drift, const RangeResult& r, Uncertainty& b) {
   if (!drift.estimate) {
     b.parts.push_back(part("drift of C0", 0, "not known: no rests to tell it by"));
@@ -240,7 +240,7 @@ void uncertainty_of_dynamic_range(const Scene& scene, const CycleResults& out, c
   list.push_back(std::move(b));
 }
 
-// Of the curve's upper half, whatever ranges were asked for.
+// Slope of the curve's upper half. It does not depend on the ranges that were asked for.
 double slope_at_top(const std::vector<CurvePoint>& curve, const CurvePoint& top) {
   std::vector<LinePoint> points;
   for (const CurvePoint& c : curve) {

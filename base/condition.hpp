@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What coroutines of one thread wait for instead of asking again and again: something that another
-// coroutine, or a callback on this thread, makes true.
+// A condition that coroutines of one thread wait for, instead of asking again and again. Another
+// coroutine, or a callback on this thread, makes it true. The daemon's app, queue and control
+// socket wait so.
 #pragma once
 
 #include <memory>
@@ -15,7 +16,7 @@ class Condition {
  public:
   explicit Condition(Clock& clock) : clock_(clock) {}
 
-  // Whoever changes what somebody may wait for calls this afterwards.
+  // To be called after each change of something that a coroutine may wait for.
   void notify_all() {
     for (Wakeup* sleeper : *sleepers_) sleeper->notify();
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What to say of a list with too few or too many items. Used by the JSON reader.
+// Words about a list with too few or too many items. Used by the JSON reader.
 #pragma once
 
 #include <string>

@@ -16,9 +16,10 @@ struct JsonMistake {
   std::string words;
 };
 
-// Of a text that is not UTF-8; nullopt: it is.
+// The mistake of a text that is not UTF-8; nullopt for UTF-8.
 std::optional<JsonMistake> find_encoding_mistake(std::string_view text);
-// UTF-16 as far as it is ASCII, for showing; "?" stands for the rest. nullopt: it is no UTF-16.
+// The ASCII characters of a UTF-16 text, for showing; "?" stands for the others. nullopt: it is not
+// UTF-16.
 std::optional<std::string> ascii_of_utf16(std::string_view text);
 
 // The first mistake; nullopt when this knows no better words than the parser.

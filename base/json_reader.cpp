@@ -187,7 +187,8 @@ void JsonReader::missing(std::string_view key, const std::string& what,
       std::move(accepted));
 }
 
-// What was said of the object as a whole, as that it has no speed: its mistyped key tells more.
+// Removes the mistakes of the object as a whole, such as a missing speed: its mistyped key tells
+// more.
 void JsonReader::forget_own() const {
   std::erase_if(state_->failures,
                 [this](const State::Failure& f) { return f.pointer == pointer_; });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What somebody meant who wrote a key that nobody knows. The unit at the end of a key is never
-// guessed: 200 kPa taken for 200 Pa is a correct file. Used by the readers of files and by the
-// command line.
+// Proposes the known key that an unknown key probably stands for. The unit at the end of a key is
+// never guessed: 200 kPa taken for 200 Pa is a correct file. Used by the readers of files and by
+// the command line.
 #pragma once
 
 #include <optional>

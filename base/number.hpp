@@ -19,8 +19,8 @@ std::optional<T> number_from(std::string_view text) {
   return value;
 }
 
-// What to say of "1,5" and "1,000": of the second nobody knows which number it is. "" when `text`
-// is no number with a comma in it.
+// Advice for "1,5" and "1,000"; the second is ambiguous. "" when `text` is no number with a comma
+// in it.
 inline std::string comma_words(std::string_view text) {
   const auto digits = [](std::string_view part) {
     return !part.empty() && part.find_first_not_of("0123456789") == part.npos;

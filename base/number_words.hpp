@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What to say of a text that stands where a number is expected.
+// Words about a text that stands where a number is expected. The reader of parameters and that of
+// answers use them.
 #pragma once
 
 #include <string>

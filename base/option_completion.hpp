@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the shells offer of a program without subcommands: lcrigd and lcrig-sim. They ask
-// `PROGRAM __complete -- WORD...`, as they ask lcrig, and get the same form of answer: how files
-// are offered, then a line for each word, a tab, and what it is (tools/completion/).
+// Completion in the shell for the programs without subcommands: lcrigd and lcrig-sim. The shell
+// asks `PROGRAM __complete -- WORD...`, as it asks lcrig, and gets the same form of answer: how
+// files are offered, then a line for each word, a tab, and what it is (tools/completion/).
 #pragma once
 
 #include <map>

@@ -359,7 +359,7 @@ TextPosition JsonDocument::key_position(const std::string& pointer) const {
 
 namespace {
 
-// What there is to read now; 0: no more. A pipe is waited for, but not for ever.
+// Reads the bytes that are there now; 0: the end. A pipe is waited for, but not for ever.
 ssize_t read_next(int fd, std::span<char> into) {
   constexpr int kPatience_ms = 10'000;
   while (true) {

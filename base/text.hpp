@@ -46,7 +46,7 @@ std::string printable_lines(std::string_view text);
 
 void add_note(std::string& notes, std::string_view more);  // after a semicolon
 
-// What somebody typed is a file, not one of the names that the program knows: it has a '/', or ends
+// True when a typed word means a file and not a name that the program knows: it has a '/', or ends
 // in ".json".
 bool names_a_file(std::string_view typed);
 

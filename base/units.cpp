@@ -66,7 +66,7 @@ constexpr Unit kUnits[] = {
     {"degC", Dimension::temperature, 1},
 };
 
-// What people write who are used to other units. Rates of them are found by their parts.
+// Units of people who are used to other ones than ours. Rates of them are found by their parts.
 struct ForeignUnit {
   std::string_view suffix;
   Dimension dimension;

@@ -54,8 +54,8 @@ struct KeyParts {
 };
 KeyParts split_key(std::string_view key);
 
-// What a name ends in that looks like a unit, and is none of the table: "cm_s" of "speed_cm_s",
-// which is not in seconds; "bar". nullopt: it ends in a unit of the table, or in no unit.
+// An ending of a name that looks like a unit and is not in the table: "cm_s" of "speed_cm_s", which
+// is not in seconds; "bar". nullopt: the name ends in a unit of the table, or in no unit.
 struct UnknownUnit {
   std::string_view suffix;
   Dimension dimension = Dimension::none;  // what it measures; none: nobody knows

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What CLI11 refuses, as a person would say it, with what to type next. For programs without
-// subcommands: lcrigd and lcrig-sim.
+// Words for what CLI11 refuses, as a person would say them, with what to type next. For programs
+// without subcommands: lcrigd and lcrig-sim.
 #pragma once
 
 #include <string>
@@ -15,8 +15,8 @@ namespace lcrig {
 // "lcrigd: unknown option --confg; did you mean '--config'?", and a line that names the help.
 std::string usage_error(const CLI::App& app, const CLI::ParseError& error);
 
-// What --help, --version and mistakes of the command line are answered with, and the program's exit
-// status. An answer that nobody gets is a failure.
+// Prints the answer to --help, to --version or to a mistake of the command line, and returns the
+// exit status of the program. An answer that cannot be written is a failure.
 int answer_parse(const CLI::App& app, const CLI::ParseError& error);
 // 1, said on standard error, if what was printed did not get through; else 0.
 int end_of_output(const CLI::App& app);

@@ -29,7 +29,8 @@ int open_beside(const std::string& path, std::string& name) {
   return fd;
 }
 
-// So that a power cut does not lose the name. A folder that cannot be synced is none of ours.
+// Syncs the folder, so that a power cut does not lose the name. A folder that cannot be synced
+// belongs to somebody else and is left alone.
 void sync_folder_of(const std::string& path) {
   const auto folder = std::filesystem::path(path).parent_path();
   const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

@@ -51,7 +51,7 @@ std::string text_of(const Case& c) {
   return text;
 }
 
-// What a budget asks about.
+// One question to the budget.
 struct Question {
   Protocol protocol;
   Environment environment;

@@ -45,7 +45,7 @@ double pressure_Pa(int level) {
   return 10e3 + 90e3 * level / (kLevels - 1);
 }
 
-// Of each level.
+// True change of capacitance at each level.
 std::vector<double> true_curve(const Specimen& specimen, const LevelSettings& settings) {
   const auto model = make_level_model(true_specimen(specimen), settings).value();
   std::vector<double> out;

@@ -30,10 +30,10 @@ class LoadingPath {
     }
     return out;
   }
-  // By how much less than at the peak it is so long before it.
+  // Pressure at the peak less that `seconds` before it.
   double short_of_peak_kPa(double seconds) const { return peak_kPa_ - at(1 - seconds / seconds_); }
-  // Of the first one that a slope takes: its window, and what a sample's instant is off, must not
-  // reach over the peak.
+  // Time from the first reading that a slope uses to the peak. Its window, and the error of a
+  // sample's instant, must not reach over the peak.
   double first_s(double phase) const {
     const double t = phase * run_.interval_s;
     const double window_s = std::hypot(run_.meter.conversion_s.value_or(0), run_.sample_s);

@@ -205,7 +205,7 @@ class Walk {
     peak_kPa_ = loading_s_ = falling_s_ = 0;
   }
 
-  // Of a rest that follows a load the later half counts.
+  // After a load only the later half of a rest counts.
   void end_rest() {
     const double counts = cycles.empty() ? 1 : 0.5;
     rests.push_back(
@@ -231,7 +231,8 @@ class Walk {
   std::vector<PlannedLevel> falling_;
 };
 
-// Of `const Steps`, or of `Steps` that `visit` may change: their insides are as const as they are.
+// Visits all steps, those inside of loops, too. `visit` may change them exactly when `steps` is not
+// const.
 template <class AnySteps, class Visit>
 void each_step(AnySteps& steps, const Visit& visit) {
   for (auto& step : steps) {

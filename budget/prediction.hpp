@@ -47,7 +47,8 @@ struct PlannedRun {
   bool noise_guessed = false;  // nobody has measured it under this aperture
   double force_noise_N = 0;  // of one sample of the frame
   double interval_s = 0;  // between readings of a continuous record
-  // What is later from one reading to the next, until it is so much earlier again.
+  // Each reading is found `later_s` later after its conversion than the one before, until the
+  // driver asks `earlier_s` earlier again.
   double later_s = 0, earlier_s = 0;
   double sample_s = 0;  // between samples of the frame
   double area_m2 = 0;  // of the probe

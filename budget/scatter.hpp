@@ -12,16 +12,16 @@ namespace lcrig {
 struct Scatter {
   double value = 0;  // what the model lets expect
   double meter = 0, force = 0;  // standard errors that the noise of the two makes
-  // The same of chance: where on a loading at constant speed the readings fall, and its turn.
+  // Standard error by chance: where on a loading at constant speed the readings fall, and its turn.
   double instants = 0;
 };
 
-// From levels, else from the loading branches. Nothing: fewer than two different pressures.
+// From levels, else from the loading branches. nullopt: fewer than two different pressures.
 std::optional<Scatter> scatter_of_slope(const PlannedRun& run, const PressureRange& range);
-// Nothing: no reading is taken at rest, or none under load.
+// nullopt: no reading is taken at rest, or none under load.
 std::optional<Scatter> scatter_of_dynamic_range(const PlannedRun& run);
 
-// Of the pressure at the instant of a reading, standard deviation.
+// Standard deviation of the pressure at the instant of a reading.
 double force_noise_kPa(const PlannedRun& run);
 
 }  // namespace lcrig

@@ -11,7 +11,7 @@ namespace lcrig {
 
 namespace {
 
-// Of the readings near the peak, so many must be of a hold for the force to look steady.
+// Share of the readings near the peak that must belong to a hold before the force counts as steady.
 constexpr double kHeld = 0.75;
 
 // Parts of the peak, less 1, of the readings that the fit takes.
@@ -75,7 +75,8 @@ double scatter_of_turn_kPa(const PlannedRun& run, const PlannedCycle& cycle) {
   return loading.short_of_peak_kPa(run.sample_s / 2) / std::sqrt(12);
 }
 
-// Of the mean of a plateau, or of the fit where there is none. Nothing: no reading is under load.
+// Scatter of the mean of a plateau, or of the fit where there is none. nullopt: no reading is under
+// load.
 std::optional<PeakScatter> scatter_of_peak(const PlannedRun& run, const PlannedCycle& cycle) {
   double readings = 0, seconds = 0, held = 0, all = 0;
   for (const PlannedStretch& s : cycle.rising) {
@@ -93,8 +94,8 @@ std::optional<PeakScatter> scatter_of_peak(const PlannedRun& run, const PlannedC
   return PeakScatter{unit_variance_of_fit(run, cycle), scatter_of_turn_kPa(run, cycle)};
 }
 
-// By how much each rest moves the mean of (peak - rest) over the cycles: as the rest before a
-// cycle, and through the line of drift, which is subtracted from rest to peak.
+// Weight of each rest in the mean of (peak - rest) over the cycles: as the rest before a cycle, and
+// through the line of drift, which is subtracted from rest to peak.
 std::vector<double> influence_of_rests(const PlannedRun& run) {
   const auto cycles = static_cast<double>(run.cycles.size());
   double carried_s = 0;

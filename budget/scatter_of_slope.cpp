@@ -32,7 +32,8 @@ std::optional<Scatter> slope_of_levels(const PlannedRun& run, const PressureRang
   return slope_of(run, line.sxx(), line.sxy());
 }
 
-// Of the curve at pressures evenly over what a loading reaches of the range, as in the analysis.
+// Slope of the curve at even pressures over the part of the range that a loading reaches, as in the
+// analysis.
 double even_slope(const PlannedRun& run, const PressureRange& range, double peak_kPa) {
   const double from = std::max(range.from_kPa, kCycleEdge * peak_kPa);
   const double to = std::min(range.to_kPa, peak_kPa);
@@ -45,7 +46,7 @@ double even_slope(const PlannedRun& run, const PressureRange& range, double peak
   return line.sxy() / line.sxx();
 }
 
-// Of one loading.
+// Slope of one loading, and what makes it uncertain.
 struct LoadingSlope {
   double slope = 0, sxx = 0;
   double variance = 0;  // of the slope, by where the readings fall

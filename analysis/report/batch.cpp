@@ -29,7 +29,7 @@ Error no_batch(const Database& db, std::string_view name) {
                            list.empty() ? "it has none" : "known: " + printable(list, 1000)));
 }
 
-// What its pictures and tables do not need is many megabytes.
+// Drops the rows that pictures and tables do not need: many megabytes.
 void drop_rows(RunData& data) {
   data.readings = {};
   data.frame = {};

@@ -12,7 +12,8 @@ namespace lcrig::report {
 
 struct ModelRequest {
   std::string specimen_text, specimen_name;
-  // Of a simulated run: what its bench chose (storage: model_level, model_error_json).
+  // Only in a simulated run: the level that its bench chose (storage: model_level,
+  // model_error_json).
   std::optional<std::string> level, choice_json;
   double probe_area_m2 = 0;
   std::vector<double> pressure_kPa;  // over the probe, any order

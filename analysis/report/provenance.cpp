@@ -16,7 +16,7 @@ namespace lcrig::report {
 namespace {
 
 constexpr std::size_t kMostEvents = 200;
-// What every run has; the rest is worth reading.
+// Every run has these events; the report lists the others.
 bool is_ordinary(const EventRow& event) {
   switch (event.kind.kind()) {
     case EventKind::step_begin:

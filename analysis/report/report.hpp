@@ -13,7 +13,7 @@
 
 namespace lcrig {
 
-// What the model says of the run's specimen.
+// The model's curve for the specimen of the run.
 struct ModelledCurve {
   std::string level;
   // Relative, of delta C at the largest pressure; absent: not known.
