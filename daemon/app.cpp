@@ -29,7 +29,7 @@ constexpr Duration kStatusInterval = 100ms;
 constexpr Duration kWorldPatience = 3s;  // many bonded layers take minutes
 constexpr Duration kStopExtension = 30s;
 
-// What of a run belongs into the journal beside its begin, its end, and instruments that were lost
+// Events of a run that the journal shows beside its begin, its end, and instruments that were lost
 // (protocols/run/losses.cpp).
 bool is_for_journal(EventKind kind) {
   return kind == EventKind::limit || kind == EventKind::stop_failed || kind == EventKind::loaded;
@@ -186,8 +186,8 @@ bool App::is_working() {
   return false;
 }
 
-// What `systemctl status` shows; and a stop may take as long as `finally` does, while all parts
-// move.
+// Updates the line that `systemctl status` shows. A stop may take as long as `finally` does, while
+// all parts move.
 void App::tell_service(bool working) {
   if (live_run() != nullptr) notifier_.status(service_line(session_->status()));
   if (rig_->is_reckoning()) notifier_.status("reckons the simulated specimen");

@@ -30,7 +30,7 @@
 
 namespace lcrig {
 
-// What a rehearsal has other than a daemon.
+// Parts in which a rehearsal differs from a daemon.
 struct AppParts {
   // Reads and checks the config file again; on a thread of its own. Empty: there is none.
   std::function<Result<Config>()> load_config;
@@ -72,7 +72,7 @@ class App final : public ControlHandler, public QueueHost {
   bool frame_may_be_left() const;
   Task<> make_frame_safe();
 
-  // Of the control socket.
+  // Figures of the control socket.
   std::size_t clients() const { return control_->clients(); }
   std::size_t waiting_bytes() const { return control_->waiting_bytes(); }
   std::size_t held_bytes() const { return control_->held_bytes(); }
@@ -99,7 +99,7 @@ class App final : public ControlHandler, public QueueHost {
   QueueHandler* queue() override { return queue_.get(); }
 
  private:
-  // What the instruments are used for. Only an idle daemon begins something new.
+  // The present use of the instruments. Only an idle daemon begins something new.
   enum class Use {
     idle,
     asking,  // who they are, or what a plan needs to know
@@ -114,7 +114,7 @@ class App final : public ControlHandler, public QueueHost {
   void take_config(Config wanted);
   void config_changed();
   void look_for_resumable();
-  // What the queue needs (app_queue.cpp).
+  // Work for the queue (app_queue.cpp).
   Result<> open_queue();
   Task<> run_queue();
   bool is_running() const override { return use_ == Use::starting || use_ == Use::running; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What people say to a run that waits for them (a confirmation, an answer), and what they call one.
+// Requests of people about a run: a confirmation or an answer that it waits for, and tags.
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the queue needs of the daemon.
+// The part of App that serves the queue.
 #include <spdlog/spdlog.h>
 
 #include <utility>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What clients of the control socket ask for: runs that start, go on and stop, specimens.
+// Requests of clients of the control socket: runs that start, go on and stop, specimens.
 #include <spdlog/spdlog.h>
 
 #include <utility>

@@ -17,7 +17,7 @@ std::string at_words(const PlannedStop& stop) {
   return fmt::format("the end of the {} (step {})", place_words(stop.place), stop.step_id);
 }
 
-// What the run waits for before it goes on to that end; empty: nothing.
+// The thing that the run waits for before it can go on to that end; empty: nothing.
 std::string but_first(RunState state) {
   switch (state) {
     case RunState::paused: return "; it is paused, and goes on with `lcrig resume`";

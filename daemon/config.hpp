@@ -14,7 +14,7 @@ namespace lcrig {
 
 enum class FrameDriver { zwick, dead_weight };
 
-// What only a person knows of a frame, and its gateway does not say.
+// Facts about a frame that only a person knows, because its gateway does not say them.
 struct FrameFacts {
   std::optional<double> stiffness_N_m;  // of frame, cell and fixture, at most; absent: rigid
   std::optional<double> start_gap_m;  // at which a run begins

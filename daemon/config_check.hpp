@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a config file only the computer can tell: whether the bench, the folders and the socket
-// that it names can be used. Opens no port and creates nothing.
+// Checks of a config file that depend on this computer: whether the bench, the folders and the
+// socket that it names can be used. Opens no port and creates nothing. lcrigd uses it at its start,
+// on a reload and for `--check-config`, and `lcrig config check` too.
 #pragma once
 
 #include <string>
@@ -13,9 +14,9 @@ namespace lcrig {
 // Errors: invalid_request with what, where and what to do next; `detail` has what else is wrong.
 // `file` is the config file.
 Result<> check_surroundings(const Config& config, const std::string& file);
-// What keeps no daemon from working, but will be missed.
+// Mistakes that no daemon fails at, but that people will notice later.
 std::vector<std::string> config_warnings(const Config& config, const std::string& file);
-// What was taken from the file, a line each.
+// The settings that the file made, a line each.
 std::string config_summary(const Config& config);
 
 }  // namespace lcrig

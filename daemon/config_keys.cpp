@@ -9,7 +9,7 @@ namespace lcrig {
 
 namespace {
 
-// Whom a key belongs to.
+// The part of the configuration that a key belongs to.
 enum class Part { daemon, rig, bench };
 
 struct Key {
@@ -144,7 +144,7 @@ ConfigSource source_of(const Config& config, std::string_view key) {
   return is_given(config.given, key) ? ConfigSource::file : ConfigSource::built_in;
 }
 
-// What is said of the rig belongs together.
+// All keys of the rig belong together.
 bool is_of_rig(const Key& key) {
   return key.part != Part::daemon;
 }

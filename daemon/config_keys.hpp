@@ -19,8 +19,8 @@ struct ConfigChange {
   ConfigValue from, to;
   ConfigEffect effect = ConfigEffect::at_once;
 };
-// What differs in `wanted` and when it can be taken. Where the rig itself is another one (its
-// drivers, its ports, a bench) all that is said of it waits for the restart: never half a rig.
+// The keys that differ in `wanted`, and when each can be taken. If the rig itself changes (its
+// drivers, its ports, a bench), all keys of the rig wait for the restart: never half a rig.
 std::vector<ConfigChange> changes_of(const Config& in_force, const Config& wanted);
 
 // Takes from `wanted` what `changes` says can be taken so.

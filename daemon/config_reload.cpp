@@ -71,7 +71,7 @@ ConfigView ConfigReload::view() const {
     key->waiting = change.to;
     key->effect = change.effect;
   }
-  // What was taken may stand in the file only since then, or not any more.
+  // A key that was taken may be new in the file, or gone from it.
   for (auto& key : out.keys) {
     const auto now = std::ranges::find(of_file, key.key, &ConfigKeyView::key);
     if (!key.waits && now != of_file.end()) key.source = now->source;

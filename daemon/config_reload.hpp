@@ -16,8 +16,8 @@ class ConfigReload {
   // `in_force` outlives it and changes only in the calls below.
   explicit ConfigReload(Config& in_force) : in_force_(in_force) {}
 
-  // A good file. Takes at once what can be taken so, and, of an idle daemon, the rest that needs no
-  // restart. Returns what the journal is told, a line each.
+  // Applies a file without mistakes. Some keys change at once. The others change while the daemon
+  // is idle (`idle`, or take_when_idle), or need a restart. Returns the lines for the journal.
   std::vector<std::string> take(Config wanted, bool idle);
   // The daemon is idle now: takes what waited for that. Empty: nothing did.
   std::vector<std::string> take_when_idle();

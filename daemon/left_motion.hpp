@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Did a daemon that died leave a frame that it had commanded? Asked before the database is opened
-// for writing, which another program, a full or a slow disk may hold up: the frame is stopped
-// first.
+// Tells whether a daemon that died may have left a frame moving. App asks before it opens the
+// database for writing, because another program, a full or a slow disk may hold that up, and the
+// frame has to be stopped first.
 #pragma once
 
 #include <cstdint>

@@ -93,7 +93,8 @@ Task<> end_on_signal(asio::io_context& io, asio::signal_set& signals, App& app,
   io.stop();
 }
 
-// Of a daemon that has no terminal nobody means its end by it.
+// SIGHUP normally ends a program whose terminal closes. The daemon has no terminal, so the signal
+// means: read the config file again.
 Task<> reload_on_hangup(asio::signal_set& hangups, App& app) {
   for (;;) {
     co_await hangups.async_wait(asio::use_awaitable);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the daemon knows of its own health, as Prometheus reads it (text format 0.0.4).
+// The daemon's health as Prometheus reads it (text format 0.0.4). App writes it into
+// `metrics_file`.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +14,7 @@
 
 namespace lcrig {
 
-// Of files and of the kernel. Absent: not known.
+// Figures from files and from the kernel. Absent: not known.
 struct SystemFigures {
   std::optional<double> wal_bytes, database_bytes, disk_free_bytes;
   std::optional<double> steal_s;  // since the computer started, of all processors

@@ -133,7 +133,7 @@ class Rehearsal {
     return true;
   }
 
-  // What the rows say.
+  // Reads the result from the rows.
   Result<RehearseResult> summarise() {
     RehearseResult out;
     static_cast<RunOutcome&>(out) = *outcome_;
@@ -159,7 +159,7 @@ class Rehearsal {
     return out;
   }
 
-  // What was answered to each question, the first time, and where the answer came from.
+  // The first answer to each question, and where it came from.
   static Result<> add_answers(const Database& db, RehearseResult& out) {
     const auto read = [&out](const Statement& row) {
       const auto answer = from_json<AnswerEvent>(row.text(1));

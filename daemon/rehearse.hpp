@@ -24,7 +24,7 @@ struct RehearseRequest : RunRequest {
   std::string db_path;
   // Fault script (docs/faults.md); an empty text: nothing goes wrong.
   std::string faults_name, faults_text;
-  // What its person answers (docs/protocol-file.md); an empty text: defaults, or something that
+  // Answers of its person (docs/protocol-file.md). An empty text: the defaults, or something that
   // fits.
   std::string answers_name, answers_text;
   // Called on the calling thread whenever the status changed; may be empty.

@@ -81,7 +81,7 @@ class BatchRehearsal {
     return empty_queue();
   }
 
-  // What a rehearsal that was broken off left is nobody's; anything else is a queue of people.
+  // Entries of a rehearsal that was broken off belong to nobody. All others are a queue of people.
   Result<> empty_queue() {
     auto db = open_read_write(request_.db_path);
     if (!db) return fail(db.error());
@@ -208,7 +208,7 @@ class BatchRehearsal {
     return true;
   }
 
-  // What the rows say.
+  // Reads the result from the rows.
   Result<> sum_up() {
     auto db = open_read_only(request_.db_path);
     if (!db) return fail(db.error());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the journal and the service manager are told of a run: one line each.
+// Words about a run for the journal and the service manager, one line each. App writes them.
 #pragma once
 
 #include <cstdint>

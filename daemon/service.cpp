@@ -60,8 +60,8 @@ bool lock_memory() {
   const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
   const bool endless = ::setrlimit(RLIMIT_MEMLOCK, &unlimited) == 0;
   if (::mlockall(MCL_CURRENT) != 0) return false;  // reads in what is not there yet
-  // What comes later (the heap, stacks of threads), as it is used. Not below a limit: a program
-  // that reaches it gets no memory at all.
+  // Memory that comes later (the heap, stacks of threads) is locked when it is used. Not below a
+  // limit: a program that reaches it gets no memory at all.
   if (endless) ::mlockall(MCL_FUTURE | MCL_ONFAULT);
   return true;
 }

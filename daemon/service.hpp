@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a service needs: sd_notify(3) without libsystemd, the watchdog, and its memory.
+// The daemon as a service: sd_notify(3) without libsystemd, the watchdog, and its memory. App and
+// main use it.
 #pragma once
 
 #include <optional>

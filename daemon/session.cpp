@@ -288,8 +288,8 @@ void Session::tell_locked(Duration waited, std::size_t rows) {
   recorder_.event(RunEvent(clock_.now(), EventKind::database_locked, "", text));
 }
 
-// What lies beyond the table of a simulated specimen is no physics. The force that acted counts: a
-// cell that errs shows another.
+// Beyond the table of a simulated specimen there is no physics. The force that acted counts: a cell
+// that errs shows another.
 void Session::note_extrapolation() {
   const auto solved_N = instruments_->info().solved_to_N;
   if (!solved_N || instruments_->door() == nullptr) return;

@@ -36,16 +36,16 @@ struct PreparedRun {
   std::optional<std::int64_t> queue_entry;  // whose turn it is
   std::optional<ExpectedAtRest> at_rest;  // compared before anything moves; none: not compared
 };
-// Of the limits; a small one where the protocol names none.
+// The force limit of the protocol; a small force where it names none.
 double largest_force_N(const Protocol& protocol, const Environment& environment);
 // Errors: invalid_request with file position and JSON pointer.
 Result<PreparedRun> prepare_run(RunRequest request);
-// What its instruments have to be. `run` outlives the answer.
+// The instruments that a run needs. `run` outlives the answer.
 InstrumentsRequest instruments_for(const PreparedRun& run);
 
-// What a plan needs to know of identified instruments and of the specimen on them.
+// The rig for a plan, from identified instruments and the specimen on them.
 Rig describe_rig(Instruments& instruments);
-// What the file of the specimen says, where the rig has no model of it.
+// Adds the facts from the specimen's file, where the rig has no model of it.
 void add_specimen(Rig& rig, const PreparedRun& run);
 
 class Session {
@@ -64,8 +64,8 @@ class Session {
   Task<RunResult> execute();
   Task<> close();
 
-  // What it learns of the instruments, and what for they are asked. Before `preview` and `open`;
-  // `known` outlives this.
+  // Where it reports what it learns of the instruments, and why they are asked. Before `preview`
+  // and `open`; `known` outlives this.
   void report_to(KnownRig& known, LearnedBy why);
 
   Instruments& instruments() { return *instruments_; }
@@ -79,17 +79,18 @@ class Session {
   const std::optional<std::string>& stranger() const { return stranger_; }
   // After `open` failed: the run that it was to continue, if no later attempt can.
   std::optional<std::int64_t> lost_run() const { return lost_run_; }
-  // What was planned, after `preview` or `open` succeeded.
+  // The plan, after `preview` or `open` succeeded.
   const Plan& planned() const { return plan_; }
-  // Of acknowledged rows only.
+  // Status from acknowledged rows only.
   RunStatus status() const;
-  // After `execute`: of the chain of the closed run, as text; empty when it could not be closed.
+  // After `execute`: the anchor of the closed run's chain, as text; empty when it could not be
+  // closed.
   const std::string& anchor() const { return anchor_; }
   bool simulated() const;  // an instrument of it is; after `preview` or `open`
   bool is_turn_of_queue() const { return prepared_.queue_entry.has_value(); }
   bool places_weights() const { return prepared_.places_weights; }
   const std::string& operator_name() const { return prepared_.request.operator_name; }
-  // What its owner wants to hear; each may be empty.
+  // Calls to its owner; each may be empty.
   struct Listener {
     std::function<void(const RunProgress&)> step;  // begins
     std::function<void()> stop;  // the frame was stopped, or did not confirm it

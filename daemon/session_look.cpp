@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a session meets its instruments: it asks who they are, looks at the frame, takes command.
-// What it learns of them is known to the daemon from then on, whatever becomes of the run.
+// How a session meets its instruments: it asks who they are, looks at the frame, takes command. The
+// daemon knows what it learns of them from then on, whatever becomes of the run.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -84,7 +84,7 @@ void Session::learn(Instrument which, const Result<Identity>& answer) {
   }
 }
 
-// What was learned on the way here is of this run now.
+// From here on the things learned belong to this run.
 void Session::learn_of_run(std::int64_t run) {
   learned_ = Learned(LearnedBy::run, run);
   for (const Instrument which : {Instrument::lcr, Instrument::frame}) on_loss(which, nullptr);

@@ -53,8 +53,8 @@ FdTransport::~FdTransport() {
   close();
 }
 
-// What a port that went away still holds reaches nobody, and a driver may take seconds to close it:
-// nobody waits for that.
+// Bytes in a port that went away reach nobody, and a driver may take seconds to close it. So it is
+// closed aside, and not waited for.
 void FdTransport::close() {
   if (!descriptor_.is_open()) return;
   const int fd = descriptor_.release();

@@ -80,8 +80,8 @@ struct LcrCapabilities {
   // Time of one conversion without averaging, by aperture (fast, medium, slow).
   Duration conversion[3] = {};
   Duration conversion_time(const LcrSettings& s) const;  // with averaging
-  // Of a meter that converts by itself and answers at once: each value is found this much later
-  // after its conversion than the one before, until the driver asks so much earlier again.
+  // For a meter with internal trigger that answers at once: by how much later after its conversion
+  // each value is found than the one before, and by how much the driver then asks earlier again.
   Duration found_later{}, found_earlier{};
 };
 

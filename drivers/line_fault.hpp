@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can happen to bytes on their way from a simulated instrument. Used by the simulators and by
-// the FaultPlayer.
+// Faults of the bytes on their way from a simulated instrument. Used by the simulators and by the
+// FaultPlayer.
 #pragma once
 
 #include <cstdint>

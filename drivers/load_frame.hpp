@@ -97,8 +97,8 @@ class Operator {
   virtual const std::string& prompt() const = 0;  // the open prompt; empty: none
 };
 
-// What the frame reports that only a person can clear (docs/frame-link.md, section 6), as words
-// for people: E-stop, drive off, shield, a motion that a fault ended. nullopt: no such fault.
+// Words for an event that only a person can clear (docs/frame-link.md, section 6): E-stop, drive
+// off, shield, a motion that a fault ended. nullopt: not such an event.
 std::optional<std::string_view> frame_fault_words(EventKind kind);
 
 // One motion at a time. A motion task returns when the device reports the end of the motion.

@@ -53,12 +53,12 @@ std::string_view what_to_do(int error) {
 
 }  // namespace
 
-// What of the logs went wrong and was told: the same is not told again with every port that is
-// opened. Of the writer's thread, but for the flags.
+// The troubles with logs that were told, so that the same is not told again with every port that is
+// opened. Used by the writer's thread only, but for the flags.
 class WireLogWriter::Told {
  public:
   std::atomic<bool> forget = false;
-  // Nobody waits for the thread any more: the process may be at its end, and its journal gone.
+  // The thread is not waited for any more: the process may be at its end, and its journal gone.
   std::atomic<bool> left_alone = false;
   void warn(const std::string& path, const std::string& whose, std::string_view what, int error) {
     if (left_alone) return;
@@ -74,7 +74,7 @@ class WireLogWriter::Told {
   std::map<std::string, int> errors_;  // of each instrument
 };
 
-// Of the writer's thread, but for the names.
+// Used by the writer's thread only. `path` and `whose` never change.
 struct WireLogWriter::Log {
   Log(std::string p, std::string w) : path(std::move(p)), whose(std::move(w)) {}
   ~Log() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an event carries beside its kind, where programs read it. The detail of every other kind is
-// words for people. Whoever writes such an event fills the struct; whoever reads one gets it back.
+// The data of an event beside its kind, for kinds that programs read. The detail of every other
+// kind is words for people. A writer of such an event fills the struct; a reader gets it back.
 #pragma once
 
 #include <concepts>
@@ -43,7 +43,7 @@ struct LookAtRest {
 using RestEvent = LookAtRest<EventKind::rest>;
 using DriftEvent = LookAtRest<EventKind::drift>;
 
-// Of a motion that stopped at a force.
+// A motion that stopped at a force.
 template <EventKind kind>
 struct OvershootOf {
   static constexpr EventKind kKind = kind;
@@ -54,7 +54,7 @@ struct OvershootOf {
 using OvershootEvent = OvershootOf<EventKind::overshoot>;
 using OvershootExceededEvent = OvershootOf<EventKind::overshoot_exceeded>;
 
-// Of an instrument that was lost.
+// An instrument that was lost.
 template <EventKind kind>
 struct Absence {
   static constexpr EventKind kKind = kind;
@@ -131,7 +131,7 @@ struct RunPoint {
   std::optional<std::string> origin;  // LoadFrame::origin
 };
 
-// Who asked something of the run, by the kernel's word (docs/control.md).
+// The user who asked something of the run, by the kernel's word (docs/control.md).
 struct RequestEvent {
   static constexpr EventKind kKind = EventKind::request;
   std::string request, user;
@@ -150,7 +150,7 @@ struct AtAPlace {
 using StopAfterEvent = AtAPlace<EventKind::stop_after>;
 using PauseAtEvent = AtAPlace<EventKind::pause_at>;
 
-// What a person answered to an `ask` step.
+// A person's answer to an `ask` step.
 struct AnswerEvent {
   static constexpr EventKind kKind = EventKind::answer;
   std::string question, type;  // type: confirmation, choice, number, line

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who asked the daemon for what: the kernel's word for it (SO_PEERCRED), not the client's.
+// Who asked the daemon for what, by the kernel's word (SO_PEERCRED) and not the client's. App and
+// the control sessions note it.
 #pragma once
 
 #include <string>

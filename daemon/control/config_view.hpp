@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The configuration as people look at it: every key that applies, what it is, and whence. Of a file
-// that was read, or of the daemon, which may still go by an older one.
+// The configuration as `lcrig config` shows it: each key that applies, its value, and where the
+// value comes from. It describes a file, or the running daemon, which may still use an older file.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -15,7 +15,7 @@ namespace lcrig {
 using ConfigValue = std::variant<std::monostate, double, std::string>;  // monostate: none
 std::string to_text(const ConfigValue& value);
 
-// Who said so.
+// The place that a value comes from.
 enum class ConfigSource { built_in, file, command_line };
 std::string_view to_string(ConfigSource source);
 

@@ -107,7 +107,7 @@ Answer on_ask(ControlHandler& handler, json params, PeerCredentials peer) {
   co_return to_json(handler.status());
 }
 
-// What takes no params, and answers that it is done.
+// A method that takes no params and answers only that it is done.
 template <Task<Result<>> (ControlHandler::*method)(PeerCredentials)>
 Answer on_plain(ControlHandler& handler, json params, PeerCredentials peer) {
   if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());

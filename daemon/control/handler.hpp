@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the control socket asks of the daemon. App implements it; called on the io_context thread.
+// The interface between the control socket and the daemon. App implements it; called on the
+// io_context thread.
 #pragma once
 
 #include <cstdint>
@@ -40,8 +41,8 @@ class ControlHandler {
   // instead: `finally` goes on, a run that was being prepared does not begin. Errors: not_standing.
   virtual Task<Result<StopAnswer>> abort(std::string why, PeerCredentials peer) = 0;
   virtual Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials peer) = 0;
-  // What a start with the same request would do on this rig: looks, and commands nothing.
-  // Errors: as start_run.
+  // The plan that a start with the same request would make on this rig. Looks, and commands
+  // nothing.
   virtual Task<Result<Plan>> plan_run(RunRequest request, PeerCredentials peer) = 0;
   // Asks both instruments who they are; nothing at the frame changes. Errors: busy.
   virtual Task<Result<>> ask_instruments(PeerCredentials peer) = 0;

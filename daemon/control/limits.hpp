@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What clients may cost the thread that runs the instruments, in time and memory. The control
-// sessions ask before they read on or take a call; dispatch.cpp limits the structure of a line.
+// Limits of the time and memory that clients may cost the thread that runs the instruments. The
+// control sessions ask before they read on or take a call; dispatch.cpp limits the structure of a
+// line.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +10,7 @@
 
 namespace lcrig {
 
-// Of one message. The largest honest one is a run.start with its parameters.
+// Limits for one message. The largest honest one is a run.start with its parameters.
 inline constexpr std::size_t kControlDepthMax = 16, kControlValuesMax = 5000;
 
 // Shared by all clients of one server.
@@ -22,7 +23,7 @@ class ControlAllowance {
   // length never waits for other clients' long ones: it may be an abort.
   Duration charge(std::size_t bytes, MonoTime now);
 
-  // What each client may have of its own rate and burst: all of it among up to eight.
+  // Share of its own rate and burst that each client may have: all of it among up to eight clients.
   double share() const;
   void come() { ++clients_; }
   void go() { --clients_; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What travels over the control socket: JSON-RPC 2.0, one message per line. docs/control.md is the
-// contract. Plain structs here (SI inside), lab units on the wire.
+// The messages of the control socket: JSON-RPC 2.0, one message per line. docs/control.md is the
+// contract. Plain structs here (SI inside), lab units on the wire. The daemon and `lcrig` use them.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace lcrig {
 
 constexpr std::size_t kControlLineLimit = std::size_t{1} << 20U;  // bytes, without the newline
 
-// Who is at the other end (SO_PEERCRED). `user` is the name of `uid` as far as it is known, or
+// The process at the other end (SO_PEERCRED). `user` is the name of `uid` as far as it is known, or
 // "uid 1000" (UserNames).
 struct PeerCredentials {
   std::uint32_t uid = 0;
@@ -43,7 +43,7 @@ struct TagRequest {
   bool remove = false;
 };
 
-// What came of an abort or a freeze, or of a stop or a pause that waits.
+// Result of an abort or a freeze, or of a stop or a pause that waits.
 enum class StopState {
   standing,  // the frame confirmed it after this request
   finally,  // it is running and goes on
@@ -59,8 +59,8 @@ struct StopAnswer {
   std::string note;  // in words
 };
 
-// What is known of an instrument. `unasked`: nobody asked it since the daemon began, or since its
-// port came back.
+// Condition of an instrument. `unasked`: nobody asked it since the daemon began, or since its port
+// came back.
 enum class InstrumentCondition { unasked, ready, in_use, absent, fault };
 std::string_view to_string(InstrumentCondition c);
 
@@ -99,10 +99,11 @@ struct ResumableRun {
 // The queue at a glance (docs/queue.md).
 struct QueueStatus {
   bool going = false;
-  std::string cause, why;  // when it does not go
+  std::string cause, why;  // when it does not go: a word of HoldCause (queue/decide.hpp)
   std::int64_t count = 0;  // of the entries in it
   std::optional<std::int64_t> entry;  // the first of them
-  // "specimen", "probe", "fixture", "stranger", "person" or "time", and in words; empty: no gate
+  // What the first entry waits for, and in words: a gate ("specimen", "probe", "fixture",
+  // "stranger" or "person", Gate::Kind in queue/decide.hpp), or "time". Empty: nothing.
   std::string gate, prompt;
   std::string locked_by;  // empty: nobody
 };

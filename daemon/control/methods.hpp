@@ -14,7 +14,7 @@
 
 namespace lcrig {
 
-// What a method answers: its result, or the error as JSON-RPC knows it.
+// Answer of a method: its result, or the error as JSON-RPC knows it.
 using MethodAnswer = Task<tl::expected<nlohmann::json, RpcError>>;
 
 struct ControlMethod {

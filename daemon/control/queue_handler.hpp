@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What clients of the control socket ask of the queue. QueueRunner implements it; called on the
+// The interface between the control socket and the queue. QueueRunner implements it; called on the
 // io_context thread. Every change is stored before its task returns.
 #pragma once
 
@@ -25,7 +25,7 @@ struct QueueAdd {
   QueueTerms terms;
 };
 
-// What an entry will take, as far as it is known.
+// Time and room that an entry will need, as far as they are known.
 struct EntryPlan {
   std::optional<double> duration_s;  // nullopt: it could not be planned yet, and `why_not` says why
   std::string why_not;

@@ -33,7 +33,7 @@ Result<PeerCredentials> credentials_of(int fd) {
   return peer;
 }
 
-// What stands in the way of a new socket at `path`. A file that is no socket stays.
+// Removes the socket of a daemon that is gone. A file at `path` that is no socket stays.
 Result<> clear_stale_socket(asio::any_io_executor executor, const std::string& path) {
   struct stat info{};
   if (::lstat(path.c_str(), &info) != 0) return {};

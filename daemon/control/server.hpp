@@ -35,7 +35,7 @@ class ControlServer {
   void publish_run_ended(const RunOutcome& ended);
   void publish_queue(const QueueStatus& queue);
 
-  // What a user is called (UserNames::find).
+  // Name of a user (UserNames::find).
   Task<std::string> user_name(std::uint32_t uid, Duration patience) {
     return names_.find(uid, patience);
   }

@@ -21,7 +21,7 @@ namespace lcrig {
 namespace {
 
 constexpr std::size_t kChunk = 16384;
-// Of one client, before the instruments and the others have their turn.
+// Lines of one client that are read before the instruments and the other clients have their turn.
 constexpr int kLinesAtOnce = 16;
 }  // namespace
 

@@ -27,7 +27,7 @@ struct ControlOptions {
   // 4 KiB of it, because that is what it costs the thread that runs the instruments.
   double calls_per_s = 200;
   double burst = 400;
-  // Of all clients together: what lines above 4 KiB may bring, and what may be under way.
+  // Limits of all clients together: bytes in lines above 4 KiB, and bytes of calls under way.
   double long_bytes_per_s = 4 << 20U;
   std::size_t max_all_call_bytes = std::size_t{16} << 20U;
   UserNames::Lookup user_name = UserNames::of_system;
@@ -56,9 +56,10 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   void finish();
   void close();  // now
   bool watching() const { return watching_; }
-  // Of lines that came in: at most one of the largest size, what is read at once, and calls.
+  // Bytes held for lines that came in: at most one line of the largest size, the bytes read at
+  // once, and the calls under way.
   std::size_t held_bytes() const { return in_.capacity() + call_bytes_; }
-  // What waits to be sent: at most max_queue_bytes and one status.
+  // Bytes that wait to be sent: at most max_queue_bytes and one status.
   std::size_t waiting_bytes() const { return queued_bytes_ + (status_ ? status_->size() : 0); }
 
  private:

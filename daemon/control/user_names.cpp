@@ -21,7 +21,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kFresh = 60s;
-// Of different users. A service that hangs keeps its threads.
+// Lookups of different users under way at once. A service that hangs keeps its threads.
 constexpr std::size_t kMostUnderWay = 8;
 
 }  // namespace

@@ -53,7 +53,7 @@ class UserNames {
   std::shared_ptr<Link> link_;  // to this, for threads that outlive it
 };
 
-// What stands for a name that is not known: "uid 1000".
+// Words for a user whose name is not known: "uid 1000".
 std::string uid_words(std::uint32_t uid);
 
 }  // namespace lcrig

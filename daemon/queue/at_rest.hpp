@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a specimen should show before anything presses it: whoever shows something else is a
-// stranger, and is not pressed before a person has looked.
+// The capacitance that a specimen should show before anything presses it. If another one is shown,
+// the queue asks a person before it presses. App asks for it before each turn.
 #pragma once
 
 #include <optional>
@@ -12,8 +12,8 @@
 
 namespace lcrig {
 
-// Of its own last run with this frequency that ended well; else of its file. nullopt: neither says
-// anything. Errors: an unreadable database.
+// From the specimen's last run at this frequency that ended well, else from its file. nullopt:
+// neither says anything. Errors: an unreadable database.
 Result<std::optional<ExpectedAtRest>> expected_at_rest(const Database& db, const PreparedRun& run);
 
 }  // namespace lcrig

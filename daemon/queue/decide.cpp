@@ -23,8 +23,8 @@ bool is_line_trouble(Errc code) {
   }
 }
 
-// What terms may decide on. Everything else holds the queue: stops, hazards, a disk or a program
-// that fails, and what the frame refuses in a run.
+// True for failures that the terms of an entry may decide on. Everything else holds the queue:
+// stops, hazards, a disk or a program that fails, and what the frame refuses in a run.
 bool may_be_skipped(const EntryOutcome& outcome) {
   if (!outcome.code) return false;
   switch (*outcome.code) {
@@ -66,7 +66,7 @@ std::string exchange_words(const std::optional<std::string>& before, const std::
   return fmt::format("{}put {} on, then type its name", off, now);
 }
 
-// What is on the rig, as far as the entry names it.
+// The gate of what has to be on the rig, as far as the entry names it.
 std::optional<Gate> gate_of_setup(const QueueFacts& facts, const HeadFacts& head) {
   const auto& terms = head.terms;
   if (facts.on_rig != head.specimen) {
@@ -99,7 +99,7 @@ std::optional<WaitUntil> wait_of(const QueueFacts& facts, const HeadFacts& head)
   return out;
 }
 
-// Of a failure that terms may decide on.
+// Aftermath of a failure that the terms may decide on.
 Aftermath as_terms_say(const EntryOutcome& outcome, const QueueTerms& terms, std::int64_t attempts,
                        Aftermath after) {
   const std::string reason = reason_of(outcome);
@@ -223,7 +223,8 @@ NextAct next_act(const QueueFacts& facts) {
 Aftermath aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std::int64_t attempts,
                        std::int64_t failures_in_row) {
   Aftermath after;
-  // What a hazard or a stop kept from beginning waits on; what its terms decide on has failed.
+  // An entry that a hazard or a stop kept from beginning still waits. An entry that its terms
+  // decide on has failed.
   after.entry = outcome.begun ? EntryState::failed : EntryState::waiting;
   after.failures_in_row = failures_in_row + 1;
   if (outcome.status == ExitStatus::success) {
@@ -240,7 +241,8 @@ Aftermath aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std
   if (outcome.status != ExitStatus::fail || outcome.code == Errc::aborted) {
     return held(std::move(after), HoldCause::aborted, reason_of(outcome));
   }
-  // Nobody but a person says again that the specimen was not touched meanwhile.
+  // Only a person may confirm again that the specimen was not touched, so a continuation that did
+  // not begin stays interrupted.
   after.entry = outcome.resumes && !outcome.begun ? EntryState::interrupted : EntryState::failed;
   if (!may_be_skipped(outcome) || after.entry == EntryState::interrupted) {
     return held(std::move(after), HoldCause::failure, reason_of(outcome));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the queue does next, and what it does after a run: decisions without I/O. The runner
+// Decides, without I/O, what the queue does next and what it does after a run. The runner
 // (runner.hpp) asks and obeys; storage/queue_run.hpp makes sure that nothing begins otherwise.
 #pragma once
 
@@ -68,7 +68,7 @@ BeginTime begin_time(const QueueTerms& terms, std::int64_t now_unix_s,
 // Errors: invalid_request, when it could never begin.
 Result<> check_begin(const QueueTerms& terms, std::int64_t now_unix_s);
 
-// What a person has to do before an entry begins.
+// Something that a person has to do before an entry begins.
 struct Gate {
   enum class Kind {
     specimen,  // put it on, and type its name
@@ -110,7 +110,7 @@ struct EntryOutcome {
   std::string reason;
   std::optional<Hazard> hazard;
 };
-// What follows from it.
+// Consequences of an outcome for the entry and the queue.
 struct Aftermath {
   EntryState entry = EntryState::failed;
   std::optional<HoldCause> hold;  // nullopt: the queue goes on

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a run forbids the next one until a person has looked at the rig, whatever a batch says.
+// Events and errors of a run after which the queue holds until a person has looked at the rig,
+// whatever a batch says. App collects them, the queue decides by them (decide.hpp).
 #pragma once
 
 #include <optional>
@@ -24,7 +25,7 @@ std::string_view words_of(Hazard hazard);
 std::optional<Hazard> hazard_of(const EventName& kind);
 std::optional<Hazard> hazard_of(Errc code);
 
-// Of one run: the worst of its events and of how it ended.
+// Keeps the worst hazard of one run, from its events and from how it ended.
 class HazardWatch {
  public:
   void take(std::optional<Hazard> hazard);

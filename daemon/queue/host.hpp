@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the queue needs of the daemon: a rig to plan on, runs that begin and end, names of users.
+// The interface by which the queue uses the daemon: a rig to plan on, runs that begin and end,
+// names of users. App implements it.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,7 @@ struct TurnEnd {
   std::optional<std::string> stranger;
 };
 
-// What an entry is planned on. The rig is asked only while nothing else uses it.
+// Basis of the plan of an entry. The rig is asked only while nothing else uses it.
 enum class PlanOn {
   rig,
   as_seen,  // as it answered last; if it did not, it is asked
@@ -45,7 +46,7 @@ class QueueHost {
   // From its preparation to its closed row.
   virtual Task<TurnEnd> take_turn(TurnOfQueue turn) = 0;
   virtual double left_s() const = 0;  // of the run that goes on, as planned; 0: none does
-  // The instruments that the next turn meets are the right ones, whoever they are.
+  // Accepts whatever instruments answer at the next turn.
   virtual void forget_identities() = 0;
   virtual Task<std::string> name_of(const PeerCredentials& peer) = 0;
   virtual void queue_changed(const QueueStatus& status) = 0;

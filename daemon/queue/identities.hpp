@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The instruments that the turns of a queue meet are those of the first one after a person started
-// it: another one is never commanded without a person's word.
+// Remembers which instruments answered at the first turn after a person started the queue. App
+// compares each later turn with them, and commands no other instrument without a person's word.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What waits in the queue, read from a database: for the daemon's clients, and for `lcrig queue`
+// Reads the entries of the queue from a database: for the daemon's clients, and for `lcrig queue`
 // while no daemon runs.
 #pragma once
 
@@ -19,7 +19,7 @@ Result<QueuePage> read_queue_page(const Database& db, std::int64_t now_unix_ns, 
 // Errors: also invalid_request, when there is no such entry.
 Result<ListedEntry> read_listed_entry(const Database& db, std::int64_t now_unix_ns, double left_s,
                                       std::int64_t entry);
-// Of a queue that no daemon runs: it is held, whatever the daemon had written last.
+// Status of a queue while no daemon runs: it is held, whatever the daemon had written last.
 Result<QueueStatus> read_queue_at_rest(const Database& db);
 
 }  // namespace lcrig

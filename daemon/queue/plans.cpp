@@ -20,7 +20,7 @@ std::string key_of(const RunRequest& run) {
 
 }  // namespace
 
-// What it knows of a specimen is of one that is not there any more.
+// The facts about a specimen belong to one that is not on the rig any more.
 void QueuePlans::see(Rig rig, bool with_weights) {
   rig.compression_m = {};
   rig.specimen_least_m = {};

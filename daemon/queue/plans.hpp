@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plans of entries: the rig as it was seen last, for what is queued while a run goes on, and the
-// plans that were made, for a queue that repeats the same run a thousand times.
+// Plans of queue entries. Keeps the rig as it was last seen, to plan on while a run goes on, and
+// the plans already made, because a queue may repeat the same run a thousand times. App owns it.
 #pragma once
 
 #include <map>
@@ -21,7 +21,7 @@ class QueuePlans {
     return with_weights ? rod_ : frame_;
   }
 
-  // Of a request with all its texts.
+  // `run` has the texts of its protocol and its specimen.
   std::optional<EntryPlan> find(const RunRequest& run) const;
   void keep(const RunRequest& run, const EntryPlan& plan);
   void forget() { plans_.clear(); }

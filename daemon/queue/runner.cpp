@@ -209,7 +209,7 @@ Task<> QueueRunner::step() {
   }
 }
 
-// Whoever sets the clock by hours may not know that a run waits for it.
+// A person who sets the clock by hours may not know that a run waits for it.
 std::optional<double> QueueRunner::clock_step_s(const NextAct& next) {
   constexpr std::int64_t kStep_ns = 2 * kSecond_ns;
   const std::int64_t offset_ns = wall_offset_ns(clock_);
@@ -234,7 +234,7 @@ Task<> QueueRunner::wait_for_change(std::uint64_t seen, Duration patience) {
   co_await changed_.wait(changed, limit);
 }
 
-// Whoever looks sees what the queue waits for; a gate is told once.
+// Updates the status that clients see, and logs a gate when it first appears.
 void QueueRunner::show_look(const Look& look, const NextAct& next) {
   const Gate* gate = std::get_if<Gate>(&next);
   const std::string before = status_.prompt;

@@ -66,7 +66,7 @@ class QueueRunner final : public QueueHandler {
   static Result<Look> look_at(const Database& db);
   QueueFacts facts_of(const Look& look) const;
   Task<> step();
-  // What is next, as the status now says.
+  // Finds the next act and updates the status.
   Task<Result<NextAct>> look();
   void show_look(const Look& look, const NextAct& next);
   Task<> wait_for_change(std::uint64_t seen, Duration patience);
@@ -95,7 +95,7 @@ class QueueRunner final : public QueueHandler {
   QueueStatus status_;
   std::optional<Gate> gate_;  // that is shut
   std::optional<MonoTime> person_seen_;  // acted then, and no turn began since
-  // What a person said is on the rig; nobody knows after a restart.
+  // Probe and fixture on the rig, as a person named them; forgotten by a restart.
   std::optional<std::string> probe_, fixture_;
   // The entry whose specimen does not show what it should, and the one that a person vouched for.
   std::optional<std::pair<std::int64_t, std::string>> stranger_;

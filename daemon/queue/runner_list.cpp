@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of the queue and changes nothing.
+// Requests to the queue that change nothing.
 #include "daemon/queue/pages.hpp"
 #include "daemon/queue/runner.hpp"
 

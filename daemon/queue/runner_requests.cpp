@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What clients change of the queue, and what they answer at a gate.
+// Requests of clients that change the queue, and their answers at a gate.
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>

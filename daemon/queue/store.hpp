@@ -26,7 +26,7 @@ class QueueStore {
         vfs_(std::move(vfs)),
         free_(clock) {}
 
-  // What `job` returned, a Result; or why the database could not be opened.
+  // Returns the Result of `job`, or why the database could not be opened.
   template <class Job>
   Task<std::invoke_result_t<Job&, const Database&>> with(Job job) {
     using JobResult = std::invoke_result_t<Job&, const Database&>;

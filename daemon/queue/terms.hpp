@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// On what terms an entry waits in the queue: when it may begin, what has to be on the rig, what is
-// done after a failure, and whether it may move the frame while nobody is there.
+// The terms of an entry of the queue: when it may begin, what has to be on the rig, what is done
+// after a failure, and whether it may move the frame while nobody is there. The queue's decisions
+// and the control socket use them.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +39,7 @@ struct QueueTerms {
 
 // The members of an object that are terms. What is missing has its default.
 void read_terms(ParamsReader& in, QueueTerms& out);
-// What a row of a batch says goes before what holds for all of them.
+// A term in a row of a batch replaces the one for all rows.
 QueueTerms with_row_terms(QueueTerms all, const BatchTerms& row);
 nlohmann::json to_json(const QueueTerms& terms);
 // As stored. Errors: garbled.

@@ -13,8 +13,7 @@ namespace lcrig {
 
 namespace {
 
-// Half of what an acknowledgement may take.
-// In virtual time. Each commit is a wait of one thread for another.
+// Interval between commits in virtual time. At each commit one thread waits for the other.
 constexpr Duration kVirtualCommitInterval = std::chrono::milliseconds(50);
 constexpr Duration kRehearsalCommitInterval = std::chrono::seconds(1);
 

@@ -30,7 +30,7 @@
 
 namespace lcrig {
 
-// What one commit made durable. Only from here on may it be shown or sent to anybody.
+// The rows that one commit made durable. Only from here on may they be shown or sent to anybody.
 struct Committed {
   std::int64_t run = 0;
   std::size_t levels = 0, readings = 0, samples = 0;

@@ -45,7 +45,7 @@ Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
   return run;
 }
 
-// Whoever sees the row of a run finds its lock held for as long as it goes on.
+// The lock of a run is held from before its row can be seen until the run has ended.
 Result<std::int64_t> Recorder::insert_claimed(const RunRow& row) {
   auto run = next_run_number(owned_.db);
   if (!run) return run;
@@ -88,8 +88,8 @@ Result<> Recorder::end_in_database(RunEnd& end) {
   return {};
 }
 
-// What fails here for the first time is repaired and tried once more, unless another program holds
-// the lock: that has been waited for.
+// A first failure is repaired and tried once more, unless another program holds the lock: that has
+// been waited for.
 Result<> Recorder::store_all(const RunEnd& end, bool faulted) {
   Result<> stored;
   for (int attempt = 0; attempt < 2; ++attempt) {

@@ -16,7 +16,7 @@
 
 namespace lcrig {
 
-// What carries the force: pressure = force / area of the probe tip.
+// The part that carries the force: pressure = force / area of the probe tip.
 struct Fixture {
   std::optional<double> probe_diameter_m;  // absent: not known, there are no pressures
   double local_gravity_m_s2 = kStandardGravity_m_s2;
@@ -42,7 +42,7 @@ struct ShippedBench {
 const std::vector<ShippedBench>& shipped_benches();
 // A file (a path, or a name that ends in .json), or the name of a shipped bench.
 Result<Bench> find_bench(const std::string& what);
-// Of a file's text, or, where that is empty, one that the program knows.
+// Reads the text of a file. If it is empty: a bench that ships with the program.
 Result<Bench> bench_of(const std::string& name, const std::string& text);
 
 }  // namespace lcrig

@@ -24,7 +24,7 @@
 
 namespace lcrig {
 
-// What plan and run row say about them.
+// Facts about the instruments for the plan and the run row.
 struct InstrumentsInfo {
   Fixture fixture;
   std::string bench_name, bench_text;  // bench file; "replay:DIR" for a recording; empty on a rig
@@ -33,7 +33,7 @@ struct InstrumentsInfo {
   std::optional<std::string> model_level, model_json;  // of a simulated specimen
   std::optional<double> solved_to_N;  // where the table of a simulated specimen ends
   FrameFacts frame;  // what a person has stated of it
-  // Of the specimen, for the plan; empty: not known. See Rig.
+  // Facts about the specimen, for the plan; empty: not known. See Rig.
   std::function<double(double force_N)> specimen_least_m, compression_m;
   std::optional<Length> expected_contact;
 };
@@ -59,7 +59,7 @@ class Instruments {
   InstrumentsInfo info_;
 };
 
-// What a run wants of its instruments.
+// The instruments that a run wants.
 struct InstrumentsRequest {
   const Specimen* specimen = nullptr;  // nullptr: not known (a replay)
   bool weights = false;  // a rod with weights instead of a frame

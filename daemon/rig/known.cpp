@@ -11,7 +11,7 @@ namespace lcrig {
 
 namespace {
 
-// Nobody answers there, or somebody does and all is not well.
+// Absent: nothing answers at the port. Fault: something answers, with an error.
 InstrumentCondition condition_after(const Error& error) {
   switch (error.code) {
     case Errc::disconnected:

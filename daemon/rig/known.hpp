@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the daemon knows of its two instruments, from whom, and since when: what `lcrig status`
-// shows. Whoever opens, asks or uses an instrument reports here what came of it; App owns it.
+// The newest knowledge about the two instruments, from whom it comes, and since when: `lcrig
+// status` shows it. Code that opens, asks or uses an instrument reports the result here; App owns
+// it.
 #pragma once
 
 #include <array>
@@ -15,7 +16,7 @@
 
 namespace lcrig {
 
-// Who asked.
+// The one who asked.
 struct Learned {
   Learned() = default;
   explicit Learned(LearnedBy b, std::optional<std::int64_t> r = std::nullopt) : by(b), run(r) {}
@@ -27,7 +28,7 @@ class KnownRig {
  public:
   explicit KnownRig(const Clock& clock) : clock_(clock) {}
 
-  // Nobody asked it yet. An instrument that is not declared is not shown.
+  // An instrument that nobody asked yet. One that is not declared is not shown.
   void declare(Instrument which, std::string port, std::string why_unasked, bool simulated);
 
   // It said who it is; empty: a simulated bench was found to be in order.

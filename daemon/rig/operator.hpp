@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A person who acts through `lcrig confirm` or Enter: the daemon has one, the instruments of its
-// runs ask it.
+// The person at the rig, who confirms with `lcrig confirm` or Enter. The daemon has one; the
+// instruments of its runs ask it.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>

@@ -38,8 +38,8 @@ class RealRig final : public InstrumentFactory {
   bool finish_wire_logs(Duration patience);
 
  private:
-  // Whose bytes go into which wire log: who only asks an instrument who it is, again and again,
-  // shares one with those who asked before.
+  // Which wire log a port writes: a run opens its own. The questions of an idle daemon share one
+  // for each instrument and day.
   enum class Log { own, looks };
   Task<Result<std::unique_ptr<Transport>>> open_logged(std::string url, std::string instrument,
                                                        Log log);

@@ -23,7 +23,7 @@ class ReplayInstruments final : public SimulatedInstruments {
     recording_ = std::move(*recording);
     info_.bench_name = replay_bench(directory);
     info_.simulated = true;
-    // Whoever has to confirm the end of a recording does so when it is over.
+    // The simulated person confirms one second after the recording ends.
     simulated_person_ =
         std::make_unique<SimOperator>(clock_, from_seconds(recording_.duration_s() + 1));
     person_ = simulated_person_.get();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the FaultPlayer acts on: the simulated instruments with their cables (FaultBench), and the
-// recording computer (FaultSurroundings). Simulated runs implement both; lcrig-sim implements
-// FaultBench only.
+// The things that the FaultPlayer acts on: the simulated instruments with their cables
+// (FaultBench), and the recording computer (FaultSurroundings). Simulated runs implement both;
+// lcrig-sim implements FaultBench only.
 #pragma once
 
 #include <functional>

@@ -46,7 +46,7 @@ constexpr unsigned kOrigin = 1U << 15U;
 constexpr unsigned kNeedsEnd = 1U << 16U;  // not a parameter: for_s is required
 }  // namespace fault_parameter
 
-// What faults act on.
+// The things that faults act on.
 struct FaultScene {
   FaultBench& bench;
   FaultSurroundings* around;  // nullptr: none; its faults do nothing then

@@ -47,7 +47,7 @@ struct FaultScript {
 Result<FaultScript> parse_fault_script(std::string_view text, const std::string& name);
 Result<FaultScript> load_fault_script(const std::string& path);  // also io
 
-// What the bench that plays the script has.
+// Parts of the bench that plays the script.
 struct FaultStage {
   bool has_frame = true;  // false: dead weights
   bool knows_steps = true;  // false: lcrig-sim

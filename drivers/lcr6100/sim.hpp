@@ -24,7 +24,7 @@ struct SimConfig {
   std::array<double, 3> conversion_s{0.065, 0.120, 0.380};
   // Standard deviation of one conversion at 1 kHz and 1 V. It scales with 1/(f V sqrt(average)).
   std::array<double, 3> capacitance_noise_F{60e-15, 44e-15, 25e-15};
-  // What this meter errs by, from -1 to 1 of what its manual allows at each setting.
+  // Errors of this meter, from -1 to 1 of what its manual allows at each setting.
   double gain_error = 0, offset_error = 0;
   std::uint64_t seed = 1;
 };

@@ -21,7 +21,7 @@
 
 namespace lcrig {
 
-// What the simulated machine needs of the world: the calls of Plant that concern a frame.
+// The world as the simulated machine uses it: the calls of Plant that concern a frame.
 class FrameScene {
  public:
   virtual ~FrameScene() = default;

@@ -47,7 +47,7 @@ class SimMachine {
   void stall(MonoTime t);
   void set_lies(MonoTime t, const ZwickSimLies& lies);
   void drop_number() { number_.reset(); }  // the end of this motion is not reported
-  // As drop_number, and the gateway takes the motion for ended, so that others may begin.
+  // Forgets the number like drop_number, and lets the gateway accept the next motion.
   void disown() { disowned_ = number_.has_value(), number_.reset(); }
   void lose_tare(bool says_so);
   void set_never_complete(bool on) { never_complete_ = on; }
