@@ -26,8 +26,7 @@ double fringe_size(const Specimen& s) {
   return worst;
 }
 
-// What delta C would gain, relatively, if rigid layers were as soft as polyimide (2.5 GPa, nu
-// 0.34).
+// Relative gain of delta C if rigid layers were as soft as polyimide (2.5 GPa, nu 0.34).
 double film_strain_size(const Specimen& s, Pressure pressure, double delta_F) {
   constexpr double kFilmModulus_Pa = 2.5e9 * (1 - 0.34) / ((1 + 0.34) * (1 - 2 * 0.34));
   double gain = 0;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a real bench errs by, drawn for each seed: gain, offset and noise of the meter beyond the
-// white one, class and zero of the load cell, diameter of the probe, drift, and how each loading
-// differs from the others. On by `"realistic": true` in a bench file or by `--realistic`, so that a
-// rehearsal can prove the intervals of an analysis wrong. The limits are those of the instruments'
-// papers, written down here and not taken from analysis/ or budget/, which may not include this
-// file.
+// Errors of a real bench, drawn for each seed: gain, offset and noise of the meter beyond the white
+// one, class and zero of the load cell, diameter of the probe, drift, and how each loading differs
+// from the others. A bench file switches them on by `"realistic": true`, the command line by
+// `--realistic`, so that a rehearsal can prove the intervals of an analysis wrong. The limits are
+// those of the instruments' papers. They are written down here and not taken from analysis/ or
+// budget/, which may not include this file.
 #pragma once
 
 #include <cstdint>
@@ -32,11 +32,11 @@ class BenchErrors {
   // zero of the cell, probe, creep. Outside `everything` it takes nearly all noise away.
   void apply(PlantConfig& config) const;
   double clock_ppm() const { return clock_ppm_; }
-  // What was drawn once for the whole run, for whoever judges an interval.
+  // The values drawn once for the whole run, for code that judges an interval.
   nlohmann::json to_json() const;
 
-  // What the meter is shown where the specimen has `capacitance_F`, `c0_F` without a load.
-  // Nearly in the order of time; the same for the same seed and calls.
+  // Capacitance that the meter is shown when the specimen has `capacitance_F`, and `c0_F` without a
+  // load. To be called nearly in the order of time; the same for the same seed and calls.
   double shown_F(MonoTime t, double capacitance_F, double c0_F, double force_N);
 
  private:
@@ -53,7 +53,7 @@ class BenchErrors {
   double cell_gain_ = 0, cell_zero_N_ = 0, probe_gain_ = 0;
   double clock_ppm_ = 0, drift_F_s_ = 0, hum_F_ = 0, hum_s_ = 1, hysteresis_ = 0;
   std::optional<MonoTime> begin_;
-  // Of each octave, now. 1/f noise has no begin: they start as they would be after any time.
+  // 1/f noise by octave, now. It has no begin: each octave starts as it would be after any time.
   std::vector<double> flicker_F_;
   double walk_F_ = 0;  // begins with the run
   std::vector<double> background_;  // F, each kStep_s

@@ -24,7 +24,7 @@ class BenchWorld {
                                                   std::optional<ErrorScope> scope = {});
 
   Plant& plant() { return plant_; }
-  // What the meter is shown at that instant: the plant's, with the errors of the bench.
+  // Values that the meter is shown at that instant: the plant's, with the errors of the bench.
   Electrical electrical(MonoTime t);
   const std::optional<BenchErrors>& errors() const { return errors_; }
   const LevelChoice& level() const { return level_; }

@@ -246,7 +246,7 @@ bool make_points(const CellGeometry& cell, const Pair& u, Points& points) {
   return true;
 }
 
-// What the volume equations lack at p; returns the energy of the pressure terms.
+// Residual of the volume equations at p; returns the energy of the pressure terms.
 double add_volume(const Points& points, double inverse_lambda,
                   const std::array<double, kCellPressures>& p, CellResult& out) {
   double energy = 0;

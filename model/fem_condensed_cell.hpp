@@ -23,7 +23,7 @@ class CondensedCell {
   CondensedCell(const LinearCell& cell, const CellOrder& order);
 
   bool valid() const { return valid_; }  // false when a pivot is zero or not a number
-  // What is left for the outer displacements: lower triangle by rows.
+  // Stiffness left for the outer displacements: lower triangle by rows.
   const double* stiffness() const { return outer_.data(); }
   // In the order of CellOrder, padded with zeros to padded(): subtracts from outer forces what the
   // inner ones add, and later finds the inner displacements for the outer ones.

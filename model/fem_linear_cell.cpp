@@ -66,7 +66,7 @@ AxisIntegrals integrals(int degree, double low, double high, double a, double b)
   return sum;
 }
 
-// Of 2 mu eps : eps.
+// The stiffness of the energy 2 mu eps : eps.
 void add_shear(std::size_t nodes, const AxisIntegrals& r, const AxisIntegrals& z, double mu,
                LinearCell& cell) {
   double* to = cell.shear.data();

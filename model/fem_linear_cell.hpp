@@ -45,8 +45,8 @@ struct LinearCell {
 // Displacements are ordered by line, node along the line, component.
 LinearCell make_linear_cell(int degree, const AxisIntegrals& radial, const AxisIntegrals& axial,
                             const ElasticLaw& law);
-// Of displacements u and a radial motion of every node by `widened` beside them: the volume that
-// each pressure sees, and with the pressures the forces of the nodes.
+// Effect of displacements u beside a radial motion of every node by `widened`: the volume that each
+// pressure sees and, with the pressures, the forces of the nodes.
 void add_volumes(const LinearCell& cell, const double* u, double widened, double* volumes);
 void add_forces(const LinearCell& cell, const double* u, double widened, const double* pressures,
                 double* forces);

@@ -26,8 +26,8 @@ class LinearSystem {
   };
   // Displacements by equation under a unit pressure, m/Pa.
   Report solve(std::vector<double>& u);
-  // What the equations lack at the solution: of forces, relative to the load, and of volumes,
-  // relative to the terms that they are the difference of.
+  // Residuals at the solution: of forces, relative to the load, and of volumes, relative to the
+  // terms whose difference they are.
   struct Balance {
     double force, volume;
   };

@@ -50,8 +50,7 @@ double axial_grading(const MeshStyle& style) {
   return style.mild_corners ? kMildGrading : kGrading;
 }
 
-// Of a number of cells that are graded like s^q over a length, the density at a distance from its
-// end, 1/m.
+// Density (1/m) of cells that are graded like s^q over a length, at a distance from its end.
 double graded(double cells, double length, double distance, double q) {
   return cells / q / length * std::pow(distance / length, 1 / q - 1);
 }

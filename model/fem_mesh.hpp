@@ -46,8 +46,8 @@ struct MeshStyle {
   bool mild_corners = false;
   double thinnest_m = 1e9;  // thickness of the thinnest soft block
   std::vector<double> lengths_m;  // lengths of boundary layers at the rim
-  // Of the displacement. Finite strain with its mild corners, and uniform strain, gain nothing from
-  // more than two.
+  // Degree of the displacement. Finite strain with its mild corners, and uniform strain, gain
+  // nothing from more than two.
   int degree() const { return bonded && !mild_corners ? 4 : 2; }
 };
 // Radial cell edges, 0 to radius.

@@ -21,8 +21,8 @@ class FrontalSolver {
  public:
   // Cells row by row, `columns` in each. Several nodes of a cell may have the same equation.
   void analyze(const CellEquations& cells, std::size_t columns, std::size_t equations);
-  // Of each cell, the lower triangle of its stiffness, by rows. False when a pivot is zero or not a
-  // number. Pivots are taken as they come.
+  // `cells`: the lower triangle of each cell's stiffness, by rows. False when a pivot is zero or
+  // not a number. Pivots are taken as they come.
   bool factorize(const std::vector<const double*>& cells);
   std::vector<double> solve(const std::vector<double>& rhs);
   bool positive() const { return positive_; }  // every pivot of the last factorization is positive

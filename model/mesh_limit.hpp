@@ -23,7 +23,7 @@ struct CornerOrders {
 };
 inline constexpr double kLeastOrder = 1;  // each halving of the cells promises to halve the error
 
-// What is known of the meshes before they are solved.
+// Facts about the meshes before they are solved.
 struct MeshSequence {
   CornerOrders orders;
   std::vector<double> halvings;  // of each cell, from each mesh to the next

@@ -13,7 +13,7 @@ struct PartitionRequest {
   double total_m = 0, least_m = 0;  // layers * least <= total
 };
 
-// What the layer between two heights (m above the base) adds to the sensitivity, F/Pa.
+// Sensitivity that the layer between two heights (m above the base) adds, F/Pa.
 using LayerSensitivity = std::function<double(double from_m, double to_m)>;
 
 struct FoundPartition {

@@ -45,7 +45,7 @@ struct PlantConfig {
   // at 1 kHz and 1 V, which scales with 1/(f V) and 1/sqrt(average) (LCR reference 4.4 and 7).
   std::array<double, 3> conversion_s{0.065, 0.120, 0.380};
   std::array<double, 3> capacitance_noise_F{60e-15, 44e-15, 25e-15};
-  // What this meter errs by, from -1 to 1 of what its manual allows at each setting.
+  // Errors of this meter, from -1 to 1 of what its manual allows at each setting.
   double meter_gain_error = 0, meter_offset_error = 0;
   double dissipation = 0.004;
   double stray_capacitance_F = 0;  // left after open correction

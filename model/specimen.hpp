@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is pressed: a stack of disc capacitors, each a stack of layers, listed from base to top.
-// Used by the whole model and by whatever loads, plans or runs a specimen.
+// The specimen that is pressed: a stack of disc capacitors, each a stack of layers, listed from
+// base to top. Used by the whole model and by all code that loads, plans or runs a specimen.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ enum class Faces {
 std::string_view to_string(Faces faces);
 std::optional<Faces> parse_faces(std::string_view text);
 
-// What presses on the top face. Matters for the FEM levels only.
+// The thing that presses on the top face. It matters for the FEM levels only.
 enum class Top { pressure, plate, bonded_plate };  // uniform pressure; frictionless; bonded
 std::string_view to_string(Top top);
 std::optional<Top> parse_top(std::string_view text);

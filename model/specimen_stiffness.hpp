@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a specimen file says about how far the specimen gives way. The daemon uses it to plan runs.
+// How far a specimen gives way, as its file says. The daemon uses it to plan runs.
 #pragma once
 
 #include <functional>

@@ -18,11 +18,11 @@ namespace lcrig {
 enum class AnswerType { confirmation, choice, number, line };
 std::string_view to_string(AnswerType type);  // the word in files, messages and rows
 
-// What somebody typed, or the value of it: true for a confirmation, a number in the unit of the
+// An answer, as it was typed or as its value: true for a confirmation, a number in the unit of the
 // question, one of its choices, or a line of text.
 using AnswerValue = std::variant<bool, double, std::string>;
 
-// What a question does that nobody answers in time.
+// What happens when nobody answers a question in time.
 enum class OnTimeout { abort, wait, use_default };
 std::string_view to_string(OnTimeout what);
 
@@ -40,7 +40,7 @@ inline constexpr std::size_t kAnswerMax = 1'000;  // bytes of a line
 
 // "a number from 20 to 400 um", "one of: clean, dusty".
 std::string expected_words(const Question& question);
-// What a person is asked: the text, and which answers it takes.
+// The text of a question for a person, and which answers it takes.
 std::string prompt_words(const Question& question);
 // "125.5 um", "clean", "confirmed".
 std::string answer_words(const AnswerValue& value, const std::string& unit);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a load step aims at, and the force that this is on a given rig. Planner, runner and budget
-// share the arithmetic.
+// The aim of a load step, and the force that it is on a given rig. Planner, runner and budget share
+// the arithmetic.
 #pragma once
 
 #include "protocols/number.hpp"
@@ -18,7 +18,7 @@ inline bool is_force(const Target& target) {
   return target.kind != TargetKind::travel && target.kind != TargetKind::gap;
 }
 
-// What turns a pressure or a mass into a force.
+// Factors that turn a pressure or a mass into a force.
 struct LoadFactors {
   LoadFactors(double area, double gravity) : probe_area_m2(area), gravity_m_s2(gravity) {}
   double probe_area_m2;  // 0: not known

@@ -46,13 +46,13 @@ struct BatchEntry {
 struct BatchFile {
   std::string name, path, text;
 };
-// What a cell names. Errors: one line for people, which ends in what to do.
+// Looks up the file that a cell names. Errors: one line for people, which ends in what to do.
 struct BatchLookup {
   std::function<Result<BatchFile>(const std::string&)> protocol, specimen;
 };
 // Errors: invalid_request, all that is wrong with the table at once.
 Result<std::vector<BatchEntry>> check_batch(const BatchTable& table, const BatchLookup& lookup);
-// What a JSON batch says for all of its rows.
+// Terms of a JSON batch for all of its rows.
 Result<BatchTerms> check_batch_terms(const BatchTable& table);
 
 enum class BatchOrder {

@@ -11,7 +11,7 @@ namespace lcrig {
 
 namespace {
 
-// What separates the cells of the header separates all: the one that is there most often.
+// The character that separates the cells: the one that the header has most of.
 char separator_of(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of("\r\n"), text.size()));
   const auto header = text.substr(0, text.find_first_of("\r\n"));

@@ -31,7 +31,7 @@ struct BatchRow {
 struct BatchTable {
   std::string source;  // what messages call it
   std::string text;
-  // What a JSON batch says of itself; `terms` by their names, for all rows.
+  // Facts that a JSON batch states about itself. `terms`: by their names, for all rows.
   std::optional<BatchCell> name, order, seed;
   std::map<std::string, BatchCell> terms;
   std::vector<BatchColumn> columns;

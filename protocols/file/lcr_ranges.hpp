@@ -8,7 +8,7 @@
 
 namespace lcrig {
 
-// What any meter could do; the plan checks the limits of the instrument itself.
+// Ranges that any meter could have; the plan checks the limits of the instrument itself.
 inline constexpr Range kFrequencyRange{1, 1e8};
 inline constexpr Range kLevelRange{0, 20, true};
 inline constexpr Range kBiasRange{-100, 100};

@@ -72,7 +72,7 @@ Result<std::string> with_meter_values(std::string_view text, const std::string& 
                                       ParameterValues& values) {
   const auto document = JsonDocument::parse(text, name);
   if (!document) return fail(document.error());
-  // Of two keys nobody knows which one is meant: whoever parses the text refuses it.
+  // A key that stands twice is ambiguous; the parser refuses the text.
   if (!document->duplicates().empty()) return std::string(text);
   const json& root = document->root();
   std::string out(text);

@@ -171,7 +171,7 @@ void parse_steps(const JsonReader& top, const Scope& scope, Protocol& out) {
   out.steps = parser.parse(steps, 1);
   const JsonReader finally_steps = top.at("finally");
   out.finally_steps = parser.parse(finally_steps, 0);
-  // What is wrong in the steps may hide what the others have to fit.
+  // Mistakes in the steps may hide what the other checks need.
   if (!steps.sound() || !finally_steps.sound()) return;
   if (asks_person(out.finally_steps)) {
     finally_steps.refuse(

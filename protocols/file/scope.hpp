@@ -24,7 +24,7 @@ class Scope {
   void add(const std::string& name, const ScopeEntry& entry) { entries_[name] = entry; }
   void remove(const std::string& name) { entries_.erase(name); }
   bool has(const std::string& name) const { return entries_.contains(name); }
-  // From here on, until taken back, a name that nobody knows may be one that the file says wrongly.
+  // While this is set, an unknown name may be due to another mistake in the file.
   void set_names_doubtful(bool doubtful) { doubtful_names_ += doubtful ? 1 : -1; }
 
   // A literal in the unit given, or "$name" of the same dimension whose whole range fits.

@@ -18,7 +18,7 @@ double rounded(double value, Rounding to, bool whole) {
   const double digits = whole ? 0 : 2 - std::floor(std::log10(std::abs(value)));
   const double scale = std::pow(10.0, std::abs(digits));
   const double scaled = digits < 0 ? value / scale : value * scale;
-  // What is such a number already, but for the last bits, stays.
+  // A number that is rounded already, but for the last bits, stays.
   const double nearest = std::round(scaled);
   const bool exact = std::abs(scaled - nearest) < 1e-9 * std::abs(scaled);
   const double cut = exact                  ? nearest

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What to change in a protocol that was refused: a place and the value that would be accepted.
+// The change that makes a refused protocol acceptable: a place, and the value to write there. Plan
+// and steps give it with a refusal; `lcrig` prints it.
 #pragma once
 
 #include <optional>

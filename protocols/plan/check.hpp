@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a single step may ask of the instruments, the fixture and the limits. Pure functions, no
-// I/O; the planner and the steps call them with what the step meets.
+// Checks what a single step may ask of the instruments, the fixture and the limits. Pure functions,
+// no I/O; the planner and the steps call them with what the step meets.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ namespace lcrig {
 
 // How much the instruments of a bench scatter, standard deviations.
 struct InstrumentNoise {
-  // Of one conversion at 1 kHz and 1 V, by aperture (fast, medium, slow), F; scales with
+  // Noise of one conversion at 1 kHz and 1 V, by aperture (fast, medium, slow), F; scales with
   // 1/(frequency level) and 1/sqrt(average).
   std::array<double, 3> capacitance_F{};
   double force_N = 0;  // of one sample
@@ -33,7 +33,7 @@ struct Rig {
   Area probe_area;  // of the fixture's probe tip; pressure is force over this area
   double gravity_m_s2 = kStandardGravity_m_s2;  // local, for dead weights
 
-  // What bounds the force on the specimen. The same for a bench and for a real rig.
+  // Facts that bound the force on the specimen. The same for a bench and for a real rig.
   Compression specimen_least_m;  // shortening of the specimen, at least; empty: not known
   std::optional<double> frame_stiffness_N_m;  // as stated; absent: taken for rigid
   std::optional<Length> start_travel;  // where the frame stands

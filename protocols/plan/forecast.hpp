@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a motion can do to the specimen: the one arithmetic of plan and run, on a bench and on a
-// rig.
+// Computes what a motion can do to the specimen at worst. Plan and run share this arithmetic, on a
+// bench and on a rig.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace lcrig {
 
-// What the device stops within, at worst: v tau + v^2/2a (docs/frame-link.md, section 2). A frame
+// Way in which the device stops, at worst: v tau + v^2/2a (docs/frame-link.md, section 2). A frame
 // without a stop of its own waits for the host, too.
 double stopping_way_m(const FrameCapabilities& caps, double speed_m_s);
 // The fastest that stops within this way; 0: none.

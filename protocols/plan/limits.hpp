@@ -35,8 +35,8 @@ FrameCapabilities with_zero_at(FrameCapabilities caps, double travel_m);
 Result<BoundLimits> bind_limits(const Protocol& protocol, const Environment& env,
                                 const FrameCapabilities& caps);
 
-// What the frame watches by itself: where the protocol says nothing, what the machine can do; never
-// more than that.
+// Limits that the frame watches by itself: those of the protocol, and where it names none, those of
+// the machine; never more than that.
 FrameLimits device_limits(const BoundLimits& limits, const FrameCapabilities& caps);
 
 }  // namespace lcrig

@@ -51,8 +51,8 @@ struct Plan {
   std::int64_t lcr_readings = 0, frame_samples = 0;  // recorded in all, about
   double peak_force_N = 0;  // commanded or expected, without overshoot
   double overshoot_N = 0;  // largest that is expected of the specimen's model
-  // What the specimen may feel at worst, on the stiffest contact that is not excluded; and also
-  // when link or host are lost meanwhile: how far the frame then goes on by itself.
+  // Force that the specimen may feel at worst, on the stiffest contact that is not excluded; the
+  // same when link or host are lost meanwhile; and how far the frame then goes on by itself.
   double worst_force_N = 0, lost_force_N = 0, lost_way_m = 0;
   bool weights =
       false;  // placed by hand: no load cell, no drive, nothing that either can get wrong

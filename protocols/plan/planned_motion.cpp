@@ -175,7 +175,7 @@ void PlannedMotion::to_travel(const Target& to, const Number& speed) {
   way_m_ = std::abs(target - rig_.travel_m());
   out_.seconds = way_m_ / v;
   add_remark(out_.note, fmt::format("{:.4g} mm at {:.4g} mm/s", way_m_ * 1e3, v * 1e3));
-  // Of a specimen that may be anywhere nothing is expected: its gap is a guess, made for times.
+  // Without a known place of contact no force is expected: the gap is a guess, used only for times.
   const bool somewhere =
       rig_.contact() != PlannedRig::Contact::unknown || rig_.known().expected_contact;
   const double expected = somewhere ? rig_.force_at(target) : 0;

@@ -16,7 +16,7 @@ PlannedRig::PlannedRig(const Protocol& protocol, const Environment& environment,
       forecast_(make_forecast(rig)),
       plan_(plan),
       lcr_(plan.lcr) {
-  // What is within the noise is none.
+  // A force within the noise counts as none.
   const double below = -rig.rest_force_N;
   if (below > kNoiseSigmas * force_noise_N(rig).value_or(0)) below_N_ = below;
   const auto& start = rig.start_travel;
@@ -151,7 +151,7 @@ void PlannedRig::use_speed(const Number& speed, StepPlan& out) {
 void PlannedRig::foresee(double worst_N, double speed) {
   plan_.worst_force_N = std::max(plan_.worst_force_N, worst_N);
   pressed_m_s_ = std::max(pressed_m_s_, speed);
-  // Nobody needs the host for the stop: the device watches force and travel by itself.
+  // The stop does not need the host: the device watches force and travel by itself.
   plan_.lost_force_N = std::max(plan_.lost_force_N, worst_N);
   plan_.lost_way_m = std::max(plan_.lost_way_m, speed > 0 ? forecast_.lost_way_m(speed) : 0);
 }

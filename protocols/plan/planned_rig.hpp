@@ -15,7 +15,7 @@
 
 namespace lcrig {
 
-// What one step adds to a plan.
+// Contribution of one step to a plan.
 struct StepPlan {
   StepPlan() = default;
   explicit StepPlan(double s) : seconds(s) {}
@@ -33,7 +33,8 @@ struct StepPlan {
 class PlannedRig {
  public:
   static constexpr double kAssumedGap_m = 3e-3;  // where nobody has said how far the specimen is
-  // What a person is taken to need: to place a mass and confirm, to look something up and answer.
+  // Time that a person is assumed to need: to place a mass and confirm, to look something up and
+  // answer.
   static constexpr double kByHand_s = 15;
   enum class Contact { unknown, stated, found };  // how its place is known
 
@@ -46,7 +47,7 @@ class PlannedRig {
   const Environment& environment() const { return environment_; }
   Asked asked() const { return {protocol_, environment_}; }
   double get(const Number& number) const { return environment_.get(number); }
-  // What is known from outside the file; its travel counts from the present zero.
+  // Facts from outside the file. The travels in it count from the present zero.
   const Rig& known() const { return rig_; }
   const FrameCapabilities& frame() const { return rig_.frame; }
   const BoundLimits& limits() const { return limits_; }
@@ -56,7 +57,7 @@ class PlannedRig {
   const LcrSettings& meter() const { return lcr_; }
   double travel_m() const { return travel_; }
   double force_N() const { return force_; }  // as the cell shows it
-  // What the specimen feels when the cell shows `force_N`.
+  // Force that the specimen feels when the cell shows `force_N`.
   double felt_N(double force_N) const { return force_N + below_N_; }
   double contact_m() const { return contact_; }  // an estimate until it is placed
   double contact_N() const { return contact_N_; }
@@ -82,7 +83,7 @@ class PlannedRig {
   void go_to_travel(double travel_m, const Target* to, StepPlan& out);
   void go_to_force(double force_N, const Number* given, StepPlan& out);
   void use_speed(const Number& speed, StepPlan& out);
-  // What the specimen may feel at worst, and how fast it may be pressed then.
+  // Notes the force that the specimen may feel at worst, and how fast it may be pressed then.
   void foresee(double worst_N, double speed_m_s);
   double stop_N(double felt_N, double speed_m_s);  // as Forecast::stop_N, which takes long: kept
   void expect_overshoot(double N) { plan_.overshoot_N = std::max(plan_.overshoot_N, N); }

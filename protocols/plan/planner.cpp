@@ -12,7 +12,7 @@ namespace lcrig {
 
 namespace {
 
-// Of samples that come in batches, s.
+// Time between batches of samples, s.
 constexpr double kBatch_s = 0.1;
 
 }  // namespace
@@ -108,7 +108,7 @@ void Planner::walk() {
   finish_figures();
 }
 
-// What a cell that freezes, or a drive that turns round, has pressed when it is noticed.
+// Force that a cell that freezes, or a drive that turns round, has pressed with when it is noticed.
 void Planner::foresee_lies() {
   const WatchFigures& w = plan_.watch;
   const double period_s = plan_.frame_rate_Hz > 0 ? 1 / plan_.frame_rate_Hz : 0;

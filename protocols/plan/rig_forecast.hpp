@@ -11,7 +11,7 @@
 namespace lcrig {
 
 Forecast make_forecast(const Rig& rig);
-// What it rests upon, one line each, for plan and run.
+// Assumptions of the forecast, one line each, for plan and run.
 std::vector<std::string> forecast_assumptions(const Rig& rig, const Forecast& forecast);
 
 }  // namespace lcrig

@@ -27,11 +27,11 @@ class ContactProbe {
   bool is_contact() const;
   // Errors: refused, when the force fell where the probe presses.
   Result<> check_felt(double felt_N) const;
-  // What the cell shows off the contact: `after`, or the last step back if that was further away
-  // and shows less. After a search that overran its contact the way back may end too early, with
-  // the probe still pressing.
+  // Force that the cell shows off the contact: `after`, or the last step back if that was further
+  // away and shows less. After a search that overran its contact the way back may end too early,
+  // with the probe still pressing.
   const Rest& off_contact(const Rest& after) const;
-  // `after`: what the cell shows off the contact. Tells the forecast and the watch of the force.
+  // `after`: the force off the contact. Tells the forecast and the watch of the force.
   void conclude_stiffness(const Rest& after) const;
 
  private:

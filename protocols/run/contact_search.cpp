@@ -59,7 +59,7 @@ Task<Result<>> ContactSearch::return_to(double travel_m) {
   co_return moved;
 }
 
-// Of a cell that is alive; a drift that shows is looked at for longer.
+// Needs a cell whose digits change. A cell that drifts is watched longer.
 Task<Result<>> ContactSearch::look_before() {
   auto rest = co_await run_.view.living_rest();
   const bool drifts = rest && std::abs(rest->drift_N_s()) > kSureOfDrift * rest->drift_error_N_s();
@@ -175,7 +175,8 @@ Task<Result<std::optional<MotionOutcome>>> ContactSearch::look_between(MonoTime 
   co_return std::optional<MotionOutcome>();
 }
 
-// What is felt beyond the drift since `rest_` was seen `ago`; what the drift explains is none.
+// Force beyond the drift since `rest_` was seen `ago`. A force that the drift explains counts as
+// none.
 double ContactSearch::felt_beyond_drift_N(const Rest& now, Duration ago) const {
   const double s = to_seconds(ago);
   const double felt_N = now.force_N() - rest_.force_N() - rest_.drift_N_s() * s;
@@ -189,7 +190,7 @@ Result<> ContactSearch::check_touched(const MotionOutcome& touched) const {
   if (!touched.travel_m) {
     return fail(Errc::refused, "step {}: the frame reports no travel at contact", step);
   }
-  // Of a contact that was run into nobody knows where it began.
+  // After an overrun the place of contact is unknown.
   const auto& broken = run_.pressing->broken();
   if (broken) return fail(Errc::limit_tripped, "step {}: {}", step, *broken);
   return {};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What follows when the frame is not believed any more: the run stops at once, and what is still
-// allowed depends on what cannot be believed. The run feeds it with samples and events.
+// Acts when the frame is not believed any more: the run stops at once, and what is still allowed
+// depends on what cannot be believed. The run feeds it with samples and events.
 #pragma once
 
 #include <optional>
@@ -34,7 +34,7 @@ class Distrust {
 
   // Every sample of a frame that was prepared: whether it contradicts what the frame was told.
   void judge(const FrameSample& sample);
-  // What the frame tells by itself.
+  // Takes an event that the frame reports by itself.
   void heed(const EventName& kind, const std::string& detail);
   // While it lives, a new zero is what this run asked for.
   ScopedFlag expect_zero() { return ScopedFlag(zeroing_); }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known of the unloaded load cell, and whether the frame can be believed: by each sample
-// while it moves and stands, and by where a motion ended. It only judges; `Distrust` acts on it.
+// Knows the unloaded load cell, and judges whether the frame can be believed: by each sample while
+// it moves and stands, and by where a motion ended. It only judges; `Distrust` acts on it. Motions
+// and steps tell it what the frame was ordered to do.
 #pragma once
 
 #include <optional>
@@ -16,7 +17,7 @@
 
 namespace lcrig {
 
-// What a motion is told: how it begins, and where it has to end.
+// Order of a motion: how it begins, and where it has to end.
 struct MotionOrder {
   Plausibility::Motion motion;
   std::optional<double> travel_m, force_N;  // one of them
@@ -41,7 +42,7 @@ class FrameTruth {
   const std::optional<Rest>& rest() const { return rest_; }  // as it drifts
   double rest_N() const { return rest_ ? rest_->force_N() : 0; }
   double noise_N() const { return rest_ ? rest_->scatter_N() : 0; }
-  // Of the cell when surely nothing presses
+  // Force that the cell shows when certainly nothing presses.
   double bare_N() const { return (bare_ ? bare_->force_N() : 0) - moved_zero_N_; }
   // Nothing is pressed with a cell whose digits were never seen to change. Errors: refused.
   bool needs_look() const { return plausible_ && !scatter_.alive; }
@@ -49,7 +50,7 @@ class FrameTruth {
   bool is_loaded(double force_N) const;  // an unloaded cell does not show this force
   double zero_doubt_N() const;  // so much the zero of the cell may drift
 
-  // What the frame was told
+  // Orders to the frame
   Plausibility::Motion motion_now(double direction, double speed_m_s) const;  // and is allowed
   void begin(const Plausibility::Motion& motion);
   void begin_hold();  // of a force, with its loop
@@ -64,7 +65,7 @@ class FrameTruth {
     if (plausible_) plausible_->distrust_force();
   }
 
-  // What it shows
+  // Samples of the frame
   bool judges() const { return plausible_.has_value(); }
   std::optional<Contradiction> check(const FrameSample& sample);
   // Below the lower limit of force: nullopt if the specimen may pull at the probe.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the frame shows: the newest force and travel, and looks at it while it stands. The run feeds
-// it with every sample; steps, motions and the recovery read it.
+// Shows the frame to a run: the newest force and travel, and looks at it while it stands. The run
+// feeds it with every sample; steps, motions and the recovery read it.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,8 @@ class FrameView {
   // Errors: no_reply when the last known force is too old to tell which way leads to less.
   Result<double> present_force_N() const;
   std::optional<double> travel_m() const { return memory_.travel_m; }
-  // Of the last samples only, whatever the frame said.
+  // From the last samples alone. The place that the frame reports at the end of a motion changes
+  // force_N() and travel_m(), not these.
   std::optional<double> shown_force_N() const { return shown_force_N_; }
   std::optional<double> shown_travel_m() const { return shown_travel_m_; }
   // Where the last motion ended.
@@ -38,19 +39,20 @@ class FrameView {
   double wavers_N() const { return wavers_N_; }  // scatter of the force at the last look at rest
   std::optional<MonoTime> last_sample() const { return last_sample_; }
 
-  // What is compared when the frame comes back after a loss.
+  // Facts that are compared when the frame comes back after a loss.
   const FrameMemory& memory() const { return memory_; }
   void forget(bool zeroed);  // all but whether the run has zeroed the frame
   void zeroed(bool yes) { memory_.zeroed = yes; }
-  // By how much the zeros of the force moved its origin, all together.
+  // Sum of all zeros of the force of this run: how far they moved its origin.
   std::optional<double> zeros_N() const { return zeros_N_; }
   void sum_zeros(std::optional<double> sum_N) { zeros_N_ = sum_N; }
 
   // Looks at it at least so long while it stands. Errors: no_reply.
   Task<Result<Rest>> watch_rest(Duration at_least);
-  // Of a load cell whose digits change. Errors: refused when they never do.
+  // As watch_rest, and longer while the digits of the load cell have not changed. Errors: refused
+  // when they never do.
   Task<Result<Rest>> living_rest();
-  // Until samples come, with a force if `feels`. Errors: no_reply.
+  // Waits until samples come, with a force if `feels`. Errors: no_reply.
   Task<Result<>> await_samples(bool feels);
 
  private:

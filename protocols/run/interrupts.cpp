@@ -104,7 +104,8 @@ Task<> InterruptQueue::resumed() {
 std::optional<InterruptRequest> InterruptQueue::begin_finish(std::optional<InterruptRequest> stop) {
   finishing_ = true;
   stop_pending_ = false;
-  // Whoever froze a run that was stopped already means it.
+  // A freeze outranks a stop that is already pending: the person wants the frame to stay where it
+  // is.
   for (InterruptRequest& late : pending_) {
     const bool stops = is_stop(late) && late.kind != Interrupt::loss;
     const bool planned = !stop || stop->kind == Interrupt::stop_after;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may interrupt a step, and the queue in which it waits until the loop of the run has time for
-// it. Whoever asks for a stop, the guard and the recovery put requests in; the run takes them out.
+// Requests that interrupt a step, and the queue in which they wait until the loop of the run has
+// time for them. People who stop a run, the guard and the recovery put requests in; the run takes
+// them out.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -43,7 +44,7 @@ class InterruptQueue {
   static constexpr Duration kTick = std::chrono::milliseconds(100);
 
   // From the io thread, at any time.
-  // What becomes of the request: it acts; `finally` runs and goes on; the run is over.
+  // Result of a request: it acts; `finally` runs and goes on; the run is over.
   enum class Taken { acts, finally_goes_on, over };
   Taken ask(InterruptRequest request);
   // The same without an event and without asking whether it counts. A kind that already waits is

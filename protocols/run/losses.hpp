@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run does when an instrument vanishes. The frame holds its travel, or goes on holding the
-// force if only the meter is away; the guard stays active; whoever asks for a stop gets it.
+// Brings a run through the loss of an instrument. The frame holds its travel, or goes on holding
+// the force if only the meter is away; the guard stays active; a stop acts at any time. `Run` owns
+// it.
 #pragma once
 
 #include <cstdint>

@@ -108,7 +108,8 @@ Pressing::State Motions::pressing_state() const {
   now.limits = guard_.limits();
   now.force_max_N = guard_.force_max_N();
   now.noise_N = truth_.noise_N();
-  // What is within the noise is none, as in the plan: else the speed that it accepted is refused.
+  // A force within the noise counts as none, as in the plan. Else a speed that the plan accepted
+  // would be refused here.
   const double rest_N = truth_.rest_N();
   now.rest_N = std::abs(rest_N) > kNoiseSigmas * now.noise_N ? rest_N : 0;
   now.travel_m = view_.travel_m();

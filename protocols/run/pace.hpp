@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How long a run has taken and how long it will take: the live line and `lcrig status` show it. A
-// step counts as much as was planned for it, however long it takes.
+// step counts with its planned time, also when it takes longer.
 #pragma once
 
 #include <map>

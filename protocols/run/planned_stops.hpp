@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stop, and a pause, that wait for the end of what is under way. A protocol has no conditions, so
-// that end is known as soon as somebody asks for it: a number of steps.
+// Stops and pauses that take effect at the end of a step, a level, a cycle or a repeat. A protocol
+// has no conditions, so that end is known as soon as somebody asks: a number of steps. `Run` uses
+// it.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +25,7 @@ struct PlannedStop {
 class PlannedStops {
  public:
   enum class Kind { stop, pause };
-  // What came of a request.
+  // Result of a request.
   struct Asked {
     PlannedStop stop;  // what counts now
     bool was_nearer = false;  // it is one that had been asked for before, and comes earlier

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run that was interrupted goes on where its last `state` event says (events/payloads.hpp).
+// Reads the last `state` event of an interrupted run (events/payloads.hpp) and finds the step to
+// begin at. daemon/continuation and TakeOver use it.
 #pragma once
 
 #include <cstdint>
@@ -37,9 +38,9 @@ struct Continuation {
 // `protocol`.
 const Step* step_at(const Protocol& protocol, Environment environment, std::int64_t steps_done);
 
-// What the samples of an interrupted run said means nothing under another zero (LoadFrame::origin),
-// not even under its own, when it died before it could store that: somebody else may have set one,
-// too. Errors: frame_fault.
+// Refuses a frame whose zero is another one (LoadFrame::origin) than in the interrupted run: its
+// samples mean nothing then. A run that died before it could store its zero is refused, too,
+// because somebody else may have set one since. Errors: frame_fault.
 Result<> compare_with_now(const Continuation& from, const Protocol& protocol,
                           const Environment& environment, const std::optional<std::string>& origin);
 

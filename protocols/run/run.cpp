@@ -88,7 +88,7 @@ void Run::on_samples(std::span<const FrameSample> samples) {
   losses_.judge_age(samples);
   for (const FrameSample& s : samples) {
     if (parts_.drive.prepared()) parts_.distrust.judge(s);
-    // What the frame shows before anything was moved is judged by look_at_rest, with advice.
+    // Samples from before the first motion are judged by look_at_rest, with advice.
     const bool judged = parts_.drive.prepared() || !setup_.moves();
     if (auto why = parts_.guard.check(s); why && !parts_.interrupts.stop_pending() && judged) {
       parts_.log.event(EventKind::limit, *why);
@@ -109,7 +109,7 @@ Task<RunResult> Run::execute() {
   pace_.begin_run();
   setup_.frame.set_listener(this);
   std::optional<InterruptRequest> stop;
-  // Who stops a run that is still being prepared need not wait for that.
+  // A stop does not wait until the preparation is done.
   auto r = co_await either(prepare(), parts_.interrupts.wait_for_stop());
   if (r.index() == 1) {
     parts_.drive.set_prepared(false);
@@ -171,7 +171,8 @@ Task<Result<>> Run::look_at_rest() {
   co_return Result<>();
 }
 
-// What nobody would tell: called while a step runs, or a person or an instrument is waited for.
+// Looks for things that no event tells. Called while a step runs, or a person or an instrument is
+// waited for.
 void Run::look_around() {
   watch_wall_clock();
   losses_.look();
@@ -229,8 +230,8 @@ Task<std::optional<InterruptRequest>> Run::run_steps(StepCursor& cursor) {
   co_return stop;
 }
 
-// What somebody asked to be finished is finished, and another step would follow. A pause takes
-// effect in that step, before it does anything.
+// The stop or pause that is due here: the part that had to be finished is finished, and another
+// step would follow. A pause takes effect in that step, before it does anything.
 std::optional<InterruptRequest> Run::take_planned_stop() {
   if (parts_.interrupts.finishing()) return std::nullopt;
   using Kind = PlannedStops::Kind;

@@ -59,7 +59,8 @@ struct RunParts {
   RunPoint point() const;
 };
 
-// What several kinds of steps do: a motion to a travel or a gap, and a wait that survives a pause.
+// Actions of several kinds of steps: a motion to a travel or a gap, and a wait that survives a
+// pause.
 Task<Result<>> move_to_place(const Target& to, const Number& speed, const Number& timeout,
                              RunParts& run);
 Task<Result<>> wait_out(double duration_s, RunParts& run, WaitProgress& progress);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The meter's side of a run: continuous readings in the background, planned readings in `measure`,
-// one exchange at a time.
+// Reads the meter for a run: continuously in the background while steps run, and as planned in
+// `measure`. One exchange at a time.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>

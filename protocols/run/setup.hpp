@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run is given, and what comes of it. The daemon fills the first and stores the second.
+// Input and result of a run. The daemon fills the first and stores the second.
 #pragma once
 
 #include <cstdint>

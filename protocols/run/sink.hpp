@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run hands out: rows to store and a status to show. The recorder implements the sink.
+// Output of a run: rows to store and a status to show. The recorder implements the sink.
 #pragma once
 
 #include <cstdint>
@@ -68,7 +68,7 @@ struct RunProgress {
   std::string stops_after, pauses_at;
 };
 
-// What of a run is stored, and the newest stored values: the recorder's to say.
+// Figures that the recorder knows: the stored rows of a run, and the newest stored values.
 struct RunRecord {
   std::int64_t lcr_readings = 0, measure_readings = 0, frame_samples = 0;
   std::optional<double> capacitance_F, secondary, force_N, travel_m, pressure_Pa;

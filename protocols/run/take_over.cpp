@@ -12,8 +12,8 @@ namespace lcrig {
 
 namespace {
 
-// Of the motion that step number `n` (from 0) begins with, m/s; 0: it does not move, or along a
-// force.
+// Speed of the motion that step number `n` (from 0) begins with, m/s; 0: it does not move, or along
+// a force.
 double begun_speed(const Protocol& protocol, Environment env, std::int64_t n) {
   StepCursor ahead(protocol.steps, env);
   const Step* step = ahead.next();
@@ -103,7 +103,7 @@ Task<Result<>> TakeOver::pass_done_steps(StepCursor& cursor) {
   co_return co_await run_.drive.restore_hold();
 }
 
-// Nobody is asked twice: what was answered to a step that is passed over is an answer of this run,
+// A question is not asked twice: the stored answer of a step that is skipped counts for this run,
 // too.
 void TakeOver::keep_answer(std::size_t which) {
   const Continuation& from = *run_.setup.continues;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run that was interrupted goes on in this one, at the step where it stopped: after a person has
-// looked at the specimen, and if the frame is still where it was.
+// Continues an interrupted run in this one, at the step where it stopped, once a person has looked
+// at the specimen and if the frame is still where it was. `Run` uses it before its first step.
 #pragma once
 
 #include <optional>
@@ -15,14 +15,14 @@ class TakeOver {
  public:
   explicit TakeOver(RunParts& run) : run_(run) {}
 
-  // Nobody knows what happened to the specimen meanwhile: a person looks. nullopt: go on.
+  // Asks a person to look, because the specimen may have been touched meanwhile. nullopt: go on.
   Task<std::optional<InterruptRequest>> confirm_specimen();
   // A person was asked and has not said that the specimen was not touched.
   bool unconfirmed() const { return unconfirmed_; }
   // Walks past the steps that were done, so that targets, settings and control modes are as they
   // were. Errors: the frame is not where it was, or an instrument does not answer.
   Task<Result<>> pass_done_steps(StepCursor& cursor);
-  // Of the interrupted step. Only the first call returns it: it is of no use to later steps.
+  // Memory of the interrupted step. Only the first call returns it: it is of no use to later steps.
   LeftOff take_left_off() { return std::exchange(left_off_, {}); }
 
  private:

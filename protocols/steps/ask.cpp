@@ -84,7 +84,7 @@ void read_range(const StepReader& r, AskStep& out) {
   }
 }
 
-// Of what is known from the file alone; the plan looks at the rest.
+// Checks the default against what the file alone tells; the plan looks at the rest.
 void check_default(const StepReader& r, const AskStep& ask) {
   const bool given = ask.default_number || ask.default_text;
   if (ask.on_timeout == OnTimeout::use_default && !given) {
@@ -151,7 +151,7 @@ Question AskStep::question(const std::string& step_id, const Environment& enviro
 
 namespace {
 
-// What references make of the range and of the default.
+// Checks the values that references give to the range and to the default.
 MaybeRefusal unfit(const AskStep& ask, const Question& q, const PlannedRig& rig) {
   if (q.type != AnswerType::number) return std::nullopt;
   if (q.min > q.max) {
@@ -207,7 +207,7 @@ Task<> respond(RunParts& run, Question question, Result<>& said) {
   }
 }
 
-// What the protocol wants of a question that nobody answered in time.
+// Acts as the protocol wants for a question that nobody answered in time.
 Task<Result<>> after_timeout(const Question& question, double patience_s, bool told,
                              RunParts& run) {
   const std::string why =

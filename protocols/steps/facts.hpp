@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step asks for, in terms that all steps share. Parser, planner, runner, resume, the choice
-// of the aperture and the budget ask for these facts instead of for the kind of a step.
+// The facts of a step, in terms that all kinds of steps share. Parser, planner, runner, resume, the
+// choice of the aperture and the budget ask for these facts instead of for the kind of a step.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace lcrig {
 
-// What the functions of a step work with.
+// Objects that the functions of a step work with.
 struct StepReader;  // file/step_reader.hpp
 class PlannedRig;  // plan/planned_rig.hpp
 struct StepPlan;
@@ -28,8 +28,8 @@ using Steps = std::vector<Step>;
 
 enum class HoldMode { travel, force };
 
-// What a step asks of the frame. Each kind of use takes all that it has to state. The pointers lead
-// into the step; nullptr: it has no such thing.
+// The use of the frame by a step. Each kind of use takes all that it has to state. The pointers
+// lead into the step; nullptr: it has no such thing.
 struct FrameUse {
   // What a meter that reads all the time has to resolve on the way to a force.
   enum class OnTheWay { nothing, cycle_of_loading };

@@ -27,7 +27,7 @@ double window_m(const PlannedRig& rig) {
   return known ? std::max(0.0, end - rig.travel_m()) : machine - caps.travel_min.si();
 }
 
-// What the noise shows by itself is no contact.
+// A force that the noise alone can show is no contact.
 void check_threshold(const Number& force, const PlannedRig& rig, StepPlan& out) {
   const double noise = force_noise_N(rig.known()).value_or(0), rise = rig.get(force);
   const double least = kContactSigmas * noise;

@@ -99,7 +99,7 @@ void HoldStep::Progress::begin_again(RunParts& run) {
 }
 
 Task<Result<>> HoldStep::execute(RunParts& run, Progress& progress) const {
-  // Who only watches holds nothing: it is a time to wait.
+  // A run that only watches commands no hold; the step just waits.
   if (!progress.holds && run.setup.commands) {
     Result<> held;
     run.drive.will_hold(std::nullopt);

@@ -64,7 +64,7 @@ StepPlan MoveUntilStep::plan(PlannedRig& rig) const {
     const double to_m = rig.travel_m();
     const double slow_m = std::min(std::abs(to_m - from_m), std::abs(to_m - rig.travel_at(turn_N)));
     out.seconds += slow_m / rig.get(last) - slow_m / v;
-    // What the first part may go too far is what is left of the way, and the overshoot allowed.
+    // The first part may overshoot by the rest of the way plus the overshoot allowed.
     std::optional<Number> allowed;
     if (overshoot) allowed = Number(rig.get(*overshoot) + (force_N - turn_N));
     if (turn_N > from_N) motion.check_stop(rig.felt_N(turn_N), speed, allowed);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step remembers while it runs, so that it goes on where it was interrupted. Each kind of
-// step has a `Progress` with what it needs; the run keeps it for as long as the step runs.
+// Memory of a step while it runs, so that it goes on where it was interrupted. Each kind of step
+// has a `Progress` with what it needs; the run keeps it for as long as the step runs.
 #pragma once
 
 #include <optional>
@@ -12,13 +12,13 @@ namespace lcrig {
 
 struct RunParts;  // run/run_parts.hpp
 
-// What the run that this one continues knew of the step in which it was cut off.
+// Memory of the step in which the run that this one continues was cut off.
 struct LeftOff {
   std::optional<double> start_travel_m;  // of the frame, when the step began
   std::optional<AnswerEvent> answer;  // to its question
 };
 
-// Of a step that has nothing to remember.
+// For a step that has nothing to remember.
 struct StepProgress {
   StepProgress() = default;
   StepProgress(const StepProgress&) = delete;
@@ -31,7 +31,7 @@ struct StepProgress {
   virtual void begin_again(RunParts& /*run*/) {}
 };
 
-// Of a step that waits for a time.
+// For a step that waits for a time.
 struct WaitProgress : StepProgress {
   std::optional<MonoTime> begin;  // of the wait that goes on now
   Duration spent{};  // in waits before it

@@ -33,7 +33,7 @@ RampStep RampStep::parse(const StepReader& r) {
 
 namespace {
 
-// By the force loop of the frame, which closes the gap first, at a speed of its own.
+// Checks a ramp of the frame's force loop. The loop first closes the gap, at a speed of its own.
 void check_ramp(const RampStep& step, double force_N, PlannedRig& rig, StepPlan& out) {
   check_force_loop(force_N, rig, out);
   if (out.why) return;
@@ -94,10 +94,9 @@ void plan_rate(const RampStep& step, PlannedRig& rig, StepPlan& out) {
 
 constexpr double kLongWay = 1.2, kLongWayMore_s = 5;  // back from where a search ended
 
-// `finally` asks for a gap, and contact was never found. What presses all the same is left by the
-// same way, from here; a force that nobody knows counts as one that presses.
-// A search that found nothing may have pressed with a cell that did not show it: it goes back to
-// where it began.
+// `finally` wants to go to a gap, but contact was never found. If something presses, moves back by
+// that gap from here; an unknown force counts as pressing. After a search without contact it goes
+// back to where the search began: the cell may not have shown the force.
 Task<Result<>> back_away(const RampStep& step, RunParts& run, RampStep::Progress& progress) {
   const auto force_N = run.view.present_force_N();
   const bool presses = !force_N || run.guard.is_distrusted() || run.truth.is_loaded(*force_N);

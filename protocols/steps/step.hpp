@@ -7,7 +7,7 @@
 //   plan()    how long it takes, what it may do to the specimen, and whether that is allowed,
 //   execute() what it does in a run. It ends by itself or with an error; when it is interrupted it
 //             is cancelled, and called again with the same progress when it goes on.
-// Whoever treats a step by its kind visits `action`, so a kind that lacks one does not compile.
+// Code that depends on the kind visits `action`, so a kind that lacks a member does not compile.
 #pragma once
 
 #include <memory>

@@ -27,8 +27,8 @@ Result<> check_sum(double sum_N, const RunParts& run) {
               run.log.step_id(), sum_N, most_N);
 }
 
-// What the probe presses with by all that the run knows: beyond contact, and more than an unloaded
-// cell shows.
+// Force with which the probe presses, by all that the run knows: beyond contact, and more than an
+// unloaded cell shows.
 double pressed_N(const Rest& rest, const RunParts& run) {
   const auto contact_m = run.contact.travel_m();
   if (!contact_m || !run.truth.is_loaded(rest.force_N())) return 0;

@@ -50,8 +50,8 @@ std::optional<std::string> Guard::check(const FrameSample& sample) {
   const bool overload = (sample.flags & frame_flag::kForceOverload) != 0;
   if (sample.force_N) {
     last_ = sample.received;  // a sample without a force guards nothing
-    // On the way back the largest force is the one it began with.
-    // Of a cell in overload that is the first force that it shows again.
+    // On the way back the largest force is the one it began with. After an overload that is the
+    // first force that the cell shows again.
     const bool unknown = mode_ == Mode::returning && !last_force_N_;
     if (mode_ != Mode::returning || unknown) {
       peak_force_N_ = std::max(peak_force_N_, *sample.force_N);

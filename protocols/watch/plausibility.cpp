@@ -36,7 +36,7 @@ constexpr double kSmooth = 0.2;  // the weight of a new sample
 constexpr double kSmoothSquare = 0.05;  // ... and of its square
 constexpr double kLeastLook_s = 0.5;  // at a force that may relax
 
-// Of a few samples that are off by a spike it knows nothing.
+// The median ignores a few spikes.
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + std::ssize(values) / 2;
   std::ranges::nth_element(values, middle);
@@ -339,7 +339,7 @@ std::optional<Contradiction> Plausibility::check_step(MonoTime t, double force_N
   const double allowed_N =
       std::max(2 * figures_.contact_force_N, figures_.order_force_N) + kJump * felt_N;
   const double change_N = std::abs(after - before);
-  // What relaxes or creeps does so in many small steps.
+  // Relaxation and creep take many small steps.
   if (change_N <= allowed_N || steepest_N < kOneStep * change_N) return std::nullopt;
   return Contradiction(
       Disbelief::force,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What cannot be true of a frame's samples, given what it was told to do: digits that never change,
-// a drive that runs the wrong way or not at all, a force that falls while the probe presses, a
-// frame that moves while nobody told it to. Limits are the guard's; here only the contradictions.
-// Pure logic: the run feeds it and stops the frame when it answers.
+// Finds samples of a frame that cannot be true, given what it was told to do: digits that never
+// change, a drive that runs the wrong way or not at all, a force that falls while the probe
+// presses, a frame that moves without an order. Limits are the guard's; here only the
+// contradictions. Pure logic: the run feeds it and stops the frame when it answers.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,7 @@
 
 namespace lcrig {
 
-// What is not believed any more, and so what is still allowed.
+// The part that is not believed any more, which decides what is still allowed.
 enum class Disbelief {
   force,  // the cell: only the way away from the specimen is known to unload it
   drive,  // it does not do what it is told: no motion at all until a person has looked
@@ -43,8 +43,8 @@ class Plausibility {
     double rate_N_s = 0;  // of the force loop's ramp; 0: it holds
     double force_N = 0;  // at its begin, as it is shown
     double rest_N = 0;  // of an unloaded cell
-    // So much the force may fall on the way towards the specimen, or rise on the way back; and so
-    // much more with time, for a cell that is known to drift.
+    // Largest fall of the force allowed on the way towards the specimen, or rise on the way back;
+    // and what is added to it with time, for a cell that is known to drift.
     double against_N = 0, drift_N_s = 0;
     double waver_N = 0;  // of a force loop
     std::optional<double> target_m;  // where it ends; a servo may go beyond, and come back
@@ -67,7 +67,7 @@ class Plausibility {
   // that by the way between them. Then the cell is wrong; any other fall may be a specimen that
   // pulls.
   bool changed_sign(double stiffness_N_m) const;
-  // What is known of the contact.
+  // Facts about the contact.
   PressWatch& press() { return press_; }
   const PressWatch& press() const { return press_; }
   double travel_doubt_m() const;

@@ -9,15 +9,15 @@ namespace lcrig {
 
 namespace {
 
-// Of the stiffness at contact: a foam that buckles keeps about a tenth of it, and a specimen that
-// relaxes while it is pressed slowly loses less than that beside it.
+// Shares of the stiffness at contact that must be seen. A foam that buckles keeps about a tenth of
+// it, and a specimen that relaxes while it is pressed slowly loses less than that beside it.
 constexpr double kNear = 0.25;  // where the stiffness was measured ...
 constexpr double kNearForces = 4;  // ... and up to so many times that force
 constexpr double kFar = 0.05;
 constexpr double kComesBack = 0.25;  // of a force, at the depth where it was felt last
 constexpr double kRelaxesUnseen = 0.3;  // of a force, if nobody saw how fast
 constexpr double kSooner = 1.5;  // a relaxation that is disturbed
-// Of the indentation, per second: what a specimen creeps while it is pressed, and under a force
+// Creep per second, as a share of the indentation: while the specimen is pressed, and under a force
 // that is held.
 constexpr double kCreeps_s = 0.01, kCreepsHeld_s = 0.1;
 constexpr double kThermal_m_s = 1e-9;  // 3.6 um in an hour: rig and specimen grow
@@ -44,7 +44,7 @@ void PressWatch::begin(const Motion& motion, MonoTime now) {
   base_N_ = loaded_ ? motion.felt_N : kComesBack * contact_->there_N;
 }
 
-// What is left of the range in which the contact is as stiff as it was measured.
+// Remaining range of force in which the contact is as stiff as it was measured.
 double PressWatch::near_N() const {
   const Contact& c = *contact_;
   return std::max(0.0, kNearForces * c.felt_N - c.stiffness_N_m * (base_m_ - c.travel_m));
@@ -62,15 +62,15 @@ double PressWatch::least_N(MonoTime t, double travel_m, double doubt_m) const {
   return base_N_ - relaxed_N(t) + rise_N;
 }
 
-// Of the force that the motion began with.
+// Part of the force that the motion began with that may have relaxed by now.
 double PressWatch::relaxed_N(MonoTime t) const {
   const double most_N = kRelaxesUnseen * std::max(0.0, motion_.felt_N);
   if (!motion_.relaxes_N_s) return most_N;
   return std::min(kSooner * *motion_.relaxes_N_s * to_seconds(t - begun_), most_N);
 }
 
-// What the force was at any place of this motion, and the least rise since then. Of a specimen that
-// is pressed ever deeper no part of the force goes but what it began with.
+// Least force that is possible now: the largest of this motion so far, plus the least rise since
+// then. A specimen that is pressed ever deeper loses at most the force with which the motion began.
 double PressWatch::least_since_then_N(double travel_m, double felt_N, double tolerance_N,
                                       bool is_in) {
   const Contact& c = *contact_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run knows of the force on its specimen before each motion: whether the motion may begin,
-// what the device has to watch meanwhile, and, afterwards, whether the prediction held. Pure logic.
+// Knows the force on the specimen before each motion: whether the motion may begin, what the device
+// has to watch meanwhile, and, afterwards, whether the prediction held. Pure logic, used by Motions
+// and FrameTruth.
 #pragma once
 
 #include <optional>
@@ -66,7 +67,7 @@ class Pressing {
   // nullopt when there is nothing to compare: the motion was not to stop at a force, or it ended
   // before and kept its bound.
   std::optional<Comparison> end(const MotionOutcome& outcome, double noise_N);
-  // What is shown means nothing any more.
+  // The force that is shown means nothing any more.
   void distrust(std::string why) { broken_ = std::move(why); }
   // Why nothing may be pressed any more in this run.
   const std::optional<std::string>& broken() const { return broken_; }

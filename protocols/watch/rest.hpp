@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a frame shows while it stands: mean and scatter of the force, and whether it stands at all.
-// Tolerances of a run are derived from it.
+// A frame while it stands: mean and scatter of the force, and whether it stands at all. Tolerances
+// of a run are derived from it.
 #pragma once
 
 #include <cmath>
@@ -35,7 +35,7 @@ class Rest {
   bool drifts() const { return std::abs(drift_N_s()) > kSureOfDrift * drift_error_N_s(); }
   // The drift follows better from the rest `before`, taken so long ago.
   void know_drift(const Rest& before, Duration ago);
-  // What it would show by its drift after some time.
+  // Moves the mean to what the drift will make of it after some time.
   void shift(double force_N) { mean_ += force_N; }
   // No real cell repeats its last digit for ever; one that does is frozen, or not connected.
   bool is_alive() const { return different_ > 0; }
