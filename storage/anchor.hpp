@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What pins the hash chain of a run (storage/chain.hpp) down from outside: how many links it has
-// and the hash of the last one. Short enough for a journal line and a lab book.
+// The anchor of a run's hash chain (storage/chain.hpp): how many links it has, and the hash of the
+// last one. People keep it outside of the database, so that `lcrig verify` finds a chain that was
+// made anew. Short enough for a journal line and a lab book.
 #pragma once
 
 #include <cstdint>

@@ -150,7 +150,7 @@ class Copy {
   Result<> copy_pages(const PartFile& part) {
     auto copy = Database::open(part.name(), Database::Mode::read_write_create, options_.vfs);
     if (!copy) return fail(copy.error());
-    // Nobody reads it before all of it is synced and checked.
+    // The copy is not read before all of it is synced and checked.
     if (auto r = copy->execute("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF"); !r) return r;
     const auto to = copy->prepare("SELECT 1");
     const auto from = original_.prepare("SELECT 1");

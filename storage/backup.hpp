@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A copy of a whole database, also while the daemon records into it: taken from one state, checked,
-// and only then given its name. The recorder waits for nothing of it.
+// Copies a whole database, also while the daemon records into it: taken from one state, checked,
+// and only then given its name. It never makes the recorder wait. `lcrig backup` and `lcrig
+// restore` use it.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +36,8 @@ struct CopyReport {
 Result<CopyReport> copy_database(const std::string& from, const std::string& to,
                                  CopyOptions options = {});
 
-// Of a disk that the recorder shares: room for an hour of the fastest rig's rows, and its log.
+// Bytes left free on a disk that the recorder shares: an hour of the fastest rig's rows, and its
+// log.
 constexpr std::uintmax_t kLeftToRecorder = 64U << 20U;
 // This thread gives way to the recorder, at the processor and at the disk.
 void give_way();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Batches: entries of the queue that one table asked for.
+// Stores batches: entries of the queue that one table of runs asked for. The queue, `lcrig report
+// --batch` and the completion of the shell read them.
 #pragma once
 
 #include <cstdint>
@@ -42,7 +43,7 @@ Result<> check_batch_name(const Database& db, std::string_view name);
 Result<std::optional<StoredBatch>> find_batch(const Database& db, std::string_view name);
 Result<std::vector<StoredBatch>> list_batches(const Database& db);  // the newest first
 
-// What became of a run of a batch.
+// State of one run of a batch.
 struct BatchListing {
   std::int64_t position = 0, line = 0, repeat = 0;
   std::int64_t entry = 0;

@@ -18,8 +18,8 @@ namespace lcrig {
 
 namespace {
 
-// What the chain covers. When a migration adds a column, do not add it to a row here: give the
-// table a new tag.
+// The columns that the chain covers. When a migration adds a column, do not add it to a row here:
+// give the table a new tag.
 struct TableSpec {
   std::string_view name;
   char tag;
@@ -48,7 +48,7 @@ constexpr std::array<TableSpec, 7> kTables{{
 constexpr std::size_t kRunSpec = 5, kEndSpec = 6;
 constexpr int kSpecimenColumn = 5;  // of the run row
 
-// Of runs that were recorded before they had a uuid: it follows from this link.
+// Columns of runs recorded before runs had a uuid. Their uuid follows from this link.
 TableSpec run_without_uuid() {
   TableSpec spec = kTables[kRunSpec];
   spec.tag = 'S';

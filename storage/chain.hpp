@@ -38,7 +38,7 @@ class RowWriter {
   static Result<RowWriter> prepare(const Database& db, std::string_view table);
   RowWriter& begin(RowHash& hash);
   RowWriter& add(std::int64_t value);
-  // Of a run that was copied: its number here, and the one that its chain covers.
+  // For a run that was copied: its number here, and the one that its chain covers.
   RowWriter& add_number(std::int64_t stored, std::int64_t hashed);
   RowWriter& add(double value);
   RowWriter& add(std::string_view text);  // must live until `insert`

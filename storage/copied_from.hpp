@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stays of a run in another database: its name, and the number under which it was recorded.
+// Facts about a run that outlive its copy into another database: its name, and the number under
+// which it was recorded. Reading rows, checking the chain and continuing a run use them.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 
 namespace lcrig {
 
-// Of a run that was recorded into another database.
+// The origin of a run that was recorded into another database.
 struct CopiedFrom {
   std::int64_t run = 0;  // its number there
   std::optional<std::int64_t> specimen_id;  // likewise

@@ -283,7 +283,7 @@ class RunCopy {
                           options_.now_unix_ns);
   }
 
-  // What would be written at once at the end would hold up a commit of the recorder.
+  // Syncs the log in between: all of it at the end would hold up a commit of the recorder.
   Result<> take_breath() {
     if (!goes_on()) return stopped();
     const int log = ::open(beside_database(to_, "-wal").c_str(), O_RDONLY | O_CLOEXEC);

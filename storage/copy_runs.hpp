@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copies whole runs into another database: their rows, their notes, their tags, and the hash chain
-// as it is. They get numbers of the other database and keep their uuids.
+// as it is. They get numbers of the other database and keep their uuids. `lcrig runs copy` uses it.
 #pragma once
 
 #include <cstdint>

@@ -20,7 +20,7 @@ enum class Content { empty, current, older };
 // Readers need nothing that came with a later schema: 2 added views for people.
 constexpr int kOldestRead = 1;
 
-// What is in the file, before anything is written to it.
+// Looks at the content of the file before anything is written to it.
 Result<Content> inspect(const Database& db) {
   auto application = db.integer("PRAGMA application_id");
   if (!application) return fail(application.error());

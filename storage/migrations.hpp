@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forward-only schema changes, schema/sql/NNNN_*.sql, embedded at build time. Applied by
-// open_read_write (storage/database.hpp).
+// Forward-only schema changes, schema/sql/NNNN_*.sql, embedded at build time. open_read_write
+// (storage/database.hpp) applies them; copy_runs compares versions with them.
 #pragma once
 
 #include <span>

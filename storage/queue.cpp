@@ -132,7 +132,8 @@ Result<EntryState> state_in_queue(const Database& db, std::int64_t entry) {
   return **state;
 }
 
-// What was begun once stands at the head and stays there, also while it waits to be repeated.
+// An entry that was begun once stands at the head and stays there, also while it waits to be
+// repeated.
 Result<> has_not_begun(const Database& db, std::int64_t entry, std::string_view so) {
   auto state = state_in_queue(db, entry);
   if (!state) return fail(state.error());
@@ -200,7 +201,7 @@ Result<std::vector<std::int64_t>> insert_into_queue(const Database& db, std::siz
   if (auto r = can_stand(db, place); !r) return fail(r.error());
   auto slot = find_slot(db, place, static_cast<std::int64_t>(count), 0);
   if (!slot) return fail(slot.error());
-  // What is added to a queue that has come to its end is something else to be started.
+  // An entry that is added to a finished queue has to be started anew.
   auto begun_anew = db.change(
       "UPDATE queue_state SET held_cause = 'not_started', held_why = 'nobody has started it'"
       " WHERE going = 0 AND held_cause = 'empty'");

@@ -19,7 +19,7 @@ namespace lcrig {
 enum class EntryState { waiting, running, interrupted, failed, done, skipped, removed };
 std::string_view to_string(EntryState state);
 
-// What somebody wants to have run, with the texts as they are now.
+// A run that somebody wants, with the texts as they are now.
 struct QueuedRun {
   std::string protocol_name, protocol_text;
   std::string parameters_json = "{}";  // names to numbers, or to texts as somebody typed them
@@ -28,7 +28,7 @@ struct QueuedRun {
   std::string terms_json = "{}", plan_json = "null";
 };
 
-// Who did it, and when. No uid: lcrigd itself.
+// The user who acts, and when. No uid: lcrigd itself.
 struct QueueActor {
   std::string user = "lcrigd";
   std::optional<std::int64_t> uid;
@@ -79,9 +79,9 @@ Result<std::vector<std::int64_t>> add_to_queue(const Database& db, std::span<con
 // Errors: invalid_request when there is no such entry, or one of them does not wait any more.
 Result<> move_in_queue(const Database& db, std::int64_t entry, QueuePlace place,
                        const QueueActor& who);
-// Of one that does not run. Errors: as for move.
+// Removes an entry that is not running. Errors: as for move.
 Result<> remove_from_queue(const Database& db, std::int64_t entry, const QueueActor& who);
-// All that do not run; how many they were.
+// Removes all entries that are not running. Returns how many they were.
 Result<std::int64_t> clear_queue(const Database& db, const QueueActor& who);
 
 Result<> lock_queue(const Database& db, std::string_view why, const QueueActor& who);
@@ -95,7 +95,7 @@ Result<QueueState> get_queue_state(const Database& db);
 Result<std::vector<QueueListing>> list_queue(const Database& db, std::int64_t skip,
                                              std::int64_t most);
 Result<std::int64_t> count_queue(const Database& db);
-// Of all that do not run yet, as far as their plans say.
+// Bytes that all entries need that have not run yet, as far as their plans say.
 Result<std::int64_t> planned_bytes(const Database& db);
 Result<std::int64_t> count_before(const Database& db, std::int64_t entry);
 Result<std::optional<QueueListing>> queue_head(const Database& db);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of the stored queue.
+// Questions to the stored queue.
 #include <algorithm>
 #include <limits>
 

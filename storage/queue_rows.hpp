@@ -14,9 +14,9 @@ namespace lcrig {
 
 using QueuedRuns = std::function<const QueuedRun*(std::size_t)>;  // by index, from 0 on
 
-// Of a text that is stored once: its hash.
+// Stores a text unless it is there. Returns its hash.
 Result<std::string> store_queue_text(const Database& db, const std::string& text);
-// Within a transaction, `count` of them. `why`: for the history, beside the place.
+// To be called within a transaction, for `count` runs. `why`: for the history, beside the place.
 Result<std::vector<std::int64_t>> insert_into_queue(const Database& db, std::size_t count,
                                                     const QueuedRuns& run_at, QueuePlace place,
                                                     const QueueActor& who,

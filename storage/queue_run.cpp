@@ -186,7 +186,7 @@ Result<bool> settle_queue(const Database& db, std::int64_t now_unix_ns) {
     if (auto r = set_held(db, "restart", kWhy); !r) return fail(r.error());
     if (auto r = append_queue_act(db, "hold", std::nullopt, kWhy, who); !r) return fail(r.error());
   }
-  // Whoever restarted the daemon may have changed the specimen, too.
+  // A person who restarted the daemon may have changed the specimen, too.
   auto unknown = db.change("UPDATE queue_state SET on_rig = NULL");
   if (!unknown) return fail(unknown.error());
   if (auto r = transaction->commit(); !r) return fail(r.error());

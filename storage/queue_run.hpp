@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How entries of the queue begin and end, and how the queue starts and holds.
+// Begins and ends entries of the queue, and starts and holds the queue, each in one transaction.
+// The daemon's queue runner uses it.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +19,7 @@ Result<> claim_queue_entry(const Database& db, std::int64_t entry, std::int64_t 
 // A run of anybody says which specimen is on the rig. In the same transaction.
 Result<> note_specimen_of_run(const Database& db, std::string_view specimen);
 
-// What becomes of the head after an attempt, or after it could not be begun.
+// The new state of the head after an attempt, or after it could not be begun.
 struct EntryEnd {
   EntryState state = EntryState::failed;
   bool goes_on = false;
@@ -29,7 +30,7 @@ struct EntryEnd {
 Result<> end_queue_entry(const Database& db, std::int64_t entry, const EntryEnd& end,
                          const QueueActor& who);
 
-// What becomes of a head that was interrupted or failed.
+// The choice for a head that was interrupted or failed.
 enum class HeadChoice { none, resume, repeat, skip };
 std::string_view to_string(HeadChoice choice);
 // Errors: invalid_request when the head needs a choice, or another one; io.

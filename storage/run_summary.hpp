@@ -26,7 +26,7 @@ struct RunSummary {
 // The capacitances are present only if the run's meter functions measure a capacitance.
 Result<RunSummary> summarise_run(const Database& db, std::int64_t run);
 
-// What a specimen showed before contact in its last run at this frequency that ended well.
+// Capacitance of a specimen before contact in its last run at this frequency that ended well.
 struct LastC0 {
   std::int64_t run = 0;
   double c0_F = 0;

@@ -81,7 +81,7 @@ Result<> append_row(const Database& db, std::int64_t run, std::string_view table
 
 constexpr std::string_view kReplay = "replay:";
 
-// What a person must know who finds the rig after a crash.
+// Words for a person who finds the rig after a crash.
 Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
   std::string reason = "the daemon ended without closing the run; found at the next start";
   auto force_N = db.first(
@@ -146,7 +146,7 @@ std::string read_boot_id() {
   return id;
 }
 
-// What AUTOINCREMENT would choose.
+// The number that AUTOINCREMENT would choose.
 Result<std::int64_t> next_run_number(const Database& db) {
   return db.integer("SELECT coalesce((SELECT seq FROM sqlite_sequence WHERE name='run'), 0) + 1");
 }

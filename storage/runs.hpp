@@ -108,7 +108,7 @@ Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db, std::i
 
 // `text` is "12", "last", or the beginning of a uuid. Errors: no such run, several, none of these.
 Result<std::int64_t> find_run(const Database& db, std::string_view text);
-// Of the last run that was recorded here and ended; nullopt: none has.
+// End of the last run that was recorded here and ended; nullopt: none has.
 Result<std::optional<std::int64_t>> last_run_end_unix_ns(const Database& db);
 Result<std::vector<RunListing>> list_runs(const Database& db,
                                           const RunFilter& filter = {});  // newest first

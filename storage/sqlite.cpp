@@ -15,7 +15,7 @@ struct Advice {
   std::string_view text;
 };
 
-// What the operator can do about a result code.
+// Advice to the operator for a result code.
 Advice advice_for(int extended_code) {
   if (extended_code == SQLITE_IOERR_FSYNC) {
     return {Errc::io, "; the disk did not confirm what was written: check it, then `lcrig verify`"};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The name of a run that stays when the run is copied into another database (RFC 9562).
+// The name of a run that stays when the run is copied into another database (RFC 9562). Rows of
+// runs and their chain use it.
 #pragma once
 
 #include <string>
@@ -11,8 +12,8 @@ namespace lcrig {
 
 std::string random_uuid();  // version 4
 
-// Of a run that was recorded before runs had such names, from the first link of its chain: version
-// 8. Migration 8 makes the same in SQL.
+// The uuid (version 8) of a run that was recorded before runs had such names, from the first link
+// of its chain. Migration 8 makes the same in SQL.
 std::string uuid_of_link(const Sha256& first_link);
 bool is_of_link(std::string_view uuid);
 

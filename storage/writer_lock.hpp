@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who writes a database, and which run is being recorded in it. The daemon holds locks on FILE.lock
-// that the kernel releases when it ends, however it ends; everybody else can ask for them.
+// Tells who writes a database, and which run is being recorded in it. The daemon holds locks on
+// FILE.lock that the kernel releases when it ends, however it ends; everybody else can ask for
+// them.
 #pragma once
 
 #include <cstdint>
@@ -24,9 +25,9 @@ class WriterLock {
   WriterLock& operator=(WriterLock&& other) noexcept;
   ~WriterLock();
 
-  // From now on `run` is the one that goes on. Before its row can be seen.
+  // Marks `run` as being recorded. To be called before its row can be seen.
   Result<> begin_run(std::int64_t run);
-  void end_run();  // none goes on; after the end can be seen
+  void end_run();  // no run is being recorded; to be called after its end can be seen
 
  private:
   WriterLock(int fd, std::string file) : fd_(fd), file_(std::move(file)) {}

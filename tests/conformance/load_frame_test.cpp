@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every LoadFrame promises, whatever is behind it. A new driver adds one line at the end.
+// The promises of every LoadFrame, whatever is behind it. A new driver adds one line at the end.
 #include <gtest/gtest.h>
 
 #include <boost/asio/bind_cancellation_slot.hpp>

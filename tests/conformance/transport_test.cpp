@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What both ends of every wire promise, in virtual time. Another wire adds one line at the end.
+// The promises of both ends of every wire, in virtual time. Another wire adds one line at the end.
 #include <gtest/gtest.h>
 
 #include <array>

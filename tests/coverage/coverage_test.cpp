@@ -62,8 +62,8 @@ bool is_known_to_miss(const std::string& cell) {
   return cell.starts_with("random walk") && cell.ends_with("drift");
 }
 
-// Nobody can exclude from one run that its noise has a slow part: where it has none, the intervals
-// of C0 and drift are too wide, and take no part in the upper limit.
+// One run cannot exclude that its noise has a slow part. Where it has none, the intervals of C0 and
+// drift are too wide, and take no part in the upper limit.
 bool may_be_wide(const std::string& cell) {
   return cell.ends_with("C0") || cell.ends_with("C0_pF") || cell.ends_with("drift") ||
          cell.ends_with("fF_per_h");

@@ -43,7 +43,7 @@ class LineReader {
 std::vector<std::string> environment(const std::map<std::string, std::string>& variables);
 std::vector<char*> pointers(std::vector<std::string>& texts);
 
-// Whom a process belongs to. Only root can start one of another person.
+// The owner of a process. Only root can start one of another person.
 struct Person {
   uid_t user = 0;
   gid_t group = 0;

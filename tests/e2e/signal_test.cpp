@@ -33,7 +33,7 @@ TEST_F(Rig, ATermInTheInstantOfReadyClosesTheDatabase) {
   }
 }
 
-// Nobody pressed a key.
+// SIGTERM comes from a program, not from a key.
 TEST_F(Rig, ATermToARunIsToldAsWhatItWas) {
   start_sim();
   start_daemon(config());

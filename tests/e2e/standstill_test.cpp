@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // An overloaded computer, or one whose host takes its processors away, stands still for a while.
-// What arrives meanwhile waits in the kernel, so no instrument may be called silent for it.
+// Bytes that arrive meanwhile wait in the kernel, so no instrument may be called silent for it.
 #include "tests/e2e/rig.hpp"
 
 namespace lcrig::e2e {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the meter sends: readings, identity and settings that are read back.
+// Bytes from the meter: readings, identity and settings that are read back.
 #include <algorithm>
 #include <cmath>
 

@@ -339,7 +339,7 @@ class Look {
 
   Found told_of_fault() const {
     for (const Word& w : world_.witness.words) {
-      // Nobody can know of an E-stop that was over before the first command.
+      // An E-stop that was over before the first command cannot be known.
       if (w.is_sent || w.at < from_ || orders_.empty() || w.at < orders_.front().sent) continue;
       const bool estop = w.line.find("kind=\"estop\"") != w.line.npos;
       if (!estop && w.line.find("reason=\"fault\"") == w.line.npos) continue;

@@ -42,7 +42,7 @@ constexpr int kFrameLies = 23;
 std::string_view to_string(FrameLie lie);
 FrameLie lie_of(std::string_view name);  // throws
 
-// What is no longer believed once the lie is noticed (docs/testing.md).
+// The part of the rig that is no longer believed once the lie is noticed (docs/testing.md).
 enum class Distrust { force, drive, gateway, nobody };
 Distrust distrust_of(FrameLie lie);
 // The reason of the run must contain one of these.

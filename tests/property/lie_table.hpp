@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What became of each lie in a sweep, for the figures of docs/promises.md. Each Trial keeps one,
-// and lies_test.cpp adds them up.
+// Outcome of each lie in a sweep, for the figures of docs/promises.md. Each Trial keeps one, and
+// lies_test.cpp adds them up.
 #pragma once
 
 #include <map>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must hold on a frame that lies, behind an honest gateway or a lying one. docs/testing.md
-// says what can be noticed, and when.
+// Properties that must hold on a frame that lies, behind an honest gateway or a lying one.
+// docs/testing.md says which lies can be noticed, and when.
 #include <gtest/gtest.h>
 
 #include "tests/property/lie_judge.hpp"

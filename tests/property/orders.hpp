@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run ordered over the wire, as recorded by RigWitness: its motions and its STOPs. Used to
-// find contradictions and to judge lies.
+// Orders of a run over the wire, as recorded by RigWitness: its motions and its STOPs. Used to find
+// contradictions and to judge lies.
 #pragma once
 
 #include <cstdint>

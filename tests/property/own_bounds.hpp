@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a rig can do, calculated again from what is told of it. The formulas and methods differ from
-// the product's, so that one mistake cannot hide in both. Used by all property tests.
+// Bounds of what a rig can do, calculated again from what is told of it. The formulas and methods
+// differ from the product's, so that one mistake cannot hide in both. Used by all property tests.
 #pragma once
 
 #include <optional>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must hold on rigs that the product was not developed on (issue "The real rig first"). Rig
-// and protocol are random. The daemon knows only what a config file would say.
+// Properties that must hold on rigs that the product was not developed on (issue "The real rig
+// first"). Rig and protocol are random. The daemon knows only what a config file would say.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

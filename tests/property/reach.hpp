@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a protocol may ask of one rig: how far, how hard and how fast it can go by our own
+// The reach of one rig for a protocol: how far, how hard and how fast it can go by our own
 // arithmetic. Used when a recipe is written as a protocol.
 #pragma once
 

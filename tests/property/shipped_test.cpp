@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kPatience_s = 60;  // for an approach, so that the test does not take too long
 
-// What the file asks of a rig, as read by a person.
+// The file's demands on a rig, as read by a person.
 struct Needs {
   const char* file;
   double limit_N = 0, force_N = 0, overshoot_N = 0, speed_m_s = 0;

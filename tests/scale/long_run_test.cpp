@@ -27,8 +27,8 @@ namespace {
 constexpr std::int64_t kRows = 10'000'000;
 constexpr std::size_t kMegabyte = 1'000'000;
 
-// What the program holds now. Resident memory would tell of the sanitizer, which keeps what was
-// freed for a while.
+// Bytes that the program holds now. Resident memory would tell of the sanitizer, which keeps freed
+// memory for a while.
 std::size_t heap_bytes() {
 #if LCRIG_SANITIZED
   return __sanitizer_get_current_allocated_bytes();

@@ -67,7 +67,7 @@ class Asking : public support::DaemonWorld {
         wait_for(client, [](const json& m) { return m.value("method", "") == "run_ended"; });
     return ended.is_null() ? json() : ended["params"];
   }
-  // Whoever does not read is cut off.
+  // The client has to read: one that does not is cut off.
   void pass(PlainClient& client, Duration time) {
     const MonoTime end = clock.now() + time;
     clock.run(io, [&] {
@@ -118,7 +118,7 @@ TEST_F(Asking, EveryKindOfAnswerIsStoredWithItsType) {
   EXPECT_NEAR(number["left_s"].get<double>(), 120, 1);
   const json taken = say(client, "125.5")["result"];
   EXPECT_EQ(taken, json::parse(R"({"run":1,"step":"thickness","value":125.5,"unit":"um"})"));
-  // What was acknowledged is stored.
+  // An acknowledged answer is stored.
   EXPECT_EQ(text("SELECT step || ' ' || type || ' ' || number || ' ' || unit || ' ' || source FROM "
                  "v_answer WHERE step = 'thickness'"),
             "thickness number 125.5 um person");

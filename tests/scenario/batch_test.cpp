@@ -148,7 +148,7 @@ TEST_F(RehearsedDay, TellsItsLengthAndWhenHandsAreNeeded) {
   EXPECT_THAT(day->troubles, SizeIs(0));
   std::vector<std::string> kinds;
   for (const HandTime& hand : day->hands) kinds.push_back(hand.kind);
-  // Whoever put paper-2 on is there for one of its runs.
+  // The person who put paper-2 on is there for one of its runs.
   EXPECT_THAT(kinds, ElementsAre("specimen", "specimen", "person"));
   EXPECT_EQ(day->hands_s, 300);
   EXPECT_GE(day->length_s, day->machine_s + 300 + 2 * 30 - 100) << "rests of 30 s, one in a gate";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `status` says of the instruments is what was last learned of them, by whomever, and never
-// that one is ready which nobody asked.
+// `status` tells the newest knowledge about the instruments, whoever asked them. It never calls one
+// ready that nobody asked.
 #include <gmock/gmock.h>
 
 #include <filesystem>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must hold on a real rig that is not known in advance: travel origins, overloads and ways
-// back, stops that are not confirmed, stops at any moment, a frame that somebody else uses.
+// Properties that must hold on a real rig that is not known in advance: travel origins, overloads
+// and ways back, stops that are not confirmed, stops at any moment, a frame that somebody else
+// uses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -56,7 +56,7 @@ class Stopping : public support::DaemonWorld {
         wait_for(client, [](const json& m) { return m.value("method", "") == "run_ended"; });
     return ended.is_null() ? json() : ended["params"];
   }
-  // Whoever does not read is cut off.
+  // The client has to read: one that does not is cut off.
   void pass(PlainClient& client, Duration time) {
     const MonoTime end = clock.now() + time;
     clock.run(io, [&] {

@@ -27,7 +27,7 @@ std::string two_speeds(double force_N) {
       force_N));
 }
 
-// Of the samples while step `two` went on.
+// A figure of the samples while step `two` went on.
 double while_two(const SessionWorld& world, const std::string& of_force) {
   const auto at = [](const std::string& kind) {
     return "(SELECT at_mono_ns FROM event WHERE step_id = 'two' AND kind = '" + kind + "')";

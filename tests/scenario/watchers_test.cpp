@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 using nlohmann::json;
 using support::PlainClient;
 
-// What a reading client saw of a run.
+// Messages of a run that a reading client saw.
 struct Seen {
   std::int64_t events = 0, statuses = 0;
   Duration longest_silence{};

@@ -70,7 +70,7 @@ inline void expect_each_wrong_key_said_once(const nlohmann::json& good, const Pa
     const json value = object[key.back()];
     object.erase(key.back());
     auto said = mistakes_in(bad.dump(), parse);
-    // Of a name that is not there each use is wrong.
+    // When a name is missing, each use of it is wrong.
     if (above != free_names && key.to_string() != free_names) {
       EXPECT_LE(said.size(), 1U) << key << " is missing\n" << lines_of(said);
     }

@@ -55,7 +55,7 @@ inline std::int64_t events(const SessionWorld& world, const std::string& kind) {
   return world.count("SELECT COUNT(*) FROM event WHERE kind = '" + kind + "'");
 }
 
-// What must hold after every run that began, however it ended.
+// Invariants after every run that began, however it ended.
 inline void expect_invariants(const SessionWorld& world) {
   EXPECT_EQ(world.clock.pending(), 0U) << "a task still waits";
   EXPECT_EQ(world.count("SELECT COUNT(*) FROM run_end"), 1);

@@ -16,7 +16,7 @@
 
 namespace lcrig::support {
 
-// What happens to one opening of the instruments.
+// Trouble at one opening of the instruments.
 struct Trouble {
   std::string script;  // of faults; empty: none
   std::function<void(Instruments&)> at_start;  // before anybody is asked who it is; may be empty

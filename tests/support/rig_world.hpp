@@ -35,7 +35,7 @@ struct Overshoot {
   bool exceeded = false;
 };
 
-// What a run measured at a contact, and what it really is there.
+// Stiffness that a run measured at a contact, and the true one there.
 struct MeasuredStiffness {
   MeasuredStiffness() = default;
   double at_most_N_m = 0, true_N_m = 0;  // true: of the force over the way since it touched

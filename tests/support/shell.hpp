@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What bash makes of a line that calls `lcrig`.
+// Runs a line that calls `lcrig` as bash reads it.
 #pragma once
 
 #include <cstdio>

@@ -95,10 +95,11 @@ inline std::optional<StackTruth> find_truth(ErrorEstimator& solved, Level level,
                            });
 }
 
-// Of finite strain: the limit at small strain times that of the ratio of finite to small strain on
-// the same meshes. What bonded corners cost is nearly the same in both, so the ratio converges
-// better than either. Nothing when it does not: then finite strain only seems to converge, because
-// what it gains at small strain hides the rest. Nothing either when its own limit lies elsewhere.
+// The truth for finite strain: the limit at small strain times that of the ratio of finite to small
+// strain on the same meshes. The cost of bonded corners is nearly the same in both, so the ratio
+// converges better than either. nullopt when it does not: then finite strain only seems to
+// converge, because what it gains at small strain hides the rest. nullopt also when its own limit
+// lies elsewhere.
 inline std::optional<StackTruth> find_finite_truth(ErrorEstimator& solved, int finest,
                                                    int finest_linear, Pressure pressure) {
   const auto direct = find_truth(solved, Level::fem_finite, finest, pressure);
@@ -146,7 +147,7 @@ inline std::optional<Judged> judge_mesh(ErrorEstimator& solved, std::uint64_t se
   return j;
 }
 
-// What another code found for a stack's slope at zero load, and what its last refinement changed.
+// A stack's slope at zero load by another code, and how much its last refinement changed it.
 struct SlopeTruth {
   std::uint64_t seed = 0;
   double slope_F_Pa = 0, doubt_F_Pa = 0;

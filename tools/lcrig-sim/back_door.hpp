@@ -14,7 +14,7 @@
 
 namespace lcrig::sim {
 
-// What the commands act on. `frame` is nullptr with dead weights.
+// The bench that the commands act on. `frame` is nullptr with dead weights.
 struct Bench {
   Clock& clock;
   Plant& plant;

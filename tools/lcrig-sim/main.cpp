@@ -94,8 +94,8 @@ class SimBench {
   }
 
  private:
-  // What lies beyond the table of the specimen is no physics. Said each time that it begins, to
-  // whoever reads the log and to the client of the frame.
+  // Beyond the table of the specimen there is no physics. Each time that it begins, the log and the
+  // client of the frame are told.
   Task<> watch_model_end() {
     const double solved_N = world_->response().max_force_N();
     bool is_beyond = false;

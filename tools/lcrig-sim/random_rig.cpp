@@ -39,7 +39,7 @@ double round_to(double value, int digits) {
   return std::round(value / unit) * unit;
 }
 
-// What a plan is told is drawn on the safe side of the truth.
+// The facts for the plan are drawn on the safe side of the truth.
 struct Contact {
   double frame_N_m = 0, specimen_N_m = 0, curvature_1_m = 0;
 };

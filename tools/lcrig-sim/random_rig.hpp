@@ -30,7 +30,7 @@ class CurvedSpecimen final : public SpecimenResponse {
   double stiffness_N_m_, curvature_1_m_;
 };
 
-// What makes a rig difficult, as bits. Removing bits simplifies a case that failed.
+// Properties that make a rig difficult, as bits. Removing bits simplifies a case that failed.
 enum Quirk : std::uint32_t {
   kOffset = 1U << 0U,  // the cell is not tared
   kDrift = 1U << 1U,  // its zero drifts

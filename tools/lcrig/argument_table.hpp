@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the commands take, as data: for the manual page and for completion.
+// The arguments of all commands as data, for the manual page and for completion.
 #pragma once
 
 #include <string>

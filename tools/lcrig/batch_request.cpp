@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kBatchHelp = "correct the table; docs/batch-file.md describes it";
 
-// What a cell names, in one line.
+// An error about the file of a cell, in one line.
 Error one_line(const Failure& failure) {
   return Error(Errc::invalid_request, failure.what);
 }

@@ -27,7 +27,7 @@ namespace {
 
 constexpr double kUsual_Hz[] = {1e3, 1e4, 1e5};  // searched for a target
 
-// Who has a target wants the quickest way there, and the test frequency decides it.
+// With a target, other test frequencies are tried too: they decide how quickly it is reached.
 std::vector<double> usual_frequencies(const Protocol& protocol, const Rig& rig, bool with_target) {
   std::vector<double> out{protocol.sample.lcr.frequency.si()};
   for (const double Hz : kUsual_Hz) {
@@ -95,7 +95,7 @@ class BudgetCommand final : public Command {
   }
 
  private:
-  // What the question refers to.
+  // The setting that the question refers to.
   struct Scene {
     Protocol protocol;
     Environment environment;
@@ -152,7 +152,7 @@ class BudgetCommand final : public Command {
     return out;
   }
 
-  // What runs exactly this point: the -p that were given, then those that it changes.
+  // The command that runs exactly this point: the -p that were given, then those that it changes.
   std::string command_for(const GlobalOptions& global, const BudgetPoint& point) const {
     std::map<std::string, std::string> changes;
     for (const std::string& p : parameters_) {

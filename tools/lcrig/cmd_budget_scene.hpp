@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a prediction is made of: the rig of a bench and the curve of a specimen. Of `budget` and of
-// `rehearse --batch`.
+// The input of a prediction: the rig of a bench and the curve of a specimen. `lcrig budget` and
+// `lcrig rehearse --batch` use it.
 #pragma once
 
 #include <string>

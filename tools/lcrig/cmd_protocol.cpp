@@ -101,7 +101,7 @@ class CheckCommand final : public Command {
   }
 
  private:
-  // Whoever asked for this rig plans on it, too.
+  // With `--rig` the proposed plan uses the rig as well.
   std::string planning(const Context& context) const {
     Words words = rig_ ? Words{"run", protocol_} : Words{"protocol", "plan", protocol_};
     add_options(words, "-p", parameters_);
@@ -110,7 +110,7 @@ class CheckCommand final : public Command {
     return next_command(context.global, words);
   }
 
-  // What a rig can do depends on what it presses.
+  // A specimen is needed: what a rig can do depends on what it presses.
   Outcome<json> plan_on_rig(const Context& context) const {
     if (specimen_.empty()) {
       return Failure(kUsage, "lcrig protocol check --rig: --specimen is missing",

@@ -51,7 +51,7 @@ std::vector<BatchKind> kinds_of(const BatchRequest& batch, const RehearseBatchRe
   return out;
 }
 
-// What the budget says of one run.
+// The budget's prediction for one run.
 void predict(const Context& context, const std::string& bench, BatchKind& kind) {
   const BatchEntry& row = *kind.row;
   const auto refused = [&kind](std::string why) { kind.not_predicted = std::move(why); };

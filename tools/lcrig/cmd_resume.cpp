@@ -70,7 +70,7 @@ class ResumeCommand final : public Command {
                    next_command(global, {"runs"}));
   }
 
-  // What may be continued without being named; nullopt: a run goes on, which may be paused.
+  // The run that may be continued without being named; nullopt: a run goes on, which may be paused.
   // Nothing moves before a person has confirmed the specimen.
   static Outcome<std::optional<ResumableRun>> offer(ControlClient& client,
                                                     const GlobalOptions& global) {

@@ -84,7 +84,7 @@ class RunCommand final : public Command {
     return words;
   }
 
-  // What was asked for, without --dry-run.
+  // The command that was asked for, without --dry-run.
   std::string this_run(const Context& context) const {
     Words words = pressing("run");
     add_option(words, "--operator", operator_);

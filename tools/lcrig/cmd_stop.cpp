@@ -98,7 +98,7 @@ std::unique_ptr<Command> make_verb() {
   return std::make_unique<VerbCommand>(verb);
 }
 
-// Whoever wants the frame to stop has no time for a rehearsal.
+// No proposal to rehearse here: the frame has to stop now.
 Failure VerbCommand::unheard(Failure failure) const {
   if (&verb_ != &kConfirm) {
     failure.next =
@@ -122,7 +122,8 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
         "--after is missing: what is to be finished? (step, level, cycle, repeat, safe_point, run)",
         next_command(context.global, {"stop", "--after", "level"}, "lcrig abort stops at once"));
   }
-  // Whoever stops the frame is not asked about databases. A confirmation may begin a motion.
+  // A stop goes to any daemon, whichever database is meant. A confirmation does not: it may begin a
+  // motion.
   auto client = &verb_ == &kConfirm ? ControlClient::connect(context)
                                     : ControlClient::connect_for_any_database(context);
   if (!client) return unheard(client.error());

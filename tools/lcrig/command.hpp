@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One subcommand: what it takes, as data, and what it does. Only parser.cpp knows CLI11.
+// The base class of all subcommands: what each takes, as data, and what it does. Only parser.cpp
+// knows CLI11.
 #pragma once
 
 #include <cstdint>
@@ -54,7 +55,8 @@ class ArgumentList {
   virtual void flag(const char* names, bool& out, const char* help) = 0;
 };
 
-// What only the build and the shells ask, by words that no help shows; nullopt: a person's command.
+// Answers the words that only the build and the shells use and no help shows; nullopt: a person's
+// command.
 std::optional<std::string> answer_to_program(const ProcessEnv& env,
                                              const std::vector<std::string>& args);
 
@@ -68,7 +70,7 @@ struct ChosenDatabase {
   bool daemon_writes = false;
 };
 
-// What a command works with. References outlive it.
+// The surroundings of a command. References outlive it.
 struct Context {
   Context(Console& c, const ProcessEnv& e, const Clock& k, DaemonParts d)
       : console(c), env(e), clock(k), daemon(d) {}

@@ -163,7 +163,7 @@ void Completion::add_options() {
   candidates_.add("--help", "What the command takes, with an example");
 }
 
-// By what stands for the value, which means the same in every command.
+// The placeholder of the value decides what is offered; it means the same in every command.
 void Completion::add_values(const Argument& a) {
   for (const auto& choice : a.choices) candidates_.add(choice, "");
   const auto& value = a.value;

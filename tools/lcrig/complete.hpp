@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may stand where the cursor is: `lcrig __complete -- WORD...`, for the shells' completions in
-// tools/completion/. Never fails loudly: what cannot be read has no names.
+// Proposes words for the place of the cursor: `lcrig __complete -- WORD...`, for the shells'
+// completions in tools/completion/. Never fails loudly: files and databases that cannot be read
+// have no names.
 #pragma once
 
 #include <string>

@@ -57,7 +57,8 @@ Outcome<std::optional<std::string>> Context::named_db() const {
   return env.get("LCRIG_DB");
 }
 
-// Of a file that nobody named. Silence is for those who have no daemon at all.
+// The default database, when no file was named. A note says so if a daemon was named or its socket
+// exists; without a daemon there is no note.
 ChosenDatabase Context::without_daemon(const std::string& socket, const Failure& why) const {
   ChosenDatabase out;
   out.path = env.default_db().string();

@@ -31,7 +31,7 @@ Failure unreachable(const std::string& path, const std::string& why) {
   return out;
 }
 
-// Of a connection or a message that nobody takes.
+// Words for a connection or a message that nobody takes.
 std::string errno_words(int error) {
   if (error == EAGAIN || error == EWOULDBLOCK) return "it takes nothing: it hangs, or is stopped";
   return std::strerror(error);

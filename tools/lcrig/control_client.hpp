@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line's end of the control socket. Blocking; one thread.
+// The command line's end of the control socket, for every command that talks to lcrigd. Blocking;
+// one thread.
 #pragma once
 
 #include <memory>
@@ -22,7 +23,7 @@ struct ControlAnswer {
 };
 using ControlNews = std::variant<RunStatus, RunEventNote, RunOutcome, ControlAnswer>;
 
-// What to type when no daemon answers: this looks for it, or rehearses instead.
+// The command to type when no daemon answers: it looks for the daemon, or rehearses instead.
 std::string without_daemon(const std::string& rehearsal);
 // "run 12, dynamic-cycles on paper-1, in step load"
 std::string words_of(const ResumableRun& run);

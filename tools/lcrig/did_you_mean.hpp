@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the command line says of a word that it does not know. Used by the parser and the lookup of
-// library files.
+// Proposals of the command line for a word that it does not know. Used by the parser and the lookup
+// of library files.
 #pragma once
 
 #include <string>

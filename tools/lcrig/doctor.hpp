@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `lcrig doctor` looks at. Each look opens no port, changes nothing, and says in one line what
-// it found, and how to mend it.
+// The checks of `lcrig doctor`. Each opens no port, changes nothing, and says in one line what it
+// found, and how to mend it.
 #pragma once
 
 #include <cstdint>
@@ -32,13 +32,13 @@ Health worst_of(const Findings& findings);
 // The computer; replaceable in tests.
 struct Machine {
   std::filesystem::path root = "/";  // of proc, sys, run and dev
-  // What a command printed; nullopt: it is not there, or failed. Words are taken as they are.
+  // Output of a command; nullopt: it is not there, or failed. Words are taken as they are.
   std::function<std::optional<std::string>(const std::vector<std::string>&)> output;
   std::function<std::optional<bool>()> clock_is_synchronised;
 };
 Machine real_machine();
 
-// What of the daemon's configuration a look needs.
+// The part of the daemon's configuration that the checks need.
 struct RigConfig {
   std::string file;
   std::string meter_port, frame_port;  // empty: none
@@ -63,7 +63,7 @@ void look_at_instruments(const DaemonStatus& status, Findings& findings);
 // The data.
 void look_at_database(const Database& db, Findings& findings);
 Finding look_at_disk(const Database& db, std::int64_t now_unix_ns);
-// Who holds the writer's lock; nullopt: nobody, or it cannot be told.
+// Process that holds the writer's lock; nullopt: none, or it cannot be told.
 std::optional<int> writer_of(const std::string& database);
 
 }  // namespace lcrig::cli

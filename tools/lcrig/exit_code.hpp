@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exit codes are a promise to scripts (docs/cli-json.md).
+// Exit codes of `lcrig`, a promise to scripts (docs/cli-json.md), and the failure that a command
+// prints.
 #pragma once
 
 #include <optional>
@@ -24,10 +25,10 @@ enum ExitCode : int {
 };
 
 ExitCode exit_code_of(Errc code);
-// Of a run that ended, and why.
+// The exit code for a run that ended, and why.
 ExitCode exit_code_of_run(ExitStatus status, std::optional<Errc> code);
 
-// What went wrong, and the next command to type.
+// A mistake or fault, and the next command to type.
 struct Failure {
   Failure() = default;
   Failure(ExitCode c, std::string w, std::string n)

@@ -140,7 +140,7 @@ class Follower {
     return client_.post("run.abort", params);
   }
 
-  // What whoever leaves should know.
+  // Words for a person who leaves while the run goes on.
   const char* left_behind() const {
     if (options_.owner) return "the run is still being stopped";
     return run_ > 0 || options_.run > 0 ? "the run goes on" : "no run was going on";

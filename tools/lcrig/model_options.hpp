@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the `model` commands have in common: a specimen and how to describe it.
+// Options that the `model` commands share: a specimen and how to describe it.
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ class ModelOptions {
 
   // The specimen with --faces and --top applied. Failure: unknown name, bad file.
   Outcome<Specimen> specimen(const Context& context) const;
-  // What shows each level's error and seconds, for the same specimen.
+  // The command that shows each level's error and seconds, for the same specimen.
   std::string ladder_command(const Context& context, Pressure pressure) const;
   // Nothing when --level was not given or is `auto`. Failure: usage.
   Outcome<std::optional<LevelSettings>> settings() const;

@@ -185,7 +185,7 @@ Outcome<Command*> Parser::find(const std::vector<std::string>& args) {
   for (const auto& command : all) {
     if (word == command->name) return check_options(command.get(), args);
   }
-  // What follows an unknown option may be its value.
+  // The word after an unknown option may be its value.
   if (const auto unknown = unknown_option(args, at)) return *unknown;
   return usage(
       fmt::format("unknown command '{}'{}", word, did_you_mean(word, top_words, kGuessAtPrompt)),
@@ -215,7 +215,7 @@ Outcome<Command*> Parser::find_in_group(const std::string& group, std::size_t at
       return check_options(command.get(), args);
     }
   }
-  // What follows an unknown option may be its value.
+  // The word after an unknown option may be its value.
   if (const auto unknown = unknown_option(args, verb_at)) return *unknown;
   group_for_help = group;
   if (verb_at == args.size() && asks_for(args, "--help", "-h")) return nullptr;
@@ -346,7 +346,7 @@ std::string missing_words(const CLI::App& sub) {
   return fmt::format("{} {} missing", join_words(missing), missing.size() == 1 ? "is" : "are");
 }
 
-// What CLI11 refuses, as a person would say it.
+// Words for what CLI11 refuses, as a person would say them.
 std::string plain_words(const CLI::ParseError& error, const CLI::App& all, const CLI::App& sub) {
   if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) return missing_words(sub);
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {

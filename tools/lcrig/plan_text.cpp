@@ -41,7 +41,7 @@ void print_worst(std::ostream& out, const json& plan) {
       noise > 0 ? fmt::format("{:.2g} N", noise) : std::string("measured at rest"));
 }
 
-// What the run will not believe.
+// The values that the run will not believe.
 void print_watch(std::ostream& out, const json& plan) {
   if (plan.at("worst_force_N").get<double>() <= 0) return;
   const json& w = plan.at("watch");

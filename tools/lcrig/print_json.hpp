@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a command that reads says on stdout: one line of JSON, or words for people.
+// Prints the result of a command that reads: one line of JSON, or words for people.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@ namespace lcrig::cli {
 // Bytes that are no UTF-8 (a file name, an instrument's words) are replaced.
 std::string json_line(const nlohmann::json& value);  // without the line's end
 void print_json(std::ostream& out, const nlohmann::json& value);
-// What a command has to say: with --json as one line, else as `text` writes it.
+// Prints `result`: with --json as one line, else as `text` writes it.
 ExitCode show(Context& context, const nlohmann::json& result,
               const std::function<void(std::ostream&)>& text);
 

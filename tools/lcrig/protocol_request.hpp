@@ -30,18 +30,18 @@ struct BoundProtocol {
 };
 Outcome<BoundProtocol> bind_protocol(const Context& context, const ProtocolRequest& wanted);
 
-// What is wrong with a file; with the values of parameters, or with what the protocol asks of a rig
-// (`protocol`: as typed); with a bench.
+// Refusals: of a file; of the values of parameters, or of what the protocol asks of a rig
+// (`protocol`: as typed); of a bench.
 Failure file_refused(const Error& error);
 Failure plan_refused(const Context& context, const std::string& protocol, const Error& error);
 Failure bench_refused(const Error& error, bool of_a_file);
 
-// What the daemon refused to run or to plan. It knows neither the path of the protocol's file nor
-// which specimens have similar names.
+// Refusal by the daemon to run or to plan. The daemon knows neither the path of the protocol's file
+// nor which specimens have similar names.
 Failure refused_run(const Context& context, Failure refused, const RunRequest& request,
                     const std::string& protocol, const std::vector<std::string>& assignments);
 
-// What the daemon is asked to run or to plan. It may not read our files, so it gets their texts. A
+// The request to run or to plan. The daemon may not read our files, so it gets their texts. A
 // specimen that is not known here may be one of its database.
 Outcome<RunRequest> run_request(const LibraryPath& library, const std::string& protocol,
                                 const std::vector<std::string>& assignments,

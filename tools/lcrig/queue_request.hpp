@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the commands of the queue have in common: numbers of entries, places, one call of the
-// daemon.
+// Shared by the commands of the queue: numbers of entries, places, one call of the daemon.
 #pragma once
 
 #include <cstdint>

@@ -34,7 +34,7 @@ Outcome<json> list_by(ControlClient& client) {
   return json{{"queue", answer->at("queue")}, {"entries", std::move(entries)}};
 }
 
-// Nobody knows when a daemon will run again.
+// No times: it is not known when a daemon will run again.
 json without_times(const ListedEntry& entry) {
   json out = to_json(entry);
   out["planned_begin_unix_ns"] = out["planned_end_unix_ns"] = nullptr;

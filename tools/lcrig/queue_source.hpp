@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the reading commands of the queue show: the daemon is asked, and while none runs its
-// database is read.
+// Input of the commands that read the queue: the daemon is asked, and while none runs its database
+// is read.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@
 namespace lcrig::cli {
 
 void print_queue(std::ostream& out, const QueueStatus& queue);
-// What to type now; empty: nothing. `head`: the state of the first entry, where it is known.
+// The command to type now; empty: none. `head`: the state of the first entry, where it is known.
 std::string next_for_queue(const GlobalOptions& global, const QueueStatus& queue,
                            std::string_view head = {});
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What force and time show in made-up runs whose truth is known: dynamic range, hysteresis, creep.
+// Results from force and time in made-up runs whose truth is known: dynamic range, hysteresis,
+// creep.
 #include <gtest/gtest.h>
 
 #include <cmath>

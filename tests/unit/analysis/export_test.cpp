@@ -225,7 +225,7 @@ TEST_F(ExportTest, ComputedValuesEndOneDigitBehindTheReadingsTheyComeFrom) {
   EXPECT_THAT(exported(Layout::frame), HasSubstr(",0.1771,1.2347,-0.02235,14.0932,\r\n"));
 }
 
-// What a dead weight presses with is the weight that was asked for: a double with all its digits.
+// The force of a dead weight is the weight that was asked for: a double with all its digits.
 TEST_F(ExportTest, ComputedValuesHaveNoEndlessDigitsAndStoredOnesAll) {
   row_.frame_capabilities_json = R"({"weights": true})";
   begin_with_probe();

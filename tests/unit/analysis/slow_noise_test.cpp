@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a mean of part of a run, and a line through the rests, may err by under noise that is slower
+// Errors of a mean of part of a run, and of a line through the rests, under noise that is slower
 // than the readings. Sizes and times are none that a bench draws from.
 #include "analysis/slow_noise.hpp"
 
@@ -57,7 +57,7 @@ struct Held {
   double too_wide() const { return half / kRuns / (1.96 * std::sqrt(squares / kRuns)); }
 };
 
-// Of the mean of the baseline, whose truth is 0.
+// Share of intervals of the baseline's mean that contain its truth, 0.
 Held hold_baseline(const Noise& noise) {
   Held out;
   for (int run = 0; run < kRuns; ++run) {

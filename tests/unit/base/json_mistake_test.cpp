@@ -19,7 +19,7 @@ struct Case {
   const char* message;  // after "f.json:"
 };
 
-// What people type. A changed message shows up here as a diff.
+// Mistakes that people type. A changed message shows up here as a diff.
 const Case kMistakes[] = {
     {"", "1:1 /: the file is empty, expected an object: { ... }"},
     {" \n\n", "1:1 /: the file is empty, expected an object: { ... }"},

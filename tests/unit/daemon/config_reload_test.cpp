@@ -172,7 +172,7 @@ TEST_F(Reload, ViewSurvivesTheSocket) {
   }
 }
 
-// Whoever adds a key to the file says here what a change of it asks for.
+// A new key of the file is added here, with what a change of it asks for.
 TEST_F(Reload, KnowsEveryKeyOfTheFile) {
   file_ = json::parse(R"({"format": "lcrigd-config/1", "database": "/a.db", "socket": "/s",
     "log_level": "warn", "metrics_file": "/m", "wire_log_directory": "/w",

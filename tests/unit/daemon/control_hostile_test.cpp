@@ -221,7 +221,7 @@ TEST_F(Control, TextsOfAPersonAreLimited) {
   EXPECT_TRUE(handler.calls.empty());
 }
 
-// What a line costs is time of the thread that runs the instruments.
+// A line costs time of the thread that runs the instruments.
 TEST_F(Control, LongLinesCountAsManyCalls) {
   ControlOptions options;
   options.burst = 5;

@@ -272,7 +272,7 @@ TEST(Aftermath, ByDefaultEveryFailureHolds) {
     for (const bool begun : kBoth) {
       const auto after = aftermath_of(failed(code, begun), QueueTerms(), 1, 0);
       EXPECT_TRUE(after.hold) << to_string(code);
-      // Whoever stopped it before it began did not say that it failed.
+      // A person who stopped it before it began did not say that it failed.
       const bool stopped = !begun && code == Errc::aborted;
       EXPECT_EQ(after.entry, stopped ? EntryState::waiting : EntryState::failed) << to_string(code);
     }

@@ -106,7 +106,7 @@ TEST(SimulatedMeter, AnswersWithItsErrors) {
     const auto reading = bench.run(bench.meter->measure());
     return reading ? reading->primary.value_or(0) * 1e12 : 0;
   };
-  // Of 7.2914 pF at 100 kHz and MEDIUM: 0.05 % more, and 1.7 fF less.
+  // Expected at 7.2914 pF, 100 kHz and MEDIUM: 0.05 % more, and 1.7 fF less.
   EXPECT_NEAR(read_pF(off) - read_pF(exact), 0.003646 - 0.001703, 2e-5);
 }
 

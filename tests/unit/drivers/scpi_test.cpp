@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 constexpr std::string_view kIdentity = "LCR-6100,REV E8.13,GEZ883880,Good Will Co., Ltd.";
 
-// What happens to one answer. The instrument answers in order: a late answer delays the next.
+// Trouble with one answer. The instrument answers in order: a late answer delays the next.
 struct Fault {
   Fault() = default;
   explicit Fault(Duration d) : delay(d) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a lie of the simulated frame does to what is shown and to what is true; over memory in
+// Effect of a lie of the simulated frame on what is shown and on what is true; over memory in
 // virtual time. The scene: 10 N/mm behind a gap of 1 mm.
 #include <gtest/gtest.h>
 

@@ -17,7 +17,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// Of docs/events.md: what stands in the second column, by kind.
+// The second column of the table in docs/events.md, by kind.
 std::map<std::string, std::string> documented() {
   std::map<std::string, std::string> out;
   const std::regex row(R"(\| `(\w+)` \| ([^|]*) \|.*)");

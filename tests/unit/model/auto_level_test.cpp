@@ -72,7 +72,8 @@ TEST(AutoLevel, ARefusalNamesTheBestLevelAndItsCost) {
   EXPECT_LT(seconds, time - 100) << what;
 }
 
-// What can be met is what the finest mesh can, even where no mesh comes near the tolerance.
+// The tolerance that can be met is that of the finest mesh, even where no mesh comes near the one
+// asked for.
 TEST(AutoLevel, ARefusalHasTriedTheFinestMesh) {
   ErrorEstimator solved(laminate(1));
   const auto never = choose_level(solved, 1e-9, 10.0_kPa);

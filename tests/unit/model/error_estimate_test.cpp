@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `auto` believes of each level against what the references say: the estimate is never below
-// the true error and never above ten times it. Where the true error is smaller than the trust in
-// the reference, the trust takes its place.
+// The errors that `auto` estimates for each level, against what the references say: the estimate is
+// never below the true error and never above ten times it. Where the true error is smaller than the
+// trust in the reference, the trust takes its place.
 #include "model/error_estimate.hpp"
 
 #include <gtest/gtest.h>

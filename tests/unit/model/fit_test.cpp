@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the points of a run share: an error of C0, and the difference of its repeats.
+// Errors that the points of a run share: an error of C0, and the difference of its repeats.
 #include "model/fit.hpp"
 
 #include <gtest/gtest.h>

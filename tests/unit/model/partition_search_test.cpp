@@ -53,7 +53,7 @@ TEST(PartitionSearch, NoRoomMeansEqualLayers) {
   for (const double t : found.thickness_m) EXPECT_NEAR(t, 0.25, 1e-12);
 }
 
-// What the search adds up is what the level says of the same partition.
+// The sum of the search equals the slope that the level gives for the same partition.
 TEST(PartitionSearch, SweptVolumesAreTheSlopeOfThePartition) {
   Specimen block = soft_stack({1e-3});
   block.faces = Faces::bonded_base;

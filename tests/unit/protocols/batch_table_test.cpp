@@ -284,7 +284,7 @@ TEST(BatchTable, EachCellBrokenInTurnGivesOneMessageWithItsPlace) {
         const std::string& column = good.cells[0][c];
         const bool rubs = std::ranges::any_of(
             good.cells, [](const auto& row) { return std::ranges::find(row, "rub") != row.end(); });
-        // What no protocol of the table knows is said in the header.
+        // A column that no protocol of the table knows is refused in the header.
         if (column == "note" || (column == "cycles" && !rubs)) continue;
         DrawnTable bad = good;
         bad.cells[r][c] = column == "repeats" ? "many" : "-7.x";

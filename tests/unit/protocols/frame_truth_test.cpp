@@ -101,7 +101,7 @@ TEST_F(Truth, AMotionThatDidNotReachItsTargetIsNotJudged) {
   EXPECT_TRUE(run(truth().believe(to_travel(1e-3), stopped)));
 }
 
-// What a specimen may relax counts with the force that is felt.
+// The relaxation allowed to a specimen grows with the force that is felt.
 TEST_F(Truth, ALoadedMotionIsAllowedMoreThanAnUnloadedOne) {
   truth().learn_rest(rest_between(0.010, 0.012));
   show(0.011, 0);

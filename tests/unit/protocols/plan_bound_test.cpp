@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a plan says of the force where a motion ends.
+// The plan's words about the force where a motion ends.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

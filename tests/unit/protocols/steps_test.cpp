@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the kinds of steps say of themselves: parser, planner and runner ask nothing else.
+// Facts that the kinds of steps state: parser, planner and runner ask nothing else.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -131,8 +131,8 @@ std::string text_of(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// Whoever adds a step finds out here what the compiler cannot say. A file of the corpus that uses
-// it makes check_schema.py try the whole of its schema.
+// For an author of a new step: checks what the compiler cannot. A file of the corpus that uses it
+// makes check_schema.py try the whole of its schema.
 TEST(Steps, EveryKindIsInTheSchemaTheCorpusAndOnThePageOfTheProtocolFile) {
   const std::string schema = text_of("schema/protocol.schema.json");
   const std::string page = text_of("docs/protocol-file.md");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a level, a cycle and a repeat of a protocol are, and where each of them ends next.
+// Levels, cycles and repeats of a protocol, and where each of them ends next.
 #include "protocols/stop_places.hpp"
 
 #include <gmock/gmock.h>
@@ -60,7 +60,7 @@ struct Walk {
     }
     return out;
   }
-  // What the n-th step (from 1) says of the place that comes next: the number of its last step.
+  // From the n-th step (from 1): the number of the last step of the place that comes next.
   std::string next(int n, StopPlace place) {
     StopPlaces places(environment);
     StepCursor cursor(protocol.steps, environment);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What was acknowledged survives a power cut at any write: everything that was not synced may be
-// gone, or half there.
+// Acknowledged rows survive a power cut at any write: everything that was not synced may be gone,
+// or half there.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -169,7 +169,7 @@ TEST_F(RunCopies, AreWholeAndKeepTheirNameAndTheirChain) {
   EXPECT_EQ(fs::file_size(to_ + "-wal"), 0U) << "the file alone is whole";
 }
 
-// Whoever adds a table of a run says here whether it is copied.
+// A new table of a run is added here, with whether it is copied.
 TEST_F(RunCopies, LeaveNoTableOut) {
   const auto tables = db_.rows(
       "SELECT DISTINCT m.name FROM sqlite_schema AS m, pragma_foreign_key_list(m.name) AS k"

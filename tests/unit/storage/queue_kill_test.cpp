@@ -21,7 +21,7 @@
 namespace lcrig {
 namespace {
 
-// What the process was told before it died: to be checked against what is stored.
+// Answers that the process got before it died, to be checked against the stored rows.
 struct Told {
   enum class What : int { added, removed, begun, done, said };
   What what = What::added;

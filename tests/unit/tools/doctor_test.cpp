@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `lcrig doctor` finds on a computer that a test makes up.
+// Findings of `lcrig doctor` on a computer that a test makes up.
 #include "tools/lcrig/doctor.hpp"
 
 #include <gmock/gmock.h>

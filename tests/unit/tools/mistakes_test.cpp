@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What people type and write that is wrong, and what they are told: tests/corpus/mistakes. Each
+// Mistakes that people type and write, and the answers to them: tests/corpus/mistakes. Each
 // THEME.txt has its answers in THEME.expected, so that a changed message shows up as a diff.
 // LCRIG_WRITE_EXPECTED=1 writes the answers anew.
 //
@@ -152,8 +152,8 @@ class Desk {
     return "exit " + std::to_string(code_) + "\n" + said;
   }
 
-  // Whoever types what was proposed gets on: a shell reads it, and neither is its form wrong nor is
-  // the same said again.
+  // A person who types the proposed command gets on: a shell reads it, its form is right, and the
+  // same is not said again.
   void try_proposals(const std::string& command, const std::string& answer) {
     const auto mistake = first_line(answer);
     for (const auto& line : proposed_lines(answer)) {
@@ -183,7 +183,7 @@ class Desk {
     return config ? "in order\n" : config.error().what + "\n" + config.error().detail;
   }
 
-  // Of what was said, without the exit status.
+  // First line of the answer, without the exit status.
   static std::string first_line(const std::string& answer) {
     std::istringstream in(answer);
     std::string line;

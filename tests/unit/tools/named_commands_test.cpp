@@ -29,7 +29,7 @@ std::set<std::string> known_words() {
   return out;
 }
 
-// Of a group ("runs") the second word counts too; what follows a whole command may be anything.
+// In a group ("runs") the second word counts, too; after a whole command anything may follow.
 bool exists(const std::set<std::string>& known, const std::string& first,
             const std::string& second) {
   if (!known.contains(first)) return false;
@@ -57,7 +57,7 @@ std::vector<std::string> unknown_in(const std::string& text, const std::set<std:
   return out;
 }
 
-// What is code in a page: between backticks, and the lines of a fenced or indented block.
+// Code in a page: between backticks, and the lines of a fenced or indented block.
 std::string code_of_page(const fs::path& path) {
   static const std::regex span("`([^`]+)`");
   std::ifstream in(path);

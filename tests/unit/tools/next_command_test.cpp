@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a `next:` line proposes is typed into a shell here, and does what was asked for before.
+// The commands of `next:` lines are typed into a shell here, and do what was asked for before.
 #include "tools/lcrig/next_command.hpp"
 
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ Words read_by_shell(const Cli& cli, const std::string& line) {
   return support::read_by_shell(cli.dir.file("line.sh"), line);
 }
 
-// What stands behind `next:` in the last answer, without its note in parentheses.
+// The command behind `next:` in the last answer, without its note in parentheses.
 std::string proposed_line(const Cli& cli) {
   constexpr std::string_view kMark = "  next: ";
   const auto said = cli.err.str();
@@ -59,7 +59,7 @@ class Choice {
   std::mt19937 random_;
 };
 
-// What people type, and what they hardly do.
+// Words that people type, and some that they hardly do.
 const std::array<std::string, 9> kAwkward{"paper-1", "two words",     "it's $HOME `ls`",
                                           "a\"b\\c", "first\nsecond", "-starts-so",
                                           "100 %!",  "Größe \u202e",  "\xff\xfe"};
@@ -122,7 +122,7 @@ TEST_F(Served, WhatADryRunProposesRunsTheSame) {
       EXPECT_EQ(plan.operator_name, start.operator_name) << shown;
       EXPECT_EQ(plan.note, start.note) << shown;
     });
-    // What the end proposes looks at the same daemon and the same database.
+    // The last proposal looks at the same daemon and the same database.
     const auto last = proposed(cli);
     for (const auto* where : {"--db", "--socket", "--config"}) {
       EXPECT_EQ(std::ranges::count(last, where), std::ranges::count(typed, where)) << shown;

@@ -193,7 +193,7 @@ TEST_F(Report, ABrokenChainIsSaidFirst) {
   EXPECT_LT(html.find("reading 3 was changed"), html.find("id='results'"));
 }
 
-// Whoever uses the numbers need not think of `verify`.
+// A reader of the numbers need not think of `verify`.
 TEST_F(Report, ARunThatWasChangedIsCalledSoByWhateverShowsItsNumbers) {
   ASSERT_EQ(cli.run({"--db", db, "analyze", "1"}), 0) << cli.err.str();
   EXPECT_THAT(cli.out.str(), Not(HasSubstr("not as it was recorded")));
