@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CSV as RFC 4180 has it: comma, CRLF, quotes doubled. Writes to a file descriptor in big pieces,
-// or to memory.
+// Writes CSV as in RFC 4180: comma, CRLF, quotes doubled. Goes to a file descriptor in big pieces,
+// or to memory. The export and the tables of the report use it.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run as CSV files (RFC 4180) and a Frictionless Data Package. Streams: memory does not grow with
-// the run. docs/export.md describes every column.
+// Exports a run as CSV files (RFC 4180) and a Frictionless Data Package, for `lcrig export`.
+// Streams: memory does not grow with the run. docs/export.md describes every column.
 #pragma once
 
 #include <cstdint>

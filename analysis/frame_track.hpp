@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Force and travel at any instant of a run, interpolated between the frame's samples; streaming.
+// The alignment of readings and the export use it.
 #pragma once
 
 #include <cstdint>

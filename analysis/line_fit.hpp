@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Straight lines through measured points, and what the scatter says about them. All sums are taken
-// about the weighted mean, so that an offset of x or y costs no digits.
+// Fits straight lines through measured points, and judges them by their scatter. All sums are taken
+// about the weighted mean, so that an offset of x or y costs no digits. The whole analysis uses it,
+// and the budget.
 #pragma once
 
 #include <span>

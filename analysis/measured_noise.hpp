@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much the instruments of a recorded run scattered: what a budget can be reckoned from instead
-// of a specification.
+// Scatter of the instruments in a recorded run. `lcrig budget` can predict from it instead of from
+// a specification.
 #pragma once
 
 #include <cstdint>

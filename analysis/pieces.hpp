@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows of a long run, worked on in pieces by threads that have a connection each.
+// Works on the rows of a long run in pieces, by threads that have a connection each. Reading a run,
+// the fit of the device's clock and the export use it.
 #pragma once
 
 #include <cstdint>

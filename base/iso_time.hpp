@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times of day for people and other programs.
+// Times of day as text, for people and other programs. Export and report write them.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a number that somebody wrote into a file, a command line or the line of an instrument.
+// Reads a number that somebody wrote into a file, a command line or the line of an instrument. All
+// programs use it.
 #pragma once
 
 #include <charconv>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a protocol to the readings that it will take: what a budget is reckoned from.
+// Derives from a protocol the readings that it will take. The budget predicts the results from
+// them; `lcrig protocol plan` and `lcrig rehearse --batch` use it, too.
 #pragma once
 
 #include <string>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Speed against error: every setting of the meter, and how much measuring each of them needs.
+// Weighs speed against error: tries every setting of the meter, and finds how much measuring each
+// needs. `lcrig budget` and `lcrig rehearse --batch` use it.
 #pragma once
 
 #include <map>

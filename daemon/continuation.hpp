@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An interrupted run as it is stored, made ready to be continued by a new one (decision 6).
+// Reads an interrupted run from the database and prepares it, so that a new one can continue it
+// (decision 6). App uses it for `run.resume` and for the queue.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The row of a run: all that is known before its first reading.
+// Makes the row of a run: all that is known before its first reading. Session stores it.
 #pragma once
 
 #include "base/clock.hpp"

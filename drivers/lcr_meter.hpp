@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The interface of every LCR meter. Protocols and daemon know no more of the instrument than this;
-// drivers and simulators are behind it.
+// drivers implement it, and simulators answer the drivers.
 #pragma once
 
 #include <array>

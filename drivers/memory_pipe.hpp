@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A pipe in memory between driver and simulator, for virtual time: it behaves like a socketpair,
-// without the kernel.
+// without the kernel. The simulated bench and the tests use it.
 #pragma once
 
 #include <string>

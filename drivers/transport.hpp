@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The byte stream between a driver and its instrument or simulator. Every wait has a deadline.
+// Drivers and simulators talk through it; port.hpp, the simulated bench and lcrig-sim open them.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An event row on its way from whoever saw something to the database and to those who watch.
+// An event of a run on its way to the database and to the clients that watch. Every part of a run
+// makes them, the recorder stores them.
 #pragma once
 
 #include <any>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which area carries the charge when an electrode is stretched. An option of the finite-element
-// levels.
+// Chooses which area carries the charge when an electrode is stretched. An option of the
+// finite-element levels (level.hpp).
 #pragma once
 
 #include <optional>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// One axisymmetric rectangle of linear elasticity, of any degree up to kMostDegree: displacement of
-// that degree in each direction, discontinuous pressure of one degree less in both together. On a
-// rectangle every integral is a product of one along the radius and one along the height.
-// docs/model.md, "Elements".
+// One axisymmetric rectangle of linear elasticity, of any degree up to kMostDegree, for the level
+// `fem_linear`: displacement of that degree in each direction, discontinuous pressure of one degree
+// less in both together. On a rectangle every integral is a product of one along the radius and one
+// along the height. docs/model.md, "Elements".
 #pragma once
 
 #include <array>

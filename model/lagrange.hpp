@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Polynomials through evenly spaced nodes on -1 to 1: the shape functions of the finite elements
-// along one axis.
+// along one axis. fem_space and fem_linear_cell use them.
 #pragma once
 
 #include <array>

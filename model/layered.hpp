@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds a level in which the strain of a layer depends only on its material, its thickness and the
-// pressure. The levels `linear`, `hyperelastic` and `bonded` are built this way.
+// pressure. level.cpp builds `linear`, `hyperelastic` and `bonded` this way.
 #pragma once
 
 #include <functional>

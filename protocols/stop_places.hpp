@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a run may be asked to stop or to pause by itself: after a step, a level, a cycle, a repeat,
-// or a step that the file marks as a safe point. The plan counts these places, the run finds the
-// next one.
+// The places where a run may be asked to stop or to pause by itself: after a step, a level, a
+// cycle, a repeat, or a step that the file marks as a safe point. The plan counts these places, the
+// run finds the next one.
 #pragma once
 
 #include <functional>

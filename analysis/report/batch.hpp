@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The runs of a batch beside each other: repeats of a specimen under a protocol, their mean and how
-// much they scatter. docs/report.md describes the page.
+// Compares the runs of a batch, for `lcrig report --batch`: repeats of a specimen under a protocol,
+// their mean and how much they scatter. docs/report.md describes the page.
 #pragma once
 
 #include <array>

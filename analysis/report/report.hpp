@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run, or several beside each other, as one HTML file that needs nothing else. docs/report.md
-// describes it.
+// Shows a run, or several beside each other, as one HTML file that needs nothing else, for `lcrig
+// report`. docs/report.md describes it.
 #pragma once
 
 #include <optional>

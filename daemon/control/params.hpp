@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strict reading of one JSON object: types are checked, nothing becomes a default silently.
+// Reads one JSON object strictly: types are checked, nothing becomes a default silently. The
+// control socket reads its requests with it, the queue its stored terms.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wire forms of the queue: docs/control.md is the contract.
+// Messages about the queue on the control socket; docs/control.md is the contract. The daemon and
+// `lcrig queue` use them.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

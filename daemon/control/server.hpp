@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The control socket: JSON-RPC 2.0 over a Unix stream socket. Runs on the io_context thread.
+// The control socket: JSON-RPC 2.0 over a Unix stream socket. App owns it. Runs on the io_context
+// thread.
 #pragma once
 
 #include <boost/asio/local/stream_protocol.hpp>

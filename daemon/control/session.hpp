@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One client of the control socket.
+// One client of the control socket: reads its requests, sends answers, events and status, and
+// limits what it may cost. ControlServer makes one for each connection.
 #pragma once
 
 #include <boost/asio/experimental/channel.hpp>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times of day in the local time of the computer: when an entry may begin.
+// Reads and compares times of day, in the local time of the computer, for the terms that say when
+// an entry may begin.
 #pragma once
 
 #include <cstdint>

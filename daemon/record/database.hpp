@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The database as the only writer of runs opens it: locked, migrated, orphaned runs closed.
+// Opens the database for the only writer of runs: locked, migrated, orphaned runs closed. The
+// recorder uses it.
 #pragma once
 
 #include <cstdint>

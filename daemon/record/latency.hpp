@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A histogram of durations in constant memory, for percentiles of a whole run.
+// A histogram of durations in constant memory, for percentiles of a whole run. The recorder
+// measures its acknowledgements with it.
 #pragma once
 
 #include <algorithm>

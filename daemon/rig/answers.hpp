@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file format `answers/1` (docs/protocol-file.md): what a rehearsal answers to the questions of
-// a protocol.
+// Reads the file format `answers/1` (docs/protocol-file.md): what a rehearsal answers to the
+// questions of a protocol. The simulated person uses it.
 #pragma once
 
 #include <map>

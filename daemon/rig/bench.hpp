@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bench file `bench/1`: the simulated instruments, their mounting and the error that the scene may
-// have. docs/bench-file.md describes it.
+// Reads the bench file `bench/1`: the simulated instruments, their mounting and the error that the
+// scene may have. Used by the daemon, by rehearsals and by lcrig-sim. docs/bench-file.md describes
+// it.
 #pragma once
 
 #include <optional>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A fault script that is played on the simulated bench of a rehearsal, and on the computer around
-// it. What happens becomes an event of the run.
+// Plays a fault script on the simulated bench of a rehearsal, and on the computer around it. What
+// happens becomes an event of the run.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A recording of both instruments, to be played back through the simulated instruments' wires.
+// Reads a recording of both instruments, to be played back through the simulated instruments'
+// wires. The benches `replay:DIR` use it.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drivers and simulators, joined by wires: what the simulated bench (sim.cpp) and a recording that
-// is played (replay.cpp) have in common. Nobody else includes this.
+// Drivers and simulators, joined by wires. The base class of the simulated bench (sim.cpp) and of a
+// recording that is played (replay.cpp). Nobody else includes this.
 #pragma once
 
 #include <fmt/format.h>

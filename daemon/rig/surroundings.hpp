@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Disk, memory and wall clock of a run in virtual time, for fault scripts.
+// Disk, memory and wall clock of a run in virtual time. A drill changes them as its fault script
+// says.
 #pragma once
 
 #include "base/clock.hpp"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides when the driver polls a meter that converts continuously, so that nearly every poll finds
-// a new value and none is missed. The meter finishes conversions at the edges of a grid whose phase
-// and period are known only as intervals, which every answer narrows: an old value means that the
-// edge came after the question, a new one that it came before the answer.
+// Decides when the driver of the LCR-6100 polls a meter that converts continuously, so that nearly
+// every poll finds a new value and none is missed. The meter finishes conversions at the edges of a
+// grid whose phase and period are known only as intervals, which every answer narrows: an old value
+// means that the edge came after the question, a new one that it came before the answer.
 #pragma once
 
 #include <algorithm>

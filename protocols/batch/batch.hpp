@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a table of runs to runs: every cell judged, then the order in which they are queued.
+// Turns a table of runs into runs: judges every cell, then finds the order in which they are
+// queued. `lcrig queue add --batch` and `lcrig rehearse --batch` use it.
 #pragma once
 
 #include <array>

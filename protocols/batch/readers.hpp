@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two forms of a table of runs; table.cpp chooses.
+// Reads the two forms of a table of runs, CSV and JSON; table.cpp chooses.
 #pragma once
 
 #include <string>

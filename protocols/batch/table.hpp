@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A table of runs as somebody wrote it (docs/batch-file.md): CSV with a header, or JSON `batch/1`.
-// Every cell keeps its place, so that whatever turns out to be wrong with it can be shown.
+// Every cell keeps its place, so that a mistake in it can be shown. batch.hpp makes runs from it.
 #pragma once
 
 #include <map>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A protocol's text with other settings of the meter, so that a run can be asked for with the
-// frequency and the aperture that a budget proposes. It stays the text that is stored with the run.
+// Changes the meter's settings in the text of a protocol, so that a run can be asked for with the
+// frequency and the aperture that a budget proposes. The new text is stored with the run. The
+// command line and tables of runs use it.
 #pragma once
 
 #include <string>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// load-protocol/1 (docs/protocol-file.md) -> Protocol, strictly.
+// Reads a protocol file, `load-protocol/1` (docs/protocol-file.md), strictly. Command line, daemon
+// and tables of runs use it.
 #pragma once
 
 #include <map>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Expands a protocol without instruments: what it will do, how long, how far, how hard at worst,
-// and whether limits and instruments allow it.
+// The plan of a protocol, made without instruments: what it will do, how long, how far, how hard at
+// worst, and whether limits and instruments allow it. A session plans before each run; `lcrig
+// protocol plan`, the queue and the budget show or use plans.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From what is known of a rig to what its motions can do.
+// Makes the forecast of a rig's motions from the facts known about the rig. The plan and each run
+// use it.
 #pragma once
 
 #include <string>

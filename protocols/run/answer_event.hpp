@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An answer as the row that it is stored in.
+// Turns an answer into the event row that it is stored in. Questions uses it.
 #pragma once
 
 #include "events/payloads.hpp"

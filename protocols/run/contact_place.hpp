@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where contact with the specimen is, as machine travel: gap zero. Found by a search or stated by a
-// person; motions to a gap, the guard and the end of the run need it.
+// Knows where contact with the specimen is, as machine travel: gap zero. Found by a search or
+// stated by a person; motions to a gap, the guard and the end of the run need it.
 #pragma once
 
 #include <optional>

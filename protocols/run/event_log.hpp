@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The events of a run as rows, each with the step in which it happened. All parts of a run write
-// theirs here.
+// Writes the events of a run as rows, each with the step in which it happened. All parts of a run
+// use it.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a run ends, whatever happened before: the frame stopped, `finally`, the meter safe, and the
-// truth about what lies under the probe.
+// Ends a run, whatever happened before: stops the frame, runs `finally`, makes the meter safe, and
+// states truthfully what lies under the probe. `Run` uses it.
 #pragma once
 
 #include <functional>

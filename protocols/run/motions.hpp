@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One motion of the frame: whether it may begin, what the device watches meanwhile, and whether it
-// ended where it was told to. Steps move the frame through this and through nothing else.
+// Carries out one motion of the frame: judges whether it may begin, sets what the device watches
+// meanwhile, and checks that it ended where it was told to. Steps move the frame through this and
+// through nothing else.
 #pragma once
 
 #include <optional>

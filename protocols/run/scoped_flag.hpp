@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A state that lasts as long as a scope, also when the coroutine in it is cancelled.
+// Sets a flag for as long as a scope lasts, also when the coroutine in it is cancelled. Motions and
+// Distrust use it.
 #pragma once
 
 namespace lcrig {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// find_contact: moves towards the specimen until the force rises, and back off.
+// The step `find_contact`: moves towards the specimen until the force rises, and back off.
 #pragma once
 
 #include "protocols/steps/facts.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// hold: holds travel or force for a time.
+// The step `hold`: holds travel or force for a time.
 #pragma once
 
 #include "protocols/steps/facts.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// move_until: moves until a target is reached, towards the specimen or away from it.
+// The step `move_until`: moves until a target is reached, towards the specimen or away from it.
 #pragma once
 
 #include "protocols/steps/facts.hpp"

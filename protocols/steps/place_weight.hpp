@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// place_weight: a person places a mass on the rod and confirms.
+// The step `place_weight`: a person places a mass on the rod and confirms.
 #pragma once
 
 #include "protocols/steps/facts.hpp"

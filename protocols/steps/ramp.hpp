@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ramp: moves to a target at a speed, or lets the force loop of the frame follow a rate.
+// The step `ramp`: moves to a target at a speed, or lets the force loop of the frame follow a rate.
 #pragma once
 
 #include "protocols/steps/facts.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// record: only records, for a time or until a person confirms.
+// The step `record`: only records, for a time or until a person confirms.
 #pragma once
 
 #include "protocols/steps/facts.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// set_gap: a person says how far the probe is from the specimen; no search is needed.
+// The step `set_gap`: a person says how far the probe is from the specimen; no search is needed.
 #pragma once
 
 #include "protocols/steps/facts.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// set_lcr: changes settings of the meter. Only what is given changes.
+// The step `set_lcr`: changes settings of the meter. Only the given ones change.
 #pragma once
 
 #include "drivers/lcr_meter.hpp"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// rehearse --batch: a whole day of runs on the simulated bench.
+// Runs `lcrig rehearse --batch`: a whole day of runs on the simulated bench. cmd_rehearse.cpp calls
+// it.
 #pragma once
 
 #include "daemon/rehearse_batch.hpp"

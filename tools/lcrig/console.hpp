@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results go to `out`, everything else to `err`. No escape code leaves for anything but a terminal.
+// The streams that all commands write to: results go to `out`, everything else to `err`. No escape
+// code leaves for anything but a terminal.
 #pragma once
 
 #include <functional>

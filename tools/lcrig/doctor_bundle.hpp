@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A folder with what somebody who looks for a fault elsewhere needs.
+// Writes the folder of `lcrig doctor --bundle`: the files that a person needs who looks for a fault
+// elsewhere.
 #pragma once
 
 #include <string>

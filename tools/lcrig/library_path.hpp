@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds protocols, specimens and benches by name.
+// Finds protocols, specimens and benches by name, for every command that takes one and for
+// completion.
 #pragma once
 
 #include <filesystem>

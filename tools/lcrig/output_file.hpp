@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that a command writes: whole or not at all.
+// Writes the output file of a command: whole or not at all.
 #pragma once
 
 #include <functional>

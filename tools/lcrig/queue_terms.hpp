@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options that say on what terms an entry waits in the queue.
+// The options of `lcrig queue add` for the terms on which an entry waits in the queue.
 #pragma once
 
 #include <cstdint>

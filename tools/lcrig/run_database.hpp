@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opening the database and finding the run that a command names.
+// Opens the database and finds the run that a command names, for every command that reads runs.
 #pragma once
 
 #include <cstdint>

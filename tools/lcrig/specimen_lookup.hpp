@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A specimen by name: a file, one that was added to the database, or one that ships.
+// Finds a specimen by name: a file, one that was added to the database, or one that ships. Every
+// command that takes a specimen uses it.
 #pragma once
 
 #include <string>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of the rig for a monitoring program: one word, and why.
+// Sums up the state of the rig for a monitoring program: one word, and why. `lcrig status --check`
+// uses it.
 #pragma once
 
 #include <string>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A time as a person types it, in the local time of this computer.
+// Reads a time as a person types it, in the local time of this computer. `lcrig runs` and the terms
+// of `lcrig queue add` use it.
 #pragma once
 
 #include <cstdint>

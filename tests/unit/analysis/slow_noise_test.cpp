@@ -57,7 +57,7 @@ struct Held {
   double too_wide() const { return half / kRuns / (1.96 * std::sqrt(squares / kRuns)); }
 };
 
-// Share of intervals of the baseline's mean that contain its truth, 0.
+// How many intervals of the baseline's mean contain its truth, 0, and how wide they are.
 Held hold_baseline(const Noise& noise) {
   Held out;
   for (int run = 0; run < kRuns; ++run) {

@@ -87,7 +87,7 @@ TEST(RandomStacks, EachMeshHalvesTheErrorAtLeast) {
     }
     const double first = delta[1] - delta[0], second = delta[2] - delta[1];
     const double third = delta[3] - delta[2];
-    // The sequence falls by half each time the steps do; alone a step may be lucky.
+    // The steps fall to half each time; a single one may be small by luck.
     EXPECT_LE(std::abs(third), std::abs(first) / 4) << seed;
     EXPECT_LE(std::abs(third), std::abs(second) / 2 + 1e-7 * delta[3]) << seed;
   });
