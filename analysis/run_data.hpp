@@ -37,8 +37,8 @@ struct RunReading {
   double half_window_s() const;  // and half the spacing of the samples around it
 };
 
-// A frame sample. Of a long run only some are kept (RunData::frame_stride): in each stretch the one
-// of least and the one of largest force, in the order of time, so that no peak is lost.
+// A frame sample. A long run keeps only some (RunData::frame_stride): in each stretch the one of
+// least and the one of largest force, in the order of time, so that no peak is lost.
 struct FramePoint {
   double t_s = 0;  // since the run's start
   float force_N = std::numeric_limits<float>::quiet_NaN();  // NaN: the sample had none

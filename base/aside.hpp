@@ -49,8 +49,8 @@ struct Done {
 }  // namespace detail
 
 // Runs `job` on a thread of its own and returns what it returned; the loop of `executor` goes on
-// meanwhile. What the job uses must not change until then: a caller that is cancelled still waits
-// for it. Virtual time stands still. Whoever calls this limits how many are under way.
+// meanwhile. The data that the job uses must not change until then: a caller that is cancelled
+// still waits for it. Virtual time stands still. The caller limits how many jobs are under way.
 template <class Job>
 Task<std::invoke_result_t<Job&>> run_aside(asio::any_io_executor executor, Clock& clock, Job job) {
   const StillTime still(clock);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The clock that everything waits on: real time in the daemon, virtual time in rehearsals and
 // tests. Other production code never names steady_clock, sleep_for or steady_timer, so that all of
-// it can run in virtual time. Who needs only the types includes base/time.hpp.
+// it can run in virtual time. Code that needs only the types includes base/time.hpp.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds what somebody meant who typed a word that nobody knows. Used by the readers of files and by
+// Finds the known word that a mistyped one probably stands for. Used by the readers of files and by
 // the command line.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace lcrig {
 // Those of `known` that `word` may be a typing error of, or the beginning of; all that fit equally
 // well. Whether letters are capitals does not count.
 std::vector<std::string> nearest_words(std::string_view word, std::span<const std::string> known);
-// The one that fits; nullopt also when two fit equally, for nobody knows which was meant.
+// The one that fits; nullopt also when two fit equally, because it is not known which was meant.
 std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known);
 // "`force_N`", "`free` or `fixed`"; "" of more than two, which say nothing.
 std::string alternatives(std::span<const std::string> words, char quote);

@@ -86,8 +86,8 @@ class JsonReader {
   std::string last_key() const;  // last part of the pointer, unescaped
 
   // Refuses this value: `found_and_expected` follows "FILE:LINE:COL /pointer: ". Says nothing of a
-  // value that is not `sound`. Who judges by other values, too, asks whether those are: they may be
-  // harmless ones.
+  // value that is not `sound`. A caller that judges by other values, too, has to ask whether those
+  // are sound: they may be harmless replacements.
   void refuse(const std::string& found_and_expected) const;
   void refuse_key(const std::string& found_and_expected) const;  // position of the key
 

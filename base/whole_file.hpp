@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file that is there whole or not at all, whoever reads it and whenever the power fails.
+// Writes a file that is there whole or not at all, also when the power fails. The command line, the
+// daemon's metrics and copies of a database are written with it.
 #pragma once
 
 #include <functional>

@@ -48,7 +48,7 @@ BenchRun rehearse_with(const Rehearsed& what, std::uint64_t seed, ErrorScope sco
   return out;
 }
 
-// By the name of the metric, and for slopes the range.
+// Results by the name of the metric, and for slopes the range.
 std::map<std::string, Judged> results_of(const RunAnalysis& a) {
   std::map<std::string, Judged> out;
   const auto add = [&out](const Metric& m, const std::string& name,

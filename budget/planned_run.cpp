@@ -135,7 +135,7 @@ class Walk {
     if (force_ > edge_ && speed > 0 && force_ > from) {
       loading_s_ = (way(force_) - way(from)) / speed;
       peak_s_ = time_s_ + seconds;
-      // Without a specimen nobody knows where on the way it is touched.
+      // Without a specimen it is not known where on the way it is touched.
       if (rig_.compression_m) rest(time_s_, seconds - loading_s_);
     } else if (force_ > from && seconds > 0) {
       rise({kPa(from), kPa(force_), readings_in(seconds), seconds});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Derives from a protocol the readings that it will take. The budget predicts the results from
-// them; `lcrig protocol plan` and `lcrig rehearse --batch` use it, too.
+// them; `lcrig rehearse --batch` does, too, and `lcrig protocol plan` asks whether they can show a
+// drift.
 #pragma once
 
 #include <string>

@@ -391,8 +391,8 @@ Task<bool> App::shut_down(std::string why) {
   const auto over = [this] { return session_ == nullptr && (!queue_ || queue_->over()); };
   co_await changed_.wait(over);
   if (control_) co_await control_->close(1s);
-  // Waits for the last commit, on this thread: nobody is left whom it could hold up, and what the
-  // recorder tells it tells here.
+  // Waits for the last commit on this thread, which nothing else needs any more. What the recorder
+  // reports is reported here.
   recorder_.reset();
   co_return !rig_->is_reckoning();
 }

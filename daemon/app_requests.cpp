@@ -29,7 +29,7 @@ std::string for_whom(const std::string& operator_name) {
 
 }  // namespace
 
-// One run at a time; whoever claims the instruments gives them back with `enter`.
+// One run at a time. The caller that claimed the instruments gives them back with `enter`.
 Task<Result<>> App::claim(Use use) {
   const MonoTime patience = clock_.now() + 30s;
   const auto is_known = [this] {

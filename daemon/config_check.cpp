@@ -73,7 +73,7 @@ fs::path place_of(const std::string& path) {
   return fs::weakly_canonical(fs::absolute(path, unknown), unknown);
 }
 
-// It is replaced every 15 s: nothing else may be lost by that.
+// Checks that the file may be replaced every 15 s: it must hold nothing else that would be lost.
 Result<> check_metrics_file(const Config& config, const std::string& file) {
   const std::string& path = config.metrics_file;
   if (path.empty()) return {};

@@ -138,8 +138,8 @@ int serve(const Options& options, const Config& config) {
   parts.load_config = [options] { return effective_config(options); };
   App app(io, clock, config, std::move(parts));
   if (app.frame_may_be_left()) make_frame_safe(io, app);
-  // The unit starts it again after 1, not after 2: whoever is busy may be the last daemon, but what
-  // cannot be opened now cannot be opened in a second either.
+  // The unit starts lcrigd again after status 1 and not after 2. Busy may be the daemon before,
+  // which still ends; anything else that cannot be opened now cannot be opened in a second either.
   if (auto started = app.start(); !started) {
     spdlog::error("{}", started.error().what);
     return started.error().code == Errc::busy ? 1 : 2;

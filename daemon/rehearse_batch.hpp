@@ -53,8 +53,9 @@ struct RehearseBatchResult {
   double wall_s = 0;
 };
 
-// Errors: invalid_request (the table, the bench, a database with a queue of its own), io. A day on
-// which something fails is a result: whoever acts skips what failed, and it is told.
+// Errors: invalid_request (the table, the bench, a database with a queue of its own), io. A failure
+// on the day is a result and no error: the simulated person skips the entry, and the result tells
+// it.
 Result<RehearseBatchResult> rehearse_batch(const RehearseBatchRequest& request);
 
 }  // namespace lcrig

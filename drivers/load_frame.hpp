@@ -107,8 +107,8 @@ class LoadFrame {
  public:
   virtual ~LoadFrame() = default;
   virtual const FrameCapabilities& capabilities() const = 0;
-  // A token that changes whenever the zero of force or of travel may have changed, whoever changed
-  // it. Valid after `identify` or `observe`. nullopt: this frame does not report it.
+  // A token that changes whenever the zero of force or of travel may have changed, by whatever
+  // cause. Valid after `identify` or `observe`. nullopt: this frame does not report it.
   virtual std::optional<std::string> origin() const { return std::nullopt; }
   // Takes command and makes the capabilities valid. A moving machine is stopped, even if it does
   // not identify itself.

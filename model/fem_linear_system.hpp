@@ -36,7 +36,7 @@ class LinearSystem {
  private:
   void find_kinds();
   void number_outer();
-  // Displacements that answer the forces, by equation. Of the factorized stiffness.
+  // Displacements under the forces, by equation, from the factorized stiffness.
   std::vector<double> answer(const std::vector<double>& forces);
   // Fills residual_ and lack_ at u and the pressures.
   void evaluate(const std::vector<double>& u);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hash chain of a run: one link per commit, over all rows of that commit and the previous link.
 // The recorder appends links; `lcrig verify` and the report check them. The chain shows that rows
-// were changed, removed or added outside the program. Whoever may write the file can cut or rewrite
-// rows and links alike; only an anchor that is kept elsewhere finds that (docs/database.md).
+// were changed, removed or added outside the program. A person who may write the file can cut or
+// rewrite rows and links alike; only an anchor that is kept elsewhere finds that
+// (docs/database.md).
 #pragma once
 
 #include <cstdint>

@@ -28,8 +28,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Their first column is the number of the run. In an order in which each row finds what it refers
-// to. Of the queue nothing is copied: it belongs to a rig.
+// Tables whose first column is the number of the run, in an order in which each row finds what it
+// refers to. The queue is not copied: it belongs to a rig.
 constexpr std::array kTablesOfRun{"run",        "run_end",     "run_note",     "level",
                                   "event",      "lcr_reading", "frame_sample", "chain",
                                   "run_anchor", "run_tag"};
@@ -178,8 +178,8 @@ class RunCopy {
     return out;
   }
 
-  // The file alone is the whole database then: whoever takes it away takes the runs. A program that
-  // reads it meanwhile moves them itself when it closes the database last.
+  // Afterwards the file alone is the whole database, so a person who copies it gets the runs. A
+  // program that reads it meanwhile moves them itself when it closes the database last.
   Result<> move_out_of_log() {
     const auto moved = target_.execute("PRAGMA wal_checkpoint(TRUNCATE)");
     if (moved) return {};

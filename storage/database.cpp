@@ -79,7 +79,7 @@ Result<> require_readable(const std::string& path) {
 }
 
 // A reader shares -wal and -shm with the writer where both are there, as every writer of ours
-// leaves them. Of an older file, or of a copy, one may be missing, and reading must not create it.
+// leaves them. One may be missing beside an older file or a copy, and reading must not create it.
 Result<Database::Mode> reading_mode(const std::string& path) {
   std::error_code unknown;
   const auto log_bytes = std::filesystem::file_size(beside_database(path, "-wal"), unknown);

@@ -175,7 +175,7 @@ Result<bool> settle_queue(const Database& db, std::int64_t now_unix_ns) {
   if (!queue) return fail(queue.error());
   auto head = queue_head(db);
   if (!head) return fail(head.error());
-  // Also what a person said is to be begun again: nobody knows what happened since.
+  // Also an entry that a person wanted begun again: it is not known what happened since.
   const bool cut_off = *head && ((*head)->state == EntryState::running ||
                                  ((*head)->state == EntryState::waiting && (*head)->attempts > 0));
   if (cut_off) {

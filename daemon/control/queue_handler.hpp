@@ -58,7 +58,7 @@ struct QueueAdded {
   EntryPlan plan;
 };
 
-// Machine time alone: nobody knows how long a person takes.
+// Machine time alone, because the time that a person takes is not known.
 struct PlannedTime {
   std::optional<std::int64_t> begin_unix_ns, end_unix_ns;  // nullopt: an entry before has no plan
 };
@@ -90,8 +90,8 @@ class QueueHandler {
   virtual Task<Result<>> move(std::int64_t entry, QueuePlace place, PeerCredentials peer) = 0;
   virtual Task<Result<>> remove(std::int64_t entry, PeerCredentials peer) = 0;
   virtual Task<Result<std::int64_t>> clear(PeerCredentials peer) = 0;
-  // The run that goes on is finished, and no other one begins. Whoever may stop the frame may do
-  // this; no lock is in the way.
+  // The run that goes on is finished, and no other one begins. Everybody who may stop the frame may
+  // do this; no lock is in the way.
   virtual Task<Result<>> hold(std::string why, PeerCredentials peer) = 0;
   virtual Task<Result<>> start(HeadChoice choice, PeerCredentials peer) = 0;
   virtual Task<Result<>> lock(std::string why, PeerCredentials peer) = 0;

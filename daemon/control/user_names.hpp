@@ -31,8 +31,8 @@ class UserNames {
   // Begins to look a name up, unless that goes on or was done a minute ago.
   void look_up(std::uint32_t uid);
   std::string known(std::uint32_t uid) const;  // now: the name, or "uid 1000"
-  // The same when the name is there, at the latest `patience` after its lookup began: whoever asks
-  // again while a service hangs does not wait again.
+  // The same, but waits for the name, at most until `patience` after its lookup began: a second
+  // caller does not wait again while a service hangs.
   Task<std::string> find(std::uint32_t uid, Duration patience);
 
  private:

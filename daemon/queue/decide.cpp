@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::string_view kYes = "yes";
 
-// A line was disturbed, or nobody answered. Of a run that did not begin it is what touched nothing.
+// A line was disturbed, or nobody answered. If the run did not begin, nothing was touched.
 bool is_line_trouble(Errc code) {
   switch (code) {
     case Errc::no_reply:

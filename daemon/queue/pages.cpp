@@ -17,7 +17,7 @@ constexpr std::size_t kPageBytes = 400'000;  // of texts; an answer has at most 
 constexpr std::int64_t kUnixSecond_ns = 1'000'000'000;
 
 // Where the machine will be in its plan, entry by entry: rests and times of the day are waited for,
-// what people take at gates nobody knows.
+// the time that people take at gates is not known.
 class PlannedClock {
  public:
   // `left_s`: of the run that goes on.

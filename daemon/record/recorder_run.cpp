@@ -78,7 +78,7 @@ Result<> Recorder::end_in_database(RunEnd& end) {
     return fail(stored.error().code, "{}; the last rows of run {} and its end are not stored",
                 stored.error().what, run_);
   }
-  // Without it the run is as good: whoever asks for the anchor reads it from the database.
+  // The run is as good without it: the anchor can be read from the database later.
   if (auto anchor = get_anchor(owned_.db, run_)) end.anchor = *anchor;
   const std::lock_guard lock(mutex_);
   incoming_.clear();

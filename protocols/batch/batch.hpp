@@ -17,7 +17,7 @@
 
 namespace lcrig {
 
-// On what terms a row is queued, where it says so (docs/queue.md).
+// Columns for the terms on which a row is queued (docs/queue.md).
 inline constexpr std::array<std::string_view, 6> kBatchTermColumns{
     "on_failure", "failures_max", "unattended", "rest_s", "probe", "fixture"};
 inline constexpr std::array<std::string_view, 4> kFailureWords{"hold", "skip", "look", "repeat"};
@@ -37,7 +37,7 @@ struct BatchEntry {
   TextPosition at;
   std::string protocol;  // the word of the cell
   std::string protocol_name, protocol_text;  // with the meter's settings of the row
-  std::string specimen_name, specimen_text;  // without a text: whoever runs it knows the name
+  std::string specimen_name, specimen_text;  // without a text: the daemon knows the name
   ParameterValues parameters;
   std::int64_t repeats = 1;
   std::string note;

@@ -102,7 +102,7 @@ void PlannedRig::go_to_travel(double travel, const Target* to, StepPlan& out) {
     return (travel > end) == is_gap ? at_least(to->value, value, asked())
                                     : at_most(to->value, value, asked());
   };
-  // Before contact was found nobody knows its gap, nor where its travel is from there on.
+  // Before contact was found its gap is not known, nor where its travel is from there on.
   const bool absolute = rig_.start_travel || rig_.expected_contact;
   if (contact_state_ != Contact::unknown && limits_.gap_min_m && !placed_ &&
       (exceeds(*limits_.gap_min_m, gap) || exceeds(gap, *limits_.gap_max_m))) {

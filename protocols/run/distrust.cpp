@@ -56,7 +56,7 @@ void Distrust::heed(const EventName& kind, const std::string& detail) {
   if (fault) heed_fault(*fault, detail);
 }
 
-// E-stop, drive off, shield: whoever resets it does not thereby say that the frame may move.
+// E-stop, drive off, shield: a person who resets it does not thereby say that the frame may move.
 void Distrust::heed_fault(std::string_view what, const std::string& detail) {
   drive_.keep_hands_off(
       fmt::format("the frame reports {} ({}): clear it at the machine", what, printable(detail)));

@@ -44,7 +44,7 @@ class FrameTruth {
   double noise_N() const { return rest_ ? rest_->scatter_N() : 0; }
   // Force that the cell shows when certainly nothing presses.
   double bare_N() const { return (bare_ ? bare_->force_N() : 0) - moved_zero_N_; }
-  // Nothing is pressed with a cell whose digits were never seen to change. Errors: refused.
+  // True until the digits of the cell were seen to change: no motion may press before that.
   bool needs_look() const { return plausible_ && !scatter_.alive; }
   void see_alive(const Rest& rest) { scatter_ = ForceScatter(rest); }
   bool is_loaded(double force_N) const;  // an unloaded cell does not show this force

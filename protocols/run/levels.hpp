@@ -31,7 +31,7 @@ class LevelLabels {
   // The last level is measured anew: it keeps its place within the repeat, with a new number.
   void abandon() { --in_repeat_; }
 
-  // So that a run that goes on later counts on.
+  // Stores and restores the counts, so that a run that goes on later counts on.
   void write_to(RunPoint& point) const;
   void take_from(const RunPoint& point);
 

@@ -243,8 +243,8 @@ Task<Result<>> Losses::try_frame() {
   co_return Result<>();
 }
 
-// It stands, obeys, is armed again, sends samples, and is where it was. One that is not is stopped
-// and heard, no more.
+// Brings the frame back into the run: it stands, obeys, is armed again, sends samples, and is where
+// it was. A frame with another zero, or at another place, is stopped and heard, no more.
 Task<Result<>> Losses::rejoin_frame() {
   if (run_.setup.commands) {
     auto stopped = co_await run_.drive.stop_silently();

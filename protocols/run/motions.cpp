@@ -93,7 +93,7 @@ Task<Result<MotionOutcome>> Motions::watched(MotionOrder order, Permit permit,
                  log_.step_id(), seen->observed_N, guard_.force_max_N());
 }
 
-// Nothing is pressed with a cell that never was seen to scatter.
+// A motion that presses needs a cell that was seen to scatter.
 Task<Result<>> Motions::ready_for(const Permit& permit) {
   if (permit.presses && truth_.needs_look()) {
     auto rest = co_await view_.living_rest();

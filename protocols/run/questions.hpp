@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The question of a run that waits for a person, and the answer that it gets: the first that fits.
-// The step `ask` opens it; whoever speaks for a person answers.
+// The question of a run that waits for a person, and its answer: the first that fits. The step
+// `ask` opens it; people answer over the control socket, or a simulated person does.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -44,7 +44,7 @@ class Questions {
   // the answer is queued when this returns. Errors: invalid_request, and nothing is changed.
   Result<Answered> answer(const AnswerValue& given, std::string by,
                           std::optional<std::int64_t> number);
-  // The same by nobody: a default, or a simulated person.
+  // Takes an answer that no person gave: a default, or that of a simulated person.
   void accept(const GivenAnswer& answer);
   // Its time is over: it waits on, or nobody can answer any more, and why.
   void wait_on();

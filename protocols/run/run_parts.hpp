@@ -53,7 +53,8 @@ struct RunParts {
     log.event(payload);
   }
   double get(const Number& number) const { return setup.environment.get(number); }
-  // Nothing is pressed with a cell that says nothing; the way back needs the travel only.
+  // True while motions may press: they need a cell that sends a force. The way back needs the
+  // travel only.
   bool needs_force() const { return setup.moves() && !interrupts.finishing(); }
   // Where the run stands, to be stored: enough to go on there later.
   RunPoint point() const;

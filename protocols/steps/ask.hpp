@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ask: asks a person and stores the answer. The frame stands while it waits.
+// The step `ask`: asks a person and stores the answer. The frame stands while it waits.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// repeat: runs its steps several times.
+// The step `repeat`: runs its steps several times.
 #pragma once
 
 #include "protocols/steps/facts.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// sweep: runs its steps once for each value of a variable.
+// The step `sweep`: runs its steps once for each value of a variable.
 #pragma once
 
 #include "protocols/steps/facts.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// zero: sets the zero of force, travel or both to what the frame shows now.
+// The step `zero`: sets the zero of force, travel or both to what the frame shows now.
 #pragma once
 
 #include "protocols/steps/facts.hpp"

@@ -23,7 +23,8 @@ class PressWatch {
     Motion() = default;
     double felt_N = 0;  // at its begin, beyond rest
     double speed_m_s = 0;  // a frame that brakes presses no deeper, and the force relaxes
-    // So fast this force relaxes, as far as it was seen; unknown: it may lose a third at once.
+    // Rate at which this force relaxes, as far as it was seen. Unknown: it may lose a third at
+    // once.
     std::optional<double> relaxes_N_s;
     bool holds = false;  // a force: the specimen may creep, and the frame follows
   };

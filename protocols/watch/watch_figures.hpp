@@ -31,8 +31,8 @@ struct ForceScatter {
 constexpr double kContactSigmas = kNoiseSigmas;
 
 struct WatchFigures {
-  // So many equal forces in a row show a frozen cell, and so long they take. Absent: the digits of
-  // the cell are coarser than its scatter, so a sound one repeats itself, too.
+  // A frozen cell shows at least this many equal forces in a row, for this time. Absent: the digits
+  // of the cell are coarser than its scatter, so a sound one repeats itself, too.
   std::optional<std::int64_t> frozen_samples;
   std::optional<double> frozen_force_s;
   double stall_s = 0;  // no travel for so long, though commanded; longer at the slowest speeds

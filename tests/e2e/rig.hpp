@@ -67,8 +67,8 @@ struct Ended {
 class Rig : public testing::Test {
  protected:
   void SetUp() override;
-  // Fails the test if a process is left. Of a test that failed it says for how long the machine had
-  // no processor for it.
+  // Fails the test if a process is left. After a failure it says for how long the machine had no
+  // processor for the test.
   void TearDown() override;
 
   std::string file(const std::string& name) const { return dir_.file(name); }

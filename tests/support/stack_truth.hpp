@@ -40,8 +40,8 @@ struct Judged {
   bool met() const {
     return estimate <= negligible && error <= negligible && truth_doubt <= negligible;
   }
-  // The truth must be known so many times better than the error. Of the error of a mesh of finite
-  // strain a truth that good does not exist.
+  // The truth must be known so many times better than the error. For meshes of finite strain no
+  // truth is that good.
   double least_exactness = 100;
   bool counts() const { return !met() && truth_doubt <= error / least_exactness; }
 };

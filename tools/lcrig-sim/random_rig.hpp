@@ -47,7 +47,7 @@ enum Quirk : std::uint32_t {
 };
 constexpr std::uint32_t kAllQuirks = (1U << 12U) - 1;
 
-// By how much the truth lies outside of what is told.
+// How far the truth lies outside of what a daemon is told.
 struct Lie {
   double stiffness = 1;  // factor on the stiffness of the contact
   double reaction = 1;  // factor on the reaction time of the drive

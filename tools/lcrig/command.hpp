@@ -65,8 +65,8 @@ void declare_global(ArgumentList& list, GlobalOptions& global);
 // The database file of a command.
 struct ChosenDatabase {
   std::string path;
-  // The daemon has it: whoever wants to write asks the daemon, which alone may. True also of the
-  // service's file while no daemon answers.
+  // The daemon has this database: only the daemon may write, so commands ask it to. True also of
+  // the service's file while no daemon answers.
   bool daemon_writes = false;
 };
 

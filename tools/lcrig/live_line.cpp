@@ -40,7 +40,7 @@ std::string step_part(const RunStatus& s) {
   return ascii(s.step_id);
 }
 
-// With what somebody asked it to do next.
+// The present step, and the stop or pause that somebody asked for.
 std::string place_part(const RunStatus& s) {
   std::string out = step_part(s);
   if (!s.stops_after.empty()) out += ", stops after this " + ascii(s.stops_after);
