@@ -115,10 +115,11 @@ bool peak_of_plateau(const RunView& view, Loading& c) {
   return true;
 }
 
-// C against force in the upper half, one slope for each branch and a common bend; with many
-// readings each branch its own bend, and a common third order. Its value at the peak: the largest
-// reading would be too large by what noise adds. A window that reaches over the turn is taken, too:
-// without it the scatter doubles, and what it errs by is in the budget.
+// C against force in the upper half: one slope for each branch and a common bend; with many
+// readings each branch has its own bend, and both a common third order. The result is its value at
+// the peak: the largest reading would be too large by the noise. A window that reaches over the
+// turn is taken, too, because without it the scatter doubles; its error is one of the parts of the
+// uncertainty.
 Peak peak_of_fit(const RunView& view, Loading& c) {
   std::int64_t up = 0, down = 0;
   const auto in_fit = [&](const RunReading& r) {
