@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// When a sample of the frame was taken, on the run's clock. Samples come in batches and some come
-// late, so their times of arrival go in steps; the device's own clock does not, but it has another
-// zero and another rate. Used by the export and by whatever asks for the force at an instant.
+// Tells when a sample of the frame was taken, on the run's clock. Samples come in batches and some
+// come late, so their times of arrival go in steps. The device's own clock does not, but it has
+// another zero and another rate. The export and the alignment of readings use it.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two coroutines at once: a wait beside its deadline, a step beside whoever interrupts it. The same
+// Runs two coroutines at once: a wait beside its deadline, a step beside its interruption. The same
 // as Asio's `a || b` and `a && b`, whose templates cost each file that uses them five seconds of
 // compile time under the sanitizers; here they are compiled once, for coroutines without a result.
 #pragma once

@@ -11,8 +11,8 @@
 
 namespace lcrig {
 
-// Those of `known` that `word` may be a typing error of, or the beginning of; all that fit equally
-// well. Whether letters are capitals does not count.
+// The words of `known` that `word` may be a typing error of, or the beginning of; all that fit
+// equally well. Capital letters count as small ones.
 std::vector<std::string> nearest_words(std::string_view word, std::span<const std::string> known);
 // The one that fits; nullopt also when two fit equally, because it is not known which was meant.
 std::optional<std::string> nearest_word(std::string_view word, std::span<const std::string> known);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The values that a number may have, and how a message says them. For the readers of files and
-// whoever tells them what to accept.
+// The values that a number may have, and their words in messages. The readers of files and the
+// tables of limits use it.
 #pragma once
 
 #include <string>

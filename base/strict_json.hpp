@@ -63,8 +63,9 @@ class JsonDocument {
 
 // Reads a whole file of at most kJsonSizeMax. Errors: io (with the path and the reason).
 Result<std::string> read_text_file(const std::string& path);
-// Refuses what is no file: reading a pipe waits for whoever writes into it. For a file that a
-// daemon reads, or that has to be there when it is read again. What is not there is not refused.
+// Refuses pipes and other things that are no file: reading a pipe waits for its writer. To be used
+// for a file that a daemon reads, or that has to be there when it is read again. A missing file is
+// not refused.
 Result<> require_plain_file(const std::string& path);
 // read_text_file and JsonDocument::parse.
 Result<JsonDocument> load_json(const std::string& path);

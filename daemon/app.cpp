@@ -252,7 +252,7 @@ Task<> App::make_frame_safe() {
 }
 
 // Makes the frame safe if a crash left it in the middle of a run; then asks the meter who it is
-// whenever nothing runs. The frame is not asked: it belongs to whoever works with it.
+// whenever nothing runs. The frame is not asked, because other people may be working with it.
 Task<> App::probe() {
   const auto is_idle = [this] { return use_ == Use::idle || shutting_down_; };
   bool ready = false;

@@ -15,8 +15,8 @@ namespace lcrig {
 // invalid_request (no such run, not interrupted, continued already, was in `finally`).
 Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run);
 
-// Those that can be continued and were cut off since any other run began: after that the rig, and
-// perhaps the specimen, are no longer as they were left. Oldest first.
+// The runs that can be continued and were cut off since any other run began: after that the rig,
+// and perhaps the specimen, are no longer as they were left. Oldest first.
 Result<std::vector<ResumableRun>> find_resumable(const Database& db);
 
 }  // namespace lcrig

@@ -145,8 +145,8 @@ bool is_pty(const std::string& path) {
 }
 
 // A port that is there is closed on the thread of the instruments, although a line that takes no
-// bytes may hold the call. Beside it the port would be busy for whoever opens it next, and a STOP
-// that is on its way would no longer be sent before whoever makes the frame safe goes on.
+// bytes may hold the call. On another thread the port would still be busy when it is opened again,
+// and a STOP that is on its way might not be sent before the frame is made safe.
 std::unique_ptr<Transport> OpenedPort::to_transport(asio::any_io_executor executor,
                                                     Clock& clock) && {
   const int fd = std::exchange(fd_, -1);

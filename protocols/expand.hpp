@@ -59,8 +59,8 @@ bool has_safe_point(const Steps& steps);
 bool asks_person(const Steps& steps);
 // Whether any step of the protocol is a motion.
 bool moves_frame(const Protocol& protocol);
-// Whether the protocol asks the frame for anything: a motion, a held force, a zero. One that does
-// not only records, and leaves the frame to whoever commands it.
+// Whether the protocol asks the frame for anything: a motion, a held force, a zero. A protocol that
+// does not only records, and leaves the frame to its users.
 bool commands_frame(const Protocol& protocol);
 // Whether any of them aims at a pressure, which needs the area of the probe tip.
 bool aims_at_pressure(const Steps& steps);

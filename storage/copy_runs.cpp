@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 constexpr std::array kTablesOfRun{"run",        "run_end",     "run_note",     "level",
                                   "event",      "lcr_reading", "frame_sample", "chain",
                                   "run_anchor", "run_tag"};
-// Rows between two looks at the disk and at whoever may stop it: some megabytes.
+// Rows between two checks of the free space and of a stop: some megabytes.
 constexpr std::int64_t kRowsOfStep = 32'768;
 
 std::optional<struct ::stat> look_at(const std::string& path) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The queue of runs as it is stored: entries and their order, what was done with them and by whom.
-// Each writer is one transaction, so that a queue survives whatever ends the daemon. What begins
-// and ends an entry is in queue_run.hpp; who may do what, and when, the daemon decides.
+// The stored queue of runs: entries and their order, and the history of all acts with their users.
+// Each writer is one transaction, so that the queue survives any end of the daemon. queue_run.hpp
+// begins and ends entries; the daemon decides who may do what, and when.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words of the queue in the database and on the wire, for whoever reads them without a database.
+// Words of the queue in the database and on the wire, for programs that read them without a
+// database.
 #include <array>
 #include <cstddef>
 

@@ -10,7 +10,7 @@
 namespace lcrig {
 
 nlohmann::json to_json(const EntryPlan& plan);
-// As it is stored; what does not parse is not known.
+// A plan as it is stored. Parts that do not parse count as not known.
 EntryPlan parse_entry_plan(std::string_view json_text);
 nlohmann::json to_json(const QueueAdded& added);
 nlohmann::json to_json(const BatchAdded& added);

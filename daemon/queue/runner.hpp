@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs what is queued: looks at the stored queue, asks decide.hpp what to do, does it, stores what
-// came of it. Whatever it knows it has read from the database.
+// Runs the queued entries: looks at the stored queue, asks decide.hpp what to do, does it, and
+// stores the result. It knows only what it has read from the database. App owns it.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>

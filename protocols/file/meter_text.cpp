@@ -40,7 +40,7 @@ Result<> change(std::string& text, const std::string& name, const std::string& s
   return {};
 }
 
-// "1kHz" is a number to whoever types it.
+// A person who types "1kHz" means a number.
 std::optional<double> in_hertz(const std::string& typed) {
   const auto digit = typed.find_last_of("0123456789.");
   if (digit == typed.npos) return std::nullopt;
@@ -50,7 +50,7 @@ std::optional<double> in_hertz(const std::string& typed) {
   return *number * unit->to_si;
 }
 
-// As it stands in a protocol's text. What a person typed stays as it was typed.
+// The value as it stands in a protocol's text. A typed text stays as it was typed.
 Result<std::string> frequency_literal(const ParameterValues::mapped_type& value) {
   const auto* const typed = std::get_if<std::string>(&value);
   if (typed == nullptr) return fmt::format("{}", std::get<double>(value));

@@ -13,7 +13,7 @@ namespace lcrig {
 
 // Takes `frequency_Hz` and `aperture` out of `values` and puts them into "sample"."lcr" of `text`;
 // not those that the protocol has as its own parameters. Errors: invalid_request, as
-// parse_protocol; what the values may be is judged by whoever parses the new text.
+// parse_protocol. The parser of the new text checks the values.
 Result<std::string> with_meter_values(std::string_view text, const std::string& name,
                                       ParameterValues& values);
 

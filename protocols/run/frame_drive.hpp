@@ -48,7 +48,7 @@ class FrameDrive {
   // person has looked. `why` is for people and goes into the run's reason.
   void keep_hands_off(std::string why, Errc code = Errc::frame_fault);
   const std::optional<Error>& hands_off() const { return hands_off_; }
-  Result<> may_move() const;  // asked before whatever moves the frame
+  Result<> may_move() const;  // asked before every motion of the frame
 
   // Something may have been asked of the instruments: `finally` has to run.
   bool prepared() const { return prepared_; }

@@ -73,7 +73,7 @@ class InterruptQueue {
   void close() { over_ = true; }  // nothing can be asked any more
   bool over() const { return over_; }
 
-  // For the watchdog, and for whoever has to know whether this program itself stood still.
+  // For the watchdog, and to tell whether this program itself stood still.
   std::uint64_t ticks() const { return ticks_; }
   MonoTime last_tick() const { return last_tick_; }
 

@@ -24,7 +24,7 @@ class Pace {
 
   void begin_run() { start_ = clock_.now(); }
   void begin_step(const std::string& id);
-  void begin_finally();  // whatever of the steps was left out
+  void begin_finally();  // also when steps were left out
   void pass_over(const std::string& id);  // a step that the run before this one has done
   void write_to(RunProgress& progress) const;
   double planned_of(const std::string& id) const;  // one pass of a step, s

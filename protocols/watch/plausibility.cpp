@@ -64,7 +64,8 @@ void Plausibility::begin(const Motion& motion, MonoTime now) {
 }
 
 void Plausibility::stand(MonoTime now, std::optional<double> travel_m) {
-  // Where it said to stand is still to be held against its samples, whatever it is told meanwhile.
+  // The place where the frame said that it stands is compared with its samples later, also after
+  // new orders.
   if (travel_m || state_ != State::standing) said_m_ = travel_m;
   state_ = State::standing;
   since_ = now;

@@ -111,8 +111,8 @@ TEST(Coverage, OfOneAndTwoRepeats) {
 }
 
 void rehearse(const Rehearsed& what) {
-  // Three rehearsals each. Nobody has looked at these seeds to choose an estimator, nor may anyone:
-  // whoever does takes other ones.
+  // Three rehearsals each. No estimator was chosen on these seeds, and none may be: after that,
+  // take others.
   constexpr std::uint64_t kRehearsed = 100, kFirst = 771'001;
   const TempDir dir;
   Tally tally;

@@ -31,7 +31,7 @@ BatchFile as_batch_file(LibraryFile file) {
   return out;
 }
 
-// Which files the cells name, remembered for whoever queues them.
+// Remembers the files that the cells name, for the request that queues them.
 class Shelf {
  public:
   Shelf(const Context& context, std::string db_path, BatchRequest& out)

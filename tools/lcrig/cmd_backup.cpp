@@ -119,7 +119,7 @@ class RestoreCommand final : public Command {
   }
 
  private:
-  // The service writes as whoever owns its folder.
+  // The service writes as the owner of its folder.
   void tell_owner(const Context& context) const {
     struct ::stat folder{};
     const auto path = std::filesystem::absolute(to_).parent_path();

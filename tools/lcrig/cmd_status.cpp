@@ -116,7 +116,7 @@ class StatusCommand final : public Command {
   }
 
  private:
-  // Whatever happens is one of the four words.
+  // Every outcome is one of the four words.
   ExitCode check(Context& context) const {
     auto found = look(context);
     const json all{{"check", to_string(found.verdict)}, {"words", found.words}};

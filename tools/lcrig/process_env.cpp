@@ -40,8 +40,8 @@ fs::path ProcessEnv::default_socket() const {
 
 namespace {
 
-// A program that cron or a service starts may be told no home, and a database in whatever folder it
-// was started from would never be found again.
+// cron or a service may start a program without a home. A database in the folder where it was
+// started would never be found again.
 std::optional<std::string> home_of_user() {
   passwd entry{};
   passwd* found = nullptr;

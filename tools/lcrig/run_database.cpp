@@ -12,7 +12,8 @@ namespace lcrig::cli {
 
 namespace {
 
-// For whoever has no run yet. Only the daemon writes into its database.
+// A command that makes a first run, for a database without one. Only the daemon writes into its
+// database.
 std::string first_run(const Context& context, const ChosenDatabase& chosen) {
   constexpr const char* kNote = "makes a first run";
   const Words pressing{"static-frame", "--specimen", "paper-1"};

@@ -328,7 +328,7 @@ TEST_F(RunCopies, AreNotMadeIntoTheDatabaseOfADaemon) {
   EXPECT_EQ(runs_in(to_), 0);
 }
 
-// Whichever write or sync of it fails.
+// Each write and each sync fails in turn.
 TEST_F(RunCopies, LeaveNothingHalfOnAFullDisk) {
   const auto target = dir_.file("new.db");
   const auto before = files();

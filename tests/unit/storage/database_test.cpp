@@ -142,7 +142,7 @@ TEST(OpenReadOnly, RefusesAMissingAndAnEmptyFile) {
   EXPECT_THAT(open_read_only(dir.file("b.db")).error().what, HasSubstr("empty"));
 }
 
-// As it lies in an archive: nobody may write there to bring it up to date.
+// As in an archive: the file may not be written to bring it up to date.
 TEST(OpenReadOnly, ReadsADatabaseOfTheFirstSchema) {
   TempDir dir;
   {
