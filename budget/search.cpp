@@ -144,12 +144,13 @@ void mark_front(Budget& budget) {
     for (BudgetPoint& p : s.curve) points.push_back(&p);
   }
   std::ranges::sort(points, [](const BudgetPoint* a, const BudgetPoint* b) {
-    return a->duration_s != b->duration_s ? a->duration_s < b->duration_s : a->worst < b->worst;
+    return a->duration_s != b->duration_s ? a->duration_s < b->duration_s
+                                          : a->worst_half_width < b->worst_half_width;
   });
   double best = INFINITY;
   for (BudgetPoint* p : points) {
-    p->front = p->worst < best;
-    best = std::min(best, p->worst);
+    p->front = p->worst_half_width < best;
+    best = std::min(best, p->worst_half_width);
   }
 }
 

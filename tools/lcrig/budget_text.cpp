@@ -119,7 +119,7 @@ plot::Series series_of(const std::vector<BudgetPoint>& points) {
   plot::Series out;
   for (const BudgetPoint& p : points) {
     out.x.push_back(p.duration_s);
-    out.y.push_back(p.worst * 100);
+    out.y.push_back(p.worst_half_width * 100);
   }
   return out;
 }
@@ -157,7 +157,7 @@ void add_settings(const Budget& budget, plot::Panel& panel) {
     if (!line.x.empty()) panel.series.push_back(std::move(line));
     if (!s.planned.possible()) continue;
     planned.x.push_back(s.planned.duration_s);
-    planned.y.push_back(s.planned.worst * 100);
+    planned.y.push_back(s.planned.worst_half_width * 100);
   }
   panel.series.push_back(std::move(planned));
 }
@@ -211,7 +211,7 @@ std::string to_svg(const Budget& budget, const std::string& title) {
   plot::Panel panel;
   panel.title = title;
   panel.x.label = "run time, s";
-  panel.y.label = "standard error of the worst result, % of its value";
+  panel.y.label = "half of the worst interval, % of its value";
   panel.x.log = panel.y.log = true;
   panel.height = 380;
   add_settings(budget, panel);
