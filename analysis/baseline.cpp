@@ -48,9 +48,9 @@ Unloaded collect(const Scene& scene) {
   std::optional<double> before;
   const double end = !scene.loadings.empty() ? scene.loadings.front().begin_s : data.duration_s;
   for (const RunReading& r : data.readings) {
-    if (data.contact_s ? r.t_s >= *data.contact_s : r.t_s >= end) break;
+    if (scene.touch_s ? r.t_s >= *scene.touch_s : r.t_s >= end) break;
     if (!scene.uses(r)) continue;
-    if (!data.contact_s && !scene.is_unloaded(r)) continue;
+    if (!scene.touch_s && !scene.is_unloaded(r)) continue;
     const double drift_F = scene.drift.known() ? scene.drift.rate_fF_s() * r.t_s * 1e-15 : 0;
     take(b, r.capacitance_F, drift_F, before);
   }
@@ -190,7 +190,7 @@ BaselineResult calc_baseline(const Scene& scene, const MeasuredLevels& measured)
   if (b.capacitance.count > 0) {
     calc_c0(scene, b, measured.outliers, out);
   } else {
-    out.c0.reason = scene.data.contact_s
+    out.c0.reason = scene.touch_s
                         ? "no reading was taken before contact under the settings of the run"
                         : "no reading without load comes before the first loading";
   }

@@ -30,6 +30,8 @@ struct RunView {
   double rest_N = 0;  // what the cell shows while nothing touches
   double peak_N = 0;  // largest force above rest; 0: there is no loading
   double force_noise_N = 0;  // of one sample
+  // Readings before it are the baseline. nullopt: the run tells no contact.
+  std::optional<double> touch_s;
 
   bool uses(const RunReading& r) const;
   double above_rest_N(const RunReading& r) const { return r.force_N - rest_N; }

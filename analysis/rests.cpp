@@ -56,10 +56,10 @@ std::vector<Rest> collect_rests(const RunView& view, const std::vector<Loading>&
 
 // Before anything touched; a run that tells no contact: the rest before the first loading.
 Rest baseline_of(const RunView& view, const std::vector<Rest>& rests) {
-  if (!view.data.contact_s) return rests.front();
+  if (!view.touch_s) return rests.front();
   Rest out;
   const auto& readings = view.data.readings;
-  for (std::size_t i = 0; i < readings.size() && readings[i].t_s < *view.data.contact_s; ++i) {
+  for (std::size_t i = 0; i < readings.size() && readings[i].t_s < *view.touch_s; ++i) {
     if (!view.uses(readings[i])) continue;
     if (out.capacitance.count == 0) out.first = i;
     out.last = i + 1;

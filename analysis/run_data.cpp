@@ -299,9 +299,9 @@ class Loader {
   void read_contact() {
     for (const EventRow& e : out_.events) {
       if (e.kind == EventKind::contact) {
-        out_.contact_s = e.t_s - kBeforeContact_s;
         const auto contact = from_json<ContactEvent>(e.detail);
         if (contact) out_.rest_force_N = contact->rest_force_N;
+        out_.contact_s = (contact ? first_touch_s(e.t_s, *contact) : e.t_s) - kBeforeContact_s;
         return;
       }
       if (e.kind != EventKind::confirm) continue;
@@ -314,6 +314,25 @@ class Loader {
       out_.rest_force_N = 0;
       return;
     }
+  }
+
+  // A search that slows down touches several times before it says where the contact is. Counted
+  // from the last zero of the force: before it, the cell may show as much without a touch.
+  double first_touch_s(double found_s, const ContactEvent& contact) const {
+    double since_s = 0;
+    for (const StepSpan& s : out_.spans) {
+      if (s.begin_s <= found_s && found_s <= s.end_s) since_s = s.begin_s;
+    }
+    for (const EventRow& e : out_.events) {
+      if (e.kind == EventKind::zero && e.t_s <= found_s) since_s = std::max(since_s, e.t_s);
+    }
+    if (!contact.force_N) return found_s;
+    const double touch_N = (contact.rest_force_N.value_or(0) + *contact.force_N) / 2;
+    for (const FramePoint& p : out_.frame) {
+      if (p.t_s >= found_s) break;
+      if (p.t_s > since_s && p.force_N >= touch_N) return p.t_s;
+    }
+    return found_s;
   }
 
   const Database& db_;

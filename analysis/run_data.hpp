@@ -97,7 +97,7 @@ struct RunData {
   std::vector<StepSpan> spans;
   std::vector<std::string> steps;  // names for RunReading::step
   double duration_s = 0;  // of the rows
-  std::optional<double> contact_s;  // end of the approach: before this nothing touched
+  std::optional<double> contact_s;  // a second before the first touch that the run tells of
   std::optional<double> rest_force_N;  // as read while nothing touched
 
   bool has_frame() const { return frame_samples > 0; }

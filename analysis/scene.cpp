@@ -86,6 +86,19 @@ void find_rest_and_peak(const RunData& data, RunView& view) {
   if (peak > kLoading * view.force_noise_N) view.peak_N = peak;
 }
 
+// Where a slow search begins to touch, the force is within half of its threshold for a while.
+std::optional<double> find_touch(const RunView& view) {
+  if (!view.data.contact_s || !view.data.has_frame()) return view.data.contact_s;
+  const auto& all = view.data.readings;
+  const auto found = std::ranges::lower_bound(all, *view.data.contact_s, {}, &RunReading::t_s);
+  auto touch = static_cast<std::size_t>(found - all.begin());
+  const auto last = touch;
+  while (touch > 0 && all[touch - 1].has_force() && !view.is_unloaded(all[touch - 1])) --touch;
+  if (touch < last && touch > 0) --touch;  // its window may reach into the contact
+  if (touch == 0 || touch == all.size()) return view.data.contact_s;
+  return std::min(*view.data.contact_s, all[touch].t_s);
+}
+
 }  // namespace
 
 bool RunView::uses(const RunReading& r) const {
@@ -116,6 +129,7 @@ RunView look_at(const RunData& data, const AnalysisOptions& options) {
   RunView view(data, options);
   choose_setting(data, view);
   find_rest_and_peak(data, view);
+  view.touch_s = find_touch(view);
   view.flagged = std::count_if(data.readings.begin(), data.readings.end(),
                                [](const RunReading& r) { return r.flags & kNotTrusted; });
   return view;
