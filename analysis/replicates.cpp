@@ -13,6 +13,8 @@ namespace {
 
 constexpr int kSweeps = 200;
 constexpr double kConverged = 1e-12;
+// The offsets depend on the slope only as far as the pressures of a level differ: twice is enough.
+constexpr int kSlopes = 2;
 
 struct Effect {
   double weight = 0, sum = 0, value = 0;
@@ -46,42 +48,67 @@ std::map<LevelKey, int> count_levels(const std::vector<RangePoint>& points) {
 
 }  // namespace
 
-std::optional<PureError> error_between_repeats(const std::vector<RangePoint>& all, double slope) {
-  // A level that was measured once says nothing.
+AdditiveFit fit_additive(const std::vector<RangePoint>& all, double slope) {
+  // A level that was measured once says nothing of the repeats.
   const auto counts = count_levels(all);
   std::vector<RangePoint> points;
   for (const RangePoint& p : all) {
     if (counts.at(p.key) >= 2) points.push_back(p);
   }
-  if (points.empty()) return std::nullopt;
+  AdditiveFit out;
+  out.slope = slope;
+  if (points.empty()) return out;
   std::map<LevelKey, Effect> levels;
   std::map<std::int32_t, Effect> repeats;
-  const double x0 = points.front().at.x, y0 = points.front().at.y;
-  const auto y = [&](std::size_t i) {
-    return (points[i].at.y - y0) - slope * (points[i].at.x - x0);
-  };
+  out.x = points.front().at.x, out.y = points.front().at.y;
   double scale = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) scale = std::max(scale, std::abs(y(i)));
+  for (const RangePoint& p : points) scale = std::max(scale, std::abs(out.above_line(p)));
   for (int k = 0; k < kSweeps; ++k) {
     const double a = sweep(
         levels, points, [](const RangePoint& p) { return p.key; },
-        [&](std::size_t i) { return y(i) - repeats[points[i].repeat].value; });
+        [&](std::size_t i) { return out.above_line(points[i]) - repeats[points[i].repeat].value; });
     const double b = sweep(
         repeats, points, [](const RangePoint& p) { return p.repeat; },
-        [&](std::size_t i) { return y(i) - levels[points[i].key].value; });
+        [&](std::size_t i) { return out.above_line(points[i]) - levels[points[i].key].value; });
     if (std::max(a, b) <= kConverged * scale) break;
   }
-  double ss = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double r = y(i) - levels[points[i].key].value - repeats[points[i].repeat].value;
-    ss += points[i].at.weight * r * r;
+  for (const RangePoint& p : points) {
+    const double r = out.above_line(p) - levels[p.key].value - repeats[p.repeat].value;
+    out.residual_ss += p.at.weight * r * r;
   }
-  const auto freedom = static_cast<double>(points.size()) - static_cast<double>(levels.size()) -
-                       static_cast<double>(repeats.size()) + 1;
-  if (freedom < 1) return std::nullopt;
-  return PureError{
-      ss / freedom, freedom,
-      fmt::format("scatter of {} levels between {} repeats", levels.size(), repeats.size())};
+  out.freedom = static_cast<double>(points.size()) - static_cast<double>(levels.size()) -
+                static_cast<double>(repeats.size()) + 1;
+  double middle = 0;
+  for (const auto& [repeat, e] : repeats) middle += e.value / static_cast<double>(repeats.size());
+  for (const auto& [key, e] : levels) out.of_level[key] = e.value + middle;
+  for (const auto& [repeat, e] : repeats) out.of_repeat[repeat] = e.value - middle;
+  return out;
+}
+
+std::vector<RangePoint> without_offsets(std::vector<RangePoint> points) {
+  for (int k = 0; k < kSlopes; ++k) {
+    std::vector<LinePoint> line;
+    line.reserve(points.size());
+    for (const RangePoint& p : points) line.push_back(p.at);
+    const auto fit = fit_line(line);
+    if (!fit) break;
+    const AdditiveFit additive = fit_additive(points, fit->slope);
+    for (RangePoint& p : points) {
+      if (const auto it = additive.of_repeat.find(p.repeat); it != additive.of_repeat.end()) {
+        p.at.y -= it->second;
+      }
+    }
+  }
+  return points;
+}
+
+std::optional<PureError> error_between_repeats(const std::vector<RangePoint>& points,
+                                               double slope) {
+  const AdditiveFit fit = fit_additive(points, slope);
+  if (fit.freedom < 1) return std::nullopt;
+  return PureError{fit.residual_ss / fit.freedom, fit.freedom,
+                   fmt::format("scatter of {} levels between {} repeats", fit.of_level.size(),
+                               fit.of_repeat.size())};
 }
 
 double reading_ss(const RangePoint& p, double slope) {

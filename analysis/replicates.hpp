@@ -3,6 +3,7 @@
 // Private to analysis/.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +29,22 @@ struct PureError {
   double variance = 0, degrees_of_freedom = 0;
   std::string basis;
 };
+
+// y = slope x + effect of the level + effect of the repeat, by least squares with the weights of
+// the points, from the levels that were measured in several repeats. A level that one of the
+// repeats lacks is compared within the other repeats only.
+struct AdditiveFit {
+  double slope = 0, x = 0, y = 0;  // effects are above the line through (x, y)
+  std::map<LevelKey, double> of_level;
+  std::map<std::int32_t, double> of_repeat;  // their mean is 0
+  double residual_ss = 0, freedom = 0;
+
+  double above_line(const RangePoint& p) const { return (p.at.y - y) - slope * (p.at.x - x); }
+};
+AdditiveFit fit_additive(const std::vector<RangePoint>& points, double slope);
+// The points less the effects of their repeats: a C0 that moved between repeats turns no slope,
+// also where a repeat lacks a level.
+std::vector<RangePoint> without_offsets(std::vector<RangePoint> points);
 
 // From levels that were measured in several repeats: what is left after the effect of the level and
 // of the repeat (a C0 that moved between repeats does no harm to a slope). `slope` takes out that

@@ -33,6 +33,12 @@ struct Input {
   std::int64_t rows = 0;
 };
 
+void set_points(Input& in, std::vector<RangePoint> points) {
+  in.points = without_offsets(std::move(points));
+  in.line.clear();
+  for (const RangePoint& p : in.points) in.line.push_back(p.at);
+}
+
 // The pressure that was asked for decides: its reading scatters about the edge of a range.
 Input input_of(const LevelResults& levels, const PressureRange& range) {
   Input in;
@@ -42,9 +48,9 @@ Input input_of(const LevelResults& levels, const PressureRange& range) {
       continue;
     }
     in.points.push_back(point_of(l));
-    in.line.push_back(in.points.back().at);
     in.rows += l.readings;
   }
+  set_points(in, std::move(in.points));
   return in;
 }
 
@@ -134,15 +140,17 @@ void add_robust(const SlopeBasis& basis, const Input& in, RangeResult& r) {
     if (it != values.end()) it->second.push_back(scene.fF(reading));
   }
   RobustSlope robust;
-  Input robust_in = in;
+  std::vector<RangePoint> points = in.points;
   for (std::size_t i = 0; i < in.points.size(); ++i) {
     const auto& v = values[in.points[i].level];
     if (v.empty()) return;
     const double at = huber_location(v), sigma = robust_sigma(v);
-    robust_in.points[i].at.y = robust_in.line[i].y = at;
+    points[i].at.y = at;
     robust.down_weighted += static_cast<std::int32_t>(std::count_if(
         v.begin(), v.end(), [&](double y) { return std::abs(y - at) > kDownWeighted * sigma; }));
   }
+  Input robust_in;
+  set_points(robust_in, std::move(points));
   const auto line = fit_line(robust_in.line);
   if (!line) return;
   robust.slope_fF_per_kPa = line->slope;
@@ -206,7 +214,7 @@ void set_slope(const Scene& scene, const Input& in, const LineFit& line,
 // beyond what the scatter between repeats explains.
 void add_shared(const LevelResults& results, const Input& in, const LineFit& line,
                 const std::optional<SlopeScatter>& scatter, RangeResult& r) {
-  const auto levels = means(all_points(results));
+  const auto levels = means(without_offsets(all_points(results)));
   if (levels.size() < kLeastForCurve) return;
   const double low = levels.front().x, high = levels.back().x;
   LeastSquares curve(kCurve);

@@ -15,9 +15,17 @@ namespace {
 // Fewer degrees of freedom make an interval needlessly wide: the next source is asked.
 constexpr double kEnough = 5;
 
-std::vector<LineFit> lines_of_repeats(const std::vector<RangePoint>& range) {
+// Of what each repeat deviates from the mean of each level, so that a repeat which lacks a level is
+// compared at the pressures that it has. The slopes are those of the repeats less `slope`.
+std::vector<LineFit> lines_of_repeats(const std::vector<RangePoint>& range, double slope) {
+  const AdditiveFit additive = fit_additive(range, slope);
   std::map<std::int32_t, std::vector<LinePoint>> repeats;
-  for (const RangePoint& p : range) repeats[p.repeat].push_back(p.at);
+  for (const RangePoint& p : range) {
+    const auto level = additive.of_level.find(p.key);
+    if (level == additive.of_level.end()) continue;
+    const double y = additive.above_line(p) - level->second;
+    repeats[p.repeat].push_back({p.at.x, y, p.at.weight});
+  }
   std::vector<LineFit> lines;
   for (const auto& [repeat, points] : repeats) {
     if (const auto line = fit_line(points)) lines.push_back(*line);
@@ -154,8 +162,8 @@ std::optional<SlopeScatter> scatter_of_slope(const Scene& scene,
                                              const std::vector<RangePoint>& whole_run,
                                              const LineFit& line) {
   SlopeScatter out;
-  const auto lines = lines_of_repeats(range);
-  for (const LineFit& l : lines) out.slopes.push_back(l.slope);
+  const auto lines = lines_of_repeats(range, line.slope);
+  for (const LineFit& l : lines) out.slopes.push_back(line.slope + l.slope);
   if (lines.size() >= 2) {
     out.of_slopes = out.error = error_of_slopes(lines);
     out.of_levels = pooled(range, whole_run, line.slope);

@@ -169,6 +169,7 @@ class SyntheticRun {
       return std::optional<double>(v);
     };
     bool targets = true;
+    int touches = 0;  // of a search that slows down, before it says where the contact is
   };
   void play(const Static& s) {
     std::mt19937_64 random(s.seed);
@@ -177,6 +178,11 @@ class SyntheticRun {
       return s.capacitance_F(kPa) + s.noise_F * normal(random);
     };
     for (int i = 0; i < s.baseline; ++i) reading(noisy(0), 0);
+    for (int k = 0; k < s.touches; ++k) {
+      const double touch_N = 0.02;
+      for (int i = 0; i < 3; ++i) reading(noisy(touch_N / area_m2() * 1e-3), touch_N);
+      for (int i = 0; i < 10; ++i) reading(noisy(0), 0);
+    }
     t_s += 1;
     frame_until(t_s, [](double) { return 0.0; });
     event("contact", R"({"travel_m":0.003,"force_N":0.02,"rest_force_N":0})");

@@ -206,6 +206,51 @@ TEST(Honest, ABaselineOfThreeReadingsGivesAnInterval) {
   EXPECT_TRUE(a.ranges[0].sensitivity);
 }
 
+TEST(Honest, TouchesOfASearchAreNotPartOfTheBaseline) {
+  SyntheticRun::Static s;
+  s.noise_F = 0.44e-15;
+  s.touches = 3;
+  const auto a = of_static(s);
+  EXPECT_NEAR(a.noise.value(), 0.44, 0.1);
+  EXPECT_NEAR(a.c0.value() * 1e3, 3650, 0.2);
+  EXPECT_EQ(a.outlier_count, 0);
+}
+
+// C0 moves between repeats, and a level of one repeat has no readings, or half of them.
+TEST(Honest, AMissingLevelDoesNotTurnTheSlope) {
+  SyntheticRun::Static s;
+  s.noise_F = 0.44e-15;
+  for (const int kept : {0, 15}) {
+    s.spoil = [kept](int level, int reading, double v) -> std::optional<double> {
+      const double offset_fF[] = {20, -20, 10, -10};
+      if (level == 13 && reading > kept) return std::nullopt;
+      return v + offset_fF[(level - 1) / 10] * 1e-15;
+    };
+    const auto a = of_static(s);
+    const Metric& slope = a.ranges[0].sensitivity;
+    EXPECT_NEAR(slope.value(), 6, 0.03) << kept;
+    EXPECT_TRUE(holds(slope, 6)) << kept;
+    EXPECT_LT(*slope.estimate->standard_error, 0.02) << kept;
+    ASSERT_TRUE(a.ranges[0].robust);
+    EXPECT_NEAR(a.ranges[0].robust->slope_fF_per_kPa, 6, 0.03) << kept;
+  }
+}
+
+// The slope of a bent curve depends on the pressures: that is no difference between repeats.
+TEST(Honest, AMissingLevelOfABentCurveDoesNotWidenTheInterval) {
+  SyntheticRun::Static s;
+  s.noise_F = 0.44e-15;
+  s.capacitance_F = [](double kPa) { return 3.65e-12 + 8e-15 * kPa - 0.04e-15 * kPa * kPa; };
+  const auto whole = of_static(s);
+  s.spoil = [](int level, int, double v) { return level == 13 ? std::nullopt : std::optional(v); };
+  const auto lacking = of_static(s);
+  const auto error = [](const RunAnalysis& a) {
+    return *a.ranges[0].sensitivity.estimate->standard_error;
+  };
+  EXPECT_LT(error(lacking), 3 * error(whole));
+  EXPECT_NEAR(lacking.ranges[0].sensitivity.value(), whole.ranges[0].sensitivity.value(), 0.1);
+}
+
 TEST(Correlation, IsFoundInShortStretchesWithMeansOfTheirOwn) {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;
