@@ -102,10 +102,14 @@ void read_word(ParamsReader& in, const char* key, Enum last, Enum& out) {
 }
 
 json to_json(const InstrumentState& i) {
-  json out{{"name", i.name},         {"port", i.port},
-           {"why", i.why},           {"state", to_string(i.condition)},
-           {"identity", i.identity}, {"simulated", i.simulated},
-           {"run", nullptr},         {"learned_by", to_string(i.learned_by)}};
+  json out{{"name", to_string(i.which)},
+           {"port", i.port},
+           {"why", i.why},
+           {"state", to_string(i.condition)},
+           {"identity", i.identity},
+           {"simulated", i.simulated},
+           {"run", nullptr},
+           {"learned_by", to_string(i.learned_by)}};
   if (i.run) out["run"] = *i.run;
   out["age_s"] = optional_number(i.age_s, 0);
   out["since_s"] = optional_number(i.since_s, 0);
@@ -130,7 +134,7 @@ Result<std::vector<InstrumentState>> parse_instruments(const json& list) {
   for (const auto& item : list) {
     InstrumentState state;
     ParamsReader in(item, "/instruments/" + std::to_string(out.size()));
-    in.text("name", state.name, true);
+    read_word(in, "name", Instrument::frame, state.which);
     in.text("port", state.port);
     in.text("why", state.why);
     read_condition(in, state);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "base/enum_words.hpp"
 #include "base/text.hpp"
 #include "daemon/control/params.hpp"
 
@@ -44,7 +45,7 @@ json to_json(const QueueListing& e) {
 json to_json(const EntryBatch& b) {
   json out{{"name", b.batch.name},
            {"file", b.batch.file_name},
-           {"order", b.batch.order},
+           {"order", to_string(b.batch.order)},
            {"position", b.position},
            {"of", b.of},
            {"line", b.line},
@@ -187,7 +188,7 @@ Result<BatchAdd> parse_batch_add(const json& params) {
   in.text("table", out.table, true);
   std::string order(to_string(out.order));
   in.text("order", order);
-  const auto known = parse_batch_order(order);
+  const auto known = parse_word(order, BatchOrder::random);
   if (known) out.order = *known;
   if (!known) {
     in.fail_with(

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/queue/terms.hpp"
 
-#include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
 
+#include "base/enum_words.hpp"
 #include "base/text.hpp"
 #include "daemon/control/params.hpp"
 
@@ -22,7 +21,7 @@ void refuse(ParamsReader& in, const char* key, std::string_view expected) {
 void read_failures(ParamsReader& in, QueueTerms& out) {
   std::string policy(to_string(out.on_failure));
   in.text("on_failure", policy);
-  const auto known = parse_on_failure(policy);
+  const auto known = parse_word(policy, OnFailure::repeat);
   if (known) out.on_failure = *known;
   if (!known) refuse(in, "on_failure", "hold, skip, look or repeat");
   in.integer("failures_max", out.failures_max);
@@ -55,16 +54,6 @@ void read_times(ParamsReader& in, QueueTerms& out) {
 
 }  // namespace
 
-std::string_view to_string(OnFailure policy) {
-  return kFailureWords[static_cast<std::size_t>(policy)];
-}
-
-std::optional<OnFailure> parse_on_failure(std::string_view word) {
-  const auto* found = std::ranges::find(kFailureWords, word);
-  if (found == kFailureWords.end()) return std::nullopt;
-  return static_cast<OnFailure>(found - kFailureWords.begin());
-}
-
 void read_terms(ParamsReader& in, QueueTerms& out) {
   read_failures(in, out);
   in.boolean("unattended", out.unattended);
@@ -74,7 +63,9 @@ void read_terms(ParamsReader& in, QueueTerms& out) {
 }
 
 QueueTerms with_row_terms(QueueTerms all, const BatchTerms& row) {
-  if (row.on_failure) all.on_failure = parse_on_failure(*row.on_failure).value_or(all.on_failure);
+  if (row.on_failure) {
+    all.on_failure = parse_word(*row.on_failure, OnFailure::repeat).value_or(all.on_failure);
+  }
   if (row.failures_max) all.failures_max = *row.failures_max;
   if (row.unattended) all.unattended = *row.unattended;
   if (row.rest_s) all.rest_s = *row.rest_s;

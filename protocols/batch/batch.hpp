@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/queue_words.hpp"
 #include "protocols/batch/table.hpp"
 #include "protocols/file/parse.hpp"
 
@@ -55,14 +56,6 @@ struct BatchLookup {
 Result<std::vector<BatchEntry>> check_batch(const BatchTable& table, const BatchLookup& lookup);
 // Terms of a JSON batch for all of its rows.
 Result<BatchTerms> check_batch_terms(const BatchTable& table);
-
-enum class BatchOrder {
-  given,  // row by row, the repeats of a row behind each other
-  blocks,  // a specimen's runs together, specimens as in the table; by chance within
-  random
-};
-std::string_view to_string(BatchOrder order);
-std::optional<BatchOrder> parse_batch_order(std::string_view word);
 
 struct BatchTurn {
   std::size_t row = 0;  // index of the entry
