@@ -104,8 +104,8 @@ struct QueueStatus {
   std::string why;
   std::int64_t count = 0;  // of the entries in it
   std::optional<std::int64_t> entry;  // the first of them
-  std::optional<QueueGate> gate;  // that it waits for
-  std::string prompt;  // the same in words
+  std::optional<QueueGate> gate;  // that it waits for; none also of a kind that is not known here
+  std::string prompt;  // the same in words; empty: it waits for nothing
   std::string locked_by;  // empty: nobody
 };
 

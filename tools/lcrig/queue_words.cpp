@@ -23,7 +23,7 @@ std::string next_for_queue(const GlobalOptions& global, const QueueStatus& q,
                            std::optional<EntryState> head) {
   if (q.gate == QueueGate::time) return {};
   if (q.gate == QueueGate::person) return next_command(global, {"queue", "answer", "yes"});
-  if (q.gate) {
+  if (!q.prompt.empty()) {
     return next_command(global, {"queue", "answer", "NAME"}, "of what is on the rig");
   }
   if (q.going || q.count == 0) return {};

@@ -71,7 +71,7 @@ class Checker {
   void look_at_queue() {
     if (!status_.queue || status_.queue->count == 0) return;
     const auto& q = *status_.queue;
-    if (q.going && q.gate && q.gate != QueueGate::time) {
+    if (q.going && !q.prompt.empty() && q.gate != QueueGate::time) {
       find(Verdict::warning, "the queue waits: " + printable(q.prompt, kLongest));
     } else if (!q.going && q.cause != HoldCause::person && q.cause != HoldCause::not_started) {
       find(Verdict::warning, "the queue is held: " + printable(q.why, kLongest));

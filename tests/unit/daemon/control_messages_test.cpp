@@ -69,6 +69,15 @@ TEST(ControlMessages, OfAnOlderDaemonWhatIsThereIsRead) {
   EXPECT_EQ(old->instruments[1].why, "not asked since its port came");
 }
 
+TEST(ControlMessages, OfANewerDaemonUnknownWordsOfTheQueueAreNone) {
+  const auto queue = parse_queue_status(
+      json::parse(R"({"cause":"moon","gate":"tide","prompt":"wait for the tide","why":"full"})"));
+  ASSERT_TRUE(queue) << queue.error().what;
+  EXPECT_EQ(queue->cause, std::nullopt);
+  EXPECT_EQ(queue->gate, std::nullopt);
+  EXPECT_EQ(queue->prompt, "wait for the tide");
+}
+
 TEST(ControlMessages, AnAnswerHasAValueAndMayNameItsQuestion) {
   for (const char* good :
        {R"({"value":125.5})", R"({"value":"dusty","question":3})", R"({"value":true})"}) {
