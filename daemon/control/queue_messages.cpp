@@ -179,9 +179,9 @@ Result<BatchAdd> parse_batch_add(const json& params) {
 
 Result<QueueMove> parse_queue_move(const json& params) {
   return read_params<QueueMove>(params, [](ParamsReader& in, QueueMove& out) {
-    in.integer("entry", out.entry, true);
+    in.integer("entry", std::get<std::int64_t>(out), true);
     if (in.member("place") == nullptr) in.refuse("place", "is missing");
-    read_place(in, out.place);
+    read_place(in, std::get<QueuePlace>(out));
   });
 }
 
