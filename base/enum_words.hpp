@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace lcrig {
@@ -17,6 +18,16 @@ std::optional<E> parse_word(std::string_view word, E last) {
     if (to_string(static_cast<E>(i)) == word) return static_cast<E>(i);
   }
   return std::nullopt;
+}
+
+// For JsonReader::word.
+template <class E>
+std::vector<std::pair<std::string_view, E>> word_table(E last) {
+  std::vector<std::pair<std::string_view, E>> out;
+  for (int i = 0; i <= static_cast<int>(last); ++i) {
+    out.emplace_back(to_string(static_cast<E>(i)), static_cast<E>(i));
+  }
+  return out;
 }
 
 template <class E>

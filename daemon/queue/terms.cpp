@@ -3,7 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/enum_words.hpp"
 #include "base/text.hpp"
 #include "daemon/control/fields.hpp"
 
@@ -55,9 +54,7 @@ void read_terms(ParamsReader& in, QueueTerms& out) {
 }
 
 QueueTerms with_row_terms(QueueTerms all, const BatchTerms& row) {
-  if (row.on_failure) {
-    all.on_failure = parse_word(*row.on_failure, OnFailure::repeat).value_or(all.on_failure);
-  }
+  if (row.on_failure) all.on_failure = *row.on_failure;
   if (row.failures_max) all.failures_max = *row.failures_max;
   if (row.unattended) all.unattended = *row.unattended;
   if (row.rest_s) all.rest_s = *row.rest_s;

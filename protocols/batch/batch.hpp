@@ -21,13 +21,13 @@ namespace lcrig {
 // Columns for the terms on which a row is queued (docs/queue.md).
 inline constexpr std::array<std::string_view, 6> kBatchTermColumns{
     "on_failure", "failures_max", "unattended", "rest_s", "probe", "fixture"};
-inline constexpr std::array<std::string_view, 4> kFailureWords{"hold", "skip", "look", "repeat"};
 inline constexpr std::int64_t kMostFailuresInRow = 100;
 inline constexpr double kLongestRest_s = 30 * 86400.0;
 inline constexpr std::int64_t kBatchRunsMax = 10'000;
 
 struct BatchTerms {
-  std::optional<std::string> on_failure, probe, fixture;
+  std::optional<OnFailure> on_failure;
+  std::optional<std::string> probe, fixture;
   std::optional<std::int64_t> failures_max;
   std::optional<bool> unattended;
   std::optional<double> rest_s;
