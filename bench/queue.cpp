@@ -64,7 +64,7 @@ Result<nlohmann::json> measure(const std::string& path, std::int64_t entries) {
   const double read = milliseconds_since(begin);
   StoredBatch batch;
   batch.name = "day";
-  batch.order = "given";
+  batch.order = BatchOrder::given;
   const auto run_at = [&runs](std::size_t i) {
     BatchedRun out;
     out.run = &runs.front();

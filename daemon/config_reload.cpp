@@ -67,14 +67,14 @@ ConfigView ConfigReload::view() const {
       added.key = change.key;
       key = out.keys.insert(out.keys.end(), std::move(added));
     }
-    key->waits = true;
-    key->waiting = change.to;
-    key->effect = change.effect;
+    key->waiting.emplace();
+    key->waiting->value = change.to;
+    key->waiting->effect = change.effect;
   }
   // A key that was taken may be new in the file, or gone from it.
   for (auto& key : out.keys) {
     const auto now = std::ranges::find(of_file, key.key, &ConfigKeyView::key);
-    if (!key.waits && now != of_file.end()) key.source = now->source;
+    if (!key.waiting && now != of_file.end()) key.source = now->source;
   }
   return out;
 }

@@ -59,11 +59,13 @@ void add_rig(Page& page, const DaemonStatus& status) {
   page.family("lcrig_info", "gauge", "The running version; always 1.")
       .value("version", status.version, 1);
   page.family("lcrig_instrument_ready", "gauge", "1: it answered, or a run uses it.");
-  for (const auto& i : status.instruments) page.value("instrument", i.name, is_well(i) ? 1 : 0);
+  for (const auto& i : status.instruments) {
+    page.value("instrument", to_string(i.which), is_well(i) ? 1 : 0);
+  }
   page.family("lcrig_instrument_data_age_seconds", "gauge",
               "Since it was asked or sent data; absent: never.");
   for (const auto& i : status.instruments) {
-    if (i.age_s) page.value("instrument", i.name, *i.age_s);
+    if (i.age_s) page.value("instrument", to_string(i.which), *i.age_s);
   }
 }
 

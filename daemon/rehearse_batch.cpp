@@ -134,11 +134,11 @@ class BatchRehearsal {
     if (!started) failure_ = started.error();
     while (!failure_) {
       const QueueStatus status = app_->status().queue.value_or(QueueStatus());
-      if (!status.going && status.cause == to_string(HoldCause::empty)) break;
+      if (!status.going && status.cause == HoldCause::empty) break;
       if (!status.going) {
         if (--starts_left == 0) break;
         co_await go_on(queue, status);
-      } else if (!status.gate.empty() && status.gate != "time" && status.entry) {
+      } else if (status.gate && status.gate != QueueGate::time && status.entry) {
         co_await open_gate(queue, status);
       } else {
         co_await clock_.wait_for(1s);
@@ -149,11 +149,11 @@ class BatchRehearsal {
     if (!cleared) failure_ = cleared.error();
   }
 
-  Task<> use_hands(const QueueStatus& status, std::string kind, std::string prompt) {
+  Task<> use_hands(const QueueStatus& status, std::string prompt) {
     HandTime hand;
     hand.at_s = to_seconds(clock_.now() - begin_);
     hand.entry = status.entry.value_or(0);
-    hand.kind = std::move(kind);
+    hand.gate = status.gate;
     hand.prompt = std::move(prompt);
     out_.hands.push_back(std::move(hand));
     const Duration takes = from_seconds(request_.hand_s);
@@ -162,7 +162,7 @@ class BatchRehearsal {
 
   // Types what the gate wants to hear.
   Task<> open_gate(QueueHandler& queue, const QueueStatus& status) {
-    co_await use_hands(status, status.gate, status.prompt);
+    co_await use_hands(status, status.prompt);
     auto entry = co_await queue.show(*status.entry);
     if (!entry) {
       failure_ = entry.error();
@@ -170,9 +170,9 @@ class BatchRehearsal {
     }
     const auto terms = parse_terms(entry->listing.terms_json);
     std::string word = entry->listing.specimen_name;
-    if (status.gate == to_string(Gate::Kind::person)) word = "yes";
-    if (terms && status.gate == to_string(Gate::Kind::probe)) word = terms->probe;
-    if (terms && status.gate == to_string(Gate::Kind::fixture)) word = terms->fixture;
+    if (status.gate == QueueGate::person) word = "yes";
+    if (terms && status.gate == QueueGate::probe) word = terms->probe;
+    if (terms && status.gate == QueueGate::fixture) word = terms->fixture;
     auto answered = co_await queue.answer(std::move(word), status.entry, person_);
     if (!answered) failure_ = answered.error();
   }
@@ -180,20 +180,20 @@ class BatchRehearsal {
   // After something went wrong: an entry that failed is skipped, or repeated where its terms say
   // that it is repeated once somebody has looked.
   Task<> go_on(QueueHandler& queue, const QueueStatus& status) {
-    co_await use_hands(status, "held", status.why);
+    co_await use_hands(status, status.why);
     HeadChoice choice = HeadChoice::none;
     std::string about;
     if (status.entry) {
       auto entry = co_await queue.show(*status.entry);
       if (entry) {
         const bool waits = entry->listing.state == EntryState::waiting;
-        if (!waits && status.cause != to_string(HoldCause::look)) choice = HeadChoice::skip;
+        if (!waits && status.cause != HoldCause::look) choice = HeadChoice::skip;
         about = fmt::format("entry {} ({} on {}): ", entry->listing.entry,
                             entry->listing.protocol_name, entry->listing.specimen_name);
       }
     }
-    out_.troubles.push_back(
-        fmt::format("{}the queue held ({}): {}", about, status.cause, status.why));
+    out_.troubles.push_back(fmt::format("{}the queue held ({}): {}", about,
+                                        status.cause ? to_string(*status.cause) : "", status.why));
     auto started = co_await queue.start(choice, person_);
     if (!started && status.count > 0) failure_ = started.error();
   }
@@ -232,14 +232,14 @@ class BatchRehearsal {
     out.repeat = listing.repeat;
     out.protocol = listing.protocol_name;
     out.specimen = listing.specimen_name;
-    out.state = to_string(listing.state);
+    out.state = listing.state;
     for (const std::int64_t run : listing.runs) {
       auto summary = summarise_run(db, run);
       if (!summary) return fail(summary.error());
       auto stored = get_run_listing(db, run);
       if (!stored) return fail(stored.error());
       out.run = run;
-      out.exit_status = status_of(*stored);
+      out.exit_status = stored->exit_status;
       out.reason = stored->reason;
       out.measure_readings += summary->measure_readings;
       out.duration_s += summary->duration_s.value_or(0);

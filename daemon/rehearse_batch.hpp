@@ -30,15 +30,16 @@ struct RehearseBatchRequest {
 struct HandTime {
   double at_s = 0;  // since the queue was started
   std::int64_t entry = 0;
-  std::string kind;  // that of the gate, or "held"
+  std::optional<QueueGate> gate;  // nullopt: the queue held
   std::string prompt;
 };
 struct RehearsedEntry {
   std::int64_t position = 0, entry = 0, line = 0, repeat = 0;
   std::string protocol, specimen;
-  std::string state;  // of the entry at the end
+  EntryState state = EntryState::waiting;  // of the entry at the end
   std::optional<std::int64_t> run;
-  std::string exit_status, reason;  // of the run
+  std::optional<ExitStatus> exit_status;  // of the run
+  std::string reason;
   std::int64_t measure_readings = 0;
   double duration_s = 0;
   std::int64_t acts = 0;  // of a person inside its runs: weights, confirmations, answers

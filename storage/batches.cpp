@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/enum_words.hpp"
 #include "base/text.hpp"
 #include "storage/queue_rows.hpp"
 
@@ -18,7 +19,7 @@ StoredBatch read_batch(const Statement& s) {
   out.batch = s.integer(0);
   out.name = s.text(1);
   out.file_name = s.text(2);
-  out.order = s.text(3);
+  out.order = parse_word(s.text(3), BatchOrder::random).value_or(BatchOrder::random);
   out.seed = s.optional_integer(4);
   out.added_by = s.text(5);
   out.added_unix_ns = s.integer(6);
@@ -40,8 +41,8 @@ Result<std::int64_t> insert_batch(const Database& db, const StoredBatch& batch,
   auto stored = db.change(
       "INSERT INTO batch (name, file_name, file_sha256, run_order, seed, added_by, added_uid,"
       " added_unix_ns) VALUES (?,?,?,?,?,?,?,?)",
-      batch.name, batch.file_name, *text, batch.order, batch.seed, who.user, who.uid.value_or(-1),
-      who.now_unix_ns);
+      batch.name, batch.file_name, *text, to_string(batch.order), batch.seed, who.user,
+      who.uid.value_or(-1), who.now_unix_ns);
   if (!stored) return fail(stored.error());
   return db.last_insert_id();
 }

@@ -17,7 +17,7 @@ namespace lcrig {
 struct StoredBatch {
   std::int64_t batch = 0;
   std::string name, file_name;
-  std::string order;  // "given", "blocks" or "random"
+  BatchOrder order = BatchOrder::given;
   std::optional<std::int64_t> seed;  // of an order that was drawn
   std::string added_by;
   std::int64_t added_unix_ns = 0;

@@ -11,13 +11,10 @@
 #include <string_view>
 #include <vector>
 
+#include "base/queue_words.hpp"
 #include "storage/sqlite.hpp"
 
 namespace lcrig {
-
-// In the queue: the first four. `running`, `interrupted` and `failed` are at its head only.
-enum class EntryState { waiting, running, interrupted, failed, done, skipped, removed };
-std::string_view to_string(EntryState state);
 
 // A run that somebody wants, with the texts as they are now.
 struct QueuedRun {
@@ -54,7 +51,8 @@ struct QueueLock {
 };
 struct QueueState {
   bool going = false;
-  std::string held_cause, held_why;  // when it does not go
+  std::optional<HoldCause> held;  // when it does not go
+  std::string held_why;
   std::int64_t failures_in_row = 0;
   std::optional<std::string> on_rig;  // specimen; nullopt: nobody knows
   std::optional<QueueLock> lock;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/enum_words.hpp"
 #include "storage/queue.hpp"
 #include "storage/queue_rows.hpp"
 
@@ -50,7 +51,7 @@ QueueAct read_queue_act(const Statement& s) {
 QueueState read_queue_state(const Statement& s) {
   QueueState out;
   out.going = s.integer(0) != 0;
-  out.held_cause = s.text(1);
+  out.held = parse_word(s.text(1), HoldCause::bug);
   out.held_why = s.text(2);
   out.failures_in_row = s.integer(3);
   if (!s.is_null(4)) out.on_rig = s.text(4);
@@ -85,11 +86,7 @@ Error no_such_entry(std::int64_t entry) {
 }  // namespace
 
 EntryState read_entry_state(std::string_view word) {
-  EntryState out = EntryState::removed;
-  while (to_string(out) != word && out != EntryState::waiting) {
-    out = static_cast<EntryState>(static_cast<int>(out) - 1);
-  }
-  return out;
+  return parse_word(word, EntryState::removed).value_or(EntryState::waiting);
 }
 
 Result<QueueState> get_queue_state(const Database& db) {

@@ -13,8 +13,9 @@ QueueActor itself(std::int64_t now_unix_ns) {
   return out;
 }
 
-Result<> set_held(const Database& db, std::string_view cause, std::string_view why) {
-  return db.change("UPDATE queue_state SET going = 0, held_cause = ?, held_why = ?", cause, why);
+Result<> set_held(const Database& db, HoldCause cause, std::string_view why) {
+  return db.change("UPDATE queue_state SET going = 0, held_cause = ?, held_why = ?",
+                   to_string(cause), why);
 }
 
 Result<> set_entry_state(const Database& db, std::int64_t entry, EntryState state) {
@@ -126,13 +127,13 @@ Result<> end_queue_entry(const Database& db, std::int64_t entry, const EntryEnd&
   if (auto r = set_entry_state(db, entry, end.state); !r) return r;
   auto counted = db.change("UPDATE queue_state SET failures_in_row = ?", end.failures_in_row);
   if (!counted) return counted;
-  if (!end.goes_on) {
-    if (auto r = set_held(db, end.cause, end.why); !r) return r;
+  if (end.hold) {
+    if (auto r = set_held(db, *end.hold, end.why); !r) return r;
   }
   const auto words =
       fmt::format("{}{}{}", to_string(end.state), end.detail.empty() ? "" : ": ", end.detail);
   if (auto r = append_queue_act(db, "end", entry, words, who); !r) return r;
-  if (!end.goes_on) {
+  if (end.hold) {
     if (auto r = append_queue_act(db, "hold", entry, end.why, who); !r) return r;
   }
   return transaction->commit();
@@ -155,7 +156,7 @@ Result<> start_queue(const Database& db, HeadChoice choice, const QueueActor& wh
   return transaction->commit();
 }
 
-Result<> hold_queue(const Database& db, std::string_view cause, std::string_view why,
+Result<> hold_queue(const Database& db, HoldCause cause, std::string_view why,
                     const QueueActor& who) {
   auto transaction = Transaction::begin(db);
   if (!transaction) return fail(transaction.error());
@@ -183,7 +184,7 @@ Result<bool> settle_queue(const Database& db, std::int64_t now_unix_ns) {
   }
   if (queue->going) {
     constexpr std::string_view kWhy = "lcrigd was restarted: nothing starts by itself";
-    if (auto r = set_held(db, "restart", kWhy); !r) return fail(r.error());
+    if (auto r = set_held(db, HoldCause::restart, kWhy); !r) return fail(r.error());
     if (auto r = append_queue_act(db, "hold", std::nullopt, kWhy, who); !r) return fail(r.error());
   }
   // A person who restarted the daemon may have changed the specimen, too.

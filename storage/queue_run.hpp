@@ -22,21 +22,18 @@ Result<> note_specimen_of_run(const Database& db, std::string_view specimen);
 // The new state of the head after an attempt, or after it could not be begun.
 struct EntryEnd {
   EntryState state = EntryState::failed;
-  bool goes_on = false;
-  std::string cause, why;  // of a queue that does not go on
+  std::optional<HoldCause> hold;  // nullopt: the queue goes on
+  std::string why;  // it holds
   std::int64_t failures_in_row = 0;
   std::string detail;  // for the history
 };
 Result<> end_queue_entry(const Database& db, std::int64_t entry, const EntryEnd& end,
                          const QueueActor& who);
 
-// The choice for a head that was interrupted or failed.
-enum class HeadChoice { none, resume, repeat, skip };
-std::string_view to_string(HeadChoice choice);
 // Errors: invalid_request when the head needs a choice, or another one; io.
 Result<> start_queue(const Database& db, HeadChoice choice, const QueueActor& who);
 // A queue that does not go keeps its reason.
-Result<> hold_queue(const Database& db, std::string_view cause, std::string_view why,
+Result<> hold_queue(const Database& db, HoldCause cause, std::string_view why,
                     const QueueActor& who);
 
 // After a daemon ended without ending its entry, however that was: a run that had ended tells how

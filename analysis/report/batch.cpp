@@ -199,7 +199,7 @@ Result<BatchReport> load_batch_report(const Database& db, std::string_view name,
 nlohmann::json to_json(const BatchReport& report) {
   nlohmann::json out{{"batch", report.batch.name},
                      {"file", report.batch.file_name},
-                     {"order", report.batch.order},
+                     {"order", to_string(report.batch.order)},
                      {"confidence", report.confidence}};
   out["seed"] = nullptr;
   if (report.batch.seed) out["seed"] = *report.batch.seed;

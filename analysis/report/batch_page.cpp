@@ -17,7 +17,8 @@ namespace {
 
 std::string order_of(const StoredBatch& batch) {
   if (!batch.seed) return "in the order of the table";
-  return fmt::format("{}, seed {}", batch.order == "blocks" ? "in blocks" : "in random order",
+  return fmt::format("{}, seed {}",
+                     batch.order == BatchOrder::blocks ? "in blocks" : "in random order",
                      *batch.seed);
 }
 

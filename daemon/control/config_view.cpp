@@ -3,10 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <utility>
+
+#include "daemon/control/fields.hpp"
 
 namespace lcrig {
 
@@ -14,62 +13,22 @@ using nlohmann::json;
 
 namespace {
 
-constexpr std::array<std::pair<ConfigSource, std::string_view>, 3> kSources{
-    {{ConfigSource::built_in, "default"},
-     {ConfigSource::file, "file"},
-     {ConfigSource::command_line, "command line"}}};
-constexpr std::array<std::pair<ConfigEffect, std::string_view>, 3> kEffects{
-    {{ConfigEffect::at_once, "at once"},
-     {ConfigEffect::when_idle, "when idle"},
-     {ConfigEffect::restart, "restart"}}};
+void value_field(FieldWriter& f, const ConfigValue& value) {
+  const auto* number = std::get_if<double>(&value);
+  const auto* text = std::get_if<std::string>(&value);
+  f.put("value", number != nullptr ? json(*number) : text != nullptr ? json(*text) : json());
+}
 
-template <class Table, class E>
-std::string_view word_of(const Table& table, E value) {
-  for (const auto& [each, word] : table) {
-    if (each == value) return word;
+void value_field(ParamsReader& in, ConfigValue& value) {
+  const json* found = in.member("value");
+  if (found == nullptr) return;
+  if (found->is_number()) {
+    value = found->get<double>();
+  } else if (found->is_string()) {
+    value = found->get<std::string>();
+  } else {
+    in.refuse("value", "expected a number, a string or null");
   }
-  return {};
-}
-template <class Table, class E>
-bool parse_word(const Table& table, const json& word, E& out) {
-  for (const auto& [each, text] : table) {
-    if (!word.is_string() || word.get<std::string>() != text) continue;
-    out = each;
-    return true;
-  }
-  return false;
-}
-
-json json_of(const ConfigValue& value) {
-  if (const auto* number = std::get_if<double>(&value)) return *number;
-  if (const auto* text = std::get_if<std::string>(&value)) return *text;
-  return nullptr;
-}
-
-std::optional<ConfigValue> value_of(const json& value) {
-  if (value.is_null()) return ConfigValue();
-  if (value.is_number()) return ConfigValue(value.get<double>());
-  if (value.is_string()) return ConfigValue(value.get<std::string>());
-  return std::nullopt;
-}
-
-std::optional<ConfigKeyView> parse_key(const json& key) {
-  ConfigKeyView out;
-  if (!key.is_object() || !key.contains("key") || !key["key"].is_string()) return std::nullopt;
-  out.key = key["key"].get<std::string>();
-  const auto value = value_of(key.value("value", json()));
-  if (!value || !parse_word(kSources, key.value("source", json()), out.source)) return std::nullopt;
-  out.value = *value;
-  const json waiting = key.value("waiting", json());
-  if (waiting.is_null()) return out;
-  if (!waiting.is_object()) return std::nullopt;
-  const auto later = value_of(waiting.value("value", json()));
-  if (!later || !parse_word(kEffects, waiting.value("for", json()), out.effect)) {
-    return std::nullopt;
-  }
-  out.waits = true;
-  out.waiting = *later;
-  return out;
 }
 
 }  // namespace
@@ -81,48 +40,44 @@ std::string to_text(const ConfigValue& value) {
 }
 
 std::string_view to_string(ConfigSource source) {
-  return word_of(kSources, source);
+  constexpr std::string_view kWords[] = {"default", "file", "command line"};
+  return kWords[static_cast<std::size_t>(source)];
 }
 
 std::string_view to_string(ConfigEffect effect) {
-  return word_of(kEffects, effect);
+  constexpr std::string_view kWords[] = {"at once", "when idle", "restart"};
+  return kWords[static_cast<std::size_t>(effect)];
+}
+
+template <class F>
+void fields(F& f, Of<F, WaitingValue>& w) {
+  value_field(f, w.value);
+  f.word("for", w.effect, ConfigEffect::restart, true);
+}
+
+template <class F>
+void fields(F& f, Of<F, ConfigKeyView>& k) {
+  f.text("key", k.key, true);
+  value_field(f, k.value);
+  f.word("source", k.source, ConfigSource::command_line, true);
+  f.object("waiting", k.waiting);
+}
+
+template <class F>
+void fields(F& f, Of<F, ConfigView>& v) {
+  f.text("file", v.file, true);
+  f.boolean("of_daemon", v.of_daemon);
+  f.text_or_null("refused", v.refused);
+  f.texts("warnings", v.warnings);
+  f.list("keys", v.keys);
 }
 
 json to_json(const ConfigView& view) {
-  json keys = json::array();
-  for (const auto& k : view.keys) {
-    json key{{"key", k.key}, {"value", json_of(k.value)}, {"source", to_string(k.source)}};
-    key["waiting"] = nullptr;
-    if (k.waits) {
-      key["waiting"] = json{{"value", json_of(k.waiting)}, {"for", to_string(k.effect)}};
-    }
-    keys.push_back(std::move(key));
-  }
-  json out{{"file", view.file}, {"of_daemon", view.of_daemon}, {"warnings", view.warnings}};
-  out["refused"] = view.refused.empty() ? json(nullptr) : json(view.refused);
-  out["keys"] = std::move(keys);
-  return out;
+  return written(view);
 }
 
 Result<ConfigView> parse_config_view(const json& value) {
-  const auto garbled = [] { return fail(Errc::garbled, "the daemon's configuration is garbled"); };
-  ConfigView out;
-  if (!value.is_object() || !value.contains("keys") || !value["keys"].is_array()) return garbled();
-  const json file = value.value("file", json()), refused = value.value("refused", json());
-  if (!file.is_string()) return garbled();
-  out.file = file.get<std::string>();
-  out.of_daemon = value.value("of_daemon", json()) == json(true);
-  if (refused.is_string()) out.refused = refused.get<std::string>();
-  for (const json& warning : value.value("warnings", json::array())) {
-    if (!warning.is_string()) return garbled();
-    out.warnings.push_back(warning.get<std::string>());
-  }
-  for (const json& each : value["keys"]) {
-    auto key = parse_key(each);
-    if (!key) return garbled();
-    out.keys.push_back(std::move(*key));
-  }
-  return out;
+  return read_answer<ConfigView>(value);
 }
 
 }  // namespace lcrig

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -23,14 +24,17 @@ std::string_view to_string(ConfigSource source);
 enum class ConfigEffect { at_once, when_idle, restart };
 std::string_view to_string(ConfigEffect effect);
 
+// A value that the daemon has not taken yet.
+struct WaitingValue {
+  ConfigValue value;
+  ConfigEffect effect = ConfigEffect::at_once;
+};
+
 struct ConfigKeyView {
   std::string key;  // "frame.stiffness_N_mm"
   ConfigValue value;
   ConfigSource source = ConfigSource::built_in;
-  // The file has another one, which waits.
-  bool waits = false;
-  ConfigValue waiting;
-  ConfigEffect effect = ConfigEffect::at_once;
+  std::optional<WaitingValue> waiting;  // the value in the file, when it is another one
 };
 
 struct ConfigView {

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/queue_words.hpp"
 #include "base/result.hpp"
 #include "daemon/run_request.hpp"
 #include "protocols/run/sink.hpp"
@@ -77,7 +78,7 @@ enum class LearnedBy {
 std::string_view to_string(LearnedBy l);
 
 struct InstrumentState {
-  std::string name;  // "lcr", "frame"
+  Instrument which = Instrument::lcr;
   std::string port;
   InstrumentCondition condition = InstrumentCondition::unasked;
   std::string why;  // it is unasked, absent or at fault; in words
@@ -99,12 +100,12 @@ struct ResumableRun {
 // The queue at a glance (docs/queue.md).
 struct QueueStatus {
   bool going = false;
-  std::string cause, why;  // when it does not go: a word of HoldCause (queue/decide.hpp)
+  std::optional<HoldCause> cause;  // when it does not go
+  std::string why;
   std::int64_t count = 0;  // of the entries in it
   std::optional<std::int64_t> entry;  // the first of them
-  // What the first entry waits for, and in words: a gate ("specimen", "probe", "fixture",
-  // "stranger" or "person", Gate::Kind in queue/decide.hpp), or "time". Empty: nothing.
-  std::string gate, prompt;
+  std::optional<QueueGate> gate;  // that it waits for; none also of a kind that is not known here
+  std::string prompt;  // the same in words; empty: it waits for nothing
   std::string locked_by;  // empty: nobody
 };
 

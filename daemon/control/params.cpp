@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/params.hpp"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "base/decimal.hpp"
 #include "daemon/control/messages.hpp"
@@ -18,8 +22,29 @@ ParamsReader::ParamsReader(const nlohmann::json& object, std::string where)
 }
 
 void ParamsReader::expected(const char* key, const char* what, const nlohmann::json& got) {
-  fail_with(Error(Errc::invalid_request,
-                  fmt::format("{}: expected {}, got {}", pointer(key), what, got.type_name())));
+  refuse(key, fmt::format("expected {}, got {}", what, got.type_name()));
+}
+
+void ParamsReader::expected_word(const char* key, const std::vector<std::string>& words) {
+  const auto but_last = std::span(words).first(words.size() - 1);
+  refuse(key, fmt::format("expected {} or {}", fmt::join(but_last, ", "), words.back()));
+}
+
+void ParamsReader::inside(const char* key, const Read& read) {
+  ParamsReader inner(object_.at(key), pointer(key));
+  read(inner);
+  if (inner.error_) fail_with(*inner.error_);
+}
+
+void ParamsReader::each(const char* key, const Read& read) {
+  const auto* list = member(key);
+  if (list == nullptr) return;
+  if (!list->is_array()) return expected(key, "an array", *list);
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    ParamsReader inner((*list)[i], fmt::format("{}/{}", pointer(key), i));
+    read(inner);
+    if (inner.error_) fail_with(*inner.error_);
+  }
 }
 
 const nlohmann::json* ParamsReader::find(const char* key, bool required) {
@@ -27,9 +52,7 @@ const nlohmann::json* ParamsReader::find(const char* key, bool required) {
   if (!object_.is_object()) return nullptr;
   const auto it = object_.find(key);
   if (it != object_.end()) return &*it;
-  if (required) {
-    fail_with(Error(Errc::invalid_request, fmt::format("{}: is missing", pointer(key))));
-  }
+  if (required) refuse(key, "is missing");
   return nullptr;
 }
 
@@ -47,6 +70,20 @@ void ParamsReader::text(const char* key, std::string& out, bool required, std::s
   if (auto good = check_text(pointer(key), out, most); !good) fail_with(good.error());
 }
 
+void ParamsReader::text_or_null(const char* key, std::string& out) {
+  if (member(key) != nullptr) text(key, out);
+}
+
+void ParamsReader::texts(const char* key, std::vector<std::string>& out) {
+  const auto* value = member(key);
+  if (value == nullptr) return;
+  const auto is_text = [](const nlohmann::json& each) { return each.is_string(); };
+  if (!value->is_array() || !std::ranges::all_of(*value, is_text)) {
+    return expected(key, "an array of strings", *value);
+  }
+  out = value->get<std::vector<std::string>>();
+}
+
 void ParamsReader::integer(const char* key, std::int64_t& out, bool required) {
   const auto* value = find(key, required);
   if (value == nullptr) return;
@@ -56,6 +93,10 @@ void ParamsReader::integer(const char* key, std::int64_t& out, bool required) {
                          static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()));
   if (!fits) return expected(key, "a whole number", *value);
   out = value->get<std::int64_t>();
+}
+
+void ParamsReader::integer(const char* key, std::optional<std::int64_t>& out) {
+  if (member(key) != nullptr) integer(key, out.emplace());
 }
 
 void ParamsReader::boolean(const char* key, bool& out) {

@@ -4,16 +4,21 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
+#include "base/enum_words.hpp"
 #include "base/result.hpp"
 #include "base/text.hpp"
 #include "protocols/file/parse.hpp"
 
 namespace lcrig {
+
+struct RunRequest;
 
 // Reads members into fields; the first failure is kept and returned by `finish`. `object` must
 // outlive the reader.
@@ -25,18 +30,69 @@ class ParamsReader {
   // A member that is absent leaves `out` as it is, unless it is required.
   // `most`: if given, the text has at most so many bytes and no NUL (base/text.hpp).
   void text(const char* key, std::string& out, bool required = false, std::size_t most = SIZE_MAX);
+  // The same; null is the empty text.
+  void text_or_null(const char* key, std::string& out);
+  void text_or_absent(const char* key, std::string& out, std::size_t most = SIZE_MAX) {
+    text(key, out, false, most);
+  }
+  void texts(const char* key, std::vector<std::string>& out);
   void integer(const char* key, std::int64_t& out, bool required = false);
+  // null and absent are both "no value".
+  void integer(const char* key, std::optional<std::int64_t>& out);
   void number(const char* key, double& out, bool required = false);
   void boolean(const char* key, bool& out);
   // null and absent are both "no value". `power` converts to SI: 10^power.
   void quantity(const char* key, std::optional<double>& out, int power);
   // An object of numbers, or of strings that hold one as somebody typed it.
   void numbers(const char* key, ParameterValues& out);
+  // A word of an enumeration, whose last value is `last`.
+  template <class E>
+  void word(const char* key, E& out, E last, bool required = false) {
+    std::string text(to_string(out));
+    this->text(key, text, required);
+    if (const auto known = parse_word(text, last)) {
+      out = *known;
+    } else {
+      expected_word(key, words_up_to(last));
+    }
+  }
+  // The same, or none: null.
+  template <class E>
+  void word_or_null(const char* key, std::optional<E>& out, E last) {
+    std::string text;
+    text_or_null(key, text);
+    if (text.empty()) return;
+    word(key, out.emplace(), last);
+  }
+  // The same for the empty word, and for one that only newer daemons know.
+  template <class E>
+  void word_or_empty(const char* key, std::optional<E>& out, E last) {
+    std::string text;
+    this->text(key, text);
+    out = parse_word(text, last);
+  }
+  // An object that `fill` reads, or whose members `fields` names (fields.hpp).
+  template <class T, class Fill>
+  void object(const char* key, std::optional<T>& out, Fill fill) {
+    if (member(key) != nullptr) inside(key, [&](ParamsReader& f) { fill(f, out.emplace()); });
+  }
+  template <class T>
+  void object(const char* key, std::optional<T>& out) {
+    object(key, out, [](ParamsReader& f, T& inner) { fields(f, inner); });
+  }
+  template <class T>
+  void list(const char* key, std::vector<T>& out) {
+    each(key, [&out](ParamsReader& f) { fields(f, out.emplace_back()); });
+  }
   // The member for the caller to read, or nullptr when it is absent or null.
   const nlohmann::json* member(const char* key);
   std::string pointer(const char* key) const { return where_ + "/" + key; }
   void fail_with(Error error) {
     if (!error_) error_ = std::move(error);
+  }
+  // What is wrong with a member: "expected 1 to 100".
+  void refuse(const char* key, std::string_view why) {
+    fail_with(Error(Errc::invalid_request, fmt::format("{}: {}", pointer(key), why)));
   }
 
   // Refuses members that nobody asked for.
@@ -46,11 +102,18 @@ class ParamsReader {
  private:
   const nlohmann::json* find(const char* key, bool required);
   void expected(const char* key, const char* what, const nlohmann::json& got);
+  void expected_word(const char* key, const std::vector<std::string>& words);
+  using Read = std::function<void(ParamsReader&)>;
+  void inside(const char* key, const Read& read);
+  void each(const char* key, const Read& read);
 
   const nlohmann::json& object_;
   std::string where_;
   std::set<std::string> known_;
   std::optional<Error> error_;
 };
+
+// The members of a RunRequest; messages.cpp writes them.
+void read_run_request(ParamsReader& in, RunRequest& out);
 
 }  // namespace lcrig

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/queue_messages.hpp"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
-#include "daemon/control/params.hpp"
+#include "daemon/control/fields.hpp"
 
 namespace lcrig {
 
@@ -44,7 +43,7 @@ json to_json(const QueueListing& e) {
 json to_json(const EntryBatch& b) {
   json out{{"name", b.batch.name},
            {"file", b.batch.file_name},
-           {"order", b.batch.order},
+           {"order", to_string(b.batch.order)},
            {"position", b.position},
            {"of", b.of},
            {"line", b.line},
@@ -58,8 +57,7 @@ void read_files(ParamsReader& in, const char* key, std::map<std::string, BatchFi
   const json* files = in.member(key);
   if (files == nullptr) return;
   if (!files->is_object()) {
-    in.fail_with(Error(Errc::invalid_request, in.pointer(key) + ": expected an object"));
-    return;
+    return in.refuse(key, "expected an object");
   }
   for (const auto& [word, value] : files->items()) {
     ParamsReader file(value, in.pointer(key) + "/" + printable(word, 60));
@@ -87,36 +85,29 @@ void read_place(ParamsReader& in, QueuePlace& out) {
     if (auto ok = inner.finish(); !ok) in.fail_with(ok.error());
     return;
   }
-  in.fail_with(Error(Errc::invalid_request,
-                     in.pointer("place") +
-                         R"(: expected "first", "last", {"before": ENTRY} or {"after": ENTRY})"));
+  in.refuse("place", R"(expected "first", "last", {"before": ENTRY} or {"after": ENTRY})");
 }
 
 }  // namespace
 
-json to_json(const EntryPlan& p) {
-  json out{{"measure_readings", p.measure_readings},
-           {"bytes", p.bytes},
-           {"peak_force_N", p.peak_force_N},
-           {"moves", p.moves},
-           {"why_not", p.why_not}};
-  out["duration_s"] = or_null(p.duration_s);
-  return out;
+template <class F>
+void fields(F& f, Of<F, EntryPlan>& p) {
+  f.integer("measure_readings", p.measure_readings);
+  f.integer("bytes", p.bytes);
+  f.number("peak_force_N", p.peak_force_N);
+  f.boolean("moves", p.moves);
+  f.text("why_not", p.why_not);
+  f.quantity("duration_s", p.duration_s, 0);
+}
+
+json to_json(const EntryPlan& plan) {
+  return written(plan);
 }
 
 EntryPlan parse_entry_plan(std::string_view json_text) {
-  const json value = json::parse(json_text, nullptr, false);
-  EntryPlan out, unknown;
+  EntryPlan unknown;
   unknown.why_not = "its plan is not stored";
-  if (!value.is_object()) return unknown;
-  ParamsReader in(value, "plan");
-  in.integer("measure_readings", out.measure_readings);
-  in.integer("bytes", out.bytes);
-  in.number("peak_force_N", out.peak_force_N);
-  in.boolean("moves", out.moves);
-  in.text("why_not", out.why_not);
-  in.quantity("duration_s", out.duration_s, 0);
-  return in.finish() ? out : unknown;
+  return read_answer<EntryPlan>(json::parse(json_text, nullptr, false)).value_or(unknown);
 }
 
 json to_json(const QueueAdded& added) {
@@ -163,80 +154,47 @@ json to_json(const QueueAct& a) {
 }
 
 Result<QueueAdd> parse_queue_add(const json& params) {
-  QueueAdd out;
-  ParamsReader in(params, "/params");
-  in.text("protocol", out.run.protocol_name, true, kNameMax);
-  in.text("protocol_text", out.run.protocol_text);
-  in.numbers("parameters", out.run.parameters);
-  in.text("specimen", out.run.specimen_name, true, kNameMax);
-  in.text("specimen_text", out.run.specimen_text);
-  in.text("operator", out.run.operator_name, false, kNameMax);
-  in.text("note", out.run.note, false, kNoteMax);
-  read_place(in, out.place);
-  read_terms(in, out.terms);
-  in.refuse_unknown();
-  if (auto ok = in.finish(); !ok) return fail(ok.error());
-  return out;
+  return read_params<QueueAdd>(params, [](ParamsReader& in, QueueAdd& out) {
+    read_run_request(in, out.run);
+    read_place(in, out.place);
+    read_terms(in, out.terms);
+  });
 }
 
 Result<BatchAdd> parse_batch_add(const json& params) {
-  BatchAdd out;
-  ParamsReader in(params, "/params");
-  in.text("name", out.name, true, kNameMax);
-  in.text("file", out.file_name, true, kNameMax);
-  in.text("table", out.table, true);
-  std::string order(to_string(out.order));
-  in.text("order", order);
-  const auto known = parse_batch_order(order);
-  if (known) out.order = *known;
-  if (!known) {
-    in.fail_with(
-        Error(Errc::invalid_request, in.pointer("order") + ": expected given, blocks or random"));
-  }
-  in.integer("seed", out.seed, known && *known != BatchOrder::given);
-  if (out.name.empty()) {
-    in.fail_with(Error(Errc::invalid_request, in.pointer("name") + ": is empty"));
-  }
-  read_files(in, "protocols", out.protocols);
-  read_files(in, "specimens", out.specimens);
-  in.text("operator", out.operator_name, false, kNameMax);
-  read_place(in, out.place);
-  read_terms(in, out.terms);
-  in.refuse_unknown();
-  if (auto ok = in.finish(); !ok) return fail(ok.error());
-  return out;
+  return read_params<BatchAdd>(params, [](ParamsReader& in, BatchAdd& out) {
+    in.text("name", out.name, true, kNameMax);
+    in.text("file", out.file_name, true, kNameMax);
+    in.text("table", out.table, true);
+    in.word("order", out.order, BatchOrder::random);
+    in.integer("seed", out.seed, out.order != BatchOrder::given);
+    if (out.name.empty()) in.refuse("name", "is empty");
+    read_files(in, "protocols", out.protocols);
+    read_files(in, "specimens", out.specimens);
+    in.text("operator", out.operator_name, false, kNameMax);
+    read_place(in, out.place);
+    read_terms(in, out.terms);
+  });
 }
 
 Result<QueueMove> parse_queue_move(const json& params) {
-  QueueMove out;
-  ParamsReader in(params, "/params");
-  in.integer("entry", out.entry, true);
-  if (in.member("place") == nullptr) {
-    in.fail_with(Error(Errc::invalid_request, in.pointer("place") + ": is missing"));
-  }
-  read_place(in, out.place);
-  in.refuse_unknown();
-  if (auto ok = in.finish(); !ok) return fail(ok.error());
-  return out;
+  return read_params<QueueMove>(params, [](ParamsReader& in, QueueMove& out) {
+    in.integer("entry", std::get<std::int64_t>(out), true);
+    if (in.member("place") == nullptr) in.refuse("place", "is missing");
+    read_place(in, std::get<QueuePlace>(out));
+  });
 }
 
 Result<QueueRange> parse_queue_range(const json& params, const char* from) {
-  QueueRange out;
-  ParamsReader in(params, "/params");
-  if (in.member("entry") != nullptr) in.integer("entry", out.entry.emplace());
-  in.integer(from, out.from);
-  in.integer("most", out.most);
-  if (out.most < 1 || out.most > kQueuePageMax) {
-    in.fail_with(Error(Errc::invalid_request,
-                       fmt::format("{}: expected 1 to {}", in.pointer("most"), kQueuePageMax)));
-  }
-  if (out.from < 0) {
-    in.fail_with(
-        Error(Errc::invalid_request, fmt::format("{}: expected 0 or more", in.pointer(from))));
-  }
-  in.refuse_unknown();
-  if (auto ok = in.finish(); !ok) return fail(ok.error());
-  return out;
+  return read_params<QueueRange>(params, [from](ParamsReader& in, QueueRange& out) {
+    in.integer("entry", out.entry);
+    in.integer(from, out.from);
+    in.integer("most", out.most);
+    if (out.most < 1 || out.most > kQueuePageMax) {
+      in.refuse("most", fmt::format("expected 1 to {}", kQueuePageMax));
+    }
+    if (out.from < 0) in.refuse(from, "expected 0 or more");
+  });
 }
 
 }  // namespace lcrig

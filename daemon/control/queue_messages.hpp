@@ -4,6 +4,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <tuple>
 
 #include "daemon/control/queue_handler.hpp"
 
@@ -21,10 +22,7 @@ nlohmann::json to_json(const QueueAct& act);
 // Params of requests. Errors: invalid_request with the JSON pointer.
 Result<QueueAdd> parse_queue_add(const nlohmann::json& params);
 Result<BatchAdd> parse_batch_add(const nlohmann::json& params);
-struct QueueMove {
-  std::int64_t entry = 0;
-  QueuePlace place;
-};
+using QueueMove = std::tuple<std::int64_t, QueuePlace>;  // an entry, and where it goes
 Result<QueueMove> parse_queue_move(const nlohmann::json& params);
 struct QueueRange {
   std::optional<std::int64_t> entry;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/queue/decide.hpp"
 
-#include <array>
 #include <cmath>
 
 #include "base/text.hpp"
@@ -51,7 +50,7 @@ Aftermath held(Aftermath after, HoldCause cause, std::string why) {
   return after;
 }
 
-Gate gate_for(Gate::Kind kind, const HeadFacts& head, std::string expected, std::string prompt) {
+Gate gate_for(QueueGate kind, const HeadFacts& head, std::string expected, std::string prompt) {
   Gate out;
   out.kind = kind;
   out.entry = head.entry;
@@ -70,19 +69,19 @@ std::string exchange_words(const std::optional<std::string>& before, const std::
 std::optional<Gate> gate_of_setup(const QueueFacts& facts, const HeadFacts& head) {
   const auto& terms = head.terms;
   if (facts.on_rig != head.specimen) {
-    return gate_for(Gate::Kind::specimen, head, head.specimen,
+    return gate_for(QueueGate::specimen, head, head.specimen,
                     exchange_words(facts.on_rig, head.specimen));
   }
   if (!terms.probe.empty() && facts.probe != terms.probe) {
-    return gate_for(Gate::Kind::probe, head, terms.probe,
+    return gate_for(QueueGate::probe, head, terms.probe,
                     "probe: " + exchange_words(facts.probe, terms.probe));
   }
   if (!terms.fixture.empty() && facts.fixture != terms.fixture) {
-    return gate_for(Gate::Kind::fixture, head, terms.fixture,
+    return gate_for(QueueGate::fixture, head, terms.fixture,
                     "fixture: " + exchange_words(facts.fixture, terms.fixture));
   }
   if (!facts.stranger) return std::nullopt;
-  return gate_for(Gate::Kind::stranger, head, head.specimen,
+  return gate_for(QueueGate::stranger, head, head.specimen,
                   fmt::format("{}; look what is on the rig, put {} on, then type its name",
                               *facts.stranger, head.specimen));
 }
@@ -124,15 +123,6 @@ Aftermath as_terms_say(const EntryOutcome& outcome, const QueueTerms& terms, std
 
 }  // namespace
 
-std::string_view to_string(HoldCause cause) {
-  constexpr std::array<std::string_view, 15> kWords{
-      "not_started",       "person",      "restart",     "empty",
-      "not_standing",      "left_loaded", "frame_fault", "limit",
-      "other_instrument",  "aborted",     "failure",     "look",
-      "too_many_failures", "clock_step",  "bug"};
-  return kWords[static_cast<std::size_t>(cause)];
-}
-
 HoldCause cause_of(Hazard hazard) {
   switch (hazard) {
     case Hazard::not_standing: return HoldCause::not_standing;
@@ -142,12 +132,6 @@ HoldCause cause_of(Hazard hazard) {
     case Hazard::other_instrument: return HoldCause::other_instrument;
   }
   return HoldCause::bug;
-}
-
-std::string_view to_string(Gate::Kind kind) {
-  constexpr std::array<std::string_view, 5> kWords{"specimen", "probe", "fixture", "stranger",
-                                                   "person"};
-  return kWords[static_cast<std::size_t>(kind)];
 }
 
 BeginTime begin_time(const QueueTerms& terms, std::int64_t now_unix_s,
@@ -185,7 +169,7 @@ Result<> check_begin(const QueueTerms& terms, std::int64_t now_unix_s) {
 
 Result<> check_answer(const Gate& gate, std::string_view answer) {
   if (trimmed(answer) == gate.expected) return {};
-  if (gate.kind != Gate::Kind::person) {
+  if (gate.kind != QueueGate::person) {
     return fail(Errc::invalid_request,
                 "the next run needs `{}` on the rig, and not `{}`: nothing moves; put it on and "
                 "type its name, or take the entry out (`lcrig queue remove {}`)",
@@ -213,7 +197,7 @@ NextAct next_act(const QueueFacts& facts) {
   if (auto gate = gate_of_setup(facts, head)) return *std::move(gate);
   if (auto wait = wait_of(facts, head)) return *std::move(wait);
   if (head.moves && !head.terms.unattended && !facts.person_there) {
-    return gate_for(Gate::Kind::person, head, std::string(kYes),
+    return gate_for(QueueGate::person, head, std::string(kYes),
                     fmt::format("{} on {} moves the frame; type yes when you are at the rig",
                                 head.protocol, head.specimen));
   }

@@ -10,31 +10,12 @@
 #include <variant>
 
 #include "base/exit_status.hpp"
+#include "base/queue_words.hpp"
 #include "daemon/queue/hazard.hpp"
 #include "daemon/queue/terms.hpp"
-#include "storage/queue.hpp"
 
 namespace lcrig {
 
-// Why the queue does not go. A Hazard has a cause of its own name.
-enum class HoldCause {
-  not_started,
-  person,  // said so
-  restart,  // of lcrigd
-  empty,  // nothing is left in it
-  not_standing,
-  left_loaded,
-  frame_fault,
-  limit,
-  other_instrument,
-  aborted,  // a person or a signal stopped the run
-  failure,  // of an entry whose terms say so, or that no terms may decide on
-  look,  // the same: one more attempt once a person has looked
-  too_many_failures,
-  clock_step,  // somebody set the clock while an entry waited for a time
-  bug
-};
-std::string_view to_string(HoldCause cause);
 HoldCause cause_of(Hazard hazard);
 
 // The first entry, as far as it matters here.
@@ -70,18 +51,10 @@ Result<> check_begin(const QueueTerms& terms, std::int64_t now_unix_s);
 
 // Something that a person has to do before an entry begins.
 struct Gate {
-  enum class Kind {
-    specimen,  // put it on, and type its name
-    probe,
-    fixture,
-    stranger,  // its capacitance is not that of the specimen: look, and type the name all the same
-    person  // be there while the frame moves, and type "yes"
-  };
-  Kind kind = Kind::person;
+  QueueGate kind = QueueGate::person;
   std::int64_t entry = 0;
   std::string prompt, expected;
 };
-std::string_view to_string(Gate::Kind kind);
 // Errors: invalid_request, in words for who typed it. Nothing but the expected word opens a gate.
 Result<> check_answer(const Gate& gate, std::string_view answer);
 

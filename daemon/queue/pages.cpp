@@ -128,7 +128,7 @@ Result<QueueStatus> read_queue_at_rest(const Database& db) {
   QueueStatus out;
   out.count = *count;
   if (*head) out.entry = (*head)->entry;
-  out.cause = state->going ? "restart" : state->held_cause;
+  out.cause = state->going ? HoldCause::restart : state->held;
   out.why = state->going ? "lcrigd does not run" : state->held_why;
   if (state->lock) out.locked_by = state->lock->user;
   return out;

@@ -81,8 +81,7 @@ Result<std::optional<Aftermath>> settle_turn(const Database& db, std::int64_t en
   auto after = aftermath_of(outcome, *terms, listing->attempts, state->failures_in_row);
   EntryEnd stored;
   stored.state = after.entry;
-  stored.goes_on = !after.hold;
-  if (after.hold) stored.cause = to_string(*after.hold);
+  stored.hold = after.hold;
   stored.why = after.why;
   stored.failures_in_row = after.failures_in_row;
   stored.detail = outcome.reason;
@@ -240,7 +239,7 @@ void QueueRunner::show_look(const Look& look, const NextAct& next) {
   const std::string before = status_.prompt;
   QueueStatus now;
   now.going = look.state.going;
-  now.cause = look.state.held_cause;
+  now.cause = look.state.held;
   now.why = look.state.held_why;
   now.count = look.count;
   if (look.head) now.entry = look.head->entry;
@@ -248,11 +247,11 @@ void QueueRunner::show_look(const Look& look, const NextAct& next) {
   gate_.reset();
   if (gate != nullptr && !answering_) {
     gate_ = *gate;
-    now.gate = to_string(gate->kind);
+    now.gate = gate->kind;
     now.prompt = gate->prompt;
   }
   if (const WaitUntil* wait = std::get_if<WaitUntil>(&next)) {
-    now.gate = "time";
+    now.gate = QueueGate::time;
     now.prompt = wait->why;
   }
   status_ = std::move(now);
@@ -274,7 +273,7 @@ Task<> QueueRunner::hold_by_itself(HoldCause cause, std::string why) {
   }
   const QueueActor who = itself(clock_);
   const auto job = [cause, why, who](const Database& db) {
-    return hold_queue(db, to_string(cause), why, who);
+    return hold_queue(db, cause, why, who);
   };
   auto held = co_await store_.with(job);
   const std::uint64_t seen = wakes_;

@@ -37,7 +37,7 @@ class QueueRunner final : public QueueHandler {
   bool goes() const { return status_.going; }
   const QueueStatus& status() const { return status_; }
   // A gate waits for consent to a motion, and for nothing else.
-  bool awaits_consent() const { return gate_ && gate_->kind == Gate::Kind::person; }
+  bool awaits_consent() const { return gate_ && gate_->kind == QueueGate::person; }
 
   Task<Result<QueueAdded>> add(QueueAdd wanted, PeerCredentials peer) override;
   Task<Result<BatchAdded>> add_batch(BatchAdd wanted, PeerCredentials peer) override;

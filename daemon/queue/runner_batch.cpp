@@ -126,7 +126,7 @@ Result<std::vector<std::int64_t>> store_batch(const Database& db, const BatchAdd
   StoredBatch stored;
   stored.name = wanted.name;
   stored.file_name = wanted.file_name;
-  stored.order = to_string(wanted.order);
+  stored.order = wanted.order;
   if (wanted.order != BatchOrder::given) stored.seed = wanted.seed;
   QueuedRun run;
   std::size_t made = batch.rows.size();  // the row that `run` is made of

@@ -126,7 +126,7 @@ Task<Result<>> QueueRunner::start(HeadChoice choice, PeerCredentials peer) {
     auto look = look_at(db);
     if (!look) return fail(look.error());
     const bool looked = look->head && look->head->state == EntryState::failed &&
-                        look->state.held_cause == to_string(HoldCause::look);
+                        look->state.held == HoldCause::look;
     const bool repeats = looked && choice == HeadChoice::none;
     return start_queue(db, repeats ? HeadChoice::repeat : choice, who);
   };
@@ -144,7 +144,7 @@ Task<Result<>> QueueRunner::hold(std::string why, PeerCredentials peer) {
   const std::string words = why.empty() ? "by " + who.user : why + " (by " + who.user + ")";
   person_seen_.reset();
   const auto job = [&words, &who](const Database& db) {
-    return hold_queue(db, to_string(HoldCause::person), words, who);
+    return hold_queue(db, HoldCause::person, words, who);
   };
   auto held = co_await store_.with(job);
   co_await tell_change();
@@ -199,7 +199,7 @@ Task<Result<>> QueueRunner::answer(std::string text, std::optional<std::int64_t>
 Task<Result<>> QueueRunner::store_answer(Gate gate, PeerCredentials peer) {
   const QueueActor who = co_await actor(std::move(peer));
   const auto job = [&gate, &who](const Database& db) -> Result<> {
-    if (gate.kind == Gate::Kind::specimen) {
+    if (gate.kind == QueueGate::specimen) {
       return tell_specimen_on_rig(db, gate.expected, gate.entry, who);
     }
     return append_queue_act(db, "answer", gate.entry, gate.expected, who);
@@ -207,10 +207,10 @@ Task<Result<>> QueueRunner::store_answer(Gate gate, PeerCredentials peer) {
   auto stored = co_await store_.with(job);
   if (!stored) co_return stored;
   person_seen_ = clock_.now();
-  if (gate.kind == Gate::Kind::probe) probe_ = gate.expected;
-  if (gate.kind == Gate::Kind::fixture) fixture_ = gate.expected;
-  if (gate.kind == Gate::Kind::specimen) stranger_.reset();  // another one is on now
-  if (gate.kind == Gate::Kind::stranger) {
+  if (gate.kind == QueueGate::probe) probe_ = gate.expected;
+  if (gate.kind == QueueGate::fixture) fixture_ = gate.expected;
+  if (gate.kind == QueueGate::specimen) stranger_.reset();  // another one is on now
+  if (gate.kind == QueueGate::stranger) {
     stranger_.reset();
     vouched_ = gate.entry;
   }

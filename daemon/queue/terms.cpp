@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/queue/terms.hpp"
 
-#include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
-#include "daemon/control/params.hpp"
+#include "daemon/control/fields.hpp"
 
 namespace lcrig {
 
@@ -14,67 +12,49 @@ using nlohmann::json;
 
 namespace {
 
-void refuse(ParamsReader& in, const char* key, std::string_view expected) {
-  in.fail_with(
-      Error(Errc::invalid_request, fmt::format("{}: expected {}", in.pointer(key), expected)));
+void between_field(FieldWriter& f, const std::optional<DayWindow>& between) {
+  f.text_or_null("between", between ? to_string(*between) : "");
 }
 
-void read_failures(ParamsReader& in, QueueTerms& out) {
-  std::string policy(to_string(out.on_failure));
-  in.text("on_failure", policy);
-  const auto known = parse_on_failure(policy);
-  if (known) out.on_failure = *known;
-  if (!known) refuse(in, "on_failure", "hold, skip, look or repeat");
-  in.integer("failures_max", out.failures_max);
-  if (out.failures_max < 1 || out.failures_max > kMostFailuresInRow) {
-    refuse(in, "failures_max", fmt::format("1 to {}", kMostFailuresInRow));
-  }
-}
-
-void read_times(ParamsReader& in, QueueTerms& out) {
-  in.number("rest_s", out.rest_s);
-  if (!(out.rest_s >= 0 && out.rest_s <= kLongestRest_s)) {
-    refuse(in, "rest_s", fmt::format("0 to {:.0f}", kLongestRest_s));
-  }
-  if (in.member("not_before_unix_s") != nullptr) {
-    in.integer("not_before_unix_s", out.not_before_unix_s.emplace());
-  }
-  if (in.member("not_after_unix_s") != nullptr) {
-    in.integer("not_after_unix_s", out.not_after_unix_s.emplace());
-  }
-  if (out.not_before_unix_s && out.not_after_unix_s &&
-      *out.not_after_unix_s < *out.not_before_unix_s) {
-    refuse(in, "not_after_unix_s", "a time after not_before_unix_s");
-  }
-  std::string between;
-  if (in.member("between") != nullptr) in.text("between", between);
-  if (between.empty()) return;
-  out.between = parse_day_window(between);
-  if (!out.between) refuse(in, "between", "two times of the day, such as 18:00-06:00");
+void between_field(ParamsReader& in, std::optional<DayWindow>& between) {
+  std::string text;
+  in.text_or_null("between", text);
+  if (text.empty()) return;
+  between = parse_day_window(text);
+  if (!between) in.refuse("between", "expected two times of the day, such as 18:00-06:00");
 }
 
 }  // namespace
 
-std::string_view to_string(OnFailure policy) {
-  return kFailureWords[static_cast<std::size_t>(policy)];
-}
-
-std::optional<OnFailure> parse_on_failure(std::string_view word) {
-  const auto* found = std::ranges::find(kFailureWords, word);
-  if (found == kFailureWords.end()) return std::nullopt;
-  return static_cast<OnFailure>(found - kFailureWords.begin());
+template <class F>
+void fields(F& f, Of<F, QueueTerms>& t) {
+  f.word("on_failure", t.on_failure, OnFailure::repeat);
+  f.integer("failures_max", t.failures_max);
+  f.boolean("unattended", t.unattended);
+  f.number("rest_s", t.rest_s);
+  f.integer("not_before_unix_s", t.not_before_unix_s);
+  f.integer("not_after_unix_s", t.not_after_unix_s);
+  between_field(f, t.between);
+  f.text("probe", t.probe, false, kNameMax);
+  f.text("fixture", t.fixture, false, kNameMax);
 }
 
 void read_terms(ParamsReader& in, QueueTerms& out) {
-  read_failures(in, out);
-  in.boolean("unattended", out.unattended);
-  read_times(in, out);
-  in.text("probe", out.probe, false, kNameMax);
-  in.text("fixture", out.fixture, false, kNameMax);
+  fields(in, out);
+  if (out.failures_max < 1 || out.failures_max > kMostFailuresInRow) {
+    in.refuse("failures_max", fmt::format("expected 1 to {}", kMostFailuresInRow));
+  }
+  if (!(out.rest_s >= 0 && out.rest_s <= kLongestRest_s)) {
+    in.refuse("rest_s", fmt::format("expected 0 to {:.0f}", kLongestRest_s));
+  }
+  if (out.not_before_unix_s && out.not_after_unix_s &&
+      *out.not_after_unix_s < *out.not_before_unix_s) {
+    in.refuse("not_after_unix_s", "expected a time after not_before_unix_s");
+  }
 }
 
 QueueTerms with_row_terms(QueueTerms all, const BatchTerms& row) {
-  if (row.on_failure) all.on_failure = parse_on_failure(*row.on_failure).value_or(all.on_failure);
+  if (row.on_failure) all.on_failure = *row.on_failure;
   if (row.failures_max) all.failures_max = *row.failures_max;
   if (row.unattended) all.unattended = *row.unattended;
   if (row.rest_s) all.rest_s = *row.rest_s;
@@ -84,19 +64,7 @@ QueueTerms with_row_terms(QueueTerms all, const BatchTerms& row) {
 }
 
 json to_json(const QueueTerms& terms) {
-  json out{{"on_failure", to_string(terms.on_failure)},
-           {"failures_max", terms.failures_max},
-           {"unattended", terms.unattended},
-           {"rest_s", terms.rest_s},
-           {"probe", terms.probe},
-           {"fixture", terms.fixture},
-           {"not_before_unix_s", nullptr},
-           {"not_after_unix_s", nullptr},
-           {"between", nullptr}};
-  if (terms.not_before_unix_s) out["not_before_unix_s"] = *terms.not_before_unix_s;
-  if (terms.not_after_unix_s) out["not_after_unix_s"] = *terms.not_after_unix_s;
-  if (terms.between) out["between"] = to_string(*terms.between);
-  return out;
+  return written(terms);
 }
 
 Result<QueueTerms> parse_terms(std::string_view json_text) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/queue_words.hpp"
 #include "base/result.hpp"
 #include "daemon/queue/times.hpp"
 #include "protocols/batch/batch.hpp"
@@ -17,15 +18,6 @@
 namespace lcrig {
 
 class ParamsReader;
-
-enum class OnFailure {
-  hold,  // the queue, until a person says what is to be done
-  skip,
-  look,  // hold; once a person has looked, `queue start` repeats the entry, once
-  repeat  // at once, and only after what did not touch the specimen
-};
-std::string_view to_string(OnFailure policy);
-std::optional<OnFailure> parse_on_failure(std::string_view word);
 
 struct QueueTerms {
   OnFailure on_failure = OnFailure::hold;

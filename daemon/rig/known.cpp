@@ -32,7 +32,7 @@ void KnownRig::declare(Instrument which, std::string port, std::string why_unask
                        bool simulated) {
   Known& known = of(which);
   known.declared = true;
-  known.state.name = to_string(which);
+  known.state.which = which;
   known.state.port = std::move(port);
   known.state.why = std::move(why_unasked);
   known.state.simulated = known.on_simulated_rig = simulated;
@@ -46,7 +46,7 @@ void KnownRig::learn(Instrument which, InstrumentCondition condition, std::strin
   const MonoTime now = clock_.now();
   const bool news = condition != state.condition || why != state.why;
   if (news && known.declared && from.by != LearnedBy::run) {
-    spdlog::info("{}: {}", state.name, words(condition, why));
+    spdlog::info("{}: {}", to_string(which), words(condition, why));
   }
   if (condition != state.condition || !known.since) known.since = now;
   if (condition == InstrumentCondition::ready) known.port_there = true;
@@ -84,7 +84,7 @@ bool KnownRig::set_port_there(Instrument which, bool there) {
   if (there == known.port_there) return false;
   known.port_there = there;
   if (there) {
-    spdlog::info("{}: its port {} is there again", known.state.name, known.state.port);
+    spdlog::info("{}: its port {} is there again", to_string(which), known.state.port);
     known.state.condition = InstrumentCondition::unasked;
     known.state.why = "its port came back, and nobody has asked since";
     known.state.learned_by = LearnedBy::port;
@@ -92,7 +92,7 @@ bool KnownRig::set_port_there(Instrument which, bool there) {
     known.asked.reset();
     known.since = clock_.now();
   } else {
-    spdlog::warn("{}: its port {} went away", known.state.name, known.state.port);
+    spdlog::warn("{}: its port {} went away", to_string(which), known.state.port);
     const bool absent = known.state.condition == InstrumentCondition::absent;
     known.gone = absent ? known.since : clock_.now();
   }

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "base/enum_words.hpp"
 #include "base/near_word.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
@@ -53,8 +54,8 @@ void take_word(const BatchCell& cell, std::string_view column, std::optional<std
 void take_term(const BatchCell& cell, std::string_view column, BatchTerms& out,
                BatchMistakes& wrong) {
   if (column == "on_failure") {
-    out.on_failure = cell.text;
-    if (std::ranges::find(kFailureWords, cell.text) != kFailureWords.end()) return;
+    out.on_failure = parse_word(cell.text, OnFailure::repeat);
+    if (out.on_failure) return;
     wrong.add(cell.at, column,
               fmt::format("{}, expected hold, skip, look or repeat", quoted_cell(cell)));
   } else if (column == "failures_max") {

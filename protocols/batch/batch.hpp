@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/queue_words.hpp"
 #include "protocols/batch/table.hpp"
 #include "protocols/file/parse.hpp"
 
@@ -20,13 +21,13 @@ namespace lcrig {
 // Columns for the terms on which a row is queued (docs/queue.md).
 inline constexpr std::array<std::string_view, 6> kBatchTermColumns{
     "on_failure", "failures_max", "unattended", "rest_s", "probe", "fixture"};
-inline constexpr std::array<std::string_view, 4> kFailureWords{"hold", "skip", "look", "repeat"};
 inline constexpr std::int64_t kMostFailuresInRow = 100;
 inline constexpr double kLongestRest_s = 30 * 86400.0;
 inline constexpr std::int64_t kBatchRunsMax = 10'000;
 
 struct BatchTerms {
-  std::optional<std::string> on_failure, probe, fixture;
+  std::optional<OnFailure> on_failure;
+  std::optional<std::string> probe, fixture;
   std::optional<std::int64_t> failures_max;
   std::optional<bool> unattended;
   std::optional<double> rest_s;
@@ -55,14 +56,6 @@ struct BatchLookup {
 Result<std::vector<BatchEntry>> check_batch(const BatchTable& table, const BatchLookup& lookup);
 // Terms of a JSON batch for all of its rows.
 Result<BatchTerms> check_batch_terms(const BatchTable& table);
-
-enum class BatchOrder {
-  given,  // row by row, the repeats of a row behind each other
-  blocks,  // a specimen's runs together, specimens as in the table; by chance within
-  random
-};
-std::string_view to_string(BatchOrder order);
-std::optional<BatchOrder> parse_batch_order(std::string_view word);
 
 struct BatchTurn {
   std::size_t row = 0;  // index of the entry

@@ -4,6 +4,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "base/enum_words.hpp"
 #include "base/strict_json.hpp"
 #include "protocols/batch/batch.hpp"
 #include "protocols/batch/readers.hpp"
@@ -11,11 +12,6 @@
 namespace lcrig {
 
 namespace {
-
-constexpr std::pair<std::string_view, int> kOrderTable[] = {
-    {"given", 0}, {"blocks", 1}, {"random", 2}};
-constexpr std::pair<std::string_view, int> kFailureTable[] = {
-    {"hold", 0}, {"skip", 1}, {"look", 2}, {"repeat", 3}};
 
 // Refuses what the column cannot hold.
 void judge(std::string_view column, const JsonReader& value) {
@@ -31,7 +27,7 @@ void judge(std::string_view column, const JsonReader& value) {
   } else if (column == "unattended") {
     value.boolean();
   } else if (column == "on_failure") {
-    value.word<int>(kFailureTable);
+    value.word<OnFailure>(word_table(OnFailure::repeat));
   } else {
     value.string();
   }
@@ -45,7 +41,7 @@ class BatchJson {
     top_.expect_format("batch/1");
     out_.name = text_of("name");
     if (const auto order = top_.find("order")) {
-      order->word<int>(kOrderTable);
+      order->word<BatchOrder>(word_table(BatchOrder::random));
       out_.order = cell_of(*order);
     }
     if (const auto seed = top_.find("seed")) {

@@ -10,8 +10,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::array<std::string_view, 3> kOrderWords{"given", "blocks", "random"};
-
 // std::shuffle and the distributions differ between libraries; the engine does not.
 void shuffle_turns(std::span<BatchTurn> turns, std::mt19937_64& random) {
   for (std::size_t left = turns.size(); left > 1; --left) {
@@ -34,16 +32,6 @@ std::vector<std::size_t> blocks_of(std::span<const BatchEntry> entries) {
 }
 
 }  // namespace
-
-std::string_view to_string(BatchOrder order) {
-  return kOrderWords[static_cast<std::size_t>(order)];
-}
-
-std::optional<BatchOrder> parse_batch_order(std::string_view word) {
-  const auto* found = std::ranges::find(kOrderWords, word);
-  if (found == kOrderWords.end()) return std::nullopt;
-  return static_cast<BatchOrder>(found - kOrderWords.begin());
-}
 
 std::vector<BatchTurn> order_batch(std::span<const BatchEntry> entries, BatchOrder order,
                                    std::uint64_t seed) {

@@ -144,12 +144,14 @@ TEST_F(RehearsedDay, TellsItsLengthAndWhenHandsAreNeeded) {
   const auto day = rehearse_batch(wanted);
   ASSERT_TRUE(day) << day.error().what;
   EXPECT_THAT(day->entries, SizeIs(4));
-  for (const RehearsedEntry& e : day->entries) EXPECT_EQ(e.exit_status, "success") << e.reason;
+  for (const RehearsedEntry& e : day->entries) {
+    EXPECT_EQ(e.exit_status, ExitStatus::success) << e.reason;
+  }
   EXPECT_THAT(day->troubles, SizeIs(0));
-  std::vector<std::string> kinds;
-  for (const HandTime& hand : day->hands) kinds.push_back(hand.kind);
+  std::vector<std::optional<QueueGate>> gates;
+  for (const HandTime& hand : day->hands) gates.push_back(hand.gate);
   // The person who put paper-2 on is there for one of its runs.
-  EXPECT_THAT(kinds, ElementsAre("specimen", "specimen", "person"));
+  EXPECT_THAT(gates, ElementsAre(QueueGate::specimen, QueueGate::specimen, QueueGate::person));
   EXPECT_EQ(day->hands_s, 300);
   EXPECT_GE(day->length_s, day->machine_s + 300 + 2 * 30 - 100) << "rests of 30 s, one in a gate";
   EXPECT_LE(day->length_s, day->machine_s + 300 + 2 * 30 + 60);
@@ -170,13 +172,13 @@ TEST_F(RehearsedDay, WhatFailsIsToldAndSkippedAndTheDayGoesOn) {
                                "paper-1,phased,yes,hold\n"));
     ASSERT_TRUE(day) << day.error().what;
     ASSERT_THAT(day->entries, SizeIs(2));
-    EXPECT_EQ(day->entries[0].state, "skipped");
-    EXPECT_NE(day->entries[0].exit_status, "success");
+    EXPECT_EQ(day->entries[0].state, EntryState::skipped);
+    EXPECT_NE(day->entries[0].exit_status, ExitStatus::success);
     EXPECT_THAT(day->entries[0].reason, HasSubstr("contact"));
-    EXPECT_EQ(day->entries[1].exit_status, "success") << day->entries[1].reason;
+    EXPECT_EQ(day->entries[1].exit_status, ExitStatus::success) << day->entries[1].reason;
     EXPECT_THAT(day->troubles, ElementsAre(AllOf(HasSubstr("entry "), HasSubstr("(limit)"))));
     ASSERT_THAT(day->hands, SizeIs(2));
-    EXPECT_EQ(day->hands[1].kind, "held");
+    EXPECT_EQ(day->hands[1].gate, std::nullopt) << "the queue held";
     EXPECT_GE(day->length_s, day->machine_s + day->hands_s);
   }
 }

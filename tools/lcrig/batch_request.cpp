@@ -4,6 +4,7 @@
 #include <limits>
 #include <random>
 
+#include "base/enum_words.hpp"
 #include "base/number.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
@@ -84,7 +85,7 @@ std::int64_t BatchRequest::runs() const {
 void BatchOptions::declare(ArgumentList& list) {
   list.option("--batch", file_, "FILE", "A table of runs, CSV or JSON (docs/batch-file.md)");
   list.option("--name", name_, "NAME", "Of the batch (default: that of the file)");
-  list.one_of("--order", order_, {"given", "blocks", "random"},
+  list.one_of("--order", order_, words_up_to(BatchOrder::random),
               "Of its runs; blocks: a specimen's together, by chance within (default: given)");
 }
 
@@ -106,9 +107,10 @@ Outcome<bool> BatchOptions::put_name(const BatchTable& table, BatchRequest& out)
 Outcome<bool> BatchOptions::put_order(const BatchTable& table, std::optional<std::uint64_t> given,
                                       BatchRequest& out) const {
   std::optional<std::int64_t> seed;
-  if (table.order) out.order = parse_batch_order(table.order->text).value_or(out.order);
+  for (const std::string& word : {table.order ? table.order->text : std::string(), order_}) {
+    out.order = parse_word(word, BatchOrder::random).value_or(out.order);
+  }
   if (table.seed) seed = number_from<std::int64_t>(table.seed->text);
-  if (const auto order = parse_batch_order(order_)) out.order = *order;
   if (given && *given > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
     return Failure(kUsage, fmt::format("--seed {} is too large", *given), "give a smaller one");
   }

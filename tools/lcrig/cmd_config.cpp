@@ -34,11 +34,12 @@ Outcome<ConfigView> read_file(const Context& context, const std::string& file) {
 void print_keys(std::ostream& out, const ConfigView& view) {
   for (const auto& k : view.keys) {
     fmt::print(out, "{:34} {:36} {}\n", k.key, printable(to_text(k.value), kLongestWords),
-               k.waits ? "waits" : to_string(k.source));
-    if (!k.waits) continue;
-    fmt::print(out, "{:34} {:36} {}\n", "", printable(to_text(k.waiting), kLongestWords),
-               k.effect == ConfigEffect::restart ? "in the file: takes a restart of lcrigd"
-                                                 : "in the file: as soon as the rig is idle");
+               k.waiting ? "waits" : to_string(k.source));
+    if (!k.waiting) continue;
+    fmt::print(out, "{:34} {:36} {}\n", "", printable(to_text(k.waiting->value), kLongestWords),
+               k.waiting->effect == ConfigEffect::restart
+                   ? "in the file: takes a restart of lcrigd"
+                   : "in the file: as soon as the rig is idle");
   }
 }
 

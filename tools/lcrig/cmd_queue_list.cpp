@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/enum_words.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "tools/lcrig/commands.hpp"
@@ -60,8 +61,10 @@ class QueueListCommand final : public Command {
       print_entries(out, entries);
       if (source->is_at_rest()) context.console.note("as the database has it: no daemon answers");
       if (!status || source->is_at_rest()) return;
-      const auto head =
-          entries.empty() ? std::string() : entries.front().value("state", std::string());
+      std::optional<EntryState> head;
+      if (!entries.empty()) {
+        head = parse_word(text_of(entries.front(), "state"), EntryState::removed);
+      }
       if (const auto next = next_for_queue(context.global, *status, head); !next.empty()) {
         context.console.next(next);
       }

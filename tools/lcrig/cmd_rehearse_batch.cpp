@@ -19,6 +19,8 @@ using nlohmann::json;
 
 namespace {
 
+constexpr std::string_view kCutOff = "cut off";  // a run without an end
+
 // The runs of a specimen and a protocol with the same parameters.
 struct BatchKind {
   const BatchEntry* row = nullptr;
@@ -87,8 +89,8 @@ json to_json(const RehearsedEntry& e) {
            {"repeat", e.repeat},
            {"protocol", e.protocol},
            {"specimen", e.specimen},
-           {"state", e.state},
-           {"exit_status", e.exit_status},
+           {"state", to_string(e.state)},
+           {"exit_status", e.run ? to_string(e.exit_status, kCutOff) : ""},
            {"reason", e.reason},
            {"measure_readings", e.measure_readings},
            {"duration_s", e.duration_s},
@@ -134,8 +136,10 @@ json to_json(const RehearseBatchResult& r, const BatchRequest& batch,
   out["entries"] = out["hands"] = out["kinds"] = json::array();
   for (const RehearsedEntry& entry : r.entries) out["entries"].push_back(to_json(entry));
   for (const HandTime& hand : r.hands) {
-    out["hands"].push_back(
-        {{"at_s", hand.at_s}, {"entry", hand.entry}, {"kind", hand.kind}, {"prompt", hand.prompt}});
+    out["hands"].push_back({{"at_s", hand.at_s},
+                            {"entry", hand.entry},
+                            {"kind", hand.gate ? to_string(*hand.gate) : "held"},
+                            {"prompt", hand.prompt}});
   }
   for (const BatchKind& kind : kinds) out["kinds"].push_back(to_json(kind));
   return out;
@@ -152,7 +156,7 @@ void print_kind(std::ostream& out, const BatchKind& kind) {
   for (const RehearsedEntry* entry : kind.entries) {
     seconds += entry->duration_s;
     readings += entry->measure_readings;
-    good += entry->exit_status == "success" ? 1 : 0;
+    good += entry->exit_status == ExitStatus::success ? 1 : 0;
   }
   fmt::print(out, "  {} on {}: {} of {} succeed, {} of machine time, {} readings\n",
              printable(kind.row->protocol_name, kLongestName),
@@ -197,10 +201,10 @@ void print_day(std::ostream& out, const RehearseBatchResult& r, const BatchReque
     fmt::print(out, "  {}\n", printable(trouble, kLongestWords));
   }
   for (const RehearsedEntry& entry : r.entries) {
-    if (entry.exit_status == "success") continue;
+    if (entry.exit_status == ExitStatus::success) continue;
     if (bad++ == 0) fmt::print(out, "what goes wrong\n");
     fmt::print(out, "  entry {} (line {}, repeat {}): {}{}\n", entry.entry, entry.line,
-               entry.repeat, entry.run ? entry.exit_status : "no run",
+               entry.repeat, entry.run ? to_string(entry.exit_status, kCutOff) : "no run",
                entry.reason.empty() ? "" : ", " + printable(entry.reason, kLongestWords));
   }
   if (bad == 0) fmt::print(out, "nothing goes wrong\n");
@@ -240,8 +244,9 @@ Outcome<ExitCode> rehearse_table(Context& context, const BatchRequest& batch,
   }
   auto kinds = kinds_of(batch, *result);
   for (BatchKind& kind : kinds) predict(context, request.bench, kind);
-  const bool good = std::ranges::all_of(
-      result->entries, [](const RehearsedEntry& e) { return e.exit_status == "success"; });
+  const bool good = std::ranges::all_of(result->entries, [](const RehearsedEntry& e) {
+    return e.exit_status == ExitStatus::success;
+  });
   show(context, to_json(*result, batch, kinds), [&](std::ostream& out) {
     print_day(out, *result, batch, kinds, request.hand_s);
     context.console.next(

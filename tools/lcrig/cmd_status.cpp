@@ -69,7 +69,7 @@ void print_status(std::ostream& out, const DaemonStatus& s) {
              printable(s.database, kLongestWords));
   for (const auto& i : s.instruments) {
     const auto identity = printable(i.identity, kLongestWords);
-    fmt::print(out, "{:6} {}  {}{}{}\n", printable(i.name, kLongestName), instrument_words(i),
+    fmt::print(out, "{:6} {}  {}{}{}\n", to_string(i.which), instrument_words(i),
                printable(i.port, kLongestWords), identity.empty() ? "" : "  ", identity);
   }
   // A queue that nobody uses is nothing to read about.

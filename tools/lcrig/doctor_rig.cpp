@@ -214,7 +214,7 @@ Finding look_at_group(const std::string& group) {
 
 void look_at_instruments(const DaemonStatus& status, Findings& findings) {
   for (const auto& i : status.instruments) {
-    const auto about = i.name == "lcr" ? "meter" : i.name;
+    const auto* const about = i.which == Instrument::lcr ? "meter" : "frame";
     const auto identity = printable(i.identity, 200);
     switch (i.condition) {
       case InstrumentCondition::ready:

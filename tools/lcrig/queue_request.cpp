@@ -89,7 +89,7 @@ json batch_params(const BatchRequest& batch) {
     out["specimens"][word] = {{"name", file.name}, {"text", file.text}};
   }
   const BatchTerms& terms = batch.terms;
-  if (terms.on_failure) out["on_failure"] = *terms.on_failure;
+  if (terms.on_failure) out["on_failure"] = to_string(*terms.on_failure);
   if (terms.failures_max) out["failures_max"] = *terms.failures_max;
   if (terms.unattended) out["unattended"] = *terms.unattended;
   if (terms.rest_s) out["rest_s"] = *terms.rest_s;

@@ -5,8 +5,10 @@
 #include <optional>
 #include <tuple>
 
+#include "base/enum_words.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
+#include "protocols/batch/batch.hpp"
 #include "tools/lcrig/when.hpp"
 
 namespace lcrig::cli {
@@ -22,7 +24,7 @@ Failure wrong(std::string what) {
 }  // namespace
 
 void TermsOptions::declare(ArgumentList& list) {
-  list.one_of("--on-failure", on_failure_, {"hold", "skip", "look", "repeat"},
+  list.one_of("--on-failure", on_failure_, words_up_to(OnFailure::repeat),
               "What the queue does when it fails (default: hold)");
   list.option("--failures-max", failures_max_, "N",
               "So many failures in a row hold the queue (default: 3)");
@@ -55,10 +57,9 @@ Outcome<bool> TermsOptions::put_into(json& params, std::int64_t now_unix_s) cons
 Outcome<bool> TermsOptions::put_times(json& params, std::int64_t now_unix_s) const {
   if (!rest_.empty()) {
     const auto rest_s = number_from<double>(rest_);
-    constexpr double kLongest_s = 30 * 86'400.0;
-    if (!rest_s || *rest_s < 0 || *rest_s > kLongest_s) {
+    if (!rest_s || *rest_s < 0 || *rest_s > kLongestRest_s) {
       return wrong(fmt::format("--rest '{}' is not a number of seconds from 0 to {} (30 days)",
-                               printable(rest_, 60), kLongest_s));
+                               printable(rest_, 60), kLongestRest_s));
     }
     params["rest_s"] = *rest_s;
   }

@@ -20,17 +20,17 @@ void print_queue(std::ostream& out, const QueueStatus& q) {
 }
 
 std::string next_for_queue(const GlobalOptions& global, const QueueStatus& q,
-                           std::string_view head) {
-  if (q.gate == "time") return {};
-  if (!q.gate.empty() && q.gate != "person") {
+                           std::optional<EntryState> head) {
+  if (q.gate == QueueGate::time) return {};
+  if (q.gate == QueueGate::person) return next_command(global, {"queue", "answer", "yes"});
+  if (!q.prompt.empty()) {
     return next_command(global, {"queue", "answer", "NAME"}, "of what is on the rig");
   }
-  if (q.gate == "person") return next_command(global, {"queue", "answer", "yes"});
   if (q.going || q.count == 0) return {};
-  if (head == "failed") {
+  if (head == EntryState::failed) {
     return next_command(global, {"queue", "start", "--repeat"}, "or --skip; look at the rig first");
   }
-  if (head == "interrupted") {
+  if (head == EntryState::interrupted) {
     return next_command(global, {"queue", "start", "--resume"},
                         "or --repeat, --skip; look at the rig first");
   }

@@ -2,9 +2,9 @@
 // The queue at a glance, for people: `lcrig status` and `lcrig queue list`.
 #pragma once
 
+#include <optional>
 #include <ostream>
 #include <string>
-#include <string_view>
 
 #include "daemon/control/messages.hpp"
 #include "tools/lcrig/command.hpp"
@@ -14,6 +14,6 @@ namespace lcrig::cli {
 void print_queue(std::ostream& out, const QueueStatus& queue);
 // The command to type now; empty: none. `head`: the state of the first entry, where it is known.
 std::string next_for_queue(const GlobalOptions& global, const QueueStatus& queue,
-                           std::string_view head = {});
+                           std::optional<EntryState> head = std::nullopt);
 
 }  // namespace lcrig::cli

@@ -35,7 +35,7 @@ class Checker {
   }
 
   void look_at(const InstrumentState& i) {
-    const auto name = i.name == "lcr" ? std::string("meter") : printable(i.name, kLongest);
+    const auto* const name = i.which == Instrument::lcr ? "meter" : "frame";
     const bool in_run = status_.run.has_value();
     if (i.condition == InstrumentCondition::absent || i.condition == InstrumentCondition::fault) {
       find(in_run ? Verdict::critical : Verdict::warning,
@@ -71,9 +71,9 @@ class Checker {
   void look_at_queue() {
     if (!status_.queue || status_.queue->count == 0) return;
     const auto& q = *status_.queue;
-    if (q.going && !q.gate.empty() && q.gate != "time") {
+    if (q.going && !q.prompt.empty() && q.gate != QueueGate::time) {
       find(Verdict::warning, "the queue waits: " + printable(q.prompt, kLongest));
-    } else if (!q.going && q.cause != "person" && q.cause != "not_started") {
+    } else if (!q.going && q.cause != HoldCause::person && q.cause != HoldCause::not_started) {
       find(Verdict::warning, "the queue is held: " + printable(q.why, kLongest));
     }
   }

@@ -43,7 +43,7 @@ class Reload : public testing::Test {
     std::vector<std::string> out;
     const auto view = reload_.view();
     for (const auto& k : view.keys) {
-      if (k.waits) out.push_back(k.key);
+      if (k.waiting) out.push_back(k.key);
     }
     return out;
   }
@@ -81,8 +81,8 @@ TEST_F(Reload, ChangesNoFixtureAndNoFrameUnderARun) {
   EXPECT_DOUBLE_EQ(config_.fixture.probe_diameter_m.value(), 0.004);
   EXPECT_DOUBLE_EQ(config_.frame.stiffness_N_m.value(), 120000);
   EXPECT_EQ(config_.wire_log_directory, "");
-  EXPECT_TRUE(key("fixture.probe_diameter_mm").waits);
-  EXPECT_EQ(to_text(key("fixture.probe_diameter_mm").waiting), "5");
+  EXPECT_TRUE(key("fixture.probe_diameter_mm").waiting);
+  EXPECT_EQ(to_text(key("fixture.probe_diameter_mm").waiting->value), "5");
   EXPECT_EQ(to_text(key("fixture.probe_diameter_mm").value), "4");
   EXPECT_THAT(reload_.take_when_idle(),
               ElementsAre(HasSubstr("100"), HasSubstr("5"), HasSubstr("/tmp")));
@@ -107,7 +107,7 @@ TEST_F(Reload, NamesOneByOneWhatNeedsARestart) {
                                 AllOf(HasSubstr("socket: "), HasSubstr("needs a restart"))));
   EXPECT_EQ(config_.database, Config().database);
   EXPECT_THAT(waiting(), ElementsAre("database", "socket"));
-  EXPECT_EQ(key("socket").effect, ConfigEffect::restart);
+  EXPECT_EQ(key("socket").waiting->effect, ConfigEffect::restart);
   EXPECT_THAT(reload_.take_when_idle(), IsEmpty());
   EXPECT_THAT(reload_.take(config_of(real_rig()), true), IsEmpty()) << "put back";
   EXPECT_THAT(waiting(), IsEmpty());
@@ -122,7 +122,7 @@ TEST_F(Reload, NeverTakesHalfARig) {
   EXPECT_DOUBLE_EQ(config_.fixture.probe_diameter_m.value(), 0.004);
   EXPECT_EQ(config_.log_level, "warn");
   EXPECT_THAT(waiting(), UnorderedElementsAre("frame.port", "fixture.probe_diameter_mm"));
-  EXPECT_EQ(key("fixture.probe_diameter_mm").effect, ConfigEffect::restart);
+  EXPECT_EQ(key("fixture.probe_diameter_mm").waiting->effect, ConfigEffect::restart);
 }
 
 TEST_F(Reload, OfABenchInThePlaceOfInstrumentsWaitsForTheRestart) {
@@ -130,8 +130,8 @@ TEST_F(Reload, OfABenchInThePlaceOfInstrumentsWaitsForTheRestart) {
   reload_.take(config_of(bench), true);
   EXPECT_FALSE(config_.bench);
   EXPECT_EQ(config_.meter_port, "serial:2184:005f");
-  EXPECT_TRUE(key("bench").waits);
-  EXPECT_TRUE(key("meter.port").waits);
+  EXPECT_TRUE(key("bench").waiting);
+  EXPECT_TRUE(key("meter.port").waiting);
 }
 
 TEST_F(Reload, OfABadFileIsToldUntilAGoodOneComes) {

@@ -17,7 +17,7 @@ TEST(ControlMessages, EveryStructSurvivesTheWire) {
   s.version = "1.2";
   s.database = "/x.db";
   s.instruments.resize(1);
-  s.instruments[0].name = "lcr";
+  s.instruments[0].which = Instrument::frame;
   s.instruments[0].condition = InstrumentCondition::absent;
   s.instruments[0].learned_by = LearnedBy::run;
   s.instruments[0].run = 3;
@@ -41,11 +41,17 @@ TEST(ControlMessages, EveryStructSurvivesTheWire) {
   s.last_run->exit_status = ExitStatus::fail;
   s.last_run->code = Errc::no_reply;
   s.last_run->simulated = true;
+  s.queue.emplace();
+  s.queue->cause = HoldCause::too_many_failures;
+  s.queue->gate = QueueGate::time;
   const auto back = parse_daemon_status(json::parse(to_json(s).dump()));
   ASSERT_TRUE(back) << back.error().what;
   EXPECT_EQ(to_json(*back), to_json(s));
   EXPECT_EQ(back->run->travel_m, -1.25e-4);
   EXPECT_EQ(back->run->force_N, std::nullopt);
+  EXPECT_EQ(back->instruments[0].which, Instrument::frame);
+  EXPECT_EQ(back->queue->cause, HoldCause::too_many_failures);
+  EXPECT_EQ(back->queue->gate, QueueGate::time);
 }
 
 // Its states were sentences, and it did not say how they are known.
@@ -61,6 +67,15 @@ TEST(ControlMessages, OfAnOlderDaemonWhatIsThereIsRead) {
   EXPECT_EQ(old->instruments[0].age_s, 3);
   EXPECT_EQ(old->instruments[1].condition, InstrumentCondition::unasked);
   EXPECT_EQ(old->instruments[1].why, "not asked since its port came");
+}
+
+TEST(ControlMessages, OfANewerDaemonUnknownWordsOfTheQueueAreNone) {
+  const auto queue = parse_queue_status(
+      json::parse(R"({"cause":"moon","gate":"tide","prompt":"wait for the tide","why":"full"})"));
+  ASSERT_TRUE(queue) << queue.error().what;
+  EXPECT_EQ(queue->cause, std::nullopt);
+  EXPECT_EQ(queue->gate, std::nullopt);
+  EXPECT_EQ(queue->prompt, "wait for the tide");
 }
 
 TEST(ControlMessages, AnAnswerHasAValueAndMayNameItsQuestion) {

@@ -22,7 +22,6 @@ TEST(Metrics, HoldWhatIsKnownAndNothingElse) {
   Metrics metrics;
   metrics.status.version = "1.2";
   InstrumentState meter;
-  meter.name = "lcr";
   metrics.status.instruments.push_back(meter);
   const auto idle = to_text(metrics);
   EXPECT_THAT(idle,

@@ -92,7 +92,7 @@ TEST(NextAct, AnotherSpecimenNeedsAPersonWhateverTheTerms) {
       const auto act = next_act(f);
       ASSERT_TRUE(is<Gate>(act));
       const Gate& gate = std::get<Gate>(act);
-      EXPECT_EQ(gate.kind, Gate::Kind::specimen);
+      EXPECT_EQ(gate.kind, QueueGate::specimen);
       EXPECT_THAT(gate.prompt, HasSubstr("put paper-2 on"));
       if (on_rig) {
         EXPECT_THAT(gate.prompt, HasSubstr("take paper-1 off"));
@@ -113,17 +113,17 @@ TEST(NextAct, MotionWithoutAPersonNeedsConsent) {
   const auto act = next_act(f);
   ASSERT_TRUE(is<Gate>(act));
   const Gate& gate = std::get<Gate>(act);
-  EXPECT_EQ(gate.kind, Gate::Kind::person);
+  EXPECT_EQ(gate.kind, QueueGate::person);
   EXPECT_TRUE(check_answer(gate, "yes"));
   EXPECT_FALSE(check_answer(gate, "paper-2"));
   EXPECT_FALSE(check_answer(gate, "no"));
 }
 
 TEST(NextAct, AnotherProbeOrFixtureNeedsAPerson) {
-  for (const auto kind : {Gate::Kind::probe, Gate::Kind::fixture}) {
+  for (const auto kind : {QueueGate::probe, QueueGate::fixture}) {
     QueueFacts f = facts();
     f.head->terms.unattended = true;
-    const bool probe = kind == Gate::Kind::probe;
+    const bool probe = kind == QueueGate::probe;
     (probe ? f.head->terms.probe : f.head->terms.fixture) = "tip-4";
     for (const bool known : kBoth) {
       auto& there = probe ? f.probe : f.fixture;
@@ -145,7 +145,7 @@ TEST(NextAct, AStrangerIsWaitedFor) {
   f.stranger = "at rest 5 pF are shown, but paper-2 had 3.6 pF in run 12";
   const auto act = next_act(f);
   ASSERT_TRUE(is<Gate>(act));
-  EXPECT_EQ(std::get<Gate>(act).kind, Gate::Kind::stranger);
+  EXPECT_EQ(std::get<Gate>(act).kind, QueueGate::stranger);
   EXPECT_THAT(std::get<Gate>(act).prompt, HasSubstr("had 3.6 pF in run 12"));
   EXPECT_FALSE(check_answer(std::get<Gate>(act), "yes"));
   EXPECT_TRUE(check_answer(std::get<Gate>(act), "paper-2"));
@@ -182,7 +182,7 @@ TEST(NextAct, AsksForTheSpecimenBeforeItWaitsForATimeAndForConsentAfterwards) {
   f.now_unix_s = 1000;
   const auto act = next_act(f);
   ASSERT_TRUE(is<Gate>(act));
-  EXPECT_EQ(std::get<Gate>(act).kind, Gate::Kind::person);
+  EXPECT_EQ(std::get<Gate>(act).kind, QueueGate::person);
 }
 
 TEST(DayWindow, KnowsWhenItBeginsAlsoPastMidnight) {

@@ -100,7 +100,7 @@ TEST(BatchTable, TermsAndSettingsOfTheMeterAreColumnsToo) {
   const BatchEntry& entry = got->front();
   EXPECT_EQ(entry.parameters.size(), 2U) << "the frequency went into the text of the protocol";
   EXPECT_THAT(entry.protocol_text, HasSubstr("2000"));
-  EXPECT_EQ(entry.terms.on_failure, "skip");
+  EXPECT_EQ(entry.terms.on_failure, OnFailure::skip);
   EXPECT_EQ(entry.terms.unattended, true);
   EXPECT_EQ(entry.terms.rest_s, 60.0);
   EXPECT_FALSE((*got)[1].terms.on_failure || (*got)[1].terms.unattended || (*got)[1].terms.rest_s);

@@ -22,7 +22,7 @@ StoredBatch named(const std::string& name) {
   StoredBatch out;
   out.name = name;
   out.file_name = name + ".csv";
-  out.order = "random";
+  out.order = BatchOrder::random;
   out.seed = 7;
   return out;
 }
@@ -52,7 +52,7 @@ TEST(Batches, AreQueuedInTheirOrderAndKnowTheirRows) {
   const auto found = find_batch(db, "day").value();
   ASSERT_TRUE(found);
   EXPECT_EQ(found->seed, 7);
-  EXPECT_EQ(found->order, "random");
+  EXPECT_EQ(found->order, BatchOrder::random);
   EXPECT_EQ(found->added_by, "lab");
   const auto listed = batch_entries(db, found->batch).value();
   ASSERT_EQ(listed.size(), 3U);

@@ -81,8 +81,7 @@ class Worker {
     static_cast<void>(close_run(db_, *run, good ? ExitStatus::success : ExitStatus::fail));
     EntryEnd end;
     end.state = good ? EntryState::done : EntryState::failed;
-    end.goes_on = good;
-    end.cause = good ? "" : "failure";
+    if (!good) end.hold = HoldCause::failure;
     if (end_queue_entry(db_, head->entry, end, QueueActor()) && good) {
       tell(Told::What::done, head->entry);
     }

@@ -36,8 +36,7 @@ class Queue : public testing::Test {
   void end(std::int64_t entry, EntryState state, bool goes_on) {
     EntryEnd how;
     how.state = state;
-    how.goes_on = goes_on;
-    how.cause = goes_on ? "" : "failure";
+    if (!goes_on) how.hold = HoldCause::failure;
     how.why = goes_on ? "" : "it broke";
     ASSERT_TRUE(end_queue_entry(db, entry, how, QueueActor()));
   }
@@ -151,7 +150,7 @@ TEST_F(Queue, AnEntryBeginsWithTheRowOfItsRunOrNotAtAll) {
   EXPECT_FALSE(begin_entry(db, a)) << "nobody started the queue";
   start();
   EXPECT_FALSE(begin_entry(db, b)) << "it is not its turn";
-  ASSERT_TRUE(hold_queue(db, "person", "by lab", by("lab")));
+  ASSERT_TRUE(hold_queue(db, HoldCause::person, "by lab", by("lab")));
   const auto held = begin_entry(db, a);
   ASSERT_FALSE(held);
   EXPECT_EQ(held.error().code, Errc::aborted);
@@ -200,7 +199,7 @@ TEST_F(Queue, AFailedHeadNeedsAChoice) {
   start(HeadChoice::skip);
   EXPECT_EQ(state(a), EntryState::skipped);
   EXPECT_THAT(order_of(db), ElementsAre(b));
-  ASSERT_TRUE(hold_queue(db, "person", "", by("lab")));
+  ASSERT_TRUE(hold_queue(db, HoldCause::person, "", by("lab")));
   EXPECT_FALSE(start_queue(db, HeadChoice::repeat, by("lab"))) << "b has not failed";
 }
 
@@ -214,7 +213,7 @@ TEST_F(Queue, AfterACrashAnInterruptedEntryStaysAtTheHeadAndNothingGoes) {
   EXPECT_TRUE(settle_queue(db, 2).value());
   EXPECT_EQ(state(a), EntryState::interrupted);
   EXPECT_FALSE(queue().going);
-  EXPECT_EQ(queue().held_cause, "restart");
+  EXPECT_EQ(queue().held, HoldCause::restart);
   EXPECT_FALSE(queue().on_rig) << "whoever restarted it may have changed the specimen";
   const auto none = start_queue(db, HeadChoice::none, by("lab"));
   ASSERT_FALSE(none);
@@ -244,9 +243,9 @@ TEST_F(Queue, ARunThatHadEndedBeforeTheCrashTellsHowItsEntryDid) {
 TEST_F(Queue, HoldingKeepsTheFirstReason) {
   add("a");
   start();
-  ASSERT_TRUE(hold_queue(db, "limit", "too much", QueueActor()));
-  ASSERT_TRUE(hold_queue(db, "person", "by lab", by("lab")));
-  EXPECT_EQ(queue().held_cause, "limit");
+  ASSERT_TRUE(hold_queue(db, HoldCause::limit, "too much", QueueActor()));
+  ASSERT_TRUE(hold_queue(db, HoldCause::person, "by lab", by("lab")));
+  EXPECT_EQ(queue().held, HoldCause::limit);
 }
 
 TEST_F(Queue, OfTenThousandEntriesNoneIsLostOrOutOfOrder) {

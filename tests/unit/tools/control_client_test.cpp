@@ -39,14 +39,13 @@ TEST_F(Served, StatusSaysWhatIsKnownOfTheInstrumentsAndFromWhere) {
   on_server([this] {
     handler.state.instruments.resize(2);
     InstrumentState &lcr = handler.state.instruments[0], &frame = handler.state.instruments[1];
-    lcr.name = "lcr";
     lcr.port = "serial:/dev/ttyUSB0";
     lcr.condition = InstrumentCondition::absent;
     lcr.why = "no such port";
     lcr.age_s = 2;
     lcr.since_s = 28;
     lcr.learned_by = LearnedBy::look;
-    frame.name = "frame";
+    frame.which = Instrument::frame;
     frame.port = "tcp:h:1";
     frame.condition = InstrumentCondition::ready;
     frame.identity = "Zwick";

@@ -16,7 +16,6 @@ using ::testing::HasSubstr;
 
 InstrumentState instrument(InstrumentCondition condition, const char* why = "") {
   InstrumentState out;
-  out.name = "lcr";
   out.condition = condition;
   out.why = why;
   return out;
@@ -87,21 +86,23 @@ TEST_F(StatusOfMonitoring, AFailedRunIsAWarningUntilTheNextOneBegins) {
 
 TEST_F(StatusOfMonitoring, AQueueIsJudgedByWhyItWaits) {
   status.queue.emplace();
-  status.queue->cause = "failure";
+  status.queue->cause = HoldCause::failure;
   EXPECT_EQ(verdict(), Verdict::ok) << "nothing is in it";
   status.queue->count = 3;
   EXPECT_EQ(verdict(), Verdict::warning);
-  for (const char* wanted : {"person", "not_started"}) {
+  for (const auto wanted : {HoldCause::person, HoldCause::not_started}) {
     status.queue->cause = wanted;
-    EXPECT_EQ(verdict(), Verdict::ok) << wanted;
+    EXPECT_EQ(verdict(), Verdict::ok) << to_string(wanted);
   }
   status.queue->going = true;
-  status.queue->gate = "time";
+  status.queue->gate = QueueGate::time;
   EXPECT_EQ(verdict(), Verdict::ok);
-  status.queue->gate = "specimen";
+  status.queue->gate = QueueGate::specimen;
   status.queue->prompt = "put paper-2 on";
   EXPECT_EQ(verdict(), Verdict::warning);
   EXPECT_THAT(words(), HasSubstr("put paper-2 on"));
+  status.queue->gate.reset();  // of a kind that only a newer daemon knows
+  EXPECT_EQ(verdict(), Verdict::warning);
 }
 
 TEST(StatusCheckWithoutADaemon, IsCritical) {

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control/methods.hpp"
+
+#include <nlohmann/json.hpp>
+#include <tuple>
+#include <type_traits>
+
+#include "base/clock.hpp"
+#include "base/text.hpp"
+#include "daemon/control/fields.hpp"
+#include "daemon/control/queue_handler.hpp"
+#include "daemon/control/queue_messages.hpp"
+
+namespace lcrig {
+
+using nlohmann::json;
+
+namespace {
+
+using Answer = tl::expected<json, RpcError>;
+
+tl::unexpected<RpcError> refused(const Error& error) {
+  return tl::unexpected(rpc_error_of(error));
+}
+
+tl::unexpected<RpcError> bad_params(const Error& error) {
+  RpcError out = rpc_error_of(error);
+  out.code = rpc_code::kInvalidParams;
+  out.hint = "docs/control.md lists the params of each method";
+  return tl::unexpected(std::move(out));
+}
+
+// Results as JSON.
+json result_json(const RunStarted& started) {
+  return started.run;
+}
+json result_json(const std::string& text) {
+  return text;
+}
+json result_json(std::int64_t number) {
+  return number;
+}
+json result_json(const std::vector<QueueAct>& acts) {
+  json out = json::array();
+  for (const QueueAct& act : acts) out.push_back(to_json(act));
+  return out;
+}
+template <class T>
+json result_json(const T& message) {
+  return to_json(message);
+}
+
+template <class T>
+Answer answer_of(const Result<T>& result) {
+  if (!result) return refused(result.error());
+  if constexpr (std::is_void_v<T>) {
+    return json::object();
+  } else {
+    return result_json(*result);
+  }
+}
+
+// The owner of a method. nullptr: there is no queue here.
+template <class R, class... Args>
+ControlHandler* owner_of(ControlHandler& handler, R (ControlHandler::*)(Args...)) {
+  return &handler;
+}
+template <class R, class... Args>
+QueueHandler* owner_of(ControlHandler& handler, R (QueueHandler::*)(Args...)) {
+  return handler.queue();
+}
+
+// Calls a method with one argument, or with a tuple of them; adds the peer where it is wanted.
+template <class Owner, class Method, class... Args>
+auto begin_call(Owner& owner, Method method, std::tuple<Args...>& args, PeerCredentials& peer) {
+  return std::apply(
+      [&](Args&... each) {
+        if constexpr (std::is_invocable_v<Method, Owner&, Args..., PeerCredentials>) {
+          return (owner.*method)(std::move(each)..., std::move(peer));
+        } else {
+          return (owner.*method)(std::move(each)...);
+        }
+      },
+      args);
+}
+template <class Owner, class Method, class Arg>
+auto begin_call(Owner& owner, Method method, Arg& arg, PeerCredentials& peer) {
+  std::tuple<Arg> args(std::move(arg));
+  return begin_call(owner, method, args, peer);
+}
+
+// Most methods: reads the params with `parse`, and calls `method` of the handler or the queue.
+template <auto parse, auto method>
+MethodAnswer call_method(ControlHandler& handler, json params, PeerCredentials peer) {
+  auto* const owner = owner_of(handler, method);
+  if (owner == nullptr) co_return refused(Error(Errc::unsupported, "there is no queue here"));
+  auto args = parse(params);
+  if (!args) co_return bad_params(args.error());
+  auto result = co_await begin_call(*owner, method, *args, peer);
+  co_return answer_of(result);
+}
+
+Result<std::tuple<>> no_params(const json& params) {
+  return read_params<std::tuple<>>(params, [](ParamsReader&, std::tuple<>&) {});
+}
+
+Result<std::string> why_param(const json& params) {
+  return read_params<std::string>(
+      params, [](ParamsReader& in, std::string& why) { in.text("why", why, false, kWhyMax); });
+}
+
+Result<std::string> text_param(const json& params) {
+  return read_params<std::string>(params, [](ParamsReader& in, std::string& text) {
+    in.text("text", text, true, kControlLineLimit);
+  });
+}
+
+using ResumeParams = std::tuple<std::optional<std::int64_t>, bool>;
+Result<ResumeParams> resume_params(const json& params) {
+  return read_params<ResumeParams>(params, [](ParamsReader& in, ResumeParams& out) {
+    auto& [run, confirmed] = out;
+    in.integer("run", run);
+    in.boolean("confirm_specimen", confirmed);
+    if (confirmed && !run) in.refuse("confirm_specimen", "needs `run`");
+  });
+}
+
+// The place that a member names.
+std::optional<StopPlace> place_of(ParamsReader& in, const char* key, bool required) {
+  std::string word;
+  in.text(key, word, required);
+  if (word.empty()) return std::nullopt;
+  const auto place = parse_stop_place(word);
+  if (!place) {
+    in.refuse(key,
+              fmt::format("\"{}\", expected one of {}", printable(word, 60), stop_place_words()));
+  }
+  return place;
+}
+
+using StopParams = std::tuple<StopPlace, std::string>;
+Result<StopParams> stop_params(const json& params) {
+  return read_params<StopParams>(params, [](ParamsReader& in, StopParams& out) {
+    const auto after = place_of(in, "after", true);
+    in.text("why", std::get<std::string>(out), false, kWhyMax);
+    if (after) std::get<StopPlace>(out) = *after;
+    if (!after) in.refuse("after", "is empty");
+  });
+}
+
+Result<std::int64_t> entry_param(const json& params) {
+  return read_params<std::int64_t>(
+      params, [](ParamsReader& in, std::int64_t& entry) { in.integer("entry", entry, true); });
+}
+
+using PageParams = std::tuple<std::int64_t, std::int64_t>;
+Result<PageParams> page_params(const json& params) {
+  auto range = parse_queue_range(params, "skip");
+  if (!range) return fail(range.error());
+  return PageParams(range->from, range->most);
+}
+
+using HistoryParams = std::tuple<std::optional<std::int64_t>, std::int64_t, std::int64_t>;
+Result<HistoryParams> history_params(const json& params) {
+  auto range = parse_queue_range(params, "before");
+  if (!range) return fail(range.error());
+  return HistoryParams(range->entry, range->from, range->most);
+}
+
+Result<bool> force_param(const json& params) {
+  return read_params<bool>(params, [](ParamsReader& in, bool& out) { in.boolean("force", out); });
+}
+
+// "head": the choice for an entry that was interrupted or failed.
+Result<HeadChoice> head_param(const json& params) {
+  return read_params<HeadChoice>(params, [](ParamsReader& in, HeadChoice& out) {
+    std::string word(to_string(HeadChoice::none));
+    in.text("head", word);
+    const auto known = parse_word(word, HeadChoice::skip);
+    if (known) out = *known;
+    if (!known) in.refuse("head", "expected resume, repeat or skip");
+  });
+}
+
+using GateParams = std::tuple<std::string, std::optional<std::int64_t>>;
+Result<GateParams> gate_params(const json& params) {
+  return read_params<GateParams>(params, [](ParamsReader& in, GateParams& out) {
+    in.text("text", std::get<0>(out), true, kNameMax);
+    in.integer("entry", std::get<1>(out));
+  });
+}
+
+// A method that the handler answers at once.
+template <auto look>
+MethodAnswer show_now(ControlHandler& handler, json params, PeerCredentials) {
+  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
+  co_return to_json((handler.*look)());
+}
+
+MethodAnswer on_version(ControlHandler& handler, json params, PeerCredentials) {
+  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
+  co_return handler.status().version;
+}
+
+MethodAnswer on_ask(ControlHandler& handler, json params, PeerCredentials peer) {
+  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
+  auto asked = co_await handler.ask_instruments(std::move(peer));
+  if (!asked) co_return refused(asked.error());
+  co_return to_json(handler.status());
+}
+
+MethodAnswer on_pause(ControlHandler& handler, json params, PeerCredentials peer) {
+  ParamsReader in(params, "/params");
+  const auto at = place_of(in, "at", false);
+  in.refuse_unknown();
+  if (auto ok = in.finish(); !ok) co_return bad_params(ok.error());
+  if (at) {
+    auto later = co_await handler.pause_at(*at, std::move(peer));
+    co_return answer_of(later);
+  }
+  auto done = co_await handler.pause(std::move(peer));
+  co_return answer_of(done);
+}
+
+MethodAnswer on_note(ControlHandler& handler, json params, PeerCredentials peer) {
+  std::int64_t run = 0;
+  std::string text;
+  ParamsReader in(params, "/params");
+  in.integer("run", run, true);
+  in.text("text", text, true, kNoteMax);
+  in.refuse_unknown();
+  if (auto ok = in.finish(); !ok) co_return bad_params(ok.error());
+  auto noted = co_await handler.note_run(run, std::move(text), std::move(peer));
+  if (!noted) co_return refused(noted.error());
+  co_return result_json(run);
+}
+
+MethodAnswer on_tag(ControlHandler& handler, json params, PeerCredentials peer) {
+  auto request = parse_tag_request(params);
+  if (!request) co_return bad_params(request.error());
+  const std::int64_t run = request->run;
+  auto tags = co_await handler.tag_run(std::move(*request), std::move(peer));
+  if (!tags) co_return refused(tags.error());
+  json out;
+  out["run"] = run;
+  out["tags"] = std::move(*tags);
+  co_return out;
+}
+
+constexpr const char* kCheck =
+    "change what the message names; --dry-run tries it again and moves nothing";
+constexpr const char* kLook = "lcrig status   (what goes on)";
+constexpr const char* kSeeQueue = "lcrig queue list   (shows what waits, and for what)";
+constexpr const char* kTryIt =
+    "change what the message names; lcrig run ... --dry-run tries it and moves nothing";
+constexpr const char* kRehearseIt =
+    "change what the message names; lcrig rehearse --batch FILE plays it without a rig";
+
+constexpr ControlMethod kMethods[] = {
+    {"status", show_now<&ControlHandler::status>, kLook},
+    {"watch", show_now<&ControlHandler::status>, kLook},  // the session subscribes
+    {"version", on_version, kLook, "version"},
+    {"metrics", call_method<no_params, &ControlHandler::metrics>, kLook, "text"},
+    {"config.show", show_now<&ControlHandler::config_view>, kLook},
+    {"run.start", call_method<parse_run_request, &ControlHandler::start_run>, kCheck, "run"},
+    {"run.plan", call_method<parse_run_request, &ControlHandler::plan_run>, kCheck},
+    {"instruments.ask", on_ask, kLook},
+    {"run.pause", on_pause, kLook},
+    {"run.resume", call_method<resume_params, &ControlHandler::resume>, kLook, "run"},
+    {"run.stop", call_method<stop_params, &ControlHandler::stop_after>, kLook},
+    {"run.abort", call_method<why_param, &ControlHandler::abort>, kLook},
+    {"run.freeze", call_method<why_param, &ControlHandler::freeze>, kLook},
+    {"run.confirm", call_method<no_params, &ControlHandler::confirm>, kLook},
+    {"run.answer", call_method<parse_answer_request, &ControlHandler::answer>, kLook},
+    {"run.note", on_note, "lcrig runs   (lists them, with how they ended)", "run"},
+    {"run.tag", on_tag, "lcrig runs   (lists them)"},
+    {"specimen.add", call_method<text_param, &ControlHandler::add_specimen>,
+     "correct the file; for a good one: lcrig specimen show paper-1", "name"},
+    {"queue.add", call_method<parse_queue_add, &QueueHandler::add>, kTryIt},
+    {"queue.add_batch", call_method<parse_batch_add, &QueueHandler::add_batch>, kRehearseIt},
+    {"queue.list", call_method<page_params, &QueueHandler::list>, kSeeQueue},
+    {"queue.show", call_method<entry_param, &QueueHandler::show>, kSeeQueue},
+    {"queue.history", call_method<history_params, &QueueHandler::history>, kSeeQueue, "acts"},
+    {"queue.move", call_method<parse_queue_move, &QueueHandler::move>, kSeeQueue},
+    {"queue.remove", call_method<entry_param, &QueueHandler::remove>, kSeeQueue},
+    {"queue.clear", call_method<no_params, &QueueHandler::clear>, kSeeQueue, "removed"},
+    {"queue.hold", call_method<why_param, &QueueHandler::hold>, kSeeQueue},
+    {"queue.start", call_method<head_param, &QueueHandler::start>, kSeeQueue},
+    {"queue.lock", call_method<why_param, &QueueHandler::lock>, kSeeQueue},
+    {"queue.unlock", call_method<force_param, &QueueHandler::unlock>, kSeeQueue},
+    {"queue.answer", call_method<gate_params, &QueueHandler::answer>, kSeeQueue}};
+
+}  // namespace
+
+std::span<const ControlMethod> control_methods() {
+  return kMethods;
+}
+
+}  // namespace lcrig
