@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "base/clock.hpp"
+
 namespace lcrig {
 
 WireRecord::WireRecord(std::unique_ptr<WireLogWriter::File> file, Clock& clock,

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "base/clock.hpp"
 #include "drivers/lcr6100/sim.hpp"
 #include "tools/lcrig-sim/pty.hpp"
 
