@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/either.hpp"
 #include "base/number.hpp"
@@ -262,9 +263,10 @@ Task<Result<>> AskStep::execute(RunParts& run, Progress& progress) const {
   if (!still) co_return still;
   const Question asked = question(run.log.step_id(), run.setup.environment);
   run.event(EventKind::prompt, prompt_words(asked));
-  run.progress.state = RunState::waiting_for_operator;
+  std::optional<ProgressKeeper::During> waiting(std::in_place, run.progress,
+                                                RunState::waiting_for_operator);
   auto got = co_await wait_for_answer(asked, run.get(timeout), run, progress);
-  run.progress.state = RunState::running;
+  waiting.reset();
   if (!got) co_return got;
   co_return co_await run.drive.restore_hold();
 }

@@ -49,7 +49,7 @@ TEST_F(End, OfAllStepsIsASuccess) {
   EXPECT_EQ(meter.made_safe, 1);
   EXPECT_EQ(frame.commands.front(), "stop");
   EXPECT_TRUE(parts().interrupts.over());
-  EXPECT_EQ(parts().progress.state, RunState::ended);
+  EXPECT_EQ(parts().progress.state(), RunState::ended);
 }
 
 TEST_F(End, ByAnAbortRunsFinally) {
