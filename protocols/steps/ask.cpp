@@ -119,8 +119,9 @@ AskStep AskStep::parse(const StepReader& r) {
   const JsonReader type = r.json.at("answer");
   out.type = type.word<AnswerType>(kTypes);
   out.timeout = r.timeout();
-  if (const auto what = r.json.find("on_timeout"))
+  if (const auto what = r.json.find("on_timeout")) {
     out.on_timeout = what->word<OnTimeout>(kOnTimeout);
+  }
   if (!type.sound()) {  // nobody knows which of these it has
     for (const std::string& key : r.json.keys()) r.json.has(key);
     return out;
