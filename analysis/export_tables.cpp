@@ -185,10 +185,11 @@ Result<> write_events(const Database& db, const ExportContext& c, CsvWriter& out
 }
 
 Result<> write_answers(const Database& db, const ExportContext& c, CsvWriter& out) {
-  constexpr const char* kSql =
-      "SELECT seq, at_mono_ns, step_id, detail FROM event WHERE run_id = ? AND kind = 'answer'"
-      " ORDER BY seq";
-  return for_each_row(db, c, kSql, out, [&](const Statement& row) -> Result<> {
+  const auto sql = fmt::format(
+      "SELECT seq, at_mono_ns, step_id, detail FROM event WHERE run_id = ? AND kind = '{}'"
+      " ORDER BY seq",
+      to_string(EventKind::answer));
+  return for_each_row(db, c, sql, out, [&](const Statement& row) -> Result<> {
     const auto answer = from_json<AnswerEvent>(row.text(3));
     if (!answer) return fail(answer.error());
     out.integer(row.integer(0));
@@ -265,9 +266,9 @@ Result<> write_levels(const Database& db, const ExportContext& c, CsvWriter& out
       " l.level_index, r.reading_index, l.target_force_N, l.target_pressure_Pa, r.flags{}"
       " FROM lcr_reading AS r JOIN level AS l ON l.run_id = r.run_id AND l.level = r.level"
       " WHERE r.run_id = ? AND r.reading_index IS NOT NULL AND NOT EXISTS (SELECT 1 FROM event AS e"
-      " WHERE e.run_id = r.run_id AND e.kind = 'level_abandoned'"
+      " WHERE e.run_id = r.run_id AND e.kind = '{}'"
       " AND json_extract(e.detail, '$.level') = r.level) ORDER BY r.seq",
-      c.value_sql);
+      c.value_sql, to_string(EventKind::level_abandoned));
   auto track = FrameTrack::open(db, c.id, c.hold_force, c.clock);
   if (!track) return fail(track.error());
   WindowBefore before = c.before;

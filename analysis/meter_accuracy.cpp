@@ -13,9 +13,8 @@ namespace lcrig {
 namespace {
 
 constexpr std::array<std::string_view, 3> kSpeeds{"fast", "medium", "slow"};
-// One conversion, s, and its scatter at 1 kHz and 1 V, F: 3 fF at 20 kHz, FAST, of recordings, on
-// the law 1/(f V) and less by the root of the time ratio.
-constexpr std::array<double, 3> kConversion_s{0.065, 0.120, 0.380};
+// Scatter of one conversion at 1 kHz and 1 V, F: 3 fF at 20 kHz, FAST, of recordings, on the law
+// 1/(f V) and less by the root of the time ratio.
 constexpr std::array<double, 3> kNoise_F{60e-15, 44e-15, 25e-15};
 
 std::size_t index_of(MeterSpeed s) {
@@ -121,11 +120,6 @@ Result<MeterAccuracy> meter_accuracy(const MeterSetting& s, const MeterPlace& pl
 
 double meter_noise_F(const MeterSetting& s) {
   return kNoise_F[index_of(s.speed)] * (1000 / s.frequency_Hz) / s.level_V / std::sqrt(s.average);
-}
-
-double meter_conversion_s(const MeterSetting& s) {
-  if (s.conversion_s) return *s.conversion_s;
-  return std::max(kConversion_s[index_of(s.speed)], 1 / s.frequency_Hz) * s.average;
 }
 
 }  // namespace lcrig

@@ -56,8 +56,5 @@ Result<MeterAccuracy> meter_accuracy(const MeterSetting& setting, const MeterPla
 
 // Scatter of one reading, standard deviation, F.
 double meter_noise_F(const MeterSetting& setting);
-// Time of one reading, averaging included, s: as recorded, else 65, 120 and 380 ms a conversion,
-// and never shorter than one period of the test signal.
-double meter_conversion_s(const MeterSetting& setting);
 
 }  // namespace lcrig

@@ -22,6 +22,18 @@ constexpr Duration kCatchUp = 5ms;  // for reading those bytes
 
 }  // namespace
 
+Task<bool> Clock::wait_until(MonoTime t) {
+  return wait(t, nullptr);
+}
+
+Task<bool> Clock::wait_until(MonoTime t, Wakeup& early) {
+  return wait(t, &early);
+}
+
+Task<bool> Clock::wait_for(Duration d) {
+  return wait_until(now() + d);
+}
+
 MonoTime RealClock::now() const {
   return MonoTime(
       std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch()));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The clock that everything waits on: real time in the daemon, virtual time in rehearsals and
+// The clocks that everything waits on: real time in the daemon, virtual time in rehearsals and
 // tests. Other production code never names steady_clock, sleep_for or steady_timer, so that all of
-// it can run in virtual time. Code that needs only the types includes base/time.hpp.
+// it can run in virtual time. Code that awaits nothing includes base/time.hpp.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
@@ -15,45 +15,6 @@
 #include "base/time.hpp"
 
 namespace lcrig {
-
-namespace asio = boost::asio;
-
-// Lets one coroutine end the wait of another on the same thread. It serves one waiter. A notify
-// without a waiter is remembered and ends the next wait at once. A wait may also end without a
-// reason, so the waiter checks its own condition in a loop.
-class Wakeup {
- public:
-  Wakeup() = default;
-  ~Wakeup();
-  Wakeup(const Wakeup&) = delete;
-  Wakeup& operator=(const Wakeup&) = delete;
-  void notify();
-
- private:
-  friend class RealClock;
-  friend class VirtualClock;
-  struct Sleeper;
-  bool knocked_ = false;
-  Sleeper* sleeper_ = nullptr;  // the wait under way, if any
-};
-
-class Clock {
- public:
-  virtual ~Clock() = default;
-  virtual MonoTime now() const = 0;
-  virtual std::int64_t unix_ns() const = 0;  // wall clock, to anchor a run once
-  // True when the time came, false when the wait was cancelled. Never throws and honours terminal
-  // cancellation, so it may stand on either side of `||`. If the process got no processor time
-  // until after `t`, pending input is read before this returns, so that the instrument is not
-  // blamed for the silence.
-  Task<bool> wait_until(MonoTime t) { return wait(t, nullptr); }
-  // The same, and false when `early` was notified. MonoTime::max() waits without a deadline.
-  Task<bool> wait_until(MonoTime t, Wakeup& early) { return wait(t, &early); }
-  Task<bool> wait_for(Duration d) { return wait_until(now() + d); }
-
- private:
-  virtual Task<bool> wait(MonoTime t, Wakeup* early) = 0;
-};
 
 class RealClock final : public Clock {
  public:

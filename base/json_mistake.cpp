@@ -228,8 +228,9 @@ class Walk {
       return i - from;
     };
     const std::size_t first = i, before_point = digits();
-    if (before_point == 0)
+    if (before_point == 0) {
       return wrong(word_at_, fmt::format("`{}`: a number begins with a digit", word));
+    }
     if (before_point > 1 && word[first] == '0') {
       if (comma_at_ > 0 && comma_at_ == number_end_ && comma_at_ + 1 == word_at_) {
         return decimal_comma(word);  // [1,000]

@@ -199,8 +199,9 @@ bool JsonReader::stands_for_missing(const JsonReader& unknown, const std::string
   for (State::Failure& f : state_->failures) {
     if (std::ranges::find(f.absent, meant) == f.absent.end()) continue;
     if (!is_within(f.pointer, pointer_) ||
-        f.pointer.find('/', pointer_.size() + 1) != f.pointer.npos)
+        f.pointer.find('/', pointer_.size() + 1) != f.pointer.npos) {
       continue;
+    }
     f.at = state_->document.key_position(unknown.pointer_);
     f.what = located(state_->document, f.at, unknown.pointer_,
                      fmt::format("unknown key `{}`, did you mean `{}`? It is missing",

@@ -15,8 +15,9 @@ std::string number_words(std::string_view text, std::string_view unit) {
     if (!text.starts_with(dash)) continue;
     return "`" + std::string(dash) + "` is no minus sign: the `-` of the keyboard is";
   }
-  if (text.starts_with('+') && number_from<double>(text.substr(1)))
+  if (text.starts_with('+') && number_from<double>(text.substr(1))) {
     return "no `+` stands before it";
+  }
   double value{};
   const auto r = std::from_chars(text.data(), text.data() + text.size(), value);
   if (r.ec == std::errc::result_out_of_range && r.ptr == text.data() + text.size()) {

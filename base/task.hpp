@@ -11,6 +11,8 @@ class awaitable;
 
 namespace lcrig {
 
+namespace asio = boost::asio;
+
 // A coroutine. Its parameters are values, or references to objects that App owns.
 template <class T = void>
 using Task = boost::asio::awaitable<T, boost::asio::any_io_executor>;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Durations and points of monotonic time, for code that stores times or computes with them. Code
-// that waits includes base/clock.hpp, which brings Asio.
+// Durations, points of monotonic time and the clock that tells them, for code that stores times or
+// computes with them. Code that awaits includes base/clock.hpp, which brings Asio.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
+
+#include "base/task.hpp"
 
 namespace lcrig {
 
@@ -23,5 +25,42 @@ constexpr Duration from_seconds(double s) {
 constexpr double to_seconds(Duration d) {
   return static_cast<double>(d.count()) * 1e-9;
 }
+
+// Lets one coroutine end the wait of another on the same thread. It serves one waiter. A notify
+// without a waiter is remembered and ends the next wait at once. A wait may also end without a
+// reason, so the waiter checks its own condition in a loop.
+class Wakeup {
+ public:
+  Wakeup() = default;
+  ~Wakeup();
+  Wakeup(const Wakeup&) = delete;
+  Wakeup& operator=(const Wakeup&) = delete;
+  void notify();
+
+ private:
+  friend class RealClock;
+  friend class VirtualClock;
+  struct Sleeper;
+  bool knocked_ = false;
+  Sleeper* sleeper_ = nullptr;  // the wait under way, if any
+};
+
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  virtual MonoTime now() const = 0;
+  virtual std::int64_t unix_ns() const = 0;  // wall clock, to anchor a run once
+  // True when the time came, false when the wait was cancelled. Never throws and honours terminal
+  // cancellation, so it may stand on either side of `||`. If the process got no processor time
+  // until after `t`, pending input is read before this returns, so that the instrument is not
+  // blamed for the silence.
+  Task<bool> wait_until(MonoTime t);
+  // The same, and false when `early` was notified. MonoTime::max() waits without a deadline.
+  Task<bool> wait_until(MonoTime t, Wakeup& early);
+  Task<bool> wait_for(Duration d);
+
+ private:
+  virtual Task<bool> wait(MonoTime t, Wakeup* early) = 0;
+};
 
 }  // namespace lcrig

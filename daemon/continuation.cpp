@@ -51,9 +51,9 @@ Result<> check_interrupted(const Database& db, std::int64_t run) {
   }
   // The events of a copied run name the numbers of another database.
   auto next = db.integer(fmt::format(
-      "SELECT coalesce(max(run_id), 0) FROM event WHERE kind = 'continues' AND run_id > {} AND "
+      "SELECT coalesce(max(run_id), 0) FROM event WHERE kind = '{}' AND run_id > {} AND "
       "json_extract(detail, '$.run') = {} AND run_id NOT IN (SELECT run_id FROM run_copy)",
-      run, run));
+      to_string(EventKind::continues), run, run));
   if (!next) return fail(next.error());
   if (*next == 0) return {};
   return fail(Errc::invalid_request, "run {} was continued by run {}: continue that one", run,

@@ -166,9 +166,10 @@ class Rehearsal {
       if (answer) out.remarks.push_back(answer_remark(row.text(0), *answer));
     };
     return db.each(
-        "SELECT step_id, detail, min(seq) FROM event WHERE run_id = ? AND kind = 'answer' GROUP BY "
-        "step_id ORDER BY 3",
-        read, out.run);
+        "SELECT step_id, detail, min(seq) FROM event WHERE run_id = ? AND kind = ? GROUP BY "
+        "step_id "
+        "ORDER BY 3",
+        read, out.run, to_string(EventKind::answer));
   }
 
   const RehearseRequest& request_;

@@ -243,8 +243,9 @@ class BatchRehearsal {
       out.reason = stored->reason;
       out.measure_readings += summary->measure_readings;
       out.duration_s += summary->duration_s.value_or(0);
-      auto acts = db.integer(fmt::format(
-          "SELECT count(*) FROM event WHERE run_id = {} AND kind IN ('confirm', 'answer')", run));
+      auto acts = db.integer(
+          fmt::format("SELECT count(*) FROM event WHERE run_id = {} AND kind IN ('{}', '{}')", run,
+                      to_string(EventKind::confirm), to_string(EventKind::answer)));
       if (!acts) return fail(acts.error());
       out.acts += *acts;
     }

@@ -2,7 +2,7 @@
 // Makes the row of a run: all that is known before its first reading. Session stores it.
 #pragma once
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "daemon/rig/instruments.hpp"
 #include "daemon/run_request.hpp"
 #include "protocols/plan/limits.hpp"

@@ -6,6 +6,7 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <functional>
 
+#include "base/clock.hpp"
 #include "drivers/transport.hpp"
 
 namespace lcrig {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/as_result.hpp"
+#include "base/clock.hpp"
 
 namespace lcrig {
 

@@ -3,11 +3,17 @@
 // without the kernel. The simulated bench and the tests use it.
 #pragma once
 
+#include <functional>
 #include <string>
 
+#include "base/time.hpp"
 #include "drivers/transport.hpp"
 
 namespace lcrig {
+
+// How a driver and its simulator are wired: in memory, or by a socketpair.
+using MakeWire =
+    std::function<Result<TransportPair>(asio::any_io_executor, Clock&, const std::string& name)>;
 
 // Each end reads what the other wrote. At most 64 KiB wait unread at an end; then its peer waits.
 // What was sent before an end closed can still be read. The ends may be destroyed in any order.

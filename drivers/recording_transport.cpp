@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "base/clock.hpp"
+
 namespace lcrig {
 
 WireRecord::WireRecord(std::unique_ptr<WireLogWriter::File> file, Clock& clock,
@@ -12,8 +14,8 @@ WireRecord::WireRecord(std::unique_ptr<WireLogWriter::File> file, Clock& clock,
 }
 
 void WireRecord::begin() {
-  if (std::exchange(begun_, true))
-    add(fmt::format("# the port was opened at {} ns\n", age().count()));
+  if (!std::exchange(begun_, true)) return;
+  add(fmt::format("# the port was opened at {} ns\n", age().count()));
 }
 
 void WireRecord::note(bool to_instrument, std::string_view bytes) {

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "drivers/transport.hpp"
 #include "drivers/wire_log.hpp"
 #include "drivers/wire_log_writer.hpp"

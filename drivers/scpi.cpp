@@ -5,6 +5,7 @@
 #include <cctype>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {

@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "base/clock.hpp"
 #include "drivers/fd_transport.hpp"
 
 namespace lcrig {

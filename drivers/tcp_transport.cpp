@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/as_result.hpp"
+#include "base/clock.hpp"
 #include "base/either.hpp"
 #include "drivers/fd_transport.hpp"
 

@@ -4,14 +4,14 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 
-#include "base/clock.hpp"
 #include "base/result.hpp"
+#include "base/task.hpp"
+#include "base/time.hpp"
 
 namespace lcrig {
 
@@ -37,7 +37,5 @@ class Transport {
 struct TransportPair {
   std::unique_ptr<Transport> near, far;
 };
-using MakeWire =
-    std::function<Result<TransportPair>(asio::any_io_executor, Clock&, const std::string& name)>;
 
 }  // namespace lcrig

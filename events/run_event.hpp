@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "events/event_kind.hpp"
 #include "events/payloads.hpp"
 

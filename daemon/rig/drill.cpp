@@ -6,8 +6,6 @@
 
 namespace lcrig {
 
-using namespace std::chrono_literals;
-
 Result<std::unique_ptr<FaultDrill>> FaultDrill::make(VirtualClock& clock, const std::string& text,
                                                      const std::string& name) {
   auto script = parse_fault_script(text, name);
@@ -49,7 +47,7 @@ void FaultDrill::enter_step(const RunProgress& progress) {
 Task<> FaultDrill::end() {
   if (!player_) co_return;
   player_->stop();
-  while (!player_->is_idle()) co_await clock_.wait_for(1ms);
+  co_await player_->ended();
 }
 
 void FaultDrill::detach() {

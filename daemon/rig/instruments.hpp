@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "daemon/config.hpp"
 #include "daemon/rig/bench.hpp"
 #include "daemon/rig/bench_door.hpp"

@@ -7,7 +7,7 @@
 
 #include "daemon/rig/answers.hpp"
 #include "daemon/rig/instruments.hpp"
-#include "drivers/transport.hpp"
+#include "drivers/memory_pipe.hpp"
 
 namespace lcrig {
 

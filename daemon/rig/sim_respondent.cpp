@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/rig/sim_respondent.hpp"
 
+#include "base/clock.hpp"
+
 namespace lcrig {
 
 namespace {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <utility>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "daemon/rig/answers.hpp"
 #include "protocols/run/questions.hpp"
 

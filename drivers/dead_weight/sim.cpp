@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/dead_weight/sim.hpp"
 
+#include "base/clock.hpp"
+
 namespace lcrig {
 
 Task<Result<>> SimOperator::confirm(std::string prompt) {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "drivers/load_frame.hpp"
 
 namespace lcrig {

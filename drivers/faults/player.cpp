@@ -22,7 +22,8 @@ FaultPlayer::FaultPlayer(asio::any_io_executor executor, Clock& clock, FaultBenc
       script_(std::move(script)),
       told_(std::move(told)),
       random_(script_.seed),
-      first_identity_(bench.meter_identity()) {
+      first_identity_(bench.meter_identity()),
+      changed_(clock) {
   for (const Fault& f : script_.faults) states_.emplace_back(f);
   attach();
 }
@@ -92,8 +93,13 @@ void FaultPlayer::schedule(MonoTime at, Act act) {
   if (std::exchange(running_, true)) return;
   asio::co_spawn(executor_, run(), [this](std::exception_ptr error) {
     running_ = false;
+    changed_.notify_all();
     if (error) std::rethrow_exception(error);
   });
+}
+
+Task<bool> FaultPlayer::ended(MonoTime limit) {
+  return changed_.wait([this] { return !running_; }, limit);
 }
 
 Task<> FaultPlayer::run() {

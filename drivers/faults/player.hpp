@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/clock.hpp"
+#include "base/condition.hpp"
 #include "drivers/faults/bench.hpp"
 #include "drivers/faults/script.hpp"
 #include "drivers/line_fault.hpp"
@@ -36,6 +36,8 @@ class FaultPlayer {
   // Ends the faults that can be ended (plugs, disk, memory) and the player's task. Idempotent.
   void stop();
   bool is_idle() const { return !running_; }
+  // After `stop`: until its task has ended. False: not by then.
+  Task<bool> ended(MonoTime limit = MonoTime::max());
   // How often each fault of the script has happened.
   std::vector<std::int64_t> happened() const;
   const FaultScript& script() const { return script_; }
@@ -73,6 +75,7 @@ class FaultPlayer {
   std::string first_identity_;  // of the meter that the bench began with
   std::multimap<MonoTime, Act> agenda_;
   Wakeup wakeup_;
+  Condition changed_;
   std::uint64_t step_ = 0;  // number of steps entered
   bool running_ = false, stopped_ = false;
 };

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "base/text.hpp"
 
 namespace lcrig::lcr6100 {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "drivers/lcr6100/sim_values.hpp"
 
 namespace lcrig::lcr6100 {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "drivers/lcr6100/sim.hpp"
 #include "drivers/lcr6100/words.hpp"
 

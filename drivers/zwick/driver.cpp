@@ -4,6 +4,7 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "base/clock.hpp"
 #include "drivers/zwick/codec.hpp"
 #include "drivers/zwick/link.hpp"
 

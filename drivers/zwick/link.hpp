@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/clock.hpp"
 #include "drivers/load_frame.hpp"
 #include "drivers/transport.hpp"
 #include "drivers/zwick/codec.hpp"

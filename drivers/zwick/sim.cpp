@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/clock.hpp"
 #include "base/either.hpp"
 #include "drivers/zwick/sim_clerk.hpp"
 #include "drivers/zwick/sim_machine.hpp"

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "base/time.hpp"
 #include "drivers/line_fault.hpp"
 #include "drivers/load_frame.hpp"
 #include "drivers/transport.hpp"

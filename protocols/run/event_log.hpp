@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "events/payloads.hpp"
 #include "protocols/protocol.hpp"
 #include "protocols/run/sink.hpp"

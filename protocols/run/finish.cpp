@@ -22,11 +22,6 @@ constexpr std::string_view kUnknown =
     "whether the specimen is still loaded is not known: look at the rig, drive the frame away from "
     "it at the machine";
 
-// The same words are not said again.
-bool names(const std::string& reason, std::string_view why) {
-  return reason.find(why) != std::string::npos;
-}
-
 }  // namespace
 
 void Finish::fail_with(Errc code, std::string_view why) {
@@ -37,15 +32,14 @@ void Finish::fail_with(Errc code, std::string_view why) {
   add_remark(result_.reason, why);
 }
 
-void Finish::fail_not_standing(std::string_view why) {
-  result_.exit_status = ExitStatus::fail;
-  result_.code = Errc::not_standing;
-  if (!names(result_.reason, why)) add_remark(result_.reason, why);
+void Finish::hear(const InterruptRequest& stop) {
+  heard_.push_back(stop.why);
+  if (stop.code == Errc::not_standing) told_standstill_ = true;
 }
 
 Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
   if (stop && stop->code == Errc::frame_fault) run_.drive.keep_hands_off(stop->why);
-  run_.progress.state = RunState::finishing;
+  run_.progress.enter(RunState::finishing);
   run_.guard.expect_standstill();
   stop = run_.interrupts.begin_finish(std::move(stop));
   co_await run_.drive.stop();
@@ -68,7 +62,7 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
   co_await make_meter_safe();
   run_.setup.frame.set_listener(nullptr);
   run_.interrupts.close();
-  run_.progress.state = RunState::ended;
+  run_.progress.enter(RunState::ended);
   result_.peak_force_N = run_.guard.peak_force_N();
   result_.stands = !run_.setup.moves() || !run_.drive.prepared() ||
                    (run_.drive.standing() && losses_.frame_away() == nullptr);
@@ -79,6 +73,7 @@ Task<RunResult> Finish::end(std::optional<InterruptRequest> stop) {
 Task<> Finish::stop_for(const std::optional<InterruptRequest>& stop) {
   result_.exit_status = ExitStatus::success;
   if (!stop) co_return;
+  hear(*stop);
   if (stop->kind == Interrupt::stop_after) {  // between two steps: no exchange was cut
     result_.exit_status = ExitStatus::stopped;
     result_.reason = stop->why;
@@ -139,6 +134,7 @@ bool Finish::may_clear(bool frozen) {
     result_.exit_status = ExitStatus::fail;
     result_.code = Errc::not_standing;
     tell_not_run("standstill not confirmed: use the E-stop, then look at the rig");
+    told_standstill_ = true;
     return false;
   }
   if (take_over_.unconfirmed()) {
@@ -167,6 +163,7 @@ Task<> Finish::run_finally() {
     why = fmt::format("`finally` did not end in {:.0f} s; the frame was stopped where it stood",
                       to_seconds(run_.setup.protocol.finally_timeout));
   } else if (const auto& stop = std::get<0>(r)) {
+    hear(*stop);
     const bool frozen = stop->kind == Interrupt::freeze;
     why = fmt::format("in `finally`: {}{}", frozen ? "freeze: " : "", stop->why);
     code = stop->code;
@@ -177,9 +174,12 @@ Task<> Finish::run_finally() {
 }
 
 void Finish::tell_standstill() {
-  constexpr std::string_view kWhy = "standstill not confirmed: use the E-stop";
   if (!run_.setup.moves() || run_.drive.standing() || losses_.frame_away() != nullptr) return;
-  fail_not_standing(kWhy);
+  result_.exit_status = ExitStatus::fail;
+  result_.code = Errc::not_standing;
+  if (!told_standstill_) {
+    add_remark(result_.reason, "standstill not confirmed: use the E-stop");
+  }
 }
 
 // A reason that does not name the fault yet does so now.
@@ -190,7 +190,8 @@ void Finish::tell_hands_off(bool cleared) {
     result_.exit_status = ExitStatus::fail;
     result_.code = why->code;
   }
-  if (!names(result_.reason, why->what)) add_remark(result_.reason, why->what);
+  const auto is_why = [this](const std::string& said) { return run_.drive.is_hands_off(said); };
+  if (std::ranges::none_of(heard_, is_why)) add_remark(result_.reason, why->what);
   constexpr std::string_view kStill =
       "nothing is moved any more until a person has looked at the rig";
   if (cleared || told_not_run_) {

@@ -5,7 +5,9 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "protocols/run/interrupts.hpp"
 #include "protocols/run/losses.hpp"
@@ -35,7 +37,7 @@ class Finish {
   std::string load_left(const Result<Rest>& rest) const;
   Task<> make_meter_safe();
   void fail_with(Errc code, std::string_view why);
-  void fail_not_standing(std::string_view why);
+  void hear(const InterruptRequest& stop);
   void tell_not_run(std::string_view why);
 
   RunParts& run_;
@@ -43,7 +45,9 @@ class Finish {
   const TakeOver& take_over_;
   RunSteps run_steps_;
   RunResult result_;
-  bool told_not_run_ = false;
+  // Why the steps, and `finally`, were stopped: the reason says it already.
+  std::vector<std::string> heard_;
+  bool told_not_run_ = false, told_standstill_ = false;
 };
 
 }  // namespace lcrig

@@ -90,4 +90,8 @@ Result<> FrameDrive::may_move() const {
   return fail(hands_off_->code, "{}: nothing is moved any more", hands_off_->what);
 }
 
+bool FrameDrive::is_hands_off(std::string_view why) const {
+  return hands_off_ && (why == hands_off_->what || why == may_move().error().what);
+}
+
 }  // namespace lcrig

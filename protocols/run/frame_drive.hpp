@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "protocols/run/contact_place.hpp"
 #include "protocols/run/event_log.hpp"
@@ -49,6 +50,8 @@ class FrameDrive {
   void keep_hands_off(std::string why, Errc code = Errc::frame_fault);
   const std::optional<Error>& hands_off() const { return hands_off_; }
   Result<> may_move() const;  // asked before every motion of the frame
+  // `why` is the reason for `hands_off`, as a stop or as a motion that was refused tells it.
+  bool is_hands_off(std::string_view why) const;
 
   // Something may have been asked of the instruments: `finally` has to run.
   bool prepared() const { return prepared_; }

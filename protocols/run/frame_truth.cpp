@@ -7,6 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/clock.hpp"
+
 namespace lcrig {
 
 namespace {

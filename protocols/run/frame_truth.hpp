@@ -66,7 +66,6 @@ class FrameTruth {
   }
 
   // Samples of the frame
-  bool judges() const { return plausible_.has_value(); }
   std::optional<Contradiction> check(const FrameSample& sample);
   // Below the lower limit of force: nullopt if the specimen may pull at the probe.
   std::optional<Contradiction> check_fall(const FrameSample& sample) const;

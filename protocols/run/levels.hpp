@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "protocols/protocol.hpp"
 #include "protocols/run/point.hpp"
 #include "protocols/run/sink.hpp"

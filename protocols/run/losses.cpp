@@ -90,7 +90,7 @@ void Losses::look() {
   }
   if (auto why = run_.sampler.check_age(now)) lose_meter(Error(Errc::no_reply, std::move(*why)));
   const bool finishing = run_.interrupts.finishing();
-  const bool waited_for = finishing || run_.progress.state == RunState::waiting_for_instrument;
+  const bool waited_for = finishing || run_.progress.state() == RunState::waiting_for_instrument;
   const bool told = away_before && waited_for;
   const bool matters = frame_ || (meter_ && !finishing);
   if (!matters || told) return;
@@ -127,15 +127,15 @@ Task<std::optional<InterruptRequest>> Losses::survive(StepProgress& progress) {
   if (stop) co_return stop;
   const bool finishing = run_.interrupts.finishing();
   progress.interrupt(run_.setup.clock.now());
-  const RunState before = run_.progress.state;
-  if (!finishing) run_.progress.state = RunState::waiting_for_instrument;
+  std::optional<ProgressKeeper::During> waiting;
+  if (!finishing) waiting.emplace(run_.progress, RunState::waiting_for_instrument);
   if (frame_ || !run_.drive.held_force_N()) co_await run_.drive.stop();
   const Duration patience = finishing ? kFinallyPatience : run_.setup.protocol.on_loss_timeout;
   stop = co_await wait_for_return(patience);
   const auto& hands_off = run_.drive.hands_off();
   if (!stop && hands_off) stop = InterruptRequest(Interrupt::fault, *hands_off);
   if (stop) co_return stop;
-  run_.progress.state = before;
+  waiting.reset();
   run_.sampler.start(run_.setup.protocol.sample.lcr_continuous);
   const bool anew = run_.setup.protocol.on_loss == OnLoss::repeat_step || finishing;
   if (anew) {

@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "protocols/run/sink.hpp"
 
 namespace lcrig {

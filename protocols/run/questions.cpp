@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/as_result.hpp"
+#include "base/clock.hpp"
 #include "base/text.hpp"
 #include "protocols/run/answer_event.hpp"
 

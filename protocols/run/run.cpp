@@ -39,7 +39,7 @@ Run::Run(asio::any_io_executor executor, RunSetup setup)
       pace_(setup_.clock, setup_.planned) {}
 
 RunProgress Run::progress() const {
-  RunProgress now = parts_.progress;
+  RunProgress now = parts_.progress.now();
   const auto word = [this](PlannedStops::Kind kind) {
     const auto& waiting = parts_.stops.waiting(kind);
     return waiting ? std::string(to_string(waiting->place)) : std::string();
@@ -119,7 +119,7 @@ Task<RunResult> Run::execute() {
   } else if (const auto& ready = std::get<0>(r); !ready) {
     stop = InterruptRequest(Interrupt::fault, ready.error());
   } else {
-    parts_.progress.state = RunState::running;
+    parts_.progress.enter(RunState::running);
     parts_.sampler.start(setup_.protocol.sample.lcr_continuous);
     stop = co_await run_protocol();
   }
@@ -203,7 +203,7 @@ Task<std::optional<InterruptRequest>> Run::run_protocol() {
 void Run::pass_over_done_steps() {
   Environment environment = setup_.environment;
   StepCursor done(setup_.protocol.steps, environment);
-  for (std::int64_t i = 0; i < parts_.progress.steps_done; ++i) {
+  for (std::int64_t i = 0; i < parts_.progress.steps_done(); ++i) {
     if (const Step* step = done.next()) pace_.pass_over(step->id);
   }
 }
@@ -220,12 +220,11 @@ Task<std::optional<InterruptRequest>> Run::run_steps(StepCursor& cursor) {
     stop = take_planned_stop();
     if (stop) break;
     parts_.labels.enter_repeat(cursor.repeat());
-    parts_.progress.repeat = cursor.repeat();
-    parts_.progress.repeats = cursor.repeats();
+    parts_.progress.enter_repeat(cursor.repeat(), cursor.repeats());
     stop = co_await run_step(*step);
     if (stop) break;
     parts_.stops.leave(*step);
-    ++parts_.progress.steps_done;
+    parts_.progress.count_step();
   }
   co_return stop;
 }
@@ -235,7 +234,7 @@ Task<std::optional<InterruptRequest>> Run::run_steps(StepCursor& cursor) {
 std::optional<InterruptRequest> Run::take_planned_stop() {
   if (parts_.interrupts.finishing()) return std::nullopt;
   using Kind = PlannedStops::Kind;
-  const std::int64_t done = parts_.progress.steps_done;
+  const std::int64_t done = parts_.progress.steps_done();
   if (const auto stop = parts_.stops.take_due(Kind::stop, done)) {
     return InterruptRequest(Interrupt::stop_after,
                             fmt::format("after the {}, step {}: {}", place_words(stop->place),
@@ -251,7 +250,8 @@ std::optional<InterruptRequest> Run::take_planned_stop() {
 
 Result<PlannedStops::Asked> Run::ask_at(PlannedStops::Kind kind, StopPlace place, std::string why) {
   const auto planned_s = [this](const std::string& id) { return pace_.planned_of(id); };
-  auto asked = parts_.stops.ask(kind, place, std::move(why), parts_.progress.steps_done, planned_s);
+  auto asked =
+      parts_.stops.ask(kind, place, std::move(why), parts_.progress.steps_done(), planned_s);
   if (asked) asked->seconds += pace_.left_of_step_s();
   return asked;
 }
@@ -259,12 +259,11 @@ Result<PlannedStops::Asked> Run::ask_at(PlannedStops::Kind kind, StopPlace place
 void Run::begin_step(const Step& step) {
   parts_.stops.enter(step);
   parts_.log.begin_step(step);
-  parts_.progress.step_id = step.id;
-  parts_.progress.step_kind = kind_of(step);
+  parts_.progress.enter_step(step);
   pace_.begin_step(step.id);
   // First, so that a crash right after `step_begin` finds it.
   if (!parts_.interrupts.finishing()) parts_.log.event(parts_.point());
-  parts_.log.event(EventKind::step_begin, std::string(parts_.progress.step_kind));
+  parts_.log.event(EventKind::step_begin, std::string(kind_of(step)));
   if (setup_.on_step) setup_.on_step(progress());
 }
 
@@ -315,7 +314,7 @@ Task<std::optional<InterruptRequest>> Run::handle(InterruptRequest request,
 // Holds travel and keeps recording until somebody resumes or stops the run.
 Task<std::optional<InterruptRequest>> Run::stay_paused(StepProgress& progress) {
   progress.interrupt(setup_.clock.now());
-  const RunState before = std::exchange(parts_.progress.state, RunState::paused);
+  std::optional<ProgressKeeper::During> paused(std::in_place, parts_.progress, RunState::paused);
   co_await parts_.drive.stop();
   std::optional<InterruptRequest> stop;
   for (bool resumed = false; !resumed && !stop;) {
@@ -325,10 +324,9 @@ Task<std::optional<InterruptRequest>> Run::stay_paused(StepProgress& progress) {
     InterruptRequest request = parts_.interrupts.take();
     if (request.kind == Interrupt::pause) continue;
     stop = co_await handle(std::move(request), progress);
-    parts_.progress.state = RunState::paused;
   }
   if (stop) co_return stop;
-  parts_.progress.state = before;
+  paused.reset();
   parts_.log.event(EventKind::resume, "");
   auto held = co_await parts_.drive.restore_hold();
   if (!held) stop = request_for(held.error());

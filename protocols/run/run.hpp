@@ -36,7 +36,9 @@ class Run final : private LoadFrame::Listener {
     return parts_.interrupts.finishing() || parts_.interrupts.stop_pending();
   }
   // false: not paused
-  bool resume() { return parts_.progress.state == RunState::paused && parts_.interrupts.resume(); }
+  bool resume() {
+    return parts_.progress.state() == RunState::paused && parts_.interrupts.resume();
+  }
   // From the io thread: a stop or a pause at the end of what is under way. Errors: invalid_request.
   Result<PlannedStops::Asked> ask_at(PlannedStops::Kind kind, StopPlace place, std::string why);
   // From the io thread: what a person says to the question that waits. Errors: invalid_request.

@@ -20,6 +20,7 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, std::function<vo
                    Sampler::Hooks sampled)
     : setup(s),
       pressing(s.pressing ? &*s.pressing : nullptr),
+      progress(s),
       log(s.clock, s.sink),
       interrupts(executor, s.clock, log, std::move(look)),
       guard(s.limits, stale_after(s.frame_rate_Hz)),
@@ -32,17 +33,11 @@ RunParts::RunParts(asio::any_io_executor executor, RunSetup& s, std::function<vo
       labels(s.environment, s.probe_area_m2, s.gravity_m_s2),
       sampler(executor, s.clock, s.lcr, s.lcr_settings, std::move(sampled)),
       questions(executor, log),
-      stops(s.environment, log) {
-  progress.run = s.run;
-  progress.protocol = s.protocol.name;
-  progress.specimen = s.specimen;
-  progress.planned_s = s.planned.total_s;
-  progress.left_s = s.planned.total_s;
-}
+      stops(s.environment, log) {}
 
 RunPoint RunParts::point() const {
   RunPoint p;
-  p.steps_done = progress.steps_done;
+  p.steps_done = progress.steps_done();
   labels.write_to(p);
   p.contact_travel_m = contact.travel_m();
   p.travel_m = view.travel_m();

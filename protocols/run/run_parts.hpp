@@ -16,6 +16,7 @@
 #include "protocols/run/levels.hpp"
 #include "protocols/run/motions.hpp"
 #include "protocols/run/planned_stops.hpp"
+#include "protocols/run/progress_keeper.hpp"
 #include "protocols/run/questions.hpp"
 #include "protocols/run/sampler.hpp"
 #include "protocols/run/setup.hpp"
@@ -30,7 +31,7 @@ struct RunParts {
 
   const RunSetup& setup;  // clock, instruments, sink, and the values of the protocol's numbers
   Pressing* const pressing;  // nullptr: the frame cannot move
-  RunProgress progress;  // as people see it
+  ProgressKeeper progress;
   EventLog log;
   InterruptQueue interrupts;
   Guard guard;

@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 
-#include "base/clock.hpp"
 #include "base/exit_status.hpp"
 #include "base/quantity.hpp"
+#include "base/time.hpp"
 #include "drivers/lcr_meter.hpp"
 #include "drivers/load_frame.hpp"
 #include "protocols/plan/limits.hpp"

@@ -30,7 +30,7 @@ Task<std::optional<InterruptRequest>> TakeOver::confirm_specimen() {
   std::optional<InterruptRequest> stop;
   if (!from.confirmed) {
     unconfirmed_ = true;
-    run_.progress.state = RunState::waiting_for_operator;
+    const ProgressKeeper::During waiting(run_.progress, RunState::waiting_for_operator);
     const std::string prompt = fmt::format(
         "Run {} stopped in step {}. Look at the rig: if specimen {} was not touched since, confirm "
         "to go on.",
@@ -46,7 +46,6 @@ Task<std::optional<InterruptRequest>> TakeOver::confirm_specimen() {
       stop->kind = Interrupt::fault;
     }
     unconfirmed_ = stop.has_value();
-    run_.progress.state = RunState::running;
   }
   if (!stop) {
     run_.event(EventKind::confirm, fmt::format("the specimen of run {} was not touched", from.run));
@@ -83,7 +82,7 @@ Task<Result<>> TakeOver::pass_done_steps(StepCursor& cursor) {
   run_.contact.take_from(from.point.contact_travel_m);
   run_.labels.take_from(from.point);
   LcrSettings settings = run_.sampler.settings();
-  for (; run_.progress.steps_done < first; ++run_.progress.steps_done) {
+  for (; run_.progress.steps_done() < first; run_.progress.count_step()) {
     const Step* step = cursor.next();
     if (step == nullptr) {
       co_return fail(Errc::invalid_request, "run {}: has no step {}", from.run, first);

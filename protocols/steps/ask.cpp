@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/either.hpp"
 #include "base/number.hpp"
@@ -118,8 +119,9 @@ AskStep AskStep::parse(const StepReader& r) {
   const JsonReader type = r.json.at("answer");
   out.type = type.word<AnswerType>(kTypes);
   out.timeout = r.timeout();
-  if (const auto what = r.json.find("on_timeout"))
+  if (const auto what = r.json.find("on_timeout")) {
     out.on_timeout = what->word<OnTimeout>(kOnTimeout);
+  }
   if (!type.sound()) {  // nobody knows which of these it has
     for (const std::string& key : r.json.keys()) r.json.has(key);
     return out;
@@ -262,9 +264,10 @@ Task<Result<>> AskStep::execute(RunParts& run, Progress& progress) const {
   if (!still) co_return still;
   const Question asked = question(run.log.step_id(), run.setup.environment);
   run.event(EventKind::prompt, prompt_words(asked));
-  run.progress.state = RunState::waiting_for_operator;
+  std::optional<ProgressKeeper::During> waiting(std::in_place, run.progress,
+                                                RunState::waiting_for_operator);
   auto got = co_await wait_for_answer(asked, run.get(timeout), run, progress);
-  run.progress.state = RunState::running;
+  waiting.reset();
   if (!got) co_return got;
   co_return co_await run.drive.restore_hold();
 }

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
 #include "protocols/run/run_parts.hpp"
@@ -44,10 +46,11 @@ Task<Result<>> PlaceWeightStep::execute(RunParts& run, Progress& /*progress*/) c
   const double mass_kg = load.kind == TargetKind::mass
                              ? run.get(load.value)
                              : run.labels.force_of(load) / run.setup.gravity_m_s2;
+  std::optional<ProgressKeeper::During> waiting;
   const bool finishing = run.interrupts.finishing();
-  run.progress.state = finishing ? RunState::finishing : RunState::waiting_for_operator;
+  if (!finishing) waiting.emplace(run.progress, RunState::waiting_for_operator);
   auto placed = co_await run.setup.frame.place_mass(Mass::from_si(mass_kg));
-  if (!finishing) run.progress.state = RunState::running;
+  waiting.reset();
   if (!placed) co_return fail(placed.error());
   run.event(ended_event<EventKind::confirm>(*placed));
   co_return Result<>();

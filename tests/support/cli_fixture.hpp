@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/clock.hpp"
 #include "daemon/control/config_view.hpp"
 #include "daemon/rehearse.hpp"
 #include "daemon/rehearse_batch.hpp"

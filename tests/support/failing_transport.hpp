@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "drivers/transport.hpp"
 
 namespace lcrig {

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "drivers/transport.hpp"
 #include "tests/support/wire_log_reader.hpp"
 

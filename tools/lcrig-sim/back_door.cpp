@@ -5,10 +5,8 @@
 #include <unistd.h>
 
 #include <boost/asio/buffer.hpp>
-#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
-#include <exception>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -36,8 +34,8 @@ std::string answer_to(Bench& bench, std::string_view line) {
 
 }  // namespace
 
-BackDoor::BackDoor(asio::any_io_executor executor, Bench bench)
-    : executor_(std::move(executor)), bench_(bench), acceptor_(executor_) {}
+BackDoor::BackDoor(const asio::any_io_executor& executor, Tasks& tasks, Bench bench)
+    : tasks_(tasks), bench_(bench), acceptor_(executor) {}
 
 BackDoor::~BackDoor() {
   close();
@@ -56,7 +54,7 @@ Result<> BackDoor::listen(const std::string& path) {
   if (!ec) acceptor_.listen(asio::socket_base::max_listen_connections, ec);
   if (ec) return fail(Errc::io, "--control {}: {}", path, ec.message());
   path_ = path;
-  start(accept());
+  tasks_.start(accept());
   return {};
 }
 
@@ -71,7 +69,7 @@ Task<> BackDoor::accept() {
     auto r = co_await acceptor_.async_accept(kAsResult);
     auto& [ec, socket] = r;
     if (ec) co_return;
-    start(serve(std::move(socket)));
+    tasks_.start(serve(std::move(socket)));
   }
 }
 
@@ -96,14 +94,6 @@ Task<> BackDoor::settle() {
   while (is_moving(bench_) && bench_.clock.now() < limit && acceptor_.is_open()) {
     co_await bench_.clock.wait_for(std::chrono::milliseconds(2));
   }
-}
-
-void BackDoor::start(Task<> task) {
-  ++running_;
-  asio::co_spawn(executor_, std::move(task), [this](std::exception_ptr error) {
-    --running_;
-    if (error) std::rethrow_exception(error);
-  });
 }
 
 }  // namespace lcrig::sim

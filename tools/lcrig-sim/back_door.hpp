@@ -11,6 +11,7 @@
 #include "base/clock.hpp"
 #include "tools/lcrig-sim/frame_port.hpp"
 #include "tools/lcrig-sim/meter_port.hpp"
+#include "tools/lcrig-sim/tasks.hpp"
 
 namespace lcrig::sim {
 
@@ -30,25 +31,23 @@ bool is_moving(const Bench& bench);
 
 class BackDoor {
  public:
-  BackDoor(asio::any_io_executor executor, Bench bench);
+  // The tasks outlive it.
+  BackDoor(const asio::any_io_executor& executor, Tasks& tasks, Bench bench);
   ~BackDoor();
   // Replaces a socket file that an earlier process left behind. Errors: io.
   Result<> listen(const std::string& path);
   void close();
-  bool is_idle() const { return running_ == 0; }
 
  private:
   using Socket = asio::local::stream_protocol::socket;
   Task<> accept();
   Task<> serve(Socket socket);
   Task<> settle();
-  void start(Task<> task);
 
-  asio::any_io_executor executor_;
+  Tasks& tasks_;
   Bench bench_;
   std::string path_;
   asio::local::stream_protocol::acceptor acceptor_;
-  int running_ = 0;
 };
 
 }  // namespace lcrig::sim

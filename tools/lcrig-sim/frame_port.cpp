@@ -4,8 +4,6 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <boost/asio/co_spawn.hpp>
-#include <exception>
 #include <utility>
 
 #include "base/as_result.hpp"
@@ -23,10 +21,11 @@ constexpr Duration kPatience = 500ms;
 
 }  // namespace
 
-FramePort::FramePort(asio::any_io_executor executor, Clock& clock, FrameScene& scene,
+FramePort::FramePort(asio::any_io_executor executor, Clock& clock, Tasks& tasks, FrameScene& scene,
                      ZwickSimSettings settings)
     : executor_(std::move(executor)),
       clock_(clock),
+      tasks_(tasks),
       scene_(scene),
       settings_(std::move(settings)),
       acceptor_(executor_) {}
@@ -51,7 +50,7 @@ Result<> FramePort::bind() {
     return fail(Errc::io, "127.0.0.1:{}: {}; give another --frame-port", tcp_port_, ec.message());
   }
   tcp_port_ = acceptor_.local_endpoint().port();
-  start(accept());
+  tasks_.start(accept());
   return {};
 }
 
@@ -116,7 +115,7 @@ Task<> FramePort::accept() {
     if (!ec) {
       boost::system::error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
-      start(admit(socket.release()));
+      tasks_.start(admit(socket.release()));
     } else if (acceptor_.is_open()) {
       spdlog::warn("{}: {}", url_, ec.message());
       co_await clock_.wait_for(100ms);
@@ -126,7 +125,8 @@ Task<> FramePort::accept() {
 
 Task<> FramePort::admit(int fd) {
   const MonoTime limit = clock_.now() + kPatience;
-  while (gateway_ && clock_.now() < limit) co_await clock_.wait_for(1ms);
+  const auto gone = [this] { return !gateway_; };
+  co_await tasks_.until(gone, limit);
   if (gateway_ || !acceptor_.is_open()) {
     spdlog::warn("{}: a second client is sent away", url_);
     ::close(fd);
@@ -146,20 +146,8 @@ void FramePort::serve(int fd, const std::string& name) {
   }
   gateway_->faults = lasting_;
   gateway_->hooks = hooks_;
-  ++running_;
-  const auto ended = [this, mine = gateway_](std::exception_ptr error) {
-    --running_;
+  tasks_.start(gateway_->run(), [this, mine = gateway_] {
     if (gateway_ == mine) parked_ = std::move(gateway_);
-    if (error) std::rethrow_exception(error);
-  };
-  asio::co_spawn(executor_, gateway_->run(), ended);
-}
-
-void FramePort::start(Task<> task) {
-  ++running_;
-  asio::co_spawn(executor_, std::move(task), [this](std::exception_ptr error) {
-    --running_;
-    if (error) std::rethrow_exception(error);
   });
 }
 

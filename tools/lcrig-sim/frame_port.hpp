@@ -11,13 +11,14 @@
 
 #include "drivers/zwick/sim.hpp"
 #include "tools/lcrig-sim/pty.hpp"
+#include "tools/lcrig-sim/tasks.hpp"
 
 namespace lcrig::sim {
 
 class FramePort {
  public:
-  // The scene must outlive the port.
-  FramePort(asio::any_io_executor executor, Clock& clock, FrameScene& scene,
+  // Clock, tasks and scene must outlive the port.
+  FramePort(asio::any_io_executor executor, Clock& clock, Tasks& tasks, FrameScene& scene,
             ZwickSimSettings settings);
 
   // Call one of the two, once. Port 0: any free port. Errors: the port is taken, no pty.
@@ -37,17 +38,16 @@ class FramePort {
   void restart(bool forgets_zero);  // restarts the gateway's program
 
   ZwickSim* gateway() { return gateway_.get(); }  // nullptr: no client
-  bool is_idle() const { return running_ == 0; }  // every task has ended
 
  private:
   Result<> bind();
   Task<> accept();
   Task<> admit(int fd);
   void serve(int fd, const std::string& name);
-  void start(Task<> task);
 
   asio::any_io_executor executor_;
   Clock& clock_;
+  Tasks& tasks_;
   FrameScene& scene_;
   ZwickSimSettings settings_;
   std::string url_;
@@ -58,7 +58,6 @@ class FramePort {
   std::shared_ptr<ZwickSim> parked_;  // the machine while there is no client
   ZwickSimHooks hooks_;
   ZwickSimFaults lasting_;  // faults of a script
-  int running_ = 0;
 };
 
 }  // namespace lcrig::sim

@@ -67,19 +67,14 @@ class SimBench {
       if (!open) return open;
     }
     Bench bench{clock_, plant(), *meter_, frame_.get()};
-    door_ = std::make_unique<BackDoor>(io_.get_executor(), bench);
+    door_ = std::make_unique<BackDoor>(io_.get_executor(), tasks_, bench);
     if (!options_.control.empty()) {
       if (auto open = door_->listen(options_.control); !open) return open;
     }
     if (auto ready = prepare_faults(); !ready) return ready;
     if (auto told = announce(); !told) return told;
     if (player_) player_->begin();
-    if (world_) {
-      watches_ = true;
-      asio::co_spawn(io_, watch_model_end(), [](std::exception_ptr error) {
-        if (error) std::rethrow_exception(error);
-      });
-    }
+    if (world_) tasks_.start(watch_model_end());
     return {};
   }
 
@@ -90,7 +85,8 @@ class SimBench {
     if (frame_) frame_->unplug();
     door_->close();
     const MonoTime limit = clock_.now() + 1s;
-    while (!is_idle() && clock_.now() < limit) co_await clock_.wait_for(1ms);
+    co_await tasks_.all_ended(limit);
+    if (player_) co_await player_->ended(limit);
   }
 
  private:
@@ -108,7 +104,6 @@ class SimBench {
       is_beyond = plant().peak_answered_N(clock_.now()) > solved_N * (1 + 1e-6);
       co_await clock_.wait_for(100ms);
     }
-    watches_ = false;
   }
 
   void say_beyond(double peak_N, double solved_N) {
@@ -191,11 +186,11 @@ class SimBench {
     const auto source = [this](MonoTime t) {
       return world_ ? world_->electrical(t) : rig_plant_->electrical(t);
     };
-    meter_ =
-        std::make_unique<MeterPort>(io_.get_executor(), clock_, meter, source, options_.lcr_link);
+    meter_ = std::make_unique<MeterPort>(io_.get_executor(), clock_, tasks_, meter, source,
+                                         options_.lcr_link);
     if (options_.weights) return;
     scene_ = std::make_unique<PlantScene>(plant());
-    frame_ = std::make_unique<FramePort>(io_.get_executor(), clock_, *scene_, frame);
+    frame_ = std::make_unique<FramePort>(io_.get_executor(), clock_, tasks_, *scene_, frame);
   }
 
   Result<> announce() const {
@@ -208,13 +203,9 @@ class SimBench {
     return write_whole_file(options_.ready_file, line);
   }
 
-  bool is_idle() const {
-    return meter_->is_idle() && door_->is_idle() && (!frame_ || frame_->is_idle()) &&
-           (!player_ || player_->is_idle()) && !watches_;
-  }
-
   asio::io_context& io_;
   Clock& clock_;
+  Tasks tasks_{io_.get_executor(), clock_};
   Options options_;
   std::unique_ptr<BenchWorld> world_;
   std::optional<RandomRig> rig_;  // instead of world_
@@ -226,7 +217,7 @@ class SimBench {
   std::unique_ptr<BackDoor> door_;
   std::unique_ptr<PortBench> ports_;
   std::unique_ptr<FaultPlayer> player_;
-  bool watches_ = false, closes_ = false;
+  bool closes_ = false;
 };
 
 Task<> end_on_signal(asio::io_context& io, asio::signal_set& signals, SimBench& bench) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lcrig-sim/meter_port.hpp"
 
-#include <boost/asio/co_spawn.hpp>
-#include <exception>
 #include <filesystem>
 #include <utility>
 
@@ -16,10 +14,12 @@ namespace {
 constexpr Duration kClientCheck = std::chrono::milliseconds(100);
 }
 
-MeterPort::MeterPort(asio::any_io_executor executor, Clock& clock, lcr6100::SimConfig config,
-                     lcr6100::Lcr6100Sim::Source source, std::string link)
+MeterPort::MeterPort(asio::any_io_executor executor, Clock& clock, Tasks& tasks,
+                     lcr6100::SimConfig config, lcr6100::Lcr6100Sim::Source source,
+                     std::string link)
     : executor_(std::move(executor)),
       clock_(clock),
+      tasks_(tasks),
       config_(std::move(config)),
       source_(std::move(source)),
       link_(std::move(link)) {}
@@ -53,13 +53,9 @@ Result<> MeterPort::plug(bool other_port) {
   unplugged_.reset();
   meter_->set_hooks(hooks_);
   meter_->faults() = lasting_;
-  running_ += 2;
-  const auto ended = [this, kept = meter_](std::exception_ptr error) {
-    --running_;
-    if (error) std::rethrow_exception(error);
-  };
-  asio::co_spawn(executor_, meter_->run(), ended);
-  asio::co_spawn(executor_, watch_clients(), ended);
+  const auto kept_alive = [kept = meter_] {};
+  tasks_.start(meter_->run(), kept_alive);
+  tasks_.start(watch_clients(), kept_alive);
   return {};
 }
 
@@ -94,12 +90,7 @@ void MeterPort::power_on(const std::string& identity) {
 
 void MeterPort::say_unasked(std::string text) {
   if (!meter_) return;
-  ++running_;
-  asio::co_spawn(executor_, meter_->speak(std::move(text)),
-                 [this, kept = meter_](std::exception_ptr error) {
-                   --running_;
-                   if (error) std::rethrow_exception(error);
-                 });
+  tasks_.start(meter_->speak(std::move(text)), [kept = meter_] {});
 }
 
 Result<> MeterPort::make_link() const {

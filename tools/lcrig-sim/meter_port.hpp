@@ -9,13 +9,15 @@
 
 #include "drivers/lcr6100/sim.hpp"
 #include "tools/lcrig-sim/pty.hpp"
+#include "tools/lcrig-sim/tasks.hpp"
 
 namespace lcrig::sim {
 
 class MeterPort {
  public:
   // `link` is the path of a symbolic link to the pty, replaced at every plug(); empty: none.
-  MeterPort(asio::any_io_executor executor, Clock& clock, lcr6100::SimConfig config,
+  // Clock and tasks outlive the port.
+  MeterPort(asio::any_io_executor executor, Clock& clock, Tasks& tasks, lcr6100::SimConfig config,
             lcr6100::Lcr6100Sim::Source source, std::string link);
   ~MeterPort();
 
@@ -26,7 +28,6 @@ class MeterPort {
   bool is_plugged() const { return pty_.has_value(); }
   std::string url() const { return pty_ ? "pty:" + pty_->path() : ""; }
   lcr6100::Lcr6100Sim* meter() { return meter_.get(); }  // nullptr: unplugged
-  bool is_idle() const { return running_ == 0; }  // every task has ended
 
   // For fault scripts. Both stay in force when the cable is pulled.
   void hook(lcr6100::SimHooks hooks);
@@ -43,6 +44,7 @@ class MeterPort {
 
   asio::any_io_executor executor_;
   Clock& clock_;
+  Tasks& tasks_;
   lcr6100::SimConfig config_;
   lcr6100::Lcr6100Sim::Source source_;
   std::string link_;
@@ -52,7 +54,6 @@ class MeterPort {
   std::string last_path_;  // of the pty
   lcr6100::SimHooks hooks_;
   lcr6100::SimFaults lasting_;  // faults of a script
-  int running_ = 0;
 };
 
 }  // namespace lcrig::sim

@@ -118,8 +118,9 @@ class AnalyzeCommand final : public Command {
       if (!run) return run.error();
       auto checked = verify_aside(*db, *run);
       auto analysis = analyse(*db, *run, wanted_);
-      if (!analysis)
+      if (!analysis) {
         return Failure(analysis.error(), next_command(context.global, {"runs", "show", text}));
+      }
       const auto chain = checked.get();
       if (!chain) return Failure(chain.error());
       if (!chain->intact) analysis->notes.insert(analysis->notes.begin(), remark_on(*chain));

@@ -136,8 +136,9 @@ class BudgetCommand final : public Command {
     auto run = named_run(context, *db, noise_from_);
     if (!run) return run.error();
     const auto seen = measured_noise(*db, *run);
-    if (!seen)
+    if (!seen) {
       return Failure(seen.error(), next_command(context.global, {"analyze", std::to_string(*run)}));
+    }
     const MeterSetting& m = seen->meter;
     const auto speed = static_cast<std::size_t>(m.speed);
     const double once =

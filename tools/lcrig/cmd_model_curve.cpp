@@ -53,8 +53,9 @@ class CurveCommand final : public Command {
     auto settings = options_.settings();
     if (!settings) return settings.error();
     auto pressures = parse_pressures_kPa(pressures_);
-    if (!pressures)
+    if (!pressures) {
       return Failure(kUsage, pressures.error().what, "give them such as 0:100:10, or 10,20,50");
+    }
     if (!(tolerance_ > 0)) {
       return Failure(kUsage, "--tolerance must be positive",
                      "give the relative error that is allowed, such as 0.01");

@@ -64,8 +64,9 @@ void print_text(Console& console, const RehearseResult& r) {
   }
   for (const std::string& remark : r.remarks) fmt::print(console.out, "{}\n", printable(remark));
   if (r.c0_pF) fmt::print(console.out, "C0 {} pF\n", format_fixed(*r.c0_pF, 4));
-  if (r.peak_force_N)
+  if (r.peak_force_N) {
     fmt::print(console.out, "peak force {} N\n", format_fixed(*r.peak_force_N, 4));
+  }
   if (r.delta_C_fF_at_peak) {
     fmt::print(console.out, "delta C there {} fF\n", format_fixed(*r.delta_C_fF_at_peak, 3));
   }
@@ -245,8 +246,9 @@ class RehearseCommand final : public Command {
     if (auto bound = bind_protocol(context, *again); !bound) return bound.error();
     if (auto bench = broken_bench(context, wanted)) return *bench;
     Failure failure = plan_refused(context, protocol_, error);
-    if (!faults_.empty())
+    if (!faults_.empty()) {
       failure.next = "correct what the message names; docs/faults.md has scripts";
+    }
     return failure;
   }
 

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "protocols/file/parse.hpp"
 #include "tools/lcrig/cmd_rehearse.hpp"
 #include "tools/lcrig/console.hpp"

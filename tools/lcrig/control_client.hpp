@@ -10,7 +10,7 @@
 #include <string_view>
 #include <variant>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "daemon/control/messages.hpp"
 #include "tools/lcrig/command.hpp"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "daemon/control/messages.hpp"
 #include "storage/sqlite.hpp"
 

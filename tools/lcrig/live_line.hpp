@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "base/clock.hpp"
+#include "base/time.hpp"
 #include "protocols/run/sink.hpp"
 #include "tools/lcrig/console.hpp"
 

@@ -2,6 +2,7 @@
 #include <exception>
 #include <iostream>
 
+#include "base/clock.hpp"
 #include "base/log.hpp"
 #include "tools/lcrig/command.hpp"
 

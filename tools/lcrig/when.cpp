@@ -43,8 +43,9 @@ std::optional<std::tm> day_of(std::string_view text) {
   if (text.size() != 10 || text[4] != '-' || text[7] != '-') return std::nullopt;
   const auto year = number_from<int>(text.substr(0, 4));
   const auto month = number_from<int>(text.substr(5, 2)), day = number_from<int>(text.substr(8));
-  if (!year || !month || !day || *year < 1970 || *year > kLastYear || *month < 1 || *day < 1)
+  if (!year || !month || !day || *year < 1970 || *year > kLastYear || *month < 1 || *day < 1) {
     return std::nullopt;
+  }
   std::tm out{};
   out.tm_year = *year - 1900;
   out.tm_mon = *month - 1;

@@ -62,7 +62,7 @@ TEST(MeterSetting, IsReadFromTheStoredJsonAndRefusesHalfOfIt) {
   EXPECT_EQ(s->frequency_Hz, 20000);
   EXPECT_EQ(s->speed, MeterSpeed::fast);
   EXPECT_TRUE(s->internal_trigger);
-  EXPECT_EQ(meter_conversion_s(*s), 0.26);
+  EXPECT_EQ(s->conversion_s, 0.26);
   EXPECT_NEAR(meter_noise_F(*s), 60e-15 / 20 / 0.5 / 2, 1e-20);
   EXPECT_FALSE(parse_meter_setting(R"({"frequency_Hz":1000})"));
   EXPECT_FALSE(parse_meter_setting("not json"));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/tcp_transport.hpp"
+#include "base/clock.hpp"
 
 #include <gmock/gmock.h>
 

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <functional>
+
 #include "tests/support/run_fixture.hpp"
 
 namespace lcrig {
@@ -11,6 +13,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 using testing::Not;
+using testing::StartsWith;
 
 class End : public RunFixture {
  protected:
@@ -24,12 +27,14 @@ class End : public RunFixture {
   RunResult end_by(Interrupt kind) { return end(InterruptRequest(kind, "test")); }
   Task<std::optional<InterruptRequest>> finally_steps() {
     ++finallies;
+    if (during_finally) during_finally();
     if (finally_hangs) co_await clock.wait_until(MonoTime::max());
     co_return finally_stop;
   }
 
   int finallies = 0;
   bool finally_hangs = false;
+  std::function<void()> during_finally;
   std::optional<InterruptRequest> finally_stop;
   Losses losses{parts()};
   TakeOver take_over{parts()};
@@ -44,7 +49,7 @@ TEST_F(End, OfAllStepsIsASuccess) {
   EXPECT_EQ(meter.made_safe, 1);
   EXPECT_EQ(frame.commands.front(), "stop");
   EXPECT_TRUE(parts().interrupts.over());
-  EXPECT_EQ(parts().progress.state, RunState::ended);
+  EXPECT_EQ(parts().progress.state(), RunState::ended);
 }
 
 TEST_F(End, ByAnAbortRunsFinally) {
@@ -98,6 +103,44 @@ TEST_F(End, WithHandsOffMovesNothingAndSaysSo) {
   EXPECT_THAT(result.reason, HasSubstr("`finally` did not run: nothing is moved any more until a "
                                        "person has looked at the rig"));
   EXPECT_THAT(result.reason, Not(HasSubstr("the drive lies; the drive lies"))) << "told once";
+}
+
+// A motion that was refused because of it has told why, too.
+TEST_F(End, OfAMotionThatWasRefusedTellsHandsOffOnce) {
+  parts().drive.keep_hands_off("the drive lies");
+  const RunResult result = end(request_for(parts().drive.may_move().error()));
+  EXPECT_THAT(result.reason, StartsWith("fault: the drive lies: nothing is moved any more; "
+                                        "`finally` did not run"));
+}
+
+TEST_F(End, InFinallyWithHandsOffIsToldOnce) {
+  finally_stop = InterruptRequest(Interrupt::fault, Error(Errc::frame_fault, "the drive lies"));
+  during_finally = [this] { parts().drive.keep_hands_off("the drive lies"); };
+  EXPECT_THAT(end(std::nullopt).reason,
+              StartsWith("in `finally`: the drive lies; nothing is moved any more until a person "
+                         "has looked at the rig"));
+}
+
+// A text that happens to hold the same letters does not say it.
+TEST_F(End, TellsHandsOffWhateverElseThePersonWrote) {
+  parts().drive.keep_hands_off("lies");
+  EXPECT_THAT(end(InterruptRequest(Interrupt::abort, "dinner; the lid lies open")).reason,
+              StartsWith("dinner; the lid lies open; lies; `finally` did not run"));
+}
+
+TEST_F(End, TellsThatTheFrameMayMoveWhateverElseThePersonWrote) {
+  frame.stop_says = fail(Errc::no_reply, "silent");
+  const std::string typed = "why does it say standstill not confirmed: use the E-stop";
+  EXPECT_THAT(end(InterruptRequest(Interrupt::freeze, typed)).reason,
+              StartsWith("freeze: " + typed + "; standstill not confirmed: use the E-stop"));
+}
+
+TEST_F(End, ByAStopThatWasNotConfirmedSaysSoOnce) {
+  frame.stop_says = fail(Errc::not_standing, "frame: standstill not confirmed: use the E-stop");
+  parts().drive.set_prepared(false);
+  const RunResult result = end(request_for(frame.stop_says.error()));
+  EXPECT_EQ(result.reason, "fault: frame: standstill not confirmed: use the E-stop");
+  EXPECT_EQ(result.code, Errc::not_standing);
 }
 
 TEST_F(End, OfAFrameFaultKeepsHandsOff) {

@@ -114,7 +114,6 @@ TEST_F(Truth, ALoadedMotionIsAllowedMoreThanAnUnloadedOne) {
 
 TEST_F(Truth, AFrameThatThisRunDoesNotMoveIsBelieved) {
   setup().commands = false;
-  EXPECT_FALSE(truth().judges());
   EXPECT_FALSE(truth().needs_look());
   show(0.011, 0.4e-3);
   EXPECT_TRUE(run(truth().believe(to_travel(1e-3), done_at(1e-3, 0.011))));

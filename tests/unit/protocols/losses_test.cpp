@@ -18,7 +18,7 @@ class Loss : public RunFixture {
     protocol.on_loss = OnLoss::wait;
     frame.noise_N = 1e-4;
     feed();
-    parts().progress.state = RunState::running;
+    parts().progress.enter(RunState::running);
     parts().drive.set_prepared(true);
     parts().log.begin_step(step(0));
     parts().truth.learn_rest(run(parts().view.living_rest()).value());
@@ -46,7 +46,7 @@ TEST_F(Loss, OfAMeterIsSurvivedOnceItIsBack) {
   losses.lose_meter(gone());
   EXPECT_FALSE(survive());
   EXPECT_FALSE(losses.is_away());
-  EXPECT_EQ(parts().progress.state, RunState::running);
+  EXPECT_EQ(parts().progress.state(), RunState::running);
   EXPECT_EQ(events_of("gap"), 1);
   EXPECT_EQ(events_of("reconnected"), 1);
 }

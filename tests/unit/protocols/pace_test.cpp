@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/run/pace.hpp"
+#include "base/clock.hpp"
 
 #include <gtest/gtest.h>
 

@@ -76,7 +76,7 @@ TEST_F(GoOn, APauseMeanwhileStopsIt) {
 TEST_F(GoOn, StepsThatWereDoneArePassedOver) {
   const auto passed = pass();
   ASSERT_TRUE(passed) << passed.error().what;
-  EXPECT_EQ(parts().progress.steps_done, 1);
+  EXPECT_EQ(parts().progress.steps_done(), 1);
   EXPECT_EQ(parts().labels.next("s", 5, clock.now()).level, 5);
   EXPECT_DOUBLE_EQ(*take_over.take_left_off().start_travel_m, 1e-3);
   EXPECT_FALSE(take_over.take_left_off().start_travel_m) << "of the first step only";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lcrig/live_line.hpp"
+#include "base/clock.hpp"
 
 #include <gmock/gmock.h>
 

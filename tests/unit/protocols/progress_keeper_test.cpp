@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/run/progress_keeper.hpp"
+
+#include <gtest/gtest.h>
+
+#include "base/either.hpp"
+#include "tests/support/run_fixture.hpp"
+
+namespace lcrig {
+namespace {
+
+using namespace std::chrono_literals;
+using During = ProgressKeeper::During;
+
+class Progress : public RunFixture {
+ protected:
+  ProgressKeeper& progress() { return parts().progress; }
+  Task<> wait_as(RunState state) {
+    const During waiting(progress(), state);
+    co_await clock.wait_until(MonoTime::max());
+  }
+  Task<std::size_t> cut_off(RunState state) {
+    auto r = co_await first_to_end(wait_as(state), interrupt());
+    co_return r;
+  }
+  // Something interrupts it after 10 s.
+  template <class S>
+  Task<> carry_out(const S& what, typename S::Progress& remembered) {
+    auto r = co_await either(what.execute(parts(), remembered), clock.wait_for(10s));
+    static_cast<void>(r);
+  }
+  Task<> interrupt() {
+    co_await clock.wait_for(1s);
+    at_interrupt = progress().state();
+  }
+
+  std::optional<RunState> at_interrupt;
+};
+
+TEST_F(Progress, BeginsWithWhatTheRunIsAbout) {
+  setup().run = 7;
+  setup().specimen = "foam";
+  setup().planned.total_s = 60;
+  const RunProgress& now = progress().now();
+  EXPECT_EQ(now.run, 7);
+  EXPECT_EQ(now.protocol, "t");
+  EXPECT_EQ(now.specimen, "foam");
+  EXPECT_EQ(now.planned_s, 60);
+  EXPECT_EQ(now.left_s, 60);
+  EXPECT_EQ(now.state, RunState::preparing);
+}
+
+TEST_F(Progress, NamesTheStepTheRepeatAndWhatIsDone) {
+  progress().enter_repeat(2, 3);
+  progress().enter_step(step(1));
+  progress().count_step();
+  EXPECT_EQ(progress().now().repeat, 2);
+  EXPECT_EQ(progress().now().repeats, 3);
+  EXPECT_EQ(progress().now().step_id, "s");
+  EXPECT_EQ(progress().now().step_kind, "measure");
+  EXPECT_EQ(progress().steps_done(), 1);
+}
+
+TEST_F(Progress, AStateThatWasInterruptedComesBack) {
+  progress().enter(RunState::running);
+  EXPECT_EQ(run(cut_off(RunState::waiting_for_operator)), 1U);
+  EXPECT_EQ(at_interrupt, RunState::waiting_for_operator);
+  EXPECT_EQ(progress().state(), RunState::running);
+}
+
+// A loss while somebody has paused the run.
+TEST_F(Progress, AStateWithinAnotherEndsInThatOne) {
+  progress().enter(RunState::running);
+  {
+    const During paused(progress(), RunState::paused);
+    EXPECT_EQ(run(cut_off(RunState::waiting_for_instrument)), 1U);
+    EXPECT_EQ(progress().state(), RunState::paused);
+  }
+  EXPECT_EQ(progress().state(), RunState::running);
+}
+
+// `finally` may ask, too, and then goes on.
+TEST_F(Progress, AQuestionOfFinallyLeavesTheRunFinishing) {
+  AskStep ask;
+  ask.text = "Lid open?";
+  ask.timeout = Number(60);
+  AskStep::Progress remembered;
+  parts().log.begin_step(step(0));
+  progress().enter(RunState::finishing);
+  bool done = false;
+  start(carry_out(ask, remembered), done);
+  clock.run_for(io, 1s);
+  EXPECT_EQ(progress().state(), RunState::waiting_for_operator);
+  EXPECT_TRUE(parts().questions.answer(true, "ann", std::nullopt));
+  clock.run_for(io, 1s);
+  EXPECT_TRUE(done);
+  EXPECT_EQ(progress().state(), RunState::finishing);
+}
+
+TEST_F(Progress, AWeightThatAPersonPlacesIsWaitedForUntilSomethingInterrupts) {
+  PlaceWeightStep place;
+  place.load.kind = TargetKind::mass;
+  place.load.value = Number(0.1);
+  PlaceWeightStep::Progress remembered;
+  frame.never_ends = true;
+  progress().enter(RunState::running);
+  bool done = false;
+  start(carry_out(place, remembered), done);
+  clock.run_for(io, 5s);
+  EXPECT_EQ(progress().state(), RunState::waiting_for_operator);
+  clock.run_for(io, 10s);
+  EXPECT_TRUE(done);
+  EXPECT_EQ(progress().state(), RunState::running);
+}
+
+}  // namespace
+}  // namespace lcrig
