@@ -35,5 +35,15 @@ TEST(RunWords, AnEndSaysWhyAndItsAnchor) {
   EXPECT_EQ(ended_line(ended), "simulated run 3 ended: abort SIGTERM (anchor 57:9c4f)");
 }
 
+TEST(RunWords, ARunWithoutAnEndIsSaidToHaveEndedIfItHad) {
+  EXPECT_EQ(orphan_line(3, "57:9c4f", false),
+            "run 3 had not ended when the last daemon died: closed as interrupted (anchor "
+            "57:9c4f); look whether its specimen is still loaded (lcrig runs show 3)");
+  EXPECT_EQ(orphan_line(3, "57:9c4f", true),
+            "run 3 had ended, and its end was deleted from the database: its chain is cut. It is "
+            "closed as interrupted, and the anchor of its end is kept (57:9c4f). `lcrig verify 3` "
+            "tells what is missing");
+}
+
 }  // namespace
 }  // namespace lcrig

@@ -223,6 +223,7 @@ TEST_F(RecorderTest, AnOrphanedRunIsClosedAsInterruptedAtTheNextOpen) {
   open();
   EXPECT_THAT(recorder_->interrupted_runs(), ElementsAre(run));
   EXPECT_EQ(listing(run).exit_status, ExitStatus::interrupted);
+  EXPECT_EQ(get_earlier_anchor(open_read_only(path_).value(), run).value(), std::nullopt);
   EXPECT_TRUE(chain(run).intact) << chain(run).finding;
 }
 
