@@ -114,7 +114,8 @@ void App::save_wire_logs() {
 // A daemon that cannot tell works all the same; `lcrig resume RUN` looks for itself.
 void App::look_for_resumable() {
   auto db = open_read_only(config_.database);
-  auto found = db ? find_resumable(*db) : fail(db.error());
+  const RigBefore rig = real_ != nullptr ? RigBefore::still_there : RigBefore::gone;
+  auto found = db ? find_resumable(*db, rig) : fail(db.error());
   if (!found) {
     spdlog::warn("which run can be resumed is not known: {}", printable(found.error().what));
     return;
