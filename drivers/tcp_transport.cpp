@@ -21,6 +21,16 @@ tl::unexpected<Error> silent(const std::string& name) {
               name);
 }
 
+// In the shipped service no name server can be reached, and its drop-in allows addresses only.
+Error lookup_error(const std::string& name, const boost::system::error_code& error) {
+  return Error(Errc::disconnected,
+               fmt::format("{}: no address was found for this host name ({}). Is the name right? "
+                           "The shipped service is shut in and reaches no name server: give the "
+                           "numeric address, and install the drop-in lcrigd-tcp.conf "
+                           "(docs/lab-setup.md)",
+                           name, error.message()));
+}
+
 // A numeric address needs no name server and therefore no deadline.
 Task<Result<std::vector<tcp::endpoint>>> find_endpoints(std::string host, std::uint16_t port,
                                                         std::string name, Clock& clock,
@@ -38,7 +48,7 @@ Task<Result<std::vector<tcp::endpoint>>> find_endpoints(std::string host, std::u
       co_await either(resolver.async_resolve(host, service, kAsResult), clock.wait_until(deadline));
   if (r.index() == 1) co_return silent(name);
   const auto& [error, found] = std::get<0>(r);
-  if (error) co_return fail(Errc::invalid_request, "{}: no such host ({})", name, error.message());
+  if (error) co_return tl::unexpected<Error>(lookup_error(name, error));
   for (const auto& entry : found) out.push_back(entry.endpoint());
   co_return out;
 }
@@ -57,7 +67,9 @@ Error connect_error(const std::string& name, const boost::system::error_code& er
       shut_in ? "this process has no way to the network. The shipped service is shut in: install "
                 "the drop-in lcrigd-tcp.conf (docs/lab-setup.md)"
               : "is the program there running?";
-  return Error(Errc::disconnected, fmt::format("{}: {}; {}", name, error.message(), advice));
+  const std::string what =
+      error == basic_errors::operation_aborted ? "no socket can be made" : error.message();
+  return Error(Errc::disconnected, fmt::format("{}: {}; {}", name, what, advice));
 }
 
 Task<Result<std::unique_ptr<Transport>>> open_tcp(std::string host, std::uint16_t port,
