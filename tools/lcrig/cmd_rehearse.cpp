@@ -237,7 +237,8 @@ class RehearseCommand final : public Command {
     // An empty file becomes a database.
     std::error_code ignored;
     const bool file = std::filesystem::file_size(db, ignored) > 0 && !ignored;
-    if (error.code != Errc::invalid_request || (file && !open_read_only(db))) {
+    const bool two_names = file && std::filesystem::hard_link_count(db, ignored) > 1;
+    if (error.code != Errc::invalid_request || two_names || (file && !open_read_only(db))) {
       return Failure(error, "give another --db");
     }
     const auto again = find_protocol(LibraryPath(context.env), protocol_, parameters_);
