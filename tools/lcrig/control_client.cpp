@@ -70,6 +70,7 @@ Failure failure_of(const json& error, const std::string& where) {
     if (to_string(errc) != word) continue;
     out.code = exit_code_of(errc);
     out.refused_request = errc == Errc::invalid_request;
+    out.busy = errc == Errc::busy;
   }
   return out;
 }
