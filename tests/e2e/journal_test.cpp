@@ -151,6 +151,8 @@ TEST_F(Journal, ACheckOnTheRigFindsWhatItsPlanRefuses) {
   const auto refused = lcrig(check);
   EXPECT_EQ(refused.code, 6) << refused.err;
   EXPECT_THAT(refused.err, AllOf(HasSubstr("quick.json:"), HasSubstr("5 Hz")));
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("next: lcrig protocol check "), HasSubstr(" --rig"),
+                                 Not(HasSubstr("--dry-run"))));
   EXPECT_EQ(number("SELECT count(*) FROM run"), 0);
 }
 
