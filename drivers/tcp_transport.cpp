@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/as_result.hpp"
+#include "base/doc_page.hpp"
 #include "base/either.hpp"
 #include "drivers/fd_transport.hpp"
 
@@ -26,9 +27,8 @@ Error lookup_error(const std::string& name, const boost::system::error_code& err
   return Error(Errc::disconnected,
                fmt::format("{}: no address was found for this host name ({}). Is the name right? "
                            "The shipped service is shut in and reaches no name server: give the "
-                           "numeric address, and install the drop-in lcrigd-tcp.conf "
-                           "(docs/lab-setup.md)",
-                           name, error.message()));
+                           "numeric address, and install the drop-in lcrigd-tcp.conf ({})",
+                           name, error.message(), doc_page("lab-setup")));
 }
 
 // A numeric address needs no name server and therefore no deadline.
@@ -63,9 +63,10 @@ Error connect_error(const std::string& name, const boost::system::error_code& er
       error == basic_errors::operation_aborted || error == basic_errors::no_permission ||
       error == basic_errors::address_family_not_supported || error == basic_errors::access_denied ||
       error == basic_errors::network_unreachable;
-  const char* advice =
+  const std::string advice =
       shut_in ? "this process has no way to the network. The shipped service is shut in: install "
-                "the drop-in lcrigd-tcp.conf (docs/lab-setup.md)"
+                "the drop-in lcrigd-tcp.conf (" +
+                    doc_page("lab-setup") + ")"
               : "is the program there running?";
   const std::string what =
       error == basic_errors::operation_aborted ? "no socket can be made" : error.message();

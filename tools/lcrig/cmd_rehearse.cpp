@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "base/doc_page.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "daemon/rehearse.hpp"
@@ -90,7 +91,9 @@ class RehearseCommand final : public Command {
     batch_.declare(list);
     list.number("--hand-time", hand_s_, "SECONDS",
                 "What a person takes at each gate of a batch (default: 120)");
-    list.flag("--realistic", realistic_, "Let the bench err as real ones do (docs/simulator.md)");
+    const std::string realistic =
+        "Let the bench err as real ones do (" + doc_page("simulator") + ")";
+    list.flag("--realistic", realistic_, realistic.c_str());
     list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
     list.option("--faults", faults_, "FILE", "Let things go wrong as this script says");
@@ -246,8 +249,9 @@ class RehearseCommand final : public Command {
     if (auto bound = bind_protocol(context, *again); !bound) return bound.error();
     if (auto bench = broken_bench(context, wanted)) return *bench;
     Failure failure = plan_refused(context, protocol_, error);
-    if (!faults_.empty())
-      failure.next = "correct what the message names; docs/faults.md has scripts";
+    if (!faults_.empty()) {
+      failure.next = "correct what the message names; " + doc_page("faults") + " has scripts";
+    }
     return failure;
   }
 
