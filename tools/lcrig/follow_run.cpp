@@ -39,7 +39,8 @@ sigset_t stop_set(bool hangup) {
 std::string line_of(const RunEvent& event) {
   std::string out = event.kind.word();
   if (!event.step_id.empty()) out += fmt::format(" ({})", event.step_id);
-  const auto words = event_words(event.detail);
+  const bool stands = event.kind == EventKind::stopped && event.detail.empty();
+  const auto words = stands ? "the frame confirmed standstill" : event_words(event.detail);
   return words.empty() ? out : out + ": " + words;
 }
 

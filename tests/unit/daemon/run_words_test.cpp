@@ -21,6 +21,11 @@ TEST(RunWords, TheServiceSaysOnlyWhatIsKnown) {
   EXPECT_EQ(service_line(s),
             "simulated run 3 creep on paper-1: waiting_for_operator, load, 25 %, 2 min left; waits "
             "for: place 50 g");
+  s.prompt = "";
+  s.elapsed_s = 999;
+  s.left_s = 1;
+  EXPECT_EQ(service_line(s),
+            "simulated run 3 creep on paper-1: waiting_for_operator, load, 99 %, 1 min left");
 }
 
 TEST(RunWords, AnEndSaysWhyAndItsAnchor) {
