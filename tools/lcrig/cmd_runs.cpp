@@ -183,28 +183,24 @@ class RunsShowCommand final : public Command {
   std::string run_;
 };
 
-// A change of a run that the database, or the daemon that has it, did not take. `typed`: the
-// command, without options that say where.
+// A change of a run that was not made. `typed`: the command, without options that say where.
 Failure not_changed(const Context& context, Failure why, const Words& typed) {
   if (why.busy) why.next = next_command(context.global, typed, "when the other program is done");
   return why;
 }
 
-// For a change of a run in a file of --db.
-Outcome<Database> open_to_change(const Context& context, const std::string& path,
-                                 const Words& typed) {
-  auto db = open_read_write(path);
-  if (db) return std::move(*db);
-  if (db.error().code == Errc::busy) return not_changed(context, Failure(db.error()), typed);
+// The same of a change in the file of --db.
+Failure not_changed(const Context& context, const std::string& path, const Error& error,
+                    const std::string& otherwise, const Words& typed) {
   const auto recorded = has_writer(path);
-  if (db.error().code != Errc::io || !recorded || !*recorded) {
-    return Failure(db.error(), "give another --db");
+  if (error.code != Errc::io || !recorded || !*recorded) {
+    return not_changed(context, Failure(error, otherwise), typed);
   }
-  GlobalOptions daemons;
-  daemons.socket = "SOCKET";
+  GlobalOptions of_daemon;
+  of_daemon.socket = "SOCKET";
   return Failure(
       kFailed, fmt::format("{}: a daemon records into it, and only that one writes for you", path),
-      next_command(daemons, typed, "the socket of that daemon, and no --db"));
+      next_command(of_daemon, typed, "the socket of that daemon, and no --db"));
 }
 
 class NoteCommand final : public Command {
@@ -239,12 +235,12 @@ class NoteCommand final : public Command {
   }
 
   Outcome<bool> into(const Context& context, const std::string& path, std::int64_t number) const {
-    auto db = open_to_change(context, path, typed());
-    if (!db) return db.error();
+    auto db = open_read_write(path);
+    if (!db) return not_changed(context, path, db.error(), "give another --db", typed());
     auto noted = add_run_note(*db, number, login_name(), text_, context.clock.unix_ns());
     if (noted) return true;
     const auto look = next_command(context.global, {"runs", "show", std::to_string(number)});
-    return not_changed(context, Failure(noted.error(), look), typed());
+    return not_changed(context, path, noted.error(), look, typed());
   }
 
   Words typed() const { return {"runs", "note", run_, text_}; }
@@ -291,12 +287,12 @@ class TagCommand final : public Command {
   }
 
   Outcome<Tags> into(const Context& context, const std::string& path) const {
-    auto db = open_to_change(context, path, typed());
-    if (!db) return db.error();
+    auto db = open_read_write(path);
+    if (!db) return not_changed(context, path, db.error(), "give another --db", typed());
     auto tags = change_tags(*db, change_, login_name(), context.clock.unix_ns());
     if (tags) return std::move(*tags);
     const auto look = next_command(context.global, {"runs", "show", std::to_string(change_.run)});
-    return not_changed(context, Failure(tags.error(), look), typed());
+    return not_changed(context, path, tags.error(), look, typed());
   }
 
   Words typed() const {
