@@ -89,6 +89,7 @@ class Walk {
       return wrong(at_, "a /* comment, expected `//` comments only");
     }
     if (c == '#') return wrong(at_, "a comment begins with `//`, not with `#`");
+    if (c == '\'' && behind_number() && at_ == number_end_) return grouped_number();  // 1'000
     if (c == '\'') return wrong(at_, "keys and texts stand in double quotes: \"...\"");
     if (const auto curly = curly_quote(at_); !curly.empty()) {
       return wrong(at_, fmt::format("`{}` is no quote of JSON: keys and texts stand in straight "
@@ -135,8 +136,12 @@ class Walk {
                                   line_of(open_.back().at)));
     } else if (c == ':') {
       wrong(at_, "a `:` stands only behind a key");
-    } else if (last_is_number_ && is_letter(c)) {
+    } else if (last_is_number_ && (is_letter(c) || c == '%')) {
       wrong(at_, "a number has no unit; it belongs to the key, as in \"force_N\": 1.5");
+    } else if (last_is_number_ && std::string_view("*/^").find(c) != std::string_view::npos) {
+      wrong(number_end_ - last_word_.size(), "this is a calculation, expected its result alone");
+    } else if (last_is_number_ && is_digit(c) && open_.back().bracket == '{') {
+      grouped_number();  // 1 000; in a list a comma is missing
     } else {
       wrong(last_end_, "a `,` is missing here");
     }
@@ -149,7 +154,13 @@ class Walk {
     if (c == '}' || c == ']') return wrong(comma_at_, after_last());
     if (c == ',') return wrong(at_, "two commas without an entry between them");
     if (is_digit(c) && last_is_number_ && comma_at_ + 1 == at_) return decimal_comma(take_word());
+    const bool first = expect_ == Expect::first_key;
     const auto word = take_word();
+    const bool number = !word.empty() && (is_digit(word[0]) || word[0] == '-');
+    skip_blanks();
+    if (first && number && now() != ':') {
+      return wrong(open_.back().at, "a list stands in square brackets: [ ... ]");
+    }
     wrong(word_at_, word.empty() ? "a key in double quotes is missing here"
                                  : fmt::format("a key stands in double quotes: \"{}\"", word));
   }
@@ -174,6 +185,17 @@ class Walk {
 
   static std::string after_last() { return "a `,` behind the last entry: remove it"; }
   Expect after_value() const { return open_.empty() ? Expect::nothing : Expect::comma; }
+
+  bool behind_number() const { return expect_ == Expect::comma && last_is_number_; }
+
+  // Digits in groups, between which stands something that is no comma.
+  void grouped_number() {
+    const std::size_t begin = number_end_ - last_word_.size();
+    while (at_ < text_.size() && (is_word(now()) || now() == '\'' || now() == ' ')) ++at_;
+    auto all = text_.substr(begin, std::min<std::size_t>(at_ - begin, 40));
+    while (all.ends_with(' ')) all.remove_suffix(1);
+    wrong(begin, fmt::format("`{}`: the digits of a number stand side by side", all));
+  }
 
   // The typographic quote that stands there; "" when none does.
   std::string_view curly_quote(std::size_t at) const {
@@ -200,6 +222,12 @@ class Walk {
       const std::size_t dollar = at_++;
       const auto name = take_word();
       return wrong(dollar, fmt::format("a reference stands in double quotes: \"${}\"", name));
+    }
+    if (word.empty() && now() == '(') {
+      return wrong(at_, "a list stands in square brackets: [ ... ]");
+    }
+    if (word.empty() && now() == '<' && open_.empty()) {
+      return wrong(at_, "this is no JSON: with `<` begins a web page, or XML");
     }
     if (word.empty()) return wrong(at_, "this begins no value");
     const bool number = is_digit(word[0]) || word[0] == '-' || word[0] == '+' || word[0] == '.';
@@ -230,6 +258,9 @@ class Walk {
     const std::size_t first = i, before_point = digits();
     if (before_point == 0) {
       return wrong(word_at_, fmt::format("`{}`: a number begins with a digit", word));
+    }
+    if (i < word.size() && (word[i] == 'x' || word[i] == 'X')) {
+      return wrong(word_at_, fmt::format("`{}`: a number is written with decimal digits", word));
     }
     if (before_point > 1 && word[first] == '0') {
       if (comma_at_ > 0 && comma_at_ == number_end_ && comma_at_ + 1 == word_at_) {

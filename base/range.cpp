@@ -3,16 +3,30 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
+
 namespace lcrig {
+
+namespace {
+
+// Six digits, as {:.6g}, but a large round number as people write it: 2592000, not 2.592e+06.
+std::string bound(double v) {
+  constexpr double kLargest = 1e9;
+  const double size = std::abs(v);
+  const bool whole = size >= 1e6 && size <= kLargest && v == std::floor(v);
+  return whole ? fmt::format("{:.0f}", v) : fmt::format("{:.6g}", v);
+}
+
+}  // namespace
 
 std::string range_words(const Range& r, double unit) {
   const bool low = r.min > -1e299, high = r.max < 1e299;
   const double min = r.min / unit, max = r.max / unit;
-  if (low && high && !r.open_min) return fmt::format("from {:.6g} to {:.6g}", min, max);
-  if (low && high) return fmt::format("greater than {:.6g}, at most {:.6g}", min, max);
-  if (low && r.open_min) return fmt::format("greater than {:.6g}", min);
-  if (low) return fmt::format("at least {:.6g}", min);
-  return fmt::format("at most {:.6g}", max);
+  if (low && high && !r.open_min) return fmt::format("from {} to {}", bound(min), bound(max));
+  if (low && high) return fmt::format("greater than {}, at most {}", bound(min), bound(max));
+  if (low && r.open_min) return "greater than " + bound(min);
+  if (low) return "at least " + bound(min);
+  return "at most " + bound(max);
 }
 
 bool contains(const Range& r, double v) {

@@ -16,6 +16,7 @@
 #include "events/event_words.hpp"
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
+#include "storage/anchor.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 
@@ -84,10 +85,7 @@ Result<> App::open_with_queue() {
 Result<> App::start() {
   if (auto opened = open(); !opened) return opened;
   for (const auto& orphan : recorder_->interrupted_runs()) {
-    spdlog::warn(
-        "run {} had not ended when the last daemon died: closed as interrupted{}; look whether its "
-        "specimen is still loaded (lcrig runs show {})",
-        orphan, anchor_words(stored_anchor(orphan)), orphan);
+    spdlog::warn("{}", orphan_line(orphan, stored_anchor(orphan), had_ended(orphan)));
     frame_to_make_safe_ = frame_to_make_safe_ || (real_ != nullptr && left_commanding(orphan));
   }
   look_for_resumable();
@@ -116,7 +114,8 @@ void App::save_wire_logs() {
 // A daemon that cannot tell works all the same; `lcrig resume RUN` looks for itself.
 void App::look_for_resumable() {
   auto db = open_read_only(config_.database);
-  auto found = db ? find_resumable(*db) : fail(db.error());
+  const RigBefore rig = real_ != nullptr ? RigBefore::still_there : RigBefore::gone;
+  auto found = db ? find_resumable(*db, rig) : fail(db.error());
   if (!found) {
     spdlog::warn("which run can be resumed is not known: {}", printable(found.error().what));
     return;
@@ -232,6 +231,13 @@ std::string App::stored_anchor(std::int64_t run) const {
   if (!db) return {};
   const auto anchor = get_anchor(*db, run);
   return anchor && *anchor ? to_string(**anchor) : std::string();
+}
+
+bool App::had_ended(std::int64_t orphan) const {
+  const auto db = open_read_only(config_.database);
+  if (!db) return false;
+  const auto earlier = get_earlier_anchor(*db, orphan);
+  return earlier && *earlier;
 }
 
 bool App::left_commanding(std::int64_t run) const {

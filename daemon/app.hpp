@@ -160,6 +160,7 @@ class App final : public ControlHandler, public QueueHost {
   Task<> probe();
   Task<> watch_ports();
   std::string stored_anchor(std::int64_t run) const;  // empty: there is none
+  bool had_ended(std::int64_t orphan) const;  // its end was deleted
   bool left_commanding(std::int64_t run) const;
   Task<> note_runs(std::vector<std::int64_t> runs, std::string text);
   void publish_event(const RunEvent& event);

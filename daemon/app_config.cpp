@@ -2,6 +2,8 @@
 // The config file while the daemon runs (SIGHUP).
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include "base/aside.hpp"
@@ -10,6 +12,19 @@
 #include "daemon/config_check.hpp"
 
 namespace lcrig {
+
+namespace {
+
+// An entry of the log for each line: a journal has no others.
+void log_lines(std::string_view text) {
+  while (!text.empty()) {
+    const auto line = text.substr(0, text.find('\n'));
+    if (!line.empty()) spdlog::error("{}", line);
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+  }
+}
+
+}  // namespace
 
 // Beside the loop: a disk that takes its time holds up no run.
 Task<> App::reload() {
@@ -23,7 +38,7 @@ Task<> App::reload() {
   } else {
     const Error& why = wanted.error();
     spdlog::error("{}", why.what);
-    if (!why.detail.empty()) spdlog::error("{}", why.detail);
+    log_lines(why.detail);
     spdlog::error("the config file is not taken: lcrigd goes on with what it had");
     reload_.refuse(why.what);
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/units.hpp"
+#include "protocols/expand.hpp"
 #include "storage/copied_from.hpp"
 #include "storage/runs.hpp"
 
@@ -117,6 +118,25 @@ Result<> apply_parameters(const std::string& text, Environment& environment) {
   return {};
 }
 
+// True when a step that is done, or the one that was cut off, moves or zeroes the frame, lets it
+// hold a force, or places a weight. A new bench knows nothing of that.
+bool has_used_frame(const PreparedRun& cut_off) {
+  Environment environment = cut_off.environment;
+  StepCursor steps(cut_off.protocol.steps, environment);
+  for (std::int64_t n = 0; n <= cut_off.continues->point.steps_done; ++n) {
+    const Step* step = steps.next();
+    if (step == nullptr) return false;
+    const StepFacts facts = facts_of(*step);
+    if (facts.commands_frame() || facts.places_weight) return true;
+  }
+  return false;
+}
+
+struct CutOff {
+  std::int64_t run = 0;
+  bool on_bench = false;  // of a daemon that has ended
+};
+
 }  // namespace
 
 Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run) {
@@ -165,17 +185,22 @@ Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run) {
   return prepared;
 }
 
-Result<std::vector<ResumableRun>> find_resumable(const Database& db) {
+Result<std::vector<ResumableRun>> find_resumable(const Database& db, RigBefore rig) {
+  const auto read = [](const Statement& row) {
+    return CutOff{row.integer(0), row.integer(1) != 0};
+  };
   auto runs = db.rows(
-      "SELECT run_id FROM run_end WHERE exit_status = ?1 AND run_id > (SELECT "
-      "coalesce(max(run_id), 0) FROM run_end WHERE exit_status <> ?1 AND run_id NOT IN (SELECT "
-      "run_id FROM run_copy)) ORDER BY run_id",
-      [](const Statement& row) { return row.integer(0); }, to_string(ExitStatus::interrupted));
+      "SELECT run_id, bench_name <> '' FROM run_end JOIN run ON run.id = run_id WHERE exit_status "
+      "= ?1 AND run_id > (SELECT coalesce(max(run_id), 0) FROM run_end WHERE exit_status <> ?1 AND "
+      "run_id NOT IN (SELECT run_id FROM run_copy)) ORDER BY run_id",
+      read, to_string(ExitStatus::interrupted));
   if (!runs) return fail(runs.error());
   std::vector<ResumableRun> out;
-  for (const std::int64_t run : *runs) {
+  for (const auto& [run, on_bench] : *runs) {
     const auto prepared = prepare_continuation(db, run);
     if (!prepared) continue;  // continued already, before its first step, in `finally`
+    const bool gone = on_bench || rig == RigBefore::gone;
+    if (gone && has_used_frame(*prepared)) continue;
     ResumableRun& found = out.emplace_back();
     found.run = run;
     found.protocol = prepared->request.protocol_name;

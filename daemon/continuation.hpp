@@ -15,8 +15,13 @@ namespace lcrig {
 // invalid_request (no such run, not interrupted, continued already, was in `finally`).
 Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run);
 
+// Whether frame and specimen are those that were there before this process: a simulated bench goes
+// with the daemon.
+enum class RigBefore { still_there, gone };
+
 // The runs that can be continued and were cut off since any other run began: after that the rig,
-// and perhaps the specimen, are no longer as they were left. Oldest first.
-Result<std::vector<ResumableRun>> find_resumable(const Database& db);
+// and perhaps the specimen, are no longer as they were left. Of a rig that is gone, those that had
+// not used its frame yet. Oldest first.
+Result<std::vector<ResumableRun>> find_resumable(const Database& db, RigBefore rig);
 
 }  // namespace lcrig

@@ -17,13 +17,27 @@ std::string anchor_words(const std::string& anchor) {
   return anchor.empty() ? "" : " (anchor " + anchor + ")";
 }
 
+std::string orphan_line(std::int64_t run, const std::string& anchor, bool had_ended) {
+  if (had_ended) {
+    return fmt::format(
+        "run {0} had ended, and its end was deleted from the database: its chain is cut. It is "
+        "closed as interrupted, and the anchor of its end is kept ({1}). `lcrig verify {0}` tells "
+        "what is missing",
+        run, anchor);
+  }
+  return fmt::format(
+      "run {0} had not ended when the last daemon died: closed as interrupted{1}; look whether its "
+      "specimen is still loaded (lcrig runs show {0})",
+      run, anchor_words(anchor));
+}
+
 std::string service_line(const RunStatus& s) {
   const double all_s = s.elapsed_s + s.left_s;
   auto line = fmt::format("{} {} on {}: {}", run_words(s.simulated, s.run), s.protocol, s.specimen,
                           to_string(s.state));
   if (!s.step_id.empty()) line += ", " + s.step_id;
   if (all_s > 0) {
-    line += fmt::format(", {:.0f} %, {:.0f} min left", 100 * s.elapsed_s / all_s,
+    line += fmt::format(", {:.0f} %, {:.0f} min left", std::floor(100 * s.elapsed_s / all_s),
                         std::ceil(s.left_s / 60));
   }
   return s.prompt.empty() ? line : line + "; waits for: " + s.prompt;

@@ -8,6 +8,7 @@
 
 #include "base/as_result.hpp"
 #include "base/clock.hpp"
+#include "base/doc_page.hpp"
 #include "base/either.hpp"
 #include "drivers/fd_transport.hpp"
 
@@ -20,6 +21,15 @@ using asio::ip::tcp;
 tl::unexpected<Error> silent(const std::string& name) {
   return fail(Errc::no_reply, "{}: the host does not answer; check its address and the network",
               name);
+}
+
+// In the shipped service no name server can be reached, and its drop-in allows addresses only.
+Error lookup_error(const std::string& name, const boost::system::error_code& error) {
+  return Error(Errc::disconnected,
+               fmt::format("{}: no address was found for this host name ({}). Is the name right? "
+                           "The shipped service is shut in and reaches no name server: give the "
+                           "numeric address, and install the drop-in lcrigd-tcp.conf ({})",
+                           name, error.message(), doc_page("lab-setup")));
 }
 
 // A numeric address needs no name server and therefore no deadline.
@@ -39,7 +49,7 @@ Task<Result<std::vector<tcp::endpoint>>> find_endpoints(std::string host, std::u
       co_await either(resolver.async_resolve(host, service, kAsResult), clock.wait_until(deadline));
   if (r.index() == 1) co_return silent(name);
   const auto& [error, found] = std::get<0>(r);
-  if (error) co_return fail(Errc::invalid_request, "{}: no such host ({})", name, error.message());
+  if (error) co_return tl::unexpected<Error>(lookup_error(name, error));
   for (const auto& entry : found) out.push_back(entry.endpoint());
   co_return out;
 }
@@ -54,11 +64,14 @@ Error connect_error(const std::string& name, const boost::system::error_code& er
       error == basic_errors::operation_aborted || error == basic_errors::no_permission ||
       error == basic_errors::address_family_not_supported || error == basic_errors::access_denied ||
       error == basic_errors::network_unreachable;
-  const char* advice =
+  const std::string advice =
       shut_in ? "this process has no way to the network. The shipped service is shut in: install "
-                "the drop-in lcrigd-tcp.conf (docs/lab-setup.md)"
+                "the drop-in lcrigd-tcp.conf (" +
+                    doc_page("lab-setup") + ")"
               : "is the program there running?";
-  return Error(Errc::disconnected, fmt::format("{}: {}; {}", name, error.message(), advice));
+  const std::string what =
+      error == basic_errors::operation_aborted ? "no socket can be made" : error.message();
+  return Error(Errc::disconnected, fmt::format("{}: {}; {}", name, what, advice));
 }
 
 Task<Result<std::unique_ptr<Transport>>> open_tcp(std::string host, std::uint16_t port,

@@ -12,8 +12,8 @@
 
 namespace lcrig {
 
-// Errors: no_reply (the host does not answer before the deadline), disconnected (nobody listens, or
-// the host cannot be reached), invalid_request (no such host name).
+// Errors: no_reply (the host does not answer before the deadline), disconnected (nobody listens,
+// the host cannot be reached, or its name is not found).
 Task<Result<std::unique_ptr<Transport>>> open_tcp(std::string host, std::uint16_t port,
                                                   Clock& clock, MonoTime deadline);
 

@@ -30,6 +30,13 @@ Result<bool> stores_anchors(const Database& db) {
   return *tables > 0;
 }
 
+Anchor read_anchor(const Statement& s) {
+  Anchor anchor;
+  anchor.links = s.integer(0);
+  std::ranges::copy(s.blob(1), anchor.hash.begin());
+  return anchor;
+}
+
 }  // namespace
 
 std::string to_string(const Anchor& anchor) {
@@ -63,15 +70,14 @@ Result<std::optional<Anchor>> get_anchor(const Database& db, std::int64_t run) {
   auto stores = stores_anchors(db);
   if (!stores) return fail(stores.error());
   if (!*stores) return std::nullopt;
+  return db.first("SELECT links, sha256 FROM run_anchor WHERE run_id = ?", read_anchor, run);
+}
+
+Result<std::optional<Anchor>> get_earlier_anchor(const Database& db, std::int64_t run) {
   return db.first(
-      "SELECT links, sha256 FROM run_anchor WHERE run_id = ?",
-      [](const Statement& s) {
-        Anchor anchor;
-        anchor.links = s.integer(0);
-        std::ranges::copy(s.blob(1), anchor.hash.begin());
-        return anchor;
-      },
-      run);
+      "SELECT links, sha256 FROM run_anchor WHERE run_id = ?1 AND sha256 <> (SELECT sha256 FROM "
+      "chain WHERE run_id = ?1 ORDER BY seq DESC LIMIT 1)",
+      read_anchor, run);
 }
 
 Result<std::optional<std::int64_t>> find_run_of(const Database& db, const Anchor& anchor) {

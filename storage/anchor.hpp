@@ -25,6 +25,9 @@ Result<Anchor> parse_anchor(std::string_view text);
 
 // As stored when the run ended. nullopt: it has not ended, or ended under a schema without anchors.
 Result<std::optional<Anchor>> get_anchor(const Database& db, std::int64_t run);
+// For a run that was closed just now: the stored anchor, if it is not that of this closing. The run
+// had ended before, and somebody deleted its end. nullopt: it had not.
+Result<std::optional<Anchor>> get_earlier_anchor(const Database& db, std::int64_t run);
 // The run that ended with this anchor.
 Result<std::optional<std::int64_t>> find_run_of(const Database& db, const Anchor& anchor);
 

@@ -9,6 +9,7 @@
 
 #include "base/number.hpp"
 #include "base/text.hpp"
+#include "storage/anchor.hpp"
 #include "storage/chain.hpp"
 #include "storage/copied_from.hpp"
 #include "storage/database.hpp"
@@ -84,6 +85,14 @@ constexpr std::string_view kReplay = "replay:";
 // Words for a person who finds the rig after a crash.
 Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
   std::string reason = "the daemon ended without closing the run; found at the next start";
+  auto ended = get_anchor(db, run);
+  if (!ended) return fail(ended.error());
+  if (*ended) {
+    reason = fmt::format(
+        "the run had ended with {} links, and its end was deleted from the database; found at the "
+        "next start",
+        (*ended)->links);
+  }
   auto force_N = db.first(
       "SELECT force_N FROM frame_sample WHERE run_id=? AND force_N IS NOT NULL "
       "ORDER BY seq DESC LIMIT 1",

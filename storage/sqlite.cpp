@@ -23,7 +23,8 @@ Advice advice_for(int extended_code) {
   switch (extended_code & 0xff) {
     case SQLITE_FULL: return {Errc::io, "; free some space on this disk"};
     case SQLITE_BUSY:
-    case SQLITE_LOCKED: return {Errc::busy, "; another program holds it: stop it or wait"};
+    case SQLITE_LOCKED:
+      return {Errc::busy, "another program holds it, and it is locked: stop that one or wait"};
     case SQLITE_NOTADB:
       return {Errc::invalid_request, "is not a database, or its beginning is damaged"};
     case SQLITE_CORRUPT: return {Errc::io, "is damaged: restore a copy of it"};
@@ -42,7 +43,8 @@ Error make_error(sqlite3* handle, std::string_view path, std::string_view doing)
   const int code = handle != nullptr ? sqlite3_extended_errcode(handle) : SQLITE_NOMEM;
   const Advice advice = advice_for(code);
   // Neither the statement nor SQLite's words tell more about a file like that.
-  if ((code & 0xff) == SQLITE_NOTADB || (code & 0xff) == SQLITE_CORRUPT) {
+  if (const int kind = code & 0xff; kind == SQLITE_NOTADB || kind == SQLITE_CORRUPT ||
+                                    kind == SQLITE_BUSY || kind == SQLITE_LOCKED) {
     return Error(advice.code, fmt::format("{}: {} ({})", path, advice.text, code));
   }
   const char* message = handle != nullptr ? sqlite3_errmsg(handle) : "out of memory";

@@ -155,9 +155,12 @@ Result<> Recorder::reopen() {
   return {};
 }
 
+// A file of that name was left by a run that was cut off, or is a link that somebody put there: it
+// is taken away, and nothing is written through it.
 Result<> Recorder::make_reserve() const {
   const std::string file = options_.path + ".reserve";
-  const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  free_reserve();
+  const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
   if (fd < 0) return fail(Errc::io, "{}: {}", file, std::strerror(errno));
   const int error = ::posix_fallocate(fd, 0, options_.reserve_bytes);
   ::close(fd);

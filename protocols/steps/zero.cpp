@@ -73,7 +73,11 @@ StepPlan ZeroStep::plan(PlannedRig& rig) const {
   StepPlan out(1);
   const FrameCapabilities& caps = rig.frame();
   if (force && !caps.zero_force) {
-    out.refuse(Refusal("zero of the force, which this rig cannot do"));
+    out.refuse(Refusal(
+        caps.weights
+            ? "zero of the force, which this rig cannot do. It has dead weights: leave the zero "
+              "out and load with place_weight, as static-weights does"
+            : "zero of the force, which this rig cannot do"));
   } else if (travel && !caps.zero_travel) {
     out.refuse(Refusal("zero of the travel, which this rig cannot do"));
   }

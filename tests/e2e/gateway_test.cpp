@@ -165,7 +165,9 @@ TEST_F(Gateway, ARunIsNotContinuedUnderAnotherZero) {
   EXPECT_THAT(panel("ZERO force=1 travel=0"), HasSubstr("OK"));
   start_daemon(foreign_config(), "d2");
   Control again = control();
+  EXPECT_EQ(again.call("status")["result"]["resumable"].size(), 1U);
   const json answer = again.call("run.resume", {{"run", 1}, {"confirm_specimen", true}});
+  EXPECT_EQ(again.call("status")["result"]["resumable"].size(), 0U) << "not proposed again";
   EXPECT_THAT(answer.dump(), HasSubstr("the zero of force or travel was lost or changed since"));
   EXPECT_THAT(answer.dump(), testing::Not(HasSubstr("interrupted while it zeroed")));
   EXPECT_EQ(number("SELECT count(*) FROM run"), 1);

@@ -75,6 +75,28 @@ TEST_F(Journal, TheInstrumentsAreKnownFromRunsAndRefusedStarts) {
                                   HasSubstr("quick.json on paper-1: "), HasSubstr("no such port")));
 }
 
+TEST_F(Journal, SaysOfADeletedEndThatTheChainIsCut) {
+  start_sim();
+  Child& daemon = start_daemon(config());
+  write("quick.json", kQuickProtocol);
+  const auto done = lcrig(
+      {"run", file("quick.json"), "--specimen", "paper-1", "--socket", file("control.sock")}, 60s);
+  EXPECT_EQ(done.code, 0) << done.err;
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(20s), 0);
+  const std::string anchor = query("SELECT links || ':' || lower(hex(sha256)) FROM run_anchor");
+  {
+    const auto db = open_read_write(file("lcrig.db")).value();
+    ASSERT_TRUE(db.execute("DROP TRIGGER run_end_no_delete"));
+    ASSERT_TRUE(db.execute("DELETE FROM run_end"));
+  }
+  const std::string log = start_daemon(config(), "d2").log();
+  EXPECT_THAT(log, HasSubstr("run 1 had ended, and its end was deleted from the database"));
+  EXPECT_THAT(log, HasSubstr("is kept (" + anchor.substr(0, anchor.find('\n')) + ")"));
+  EXPECT_THAT(log, AllOf(HasSubstr("`lcrig verify 1`"), Not(HasSubstr("had not ended"))));
+  EXPECT_EQ(lcrig({"verify", "1", "--db", file("lcrig.db")}).code, 1);
+}
+
 TEST_F(Journal, AWireLogThatCannotBeWrittenStopsNoRun) {
   start_sim();
   json lost = config();
@@ -129,6 +151,8 @@ TEST_F(Journal, ACheckOnTheRigFindsWhatItsPlanRefuses) {
   const auto refused = lcrig(check);
   EXPECT_EQ(refused.code, 6) << refused.err;
   EXPECT_THAT(refused.err, AllOf(HasSubstr("quick.json:"), HasSubstr("5 Hz")));
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("next: lcrig protocol check "), HasSubstr(" --rig"),
+                                 Not(HasSubstr("--dry-run"))));
   EXPECT_EQ(number("SELECT count(*) FROM run"), 0);
 }
 

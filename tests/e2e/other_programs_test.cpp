@@ -67,6 +67,14 @@ TEST_F(OtherPrograms, TheShellRunsTheQueriesOfThePage) {
   EXPECT_GE(queries, 3);
 }
 
+TEST_F(OtherPrograms, PythonRunsTheBlocksOfItsPage) {
+  record();
+  const auto done = program(
+      {"/usr/bin/python3", "tests/e2e/python_page.py", file("lcrig.db"), file("page")}, 150s);
+  EXPECT_EQ(done.code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("2 blocks"));
+}
+
 // On lcrig-sim and on the gateway in Python where a page talks to instruments.
 TEST_F(OtherPrograms, EveryCommandOfThePagesDoesWhatThePageSays) {
   const auto done =

@@ -75,6 +75,10 @@ TEST_F(ReloadedDaemon, TakesAGoodFileAndNeverABadOne) {
     EXPECT_THAT(checked.err, AllOf(HasSubstr("d1.json"), HasSubstr("next: "))) << text;
   }
   expect_logged("the config file is not taken: lcrigd goes on");
+  reload("{\n  \"format\": \"lcrigd-config/1\",\n  \"databse\": \"a.db\"\n}\n");
+  expect_logged("\"databse\": \"a.db\"\n");
+  expect_logged("  ^\n");
+  EXPECT_THAT(daemon_->log(), testing::Not(HasSubstr("\\x0a"))) << "one entry for each line";
   reload(config_.dump());
   EXPECT_TRUE(view()["refused"].is_null());
   EXPECT_FALSE(daemon_->wait(0ms)) << "a reload is no stop";

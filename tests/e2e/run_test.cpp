@@ -70,24 +70,36 @@ TEST_F(Rig, ADaemonThatHangsIsCriticalToMonitoring) {
 }
 
 // A simulated bench in the daemon goes with it.
-TEST_F(Rig, ARunThatCannotBeContinuedIsNotProposedAgain) {
+TEST_F(Rig, OfABenchOnlyARunThatHasNotUsedItsFrameIsProposed) {
   const json bench{{"format", "lcrigd-config/1"},
                    {"bench", file("bench.json")},
                    {"database", file("lcrig.db")},
                    {"socket", file("control.sock")}};
-  Child& daemon = start_daemon(bench);
-  Control client = control();
-  client.call("watch");
-  ASSERT_TRUE(start_run(client, kSlowProtocol).contains("result"));
-  client.wait_for("status", in_step("away"), 30s);
-  daemon.signal(SIGKILL);
-  EXPECT_EQ(daemon.wait(5s), 128 + SIGKILL);
-  start_daemon(bench, "d2");
+  std::string waits_first = kSlowProtocol;
+  const std::string steps = "\"steps\": [";
+  waits_first.insert(waits_first.find(steps) + steps.size(),
+                     R"({ "id": "air", "do": "record", "for_s": 60 },)");
+  const auto cut_off_in = [&](const std::string& protocol, const char* step,
+                              const std::string& name) {
+    Child& daemon = start_daemon(bench, name);
+    Control client = control();
+    client.call("watch");
+    ASSERT_TRUE(start_run(client, protocol).contains("result"));
+    client.wait_for("status", in_step(step), 30s);
+    daemon.signal(SIGKILL);
+    EXPECT_EQ(daemon.wait(5s), 128 + SIGKILL);
+  };
+  cut_off_in(kSlowProtocol, "away", "d1");
+  cut_off_in(waits_first, "air", "d2");
+  start_daemon(bench, "d3");
   Control again = control();
-  EXPECT_EQ(again.call("status")["result"]["resumable"].size(), 1U);
+  const json proposed = again.call("status")["result"]["resumable"];
+  ASSERT_EQ(proposed.size(), 1U) << proposed;
+  EXPECT_EQ(proposed[0]["run"], 2);
   const json refused = again.call("run.resume", {{"run", 1}, {"confirm_specimen", true}});
   EXPECT_THAT(refused.dump(), HasSubstr("cannot be continued"));
-  EXPECT_EQ(again.call("status")["result"]["resumable"].size(), 0U);
+  const json taken = again.call("run.resume", {{"run", 2}, {"confirm_specimen", true}});
+  EXPECT_TRUE(taken.contains("result")) << taken;
 }
 
 TEST_F(Rig, ABundleOfARunHoldsNoMeasuredValueUnlessAsked) {

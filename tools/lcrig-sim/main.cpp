@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/doc_page.hpp"
 #include "base/log.hpp"
 #include "base/option_completion.hpp"
 #include "base/program_version.hpp"
@@ -275,8 +276,9 @@ void declare(CLI::App& cli, Options& o) {
           ->excludes(realistic);
   cli.add_option("--told", o.told, "Gets what a config and a specimen file would say of --rig")
       ->needs(rig);
-  cli.add_option("--control", o.control, "Unix socket for faults (docs/simulator.md)");
-  cli.add_option("--faults", o.faults, "Let things go wrong as this script says (docs/faults.md)");
+  cli.add_option("--control", o.control, "Unix socket for faults (" + doc_page("simulator") + ")");
+  cli.add_option("--faults", o.faults,
+                 "Let things go wrong as this script says (" + doc_page("faults") + ")");
   cli.add_option("--ready-file", o.ready_file, "Gets the line of standard output");
   cli.add_option("--log-level", o.log_level, "trace, debug, info, warn, error, off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));

@@ -4,6 +4,7 @@
 #include <limits>
 #include <random>
 
+#include "base/doc_page.hpp"
 #include "base/enum_words.hpp"
 #include "base/number.hpp"
 #include "base/strict_json.hpp"
@@ -17,7 +18,9 @@ namespace lcrig::cli {
 
 namespace {
 
-constexpr const char* kBatchHelp = "correct the table; docs/batch-file.md describes it";
+std::string how_to_correct() {
+  return "correct the table; " + doc_page("batch-file") + " describes it";
+}
 
 // An error about the file of a cell, in one line.
 Error one_line(const Failure& failure) {
@@ -83,7 +86,8 @@ std::int64_t BatchRequest::runs() const {
 }
 
 void BatchOptions::declare(ArgumentList& list) {
-  list.option("--batch", file_, "FILE", "A table of runs, CSV or JSON (docs/batch-file.md)");
+  const std::string help = "A table of runs, CSV or JSON (" + doc_page("batch-file") + ")";
+  list.option("--batch", file_, "FILE", help.c_str());
   list.option("--name", name_, "NAME", "Of the batch (default: that of the file)");
   list.one_of("--order", order_, words_up_to(BatchOrder::random),
               "Of its runs; blocks: a specimen's together, by chance within (default: given)");
@@ -125,16 +129,16 @@ Outcome<BatchRequest> BatchOptions::read(const Context& context, const std::stri
   auto text = read_text_file(file_);
   if (!text) return Failure(text.error(), "give another --batch");
   auto table = read_batch_table(*text, file_);
-  if (!table) return Failure(table.error(), kBatchHelp);
+  if (!table) return Failure(table.error(), how_to_correct());
   Shelf shelf(context, db_path, out);
   BatchLookup lookup;
   lookup.protocol = [&shelf](const std::string& word) { return shelf.protocol(word); };
   lookup.specimen = [&shelf](const std::string& word) { return shelf.specimen(word); };
   auto rows = check_batch(*table, lookup);
-  if (!rows) return Failure(rows.error(), kBatchHelp);
+  if (!rows) return Failure(rows.error(), how_to_correct());
   out.rows = std::move(*rows);
   auto terms = check_batch_terms(*table);
-  if (!terms) return Failure(terms.error(), kBatchHelp);
+  if (!terms) return Failure(terms.error(), how_to_correct());
   out.terms = std::move(*terms);
   if (auto named = put_name(*table, out); !named) return named.error();
   if (auto ordered = put_order(*table, seed, out); !ordered) return ordered.error();

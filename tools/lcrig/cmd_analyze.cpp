@@ -119,10 +119,11 @@ class AnalyzeCommand final : public Command {
       auto checked = verify_aside(*db, *run);
       auto analysis = analyse(*db, *run, wanted_);
       if (!analysis) {
-        return Failure(analysis.error(), next_command(context.global, {"runs", "show", text}));
+        const auto look = next_command(context.global, {"runs", "show", text});
+        return Failure(analysis.error(), next_after(analysis.error(), *db, look));
       }
       const auto chain = checked.get();
-      if (!chain) return Failure(chain.error());
+      if (!chain) return Failure(chain.error(), next_after(chain.error(), *db));
       if (!chain->intact) analysis->notes.insert(analysis->notes.begin(), remark_on(*chain));
       out.push_back(std::move(*analysis));
     }

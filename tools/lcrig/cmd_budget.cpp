@@ -135,10 +135,15 @@ class BudgetCommand final : public Command {
     if (!db) return db.error();
     auto run = named_run(context, *db, noise_from_);
     if (!run) return run.error();
+    auto checked = verify_aside(*db, *run);
     const auto seen = measured_noise(*db, *run);
     if (!seen) {
-      return Failure(seen.error(), next_command(context.global, {"analyze", std::to_string(*run)}));
+      const auto look = next_command(context.global, {"analyze", std::to_string(*run)});
+      return Failure(seen.error(), next_after(seen.error(), *db, look));
     }
+    const auto chain = checked.get();
+    if (!chain) return Failure(chain.error(), next_after(chain.error(), *db));
+    note_if_changed(context, *chain, *run);
     const MeterSetting& m = seen->meter;
     const auto speed = static_cast<std::size_t>(m.speed);
     const double once =

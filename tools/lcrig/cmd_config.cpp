@@ -2,7 +2,9 @@
 // config check, show.
 #include <fmt/ostream.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "base/text.hpp"
 #include "daemon/control/config_view.hpp"
@@ -25,8 +27,12 @@ std::string file_of(const Context& context, const std::string& named) {
 Outcome<ConfigView> read_file(const Context& context, const std::string& file) {
   auto view = context.daemon.config(file);
   if (view) return std::move(*view);
+  std::error_code unknown;
+  const bool absent = !std::filesystem::exists(file, unknown) && !unknown;
+  const char* first =
+      absent ? "copy lcrigd.example.json (share/doc/lcrig/examples) there and adapt" : "correct";
   Failure out(view.error(),
-              fmt::format("correct it, then lcrig config check {}", shell_quoted(file)));
+              fmt::format("{} it, then lcrig config check {}", first, shell_quoted(file)));
   out.code = kFailed;
   return out;
 }

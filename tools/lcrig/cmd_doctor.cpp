@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/doc_page.hpp"
 #include "base/program_version.hpp"
 #include "base/text.hpp"
 #include "storage/database.hpp"
@@ -81,12 +82,12 @@ class DoctorCommand final : public Command {
  private:
   // The instruments as the daemon knows them; without a daemon nobody opens their ports.
   Finding look_at_daemon(Context& context, BundleParts& parts, Findings& findings) const {
-    constexpr const char* kMend =
-        "systemctl status lcrigd; docs/troubleshooting.md, \"The daemon\"";
+    const std::string mend =
+        "systemctl status lcrigd; " + doc_page("troubleshooting") + ", \"The daemon\"";
     const auto silent = [&](const Failure& why) {
       const bool advised = !why.no_daemon && !why.next.empty();
       return Finding("daemon", Health::warn, printable(why.what, kLongestWords),
-                     advised ? why.next : kMend);
+                     advised ? why.next : mend);
     };
     auto client = ControlClient::connect_for_any_database(context);
     if (!client) return silent(client.error());
@@ -137,7 +138,7 @@ class DoctorCommand final : public Command {
     auto db = path ? open_read_only(*path) : fail(Errc::io, "{}", path.error().what);
     if (!db) {
       findings.emplace_back("database", Health::bad, printable(db.error().what, kLongestWords),
-                            "docs/troubleshooting.md, \"The data\"");
+                            doc_page("troubleshooting") + ", \"The data\"");
       return;
     }
     parts.database = *path;

@@ -54,9 +54,9 @@ class ExportCommand final : public Command {
     context.console.out.flush();
     auto checked = verify_aside(db, run);
     auto done = export_layout(db, run, *layout, STDOUT_FILENO, "standard output");
-    if (!done) return Failure(done.error());
+    if (!done) return Failure(done.error(), next_after(done.error(), db));
     const auto chain = checked.get();
-    if (!chain) return Failure(chain.error());
+    if (!chain) return Failure(chain.error(), next_after(chain.error(), db));
     remark(*chain, context, run);
     return kOk;
   }
@@ -67,7 +67,9 @@ class ExportCommand final : public Command {
     options.force = force_;
     options.license = license_.empty() ? context.env.get("LCRIG_LICENSE").value_or("") : license_;
     auto done = export_run(db, run, options);
-    if (!done) return Failure(done.error(), elsewhere(context, run));
+    if (!done) {
+      return Failure(done.error(), next_after(done.error(), db, elsewhere(context, run)));
+    }
     remark(done->chain, context, run);
     const json all{{"run", run},
                    {"goes_on", done->chain.goes_on},
@@ -86,7 +88,7 @@ class ExportCommand final : public Command {
   }
 
   static void remark(const ChainReport& chain, const Context& context, std::int64_t run) {
-    if (!chain.intact) context.console.note(fmt::format("run {} is {}", run, remark_on(chain)));
+    note_if_changed(context, chain, run);
     if (chain.goes_on) {
       context.console.note(
           fmt::format("run {} goes on: this is what was recorded until now; export it again when "

@@ -113,8 +113,15 @@ json to_json(const FitValue& v, double scale, double model_error) {
               {"model_uncertainty", model_error * std::abs(v.per_model_error) * scale}};
 }
 
-json to_json(std::int64_t run, const LevelSettings& level, double model_error, const Fit& fit) {
-  return json{{"run", run},
+struct FittedRun {
+  std::int64_t number;
+  bool simulated, intact;
+};
+
+json to_json(const FittedRun& run, const LevelSettings& level, double model_error, const Fit& fit) {
+  return json{{"run", run.number},
+              {"simulated", run.simulated},
+              {"intact", run.intact},
               {"level", to_string(level.level)},
               {"model_error", model_error},
               {"shear_modulus_kPa", to_json(fit.shear_modulus_Pa, 1e-3, model_error)},
@@ -136,10 +143,10 @@ std::string line_of(const char* name, const FitValue& v, double scale, const cha
   return out + "\n";
 }
 
-std::string to_text(std::int64_t run, const LevelSettings& level, double model_error,
+std::string to_text(const FittedRun& run, const LevelSettings& level, double model_error,
                     const Fit& fit) {
-  std::string out =
-      fmt::format("run {}: {} levels, model {}", run, fit.points, to_string(level.level));
+  std::string out = fmt::format("{}run {}: {} levels, model {}", run.simulated ? "simulated " : "",
+                                run.number, fit.points, to_string(level.level));
   if (model_error > 0) out += fmt::format(" (its estimated error: {:.2g} %)", model_error * 100);
   out += "\n" + line_of("shear modulus", fit.shear_modulus_Pa, 1e-3, "kPa", model_error);
   out += line_of("contact offset", fit.contact_offset_Pa, 1e-3, "kPa", model_error);
@@ -168,8 +175,12 @@ class FitCommand final : public Command {
     if (!specimen) return Failure(specimen.error());
     auto settings = options_.settings();
     if (!settings) return settings.error();
+    auto checked = verify_aside(db, id);
     auto data = fit_data(context, db, id, *specimen);
     if (!data) return data.error();
+    const auto chain = checked.get();
+    if (!chain) return Failure(chain.error(), next_after(chain.error(), db));
+    note_if_changed(context, *chain, id);
     LevelSettings level;
     double model_error = 0;  // relative, of delta C; a level that was asked for has no estimate
     if (*settings) {
@@ -182,8 +193,9 @@ class FitCommand final : public Command {
     }
     auto fit = fit_response(*specimen, level, data->points, data->c0_error_F);
     if (!fit) return Failure(fit.error(), next_command(context.global, {"runs", "show", run_}));
-    return show(context, to_json(id, level, model_error, *fit),
-                [&](std::ostream& out) { out << to_text(id, level, model_error, *fit); });
+    const FittedRun of{id, row->simulated, chain->intact};
+    return show(context, to_json(of, level, model_error, *fit),
+                [&](std::ostream& out) { out << to_text(of, level, model_error, *fit); });
   }
 
  private:

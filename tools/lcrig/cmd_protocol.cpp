@@ -122,8 +122,16 @@ class CheckCommand final : public Command {
     if (!client) return unreachable(context, client.error());
     constexpr auto kPatience = std::chrono::minutes(2);
     auto plan = client->call("run.plan", to_json(*request), kPatience);
-    if (!plan) return refused_run(context, plan.error(), *request, protocol_, parameters_);
-    return plan;
+    if (plan) return plan;
+    Failure refused = plan.error();
+    if (refused.refused_request) {  // the daemon's words are for `lcrig run --dry-run`
+      Words again{"protocol", "check", protocol_};
+      add_options(again, "-p", parameters_);
+      add_option(again, "--specimen", specimen_);
+      add_flag(again, "--rig", true);
+      refused.next = next_command(context.global, again, "when what the message names is changed");
+    }
+    return refused_run(context, std::move(refused), *request, protocol_, parameters_);
   }
 
   // The same without a rig.

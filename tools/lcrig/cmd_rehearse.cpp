@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "base/doc_page.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "daemon/rehearse.hpp"
@@ -91,7 +92,9 @@ class RehearseCommand final : public Command {
     batch_.declare(list);
     list.number("--hand-time", hand_s_, "SECONDS",
                 "What a person takes at each gate of a batch (default: 120)");
-    list.flag("--realistic", realistic_, "Let the bench err as real ones do (docs/simulator.md)");
+    const std::string realistic =
+        "Let the bench err as real ones do (" + doc_page("simulator") + ")";
+    list.flag("--realistic", realistic_, realistic.c_str());
     list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
     list.option("--faults", faults_, "FILE", "Let things go wrong as this script says");
@@ -238,7 +241,8 @@ class RehearseCommand final : public Command {
     // An empty file becomes a database.
     std::error_code ignored;
     const bool file = std::filesystem::file_size(db, ignored) > 0 && !ignored;
-    if (error.code != Errc::invalid_request || (file && !open_read_only(db))) {
+    const bool two_names = file && std::filesystem::hard_link_count(db, ignored) > 1;
+    if (error.code != Errc::invalid_request || two_names || (file && !open_read_only(db))) {
       return Failure(error, "give another --db");
     }
     const auto again = find_protocol(LibraryPath(context.env), protocol_, parameters_);
@@ -247,7 +251,7 @@ class RehearseCommand final : public Command {
     if (auto bench = broken_bench(context, wanted)) return *bench;
     Failure failure = plan_refused(context, protocol_, error);
     if (!faults_.empty()) {
-      failure.next = "correct what the message names; docs/faults.md has scripts";
+      failure.next = "correct what the message names; " + doc_page("faults") + " has scripts";
     }
     return failure;
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "base/doc_page.hpp"
 #include "base/text.hpp"
 #include "budget/search.hpp"
 #include "tools/lcrig/cmd_budget_scene.hpp"
@@ -240,7 +241,7 @@ Outcome<ExitCode> rehearse_table(Context& context, const BatchRequest& batch,
   auto result = context.daemon.rehearse_batch(request);
   line.finish();
   if (!result) {
-    return Failure(result.error(), "change what the message names; docs/batch-file.md");
+    return Failure(result.error(), "change what the message names; " + doc_page("batch-file"));
   }
   auto kinds = kinds_of(batch, *result);
   for (BatchKind& kind : kinds) predict(context, request.bench, kind);

@@ -117,7 +117,7 @@ class RunCommand final : public Command {
     options.owner = true;
     auto end = follow_run(context, client, signals, options);
     if (!end) return end.error();
-    const auto code = print_run_end(context, end->run);
+    const auto code = print_run_end(context, client, end->run);
     return end->interrupted ? kInterrupted : code;
   }
 

@@ -9,6 +9,7 @@
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "storage/tags.hpp"
+#include "storage/writer_lock.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/next_command.hpp"
@@ -182,6 +183,26 @@ class RunsShowCommand final : public Command {
   std::string run_;
 };
 
+// A change of a run that was not made. `typed`: the command, without options that say where.
+Failure not_changed(const Context& context, Failure why, const Words& typed) {
+  if (why.busy) why.next = next_command(context.global, typed, "when the other program is done");
+  return why;
+}
+
+// The same of a change in the file of --db.
+Failure not_changed(const Context& context, const std::string& path, const Error& error,
+                    const std::string& otherwise, const Words& typed) {
+  const auto recorded = has_writer(path);
+  if (error.code != Errc::io || !recorded || !*recorded) {
+    return not_changed(context, Failure(error, otherwise), typed);
+  }
+  GlobalOptions of_daemon;
+  of_daemon.socket = "SOCKET";
+  return Failure(
+      kFailed, fmt::format("{}: a daemon records into it, and only that one writes for you", path),
+      next_command(of_daemon, typed, "the socket of that daemon, and no --db"));
+}
+
 class NoteCommand final : public Command {
  public:
   NoteCommand()
@@ -209,20 +230,20 @@ class NoteCommand final : public Command {
     auto client = ControlClient::connect(context);
     if (!client) return client.error();
     auto answer = client->call("run.note", json{{"run", number}, {"text", text_}});
-    if (!answer) return answer.error();
+    if (!answer) return not_changed(context, answer.error(), typed());
     return true;
   }
 
   Outcome<bool> into(const Context& context, const std::string& path, std::int64_t number) const {
     auto db = open_read_write(path);
-    if (!db) return Failure(db.error(), "give another --db");
+    if (!db) return not_changed(context, path, db.error(), "give another --db", typed());
     auto noted = add_run_note(*db, number, login_name(), text_, context.clock.unix_ns());
-    if (!noted) {
-      return Failure(noted.error(),
-                     next_command(context.global, {"runs", "show", std::to_string(number)}));
-    }
-    return true;
+    if (noted) return true;
+    const auto look = next_command(context.global, {"runs", "show", std::to_string(number)});
+    return not_changed(context, path, noted.error(), look, typed());
   }
+
+  Words typed() const { return {"runs", "note", run_, text_}; }
 
   std::string run_, text_;
 };
@@ -261,19 +282,24 @@ class TagCommand final : public Command {
     if (!client) return client.error();
     auto answer = client->call(
         "run.tag", json{{"run", change_.run}, {"tags", change_.tags}, {"remove", change_.remove}});
-    if (!answer) return answer.error();
+    if (!answer) return not_changed(context, answer.error(), typed());
     return answer->value("tags", Tags());
   }
 
   Outcome<Tags> into(const Context& context, const std::string& path) const {
     auto db = open_read_write(path);
-    if (!db) return Failure(db.error(), "give another --db");
+    if (!db) return not_changed(context, path, db.error(), "give another --db", typed());
     auto tags = change_tags(*db, change_, login_name(), context.clock.unix_ns());
-    if (!tags) {
-      return Failure(tags.error(),
-                     next_command(context.global, {"runs", "show", std::to_string(change_.run)}));
-    }
-    return std::move(*tags);
+    if (tags) return std::move(*tags);
+    const auto look = next_command(context.global, {"runs", "show", std::to_string(change_.run)});
+    return not_changed(context, path, tags.error(), look, typed());
+  }
+
+  Words typed() const {
+    Words out{"runs", "tag", change_run_};
+    out.insert(out.end(), change_.tags.begin(), change_.tags.end());
+    add_flag(out, "--remove", change_.remove);
+    return out;
   }
 
   std::string change_run_;

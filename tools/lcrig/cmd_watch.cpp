@@ -31,7 +31,7 @@ class WatchCommand final : public Command {
     }
     auto end = follow_run(context, *client, signals, options);
     if (!end) return end.error();
-    return print_run_end(context, end->run);
+    return print_run_end(context, *client, end->run);
   }
 };
 

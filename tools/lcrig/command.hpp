@@ -87,9 +87,10 @@ struct Context {
   Outcome<std::string> db_path() const;  // of `database`
   // --socket, else "socket" of --config, else the default of ProcessEnv.
   Outcome<std::string> socket_path() const;
+  // The file that was named, as for `database`; nullopt: none was.
+  Outcome<std::optional<std::string>> named_db() const;
 
  private:
-  Outcome<std::optional<std::string>> named_db() const;
   ChosenDatabase without_daemon(const std::string& socket, const Failure& why) const;
   mutable std::optional<ChosenDatabase> database_;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lcrig/commands.hpp"
 
+#include "base/doc_page.hpp"
 #include "tools/lcrig/complete.hpp"
 #include "tools/lcrig/manual.hpp"
 
@@ -36,11 +37,13 @@ std::optional<std::string> answer_to_program(const ProcessEnv& env,
 }
 
 void declare_global(ArgumentList& list, GlobalOptions& global) {
-  list.option("--db", global.db, "FILE",
-              "Database file (default: $LCRIG_DB, the daemon's, yours; docs/cli-json.md)");
+  const std::string page = doc_page("cli-json");
+  const std::string db = "Database file (default: $LCRIG_DB, the daemon's, yours; " + page + ")";
+  const std::string json = "Print results as JSON (" + page + ")";
+  list.option("--db", global.db, "FILE", db.c_str());
   list.option("--socket", global.socket, "PATH", "The daemon's control socket");
   list.option("--config", global.config, "FILE", "Take both from the daemon's configuration file");
-  list.flag("--json", global.json, "Print results as JSON (docs/cli-json.md)");
+  list.flag("--json", global.json, json.c_str());
 }
 
 }  // namespace lcrig::cli

@@ -70,6 +70,7 @@ Failure failure_of(const json& error, const std::string& where) {
     if (to_string(errc) != word) continue;
     out.code = exit_code_of(errc);
     out.refused_request = errc == Errc::invalid_request;
+    out.busy = errc == Errc::busy;
   }
   return out;
 }
@@ -233,8 +234,10 @@ Outcome<ControlClient> ControlClient::connect_for_any_database(const Context& co
 }
 
 void ControlClient::tell_other_database(const Context& context) {
-  if (context.global.db.empty()) return;
-  const auto other = other_database(context.global.db);
+  const auto named = context.named_db();
+  const bool typed = !context.global.db.empty();
+  if (!named || !*named || (!typed && !context.global.config.empty())) return;
+  const auto other = other_database(**named, typed ? "--db" : "$LCRIG_DB");
   if (other && !other->empty()) context.console.note(*other);
 }
 
@@ -249,12 +252,12 @@ Outcome<std::string> ControlClient::database(Duration patience) {
                  "");
 }
 
-Outcome<std::string> ControlClient::other_database(const std::string& named) {
+Outcome<std::string> ControlClient::other_database(const std::string& named, const char* named_by) {
   auto theirs = database();
   if (!theirs) return theirs.error();
   if (is_same_file(named, *theirs)) return std::string();
-  return fmt::format("--db {}: the daemon at {} has another database, {}", named, state_->path,
-                     *theirs);
+  return fmt::format("{} {}: the daemon at {} has another database, {}", named_by, named,
+                     state_->path, *theirs);
 }
 
 Outcome<json> ControlClient::call(std::string_view method, const json& params, Duration timeout) {

@@ -49,7 +49,7 @@ class ControlClient {
   // An absolute path. Failure: nobody answered in time, or not with a path.
   Outcome<std::string> database(Duration patience = std::chrono::seconds(15));
   // "--db x.db: the daemon at ... has another database, ..."; "" when it is the daemon's.
-  Outcome<std::string> other_database(const std::string& named);
+  Outcome<std::string> other_database(const std::string& named, const char* named_by = "--db");
 
   // Waits for the answer; what else arrives meanwhile is kept for `take`.
   Outcome<nlohmann::json> call(std::string_view method, const nlohmann::json& params,

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "base/doc_page.hpp"
 #include "base/text.hpp"
 #include "storage/chain.hpp"
 #include "storage/writer_lock.hpp"
@@ -24,7 +25,8 @@ Result<double> size_of(const Database& db) {
 }
 
 Finding unreadable(const Error& error) {
-  return {"database", Health::bad, printable(error.what), "docs/troubleshooting.md, \"The data\""};
+  return {"database", Health::bad, printable(error.what),
+          doc_page("troubleshooting") + ", \"The data\""};
 }
 
 // Reading a large file takes minutes.
@@ -69,8 +71,8 @@ void look_at_database(const Database& db, Findings& findings) {
 // How long its disk lasts, when it grows as it did since the first run.
 Finding look_at_disk(const Database& db, std::int64_t now_unix_ns) {
   constexpr double kLeast = 200e6, kDaysToAct = 30;
-  constexpr const char* kMend =
-      "free some space; docs/lab-setup.md, \"Backup, and room on the disk\"";
+  const std::string mend =
+      "free some space; " + doc_page("lab-setup") + ", \"Backup, and room on the disk\"";
   std::error_code unknown;
   const auto folder = std::filesystem::absolute(db.path()).parent_path();
   const auto space = std::filesystem::space(folder, unknown);
@@ -82,13 +84,13 @@ Finding look_at_disk(const Database& db, std::int64_t now_unix_ns) {
   const auto free_bytes = static_cast<double>(space.available);
   auto words =
       fmt::format("{:.1f} GB are free for {:.3f} GB of database", free_bytes / 1e9, *bytes / 1e9);
-  if (free_bytes < kLeast) return {"disk", Health::bad, words, kMend};
+  if (free_bytes < kLeast) return {"disk", Health::bad, words, mend};
   const double days = static_cast<double>(now_unix_ns - *first) / kDay_ns;
   if (*first == 0 || days < 1) return {"disk", Health::ok, words};
   const double left_days = free_bytes / (*bytes / days);
   words += fmt::format(", which grew by {:.1f} MB a day: room for {:.0f} days", *bytes / days / 1e6,
                        left_days);
-  return left_days < kDaysToAct ? Finding("disk", Health::warn, words, kMend)
+  return left_days < kDaysToAct ? Finding("disk", Health::warn, words, mend)
                                 : Finding("disk", Health::ok, words);
 }
 

@@ -10,6 +10,7 @@
 #include <memory>
 #include <sstream>
 
+#include "base/doc_page.hpp"
 #include "base/text.hpp"
 #include "tools/lcrig/doctor.hpp"
 #include "tools/lcrig/next_command.hpp"
@@ -141,7 +142,7 @@ void look_at_service(const Machine& machine, Findings& findings) {
        "NRestarts,Result,ProtectSystem,PrivateNetwork,NoNewPrivileges"});
   if (!shown || property(*shown, "LoadState") != "loaded") {
     findings.emplace_back("service", Health::warn, "lcrigd is not installed as a service",
-                          "docs/lab-setup.md, \"Service\"");
+                          doc_page("lab-setup") + ", \"Service\"");
     return;
   }
   const auto state = property(*shown, "ActiveState");

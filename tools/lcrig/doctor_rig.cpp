@@ -12,6 +12,7 @@
 #include <fstream>
 #include <set>
 
+#include "base/doc_page.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "tools/lcrig/doctor.hpp"
@@ -98,7 +99,7 @@ Finding look_at_rights(const std::string& about, const fs::path& node, const str
                                  printable(name), there.st_mode & 07777U);
   if (for_group && (name == "lcrig" || name == "dialout")) return {about, Health::ok, words};
   return {about, Health::warn, words + ": the service is in groups lcrig and dialout",
-          "name the adapter in a udev rule (docs/lab-setup.md, \"Ports\")"};
+          "name the adapter in a udev rule (" + doc_page("lab-setup") + ", \"Ports\")"};
 }
 
 void look_at_port(const Machine& machine, const std::string& about, const std::string& port,
@@ -142,7 +143,7 @@ std::optional<RigConfig> look_at_config(const std::string& file, Findings& findi
   if (::access(file.c_str(), R_OK) != 0) {
     findings.emplace_back("config", Health::warn,
                           fmt::format("{}: {}", printable(file), std::strerror(errno)),
-                          "docs/lab-setup.md, \"Service\"; or --config FILE");
+                          doc_page("lab-setup") + ", \"Service\"; or --config FILE");
     return std::nullopt;
   }
   const auto plain = require_plain_file(file);
@@ -228,7 +229,7 @@ void look_at_instruments(const DaemonStatus& status, Findings& findings) {
       case InstrumentCondition::absent:
       case InstrumentCondition::fault:
         findings.emplace_back(about, Health::bad, printable(i.why, 500),
-                              "docs/troubleshooting.md; then lcrig status --ask");
+                              doc_page("troubleshooting") + "; then lcrig status --ask");
         break;
     }
   }

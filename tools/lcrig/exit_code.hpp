@@ -37,13 +37,15 @@ struct Failure {
       : code(exit_code_of(error.code)),
         what(error.what),
         next(std::move(n)),
-        detail(error.detail) {}
+        detail(error.detail),
+        busy(error.code == Errc::busy) {}
   ExitCode code = kFailed;
   std::string what;
   std::string next;  // empty: nothing to suggest
   std::string detail;  // lines below the message
   bool no_daemon = false;  // none answers, or not as one
   bool refused_request = false;  // the daemon called the request itself wrong
+  bool busy = false;  // another program or run has what is wanted
 };
 
 // A value or a Failure.

@@ -39,7 +39,8 @@ sigset_t stop_set(bool hangup) {
 std::string line_of(const RunEvent& event) {
   std::string out = event.kind.word();
   if (!event.step_id.empty()) out += fmt::format(" ({})", event.step_id);
-  const auto words = event_words(event.detail);
+  const bool stands = event.kind == EventKind::stopped && event.detail.empty();
+  const auto words = stands ? "the frame confirmed standstill" : event_words(event.detail);
   return words.empty() ? out : out + ": " + words;
 }
 
@@ -180,6 +181,16 @@ class Follower {
   bool typing_ = options_.owner && context_.console.in_tty;
 };
 
+// Options with which a command finds the run: of another file that $LCRIG_DB names, a run of the
+// same number may be there.
+GlobalOptions where_recorded(const Context& context, ControlClient& client) {
+  const auto named = context.named_db();
+  if (!named || !*named) return context.global;
+  const auto theirs = client.database();
+  if (!theirs || is_same_file(**named, *theirs)) return context.global;
+  return at_database(*theirs);
+}
+
 }  // namespace
 
 StopSignals::StopSignals(bool hangup) : hangup_(hangup) {
@@ -206,7 +217,7 @@ Outcome<FollowEnd> follow_run(Context& context, ControlClient& client, StopSigna
   return follower.run();
 }
 
-ExitCode print_run_end(Context& context, const RunOutcome& e) {
+ExitCode print_run_end(Context& context, ControlClient& client, const RunOutcome& e) {
   auto& out = context.console.out;
   if (context.global.json) {
     print_json(out, to_json(e));
@@ -218,7 +229,8 @@ ExitCode print_run_end(Context& context, const RunOutcome& e) {
                e.lcr_readings, e.measure_readings, e.frame_samples, format_time(e.duration_s));
     // Whole, because it is what a person keeps.
     if (!e.anchor.empty()) fmt::print(out, "anchor {}\n", printable(e.anchor));
-    context.console.next(next_command(context.global, {"export", std::to_string(e.run)}));
+    context.console.next(
+        next_command(where_recorded(context, client), {"export", std::to_string(e.run)}));
   }
   return exit_code_of_run(e.exit_status, e.code);
 }

@@ -40,7 +40,7 @@ struct FollowEnd {
 // `client` has called `watch`. Failure: unreachable; interrupted, when left before the end.
 Outcome<FollowEnd> follow_run(Context& context, ControlClient& client, StopSignals& signals,
                               FollowOptions options);
-// Summary (or the JSON line) of a run that ended.
-ExitCode print_run_end(Context& context, const RunOutcome& ended);
+// Summary (or the JSON line) of a run that ended, and where to find it.
+ExitCode print_run_end(Context& context, ControlClient& client, const RunOutcome& ended);
 
 }  // namespace lcrig::cli

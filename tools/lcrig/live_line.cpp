@@ -27,12 +27,17 @@ std::string ascii(std::string_view text, std::size_t most = kLongestName) {
   return out;
 }
 
+// "PAUSED at load"; a run that is continued waits before any step of its own.
+std::string at_step(const char* state, const char* between, const RunStatus& s) {
+  return s.step_id.empty() ? state : state + (between + ascii(s.step_id));
+}
+
 std::string step_part(const RunStatus& s) {
   switch (s.state) {
-    case RunState::paused: return "PAUSED at " + ascii(s.step_id);
-    case RunState::waiting_for_operator: return "WAITING at " + ascii(s.step_id);
-    case RunState::waiting_for_instrument: return "INSTRUMENT AWAY at " + ascii(s.step_id);
-    case RunState::finishing: return "finishing: " + ascii(s.step_id);
+    case RunState::paused: return at_step("PAUSED", " at ", s);
+    case RunState::waiting_for_operator: return at_step("WAITING", " at ", s);
+    case RunState::waiting_for_instrument: return at_step("INSTRUMENT AWAY", " at ", s);
+    case RunState::finishing: return at_step("finishing", ": ", s);
     case RunState::preparing: return "preparing";
     case RunState::ended: return "ended";
     case RunState::running: break;
@@ -43,6 +48,7 @@ std::string step_part(const RunStatus& s) {
 // The present step, and the stop or pause that somebody asked for.
 std::string place_part(const RunStatus& s) {
   std::string out = step_part(s);
+  if (s.state == RunState::finishing || s.state == RunState::ended) return out;
   if (!s.stops_after.empty()) out += ", stops after this " + ascii(s.stops_after);
   if (!s.pauses_at.empty()) out += ", pauses at the end of this " + ascii(s.pauses_at);
   return out;

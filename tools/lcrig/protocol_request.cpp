@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "base/doc_page.hpp"
 #include "base/strict_json.hpp"
 #include "protocols/file/meter_text.hpp"
 #include "storage/database.hpp"
@@ -35,7 +36,7 @@ Outcome<ProtocolRequest> find_protocol(const LibraryPath& library, const std::st
 }
 
 Failure file_refused(const Error& error) {
-  Failure out(error, "correct the file; docs/protocol-file.md describes it");
+  Failure out(error, "correct the file; " + doc_page("protocol-file") + " describes it");
   out.code = kProtocol;
   return out;
 }
@@ -48,8 +49,9 @@ Failure plan_refused(const Context& context, const std::string& protocol, const 
 }
 
 Failure bench_refused(const Error& error, bool of_a_file) {
-  return Failure(error, of_a_file ? "correct the file; docs/bench-file.md describes it"
-                                  : "docs/bench-file.md tells how to write one");
+  const std::string page = doc_page("bench-file");
+  return Failure(error, of_a_file ? "correct the file; " + page + " describes it"
+                                  : page + " tells how to write one");
 }
 
 Outcome<BoundProtocol> bind_protocol(const Context& context, const ProtocolRequest& wanted) {

@@ -67,6 +67,15 @@ Outcome<NamedRun> open_run(const Context& context, const std::string& text) {
   return NamedRun{std::move(*db), *number};
 }
 
+std::string next_after(const Error& error, const Database& db, std::string otherwise) {
+  const bool of_database = error.code == Errc::io && error.what.starts_with(db.path());
+  return of_database ? "lcrig restore --help   (puts a backup in its place)" : otherwise;
+}
+
+void note_if_changed(const Context& context, const ChainReport& chain, std::int64_t run) {
+  if (!chain.intact) context.console.note(fmt::format("run {} is {}", run, remark_on(chain)));
+}
+
 std::string format_utc(std::int64_t unix_ns) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
                      fmt::gmtime(static_cast<std::time_t>(unix_ns / 1'000'000'000)));

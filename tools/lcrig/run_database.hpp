@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "storage/chain.hpp"
 #include "storage/database.hpp"
 #include "tools/lcrig/command.hpp"
 
@@ -21,6 +22,11 @@ struct NamedRun {
   std::int64_t number = 0;
 };
 Outcome<NamedRun> open_run(const Context& context, const std::string& text);
+// What to do about `error`: of a file that is damaged or cannot be read, that a backup takes its
+// place; else `otherwise`.
+std::string next_after(const Error& error, const Database& db, std::string otherwise = {});
+// For commands that use the numbers of a run without showing its chain.
+void note_if_changed(const Context& context, const ChainReport& chain, std::int64_t run);
 // "2026-01-31T12:00:00Z"
 std::string format_utc(std::int64_t unix_ns);
 

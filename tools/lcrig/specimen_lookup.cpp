@@ -19,6 +19,7 @@ Outcome<std::vector<std::string>> look_in_database(const std::string& db_path,
   std::vector<std::string> names;
   std::error_code ignored;
   if (!std::filesystem::exists(db_path, ignored)) return names;
+  if (std::filesystem::file_size(db_path, ignored) == 0) return names;  // it becomes a database
   auto db = open_read_only(db_path);
   if (!db) return Failure(db.error(), "give another --db");
   auto stored = list_specimens(*db);

@@ -29,7 +29,7 @@ TEST(Continuation, OfARunThatWasCopiedIsRefused) {
   const auto other = open_read_write(dir.file("other.db")).value();
   EXPECT_THAT(prepare_continuation(other, 1).error().what,
               HasSubstr("rig.db, where it is run 1: it can be continued only there"));
-  EXPECT_TRUE(find_resumable(other).value().empty());
+  EXPECT_TRUE(find_resumable(other, RigBefore::still_there).value().empty());
   EXPECT_EQ(last_run_end_unix_ns(other).value(), std::nullopt) << "the rig did nothing for it";
 }
 

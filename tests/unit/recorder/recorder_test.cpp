@@ -183,6 +183,26 @@ TEST_F(RecorderTest, ADatabaseWithASecondNameIsRefused) {
   EXPECT_TRUE(Recorder::open(io_, clock_, Recorder::Options(path_)));
 }
 
+TEST_F(RecorderTest, TheReserveIsWrittenThroughNoLink) {
+  const std::string reserve = path_ + ".reserve", precious = dir_.file("precious");
+  const auto link = [&](bool symbolic) {
+    std::filesystem::remove(reserve);
+    symbolic ? std::filesystem::create_symlink(precious, reserve)
+             : std::filesystem::create_hard_link(precious, reserve);
+  };
+  std::ofstream(precious) << "precious";
+  open();
+  for (const bool symbolic : {true, false}) {
+    link(symbolic);
+    begin();
+    EXPECT_EQ(std::filesystem::file_size(precious), 8U) << (symbolic ? "symbolic" : "hard");
+    EXPECT_FALSE(std::filesystem::is_symlink(reserve));
+    EXPECT_EQ(std::filesystem::file_size(reserve), 8U << 20U);
+    end(ExitStatus::success, "");
+    EXPECT_EQ(std::filesystem::file_size(precious), 8U) << "its end frees the reserve";
+  }
+}
+
 TEST_F(RecorderTest, NoRunGoesIntoADatabaseThatWasMovedAway) {
   open();
   begin();
@@ -203,6 +223,7 @@ TEST_F(RecorderTest, AnOrphanedRunIsClosedAsInterruptedAtTheNextOpen) {
   open();
   EXPECT_THAT(recorder_->interrupted_runs(), ElementsAre(run));
   EXPECT_EQ(listing(run).exit_status, ExitStatus::interrupted);
+  EXPECT_EQ(get_earlier_anchor(open_read_only(path_).value(), run).value(), std::nullopt);
   EXPECT_TRUE(chain(run).intact) << chain(run).finding;
 }
 

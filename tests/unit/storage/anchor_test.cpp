@@ -213,6 +213,28 @@ TEST_F(Anchors, AreThoseOfTheEndWhateverNotesCameLater) {
   EXPECT_THAT(verified(later.head).finding, HasSubstr("that of 43 links, but there are 42"));
 }
 
+// Whatever else was cut away with the end: the anchor that was stored with it tells.
+TEST_F(Anchors, TellOfADeletedEndWhenTheRunIsClosedAgain) {
+  EXPECT_EQ(get_earlier_anchor(db_, kRun).value(), std::nullopt);
+  db_ = Database();
+  for (const auto& [name, sql] : std::vector<std::pair<std::string, std::string>>{
+           {"the end alone", kNoEnd},
+           {"the end and its link", links_after(kLinks - 1) + kNoEnd},
+           {"11 links, their rows and the end", rows_after(31) + links_after(31) + kNoEnd}}) {
+    SCOPED_TRACE(name);
+    const std::string copy = dir_.file("cut.db");
+    for (const char* file : {"", "-wal", "-shm"}) std::filesystem::remove(copy + file);
+    std::filesystem::copy_file(path_, copy);
+    const auto db = quick(copy);
+    tamper(db, sql);
+    ASSERT_TRUE(close_orphaned_runs(db, 1));
+    EXPECT_EQ(get_earlier_anchor(db, kRun).value(), anchor_);
+    EXPECT_EQ(get_anchor(db, kRun).value(), anchor_) << "it is kept";
+    EXPECT_THAT(get_run_listing(db, kRun).value().reason,
+                HasSubstr("had ended with 42 links, and its end was deleted"));
+  }
+}
+
 TEST_F(Anchors, AreReadAsTheyAreWritten) {
   const std::string text = to_string(anchor_);
   EXPECT_EQ(parse_anchor(text).value(), anchor_);

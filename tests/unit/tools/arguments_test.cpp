@@ -4,6 +4,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "storage/database.hpp"
 #include "tests/support/cli_fixture.hpp"
 #include "tests/support/protocol_text.hpp"
 
@@ -206,6 +207,23 @@ TEST_F(Rehearse, NeverUsesTheDaemonsDatabase) {
   EXPECT_EQ(FakeRehearsal::last.db_path, cli.dir.file("home/.local/share/lcrig/lcrig.db"));
   cli.run({"rehearse", "press", "-s", "paper-1", "--db", cli.dir.file("x.db")});
   EXPECT_EQ(FakeRehearsal::last.db_path, cli.dir.file("x.db"));
+}
+
+TEST_F(Rehearse, AnEmptyFileBecomesTheDatabase) {
+  const auto db = cli.dir.file("empty.db");
+  std::ofstream(db) << "";
+  EXPECT_EQ(cli.run({"rehearse", "press", "-s", "paper-1", "--db", db}), 0) << cli.err.str();
+  EXPECT_EQ(FakeRehearsal::last.db_path, db);
+}
+
+TEST_F(Rehearse, OfAFileWithTwoNamesItIsNotTheProtocolThatIsWrong) {
+  const auto db = cli.dir.file("a.db");
+  ASSERT_TRUE(open_read_write(db));
+  std::filesystem::create_hard_link(db, cli.dir.file("b.db"));
+  FakeRehearsal::answer = fail(Errc::invalid_request, "a.db: this file has 2 names (hard links)");
+  EXPECT_EQ(cli.run({"rehearse", "press", "-s", "paper-1", "--db", db}), cli::kFailed);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("2 names"), HasSubstr("next: give another --db"),
+                                   Not(HasSubstr("protocol show"))));
 }
 
 TEST_F(Rehearse, ExitCodesFollowTheRun) {

@@ -131,6 +131,8 @@ TEST_F(BudgetCommand, NoiseComesFromARecordedRun) {
   EXPECT_FALSE(row(out, "medium")["noise_guessed"].get<bool>());
   EXPECT_THAT(scatter("slow")["basis"], HasSubstr("a guess"));
   EXPECT_NEAR(scatter("fast")["standard_uncertainty"], expected * 60 / 44, 0.05 * expected);
+  // Rows that a test made are in no link of the chain.
+  EXPECT_THAT(cli.err.str(), HasSubstr("run 1 is not as it was recorded: level 1 is in no link"));
   EXPECT_EQ(cli.run({"budget", "static-frame", "--specimen", "paper-1", "--noise-from", "77",
                      "--db", recorded.db().path()}),
             1);

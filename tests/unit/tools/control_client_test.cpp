@@ -157,6 +157,20 @@ TEST_F(Served, ABrokenProtocolIsToldAsACheckTellsIt) {
   }
 }
 
+TEST_F(Served, TheLineOfAStandstillSaysWhatStopped) {
+  on_server([this] {
+    handler.after_start = [this] {
+      RunEventNote note;
+      note.run = 7;
+      note.event = RunEvent(MonoTime(), EventKind::stopped, "load", "");
+      server.publish_event(note);
+      end_run();
+    };
+  });
+  EXPECT_EQ(cli.run({"run", "press", "--specimen", "mine"}), 0) << cli.err.str();
+  EXPECT_THAT(cli.err.str(), HasSubstr("stopped (load): the frame confirmed standstill\n"));
+}
+
 TEST_F(Served, RunFollowsToTheEndAndPrintsTheResultLast) {
   EXPECT_EQ(cli.run({"run", "press", "--specimen", "mine", "-p", "cycles=2", "--json"}), 0)
       << cli.err.str();

@@ -87,6 +87,26 @@ TEST(LiveLine, LeavesOutWhatIsNotKnown) {
   EXPECT_EQ(format_live_line(s, 80), "PAUSED at hold");
 }
 
+TEST(LiveLine, NamesNoStepThatThereIsNot) {
+  RunStatus s;
+  s.state = RunState::waiting_for_operator;
+  EXPECT_EQ(format_live_line(s, 80), "WAITING");
+  s.state = RunState::finishing;
+  EXPECT_EQ(format_live_line(s, 80), "finishing");
+}
+
+// It was aborted before it came to that end.
+TEST(LiveLine, StopsAfterNothingOnceItFinishes) {
+  RunStatus s;
+  s.state = RunState::running;
+  s.step_id = "load";
+  s.stops_after = "step";
+  EXPECT_EQ(format_live_line(s, 80), "load, stops after this step");
+  s.state = RunState::finishing;
+  s.step_id = "clear";
+  EXPECT_EQ(format_live_line(s, 80), "finishing: clear");
+}
+
 TEST(LiveLine, LongerThanPlannedIsFull) {
   auto s = cycle();
   s.elapsed_s = 900;

@@ -19,6 +19,7 @@
 #include <set>
 #include <sstream>
 
+#include "base/doc_page.hpp"
 #include "daemon/config.hpp"
 #include "daemon/session.hpp"
 #include "storage/database.hpp"
@@ -148,7 +149,9 @@ class Desk {
 
   std::string answer_of(const std::vector<std::string>& words) {
     code_ = cli_.run(words);
-    const std::string said = replaced(cli_.out.str() + cli_.err.str(), cli_.dir.file(""), "~/");
+    std::string said = replaced(cli_.out.str() + cli_.err.str(), cli_.dir.file(""), "~/");
+    // Where lcrig is installed, messages name the pages there.
+    said = replaced(std::move(said), fs::path(doc_page("cli-json")).parent_path() / "", "docs/");
     return "exit " + std::to_string(code_) + "\n" + said;
   }
 

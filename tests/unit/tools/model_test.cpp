@@ -8,6 +8,7 @@
 
 #include "base/strict_json.hpp"
 #include "model/specimen_file.hpp"
+#include "storage/database.hpp"
 #include "tests/support/cli_fixture.hpp"
 
 namespace lcrig::cli {
@@ -267,7 +268,9 @@ class ModelFit : public ModelCommands {
 
 TEST_F(ModelFit, FindsTheModulusOfARecordedRun) {
   ASSERT_EQ(cli.run({"model", "fit", "last"}), kOk) << cli.err.str();
-  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("shear modulus"), HasSubstr("95 %")));
+  EXPECT_THAT(cli.out.str(),
+              AllOf(HasSubstr("simulated run 1: "), HasSubstr("shear modulus"), HasSubstr("95 %")));
+  EXPECT_EQ(cli.err.str(), "");
   const auto fit = run_json({"model", "fit", "1"});
   EXPECT_EQ(fit["run"], 1);
   EXPECT_EQ(fit["level"], "hyperelastic");
@@ -278,6 +281,21 @@ TEST_F(ModelFit, FindsTheModulusOfARecordedRun) {
   EXPECT_GE(fit["points"], 4);
   EXPECT_TRUE(fit["contact_offset_kPa"]["ci95"].is_array());
   expect_refused({"model", "fit", "7"}, kFailed, "lcrig runs");
+}
+
+TEST_F(ModelFit, SaysOfARunThatWasChangedThatItWas) {
+  {
+    auto db = Database::open(path, Database::Mode::read_write_create);
+    ASSERT_TRUE(db);
+    ASSERT_TRUE(
+        db->execute("DROP TRIGGER frame_sample_no_update; UPDATE frame_sample SET force_N = "
+                    "force_N + 0.001 WHERE seq = 20"));
+  }
+  ASSERT_EQ(cli.run({"model", "fit", "1", "--json"}), kOk) << cli.err.str();
+  EXPECT_THAT(cli.err.str(), HasSubstr("run 1 is not as it was recorded: "));
+  const auto fit = json::parse(cli.out.str());
+  EXPECT_EQ(fit["intact"], false);
+  EXPECT_EQ(fit["simulated"], true);
 }
 
 // The bench takes bonded specimens as it is shipped: `auto` finds a level within its tolerance.

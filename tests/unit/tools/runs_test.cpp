@@ -8,6 +8,7 @@
 #include "storage/runs.hpp"
 #include "storage/writer_lock.hpp"
 #include "tests/support/cli_fixture.hpp"
+#include "tests/support/without_rights.hpp"
 
 namespace lcrig::cli {
 namespace {
@@ -285,6 +286,53 @@ TEST_F(Runs, AreExportedWithWhatVerifySays) {
   EXPECT_EQ(json::parse(cli.out.str())["intact"], false);
   EXPECT_THAT(cli.err.str(), HasSubstr("run 1 is not as it was recorded: link 2"));
   EXPECT_EQ(package(folder)["lcrig"]["chain"]["intact"], false);
+}
+
+// The first page is whole, so that the file opens; what follows is not.
+TEST_F(Runs, OfADamagedFileABackupIsProposed) {
+  {
+    auto db = Database::open(path, Database::Mode::read_write_create);
+    ASSERT_TRUE(db);
+    ASSERT_TRUE(db->execute("PRAGMA wal_checkpoint(TRUNCATE)"));
+  }
+  const auto events =
+      open_read_only(path)->integer("SELECT rootpage FROM sqlite_schema WHERE name = 'event'");
+  ASSERT_TRUE(events);
+  constexpr std::int64_t kPage = 4096;
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp((*events - 1) * kPage);
+  file << std::string(kPage, '\xff');
+  file.close();
+  for (const auto& words : std::vector<std::vector<std::string>>{
+           {"export", "1", "-o", cli.dir.file("out")}, {"verify", "1"}, {"analyze", "1"}}) {
+    EXPECT_EQ(cli.run(words), kFailed) << words[0];
+    EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("is damaged"), HasSubstr("next: lcrig restore"),
+                                     Not(HasSubstr("ANOTHER-FOLDER"))))
+        << words[0];
+  }
+}
+
+TEST_F(Runs, ANoteWaitsForWhoHoldsTheFile) {
+  auto other = Database::open(path, Database::Mode::read_write_create);
+  ASSERT_TRUE(other);
+  ASSERT_TRUE(other->execute("BEGIN IMMEDIATE"));
+  EXPECT_EQ(cli.run({"runs", "note", "1", "two words"}), kFailed);
+  EXPECT_THAT(cli.err.str(),
+              AllOf(HasSubstr("another program holds it"), Not(HasSubstr("BEGIN")),
+                    HasSubstr("next: lcrig runs note 1 'two words'   (when the other program")));
+}
+
+TEST_F(Runs, ANoteIntoTheFileOfADaemonThatMayNotBeWrittenNamesTheSocket) {
+  const WithoutFileRights rights;
+  const auto lock = WriterLock::acquire(path);
+  ASSERT_TRUE(lock);
+  namespace fs = std::filesystem;
+  fs::permissions(path, fs::perms::owner_read);
+  EXPECT_EQ(cli.run({"runs", "note", "1", "dusty", "--db", path}), kFailed);
+  fs::permissions(path, fs::perms::owner_all);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("a daemon records into it"),
+                                   HasSubstr("next: lcrig runs note 1 dusty --socket SOCKET"),
+                                   Not(HasSubstr("change the rights"))));
 }
 
 TEST_F(Runs, AnExportOfARunThatGoesOnSaysSo) {

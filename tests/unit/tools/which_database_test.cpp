@@ -115,6 +115,20 @@ TEST_F(ServedRuns, AreStoppedAndLookedAtWhateverDatabaseIsNamed) {
   on_server([this] { EXPECT_THAT(handler.calls, ElementsAre("pause", "abort ", "freeze ")); });
 }
 
+// $LCRIG_DB is of the shell, not of this command: the run is made, and found where it is.
+TEST_F(ServedRuns, AreFoundWhereTheyWereMadeWhateverFileTheShellNames) {
+  cli.add_data("protocols/press.json", "{}");
+  cli.variables["LCRIG_DB"] = other;
+  EXPECT_EQ(cli.run({"run", "press", "--specimen", "paper-1"}), 0) << cli.err.str();
+  EXPECT_THAT(cli.err.str(), HasSubstr("next: lcrig export 7 --db " + daemons + "\n"));
+  EXPECT_EQ(cli.run({"status"}), 0);
+  EXPECT_THAT(cli.err.str(), HasSubstr("$LCRIG_DB " + other + ": the daemon at " + path +
+                                       " has another database"));
+  cli.variables["LCRIG_DB"] = cli.dir.file("./elsewhere.db");
+  EXPECT_EQ(cli.run({"run", "press", "--specimen", "paper-1"}), 0) << cli.err.str();
+  EXPECT_THAT(cli.err.str(), HasSubstr("next: lcrig export 7\n"));
+}
+
 TEST_F(ServedRuns, OfADaemonThatDoesNotSayWhichFileAreThoseOfTheDefault) {
   on_server([this] { handler.state.database = "relative.db"; });
   cli.env.daemon_db = other;
