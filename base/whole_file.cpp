@@ -2,6 +2,7 @@
 #include "base/whole_file.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -64,6 +65,11 @@ Result<> PartFile::sync_and_close() {
   if (::fsync(fd_) != 0) done = system_error(path_);
   if (::close(std::exchange(fd_, -1)) != 0 && done) done = system_error(path_);
   return done;
+}
+
+Result<> PartFile::open_to_all() {
+  if (::fchmod(fd_, 0644) != 0) return system_error(path_);
+  return {};
 }
 
 Result<> PartFile::replace() {

@@ -22,6 +22,8 @@ class PartFile {
   ~PartFile();
   int fd() const { return fd_; }
   const std::string& name() const { return name_; }
+  // Everybody may read it, whatever the program's umask says. Errors: io with the path.
+  Result<> open_to_all();
   // To the disk, then under its name: in place of what has it, or only while nothing has it.
   Result<> replace();
   Result<> put_new();

@@ -55,12 +55,21 @@ bool is_well(const InstrumentState& i) {
   return i.condition == InstrumentCondition::ready || i.condition == InstrumentCondition::in_use;
 }
 
+bool is_ill(const InstrumentState& i) {
+  return i.condition == InstrumentCondition::absent || i.condition == InstrumentCondition::fault;
+}
+
 void add_rig(Page& page, const DaemonStatus& status) {
   page.family("lcrig_info", "gauge", "The running version; always 1.")
       .value("version", status.version, 1);
   page.family("lcrig_instrument_ready", "gauge", "1: it answered, or a run uses it.");
   for (const auto& i : status.instruments) {
     page.value("instrument", to_string(i.which), is_well(i) ? 1 : 0);
+  }
+  page.family("lcrig_instrument_missing", "gauge",
+              "1: it did not answer, its port is away, or it reports a fault. 0 also: not asked.");
+  for (const auto& i : status.instruments) {
+    page.value("instrument", to_string(i.which), is_ill(i) ? 1 : 0);
   }
   page.family("lcrig_instrument_data_age_seconds", "gauge",
               "Since it was asked or sent data; absent: never.");
@@ -91,7 +100,7 @@ void add_daemon(Page& page, const Metrics& m) {
   page.family("lcrig_events_total", "counter",
               "Stored events by kind (retry, late, loss, ...; docs/events.md).");
   for (const auto& [kind, count] : m.events) page.value("kind", kind, static_cast<double>(count));
-  page.family("lcrig_commit_seconds", "gauge", "Of the last run: a row queued to its commit.");
+  page.family("lcrig_commit_seconds", "summary", "Of the last run: a row queued to its commit.");
   for (const double quantile : {0.5, 0.99, 1.0}) {
     page.value("quantile", fmt::format("{}", quantile),
                to_seconds(m.commits.queued.percentile(quantile)));

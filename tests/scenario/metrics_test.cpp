@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The daemon's health, for a client and in a file.
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include <fstream>
 #include <iterator>
@@ -36,6 +37,29 @@ TEST_F(DaemonHealth, IsToldToWhoAsksAndWrittenToAFile) {
                           HasSubstr("lcrig_instrument_ready{instrument=\"frame\"} 1\n"),
                           HasSubstr("lcrig_wal_bytes ")));
   EXPECT_THAT(written(), HasSubstr("lcrig_run_active 1\n"));
+}
+
+TEST_F(DaemonHealth, IsReadByEverybodyAndNotServedAfterTheEnd) {
+  const auto before = ::umask(0027);
+  clock.run_for(io, 20s);
+  ::umask(before);
+  struct stat found{};
+  ASSERT_EQ(::stat(file().c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777, 0644U);
+  EXPECT_THAT(written(), HasSubstr("lcrig_instrument_missing{instrument=\"frame\"} 0\n"));
+  EXPECT_THAT(written(), HasSubstr("# TYPE lcrig_commit_seconds summary\n"));
+}
+
+TEST_F(DaemonHealth, IsToldToTwoWhoAskAtOnce) {
+  PlainClient one(socket_path()), other(socket_path());
+  one.call("metrics");
+  other.call("metrics");
+  clock.run_for(io, 2s);
+  for (PlainClient* client : {&one, &other}) {
+    const auto answers = client->take();
+    ASSERT_EQ(answers.size(), 1U);
+    EXPECT_TRUE(answers[0].contains("result")) << answers[0];
+  }
 }
 
 }  // namespace

@@ -183,10 +183,16 @@ void Completion::add_values(const Argument& a) {
     add_parameters();
   } else if (value == "NAME" && batch) {
     add_batches();
+  } else if (value == "NAME" && a.names.front() == "--specimen") {
+    add_specimens();
+  } else if (value == "NAME" && a.names.front() == "--protocol") {
+    add_library(LibraryKind::protocol);
   } else if (value == "FILE" || value == "PATH") {
-    const std::string_view command = typed_.command->name;
-    const bool database = command == "backup" || command == "restore";
+    // Options that every command has may stand before it.
+    const bool database = typed_.command != nullptr && typed_.command->name == "backup";
     candidates_.files = a.option || database ? "file" : "json";
+  } else if (value == "BACKUP") {
+    candidates_.files = "file";
   } else if (value == "DIR") {
     candidates_.files = "dir";
   }
