@@ -311,6 +311,7 @@ Task<RunResult> Session::execute() {
   }
   note_extrapolation();
   std::string reason = result.reason;
+  ending_ = true;
   auto closed = co_await recorder_.end_run(result.exit_status, std::move(reason));
   recorder_.on_fault({});
   recorder_.on_locked({});
@@ -326,6 +327,12 @@ Task<RunResult> Session::execute() {
     result.reason = closed->reason;
   }
   co_return result;
+}
+
+// The end of a run may wait for another program's lock as long as any commit.
+std::optional<std::uint64_t> Session::beats() const {
+  if (!run_) return std::nullopt;
+  return ending_ ? recorder_.progress() : run_->beats();
 }
 
 Task<> Session::close() {

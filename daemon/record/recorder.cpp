@@ -86,6 +86,11 @@ std::optional<std::uint64_t> Recorder::beats() const {
   return stats_.commits + attempts_;
 }
 
+std::uint64_t Recorder::progress() const {
+  const std::lock_guard lock(mutex_);
+  return stats_.commits + attempts_;
+}
+
 // `f` runs on the io_context's thread, unless the recorder is gone by then.
 template <class F>
 void Recorder::post(F f) {
@@ -236,12 +241,17 @@ Result<> Recorder::commit(const Batch& batch, const RunEnd* end) {
   const MonoTime begin = RealClock().now();
   while (true) {
     auto r = commit_once(batch, end);
-    if (r || r.error().code != Errc::busy) return r;
-    const Duration waited = RealClock().now() - begin;
-    tell_locked(waited);
-    if (waited >= options_.lock_patience) {
+    if (!r && r.error().code == Errc::busy) {
+      if (!locked_since_) locked_since_ = begin;
+    } else {
+      locked_since_.reset();
+      return r;
+    }
+    const MonoTime now = RealClock().now();
+    tell_locked(now - *locked_since_);
+    if (now - begin >= options_.lock_patience) {
       return fail(Errc::busy, "{}; rows of this run have waited for it for {:.0f} s",
-                  r.error().what, to_seconds(waited));
+                  r.error().what, to_seconds(now - *locked_since_));
     }
   }
 }

@@ -96,6 +96,8 @@ class Recorder final : public RunSink {
   // For the watchdog: commits and attempts at a lock so far; nullopt while nothing waits to be
   // committed.
   std::optional<std::uint64_t> beats() const;
+  // The same count, also when nothing waits: for a caller that waits for `end_run`.
+  std::uint64_t progress() const;
   const std::string& path() const { return options_.path; }
 
  private:
@@ -165,6 +167,7 @@ class Recorder final : public RunSink {
   Batch writing_;  // taken from the queue, not committed yet
   std::int64_t run_ = 0;
   bool reopen_first_ = false;  // the last failed commit was an I/O error
+  std::optional<MonoTime> locked_since_;  // by another program; nullopt: the last commit was done
   std::thread thread_;
 };
 

@@ -35,6 +35,7 @@ Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
   auto run = insert_claimed(row);
   if (!run) return run;
   run_ = *run;
+  locked_since_.reset();
   if (auto r = sync_commits(options_.sync_each_commit); !r) return fail(r.error());
   writing_.clear();
   const std::lock_guard lock(mutex_);
