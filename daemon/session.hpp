@@ -118,6 +118,8 @@ class Session {
   RunSetup make_setup(std::int64_t run);
   RunRow make_row() const;
   void tell_locked(Duration waited, std::size_t rows);
+  std::string moved_words() const;
+  void tell_moved();
   void note_extrapolation();
   void acknowledge(const Committed& committed);
 

@@ -74,6 +74,10 @@ void Recorder::on_locked(std::function<void(Duration, std::size_t)> callback) {
   on_locked_ = std::move(callback);
 }
 
+void Recorder::on_moved(std::function<void()> callback) {
+  on_moved_ = std::move(callback);
+}
+
 CommitStats Recorder::stats() const {
   const std::lock_guard lock(mutex_);
   return stats_;
@@ -268,6 +272,14 @@ void Recorder::tell_locked(Duration waited) {
   });
 }
 
+void Recorder::look_whether_moved() {
+  if (moved_ || !owned_.db.has_moved()) return;
+  moved_ = true;
+  post([this] {
+    if (on_moved_) on_moved_();
+  });
+}
+
 Result<> Recorder::commit_once(const Batch& batch, const RunEnd* end) {
   const MonoTime begin = RealClock().now();
   if (auto r = writer_->write(owned_.db, run_, batch, end); !r) {
@@ -293,6 +305,7 @@ Result<> Recorder::commit_once(const Batch& batch, const RunEnd* end) {
     if (batch.oldest) stats_.queued.add(done - *batch.oldest);
   }
   if (batch.rows() > 0) acknowledge(std::move(summary));
+  look_whether_moved();
   return {};
 }
 

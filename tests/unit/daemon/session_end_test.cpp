@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A database that is locked by somebody while a run is recorded into it, up to its end.
+// A database that is locked or moved by somebody while a run is recorded into it, up to its end.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <boost/asio/steady_timer.hpp>
+#include <filesystem>
 #include <set>
 
 #include "tests/support/session_world.hpp"
@@ -74,6 +75,20 @@ TEST(SessionEnd, BeatsWhileItWaitsForALockAndLosesNoRow) {
   EXPECT_THAT(ended->reason, HasSubstr("another program holds it"));
   EXPECT_EQ(world.count("SELECT count(*) FROM run_end"), 1);
   EXPECT_TRUE(verify_chain(world.open(), 1).value().intact);
+}
+
+TEST(SessionEnd, SaysThatTheDatabaseWasMovedInTheRun) {
+  SessionWorld world(kShort);
+  const std::string moved = world.database() + ".moved";
+  world.acts.push_back(
+      {"level", 1s, [&moved](SessionWorld& w) { std::filesystem::rename(w.database(), moved); }});
+  const auto ended = world.run();
+  ASSERT_TRUE(ended) << ended.error().what;
+  EXPECT_EQ(ended->exit_status, ExitStatus::success);
+  EXPECT_THAT(ended->reason, HasSubstr("move it back beside its log"));
+  std::filesystem::rename(moved, world.database());
+  EXPECT_EQ(world.count("SELECT count(*) FROM event WHERE kind = 'database_moved'"), 1);
+  EXPECT_EQ(world.count("SELECT count(*) FROM lcr_reading WHERE reading_index > 0"), 20);
 }
 
 }  // namespace

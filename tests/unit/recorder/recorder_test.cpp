@@ -403,6 +403,35 @@ TEST_F(RecorderTest, AWriterThatHangsBeatsNoMoreAndARestingOneIsNoHang) {
   EXPECT_EQ(acknowledged_, 1U);
 }
 
+TEST_F(RecorderTest, ADatabaseThatIsMovedInTheRunIsToldAndNothingOfItIsLost) {
+  open();
+  const auto run = begin();
+  int told = 0;
+  recorder_->on_moved([&told] { ++told; });
+  const auto store = [this] {
+    push_readings(1);
+    EXPECT_TRUE(run_task(io_, clock_, recorder_->flush()));
+  };
+  store();
+  EXPECT_EQ(told, 0);
+  std::filesystem::rename(path_, path_ + ".moved");
+  store();
+  store();
+  EXPECT_EQ(told, 1);
+  const auto ended = run_task(io_, clock_, recorder_->end_run(ExitStatus::success, ""));
+  ASSERT_TRUE(ended);
+  EXPECT_TRUE(ended->moved);
+  const auto refused = run_task(io_, clock_, recorder_->begin_run(some_run()));
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, HasSubstr("move it back beside its log (" + path_ + "-wal)"));
+  EXPECT_FALSE(open_read_write(path_)) << "it would empty the log";
+  std::filesystem::rename(path_ + ".moved", path_);
+  EXPECT_EQ(listing(run).lcr_readings, 3);
+  EXPECT_TRUE(chain(run).intact) << chain(run).finding;
+  begin();
+  end(ExitStatus::success, "");
+}
+
 class LockedRecorder : public RecorderTest {
  protected:
   void begin_with(Duration patience) {
