@@ -122,9 +122,10 @@ json clock_of(const ExportContext& c) {
 }
 
 json chain_of(const ChainReport& chain) {
+  const auto anchor = anchor_of(chain);
   return {{"intact", chain.intact},
           {"goes_on", chain.goes_on},
-          {"anchor", to_string(chain.head)},
+          {"anchor", anchor ? json(to_string(*anchor)) : json()},
           {"finding", chain.finding}};
 }
 

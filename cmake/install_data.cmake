@@ -9,6 +9,7 @@ install(FILES ${specimens} DESTINATION ${LCRIG_DATA_DIR}/specimens)
 install(FILES ${benches} DESTINATION ${LCRIG_DATA_DIR}/benches)
 file(GLOB schemas CONFIGURE_DEPENDS schema/*.schema.json)
 install(FILES ${schemas} DESTINATION ${LCRIG_DATA_DIR}/schema)
+install(DIRECTORY schema/sql DESTINATION ${LCRIG_DATA_DIR}/schema FILES_MATCHING PATTERN "*.sql")
 
 # Where each shell looks by itself; bash and fish by the name of the program.
 foreach(program lcrig lcrigd lcrig-sim)

@@ -153,9 +153,8 @@ constexpr Duration kRecorderPatience = 10s;
 void App::watch_parts() {
   using Beats = std::optional<std::uint64_t>;
   liveness_.watch("the runner", kRunnerPatience, [this]() -> Beats {
-    const Run* run = live_run();
-    if (run == nullptr) return std::nullopt;
-    return run->beats();
+    if (live_run() == nullptr) return std::nullopt;
+    return session_->beats();
   });
   liveness_.watch("the sampler", kSamplerPatience, [this]() -> Beats {
     const Run* run = live_run();

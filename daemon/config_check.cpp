@@ -10,6 +10,7 @@
 #include "daemon/config_keys.hpp"
 #include "daemon/metrics.hpp"
 #include "daemon/rig/recording.hpp"
+#include "storage/database.hpp"
 #include "storage/runs.hpp"
 
 namespace lcrig {
@@ -56,6 +57,14 @@ Result<> check_socket(const Config& config, const std::string& file) {
                 "shorter one",
                 file, config.socket.size(), kMost);
   }
+  std::error_code unknown;
+  const auto there = fs::symlink_status(config.socket, unknown);
+  if (fs::exists(there) && !fs::is_socket(there)) {
+    return fail(Errc::invalid_request,
+                "{}: `socket` is {}, which exists and is no socket; move it away or correct "
+                "`socket`",
+                file, config.socket);
+  }
   return check_folder(file, "socket", config.socket, Config().socket);
 }
 
@@ -81,7 +90,7 @@ Result<> check_metrics_file(const Config& config, const std::string& file) {
     return fail(Errc::invalid_request, "{}: `metrics_file` is {}, {}", file, path, why);
   };
   std::vector<std::string> others{config.database, config.socket, file};
-  for (const char* suffix : {"-wal", "-shm", ".lock", ".reserve"}) {
+  for (const char* suffix : {"-wal", "-shm", ".lock", ".writer", ".reserve"}) {
     others.push_back(config.database + suffix);
   }
   for (const std::string& other : others) {
@@ -128,6 +137,16 @@ Result<> check_surroundings(const Config& config, const std::string& file) {
 std::vector<std::string> config_warnings(const Config& config, const std::string& file) {
   std::vector<std::string> out;
   const std::string &logs = config.wire_log_directory, &metrics = config.metrics_file;
+  if (const auto safe = require_safe_to_create(config.database); !safe) {
+    out.push_back(fmt::format("{}: `database`: {}", file, safe.error().what));
+  }
+  const auto folder = fs::path(config.database).parent_path();
+  if (config.database == Config().database && !is_folder(folder)) {
+    out.push_back(
+        fmt::format("{}: there is no folder {} for `database`: systemd makes it when the service "
+                    "starts; to start lcrigd by hand, make it, or name another file",
+                    file, folder.string()));
+  }
   if (!logs.empty() && !is_folder(logs)) {
     out.push_back(
         fmt::format("{}: `wire_log_directory` is {}, and there is no such folder: runs go "

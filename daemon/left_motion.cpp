@@ -20,14 +20,17 @@ namespace {
 
 bool look(const std::string& database) {
   std::error_code unknown;
-  if (!std::filesystem::exists(database, unknown) && !unknown) return false;
-  const auto recorded = has_writer(database);
-  if (recorded && *recorded) return false;
+  if (!std::filesystem::exists(database, unknown) && !unknown) {
+    return !require_safe_to_create(database);  // it was moved away, or its disk is not there
+  }
   const auto db = open_read_only(database);
   if (!db) return true;
   const auto runs = unfinished_runs(*db);
-  return !runs ||
-         std::ranges::any_of(*runs, [&db](std::int64_t run) { return commanded_frame(*db, run); });
+  if (!runs) return true;
+  return std::ranges::any_of(*runs, [&](std::int64_t run) {
+    const auto goes_on = is_being_recorded(database, run);
+    return !(goes_on && *goes_on) && commanded_frame(*db, run);
+  });
 }
 
 }  // namespace

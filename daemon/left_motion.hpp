@@ -16,8 +16,8 @@ namespace lcrig {
 // does.
 bool commanded_frame(const Database& db, std::int64_t run);
 
-// False when it is known that nothing was left: there is no database, another process records into
-// it, or no run without an end commanded the frame. True also when nobody can tell within
+// False when it is known that nothing was left: there was no database, or every run without an end
+// commanded no frame or is being recorded by another process. True also when nobody can tell within
 // `patience`.
 bool may_have_left_motion(const std::string& database, Duration patience);
 

@@ -67,6 +67,12 @@ Result<Config> effective_config(const Options& options) {
   if (!config) return config;
   override_by(options, *config);
   config->database = std::filesystem::absolute(config->database);  // clients are told
+  return config;
+}
+
+Result<Config> checked_config(const Options& options) {
+  auto config = effective_config(options);
+  if (!config) return config;
   if (auto good = check_surroundings(*config, options.config); !good) return fail(good.error());
   return config;
 }
@@ -135,9 +141,14 @@ int serve(const Options& options, const Config& config) {
   RealClock clock;
   AppParts parts;
   parts.notifier = ServiceNotifier::from_environment();
-  parts.load_config = [options] { return effective_config(options); };
+  parts.load_config = [options] { return checked_config(options); };
   App app(io, clock, config, std::move(parts));
   if (app.frame_may_be_left()) make_frame_safe(io, app);
+  if (auto good = check_surroundings(config, options.config); !good) {
+    log.reset();
+    tell(good.error(), options);
+    return 2;
+  }
   // The unit starts lcrigd again after status 1 and not after 2. Busy may be the daemon before,
   // which still ends; anything else that cannot be opened now cannot be opened in a second either.
   if (auto started = app.start(); !started) {
@@ -197,6 +208,10 @@ int main(int argc, char** argv) {
   }
   for (const auto& warning : config_warnings(*config, options.config)) spdlog::warn("{}", warning);
   if (options.only_check) {
+    if (auto good = check_surroundings(*config, options.config); !good) {
+      tell(good.error(), options);
+      return 2;
+    }
     std::cout << fmt::format("{}: in order\n{}", options.config, config_summary(*config));
     return end_of_output(cli);
   }

@@ -17,6 +17,7 @@
 #include "protocols/expand.hpp"
 #include "protocols/file/parse.hpp"
 #include "protocols/plan/rig_forecast.hpp"
+#include "storage/writer_lock.hpp"
 
 namespace lcrig {
 
@@ -239,6 +240,7 @@ Task<Result<std::int64_t>> Session::open() {
   recorder_.on_fault(
       [this](const Error& e) { run_->interrupt(InterruptRequest(Interrupt::fault, e)); });
   recorder_.on_locked([this](Duration waited, std::size_t rows) { tell_locked(waited, rows); });
+  recorder_.on_moved([this] { tell_moved(); });
   instruments_->begin_run(recorder_);
   learn_of_run(*number);
   co_return *number;
@@ -288,6 +290,19 @@ void Session::tell_locked(Duration waited, std::size_t rows) {
   recorder_.event(RunEvent(clock_.now(), EventKind::database_locked, "", text));
 }
 
+std::string Session::moved_words() const {
+  return fmt::format(
+      "{}: this file was moved, replaced or deleted in the run: move it back beside its log ({}) "
+      "before the daemon ends or is restarted, because the log holds what is in no other file",
+      recorder_.path(), beside_database(recorder_.path(), "-wal"));
+}
+
+void Session::tell_moved() {
+  const std::string text = moved_words();
+  spdlog::error("{}", text);
+  recorder_.event(RunEvent(clock_.now(), EventKind::database_moved, "", text));
+}
+
 // Beyond the table of a simulated specimen there is no physics. The force that acted counts: a cell
 // that errs shows another.
 void Session::note_extrapolation() {
@@ -311,7 +326,9 @@ Task<RunResult> Session::execute() {
   }
   note_extrapolation();
   std::string reason = result.reason;
+  ending_ = true;
   auto closed = co_await recorder_.end_run(result.exit_status, std::move(reason));
+  recorder_.on_moved({});
   recorder_.on_fault({});
   recorder_.on_locked({});
   recorder_.on_committed({});
@@ -325,7 +342,16 @@ Task<RunResult> Session::execute() {
     result.code = Errc::io;
     result.reason = closed->reason;
   }
+  if (closed && closed->moved) {
+    result.reason += (result.reason.empty() ? "" : "; ") + moved_words();
+  }
   co_return result;
+}
+
+// The end of a run may wait for another program's lock as long as any commit.
+std::optional<std::uint64_t> Session::beats() const {
+  if (!run_) return std::nullopt;
+  return ending_ ? recorder_.progress() : run_->beats();
 }
 
 Task<> Session::close() {

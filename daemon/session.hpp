@@ -81,6 +81,8 @@ class Session {
   std::optional<std::int64_t> lost_run() const { return lost_run_; }
   // The plan, after `preview` or `open` succeeded.
   const Plan& planned() const { return plan_; }
+  // For the watchdog: grows while the run or its end moves on.
+  std::optional<std::uint64_t> beats() const;
   // Status from acknowledged rows only.
   RunStatus status() const;
   // After `execute`: the anchor of the closed run's chain, as text; empty when it could not be
@@ -116,6 +118,8 @@ class Session {
   RunSetup make_setup(std::int64_t run);
   RunRow make_row() const;
   void tell_locked(Duration waited, std::size_t rows);
+  std::string moved_words() const;
+  void tell_moved();
   void note_extrapolation();
   void acknowledge(const Committed& committed);
 
@@ -129,6 +133,7 @@ class Session {
   Identity meter_identity_, frame_identity_;
   bool commands_ = true;  // the protocol asks something of the frame
   bool commanded_ = false;  // the frame was told so
+  bool ending_ = false;  // the run is over, and its end is being stored
   Rig rig_;
   std::optional<Forecast> forecast_;
   Plan plan_;

@@ -20,7 +20,7 @@ namespace lcrig {
       gap, garbled, repeated_samples, clock_step, device_clock_frozen, device_clock_rate,         \
       device_clock_jump, device_origin, device_watchdog, device_estop, device_drive_off,          \
       device_drive_fault, device_shield, device_extrapolated, motion_fault, lag, database_locked, \
-      extrapolated, injected
+      database_moved, extrapolated, injected
 enum class EventKind {
   LCRIG_EVENT_KINDS,
   other  // a word of the frame's own, or one that this version does not know

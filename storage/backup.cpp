@@ -256,7 +256,7 @@ void give_way() {
 }
 
 Result<> require_no_companion(const std::string& from, const std::string& to) {
-  constexpr std::array kCompanions{"-wal", "-shm", "-journal", ".lock", ".reserve"};
+  constexpr std::array kCompanions{"-wal", "-shm", "-journal", ".lock", ".writer", ".reserve"};
   for (const char* suffix : kCompanions) {
     if (place_of(beside_database(from, suffix)) != place_of(to)) continue;
     return fail(Errc::invalid_request, "{}: belongs to the database {}; name another file", to,

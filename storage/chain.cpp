@@ -105,6 +105,11 @@ class Verifier {
     }
     if (auto r = check_anchors(); !r) return fail(r.error());
     report_.intact = report_.finding.empty();
+    if (!report_.intact) {  // its links were not read to the end
+      auto ended = has_end();
+      if (!ended) return fail(ended.error());
+      report_.ended = *ended;
+    }
     return report_;
   }
 
@@ -239,10 +244,16 @@ class Verifier {
       if (*row) find(fmt::format("{} {} is in no link", kTables[i].name, rows_[i].integer(1)));
     }
     if (report_.ended) return {};
+    auto ended = has_end();
+    if (!ended) return fail(ended.error());
+    if (*ended) find("the run_end row is in no link");
+    return {};
+  }
+
+  Result<bool> has_end() const {
     auto ends = db_.integer(fmt::format("SELECT count(*) FROM run_end WHERE run_id = {}", run_));
     if (!ends) return fail(ends.error());
-    if (*ends != 0) find("the run_end row is in no link");
-    return {};
+    return *ends != 0;
   }
 
   void find(std::string finding) {
@@ -415,6 +426,11 @@ std::future<Result<ChainReport>> verify_aside(const Database& db, std::int64_t r
                       if (!own) return fail(own.error());
                       return verify_chain(*own, run);
                     });
+}
+
+std::optional<Anchor> anchor_of(const ChainReport& chain) {
+  if (!chain.intact) return std::nullopt;
+  return chain.head;
 }
 
 std::string remark_on(const ChainReport& chain) {

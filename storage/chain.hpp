@@ -72,7 +72,7 @@ class ChainWriter {
 
 struct ChainReport {
   bool intact = false;
-  Anchor head;  // the last link that was checked
+  Anchor head;  // the last link that was checked; of a broken chain nothing to be kept
   std::int64_t rows = 0;
   bool ended = false;
   bool goes_on = false;  // without an end, but its writer is recording it
@@ -87,6 +87,8 @@ Result<ChainReport> verify_chain(const Database& db, std::int64_t run,
                                  const std::optional<Anchor>& anchor = std::nullopt);
 // The same with a connection and a thread of its own, beside what the caller reads.
 std::future<Result<ChainReport>> verify_aside(const Database& db, std::int64_t run);
+// What people may keep of it; nullopt: it is broken, and its hashes are those of changed rows.
+std::optional<Anchor> anchor_of(const ChainReport& chain);
 // "not as it was recorded: link 3 ..."; empty when it is intact.
 std::string remark_on(const ChainReport& chain);
 

@@ -49,10 +49,7 @@ Result<> require_possible(const std::string& from, const std::string& to) {
   }
   if (auto other = require_no_companion(from, to); !other) return other;
   const auto there = look_at(to);
-  struct ::stat link{};
-  if (!there && ::lstat(to.c_str(), &link) == 0) {
-    return fail(Errc::invalid_request, "{}: a link to nothing; name the file itself", to);
-  }
+  if (auto safe = require_safe_to_create(to); !safe) return safe;
   if (!there) return {};
   const auto original = look_at(from);
   if (original && there->st_dev == original->st_dev && there->st_ino == original->st_ino) {
@@ -302,7 +299,7 @@ class RunCopy {
 
   void remove_target() const {
     std::error_code ignored;
-    for (const char* suffix : {"", "-wal", "-shm", "-journal", ".lock"}) {
+    for (const char* suffix : {"", "-wal", "-shm", "-journal", ".lock", ".writer"}) {
       fs::remove(to_ + suffix, ignored);
     }
   }

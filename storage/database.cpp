@@ -66,6 +66,22 @@ Result<> require_writable(const Database& db) {
   return {};
 }
 
+std::uintmax_t bytes_of(const std::string& file) {
+  std::error_code unknown;
+  const auto bytes = std::filesystem::file_size(file, unknown);
+  return unknown ? 0 : bytes;
+}
+
+// Readings that were committed and not yet moved into the file may be in its log alone.
+Result<> require_database_of_log(const std::string& path) {
+  const std::string log = beside_database(path, "-wal");
+  if (bytes_of(path) > 0 || bytes_of(log) == 0) return {};
+  return fail(Errc::invalid_request,
+              "{}: there is no database, but its log ({}) holds what is in no other file: move the "
+              "database back beside it, or the log to the database",
+              path, log);
+}
+
 Result<> require_readable(const std::string& path) {
   if (::access(path.c_str(), R_OK) == 0) return {};
   if (errno == ENOENT) {
@@ -95,7 +111,22 @@ Result<Database::Mode> reading_mode(const std::string& path) {
 
 }  // namespace
 
+Result<> require_safe_to_create(const std::string& path) {
+  std::error_code unknown;
+  const auto name = std::filesystem::symlink_status(path, unknown);
+  if (std::filesystem::is_symlink(name) && !std::filesystem::exists(path, unknown)) {
+    return fail(Errc::invalid_request,
+                "{}: a link to nothing ({}): is its disk mounted? To make a new database, name the "
+                "file itself",
+                path, std::filesystem::read_symlink(path, unknown).string());
+  }
+  return require_database_of_log(path);
+}
+
 Result<Database> open_read_write(const std::string& path, const std::string& vfs) {
+  if (vfs != kInMemory) {
+    if (auto safe = require_safe_to_create(path); !safe) return fail(safe.error());
+  }
   auto db = Database::open(path, Database::Mode::read_write_create, vfs);
   if (!db) return fail(db.error());
   if (auto r = require_writable(*db); !r) return fail(r.error());
@@ -114,6 +145,8 @@ Result<Database> open_read_write(const std::string& path, const std::string& vfs
 
 Result<Database> open_read_only(const std::string& path, const std::string& vfs) {
   if (vfs != kInMemory) {
+    // A reader of an empty file would empty the log, too.
+    if (auto r = require_database_of_log(path); !r) return fail(r.error());
     if (auto r = require_readable(path); !r) return fail(r.error());
   }
   const auto mode = vfs.empty() ? reading_mode(path) : Database::Mode::read_only;

@@ -21,6 +21,11 @@ inline constexpr const char* kInMemory = "memdb";
 // belongs to another program, or has a newer schema than this program.
 Result<Database> open_read_write(const std::string& path, const std::string& vfs = "");
 
+// Asked by whoever may create the file, before anything is created. Errors: the log of a database
+// lies there without its database, which would empty it; or the name is a link to nothing, beside
+// which the log and the lock would get other names than beside the file.
+Result<> require_safe_to_create(const std::string& path);
+
 // For analysis and export, whether a daemon runs, was stopped or was killed. Creates and deletes no
 // file, so read access to the database and to what is beside it is enough, also on a read-only
 // medium.

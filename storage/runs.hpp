@@ -51,6 +51,7 @@ struct RunEnd {
   std::optional<MonoTime> ended;  // absent: not known (interrupted)
   std::int64_t ended_unix_ns = 0;
   std::optional<Anchor> anchor;  // of the chain; known once it is stored
+  bool moved = false;  // the file is not under its name any more; likewise
 };
 
 struct RunNote {

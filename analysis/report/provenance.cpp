@@ -197,7 +197,9 @@ std::string provenance_table(const ReportRun& run) {
   table.row({"software", fmt::format("recorded by lcrig {}, analysed by lcrig {}",
                                      text(row.software_version), program_version())});
   table.row({"hash chain", chain_text(run.chain)});
-  table.row({"anchor", "<span class='hash'>" + to_string(run.chain.head) + "</span>"});
+  if (const auto anchor = anchor_of(run.chain)) {
+    table.row({"anchor", "<span class='hash'>" + to_string(*anchor) + "</span>"});
+  }
   return table.html();
 }
 

@@ -29,6 +29,9 @@ Result<> require_one_name(const std::string& path) {
 Result<OwnedDatabase> open_as_owner(const std::string& path, std::int64_t now_unix_ns,
                                     const std::string& vfs) {
   if (auto one = require_one_name(path); !one) return fail(one.error());
+  if (vfs != kInMemory) {
+    if (auto safe = require_safe_to_create(path); !safe) return fail(safe.error());
+  }
   auto lock = WriterLock::acquire(path);
   if (!lock) return fail(lock.error());
   auto db = open_read_write(path, vfs);

@@ -74,6 +74,10 @@ void Recorder::on_locked(std::function<void(Duration, std::size_t)> callback) {
   on_locked_ = std::move(callback);
 }
 
+void Recorder::on_moved(std::function<void()> callback) {
+  on_moved_ = std::move(callback);
+}
+
 CommitStats Recorder::stats() const {
   const std::lock_guard lock(mutex_);
   return stats_;
@@ -83,6 +87,11 @@ std::optional<std::uint64_t> Recorder::beats() const {
   const std::lock_guard lock(mutex_);
   if (queued_ == 0 && requests_.empty()) return std::nullopt;
   if (fault_) return std::nullopt;  // told already; the run ends by it
+  return stats_.commits + attempts_;
+}
+
+std::uint64_t Recorder::progress() const {
+  const std::lock_guard lock(mutex_);
   return stats_.commits + attempts_;
 }
 
@@ -236,12 +245,17 @@ Result<> Recorder::commit(const Batch& batch, const RunEnd* end) {
   const MonoTime begin = RealClock().now();
   while (true) {
     auto r = commit_once(batch, end);
-    if (r || r.error().code != Errc::busy) return r;
-    const Duration waited = RealClock().now() - begin;
-    tell_locked(waited);
-    if (waited >= options_.lock_patience) {
+    if (!r && r.error().code == Errc::busy) {
+      if (!locked_since_) locked_since_ = begin;
+    } else {
+      locked_since_.reset();
+      return r;
+    }
+    const MonoTime now = RealClock().now();
+    tell_locked(now - *locked_since_);
+    if (now - begin >= options_.lock_patience) {
       return fail(Errc::busy, "{}; rows of this run have waited for it for {:.0f} s",
-                  r.error().what, to_seconds(waited));
+                  r.error().what, to_seconds(now - *locked_since_));
     }
   }
 }
@@ -255,6 +269,14 @@ void Recorder::tell_locked(Duration waited) {
   }
   post([this, waited, rows] {
     if (on_locked_) on_locked_(waited, rows);
+  });
+}
+
+void Recorder::look_whether_moved() {
+  if (moved_ || !owned_.db.has_moved()) return;
+  moved_ = true;
+  post([this] {
+    if (on_moved_) on_moved_();
   });
 }
 
@@ -283,6 +305,7 @@ Result<> Recorder::commit_once(const Batch& batch, const RunEnd* end) {
     if (batch.oldest) stats_.queued.add(done - *batch.oldest);
   }
   if (batch.rows() > 0) acknowledge(std::move(summary));
+  look_whether_moved();
   return {};
 }
 

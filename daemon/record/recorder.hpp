@@ -77,6 +77,9 @@ class Recorder final : public RunSink {
   void on_fault(std::function<void(const Error&)> callback);
   // Another program holds the lock of the database, and rows wait. Told after each `lock_attempt`.
   void on_locked(std::function<void(Duration waited, std::size_t rows)> callback);
+  // The file was moved, replaced or deleted in the run. Told once for each run, after the commit
+  // that noticed it; rows are still written to the file and to its log.
+  void on_moved(std::function<void()> callback);
   const std::vector<std::int64_t>& interrupted_runs() const { return owned_.interrupted; }
 
   // The run row is committed when it returns the run's number. One run at a time.
@@ -96,6 +99,8 @@ class Recorder final : public RunSink {
   // For the watchdog: commits and attempts at a lock so far; nullopt while nothing waits to be
   // committed.
   std::optional<std::uint64_t> beats() const;
+  // The same count, also when nothing waits: for a caller that waits for `end_run`.
+  std::uint64_t progress() const;
   const std::string& path() const { return options_.path; }
 
  private:
@@ -118,6 +123,7 @@ class Recorder final : public RunSink {
   Result<> commit(const Batch& batch, const RunEnd* end);
   Result<> commit_once(const Batch& batch, const RunEnd* end);
   void tell_locked(Duration waited);
+  void look_whether_moved();
   void acknowledge(Committed summary);
   void set_fault(Error error);
   void serve(Request& request);
@@ -143,6 +149,7 @@ class Recorder final : public RunSink {
   std::function<void(const Committed&)> on_committed_;
   std::function<void(const Error&)> on_fault_;
   std::function<void(Duration, std::size_t)> on_locked_;
+  std::function<void()> on_moved_;
   Wakeup due_;  // of the next commit in virtual time
   bool is_due_ = false;  // there will be one
   bool accepting_ = false;
@@ -165,6 +172,8 @@ class Recorder final : public RunSink {
   Batch writing_;  // taken from the queue, not committed yet
   std::int64_t run_ = 0;
   bool reopen_first_ = false;  // the last failed commit was an I/O error
+  std::optional<MonoTime> locked_since_;  // by another program; nullopt: the last commit was done
+  bool moved_ = false;  // the file, in this run
   std::thread thread_;
 };
 

@@ -18,8 +18,9 @@ Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
   if (owned_.db.has_moved()) {
     return fail(Errc::io,
                 "{}: this file was moved, replaced or deleted while the daemon has it open, so "
-                "nobody would find the run: restart the daemon, which opens what is there now",
-                options_.path);
+                "nobody would find the run: move it back beside its log ({}), and do not restart "
+                "the daemon before",
+                options_.path, beside_database(options_.path, "-wal"));
   }
   bool repaired = false;
   {
@@ -35,6 +36,8 @@ Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
   auto run = insert_claimed(row);
   if (!run) return run;
   run_ = *run;
+  moved_ = false;
+  locked_since_.reset();
   if (auto r = sync_commits(options_.sync_each_commit); !r) return fail(r.error());
   writing_.clear();
   const std::lock_guard lock(mutex_);
@@ -80,6 +83,7 @@ Result<> Recorder::end_in_database(RunEnd& end) {
   }
   // The run is as good without it: the anchor can be read from the database later.
   if (auto anchor = get_anchor(owned_.db, run_)) end.anchor = *anchor;
+  end.moved = owned_.db.has_moved();
   const std::lock_guard lock(mutex_);
   incoming_.clear();
   writing_.clear();

@@ -87,7 +87,9 @@ TEST_F(ConfigFile, WhatCannotBeOpenedIsRefusedAndLeavesNothingBehind) {
                               {"database", file(""), "is a folder"},
                               {"database", file("nowhere/a.db"), "there is no folder"},
                               {"socket", file("nowhere/s.sock"), "there is no folder"},
+                              {"socket", file("text"), "exists and is no socket"},
                               {"socket", file(std::string(120, 's')), "at most 107"}};
+  write("text", "of somebody");
   for (const auto& [key, value, words] : bad) {
     json config{{"format", "lcrigd-config/1"},
                 {"bench", "paper"},
@@ -123,6 +125,25 @@ TEST_F(ConfigFile, ACheckSaysWhatItTookAndWarnsOfAMissingLogFolder) {
   const auto same = lcrigd({"--check-config", "--config", file("real.json")});
   EXPECT_EQ(same.code, 2);
   EXPECT_THAT(same.err, HasSubstr("both /dev/no-meter"));
+}
+
+TEST_F(ConfigFile, ACheckWarnsOfADatabaseThatCannotBeMadeNow) {
+  const json config{{"format", "lcrigd-config/1"}, {"bench", "paper"}};
+  write("c.json", config.dump());
+  const auto check = [this](const std::string& database) {
+    const auto done =
+        lcrigd({"--check-config", "--config", file("c.json"), "--db", file(database)});
+    EXPECT_EQ(done.code, 0) << done.err;
+    return done.err;
+  };
+  EXPECT_EQ(check("a.db"), "");
+  write("a.db-wal", "readings");
+  EXPECT_THAT(check("a.db"), HasSubstr("move the database back beside it"));
+  std::filesystem::create_symlink(file("none.db"), file("link.db"));
+  EXPECT_THAT(check("link.db"), HasSubstr("a link to nothing"));
+  if (std::filesystem::exists("/var/lib/lcrig")) return;
+  const auto shipped = lcrigd({"--check-config", "--config", "systemd/lcrigd.example.json"});
+  EXPECT_THAT(shipped.err, HasSubstr("there is no folder /var/lib/lcrig for `database`"));
 }
 
 // Exit status 2: the unit does not start it again (RestartPreventExitStatus).

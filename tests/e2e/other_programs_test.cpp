@@ -40,6 +40,41 @@ TEST_F(OtherPrograms, PythonReadsInTheViewsWhatTheExportHolds) {
   EXPECT_THAT(done.out, HasSubstr("3 levels, static-frame, success"));
 }
 
+// The program of docs/database.md, as it stands there: with a run and its copy in another database.
+TEST_F(OtherPrograms, PythonComputesTheHashesOfThePageAnew) {
+  record();
+  const auto db = file("lcrig.db"), other = file("other.db");
+  ASSERT_EQ(lcrig({"rehearse", "static-frame", "--specimen", "paper-1", "-p", "levels=3", "-p",
+                   "repeats=1", "--db", other})
+                .code,
+            0);
+  ASSERT_EQ(lcrig({"runs", "note", "1", "für später", "--db", db}).code, 0);
+  ASSERT_EQ(lcrig({"runs", "copy", "1", "--db", db, "--to", other}).code, 0);
+  ASSERT_EQ(lcrig({"runs", "note", "2", "of the copy", "--db", other}).code, 0);
+  std::ifstream page("docs/database.md");
+  const std::string text{std::istreambuf_iterator<char>(page), {}};
+  const std::size_t begin = text.find("```python\n") + 10;
+  std::ofstream(file("chain.py")) << text.substr(begin, text.find("```", begin) - begin);
+  const auto computed = [&](const std::string& database) {
+    const auto done = program({"/usr/bin/python3", file("chain.py"), database});
+    EXPECT_EQ(done.code, 0) << done.err;
+    return done.out;
+  };
+  const auto verified = [&](const std::string& run, const std::string& database) {
+    const auto done = lcrig({"verify", run, "--json", "--db", database});
+    EXPECT_EQ(done.code, 0) << done.err;
+    return run + " " + json::parse(done.out)["anchor"].get<std::string>() + "\n";
+  };
+  EXPECT_EQ(computed(db), verified("1", db));
+  EXPECT_EQ(computed(other), verified("1", other) + verified("2", other));
+  const auto changed =
+      program({"/usr/bin/sqlite3", "-bail", db,
+               "DROP TRIGGER lcr_reading_no_update; "
+               "UPDATE lcr_reading SET capacitance_F = capacitance_F * 2 WHERE seq = 3;"});
+  ASSERT_EQ(changed.code, 0) << changed.err;
+  EXPECT_THAT(computed(db), HasSubstr("does not fit"));
+}
+
 TEST_F(OtherPrograms, ParametersHaveTheUnitsOfTheirNames) {
   record();
   const json stored = json::parse(query("SELECT parameters_json FROM run"));

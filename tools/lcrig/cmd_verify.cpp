@@ -39,14 +39,15 @@ class VerifyCommand final : public Command {
     auto report = verify_chain(run->db, run->number, anchor);
     if (!report) return Failure(report.error(), next_after(report.error(), run->db));
     if (context.global.json) {
+      const auto keep = anchor_of(*report);
       print_json(context.console.out, json{{"run", run->number},
                                            {"intact", report->intact},
                                            {"ended", report->ended},
                                            {"goes_on", report->goes_on},
                                            {"links", report->head.links},
                                            {"rows", report->rows},
-                                           {"last_hash", to_hex(report->head.hash)},
-                                           {"anchor", to_string(report->head)},
+                                           {"last_hash", keep ? json(to_hex(keep->hash)) : json()},
+                                           {"anchor", keep ? json(to_string(*keep)) : json()},
                                            {"finding", report->finding}});
       return report->intact ? kOk : kFailed;
     }

@@ -24,6 +24,9 @@ std::string first_run(const Context& context, const ChosenDatabase& chosen) {
 }
 
 Failure no_database(const Context& context, const ChosenDatabase& chosen) {
+  if (auto safe = require_safe_to_create(chosen.path); !safe) {
+    return Failure(safe.error());
+  }
   const auto what = fmt::format("there is no database at {}", chosen.path);
   const auto folder = std::filesystem::path(chosen.path).parent_path();
   std::error_code ignored;

@@ -6,7 +6,9 @@
 #include <sys/mount.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 
 #include "storage/faulty_disk.hpp"
@@ -422,6 +424,35 @@ TEST_F(RecorderTest, AWriterThatHangsBeatsNoMoreAndARestingOneIsNoHang) {
   EXPECT_EQ(acknowledged_, 1U);
 }
 
+TEST_F(RecorderTest, ADatabaseThatIsMovedInTheRunIsToldAndNothingOfItIsLost) {
+  open();
+  const auto run = begin();
+  int told = 0;
+  recorder_->on_moved([&told] { ++told; });
+  const auto store = [this] {
+    push_readings(1);
+    EXPECT_TRUE(run_task(io_, clock_, recorder_->flush()));
+  };
+  store();
+  EXPECT_EQ(told, 0);
+  std::filesystem::rename(path_, path_ + ".moved");
+  store();
+  store();
+  EXPECT_EQ(told, 1);
+  const auto ended = run_task(io_, clock_, recorder_->end_run(ExitStatus::success, ""));
+  ASSERT_TRUE(ended);
+  EXPECT_TRUE(ended->moved);
+  const auto refused = run_task(io_, clock_, recorder_->begin_run(some_run()));
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, HasSubstr("move it back beside its log (" + path_ + "-wal)"));
+  EXPECT_FALSE(open_read_write(path_)) << "it would empty the log";
+  std::filesystem::rename(path_ + ".moved", path_);
+  EXPECT_EQ(listing(run).lcr_readings, 3);
+  EXPECT_TRUE(chain(run).intact) << chain(run).finding;
+  begin();
+  end(ExitStatus::success, "");
+}
+
 class LockedRecorder : public RecorderTest {
  protected:
   void begin_with(Duration patience) {
@@ -471,6 +502,37 @@ TEST_F(LockedRecorder, ALockThatIsForgottenEndsTheRunAndItsRowsAreStoredWhenItGo
   end(ExitStatus::fail, faults_[0]);
   EXPECT_EQ(listing(run_).lcr_readings, 10);
   EXPECT_TRUE(chain(run_).intact) << chain(run_).finding;
+}
+
+// The watchdog counts it: the end of a run waits for a lock as long as its rows do.
+TEST_F(LockedRecorder, TheEndOfARunMovesOnWhileItWaits) {
+  begin_with(60s);
+  push_readings(7);
+  std::vector<std::uint64_t> progress{recorder_->progress()};
+  recorder_->on_locked([&](Duration, std::size_t) {
+    progress.push_back(recorder_->progress());
+    if (progress.size() == 4) {
+      EXPECT_TRUE(other_.execute("ROLLBACK"));
+    }
+  });
+  end(ExitStatus::success, "");
+  ASSERT_GE(progress.size(), 4U);
+  for (std::size_t i = 1; i < progress.size(); ++i) EXPECT_GT(progress[i], progress[i - 1]);
+  EXPECT_EQ(listing(run_).lcr_readings, 7);
+  EXPECT_EQ(listing(run_).exit_status, ExitStatus::success);
+}
+
+TEST_F(LockedRecorder, TheTimeOfALockIsCountedFromItsBeginningAlsoAtTheEnd) {
+  begin_with(100ms);
+  push_readings(7);
+  std::vector<Duration> waited;
+  recorder_->on_locked([&](Duration since, std::size_t) { waited.push_back(since); });
+  EXPECT_FALSE(flush());
+  const auto in_the_run = waited.size();
+  ASSERT_GT(in_the_run, 0U);
+  EXPECT_FALSE(run_task(io_, clock_, recorder_->end_run(ExitStatus::fail, "")));
+  ASSERT_GT(waited.size(), in_the_run);
+  EXPECT_TRUE(std::ranges::is_sorted(waited));
 }
 
 TEST_F(LockedRecorder, AnEndThatCannotBeStoredIsToldAndTheNextRunClosesIt) {

@@ -3,8 +3,11 @@
 // file: what `verify` finds by itself, and what only an anchor finds that was kept elsewhere.
 #include "storage/anchor.hpp"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <functional>
@@ -314,6 +317,39 @@ TEST(WriterLocks, AreAskedForWithoutCreatingOrTakingThem) {
   ASSERT_TRUE(open_read_write(path));
   EXPECT_TRUE(has_writer(dir.file("link.db")).value()) << "the same database";
   EXPECT_FALSE(WriterLock::acquire(dir.file("link.db")));
+}
+
+// Whoever may read the database may read FILE.lock, and lock what he reads.
+TEST(WriterLocks, AreNotHeldUpByALockOfAReader) {
+  const TempDir dir;
+  const std::string path = dir.file("a.db");
+  struct flock shared{};
+  shared.l_type = F_RDLCK;
+  const auto read_lock = [&] { return ::open((path + ".lock").c_str(), O_RDONLY | O_CLOEXEC); };
+  static_cast<void>(WriterLock::acquire(path).value());
+  const int before = read_lock();
+  ASSERT_EQ(::fcntl(before, F_OFD_SETLK, &shared), 0);
+  EXPECT_FALSE(has_writer(path).value()) << "he only reads";
+  auto lock = WriterLock::acquire(path);
+  ASSERT_TRUE(lock) << lock.error().what;
+  const int after = read_lock();
+  EXPECT_NE(::fcntl(after, F_OFD_SETLK, &shared), 0);
+  EXPECT_TRUE(lock->begin_run(kRun));
+  EXPECT_TRUE(is_being_recorded(path, kRun).value());
+  EXPECT_FALSE(is_being_recorded(path, 10 * kRun).value());
+  lock->end_run();
+  EXPECT_FALSE(is_being_recorded(path, kRun).value());
+  ::close(before);
+  ::close(after);
+}
+
+TEST(WriterLocks, NobodyButTheOwnerCanOpenTheOneThatExcludesOthers) {
+  const TempDir dir;
+  const std::string path = dir.file("a.db");
+  const auto lock = WriterLock::acquire(path).value();
+  struct stat file{};
+  ASSERT_EQ(::stat((path + ".writer").c_str(), &file), 0);
+  EXPECT_EQ(file.st_mode & 0777U, 0600U);
 }
 
 }  // namespace

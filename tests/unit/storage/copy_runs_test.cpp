@@ -242,6 +242,23 @@ TEST_F(RunCopies, HaveANumberOfWhereTheyWereRecordedThatCannotBeChanged) {
   EXPECT_TRUE(verify_chain(other, 1).value().intact);
 }
 
+// docs/database.md says so: the chain covers what was recorded, and no more.
+TEST_F(RunCopies, HaveAnOriginBesideTheNumberThatIsNotHashed) {
+  ASSERT_TRUE(copy({1}, to_));
+  const auto other = open_read_write(to_).value();
+  const auto before = verify_chain(other, 1).value();
+  ASSERT_TRUE(
+      other.execute("DROP TRIGGER run_copy_no_update; UPDATE run_copy SET "
+                    "copied_from = '/else.db', copied_by = 'eve', copied_unix_ns = 1"));
+  EXPECT_TRUE(verify_chain(other, 1, before.head).value().intact);
+  const auto here = open_read_write(path_).value();
+  const auto recorded = verify_chain(here, 1).value();
+  ASSERT_TRUE(
+      here.execute("INSERT INTO run_copy SELECT 1, 1, specimen_id, '/else.db', 'eve', 1 "
+                   "FROM run WHERE id = 1"));
+  EXPECT_TRUE(verify_chain(here, 1, recorded.head).value().intact);
+}
+
 TEST_F(RunCopies, AreMadeOnce) {
   ASSERT_TRUE(copy({2}, to_));
   const auto again = refusal({1, 2}, to_);
@@ -283,6 +300,7 @@ TEST_F(RunCopies, GoOnlyIntoADatabaseOfThisSchema) {
   {
     support::database_before_uuids(dir_.file("older.db"));
   }
+  std::ofstream(dir_.file("log.db-wal")) << "readings";
   {
     const auto newer = open_read_write(dir_.file("newer.db")).value();
     ASSERT_TRUE(newer.execute("PRAGMA user_version = 9999"));
@@ -299,6 +317,7 @@ TEST_F(RunCopies, GoOnlyIntoADatabaseOfThisSchema) {
       {"names.db", "2 names (hard links)"},
       {"rig.db-wal", "belongs to the database"},
       {"dangling.db", "a link to nothing"},
+      {"log.db", "there is no database, but its log"},
       {"folder", "is a folder"},
       {"folder/", "a folder"},
       {"pipe", "a pipe or a device"},

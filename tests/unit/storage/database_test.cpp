@@ -68,6 +68,57 @@ TEST(OpenReadWrite, TheHeaderOfTheFileTellsTheSchemaWhileItIsOpen) {
   EXPECT_EQ(schema, shipped_migrations().back().version);
 }
 
+// As after a daemon was killed: the run is in the log alone.
+class LogWithoutItsDatabase : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto db = open_read_write(dir_.file("there.db")).value();
+    ASSERT_TRUE(db.execute("PRAGMA wal_checkpoint(TRUNCATE)"));
+    ASSERT_TRUE(insert_run(db, RunRow()));
+    std::filesystem::copy_file(dir_.file("there.db"), moved_);
+    std::filesystem::copy_file(dir_.file("there.db-wal"), path_ + "-wal");
+    log_bytes_ = std::filesystem::file_size(path_ + "-wal");
+    ASSERT_GT(log_bytes_, 0U);
+  }
+  void expect_refused() {
+    for (const auto open : {open_read_write, open_read_only}) {
+      const auto db = open(path_, "");
+      ASSERT_FALSE(db);
+      EXPECT_THAT(db.error().what, HasSubstr("move the database back beside it"));
+      EXPECT_THAT(db.error().what, HasSubstr(path_ + "-wal"));
+    }
+    EXPECT_EQ(std::filesystem::file_size(path_ + "-wal"), log_bytes_);
+  }
+
+  TempDir dir_;
+  std::string path_ = dir_.file("a.db"), moved_ = dir_.file("moved.db");
+  std::uintmax_t log_bytes_ = 0;
+};
+
+TEST_F(LogWithoutItsDatabase, IsNotEmptiedByANewDatabase) {
+  expect_refused();
+  EXPECT_FALSE(std::filesystem::exists(path_));
+  std::filesystem::rename(moved_, path_);
+  const auto db = open_read_write(path_);
+  ASSERT_TRUE(db) << db.error().what;
+  EXPECT_EQ(integer(*db, "SELECT count(*) FROM run"), 1);
+}
+
+TEST_F(LogWithoutItsDatabase, IsNotEmptiedBesideAnEmptyFile) {
+  std::ofstream(path_).close();
+  expect_refused();
+}
+
+// Its log and its lock would have other names before the file is there than afterwards.
+TEST(OpenReadWrite, RefusesALinkToNothing) {
+  const TempDir dir;
+  std::filesystem::create_symlink("none.db", dir.file("a.db"));
+  const auto db = open_read_write(dir.file("a.db"));
+  ASSERT_FALSE(db);
+  EXPECT_THAT(db.error().what, HasSubstr("a link to nothing (none.db)"));
+  EXPECT_FALSE(std::filesystem::exists(dir.file("none.db")));
+}
+
 TEST(InMemory, IsSharedByItsPathAndGoneWithTheLastConnection) {
   TempDir dir;
   const std::string path = dir.file("a.db");

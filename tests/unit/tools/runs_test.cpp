@@ -238,6 +238,10 @@ TEST_F(Runs, AreVerified) {
   EXPECT_EQ(cli.run({"verify", "1"}), kFailed);
   EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("a value was changed"),
                                    HasSubstr("next: restore the database from a backup")));
+  const auto broken = verified({"1"}, kFailed);
+  EXPECT_TRUE(broken["anchor"].is_null()) << "it would be that of the changed rows";
+  EXPECT_TRUE(broken["last_hash"].is_null());
+  EXPECT_EQ(broken["ended"], true);
 }
 
 TEST_F(Runs, WithoutAnEndAreVerifiedOnlyWhileTheyGoOn) {
@@ -286,6 +290,7 @@ TEST_F(Runs, AreExportedWithWhatVerifySays) {
   EXPECT_EQ(json::parse(cli.out.str())["intact"], false);
   EXPECT_THAT(cli.err.str(), HasSubstr("run 1 is not as it was recorded: link 2"));
   EXPECT_EQ(package(folder)["lcrig"]["chain"]["intact"], false);
+  EXPECT_TRUE(package(folder)["lcrig"]["chain"]["anchor"].is_null());
 }
 
 // The first page is whole, so that the file opens; what follows is not.
