@@ -198,6 +198,7 @@ struct Loading {
   std::optional<double> peak_kPa;
   double peak_pF = 0;  // at the largest force: the maximum's mark
   std::optional<double> peak_se_fF;
+  double peak_freedom = 0;  // of its standard error, as if readings were independent
   std::optional<double> peak_travel_mm;
   std::int64_t loaded_readings = 0;
   std::size_t first = 0, last = 0;  // loaded readings: [first, last) of RunData::readings
@@ -218,6 +219,7 @@ struct CycleResult : RestedLoading {
   std::optional<double> dynamic_range_se_percent;
   std::optional<double> slope_fF_per_N;  // of the loading branch
   std::optional<double> slope_se_fF_per_N;
+  double slope_freedom = 0;  // of its standard error, as if readings were independent
 };
 struct CycleResults {
   std::vector<CycleResult> cycles;

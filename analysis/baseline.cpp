@@ -7,6 +7,7 @@
 
 #include "analysis/metrics.hpp"
 #include "analysis/quiet_blocks.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 
@@ -24,6 +25,7 @@ constexpr const char* kDrift =
     "loading "
     "the later half, because recovery is no drift; it is subtracted from every result under load";
 constexpr std::size_t kBatches = 10;
+constexpr std::int64_t kTells = 10;  // readings: fewer do not tell their own noise
 
 struct Unloaded {
   RunningMean capacitance, steady;  // F; the second without the drift
@@ -127,10 +129,17 @@ void calc_c0(const Scene& scene, const Unloaded& b, const Outliers& outliers, Ba
     out.c0.reason = "one reading: no scatter";
   }
   out.c0.estimate = e;
+  if (b.capacitance.count >= 2 && b.capacitance.count < kTells) {
+    out.c0.reason = fmt::format(
+        "{} readings before contact: an outlier among them, or a movement while they were taken, "
+        "would not show",
+        b.capacitance.count);
+  }
   const double robust = huber_location(b.values) * 1e12, se = e.standard_error.value_or(0);
   if (outliers.outlier_count > 0 && std::abs(e.value - robust) > 3 * se && se > 0) {
-    out.c0.reason =
-        fmt::format("outliers move it: without their weight (robust) it is {:.6g} pF", robust);
+    add_note(out.c0.reason, fmt::format("outliers move it: without their weight (robust) it is "
+                                        "{:.6g} pF",
+                                        robust));
   }
 }
 
@@ -138,7 +147,7 @@ void calc_c0(const Scene& scene, const Unloaded& b, const Outliers& outliers, Ba
 void calc_noise(const Unloaded& b, const MeasuredLevels& measured, double confidence,
                 BaselineResult& out) {
   double variance = 0, freedom = 0;
-  if (b.capacitance.count >= 10) {
+  if (b.capacitance.count >= kTells) {
     const auto n = static_cast<double>(b.capacitance.count);
     variance = b.square_differences / (2 * (n - 1));
     freedom = (n - 1) / 1.5;  // of mean squared differences (von Neumann 1941)

@@ -13,8 +13,7 @@ namespace {
 struct Quantity {
   std::string name;
   double value = 0;
-  std::optional<double> relative;  // standard uncertainty of what runs do not share
-  double degrees_of_freedom = std::numeric_limits<double>::infinity();
+  std::vector<SlopePart> relative;  // parts that runs do not share; empty: not known
 };
 
 Quantity quantity(const RunAnalysis& a, const std::string& name, double value) {
@@ -23,12 +22,12 @@ Quantity quantity(const RunAnalysis& a, const std::string& name, double value) {
   q.value = value;
   const auto known = std::ranges::find(a.uncertainties, name, &Uncertainty::quantity);
   if (known == a.uncertainties.end() || value == 0) return q;
-  Uncertainty own = *known;
-  std::erase_if(own.parts, [](const UncertaintyPart& p) { return p.shared_by_runs; });
-  if (own.parts.empty() || own.parts.front().kind != UncertaintyKind::a) return q;
-  combine(own);
-  q.relative = own.combined / std::abs(value);
-  q.degrees_of_freedom = own.effective_degrees_of_freedom;
+  std::vector<UncertaintyPart> own = known->parts;
+  std::erase_if(own, [](const UncertaintyPart& p) { return p.shared_by_runs; });
+  if (own.empty() || own.front().kind != UncertaintyKind::a) return q;
+  for (const UncertaintyPart& p : own) {
+    q.relative.push_back({p.standard_uncertainty / std::abs(value), p.degrees_of_freedom});
+  }
   return q;
 }
 
@@ -47,17 +46,15 @@ std::vector<Quantity> quantities(const RunAnalysis& a) {
 
 // The ratio in logarithms: its interval never crosses zero, and what both share is gone.
 void add_interval(const Quantity& from, const Quantity& to, double confidence, Comparison& c) {
-  if (!from.relative || !to.relative) return;
-  const double a = *from.relative * *from.relative, b = *to.relative * *to.relative;
-  const double u = std::sqrt(a + b);
-  const double denominator = a * a / from.degrees_of_freedom + b * b / to.degrees_of_freedom;
-  const double freedom =
-      denominator > 0 ? (a + b) * (a + b) / denominator : std::numeric_limits<double>::infinity();
+  if (from.relative.empty() || to.relative.empty()) return;
+  std::vector<SlopePart> parts = from.relative;
+  parts.insert(parts.end(), to.relative.begin(), to.relative.end());
+  const Estimate e = estimate_of_parts(0, parts, confidence);
   const double ratio = to.value / from.value;
-  const double half = coverage_factor(confidence, freedom) * u;
-  c.standard_error_percent = std::abs(ratio) * u * 100;
+  c.standard_error_percent = std::abs(ratio) * *e.standard_error * 100;
   if (ratio <= 0) return;
-  c.interval_percent = {(ratio * std::exp(-half) - 1) * 100, (ratio * std::exp(half) - 1) * 100};
+  const auto [low, high] = *e.interval;
+  c.interval_percent = {(ratio * std::exp(low) - 1) * 100, (ratio * std::exp(high) - 1) * 100};
 }
 
 void compare_two(const RunAnalysis& from, const RunAnalysis& to, std::vector<Comparison>& out) {

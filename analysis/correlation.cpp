@@ -95,6 +95,10 @@ double Correlation::degrees_of_freedom(double scale) const {
   return std::max(1.0, 2 / (of_scale + of_rho));
 }
 
+double Correlation::widening() const {
+  return std::sqrt((1 + rho) / (1 - rho));
+}
+
 Correlation fit_correlation(const std::vector<EvenStretch>& stretches) {
   Correlation out;
   double freedom = 0, squares = 0;

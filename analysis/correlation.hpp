@@ -30,6 +30,10 @@ struct Correlation {
   // Degrees of freedom of the variance of a mean, whose scale comes from `scale` values (less their
   // means): the scale's own error and that of rho.
   double degrees_of_freedom(double scale) const;
+  // The same; `scale` where nothing is known of a correlation.
+  double freedom_of(double scale) const { return freedom > 0 ? degrees_of_freedom(scale) : scale; }
+  // How much wider a standard error is that was made as if readings knew nothing of each other.
+  double widening() const;
 };
 Correlation fit_correlation(const std::vector<EvenStretch>& stretches);
 

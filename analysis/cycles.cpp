@@ -17,6 +17,8 @@ constexpr double kCounts = 0.2;  // of the largest force: an excursion beyond it
 // Standard deviation of the force on a plateau, as a share of the peak; a turn has 0.6 %.
 constexpr double kSteadyPlateau = 0.001, kShakyPlateau = 0.004;
 constexpr double kExact = std::numeric_limits<double>::infinity();  // degrees of freedom
+constexpr const char* kOneCycle =
+    "one cycle: the interval knows nothing of what differs between cycles";
 
 void close_loading(const RunView& view, Loading& c, double highest, std::vector<Loading>& out) {
   if (highest < kCounts * view.peak_N) return;
@@ -109,6 +111,7 @@ bool peak_of_plateau(const RunView& view, Loading& c) {
   if (!is_held(view, last - first, forces_N, c.peak_force_N)) return false;
   c.peak_pF = capacitance.mean;
   c.peak_se_fF = capacitance.mean_se() * 1e3;
+  c.peak_freedom = static_cast<double>(capacitance.count - 1);
   c.peak_force_N = force.mean;
   c.peak_s = time.mean;
   c.peak_method = PeakMethod::plateau;
@@ -162,6 +165,7 @@ void set_peaks(const RunView& view, std::vector<Loading>& loadings) {
   for (std::size_t k = 0; k < peaks.size(); ++k) {
     if (peaks[k].unit_variance <= 0 || freedom < 1) continue;
     loadings[k].peak_se_fF = std::sqrt(ss / freedom * peaks[k].unit_variance) * 1e15;
+    loadings[k].peak_freedom = freedom;
   }
 }
 
@@ -185,22 +189,33 @@ void set_branch_slopes(const Scene& scene, const HoldResults& holds,
   const auto lines = slopes.lines();
   for (std::size_t k = 0; k < known.size(); ++k) {
     known[k]->slope_fF_per_N = lines[k].slope;
-    known[k]->slope_se_fF_per_N = lines[k].slope_se();
+    known[k]->slope_se_fF_per_N = lines[k].slope_se() * scene.correlation.widening();
+    known[k]->slope_freedom = static_cast<double>(lines[k].points - 2);
   }
 }
 
-// A mean over cycles: their scatter is all that is known of what differs between them.
-Estimate mean_of_cycles(const std::vector<double>& values, std::optional<double> single_error,
+// A mean over cycles: their scatter is all that is known of what differs between them. One cycle
+// has the error that its readings tell, `single`.
+Estimate mean_of_cycles(const std::vector<double>& values, const std::optional<SlopePart>& single,
                         double confidence) {
   RunningMean s;
   for (const double v : values) s.add(v);
   if (s.count >= 2) {
     return estimate(s.mean, s.mean_se(), static_cast<double>(s.count - 1), confidence);
   }
-  return single_error ? estimate(s.mean, *single_error, kExact, confidence) : Estimate(s.mean);
+  return single ? estimate(s.mean, single->se, single->degrees_of_freedom, confidence)
+                : Estimate(s.mean);
 }
 
-void calc_dynamic_range(double c0_pF, double confidence, CycleResults& out) {
+// Error of a result of one cycle, from `scale` independent readings.
+std::optional<SlopePart> error_of_single(const Scene& scene, std::optional<double> se,
+                                         double scale) {
+  if (!se) return std::nullopt;
+  return SlopePart{*se, std::max(1.0, scene.correlation.freedom_of(scale))};
+}
+
+void calc_dynamic_range(const Scene& scene, double c0_pF, CycleResults& out) {
+  const double confidence = scene.options.confidence;
   std::vector<double> percents;
   std::vector<LinePoint> line_points;
   bool rises = false, falls = false;
@@ -212,12 +227,11 @@ void calc_dynamic_range(double c0_pF, double confidence, CycleResults& out) {
     out.dynamic_range.rows += c.loaded_readings;
     (c.delta_C_fF > 0 ? rises : falls) = true;
   }
-  out.dynamic_range.estimate =
-      mean_of_cycles(percents, out.cycles.front().dynamic_range_se_percent, confidence);
-  if (out.cycles.size() == 1) {
-    out.dynamic_range.reason =
-        "one cycle: the interval knows nothing of what differs between cycles";
-  }
+  const CycleResult& first = out.cycles.front();
+  out.dynamic_range.estimate = mean_of_cycles(
+      percents, error_of_single(scene, first.dynamic_range_se_percent, first.peak_freedom),
+      confidence);
+  if (out.cycles.size() == 1) out.dynamic_range.reason = kOneCycle;
   if (rises && falls) {
     out.dynamic_range.reason =
         "the capacitance rises in some loadings and falls in others: their mean says little, look "
@@ -285,20 +299,21 @@ void calc_mullins(double confidence, CycleResults& out) {
   }
 }
 
-void calc_force_sensitivity(double confidence, CycleResults& out) {
+void calc_force_sensitivity(const Scene& scene, CycleResults& out) {
   std::vector<double> slopes;
-  std::optional<double> error;
+  std::optional<SlopePart> error;
   for (const CycleResult& c : out.cycles) {
     if (!c.slope_fF_per_N) continue;
     slopes.push_back(*c.slope_fF_per_N);
-    error = c.slope_se_fF_per_N;
+    error = error_of_single(scene, c.slope_se_fF_per_N, c.slope_freedom);
     out.force_sensitivity.rows += c.loaded_readings;
   }
   if (slopes.empty()) {
     out.force_sensitivity.reason = "fewer than three readings while the load grew";
     return;
   }
-  out.force_sensitivity.estimate = mean_of_cycles(slopes, error, confidence);
+  out.force_sensitivity.estimate = mean_of_cycles(slopes, error, scene.options.confidence);
+  if (slopes.size() == 1) out.force_sensitivity.reason = kOneCycle;
 }
 
 void name_metrics(CycleResults& out) {
@@ -325,6 +340,7 @@ CycleResult against_rest(const Scene& scene, const RestedLoading& loading, const
   }
   const double drifted = scene.drift.at(c.peak_s) - scene.drift.at(c.rest_s);
   c.delta_C_fF = (c.peak_pF - c.rest_pF) * 1e3 - drifted;
+  if (c.peak_se_fF) *c.peak_se_fF *= scene.correlation.widening();
   if (c.rest_se_fF && c.peak_se_fF) c.delta_C_se_fF = std::hypot(*c.rest_se_fF, *c.peak_se_fF);
   return c;
 }
@@ -355,17 +371,16 @@ CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Met
     out.cycles.push_back(against_rest(scene, loading, c0));
   }
   set_branch_slopes(scene, holds, out.cycles);
-  const double confidence = scene.options.confidence;
-  calc_force_sensitivity(confidence, out);
+  calc_force_sensitivity(scene, out);
   if (c0 && c0.value() != 0) {
-    calc_dynamic_range(c0.value(), confidence, out);
+    calc_dynamic_range(scene, c0.value(), out);
   } else {
     out.dynamic_range.reason = out.dynamic_range_drift.reason = c0 ? "C0 is 0" : "there is no C0";
   }
   if (out.cycles.size() < 2) {
     out.mullins.reason = "it takes two cycles";
   } else {
-    calc_mullins(confidence, out);
+    calc_mullins(scene.options.confidence, out);
   }
   return out;
 }

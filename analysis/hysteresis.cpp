@@ -8,6 +8,7 @@
 
 #include "analysis/least_squares.hpp"
 #include "analysis/metrics.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 
@@ -229,9 +230,10 @@ double variance_of_shares(const std::vector<CycleShare>& shares, const Row& row,
 void set_errors(const Source& from, Loop& loop) {
   const std::size_t cycles = from.cycles.size();
   if (cycles == 1) {
-    const double rho = from.scene.correlation.rho, wider = std::sqrt((1 + rho) / (1 - rho));
+    const double wider = from.scene.correlation.widening();
     for (LoopPoint& p : loop.points) p.gap_se_fF *= wider;
     loop.area_variance *= wider * wider;
+    loop.freedom = std::max(1.0, from.scene.correlation.freedom_of(loop.freedom));
     loop.basis = "scatter about the branches of one cycle: nothing is known of other cycles";
     return;
   }
@@ -298,6 +300,11 @@ void fill_result(const Source& from, const Branches& b, const Loop& loop, Hyster
   if (!h.resolved) {
     h.largest_gap.reason = fmt::format(
         "not resolved: noise and the instant of the readings alone can make {:.2g} %", limit);
+  }
+  if (from.cycles.size() == 1) {
+    for (Metric* m : {&h.largest_gap, &h.area}) {
+      add_note(m->reason, "one cycle: the interval knows nothing of what differs between cycles");
+    }
   }
   h.loop = loop.points;
   h.in_readings =

@@ -104,9 +104,10 @@ Estimate estimate(double value, double standard_error, double degrees_of_freedom
                   double confidence);
 
 // Root sum of squares of the parts; Welch and Satterthwaite's degrees of freedom, truncated. They
-// promise too much where a part has one or two degrees of freedom, as two or three repeats have:
-// there the squares of the parts' half-widths are added, which always holds (Banerjee, Sankhya 22
-// (1960) 357).
+// promise too much where a part has one or two degrees of freedom, as two or three repeats have,
+// beside one that is known better: a 95 % interval holds in 87 % then. Adding the squares of the
+// parts' half-widths holds in up to 98.7 %. There the half-width of the part with few is made
+// smaller by what the other parts are (scene.cpp).
 Estimate estimate_of_parts(double value, const std::vector<SlopePart>& parts, double confidence);
 
 UncertaintyPart part(std::string name, double u, std::string basis);

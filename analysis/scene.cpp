@@ -15,6 +15,13 @@ namespace {
 // A loading stands out of the noise of the cell by this many standard deviations.
 constexpr double kLoading = 8;
 constexpr double kForWelch = 3;  // least degrees of freedom for Welch and Satterthwaite's rule
+// Weights of the other parts beside one with one or two degrees of freedom, in the numerator and
+// the denominator of its reduction. They are from our own numerical integration over the estimate
+// of that part, beside one that is known, for 0.03 to 100 times its standard deviation: a 95 %
+// interval holds in 93.3 to 96.7 % with one degree of freedom and in 94.4 to 95.5 % with two; one
+// of 99 % in 97.6 to 99.6 and 98.6 to 99.4 %, one of 90 % in 88.6 to 92.1 and 89.4 to 90.3 %, one
+// of 68 % in 67.8 to 69.3 and 67.2 to 68.0 %.
+constexpr double kOthersOfTwo = 0.05, kOthers = 0.6;
 constexpr double kAlmost = 1 + 1e-9;  // degrees of freedom of 3 that are rounded to 2.999... stay 3
 // Share of the peak force below which nothing touches. With 2 % the capacitance at rest would
 // include readings of a touched specimen.
@@ -160,19 +167,53 @@ Estimate estimate(double value, double standard_error, double degrees_of_freedom
   return e;
 }
 
+namespace {
+
+// Parts with the same number of degrees of freedom, as one.
+struct FewFreedom {
+  double variance = 0, denominator = 0;
+  double freedom() const { return variance * variance / denominator; }  // Welch, Satterthwaite
+};
+
+double square_half_width(const std::vector<SlopePart>& parts, double confidence) {
+  std::map<int, FewFreedom> few;
+  double variance = 0, half2 = 0;
+  for (const SlopePart& p : parts) {
+    const double u2 = p.se * p.se;
+    variance += u2;
+    if (p.degrees_of_freedom < kForWelch) {
+      FewFreedom& f = few[p.degrees_of_freedom < 2 ? 1 : 2];
+      f.variance += u2;
+      f.denominator += u2 * u2 / p.degrees_of_freedom;
+    } else {
+      const double t = coverage_factor(confidence, p.degrees_of_freedom);
+      half2 += t * t * u2;
+    }
+  }
+  for (const auto& [freedom, f] : few) {
+    if (f.variance <= 0) continue;
+    const double t = coverage_factor(confidence, f.freedom());
+    const double others = std::max(0.0, variance - f.variance);
+    half2 += t * t * f.variance * (f.variance + (freedom < 2 ? 0 : kOthersOfTwo) * others) /
+             (f.variance + kOthers * others);
+  }
+  const double least = coverage_factor(confidence, std::numeric_limits<double>::infinity());
+  return std::max(half2, least * least * variance);
+}
+
+}  // namespace
+
 Estimate estimate_of_parts(double value, const std::vector<SlopePart>& parts, double confidence) {
-  double variance = 0, denominator = 0, half2 = 0;
+  double variance = 0, denominator = 0;
   bool few = false;
   for (const SlopePart& p : parts) {
     const double u2 = p.se * p.se;
     variance += u2;
     denominator += u2 * u2 / p.degrees_of_freedom;
-    const double t = coverage_factor(confidence, p.degrees_of_freedom);
-    half2 += t * t * u2;
-    few = few || p.degrees_of_freedom < kForWelch;
+    few = few || (u2 > 0 && p.degrees_of_freedom < kForWelch);
   }
   if (few && variance > 0) {
-    const double t = std::sqrt(half2 / variance);
+    const double t = std::sqrt(square_half_width(parts, confidence) / variance);
     return estimate(value, std::sqrt(variance), freedom_of_factor(t, confidence), confidence);
   }
   const double freedom = denominator > 0 ? std::floor(variance * variance / denominator * kAlmost)

@@ -354,6 +354,12 @@ Metric limit_of_detection(const SlopeBasis& basis, const std::vector<RangeResult
   }
   m.rows = lowest->sensitivity.rows + noise.rows;
   m.reason = fmt::format("with the slope of {}", range_text(lowest->range));
+  if (slope.standard_error && lowest->slope_of_repeat.size() < 2) {
+    const char* what = basis.levels.levels.empty() ? "cycle" : "repeat";
+    add_note(m.reason, fmt::format("one {0}: the interval knows nothing of what differs between "
+                                   "{0}s",
+                                   what));
+  }
   return m;
 }
 

@@ -159,7 +159,7 @@ struct Spread {
 // `unit` converts a step of the parameter to the unit of the value.
 FitValue value_of(double value, Eigen::Index k, double unit, const Spread& s) {
   const double residuals = s.of_residuals(k, k), between = s.of_repeats(k, k);
-  const bool sample = s.repeats >= 2 && (s.repeats == 2 || between > residuals);
+  const bool sample = s.repeats >= 2;
   const double error = unit * std::sqrt(sample ? between : residuals);
   const double half = student_t975(sample ? s.repeats - 1 : s.freedom) * error;
   return {value, error, value - half, value + half, unit * s.per_model_error(k)};

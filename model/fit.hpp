@@ -49,9 +49,9 @@ struct Fit {
 // exactly one soft material: not rigid, and not a hundred times stiffer than another.
 // `c0_standard_error_F` belongs to the C0 that delta C was taken from, in the unit of the points'
 // weights. Above 0 the shift is fitted, because all points share this error. Standard errors come
-// from the residuals, or from the differences between repeats where these are larger. Errors: fewer
-// than four points (five with a shift); several soft materials; no convergence; a level that has no
-// answer near the data.
+// from the repeats as a sample, with one repeat from the residuals. Errors: fewer than four points
+// (five with a shift); several soft materials; no convergence; a level that has no answer near the
+// data.
 Result<Fit> fit_response(const Specimen& specimen, const LevelSettings& settings,
                          const std::vector<FitPoint>& points, double c0_standard_error_F = 0);
 

@@ -66,6 +66,19 @@ std::string label_of(const RunAnalysis& analysis, const Metric& metric) {
   return report::metric_label(metric.name);
 }
 
+// Which slope each run means, each once.
+std::vector<std::string> estimands_of(const std::vector<const RunAnalysis*>& runs,
+                                      std::size_t metric) {
+  std::vector<std::string> out;
+  for (const RunAnalysis* run : runs) {
+    for (const RangeResult& r : run->ranges) {
+      if (&r.sensitivity != run->metrics().at(metric) || r.estimand.empty()) continue;
+      if (std::ranges::find(out, r.estimand) == out.end()) out.push_back(r.estimand);
+    }
+  }
+  return out;
+}
+
 void compare_runs_of(BatchGroup& group, double confidence) {
   std::vector<const RunAnalysis*> good;
   for (const BatchedResult* result : group.results) {
@@ -82,6 +95,7 @@ void compare_runs_of(BatchGroup& group, double confidence) {
     if (values.empty()) continue;
     group.quantities.push_back(between_runs(values, confidence));
     group.quantities.back().label = label_of(*good.front(), *reference[i]);
+    group.quantities.back().estimands = estimands_of(good, i);
   }
 }
 
@@ -125,6 +139,7 @@ nlohmann::json json_of_group(const BatchGroup& group) {
   nlohmann::json quantities = nlohmann::json::array(), results = nlohmann::json::array();
   for (const BetweenRuns& q : group.quantities) {
     nlohmann::json one{{"quantity", q.label}, {"runs", q.runs}, {"mean", q.mean}};
+    if (!q.estimands.empty()) one["estimands"] = q.estimands;
     one["scatter"] = optional_number(q.scatter);
     one["standard_error_within"] = optional_number(q.within);
     one["interval"] = nullptr;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "analysis/analysis_text.hpp"
 #include "analysis/report/batch.hpp"
 #include "analysis/report/figures.hpp"
 #include "analysis/report/html.hpp"
@@ -27,17 +28,27 @@ std::string group_name(const BatchGroup& group) {
   return fmt::format("{}, {}{}", group.specimen, group.protocol, parameters);
 }
 
+// Runs whose slopes are not the same slope are told apart.
+std::string label_with_estimands(const BetweenRuns& q) {
+  std::string out = text(q.label);
+  for (const std::string& estimand : q.estimands) {
+    out += "<br/><small>" + text(estimand) + "</small>";
+  }
+  return out;
+}
+
 std::string between_table(const BatchGroup& group, double confidence) {
   Table table{"result",
               "runs",
               "mean",
               "scatter between runs",
-              interval_head(confidence) + " of the mean",
+              fmt::format("{:g} % interval of the mean", confidence * 100),
               "standard error of one run"};
   for (const BetweenRuns& q : group.quantities) {
     const auto& spread = q.scatter ? q.scatter : q.within;
-    table.row({text(q.label), number(static_cast<std::int64_t>(q.runs)), number(q.mean, spread),
-               number(q.scatter), interval(q.interval, spread), number(q.within)});
+    table.row({label_with_estimands(q), number(static_cast<std::int64_t>(q.runs)),
+               number(q.mean, spread), number(q.scatter), interval(q.interval, spread),
+               number(q.within)});
   }
   return table.empty() ? std::string() : table.html();
 }
@@ -127,6 +138,11 @@ std::string batch_report_html(const BatchReport& report) {
                     "lead");
   body += simulated_box(report);
   body += section("failures", "Failures", failures(report));
+  body +=
+      paragraph(fmt::format("Standard error of one run: {}. Interval of the mean: what the mean "
+                            "of many such runs would be.",
+                            kOfScatter),
+                "small");
   std::size_t n = 0;
   for (const BatchGroup& group : report.groups) {
     body += section(fmt::format("group-{}", ++n), text(group_name(group)),

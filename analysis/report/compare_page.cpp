@@ -37,18 +37,23 @@ std::string results_table(std::span<const ReportRun> runs) {
   const auto reference = runs.front().analysis.metrics();
   for (std::size_t i = 0; i < reference.size(); ++i) {
     std::string label = text(metric_label(reference[i]->name));
-    for (const RangeResult& r : runs.front().analysis.ranges) {
-      if (&r.sensitivity == reference[i]) label = "sensitivity " + range_name(r.range) + ", fF/kPa";
+    std::optional<std::size_t> range;
+    for (std::size_t k = 0; k < runs.front().analysis.ranges.size(); ++k) {
+      const RangeResult& r = runs.front().analysis.ranges[k];
+      if (&r.sensitivity != reference[i]) continue;
+      label = "sensitivity " + range_name(r.range) + ", fF/kPa";
+      range = k;
     }
     bool anywhere = false;
     for (const ReportRun& r : runs) anywhere = anywhere || *r.analysis.metrics().at(i);
     if (!anywhere) continue;
-    row(label, [i](const ReportRun& r) {
+    row(label, [i, range](const ReportRun& r) {
       const Metric& m = *r.analysis.metrics().at(i);
-      return m ? measured(m) : no_number();
+      if (!m || !range) return m ? measured(m) : no_number();
+      return Cell(measured(m) + estimand_line(r.analysis.ranges[*range]), Cell::Kind::number);
     });
   }
-  return table.html();
+  return table.html() + two_truths();
 }
 
 std::string increase_table(std::span<const ReportRun> runs) {
@@ -61,7 +66,7 @@ std::string increase_table(std::span<const ReportRun> runs) {
               "value to",
               "increase",
               "± standard error, %",
-              interval_head(runs.front().analysis.options.confidence) + ", %"};
+              fmt::format("{:g} % interval, %", runs.front().analysis.options.confidence * 100)};
   for (const Comparison& c : compare(analyses)) {
     const auto se = c.standard_error_percent;
     table.row({text(metric_label(c.quantity)),

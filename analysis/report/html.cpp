@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/analysis_text.hpp"
 #include "base/program_version.hpp"
 #include "plot/text.hpp"
 
@@ -115,7 +116,17 @@ Cell interval(const std::optional<std::array<double, 2>>& ends, std::optional<do
 }
 
 std::string interval_head(double confidence) {
-  return fmt::format("{:g} % interval", confidence * 100);
+  return fmt::format("{:g} % interval<br/><small>for what this rig would show</small>",
+                     confidence * 100);
+}
+
+std::string estimand_line(const RangeResult& r) {
+  return r.estimand.empty() ? std::string() : "<br/><small>" + text(r.estimand) + "</small>";
+}
+
+std::string two_truths() {
+  return paragraph(fmt::format("Interval: {}. Expanded uncertainty: {}.", kOfScatter, kOfAll),
+                   "small");
 }
 
 Cell percent(double value) {

@@ -39,8 +39,12 @@ Cell measured(double value, std::optional<double> standard_error);
 Cell measured(const Metric& metric);  // or why there is none
 Cell interval(const std::optional<std::array<double, 2>>& ends,
               std::optional<double> standard_error);
-// "95 % interval".
+// "95 % interval", and what it is for.
 std::string interval_head(double confidence);
+// Which slope it is, under its number. Empty: nothing.
+std::string estimand_line(const RangeResult& r);
+// What intervals and expanded uncertainties are for: once on a page with results.
+std::string two_truths();
 Cell percent(double fraction_percent);  // with its sign: "+235.7 %"
 // The same as `number` without markup, for labels of pictures.
 std::string plain_number(double value, std::optional<double> standard_error = std::nullopt);

@@ -51,13 +51,13 @@ std::string summary(const ReportRun& run) {
   };
   row("C0, pF", a.c0);
   for (const RangeResult& r : a.ranges) {
-    row("sensitivity " + range_name(r.range) + ", fF/kPa", r.sensitivity);
+    row("sensitivity " + range_name(r.range) + ", fF/kPa" + estimand_line(r), r.sensitivity);
   }
   for (const Metric* m : {&a.dynamic_range, &a.force_sensitivity, &a.hysteresis.largest_gap,
                           &a.repeatability_2sigma, &a.creep, &a.limit_of_detection}) {
     if (*m) row(text(metric_label(m->name)), *m);
   }
-  return table.html() + notes_list(run);
+  return table.html() + two_truths() + notes_list(run);
 }
 
 std::string model_section(const ReportRun& run) {

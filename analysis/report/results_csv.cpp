@@ -33,6 +33,7 @@ void write_heads(const RunAnalysis& analysis, CsvWriter& out) {
     const std::string name = column_name(analysis, r.sensitivity);
     out.word(name + "_expanded_uncertainty");
     out.word(name + "_r_squared");
+    out.word(name + "_estimand");
   }
 }
 
@@ -76,6 +77,7 @@ void write_run(const ReportRun& run, CsvWriter& out) {
     const bool known = !r.uncertainty.parts.empty();
     out.significant(known ? std::optional(r.uncertainty.expanded) : std::nullopt, 3);
     out.significant(r.r_squared, kDigits);
+    out.text(r.estimand);
   }
 }
 

@@ -64,7 +64,9 @@ std::string metrics_table(const RunAnalysis& analysis) {
   for (const Metric* m : analysis.metrics()) {
     std::string label = text(metric_label(m->name));
     for (const RangeResult& r : analysis.ranges) {
-      if (&r.sensitivity == m) label = "sensitivity " + range_name(r.range) + ", fF/kPa";
+      if (&r.sensitivity == m) {
+        label = "sensitivity " + range_name(r.range) + ", fF/kPa" + estimand_line(r);
+      }
     }
     const bool known = static_cast<bool>(*m);
     std::string definition = text(m->definition);
@@ -80,7 +82,7 @@ std::string range_table(const RunAnalysis& analysis) {
   Table table{"range",
               "sensitivity, fF/kPa",
               interval_head(analysis.options.confidence),
-              "with all parts, ±",
+              "with all parts, ±<br/><small>for the specimen's own</small>",
               "R²",
               "points",
               "straight? p",
@@ -94,7 +96,7 @@ std::string range_table(const RunAnalysis& analysis) {
     }
     const auto& estimate = *r.sensitivity.estimate;
     table.row(
-        {range_name(r.range), measured(estimate.value, estimate.standard_error),
+        {range_name(r.range) + estimand_line(r), measured(estimate.value, estimate.standard_error),
          interval(estimate.interval, estimate.standard_error),
          r.uncertainty.parts.empty() ? no_number()
                                      : number(r.uncertainty.expanded, r.uncertainty.combined),

@@ -99,8 +99,9 @@ void append_row(const BudgetPoint& p, std::string& out) {
       continue;
     }
     const auto* most = r.uncertainty.dominating();
-    out += fmt::format(" {:>10.4g} {:>10.2g} {:>8.3g}% {:>10.2g}  {}\n", r.value, r.standard_error,
-                       r.relative() * 100, r.uncertainty.expanded, most ? most->name : "");
+    out +=
+        fmt::format(" {:>10.4g} {:>10.2g} +-{:>6.3g}% {:>10.2g}  {}\n", r.value, r.standard_error,
+                    r.relative_half_width() * 100, r.uncertainty.expanded, most ? most->name : "");
   }
   if (!p.note.empty()) out += fmt::format("{:38}  {}\n", "", p.note);
   if (p.noise_guessed) {
@@ -183,7 +184,7 @@ json to_json(const Budget& budget) {
 std::string to_table(const Budget& budget) {
   std::string out = fmt::format("{:8} {:>9} {:>9} {:>9}  {:24} {:>10} {:>10} {:>9} {:>10}  {}\n",
                                 "aperture", "frequency", "time", "readings", "result", "expected",
-                                "std error", "", "all, +-", "largest part");
+                                "std error", "interval", "all, +-", "largest part");
   for (const BudgetSetting& s : budget.settings) append_row(s.planned, out);
   if (!budget.target) return out;
   out += fmt::format(

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "tests/unit/analysis/analysed.hpp"
 
@@ -13,6 +14,7 @@ namespace {
 
 using testing::Contains;
 using testing::HasSubstr;
+using testing::Not;
 
 // 20, 40 and 60 kPa in each repeat, ten readings a level. Nothing is read between the repeats.
 void play_without_rests(SyntheticRun& run, int repeats) {
@@ -49,10 +51,64 @@ TEST(Unknowable, DifferencesBetweenRepeatsOfTheOnlyOne) {
   play_without_rests(run, 1);
   run.end();
   const auto a = analysed(run);
-  EXPECT_THAT(a.ranges[1].sensitivity.reason,
-              HasSubstr("knows nothing of what differs between repeats"));
+  for (const Metric* m : {&a.ranges[1].sensitivity, &a.limit_of_detection}) {
+    EXPECT_THAT(m->reason, HasSubstr("knows nothing of what differs between repeats")) << m->name;
+  }
   EXPECT_THAT(a.repeatability_2sigma.reason, HasSubstr("no level was measured in two repeats"));
   EXPECT_FALSE(a.repeatability_2sigma);
+}
+
+// One loading and one unloading, at noise that neighbours share by `rho`.
+RunAnalysis of_one_cycle(double rho) {
+  SyntheticRun::Dynamic d;
+  d.cycles = 1;
+  d.noise_F = 0;
+  d.branch_s = 10;
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  double noise = 0;
+  d.capacitance_F = [&](double kPa, bool) {
+    noise = rho * noise + std::sqrt(1 - rho * rho) * normal(random);
+    return 3.65e-12 + 2.15e-15 * kPa + 2e-15 * noise;
+  };
+  SyntheticRun run;
+  run.reading_s = 0.065;
+  run.begin();
+  run.play(d);
+  run.end();
+  return analysed(run);
+}
+
+TEST(Unknowable, DifferencesBetweenCyclesOfTheOnlyOne) {
+  const auto a = of_one_cycle(0);
+  for (const Metric* m : {&a.ranges[0].sensitivity, &a.force_sensitivity, &a.dynamic_range,
+                          &a.hysteresis.largest_gap, &a.hysteresis.area, &a.limit_of_detection}) {
+    ASSERT_TRUE(*m) << m->name;
+    EXPECT_THAT(m->reason, HasSubstr("knows nothing of what differs between cycles")) << m->name;
+    EXPECT_LT(*m->estimate->degrees_of_freedom, 1e4) << m->name;
+  }
+  SyntheticRun two;
+  SyntheticRun::Dynamic d;
+  d.cycles = 2;
+  two.begin();
+  two.play(d);
+  two.end();
+  const auto b = analysed(two);
+  for (const Metric* m : {&b.force_sensitivity, &b.dynamic_range, &b.limit_of_detection}) {
+    EXPECT_THAT(m->reason, Not(HasSubstr("knows nothing of what differs between cycles")));
+  }
+}
+
+// Neighbours that share their noise tell less: by (1 + rho)/(1 - rho) in the variance.
+TEST(Unknowable, WhatNeighboursOfOneCycleShareWidensItsIntervals) {
+  const auto white = of_one_cycle(0), shared = of_one_cycle(0.8);
+  const auto wider = [](const Metric& a, const Metric& b) {
+    return *b.estimate->standard_error / *a.estimate->standard_error;
+  };
+  EXPECT_NEAR(wider(white.force_sensitivity, shared.force_sensitivity), 3, 1.2);
+  EXPECT_NEAR(wider(white.dynamic_range, shared.dynamic_range), 3, 1.2);
+  EXPECT_LT(*shared.force_sensitivity.estimate->degrees_of_freedom,
+            *white.force_sensitivity.estimate->degrees_of_freedom);
 }
 
 TEST(Unknowable, ShapeOfTwoLevels) {
@@ -98,6 +154,8 @@ TEST(Unknowable, NoiseOfABaselineOfThreeReadings) {
   const auto a = of_static(s);
   ASSERT_TRUE(a.c0);
   EXPECT_LE(*a.c0.estimate->degrees_of_freedom, 2);
+  EXPECT_THAT(a.c0.reason, HasSubstr("3 readings before contact"));
+  EXPECT_THAT(of_static(SyntheticRun::Static()).c0.reason, Not(HasSubstr("before contact")));
   EXPECT_THAT(a.noise.reason, HasSubstr("there is no baseline"));
 }
 

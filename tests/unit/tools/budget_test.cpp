@@ -95,6 +95,35 @@ TEST_F(BudgetCommand, TargetIsMetByTheCheapestSetting) {
   }
 }
 
+// Nothing tells the dynamic range of one slow conversion a loading: that is no met target.
+TEST_F(BudgetCommand, AResultThatNothingPredictsIsUnmet) {
+  const json out = budget({"dynamic-cycles", "--frequency-Hz", "100000", "--target", "1000%"});
+  const json& slow = row(out, "slow", 100000);
+  ASSERT_FALSE(slow["not_predicted"].empty());
+  EXPECT_LE(slow["worst_half_width_percent"], 1000) << "what is predicted would do";
+  EXPECT_TRUE(slow["to_target"].is_null());
+  ASSERT_FALSE(out["cheapest"].is_null());
+  EXPECT_NE(out["cheapest"]["aperture"], "slow");
+  ASSERT_EQ(cli.run({"budget", "dynamic-cycles", "--specimen", "paper-1", "--frequency-Hz",
+                     "100000", "--target", "1000%"}),
+            0)
+      << cli.err.str();
+  EXPECT_THAT(cli.out.str(), HasSubstr("cannot be told: nothing predicts " +
+                                       slow["not_predicted"][0].get<std::string>()));
+}
+
+// The target is on the interval that `analyze` will print: the table shows it beside the standard
+// error.
+TEST_F(BudgetCommand, TableShowsTheIntervalThatTheTargetIsOn) {
+  const json out = budget({"static-frame"});
+  const json& slope = row(out, "medium")["results"][1];
+  const double half_width = slope["half_width_percent"], error = slope["relative_percent"];
+  EXPECT_GT(half_width, 2.5 * error) << "four repeats: Student's t is 3.18";
+  ASSERT_EQ(cli.run({"budget", "static-frame", "--specimen", "paper-1"}), 0) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("std error  interval"),
+                                   HasSubstr(fmt::format("+-{:>6.3g}%", half_width))));
+}
+
 TEST_F(BudgetCommand, ProposalIsACommandThatPlansExactlyThat) {
   const json out = budget({"static-frame", "--frequency-Hz", "1000,100000", "--target", "3%", "-p",
                            "force_limit_N=1.5"});

@@ -133,6 +133,48 @@ TEST_F(Report, ItsNumbersAreThoseOfTheAnalysis) {
   }
 }
 
+constexpr const char* kLoading = "loading branch, from ";
+constexpr const char* kOfTheRig = "what this rig would show";
+
+// A slope without its branch and time is a number of nobody knows what.
+TEST_F(Report, SaysWhichSlopeItIsAndWhatItsIntervalIsFor) {
+  const std::string html = page({"1"});
+  const std::string results =
+      html.substr(html.find("<section id='results'>"),
+                  html.find("<section id='pressure'>") - html.find("<section id='results'>"));
+  EXPECT_THAT(results, AllOf(HasSubstr(analysis(1).ranges[0].estimand), HasSubstr(kOfTheRig),
+                             HasSubstr("the specimen's own")));
+  const std::string pressure =
+      html.substr(html.find("<section id='pressure'>"),
+                  html.find("<section id='time'>") - html.find("<section id='pressure'>"));
+  EXPECT_THAT(pressure, AllOf(HasSubstr(kLoading), HasSubstr(kOfTheRig)));
+  EXPECT_THAT(html.substr(html.find("<section id='metrics'>")),
+              AllOf(HasSubstr(kLoading), HasSubstr(kOfTheRig)));
+  EXPECT_THAT(page({"2"}), HasSubstr("loading branch, while the load grows"));
+}
+
+TEST_F(Report, OfSeveralRunsSaysWhichSlopesItCompares) {
+  const std::string html = page({"1", "2"});
+  const std::string results = html.substr(0, html.find("<section id='increase'>"));
+  EXPECT_THAT(results, AllOf(HasSubstr(kLoading), HasSubstr(kOfTheRig),
+                             HasSubstr("loading branch, while the load grows")));
+}
+
+TEST_F(Report, OfABatchSaysWhichSlopesItsMeansAreOf) {
+  const std::string table = cli.dir.file("day.csv");
+  std::ofstream(table) << "specimen,protocol,repeats,levels,readings,within_s\n"
+                          "paper-1,static-frame,2,8,10,1.5\n";
+  const std::string runs = cli.dir.file("day.db");
+  cli.add_data("protocols/static-frame.json", shipped("protocols/library/static-frame.json"));
+  cli.day = &rehearse_batch;
+  ASSERT_EQ(cli.run({"rehearse", "--batch", table, "--db", runs}), 0) << cli.err.str();
+  ASSERT_EQ(cli.run({"--db", runs, "report", "--batch", "day", "-o", file}), 0) << cli.err.str();
+  EXPECT_THAT(read(file), AllOf(HasSubstr(kLoading), HasSubstr(kOfTheRig)));
+  expect_harmless(read(file));
+  ASSERT_EQ(cli.run({"--db", runs, "report", "--batch", "day", "-o", file, "--json"}), 0);
+  EXPECT_THAT(cli.out.str(), HasSubstr(kLoading));
+}
+
 TEST_F(Report, OfADynamicRunShowsCyclesAndStaysSmall) {
   const std::string html = page({"2"});
   EXPECT_THAT(html, AllOf(HasSubstr("maximum of the cycle"), HasSubstr("ΔC/C0"),
@@ -162,6 +204,8 @@ TEST_F(Report, TableHasOneRowARun) {
   const std::string text = read(csv);
   EXPECT_EQ(std::ranges::count(text, '\n'), 3);
   EXPECT_THAT(text, AllOf(HasSubstr("sensitivity_0_to_30_kPa_fF_per_kPa"), HasSubstr("paper-1")));
+  EXPECT_THAT(text, AllOf(HasSubstr("sensitivity_0_to_30_kPa_fF_per_kPa_estimand"),
+                          HasSubstr('"' + analysis(1).ranges[0].estimand + '"')));
   // To the third digit of its standard error, 7.67 fF.
   EXPECT_THAT(text, HasSubstr(fmt::format(",{:.5f},0.00767,", analysis(1).c0.value())));
 }
