@@ -77,6 +77,8 @@ BaselineResult calc_baseline(const Scene& scene, const MeasuredLevels& measured)
 LevelResults calc_levels(const Scene& scene, const MeasuredLevels& measured, const Metric& c0);
 CurveResult calc_curve(const LevelResults& levels, const Metric& c0, double confidence);
 CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Metric& c0);
+// Slope of C against force at the peak, of one loading at least.
+double slope_at_peak_fF_per_N(const Scene& scene, const std::vector<CycleResult>& cycles);
 Hysteresis calc_hysteresis(const Scene& scene, const std::vector<CycleResult>& cycles,
                            const HoldResults& holds);
 
