@@ -139,7 +139,8 @@ Spread spread_of(const RunView& view, const std::vector<const Rest*>& rests) {
   }
   const double pooled = robust_sigma(all);
   for (double& sigma : out.sigma_F) sigma = std::max(sigma, pooled);
-  if (!all.empty()) out.limit = limit_of_outliers(all.size());
+  constexpr double kFewReadings = 3;  // which tell their scatter badly
+  if (!all.empty()) out.limit = kFewReadings * limit_of_outliers(all.size());
   return out;
 }
 
