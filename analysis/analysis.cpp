@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/metrics.hpp"
+#include "analysis/remarks.hpp"
 
 namespace lcrig {
 
@@ -42,17 +43,19 @@ Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options)
   const RunFacts facts{data.run,      data.row.protocol_name, data.row.specimen_name,
                        data.function, data.row.simulated,     data.listing.exit_status,
                        options};
-  return RunAnalysis{facts,
-                     measured.outliers,
-                     baseline,
-                     levels,
-                     curve,
-                     cycles,
-                     holds,
-                     sensitivity,
-                     hysteresis,
-                     calc_uncertainties(basis, sensitivity),
-                     calc_notes(scene, measured, holds)};
+  RunAnalysis out{facts,
+                  measured.outliers,
+                  baseline,
+                  levels,
+                  curve,
+                  cycles,
+                  holds,
+                  sensitivity,
+                  hysteresis,
+                  calc_uncertainties(basis, sensitivity),
+                  calc_notes(scene, measured, holds)};
+  add_remarks(scene, out);
+  return out;
 }
 
 Result<RunAnalysis> analyse(const Database& db, std::int64_t run, const AnalysisOptions& options) {

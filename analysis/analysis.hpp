@@ -99,11 +99,11 @@ struct LevelResults {
   Direction line_direction = Direction::up;
 };
 
-// A reading far from its level's median, or from that of the baseline; kept in every result but the
-// robust ones.
+// A reading far from the median of its level or rest, or of its neighbours in a loading; kept in
+// every result but the robust ones and the drift.
 struct Outlier {
   double t_s = 0;
-  std::int32_t level = 0, index = 0;  // level 0: of the baseline
+  std::int32_t level = 0, index = 0;  // level 0: of a rest or of a loading
   double capacitance_pF = 0;
   double deviation_fF = 0, deviations = 0;  // the second in standard deviations
 };

@@ -57,6 +57,22 @@ EvenSlopes even_slopes(const SlopeBasis& basis, const PressureRange& range) {
   return {std::max(range.from_kPa, kCycleEdge * peak_kPa), std::min(range.to_kPa, peak_kPa)};
 }
 
+// Where the slope begins and ends when the loadings do not reach over the range.
+std::string reach_of(const SlopeBasis& basis, const PressureRange& range) {
+  double peak_kPa = 0;
+  for (const CycleResult& c : basis.cycles.cycles) {
+    peak_kPa += c.peak_kPa.value_or(0) / static_cast<double>(basis.cycles.cycles.size());
+  }
+  std::string out;
+  const double edge_kPa = kCycleEdge * peak_kPa;
+  if (edge_kPa > range.from_kPa) {
+    out += fmt::format(", from {:.3g} kPa ({:g} % of the largest force) on", edge_kPa,
+                       kCycleEdge * 100);
+  }
+  if (peak_kPa < range.to_kPa) out += fmt::format(", up to the peak of {:.3g} kPa", peak_kPa);
+  return out;
+}
+
 CycleBranches fit_branches(const SlopeBasis& basis, const PressureRange& range) {
   CycleBranches b;
   EvenSlopes slopes = even_slopes(basis, range);
@@ -137,7 +153,7 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   r.rate_tilt_per_s = b.rate_sxy / b.sxx;
   r.instant_s = b.instant_s;
   r.residual_pattern = "continuous loading: see the loops";
-  r.estimand = name_estimand(basis.scene, basis.levels, range);
+  r.estimand = name_estimand(basis.scene, basis.levels, range) + reach_of(basis, range);
   return r;
 }
 

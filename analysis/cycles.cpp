@@ -20,6 +20,8 @@ constexpr double kExact = std::numeric_limits<double>::infinity();  // degrees o
 constexpr const char* kOneCycle =
     "one cycle: the interval knows nothing of what differs between cycles";
 
+constexpr const char* kEqualForce = "of delta C at equal peak force";
+
 void close_loading(const RunView& view, Loading& c, double highest, std::vector<Loading>& out) {
   if (highest < kCounts * view.peak_N) return;
   c.number = static_cast<std::int32_t>(out.size()) + 1;
@@ -93,13 +95,23 @@ bool is_held(const RunView& view, double seconds, const std::vector<double>& for
   return seconds >= kPlateauTime_s || robust_sigma(forces_N) <= steady_N;
 }
 
+// A level at the peak has readings enough: those of the ramp to it are of a smaller force.
+bool level_is_plateau(const RunView& view, const Loading& c) {
+  const auto of_level =
+      std::count_if(view.data.readings.begin() + static_cast<std::ptrdiff_t>(c.first),
+                    view.data.readings.begin() + static_cast<std::ptrdiff_t>(c.last),
+                    [&](const RunReading& r) { return r.index > 0 && on_plateau(view, c, r); });
+  return of_level >= kPlateauReadings;
+}
+
 bool peak_of_plateau(const RunView& view, Loading& c) {
+  const bool level_only = level_is_plateau(view, c);
   RunningMean capacitance, force, time;
   std::vector<double> forces_N;
   double first = 0, last = 0;
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = view.data.readings[i];
-    if (!on_plateau(view, c, r)) continue;
+    if (!on_plateau(view, c, r) || (level_only && r.index <= 0)) continue;
     if (capacitance.count == 0) first = r.t_s;
     last = r.t_s;
     capacitance.add(r.capacitance_F * 1e12);
@@ -287,7 +299,7 @@ void calc_mullins(double confidence, CycleResults& out) {
     const double percent = (1 - last.delta_C_fF / first.delta_C_fF) * 100;
     const auto [se, freedom] = error_of_mullins(out);
     out.mullins.estimate = se > 0 ? estimate(percent, se, freedom, confidence) : Estimate(percent);
-    out.mullins.reason = "of delta C at equal peak force";
+    out.mullins.reason = kEqualForce;
     if (out.cycles.size() == 2) {
       add_note(out.mullins.reason, "two cycles: the interval knows nothing of what else differs");
     }
@@ -316,6 +328,42 @@ void calc_force_sensitivity(const Scene& scene, CycleResults& out) {
   if (slopes.size() == 1) out.force_sensitivity.reason = kOneCycle;
 }
 
+// The drift that is subtracted errs alike in all loadings: their scatter does not show it.
+void add_drift_to_force_sensitivity(const Scene& scene, const HoldResults& holds,
+                                    CycleResults& out) {
+  if (!out.force_sensitivity.estimate || !scene.drift.known()) return;
+  const Estimate& e = *out.force_sensitivity.estimate;
+  if (!e.standard_error) return;
+  RunningMean s_per_N;
+  Moving moving(scene, holds);
+  for (const CycleResult& c : out.cycles) {
+    RunningLine time;
+    for (std::size_t i = c.first; i < c.last; ++i) {
+      const RunReading& r = scene.data.readings[i];
+      if (moving(i) && r.t_s <= c.peak_s) time.add(scene.above_rest_N(r), r.t_s);
+    }
+    if (time.count() >= 3 && time.sxx() > 0) s_per_N.add(time.slope());
+  }
+  const SlopePart scatter{*e.standard_error, e.degrees_of_freedom.value_or(kExact)};
+  const SlopePart drift{scene.drift.rate_se_fF_s() * std::abs(s_per_N.mean),
+                        scene.drift.rate_freedom()};
+  if (!(drift.se > 0) || s_per_N.count == 0) return;
+  out.force_sensitivity.estimate =
+      estimate_of_parts(e.value, {scatter, drift}, scene.options.confidence);
+}
+
+// A turn overshoots, and not always by the same: the last loading at the force of the first.
+void set_mullins_to_equal_force(const Scene& scene, CycleResults& out) {
+  const CycleResult &first = out.cycles.front(), &last = out.cycles.back();
+  if (!out.mullins.estimate || !out.mullins.reason.starts_with(kEqualForce)) return;
+  const double more_fF =
+      slope_at_peak_fF_per_N(scene, out.cycles) * (last.peak_force_N - first.peak_force_N);
+  const double percent = more_fF / first.delta_C_fF * 100;
+  out.mullins.estimate->value += percent;
+  if (!out.mullins.estimate->interval) return;
+  for (double& end : *out.mullins.estimate->interval) end += percent;
+}
+
 void name_metrics(CycleResults& out) {
   out.dynamic_range = metric("dynamic_range_percent",
                              "mean over the cycles of (C at the largest force - C at rest before "
@@ -329,7 +377,7 @@ void name_metrics(CycleResults& out) {
       metric("force_sensitivity_fF_per_N",
              "mean over the cycles of the least-squares slope of C against force while the load "
              "grows, over forces evenly up to the peak; standard error from the scatter between "
-             "cycles");
+             "cycles and from the drift that is subtracted");
 }
 
 CycleResult against_rest(const Scene& scene, const RestedLoading& loading, const Metric& c0) {
@@ -382,6 +430,8 @@ CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Met
   } else {
     calc_mullins(scene.options.confidence, out);
   }
+  add_drift_to_force_sensitivity(scene, holds, out);
+  set_mullins_to_equal_force(scene, out);
   return out;
 }
 

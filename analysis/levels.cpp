@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The `measure` steps: mean, scatter, outliers.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "analysis/replicates.hpp"
@@ -101,16 +102,6 @@ std::optional<double> scatter_with(Drift drift, const MeasuredLevels& measured, 
   return error ? std::optional(error->variance) : std::nullopt;
 }
 
-double limit_of_outliers(std::size_t readings) {
-  const double tail = kFalseOutliers / (2 * static_cast<double>(readings));
-  return std::max(3.5, -normal_quantile(tail));
-}
-
-Outlier outlier(const RunReading& r, double middle_F, double sigma_F) {
-  const double off = r.capacitance_F - middle_F;
-  return {r.t_s, 0, 0, r.capacitance_F * 1e12, off * 1e15, off / sigma_F};
-}
-
 // Every reading against the median of its level, in pooled robust standard deviations.
 void find_outliers(const RunView& view, MeasuredLevels& out) {
   const auto& readings = view.data.readings;
@@ -131,7 +122,7 @@ void find_outliers(const RunView& view, MeasuredLevels& out) {
   for (std::size_t k = 0; k < medians.size(); ++k) {
     MeasuredLevel& l = out.levels[k];
     for (std::size_t i = l.first; i < l.last && l.readings >= 4; ++i) {
-      Outlier found = outlier(readings[i], medians[k], sigma);
+      Outlier found = outlier_of(readings[i], medians[k], sigma);
       if (!counts(view, readings[i]) || std::abs(found.deviations) <= limit) continue;
       found.level = l.level;
       found.index = readings[i].index;
@@ -141,22 +132,60 @@ void find_outliers(const RunView& view, MeasuredLevels& out) {
   }
 }
 
-// Likewise the baseline, against its own median and scatter.
-void find_outliers_of_baseline(const RunView& view, const Rests& rests, Outliers& out) {
-  if (rests.drift.nodes().empty()) return;
-  const RestNode& baseline = rests.drift.nodes().front();
-  std::vector<double> values;
-  for (std::size_t i = baseline.first; i < baseline.last; ++i) {
-    const RunReading& r = view.data.readings[i];
-    if (view.uses(r)) values.push_back(r.capacitance_F);
+std::vector<std::size_t> used_in(const RunView& view, const Loading& c) {
+  std::vector<std::size_t> out;
+  for (std::size_t i = c.first; i < c.last; ++i) {
+    if (view.uses(view.data.readings[i])) out.push_back(i);
   }
-  const double middle = median(values), sigma = robust_sigma(values);
+  return out;
+}
+
+// Of one reading of a loading, from second differences: an even loading cancels.
+double noise_of_loadings(const RunView& view, const Rests& rests) {
+  std::vector<double> bends;
+  for (const RestedLoading& c : rests.loadings) {
+    const auto used = used_in(view, c);
+    for (std::size_t k = 1; k + 1 < used.size(); ++k) {
+      const auto at = [&](std::size_t i) { return view.data.readings[used[i]].capacitance_F; };
+      bends.push_back(at(k - 1) - 2 * at(k) + at(k + 1));
+    }
+  }
+  return robust_sigma(bends) / std::sqrt(6.0);
+}
+
+// A reading far from the median of its neighbours in a loading: as many standard deviations off as
+// above, and by more than five of them spread. A turn of the force or a bend does not do that.
+void find_outliers_of_loading(const RunView& view, const Loading& c, double sigma, double limit,
+                              std::vector<Outlier>& out) {
+  constexpr std::size_t kWindow = 7, kMost = 5;  // of the window
+  constexpr double kStandsOut = 5;
+  const auto used = used_in(view, c);
+  if (used.size() < kWindow) return;
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const std::size_t begin = std::min(k - std::min(k, kWindow / 2), used.size() - kWindow);
+    std::array<double, kWindow> near{};
+    for (std::size_t i = 0; i < kWindow; ++i) {
+      near[i] = view.data.readings[used[begin + i]].capacitance_F;
+    }
+    std::ranges::sort(near);
+    double spread = near[kMost - 1] - near[0];
+    for (std::size_t i = 1; i + kMost <= kWindow; ++i) {
+      spread = std::min(spread, near[i + kMost - 1] - near[i]);
+    }
+    const RunReading& r = view.data.readings[used[k]];
+    const double off = std::abs(r.capacitance_F - near[kWindow / 2]);
+    if (off > limit * sigma && off > kStandsOut * spread) {
+      out.push_back(outlier_of(r, near[kWindow / 2], sigma));
+    }
+  }
+}
+
+void find_outliers_of_loadings(const RunView& view, const Rests& rests, Outliers& out) {
+  const double sigma = noise_of_loadings(view, rests);
   if (sigma <= 0) return;
-  const double limit = limit_of_outliers(values.size());
-  for (std::size_t i = baseline.first; i < baseline.last; ++i) {
-    const RunReading& r = view.data.readings[i];
-    const Outlier found = outlier(r, middle, sigma);
-    if (view.uses(r) && std::abs(found.deviations) > limit) out.outliers.push_back(found);
+  const double limit = limit_of_outliers(view.data.readings.size());
+  for (const RestedLoading& c : rests.loadings) {
+    find_outliers_of_loading(view, c, sigma, limit, out.outliers);
   }
 }
 
@@ -167,7 +196,34 @@ void keep_largest_outliers(std::vector<Outlier>& outliers) {
   if (outliers.size() > kListedOutliers) outliers.resize(kListedOutliers);
 }
 
+void measure(const RunView& view, MeasuredLevels& out) {
+  const auto collected = collect(view);
+  for (std::size_t i = 0; i < collected.size(); ++i) {
+    const Collected& c = collected[i];
+    const LevelRow& row = view.data.levels[i];
+    if (c.capacitance.count == 0) continue;
+    if (c.force.count == 0 && !row.target_force_N) continue;
+    if (c.force.count == 0) ++out.without_force;
+    const double force = c.force.count > 0 ? c.force.mean : *row.target_force_N;
+    out.levels.push_back(measured(view, row, c, force));
+  }
+  find_directions(out.levels);
+  const auto up = std::ranges::count(out.levels, Direction::up, &MeasuredLevel::direction);
+  out.line_direction = 2 * up >= std::ssize(out.levels) ? Direction::up : Direction::down;
+  find_outliers(view, out);
+}
+
 }  // namespace
+
+double limit_of_outliers(std::size_t readings) {
+  const double tail = kFalseOutliers / (2 * static_cast<double>(readings));
+  return std::max(3.5, -normal_quantile(tail));
+}
+
+Outlier outlier_of(const RunReading& r, double middle_F, double sigma_F) {
+  const double off = r.capacitance_F - middle_F;
+  return {r.t_s, 0, 0, r.capacitance_F * 1e12, off * 1e15, off / sigma_F};
+}
 
 std::string_view to_string(PeakMethod m) {
   switch (m) {
@@ -190,22 +246,12 @@ LevelKey key_of(const MeasuredLevel& level) {
 
 MeasuredLevels measure_levels(const RunView& view, const Rests& rests) {
   MeasuredLevels out;
-  if (view.data.levels.empty() || !view.data.area_m2) return out;
-  const auto collected = collect(view);
-  for (std::size_t i = 0; i < collected.size(); ++i) {
-    const Collected& c = collected[i];
-    const LevelRow& row = view.data.levels[i];
-    if (c.capacitance.count == 0) continue;
-    if (c.force.count == 0 && !row.target_force_N) continue;
-    if (c.force.count == 0) ++out.without_force;
-    const double force = c.force.count > 0 ? c.force.mean : *row.target_force_N;
-    out.levels.push_back(measured(view, row, c, force));
+  out.outliers.outliers = rests.outliers_of_rests;
+  if (view.data.levels.empty()) {
+    find_outliers_of_loadings(view, rests, out.outliers);
+  } else if (view.data.area_m2) {
+    measure(view, out);
   }
-  find_directions(out.levels);
-  const auto up = std::ranges::count(out.levels, Direction::up, &MeasuredLevel::direction);
-  out.line_direction = 2 * up >= std::ssize(out.levels) ? Direction::up : Direction::down;
-  find_outliers(view, out);
-  find_outliers_of_baseline(view, rests, out.outliers);
   out.outliers.outlier_count = std::ssize(out.outliers.outliers);
   keep_largest_outliers(out.outliers.outliers);
   return out;

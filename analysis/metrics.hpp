@@ -52,14 +52,19 @@ struct Rests {
   // In a run without levels both are the second.
   Correlation correlation, rest_correlation;
   Drift drift;  // of the unloaded capacitance
+  std::vector<Outlier> outliers_of_rests;  // left out of the drift
 };
+// How many standard deviations off a reading is an outlier: a run without any would show one in a
+// hundred runs.
+double limit_of_outliers(std::size_t readings);
+Outlier outlier_of(const RunReading& r, double middle_F, double sigma_F);
 Rests find_rests(const RunView& view, const std::vector<Loading>& loadings);
 
 struct MeasuredLevels {
   std::vector<MeasuredLevel> levels;
   Direction line_direction = Direction::up;
   std::int64_t without_force = 0;
-  Outliers outliers;  // of the baseline, too
+  Outliers outliers;  // of rests and of loadings without levels, too
 };
 MeasuredLevels measure_levels(const RunView& view, const Rests& rests);
 
@@ -77,6 +82,8 @@ BaselineResult calc_baseline(const Scene& scene, const MeasuredLevels& measured)
 LevelResults calc_levels(const Scene& scene, const MeasuredLevels& measured, const Metric& c0);
 CurveResult calc_curve(const LevelResults& levels, const Metric& c0, double confidence);
 CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Metric& c0);
+// Slope of C against force at the peak, of one loading at least.
+double slope_at_peak_fF_per_N(const Scene& scene, const std::vector<CycleResult>& cycles);
 Hysteresis calc_hysteresis(const Scene& scene, const std::vector<CycleResult>& cycles,
                            const HoldResults& holds);
 

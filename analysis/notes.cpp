@@ -40,6 +40,8 @@ void add_count(std::int64_t count, const char* text, Notes& notes) {
 
 void add_readings(const RunData& data, Notes& notes) {
   add_count(data.overloads, "{} readings are overloads", notes);
+  add_count(data.impossible,
+            "{} readings are numbers that no meter measures (a farad or more): left out", notes);
   add_count(data.repeated_readings, "{} answers repeated the value before and are not used", notes);
   add_count(data.other_function, "{} readings of other functions are not used", notes);
   const auto [low, high] =
@@ -50,6 +52,9 @@ void add_readings(const RunData& data, Notes& notes) {
   add_count(
       std::ranges::count_if(data.readings, [](const RunReading& r) { return r.capacitance_F < 0; }),
       "{} readings of a negative capacitance: look at the open correction and the function", notes);
+  add_count(std::ranges::count_if(data.readings,
+                                  [](const RunReading& r) { return r.capacitance_F == 0; }),
+            "{} readings are exactly 0: a meter that measures shows its noise", notes);
   if (!data.has_frame()) notes.emplace_back("no force was recorded");
   if (!data.dead_weights) {
     add_count(
@@ -134,8 +139,8 @@ Notes calc_notes(const Scene& scene, const MeasuredLevels& measured, const HoldR
   add_certified_range(scene, measured, notes);
   add_missing_levels(data, measured, notes);
   add_count(measured.outliers.outlier_count,
-            "{} outliers among the readings of levels and baseline: listed, and kept in every "
-            "result but the robust ones",
+            "{} outliers among the readings: listed, and kept in every result but the robust ones "
+            "and the drift that is subtracted",
             notes);
   return notes;
 }

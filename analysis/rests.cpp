@@ -16,6 +16,7 @@ struct Rest {
   std::size_t first = 0, last = 0;  // of the readings
   RunningMean capacitance, time;  // pF, s; of what counts
   bool any = false;
+  bool by_force = true;  // its readings are those whose force rests; else all
 };
 
 template <class Visit>
@@ -66,6 +67,7 @@ Rest baseline_of(const RunView& view, const std::vector<Rest>& rests) {
     out.capacitance.add(readings[i].capacitance_F * 1e12);
     out.time.add(readings[i].t_s);
   }
+  out.by_force = false;
   return out;
 }
 
@@ -112,18 +114,63 @@ void find_correlation(const RunView& view, const Rest& baseline, const std::vect
   if (out.correlation.freedom <= 0) out.correlation = out.rest_correlation;
 }
 
-std::vector<RestNode> nodes_of(const Correlation& correlation, const Rest& baseline,
-                               const std::vector<Rest>& rests) {
+bool counts(const RunView& view, const Rest& rest, std::size_t i) {
+  return view.uses(view.data.readings[i]) && (!rest.by_force || view.is_at_rest(i));
+}
+
+struct Spread {
+  std::vector<double> middle_F, sigma_F;  // of each rest; sigma 0: no outliers can be told
+  double limit = 0;  // in sigma
+};
+
+// Every reading against the median of its rest, in robust standard deviations: pooled, or those of
+// the rest where the specimen still moves in it.
+Spread spread_of(const RunView& view, const std::vector<const Rest*>& rests) {
+  Spread out;
+  std::vector<double> all, values;
+  for (const Rest* r : rests) {
+    values.clear();
+    for (std::size_t i = r->first; i < r->last; ++i) {
+      if (counts(view, *r, i)) values.push_back(view.data.readings[i].capacitance_F);
+    }
+    out.middle_F.push_back(values.empty() ? 0 : median(values));
+    out.sigma_F.push_back(robust_sigma(values));
+    for (const double v : values) all.push_back(v - out.middle_F.back());
+  }
+  const double pooled = robust_sigma(all);
+  for (double& sigma : out.sigma_F) sigma = std::max(sigma, pooled);
+  constexpr double kFewReadings = 3;  // which tell their scatter badly
+  if (!all.empty()) out.limit = kFewReadings * limit_of_outliers(all.size());
+  return out;
+}
+
+// One outlier among the few readings of a rest would turn the line through all of them.
+std::vector<RestNode> nodes_of(const RunView& view, const Correlation& correlation,
+                               const Rest& baseline, const std::vector<Rest>& rests,
+                               std::vector<Outlier>& outliers) {
   std::vector<const Rest*> all{&baseline};
   for (std::size_t k = 1; k < rests.size(); ++k) all.push_back(&rests[k]);
+  const Spread spread = spread_of(view, all);
   double ss = 0, freedom = 0;  // one scatter for all: a few readings do not tell it
   std::vector<RestNode> nodes;
-  for (const Rest* r : all) {
-    if (r->capacitance.count < kLeastOfRest) continue;
-    const auto n = static_cast<double>(r->capacitance.count);
-    ss += r->capacitance.sum_squares * 1e6;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    RunningMean capacitance, time;
+    for (std::size_t i = all[k]->first; i < all[k]->last; ++i) {
+      if (!counts(view, *all[k], i)) continue;
+      const RunReading& r = view.data.readings[i];
+      const double off_F = std::abs(r.capacitance_F - spread.middle_F[k]);
+      if (spread.sigma_F[k] > 0 && off_F > spread.limit * spread.sigma_F[k]) {
+        outliers.push_back(outlier_of(r, spread.middle_F[k], spread.sigma_F[k]));
+        continue;
+      }
+      capacitance.add(r.capacitance_F * 1e12);
+      time.add(r.t_s);
+    }
+    if (capacitance.count < kLeastOfRest) continue;
+    const auto n = static_cast<double>(capacitance.count);
+    ss += capacitance.sum_squares * 1e6;
     freedom += (n - 1) * correlation.of_square(n);
-    nodes.push_back({r->time.mean, r->capacitance.mean * 1e3, 0, n, r->first, r->last});
+    nodes.push_back({time.mean, capacitance.mean * 1e3, 0, n, all[k]->first, all[k]->last});
   }
   for (RestNode& n : nodes) {
     n.se_fF = std::sqrt(ss / freedom * correlation.of_mean(n.readings));
@@ -154,7 +201,7 @@ Rests find_rests(const RunView& view, const std::vector<Loading>& loadings) {
   const Rest baseline = baseline_of(view, rests);
   Rests out;
   find_correlation(view, baseline, rests, out);
-  out.drift = Drift(nodes_of(out.rest_correlation, baseline, rests));
+  out.drift = Drift(nodes_of(view, out.rest_correlation, baseline, rests, out.outliers_of_rests));
   for (std::size_t k = 0; k < loadings.size(); ++k) {
     out.loadings.push_back(mark(view, loadings[k], rests[k], out.rest_correlation));
   }

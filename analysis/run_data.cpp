@@ -20,6 +20,8 @@ bool measures_capacitance(std::string_view function) {
 
 // Readings within this time before contact may be of a specimen that is touched already.
 constexpr double kBeforeContact_s = 1;
+// No meter measures as much.
+constexpr double kNoCapacitance_F = 1;
 
 float narrow(std::optional<double> value) {
   return value ? static_cast<float>(*value) : std::numeric_limits<float>::quiet_NaN();
@@ -213,6 +215,10 @@ class Loader {
     const auto capacitance = row.optional_real(3);
     if (!capacitance) {
       ++(measures_capacitance(row.text(9)) ? out_.overloads : out_.other_function);
+      return {};
+    }
+    if (!(std::abs(*capacitance) < kNoCapacitance_F)) {
+      ++out_.impossible;
       return {};
     }
     if (out_.function.empty()) out_.function = row.text(9);

@@ -87,6 +87,7 @@ struct RunData {
   std::int64_t fresh_readings = 0;  // with and without a capacitance
   std::int64_t repeated_readings = 0;  // the meter showed its last value again
   std::int64_t overloads = 0;  // fresh, no capacitance
+  std::int64_t impossible = 0;  // a number that is no capacitance; not used
   std::int64_t other_function = 0;  // of functions that do not measure a capacitance
   std::int64_t frame_samples = 0, frame_gaps = 0;
   std::int64_t times_of_arrival = 0;  // samples whose own time is not known

@@ -90,7 +90,7 @@ void find_rest_and_peak(const RunData& data, RunView& view) {
   view.rest_N = data.rest_force_N.value_or(
       median(std::vector<double>(forces.begin(), std::max(end, forces.begin() + 1))));
   const double peak = forces.back() - view.rest_N;
-  if (peak > kLoading * view.force_noise_N) view.peak_N = peak;
+  if (high > low && peak > kLoading * view.force_noise_N) view.peak_N = peak;
 }
 
 // Where a slow search begins to touch, the force is within half of its threshold for a while.

@@ -224,13 +224,14 @@ void uncertainty_of_dynamic_range(const Scene& scene, const CycleResults& out, c
                            fmt::format("limits of {:.3g} fF, rectangular; the meter's gain cancels",
                                        meter->offset_F * 1e15)));
   }
-  if (out.force_sensitivity) {
-    const Relative force = force_class(scene), probe = area(scene);
-    const double percent_per_N = out.force_sensitivity.value() / (c0_pF * 1e3) * 100;
-    const double percent = percent_per_N * out.cycles.front().peak_force_N;
-    b.parts.push_back(shared(part("force at the peak", percent * force.u, force.basis)));
-    b.parts.push_back(shared(part("area of the probe", percent * probe.u, probe.basis)));
-  }
+  const Relative force = force_class(scene), probe = area(scene);
+  double peak_N = 0;
+  for (const CycleResult& c : out.cycles) peak_N += c.peak_force_N;
+  const double percent = slope_at_peak_fF_per_N(scene, out.cycles) * peak_N /
+                         static_cast<double>(out.cycles.size()) / (c0_pF * 1e3) * 100;
+  const char* slope = ", times the slope of the curve at the peak";
+  b.parts.push_back(shared(part("force at the peak", percent * force.u, force.basis + slope)));
+  b.parts.push_back(shared(part("area of the probe", percent * probe.u, probe.basis + slope)));
   if (const double turn = turn_percent(scene, out.cycles, c0_pF); turn > 0) {
     b.parts.push_back(part("turn within a window", turn,
                            "the meter's mean over a window that reaches over the peak: a twelfth "
@@ -240,8 +241,13 @@ void uncertainty_of_dynamic_range(const Scene& scene, const CycleResults& out, c
   list.push_back(std::move(b));
 }
 
-// Slope of the curve's upper half. It does not depend on the ranges that were asked for.
-double slope_at_top(const std::vector<CurvePoint>& curve, const CurvePoint& top) {
+// Slope against pressure at the highest level: that at the peaks, or of the curve's upper half when
+// the force is not known. It does not depend on the ranges that were asked for.
+double slope_at_top(const Scene& scene, const std::vector<CycleResult>& cycles,
+                    const std::vector<CurvePoint>& curve, const CurvePoint& top) {
+  if (!cycles.empty() && scene.data.area_m2) {
+    return slope_at_peak_fF_per_N(scene, cycles) * *scene.data.area_m2 * 1e3;
+  }
   std::vector<LinePoint> points;
   for (const CurvePoint& c : curve) {
     if (c.direction == top.direction && 2 * c.pressure_kPa >= top.pressure_kPa) {
@@ -254,6 +260,7 @@ double slope_at_top(const std::vector<CurvePoint>& curve, const CurvePoint& top)
 
 void uncertainty_of_highest_level(const Scene& scene, const BaselineResult& out,
                                   const std::vector<CurvePoint>& curve,
+                                  const std::vector<CycleResult>& cycles,
                                   std::vector<Uncertainty>& list) {
   if (curve.empty() || !out.c0) return;
   const auto& top = *std::max_element(
@@ -274,11 +281,10 @@ void uncertainty_of_highest_level(const Scene& scene, const BaselineResult& out,
     b.parts.back().name = "C0";
   }
   add_meter_gain(accuracy(scene, out.c0.value()), b.value, b);
-  const double slope = slope_at_top(curve, top);
+  const double change = slope_at_top(scene, cycles, curve, top) * top.pressure_kPa;
   const Relative force = force_class(scene), probe = area(scene);
-  b.parts.push_back(shared(part("force", slope * top.pressure_kPa * force.u, force.basis)));
-  b.parts.push_back(
-      shared(part("area of the probe", slope * top.pressure_kPa * probe.u, probe.basis)));
+  b.parts.push_back(shared(part("force", change * force.u, force.basis)));
+  b.parts.push_back(shared(part("area of the probe", change * probe.u, probe.basis)));
   if (out.drift_of_baseline_fF) {
     b.parts.push_back(part("drift of C0", rectangular(*out.drift_of_baseline_fF),
                            "last stretch without load against the first, rectangular"));
@@ -351,7 +357,8 @@ std::vector<Uncertainty> calc_uncertainties(const SlopeBasis& basis,
   }
   uncertainty_of_c0(basis.scene, basis.baseline, list);
   uncertainty_of_dynamic_range(basis.scene, basis.cycles, basis.baseline.c0, list);
-  uncertainty_of_highest_level(basis.scene, basis.baseline, basis.curve.curve, list);
+  uncertainty_of_highest_level(basis.scene, basis.baseline, basis.curve.curve, basis.cycles.cycles,
+                               list);
   uncertainty_of_hysteresis(basis.scene, basis.hysteresis, list);
   return list;
 }

@@ -3,6 +3,7 @@
 // budget/.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -32,6 +33,12 @@ class LoadingPath {
   }
   // Pressure at the peak less that `seconds` before it.
   double short_of_peak_kPa(double seconds) const { return peak_kPa_ - at(1 - seconds / seconds_); }
+  // How fast the pressure grows `seconds` before the peak.
+  double rate_kPa_s(double seconds) const {
+    const double h = 1e-3 * seconds_;
+    const double before = std::min(seconds + h, seconds_), after = std::max(seconds - h, 0.0);
+    return (at(1 - after / seconds_) - at(1 - before / seconds_)) / (before - after);
+  }
   // Time from the first reading that a slope uses to the peak. Its window, and the error of a
   // sample's instant, must not reach over the peak.
   double first_s(double phase) const {

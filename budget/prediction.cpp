@@ -77,6 +77,22 @@ Prediction not_predicted(std::string quantity, std::string unit, std::string rea
   return p;
 }
 
+// The interval, and all parts together: as the analysis has them, which knows of the scatter only
+// what the repeats tell.
+void finish(int repeats, double confidence, Prediction& p) {
+  p.repeats = repeats;
+  p.half_width = p.standard_error * expected_half_width(repeats, confidence);
+  Uncertainty told = p.uncertainty;
+  std::erase_if(told.parts,
+                [](const UncertaintyPart& part) { return part.kind == UncertaintyKind::a; });
+  add(told, "scatter", p.standard_error, UncertaintyKind::a, "");
+  if (repeats >= 2) told.parts.back().degrees_of_freedom = repeats - 1;
+  told.least = p.half_width;
+  combine(told, confidence);
+  told.parts = std::move(p.uncertainty.parts);
+  p.uncertainty = std::move(told);
+}
+
 // Loadings, or repeats with a slope of their own in the range.
 int slopes_in(const PlannedRun& run, const PressureRange& range) {
   if (run.levels.empty()) return static_cast<int>(run.cycles.size());
@@ -96,10 +112,14 @@ Prediction predict_sensitivity(const PlannedRun& run, const PressureRange& range
     return not_predicted(name, "fF/kPa", "fewer than two different pressures lie in the range");
   }
   Prediction p = predicted(name, "fF/kPa", *parts, run);
-  p.half_width = p.standard_error * expected_half_width(slopes_in(run, range), options.confidence);
   add_limits(p.uncertainty, "meter gain", meter.gain, "basic accuracy without its offset");
   add_rig(run, options.rig, p.uncertainty);
-  combine(p.uncertainty, options.confidence);
+  if (parts->alignment > 0) {
+    add(p.uncertainty, "alignment of the clocks", parts->alignment, UncertaintyKind::b,
+        "one error of the instant of all readings, where the rate of pressure changes");
+    p.uncertainty.parts.back().shared_by_runs = false;
+  }
+  finish(slopes_in(run, range), options.confidence, p);
   return p;
 }
 
@@ -114,8 +134,6 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
                                             : "no reading is taken at rest, or none at the peak");
   }
   Prediction p = predicted("dynamic range", "%", *parts, run);
-  const auto cycles = static_cast<int>(run.cycles.size());
-  p.half_width = p.standard_error * expected_half_width(cycles, options.confidence);
   add_limits(p.uncertainty, "meter offset in C0", meter.offset_F / run.c0_F,
              "basic accuracy, the part that does not grow with C");
   const PlannedCycle& c = run.cycles.front();
@@ -126,7 +144,12 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
   add_limits(p.uncertainty, "force at the peak", bend * force / 100,
              fmt::format("class {:g}, times the slope of the curve", force));
   add_area(run, options.rig, bend, p.uncertainty);
-  combine(p.uncertainty, options.confidence);
+  if (parts->turn > 0) {
+    add(p.uncertainty, "turn within a window", parts->turn, UncertaintyKind::b,
+        "a twelfth of rate times window");
+    p.uncertainty.parts.back().shared_by_runs = false;
+  }
+  finish(static_cast<int>(run.cycles.size()), options.confidence, p);
   return p;
 }
 

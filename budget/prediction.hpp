@@ -70,6 +70,7 @@ struct Prediction {
   // Half of the interval that `analyze` is expected to print: of few repeats it is much more than
   // two standard errors, because they must tell their own scatter.
   double half_width = 0;
+  int repeats = 0;  // or cycles: the sample that the interval is made of
   Uncertainty uncertainty;  // with the systematic parts
   double relative_half_width() const { return half_width / std::abs(value); }
   double relative() const { return standard_error / std::abs(value); }

@@ -14,12 +14,23 @@ struct Scatter {
   double meter = 0, force = 0;  // standard errors that the noise of the two makes
   // Standard error by chance: where on a loading at constant speed the readings fall, and its turn.
   double instants = 0;
+  // Standard uncertainty of what no repeating shows: the common error of the instants of readings,
+  // and windows that reach over the turn.
+  double alignment = 0, turn = 0;
 };
 
 // From levels, else from the loading branches. nullopt: fewer than two different pressures.
 std::optional<Scatter> scatter_of_slope(const PlannedRun& run, const PressureRange& range);
 // nullopt: no reading is taken at rest, or none under load.
 std::optional<Scatter> scatter_of_dynamic_range(const PlannedRun& run);
+
+// Slope of the curve at even pressures over the part of the range that a loading reaches, as in the
+// analysis.
+double even_slope(const PlannedRun& run, const PressureRange& range, double peak_kPa);
+
+// Time over which the meter takes the mean, and standard uncertainty of a reading's instant.
+double window_s(const PlannedRun& run);
+double instant_s(const PlannedRun& run);
 
 // Standard deviation of the pressure at the instant of a reading.
 double force_noise_kPa(const PlannedRun& run);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 
 #include "analysis/least_squares.hpp"
@@ -66,7 +67,21 @@ double share_of_plateau(const PlannedStretch& s, double peak_kPa) {
 struct PeakScatter {
   double unit_variance = 0;  // of C at the peak, for unit variance of a reading
   double force_kPa = 0;  // standard deviation of the force that counts as the peak
+  double turn_fF = 0;  // what windows that reach over the turn may lack
 };
+
+// As the analysis has it: a twelfth of rate times window.
+double turn_fF(const PlannedRun& run, const PlannedCycle& cycle) {
+  const double window = window_s(run);
+  double rate_kPa_s = 0;
+  for (const double seconds : {cycle.loading_s, cycle.falling_s}) {
+    if (seconds <= window) continue;
+    const LoadingPath path(run, cycle.peak_kPa, seconds);
+    rate_kPa_s = std::max(rate_kPa_s, path.rate_kPa_s(window / 2));
+  }
+  const double slope = even_slope(run, {0, cycle.peak_kPa}, cycle.peak_kPa);
+  return std::abs(slope) * rate_kPa_s * std::hypot(window, run.sample_s) / 12;
+}
 
 // The highest sample, whose force counts, is up to half an interval from the turn.
 double scatter_of_turn_kPa(const PlannedRun& run, const PlannedCycle& cycle) {
@@ -88,10 +103,11 @@ std::optional<PeakScatter> scatter_of_peak(const PlannedRun& run, const PlannedC
   }
   const bool steady = seconds >= kPlateauTime_s || held >= kHeld * readings;
   if (readings >= static_cast<double>(kPlateauReadings) && steady) {
-    return PeakScatter{1 / readings, 0};
+    return PeakScatter{1 / readings, 0, 0};
   }
   if (cycle.loading_s <= 0 && all < 1) return std::nullopt;
-  return PeakScatter{unit_variance_of_fit(run, cycle), scatter_of_turn_kPa(run, cycle)};
+  return PeakScatter{unit_variance_of_fit(run, cycle), scatter_of_turn_kPa(run, cycle),
+                     turn_fF(run, cycle)};
 }
 
 // Weight of each rest in the mean of (peak - rest) over the cycles: as the rest before a cycle, and
@@ -122,7 +138,7 @@ std::optional<Scatter> scatter_of_dynamic_range(const PlannedRun& run) {
   const auto n = static_cast<double>(run.cycles.size());
   // Variances of the mean over the cycles: of unit noise, and in fF2.
   double meter = 0, force = 0, turns = 0;
-  double delta_fF = 0;
+  double delta_fF = 0, systematic_fF = 0;
   std::optional<PeakScatter> peak;
   for (std::size_t k = 0; k < run.cycles.size(); ++k) {
     const PlannedCycle& c = run.cycles[k];
@@ -135,6 +151,7 @@ std::optional<Scatter> scatter_of_dynamic_range(const PlannedRun& run) {
         (run.delta_C_fF(c.peak_kPa + h) - run.delta_C_fF(c.peak_kPa - h)) / (2 * h);
     const double scatter = slope * force_noise_kPa(run);
     force += scatter * scatter * peak->unit_variance / n / n;
+    systematic_fF += peak->turn_fF / n;
     turns += slope * slope * peak->force_kPa * peak->force_kPa / n / n;
     delta_fF += run.delta_C_fF(c.peak_kPa) / n;
   }
@@ -148,6 +165,7 @@ std::optional<Scatter> scatter_of_dynamic_range(const PlannedRun& run) {
   out.value = delta_fF / c0_fF * 100;
   out.force = std::sqrt(force) / c0_fF * 100;
   out.instants = std::sqrt(turns) / c0_fF * 100;
+  out.turn = systematic_fF / c0_fF * 100;
   out.meter = std::sqrt(meter) * run.reading_noise_F * 1e15 / c0_fF * 100;
   return out;
 }

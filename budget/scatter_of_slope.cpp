@@ -32,20 +32,6 @@ std::optional<Scatter> slope_of_levels(const PlannedRun& run, const PressureRang
   return slope_of(run, line.sxx(), line.sxy());
 }
 
-// Slope of the curve at even pressures over the part of the range that a loading reaches, as in the
-// analysis.
-double even_slope(const PlannedRun& run, const PressureRange& range, double peak_kPa) {
-  const double from = std::max(range.from_kPa, kCycleEdge * peak_kPa);
-  const double to = std::min(range.to_kPa, peak_kPa);
-  if (!(to > from)) return 0;
-  RunningLine line;
-  for (int i = 0; i <= 50; ++i) {
-    const double kPa = from + i / 50.0 * (to - from);
-    line.add(kPa, run.delta_C_fF(kPa));
-  }
-  return line.sxy() / line.sxx();
-}
-
 // Slope of one loading, and what makes it uncertain.
 struct LoadingSlope {
   double slope = 0, sxx = 0;
@@ -91,13 +77,30 @@ LoadingSlope slope_of_loading(const PlannedRun& run, const PressureRange& range,
   return out;
 }
 
+// How much the rate of pressure changes with pressure, over the readings of the range.
+double tilt_of_rate(const PlannedRun& run, const PressureRange& range, const PlannedCycle& c) {
+  const LoadingPath loading(run, c.peak_kPa, c.loading_s);
+  const double nearest_s = loading.first_s(0.5);
+  const auto kPa = loading.kPa(nearest_s);
+  RunningLine line;
+  for (std::size_t i = 0; i < kPa.size() && kPa[i] > kCycleEdge * c.peak_kPa; ++i) {
+    if (!is_inside(range, kPa[i])) continue;
+    line.add(kPa[i], loading.rate_kPa_s(nearest_s + static_cast<double>(i) * run.interval_s));
+  }
+  return line.sxx() > 0 ? line.sxy() / line.sxx() : 0;
+}
+
 std::optional<Scatter> slope_of_loadings(const PlannedRun& run, const PressureRange& range) {
   double sxx = 0, sxy = 0, by_chance = 0, bend = 0;
   LoadingSlope one;
+  double tilt_per_s = 0;
   const PlannedCycle* before = nullptr;
   for (const PlannedCycle& c : run.cycles) {
     if (c.loading_s <= 0) continue;
-    if (before == nullptr || !same_loading(*before, c)) one = slope_of_loading(run, range, c);
+    if (before == nullptr || !same_loading(*before, c)) {
+      one = slope_of_loading(run, range, c);
+      tilt_per_s = tilt_of_rate(run, range, c);
+    }
     before = &c;
     sxx += one.sxx;
     sxy += one.sxx * one.slope;
@@ -110,10 +113,31 @@ std::optional<Scatter> slope_of_loadings(const PlannedRun& run, const PressureRa
   // The bend that all loadings share is known from the same readings, as badly.
   const double with_bend = std::sqrt(1 + bend / sxx);
   for (double* part : {&out.meter, &out.force, &out.instants}) *part *= with_bend;
+  out.alignment = std::abs(out.value * tilt_per_s) * instant_s(run);
   return out;
 }
 
 }  // namespace
+
+double even_slope(const PlannedRun& run, const PressureRange& range, double peak_kPa) {
+  const double from = std::max(range.from_kPa, kCycleEdge * peak_kPa);
+  const double to = std::min(range.to_kPa, peak_kPa);
+  if (!(to > from)) return 0;
+  RunningLine line;
+  for (int i = 0; i <= 50; ++i) {
+    const double kPa = from + i / 50.0 * (to - from);
+    line.add(kPa, run.delta_C_fF(kPa));
+  }
+  return line.sxy() / line.sxx();
+}
+
+double window_s(const PlannedRun& run) {
+  return run.meter.conversion_s.value_or(run.interval_s);
+}
+
+double instant_s(const PlannedRun& run) {
+  return std::hypot(window_s(run), run.sample_s) / std::sqrt(12);
+}
 
 double force_noise_kPa(const PlannedRun& run) {
   return run.force_noise_N / run.area_m2 * 1e-3 * std::sqrt(kInterpolated);

@@ -4,11 +4,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.hpp"
+
 namespace lcrig {
 
 namespace {
 
 constexpr std::int64_t kSteps[] = {1, 2, 3, 5, 10, 20, 30, 50, 100, 200, 500, 1000, 2000, 5000};
+
+constexpr const char* kOneCycle =
+    "one cycle: the interval knows nothing of what differs between cycles, and analyze will print "
+    "a wider one, which takes the curve's own shape for scatter";
+constexpr const char* kOneRepeat =
+    "one repeat: the interval knows nothing of what differs between repeats";
+
+// Repeats that are planned for a target where the protocol would have one.
+constexpr double kRepeatsForTarget = 3;
 
 // A result that cannot be predicted of so many readings or cycles cannot be of more.
 constexpr std::int64_t kEnoughToPredict = 16;
@@ -22,7 +33,9 @@ class Search {
     out.planned = reckon(aperture, frequency_Hz, {});
     for (const std::int64_t n : kSteps) {
       auto point = with_knob(aperture, frequency_Hz, n);
-      if (point && point->possible()) out.curve.push_back(std::move(*point));
+      if (!point || !point->possible()) continue;
+      if (out.planned.tells_repeats() && !point->tells_repeats()) continue;
+      out.curve.push_back(std::move(*point));
     }
     if (q_.target) out.to_target = least(aperture, frequency_Hz);
     if (q_.target && out.planned.meets(*q_.target) &&
@@ -41,8 +54,8 @@ class Search {
   }
 
   // `n` readings at each level, as quick as the meter is; without levels, n repeats.
-  std::optional<BudgetPoint> with_knob(Aperture aperture, double frequency_Hz,
-                                       std::int64_t n) const {
+  std::optional<BudgetPoint> with_knob(Aperture aperture, double frequency_Hz, std::int64_t n,
+                                       Changes changes = {}) const {
     const auto count = static_cast<double>(n);
     if (!has_knob() || count < knob().min || count > knob().max) return std::nullopt;
     if (knobs_.readings.empty()) return reckon(aperture, frequency_Hz, {{knobs_.repeats, count}});
@@ -53,7 +66,18 @@ class Search {
     const Parameter& within = q_.protocol.parameters.at(knobs_.within);
     const double seconds =
         std::max(std::ceil(count * each * kReadingSlack * 10) / 10, within.min * within.to_si);
-    return reckon(aperture, frequency_Hz, {{knobs_.readings, count}, {knobs_.within, seconds}});
+    changes[knobs_.readings] = count;
+    changes[knobs_.within] = seconds;
+    return reckon(aperture, frequency_Hz, changes);
+  }
+
+  Changes enough_repeats() const {
+    if (knobs_.readings.empty() || knobs_.repeats.empty()) return {};
+    const auto& values = q_.environment.values();
+    const auto found = values.find(knobs_.repeats);
+    const double most = q_.protocol.parameters.at(knobs_.repeats).max;
+    if (found == values.end() || found->second >= 2 || most < 2) return {};
+    return {{knobs_.repeats, std::min(kRepeatsForTarget, most)}};
   }
 
   // The error falls with the knob: doubling until it is small enough, then bisection, because a
@@ -63,17 +87,18 @@ class Search {
     const auto most = static_cast<std::int64_t>(knob().max);
     auto low = static_cast<std::int64_t>(std::ceil(knob().min)) - 1;
     auto high = low + 1;
-    auto best = with_knob(aperture, frequency_Hz, high);
+    const Changes repeats = enough_repeats();
+    auto best = with_knob(aperture, frequency_Hz, high, repeats);
     while (!best || !best->meets(*q_.target)) {
       const bool unknown = best && (!best->possible() || !best->not_predicted.empty());
       if (high >= most || (unknown && high >= kEnoughToPredict)) return std::nullopt;
       low = high;
       high = std::min(2 * high, most);
-      best = with_knob(aperture, frequency_Hz, high);
+      best = with_knob(aperture, frequency_Hz, high, repeats);
     }
     while (high - low > 1) {
       const std::int64_t middle = low + (high - low) / 2;
-      auto point = with_knob(aperture, frequency_Hz, middle);
+      auto point = with_knob(aperture, frequency_Hz, middle, repeats);
       const bool enough = point && point->meets(*q_.target);
       (enough ? high : low) = middle;
       if (enough) best = std::move(point);
@@ -125,12 +150,16 @@ class Search {
         out.not_predicted.push_back(p.quantity);
         continue;
       }
+      out.repeats = any ? std::min(out.repeats, p.repeats) : p.repeats;
       any = true;
       out.worst = std::max(out.worst, p.relative());
       out.worst_half_width = std::max(out.worst_half_width, p.relative_half_width());
       out.worst_expanded = std::max(out.worst_expanded, p.uncertainty.expanded / std::abs(p.value));
     }
     if (!any) out.refused = out.predictions.front().reason;
+    if (any && !out.tells_repeats()) {
+      add_note(out.note, run->levels.empty() ? kOneCycle : kOneRepeat);
+    }
   }
 
   const BudgetQuestion& q_;
@@ -169,9 +198,10 @@ Budget reckon_budget(const BudgetQuestion& question) {
   mark_front(out);
   for (const BudgetSetting& s : out.settings) {
     if (!s.to_target) continue;
-    if (!out.cheapest || s.to_target->duration_s < out.cheapest->duration_s) {
-      out.cheapest = s.to_target;
-    }
+    const auto order = [](const BudgetPoint& p) {
+      return std::pair(p.duration_s, p.worst_half_width);
+    };
+    if (!out.cheapest || order(*s.to_target) < order(*out.cheapest)) out.cheapest = s.to_target;
   }
   return out;
 }

@@ -28,9 +28,12 @@ struct BudgetPoint {
   double worst = 0;  // largest relative standard error of the predictions
   double worst_half_width = 0;  // relative, of the interval that `analyze` is expected to print
   double worst_expanded = 0;  // relative, with the systematic parts
+  int repeats = 0;  // fewest that one of the predictions is made of
   std::vector<std::string> not_predicted;  // results: they can never be said to meet a target
+  // One repeat tells nothing of what differs between repeats: no interval of it can be promised.
+  bool tells_repeats() const { return repeats >= 2; }
   bool meets(double target) const {
-    return possible() && not_predicted.empty() && worst_half_width <= target;
+    return possible() && not_predicted.empty() && tells_repeats() && worst_half_width <= target;
   }
   bool front = false;  // no other point is both quicker and better
   bool possible() const { return refused.empty(); }

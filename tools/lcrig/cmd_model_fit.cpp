@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
 
 #include "analysis/analysis.hpp"
+#include "analysis/frame_track.hpp"
 #include "model/auto_level.hpp"
 #include "model/fit.hpp"
 #include "model/specimen_file.hpp"
@@ -106,6 +108,23 @@ Result<LevelChoice> choose(const Specimen& specimen, const std::vector<FitPoint>
   return choice;
 }
 
+// What a rig errs by in pressure: in proportion, so modulus and offset err by the same.
+struct RigError {
+  double force_percent = 0, diameter_mm = 0;  // limits
+  double relative = 0;  // standard uncertainty of a pressure
+};
+
+RigError error_of_rig(bool dead_weights, double area_m2) {
+  const RigAccuracy rig;
+  RigError out;
+  out.force_percent = rig.force_limit_percent(dead_weights);
+  out.diameter_mm = rig.diameter_limit_mm();
+  const double diameter_mm = std::sqrt(4 * area_m2 / std::numbers::pi) * 1e3;
+  out.relative = std::hypot(rectangular(out.force_percent / 100),
+                            2 * rectangular(out.diameter_mm) / diameter_mm);
+  return out;
+}
+
 json to_json(const FitValue& v, double scale, double model_error) {
   return json{{"value", v.value * scale},
               {"standard_error", v.standard_error * scale},
@@ -118,14 +137,21 @@ struct FittedRun {
   bool simulated, intact;
 };
 
-json to_json(const FittedRun& run, const LevelSettings& level, double model_error, const Fit& fit) {
+json of_pressure(const FitValue& v, double model_error, const RigError& rig) {
+  json out = to_json(v, 1e-3, model_error);
+  out["rig_uncertainty"] = rig.relative * std::abs(v.value) * 1e-3;
+  return out;
+}
+
+json to_json(const FittedRun& run, const LevelSettings& level, double model_error,
+             const RigError& rig, const Fit& fit) {
   return json{{"run", run.number},
               {"simulated", run.simulated},
               {"intact", run.intact},
               {"level", to_string(level.level)},
               {"model_error", model_error},
-              {"shear_modulus_kPa", to_json(fit.shear_modulus_Pa, 1e-3, model_error)},
-              {"contact_offset_kPa", to_json(fit.contact_offset_Pa, 1e-3, model_error)},
+              {"shear_modulus_kPa", of_pressure(fit.shear_modulus_Pa, model_error, rig)},
+              {"contact_offset_kPa", of_pressure(fit.contact_offset_Pa, model_error, rig)},
               {"c0_shift_fF", to_json(fit.c0_shift_F, 1e15, model_error)},
               {"residual_fF", fit.residual_F * 1e15},
               {"repeats", fit.repeats},
@@ -144,7 +170,7 @@ std::string line_of(const char* name, const FitValue& v, double scale, const cha
 }
 
 std::string to_text(const FittedRun& run, const LevelSettings& level, double model_error,
-                    const Fit& fit) {
+                    const RigError& rig, const Fit& fit) {
   std::string out = fmt::format("{}run {}: {} levels, model {}", run.simulated ? "simulated " : "",
                                 run.number, fit.points, to_string(level.level));
   if (model_error > 0) out += fmt::format(" (its estimated error: {:.2g} %)", model_error * 100);
@@ -153,6 +179,12 @@ std::string to_text(const FittedRun& run, const LevelSettings& level, double mod
   if (fit.c0_shift_F.standard_error > 0) {
     out += line_of("C0 shift", fit.c0_shift_F, 1e15, "fF", model_error);
   }
+  out += fmt::format(
+      "not in these intervals: force (limits of {:g} %) and area (diameter within {:g} mm), "
+      "assumed; "
+      "they move modulus and offset in proportion, the modulus by {:.2g} kPa (standard "
+      "uncertainty)\n",
+      rig.force_percent, rig.diameter_mm, rig.relative * fit.shear_modulus_Pa.value * 1e-3);
   return out + fmt::format("residual        {:.3g} fF rms\n", fit.residual_F * 1e15);
 }
 
@@ -194,8 +226,10 @@ class FitCommand final : public Command {
     auto fit = fit_response(*specimen, level, data->points, data->c0_error_F);
     if (!fit) return Failure(fit.error(), next_command(context.global, {"runs", "show", run_}));
     const FittedRun of{id, row->simulated, chain->intact};
-    return show(context, to_json(of, level, model_error, *fit),
-                [&](std::ostream& out) { out << to_text(of, level, model_error, *fit); });
+    const RigError rig =
+        error_of_rig(has_dead_weights(row->frame_capabilities_json), specimen->area_m2());
+    return show(context, to_json(of, level, model_error, rig, *fit),
+                [&](std::ostream& out) { out << to_text(of, level, model_error, rig, *fit); });
   }
 
  private:

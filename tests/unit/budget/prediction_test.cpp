@@ -266,5 +266,43 @@ TEST(Budget, MissingFactsAreRefused) {
   EXPECT_FALSE(predict_errors(run));
 }
 
+// The frame moves at constant speed, the specimen stiffens: the rate of pressure grows with it.
+TEST(Budget, CyclesHaveThePartsThatTheAnalysisHas) {
+  PlannedRun run = straight_run();
+  run.reading_noise_F = 1e-20;
+  run.compression_m = [](double force_N) { return 1e-3 * std::sqrt(force_N); };
+  PlannedCycle cycle;
+  cycle.peak_kPa = 100;
+  cycle.loading_s = cycle.falling_s = 10;
+  run.cycles = {cycle, cycle, cycle};
+  run.rests = {{0, 1000}, {0, 1000}, {0, 1000}};
+  const auto p = predict(run);
+  const auto part = [](const Prediction& of, const std::string& name) {
+    for (const UncertaintyPart& x : of.uncertainty.parts) {
+      if (x.name == name) return x.standard_uncertainty;
+    }
+    return -1.0;
+  };
+  // P = (t/s)^2 kPa: the rate is 2 t = 2 sqrt(P) kPa/s. From 35 to 100 kPa it grows by 1/sqrt(P).
+  const double tilt_per_s = (20 - 2 * std::sqrt(35)) / 65, instant_s = 0.1 / std::sqrt(12);
+  EXPECT_NEAR(part(p[1], "alignment of the clocks"), 2 * tilt_per_s * instant_s, 2e-4);
+  EXPECT_NEAR(part(p[2], "turn within a window"), 2 * 20 * 0.1 / 12 / 4000 * 100, 1e-4);
+}
+
+TEST(Budget, TheWholeIsNoSmallerThanTheInterval) {
+  const auto p = predict(static_run(16, 1));
+  EXPECT_EQ(p[0].repeats, 1);
+  PlannedRun run = straight_run();
+  PlannedCycle cycle;
+  cycle.peak_kPa = 100;
+  cycle.loading_s = cycle.falling_s = 10;
+  run.cycles = {cycle, cycle};
+  run.rests = {{0, 1000}, {0, 1000}};
+  for (const Prediction& two : predict(run)) {
+    EXPECT_EQ(two.repeats, 2);
+    EXPECT_GE(two.uncertainty.expanded, two.half_width);
+  }
+}
+
 }  // namespace
 }  // namespace lcrig

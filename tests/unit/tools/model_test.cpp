@@ -269,7 +269,8 @@ class ModelFit : public ModelCommands {
 TEST_F(ModelFit, FindsTheModulusOfARecordedRun) {
   ASSERT_EQ(cli.run({"model", "fit", "last"}), kOk) << cli.err.str();
   EXPECT_THAT(cli.out.str(),
-              AllOf(HasSubstr("simulated run 1: "), HasSubstr("shear modulus"), HasSubstr("95 %")));
+              AllOf(HasSubstr("simulated run 1: "), HasSubstr("shear modulus"), HasSubstr("95 %"),
+                    HasSubstr("not in these intervals: force (limits of 1 %)")));
   EXPECT_EQ(cli.err.str(), "");
   const auto fit = run_json({"model", "fit", "1"});
   EXPECT_EQ(fit["run"], 1);
@@ -278,6 +279,7 @@ TEST_F(ModelFit, FindsTheModulusOfARecordedRun) {
   EXPECT_NEAR(mu["value"].get<double>(), 42, 4 * mu["standard_error"].get<double>());
   EXPECT_LT(mu["ci95"][0], mu["value"]);
   EXPECT_GT(mu["ci95"][1], mu["value"]);
+  EXPECT_GT(mu["rig_uncertainty"], 0.0057 * mu["value"].get<double>());  // the force alone
   EXPECT_GE(fit["points"], 4);
   EXPECT_TRUE(fit["contact_offset_kPa"]["ci95"].is_array());
   expect_refused({"model", "fit", "7"}, kFailed, "lcrig runs");
