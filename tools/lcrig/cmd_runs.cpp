@@ -192,10 +192,10 @@ class NoteCommand final : public Command {
     list.positional("TEXT", text_, "The note");
   }
   Outcome<ExitCode> run(Context& context) override {
+    auto db = context.database_to_write();
+    if (!db) return db.error();
     auto run = open_run(context, run_);
     if (!run) return run.error();
-    auto db = context.database();
-    if (!db) return db.error();
     const auto number = run->number;
     auto noted =
         db->daemon_writes ? through_daemon(context, number) : into(context, db->path, number);
@@ -241,11 +241,11 @@ class TagCommand final : public Command {
     if (change_.tags.empty()) {
       return Failure(kUsage, "lcrig runs tag: TAG is missing", "lcrig runs tag --help");
     }
+    auto db = context.database_to_write();
+    if (!db) return db.error();
     auto run = open_run(context, change_run_);
     if (!run) return run.error();
     change_.run = run->number;
-    auto db = context.database();
-    if (!db) return db.error();
     auto tags = db->daemon_writes ? through_daemon(context) : into(context, db->path);
     if (!tags) return tags.error();
     return show(context, json{{"run", change_.run}, {"tags", *tags}}, [&](std::ostream& out) {
