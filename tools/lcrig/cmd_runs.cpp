@@ -3,14 +3,18 @@
 #include <fmt/ostream.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
+#include "base/near_word.hpp"
 #include "base/text.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "storage/tags.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/did_you_mean.hpp"
 #include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
@@ -96,6 +100,7 @@ class RunsListCommand final : public Command {
     if (!db) return db.error();
     auto runs = list_runs(*db, *filter);
     if (!runs) return Failure(runs.error());
+    if (runs->empty()) say_why_none(context, *db);
     if (context.global.json) {
       print_list(context.console.out, *runs);
     } else {
@@ -115,11 +120,30 @@ class RunsListCommand final : public Command {
     if (since_.empty()) return out;
     const auto since_s = unix_time_of(since_, context.clock.unix_ns() / kSecond_ns);
     if (!since_s || since_.size() < kDay) {
-      return Failure(kUsage, fmt::format("--since {}: no such day", printable(since_)),
-                     "lcrig runs list --since 2026-01-31   (or \"2026-01-31 18:00\")");
+      const auto day = iso_day_of(since_);
+      return Failure(
+          kUsage, fmt::format("--since {}: no such day", printable(since_)),
+          next_command(context.global, {"runs", "list", "--since", day.value_or("2026-01-31")},
+                       "or \"2026-01-31 18:00\""));
     }
     out.since_unix_ns = *since_s * kSecond_ns;
     return out;
+  }
+
+  // A name that no run has is perhaps mistyped.
+  void say_why_none(const Context& context, const Database& db) const {
+    for (const auto& [option, wanted, column] :
+         {std::tuple("--specimen", &specimen_, "specimen_name"),
+          std::tuple("--protocol", &protocol_, "protocol_name"),
+          std::tuple("--operator", &operator_, "operator")}) {
+      if (wanted->empty()) continue;
+      const auto known = db.rows(fmt::format("SELECT DISTINCT {} FROM run", column),
+                                 [](const Statement& s) { return std::string(s.text(0)); });
+      if (!known || std::ranges::find(*known, *wanted) != known->end()) continue;
+      context.console.note(fmt::format("{} {}: no run has it{}", option,
+                                       printable(*wanted, kLongestName),
+                                       did_you_mean(*wanted, *known, kGuessAtPrompt)));
+    }
   }
 
   static constexpr std::int64_t kSecond_ns = 1'000'000'000;
