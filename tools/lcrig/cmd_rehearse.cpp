@@ -237,6 +237,13 @@ class RehearseCommand final : public Command {
     // An empty file becomes a database.
     std::error_code ignored;
     const bool file = std::filesystem::file_size(db, ignored) > 0 && !ignored;
+    if (replay_directory(bench_) &&
+        error.what.find(*replay_directory(bench_)) != std::string::npos) {
+      return Failure(error, "give the folder of the wire logs of a run: --bench replay:DIR");
+    }
+    if (!answers_.empty() && error.what.starts_with(answers_)) {
+      return Failure(error, "correct the file of --answers; docs/protocol-file.md describes it");
+    }
     if (error.code != Errc::invalid_request || (file && !open_read_only(db))) {
       return Failure(error, "give another --db");
     }
