@@ -219,8 +219,8 @@ TEST_F(Deaf, DaemonsAreToldOfByStatusBeforeLong) {
 
 // A note is permanent, and must not go to another run of the same number.
 TEST_F(Deaf, DaemonsDatabasesAreNotReplacedByOthersInWriting) {
-  cli.variables["LCRIG_DB"] = cli.env.daemon_db;  // of who names no daemon
   const std::string mine = cli.dir.file("mine.db"), specimen = cli.dir.file("mine.json");
+  cli.variables["LCRIG_DB"] = mine;  // of who names no daemon
   for (const std::string& db : {mine, cli.env.daemon_db.string()}) {
     auto made = open_read_write(db).value();
     ASSERT_TRUE(insert_run(made, RunRow()));
