@@ -62,21 +62,6 @@ Result<> prepare_folder(const fs::path& folder, const ExportContext& c, bool for
               folder.string(), kLayouts[0].file, kPackage);
 }
 
-// As the Data Package knows licences: by name, or by address.
-Result<> check_license(std::string_view text) {
-  const bool address = text.starts_with("https://") || text.starts_with("http://");
-  const auto is_fit = [address](char c) {
-    const bool word = std::isalnum(static_cast<unsigned char>(c)) != 0;
-    return word || std::string_view("-._").find(c) != std::string_view::npos ||
-           (address && c > ' ' && c < 0x7f);
-  };
-  if (!text.empty() && std::ranges::all_of(text, is_fit)) return {};
-  return fail(Errc::invalid_request,
-              "licence `{}`: expected a name without blanks, like CC-BY-4.0, or an address that "
-              "begins with https://",
-              printable(text, 60));
-}
-
 json fields_of(const ExportContext& c, Layout layout) {
   json fields = json::array();
   for (const Column& column : columns_of(c, layout)) {
@@ -164,6 +149,20 @@ json metadata_of(const ExportContext& c, const RunListing& listing) {
 }
 
 }  // namespace
+
+Result<> check_license(std::string_view text) {
+  const bool address = text.starts_with("https://") || text.starts_with("http://");
+  const auto is_fit = [address](char c) {
+    const bool word = std::isalnum(static_cast<unsigned char>(c)) != 0;
+    return word || std::string_view("-._").find(c) != std::string_view::npos ||
+           (address && c > ' ' && c < 0x7f);
+  };
+  if (!text.empty() && std::ranges::all_of(text, is_fit)) return {};
+  return fail(Errc::invalid_request,
+              "licence `{}`: expected a name without blanks, like CC-BY-4.0, or an address that "
+              "begins with https://",
+              printable(text, 60));
+}
 
 std::optional<Layout> parse_layout(std::string_view word) {
   for (std::size_t i = 0; i < kLayouts.size(); ++i) {

@@ -29,6 +29,9 @@ struct ExportOptions {
   bool force = false;  // replace files of another run or another program
   std::string license;  // of the data: a name like CC-BY-4.0, or an address; empty: none is stated
 };
+// As the Data Package knows licences: by name, or by address. Errors: invalid_request.
+Result<> check_license(std::string_view text);
+
 // Every layout and datapackage.json. Each file is written under another name and renamed when it is
 // complete. A folder that holds other files than an earlier export of the same run is refused,
 // unless `force`.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <utility>
 #include <vector>
 
 #include "base/number.hpp"
@@ -136,12 +137,17 @@ class Walk {
                                   line_of(open_.back().at)));
     } else if (c == ':') {
       wrong(at_, "a `:` stands only behind a key");
-    } else if (last_is_number_ && (is_letter(c) || c == '%')) {
+    } else if (last_is_number_ && (is_letter(c) || c == '%' || begins_unit())) {
       wrong(at_, "a number has no unit; it belongs to the key, as in \"force_N\": 1.5");
     } else if (last_is_number_ && std::string_view("*/^").find(c) != std::string_view::npos) {
       wrong(number_end_ - last_word_.size(), "this is a calculation, expected its result alone");
-    } else if (last_is_number_ && is_digit(c) && open_.back().bracket == '{') {
+    } else if (last_is_number_ && c == '.' && text_.substr(at_, 2) == "..") {
+      wrong(at_, "the two ends of a range stand in a list, with a `,` between them: [0, 1.5]");
+    } else if (last_is_number_ && is_digit(c) && open_.back().bracket == '{' &&
+               line_of(number_end_) == line_of(at_)) {
       grouped_number();  // 1 000; in a list a comma is missing
+    } else if (last_is_text_ && is_letter(c) && at_ == last_end_) {  // "contact, "speed"
+      wrong(text_at_, "a `\"` is missing: the text that begins here goes up to the next one");
     } else {
       wrong(last_end_, "a `,` is missing here");
     }
@@ -152,6 +158,9 @@ class Walk {
     if (c == '"') return text(Expect::colon);
     if (c == '}' && expect_ == Expect::first_key) return close();
     if (c == '}' || c == ']') return wrong(comma_at_, after_last());
+    if (c == ',' && expect_ == Expect::first_key) {
+      return wrong(at_, "a `,` before the first entry: remove it");
+    }
     if (c == ',') return wrong(at_, "two commas without an entry between them");
     if (is_digit(c) && last_is_number_ && comma_at_ + 1 == at_) return decimal_comma(take_word());
     const bool first = expect_ == Expect::first_key;
@@ -206,6 +215,14 @@ class Walk {
     return {};
   }
 
+  // Of a unit that is no word: µm, °C, Ω.
+  bool begins_unit() const {
+    for (const std::string_view sign : {"\u00B5", "\u03BC", "\u00B0", "\u03A9", "\u2126"}) {
+      if (text_.substr(at_, sign.size()) == sign) return true;
+    }
+    return false;
+  }
+
   // A minus sign or a dash of a text program; "" when none stands here.
   std::string_view typographic_dash() const {
     for (const std::string_view dash :
@@ -238,6 +255,10 @@ class Walk {
       if (small == "true" || small == "false" || small == "null" || small == "none") {
         return wrong(word_at_,
                      fmt::format("`{}`: JSON writes {}", word, small == "none" ? "null" : small));
+      }
+      for (const auto& [said, meant] : {std::pair("yes", "true"), std::pair("on", "true"),
+                                        std::pair("no", "false"), std::pair("off", "false")}) {
+        if (small == said) return wrong(word_at_, fmt::format("`{}`: JSON writes {}", word, meant));
       }
       if (small == "nan" || small == "inf" || small == "infinity") {
         return wrong(word_at_, fmt::format("`{}` is no number that a file can hold", word));
@@ -301,6 +322,42 @@ class Walk {
     wrong(begin, fmt::format("`{}`: {}", text, words.empty() ? "a number has no `,`" : words));
   }
 
+  // Behind a backslash. False: it is no escape.
+  bool escape() {
+    const std::size_t begin = at_ - 1;
+    if (now() != 'u') {
+      if (std::string_view("\"\\/bfnrt").find(now()) != std::string_view::npos) return true;
+      wrong(begin, "`\\` begins an escape; a backslash itself is written `\\\\`");
+      return false;
+    }
+    const auto code = hex_behind(at_);
+    if (!code) {
+      wrong(begin, "behind `\\u` stand four digits of 0 to 9 and a to f, as in \\u00b5");
+      return false;
+    }
+    constexpr unsigned kHigh = 0xD800, kLow = 0xDC00, kEnd = 0xE000;
+    if (*code < kHigh || *code >= kEnd) return true;
+    const auto other = text_.substr(at_ + 5, 2) == "\\u" ? hex_behind(at_ + 6) : std::nullopt;
+    if (*code < kLow && other && *other >= kLow && *other < kEnd) {
+      at_ += 6;
+      return true;
+    }
+    wrong(begin, fmt::format("`{}` is half of a character: write the character itself",
+                             text_.substr(begin, 6)));
+    return false;
+  }
+
+  // Four digits behind the `u` at `at`.
+  std::optional<unsigned> hex_behind(std::size_t at) const {
+    unsigned out = 0;
+    for (std::size_t i = at + 1; i <= at + 4; ++i) {
+      if (i >= text_.size() || std::isxdigit(static_cast<unsigned char>(text_[i])) == 0) return {};
+      const char c = text_[i];
+      out = out * 16 + static_cast<unsigned>(is_digit(c) ? c - '0' : (c | 0x20) - 'a' + 10);
+    }
+    return out;
+  }
+
   void text(Expect next) {
     const std::size_t begin = text_at_ = at_++;
     last_is_number_ = false;
@@ -320,9 +377,13 @@ class Walk {
       }
       if (text_[at_] == '\\') {
         ++at_;
-        if (std::string_view("\"\\/bfnrtu").find(now()) == std::string_view::npos) {
-          return wrong(at_ - 1, "`\\` begins an escape; a backslash itself is written `\\\\`");
-        }
+        if (!escape()) return;
+      } else if (static_cast<unsigned char>(text_[at_]) < ' ') {
+        const auto code = static_cast<int>(text_[at_]);
+        return wrong(at_, code == '\t' ? std::string("a tab in a text is written `\\t`")
+                                       : fmt::format("the control character U+{0:04X} in a text is "
+                                                     "written `\\u{0:04x}`",
+                                                     code));
       }
       ++at_;
     }

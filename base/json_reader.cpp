@@ -226,7 +226,7 @@ JsonReader JsonReader::object(std::string_view key) const {
 std::vector<JsonReader> JsonReader::items(std::size_t min, std::size_t max) const {
   std::vector<JsonReader> out;
   if (!is_array()) {
-    refuse(fmt::format("{}, expected an array", shown()));
+    refuse(fmt::format("{}, expected a list in square brackets", shown()));
     return out;
   }
   if (value_->size() < min || value_->size() > max) {

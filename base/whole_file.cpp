@@ -5,10 +5,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 namespace lcrig {
@@ -28,6 +30,29 @@ int open_beside(const std::string& path, std::string& name) {
     if (fd >= 0 || errno != EEXIST) break;
   }
   return fd;
+}
+
+// Empty or not, what stands beside a database under one of these names belongs to it.
+bool belongs_to_database(const std::string& path) {
+  std::error_code unknown;
+  const std::string name = std::filesystem::weakly_canonical(path, unknown).string();
+  for (const char* suffix : {"-wal", "-shm", ".lock", ".reserve"}) {
+    if (name.ends_with(suffix) || path.ends_with(suffix)) return true;
+  }
+  return false;
+}
+
+// Up to 4 KiB; nullopt and errno: not readable.
+std::optional<std::string> head_of(const std::string& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) return std::nullopt;
+  std::array<char, 4096> buffer;
+  const ssize_t n = ::read(fd, buffer.data(), buffer.size());
+  const int error = errno;
+  ::close(fd);
+  errno = error;
+  if (n < 0) return std::nullopt;
+  return std::string(buffer.data(), static_cast<std::size_t>(n));
 }
 
 // Syncs the folder, so that a power cut does not lose the name. A folder that cannot be synced
@@ -112,6 +137,18 @@ Result<> write_whole_file(const std::string& path, const std::function<Result<>(
   if (!part) return fail(part.error());
   if (auto written = write(part->fd()); !written) return written;
   return part->replace();
+}
+
+Result<> require_earlier_output(const std::string& path, std::string_view mark) {
+  struct ::stat present{};
+  if (::stat(path.c_str(), &present) != 0 || !S_ISREG(present.st_mode)) return {};
+  const auto head = head_of(path);
+  if (!head) return system_error(path);
+  if (head->starts_with("SQLite format 3") || (belongs_to_database(path) && head->empty())) {
+    return fail(Errc::invalid_request, "{}: is of a database, which would be lost", path);
+  }
+  if (head->empty() || head->find(mark) != head->npos) return {};
+  return fail(Errc::invalid_request, "{}: holds something else, which would be lost", path);
 }
 
 Result<> write_whole_file(const std::string& path, std::string_view text) {

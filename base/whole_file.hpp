@@ -41,6 +41,11 @@ class PartFile {
 Result<> write_whole_file(const std::string& path, const std::function<Result<>(int fd)>& write);
 Result<> write_whole_file(const std::string& path, std::string_view text);
 
+// Whether the output of a program may replace what is at `path`: nothing, an empty file, or an
+// earlier output of the same kind, which has `mark` within its first 4 KiB. Links are followed.
+// What is no plain file is not judged. Errors: invalid_request, saying what would be lost.
+Result<> require_earlier_output(const std::string& path, std::string_view mark);
+
 // All of it, to a descriptor of the file `path`. Errors: io with the path.
 Result<> write_text(int fd, const std::string& path, std::string_view text);
 

@@ -200,6 +200,10 @@ class Verifier {
     if (!stored) return fail(stored.error());
     if (*stored && !report_.ended) {
       find(fmt::format("the run once ended with {} links: its end was deleted", (*stored)->links));
+    } else if (*stored && **stored != end_ && (*stored)->links == end_.links) {
+      find(
+          "the anchor that was stored at the end of the run is another: it was changed, or the run "
+          "was written anew");
     } else if (*stored && **stored != end_) {
       find(fmt::format("the run once ended with {} links, now with {}: it was cut or written anew",
                        (*stored)->links, end_.links));

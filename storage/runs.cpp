@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <numbers>
 
@@ -82,6 +83,11 @@ Result<> append_row(const Database& db, std::int64_t run, std::string_view table
 
 constexpr std::string_view kReplay = "replay:";
 
+// To a millinewton; never "-0.000".
+std::string rounded_N(double force_N) {
+  return fmt::format("{:.3f}", std::round(force_N * 1e3) / 1e3 + 0.0);
+}
+
 // Words for a person who finds the rig after a crash.
 Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
   std::string reason = "the daemon ended without closing the run; found at the next start";
@@ -100,8 +106,8 @@ Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
   if (!force_N) return fail(force_N.error());
   if (*force_N) {
     reason += fmt::format(
-        "; the last force stored is {:.3f} N: look at the rig, the specimen may still be loaded",
-        **force_N);
+        "; the last force stored is {} N: look at the rig, the specimen may still be loaded",
+        rounded_N(**force_N));
   }
   return reason;
 }

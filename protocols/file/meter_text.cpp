@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/file/meter_text.hpp"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "base/near_word.hpp"
 #include "base/number.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
@@ -55,6 +59,9 @@ Result<std::string> frequency_literal(const ParameterValues::mapped_type& value)
   const auto* const typed = std::get_if<std::string>(&value);
   if (typed == nullptr) return fmt::format("{}", std::get<double>(value));
   if (json::parse(*typed, nullptr, false).is_number()) return *typed;
+  if (const auto comma = comma_words(*typed); !comma.empty()) {
+    return fail(Errc::invalid_request, "frequency_Hz: \"{}\": {}", printable(*typed, 60), comma);
+  }
   const auto Hz = in_hertz(*typed);
   return fail(Errc::invalid_request,
               "frequency_Hz: \"{}\" is no number, expected a frequency in Hz{}",
@@ -63,7 +70,15 @@ Result<std::string> frequency_literal(const ParameterValues::mapped_type& value)
 
 Result<std::string> aperture_literal(const ParameterValues::mapped_type& value) {
   const auto* const word = std::get_if<std::string>(&value);
-  return json(word != nullptr ? *word : fmt::format("{}", std::get<double>(value))).dump();
+  const std::string typed = word != nullptr ? *word : fmt::format("{}", std::get<double>(value));
+  // Checked here: the parser would show a line that the file does not have.
+  std::vector<std::string> known;
+  for (const auto& [text, aperture] : kApertureWords) known.emplace_back(text);
+  known.emplace_back("auto");
+  if (std::ranges::find(known, typed) != known.end()) return json(typed).dump();
+  const auto guess = did_you_mean(typed, known);
+  return fail(Errc::invalid_request, "aperture: \"{}\"{} expected one of {}", printable(typed, 60),
+              guess.empty() ? "," : guess, fmt::join(known, ", "));
 }
 
 }  // namespace

@@ -51,6 +51,64 @@ void estimate_size(const Protocol& protocol, const Rig& rig, Plan& plan) {
                      kBytesPerSample * static_cast<double>(plan.frame_samples));
 }
 
+// One walk through the protocol. Errors: the limits do not fit together.
+Result<std::optional<PlanRefused>> walk(const Protocol& protocol, const Environment& environment,
+                                        const Rig& rig, Plan& plan) {
+  const auto limits = bind_limits(protocol, environment, rig.frame);
+  if (!limits) return fail(limits.error());
+  const ApertureChoice choice = choose_aperture(protocol, environment, rig);
+  plan.limits = *limits;
+  plan.lcr = protocol.sample.lcr;
+  plan.lcr.aperture = choice.aperture;
+  plan.aperture_note = choice.note;
+  Environment values = environment;  // sweep variables come and go
+  Planner planner(protocol, values, rig, *limits, plan);
+  planner.walk();
+  return planner.refused();
+}
+
+// False: one of them is no parameter, and only the file can be changed.
+bool apply(const std::vector<Change>& changes, const Protocol& protocol, Environment& values) {
+  for (const Change& c : changes) {
+    const auto it = protocol.parameters.find(c.place);
+    if (!c.parameter || it == protocol.parameters.end()) return false;
+    values.set(c.place, c.value * it->second.to_si);
+  }
+  return true;
+}
+
+void merge(const std::vector<Change>& more, std::vector<Change>& all) {
+  for (const Change& c : more) {
+    const auto same = [&c](const Change& one) { return one.place == c.place; };
+    const auto it = std::ranges::find_if(all, same);
+    if (it == all.end()) {
+      all.push_back(c);
+    } else {
+      *it = c;
+    }
+  }
+}
+
+// What a refusal proposes may be refused further on. Plans with it, and adds what else has to
+// change, until all of it is accepted; or says why that cannot be.
+void complete(const Protocol& protocol, Environment values, const Rig& rig, Refusal& refusal) {
+  constexpr int kMostRounds = 8;
+  std::vector<Change> all = refusal.changes, last = all;
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (last.empty() || !apply(last, protocol, values)) break;
+    Plan changed;
+    const auto again = walk(protocol, values, rig, changed);
+    if (!again) return;
+    if (!*again) break;
+    last = (*again)->refusal.changes;
+    merge(last, all);
+    if (last.empty()) {
+      refusal.why += fmt::format("; changed so, {}: {}", (*again)->pointer, (*again)->refusal.why);
+    }
+  }
+  refusal.changes = std::move(all);
+}
+
 nlohmann::json places_json(const PlannedPlaces& p) {
   nlohmann::json safe_points = nlohmann::json::array();
   for (const auto& [id, times] : p.safe_points) {
@@ -67,20 +125,13 @@ nlohmann::json places_json(const PlannedPlaces& p) {
 
 Result<Plan> make_plan(const Protocol& protocol, const Environment& environment, const Rig& rig,
                        PlanRefused* refused) {
-  const auto limits = bind_limits(protocol, environment, rig.frame);
-  if (!limits) return fail(limits.error());
-  const ApertureChoice choice = choose_aperture(protocol, environment, rig);
   Plan plan;
-  plan.limits = *limits;
-  plan.lcr = protocol.sample.lcr;
-  plan.lcr.aperture = choice.aperture;
-  plan.aperture_note = choice.note;
-  Environment values = environment;  // sweep variables come and go
-  Planner planner(protocol, values, rig, *limits, plan);
-  planner.walk();
-  if (planner.refused()) {
-    if (refused != nullptr) *refused = *planner.refused();
-    return fail(placed(protocol, *planner.refused()));
+  auto found = walk(protocol, environment, rig, plan);
+  if (!found) return fail(found.error());
+  if (*found) {
+    complete(protocol, environment, rig, (*found)->refusal);
+    if (refused != nullptr) *refused = **found;
+    return fail(placed(protocol, **found));
   }
   estimate_size(protocol, rig, plan);
   return plan;

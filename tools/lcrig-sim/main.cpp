@@ -34,6 +34,10 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
+// By which an earlier file is known: only that is replaced.
+constexpr const char* kReadyBegin = R"({"control":)";
+constexpr const char* kToldBegin = R"({"fixture":{"probe_diameter_mm":)";
+
 struct Options {
   std::string bench = "paper", specimen = "paper-1", log_level = "info";
   std::string lcr_link, lcr_identity, ready_file, control, faults;
@@ -61,6 +65,8 @@ class SimBench {
       : io_(io), clock_(clock), options_(std::move(options)) {}
 
   Result<> start() {
+    if (auto ok = require_earlier_output(options_.told, kToldBegin); !ok) return ok;
+    if (auto ok = require_earlier_output(options_.ready_file, kReadyBegin); !ok) return ok;
     if (auto built = build(); !built) return built;
     if (auto plugged = meter_->plug(); !plugged) return plugged;
     if (frame_) {

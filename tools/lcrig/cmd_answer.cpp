@@ -26,7 +26,7 @@ class AnswerCommand final : public Command {
 
   Outcome<ExitCode> run(Context& context) override {
     auto client = ControlClient::connect(context);
-    if (!client) return client.error();
+    if (!client) return without_rehearsal(client.error());
     auto asked = question(*client);
     if (!asked) return asked.error();
     const bool confirms = !*asked || (*asked)->question.type == AnswerType::confirmation;

@@ -103,6 +103,11 @@ class RestoreCommand final : public Command {
   }
 
   Outcome<ExitCode> run(Context& context) override {
+    std::error_code unknown;
+    if (!std::filesystem::exists(backup_, unknown) && !unknown) {
+      return Failure(kFailed, fmt::format("there is no backup {}", printable(backup_)),
+                     "give the file that `lcrig backup` made");
+    }
     const auto written = has_writer(to_);
     if (!written) return Failure(written.error(), "lcrig restore --help");
     if (*written) {

@@ -59,6 +59,7 @@ class BudgetCommand final : public Command {
   }
 
   Outcome<ExitCode> run(Context& context) override {
+    if (auto fits = require_replaceable(svg_, kPictureMark); !fits) return fits.error();
     auto wanted = target();
     if (!wanted) return wanted.error();
     auto what = scene(context);
@@ -78,7 +79,7 @@ class BudgetCommand final : public Command {
     }
     if (!svg_.empty()) {
       const std::string title = fmt::format("Budget of {} on {}", what->protocol.name, specimen_);
-      auto written = write_file(svg_, to_svg(budget, title));
+      auto written = write_file(svg_, kPictureMark, to_svg(budget, title));
       if (!written) return written.error();
     }
     auto all = cli::to_json(budget);

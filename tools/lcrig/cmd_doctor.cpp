@@ -91,12 +91,13 @@ class DoctorCommand final : public Command {
     };
     auto client = ControlClient::connect_for_any_database(context);
     if (!client) return silent(client.error());
-    constexpr auto kPatience = std::chrono::minutes(1);
-    auto answer = client->call(ask_ ? "instruments.ask" : "status", json::object(), kPatience);
+    const Duration patience = context.env.status_patience;
+    auto answer = ask_ ? client->call("instruments.ask", json::object(), std::chrono::minutes(1))
+                       : client->call("status", json::object(), patience);
     if (!answer && ask_) {
       findings.emplace_back("instruments", Health::warn,
                             "not asked: " + printable(answer.error().what, kLongestWords));
-      answer = client->call("status", json::object(), kPatience);
+      answer = client->call("status", json::object(), patience);
     }
     if (!answer) return silent(answer.error());
     parts.status_json = told(*answer).dump(2, ' ', false, json::error_handler_t::replace) + "\n";

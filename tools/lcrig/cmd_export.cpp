@@ -27,7 +27,7 @@ class ExportCommand final : public Command {
     list.option("-o,--output", output_, "DIR",
                 "Folder, or - for standard output (default: run-RUN)");
     list.one_of("--layout", layout_, {"readings", "frame", "levels", "events", "aligned"},
-                "One table (needed with -o -)");
+                "One table, with -o - (default: readings)");
     list.option("--license", license_, "NAME",
                 "Of the data, for datapackage.json: CC-BY-4.0, or an address (default: "
                 "$LCRIG_LICENSE, else none)");
@@ -68,7 +68,9 @@ class ExportCommand final : public Command {
     options.license = license_.empty() ? context.env.get("LCRIG_LICENSE").value_or("") : license_;
     auto done = export_run(db, run, options);
     if (!done) {
-      return Failure(done.error(), next_after(done.error(), db, elsewhere(context, run)));
+      const bool fits = options.license.empty() || check_license(options.license);
+      const auto next = elsewhere(context, run, fits ? license_ : "CC-BY-4.0");
+      return Failure(done.error(), next_after(done.error(), db, next));
     }
     remark(done->chain, context, run);
     const json all{{"run", run},
@@ -81,9 +83,12 @@ class ExportCommand final : public Command {
     });
   }
 
-  std::string elsewhere(const Context& context, std::int64_t run) const {
-    Words words{"export", std::to_string(run), "-o", "ANOTHER-FOLDER"};
-    add_option(words, "--license", license_);
+  std::string elsewhere(const Context& context, std::int64_t run,
+                        const std::string& license) const {
+    Words words{"export", std::to_string(run), "-o",
+                license == license_ ? "ANOTHER-FOLDER" : output_};
+    if (license != license_ && output_.empty()) words.resize(2);
+    add_option(words, "--license", license);
     return next_command(context.global, words);
   }
 

@@ -62,13 +62,15 @@ class LadderCommand final : public Command {
   }
 
   Outcome<ExitCode> run(Context& context) override {
+    if (auto fits = require_replaceable(svg_, kPictureMark); !fits) return fits.error();
     auto specimen = options_.specimen(context);
     if (!specimen) return specimen.error();
     const auto now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
     auto ladder = climb_ladder(*specimen, Pressure::from_si(pressure_kPa_ * 1e3), now);
     if (!ladder) return Failure(ladder.error(), "lcrig model ladder --help");
     if (!svg_.empty()) {
-      if (auto written = write_file(svg_, picture(*ladder)); !written) return written.error();
+      auto written = write_file(svg_, kPictureMark, picture(*ladder));
+      if (!written) return written.error();
     }
     return show(context, to_json(*ladder), [&](std::ostream& out) { out << to_table(*ladder); });
   }

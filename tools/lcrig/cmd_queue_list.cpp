@@ -59,7 +59,7 @@ class QueueListCommand final : public Command {
       const auto status = parse_queue_status(queue);
       if (status) print_queue(out, *status);
       print_entries(out, entries);
-      if (source->is_at_rest()) context.console.note("as the database has it: no daemon answers");
+      if (source->is_at_rest()) context.console.note(source->rest_words());
       if (!status || source->is_at_rest()) return;
       std::optional<EntryState> head;
       if (!entries.empty()) {

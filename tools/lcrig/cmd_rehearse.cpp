@@ -241,6 +241,9 @@ class RehearseCommand final : public Command {
     // An empty file becomes a database.
     std::error_code ignored;
     const bool file = std::filesystem::file_size(db, ignored) > 0 && !ignored;
+    if (const auto folder = replay_directory(bench_); folder && !std::filesystem::exists(*folder)) {
+      return Failure(error, "give the folder of the wire logs of a run: --bench replay:DIR");
+    }
     const bool two_names = file && std::filesystem::hard_link_count(db, ignored) > 1;
     if (error.code != Errc::invalid_request || two_names || (file && !open_read_only(db))) {
       return Failure(error, "give another --db");

@@ -8,8 +8,10 @@
 
 #include "analysis/report/batch.hpp"
 #include "analysis/report/report.hpp"
+#include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/output_file.hpp"
 #include "tools/lcrig/print_json.hpp"
@@ -36,21 +38,25 @@ class ReportCommand final : public Command {
     if (!batch_.empty()) return report_batch(context);
     auto runs = load(context);
     if (!runs) return runs.error();
+    const std::string file = page_name(*runs);
+    if (auto fits = check_files(file); !fits) return fits.error();
+    if (auto fits = check_runs(file, *runs); !fits) return fits.error();
     const std::string page = report_html(*runs);
     if (output_ == "-") {
       context.console.out << page;
-    } else if (auto written = write_file(page_name(*runs), page); !written) {
+    } else if (auto written = write_file(file, kPageMark, page); !written) {
       return written.error();
     }
     if (!csv_.empty()) {
-      auto written = write_file(csv_, [&](int fd) { return write_results_csv(*runs, fd, csv_); });
+      const auto table = [&](int fd) { return write_results_csv(*runs, fd, csv_); };
+      auto written = write_file(csv_, kTableMark, table);
       if (!written) return written.error();
     }
     if (output_ == "-") return kOk;
-    nlohmann::json files{{"file", page_name(*runs)}, {"bytes", page.size()}};
+    nlohmann::json files{{"file", file}, {"bytes", page.size()}};
     files["csv"] = csv_.empty() ? nlohmann::json(nullptr) : nlohmann::json(csv_);
     return show(context, files, [&](std::ostream& out) {
-      fmt::print(out, "{}\n", page_name(*runs));
+      fmt::print(out, "{}\n", file);
       if (!csv_.empty()) fmt::print(out, "{}\n", csv_);
     });
   }
@@ -72,6 +78,36 @@ class ReportCommand final : public Command {
     return true;
   }
 
+  // Before the first of the two is written.
+  Outcome<bool> check_files(const std::string& page) const {
+    if (!csv_.empty() && page != "-" && is_same_file(page, csv_)) {
+      return Failure(kUsage,
+                     fmt::format("lcrig report: the page and --csv are one file, {}",
+                                 printable(csv_, kLongestName)),
+                     "give two names: -o report.html --csv report.csv");
+    }
+    if (page != "-") {
+      if (auto fits = require_replaceable(page, kPageMark); !fits) return fits.error();
+    }
+    if (auto fits = require_replaceable(csv_, kTableMark); !fits) return fits.error();
+    return true;
+  }
+
+  // The default name has a number only, and another database has a run of that number, too.
+  Outcome<bool> check_runs(const std::string& page, const std::vector<ReportRun>& runs) const {
+    std::error_code unknown;
+    if (!output_.empty() || std::filesystem::file_size(page, unknown) == 0 || unknown) return true;
+    const auto text = read_text_file(page);
+    if (!text) return Failure(text.error(), "give another name: -o FILE");
+    for (const ReportRun& run : runs) {
+      if (text->find(run.data.row.uuid) != text->npos) continue;
+      return Failure(kFailed, fmt::format("{} is about another run", page),
+                     fmt::format("give another name: -o {}-new.html",
+                                 std::filesystem::path(page).stem().string()));
+    }
+    return true;
+  }
+
   Outcome<ExitCode> report_batch(Context& context) const {
     if (runs_ != std::vector<std::string>{"last"} || !csv_.empty()) {
       return Failure(kUsage, "lcrig report: --batch takes neither RUN nor --csv",
@@ -89,7 +125,7 @@ class ReportCommand final : public Command {
       return kOk;
     }
     const std::string file = output_.empty() ? batch_file() : output_;
-    if (auto written = write_file(file, page); !written) return written.error();
+    if (auto written = write_file(file, kPageMark, page); !written) return written.error();
     nlohmann::json all = to_json(*report);
     all["file"] = file;
     return show(context, all, [&](std::ostream& out) { fmt::print(out, "{}\n", file); });

@@ -3,8 +3,11 @@
 #include <fmt/ostream.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
+#include "base/near_word.hpp"
 #include "base/text.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
@@ -12,6 +15,7 @@
 #include "storage/writer_lock.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/did_you_mean.hpp"
 #include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
@@ -97,6 +101,7 @@ class RunsListCommand final : public Command {
     if (!db) return db.error();
     auto runs = list_runs(*db, *filter);
     if (!runs) return Failure(runs.error());
+    if (runs->empty()) say_why_none(context, *db);
     if (context.global.json) {
       print_list(context.console.out, *runs);
     } else {
@@ -116,11 +121,30 @@ class RunsListCommand final : public Command {
     if (since_.empty()) return out;
     const auto since_s = unix_time_of(since_, context.clock.unix_ns() / kSecond_ns);
     if (!since_s || since_.size() < kDay) {
-      return Failure(kUsage, fmt::format("--since {}: no such day", printable(since_)),
-                     "lcrig runs list --since 2026-01-31   (or \"2026-01-31 18:00\")");
+      const auto day = iso_day_of(since_);
+      return Failure(
+          kUsage, fmt::format("--since {}: no such day", printable(since_)),
+          next_command(context.global, {"runs", "list", "--since", day.value_or("2026-01-31")},
+                       "or \"2026-01-31 18:00\""));
     }
     out.since_unix_ns = *since_s * kSecond_ns;
     return out;
+  }
+
+  // A name that no run has is perhaps mistyped.
+  void say_why_none(const Context& context, const Database& db) const {
+    for (const auto& [option, wanted, column] :
+         {std::tuple("--specimen", &specimen_, "specimen_name"),
+          std::tuple("--protocol", &protocol_, "protocol_name"),
+          std::tuple("--operator", &operator_, "operator")}) {
+      if (wanted->empty()) continue;
+      const auto known = db.rows(fmt::format("SELECT DISTINCT {} FROM run", column),
+                                 [](const Statement& s) { return std::string(s.text(0)); });
+      if (!known || std::ranges::find(*known, *wanted) != known->end()) continue;
+      context.console.note(fmt::format("{} {}: no run has it{}", option,
+                                       printable(*wanted, kLongestName),
+                                       did_you_mean(*wanted, *known, kGuessAtPrompt)));
+    }
   }
 
   static constexpr std::int64_t kSecond_ns = 1'000'000'000;
@@ -213,10 +237,10 @@ class NoteCommand final : public Command {
     list.positional("TEXT", text_, "The note");
   }
   Outcome<ExitCode> run(Context& context) override {
+    auto db = context.database_to_write();
+    if (!db) return db.error();
     auto run = open_run(context, run_);
     if (!run) return run.error();
-    auto db = context.database();
-    if (!db) return db.error();
     const auto number = run->number;
     auto noted =
         db->daemon_writes ? through_daemon(context, number) : into(context, db->path, number);
@@ -262,11 +286,11 @@ class TagCommand final : public Command {
     if (change_.tags.empty()) {
       return Failure(kUsage, "lcrig runs tag: TAG is missing", "lcrig runs tag --help");
     }
+    auto db = context.database_to_write();
+    if (!db) return db.error();
     auto run = open_run(context, change_run_);
     if (!run) return run.error();
     change_.run = run->number;
-    auto db = context.database();
-    if (!db) return db.error();
     auto tags = db->daemon_writes ? through_daemon(context) : into(context, db->path);
     if (!tags) return tags.error();
     return show(context, json{{"run", change_.run}, {"tags", *tags}}, [&](std::ostream& out) {

@@ -61,6 +61,7 @@ class RunsCopyCommand final : public Command {
   }
 
   Failure refusal(const Context& context, const Error& error) const {
+    if (error.what.starts_with(to_)) return Failure(error, "give another --to");
     if (error.code == Errc::invalid_request) {
       return Failure(error, next_command(context.global, {"runs"}, "lists them"));
     }

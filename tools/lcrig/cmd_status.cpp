@@ -7,6 +7,7 @@
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/live_line.hpp"
+#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/queue_words.hpp"
 #include "tools/lcrig/status_check.hpp"
@@ -64,7 +65,8 @@ std::string instrument_words(const InstrumentState& i) {
   return out;
 }
 
-void print_status(std::ostream& out, const DaemonStatus& s) {
+// `daemon`: the options that name it.
+void print_status(std::ostream& out, const DaemonStatus& s, const GlobalOptions& daemon) {
   fmt::print(out, "lcrigd {}  database {}\n", printable(s.version, kLongestName),
              printable(s.database, kLongestWords));
   for (const auto& i : s.instruments) {
@@ -86,7 +88,8 @@ void print_status(std::ostream& out, const DaemonStatus& s) {
   }
   fmt::print(out, "no run goes on\n");
   for (const auto& r : s.resumable) {
-    fmt::print(out, "interrupted: {}; lcrig resume {} continues it\n", words_of(r), r.run);
+    fmt::print(out, "interrupted: {}; {} continues it\n", words_of(r),
+               next_command(daemon, {"resume", std::to_string(r.run)}));
   }
   if (!s.last_run) return;
   const auto& last = *s.last_run;
@@ -106,13 +109,15 @@ class StatusCommand final : public Command {
     if (check_) return check(context);
     auto client = ControlClient::connect_for_any_database(context);
     if (!client) return client.error();
-    constexpr auto kPatience = std::chrono::minutes(1);
-    auto answer = client->call(ask_ ? "instruments.ask" : "status", json::object(), kPatience);
+    auto answer = ask_ ? client->call("instruments.ask", json::object(), std::chrono::minutes(1))
+                       : client->call("status", json::object(), context.env.status_patience);
     if (!answer) return answer.error();
     client->tell_other_database(context);
     auto status = parse_daemon_status(*answer);
     if (!status && !context.global.json) return Failure(status.error());
-    return show(context, *answer, [&](std::ostream& out) { print_status(out, *status); });
+    GlobalOptions daemon = context.global;
+    daemon.db.clear();
+    return show(context, *answer, [&](std::ostream& out) { print_status(out, *status, daemon); });
   }
 
  private:

@@ -100,10 +100,9 @@ std::unique_ptr<Command> make_verb() {
 
 // No proposal to rehearse here: the frame has to stop now.
 Failure VerbCommand::unheard(Failure failure) const {
-  if (&verb_ != &kConfirm) {
-    failure.next =
-        "if the frame moves: stop it at the machine (E-stop); then: systemctl status lcrigd";
-  }
+  if (&verb_ == &kConfirm) return without_rehearsal(std::move(failure));
+  failure.next =
+      "if the frame moves: stop it at the machine (E-stop); then: systemctl status lcrigd";
   return failure;
 }
 
@@ -125,15 +124,15 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
   // A stop goes to any daemon, whichever database is meant. A confirmation does not: it may begin a
   // motion.
   auto client = &verb_ == &kConfirm ? ControlClient::connect(context)
-                                    : ControlClient::connect_for_any_database(context);
+                                    : ControlClient::connect_to_stop(context);
   if (!client) return unheard(client.error());
   json params = json::object();
   if (!why_.empty()) params["why"] = why_;
   const bool ends_queue = place_ == kWholeRun;
   if (!place_.empty() && !ends_queue) params[verb_.place] = place_;
-  constexpr auto kPatience = std::chrono::seconds(90);  // the frame confirms standstill first
-  auto answer = client->call(ends_queue ? "queue.hold" : verb_.method, params, kPatience);
-  if (!answer) return answer.error();
+  auto answer =
+      client->call(ends_queue ? "queue.hold" : verb_.method, params, context.env.stop_patience);
+  if (!answer) return answer.error().no_daemon ? unheard(answer.error()) : answer.error();
   client->tell_other_database(context);
   const std::string done = ends_queue ? end_of_queue(*client) : verb_.done;
   return show(context, *answer, [&](std::ostream& out) {

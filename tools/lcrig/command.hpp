@@ -68,6 +68,9 @@ struct ChosenDatabase {
   // The daemon has this database: only the daemon may write, so commands ask it to. True also of
   // the service's file while no daemon answers.
   bool daemon_writes = false;
+  // Why the daemon that was named, or whose socket is there, did not say which database it has: it
+  // may be another one. Nothing when the file was named.
+  std::optional<Failure> unsure;
 };
 
 // The surroundings of a command. References outlive it.
@@ -84,6 +87,9 @@ struct Context {
   // $LCRIG_DB. Else the daemon's; without a daemon the default of ProcessEnv. Asks the daemon once,
   // and says what a person might not expect.
   Outcome<ChosenDatabase> database() const;
+  // For a command that writes. Failure: also unreachable, when `database` would do without the
+  // daemon that was asked; and when somebody records into the file that was named.
+  Outcome<ChosenDatabase> database_to_write() const;
   Outcome<std::string> db_path() const;  // of `database`
   // --socket, else "socket" of --config, else the default of ProcessEnv.
   Outcome<std::string> socket_path() const;
@@ -91,8 +97,10 @@ struct Context {
   Outcome<std::optional<std::string>> named_db() const;
 
  private:
+  Outcome<ChosenDatabase> choose_database() const;
   ChosenDatabase without_daemon(const std::string& socket, const Failure& why) const;
-  mutable std::optional<ChosenDatabase> database_;
+  mutable std::optional<ChosenDatabase> chosen_;
+  mutable bool told_unsure_ = false;
 };
 
 class Command {

@@ -4,8 +4,10 @@
 
 #include <array>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/strict_json.hpp"
+#include "storage/writer_lock.hpp"
 #include "tools/lcrig/command.hpp"
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/next_command.hpp"
@@ -57,8 +59,8 @@ Outcome<std::optional<std::string>> Context::named_db() const {
   return env.get("LCRIG_DB");
 }
 
-// The default database, when no file was named. A note says so if a daemon was named or its socket
-// exists; without a daemon there is no note.
+// The default database, when no file was named. Without a daemon, and where none was named, it is
+// surely meant.
 ChosenDatabase Context::without_daemon(const std::string& socket, const Failure& why) const {
   ChosenDatabase out;
   out.path = env.default_db().string();
@@ -67,13 +69,40 @@ ChosenDatabase Context::without_daemon(const std::string& socket, const Failure&
   std::error_code ignored;
   const auto found = std::filesystem::symlink_status(socket, ignored).type();
   if (named || found != std::filesystem::file_type::not_found) {
-    console.note(fmt::format("{}; uses {}", why.what, out.path));
+    out.unsure = why;
   }
   return out;
 }
 
 Outcome<ChosenDatabase> Context::database() const {
-  if (database_) return *database_;
+  auto chosen = choose_database();
+  if (chosen && chosen->unsure && !std::exchange(told_unsure_, true)) {
+    console.note(fmt::format("{}; uses {}", chosen->unsure->what, chosen->path));
+  }
+  return chosen;
+}
+
+Outcome<ChosenDatabase> Context::database_to_write() const {
+  auto chosen = choose_database();
+  if (!chosen || chosen->daemon_writes) return chosen;
+  if (chosen->unsure) {
+    Failure unsure = *chosen->unsure;
+    if (unsure.no_daemon) {
+      unsure.next = "systemctl status lcrigd   (or name the database that is meant: --db FILE)";
+    }
+    unsure.code = kUnreachable;
+    return unsure;
+  }
+  const auto written = has_writer(chosen->path);
+  if (!written) return Failure(written.error());
+  if (!*written) return chosen;
+  return Failure(kFailed,
+                 fmt::format("{}: somebody records into it, and alone writes", chosen->path),
+                 "name its daemon instead: --socket PATH; a rehearsal ends by itself");
+}
+
+Outcome<ChosenDatabase> Context::choose_database() const {
+  if (chosen_) return *chosen_;
   auto named = named_db();
   if (!named) return named.error();
   auto socket = socket_path();
@@ -93,7 +122,7 @@ Outcome<ChosenDatabase> Context::database() const {
   } else {
     out = without_daemon(*socket, daemons.error());
   }
-  database_ = out;
+  chosen_ = out;
   return out;
 }
 

@@ -14,6 +14,7 @@
 #include <deque>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/text.hpp"
 #include "tools/lcrig/next_command.hpp"
@@ -23,6 +24,8 @@ namespace lcrig::cli {
 using nlohmann::json;
 
 namespace {
+
+constexpr auto kTaking = std::chrono::seconds(15);  // of a daemon that takes nobody, or nothing
 
 Failure unreachable(const std::string& path, const std::string& why) {
   Failure out(kUnreachable, fmt::format("cannot reach the daemon at {}: {}", path, why),
@@ -101,6 +104,11 @@ std::string without_daemon(const std::string& rehearsal) {
   return fmt::format("systemctl status lcrigd   (no rig at hand? {})", rehearsal);
 }
 
+Failure without_rehearsal(Failure failure) {
+  if (failure.no_daemon) failure.next = "systemctl status lcrigd";
+  return failure;
+}
+
 std::string words_of(const ResumableRun& run) {
   return fmt::format("run {}, {} on {}, in step {}", run.run, printable(run.protocol, kLongestName),
                      printable(run.specimen, kLongestName), printable(run.step_id, kLongestName));
@@ -114,20 +122,30 @@ struct ControlClient::State {
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
+  void bound_sending(Duration patience) const;
   Outcome<std::int64_t> send(std::string_view method, const json& params);
   Outcome<bool> receive();  // what is there now; false: nothing was
   Outcome<bool> wait(MonoTime end);  // false: time is over
+  void say_hint();
   Outcome<json> parse(const std::string& line) const;
   std::optional<json> take_answer(std::int64_t id);
 
   std::string path;
   std::string where;  // options of the command line
   const Clock& clock;
+  Console* console = nullptr;  // gets kStopByHand, once, at hint_at
+  MonoTime hint_at{};
   int fd = -1;
   std::int64_t last_id = 0;
   std::string in;
   std::deque<json> backlog;
 };
+
+void ControlClient::State::bound_sending(Duration patience) const {
+  const auto micros = std::chrono::ceil<std::chrono::microseconds>(patience).count();
+  const timeval limit{micros / 1'000'000, micros % 1'000'000};
+  ::setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+}
 
 Outcome<std::int64_t> ControlClient::State::send(std::string_view method, const json& params) {
   const auto line = request_line(++last_id, method, params);
@@ -172,6 +190,11 @@ Outcome<bool> ControlClient::State::wait(MonoTime end) {
   return true;
 }
 
+void ControlClient::State::say_hint() {
+  if (console == nullptr || clock.now() < hint_at) return;
+  std::exchange(console, nullptr)->note(kStopByHand);
+}
+
 std::optional<json> ControlClient::State::take_answer(std::int64_t id) {
   const auto it = std::find_if(backlog.begin(), backlog.end(), [id](const json& message) {
     const auto found = message.find("id");
@@ -206,9 +229,7 @@ Outcome<ControlClient> ControlClient::connect(const std::string& path, const Clo
   state->fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (state->fd < 0) return unreachable(path, std::strerror(errno));
   // Bounds `connect`, too, which waits for a daemon that accepts nobody.
-  const auto micros = std::chrono::ceil<std::chrono::microseconds>(patience).count();
-  const timeval limit{micros / 1'000'000, micros % 1'000'000};
-  ::setsockopt(state->fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+  state->bound_sending(patience);
   if (::connect(state->fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     if (errno == EACCES || errno == EPERM) return no_access(path);
     return unreachable(path, errno_words(errno));
@@ -231,6 +252,27 @@ Outcome<ControlClient> ControlClient::connect_for_any_database(const Context& co
   auto client = connect(*path, context.clock);
   if (client) client->state_->where = given_options(context.global);
   return client;
+}
+
+Outcome<ControlClient> ControlClient::connect_to_stop(const Context& context) {
+  auto path = context.socket_path();
+  if (!path) return path.error();
+  const Duration soon = context.env.stop_hint_after;
+  const MonoTime hint_at = context.clock.now() + soon;
+  const auto prepare = [&](Outcome<ControlClient> client, Console* console) {
+    if (!client) return client;
+    client->state_->where = given_options(context.global);
+    client->state_->console = console;
+    client->state_->hint_at = hint_at;
+    client->state_->bound_sending(kTaking);
+    return client;
+  };
+  auto client = connect(*path, context.clock, soon);
+  const bool hangs = !client && context.clock.now() >= hint_at;
+  if (!hangs) return prepare(std::move(client), &context.console);
+  context.console.note(kStopByHand);
+  const auto left = std::min<Duration>(kTaking, context.env.stop_patience);
+  return prepare(connect(*path, context.clock, left), nullptr);
 }
 
 void ControlClient::tell_other_database(const Context& context) {
@@ -274,11 +316,16 @@ Outcome<json> ControlClient::call(std::string_view method, const json& params, D
     auto got = state_->receive();
     if (!got) return id ? got.error() : id.error();
     if (*got) continue;
-    auto in_time = state_->wait(end);
+    const bool hints = state_->console != nullptr && state_->hint_at < end;
+    auto in_time = state_->wait(hints ? state_->hint_at : end);
     if (!in_time) return in_time.error();
-    if (!*in_time) {
-      return unreachable(state_->path,
-                         fmt::format("{}: no answer in {:.6g} s", method, to_seconds(timeout)));
+    state_->say_hint();
+    if (!*in_time && !hints) {
+      // It is there, so nobody is told how to do without.
+      Failure silent = unreachable(
+          state_->path, fmt::format("{}: no answer in {:.6g} s", method, to_seconds(timeout)));
+      silent.next = "systemctl status lcrigd";
+      return silent;
     }
   }
 }

@@ -25,11 +25,17 @@ using ControlNews = std::variant<RunStatus, RunEventNote, RunOutcome, ControlAns
 
 // The command to type when no daemon answers: it looks for the daemon, or rehearses instead.
 std::string without_daemon(const std::string& rehearsal);
+// The same for a command that only a daemon can do: nothing is rehearsed instead.
+Failure without_rehearsal(Failure failure);
 // "run 12, dynamic-cycles on paper-1, in step load"
 std::string words_of(const ResumableRun& run);
 
 // Also of files that are not there yet.
 bool is_same_file(const std::string& a, const std::string& b);
+
+// For whom a stop was not answered.
+inline constexpr const char* kStopByHand =
+    "no answer yet: if the frame moves, stop it at the machine (E-stop)";
 
 class ControlClient {
  public:
@@ -42,6 +48,8 @@ class ControlClient {
   static Outcome<ControlClient> connect(const Context& context);
   // For who stops the frame, and who only looks: these are answered first, and told then.
   static Outcome<ControlClient> connect_for_any_database(const Context& context);
+  // For who stops the frame: as the last, and whoever waits is told once how to stop it by hand.
+  static Outcome<ControlClient> connect_to_stop(const Context& context);
   void tell_other_database(const Context& context);
   ControlClient(ControlClient&&) noexcept;
   ~ControlClient();

@@ -50,7 +50,7 @@ class Bundle {
   Bundle(Console& console, fs::path folder) : console_(console), folder_(std::move(folder)) {}
 
   void text(const char* name, const std::string& text) {
-    if (!text.empty() && done_) done_ = write_file((folder_ / name).string(), text);
+    if (!text.empty() && done_) done_ = write_file((folder_ / name).string(), "", text);
   }
   void left_out(const std::string& what) { console_.note("left out: " + what); }
   void copy(const fs::path& file, const char* name) {

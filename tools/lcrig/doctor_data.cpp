@@ -88,8 +88,12 @@ Finding look_at_disk(const Database& db, std::int64_t now_unix_ns) {
   const double days = static_cast<double>(now_unix_ns - *first) / kDay_ns;
   if (*first == 0 || days < 1) return {"disk", Health::ok, words};
   const double left_days = free_bytes / (*bytes / days);
-  words += fmt::format(", which grew by {:.1f} MB a day: room for {:.0f} days", *bytes / days / 1e6,
-                       left_days);
+  constexpr double kMostDays = 3650;
+  const double MB = *bytes / days / 1e6;
+  words += fmt::format(", which grew by {} a day: room for {}",
+                       MB < 0.1 ? fmt::format("{:.3g} kB", MB * 1e3) : fmt::format("{:.1f} MB", MB),
+                       left_days > kMostDays ? std::string("more than ten years")
+                                             : fmt::format("{:.0f} days", left_days));
   return left_days < kDaysToAct ? Finding("disk", Health::warn, words, mend)
                                 : Finding("disk", Health::ok, words);
 }

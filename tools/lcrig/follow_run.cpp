@@ -67,9 +67,11 @@ class Follower {
       std::array<pollfd, 3> wanted{pollfd{client_.fd(), POLLIN, 0},
                                    pollfd{signals_.fd(), POLLIN, 0},
                                    pollfd{typing_ ? STDIN_FILENO : -1, POLLIN, 0}};
-      if (::poll(wanted.data(), wanted.size(), -1) < 0 && errno != EINTR) {
+      if (::poll(wanted.data(), wanted.size(), stop_ms()) < 0 && errno != EINTR) {
         return Failure(kFailed, std::strerror(errno), "");
       }
+      if (wanted[0].revents != 0) hint_at_.reset();
+      say_hint();
       if (wanted[1].revents != 0) {
         if (auto ok = on_signal(); !ok) return ok.error();
       }
@@ -81,6 +83,19 @@ class Follower {
     end.run = std::move(*ended_);
     end.interrupted = stops_ > 0;
     return end;
+  }
+
+  // Of a stop that nobody answers; -1: none waits.
+  int stop_ms() const {
+    if (!hint_at_) return -1;
+    const auto left = *hint_at_ - context_.clock.now();
+    const auto ms = std::chrono::ceil<std::chrono::milliseconds>(left).count();
+    return static_cast<int>(std::max<std::int64_t>(ms, 0));
+  }
+  void say_hint() {
+    if (!hint_at_ || context_.clock.now() < *hint_at_) return;
+    hint_at_.reset();
+    line_.say(kStopByHand);
   }
 
   Failure lost(Failure failure) const {
@@ -138,6 +153,7 @@ class Follower {
     line_.say(fmt::format("stopping the run, then its `finally` part; {} leaves it alone",
                           key ? "Ctrl-C again" : "a second SIGTERM"));
     const json params{{"why", key ? "Ctrl-C in lcrig run" : "SIGTERM to lcrig run"}};
+    hint_at_ = context_.clock.now() + context_.env.stop_hint_after;
     return client_.post("run.abort", params);
   }
 
@@ -175,6 +191,7 @@ class Follower {
   std::optional<RunOutcome> ended_;
   std::int64_t run_ = 0;
   int stops_ = 0;
+  std::optional<MonoTime> hint_at_;
   bool prompted_ = false;
   std::optional<OpenQuestion> question_;  // of the prompt; none: it is confirmed
   std::string typed_;  // since the last Enter

@@ -9,6 +9,7 @@
 #include "base/near_word.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
+#include "model/specimen_file.hpp"
 #include "tools/lcrig/did_you_mean.hpp"
 
 namespace lcrig::cli {
@@ -56,13 +57,17 @@ bool is_shipped(const LibraryPath& library, LibraryKind kind, const fs::path& pa
   });
 }
 
-Outcome<LibraryFile> load(const fs::path& path) {
+// A specimen says its own name, by which runs and reports call it; of a broken file that of the
+// file will do.
+Outcome<LibraryFile> load(LibraryKind kind, const fs::path& path) {
   LibraryFile file;
   file.name = path.stem().string();
   file.path = path;
   auto text = read_text_file(path.string());
   if (!text) return Failure(text.error(), "check the path");
   file.text = std::move(*text);
+  if (kind != LibraryKind::specimen) return file;
+  if (const auto specimen = parse_specimen(file.text, path.string())) file.name = specimen->name;
   return file;
 }
 
@@ -104,14 +109,14 @@ Outcome<std::optional<LibraryFile>> LibraryPath::find(LibraryKind kind,
                                  row_of(kind).noun, fs::path(what).stem().string()),
                      row_of(kind).list_command);
     }
-    auto file = load(what);
+    auto file = load(kind, what);
     if (!file) return file.error();
     return std::optional<LibraryFile>(std::move(*file));
   }
   for (const auto& folder : folders(kind)) {
     const auto path = folder / (what + ".json");
     if (!fs::is_regular_file(path, ignored) || !has_format(path, row_of(kind).format)) continue;
-    auto file = load(path);
+    auto file = load(kind, path);
     if (!file) return file.error();
     return std::optional<LibraryFile>(std::move(*file));
   }

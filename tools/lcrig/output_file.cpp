@@ -25,7 +25,16 @@ Result<> write_to(const std::string& path, const std::function<Result<>(int fd)>
 
 }  // namespace
 
-Outcome<void> write_file(const std::string& path, const std::function<Result<>(int fd)>& write) {
+Outcome<void> require_replaceable(const std::string& path, const char* mark) {
+  const auto replaceable = require_earlier_output(path, mark);
+  if (replaceable) return {};
+  return Failure(kFailed, "cannot write " + replaceable.error().what,
+                 "give the name of a new file, or remove that one yourself");
+}
+
+Outcome<void> write_file(const std::string& path, const char* mark,
+                         const std::function<Result<>(int fd)>& write) {
+  if (auto replaceable = require_replaceable(path, mark); !replaceable) return replaceable;
   struct ::stat present{};
   const bool exists = ::stat(path.c_str(), &present) == 0;
   Result<> done;
@@ -41,8 +50,8 @@ Outcome<void> write_file(const std::string& path, const std::function<Result<>(i
                  "give another file, in a folder that you may write to");
 }
 
-Outcome<void> write_file(const std::string& path, std::string_view content) {
-  return write_file(path, [&](int fd) { return write_text(fd, path, content); });
+Outcome<void> write_file(const std::string& path, const char* mark, std::string_view content) {
+  return write_file(path, mark, [&](int fd) { return write_text(fd, path, content); });
 }
 
 }  // namespace lcrig::cli

@@ -10,9 +10,18 @@
 
 namespace lcrig::cli {
 
-// As write_whole_file; a device or a pipe is written to. Failure: what the system said, naming the
-// file.
-Outcome<void> write_file(const std::string& path, const std::function<Result<>(int fd)>& write);
-Outcome<void> write_file(const std::string& path, std::string_view content);
+// What an output of each kind has at its beginning. Another file is not replaced by one.
+inline constexpr const char* kPageMark = "<meta name='generator' content='lcrig ";
+inline constexpr const char* kPictureMark = "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 ";
+inline constexpr const char* kTableMark = "run,specimen,protocol,simulated,exit_status,";
+
+// Failure: what is there would be lost (require_earlier_output).
+Outcome<void> require_replaceable(const std::string& path, const char* mark);
+
+// As write_whole_file; a device or a pipe is written to. Failure: as require_replaceable, or what
+// the system said, naming the file.
+Outcome<void> write_file(const std::string& path, const char* mark,
+                         const std::function<Result<>(int fd)>& write);
+Outcome<void> write_file(const std::string& path, const char* mark, std::string_view content);
 
 }  // namespace lcrig::cli

@@ -55,7 +55,11 @@ class Cli11Arguments final : public ArgumentList {
               const char* help) override {
     const auto parse = [names, take = std::move(take)](const std::string& text) {
       const auto value = number_from<double>(text);
-      if (!value) throw CLI::ValidationError(names, '"' + text + "\": expected a number");
+      if (!value) {
+        const auto comma = comma_words(text);
+        throw CLI::ValidationError(
+            names, '"' + text + "\": " + (comma.empty() ? "expected a number" : comma));
+      }
       take(*value);
     };
     app_.add_option_function<std::string>(names, parse, help)->option_text(metavar);
@@ -181,6 +185,13 @@ Outcome<Command*> Parser::find(const std::vector<std::string>& args) {
     return usage("a command is missing", "lcrig --help");
   }
   const auto& word = args[at];
+  if (word == "run" && at + 1 < args.size()) {  // a verb of `runs`
+    const auto meant = "runs " + args[at + 1];
+    if (std::ranges::any_of(all, [&](const auto& command) { return meant == command->name; })) {
+      return usage(fmt::format("unknown command 'run {}'; did you mean '{}'?", args[at + 1], meant),
+                   fmt::format("lcrig {} --help", meant));
+    }
+  }
   if (groups.contains(word)) return find_in_group(word, at, args);
   for (const auto& command : all) {
     if (word == command->name) return check_options(command.get(), args);
@@ -242,11 +253,33 @@ namespace {
 
 // A file, a socket, an anchor, a thing at the rig: nobody means an empty one. A note may be empty.
 bool names_something(std::string_view option) {
-  constexpr std::array kOptions{"--db",         "--socket",    "--config",  "--anchor",
-                                "--specimen",   "--probe",     "--fixture", "--batch",
-                                "--not-before", "--not-after", "--between", "--tag",
-                                "--to",         "--operator",  "--since",   "--bundle"};
+  constexpr std::array kOptions{"--db",      "--socket",  "--config", "--anchor",     "--specimen",
+                                "--probe",   "--fixture", "--batch",  "--not-before", "--not-after",
+                                "--between", "--tag",     "--to",     "--operator",   "--since",
+                                "--bundle",  "--output",  "-o",       "--csv",        "--svg"};
   return std::ranges::find(kOptions, option) != kOptions.end();
+}
+
+}  // namespace
+
+namespace {
+
+// The option that "-specimen" or "–specimen" (with the dash of a text program) means; "": none.
+std::string meant_option(const std::string& typed, const std::vector<std::string>& known) {
+  std::string_view name = std::string_view(typed).substr(0, typed.find('='));
+  if (name.starts_with("--")) return {};
+  if (name.starts_with('-')) {
+    name.remove_prefix(1);
+  } else {
+    std::string_view dash;
+    for (const std::string_view one : {"\u2013", "\u2014", "\u2212"}) {
+      if (name.starts_with(one)) dash = one;
+    }
+    if (dash.empty()) return {};
+    while (name.starts_with(dash)) name.remove_prefix(dash.size());
+  }
+  const auto meant = fmt::format("--{}", name);
+  return name.size() > 1 && std::ranges::find(known, meant) != known.end() ? meant : std::string();
 }
 
 }  // namespace
@@ -275,6 +308,11 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
       continue;
     }
     if (arg == "--") break;
+    if (const auto meant = meant_option(arg, option_names(sub)); !meant.empty()) {
+      return usage(fmt::format("lcrig {}: {} is no option; did you mean '{}'?", command->name,
+                               arg.substr(0, arg.find('=')), meant),
+                   fmt::format("lcrig {} --help", command->name));
+    }
     if (!arg.starts_with('-') || arg.size() < 2) continue;
     if (number_from<double>(arg)) continue;  // one below zero
     const auto* option = known_option(sub, arg);

@@ -19,6 +19,11 @@ struct ProcessEnv {
   std::filesystem::path daemon_socket = "/run/lcrig/control.sock";
   std::filesystem::path daemon_config = "/etc/lcrig/lcrigd.json";
   Duration daemon_patience = std::chrono::seconds(2);  // of commands that can do without a daemon
+  // Of who stops the frame: then they are told to do it by hand, and so long they wait for the
+  // daemon, whose frame confirms standstill first.
+  Duration stop_hint_after = std::chrono::milliseconds(1500);
+  Duration stop_patience = std::chrono::seconds(90);
+  Duration status_patience = std::chrono::seconds(10);  // of who looks; no instrument is asked
 
   std::optional<std::string> get(const char* name) const {
     return variable ? variable(name) : std::nullopt;

@@ -27,7 +27,9 @@ Outcome<ProtocolRequest> find_protocol(const LibraryPath& library, const std::st
   if (!text) {
     const bool readable = JsonDocument::parse(out.file.text, out.file.name).has_value();
     if (!readable) return file_refused(text.error());
-    Failure refused(text.error(), "give the number alone, in Hz");
+    const bool aperture = text.error().what.starts_with("aperture");
+    Failure refused(text.error(), aperture ? "give -p aperture=auto, or one that it lists"
+                                           : "give the number alone, in Hz");
     refused.code = kProtocol;
     return refused;
   }

@@ -9,6 +9,7 @@
 
 #include "daemon/control/queue_messages.hpp"
 #include "daemon/queue/pages.hpp"
+#include "storage/writer_lock.hpp"
 #include "tools/lcrig/run_database.hpp"
 
 namespace lcrig::cli {
@@ -64,11 +65,12 @@ Outcome<QueueSource> QueueSource::open(const Context& context) {
   auto chosen = context.database();
   if (!chosen) return chosen.error();
   std::error_code unknown;
-  if (!std::filesystem::exists(chosen->path, unknown)) return client.error();
+  const bool there = std::filesystem::exists(chosen->path, unknown);
+  if (!there && !unknown) return client.error();  // the system's word is better than silence
   auto db = open_runs(context);
   if (!db) return db.error();
   if (!get_queue_state(*db)) return client.error();  // of an lcrig that had no queue
-  return QueueSource(std::move(*db));
+  return QueueSource(std::move(*db), has_writer(chosen->path).value_or(false));
 }
 
 Outcome<json> QueueSource::list() {

@@ -26,10 +26,18 @@ class QueueSource {
   Outcome<nlohmann::json> show(std::int64_t entry);
   Outcome<nlohmann::json> history(std::optional<std::int64_t> entry, std::int64_t most);
   bool is_at_rest() const { return std::holds_alternative<Database>(from_); }
+  // Why the database was read.
+  const char* rest_words() const {
+    return written_ ? "as the database has it: the daemon that records into it was not reached; "
+                      "name its --socket"
+                    : "as the database has it: no daemon answers";
+  }
 
  private:
-  explicit QueueSource(std::variant<ControlClient, Database> from) : from_(std::move(from)) {}
+  explicit QueueSource(std::variant<ControlClient, Database> from, bool written = false)
+      : from_(std::move(from)), written_(written) {}
   std::variant<ControlClient, Database> from_;
+  bool written_ = false;  // a daemon has it open
 };
 
 }  // namespace lcrig::cli

@@ -23,15 +23,30 @@ std::optional<HourMinute> hour_minute(std::string_view text) {
   return HourMinute{*hour, *minute};
 }
 
+// "18:00", "18:00:03"
+std::optional<std::tm> time_of(std::string_view text) {
+  const auto minute = hour_minute(text.substr(0, 5));
+  if (!minute) return std::nullopt;
+  std::tm out{};
+  out.tm_hour = minute->hour;
+  out.tm_min = minute->minute;
+  if (text.size() == 5) return out;
+  const auto second =
+      text[5] == ':' && text.size() == 8 ? number_from<int>(text.substr(6)) : std::optional<int>();
+  if (!second || *second < 0 || *second > 59) return std::nullopt;
+  out.tm_sec = *second;
+  return out;
+}
+
 std::tm local(std::int64_t unix_s) {
   return fmt::localtime(static_cast<std::time_t>(unix_s));
 }
 
 // nullopt: mktime had to make another day of it.
-std::optional<std::int64_t> unix_of(std::tm wanted) {
+std::optional<std::int64_t> unix_of(std::tm wanted, bool utc = false) {
   const std::tm asked = wanted;
   wanted.tm_isdst = -1;
-  const std::time_t found = std::mktime(&wanted);
+  const std::time_t found = utc ? ::timegm(&wanted) : std::mktime(&wanted);
   if (found == -1 || wanted.tm_mday != asked.tm_mday || wanted.tm_mon != asked.tm_mon) return {};
   return static_cast<std::int64_t>(found);
 }
@@ -70,11 +85,27 @@ std::optional<std::int64_t> unix_time_of(std::string_view text, std::int64_t now
   auto day = day_of(text.substr(0, 10));
   if (!day) return std::nullopt;
   if (text.size() == 10) return unix_of(*day);
-  const auto time = hour_minute(text.substr(std::min<std::size_t>(11, text.size())));
+  const bool utc = text.ends_with('Z');
+  if (utc) text.remove_suffix(1);
+  const auto time = time_of(text.substr(std::min<std::size_t>(11, text.size())));
   if (!time || (text[10] != 'T' && text[10] != ' ')) return std::nullopt;
-  day->tm_hour = time->hour;
-  day->tm_min = time->minute;
-  return unix_of(*day);
+  day->tm_hour = time->tm_hour;
+  day->tm_min = time->tm_min;
+  day->tm_sec = time->tm_sec;
+  return unix_of(*day, utc);
+}
+
+std::optional<std::string> iso_day_of(std::string_view text) {
+  const auto first = text.find('.');
+  const auto second = first == text.npos ? first : text.find('.', first + 1);
+  if (second == text.npos) return std::nullopt;
+  const auto day = number_from<int>(text.substr(0, first));
+  const auto month = number_from<int>(text.substr(first + 1, second - first - 1));
+  const auto year = number_from<int>(text.substr(second + 1));
+  if (!day || !month || !year || *day < 1 || *month < 1 || *year < 1970) return std::nullopt;
+  auto iso = fmt::format("{:04}-{:02}-{:02}", *year, *month, *day);
+  const auto found = day_of(iso);
+  return found && unix_of(*found) ? std::optional(std::move(iso)) : std::nullopt;
 }
 
 bool is_day_window(std::string_view text) {

@@ -30,6 +30,31 @@ Result<> write_it(const std::string& path) {
   return write_whole_file(path, "new");
 }
 
+TEST(EarlierOutput, AloneIsReplaced) {
+  const TempDir dir;
+  const auto is_replaceable = [&dir](const char* name) {
+    return require_earlier_output(dir.file(name), "<svg our").has_value();
+  };
+  std::ofstream(dir.file("empty.svg"));
+  std::ofstream(dir.file("ours.svg")) << "<?xml?>\n<svg ours/>";
+  std::ofstream(dir.file("theirs.svg")) << "<svg theirs/>";
+  std::ofstream(dir.file("deep.svg")) << std::string(5000, ' ') << "<svg ours/>";
+  std::ofstream(dir.file("a.db")) << "SQLite format 3\0<svg ours/>";
+  std::ofstream(dir.file("a.db.lock"));
+  std::filesystem::create_symlink("a.db", dir.file("link.svg"));
+  std::filesystem::create_symlink("a.db.lock", dir.file("lock.svg"));
+  std::filesystem::create_hard_link(dir.file("a.db"), dir.file("hard.svg"));
+  for (const char* may : {"new.svg", "empty.svg", "ours.svg", "."}) {
+    EXPECT_TRUE(is_replaceable(may)) << may;
+  }
+  for (const char* lost :
+       {"theirs.svg", "deep.svg", "a.db", "a.db.lock", "link.svg", "lock.svg", "hard.svg"}) {
+    EXPECT_FALSE(is_replaceable(lost)) << lost;
+  }
+  EXPECT_EQ(require_earlier_output(dir.file("a.db"), "x").error().what,
+            dir.file("a.db") + ": is of a database, which would be lost");
+}
+
 TEST(WholeFile, ReplacesTheOldOne) {
   const TempDir dir;
   std::ofstream(dir.file("a.csv")) << "older and longer";

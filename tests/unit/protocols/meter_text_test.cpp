@@ -70,9 +70,12 @@ TEST(MeterText, WhatIsNoFrequencyIsRefused) {
   ASSERT_FALSE(changed);
   EXPECT_THAT(changed.error().what, HasSubstr("is no number"));
   ParameterValues word{{"aperture", "quick"}};
-  const auto parsed = parse_protocol(with_meter_values(kText, "look", word).value(), "look");
-  ASSERT_FALSE(parsed);
-  EXPECT_THAT(parsed.error().what, HasSubstr("/sample/lcr/aperture"));
+  const auto refused = with_meter_values(kText, "look", word);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().what, "aperture: \"quick\", expected one of fast, medium, slow, auto");
+  ParameterValues comma{{"frequency_Hz", "1,5"}};
+  EXPECT_EQ(with_meter_values(kText, "look", comma).error().what,
+            "frequency_Hz: \"1,5\": a decimal number is written with a point: 1.5");
 }
 
 }  // namespace

@@ -179,6 +179,14 @@ class Anchors : public testing::Test {
   Anchor anchor_;
 };
 
+TEST_F(Anchors, AStoredOneThatWasChangedIsNotCalledACut) {
+  tamper(db_, "UPDATE run_anchor SET sha256 = zeroblob(32)");
+  const auto report = verify_chain(db_, kRun).value();
+  EXPECT_FALSE(report.intact);
+  EXPECT_THAT(report.finding,
+              HasSubstr("the anchor that was stored at the end of the run is another"));
+}
+
 TEST_F(Anchors, EveryCutIsFound) {
   db_ = Database();  // closed: the file alone is the whole database
   int found = 0, found_by_anchor = 0;

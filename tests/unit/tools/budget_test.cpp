@@ -197,6 +197,15 @@ TEST_F(BudgetCommand, PictureIsWellFormedAndMarksTheFront) {
 }
 
 // The analysis would note that it cannot tell a drift: the plan says so before the run.
+TEST_F(BudgetCommand, PictureReplacesNothingButAnEarlierOne) {
+  const std::string file = cli.dir.file("mine.svg");
+  std::ofstream(file) << "<svg xmlns='x'>mine</svg>";
+  EXPECT_EQ(cli.run({"budget", "static-frame", "--specimen", "paper-1", "--svg", file}),
+            cli::kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("mine.svg: holds something else, which would be lost"));
+  EXPECT_EQ(std::filesystem::file_size(file), 25U);
+}
+
 TEST_F(BudgetCommand, PlanSaysWhenNoRestsTellADrift) {
   const auto assumed = [this](const char* protocol) {
     EXPECT_EQ(cli.run({"protocol", "plan", protocol, "--specimen", "paper-1"}), 0) << cli.err.str();

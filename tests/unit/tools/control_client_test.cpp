@@ -233,6 +233,8 @@ TEST_F(Served, ARunThatACrashLeftIsNamedAndOffered) {
   on_server([&] { handler.state.resumable = {left}; });
   EXPECT_EQ(cli.run({"status"}), 0);
   EXPECT_THAT(cli.out.str(), HasSubstr("run 12, creep on paper-1, in step load; lcrig resume 12"));
+  EXPECT_EQ(cli.run({"status", "--socket", path}), 0);
+  EXPECT_THAT(cli.out.str(), HasSubstr("lcrig resume 12 --socket " + path + " continues it"));
   EXPECT_EQ(cli.run({"resume"}), 0) << cli.err.str();
   EXPECT_THAT(cli.out.str(), HasSubstr("run 13 continues run 12, creep on paper-1, in step load"));
   EXPECT_THAT(cli.err.str(), HasSubstr("lcrig confirm"));

@@ -47,6 +47,22 @@ TEST_F(Lookup, DataFolderFirstThenSourceTreeThenInstalled) {
   EXPECT_EQ(library().list(LibraryKind::protocol).size(), 1U);
 }
 
+// By this name runs are found again, reports are titled, and the queue knows what is on the rig.
+TEST_F(Lookup, ASpecimenOfAFileIsCalledAsItSaysItself) {
+  std::ifstream in("model/library/paper-1.json");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string file = cli.dir.file("stackX.json"), broken = cli.dir.file("broken.json");
+  std::ofstream(file) << text;
+  std::ofstream(broken) << "{";
+  EXPECT_EQ(library().find(LibraryKind::specimen, file).value()->name, "paper-1");
+  EXPECT_EQ(library().find(LibraryKind::specimen, broken).value()->name, "broken");
+  cli.add_data("specimens/stackY.json", text);
+  EXPECT_EQ(library().find(LibraryKind::specimen, "stackY").value()->name, "paper-1");
+  cli.add_data("protocols/press.json", "{}");
+  EXPECT_EQ(cli.run({"rehearse", "press", "--specimen", file}), 0) << cli.err.str();
+  EXPECT_EQ(support::FakeRehearsal::last.specimen_name, "paper-1");
+}
+
 TEST_F(Lookup, ABuildTreeFindsWhatShipsInItsSources) {
   const std::filesystem::path build = cli.dir.file("build");
   cli.env.executable = build / "bin/lcrig";

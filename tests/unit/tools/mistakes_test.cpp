@@ -16,8 +16,10 @@
 #include <fstream>
 #include <iomanip>
 #include <iterator>
+#include <map>
 #include <set>
 #include <sstream>
+#include <tuple>
 
 #include "base/doc_page.hpp"
 #include "daemon/config.hpp"
@@ -227,6 +229,42 @@ std::string transcript(const fs::path& theme, int& commands, int& proposals) {
   }
   proposals += desk.tried;
   return out;
+}
+
+// "-p speed_mm_s=0.27, -p force_N=1.4)": the values by name.
+std::map<std::string, std::string> proposed_parameters(const std::string& answer) {
+  std::map<std::string, std::string> out;
+  for (auto at = answer.find("-p "); at != answer.npos; at = answer.find("-p ", at + 1)) {
+    const auto equals = answer.find('=', at);
+    const auto end = answer.find_first_of(",)\n", at);
+    if (equals < end)
+      out[answer.substr(at + 3, equals - at - 3)] = answer.substr(equals + 1, end - equals - 1);
+  }
+  out.erase("NAME");
+  return out;
+}
+
+TEST(Mistakes, AParameterThatAPlanProposesIsAccepted) {
+  Desk desk;
+  for (const auto& [protocol, name, value] : {std::tuple("dynamic-cycles", "speed_mm_s", "1"),
+                                              std::tuple("dynamic-cycles", "force_N", "2"),
+                                              std::tuple("dynamic-cycles", "force_N", "1.5"),
+                                              std::tuple("static-frame", "force_limit_N", "0.1"),
+                                              std::tuple("static-frame", "to_kPa", "300")}) {
+    std::map<std::string, std::string> values{{name, value}};
+    const auto plan = [&] {
+      std::vector<std::string> words{"protocol", "plan", protocol};
+      for (const auto& [key, v] : values) words.insert(words.end(), {"-p", key + "=" + v});
+      return desk.answer_of(words);
+    };
+    const std::string refused = plan();
+    SCOPED_TRACE(refused);
+    EXPECT_TRUE(refused.starts_with("exit 6"));
+    const auto proposed = proposed_parameters(refused);
+    EXPECT_FALSE(proposed.empty());
+    for (const auto& [key, v] : proposed) values[key] = v;
+    EXPECT_THAT(plan(), testing::StartsWith("exit 0"));
+  }
 }
 
 TEST(Mistakes, AreAnsweredAsTheCorpusSays) {

@@ -210,6 +210,48 @@ TEST_F(Report, TableHasOneRowARun) {
   EXPECT_THAT(text, HasSubstr(fmt::format(",{:.5f},0.00767,", analysis(1).c0.value())));
 }
 
+TEST_F(Report, IsWrittenOverNothingButAnEarlierOne) {
+  const std::string copy = cli.dir.file("copy.db"), mine = cli.dir.file("mine.html");
+  std::filesystem::copy_file(db, copy);
+  const std::string database = read(copy);
+  const std::string link = cli.dir.file("link.html");
+  std::filesystem::create_symlink(copy, link);
+  std::ofstream(mine) << "<!DOCTYPE html>\n<title>mine</title>";
+  const std::string csv = cli.dir.file("results.csv");
+  for (const std::vector<std::string>& output : {std::vector<std::string>{"-o", copy},
+                                                 {"-o", link},
+                                                 {"-o", mine},
+                                                 {"-o", file, "--csv", copy},
+                                                 {"-o", file, "--csv", mine}}) {
+    std::vector<std::string> words{"--db", copy, "report", "1"};
+    words.insert(words.end(), output.begin(), output.end());
+    EXPECT_EQ(cli.run(words), cli::kFailed) << output.back();
+    EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("cannot write " + output.back()),
+                                     HasSubstr("which would be lost"), HasSubstr("next: give")));
+  }
+  EXPECT_EQ(read(copy), database);
+  EXPECT_EQ(read(mine), "<!DOCTYPE html>\n<title>mine</title>");
+  EXPECT_FALSE(std::filesystem::exists(file)) << "neither of the two is written";
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(cli.run({"--db", copy, "report", "1", "-o", file, "--csv", csv}), 0) << cli.err.str();
+  }
+  EXPECT_EQ(cli.run({"--db", copy, "report", "1", "-o", file, "--csv", file}), cli::kUsage);
+  EXPECT_THAT(cli.err.str(), HasSubstr("the page and --csv are one file"));
+}
+
+// Run 1 of another database is another run.
+TEST_F(Report, UnderTheDefaultNameReplacesThatOfTheSameRunsOnly) {
+  const auto home = std::filesystem::current_path();
+  std::filesystem::current_path(cli.dir.path());
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(cli.run({"--db", db, "report", "1"}), 0) << cli.err.str();
+  std::filesystem::rename("report-1.html", "report-2.html");
+  EXPECT_EQ(cli.run({"--db", db, "report", "2"}), cli::kFailed);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("report-2.html is about another run"),
+                                   HasSubstr("-o report-2-new.html")));
+  EXPECT_EQ(cli.run({"--db", db, "report", "2", "-o", "report-2.html"}), 0) << cli.err.str();
+  std::filesystem::current_path(home);
+}
+
 TEST_F(Report, MixedRunsAreMarked) {
   auto opened = open_read_only(db);
   ASSERT_TRUE(opened);

@@ -177,6 +177,24 @@ TEST_F(Runs, AreNotLookedForByWhatIsNoDayOrNoStatus) {
   EXPECT_THAT(cli.err.str(), HasSubstr("success"));
 }
 
+TEST_F(Runs, ThatNobodyHasAreMissedByName) {
+  EXPECT_EQ(cli.run({"runs", "--specimen", "paper1"}), kOk);
+  EXPECT_THAT(cli.err.str(),
+              HasSubstr("--specimen paper1: no run has it; did you mean 'paper-1'?"));
+  EXPECT_EQ(cli.run({"runs", "--operator", "Bob", "--json"}), kOk);
+  EXPECT_EQ(cli.out.str(), "{\"runs\":[]}\n");
+  EXPECT_THAT(cli.err.str(), HasSubstr("--operator Bob: no run has it\n"));
+  EXPECT_EQ(cli.run({"runs", "--specimen", "paper-1", "--status", "success"}), kOk);
+  EXPECT_EQ(cli.err.str(), "") << "there are some, which ended otherwise";
+}
+
+TEST_F(Runs, AreFoundByTheTimeThatTheListShows) {
+  EXPECT_EQ(cli.run({"runs", "--since", "2026-01-01T00:00:00Z"}), kOk) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), HasSubstr("press"));
+  EXPECT_EQ(cli.run({"runs", "--since", "2099-01-01T00:00:00Z"}), kOk) << cli.err.str();
+  EXPECT_THAT(cli.out.str(), Not(HasSubstr("press")));
+}
+
 TEST_F(Runs, AreShownWithTheirNotes) {
   ASSERT_EQ(cli.run({"runs", "note", "1", "probe was dusty"}), 0) << cli.err.str();
   ASSERT_EQ(cli.run({"runs", "show", "1", "--json"}), 0) << cli.err.str();
@@ -202,7 +220,7 @@ TEST_F(Runs, WithoutAnEndAreCutOffUnlessTheyGoOn) {
 TEST_F(Runs, ThatGoOnTakeNoNote) {
   const auto lock = record_the_second();
   EXPECT_EQ(cli.run({"runs", "note", "last", "x"}), kFailed);
-  EXPECT_THAT(cli.err.str(), HasSubstr("still going on"));
+  EXPECT_THAT(cli.err.str(), HasSubstr("somebody records into it"));
 }
 
 TEST_F(Runs, ThatDoNotExistAreRefusedByEveryCommand) {

@@ -39,6 +39,26 @@ TEST(UnixTimeOf, ADayMayHaveATime) {
   EXPECT_EQ(shown(unix_time_of("2026-11-24", kNow).value(), "%Y-%m-%d %H:%M"), "2026-11-24 00:00");
 }
 
+TEST(UnixTimeOf, TakesWhatRunsPrints) {
+  EXPECT_EQ(unix_time_of("2026-01-01T00:00:03Z", kNow), 1'767'225'603);
+  EXPECT_EQ(unix_time_of("2026-01-01 00:00Z", kNow), 1'767'225'600);
+  EXPECT_EQ(shown(unix_time_of("2026-11-24 06:30:07", kNow).value(), "%Y-%m-%d %H:%M:%S"),
+            "2026-11-24 06:30:07");
+  for (const char* text : {"2026-01-01Z", "2026-01-01T00:00:60Z", "2026-01-01T00:00:3Z", "00:00Z",
+                           "2026-01-01T00:00:03+01:00", "2026-01-01T00:00:", "Z"}) {
+    EXPECT_FALSE(unix_time_of(text, kNow)) << text;
+  }
+}
+
+TEST(IsoDayOf, ReadsADayWithPoints) {
+  EXPECT_EQ(iso_day_of("24.11.2026"), "2026-11-24");
+  EXPECT_EQ(iso_day_of("1.2.2026"), "2026-02-01");
+  for (const char* text :
+       {"", "24.11.", "31.2.2026", "2026-11-24", "24.11.26", "a.b.c", "0.1.2026"}) {
+    EXPECT_FALSE(iso_day_of(text)) << text;
+  }
+}
+
 TEST(UnixTimeOf, WhatIsNoTimeIsNone) {
   for (const char* text : {"", "6:30", "24:00", "22:60", "tomorrow", "2026-02-30", "2026-13-01",
                            "2026-11-24 ", "2026-11-24 6:30", "2026-11-24x06:30", "2026/11/24"}) {

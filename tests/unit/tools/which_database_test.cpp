@@ -7,6 +7,7 @@
 
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
+#include "storage/writer_lock.hpp"
 #include "tests/unit/tools/served.hpp"
 #include "tools/lcrig/control_client.hpp"
 
@@ -87,6 +88,33 @@ TEST_F(ServedRuns, AreNotedByTheDaemonAndOtherFilesDirectly) {
   EXPECT_EQ(get_run_notes(db, 1).value().at(0).text, "mine");
 }
 
+// The daemon at another socket, or one that hangs, holds the lock.
+TEST_F(ServedRuns, OfAFileThatSomebodyRecordsIntoAreNotNotedBesideHim) {
+  const auto lock = WriterLock::acquire(other);
+  ASSERT_TRUE(lock);
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"runs", "note", "1", "mine"}, {"runs", "tag", "1", "mine"}}) {
+    auto line = words;
+    line.insert(line.end(), {"--db", other});
+    EXPECT_EQ(cli.run(line), cli::kFailed);
+    EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("somebody records into it"),
+                                     HasSubstr("next: name its daemon instead: --socket")));
+  }
+  EXPECT_EQ(cli.run({"runs", "show", "1", "--db", other}), 0) << "reading is free";
+}
+
+// Its daemon is at another socket.
+TEST_F(ServedRuns, OfAFileThatSomebodyRecordsIntoHaveAQueueThatHeKnowsBetter) {
+  cli.env.daemon_socket = cli.dir.file("none.sock");
+  EXPECT_EQ(cli.run({"queue", "list", "--db", other}), 0) << cli.err.str();
+  EXPECT_THAT(cli.err.str(), HasSubstr("no daemon answers"));
+  const auto lock = WriterLock::acquire(other);
+  ASSERT_TRUE(lock);
+  EXPECT_EQ(cli.run({"queue", "list", "--db", other}), 0) << cli.err.str();
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("was not reached; name its --socket"),
+                                   Not(HasSubstr("no daemon answers"))));
+}
+
 TEST_F(ServedRuns, AreMadeOnlyInTheDatabaseThatTheDaemonHas) {
   cli.add_data("protocols/press.json", "{}");
   using Line = std::vector<std::string>;
@@ -150,6 +178,8 @@ class Deaf : public ::testing::Test {
     cli.env.daemon_socket = path;
     cli.env.daemon_db = cli.dir.file("default.db");
     cli.env.daemon_patience = std::chrono::milliseconds(50);
+    cli.env.stop_hint_after = cli.env.status_patience = std::chrono::milliseconds(30);
+    cli.env.stop_patience = std::chrono::milliseconds(90);
     ASSERT_TRUE(open_read_write(cli.env.daemon_db));
   }
   void TearDown() override { ::close(fd); }
@@ -170,6 +200,66 @@ TEST_F(Deaf, DaemonsDoNotHoldAReadingCommandUp) {
     if (client) queue.push_back(std::move(*client));
   }
   EXPECT_THAT(cli.err.str(), HasSubstr("it takes nothing")) << "the queue is full by now";
+}
+
+// A person waits at the frame.
+TEST_F(Deaf, DaemonsLeaveTheEmergencyStopToWhoWantsToStop) {
+  std::vector<cli::ControlClient> queue;
+  for (int i = 0; i < 3; ++i) {
+    for (const std::vector<std::string>& words : {std::vector<std::string>{"abort"},
+                                                  {"freeze"},
+                                                  {"pause"},
+                                                  {"stop", "--after", "level"},
+                                                  {"stop", "--after", "run"}}) {
+      EXPECT_EQ(cli.run(words), cli::kUnreachable) << words[0];
+      const std::string said = cli.err.str();
+      EXPECT_THAT(said, AllOf(HasSubstr("no answer yet: if the frame moves, stop it at the machine "
+                                        "(E-stop)\n"),
+                              HasSubstr("next: if the frame moves: stop it at the machine")));
+      EXPECT_EQ(said.find("no answer yet"), said.rfind("no answer yet")) << "once";
+    }
+    auto client = cli::ControlClient::connect(path, cli.clock, std::chrono::milliseconds(20));
+    if (client) queue.push_back(std::move(*client));
+  }
+}
+
+TEST_F(Deaf, DaemonsAreToldOfByStatusBeforeLong) {
+  EXPECT_EQ(cli.run({"status"}), cli::kUnreachable);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("no answer in 0.03 s"),
+                                   HasSubstr("next: systemctl status lcrigd\n")));
+  EXPECT_NE(cli.run({"doctor"}), 0);
+  EXPECT_THAT(cli.out.str(), HasSubstr("no answer in 0.03 s"));
+}
+
+// A note is permanent, and must not go to another run of the same number.
+TEST_F(Deaf, DaemonsDatabasesAreNotReplacedByOthersInWriting) {
+  const std::string mine = cli.dir.file("mine.db"), specimen = cli.dir.file("mine.json");
+  cli.variables["LCRIG_DB"] = mine;  // of who names no daemon
+  for (const std::string& db : {mine, cli.env.daemon_db.string()}) {
+    auto made = open_read_write(db).value();
+    ASSERT_TRUE(insert_run(made, RunRow()));
+    ASSERT_TRUE(insert_run_end(made, 1, RunEnd()));
+  }
+  std::filesystem::copy_file("model/library/paper-1.json", specimen);
+  const auto expect_unwritten = [&](std::vector<std::string> options) {
+    for (const std::vector<std::string>& words :
+         {std::vector<std::string>{"runs", "note", "last", "spilled water"},
+          {"runs", "tag", "last", "wet"},
+          {"specimen", "add", specimen}}) {
+      auto line = words;
+      line.insert(line.end(), options.begin(), options.end());
+      EXPECT_EQ(cli.run(line), cli::kUnreachable) << cli.out.str();
+      EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("cannot reach the daemon at"),
+                                       HasSubstr("--db FILE"), Not(HasSubstr("uses "))));
+    }
+  };
+  expect_unwritten({"--socket", path});
+  expect_unwritten({"--socket", cli.dir.file("none.sock")});
+  cli.variables.erase("LCRIG_DB");
+  cli.env.daemon_db = cli.dir.file("no-daemon.db");
+  cli.variables["XDG_DATA_HOME"] = cli.dir.file("home");
+  expect_unwritten({});  // its socket is there
+  EXPECT_EQ(cli.run({"runs", "note", "last", "mine", "--db", mine}), 0) << cli.err.str();
 }
 
 TEST_F(Deaf, DaemonsAreNotMissedByThoseWhoNameAFile) {
