@@ -166,6 +166,7 @@ TEST_F(Report, OfABatchSaysWhichSlopesItsMeansAreOf) {
                           "paper-1,static-frame,2,8,10,1.5\n";
   const std::string runs = cli.dir.file("day.db");
   cli.add_data("protocols/static-frame.json", shipped("protocols/library/static-frame.json"));
+  cli.bench_rig = &bench_rig;
   cli.day = &rehearse_batch;
   ASSERT_EQ(cli.run({"rehearse", "--batch", table, "--db", runs}), 0) << cli.err.str();
   ASSERT_EQ(cli.run({"--db", runs, "report", "--batch", "day", "-o", file}), 0) << cli.err.str();
