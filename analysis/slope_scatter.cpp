@@ -164,6 +164,7 @@ std::optional<SlopeScatter> scatter_of_slope(const Scene& scene,
   SlopeScatter out;
   const auto lines = lines_of_repeats(range, line.slope);
   for (const LineFit& l : lines) out.slopes.push_back(line.slope + l.slope);
+  if (lines.empty()) out.slopes.push_back(line.slope);
   if (lines.size() >= 2) {
     out.of_slopes = out.error = error_of_slopes(lines);
     out.of_levels = pooled(range, whole_run, line.slope);
