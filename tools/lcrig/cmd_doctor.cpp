@@ -144,6 +144,8 @@ class DoctorCommand final : public Command {
     parts.database = *path;
     look_at_database(*db, findings);
     findings.push_back(look_at_disk(*db, context.clock.unix_ns()));
+    findings.push_back(look_at_plans(*db));
+    look_at_meter_settings(*db, findings);
     look_at_memory(machine, writer_of(*path), findings);
   }
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "storage/database.hpp"
+#include "storage/queue.hpp"
 #include "storage/runs.hpp"
 #include "tests/support/cli_fixture.hpp"
 
@@ -205,6 +206,50 @@ TEST_F(Doctor, ChecksPagesChainAndDisk) {
   Findings findings;
   look_at_database(*damaged, findings);
   EXPECT_EQ(findings.front().health, Health::bad);
+}
+
+TEST_F(Doctor, ComparesTheDiskWithThePlansOfTheQueue) {
+  const auto db = open_read_write(dir.file("rig.db")).value();
+  EXPECT_EQ(look_at_plans(db).health, Health::ok);
+  EXPECT_THAT(look_at_plans(db).what, HasSubstr("needs 0.0 MB, 67.1 MB have to stay free"));
+  QueuedRun waits;
+  waits.protocol_name = "creep";
+  waits.protocol_text = "protocol creep";
+  waits.specimen_name = "paper-1";
+  waits.specimen_text = "{}";
+  waits.plan_json = R"({"bytes":2500000})";
+  QueueActor who;
+  who.user = "lab";
+  ASSERT_TRUE(add_to_queue(db, std::vector{waits}, QueuePlace(), who));
+  EXPECT_THAT(look_at_plans(db).what, HasSubstr("needs 2.5 MB"));
+  waits.plan_json = R"({"bytes":4000000000000000000})";
+  ASSERT_TRUE(add_to_queue(db, std::vector{waits}, QueuePlace(), who));
+  EXPECT_EQ(look_at_plans(db).health, Health::bad);
+  EXPECT_THAT(look_at_plans(db).mend, HasSubstr("queue remove"));
+}
+
+TEST_F(Doctor, TellsTheSettingsOfTheLastRunWithInstruments) {
+  const auto db = open_read_write(dir.file("rig.db")).value();
+  Findings findings;
+  RunRow row;
+  row.simulated = true;
+  ASSERT_TRUE(insert_run(db, row));
+  look_at_meter_settings(db, findings);
+  EXPECT_TRUE(findings.empty()) << "nothing was read back from a meter";
+  row.simulated = false;
+  row.uuid.clear();
+  row.lcr_settings_json = R"({"function":"CPD","frequency_Hz":1000.0})";
+  ASSERT_TRUE(insert_run(db, row));
+  look_at_meter_settings(db, findings);
+  ASSERT_EQ(findings.size(), 2U);
+  EXPECT_EQ(worst_of(findings), Health::ok);
+  EXPECT_EQ(findings[0].what, "read back in run 2: frequency_Hz 1000.0, function CPD");
+  EXPECT_THAT(findings[1].what, HasSubstr("not known to lcrig"));
+  row.lcr_settings_json = "{}";
+  ASSERT_TRUE(insert_run(db, row));
+  findings.clear();
+  look_at_meter_settings(db, findings);
+  EXPECT_EQ(worst_of(findings), Health::warn);
 }
 
 class DoctorCommandLine : public ::testing::Test {
