@@ -111,11 +111,14 @@ TEST_F(Rig, ABundleOfARunHoldsNoMeasuredValueUnlessAsked) {
   client.wait_for("status", [](const json& s) { return s.value("lcr_readings", 0) > 3; });
   const auto bundled = [&](std::vector<std::string> options) {
     const std::string folder = file("bundle" + std::to_string(options.size()));
+    const std::string packed = folder + ".tar.gz";
     options.insert(options.begin(), {"doctor", "--socket", file("control.sock"), "--db",
-                                     file("lcrig.db"), "--bundle", folder});
+                                     file("lcrig.db"), "--bundle", packed});
     const Ended done = lcrig(options);
     EXPECT_THAT(done.out, testing::Not(HasSubstr("but this lcrig is")));
-    return json::parse(std::ifstream(folder + "/status.json"))["run"];
+    std::filesystem::create_directories(folder);
+    EXPECT_EQ(std::system(("tar -xzf " + packed + " -C " + folder).c_str()), 0);  // NOLINT
+    return json::parse(std::ifstream(folder + "/lcrig-doctor/status.json"))["run"];
   };
   const json bare = bundled({}), full = bundled({"--with-data"});
   EXPECT_EQ(bare.value("protocol", ""), "quick");

@@ -12,6 +12,7 @@
 #include "tools/lcrig/doctor.hpp"
 #include "tools/lcrig/doctor_bundle.hpp"
 #include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/without_values.hpp"
 
 namespace lcrig::cli {
 
@@ -48,14 +49,16 @@ class DoctorCommand final : public Command {
                 "lcrig doctor --ask") {}
   void declare(ArgumentList& list) override {
     list.flag("--ask", ask_, "Let the daemon ask both instruments who they are");
-    list.option("--bundle", bundle_, "DIR",
-                "Also make this folder for a bug report: versions, findings, config, journal");
-    list.flag("--with-data", with_data_, "Also a copy of the database, and the runs' wire logs");
+    list.option(
+        "--bundle", bundle_, "FILE",
+        "Also make this .tar.gz for a bug report: versions, findings, state, config, journal");
+    list.flag("--with-data", with_data_,
+              "With all that was measured: database, runs' wire logs, numbers in the journal");
   }
 
   Outcome<ExitCode> run(Context& context) override {
     if (with_data_ && bundle_.empty()) {
-      return Failure(kUsage, "--with-data is for --bundle DIR", "lcrig doctor --help");
+      return Failure(kUsage, "--with-data is for --bundle FILE", "lcrig doctor --help");
     }
     const Machine machine = real_machine();
     Findings findings;
@@ -100,7 +103,8 @@ class DoctorCommand final : public Command {
       answer = client->call("status", json::object(), patience);
     }
     if (!answer) return silent(answer.error());
-    parts.status_json = told(*answer).dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+    const json bundled = with_data_ ? *answer : status_without_values(*answer);
+    parts.status_json = bundled.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
     const auto status = parse_daemon_status(*answer);
     if (!status) return silent(Failure(status.error()));
     look_at_instruments(*status, findings);
@@ -109,16 +113,6 @@ class DoctorCommand final : public Command {
     return {"daemon", Health::warn,
             fmt::format("{}, but this lcrig is {}", words, program_version()),
             "sudo systemctl restart lcrigd, after the run"};
-  }
-
-  // For a bundle that may hold no measured value.
-  json told(json status) const {
-    if (with_data_ || !status.contains("run") || !status["run"].is_object()) return status;
-    for (const char* measured :
-         {"capacitance_pF", "secondary", "force_N", "travel_mm", "gap_mm", "pressure_kPa"}) {
-      status["run"].erase(measured);
-    }
-    return status;
   }
 
   static void look_at_rig(const Context& context, const Machine& machine, BundleParts& parts,
@@ -145,6 +139,8 @@ class DoctorCommand final : public Command {
     parts.database = *path;
     look_at_database(*db, findings);
     findings.push_back(look_at_disk(*db, context.clock.unix_ns()));
+    findings.push_back(look_at_plans(*db));
+    look_at_meter_settings(*db, findings);
     look_at_memory(machine, writer_of(*path), findings);
   }
 

@@ -19,6 +19,7 @@
 #include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
+#include "tools/lcrig/run_listing_line.hpp"
 #include "tools/lcrig/when.hpp"
 
 namespace lcrig::cli {
@@ -33,23 +34,7 @@ std::string dump(const json& value) {
 }
 
 json listing_json(const RunListing& r) {
-  json out{{"run", r.run},
-           {"uuid", r.uuid.empty() ? json(nullptr) : json(r.uuid)},
-           {"tags", r.tags},
-           {"protocol", r.protocol_name},
-           {"specimen", r.specimen_name},
-           {"operator", r.operator_name},
-           {"simulated", r.simulated},
-           {"started", format_utc(r.started_unix_ns)},
-           {"goes_on", r.goes_on},
-           {"reason", r.reason},
-           {"lcr_readings", r.lcr_readings},
-           {"frame_samples", r.frame_samples},
-           {"levels", r.levels},
-           {"events", r.events}};
-  out["exit_status"] = r.exit_status ? json(to_string(*r.exit_status)) : json(nullptr);
-  out["ended"] = r.ended_unix_ns ? json(format_utc(*r.ended_unix_ns)) : json(nullptr);
-  return out;
+  return json::parse(run_listing_line(r));
 }
 
 std::string remarks(const RunListing& r) {
@@ -69,12 +54,11 @@ void print_table(std::ostream& out, const std::vector<RunListing>& runs) {
   }
 }
 
-// As one JSON value of all runs would be printed, which takes twice as long to make.
 void print_list(std::ostream& out, const std::vector<RunListing>& runs) {
   out << R"({"runs":[)";
   for (const auto& r : runs) {
     if (&r != runs.data()) out << ',';
-    out << json_line(listing_json(r));
+    out << run_listing_line(r);
   }
   out << "]}\n";
 }

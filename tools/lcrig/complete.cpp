@@ -189,7 +189,8 @@ void Completion::add_values(const Argument& a) {
     add_library(LibraryKind::protocol);
   } else if (value == "FILE" || value == "PATH") {
     // Options that every command has may stand before it.
-    const bool database = typed_.command != nullptr && typed_.command->name == "backup";
+    const std::string_view command = typed_.command == nullptr ? "" : typed_.command->name;
+    const bool database = command == "backup";
     candidates_.files = a.option || database ? "file" : "json";
   } else if (value == "BACKUP") {
     candidates_.files = "file";

@@ -63,6 +63,10 @@ void look_at_instruments(const DaemonStatus& status, Findings& findings);
 // The data.
 void look_at_database(const Database& db, Findings& findings);
 Finding look_at_disk(const Database& db, std::int64_t now_unix_ns);
+// Room for the plans of all that waits in the queue.
+Finding look_at_plans(const Database& db);
+// The meter's, as it was read back in the last run with instruments; nothing without such a run.
+void look_at_meter_settings(const Database& db, Findings& findings);
 // Process that holds the writer's lock; nullopt: none, or it cannot be told.
 std::optional<int> writer_of(const std::string& database);
 

@@ -7,13 +7,18 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include "base/program_version.hpp"
 #include "base/strict_json.hpp"
+#include "base/whole_file.hpp"
 #include "storage/backup.hpp"
 #include "tools/lcrig/output_file.hpp"
+#include "tools/lcrig/tarball.hpp"
+#include "tools/lcrig/without_values.hpp"
 
 namespace lcrig::cli {
 
@@ -45,6 +50,29 @@ std::vector<fs::path> newest_logs(const std::string& directory, bool of_runs) {
   return out;
 }
 
+// A folder that goes away again with all that is in it.
+class ScratchFolder {
+ public:
+  static Outcome<ScratchFolder> beside(const std::string& file) {
+    std::string name = file + ".XXXXXX";
+    if (::mkdtemp(name.data()) == nullptr) {
+      return Failure(kFailed, fmt::format("{}: {}", file, std::strerror(errno)), "");
+    }
+    return ScratchFolder(std::move(name));
+  }
+  ScratchFolder(ScratchFolder&& other) noexcept : path_(std::exchange(other.path_, {})) {}
+  ScratchFolder& operator=(ScratchFolder&&) = delete;
+  ~ScratchFolder() {
+    std::error_code left;
+    if (!path_.empty()) fs::remove_all(path_, left);
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  explicit ScratchFolder(std::string path) : path_(std::move(path)) {}
+  std::string path_;
+};
+
 class Bundle {
  public:
   Bundle(Console& console, fs::path folder) : console_(console), folder_(std::move(folder)) {}
@@ -67,14 +95,8 @@ class Bundle {
   Outcome<void> done_;
 };
 
-}  // namespace
-
-Outcome<void> write_bundle(Console& console, const Machine& machine, const std::string& folder,
-                           const BundleParts& parts) {
-  if (::mkdir(folder.c_str(), 0700) != 0) {
-    return Failure(kFailed, fmt::format("{}: {}", folder, std::strerror(errno)),
-                   "name a folder that is not there yet");
-  }
+Outcome<void> fill(Console& console, const Machine& machine, const fs::path& folder,
+                   const BundleParts& parts) {
   Bundle bundle(console, folder);
   bundle.text("versions.txt", versions());
   bundle.text("doctor.json", parts.findings_json);
@@ -83,7 +105,7 @@ Outcome<void> write_bundle(Console& console, const Machine& machine, const std::
   const auto journal =
       machine.output({"journalctl", "-u", "lcrigd", "-n", "5000", "--no-pager", "-o", "short-iso"});
   if (journal) {
-    bundle.text("journal.txt", *journal);
+    bundle.text("journal.txt", parts.with_data ? *journal : journal_without_numbers(*journal));
   } else {
     bundle.left_out("the journal: systemd is not there, or you are not in group systemd-journal");
   }
@@ -91,10 +113,39 @@ Outcome<void> write_bundle(Console& console, const Machine& machine, const std::
     bundle.copy(log, log.filename().c_str());
   }
   if (parts.with_data && !parts.database.empty()) {
-    const auto copied = copy_database(parts.database, (fs::path(folder) / "lcrig.db").string());
+    const auto copied = copy_database(parts.database, (folder / "lcrig.db").string());
     if (!copied) bundle.left_out(copied.error().what);
   }
   return std::move(bundle).result();
+}
+
+}  // namespace
+
+Outcome<void> write_bundle(Console& console, const Machine& machine, const std::string& file,
+                           const BundleParts& parts) {
+  constexpr const char* kFolder = "lcrig-doctor";
+  std::error_code unknown;
+  if (fs::exists(fs::symlink_status(file, unknown))) {
+    return Failure(kFailed, fmt::format("{}: {}", file, std::strerror(EEXIST)),
+                   "name a file that is not there yet");
+  }
+  auto packed = PartFile::create(file);
+  if (!packed) return Failure(packed.error());
+  ::fchmod(packed->fd(), 0600);
+  auto scratch = ScratchFolder::beside(file);
+  if (!scratch) return scratch.error();
+  const fs::path folder = fs::path(scratch->path()) / kFolder;
+  if (::mkdir(folder.c_str(), 0700) != 0) {
+    return Failure(kFailed, fmt::format("{}: {}", file, std::strerror(errno)), "");
+  }
+  if (auto filled = fill(console, machine, folder, parts); !filled) return filled;
+  if (auto done = pack_folder(scratch->path(), kFolder, packed->fd()); !done) {
+    done.error().what = fmt::format("{}: {}", file, done.error().what);
+    return done;
+  }
+  auto named = packed->put_new();
+  if (!named) return Failure(named.error(), "name a file that is not there yet");
+  return {};
 }
 
 }  // namespace lcrig::cli

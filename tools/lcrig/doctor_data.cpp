@@ -3,11 +3,15 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "base/doc_page.hpp"
 #include "base/text.hpp"
 #include "storage/chain.hpp"
+#include "storage/queue.hpp"
+#include "storage/room.hpp"
 #include "storage/writer_lock.hpp"
+#include "tools/lcrig/console.hpp"
 #include "tools/lcrig/doctor.hpp"
 
 namespace lcrig::cli {
@@ -43,6 +47,21 @@ Finding look_at_pages(const Database& db, double bytes) {
   return {"database", Health::bad,
           fmt::format("{}: damaged: {}", printable(db.path()), printable(words->value_or(""))),
           "stop lcrigd, and restore a backup: lcrig restore --help"};
+}
+
+// "frequency_Hz 1000.0, level_V 1.0"; empty: nothing is in it.
+std::string listed(const std::string& object) {
+  using nlohmann::json;
+  const json all = json::parse(object, nullptr, false);
+  std::string out;
+  if (!all.is_object()) return out;
+  for (const auto& [key, value] : all.items()) {
+    const auto words = value.is_string()
+                           ? value.get<std::string>()
+                           : value.dump(-1, ' ', false, json::error_handler_t::replace);
+    out += fmt::format("{}{} {}", out.empty() ? "" : ", ", key, words);
+  }
+  return printable(out, kLongestWords);
 }
 
 }  // namespace
@@ -96,6 +115,69 @@ Finding look_at_disk(const Database& db, std::int64_t now_unix_ns) {
                                              : fmt::format("{:.0f} days", left_days));
   return left_days < kDaysToAct ? Finding("disk", Health::warn, words, mend)
                                 : Finding("disk", Health::ok, words);
+}
+
+Finding look_at_plans(const Database& db) {
+  const auto has_queue =
+      db.integer("SELECT count(*) FROM sqlite_master WHERE name = 'queue_entry'");
+  if (!has_queue) return unreadable(has_queue.error());
+  std::int64_t planned = 0;  // a file of an older lcrig has no queue
+  if (*has_queue > 0) {
+    const auto bytes = planned_bytes(db);
+    if (!bytes) return unreadable(bytes.error());
+    planned = *bytes;
+  }
+  std::error_code unknown;
+  const auto folder = std::filesystem::absolute(db.path(), unknown).parent_path();
+  const auto space = std::filesystem::space(folder, unknown);
+  if (unknown) {
+    return {"disk for plans", Health::warn, "the free space is not known", "df -h"};
+  }
+  const double needed = static_cast<double>(planned) + static_cast<double>(kStaysFree_bytes);
+  const auto words = fmt::format(
+      "what waits in the queue needs {:.1f} MB, {:.1f} MB have to stay free, {:.1f} MB are free",
+      static_cast<double>(planned) / 1e6, static_cast<double>(kStaysFree_bytes) / 1e6,
+      static_cast<double>(space.available) / 1e6);
+  if (static_cast<double>(space.available) >= needed) {
+    return {"disk for plans", Health::ok, words};
+  }
+  return {"disk for plans", Health::bad, words,
+          "free some space, or take entries out: lcrig queue remove --help; " +
+              doc_page("lab-setup") + ", \"Backup, and room on the disk\""};
+}
+
+void look_at_meter_settings(const Database& db, Findings& findings) {
+  struct Last {
+    std::int64_t run;
+    std::string settings, correction;
+  };
+  const auto last = db.first(
+      "SELECT id, lcr_settings_json, correction_json FROM run WHERE simulated = 0"
+      " ORDER BY id DESC LIMIT 1",
+      [](const Statement& row) {
+        return Last{row.integer(0), std::string(row.text(1)), std::string(row.text(2))};
+      });
+  if (!last) {
+    findings.push_back(unreadable(last.error()));
+    return;
+  }
+  if (!*last) return;
+  const auto& [run, settings, correction] = **last;
+  const auto read_back = listed(settings);
+  if (read_back.empty()) {
+    findings.emplace_back("meter settings", Health::warn,
+                          fmt::format("run {} has none that can be read", run),
+                          fmt::format("lcrig verify {}", run));
+  } else {
+    findings.emplace_back("meter settings", Health::ok,
+                          fmt::format("read back in run {}: {}", run, read_back));
+  }
+  const auto corrected = listed(correction);
+  findings.emplace_back(
+      "correction", Health::ok,
+      corrected.empty() ? "open and short correction are not known to lcrig, nor how old they are:"
+                          " look at the meter's CORR page"
+                        : fmt::format("stored with run {}: {}", run, corrected));
 }
 
 std::optional<int> writer_of(const std::string& database) {

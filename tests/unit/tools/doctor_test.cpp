@@ -7,9 +7,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/whole_file.hpp"
 #include "storage/database.hpp"
+#include "storage/queue.hpp"
 #include "storage/runs.hpp"
 #include "tests/support/cli_fixture.hpp"
+#include "tools/lcrig/doctor_bundle.hpp"
+#include "tools/lcrig/tarball.hpp"
+#include "tools/lcrig/without_values.hpp"
 
 namespace lcrig::cli {
 namespace {
@@ -209,6 +214,50 @@ TEST_F(Doctor, ChecksPagesChainAndDisk) {
   EXPECT_EQ(findings.front().health, Health::bad);
 }
 
+TEST_F(Doctor, ComparesTheDiskWithThePlansOfTheQueue) {
+  const auto db = open_read_write(dir.file("rig.db")).value();
+  EXPECT_EQ(look_at_plans(db).health, Health::ok);
+  EXPECT_THAT(look_at_plans(db).what, HasSubstr("needs 0.0 MB, 67.1 MB have to stay free"));
+  QueuedRun waits;
+  waits.protocol_name = "creep";
+  waits.protocol_text = "protocol creep";
+  waits.specimen_name = "paper-1";
+  waits.specimen_text = "{}";
+  waits.plan_json = R"({"bytes":2500000})";
+  QueueActor who;
+  who.user = "lab";
+  ASSERT_TRUE(add_to_queue(db, std::vector{waits}, QueuePlace(), who));
+  EXPECT_THAT(look_at_plans(db).what, HasSubstr("needs 2.5 MB"));
+  waits.plan_json = R"({"bytes":4000000000000000000})";
+  ASSERT_TRUE(add_to_queue(db, std::vector{waits}, QueuePlace(), who));
+  EXPECT_EQ(look_at_plans(db).health, Health::bad);
+  EXPECT_THAT(look_at_plans(db).mend, HasSubstr("queue remove"));
+}
+
+TEST_F(Doctor, TellsTheSettingsOfTheLastRunWithInstruments) {
+  const auto db = open_read_write(dir.file("rig.db")).value();
+  Findings findings;
+  RunRow row;
+  row.simulated = true;
+  ASSERT_TRUE(insert_run(db, row));
+  look_at_meter_settings(db, findings);
+  EXPECT_TRUE(findings.empty()) << "nothing was read back from a meter";
+  row.simulated = false;
+  row.uuid.clear();
+  row.lcr_settings_json = R"({"function":"CPD","frequency_Hz":1000.0})";
+  ASSERT_TRUE(insert_run(db, row));
+  look_at_meter_settings(db, findings);
+  ASSERT_EQ(findings.size(), 2U);
+  EXPECT_EQ(worst_of(findings), Health::ok);
+  EXPECT_EQ(findings[0].what, "read back in run 2: frequency_Hz 1000.0, function CPD");
+  EXPECT_THAT(findings[1].what, HasSubstr("not known to lcrig"));
+  row.lcr_settings_json = "{}";
+  ASSERT_TRUE(insert_run(db, row));
+  findings.clear();
+  look_at_meter_settings(db, findings);
+  EXPECT_EQ(worst_of(findings), Health::warn);
+}
+
 class DoctorCommandLine : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -216,7 +265,7 @@ class DoctorCommandLine : public ::testing::Test {
     ASSERT_TRUE(open_read_write(path));
   }
   support::Cli cli;
-  std::string path = cli.dir.file("rig.db"), bundle = cli.dir.file("bundle");
+  std::string path = cli.dir.file("rig.db"), bundle = cli.dir.file("bundle.tar.gz");
 };
 
 TEST_F(DoctorCommandLine, EndsWithTheWorstThatItFound) {
@@ -232,16 +281,74 @@ TEST_F(DoctorCommandLine, EndsWithTheWorstThatItFound) {
   }
 }
 
+// What the packed file holds, in the folder that is given back.
+std::string unpacked(const std::string& bundle) {
+  const std::string folder = bundle + ".d";
+  fs::create_directories(folder);
+  const auto tar = real_machine().output({"tar", "-xzf", bundle, "-C", folder});
+  EXPECT_TRUE(tar) << bundle;
+  return folder + "/lcrig-doctor";
+}
+
+std::vector<std::string> names_in(const std::string& folder) {
+  std::vector<std::string> out;
+  for (const auto& one : fs::directory_iterator(folder)) out.push_back(one.path().filename());
+  return out;
+}
+
 TEST_F(DoctorCommandLine, MakesABundleWithoutDataUnlessAsked) {
   EXPECT_LE(cli.run({"doctor", "--bundle", bundle}), 2);
-  EXPECT_TRUE(fs::exists(bundle + "/versions.txt")) << cli.err.str();
-  EXPECT_EQ(json::parse(std::ifstream(bundle + "/doctor.json"))["findings"].empty(), false);
-  EXPECT_FALSE(fs::exists(bundle + "/lcrig.db"));
+  ASSERT_TRUE(fs::is_regular_file(bundle)) << cli.err.str();
+  EXPECT_EQ(fs::status(bundle).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  const auto inside = unpacked(bundle);
+  EXPECT_TRUE(fs::exists(inside + "/versions.txt"));
+  EXPECT_EQ(json::parse(std::ifstream(inside + "/doctor.json"))["findings"].empty(), false);
+  EXPECT_FALSE(fs::exists(inside + "/lcrig.db"));
   EXPECT_EQ(cli.run({"doctor", "--bundle", bundle}), kFailed);
   EXPECT_THAT(cli.err.str(), HasSubstr("not there yet"));
   EXPECT_LE(cli.run({"doctor", "--bundle", bundle + "-2", "--with-data"}), 2);
-  EXPECT_TRUE(fs::exists(bundle + "-2/lcrig.db"));
+  EXPECT_TRUE(fs::exists(unpacked(bundle + "-2") + "/lcrig.db"));
   EXPECT_EQ(cli.run({"doctor", "--with-data"}), kUsage);
+}
+
+TEST_F(DoctorCommandLine, LeavesNothingBehindWhenABundleFails) {
+  const std::string folder = cli.dir.file("packed");
+  fs::create_directories(folder);
+  Machine machine = real_machine();
+  machine.output = [&](const std::vector<std::string>&) {
+    std::ofstream(folder + "/b.tar.gz") << "somebody else's";
+    return std::optional<std::string>();
+  };
+  std::ostringstream out, err;
+  Console console(out, err);
+  const auto failed = write_bundle(console, machine, folder + "/b.tar.gz", BundleParts());
+  ASSERT_FALSE(failed);
+  EXPECT_THAT(failed.error().what, HasSubstr("b.tar.gz"));
+  EXPECT_THAT(names_in(folder), ::testing::ElementsAre("b.tar.gz"));
+  EXPECT_FALSE(write_bundle(console, machine, folder + "/none/b.tar.gz", BundleParts()));
+  EXPECT_THAT(names_in(folder), ::testing::ElementsAre("b.tar.gz"));
+}
+
+TEST_F(DoctorCommandLine, SaysWhatTarSaid) {
+  const auto nowhere = PartFile::create(cli.dir.file("nowhere"));
+  ASSERT_TRUE(nowhere);
+  const auto failed = pack_folder(cli.dir.path(), "none", nowhere->fd());
+  ASSERT_FALSE(failed);
+  EXPECT_THAT(failed.error().what, HasSubstr("none"));
+}
+
+TEST(WithoutValues, BlanksWhatMayHaveBeenMeasured) {
+  EXPECT_EQ(without_numbers("run 3: force 3.0110 N is outside -1e-3..2,000.5 N of ttyUSB0"),
+            "run 3: force # N is outside -#..# N of ttyUSB0");
+  EXPECT_EQ(without_numbers("run 3.5, entry 12, C=12pF, 4"), "run #, entry 12, C=#pF, #");
+  EXPECT_EQ(journal_without_numbers("2026-01-31T10:00:00+0000 rig lcrigd[12]: force 3.01 N\n"
+                                    "goes on: 2.5\n"),
+            "2026-01-31T10:00:00+0000 rig lcrigd[12]: force # N\ngoes on: #\n");
+  const json bare = status_without_values(json::parse(R"({"version": "0.1.0",
+    "run": {"run": 4, "force_N": 3.0, "prompt": "at 3.0 N"},
+    "last_run": {"run": 3, "reason": "force 3.0110 N"}, "queue": {"why": "run 3: 3.0 N"}})"));
+  EXPECT_EQ(bare, json::parse(R"({"version": "0.1.0", "run": {"run": 4, "prompt": "at # N"},
+    "last_run": {"run": 3, "reason": "force # N"}, "queue": {"why": "run 3: # N"}})"));
 }
 
 }  // namespace

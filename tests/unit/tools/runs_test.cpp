@@ -9,6 +9,8 @@
 #include "storage/writer_lock.hpp"
 #include "tests/support/cli_fixture.hpp"
 #include "tests/support/without_rights.hpp"
+#include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/run_listing_line.hpp"
 
 namespace lcrig::cli {
 namespace {
@@ -373,6 +375,39 @@ TEST_F(Runs, AnExportOfARunThatGoesOnSaysSo) {
   }
   EXPECT_EQ(cli.run({"export", "1", "-o", cli.dir.file("first"), "--json"}), 0);
   EXPECT_EQ(json::parse(cli.out.str())["goes_on"], false);
+}
+
+TEST(RunListingLine, IsWhatAJsonValueWouldPrint) {
+  RunListing run;
+  run.run = 12;
+  run.protocol_name = "creep";
+  run.specimen_name = "a \"b\" \\ c\n\xc3\xa4";
+  run.operator_name = "ada\xff";  // no UTF-8
+  run.reason = "force 3 N\x1b[2J";
+  run.tags = {"good", "t\"2"};
+  run.lcr_readings = 42;
+  run.events = 7;
+  for (const bool ended : {false, true}) {
+    if (ended) {
+      run.exit_status = ExitStatus::success;
+      run.ended_unix_ns = 1'769'853'600'000'000'000;
+      run.uuid = "11111111-2222-4333-8444-555555555555";
+      run.simulated = true;
+    }
+    const std::string line = run_listing_line(run);
+    const json parsed = json::parse(line, nullptr, false);
+    ASSERT_FALSE(parsed.is_discarded()) << line;
+    EXPECT_EQ(json_line(parsed), line) << "sorted, and escaped as all JSON of this program";
+    EXPECT_EQ(parsed["specimen"], run.specimen_name);
+    EXPECT_EQ(parsed["operator"], "ada\xef\xbf\xbd");
+    EXPECT_EQ(parsed["tags"], json(run.tags));
+    EXPECT_EQ(parsed["lcr_readings"], 42);
+    EXPECT_EQ(parsed["goes_on"], false);
+    EXPECT_EQ(parsed["exit_status"], ended ? json("success") : json(nullptr));
+    EXPECT_EQ(parsed["uuid"].is_null(), !ended);
+    EXPECT_EQ(parsed["ended"], ended ? json("2026-01-31T10:00:00Z") : json(nullptr));
+    EXPECT_EQ(parsed.size(), 16U);
+  }
 }
 
 }  // namespace
