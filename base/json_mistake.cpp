@@ -378,7 +378,7 @@ class Walk {
       if (text_[at_] == '\\') {
         ++at_;
         if (!escape()) return;
-      } else if (static_cast<unsigned char>(text_[at_]) < ' ') {
+      } else if (text_[at_] != '\0' && static_cast<unsigned char>(text_[at_]) < ' ') {
         const auto code = static_cast<int>(text_[at_]);
         return wrong(at_, code == '\t' ? std::string("a tab in a text is written `\\t`")
                                        : fmt::format("the control character U+{0:04X} in a text is "

@@ -60,7 +60,8 @@ Result<std::string> frequency_literal(const ParameterValues::mapped_type& value)
   if (typed == nullptr) return fmt::format("{}", std::get<double>(value));
   if (json::parse(*typed, nullptr, false).is_number()) return *typed;
   if (const auto comma = comma_words(*typed); !comma.empty()) {
-    return fail(Errc::invalid_request, "frequency_Hz: \"{}\": {}", printable(*typed, 60), comma);
+    return fail(Errc::invalid_request, "frequency_Hz: \"{}\" is no number: {}",
+                printable(*typed, 60), comma);
   }
   const auto Hz = in_hertz(*typed);
   return fail(Errc::invalid_request,

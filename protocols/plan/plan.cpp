@@ -94,6 +94,7 @@ void merge(const std::vector<Change>& more, std::vector<Change>& all) {
 void complete(const Protocol& protocol, Environment values, const Rig& rig, Refusal& refusal) {
   constexpr int kMostRounds = 8;
   std::vector<Change> all = refusal.changes, last = all;
+  bool further = false;  // the first change was not enough
   for (int round = 0; round < kMostRounds; ++round) {
     if (last.empty() || !apply(last, protocol, values)) break;
     Plan changed;
@@ -102,10 +103,12 @@ void complete(const Protocol& protocol, Environment values, const Rig& rig, Refu
     if (!*again) break;
     last = (*again)->refusal.changes;
     merge(last, all);
+    further = further || !last.empty();
     if (last.empty()) {
       refusal.why += fmt::format("; changed so, {}: {}", (*again)->pointer, (*again)->refusal.why);
     }
   }
+  if (further) refusal.why += "; a further check asks for more";
   refusal.changes = std::move(all);
 }
 

@@ -92,9 +92,9 @@ class DoctorCommand final : public Command {
       return Finding("daemon", Health::warn, printable(why.what, kLongestWords),
                      advised ? why.next : mend);
     };
-    auto client = ControlClient::connect_for_any_database(context);
-    if (!client) return silent(client.error());
     const Duration patience = context.env.status_patience;
+    auto client = ControlClient::connect_for_any_database(context, patience);
+    if (!client) return silent(client.error());
     auto answer = ask_ ? client->call("instruments.ask", json::object(), std::chrono::minutes(1))
                        : client->call("status", json::object(), patience);
     if (!answer && ask_) {

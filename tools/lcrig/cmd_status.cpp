@@ -107,10 +107,11 @@ class StatusCommand final : public Command {
   }
   Outcome<ExitCode> run(Context& context) override {
     if (check_) return check(context);
-    auto client = ControlClient::connect_for_any_database(context);
+    const Duration soon = context.env.status_patience;
+    auto client = ControlClient::connect_for_any_database(context, soon);
     if (!client) return client.error();
     auto answer = ask_ ? client->call("instruments.ask", json::object(), std::chrono::minutes(1))
-                       : client->call("status", json::object(), context.env.status_patience);
+                       : client->call("status", json::object(), soon);
     if (!answer) return answer.error();
     client->tell_other_database(context);
     auto status = parse_daemon_status(*answer);

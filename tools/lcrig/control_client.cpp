@@ -246,10 +246,11 @@ Outcome<ControlClient> ControlClient::connect(const Context& context) {
   return Failure(kUsage, *other, "type it again without --db");
 }
 
-Outcome<ControlClient> ControlClient::connect_for_any_database(const Context& context) {
+Outcome<ControlClient> ControlClient::connect_for_any_database(const Context& context,
+                                                               Duration patience) {
   auto path = context.socket_path();
   if (!path) return path.error();
-  auto client = connect(*path, context.clock);
+  auto client = connect(*path, context.clock, patience);
   if (client) client->state_->where = given_options(context.global);
   return client;
 }

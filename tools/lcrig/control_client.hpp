@@ -47,7 +47,8 @@ class ControlClient {
   // which is the only one that it writes into.
   static Outcome<ControlClient> connect(const Context& context);
   // For who stops the frame, and who only looks: these are answered first, and told then.
-  static Outcome<ControlClient> connect_for_any_database(const Context& context);
+  static Outcome<ControlClient> connect_for_any_database(
+      const Context& context, Duration patience = std::chrono::seconds(15));
   // For who stops the frame: as the last, and whoever waits is told once how to stop it by hand.
   static Outcome<ControlClient> connect_to_stop(const Context& context);
   void tell_other_database(const Context& context);

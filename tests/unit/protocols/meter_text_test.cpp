@@ -75,7 +75,7 @@ TEST(MeterText, WhatIsNoFrequencyIsRefused) {
   EXPECT_EQ(refused.error().what, "aperture: \"quick\", expected one of fast, medium, slow, auto");
   ParameterValues comma{{"frequency_Hz", "1,5"}};
   EXPECT_EQ(with_meter_values(kText, "look", comma).error().what,
-            "frequency_Hz: \"1,5\": a decimal number is written with a point: 1.5");
+            "frequency_Hz: \"1,5\" is no number: a decimal number is written with a point: 1.5");
 }
 
 }  // namespace

@@ -180,20 +180,20 @@ TEST_F(Runs, AreNotLookedForByWhatIsNoDayOrNoStatus) {
 }
 
 TEST_F(Runs, ThatNobodyHasAreMissedByName) {
-  EXPECT_EQ(cli.run({"runs", "--specimen", "paper1"}), kOk);
+  EXPECT_EQ(cli.run({"runs", "list", "--specimen", "paper1"}), kOk);
   EXPECT_THAT(cli.err.str(),
               HasSubstr("--specimen paper1: no run has it; did you mean 'paper-1'?"));
-  EXPECT_EQ(cli.run({"runs", "--operator", "Bob", "--json"}), kOk);
+  EXPECT_EQ(cli.run({"runs", "list", "--operator", "Bob", "--json"}), kOk);
   EXPECT_EQ(cli.out.str(), "{\"runs\":[]}\n");
   EXPECT_THAT(cli.err.str(), HasSubstr("--operator Bob: no run has it\n"));
-  EXPECT_EQ(cli.run({"runs", "--specimen", "paper-1", "--status", "success"}), kOk);
+  EXPECT_EQ(cli.run({"runs", "list", "--specimen", "paper-1", "--status", "success"}), kOk);
   EXPECT_EQ(cli.err.str(), "") << "there are some, which ended otherwise";
 }
 
 TEST_F(Runs, AreFoundByTheTimeThatTheListShows) {
-  EXPECT_EQ(cli.run({"runs", "--since", "2026-01-01T00:00:00Z"}), kOk) << cli.err.str();
+  EXPECT_EQ(cli.run({"runs", "list", "--since", "2026-01-01T00:00:00Z"}), kOk) << cli.err.str();
   EXPECT_THAT(cli.out.str(), HasSubstr("press"));
-  EXPECT_EQ(cli.run({"runs", "--since", "2099-01-01T00:00:00Z"}), kOk) << cli.err.str();
+  EXPECT_EQ(cli.run({"runs", "list", "--since", "2099-01-01T00:00:00Z"}), kOk) << cli.err.str();
   EXPECT_THAT(cli.out.str(), Not(HasSubstr("press")));
 }
 

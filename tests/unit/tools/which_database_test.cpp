@@ -228,7 +228,7 @@ TEST_F(Deaf, DaemonsAreToldOfByStatusBeforeLong) {
   EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("no answer in 0.03 s"),
                                    HasSubstr("next: systemctl status lcrigd\n")));
   EXPECT_NE(cli.run({"doctor"}), 0);
-  EXPECT_THAT(cli.out.str(), HasSubstr("no answer in 0.03 s"));
+  EXPECT_THAT(cli.out.str(), AnyOf(HasSubstr("no answer in 0.03 s"), HasSubstr("takes nothing")));
 }
 
 // A note is permanent, and must not go to another run of the same number.
