@@ -222,7 +222,7 @@ TEST_F(Runs, WithoutAnEndAreCutOffUnlessTheyGoOn) {
 TEST_F(Runs, ThatGoOnTakeNoNote) {
   const auto lock = record_the_second();
   EXPECT_EQ(cli.run({"runs", "note", "last", "x"}), kFailed);
-  EXPECT_THAT(cli.err.str(), HasSubstr("somebody records into it"));
+  EXPECT_THAT(cli.err.str(), HasSubstr("a daemon records into it, or a rehearsal"));
 }
 
 TEST_F(Runs, ThatDoNotExistAreRefusedByEveryCommand) {
