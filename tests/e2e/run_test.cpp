@@ -118,7 +118,7 @@ TEST_F(Rig, ABundleOfARunHoldsNoMeasuredValueUnlessAsked) {
     EXPECT_THAT(done.out, testing::Not(HasSubstr("but this lcrig is")));
     std::filesystem::create_directories(folder);
     EXPECT_EQ(std::system(("tar -xzf " + packed + " -C " + folder).c_str()), 0);  // NOLINT
-    return json::parse(std::ifstream(folder + "/lcrig-doctor/status.json"))["run"];
+    return json::parse(std::ifstream(folder + "/doctor-bundle/status.json"))["run"];
   };
   const json bare = bundled({}), full = bundled({"--with-data"});
   EXPECT_EQ(bare.value("protocol", ""), "quick");

@@ -123,7 +123,7 @@ Outcome<void> fill(Console& console, const Machine& machine, const fs::path& fol
 
 Outcome<void> write_bundle(Console& console, const Machine& machine, const std::string& file,
                            const BundleParts& parts) {
-  constexpr const char* kFolder = "lcrig-doctor";
+  constexpr const char* kFolder = "doctor-bundle";
   std::error_code unknown;
   if (fs::exists(fs::symlink_status(file, unknown))) {
     return Failure(kFailed, fmt::format("{}: {}", file, std::strerror(EEXIST)),

@@ -67,7 +67,8 @@ TEST(Estimand, NamesTheBranchAndTheTimeUnderLoad) {
   cycles.begin();
   cycles.play(SyntheticRun::Dynamic());
   cycles.end();
-  EXPECT_EQ(analysed(cycles).ranges[0].estimand, "loading branch, while the load grows");
+  EXPECT_EQ(analysed(cycles).ranges[0].estimand,
+            "loading branch, while the load grows, from 3.97 kPa (5 % of the largest force) on");
 }
 
 TEST(Estimand, OtherBranchIsThePartByWhichItsSlopeDiffers) {

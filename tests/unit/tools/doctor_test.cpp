@@ -287,7 +287,7 @@ std::string unpacked(const std::string& bundle) {
   fs::create_directories(folder);
   const auto tar = real_machine().output({"tar", "-xzf", bundle, "-C", folder});
   EXPECT_TRUE(tar) << bundle;
-  return folder + "/lcrig-doctor";
+  return folder + "/doctor-bundle";
 }
 
 std::vector<std::string> names_in(const std::string& folder) {
