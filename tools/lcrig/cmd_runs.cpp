@@ -12,7 +12,6 @@
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "storage/tags.hpp"
-#include "storage/writer_lock.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/did_you_mean.hpp"
@@ -197,20 +196,6 @@ Failure not_changed(const Context& context, Failure why, const Words& typed) {
   return why;
 }
 
-// The same of a change in the file of --db.
-Failure not_changed(const Context& context, const std::string& path, const Error& error,
-                    const std::string& otherwise, const Words& typed) {
-  const auto recorded = has_writer(path);
-  if (error.code != Errc::io || !recorded || !*recorded) {
-    return not_changed(context, Failure(error, otherwise), typed);
-  }
-  GlobalOptions of_daemon;
-  of_daemon.socket = "SOCKET";
-  return Failure(
-      kFailed, fmt::format("{}: a daemon records into it, and only that one writes for you", path),
-      next_command(of_daemon, typed, "the socket of that daemon, and no --db"));
-}
-
 class NoteCommand final : public Command {
  public:
   NoteCommand()
@@ -221,7 +206,7 @@ class NoteCommand final : public Command {
     list.positional("TEXT", text_, "The note");
   }
   Outcome<ExitCode> run(Context& context) override {
-    auto db = context.database_to_write();
+    auto db = context.database_to_write(typed());
     if (!db) return db.error();
     auto run = open_run(context, run_);
     if (!run) return run.error();
@@ -244,11 +229,11 @@ class NoteCommand final : public Command {
 
   Outcome<bool> into(const Context& context, const std::string& path, std::int64_t number) const {
     auto db = open_read_write(path);
-    if (!db) return not_changed(context, path, db.error(), "give another --db", typed());
+    if (!db) return not_changed(context, Failure(db.error(), "give another --db"), typed());
     auto noted = add_run_note(*db, number, login_name(), text_, context.clock.unix_ns());
     if (noted) return true;
     const auto look = next_command(context.global, {"runs", "show", std::to_string(number)});
-    return not_changed(context, path, noted.error(), look, typed());
+    return not_changed(context, Failure(noted.error(), look), typed());
   }
 
   Words typed() const { return {"runs", "note", run_, text_}; }
@@ -270,7 +255,7 @@ class TagCommand final : public Command {
     if (change_.tags.empty()) {
       return Failure(kUsage, "lcrig runs tag: TAG is missing", "lcrig runs tag --help");
     }
-    auto db = context.database_to_write();
+    auto db = context.database_to_write(typed());
     if (!db) return db.error();
     auto run = open_run(context, change_run_);
     if (!run) return run.error();
@@ -296,11 +281,11 @@ class TagCommand final : public Command {
 
   Outcome<Tags> into(const Context& context, const std::string& path) const {
     auto db = open_read_write(path);
-    if (!db) return not_changed(context, path, db.error(), "give another --db", typed());
+    if (!db) return not_changed(context, Failure(db.error(), "give another --db"), typed());
     auto tags = change_tags(*db, change_, login_name(), context.clock.unix_ns());
     if (tags) return std::move(*tags);
     const auto look = next_command(context.global, {"runs", "show", std::to_string(change_.run)});
-    return not_changed(context, path, tags.error(), look, typed());
+    return not_changed(context, Failure(tags.error(), look), typed());
   }
 
   Words typed() const {

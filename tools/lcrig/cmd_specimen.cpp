@@ -38,7 +38,7 @@ class AddCommand final : public Command {
       return Failure(specimen.error(),
                      "correct the file; `lcrig specimen show paper-1` prints a good one");
     }
-    auto db = context.database_to_write();
+    auto db = context.database_to_write({"specimen", "add", file_});
     if (!db) return db.error();
     auto added = db->daemon_writes ? through_daemon(context, *text)
                                    : into(db->path, specimen->name, *text, context.clock);

@@ -88,8 +88,9 @@ struct Context {
   // and says what a person might not expect.
   Outcome<ChosenDatabase> database() const;
   // For a command that writes. Failure: also unreachable, when `database` would do without the
-  // daemon that was asked; and when somebody records into the file that was named.
-  Outcome<ChosenDatabase> database_to_write() const;
+  // daemon that was asked; and when somebody records into the file that was named. `typed`: the
+  // words of the command, without options that say where.
+  Outcome<ChosenDatabase> database_to_write(const std::vector<std::string>& typed) const;
   Outcome<std::string> db_path() const;  // of `database`
   // --socket, else "socket" of --config, else the default of ProcessEnv.
   Outcome<std::string> socket_path() const;

@@ -82,7 +82,7 @@ Outcome<ChosenDatabase> Context::database() const {
   return chosen;
 }
 
-Outcome<ChosenDatabase> Context::database_to_write() const {
+Outcome<ChosenDatabase> Context::database_to_write(const std::vector<std::string>& typed) const {
   auto chosen = choose_database();
   if (!chosen || chosen->daemon_writes) return chosen;
   if (chosen->unsure) {
@@ -96,9 +96,12 @@ Outcome<ChosenDatabase> Context::database_to_write() const {
   const auto written = has_writer(chosen->path);
   if (!written) return Failure(written.error());
   if (!*written) return chosen;
+  GlobalOptions of_daemon;
+  of_daemon.socket = "SOCKET";
   return Failure(kFailed,
-                 fmt::format("{}: somebody records into it, and alone writes", chosen->path),
-                 "name its daemon instead: --socket PATH; a rehearsal ends by itself");
+                 fmt::format("{}: a daemon records into it, or a rehearsal, and nobody else writes",
+                             chosen->path),
+                 next_command(of_daemon, typed, "the socket of that daemon, and no --db"));
 }
 
 Outcome<ChosenDatabase> Context::choose_database() const {

@@ -222,7 +222,7 @@ TEST_F(Runs, WithoutAnEndAreCutOffUnlessTheyGoOn) {
 TEST_F(Runs, ThatGoOnTakeNoNote) {
   const auto lock = record_the_second();
   EXPECT_EQ(cli.run({"runs", "note", "last", "x"}), kFailed);
-  EXPECT_THAT(cli.err.str(), HasSubstr("somebody records into it"));
+  EXPECT_THAT(cli.err.str(), HasSubstr("a daemon records into it, or a rehearsal"));
 }
 
 TEST_F(Runs, ThatDoNotExistAreRefusedByEveryCommand) {
@@ -355,8 +355,8 @@ TEST_F(Runs, ANoteIntoTheFileOfADaemonThatMayNotBeWrittenNamesTheSocket) {
   fs::permissions(path, fs::perms::owner_read);
   EXPECT_EQ(cli.run({"runs", "note", "1", "dusty", "--db", path}), kFailed);
   fs::permissions(path, fs::perms::owner_all);
-  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("somebody records into it"),
-                                   HasSubstr("next: name its daemon instead: --socket PATH"),
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("a daemon records into it"),
+                                   HasSubstr("next: lcrig runs note 1 dusty --socket SOCKET"),
                                    Not(HasSubstr("change the rights"))));
 }
 

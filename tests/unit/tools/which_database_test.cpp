@@ -97,8 +97,9 @@ TEST_F(ServedRuns, OfAFileThatSomebodyRecordsIntoAreNotNotedBesideHim) {
     auto line = words;
     line.insert(line.end(), {"--db", other});
     EXPECT_EQ(cli.run(line), cli::kFailed);
-    EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("somebody records into it"),
-                                     HasSubstr("next: name its daemon instead: --socket")));
+    EXPECT_THAT(cli.err.str(),
+                AllOf(HasSubstr("a daemon records into it"),
+                      HasSubstr("next: lcrig runs " + line[1] + " 1 mine --socket")));
   }
   EXPECT_EQ(cli.run({"runs", "show", "1", "--db", other}), 0) << "reading is free";
 }
