@@ -8,13 +8,13 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::array<std::string_view, 5> kWords{"success", "abort", "fail", "interrupted",
+constexpr std::array<std::string_view, 5> kExitWords{"success", "abort", "fail", "interrupted",
                                                  "stopped"};
 
 }  // namespace
 
 std::string_view to_string(ExitStatus status) {
-  return kWords.at(static_cast<std::size_t>(status));
+  return kExitWords.at(static_cast<std::size_t>(status));
 }
 
 std::string_view to_string(std::optional<ExitStatus> status, std::string_view absent) {
@@ -22,9 +22,9 @@ std::string_view to_string(std::optional<ExitStatus> status, std::string_view ab
 }
 
 std::optional<ExitStatus> parse_exit_status(std::string_view word) {
-  const auto* const found = std::ranges::find(kWords, word);
-  if (found == kWords.end()) return std::nullopt;
-  return static_cast<ExitStatus>(found - kWords.begin());
+  const auto* const found = std::ranges::find(kExitWords, word);
+  if (found == kExitWords.end()) return std::nullopt;
+  return static_cast<ExitStatus>(found - kExitWords.begin());
 }
 
 }  // namespace lcrig
