@@ -273,6 +273,7 @@ SlopePart error_of_mullins(const CycleResults& out) {
   const double a = first.delta_C_se_fF.value_or(0), b = last.delta_C_se_fF.value_or(0);
   SlopePart error{std::hypot(b, ratio * a), kExact};
   std::vector<LinePoint> peaks;
+  peaks.reserve(out.cycles.size());
   for (const CycleResult& c : out.cycles) {
     peaks.push_back({static_cast<double>(c.number), c.delta_C_fF});
   }
