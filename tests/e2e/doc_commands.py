@@ -185,8 +185,11 @@ class Pages:
     def run(self, words, what, expected=0):
         environment = dict(os.environ, HOME=str(self.folder), XDG_DATA_HOME=str(self.folder),
                            LCRIG_SOCKET=str(self.folder / "c.sock"))
-        if (self.folder / "daemon.db").exists():
-            environment["LCRIG_DB"] = str(self.folder / "daemon.db")
+        database = self.folder / "daemon.db"
+        if not database.exists():  # without a daemon a command writes only into a file that is named
+            database = self.folder / "lcrig" / "lcrig.db"
+            database.parent.mkdir(exist_ok=True)
+        environment["LCRIG_DB"] = str(database)
         done = subprocess.run(words, cwd=self.folder, env=environment, capture_output=True, text=True,
                               timeout=240, check=False)
         if done.returncode != expected:

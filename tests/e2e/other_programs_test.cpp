@@ -104,10 +104,12 @@ TEST_F(OtherPrograms, TheShellRunsTheQueriesOfThePage) {
 
 TEST_F(OtherPrograms, PythonRunsTheBlocksOfItsPage) {
   record();
-  const auto done = program(
-      {"/usr/bin/python3", "tests/e2e/python_page.py", file("lcrig.db"), file("page")}, 150s);
+  ASSERT_EQ(lcrig({"export", "1", "-o", file("export"), "--db", file("lcrig.db")}).code, 0);
+  const auto done = program({"/usr/bin/python3", "tests/e2e/python_page.py", file("lcrig.db"),
+                             file("export"), file("page")},
+                            150s);
   EXPECT_EQ(done.code, 0) << done.err;
-  EXPECT_THAT(done.out, HasSubstr("2 blocks"));
+  EXPECT_THAT(done.out, HasSubstr("4 blocks"));
 }
 
 // On lcrig-sim and on the gateway in Python where a page talks to instruments.

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""python_page.py DATABASE FOLDER: runs the blocks of docs/python.md in FOLDER on run 1 of a database.
-Without pandas or matplotlib it runs the queries alone that stand in such a block."""
+"""python_page.py DATABASE EXPORT FOLDER: runs the blocks of docs/python.md in FOLDER on run 1 of a
+database and on its export. Without pandas or matplotlib it runs the queries alone that stand in such
+a block."""
 
 import importlib.util
 import os
@@ -22,7 +23,7 @@ def run_block(block, folder):
     if done.returncode != 0:
         sys.exit(f"{block}\n{done.stderr}")
     shown = re.search(r'savefig\("(.*)"\)', block)
-    if not (done.stdout or shown and (folder / shown[1]).stat().st_size > 0):
+    if not done.stdout and (shown and (folder / shown[1]).stat().st_size == 0 or "print(" in block):
         sys.exit(f"{block}\nshows nothing")
 
 
@@ -38,12 +39,13 @@ def run_queries(block, folder):
             sys.exit(f"{query}\ngives nothing")
 
 
-def main(database, folder):
+def main(database, export, folder):
     folder = Path(folder)
     folder.mkdir()
     page = Path("docs/python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     shutil.copy(database, folder / "lcrig.db")
+    shutil.copytree(export, folder / "run1")
     whole = 0
     for block in blocks:
         needed = [name for name in LIBRARIES if re.search(rf"^import {name}\b", block, re.MULTILINE)]
