@@ -9,7 +9,7 @@ namespace lcrig {
 namespace {
 
 constexpr std::array<std::string_view, 5> kExitWords{"success", "abort", "fail", "interrupted",
-                                                 "stopped"};
+                                                     "stopped"};
 
 }  // namespace
 
