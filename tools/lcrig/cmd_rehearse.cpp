@@ -245,7 +245,8 @@ class RehearseCommand final : public Command {
       return Failure(error, "give the folder of the wire logs of a run: --bench replay:DIR");
     }
     const bool two_names = file && std::filesystem::hard_link_count(db, ignored) > 1;
-    if (error.code != Errc::invalid_request || two_names || (file && !open_read_only(db))) {
+    const bool usable = require_safe_to_create(db) && !two_names && (!file || open_read_only(db));
+    if (error.code != Errc::invalid_request || !usable) {
       return Failure(error, "give another --db");
     }
     const auto again = find_protocol(LibraryPath(context.env), protocol_, parameters_);

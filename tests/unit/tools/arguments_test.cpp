@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include <fstream>
 #include <iterator>
 #include <sstream>
 
@@ -225,6 +226,15 @@ TEST_F(Rehearse, OfAFileWithTwoNamesItIsNotTheProtocolThatIsWrong) {
   FakeRehearsal::answer = fail(Errc::invalid_request, "a.db: this file has 2 names (hard links)");
   EXPECT_EQ(cli.run({"rehearse", "press", "-s", "paper-1", "--db", db}), cli::kFailed);
   EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("2 names"), HasSubstr("next: give another --db"),
+                                   Not(HasSubstr("protocol show"))));
+}
+
+TEST_F(Rehearse, OfALogWithoutItsDatabaseItIsNotTheProtocolThatIsWrong) {
+  const auto db = cli.dir.file("a.db");
+  std::ofstream(db + "-wal") << "rows";
+  FakeRehearsal::answer = fail(Errc::invalid_request, "a.db: there is no database, but its log");
+  EXPECT_EQ(cli.run({"rehearse", "press", "-s", "paper-1", "--db", db}), cli::kFailed);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("its log"), HasSubstr("next: give another --db"),
                                    Not(HasSubstr("protocol show"))));
 }
 
