@@ -50,7 +50,7 @@ class DoctorCommand final : public Command {
   void declare(ArgumentList& list) override {
     list.flag("--ask", ask_, "Let the daemon ask both instruments who they are");
     list.option(
-        "--bundle", bundle_, "FILE",
+        "--bundle", bundle_, kFileWord,
         "Also make this .tar.gz for a bug report: versions, findings, state, config, journal");
     list.flag("--with-data", with_data_,
               "With all that was measured: database, runs' wire logs, numbers in the journal");
