@@ -173,6 +173,7 @@ class SimBench {
     world_ = std::move(*world);
     ZwickSimSettings frame;
     frame.seed = options_.seed + 1;
+    frame.rate_max_Hz = bench->frame_rate_max_Hz;
     if (const auto& errors = world_->errors()) {
       spdlog::info("drawn: {}", errors->to_json().dump());
       frame.device_clock_ppm = errors->clock_ppm();
