@@ -248,14 +248,18 @@ MethodAnswer on_tag(ControlHandler& handler, json params, PeerCredentials peer) 
   co_return out;
 }
 
-constexpr const char* kCheck =
-    "change what the message names; --dry-run tries it again and moves nothing";
-constexpr const char* kLook = "lcrig status   (what goes on)";
-constexpr const char* kSeeQueue = "lcrig queue list   (shows what waits, and for what)";
-constexpr const char* kTryIt =
-    "change what the message names; lcrig run ... --dry-run tries it and moves nothing";
-constexpr const char* kRehearseIt =
-    "change what the message names; lcrig rehearse --batch FILE plays it without a rig";
+constexpr HintWords kCheck{
+    "change what the message names; --dry-run tries it again and moves nothing", "", ""};
+constexpr HintWords kLook{"", "lcrig status", "what goes on"};
+constexpr HintWords kSeeQueue{"", "lcrig queue list", "shows what waits, and for what"};
+constexpr HintWords kTryIt{
+    "change what the message names; lcrig run ... --dry-run tries it and moves nothing", "", ""};
+constexpr HintWords kRehearseIt{
+    "change what the message names; lcrig rehearse --batch FILE plays it without a rig", "", ""};
+constexpr HintWords kRuns{"", "lcrig runs", "lists them"};
+constexpr HintWords kRunsThatEnded{"", "lcrig runs", "lists them, with how they ended"};
+constexpr HintWords kGoodSpecimen{
+    "correct the file; for a good one: ", "lcrig specimen show paper-1", ""};
 
 constexpr ControlMethod kMethods[] = {
     {"status", show_now<&ControlHandler::status>, kLook},
@@ -273,10 +277,9 @@ constexpr ControlMethod kMethods[] = {
     {"run.freeze", call_method<why_param, &StopHandler::freeze>, kLook},
     {"run.confirm", call_method<no_params, &AnswerHandler::confirm>, kLook},
     {"run.answer", call_method<parse_answer_request, &AnswerHandler::answer>, kLook},
-    {"run.note", on_note, "lcrig runs   (lists them, with how they ended)", "run"},
-    {"run.tag", on_tag, "lcrig runs   (lists them)"},
-    {"specimen.add", call_method<text_param, &StoreHandler::add_specimen>,
-     "correct the file; for a good one: lcrig specimen show paper-1", "name"},
+    {"run.note", on_note, kRunsThatEnded, "run"},
+    {"run.tag", on_tag, kRuns},
+    {"specimen.add", call_method<text_param, &StoreHandler::add_specimen>, kGoodSpecimen, "name"},
     {"queue.add", call_method<parse_queue_add, &QueueHandler::add>, kTryIt},
     {"queue.add_batch", call_method<parse_batch_add, &QueueHandler::add_batch>, kRehearseIt},
     {"queue.list", call_method<page_params, &QueueHandler::list>, kSeeQueue},
