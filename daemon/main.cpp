@@ -39,7 +39,7 @@ std::optional<std::string> for_shell(const CLI::App& cli, int argc, char** argv)
   OptionValues json_file, any_file, levels;
   json_file.files = "json";
   any_file.files = "file";
-  levels.words = {"trace", "debug", "info", "warn", "error", "off"};
+  levels.words.assign(kLogLevels.begin(), kLogLevels.end());
   const std::map<std::string, OptionValues> values{
       {"--config", json_file}, {"--db", any_file}, {"--socket", any_file}, {"--log-level", levels}};
   return completion_of(cli, values, {argv + 1, argv + argc});
@@ -177,7 +177,7 @@ int main(int argc, char** argv) {
   cli.add_option("--config", options.config, "Config file")->capture_default_str();
   cli.add_option("--db", options.database, "Database file (overrides the config file)");
   cli.add_option("--socket", options.socket, "Control socket (overrides the config file)");
-  cli.add_option("--log-level", options.log_level, "trace, debug, info, warn, error, off");
+  cli.add_option("--log-level", options.log_level, kLogLevelWords);
   cli.add_flag("--check-config", options.only_check,
                "Check the config file, say what it means, end");
   cli.set_version_flag("--version", std::string(program_version()));
