@@ -153,7 +153,7 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   r.rate_tilt_per_s = b.rate_sxy / b.sxx;
   r.instant_s = b.instant_s;
   r.residual_pattern = "continuous loading: see the loops";
-  r.estimand = name_estimand(basis.scene, basis.levels, range) + reach_of(basis, range);
+  r.sensitivity.estimand = name_estimand(basis.scene, basis.levels, range) + reach_of(basis, range);
   return r;
 }
 

@@ -142,8 +142,8 @@ TEST_F(Report, SaysWhichSlopeItIsAndWhatItsIntervalIsFor) {
   const std::string results =
       html.substr(html.find("<section id='results'>"),
                   html.find("<section id='pressure'>") - html.find("<section id='results'>"));
-  EXPECT_THAT(results, AllOf(HasSubstr(analysis(1).ranges[0].estimand), HasSubstr(kOfTheRig),
-                             HasSubstr("the specimen's own")));
+  EXPECT_THAT(results, AllOf(HasSubstr(analysis(1).ranges[0].sensitivity.estimand),
+                             HasSubstr(kOfTheRig), HasSubstr("the specimen's own")));
   const std::string pressure =
       html.substr(html.find("<section id='pressure'>"),
                   html.find("<section id='time'>") - html.find("<section id='pressure'>"));
@@ -206,7 +206,7 @@ TEST_F(Report, TableHasOneRowARun) {
   EXPECT_EQ(std::ranges::count(text, '\n'), 3);
   EXPECT_THAT(text, AllOf(HasSubstr("sensitivity_0_to_30_kPa_fF_per_kPa"), HasSubstr("paper-1")));
   EXPECT_THAT(text, AllOf(HasSubstr("sensitivity_0_to_30_kPa_fF_per_kPa_estimand"),
-                          HasSubstr('"' + analysis(1).ranges[0].estimand + '"')));
+                          HasSubstr('"' + analysis(1).ranges[0].sensitivity.estimand + '"')));
   // To the third digit of its standard error of some 6 fF.
   const Estimate c0 = *analysis(1).c0.estimate;
   ASSERT_GE(*c0.standard_error, 0.001);
