@@ -203,6 +203,11 @@ TEST(Parts, TheDriftOfTheForceSensitivityIsItsRateTimesTheTimeOfALoading) {
   ASSERT_EQ(parts.size(), 2U);
   EXPECT_NEAR(*a.force_sensitivity.estimate->standard_error, std::hypot(parts[0].se, parts[1].se),
               1e-12);
+  // The same of a slope against pressure: 20 s for 79.6 kPa.
+  for (const RangeResult& r : a.ranges) {
+    ASSERT_EQ(r.parts_of_error.size(), 2U);
+    EXPECT_NEAR(r.parts_of_error[1].se / (20 / 79.577 * rate_fF_s), 1, 0.25);
+  }
 }
 
 // A turn overshoots: the last peak is 2 % higher, and the specimen gives 5 % less there.
