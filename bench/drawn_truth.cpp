@@ -94,6 +94,25 @@ std::vector<TrueLevel> true_levels(const RunData& data, const RunAnalysis& analy
   return out;
 }
 
+// Change that is left of the load before, in the mean of the rests before the cycles: a result less
+// that rest does not have it.
+Truths left_at_rest(const RunData& data, const RunAnalysis& analysis, const BenchWorld& world,
+                    const Lasting& drawn) {
+  const RunView view = look_at(data, analysis.options);
+  const auto q = remembered_N(data, view.rest_N, world.plant().config().creep_time_s);
+  const auto n = static_cast<double>(analysis.cycles.size());
+  Truths out;
+  for (const CycleResult& c : analysis.cycles) {
+    const auto at = std::ranges::lower_bound(data.readings, c.rest_s, {}, &RunReading::t_s);
+    const double answered_N =
+        std::max(0.0, drawn.creep * q[static_cast<std::size_t>(at - data.readings.begin())]);
+    out.of_rig += (1 + drawn.meter_gain) * 1e15 / n *
+                  world.response().delta_capacitance_F(answered_N / drawn.force_gain);
+    out.own += 1e15 / n * world.response().delta_capacitance_F(answered_N);
+  }
+  return out;
+}
+
 std::optional<Truths> slope(const std::vector<TrueLevel>& levels, const PressureRange& range) {
   std::vector<LinePoint> rig, own;
   for (const TrueLevel& l : levels) {
@@ -160,8 +179,9 @@ std::map<std::string, Truths> drawn_truths(const RunData& data, const RunAnalysi
   }
   const Truths top = levels.back().delta_fF;
   out["delta_C_at_top_fF"] = top;
-  out["dynamic_range_percent"] = {top.of_rig / (c0_of_rig_pF * 1e3) * 100,
-                                  top.own / (c0_F * 1e15) * 100};
+  const Truths left = left_at_rest(data, analysis, world, drawn);
+  out["dynamic_range_percent"] = {(top.of_rig - left.of_rig) / (c0_of_rig_pF * 1e3) * 100,
+                                  (top.own - left.own) / (c0_F * 1e15) * 100};
   out["repeatability_2sigma_percent"] =
       repeatability(levels, analysis.levels.front().readings, white_fF);
   return out;
