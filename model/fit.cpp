@@ -163,15 +163,26 @@ struct Spread {
   int freedom = 1, repeats = 0, freedom_of_c0 = 1;
 };
 
+// Half-width of two independent parts: Welch and Satterthwaite's degrees of freedom, truncated (GUM
+// G.4.1). With one or two in the first they promise too much: there the squares of the half-widths
+// are added (Banerjee 1960), which never holds less than it says.
+double half_width(double first, int freedom, double second, int freedom_of_second) {
+  const double t = student_t975(freedom), t_of_second = student_t975(freedom_of_second);
+  const double variance = first + second;
+  if (freedom < 3) return std::sqrt(t * t * first + t_of_second * t_of_second * second);
+  if (!(variance > 0)) return 0;
+  const double welch =
+      variance * variance / (first * first / freedom + second * second / freedom_of_second);
+  return student_t975(static_cast<int>(std::min(welch, 1e6))) * std::sqrt(variance);
+}
+
 // `unit` converts a step of the parameter to the unit of the value.
 FitValue value_of(double value, Eigen::Index k, double unit, const Spread& s) {
   const bool sample = s.repeats >= 2;
   const double between = sample ? s.of_repeats(k, k) : s.of_residuals(k, k);
   const double c0 = sample ? s.of_c0(k, k) : 0;  // the residuals have it
-  const double t = student_t975(sample ? s.repeats - 1 : s.freedom);
-  const double t_of_c0 = student_t975(s.freedom_of_c0);
-  // The squares of the half-widths are added: this never holds less than it says (Banerjee 1960).
-  const double half = unit * std::sqrt(t * t * between + t_of_c0 * t_of_c0 * c0);
+  const double half =
+      unit * half_width(between, sample ? s.repeats - 1 : s.freedom, c0, s.freedom_of_c0);
   return {value, unit * std::sqrt(between + c0), value - half, value + half,
           unit * s.per_model_error(k)};
 }
