@@ -25,7 +25,7 @@ Result<> write_for_collector(const std::string& file, std::string_view text) {
   return part->replace();
 }
 
-// What nobody keeps up to date would be told for ever.
+// A collector would go on serving an old file for ever.
 void remove_old(const std::string& file) {
   std::error_code unknown;
   if (!file.empty()) std::filesystem::remove(file, unknown);

@@ -65,7 +65,7 @@ struct StopAnswer {
 enum class InstrumentCondition { unasked, ready, in_use, absent, fault };
 std::string_view to_string(InstrumentCondition c);
 
-// How it is known.
+// Where the daemon knows it from.
 enum class LearnedBy {
   nothing,  // it is not
   look,  // somebody asked the instrument who it is, or the daemon did by itself

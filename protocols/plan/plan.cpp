@@ -89,8 +89,8 @@ void merge(const std::vector<Change>& more, std::vector<Change>& all) {
   }
 }
 
-// What a refusal proposes may be refused further on. Plans with it, and adds what else has to
-// change, until all of it is accepted; or says why that cannot be.
+// A value that a refusal proposes may be refused further on. This plans with the proposal and adds
+// what else has to change, until all of it is accepted, or says why that cannot be.
 void complete(const Protocol& protocol, Environment values, const Rig& rig, Refusal& refusal) {
   constexpr int kMostRounds = 8;
   std::vector<Change> all = refusal.changes, last = all;

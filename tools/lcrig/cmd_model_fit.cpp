@@ -114,7 +114,7 @@ Result<LevelChoice> choose(const Specimen& specimen, const std::vector<FitPoint>
   return choice;
 }
 
-// What a rig errs by in pressure: in proportion, so modulus and offset err by the same.
+// The rig's relative error of pressure. Modulus and offset err in the same proportion.
 struct RigError {
   double force_percent = 0, diameter_mm = 0;  // limits
   double relative = 0;  // standard uncertainty of a pressure
