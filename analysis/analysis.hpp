@@ -150,7 +150,7 @@ struct CurveResult {
 struct HighestLevelResult {
   Metric delta_C;  // delta_C_at_top_fF
   double top_kPa = 0;
-  std::vector<SlopePart> parts_of_delta_C;  // scatter, C0, drift
+  std::vector<SlopePart> parts_of_delta_C;  // scatter, C0, drift, recovery
 };
 
 // The same least squares over Huber's locations instead of means.

@@ -281,6 +281,9 @@ void uncertainty_of_highest_level(const SlopeBasis& basis, std::vector<Uncertain
   b.parts.push_back(shared(part("force", change * force.u, force.basis)));
   b.parts.push_back(shared(part("area of the probe", change * probe.u, probe.basis)));
   add_drift_part(basis.baseline.drift, top.parts_of_delta_C[2], b);
+  b.parts.push_back(part("recovery at the rests", top.parts_of_delta_C[3].se,
+                         "what of the drift may be a specimen that has not recovered yet: limits, "
+                         "rectangular"));
   add_other_choices_of_highest_level(basis, b);
   combine(b, scene.options.confidence);
   list.push_back(std::move(b));

@@ -166,6 +166,27 @@ TEST(Estimand, AnotherTimeIsAPartOfTheHighestLevelAndOfTheDynamicRange) {
   }
 }
 
+// After the first load the specimen stays 3 fF higher: no drift, but the rests look like one.
+TEST(Estimand, RecoveryThatIsTakenForDriftIsAPartOfTheHighestLevel) {
+  SyntheticRun::Static s;
+  s.noise_F = 0.1e-15;
+  bool loaded = false;
+  s.capacitance_F = [&loaded](double kPa) {
+    loaded = loaded || kPa > 0;
+    return 3.65e-12 + 6e-15 * kPa + (loaded && kPa <= 0 ? 3e-15 : 0);
+  };
+  const auto a = of_static(s);
+  EXPECT_LT(a.delta_C.value(), 599) << "a part of it is subtracted as drift";
+  const UncertaintyPart& part = part_of(uncertainty_of(a, "delta C at"), "recovery at the rests");
+  EXPECT_GT(part.standard_uncertainty, (600 - a.delta_C.value()) / std::sqrt(3.0) * 0.8);
+  EXPECT_TRUE(holds(a.delta_C, 600)) << a.delta_C.value();
+  const auto recovered = of_static(SyntheticRun::Static());
+  const double noise = 44 / std::sqrt(20.0);  // of a rest
+  EXPECT_LT(part_of(uncertainty_of(recovered, "delta C at"), "recovery at the rests")
+                .standard_uncertainty,
+            3 * noise);
+}
+
 // Unloading lies above: its slope differs most at the ends.
 TEST(Estimand, OfTheForceSensitivityIsTheLoadingWithTheOtherBranchAsAPart) {
   SyntheticRun run;
