@@ -108,7 +108,7 @@ struct LevelResults {
 };
 
 // A reading far from the median of its level or rest, or of its neighbours in a loading; kept in
-// every result but the robust ones and the drift.
+// every result but the robust ones, the noise and the drift.
 struct Outlier {
   double t_s = 0;
   std::int32_t level = 0, index = 0;  // level 0: of a rest or of a loading

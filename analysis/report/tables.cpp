@@ -218,7 +218,7 @@ std::string outlier_table(const RunAnalysis& analysis) {
                number(o.deviation_fF), number(o.deviations)});
   }
   return paragraph(fmt::format("{} readings lie far from the median of their level. They are kept "
-                               "in every result but the robust ones.",
+                               "in every result but the robust ones, the noise and the drift.",
                                analysis.outlier_count)) +
          table.html() + rows_left_out(static_cast<std::size_t>(analysis.outlier_count));
 }
