@@ -170,6 +170,7 @@ nlohmann::json to_json(const Plan& plan) {
           {"measure_readings", plan.measure_readings},
           {"lcr_readings", plan.lcr_readings},
           {"frame_samples", plan.frame_samples},
+          {"frame_rate_Hz", plan.frame_rate_Hz},
           {"peak_force_N", plan.peak_force_N},
           {"overshoot_N", plan.overshoot_N},
           {"force_max_N", plan.limits.force_max_N},

@@ -199,7 +199,7 @@ class FitCommand final : public Command {
   FitCommand()
       : Command("model fit", "Shear modulus and contact offset of a run", "lcrig model fit last") {}
   void declare(ArgumentList& list) override {
-    list.positional("RUN", run_, "Number, or `last`");
+    list.positional(kRunWord, run_, "Number, or `last`");
     options_.declare_level(list);
   }
 
