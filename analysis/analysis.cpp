@@ -45,9 +45,10 @@ RunAnalysis analyse_stretches(const Stretches& in) {
   const auto baseline = calc_baseline(scene, measured);
   const auto levels = calc_levels(scene, measured, baseline.c0);
   const auto curve = calc_curve(levels, baseline.c0, options.confidence);
+  const auto highest = calc_highest_level(scene, levels, curve, baseline.c0);
   const auto cycles = calc_cycles(scene, holds, baseline.c0);
   const auto hysteresis = calc_hysteresis(scene, cycles.cycles, holds);
-  const SlopeBasis basis{scene, holds, baseline, levels, curve, cycles, hysteresis};
+  const SlopeBasis basis{scene, holds, baseline, levels, curve, highest, cycles, hysteresis};
   const auto sensitivity = calc_sensitivity(basis);
   const RunFacts facts{data.run,      data.row.protocol_name, data.row.specimen_name,
                        data.function, data.row.simulated,     data.listing.exit_status,
@@ -57,6 +58,7 @@ RunAnalysis analyse_stretches(const Stretches& in) {
                   baseline,
                   levels,
                   curve,
+                  highest,
                   cycles,
                   holds,
                   sensitivity,
@@ -93,7 +95,7 @@ std::vector<const Metric*> RunAnalysis::metrics() const {
   std::vector<const Metric*> list{&c0, &noise, &drift};
   for (const RangeResult& r : ranges) list.push_back(&r.sensitivity);
   for (const Metric* m :
-       {&linearity, &linearity_terminal, &repeatability_range, &repeatability_2sigma,
+       {&linearity, &linearity_terminal, &repeatability_range, &repeatability_2sigma, &delta_C,
         &dynamic_range, &dynamic_range_drift, &force_sensitivity, &hysteresis.largest_gap,
         &hysteresis.area, &mullins, &creep, &settling, &limit_of_detection}) {
     list.push_back(m);

@@ -108,6 +108,7 @@ class BenchInstruments final : public SimulatedInstruments {
     scene_ = std::make_unique<PlantScene>(world_->plant());
     ZwickSimSettings settings;
     settings.seed = static_cast<std::uint64_t>(request.seed) + 1;
+    settings.rate_max_Hz = request.bench.frame_rate_max_Hz;
     if (world_->errors()) settings.device_clock_ppm = world_->errors()->clock_ppm();
     frame_sim_ = std::make_unique<ZwickSim>(std::move(pair->far), clock_, *scene_, settings);
     use_frame(std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_));
@@ -140,9 +141,9 @@ Result<std::shared_ptr<BenchWorld>> make_world(const SimRequest& request) {
   PlantConfig mounting = request.bench.plant;
   mounting.seed = static_cast<std::uint64_t>(request.seed);
   if (request.weights) mounting.contact_travel_m = 0;
-  auto world =
-      BenchWorld::make(request.specimen, request.bench.error_tolerance,
-                       Force::from_si(request.max_force_N), mounting, request.bench.errors);
+  auto world = BenchWorld::make(request.specimen, request.bench.error_tolerance,
+                                Force::from_si(request.max_force_N), mounting, request.bench.errors,
+                                request.bench.rig_seed);
   if (!world) return fail(world.error());
   return std::shared_ptr<BenchWorld>(std::move(*world));
 }

@@ -15,8 +15,16 @@ namespace {
 
 using nlohmann::json;
 
-class IdleHandler final : public ControlHandler {
+class IdleHandler final : public ControlHandler,
+                          public RunHandler,
+                          public StopHandler,
+                          public AnswerHandler,
+                          public StoreHandler {
  public:
+  RunHandler& runs() override { return *this; }
+  StopHandler& stops() override { return *this; }
+  AnswerHandler& answers() override { return *this; }
+  StoreHandler& store() override { return *this; }
   Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials) override {
     start = std::move(request);
     co_return RunStarted();

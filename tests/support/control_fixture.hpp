@@ -14,8 +14,16 @@
 
 namespace lcrig::support {
 
-class FakeHandler : public ControlHandler {
+class FakeHandler : public ControlHandler,
+                    public RunHandler,
+                    public StopHandler,
+                    public AnswerHandler,
+                    public StoreHandler {
  public:
+  RunHandler& runs() override { return *this; }
+  StopHandler& stops() override { return *this; }
+  AnswerHandler& answers() override { return *this; }
+  StoreHandler& store() override { return *this; }
   Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials peer) override {
     calls.push_back("start " + request.protocol_name + " by " + request.operator_name);
     last_start = request;

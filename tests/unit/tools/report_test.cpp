@@ -142,8 +142,17 @@ TEST_F(Report, SaysWhichSlopeItIsAndWhatItsIntervalIsFor) {
   const std::string results =
       html.substr(html.find("<section id='results'>"),
                   html.find("<section id='pressure'>") - html.find("<section id='results'>"));
-  EXPECT_THAT(results, AllOf(HasSubstr(analysis(1).ranges[0].estimand), HasSubstr(kOfTheRig),
-                             HasSubstr("the specimen's own")));
+  EXPECT_THAT(results, AllOf(HasSubstr(analysis(1).ranges[0].sensitivity.estimand),
+                             HasSubstr(kOfTheRig), HasSubstr("the specimen's own")));
+  const RunAnalysis a = analysis(1);
+  for (const Metric* m : a.chosen()) {
+    if (*m) {
+      EXPECT_THAT(results, HasSubstr(m->estimand)) << m->name;
+    }
+  }
+  const std::string uncertainty = html.substr(html.find("<section id='uncertainty'>"));
+  EXPECT_THAT(uncertainty,
+              AllOf(HasSubstr(a.delta_C.estimand), HasSubstr(a.dynamic_range.estimand)));
   const std::string pressure =
       html.substr(html.find("<section id='pressure'>"),
                   html.find("<section id='time'>") - html.find("<section id='pressure'>"));
@@ -158,6 +167,14 @@ TEST_F(Report, OfSeveralRunsSaysWhichSlopesItCompares) {
   const std::string results = html.substr(0, html.find("<section id='increase'>"));
   EXPECT_THAT(results, AllOf(HasSubstr(kLoading), HasSubstr(kOfTheRig),
                              HasSubstr("loading branch, while the load grows")));
+  for (const std::int64_t run : {1, 2}) {
+    const RunAnalysis a = analysis(run);
+    for (const Metric* m : a.chosen()) {
+      if (*m) {
+        EXPECT_THAT(results, HasSubstr(m->estimand)) << m->name;
+      }
+    }
+  }
 }
 
 TEST_F(Report, OfABatchSaysWhichSlopesItsMeansAreOf) {
@@ -170,10 +187,14 @@ TEST_F(Report, OfABatchSaysWhichSlopesItsMeansAreOf) {
   cli.day = &rehearse_batch;
   ASSERT_EQ(cli.run({"rehearse", "--batch", table, "--db", runs}), 0) << cli.err.str();
   ASSERT_EQ(cli.run({"--db", runs, "report", "--batch", "day", "-o", file}), 0) << cli.err.str();
-  EXPECT_THAT(read(file), AllOf(HasSubstr(kLoading), HasSubstr(kOfTheRig)));
+  constexpr const char* kPeak = "at the peak of 1.26 N, from ";
+  constexpr const char* kRamps = "loading branch, while the load grows, from 0.0628 N";
+  constexpr const char* kTop = "loading branch, from 1";
+  EXPECT_THAT(read(file), AllOf(HasSubstr(kLoading), HasSubstr(kOfTheRig), HasSubstr(kPeak),
+                                HasSubstr(kRamps), HasSubstr(kTop)));
   expect_harmless(read(file));
   ASSERT_EQ(cli.run({"--db", runs, "report", "--batch", "day", "-o", file, "--json"}), 0);
-  EXPECT_THAT(cli.out.str(), HasSubstr(kLoading));
+  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr(kLoading), HasSubstr(kPeak), HasSubstr(kRamps)));
 }
 
 TEST_F(Report, OfADynamicRunShowsCyclesAndStaysSmall) {
@@ -206,7 +227,16 @@ TEST_F(Report, TableHasOneRowARun) {
   EXPECT_EQ(std::ranges::count(text, '\n'), 3);
   EXPECT_THAT(text, AllOf(HasSubstr("sensitivity_0_to_30_kPa_fF_per_kPa"), HasSubstr("paper-1")));
   EXPECT_THAT(text, AllOf(HasSubstr("sensitivity_0_to_30_kPa_fF_per_kPa_estimand"),
-                          HasSubstr('"' + analysis(1).ranges[0].estimand + '"')));
+                          HasSubstr('"' + analysis(1).ranges[0].sensitivity.estimand + '"')));
+  for (const std::int64_t run : {1, 2}) {
+    const RunAnalysis a = analysis(run);
+    for (const Metric* m : a.chosen()) {
+      EXPECT_THAT(text, HasSubstr(m->name + "_estimand"));
+      if (*m) {
+        EXPECT_THAT(text, HasSubstr('"' + m->estimand + '"')) << m->name;
+      }
+    }
+  }
   // To the third digit of its standard error of some 6 fF.
   const Estimate c0 = *analysis(1).c0.estimate;
   ASSERT_GE(*c0.standard_error, 0.001);
