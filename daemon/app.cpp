@@ -51,15 +51,17 @@ App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
       known_(clock),
       rig_(std::move(parts.rig)),
       changed_(clock) {
-  if (rig_) return;
   const auto executor = io.get_executor();
-  if (config_.bench) {
+  if (rig_) {
+    // that of a rehearsal or a test
+  } else if (config_.bench) {
     rig_ = std::make_unique<SimulatedRig>(executor, clock, *config_.bench, known_, person_);
   } else {
     auto real = std::make_unique<RealRig>(executor, clock, config_, known_, person_);
     real_ = real.get();
     rig_ = std::move(real);
   }
+  corrector_ = std::make_unique<Corrector>(executor, clock, *rig_, known_, config_.database, vfs_);
 }
 
 App::~App() = default;
@@ -382,6 +384,7 @@ Task<bool> App::shut_down(std::string why) {
   if (std::exchange(shutting_down_, true)) co_return true;
   changed_.notify_all();
   if (queue_) queue_->end();
+  corrector_->give_up();
   notifier_.stopping();
   const auto settled = [this] { return is_settled(); };
   bool done = false;

@@ -22,6 +22,7 @@
 #include "daemon/queue/plans.hpp"
 #include "daemon/queue/runner.hpp"
 #include "daemon/record/recorder.hpp"
+#include "daemon/rig/corrector.hpp"
 #include "daemon/rig/known.hpp"
 #include "daemon/rig/operator.hpp"
 #include "daemon/rig/real.hpp"
@@ -93,6 +94,8 @@ class App final : public ControlHandler, public QueueHost {
   Task<Result<>> note_run(std::int64_t run, std::string text, PeerCredentials peer) override;
   Task<Result<std::vector<std::string>>> tag_run(TagRequest request, PeerCredentials peer) override;
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) override;
+  Task<Result<MeterCorrections>> correct_meter(CorrectionKind kind, PeerCredentials peer) override;
+  Task<Result<MeterCorrections>> look_at_corrections(PeerCredentials peer) override;
   Task<Result<std::string>> metrics() override;
   DaemonStatus status() const override;
   ConfigView config_view() const override { return reload_.view(); }
@@ -103,6 +106,7 @@ class App final : public ControlHandler, public QueueHost {
   enum class Use {
     idle,
     asking,  // who they are, or what a plan needs to know
+    correcting,  // the meter
     starting,  // a run is prepared: until its row exists, nothing moves
     running,  // until its row and the ports are closed
   };
@@ -180,6 +184,7 @@ class App final : public ControlHandler, public QueueHost {
   KnownRig known_;
   RealRig* real_ = nullptr;  // `rig_`, when it is one
   std::unique_ptr<InstrumentFactory> rig_;
+  std::unique_ptr<Corrector> corrector_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<ControlServer> control_;  // nullptr: nobody listens
   std::unique_ptr<Session> session_;

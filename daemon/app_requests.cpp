@@ -33,7 +33,7 @@ std::string for_whom(const std::string& operator_name) {
 Task<Result<>> App::claim(Use use) {
   const MonoTime patience = clock_.now() + 30s;
   const auto is_known = [this] {
-    return use_ == Use::idle || session_ != nullptr || shutting_down_;
+    return use_ == Use::idle || use_ == Use::correcting || session_ != nullptr || shutting_down_;
   };
   co_await changed_.wait(is_known, patience);
   if (shutting_down_) co_return fail(Errc::busy, "the daemon is shutting down");
@@ -42,6 +42,11 @@ Task<Result<>> App::claim(Use use) {
                    "run {} is going on: one run at a time; `lcrig watch` shows it, "
                    "`lcrig abort` ends it",
                    run->progress().run);
+  }
+  if (use_ == Use::correcting) {
+    co_return fail(Errc::busy,
+                   "the open or the short correction of the meter is being made: try again in two "
+                   "minutes");
   }
   if (use_ != Use::idle) {
     co_return fail(Errc::busy,

@@ -12,6 +12,7 @@
 #include "daemon/control/config_view.hpp"
 #include "daemon/control/messages.hpp"
 #include "protocols/plan/plan.hpp"
+#include "storage/corrections.hpp"
 
 namespace lcrig {
 
@@ -58,6 +59,13 @@ class ControlHandler {
                                                          PeerCredentials peer) = 0;
   // Stores a specimen; returns its name. Errors: invalid_request with the JSON pointer.
   virtual Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) = 0;
+  // Makes the open or the short correction of the meter, whose probes a person has prepared. Takes
+  // minutes. Errors: busy (a run, or a queue that goes), refused (the meter's verdict), whatever
+  // the meter said.
+  virtual Task<Result<MeterCorrections>> correct_meter(CorrectionKind kind,
+                                                       PeerCredentials peer) = 0;
+  // Asks the meter which corrections it applies. Errors: busy, whatever the meter said.
+  virtual Task<Result<MeterCorrections>> look_at_corrections(PeerCredentials peer) = 0;
   virtual DaemonStatus status() const = 0;
   virtual ConfigView config_view() const = 0;
   // Text for Prometheus. Errors: busy.

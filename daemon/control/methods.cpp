@@ -40,6 +40,9 @@ json result_json(const std::string& text) {
 json result_json(std::int64_t number) {
   return number;
 }
+json result_json(const MeterCorrections& meter) {
+  return json::parse(to_json(meter));
+}
 json result_json(const std::vector<QueueAct>& acts) {
   json out = json::array();
   for (const QueueAct& act : acts) out.push_back(to_json(act));
@@ -171,6 +174,16 @@ Result<bool> force_param(const json& params) {
   return read_params<bool>(params, [](ParamsReader& in, bool& out) { in.boolean("force", out); });
 }
 
+Result<CorrectionKind> kind_param(const json& params) {
+  return read_params<CorrectionKind>(params, [](ParamsReader& in, CorrectionKind& out) {
+    std::string word;
+    in.text("kind", word, true);
+    const auto known = parse_word(word, CorrectionKind::short_circuit);
+    if (known) out = *known;
+    if (!known) in.refuse("kind", "expected open or short");
+  });
+}
+
 // "head": the choice for an entry that was interrupted or failed.
 Result<HeadChoice> head_param(const json& params) {
   return read_params<HeadChoice>(params, [](ParamsReader& in, HeadChoice& out) {
@@ -250,6 +263,7 @@ MethodAnswer on_tag(ControlHandler& handler, json params, PeerCredentials peer) 
 constexpr const char* kCheck =
     "change what the message names; --dry-run tries it again and moves nothing";
 constexpr const char* kLook = "lcrig status   (what goes on)";
+constexpr const char* kSeeMeter = "lcrig lcr show   (what is known of the meter's corrections)";
 constexpr const char* kSeeQueue = "lcrig queue list   (shows what waits, and for what)";
 constexpr const char* kTryIt =
     "change what the message names; lcrig run ... --dry-run tries it and moves nothing";
@@ -276,6 +290,8 @@ constexpr ControlMethod kMethods[] = {
     {"run.tag", on_tag, "lcrig runs   (lists them)"},
     {"specimen.add", call_method<text_param, &ControlHandler::add_specimen>,
      "correct the file; for a good one: lcrig specimen show paper-1", "name"},
+    {"lcr.correct", call_method<kind_param, &ControlHandler::correct_meter>, kSeeMeter},
+    {"lcr.show", call_method<no_params, &ControlHandler::look_at_corrections>, kSeeMeter},
     {"queue.add", call_method<parse_queue_add, &QueueHandler::add>, kTryIt},
     {"queue.add_batch", call_method<parse_batch_add, &QueueHandler::add_batch>, kRehearseIt},
     {"queue.list", call_method<page_params, &QueueHandler::list>, kSeeQueue},

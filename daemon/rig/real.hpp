@@ -25,6 +25,7 @@ class RealRig final : public InstrumentFactory {
 
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
   Task<> ask() override;
+  Task<Result<std::unique_ptr<LoneMeter>>> open_lone_meter() override;
   Task<> ask_meter();  // an absent instrument is a state, not a failure
   // STOP comes first, whatever else is wrong, and also with a gateway that answers no greeting.
   // True: the frame confirmed standstill.

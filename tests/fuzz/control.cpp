@@ -51,6 +51,12 @@ class IdleHandler final : public ControlHandler {
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials) override {
     co_return text;
   }
+  Task<Result<MeterCorrections>> correct_meter(CorrectionKind, PeerCredentials) override {
+    co_return MeterCorrections();
+  }
+  Task<Result<MeterCorrections>> look_at_corrections(PeerCredentials) override {
+    co_return MeterCorrections();
+  }
   DaemonStatus status() const override { return DaemonStatus(); }
   Task<Result<std::string>> metrics() override { co_return std::string(); }
   std::optional<RunRequest> start;

@@ -91,6 +91,16 @@ class FakeHandler : public ControlHandler {
     if (next_error) co_return fail(*next_error);
     co_return std::string("paper-9");
   }
+  Task<Result<MeterCorrections>> correct_meter(CorrectionKind kind, PeerCredentials) override {
+    auto ok = done("correct " + std::string(to_string(kind)));
+    if (!ok) co_return fail(ok.error());
+    co_return corrections;
+  }
+  Task<Result<MeterCorrections>> look_at_corrections(PeerCredentials) override {
+    auto ok = done("look at corrections");
+    if (!ok) co_return fail(ok.error());
+    co_return corrections;
+  }
   DaemonStatus status() const override { return state; }
   Task<Result<std::string>> metrics() override {
     auto ok = done("metrics");
@@ -102,6 +112,7 @@ class FakeHandler : public ControlHandler {
   RunRequest last_start, last_plan;
   PeerCredentials last_peer;
   DaemonStatus state;
+  MeterCorrections corrections;
   std::optional<Error> next_error;
   bool hold_start = false;
   std::function<void()> after_start;  // called before the answer is sent

@@ -179,6 +179,9 @@ void Completion::add_values(const Argument& a) {
     candidates_.files = "json";
   } else if (value == "RUN") {
     add_runs();
+  } else if (value == "KIND") {
+    candidates_.add("open", "nothing between the probes");
+    candidates_.add("short", "probes joined");
   } else if (value == "NAME=VALUE") {
     add_parameters();
   } else if (value == "NAME" && batch) {
