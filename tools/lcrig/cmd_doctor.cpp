@@ -84,7 +84,7 @@ class DoctorCommand final : public Command {
 
  private:
   // The instruments as the daemon knows them; without a daemon nobody opens their ports.
-  Finding look_at_daemon(Context& context, BundleParts& parts, Findings& findings) const {
+  Finding look_at_daemon(Context& context, BundleParts& parts, Findings& findings) {
     const std::string mend =
         "systemctl status lcrigd; " + doc_page("troubleshooting") + ", \"The daemon\"";
     const auto silent = [&](const Failure& why) {
@@ -108,6 +108,10 @@ class DoctorCommand final : public Command {
     const auto status = parse_daemon_status(*answer);
     if (!status) return silent(Failure(status.error()));
     look_at_instruments(*status, findings);
+    if (ask_) {
+      auto seen = client->call("lcr.show", json::object(), std::chrono::minutes(1));
+      if (seen) corrections_ = parse_corrections(json_line(*seen));
+    }
     const auto words = fmt::format("lcrigd {} answers", printable(status->version, kLongestName));
     if (status->version == program_version()) return {"daemon", Health::ok, words};
     return {"daemon", Health::warn,
@@ -127,8 +131,8 @@ class DoctorCommand final : public Command {
     look_at_modules(machine, *config, findings);
   }
 
-  static void look_at_data(const Context& context, const Machine& machine, BundleParts& parts,
-                           Findings& findings) {
+  void look_at_data(const Context& context, const Machine& machine, BundleParts& parts,
+                    Findings& findings) const {
     const auto path = context.db_path();
     auto db = path ? open_read_only(*path) : fail(Errc::io, "{}", path.error().what);
     if (!db) {
@@ -141,10 +145,12 @@ class DoctorCommand final : public Command {
     findings.push_back(look_at_disk(*db, context.clock.unix_ns()));
     findings.push_back(look_at_plans(*db));
     look_at_meter_settings(*db, findings);
+    look_at_corrections(*db, corrections_, context.clock.unix_ns(), findings);
     look_at_memory(machine, writer_of(*path), findings);
   }
 
   std::string bundle_;
+  std::optional<MeterCorrections> corrections_;  // as the meter says now
   bool ask_ = false, with_data_ = false;
 };
 
