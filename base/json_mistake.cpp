@@ -215,7 +215,7 @@ class Walk {
     return {};
   }
 
-  // Of a unit that is no word: µm, °C, Ω.
+  // True for the first byte of a unit that is no ASCII word: µm, °C, Ω.
   bool begins_unit() const {
     for (const std::string_view sign : {"\u00B5", "\u03BC", "\u00B0", "\u03A9", "\u2126"}) {
       if (text_.substr(at_, sign.size()) == sign) return true;

@@ -3,6 +3,7 @@
 // to log. Under systemd each line carries the <N> priority prefix that the journal understands.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string_view>
 
@@ -16,8 +17,13 @@ class thread_pool;
 
 namespace lcrig {
 
-// Level: trace, debug, info, warn, error, off. Returns false for any other word. Every message
-// becomes one line of at most 4000 characters, escaped by `printable`.
+// How much is logged: everything first, nothing last.
+inline constexpr std::array<std::string_view, 6> kLogLevels{"trace", "debug", "info",
+                                                            "warn",  "error", "off"};
+inline constexpr const char* kLogLevelWords = "trace, debug, info, warn, error, off";
+
+// Returns false for any other word. Every message becomes one line of at most 4000 characters,
+// escaped by `printable`.
 bool set_up_logging(std::string_view level);
 
 // The same words, while messages are logged.

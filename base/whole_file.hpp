@@ -43,7 +43,7 @@ Result<> write_whole_file(const std::string& path, std::string_view text);
 
 // Whether the output of a program may replace what is at `path`: nothing, an empty file, or an
 // earlier output of the same kind, which has `mark` within its first 4 KiB. Links are followed.
-// What is no plain file is not judged. Errors: invalid_request, saying what would be lost.
+// Devices, pipes and folders are not judged. Errors: invalid_request, saying what would be lost.
 Result<> require_earlier_output(const std::string& path, std::string_view mark);
 
 // All of it, to a descriptor of the file `path`. Errors: io with the path.

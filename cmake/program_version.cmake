@@ -12,8 +12,10 @@ if(GIT)
     execute_process(COMMAND ${GIT} -C ${SOURCE} --no-optional-locks
         describe --always --exclude=* --abbrev=12 --dirty=.dirty
       RESULT_VARIABLE status OUTPUT_VARIABLE described ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE)
+    execute_process(COMMAND ${GIT} -C ${SOURCE} rev-list --count HEAD
+      OUTPUT_VARIABLE count ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE)
     if(status EQUAL 0)
-      set(commit "+g${described}")
+      set(commit "+${count}.g${described}")
     endif()
   endif()
 endif()

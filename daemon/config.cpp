@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/force_class.hpp"
+#include "base/log.hpp"
 #include "daemon/rig/bench.hpp"
 #include "drivers/port_url.hpp"
 
@@ -16,8 +17,6 @@ namespace {
 
 constexpr std::array<std::pair<std::string_view, FrameDriver>, 2> kFrameDrivers{
     {{"zwick", FrameDriver::zwick}, {"dead_weight", FrameDriver::dead_weight}}};
-constexpr std::array<std::pair<std::string_view, int>, 6> kLevels{
-    {{"trace", 0}, {"debug", 1}, {"info", 2}, {"warn", 3}, {"error", 4}, {"off", 5}}};
 
 std::string read_port(const JsonReader& r) {
   std::string port = r.string("port");
@@ -127,8 +126,9 @@ Result<Config> parse_config(std::string_view text, const std::string& name) {
   read_path(root, "socket", c.socket);
   read_path(root, "metrics_file", c.metrics_file);
   if (root.has("log_level")) {
-    root.word<int>("log_level", kLevels);
-    c.log_level = root.string("log_level");
+    std::vector<std::pair<std::string_view, std::string_view>> levels;
+    for (const auto level : kLogLevels) levels.emplace_back(level, level);
+    c.log_level = root.word<std::string_view>("log_level", levels);
   }
   read_rig(root, c);
   root.no_other_keys();

@@ -10,11 +10,14 @@ namespace lcrig {
 namespace {
 
 // The part of the configuration that a key belongs to.
-enum class Part { daemon, rig, bench };
+enum class Part { daemon, rig };
+// What must be there for a key to mean anything.
+enum class Needs { nothing, bench, ports, machine, force_loop };
 
 struct Key {
   std::string_view name;
   Part part;
+  Needs needs;
   ConfigEffect effect;
   ConfigValue (*value)(const Config&);
   void (*take)(Config& in_force, const Config& wanted);  // nullptr: only a restart does
@@ -49,80 +52,84 @@ constexpr auto kRestart = ConfigEffect::restart;
 
 // lint: table
 constexpr Key kKeys[] = {
-    {"database", Part::daemon, kRestart, [](const Config& c) { return text(c.database); }, nullptr},
-    {"socket", Part::daemon, kRestart, [](const Config& c) { return text(c.socket); }, nullptr},
-    {"log_level", Part::daemon, kNow, [](const Config& c) { return text(c.log_level); },
+    {"database", Part::daemon, Needs::nothing, kRestart,
+     [](const Config& c) { return text(c.database); }, nullptr},
+    {"socket", Part::daemon, Needs::nothing, kRestart,
+     [](const Config& c) { return text(c.socket); }, nullptr},
+    {"log_level", Part::daemon, Needs::nothing, kNow,
+     [](const Config& c) { return text(c.log_level); },
      [](Config& c, const Config& w) { c.log_level = w.log_level; }},
-    {"metrics_file", Part::daemon, kNow, [](const Config& c) { return text(c.metrics_file); },
+    {"metrics_file", Part::daemon, Needs::nothing, kNow,
+     [](const Config& c) { return text(c.metrics_file); },
      [](Config& c, const Config& w) { c.metrics_file = w.metrics_file; }},
-    {"bench", Part::bench, kRestart, [](const Config& c) { return text(c.bench.value_or("")); },
-     nullptr},
-    {"meter.driver", Part::rig, kRestart,
+    {"bench", Part::rig, Needs::bench, kRestart,
+     [](const Config& c) { return text(c.bench.value_or("")); }, nullptr},
+    {"meter.driver", Part::rig, Needs::ports, kRestart,
      [](const Config& c) {
        return text(c.meter_driver == nullptr ? "" : std::string(c.meter_driver->name));
      },
      nullptr},
-    {"meter.port", Part::rig, kRestart, [](const Config& c) { return text(c.meter_port); },
-     nullptr},
-    {"meter.serial_number", Part::rig, kIdle,
+    {"meter.port", Part::rig, Needs::ports, kRestart,
+     [](const Config& c) { return text(c.meter_port); }, nullptr},
+    {"meter.serial_number", Part::rig, Needs::ports, kIdle,
      [](const Config& c) { return text(c.meter_serial_number); },
      [](Config& c, const Config& w) { c.meter_serial_number = w.meter_serial_number; }},
-    {"frame.driver", Part::rig, kRestart,
+    {"frame.driver", Part::rig, Needs::ports, kRestart,
      [](const Config& c) {
        if (c.bench) return ConfigValue();
        return text(c.frame_driver == FrameDriver::zwick ? "zwick" : "dead_weight");
      },
      nullptr},
-    {"frame.port", Part::rig, kRestart, [](const Config& c) { return text(c.frame_port); },
-     nullptr},
-    {"frame.stiffness_N_mm", Part::rig, kIdle,
+    {"frame.port", Part::rig, Needs::machine, kRestart,
+     [](const Config& c) { return text(c.frame_port); }, nullptr},
+    {"frame.stiffness_N_mm", Part::rig, Needs::machine, kIdle,
      [](const Config& c) { return scaled(c.frame.stiffness_N_m, 1e-3); }, take_frame},
-    {"frame.start_gap_mm", Part::rig, kIdle,
+    {"frame.start_gap_mm", Part::rig, Needs::machine, kIdle,
      [](const Config& c) { return scaled(c.frame.start_gap_m, 1e3); }, take_frame},
-    {"frame.force_class", Part::rig, kIdle,
+    {"frame.force_class", Part::rig, Needs::machine, kIdle,
      [](const Config& c) { return ConfigValue(c.frame.force_class_percent); }, take_frame},
-    {"frame.force_loop.approach_mm_s", Part::rig, kIdle,
+    {"frame.force_loop.approach_mm_s", Part::rig, Needs::force_loop, kIdle,
      [](const Config& c) {
        return of_loop(c, [](const ForceLoop& l) { return l.approach.si() * 1e3; });
      },
      take_frame},
-    {"frame.force_loop.contact_N", Part::rig, kIdle,
+    {"frame.force_loop.contact_N", Part::rig, Needs::force_loop, kIdle,
      [](const Config& c) { return of_loop(c, [](const ForceLoop& l) { return l.contact.si(); }); },
      take_frame},
-    {"frame.force_loop.rate_max_N_s", Part::rig, kIdle,
+    {"frame.force_loop.rate_max_N_s", Part::rig, Needs::force_loop, kIdle,
      [](const Config& c) { return of_loop(c, [](const ForceLoop& l) { return l.rate_max.si(); }); },
      take_frame},
-    {"frame.force_loop.lag_s", Part::rig, kIdle,
+    {"frame.force_loop.lag_s", Part::rig, Needs::force_loop, kIdle,
      [](const Config& c) {
        return of_loop(c, [](const ForceLoop& l) { return to_seconds(l.lag); });
      },
      take_frame},
-    {"frame.force_loop.ripple_N", Part::rig, kIdle,
+    {"frame.force_loop.ripple_N", Part::rig, Needs::force_loop, kIdle,
      [](const Config& c) { return of_loop(c, [](const ForceLoop& l) { return l.ripple.si(); }); },
      take_frame},
-    {"frame.force_loop.stiffness_max_N_mm", Part::rig, kIdle,
+    {"frame.force_loop.stiffness_max_N_mm", Part::rig, Needs::force_loop, kIdle,
      [](const Config& c) {
        return of_loop(c, [](const ForceLoop& l) { return l.stiffness_max.si() * 1e-3; });
      },
      take_frame},
-    {"fixture.probe_diameter_mm", Part::rig, kIdle,
+    {"fixture.probe_diameter_mm", Part::rig, Needs::ports, kIdle,
      [](const Config& c) { return scaled(c.fixture.probe_diameter_m, 1e3); }, take_fixture},
-    {"fixture.local_gravity_m_s2", Part::rig, kIdle,
+    {"fixture.local_gravity_m_s2", Part::rig, Needs::ports, kIdle,
      [](const Config& c) { return ConfigValue(c.fixture.local_gravity_m_s2); }, take_fixture},
-    {"wire_log_directory", Part::daemon, kIdle,
+    {"wire_log_directory", Part::daemon, Needs::ports, kIdle,
      [](const Config& c) { return text(c.wire_log_directory); },
      [](Config& c, const Config& w) { c.wire_log_directory = w.wire_log_directory; }},
 };
 
 bool applies(const Key& key, const Config& config) {
-  if (key.part == Part::bench) return config.bench.has_value();
-  const bool of_ports = key.part == Part::rig || key.name == "wire_log_directory";
-  if (of_ports && config.bench) return false;
-  const bool of_loop = key.name.starts_with("frame.force_loop.");
-  if (of_loop) return config.frame.force_loop.has_value();
-  const bool of_machine = key.name == "frame.port" || key.name == "frame.stiffness_N_mm" ||
-                          key.name == "frame.start_gap_mm" || key.name == "frame.force_class";
-  return !of_machine || config.frame_driver == FrameDriver::zwick;
+  switch (key.needs) {
+    case Needs::nothing: return true;
+    case Needs::bench: return config.bench.has_value();
+    case Needs::ports: return !config.bench;
+    case Needs::machine: return !config.bench && config.frame_driver == FrameDriver::zwick;
+    case Needs::force_loop: return !config.bench && config.frame.force_loop.has_value();
+  }
+  return true;
 }
 
 // A key may have another unit in the file: "frame.stiffness_N_m".

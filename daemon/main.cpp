@@ -16,6 +16,7 @@
 #include "base/log.hpp"
 #include "base/option_completion.hpp"
 #include "base/program_version.hpp"
+#include "base/spawn.hpp"
 #include "base/text.hpp"
 #include "base/usage_error.hpp"
 #include "daemon/app.hpp"
@@ -38,7 +39,7 @@ std::optional<std::string> for_shell(const CLI::App& cli, int argc, char** argv)
   OptionValues json_file, any_file, levels;
   json_file.files = "json";
   any_file.files = "file";
-  levels.words = {"trace", "debug", "info", "warn", "error", "off"};
+  levels.words.assign(kLogLevels.begin(), kLogLevels.end());
   const std::map<std::string, OptionValues> values{
       {"--config", json_file}, {"--db", any_file}, {"--socket", any_file}, {"--log-level", levels}};
   return completion_of(cli, values, {argv + 1, argv + argc});
@@ -105,7 +106,7 @@ Task<> reload_on_hangup(asio::signal_set& hangups, App& app) {
   for (;;) {
     co_await hangups.async_wait(asio::use_awaitable);
     spdlog::info("signal {}: the config file is read again", SIGHUP);
-    co_await app.reload();
+    co_await app.config_taker().reload();
   }
 }
 
@@ -119,7 +120,7 @@ void tell(const Error& error, const Options& options) {
 
 void make_frame_safe(asio::io_context& io, App& app) {
   bool over = false;
-  asio::co_spawn(io, app.make_frame_safe(), [&over](std::exception_ptr bug) {
+  asio::co_spawn(io, app.rescue().stop_first(), [&over](std::exception_ptr bug) {
     if (bug) std::rethrow_exception(bug);
     over = true;
   });
@@ -143,7 +144,7 @@ int serve(const Options& options, const Config& config) {
   parts.notifier = ServiceNotifier::from_environment();
   parts.load_config = [options] { return checked_config(options); };
   App app(io, clock, config, std::move(parts));
-  if (app.frame_may_be_left()) make_frame_safe(io, app);
+  if (app.rescue().may_be_left()) make_frame_safe(io, app);
   if (auto good = check_surroundings(config, options.config); !good) {
     log.reset();
     tell(good.error(), options);
@@ -155,12 +156,8 @@ int serve(const Options& options, const Config& config) {
     spdlog::error("{}", started.error().what);
     return started.error().code == Errc::busy ? 1 : 2;
   }
-  asio::co_spawn(io, end_on_signal(io, signals, app, log), [](std::exception_ptr bug) {
-    if (bug) std::rethrow_exception(bug);
-  });
-  asio::co_spawn(io, reload_on_hangup(hangups, app), [](std::exception_ptr bug) {
-    if (bug) std::rethrow_exception(bug);
-  });
+  spawn(io.get_executor(), end_on_signal(io, signals, app, log));
+  spawn(io.get_executor(), reload_on_hangup(hangups, app));
   try {
     io.run();
   } catch (const std::exception& e) {
@@ -180,7 +177,7 @@ int main(int argc, char** argv) {
   cli.add_option("--config", options.config, "Config file")->capture_default_str();
   cli.add_option("--db", options.database, "Database file (overrides the config file)");
   cli.add_option("--socket", options.socket, "Control socket (overrides the config file)");
-  cli.add_option("--log-level", options.log_level, "trace, debug, info, warn, error, off");
+  cli.add_option("--log-level", options.log_level, kLogLevelWords);
   cli.add_flag("--check-config", options.only_check,
                "Check the config file, say what it means, end");
   cli.set_version_flag("--version", std::string(program_version()));

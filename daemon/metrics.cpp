@@ -4,11 +4,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <array>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
 
+#include "base/processor_ticks.hpp"
 #include "storage/writer_lock.hpp"
 
 namespace lcrig {
@@ -136,13 +135,8 @@ SystemFigures read_system_figures(const std::string& database) {
   const auto folder = std::filesystem::absolute(database, unknown).parent_path();
   const auto space = std::filesystem::space(folder, unknown);
   if (!unknown) out.disk_free_bytes = static_cast<double>(space.available);
-  std::ifstream stat("/proc/stat");
-  std::string word;
-  std::array<double, 8> ticks{};  // user, nice, system, idle, iowait, irq, softirq, steal
-  stat >> word;
-  for (double& value : ticks) stat >> value;
-  if (stat && word == "cpu") {
-    out.steal_s = ticks.back() / static_cast<double>(::sysconf(_SC_CLK_TCK));
+  if (const auto ticks = read_processor_ticks("/proc/stat")) {
+    out.steal_s = ticks->steal / static_cast<double>(::sysconf(_SC_CLK_TCK));
   }
   return out;
 }

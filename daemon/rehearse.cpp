@@ -6,7 +6,7 @@
 #include <exception>
 #include <utility>
 
-#include "daemon/app.hpp"
+#include "daemon/rehearsal.hpp"
 #include "daemon/rig/drill.hpp"
 #include "daemon/rig/replay.hpp"
 #include "daemon/rig/sim.hpp"
@@ -17,8 +17,6 @@
 namespace lcrig {
 
 namespace {
-
-using namespace std::chrono_literals;
 
 std::string answer_remark(std::string_view step, const AnswerEvent& answer) {
   const bool from_file = answer.source == to_string(AnswerSource::file);
@@ -33,35 +31,21 @@ std::string answer_remark(std::string_view step, const AnswerEvent& answer) {
                 : "the default of the protocol");
 }
 
-// The instruments of one run, made before there is a database: what is wrong leaves none behind.
-class ReadyRig final : public InstrumentFactory {
+class RunRehearsal final : public Rehearsal {
  public:
-  explicit ReadyRig(std::unique_ptr<Instruments> instruments)
-      : instruments_(std::move(instruments)) {}
-  Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest /*request*/) override {
-    co_return std::move(instruments_);
-  }
-  Task<> ask() override { co_return; }
-
- private:
-  std::unique_ptr<Instruments> instruments_;
-};
-
-// A whole world of its own: loop, clock, daemon, instruments.
-class Rehearsal {
- public:
-  explicit Rehearsal(const RehearseRequest& request) : request_(request) {}
+  explicit RunRehearsal(const RehearseRequest& request)
+      : Rehearsal(request.progress), request_(request) {}
+  ~RunRehearsal() override { app_.reset(); }  // before the drill that its instruments use
+  RunRehearsal(const RunRehearsal&) = delete;
+  RunRehearsal& operator=(const RunRehearsal&) = delete;
 
   Result<RehearseResult> run() {
     const MonoTime begin = wall_.now();
     auto prepared = prepare_run(request_);
     if (!prepared) return fail(prepared.error());
-    if (auto made = make_app(*prepared); !made) return fail(made.error());
-    asio::co_spawn(io_, play(std::move(*prepared)),
-                   [this](std::exception_ptr error) { error_ = error; });
-    const bool ended = clock_.run(io_, [this] { return show() && (is_over_ || error_); });
-    if (error_) std::rethrow_exception(error_);
-    if (!ended) return fail(Errc::bug, "the rehearsal waits for something that never comes");
+    prepared_ = std::move(*prepared);
+    if (auto made = make_app(); !made) return fail(made.error());
+    if (auto played = play(); !played) return fail(played.error());
     if (!outcome_) return fail(outcome_.error());
     auto result = summarise();
     if (result) result->wall_s = to_seconds(wall_.now() - begin);
@@ -69,16 +53,19 @@ class Rehearsal {
   }
 
  private:
-  Result<> make_app(const PreparedRun& prepared) {
+  Result<> make_app() {
     if (!request_.faults_text.empty()) {
       auto drill = FaultDrill::make(clock_, request_.faults_text, request_.faults_name);
       if (!drill) return fail(drill.error());
       drill_ = std::move(*drill);
     }
-    auto instruments = make_instruments(prepared);
+    // Before there is a database: what is wrong leaves none behind.
+    auto instruments = make_instruments(prepared_);
     if (!instruments) return fail(instruments.error());
+    instruments_ = std::move(*instruments);
     AppParts parts;
-    parts.rig = std::make_unique<ReadyRig>(std::move(*instruments));
+    parts.rig = std::make_unique<RehearsalRig>(
+        [this](const InstrumentsRequest&) { return std::move(instruments_); });
     if (drill_) parts.vfs = drill_->disk();
     parts.sync_each_commit = drill_ != nullptr;  // whose disk may fail
     Config config;
@@ -115,22 +102,9 @@ class Rehearsal {
     return make_sim_instruments(io_.get_executor(), clock_, sim);
   }
 
-  Task<> play(PreparedRun prepared) {
-    auto outcome = co_await app_->run_through(std::move(prepared));
+  Task<> act() override {
+    auto outcome = co_await app_->run_through(std::move(prepared_));
     outcome_ = std::move(outcome);
-    co_await app_->shut_down("over");
-    is_over_ = true;
-  }
-
-  // Shows the status now and then; never ends the pump by itself.
-  bool show() {
-    if (!request_.progress) return true;
-    const MonoTime now = wall_.now();
-    if (now < next_show_ && !is_over_) return true;
-    next_show_ = now + 50ms;
-    const DaemonStatus status = app_->status();
-    if (status.run) request_.progress(*status.run);
-    return true;
   }
 
   // Reads the result from the rows.
@@ -173,15 +147,10 @@ class Rehearsal {
   }
 
   const RehearseRequest& request_;
-  RealClock wall_;
-  VirtualClock clock_;
-  asio::io_context io_{1};
+  PreparedRun prepared_;
   std::unique_ptr<FaultDrill> drill_;
-  std::unique_ptr<App> app_;
+  std::unique_ptr<Instruments> instruments_;
   Result<RunOutcome> outcome_;
-  bool is_over_ = false;
-  std::exception_ptr error_;
-  MonoTime next_show_{};
 };
 
 Task<Result<Rig>> identified_rig(Instruments& instruments) {
@@ -201,7 +170,7 @@ Task<Result<Rig>> identified_rig(Instruments& instruments) {
 }  // namespace
 
 Result<RehearseResult> rehearse(const RehearseRequest& request) {
-  Rehearsal rehearsal(request);
+  RunRehearsal rehearsal(request);
   return rehearsal.run();
 }
 

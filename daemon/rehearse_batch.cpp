@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/rehearse_batch.hpp"
 
-#include <boost/asio/co_spawn.hpp>
-#include <exception>
 #include <utility>
 
-#include "daemon/app.hpp"
+#include "daemon/rehearsal.hpp"
 #include "daemon/rig/sim.hpp"
 #include "protocols/plan/planned_rig.hpp"
 #include "storage/batches.hpp"
@@ -21,35 +19,10 @@ using namespace std::chrono_literals;
 
 constexpr const char* kRehearser = "rehearsal";
 
-// The bench with another specimen, and other noise, for each run.
-class BatchRig final : public InstrumentFactory {
- public:
-  BatchRig(asio::any_io_executor executor, Clock& clock, const RehearseBatchRequest& request,
-           Bench bench)
-      : executor_(std::move(executor)), clock_(clock), request_(request), bench_(std::move(bench)) {
-    if (request_.errors) bench_.errors = request_.errors;
-    bench_.operator_reaction = from_seconds(PlannedRig::kByHand_s);  // as plans say
-  }
-  Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest wanted) override {
-    SimRequest sim(bench_, wanted);
-    if (request_.noise_seed) sim.seed = static_cast<std::int64_t>(*request_.noise_seed);
-    if (wanted.why == LearnedBy::start) sim.seed += starts_++;
-    co_return make_sim_instruments(executor_, clock_, sim);
-  }
-  Task<> ask() override { co_return; }
-
- private:
-  asio::any_io_executor executor_;
-  Clock& clock_;
-  const RehearseBatchRequest& request_;
-  Bench bench_;
-  std::int64_t starts_ = 0;
-};
-
-class BatchRehearsal {
+class BatchRehearsal final : public Rehearsal {
  public:
   explicit BatchRehearsal(const RehearseBatchRequest& request)
-      : request_(request), clock_(request.begin_unix_ns) {
+      : Rehearsal(request.progress, VirtualClock(request.begin_unix_ns)), request_(request) {
     person_.user = kRehearser;
     out_.db_path = request.db_path;
   }
@@ -57,10 +30,7 @@ class BatchRehearsal {
   Result<RehearseBatchResult> run() {
     const MonoTime begin = wall_.now();
     if (auto made = make_app(); !made) return fail(made.error());
-    asio::co_spawn(io_, play(), [this](std::exception_ptr error) { error_ = error; });
-    const bool ended = clock_.run(io_, [this] { return show() && (is_over_ || error_); });
-    if (error_) std::rethrow_exception(error_);
-    if (!ended) return fail(Errc::bug, "the rehearsal waits for something that never comes");
+    if (auto played = play(); !played) return fail(played.error());
     if (failure_) return fail(*failure_);
     if (auto summed = sum_up(); !summed) return fail(summed.error());
     out_.wall_s = to_seconds(wall_.now() - begin);
@@ -71,14 +41,26 @@ class BatchRehearsal {
   Result<> make_app() {
     auto bench = bench_of(request_.bench, request_.bench_text);
     if (!bench) return fail(bench.error());
+    bench_ = std::move(*bench);
+    if (request_.errors) bench_.errors = request_.errors;
+    bench_.operator_reaction = from_seconds(PlannedRig::kByHand_s);  // as plans say
     Config config;
     config.database = request_.db_path;
     AppParts parts;
-    parts.rig = std::make_unique<BatchRig>(io_.get_executor(), clock_, request_, std::move(*bench));
+    parts.rig = std::make_unique<RehearsalRig>(
+        [this](const InstrumentsRequest& wanted) { return make_instruments(wanted); });
     parts.sync_each_commit = false;
     app_ = std::make_unique<App>(io_, clock_, std::move(config), std::move(parts));
     if (auto opened = app_->open_with_queue(); !opened) return opened;
     return empty_queue();
+  }
+
+  // The bench with another specimen, and other noise, for each run.
+  Result<std::unique_ptr<Instruments>> make_instruments(const InstrumentsRequest& wanted) {
+    SimRequest sim(bench_, wanted);
+    if (request_.noise_seed) sim.seed = static_cast<std::int64_t>(*request_.noise_seed);
+    if (wanted.why == LearnedBy::start) sim.seed += starts_++;
+    return make_sim_instruments(io_.get_executor(), clock_, sim);
   }
 
   // Entries of a rehearsal that was broken off belong to nobody. All others are a queue of people.
@@ -113,21 +95,19 @@ class BatchRehearsal {
     }
   }
 
-  Task<> play() {
+  Task<> act() override {
     BatchAdd batch = request_.batch;
     batch.name = out_.name;
     QueueHandler& queue = *app_->queue();
     auto added = co_await queue.add_batch(std::move(batch), person_);
     if (added) {
-      co_await act(queue, added->entries);
+      co_await tend(queue, added->entries);
     } else {
       failure_ = added.error();
     }
-    co_await app_->shut_down("over");
-    is_over_ = true;
   }
 
-  Task<> act(QueueHandler& queue, std::int64_t entries) {
+  Task<> tend(QueueHandler& queue, std::int64_t entries) {
     begin_ = clock_.now();
     std::int64_t starts_left = 2 * entries + 10;  // a queue that never gets on is no reason to wait
     auto started = co_await queue.start(HeadChoice::none, person_);
@@ -198,16 +178,6 @@ class BatchRehearsal {
     if (!started && status.count > 0) failure_ = started.error();
   }
 
-  bool show() {
-    if (!request_.progress) return true;
-    const MonoTime now = wall_.now();
-    if (now < next_show_ && !is_over_) return true;
-    next_show_ = now + 50ms;
-    const DaemonStatus status = app_->status();
-    if (status.run) request_.progress(*status.run);
-    return true;
-  }
-
   // Reads the result from the rows.
   Result<> sum_up() {
     auto db = open_read_only(request_.db_path);
@@ -256,16 +226,12 @@ class BatchRehearsal {
   }
 
   const RehearseBatchRequest& request_;
-  RealClock wall_;
-  VirtualClock clock_;
-  asio::io_context io_{1};
-  std::unique_ptr<App> app_;
+  Bench bench_;
+  std::int64_t starts_ = 0;
   PeerCredentials person_;
   RehearseBatchResult out_;
   std::optional<Error> failure_;
-  MonoTime begin_{}, next_show_{};
-  bool is_over_ = false;
-  std::exception_ptr error_;
+  MonoTime begin_{};
 };
 
 }  // namespace

@@ -15,8 +15,8 @@ std::string run_words(bool simulated, std::int64_t run);
 // " (anchor 57:9c4f…)": in the journal it cannot be changed together with the database. Empty when
 // there is none.
 std::string anchor_words(const std::string& anchor);
-// Of a run that was found without an end. `had_ended`: its end was deleted; then the anchor is the
-// one of that end.
+// The words for a run that was found without an end. `had_ended`: its end was deleted; then the
+// anchor is the one of that end.
 std::string orphan_line(std::int64_t run, const std::string& anchor, bool had_ended);
 // "run 3 static-frame on paper-1: running, level, 34 %, 8 min left"
 std::string service_line(const RunStatus& status);

@@ -11,6 +11,9 @@
 
 namespace lcrig {
 
+// What a daemon that stops asks for at a time (extend_timeout), while all its parts move.
+constexpr Duration kStopExtension = std::chrono::seconds(30);
+
 class ServiceNotifier {
  public:
   ServiceNotifier() = default;  // silent

@@ -150,7 +150,7 @@ class LevelSearch {
   std::string least_by_;  // that level, and the seconds in which it was found
 };
 
-// Whether the coarser mesh has shown that a finer one of this level cannot help.
+// True when the coarser mesh has shown that a finer one of this level cannot help.
 bool LevelSearch::hopeless(const LevelSettings& settings) const {
   if (settings.level == without_answer_) return true;
   if (!last_ || last_->first.level != settings.level || settings.level < Level::fem_linear) {
@@ -220,7 +220,7 @@ Result<LevelChoice> LevelSearch::run() {
   for (const LevelSettings& settings : candidates(estimator_.specimen())) {
     if (hopeless(settings)) continue;
     if (const auto seconds = too_long(settings)) {
-      return refuse(fmt::format("; {} would take about {:.2g} s more, over the budget of {:.4g} s",
+      return refuse(fmt::format("; {} would take about {:.2g} s more, over the limit of {:.4g} s",
                                 name_of(settings), *seconds, patience_->seconds));
     }
     const auto estimate = rate(settings);

@@ -53,7 +53,7 @@ struct BatchListing {
 };
 Result<std::vector<BatchListing>> batch_entries(const Database& db, std::int64_t batch);
 
-// Where an entry is from; nullopt: of no batch.
+// The batch that an entry came with; nullopt when it came alone.
 struct EntryBatch {
   StoredBatch batch;
   std::int64_t position = 0, of = 0, line = 0, repeat = 0;

@@ -87,7 +87,8 @@ Result<ChainReport> verify_chain(const Database& db, std::int64_t run,
                                  const std::optional<Anchor>& anchor = std::nullopt);
 // The same with a connection and a thread of its own, beside what the caller reads.
 std::future<Result<ChainReport>> verify_aside(const Database& db, std::int64_t run);
-// What people may keep of it; nullopt: it is broken, and its hashes are those of changed rows.
+// The anchor that people may keep. nullopt for a broken chain, whose hashes are those of changed
+// rows.
 std::optional<Anchor> anchor_of(const ChainReport& chain);
 // "not as it was recorded: link 3 ..."; empty when it is intact.
 std::string remark_on(const ChainReport& chain);

@@ -200,13 +200,13 @@ class RunCopy {
       if (!*found) continue;
       const auto& [run, links] = **found;
       const auto more = before_[i].head.links - links;
-      there.push_back(fmt::format("run {} is there as run {}{}", runs[i], run,
+      there.push_back(fmt::format("run {} is there already, as run {}{}", runs[i], run,
                                   more > 0   ? ", without the notes that were added here since"
                                   : more < 0 ? ", with notes that were added there since"
                                              : ""));
     }
     if (there.empty()) return {};
-    return fail(Errc::invalid_request, "{}: {} already (same uuid): nothing was copied", to_,
+    return fail(Errc::invalid_request, "{}: {} (same uuid): nothing was copied", to_,
                 fmt::join(there, "; "));
   }
 

@@ -11,15 +11,16 @@ namespace lcrig {
 namespace {
 
 // The numbers of rows are read from the last link of the chain, so that a long run costs no
-// counting. A run whose links somebody deleted is listed all the same, without numbers: `verify`
-// tells what is missing.
+// counting; those of a run that ended from the index chain_at_end, which has nothing else. A run
+// whose links somebody deleted is listed all the same, without numbers: `verify` tells what is
+// missing.
 constexpr std::string_view kListing =
     "SELECT run.id, protocol_name, specimen_name, run.operator, simulated, started_unix_ns,"
     " exit_status, coalesce(reason, ''), ended_unix_ns, coalesce(lcr_reading_seq, 0),"
     " coalesce(frame_sample_seq, 0), coalesce(level_seq, 0), coalesce(event_seq, 0), {}"
     " FROM run LEFT JOIN run_end ON run_end.run_id = run.id"
-    " LEFT JOIN chain ON chain.run_id = run.id"
-    " AND chain.seq = (SELECT max(seq) FROM chain AS c WHERE c.run_id = run.id)";
+    " LEFT JOIN chain ON chain.run_id = run.id AND chain.run_end = 1 AND chain.seq ="
+    " (SELECT max(seq) FROM chain AS c WHERE c.run_id = run.id AND c.run_end = 1)";
 
 Result<std::string> listing_sql(const Database& db) {
   auto named = has_uuids(db);
@@ -51,9 +52,26 @@ Result<RunListing> read_listing(const Statement& s) {
   return out;
 }
 
+Result<> count_rows_so_far(const Database& db, RunListing& open_run) {
+  const auto counted = db.first(
+      "SELECT lcr_reading_seq, frame_sample_seq, level_seq, event_seq FROM chain WHERE run_id = ?"
+      " ORDER BY seq DESC LIMIT 1",
+      [&open_run](const Statement& s) {
+        open_run.lcr_readings = s.integer(0);
+        open_run.frame_samples = s.integer(1);
+        open_run.levels = s.integer(2);
+        open_run.events = s.integer(3);
+        return true;
+      },
+      open_run.run);
+  if (!counted) return fail(counted.error());
+  return {};
+}
+
 // It may have ended since its row was read: then the row is read again.
 Result<> tell_whether_it_goes_on(const Database& db, RunListing& listing) {
   if (listing.exit_status) return {};
+  if (auto r = count_rows_so_far(db, listing); !r) return r;
   const auto goes_on = is_being_recorded(db.path(), listing.run);
   if (!goes_on) return fail(goes_on.error());
   listing.goes_on = *goes_on;

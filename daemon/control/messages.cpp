@@ -17,24 +17,37 @@ namespace {
 struct ErrcRow {
   Errc errc;
   int code;
-  std::string_view hint;
+  HintWords hint;
 };
 constexpr std::array<ErrcRow, 14> kErrcs{{
-    {Errc::no_reply, -32001,
-     "check cable, power and the instrument's port choice, then: lcrig status"},
-    {Errc::reply_cut_off, -32002, "check the cable, then: lcrig status"},
-    {Errc::garbled, -32003, "check that the right instrument is on this port, then: lcrig status"},
-    {Errc::refused, -32004, "the instrument did not take it: change the protocol's settings"},
-    {Errc::unsupported, -32011, "this instrument cannot do that: use another one"},
-    {Errc::not_standing, -32012, "standstill not confirmed: use the E-stop, then look at the rig"},
-    {Errc::frame_fault, -32013, "look at the frame, clear its fault, unload it by hand, run again"},
-    {Errc::disconnected, -32005, "see to what the message names, then: lcrig status --ask"},
-    {Errc::busy, -32006, "lcrig status   (what goes on; lcrig abort ends it)"},
-    {Errc::limit_tripped, -32007, "a limit was reached: check specimen and limits, then run again"},
-    {Errc::invalid_request, -32008, "correct the request"},
-    {Errc::aborted, -32009, "it was stopped: start it again when the cause is gone"},
-    {Errc::io, -32010, "the operating system refused; the message says what and why"},
-    {Errc::bug, -32603, "a fault of this program: report it with the wire log"},
+    {Errc::no_reply,
+     -32001,
+     {"check cable, power and the instrument's port choice, then: ", "lcrig status", ""}},
+    {Errc::reply_cut_off, -32002, {"check the cable, then: ", "lcrig status", ""}},
+    {Errc::garbled,
+     -32003,
+     {"check that the right instrument is on this port, then: ", "lcrig status", ""}},
+    {Errc::refused,
+     -32004,
+     {"the instrument did not take it: change the protocol's settings", "", ""}},
+    {Errc::unsupported, -32011, {"this instrument cannot do that: use another one", "", ""}},
+    {Errc::not_standing,
+     -32012,
+     {"standstill not confirmed: use the E-stop, then look at the rig", "", ""}},
+    {Errc::frame_fault,
+     -32013,
+     {"look at the frame, clear its fault, unload it by hand, run again", "", ""}},
+    {Errc::disconnected,
+     -32005,
+     {"see to what the message names, then: ", "lcrig status --ask", ""}},
+    {Errc::busy, -32006, {"", "lcrig status", "what goes on; lcrig abort ends it"}},
+    {Errc::limit_tripped,
+     -32007,
+     {"a limit was reached: check specimen and limits, then run again", "", ""}},
+    {Errc::invalid_request, -32008, {"correct the request", "", ""}},
+    {Errc::aborted, -32009, {"it was stopped: start it again when the cause is gone", "", ""}},
+    {Errc::io, -32010, {"the operating system refused; the message says what and why", "", ""}},
+    {Errc::bug, -32603, {"a fault of this program: report it with the wire log", "", ""}},
 }};
 
 const ErrcRow& row_of(Errc errc) {
@@ -100,6 +113,19 @@ std::string_view to_string(LearnedBy l) {
   return kWords[static_cast<std::size_t>(l)];
 }
 
+Hint::Hint(const HintWords& words) {
+  before = words.before;
+  command = words.command;
+  remark = words.remark;
+}
+
+std::string Hint::text(std::string_view options) const {
+  std::string out = before + command;
+  if (!command.empty() && !options.empty()) out.append(" ").append(options);
+  if (!remark.empty()) out += "   (" + remark + ")";
+  return out;
+}
+
 int rpc_code_of(Errc code) {
   return row_of(code).code;
 }
@@ -107,7 +133,7 @@ int rpc_code_of(Errc code) {
 RpcError rpc_error_of(const Error& error) {
   const auto& row = row_of(error.code);
   constexpr std::size_t kLongest = 4000;  // it may quote a file or an instrument
-  RpcError out(row.code, printable(error.what, kLongest), std::string(row.hint));
+  RpcError out(row.code, printable(error.what, kLongest), Hint(row.hint));
   out.errc = error.code;
   out.detail = printable_lines(error.detail);
   return out;
@@ -337,7 +363,12 @@ std::string answer_line(const json& id, const json& result) {
 }
 
 std::string error_line(const json& id, const RpcError& error) {
-  json data{{"errc", to_string(error.errc)}, {"hint", error.hint}};
+  json data{{"errc", to_string(error.errc)}, {"hint", error.hint.text()}};
+  if (!error.hint.command.empty()) {
+    data["before"] = error.hint.before;
+    data["command"] = error.hint.command;
+    data["remark"] = error.hint.remark;
+  }
   if (!error.detail.empty()) data["detail"] = error.detail;
   json body{{"code", error.code}, {"message", error.message}};
   body["data"] = std::move(data);

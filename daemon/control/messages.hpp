@@ -65,7 +65,7 @@ struct StopAnswer {
 enum class InstrumentCondition { unasked, ready, in_use, absent, fault };
 std::string_view to_string(InstrumentCondition c);
 
-// How it is known.
+// Where the daemon knows it from.
 enum class LearnedBy {
   nothing,  // it is not
   look,  // somebody asked the instrument who it is, or the daemon did by itself
@@ -136,13 +136,27 @@ constexpr int kTooManyCalls = -32022;  // of one client at the same time
 }  // namespace rpc_code
 int rpc_code_of(Errc code);
 
+// What to do next: words alone, or a command with words before or behind it.
+template <class Text>
+struct BasicHint {
+  Text before, command, remark;
+};
+using HintWords = BasicHint<std::string_view>;  // of a table
+struct Hint : BasicHint<std::string> {
+  Hint() = default;
+  Hint(std::string words) { before = std::move(words); }
+  Hint(const char* words) : Hint(std::string(words)) {}
+  Hint(const HintWords& words);
+  // "lcrig status   (what goes on)"; `options` come behind the command.
+  std::string text(std::string_view options = {}) const;
+};
+
 struct RpcError {
   RpcError() = default;
-  RpcError(int c, std::string m, std::string h)
-      : code(c), message(std::move(m)), hint(std::move(h)) {}
+  RpcError(int c, std::string m, Hint h) : code(c), message(std::move(m)), hint(std::move(h)) {}
   int code = 0;
   std::string message;
-  std::string hint;  // what to do next
+  Hint hint;
   std::string detail;  // lines below the message: each wrong cell of a table
   Errc errc = Errc::invalid_request;
 };

@@ -64,13 +64,15 @@ Answer answer_of(const Result<T>& result) {
 }
 
 // The owner of a method. nullptr: there is no queue here.
-template <class R, class... Args>
-ControlHandler* owner_of(ControlHandler& handler, R (ControlHandler::*)(Args...)) {
-  return &handler;
-}
-template <class R, class... Args>
-QueueHandler* owner_of(ControlHandler& handler, R (QueueHandler::*)(Args...)) {
-  return handler.queue();
+template <class Owner, class R, class... Args>
+Owner* owner_of(ControlHandler& handler, R (Owner::*)(Args...)) {
+  if constexpr (std::is_same_v<Owner, QueueHandler>) return handler.queue();
+  if constexpr (std::is_same_v<Owner, RunHandler>) return &handler.runs();
+  if constexpr (std::is_same_v<Owner, StopHandler>) return &handler.stops();
+  if constexpr (std::is_same_v<Owner, AnswerHandler>) return &handler.answers();
+  if constexpr (std::is_same_v<Owner, StoreHandler>) return &handler.store();
+  if constexpr (std::is_same_v<Owner, MeterHandler>) return &handler.meter();
+  if constexpr (std::is_same_v<Owner, ControlHandler>) return &handler;
 }
 
 // Calls a method with one argument, or with a tuple of them; adds the peer where it is wanted.
@@ -217,7 +219,7 @@ MethodAnswer on_version(ControlHandler& handler, json params, PeerCredentials) {
 
 MethodAnswer on_ask(ControlHandler& handler, json params, PeerCredentials peer) {
   if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
-  auto asked = co_await handler.ask_instruments(std::move(peer));
+  auto asked = co_await handler.runs().ask_instruments(std::move(peer));
   if (!asked) co_return refused(asked.error());
   co_return to_json(handler.status());
 }
@@ -228,10 +230,10 @@ MethodAnswer on_pause(ControlHandler& handler, json params, PeerCredentials peer
   in.refuse_unknown();
   if (auto ok = in.finish(); !ok) co_return bad_params(ok.error());
   if (at) {
-    auto later = co_await handler.pause_at(*at, std::move(peer));
+    auto later = co_await handler.stops().pause_at(*at, std::move(peer));
     co_return answer_of(later);
   }
-  auto done = co_await handler.pause(std::move(peer));
+  auto done = co_await handler.stops().pause(std::move(peer));
   co_return answer_of(done);
 }
 
@@ -243,7 +245,7 @@ MethodAnswer on_note(ControlHandler& handler, json params, PeerCredentials peer)
   in.text("text", text, true, kNoteMax);
   in.refuse_unknown();
   if (auto ok = in.finish(); !ok) co_return bad_params(ok.error());
-  auto noted = co_await handler.note_run(run, std::move(text), std::move(peer));
+  auto noted = co_await handler.store().note_run(run, std::move(text), std::move(peer));
   if (!noted) co_return refused(noted.error());
   co_return result_json(run);
 }
@@ -252,7 +254,7 @@ MethodAnswer on_tag(ControlHandler& handler, json params, PeerCredentials peer) 
   auto request = parse_tag_request(params);
   if (!request) co_return bad_params(request.error());
   const std::int64_t run = request->run;
-  auto tags = co_await handler.tag_run(std::move(*request), std::move(peer));
+  auto tags = co_await handler.store().tag_run(std::move(*request), std::move(peer));
   if (!tags) co_return refused(tags.error());
   json out;
   out["run"] = run;
@@ -260,15 +262,19 @@ MethodAnswer on_tag(ControlHandler& handler, json params, PeerCredentials peer) 
   co_return out;
 }
 
-constexpr const char* kCheck =
-    "change what the message names; --dry-run tries it again and moves nothing";
-constexpr const char* kLook = "lcrig status   (what goes on)";
-constexpr const char* kSeeMeter = "lcrig lcr show   (what is known of the meter's corrections)";
-constexpr const char* kSeeQueue = "lcrig queue list   (shows what waits, and for what)";
-constexpr const char* kTryIt =
-    "change what the message names; lcrig run ... --dry-run tries it and moves nothing";
-constexpr const char* kRehearseIt =
-    "change what the message names; lcrig rehearse --batch FILE plays it without a rig";
+constexpr HintWords kCheck{
+    "change what the message names; --dry-run tries it again and moves nothing", "", ""};
+constexpr HintWords kLook{"", "lcrig status", "what goes on"};
+constexpr HintWords kSeeMeter{"", "lcrig lcr show", "what is known of the meter's corrections"};
+constexpr HintWords kSeeQueue{"", "lcrig queue list", "shows what waits, and for what"};
+constexpr HintWords kTryIt{
+    "change what the message names; lcrig run ... --dry-run tries it and moves nothing", "", ""};
+constexpr HintWords kRehearseIt{
+    "change what the message names; lcrig rehearse --batch FILE plays it without a rig", "", ""};
+constexpr HintWords kRuns{"", "lcrig runs", "lists them"};
+constexpr HintWords kRunsThatEnded{"", "lcrig runs", "lists them, with how they ended"};
+constexpr HintWords kGoodSpecimen{
+    "correct the file; for a good one: ", "lcrig specimen show paper-1", ""};
 
 constexpr ControlMethod kMethods[] = {
     {"status", show_now<&ControlHandler::status>, kLook},
@@ -276,22 +282,21 @@ constexpr ControlMethod kMethods[] = {
     {"version", on_version, kLook, "version"},
     {"metrics", call_method<no_params, &ControlHandler::metrics>, kLook, "text"},
     {"config.show", show_now<&ControlHandler::config_view>, kLook},
-    {"run.start", call_method<parse_run_request, &ControlHandler::start_run>, kCheck, "run"},
-    {"run.plan", call_method<parse_run_request, &ControlHandler::plan_run>, kCheck},
+    {"run.start", call_method<parse_run_request, &RunHandler::start_run>, kCheck, "run"},
+    {"run.plan", call_method<parse_run_request, &RunHandler::plan_run>, kCheck},
     {"instruments.ask", on_ask, kLook},
     {"run.pause", on_pause, kLook},
-    {"run.resume", call_method<resume_params, &ControlHandler::resume>, kLook, "run"},
-    {"run.stop", call_method<stop_params, &ControlHandler::stop_after>, kLook},
-    {"run.abort", call_method<why_param, &ControlHandler::abort>, kLook},
-    {"run.freeze", call_method<why_param, &ControlHandler::freeze>, kLook},
-    {"run.confirm", call_method<no_params, &ControlHandler::confirm>, kLook},
-    {"run.answer", call_method<parse_answer_request, &ControlHandler::answer>, kLook},
-    {"run.note", on_note, "lcrig runs   (lists them, with how they ended)", "run"},
-    {"run.tag", on_tag, "lcrig runs   (lists them)"},
-    {"specimen.add", call_method<text_param, &ControlHandler::add_specimen>,
-     "correct the file; for a good one: lcrig specimen show paper-1", "name"},
-    {"lcr.correct", call_method<kind_param, &ControlHandler::correct_meter>, kSeeMeter},
-    {"lcr.show", call_method<no_params, &ControlHandler::look_at_corrections>, kSeeMeter},
+    {"run.resume", call_method<resume_params, &RunHandler::resume>, kLook, "run"},
+    {"run.stop", call_method<stop_params, &StopHandler::stop_after>, kLook},
+    {"run.abort", call_method<why_param, &StopHandler::abort>, kLook},
+    {"run.freeze", call_method<why_param, &StopHandler::freeze>, kLook},
+    {"run.confirm", call_method<no_params, &AnswerHandler::confirm>, kLook},
+    {"run.answer", call_method<parse_answer_request, &AnswerHandler::answer>, kLook},
+    {"run.note", on_note, kRunsThatEnded, "run"},
+    {"run.tag", on_tag, kRuns},
+    {"specimen.add", call_method<text_param, &StoreHandler::add_specimen>, kGoodSpecimen, "name"},
+    {"lcr.correct", call_method<kind_param, &MeterHandler::correct>, kSeeMeter},
+    {"lcr.show", call_method<no_params, &MeterHandler::look>, kSeeMeter},
     {"queue.add", call_method<parse_queue_add, &QueueHandler::add>, kTryIt},
     {"queue.add_batch", call_method<parse_batch_add, &QueueHandler::add_batch>, kRehearseIt},
     {"queue.list", call_method<page_params, &QueueHandler::list>, kSeeQueue},

@@ -18,7 +18,7 @@ using MethodAnswer = Task<tl::expected<nlohmann::json, RpcError>>;
 struct ControlMethod {
   std::string_view name;
   MethodAnswer (*run)(ControlHandler&, nlohmann::json, PeerCredentials);
-  const char* hint;  // when the handler calls the request invalid
+  HintWords hint;  // when the handler calls the request invalid
   const char* member = nullptr;  // of the answer, for the result; nullptr: the result alone
 };
 std::span<const ControlMethod> control_methods();

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/as_result.hpp"
+#include "base/spawn.hpp"
 
 namespace lcrig {
 
@@ -111,10 +112,8 @@ Result<> ControlServer::listen(const std::string& path) {
   }
   acceptor_.listen(asio::socket_base::max_listen_connections, ec);
   if (ec) return fail(Errc::io, "control: cannot listen at {}: {}", path, ec.message());
-  accepting_ = true;
-  asio::co_spawn(executor_, accept_loop(), [](const std::exception_ptr& error) {
-    if (error) std::rethrow_exception(error);  // a bug: leaves io_context::run
-  });
+  listening_ = true;
+  spawn(executor_, accept_loop());
   return {};
 }
 
@@ -157,6 +156,11 @@ void ControlServer::admit(Protocol::socket socket) {
                    left->notify_all();
                    if (error) std::rethrow_exception(error);  // a bug: leaves io_context::run
                  });
+}
+
+Task<std::string> ControlServer::user_name(const PeerCredentials& peer, Duration patience) {
+  if (!listening_) co_return peer.user;
+  co_return co_await names_.find(peer.uid, patience);
 }
 
 std::size_t ControlServer::waiting_bytes() const {

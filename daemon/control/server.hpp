@@ -36,11 +36,12 @@ class ControlServer {
   void publish_run_ended(const RunOutcome& ended);
   void publish_queue(const QueueStatus& queue);
 
-  // Name of a user (UserNames::find).
-  Task<std::string> user_name(std::uint32_t uid, Duration patience) {
-    return names_.find(uid, patience);
-  }
+  // Name of a user (UserNames::find). While nobody listens a peer is as it calls itself: it came
+  // through no socket.
+  Task<std::string> user_name(const PeerCredentials& peer, Duration patience);
 
+  bool is_listening() const { return listening_; }  // or did
+  bool watched() const;  // else nobody pays for encoding
   std::size_t clients() const { return sessions_->size(); }
   std::size_t waiting_bytes() const;  // to be sent, of all clients
   std::size_t held_bytes() const;  // of what they sent
@@ -53,7 +54,6 @@ class ControlServer {
 
   Task<> accept_loop();
   void admit(Protocol::socket socket);
-  bool watched() const;  // else nobody pays for encoding
   void publish(const std::string& line);
   void remove_socket_file();
 
@@ -67,7 +67,7 @@ class ControlServer {
   Protocol::acceptor acceptor_;
   std::string path_;
   std::uint64_t device_ = 0, inode_ = 0;  // of our socket file
-  bool accepting_ = false;
+  bool listening_ = false;
   // Shared with the completion handlers of the sessions, which may run after a destructor.
   std::shared_ptr<Sessions> sessions_ = std::make_shared<Sessions>();
 };

@@ -21,7 +21,7 @@ struct TurnOfQueue {
   bool compares = true;  // what is on the rig with what the specimen should show
 };
 
-// How it came out. `outcome` is an error when it was refused before anything was commanded.
+// The end of a turn. `outcome` is an error when the run was refused before anything was commanded.
 struct TurnEnd {
   Result<RunOutcome> outcome;
   std::optional<Hazard> hazard;

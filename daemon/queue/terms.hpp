@@ -12,7 +12,7 @@
 
 #include "base/queue_words.hpp"
 #include "base/result.hpp"
-#include "daemon/queue/times.hpp"
+#include "base/day_time.hpp"
 #include "protocols/batch/batch.hpp"
 
 namespace lcrig {

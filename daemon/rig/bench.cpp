@@ -16,7 +16,11 @@ void read(const JsonReader& r, const char* stem, Dimension d, double& into,
   if (const auto v = r.optional_quantity(stem, d, range)) into = *v;
 }
 
-void read_frame(const JsonReader& r, PlantConfig& p) {
+// The most that was tried, and twice what a table-top frame usually sends.
+constexpr Range kFrameRates_Hz{0.1, 1000};
+
+void read_frame(const JsonReader& r, Bench& b) {
+  PlantConfig& p = b.plant;
   read(r, "contact_travel", Dimension::length, p.contact_travel_m, kAnyNumber);
   read(r, "stiffness", Dimension::stiffness, p.frame_stiffness_N_m, kPositive);
   read(r, "drive_lag", Dimension::time, p.drive_lag_s);
@@ -29,6 +33,7 @@ void read_frame(const JsonReader& r, PlantConfig& p) {
   read(r, "travel_min", Dimension::length, p.travel_min_m, kAnyNumber);
   read(r, "travel_max", Dimension::length, p.travel_max_m, kAnyNumber);
   read(r, "speed_max", Dimension::speed, p.speed_max_m_s, kPositive);
+  read(r, "rate_max", Dimension::frequency, b.frame_rate_max_Hz, kFrameRates_Hz);
   if (p.travel_min_m >= p.travel_max_m) r.refuse("travel_min is not below travel_max");
   r.no_other_keys();
 }
@@ -72,7 +77,7 @@ Result<Bench> parse_bench(std::string_view text, const std::string& name) {
   if (root.has("description")) root.string("description");
   b.error_tolerance = root.number("error_tolerance", Range{1e-9, 0.5});
   b.fixture = parse_fixture(root.object("fixture"));
-  read_frame(root.object("frame"), b.plant);
+  read_frame(root.object("frame"), b);
   read_meter(root.object("meter"), b.plant);
   if (const auto s = root.optional_quantity("operator_reaction", Dimension::time, kNotNegative)) {
     b.operator_reaction = from_seconds(*s);

@@ -31,6 +31,7 @@ struct Bench {
   Fixture fixture;
   double error_tolerance = 1e-3;  // relative, of the change in capacitance
   PlantConfig plant;
+  double frame_rate_max_Hz = 500;  // the fastest samples of its gateway
   std::optional<ErrorScope> errors;  // drawn from the seed; absent: white noise only
   Duration operator_reaction = std::chrono::seconds(2);
 };

@@ -37,15 +37,6 @@ MeterCorrections corrections_of(const Identity& identity, bool simulated, const 
   return out;
 }
 
-Corrector::Corrector(asio::any_io_executor executor, Clock& clock, InstrumentFactory& rig,
-                     KnownRig& known, const std::string& database, const std::string& vfs)
-    : executor_(std::move(executor)),
-      clock_(clock),
-      rig_(rig),
-      known_(known),
-      database_(database),
-      vfs_(vfs) {}
-
 void Corrector::give_up() {
   given_up_ = true;
   if (in_use_ != nullptr) in_use_->close();
@@ -54,10 +45,10 @@ void Corrector::give_up() {
 Task<Result<Identity>> Corrector::identify(LcrMeter& meter) {
   auto identity = co_await meter.identify();
   if (identity) {
-    known_.answered(Instrument::lcr, *identity, Learned(LearnedBy::look));
+    parts_.known.answered(Instrument::lcr, *identity, Learned(LearnedBy::look));
     identity_ = identity->text;
   } else {
-    known_.failed(Instrument::lcr, identity.error(), Learned(LearnedBy::look));
+    parts_.known.failed(Instrument::lcr, identity.error(), Learned(LearnedBy::look));
   }
   co_return identity;
 }
@@ -77,9 +68,9 @@ Task<Result<MeterCorrections>> Corrector::use(LcrMeter& meter, std::optional<Cor
 }
 
 Task<Result<MeterCorrections>> Corrector::with_meter(std::optional<CorrectionKind> kind) {
-  auto opened = co_await rig_.open_lone_meter();
+  auto opened = co_await parts_.rig.open_lone_meter();
   if (!opened && opened.error().code != Errc::unsupported) {
-    known_.failed(Instrument::lcr, opened.error(), Learned(LearnedBy::look));
+    parts_.known.failed(Instrument::lcr, opened.error(), Learned(LearnedBy::look));
   }
   if (!opened) co_return fail(opened.error());
   in_use_ = &(*opened)->meter();
@@ -120,14 +111,14 @@ Task<Result<MeterCorrections>> Corrector::make(CorrectionKind kind, PeerCredenti
   made.simulated = meter->simulated;
   made.operator_name = peer.user;
   made.operator_uid = peer.uid;
-  made.made_unix_ns = clock_.unix_ns();
+  made.made_unix_ns = parts_.clock.unix_ns();
   const auto store = [this, &made, &meter]() -> Result<> {
-    auto db = open_read_write(database_, vfs_);
+    auto db = open_read_write(parts_.database, parts_.vfs);
     if (!db) return fail(db.error());
     if (auto stored = add_correction(*db, made); !stored) return stored;
     return look_up_corrections(*db, *meter);
   };
-  auto stored = co_await run_aside(executor_, clock_, store);
+  auto stored = co_await run_aside(parts_.executor, parts_.clock, store);
   if (!stored) {
     co_return fail(stored.error().code,
                    "the meter took the {} correction, but that it was made is not stored: {}",
@@ -141,11 +132,11 @@ Task<Result<MeterCorrections>> Corrector::look() {
   auto meter = co_await with_meter(std::nullopt);
   if (!meter) co_return meter;
   const auto find = [this, &meter]() -> Result<> {
-    auto db = open_read_only(database_, vfs_);
+    auto db = open_read_only(parts_.database, parts_.vfs);
     if (!db) return fail(db.error());
     return look_up_corrections(*db, *meter);
   };
-  auto found = co_await run_aside(executor_, clock_, find);
+  auto found = co_await run_aside(parts_.executor, parts_.clock, find);
   if (!found) co_return fail(found.error());
   co_return meter;
 }

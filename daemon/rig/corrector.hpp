@@ -21,9 +21,16 @@ MeterCorrections corrections_of(const Identity& identity, bool simulated, const 
 
 class Corrector {
  public:
-  // All of them outlive it. `database`: as sqlite's `vfs` opens it.
-  Corrector(asio::any_io_executor executor, Clock& clock, InstrumentFactory& rig, KnownRig& known,
-            const std::string& database, const std::string& vfs);
+  // All outlive it.
+  struct Parts {
+    asio::any_io_executor executor;
+    Clock& clock;
+    InstrumentFactory& rig;
+    KnownRig& known;
+    const std::string& database;
+    const std::string& vfs;  // of SQLite, for the database
+  };
+  explicit Corrector(const Parts& parts) : parts_(parts) {}
 
   // The person has prepared the probes. Returns what is on then, and when it was made. Errors: what
   // port and meter say; refused (the meter's own verdict); io: it was made, but is not stored.
@@ -40,12 +47,7 @@ class Corrector {
   Task<Result<Identity>> identify(LcrMeter& meter);
   Task<Result<>> correct(LcrMeter& meter, CorrectionKind kind);
 
-  asio::any_io_executor executor_;
-  Clock& clock_;
-  InstrumentFactory& rig_;
-  KnownRig& known_;
-  const std::string& database_;
-  const std::string& vfs_;
+  Parts parts_;
   LcrMeter* in_use_ = nullptr;
   std::string identity_;  // of the meter that was used last
   bool given_up_ = false;

@@ -77,18 +77,31 @@ struct InstrumentsRequest {
   LearnedBy why = LearnedBy::start;  // they are wanted: for what a port says to it
 };
 
-// App has one and asks it for the instruments of every run.
+// App has one and asks it for the instruments of every run. What only some rigs can do has a
+// default.
 class InstrumentFactory {
  public:
   virtual ~InstrumentFactory() = default;
   // `request.specimen` outlives the task. Errors: what a port or a simulated specimen has to say.
   virtual Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) = 0;
   // Asks both who they are; nothing at the frame changes. What comes of it is known then.
-  virtual Task<> ask() = 0;
+  virtual Task<> ask();
   // Errors: as `open`; unsupported.
-  virtual Task<Result<std::unique_ptr<LoneMeter>>> open_lone_meter() {
-    co_return fail(Errc::unsupported, "this rig has no meter that could be used without a run");
-  }
+  virtual Task<Result<std::unique_ptr<LoneMeter>>> open_lone_meter();
+  // The instruments are there without this program, and stay as it leaves them. App looks after
+  // them while no run does.
+  virtual bool is_real() const { return false; }
+  virtual Task<> ask_meter();  // an absent instrument is a state, not a failure
+  // STOP comes first, whatever else is wrong, and also with a gateway that answers no greeting.
+  // True: the frame confirmed standstill.
+  virtual Task<bool> make_frame_safe();
+  // Looks whether the nodes of the serial ports are there, without opening them, on a thread of its
+  // own. True: one came or went.
+  virtual Task<bool> watch_ports();
+  // No run goes on, and the config in force is another one.
+  virtual void config_changed() {}
+  // For a process that is about to end. False: the disk did not take all within this time.
+  virtual bool finish_wire_logs(Duration /*patience*/) { return true; }
   // A thread reckons a simulated specimen, which may take minutes.
   virtual bool is_reckoning() const { return false; }
 };

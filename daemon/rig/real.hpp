@@ -26,17 +26,12 @@ class RealRig final : public InstrumentFactory {
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
   Task<> ask() override;
   Task<Result<std::unique_ptr<LoneMeter>>> open_lone_meter() override;
-  Task<> ask_meter();  // an absent instrument is a state, not a failure
-  // STOP comes first, whatever else is wrong, and also with a gateway that answers no greeting.
-  // True: the frame confirmed standstill.
-  Task<bool> make_frame_safe();
-  // Looks whether the nodes of the serial ports are there, without opening them, on a thread of its
-  // own. True: one came or went.
-  Task<bool> watch_ports();
-  // Somebody may have changed where the wire logs go.
-  void config_changed();
-  // For a process that is about to end. False: the disk did not take all within this time.
-  bool finish_wire_logs(Duration patience);
+  bool is_real() const override { return true; }
+  Task<> ask_meter() override;
+  Task<bool> make_frame_safe() override;
+  Task<bool> watch_ports() override;
+  void config_changed() override;  // the wire logs may go elsewhere
+  bool finish_wire_logs(Duration patience) override;
 
  private:
   // Which wire log a port writes: a run opens its own. The questions of an idle daemon share one

@@ -109,6 +109,7 @@ class BenchInstruments final : public SimulatedInstruments {
     scene_ = std::make_unique<PlantScene>(world_->plant());
     ZwickSimSettings settings;
     settings.seed = static_cast<std::uint64_t>(request.seed) + 1;
+    settings.rate_max_Hz = request.bench.frame_rate_max_Hz;
     if (world_->errors()) settings.device_clock_ppm = world_->errors()->clock_ppm();
     frame_sim_ = std::make_unique<ZwickSim>(std::move(pair->far), clock_, *scene_, settings);
     use_frame(std::make_unique<ZwickLink>(std::move(pair->near), clock_, executor_));

@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "base/condition.hpp"
 #include "daemon/rig/drill.hpp"
 #include "daemon/rig/instruments.hpp"
 #include "daemon/rig/sim_respondent.hpp"
@@ -35,7 +36,7 @@ inline MakeWire wire_for(const Clock& clock) {
 class SimulatedInstruments : public Instruments, protected BenchDoor {
  public:
   SimulatedInstruments(asio::any_io_executor executor, Clock& clock)
-      : executor_(std::move(executor)), clock_(clock), make_wire_(wire_for(clock)) {}
+      : executor_(std::move(executor)), clock_(clock), ended_(clock), make_wire_(wire_for(clock)) {}
   LcrMeter& meter() override { return *meter_; }
   LoadFrame& frame() override { return *frame_; }
   Operator& person() override { return *person_; }
@@ -51,7 +52,8 @@ class SimulatedInstruments : public Instruments, protected BenchDoor {
     frame_->close();
     meter_sim_->close();
     if (frame_sim_) frame_sim_->close();
-    while (meters_ + frames_ > 0) co_await clock_.wait_for(std::chrono::milliseconds(1));
+    const auto all_ended = [this] { return meters_ + frames_ == 0; };
+    co_await ended_.wait(all_ended);
   }
   BenchDoor* door() override { return this; }
   void begin_run(RunSink& sink) override {
@@ -65,8 +67,9 @@ class SimulatedInstruments : public Instruments, protected BenchDoor {
   // A simulator's task is counted, so that nothing it uses is destroyed under it.
   void start(Task<> task, int& count) {
     ++count;
-    asio::co_spawn(executor_, std::move(task), [&count](std::exception_ptr error) {
+    asio::co_spawn(executor_, std::move(task), [this, &count](std::exception_ptr error) {
       --count;
+      ended_.notify_all();
       if (error) std::rethrow_exception(error);
     });
   }
@@ -127,7 +130,8 @@ class SimulatedInstruments : public Instruments, protected BenchDoor {
   Task<Result<std::unique_ptr<LcrMeter>>> open_meter() {
     if (!meter_plugged_) co_return fail(Errc::disconnected, "sim:lcr: no such port");
     meter_sim_->close();
-    while (meters_ > 0) co_await clock_.wait_for(std::chrono::milliseconds(1));
+    const auto ended = [this] { return meters_ == 0; };
+    co_await ended_.wait(ended);
     auto pair = wire(meter_port_);
     if (!pair) co_return fail(pair.error());
     meter_sim_->attach(std::move(pair->far));
@@ -137,7 +141,8 @@ class SimulatedInstruments : public Instruments, protected BenchDoor {
   Task<Result<std::unique_ptr<LoadFrame>>> open_frame() {
     if (!frame_plugged_) co_return fail(Errc::disconnected, "sim:frame: nobody listens");
     frame_sim_->close();
-    while (frames_ > 0) co_await clock_.wait_for(std::chrono::milliseconds(1));
+    const auto ended = [this] { return frames_ == 0; };
+    co_await ended_.wait(ended);
     auto pair = wire(frame_port_);
     if (!pair) co_return fail(pair.error());
     frame_sim_->attach(std::move(pair->far));
@@ -161,6 +166,7 @@ class SimulatedInstruments : public Instruments, protected BenchDoor {
   asio::any_io_executor executor_;
   Clock& clock_;
   int meters_ = 0, frames_ = 0;  // running simulators
+  Condition ended_;  // one of them did
   bool meter_plugged_ = true, frame_plugged_ = true;
   std::string meter_port_ = "sim:lcr", frame_port_ = "sim:frame";
   int ports_ = 1;  // devices named so far

@@ -15,8 +15,9 @@ class Pace {
  public:
   static constexpr Duration kStep = std::chrono::milliseconds(4);  // found at most this late
   static constexpr Duration kJitter = std::chrono::microseconds(200);  // of one edge
-  // Where answers come at once, each new value is asked for this much later after its edge than the
-  // one before; when the edge could lie anywhere within kStep, so much earlier again.
+  // While answers come at once, each new value is asked for this much later after its edge than the
+  // one before. When the edge could lie anywhere within kStep, it is asked for so much earlier
+  // again.
   static constexpr Duration kLater = kJitter, kEarlier = kStep / 2;
 
   // A new grid begins at about `now`; `nominal` is the expected period.

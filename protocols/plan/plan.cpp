@@ -89,8 +89,8 @@ void merge(const std::vector<Change>& more, std::vector<Change>& all) {
   }
 }
 
-// What a refusal proposes may be refused further on. Plans with it, and adds what else has to
-// change, until all of it is accepted; or says why that cannot be.
+// A value that a refusal proposes may be refused further on. This plans with the proposal and adds
+// what else has to change, until all of it is accepted, or says why that cannot be.
 void complete(const Protocol& protocol, Environment values, const Rig& rig, Refusal& refusal) {
   constexpr int kMostRounds = 8;
   std::vector<Change> all = refusal.changes, last = all;
@@ -170,6 +170,7 @@ nlohmann::json to_json(const Plan& plan) {
           {"measure_readings", plan.measure_readings},
           {"lcr_readings", plan.lcr_readings},
           {"frame_samples", plan.frame_samples},
+          {"frame_rate_Hz", plan.frame_rate_Hz},
           {"peak_force_N", plan.peak_force_N},
           {"overshoot_N", plan.overshoot_N},
           {"force_max_N", plan.limits.force_max_N},

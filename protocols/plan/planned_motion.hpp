@@ -34,7 +34,8 @@ class PlannedMotion {
   void check_blind(const Number& speed);
   Refusal too_fast(const std::string& why, const Number& speed, double fastest_m_s,
                    bool may_take_longer);
-  // Where no speed is slow enough: the largest force from which this speed stops in time.
+  // The refusal for a force at which no speed is slow enough. It names the largest force from which
+  // this speed stops in time.
   Refusal too_strong(const std::string& why, double felt_N, const Number& speed,
                      const Number& target);
 

@@ -196,7 +196,7 @@ Result<> ContactSearch::check_touched(const MotionOutcome& touched) const {
   return {};
 }
 
-// Where the specimen is, and what it is like there.
+// Stores where the specimen was found and how stiff it is there.
 Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
                                            const ContactProbe& probe) {
   const double felt_N = touched.force_N.value_or(probe.touched_N()) - rest_.force_N();

@@ -144,7 +144,7 @@ std::optional<Contradiction> FrameTruth::check_fall(const FrameSample& sample) c
 }
 
 // How far the frame is from where the motion should have ended, by its own last word and by what
-// its samples show; empty: nowhere.
+// its samples show. Empty when neither disagrees.
 std::string FrameTruth::disagreement(const MotionOrder& order, const MotionOutcome& outcome) const {
   const WatchFigures& f = plausible_->figures();
   if (order.travel_m) {

@@ -53,7 +53,7 @@ enum class RunState {
 };
 std::string_view to_string(RunState s);
 
-// Where a run stands: the runner's to say.
+// Where a run stands. Only the runner writes it.
 struct RunProgress {
   std::int64_t run = 0;
   std::string protocol, specimen;

@@ -31,7 +31,7 @@ enum class HoldMode { travel, force };
 // The use of the frame by a step. Each kind of use takes all that it has to state. The pointers
 // lead into the step; nullptr: it has no such thing.
 struct FrameUse {
-  // What a meter that reads all the time has to resolve on the way to a force.
+  // The shortest thing that a continuously reading meter has to resolve on the way to a force.
   enum class OnTheWay { nothing, cycle_of_loading };
 
   static FrameUse none() { return {Kind::watch, nullptr, nullptr, std::nullopt}; }  // only watched

@@ -17,7 +17,7 @@ namespace lcrig {
 namespace {
 
 // Where the final speed begins: at the fraction of the force, or of the way to it if that is less.
-// Unloading, where the fraction of the force lies beyond the target, at that of the way.
+// While unloading the fraction of the force lies beyond the target; then it is that of the way.
 double turn_force_N(double from_N, double to_N, double fraction) {
   const double way_N = from_N + fraction * (to_N - from_N);
   return to_N > from_N ? std::min(fraction * to_N, way_N) : way_N;

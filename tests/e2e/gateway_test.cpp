@@ -37,6 +37,27 @@ TEST_F(Gateway, ARunOnAForeignFrameSucceedsWithinItsLimit) {
   gateway_.reset();
 }
 
+TEST_F(Gateway, AThousandSamplesASecondAreStoredWithoutAGap) {
+  auto machine = kForeign;
+  machine.emplace_back("rate_max_hz=1000");
+  start_rig(machine);
+  start_daemon(foreign_config());
+  Control client = control();
+  client.call("watch");
+  std::string text = foreign_protocol("0.2", "0.05");
+  const std::string rate = R"("rate_Hz": 100)";
+  ASSERT_NE(text.find(rate), text.npos);
+  text.replace(text.find(rate), rate.size(), R"("rate_Hz": 1000)");
+  ASSERT_TRUE(start_run(client, text).contains("result"));
+  EXPECT_EQ(client.run_ended(60s).value("exit_status", ""), "success");
+  const double samples = number("SELECT count(*) FROM frame_sample");
+  EXPECT_GT(samples, 3000);
+  EXPECT_EQ(samples, number("SELECT max(device_seq) - min(device_seq) + 1 FROM frame_sample"));
+  EXPECT_NEAR(
+      number("SELECT (max(device_time_s) - min(device_time_s)) * 1000 + 1 FROM frame_sample"),
+      samples, 0.001 * samples);
+}
+
 TEST_F(Gateway, WhatWouldPressTooHardIsRefusedWithTheSpeedThatIsThenAccepted) {
   start_rig();
   start_daemon(foreign_config());

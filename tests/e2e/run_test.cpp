@@ -46,6 +46,34 @@ TEST_F(Rig, DaemonRunsAProtocolOnPtyAndTcp) {
   EXPECT_EQ(lines_of(file("csv/frame.csv")), 1 + end.value("frame_samples", 0));
 }
 
+// One with a bench file of its own, that of the other tests.
+TEST_F(Rig, AThousandSamplesASecondAreStoredWithoutAGap) {
+  std::ifstream quick(file("bench.json"));
+  std::string bench(std::istreambuf_iterator<char>(quick), {});
+  const std::string frame = R"("frame": { )";
+  bench.insert(bench.find(frame) + frame.size(), R"("rate_max_Hz": 1000, )");
+  write("bench.json", bench);
+  std::string text = kQuickProtocol;
+  const std::string rate = R"("rate_Hz": 50)";
+  text.replace(text.find(rate), rate.size(), R"("rate_Hz": 1000)");
+  write("fast.json", text);
+  start_sim();
+  start_daemon(config());
+  const std::vector<std::string> run{"run",     file("fast.json"), "--specimen",
+                                     "paper-1", "--socket",        file("control.sock")};
+  std::vector<std::string> dry = run;
+  dry.emplace_back("--dry-run");
+  EXPECT_THAT(lcrig(dry).out, HasSubstr("of the frame, 1000 a second"));
+  const Ended ran = lcrig(run);
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  const double samples = number("SELECT count(*) FROM frame_sample");
+  EXPECT_GT(samples, 2000);
+  EXPECT_EQ(samples, number("SELECT max(device_seq) - min(device_seq) + 1 FROM frame_sample"));
+  EXPECT_NEAR(
+      number("SELECT (max(device_time_s) - min(device_time_s)) * 1000 + 1 FROM frame_sample"),
+      samples, 0.5);
+}
+
 TEST_F(Rig, ASimulatorBeyondItsModelTellsTheRun) {
   start_sim({"--max-force-N", "0.1"});  // the run goes to 0.3 N
   start_daemon(config());

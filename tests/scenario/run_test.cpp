@@ -62,6 +62,36 @@ TEST(Run, KeepsTheDynamicExperimentBelowItsOvershootAndAllReadingsFresh) {
   EXPECT_NEAR(*summary->c0_F, 3.6457e-12, 0.01e-12);
 }
 
+// Of kShort, with a thousand samples a second.
+std::string fast_text() {
+  std::string text = kShort;
+  const std::string slow = R"("rate_Hz": 50)";
+  return text.replace(text.find(slow), slow.size(), R"("rate_Hz": 1000)");
+}
+
+TEST(Run, StoresAThousandSamplesASecondWithoutAGapWhereTheBenchSendsThem) {
+  SessionWorld world(fast_text());
+  world.bench.frame_rate_max_Hz = 1000;
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, ExitStatus::success) << r->reason;
+  const auto samples = world.count("SELECT COUNT(*) FROM frame_sample");
+  EXPECT_GT(samples, 10'000);
+  EXPECT_EQ(samples, world.count("SELECT MAX(device_seq) - MIN(device_seq) + 1 FROM frame_sample"));
+  EXPECT_NEAR(world.real("SELECT (MAX(device_time_s) - MIN(device_time_s)) * 1000 + 1 "
+                         "FROM frame_sample"),
+              static_cast<double>(samples), 0.5);
+}
+
+TEST(Run, GetsNoMoreSamplesThanTheBenchSends) {
+  SessionWorld world(fast_text());
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_NEAR(world.real("SELECT (COUNT(*) - 1) / (MAX(device_time_s) - MIN(device_time_s)) "
+                         "FROM frame_sample"),
+              500, 0.1);
+}
+
 TEST(Run, PlacesWeightsWithAnOperator) {
   SessionWorld world(library("static-weights"));
   world.parameters = {{"repeats", "1"}};

@@ -40,11 +40,11 @@ class Watchers : public support::DaemonWorld {
     clock.run(io, [&] {
       for (const json& message : healthy.take()) take(message, seen, last);
       meanwhile();
-      most_held = std::max(most_held, app->held_bytes());
-      most_waiting = std::max(most_waiting, app->waiting_bytes());
+      most_held = std::max(most_held, app->control().held_bytes());
+      most_waiting = std::max(most_waiting, app->control().waiting_bytes());
       return !seen.ended.is_null() || healthy.gone() || clock.now() > end;
     });
-    seen.clients = app->clients();
+    seen.clients = app->control().clients();
     return seen;
   }
   void take(const json& message, Seen& seen, MonoTime& last) {

@@ -14,8 +14,18 @@
 
 namespace lcrig::support {
 
-class FakeHandler : public ControlHandler {
+class FakeHandler : public ControlHandler,
+                    public RunHandler,
+                    public StopHandler,
+                    public AnswerHandler,
+                    public StoreHandler,
+                    public MeterHandler {
  public:
+  RunHandler& runs() override { return *this; }
+  StopHandler& stops() override { return *this; }
+  AnswerHandler& answers() override { return *this; }
+  StoreHandler& store() override { return *this; }
+  MeterHandler& meter() override { return *this; }
   Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials peer) override {
     calls.push_back("start " + request.protocol_name + " by " + request.operator_name);
     last_start = request;
@@ -91,12 +101,12 @@ class FakeHandler : public ControlHandler {
     if (next_error) co_return fail(*next_error);
     co_return std::string("paper-9");
   }
-  Task<Result<MeterCorrections>> correct_meter(CorrectionKind kind, PeerCredentials) override {
+  Task<Result<MeterCorrections>> correct(CorrectionKind kind, PeerCredentials) override {
     auto ok = done("correct " + std::string(to_string(kind)));
     if (!ok) co_return fail(ok.error());
     co_return corrections;
   }
-  Task<Result<MeterCorrections>> look_at_corrections(PeerCredentials) override {
+  Task<Result<MeterCorrections>> look() override {
     auto ok = done("look at corrections");
     if (!ok) co_return fail(ok.error());
     co_return corrections;

@@ -173,6 +173,7 @@ class SimBench {
     world_ = std::move(*world);
     ZwickSimSettings frame;
     frame.seed = options_.seed + 1;
+    frame.rate_max_Hz = bench->frame_rate_max_Hz;
     if (const auto& errors = world_->errors()) {
       spdlog::info("drawn: {}", errors->to_json().dump());
       frame.device_clock_ppm = errors->clock_ppm();
@@ -286,8 +287,8 @@ void declare(CLI::App& cli, Options& o) {
   cli.add_option("--faults", o.faults,
                  "Let things go wrong as this script says (" + doc_page("faults") + ")");
   cli.add_option("--ready-file", o.ready_file, "Gets the line of standard output");
-  cli.add_option("--log-level", o.log_level, "trace, debug, info, warn, error, off")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
+  cli.add_option("--log-level", o.log_level, kLogLevelWords)
+      ->check(CLI::IsMember(std::vector<std::string>(kLogLevels.begin(), kLogLevels.end())));
   cli.set_version_flag("--version", std::string(program_version()));
   cli.footer("Example: lcrig-sim --specimen paper-1 --lcr-link /tmp/lcr --frame-port 4710");
 }
@@ -298,7 +299,7 @@ std::optional<std::string> for_shell(const CLI::App& cli, int argc, char** argv)
   any_file.files = "file";
   for (const auto& one : shipped_benches()) bench.words.emplace_back(one.name);
   for (const auto& one : shipped_specimens()) specimen.words.emplace_back(one.name);
-  levels.words = {"trace", "debug", "info", "warn", "error", "off"};
+  levels.words.assign(kLogLevels.begin(), kLogLevels.end());
   rigs.words = {"random:"};
   const std::map<std::string, OptionValues> values{
       {"--bench", bench},      {"--specimen", specimen}, {"--faults", json_file},

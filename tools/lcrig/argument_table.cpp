@@ -23,23 +23,25 @@ std::vector<std::string> split_names(std::string_view names) {
 
 class Table final : public ArgumentList {
  public:
-  void positional(const char* name, std::string&, const char* help, bool required) override {
-    Argument& a = add(name, name, help);
+  void positional(Placeholder name, std::string&, const char* help, bool required) override {
+    Argument& a = add(name.word, name, help);
     a.option = false;
     a.required = required;
   }
-  void words(const char* name, std::vector<std::string>&, const char* help) override {
-    Argument& a = add(name, name, help);
+  void words(Placeholder name, std::vector<std::string>&, const char* help,
+             bool required) override {
+    Argument& a = add(name.word, name, help);
     a.option = false;
+    a.required = required;
     a.repeats = true;
   }
-  void option(const char* names, std::string&, const char* metavar, const char* help,
+  void option(const char* names, std::string&, Placeholder value, const char* help,
               bool required) override {
-    add(names, metavar, help).required = required;
+    add(names, value, help).required = required;
   }
-  void options(const char* names, std::vector<std::string>&, const char* metavar,
+  void options(const char* names, std::vector<std::string>&, Placeholder value,
                const char* help) override {
-    add(names, metavar, help).repeats = true;
+    add(names, value, help).repeats = true;
   }
   void seed(const char* names, std::optional<std::uint64_t>&, const char* help) override {
     add(names, "N", help);
@@ -50,17 +52,19 @@ class Table final : public ArgumentList {
   }
   void one_of(const char* names, std::string&, const std::vector<std::string>& choices,
               const char* help) override {
-    add(names, fmt::format("{}", fmt::join(choices, "|")), help).choices = choices;
+    const auto words = fmt::format("{}", fmt::join(choices, "|"));
+    add(names, words.c_str(), help).choices = choices;
   }
   void flag(const char* names, bool&, const char* help) override { add(names, "", help); }
 
   std::vector<Argument> take() { return std::move(arguments_); }
 
  private:
-  Argument& add(const char* names, std::string value, const char* help) {
+  Argument& add(const char* names, Placeholder value, const char* help) {
     Argument& a = arguments_.emplace_back();
     a.names = split_names(names);
-    a.value = std::move(value);
+    a.value = value.word;
+    a.proposes = value.proposes;
     a.help = help;
     return a;
   }

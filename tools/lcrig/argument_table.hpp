@@ -13,6 +13,7 @@ struct Argument {
   std::vector<std::string> names;  // "-p", "--parameter"; of a word without an option "RUN"
   std::string value;  // what stands for its value: "FILE", "a|b"; empty: a flag
   std::string help;
+  Proposes proposes = Proposes::nothing;
   std::vector<std::string> choices;  // empty: anything
   bool option = true, required = false, repeats = false;
 };

@@ -87,7 +87,7 @@ std::int64_t BatchRequest::runs() const {
 
 void BatchOptions::declare(ArgumentList& list) {
   const std::string help = "A table of runs, CSV or JSON (" + doc_page("batch-file") + ")";
-  list.option("--batch", file_, "FILE", help.c_str());
+  list.option("--batch", file_, kFileWord, help.c_str());
   list.option("--name", name_, "NAME", "Of the batch (default: that of the file)");
   list.one_of("--order", order_, words_up_to(BatchOrder::random),
               "Of its runs; blocks: a specimen's together, by chance within (default: given)");

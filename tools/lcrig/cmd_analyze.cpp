@@ -44,7 +44,7 @@ class AnalyzeCommand final : public Command {
                 "Sensitivity, dynamic range, hysteresis, creep of runs, with their uncertainty",
                 "lcrig analyze last") {}
   void declare(ArgumentList& list) override {
-    list.words("RUN", runs_, "Numbers, uuids, or `last` (default); several are compared");
+    list.words(kRunWord, runs_, "Numbers, uuids, or `last` (default); several are compared");
     list.options("--range", ranges_, "FROM:TO",
                  "Range of pressure in kPa for a sensitivity (default: 0:30 and 35:100)");
     list.flag("--regions", wanted_.search_regions,

@@ -76,7 +76,7 @@ class BackupCommand final : public Command {
       : Command("backup", "Copy the database, also during a run, and check the copy",
                 "lcrig backup /media/backup/lcrig-2026-01-31.db") {}
   void declare(ArgumentList& list) override {
-    list.positional("FILE", file_, "The copy; must not be there yet");
+    list.positional(kFileWord, file_, "The copy; must not be there yet");
   }
 
   Outcome<ExitCode> run(Context& context) override {
@@ -98,8 +98,8 @@ class RestoreCommand final : public Command {
       : Command("restore", "Put a backup where no database is, and check both",
                 "sudo -u lcrigd lcrig restore BACKUP --to /var/lib/lcrig/lcrig.db") {}
   void declare(ArgumentList& list) override {
-    list.positional("BACKUP", backup_, "The copy that `lcrig backup` made");
-    list.option("--to", to_, "FILE", "The database; must not be there yet", true);
+    list.positional({"BACKUP", Proposes::file}, backup_, "The copy that `lcrig backup` made");
+    list.option("--to", to_, kFileWord, "The database; must not be there yet", true);
   }
 
   Outcome<ExitCode> run(Context& context) override {

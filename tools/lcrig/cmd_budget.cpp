@@ -45,17 +45,18 @@ class BudgetCommand final : public Command {
             "lcrig budget static-frame --specimen paper-1 --frequency-Hz 1000,100000 --target 1%") {
   }
   void declare(ArgumentList& list) override {
-    list.positional("PROTOCOL", protocol_, "Name or file");
-    list.option("-s,--specimen", specimen_, "S", "What will be pressed: a name or a file", true);
-    list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
+    list.positional(kProtocolWord, protocol_, "Name or file");
+    list.option("-s,--specimen", specimen_, kSpecimenWord, "What will be pressed: a name or a file",
+                true);
+    list.options("-p,--parameter", parameters_, kParameterWord, "Change a parameter");
     list.option("--frequency-Hz", frequencies_, "F,...",
                 "Test frequencies (default: the file's; with a target also 1, 10 and 100 kHz)");
     list.option("--target", target_, "PERCENT",
                 "Find the settings whose intervals are this narrow, e.g. 1%");
-    list.option("--bench", bench_, "B", "Instruments and fixture (default: paper)");
-    list.option("--noise-from", noise_from_, "RUN",
+    list.option("--bench", bench_, kBenchWord, "Instruments and fixture (default: paper)");
+    list.option("--noise-from", noise_from_, kRunWord,
                 "Noise as this run showed it: a number or last");
-    list.option("--svg", svg_, "FILE", "Picture of error against time");
+    list.option("--svg", svg_, kFileWord, "Picture of error against time");
   }
 
   Outcome<ExitCode> run(Context& context) override {

@@ -63,7 +63,8 @@ class ConfigCheckCommand final : public Command {
       : Command("config check", "Check a config file of the daemon, as lcrigd --check-config does",
                 "lcrig config check /etc/lcrig/lcrigd.json") {}
   void declare(ArgumentList& list) override {
-    list.positional("FILE", file_, "Without it: --config, else /etc/lcrig/lcrigd.json", false);
+    list.positional(kJsonFileWord, file_, "Without it: --config, else /etc/lcrig/lcrigd.json",
+                    false);
   }
   Outcome<ExitCode> run(Context& context) override {
     auto view = read_file(context, file_of(context, file_));

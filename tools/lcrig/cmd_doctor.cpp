@@ -50,7 +50,7 @@ class DoctorCommand final : public Command {
   void declare(ArgumentList& list) override {
     list.flag("--ask", ask_, "Let the daemon ask both instruments who they are");
     list.option(
-        "--bundle", bundle_, "FILE",
+        "--bundle", bundle_, kFileWord,
         "Also make this .tar.gz for a bug report: versions, findings, state, config, journal");
     list.flag("--with-data", with_data_,
               "With all that was measured: database, runs' wire logs, numbers in the journal");
@@ -63,11 +63,12 @@ class DoctorCommand final : public Command {
     const Machine machine = real_machine();
     Findings findings;
     BundleParts parts;
-    findings.push_back(look_at_daemon(context, parts, findings));
+    std::string daemons_file;  // empty: no daemon says what it has
+    findings.push_back(look_at_daemon(context, parts, findings, daemons_file));
     look_at_service(machine, findings);
     findings.push_back(look_at_group("lcrig"));
     look_at_rig(context, machine, parts, findings);
-    look_at_data(context, machine, parts, findings);
+    look_at_data(context, machine, parts, findings, daemons_file);
     findings.push_back(look_at_clock(machine));
     findings.push_back(look_at_steal(machine));
     findings.push_back(look_at_lateness(context.clock));
@@ -84,7 +85,8 @@ class DoctorCommand final : public Command {
 
  private:
   // The instruments as the daemon knows them; without a daemon nobody opens their ports.
-  Finding look_at_daemon(Context& context, BundleParts& parts, Findings& findings) {
+  Finding look_at_daemon(Context& context, BundleParts& parts, Findings& findings,
+                         std::string& its_file) {
     const std::string mend =
         "systemctl status lcrigd; " + doc_page("troubleshooting") + ", \"The daemon\"";
     const auto silent = [&](const Failure& why) {
@@ -108,6 +110,7 @@ class DoctorCommand final : public Command {
     const auto status = parse_daemon_status(*answer);
     if (!status) return silent(Failure(status.error()));
     look_at_instruments(*status, findings);
+    its_file = status->database;
     if (ask_) {
       auto seen = client->call("lcr.show", json::object(), std::chrono::minutes(1));
       if (seen) corrections_ = parse_corrections(json_line(*seen));
@@ -132,8 +135,11 @@ class DoctorCommand final : public Command {
   }
 
   void look_at_data(const Context& context, const Machine& machine, BundleParts& parts,
-                    Findings& findings) const {
+                    Findings& findings, const std::string& daemons_file) const {
     const auto path = context.db_path();
+    if (path && *path == daemons_file) {
+      if (auto replaced = look_whether_replaced(machine, *path)) findings.push_back(*replaced);
+    }
     auto db = path ? open_read_only(*path) : fail(Errc::io, "{}", path.error().what);
     if (!db) {
       findings.emplace_back("database", Health::bad, printable(db.error().what, kLongestWords),

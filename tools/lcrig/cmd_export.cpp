@@ -23,8 +23,9 @@ class ExportCommand final : public Command {
       : Command("export", "Write a run as CSV files and a data package",
                 "lcrig export last -o results") {}
   void declare(ArgumentList& list) override {
-    list.positional("RUN", run_, "A number, the beginning of its uuid, or `last` (default)", false);
-    list.option("-o,--output", output_, "DIR",
+    list.positional(kRunWord, run_, "A number, the beginning of its uuid, or `last` (default)",
+                    false);
+    list.option("-o,--output", output_, {"DIR", Proposes::folder},
                 "Folder, or - for standard output (default: run-RUN)");
     list.one_of("--layout", layout_, {"readings", "frame", "levels", "events", "aligned"},
                 "One table, with -o - (default: readings)");

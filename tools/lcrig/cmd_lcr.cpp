@@ -42,7 +42,8 @@ class LcrCorrectCommand final : public Command {
       : Command("lcr correct", "Make the meter's open or short correction, and store when",
                 "lcrig lcr correct open") {}
   void declare(ArgumentList& list) override {
-    list.positional("KIND", word_, "open: nothing between the probes; short: probes joined");
+    list.positional({"KIND", Proposes::correction}, word_,
+                    "open: nothing between the probes; short: probes joined");
     list.flag("--yes", prepared_, "The probes are prepared: do not ask");
   }
 

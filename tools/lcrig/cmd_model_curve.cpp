@@ -44,7 +44,8 @@ class CurveCommand final : public Command {
     options_.declare_level(list);
     list.option("--pressure-kPa", pressures_, "FROM:TO:STEP", "Or a list P1,P2,... (0:100:10)");
     list.number("--tolerance", tolerance_, "X", "Relative error allowed to `auto` (0.01)");
-    list.number("--budget-s", patience_.seconds, "T", "Seconds that `auto` may search (no limit)");
+    list.number("--time-limit-s", patience_.seconds, "T",
+                "Seconds that `auto` may search (no limit)");
   }
 
   Outcome<ExitCode> run(Context& context) override {
@@ -61,7 +62,8 @@ class CurveCommand final : public Command {
                      "give the relative error that is allowed, such as 0.01");
     }
     if (!(patience_.seconds > 0)) {
-      return Failure(kUsage, "--budget-s must be positive", "give the seconds that it may take");
+      return Failure(kUsage, "--time-limit-s must be positive",
+                     "give the seconds that it may take");
     }
     patience_.seconds_now = [&] { return to_seconds(context.clock.now().time_since_epoch()); };
     auto curve = calc_curve(*specimen, *settings, tolerance_, *pressures, patience_);

@@ -108,7 +108,7 @@ Result<LevelChoice> choose(const Specimen& specimen, const std::vector<FitPoint>
   return choice;
 }
 
-// What a rig errs by in pressure: in proportion, so modulus and offset err by the same.
+// The rig's relative error of pressure. Modulus and offset err in the same proportion.
 struct RigError {
   double force_percent = 0, diameter_mm = 0;  // limits
   double relative = 0;  // standard uncertainty of a pressure
@@ -193,7 +193,7 @@ class FitCommand final : public Command {
   FitCommand()
       : Command("model fit", "Shear modulus and contact offset of a run", "lcrig model fit last") {}
   void declare(ArgumentList& list) override {
-    list.positional("RUN", run_, "Number, or `last`");
+    list.positional(kRunWord, run_, "Number, or `last`");
     options_.declare_level(list);
   }
 

@@ -58,7 +58,7 @@ class LadderCommand final : public Command {
   void declare(ArgumentList& list) override {
     options_.declare_specimen(list);
     list.number("--pressure-kPa", pressure_kPa_, "P", "Where errors are compared (100)");
-    list.option("--svg", svg_, "FILE", "Write the picture");
+    list.option("--svg", svg_, kFileWord, "Write the picture");
   }
 
   Outcome<ExitCode> run(Context& context) override {

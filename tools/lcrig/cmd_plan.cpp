@@ -28,10 +28,11 @@ class PlanCommand final : public Command {
       : Command("protocol plan", "Steps, time, readings, forces, without moving",
                 "lcrig protocol plan dynamic-cycles -p cycles=20") {}
   void declare(ArgumentList& list) override {
-    list.positional("PROTOCOL", protocol_, "Name or file");
-    list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
-    list.option("-s,--specimen", specimen_, "S", "For better estimates: what will be pressed");
-    list.option("--bench", bench_, "B", "Instruments and fixture (default: paper)");
+    list.positional(kProtocolWord, protocol_, "Name or file");
+    list.options("-p,--parameter", parameters_, kParameterWord, "Change a parameter");
+    list.option("-s,--specimen", specimen_, kSpecimenWord,
+                "For better estimates: what will be pressed");
+    list.option("--bench", bench_, kBenchWord, "Instruments and fixture (default: paper)");
   }
 
   Outcome<ExitCode> run(Context& context) override {

@@ -53,7 +53,7 @@ class ProtocolShowCommand final : public Command {
       : Command("protocol show", "The text and the parameters of a protocol",
                 "lcrig protocol show dynamic-cycles") {}
   void declare(ArgumentList& list) override {
-    list.positional("PROTOCOL", protocol_, "Name or file");
+    list.positional(kProtocolWord, protocol_, "Name or file");
   }
   Outcome<ExitCode> run(Context& context) override {
     auto file = LibraryPath(context.env).get(LibraryKind::protocol, protocol_);
@@ -79,10 +79,10 @@ class CheckCommand final : public Command {
       : Command("protocol check", "Is a protocol file correct?",
                 "lcrig protocol check my-protocol.json") {}
   void declare(ArgumentList& list) override {
-    list.positional("FILE", protocol_, "Name or file");
-    list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
+    list.positional({"FILE", Proposes::protocol}, protocol_, "Name or file");
+    list.options("-p,--parameter", parameters_, kParameterWord, "Change a parameter");
     list.flag("--rig", rig_, "Also by the limits of the rig that the daemon has; nothing moves");
-    list.option("-s,--specimen", specimen_, "S", "With --rig: what will be pressed");
+    list.option("-s,--specimen", specimen_, kSpecimenWord, "With --rig: what will be pressed");
   }
   Outcome<ExitCode> run(Context& context) override {
     const auto wanted = find_protocol(LibraryPath(context.env), protocol_, parameters_);

@@ -25,10 +25,10 @@ class QueueAddCommand final : public Command {
       : Command("queue add", "Put a run into the queue; it is checked and planned",
                 "lcrig queue add static-frame --specimen paper-1") {}
   void declare(ArgumentList& list) override {
-    list.positional("PROTOCOL", protocol_, "Name or file; not with --batch", false);
-    list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
-    list.option("-s,--specimen", specimen_, "S", "Name or file of what will be pressed");
-    list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
+    list.positional(kProtocolWord, protocol_, "Name or file; not with --batch", false);
+    list.options("-p,--parameter", parameters_, kParameterWord, "Change a parameter");
+    list.option("-s,--specimen", specimen_, kSpecimenWord, "Name or file of what will be pressed");
+    list.option("--operator", operator_, kOperatorWord, "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
     batch_.declare(list);
     list.seed("--seed", seed_, "Of the order of a batch (default: one is drawn)");
@@ -111,7 +111,7 @@ class QueueMoveCommand final : public Command {
       : Command("queue move", "Give an entry that waits another place",
                 "lcrig queue move 7 --first") {}
   void declare(ArgumentList& list) override {
-    list.positional("ENTRY", entry_, "Its number in `lcrig queue list`");
+    list.positional(kEntryWord, entry_, "Its number in `lcrig queue list`");
     place_.declare(list);
   }
   Outcome<ExitCode> run(Context& context) override {
@@ -140,7 +140,7 @@ class QueueRemoveCommand final : public Command {
   QueueRemoveCommand()
       : Command("queue remove", "Take an entry out of the queue", "lcrig queue remove 7") {}
   void declare(ArgumentList& list) override {
-    list.positional("ENTRY", entry_, "Its number in `lcrig queue list`");
+    list.positional(kEntryWord, entry_, "Its number in `lcrig queue list`");
   }
   Outcome<ExitCode> run(Context& context) override {
     auto entry = entry_number(entry_, context.global);

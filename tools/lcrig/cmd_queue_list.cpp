@@ -77,7 +77,7 @@ class QueueShowCommand final : public Command {
   QueueShowCommand()
       : Command("queue show", "Everything known about an entry", "lcrig queue show 7") {}
   void declare(ArgumentList& list) override {
-    list.positional("ENTRY", entry_, "Its number in `lcrig queue list`");
+    list.positional(kEntryWord, entry_, "Its number in `lcrig queue list`");
   }
   Outcome<ExitCode> run(Context& context) override {
     auto entry = entry_number(entry_, context.global);
@@ -160,7 +160,7 @@ class QueueHistoryCommand final : public Command {
       : Command("queue history", "What was done with the queue, and by whom; newest first",
                 "lcrig queue history") {}
   void declare(ArgumentList& list) override {
-    list.option("--entry", entry_, "ENTRY", "Only of this one");
+    list.option("--entry", entry_, kEntryWord, "Only of this one");
     list.option("--most", most_, "N", "So many lines (default: 50, at most 500)");
   }
   Outcome<ExitCode> run(Context& context) override {

@@ -83,11 +83,12 @@ class RehearseCommand final : public Command {
                 "The same run on the simulated bench, in virtual time, without a daemon",
                 "lcrig rehearse static-frame --specimen paper-1") {}
   void declare(ArgumentList& list) override {
-    list.positional("PROTOCOL", protocol_, "Name or file; not with --batch", false);
-    list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
-    list.option("-s,--specimen", specimen_, "S",
+    list.positional(kProtocolWord, protocol_, "Name or file; not with --batch", false);
+    list.options("-p,--parameter", parameters_, kParameterWord, "Change a parameter");
+    list.option("-s,--specimen", specimen_, kSpecimenWord,
                 "Name or file of what is on the bench (not needed with replay:DIR)");
-    list.option("--bench", bench_, "B", "Name or file of a bench, or replay:DIR (default: paper)");
+    list.option("--bench", bench_, kBenchWord,
+                "Name or file of a bench, or replay:DIR (default: paper)");
     list.seed("--seed", seed_, "Noise of the simulated instruments, and the order of a batch");
     batch_.declare(list);
     list.number("--hand-time", hand_s_, "SECONDS",
@@ -95,10 +96,10 @@ class RehearseCommand final : public Command {
     const std::string realistic =
         "Let the bench err as real ones do (" + doc_page("simulator") + ")";
     list.flag("--realistic", realistic_, realistic.c_str());
-    list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
+    list.option("--operator", operator_, kOperatorWord, "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
-    list.option("--faults", faults_, "FILE", "Let things go wrong as this script says");
-    list.option("--answers", answers_, "FILE", "Answers to the questions of the protocol");
+    list.option("--faults", faults_, kFileWord, "Let things go wrong as this script says");
+    list.option("--answers", answers_, kFileWord, "Answers to the questions of the protocol");
   }
 
   Outcome<ExitCode> run(Context& context) override {

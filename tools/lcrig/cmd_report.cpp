@@ -27,10 +27,11 @@ class ReportCommand final : public Command {
       : Command("report", "One self-contained HTML file about a run, or comparing several",
                 "lcrig report 3 4 5 -o stacks.html") {}
   void declare(ArgumentList& list) override {
-    list.words("RUN", runs_, "Numbers, uuids, or `last` (default)");
-    list.option("-o,--output", output_, "FILE", "The page (default: report-RUN.html)");
-    list.option("--csv", csv_, "FILE", "The results as a table too, one row a run");
-    list.option("--batch", batch_, "NAME", "Compare the runs of a batch instead");
+    list.words(kRunWord, runs_, "Numbers, uuids, or `last` (default)");
+    list.option("-o,--output", output_, kFileWord, "The page (default: report-RUN.html)");
+    list.option("--csv", csv_, kFileWord, "The results as a table too, one row a run");
+    list.option("--batch", batch_, {"NAME", Proposes::batch},
+                "Compare the runs of a batch instead");
   }
 
   Outcome<ExitCode> run(Context& context) override {

@@ -20,7 +20,8 @@ class ResumeCommand final : public Command {
   ResumeCommand()
       : Command("resume", "Go on after a pause, or with an interrupted run", "lcrig resume") {}
   void declare(ArgumentList& list) override {
-    list.positional("RUN", run_, "An interrupted run (default: the one that a crash left)", false);
+    list.positional(kRunWord, run_, "An interrupted run (default: the one that a crash left)",
+                    false);
     list.flag("--confirm-specimen", confirmed_, "I looked: the specimen was not touched since");
   }
 

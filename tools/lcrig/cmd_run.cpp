@@ -23,10 +23,11 @@ class RunCommand final : public Command {
       : Command("run", "Run a protocol on the rig and record it",
                 "lcrig run dynamic-cycles -p cycles=5 --specimen paper-1") {}
   void declare(ArgumentList& list) override {
-    list.positional("PROTOCOL", protocol_, "Name or file");
-    list.options("-p,--parameter", parameters_, "NAME=VALUE", "Change a parameter");
-    list.option("-s,--specimen", specimen_, "S", "Name or file of what is on the rig", true);
-    list.option("--operator", operator_, "NAME", "Who runs it (default: you)");
+    list.positional(kProtocolWord, protocol_, "Name or file");
+    list.options("-p,--parameter", parameters_, kParameterWord, "Change a parameter");
+    list.option("-s,--specimen", specimen_, kSpecimenWord, "Name or file of what is on the rig",
+                true);
+    list.option("--operator", operator_, kOperatorWord, "Who runs it (default: you)");
     list.option("--note", note_, "TEXT", "Stored with the run");
     list.flag("--detach", detach_, "Return as soon as the run goes on");
     list.flag("--next", next_, "Put it at the front of the queue");

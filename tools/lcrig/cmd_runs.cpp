@@ -68,13 +68,13 @@ class RunsListCommand final : public Command {
       : Command("runs list", "The runs of the database, newest first",
                 "lcrig runs list --specimen paper-1 --status success --since 2026-01-31") {}
   void declare(ArgumentList& list) override {
-    list.option("--specimen", specimen_, "NAME", "Only of this specimen");
-    list.option("--protocol", protocol_, "NAME", "Only of this protocol");
-    list.option("--operator", operator_, "NAME", "Only of this person");
+    list.option("--specimen", specimen_, {"NAME", Proposes::run_specimen}, "Only of this specimen");
+    list.option("--protocol", protocol_, {"NAME", Proposes::run_protocol}, "Only of this protocol");
+    list.option("--operator", operator_, kOperatorWord, "Only of this person");
     list.one_of("--status", status_,
                 {"success", "stopped", "abort", "fail", "interrupted", "running", "cut-off"},
                 "Only those that ended so");
-    list.option("--tag", tag_, "TAG", "Only those that have it");
+    list.option("--tag", tag_, kTagWord, "Only those that have it");
     list.option("--since", since_, "TIME", "Begun then or later: 2026-01-31, \"2026-01-31 18:00\"");
   }
   Outcome<ExitCode> run(Context& context) override {
@@ -166,7 +166,7 @@ class RunsShowCommand final : public Command {
  public:
   RunsShowCommand()
       : Command("runs show", "Everything known about a run", "lcrig runs show last") {}
-  void declare(ArgumentList& list) override { list.positional("RUN", run_, kWhichRun); }
+  void declare(ArgumentList& list) override { list.positional(kRunWord, run_, kWhichRun); }
 
   Outcome<ExitCode> run(Context& context) override {
     auto run = open_run(context, run_);
@@ -203,7 +203,7 @@ class NoteCommand final : public Command {
       : Command("runs note", "Add a note to a run that ended",
                 "lcrig runs note last \"probe was dusty\"") {}
   void declare(ArgumentList& list) override {
-    list.positional("RUN", run_, kWhichRun);
+    list.positional(kRunWord, run_, kWhichRun);
     list.positional("TEXT", text_, "The note");
   }
   Outcome<ExitCode> run(Context& context) override {
@@ -248,14 +248,11 @@ class TagCommand final : public Command {
       : Command("runs tag", "Put tags on a run, by which `runs list --tag` finds it",
                 "lcrig runs tag last thesis ageing") {}
   void declare(ArgumentList& list) override {
-    list.positional("RUN", change_run_, kWhichRun);
-    list.words("TAG", change_.tags, "A word without blanks and commas");
+    list.positional(kRunWord, change_run_, kWhichRun);
+    list.words(kTagWord, change_.tags, "A word without blanks and commas", true);
     list.flag("--remove", change_.remove, "Take them off");
   }
   Outcome<ExitCode> run(Context& context) override {
-    if (change_.tags.empty()) {
-      return Failure(kUsage, "lcrig runs tag: TAG is missing", "lcrig runs tag --help");
-    }
     auto db = context.database_to_write(typed());
     if (!db) return db.error();
     auto run = open_run(context, change_run_);

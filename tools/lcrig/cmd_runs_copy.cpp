@@ -24,14 +24,11 @@ class RunsCopyCommand final : public Command {
       : Command("runs copy", "Copy whole runs into another database, and check the copies",
                 "lcrig runs copy 12 13 --to /media/backup/thesis.db") {}
   void declare(ArgumentList& list) override {
-    list.words("RUN", runs_, kWhichRun);
-    list.option("--to", to_, "FILE", "The other database; made when it is not there", true);
+    list.words(kRunWord, runs_, kWhichRun, true);
+    list.option("--to", to_, kFileWord, "The other database; made when it is not there", true);
   }
 
   Outcome<ExitCode> run(Context& context) override {
-    if (runs_.empty()) {
-      return Failure(kUsage, "lcrig runs copy: RUN is missing", "lcrig runs copy --help");
-    }
     std::vector<std::int64_t> numbers;
     {
       auto db = open_runs(context);

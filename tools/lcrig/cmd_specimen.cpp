@@ -28,7 +28,9 @@ class AddCommand final : public Command {
   AddCommand()
       : Command("specimen add", "Store a specimen file under its name",
                 "lcrig specimen add my-stack.json") {}
-  void declare(ArgumentList& list) override { list.positional("FILE", file_, "specimen/1 file"); }
+  void declare(ArgumentList& list) override {
+    list.positional(kJsonFileWord, file_, "specimen/1 file");
+  }
 
   Outcome<ExitCode> run(Context& context) override {
     auto text = read_text_file(file_);
@@ -121,7 +123,9 @@ class SpecimenShowCommand final : public Command {
  public:
   SpecimenShowCommand()
       : Command("specimen show", "The file of a specimen", "lcrig specimen show paper-2") {}
-  void declare(ArgumentList& list) override { list.positional("S", specimen_, "Name or file"); }
+  void declare(ArgumentList& list) override {
+    list.positional(kSpecimenWord, specimen_, "Name or file");
+  }
   Outcome<ExitCode> run(Context& context) override {
     auto db = context.db_path();
     if (!db) return db.error();

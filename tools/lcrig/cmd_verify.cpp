@@ -21,7 +21,8 @@ class VerifyCommand final : public Command {
       : Command("verify", "Check that a run's rows are as they were recorded",
                 "lcrig verify last") {}
   void declare(ArgumentList& list) override {
-    list.positional("RUN", run_, "A number, the beginning of its uuid, or `last` (default)", false);
+    list.positional(kRunWord, run_, "A number, the beginning of its uuid, or `last` (default)",
+                    false);
     list.option("--anchor", anchor_, "LINKS:HASH",
                 "Of this run, from the journal, an export, a report or `lcrig run`: finds what "
                 "somebody cut off or wrote anew");

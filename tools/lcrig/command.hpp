@@ -27,18 +27,51 @@ struct GlobalOptions {
   bool json = false;
 };
 
+// What the shells' completion proposes for a value.
+enum class Proposes {
+  nothing,
+  file,
+  json_file,
+  folder,
+  protocol,  // of the library, or a file
+  specimen,  // of the library or the database, or a file
+  bench,  // of the library, or a file
+  parameter,  // of the protocol that stands before it
+  run,
+  run_specimen,  // that a run was made with
+  run_protocol,
+  operator_name,  // of a run
+  tag,
+  batch,
+  entry,  // of the queue
+  correction,  // of the meter
+};
+
+// What stands for a value in help and manual: "FILE".
+struct Placeholder {
+  constexpr Placeholder(const char* w, Proposes p = Proposes::nothing) : word(w), proposes(p) {}
+  const char* word;
+  Proposes proposes;
+};
+inline constexpr Placeholder kRunWord{"RUN", Proposes::run}, kFileWord{"FILE", Proposes::file},
+    kJsonFileWord{"FILE", Proposes::json_file}, kProtocolWord{"PROTOCOL", Proposes::protocol},
+    kSpecimenWord{"S", Proposes::specimen}, kBenchWord{"B", Proposes::bench},
+    kParameterWord{"NAME=VALUE", Proposes::parameter}, kEntryWord{"ENTRY", Proposes::entry},
+    kTagWord{"TAG", Proposes::tag}, kOperatorWord{"NAME", Proposes::operator_name};
+
 // Where a command declares what it takes. Names as CLI11 writes them ("-p,--parameter"); the
 // variables must live until the command ran.
 class ArgumentList {
  public:
   virtual ~ArgumentList() = default;
-  virtual void positional(const char* name, std::string& out, const char* help,
+  virtual void positional(Placeholder name, std::string& out, const char* help,
                           bool required = true) = 0;
   // Any number of them; what is there already stays when none is given.
-  virtual void words(const char* name, std::vector<std::string>& out, const char* help) = 0;
-  virtual void option(const char* names, std::string& out, const char* metavar, const char* help,
+  virtual void words(Placeholder name, std::vector<std::string>& out, const char* help,
+                     bool required = false) = 0;
+  virtual void option(const char* names, std::string& out, Placeholder value, const char* help,
                       bool required = false) = 0;
-  virtual void options(const char* names, std::vector<std::string>& out, const char* metavar,
+  virtual void options(const char* names, std::vector<std::string>& out, Placeholder value,
                        const char* help) = 0;  // may be repeated
   virtual void seed(const char* names, std::optional<std::uint64_t>& out, const char* help) = 0;
   virtual void number(const char* names, std::function<void(double)> take, const char* metavar,

@@ -41,9 +41,10 @@ void declare_global(ArgumentList& list, GlobalOptions& global) {
   const std::string page = doc_page("cli-json");
   const std::string db = "Database file (default: $LCRIG_DB, the daemon's, yours; " + page + ")";
   const std::string json = "Print results as JSON (" + page + ")";
-  list.option("--db", global.db, "FILE", db.c_str());
-  list.option("--socket", global.socket, "PATH", "The daemon's control socket");
-  list.option("--config", global.config, "FILE", "Take both from the daemon's configuration file");
+  list.option("--db", global.db, kFileWord, db.c_str());
+  list.option("--socket", global.socket, {"PATH", Proposes::file}, "The daemon's control socket");
+  list.option("--config", global.config, kFileWord,
+              "Take both from the daemon's configuration file");
   list.flag("--json", global.json, json.c_str());
 }
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
+#include <ranges>
 #include <string_view>
 #include <utility>
 
@@ -14,6 +14,7 @@
 #include "protocols/file/parse.hpp"
 #include "storage/batches.hpp"
 #include "storage/database.hpp"
+#include "storage/queue.hpp"
 #include "storage/runs.hpp"
 #include "storage/specimens.hpp"
 #include "tools/lcrig/argument_table.hpp"
@@ -25,7 +26,7 @@ namespace lcrig::cli {
 namespace {
 
 // More than anybody reads; the newest.
-constexpr std::size_t kMostRuns = 100;
+constexpr std::int64_t kMostProposed = 100;
 
 struct Candidates {
   std::string files = "none";
@@ -58,10 +59,12 @@ class Completion {
   void add_commands();
   void add_options();
   void add_values(const Argument& argument);
-  void add_library(LibraryKind kind);
+  void add_library_or_file(LibraryKind kind);
   void add_specimens();
   void add_runs();
+  void add_of_runs(const std::string& words);
   void add_batches();
+  void add_entries();
   void add_parameters();
   std::optional<Database> database() const;
 
@@ -163,52 +166,37 @@ void Completion::add_options() {
   candidates_.add("--help", "What the command takes, with an example");
 }
 
-// The placeholder of the value decides what is offered; it means the same in every command.
 void Completion::add_values(const Argument& a) {
   for (const auto& choice : a.choices) candidates_.add(choice, "");
-  const auto& value = a.value;
-  const bool batch = a.names.front() == "--batch";
-  if (value == "PROTOCOL" || (value == "FILE" && !a.option && a.help == "Name or file")) {
-    add_library(LibraryKind::protocol);
-    candidates_.files = "json";
-  } else if (value == "S") {
-    add_specimens();
-    candidates_.files = "json";
-  } else if (value == "B") {
-    add_library(LibraryKind::bench);
-    candidates_.files = "json";
-  } else if (value == "RUN") {
-    add_runs();
-  } else if (value == "KIND") {
-    candidates_.add("open", "nothing between the probes");
-    candidates_.add("short", "probes joined");
-  } else if (value == "NAME=VALUE") {
-    add_parameters();
-  } else if (value == "NAME" && batch) {
-    add_batches();
-  } else if (value == "NAME" && a.names.front() == "--specimen") {
-    add_specimens();
-  } else if (value == "NAME" && a.names.front() == "--protocol") {
-    add_library(LibraryKind::protocol);
-  } else if (value == "FILE" || value == "PATH") {
-    // Options that every command has may stand before it.
-    const std::string_view command = typed_.command == nullptr ? "" : typed_.command->name;
-    const bool database = command == "backup";
-    candidates_.files = a.option || database ? "file" : "json";
-  } else if (value == "BACKUP") {
-    candidates_.files = "file";
-  } else if (value == "DIR") {
-    candidates_.files = "dir";
+  switch (a.proposes) {
+    case Proposes::nothing: break;
+    case Proposes::file: candidates_.files = "file"; break;
+    case Proposes::json_file: candidates_.files = "json"; break;
+    case Proposes::folder: candidates_.files = "dir"; break;
+    case Proposes::protocol: return add_library_or_file(LibraryKind::protocol);
+    case Proposes::bench: return add_library_or_file(LibraryKind::bench);
+    case Proposes::specimen: add_library_or_file(LibraryKind::specimen); return add_specimens();
+    case Proposes::parameter: return add_parameters();
+    case Proposes::run: return add_runs();
+    case Proposes::run_specimen: return add_of_runs("SELECT specimen_name, max(id) FROM run");
+    case Proposes::run_protocol: return add_of_runs("SELECT protocol_name, max(id) FROM run");
+    case Proposes::operator_name: return add_of_runs("SELECT operator, max(id) FROM run");
+    case Proposes::tag: return add_of_runs("SELECT tag, max(run) FROM v_tag");
+    case Proposes::batch: return add_batches();
+    case Proposes::entry: return add_entries();
+    case Proposes::correction:
+      candidates_.add("open", "nothing between the probes");
+      candidates_.add("short", "probes joined");
+      break;
   }
 }
 
-void Completion::add_library(LibraryKind kind) {
+void Completion::add_library_or_file(LibraryKind kind) {
   for (const auto& file : library_.list(kind)) candidates_.add(file.name, file.path.string());
+  candidates_.files = "json";
 }
-
 void Completion::add_specimens() {
   for (const auto& s : shipped_specimens()) candidates_.add(std::string(s.name), "ships");
-  add_library(LibraryKind::specimen);
   const auto db = database();
   if (!db) return;
   const auto stored = list_specimens(*db);
@@ -222,7 +210,7 @@ void Completion::add_runs() {
   if (!db) return;
   const auto runs = list_runs(*db);
   if (!runs) return;
-  for (const auto& r : std::span(*runs).first(std::min(runs->size(), kMostRuns))) {
+  for (const auto& r : *runs | std::views::take(kMostProposed)) {
     candidates_.add(std::to_string(r.run),
                     fmt::format("{} on {}, {}, {}", r.protocol_name, r.specimen_name, status_of(r),
                                 format_utc(r.started_unix_ns)));
@@ -235,6 +223,29 @@ void Completion::add_batches() {
   const auto batches = list_batches(*db);
   if (!batches) return;
   for (const auto& b : *batches) candidates_.add(b.name, format_utc(b.added_unix_ns));
+}
+
+// `words`: selects names, each with the newest run that has it; an older schema may have none.
+void Completion::add_of_runs(const std::string& words) {
+  const auto db = database();
+  if (!db) return;
+  const auto found = db->rows(
+      words + " GROUP BY 1 ORDER BY 2 DESC LIMIT ?",
+      [](const Statement& s) { return std::pair(std::string(s.text(0)), s.integer(1)); },
+      std::int64_t{kMostProposed});
+  if (!found) return;
+  for (const auto& [name, run] : *found) candidates_.add(name, fmt::format("as in run {}", run));
+}
+
+void Completion::add_entries() {
+  const auto db = database();
+  if (!db) return;
+  const auto entries = list_queue(*db, 0, kMostProposed);
+  if (!entries) return;
+  for (const auto& e : *entries) {
+    candidates_.add(std::to_string(e.entry),
+                    fmt::format("{} on {}", e.protocol_name, e.specimen_name));
+  }
 }
 
 void Completion::add_parameters() {

@@ -7,7 +7,6 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -47,15 +46,15 @@ Failure no_access(const std::string& path) {
       "sudo adduser $USER lcrig   (then log in again)");
 }
 
-// The hint's command does not know which daemon was asked; `where` says it.
-std::string with_options(std::string hint, const std::string& where) {
-  const auto end = std::min(hint.find("   ("), hint.size());
-  const std::string_view command = std::string_view(hint).substr(0, end);
-  if (where.empty() || command.empty()) return hint;
-  if (command.starts_with("lcrig ") || command.find(": lcrig ") != command.npos) {
-    return hint.insert(end, " " + where);
-  }
-  return hint;
+// The command of the daemon's hint does not know which daemon was asked; `where` says it. An older
+// daemon sends words alone.
+std::string hint_of(const json& data, const std::string& where) {
+  Hint hint;
+  hint.command = data.value("command", "");
+  if (where.empty() || hint.command.empty()) return data.value("hint", "");
+  hint.before = data.value("before", "");
+  hint.remark = data.value("remark", "");
+  return hint.text(where);
 }
 
 // The daemon's words, the daemon's hint, our exit code.
@@ -65,7 +64,7 @@ Failure failure_of(const json& error, const std::string& where) {
   out.code = kFailed;
   const auto data = error.find("data");
   if (data == error.end() || !data->is_object()) return out;
-  out.next = with_options(data->value("hint", ""), where);
+  out.next = hint_of(*data, where);
   out.detail = data->value("detail", "");
   const auto word = data->value("errc", "");
   for (int i = 0; i <= static_cast<int>(Errc::bug); ++i) {

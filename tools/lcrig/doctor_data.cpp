@@ -16,6 +16,8 @@
 
 namespace lcrig::cli {
 
+namespace fs = std::filesystem;
+
 namespace {
 
 constexpr double kDay_ns = 86400e9;
@@ -93,8 +95,8 @@ Finding look_at_disk(const Database& db, std::int64_t now_unix_ns) {
   const std::string mend =
       "free some space; " + doc_page("lab-setup") + ", \"Backup, and room on the disk\"";
   std::error_code unknown;
-  const auto folder = std::filesystem::absolute(db.path()).parent_path();
-  const auto space = std::filesystem::space(folder, unknown);
+  const auto folder = fs::absolute(db.path()).parent_path();
+  const auto space = fs::space(folder, unknown);
   const auto bytes = size_of(db);
   const auto first = db.integer("SELECT coalesce(min(started_unix_ns), 0) FROM run");
   if (unknown || !bytes || !first) {
@@ -128,8 +130,8 @@ Finding look_at_plans(const Database& db) {
     planned = *bytes;
   }
   std::error_code unknown;
-  const auto folder = std::filesystem::absolute(db.path(), unknown).parent_path();
-  const auto space = std::filesystem::space(folder, unknown);
+  const auto folder = fs::absolute(db.path(), unknown).parent_path();
+  const auto space = fs::space(folder, unknown);
   if (unknown) {
     return {"disk for plans", Health::warn, "the free space is not known", "df -h"};
   }
@@ -166,6 +168,35 @@ void look_at_meter_settings(const Database& db, Findings& findings) {
     findings.emplace_back("meter settings", Health::ok,
                           fmt::format("read back in run {}: {}", run, read_back));
   }
+}
+
+namespace {
+
+// False also when it may not be seen what the process has open.
+bool has_other_file_open(const Machine& machine, int pid, const std::string& file) {
+  bool seen = false;
+  std::error_code unknown;
+  const auto files = machine.root / "proc" / std::to_string(pid) / "fd";
+  for (const auto& open : fs::directory_iterator(files, unknown)) {
+    seen = true;
+    if (fs::equivalent(open.path(), file, unknown)) return false;
+  }
+  return seen;
+}
+
+}  // namespace
+
+std::optional<Finding> look_whether_replaced(const Machine& machine, const std::string& database) {
+  const auto written = has_writer(database);
+  if (!written) return std::nullopt;
+  const auto pid = writer_of(database);
+  if (*written && !(pid && has_other_file_open(machine, *pid, database))) return std::nullopt;
+  return Finding("database", Health::bad,
+                 fmt::format("{}: lcrigd has another file of this name open, which was moved, "
+                             "replaced or deleted, and begins no run",
+                             printable(database)),
+                 "move that one back, with the files beside it, or go on with what is there now: "
+                 "sudo systemctl restart lcrigd");
 }
 
 std::optional<int> writer_of(const std::string& database) {

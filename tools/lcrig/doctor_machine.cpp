@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "base/doc_page.hpp"
+#include "base/processor_ticks.hpp"
 #include "base/text.hpp"
 #include "tools/lcrig/doctor.hpp"
 #include "tools/lcrig/next_command.hpp"
@@ -93,17 +94,11 @@ Finding look_at_clock(const Machine& machine) {
 
 // Since the computer was started.
 Finding look_at_steal(const Machine& machine) {
-  std::ifstream file(machine.root / "proc/stat");
-  std::string word;
-  std::array<double, 8> ticks{};  // user, nice, system, idle, iowait, irq, softirq, steal
-  file >> word;
-  for (double& value : ticks) file >> value;
-  double all = 0;
-  for (const double value : ticks) all += value;
-  if (!file || word != "cpu" || all <= 0) {
+  const auto ticks = read_processor_ticks(machine.root / "proc/stat");
+  if (!ticks || ticks->all <= 0) {
     return {"steal time", Health::warn, "/proc/stat does not tell it", "look by hand: vmstat 1"};
   }
-  const double percent = 100 * ticks.back() / all;
+  const double percent = 100 * ticks->steal / ticks->all;
   const auto words = fmt::format("{:.2f} % of the processors' time since the start", percent);
   constexpr double kWorthATelling = 0.1, kTooMuch = 5;
   if (percent < kWorthATelling) return {"steal time", Health::ok, words};

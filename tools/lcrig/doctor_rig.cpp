@@ -220,7 +220,8 @@ void look_at_instruments(const DaemonStatus& status, Findings& findings) {
     switch (i.condition) {
       case InstrumentCondition::ready:
       case InstrumentCondition::in_use:
-        findings.emplace_back(about, Health::ok, fmt::format("answers: {}", identity));
+        findings.emplace_back(about, Health::ok,
+                              identity.empty() ? "answers" : "answers: " + identity);
         break;
       case InstrumentCondition::unasked:
         findings.emplace_back(about, Health::ok, "not asked: " + printable(i.why, 200),

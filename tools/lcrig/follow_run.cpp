@@ -85,7 +85,7 @@ class Follower {
     return end;
   }
 
-  // Of a stop that nobody answers; -1: none waits.
+  // Milliseconds until a stop counts as not answered; -1 when no stop waits.
   int stop_ms() const {
     if (!hint_at_) return -1;
     const auto left = *hint_at_ - context_.clock.now();

@@ -9,13 +9,13 @@ namespace lcrig::cli {
 
 namespace {
 
-// scdoc takes these for its markup.
+// What scdoc takes for its markup. Words that are typed, which help has in back-quotes, are bold.
 std::string escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size() + 8);
   for (const char c : text) {
     if (c == '_' || c == '*' || c == '\\') out += '\\';
-    out += c;
+    out += c == '`' ? '*' : c;
   }
   return out;
 }

@@ -14,7 +14,8 @@
 namespace lcrig::cli {
 
 void ModelOptions::declare_specimen(ArgumentList& list) {
-  list.option("-s,--specimen", specimen_, "S", "What is pressed: a name or a specimen file", true);
+  list.option("-s,--specimen", specimen_, kSpecimenWord,
+              "What is pressed: a name or a specimen file", true);
   list.one_of("--faces", faces_, {"free", "bonded_base", "bonded_laminate"},
               "Other faces than the specimen's");
   list.one_of("--top", top_, {"pressure", "plate", "bonded_plate"},

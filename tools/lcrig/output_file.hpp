@@ -10,7 +10,7 @@
 
 namespace lcrig::cli {
 
-// What an output of each kind has at its beginning. Another file is not replaced by one.
+// The marks at the beginning of each kind of output. A file without the mark is not replaced.
 inline constexpr const char* kPageMark = "<meta name='generator' content='lcrig ";
 inline constexpr const char* kPictureMark = "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 ";
 inline constexpr const char* kTableMark = "run,specimen,protocol,simulated,exit_status,";

@@ -24,23 +24,26 @@ namespace {
 class Cli11Arguments final : public ArgumentList {
  public:
   explicit Cli11Arguments(CLI::App& app) : app_(app) {}
-  void positional(const char* name, std::string& out, const char* help, bool required) override {
-    app_.add_option(name, out, help)->required(required)->option_text(required ? "" : "[optional]");
+  void positional(Placeholder name, std::string& out, const char* help, bool required) override {
+    app_.add_option(name.word, out, help)
+        ->required(required)
+        ->option_text(required ? "" : "[optional]");
   }
-  void words(const char* name, std::vector<std::string>& out, const char* help) override {
-    app_.add_option(name, out, help)->option_text("...");
+  void words(Placeholder name, std::vector<std::string>& out, const char* help,
+             bool required) override {
+    app_.add_option(name.word, out, help)->required(required)->option_text("...");
   }
-  void option(const char* names, std::string& out, const char* metavar, const char* help,
+  void option(const char* names, std::string& out, Placeholder value, const char* help,
               bool required) override {
-    app_.add_option(names, out, help)->required(required)->option_text(metavar);
+    app_.add_option(names, out, help)->required(required)->option_text(value.word);
   }
-  void options(const char* names, std::vector<std::string>& out, const char* metavar,
+  void options(const char* names, std::vector<std::string>& out, Placeholder value,
                const char* help) override {
     // One value each, so that what follows stays a positional.
     app_.add_option(names, out, help)
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-        ->option_text(std::string(metavar) + " ...");
+        ->option_text(std::string(value.word) + " ...");
   }
   void seed(const char* names, std::optional<std::uint64_t>& out, const char* help) override {
     // CLI11 would take -1 for 2^64 - 1.

@@ -103,6 +103,11 @@ void print_plan(std::ostream& out, const json& plan) {
   fmt::print(out, "readings      {} of measure steps, about {} recorded in all\n",
              plan.at("measure_readings").get<std::int64_t>(),
              plan.at("lcr_readings").get<std::int64_t>());
+  const double rate_Hz = plan.value("frame_rate_Hz", 0.0);  // an older daemon does not say it
+  if (const auto samples = plan.at("frame_samples").get<std::int64_t>();
+      samples > 0 && rate_Hz > 0) {
+    fmt::print(out, "samples       about {} of the frame, {:.6g} a second\n", samples, rate_Hz);
+  }
   fmt::print(out, "peak force    {:.4g} N, overshoot of {:.2g} N expected\n",
              number("peak_force_N"), number("overshoot_N"));
   if (plan.value("weights", false)) {

@@ -2,6 +2,7 @@
 #include "tools/lcrig/process_env.hpp"
 
 #include <pwd.h>
+#include <sys/auxv.h>
 #include <unistd.h>
 
 #include <array>
@@ -62,6 +63,9 @@ ProcessEnv real_process_env() {
   };
   std::error_code ignored;
   env.executable = fs::read_symlink("/proc/self/exe", ignored);
+  if (env.executable.empty()) {  // without /proc: as the kernel was told to start it
+    env.executable = fs::canonical(reinterpret_cast<const char*>(::getauxval(AT_EXECFN)), ignored);
+  }
   return env;
 }
 

@@ -19,8 +19,8 @@ struct ProcessEnv {
   std::filesystem::path daemon_socket = "/run/lcrig/control.sock";
   std::filesystem::path daemon_config = "/etc/lcrig/lcrigd.json";
   Duration daemon_patience = std::chrono::seconds(2);  // of commands that can do without a daemon
-  // Of who stops the frame: then they are told to do it by hand, and so long they wait for the
-  // daemon, whose frame confirms standstill first.
+  // For people who stop the frame. They wait this long for the daemon, whose frame confirms
+  // standstill first, and are then told to stop it by hand.
   Duration stop_hint_after = std::chrono::milliseconds(1500);
   Duration stop_patience = std::chrono::seconds(90);
   Duration status_patience = std::chrono::seconds(10);  // of who looks; no instrument is asked

@@ -27,8 +27,8 @@ Outcome<std::int64_t> entry_number(const std::string& text, const GlobalOptions&
 void PlaceOptions::declare(ArgumentList& list) {
   list.flag("--first", first_, "Before all that wait");
   list.flag("--last", last_, "Behind all that wait");
-  list.option("--before", before_, "ENTRY", "Just before that one");
-  list.option("--after", after_, "ENTRY", "Just behind that one");
+  list.option("--before", before_, kEntryWord, "Just before that one");
+  list.option("--after", after_, kEntryWord, "Just behind that one");
 }
 
 Outcome<bool> PlaceOptions::put_into(json& params, const GlobalOptions& global) const {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <tuple>
 
+#include "base/day_time.hpp"
 #include "base/enum_words.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
@@ -64,7 +65,7 @@ Outcome<bool> TermsOptions::put_times(json& params, std::int64_t now_unix_s) con
     params["rest_s"] = *rest_s;
   }
   if (!between_.empty()) {
-    if (!is_day_window(between_)) {
+    if (!parse_day_window(between_)) {
       return wrong(fmt::format("--between '{}': expected two times of the day, such as 18:00-06:00",
                                printable(between_, 60)));
     }

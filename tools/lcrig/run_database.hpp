@@ -22,8 +22,8 @@ struct NamedRun {
   std::int64_t number = 0;
 };
 Outcome<NamedRun> open_run(const Context& context, const std::string& text);
-// What to do about `error`: of a file that is damaged or cannot be read, that a backup takes its
-// place; else `otherwise`.
+// The hint that fits `error`: to put a backup in its place when the file is damaged or cannot be
+// read, else `otherwise`.
 std::string next_after(const Error& error, const Database& db, std::string otherwise = {});
 // For commands that use the numbers of a run without showing its chain.
 void note_if_changed(const Context& context, const ChainReport& chain, std::int64_t run);

@@ -18,7 +18,7 @@ namespace lcrig::cli {
 
 namespace {
 
-// What it writes to standard error goes to `said`.
+// Its standard output goes to `to`, its standard error to `said`.
 int spawn_into(const std::vector<std::string>& words, int to, int said, pid_t& pid) {
   std::vector<char*> argv;
   argv.reserve(words.size() + 1);

@@ -6,30 +6,20 @@
 #include <algorithm>
 #include <ctime>
 
+#include "base/day_time.hpp"
 #include "base/number.hpp"
 
 namespace lcrig::cli {
 
 namespace {
 
-struct HourMinute {
-  int hour = 0, minute = 0;
-};
-std::optional<HourMinute> hour_minute(std::string_view text) {
-  if (text.size() != 5 || text[2] != ':') return std::nullopt;
-  const auto hour = number_from<int>(text.substr(0, 2));
-  const auto minute = number_from<int>(text.substr(3));
-  if (!hour || !minute || *hour < 0 || *hour > 23 || *minute < 0 || *minute > 59) return {};
-  return HourMinute{*hour, *minute};
-}
-
 // "18:00", "18:00:03"
 std::optional<std::tm> time_of(std::string_view text) {
-  const auto minute = hour_minute(text.substr(0, 5));
+  const auto minute = parse_minute_of_day(text.substr(0, 5));
   if (!minute) return std::nullopt;
   std::tm out{};
-  out.tm_hour = minute->hour;
-  out.tm_min = minute->minute;
+  out.tm_hour = *minute / 60;
+  out.tm_min = *minute % 60;
   if (text.size() == 5) return out;
   const auto second =
       text[5] == ':' && text.size() == 8 ? number_from<int>(text.substr(6)) : std::optional<int>();
@@ -71,11 +61,11 @@ std::optional<std::tm> day_of(std::string_view text) {
 }  // namespace
 
 std::optional<std::int64_t> unix_time_of(std::string_view text, std::int64_t now_unix_s) {
-  if (const auto time = hour_minute(text)) {
+  if (const auto minute = parse_minute_of_day(text)) {
     for (const int days : {0, 1}) {
       std::tm at = local(now_unix_s + days * 86'400LL);
-      at.tm_hour = time->hour;
-      at.tm_min = time->minute;
+      at.tm_hour = *minute / 60;
+      at.tm_min = *minute % 60;
       at.tm_sec = 0;
       const auto found = unix_of(at);
       if (found && *found >= now_unix_s) return found;
@@ -106,13 +96,6 @@ std::optional<std::string> iso_day_of(std::string_view text) {
   auto iso = fmt::format("{:04}-{:02}-{:02}", *year, *month, *day);
   const auto found = day_of(iso);
   return found && unix_of(*found) ? std::optional(std::move(iso)) : std::nullopt;
-}
-
-bool is_day_window(std::string_view text) {
-  constexpr std::size_t kTime = 5;
-  if (text.size() != 2 * kTime + 1 || text[kTime] != '-') return false;
-  const auto from = text.substr(0, kTime), to = text.substr(kTime + 1);
-  return hour_minute(from) && hour_minute(to) && from != to;
 }
 
 }  // namespace lcrig::cli

@@ -18,7 +18,4 @@ std::optional<std::int64_t> unix_time_of(std::string_view text, std::int64_t now
 // "2026-11-24" from "24.11.2026". nullopt: not written so, or no such day.
 std::optional<std::string> iso_day_of(std::string_view text);
 
-// "18:00-06:00"; the two times differ.
-bool is_day_window(std::string_view text);
-
 }  // namespace lcrig::cli

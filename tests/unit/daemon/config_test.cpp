@@ -55,5 +55,21 @@ TEST(Bench, ANegativeStiffnessIsRefused) {
   EXPECT_THAT(b.error().what, HasSubstr("/frame/stiffness_N_mm"));
 }
 
+TEST(Bench, TheLargestRateOfTheFrameHasBounds) {
+  const auto bench = [](const std::string& frame) {
+    return parse_bench(R"({ "format": "bench/1", "name": "x", "error_tolerance": 1e-3,
+      "fixture": { "probe_diameter_mm": 4 }, "frame": {)" +
+                           frame + R"(}, "meter": {} })",
+                       "b.json");
+  };
+  EXPECT_EQ(bench("")->frame_rate_max_Hz, 500);
+  EXPECT_EQ(bench(R"("rate_max_kHz": 1)")->frame_rate_max_Hz, 1000);
+  for (const char* wrong : {R"("rate_max_Hz": 0)", R"("rate_max_Hz": 1001)"}) {
+    const auto b = bench(wrong);
+    ASSERT_FALSE(b) << wrong;
+    EXPECT_THAT(b.error().what, HasSubstr("/frame/rate_max_Hz"));
+  }
+}
+
 }  // namespace
 }  // namespace lcrig

@@ -70,7 +70,20 @@ TEST_F(Control, AnErrorCarriesCodeMessageAndHint) {
   EXPECT_EQ(answer["error"]["code"], -32006);
   EXPECT_EQ(answer["error"]["message"], "run 3 is going on");
   EXPECT_EQ(answer["error"]["data"]["errc"], "busy");
-  EXPECT_THAT(answer["error"]["data"]["hint"].get<std::string>(), HasSubstr("lcrig status"));
+  const auto& data = answer["error"]["data"];
+  EXPECT_EQ(data["hint"], "lcrig status   (what goes on; lcrig abort ends it)");
+  EXPECT_EQ(data["before"], "");
+  EXPECT_EQ(data["command"], "lcrig status");
+  EXPECT_EQ(data["remark"], "what goes on; lcrig abort ends it");
+}
+
+// Words alone name no command that a client could complete.
+TEST_F(Control, AHintWithoutACommandIsWordsAlone) {
+  handler.next_error = Error(Errc::limit_tripped, "force");
+  RawClient client(io, path);
+  const auto answer = client.call(request("run.pause"));
+  EXPECT_FALSE(answer["error"]["data"].contains("command"));
+  EXPECT_THAT(answer["error"]["data"]["hint"].get<std::string>(), HasSubstr("a limit was reached"));
 }
 
 TEST_F(Control, AMessageInPiecesAndTwoInOnePieceAreBothUnderstood) {

@@ -91,7 +91,9 @@ TEST_F(Control, ADirectoryThatHangsDelaysNoClient) {
   first.call(request("run.start", R"({"protocol":"creep","specimen":"s"})"));
   EXPECT_EQ(handler.last_peer.user, uid_words(::getuid()));
   directory.release();
-  EXPECT_EQ(run_task(io, server->user_name(::getuid(), 20s)), "ada");
+  PeerCredentials peer;
+  peer.uid = ::getuid();
+  EXPECT_EQ(run_task(io, server->user_name(peer, 20s)), "ada");
   RawClient second(io, path);
   second.call(request("run.start", R"({"protocol":"creep","specimen":"s"})"));
   EXPECT_EQ(handler.last_peer.user, "ada");

@@ -181,7 +181,8 @@ TEST(RandomStacks, ABudgetEndsTheSearch) {
   const SearchTime patience{3, [&] { return time += 0.5; }};
   const auto choice = choose_level(random_stack(kFirstSeed), 1e-9, 10.0_kPa, patience);
   ASSERT_FALSE(choice);
-  EXPECT_NE(choice.error().what.find("over the budget"), std::string::npos) << choice.error().what;
+  EXPECT_NE(choice.error().what.find("over the limit of"), std::string::npos)
+      << choice.error().what;
 }
 
 TEST(RandomStacks, AModulusOfNoSolidIsRefused) {

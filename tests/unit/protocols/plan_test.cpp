@@ -250,6 +250,7 @@ TEST(Plan, JsonHasThePromisedNames) {
   EXPECT_EQ(j.at("travel_mm").size(), 2U);
   EXPECT_EQ(j.at("steps").at(0).at("id"), "zero");
   EXPECT_GT(j.at("database_bytes"), 100'000);
+  EXPECT_EQ(j.at("frame_rate_Hz"), 50);
 }
 
 TEST(Plan, AFrameThatReportsNoTravelIsNotMoved) {

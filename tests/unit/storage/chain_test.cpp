@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "storage/specimens.hpp"
@@ -157,6 +159,36 @@ TEST_F(ChainTest, RunsAreFoundByNumberOrLast) {
   EXPECT_EQ(list_runs(db_)->size(), 1U);
   EXPECT_EQ(get_run_notes(db_, 1)->at(0).text, "looks good");
   EXPECT_EQ(get_run_listing(db_, 1)->frame_samples, 6);
+}
+
+// Bytes that this process has read from files so far.
+std::int64_t bytes_read() {
+  std::ifstream figures("/proc/self/io");
+  std::string name;
+  std::int64_t value = 0;
+  while (figures >> name >> value && name != "rchar:") {
+  }
+  return value;
+}
+
+TEST_F(ChainTest, AListOfRunsThatEndedDoesNotReadTheirChains) {
+  constexpr std::int64_t kRuns = 300, kLinks = 200;
+  for (std::int64_t run = 2; run <= kRuns; ++run) {
+    ASSERT_TRUE(insert_run(db_, RunRow()));
+    ASSERT_TRUE(db_.change(
+        "WITH RECURSIVE n(seq) AS (VALUES (2) UNION ALL SELECT seq + 1 FROM n WHERE seq < ?2)"
+        " INSERT INTO chain SELECT ?1, seq, 0, 0, seq, seq, 0, 0, zeroblob(32) FROM n",
+        run, kLinks));
+    if (run < kRuns) ASSERT_TRUE(insert_run_end(db_, run, RunEnd()));
+  }
+  ASSERT_TRUE(db_.execute("PRAGMA wal_checkpoint(TRUNCATE)"));
+  const auto other = open_read_only(dir_.file("a.db")).value();
+  const auto before = bytes_read();
+  const auto runs = list_runs(other).value();
+  EXPECT_LT(bytes_read() - before, kRuns * 1000) << "a page of 4096 bytes for each run";
+  ASSERT_EQ(runs.size(), std::size_t{kRuns});
+  EXPECT_EQ(runs[0].lcr_readings, kLinks) << "of the run that did not end";
+  EXPECT_EQ(runs[1].lcr_readings, kLinks);
 }
 
 TEST_F(ChainTest, SpecimensAreVersionedByTheirContent) {

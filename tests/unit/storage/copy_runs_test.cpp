@@ -262,9 +262,10 @@ TEST_F(RunCopies, HaveAnOriginBesideTheNumberThatIsNotHashed) {
 TEST_F(RunCopies, AreMadeOnce) {
   ASSERT_TRUE(copy({2}, to_));
   const auto again = refusal({1, 2}, to_);
-  EXPECT_THAT(again, HasSubstr("run 2 is there as run 1 already (same uuid): nothing was copied"));
+  EXPECT_THAT(again, HasSubstr("run 2 is there already, as run 1 (same uuid): nothing was copied"));
   ASSERT_TRUE(copy({1}, to_));
-  EXPECT_THAT(refusal({1, 2}, to_), HasSubstr("run 1 is there as run 2; run 2 is there as run 1"));
+  EXPECT_THAT(refusal({1, 2}, to_),
+              HasSubstr("run 1 is there already, as run 2; run 2 is there already, as run 1"));
   ASSERT_TRUE(add_run_note(db_, 1, "Ada", "more", 7));
   EXPECT_THAT(refusal({1}, to_), HasSubstr("without the notes that were added here since"));
   EXPECT_EQ(runs_in(to_), 2);

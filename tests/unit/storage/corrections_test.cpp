@@ -99,7 +99,7 @@ TEST_F(Corrections, ARunSaysWhatWasKnownWhenItBegan) {
 
 TEST(CorrectionsOfBefore, AnOlderDatabaseIsBroughtUpToDateAndItsRunsStayIntact) {
   const TempDir dir;
-  constexpr int kSchemaBefore = 8;
+  constexpr int kSchemaBefore = 9;
   {
     const auto old = support::database_before_uuids(dir.file("a.db"));
     support::insert_old_run(old, 1);

@@ -118,7 +118,8 @@ TEST(Arguments, HelpNamesEveryCommand) {
 TEST(Arguments, VersionIsAResult) {
   Cli cli;
   EXPECT_EQ(cli.run({"--version"}), 0);
-  EXPECT_THAT(cli.out.str(), MatchesRegex("lcrig " LCRIG_VERSION "(\\+g[0-9a-f]+(\\.dirty)?)?\n"));
+  EXPECT_THAT(cli.out.str(),
+              MatchesRegex("lcrig " LCRIG_VERSION "(\\+[0-9]+\\.g[0-9a-f]+(\\.dirty)?)?\n"));
 }
 
 TEST(Arguments, AnUnreachableDaemonIsThreeAndSaysHowToGoOn) {

@@ -224,6 +224,20 @@ TEST_F(Served, DetachReturnsAtOnce) {
   EXPECT_EQ(nlohmann::json::parse(cli.out.str())["run"], 7);
 }
 
+// The daemon does not know by which options it was reached.
+TEST_F(Served, TheCommandOfAHintGetsTheOptionsThatReachThisDaemon) {
+  const auto next_of = [this](Errc code) {
+    on_server([&] { handler.next_error = Error(code, "no"); });
+    EXPECT_NE(cli.run({"pause", "--socket", path}), 0);
+    return cli.err.str();
+  };
+  EXPECT_THAT(next_of(Errc::busy), HasSubstr("next: lcrig status --socket " + path +
+                                             "   (what goes on; lcrig abort ends it)\n"));
+  EXPECT_THAT(next_of(Errc::reply_cut_off),
+              HasSubstr("next: check the cable, then: lcrig status --socket " + path + "\n"));
+  EXPECT_THAT(next_of(Errc::limit_tripped), HasSubstr("limits, then run again\n"));
+}
+
 TEST_F(Served, ARunThatACrashLeftIsNamedAndOffered) {
   ResumableRun left;
   left.run = 12;

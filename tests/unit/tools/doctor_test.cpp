@@ -11,7 +11,9 @@
 #include "storage/database.hpp"
 #include "storage/queue.hpp"
 #include "storage/runs.hpp"
+#include "storage/writer_lock.hpp"
 #include "tests/support/cli_fixture.hpp"
+#include "tests/unit/tools/served.hpp"
 #include "tools/lcrig/doctor_bundle.hpp"
 #include "tools/lcrig/tarball.hpp"
 #include "tools/lcrig/without_values.hpp"
@@ -22,6 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class Doctor : public ::testing::Test {
  protected:
@@ -214,6 +217,28 @@ TEST_F(Doctor, ChecksPagesChainAndDisk) {
   EXPECT_EQ(findings.front().health, Health::bad);
 }
 
+TEST_F(Doctor, NoticesThatTheDaemonHasAnotherFileOpen) {
+  const std::string path = dir.file("rig.db");
+  ASSERT_TRUE(open_read_write(path));
+  const auto words = [&] {
+    const auto found = look_whether_replaced(machine, path);
+    return found ? found->what : std::string();
+  };
+  EXPECT_THAT(words(), HasSubstr("another file of this name open")) << "its lock went with it";
+  const auto lock = WriterLock::acquire(path).value();
+  EXPECT_EQ(words(), "") << "what it has open cannot be seen";
+  const auto open = fs::path(dir.file("proc")) / std::to_string(::getpid()) / "fd";
+  fs::create_directories(open);
+  fs::create_symlink("socket:[7]", open / "3");
+  fs::create_symlink(path, open / "4");
+  EXPECT_EQ(words(), "");
+  fs::rename(path, path + ".old");
+  fs::copy_file(path + ".old", path);
+  fs::remove(open / "4");
+  fs::create_symlink(path + ".old", open / "4");
+  EXPECT_THAT(words(), HasSubstr("begins no run"));
+}
+
 TEST_F(Doctor, ComparesTheDiskWithThePlansOfTheQueue) {
   const auto db = open_read_write(dir.file("rig.db")).value();
   EXPECT_EQ(look_at_plans(db).health, Health::ok);
@@ -374,6 +399,20 @@ TEST_F(DoctorCommandLine, EndsWithTheWorstThatItFound) {
   for (const char* one : {"daemon", "service", "group", "database", "disk", "clock", "lateness"}) {
     EXPECT_THAT(about, HasSubstr(one));
   }
+}
+
+using DoctorOfADaemon = support::Served;
+
+TEST_F(DoctorOfADaemon, ComparesItsDatabaseWithTheFile) {
+  const std::string file = cli.dir.file("rig.db");
+  const auto open = open_read_write(file);
+  ASSERT_TRUE(open);
+  on_server([&] { handler.state.database = file; });
+  EXPECT_EQ(cli.run({"doctor"}), kUsage) << "nobody has the lock of that file";
+  EXPECT_THAT(cli.out.str(), HasSubstr("lcrigd has another file of this name open"));
+  const auto lock = WriterLock::acquire(file).value();
+  cli.run({"doctor"});
+  EXPECT_THAT(cli.out.str(), Not(HasSubstr("another file")));
 }
 
 // What the packed file holds, in the folder that is given back.

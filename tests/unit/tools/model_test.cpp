@@ -121,19 +121,20 @@ TEST_F(ModelCommands, CurveSaysWhichErrorCanBeMetAndAtWhatCost) {
   std::ofstream(disc) << kSoftDisc;
   const std::vector<std::string> curve{"model",          "curve", "-s",          disc,
                                        "--pressure-kPa", "10",    "--tolerance", "1e-9"};
-  const auto with_budget = [&](const std::string& seconds) {
+  const auto with_limit = [&](const std::string& seconds) {
     auto args = curve;
-    args.insert(args.end(), {"--budget-s", seconds});
+    args.insert(args.end(), {"--time-limit-s", seconds});
     return args;
   };
-  EXPECT_EQ(cli.run(with_budget("1e-6")), kFailed);
-  EXPECT_THAT(cli.err.str(),
-              ContainsRegex("[0-9] can be met by fem_linear \\(mesh 0\\) in .* s; "
-                            "fem_finite \\(mesh 1\\) would take about .* s more, over the budget"));
-  expect_refused(with_budget("0"), kUsage, "must be positive");
-  expect_refused(with_budget("-1"), kUsage, "must be positive");
-  expect_refused(with_budget("1e999"), kUsage, "expected a number");
-  expect_refused(with_budget("nan"), kUsage, "--budget-s");
+  EXPECT_EQ(cli.run(with_limit("1e-6")), kFailed);
+  EXPECT_THAT(
+      cli.err.str(),
+      ContainsRegex("[0-9] can be met by fem_linear \\(mesh 0\\) in .* s; "
+                    "fem_finite \\(mesh 1\\) would take about .* s more, over the limit of"));
+  expect_refused(with_limit("0"), kUsage, "must be positive");
+  expect_refused(with_limit("-1"), kUsage, "must be positive");
+  expect_refused(with_limit("1e999"), kUsage, "expected a number");
+  expect_refused(with_limit("nan"), kUsage, "--time-limit-s");
 }
 
 TEST_F(ModelCommands, CurveMarksWhatIsExtrapolated) {

@@ -154,7 +154,7 @@ TEST_F(Runs, AreCopiedIntoAnotherDatabase) {
   EXPECT_EQ(copied[0]["run"], 1);
   EXPECT_EQ(copied[0]["to"], 1);
   EXPECT_EQ(cli.run({"runs", "copy", "1", "--to", to}), kFailed);
-  EXPECT_THAT(cli.err.str(), HasSubstr("run 1 is there as run 1 already (same uuid)"));
+  EXPECT_THAT(cli.err.str(), HasSubstr("run 1 is there already, as run 1 (same uuid)"));
   EXPECT_EQ(cli.run({"runs", "copy", "1", "last", "--to", to}), kFailed);
   EXPECT_THAT(cli.err.str(), HasSubstr("run 2 was cut off"));
   EXPECT_EQ(cli.run({"runs", "copy", "--to", to}), kUsage);

@@ -6,6 +6,8 @@
 #include <ctime>
 #include <string>
 
+#include "base/day_time.hpp"
+
 namespace lcrig::cli {
 namespace {
 
@@ -67,11 +69,11 @@ TEST(UnixTimeOf, WhatIsNoTimeIsNone) {
 }
 
 TEST(When, AWindowOfTheDayIsTwoTimesThatDiffer) {
-  EXPECT_TRUE(is_day_window("18:00-06:00"));
-  EXPECT_TRUE(is_day_window("06:00-06:01"));
+  EXPECT_TRUE(parse_day_window("18:00-06:00"));
+  EXPECT_TRUE(parse_day_window("06:00-06:01"));
   for (const char* text :
        {"", "18-6", "18:00", "18:00-18:00", "25:00-06:00", "18:00 06:00", "18:00-06:00-"}) {
-    EXPECT_FALSE(is_day_window(text)) << text;
+    EXPECT_FALSE(parse_day_window(text)) << text;
   }
 }
 

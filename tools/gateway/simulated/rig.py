@@ -90,7 +90,7 @@ class Rig:
     loop_stiffness_max_N_mm: float = _p(60.0, "the loop is stable up to this stiffness", 1e-6)
 
     # --- samples and answers ---
-    rate_max_hz: float = _p(500.0, "fastest sample rate", 1e-3, 500)
+    rate_max_hz: float = _p(500.0, "fastest sample rate", 1e-3, 1000)
     device_clock: bool = _p(True, "samples carry t_s")
     clock_start_s: float = _p(1000.0, "t_s at the start")
     clock_error_ppm: float = _p(20.0, "the device's seconds are shorter by this", -500000, 500000)

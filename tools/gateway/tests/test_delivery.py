@@ -55,6 +55,7 @@ class Taking(unittest.TestCase):
 
     def test_rate(self) -> None:
         self.assertEqual(len(self.taken(2.0, 500)), 1000)
+        self.assertEqual(len(self.taken(2.0, 1000, rate_max_hz=1000)), 2000)
         self.assertEqual(len(self.taken(3.1, 7)), 21)
         self.assertEqual(len(self.taken(3.0, 0)), 0)
 

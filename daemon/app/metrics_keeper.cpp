@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's health for who asks, and as a file for node-exporter.
+#include "daemon/app/metrics_keeper.hpp"
+
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
@@ -7,8 +8,6 @@
 #include "base/aside.hpp"
 #include "base/text.hpp"
 #include "base/whole_file.hpp"
-#include "daemon/app.hpp"
-#include "daemon/metrics.hpp"
 
 namespace lcrig {
 
@@ -25,7 +24,7 @@ Result<> write_for_collector(const std::string& file, std::string_view text) {
   return part->replace();
 }
 
-// What nobody keeps up to date would be told for ever.
+// A collector would go on serving an old file for ever.
 void remove_old(const std::string& file) {
   std::error_code unknown;
   if (!file.empty()) std::filesystem::remove(file, unknown);
@@ -33,45 +32,48 @@ void remove_old(const std::string& file) {
 
 }  // namespace
 
-Task<Result<std::string>> App::metrics() {
+Task<Result<std::string>> MetricsKeeper::text() {
   const auto is_free = [this] { return !measuring_; };
-  co_await changed_.wait(is_free);
+  co_await free_.wait(is_free);
   measuring_ = true;
-  const auto read = [this] { return read_system_figures(config_.database); };
+  const auto read = [this] { return read_system_figures(parts_.config.database); };
   Metrics out;
-  out.system = co_await run_aside(io_.get_executor(), clock_, read);
+  out.system = co_await run_aside(executor_, clock_, read);
   measuring_ = false;
-  changed_.notify_all();
-  out.status = status();
-  if (recorder_) out.commits = recorder_->stats();
-  out.worst_lateness = lag_.worst();
+  free_.notify_all();
+  out.status = parts_.status();
+  if (parts_.recorder) out.commits = parts_.recorder->stats();
+  out.worst_lateness = parts_.heartbeat.worst_lateness();
   out.events = events_;
   co_return to_text(out);
 }
 
 // A file that cannot be written is told once, until it could be. It goes when the daemon ends, and
 // when the configuration names another one or none.
-Task<> App::write_metrics() {
+Task<> MetricsKeeper::write() {
+  const std::string& wanted = parts_.config.metrics_file;
   bool told = false;
   std::string file;
-  const auto is_another = [this, &file] { return shutting_down_ || config_.metrics_file != file; };
+  const auto is_another = [this, &file, &wanted] {
+    return parts_.use.is_ending() || wanted != file;
+  };
   for (;;) {
-    if (file.empty()) co_await changed_.wait(is_another);
+    if (file.empty()) co_await parts_.use.wait(is_another);
     if (is_another()) remove_old(file);
-    if (shutting_down_) co_return;
-    file = config_.metrics_file;
+    if (parts_.use.is_ending()) co_return;
+    file = wanted;
     if (file.empty()) continue;
-    auto text = co_await metrics();
-    if (text) {
-      const auto write = [&file, &text] { return write_for_collector(file, *text); };
-      auto written = co_await run_aside(io_.get_executor(), clock_, write);
+    auto page = co_await text();
+    if (page) {
+      const auto write = [&file, &page] { return write_for_collector(file, *page); };
+      auto written = co_await run_aside(executor_, clock_, write);
       if (!written && !told) {
         spdlog::warn("no metrics are written: {}", printable(written.error().what));
       }
       told = !written;
     }
     const MonoTime next = clock_.now() + 15s;
-    co_await changed_.wait(is_another, next);
+    co_await parts_.use.wait(is_another, next);
   }
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The config file while the daemon runs (SIGHUP).
+#include "daemon/app/config_taker.hpp"
+
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -8,7 +9,6 @@
 
 #include "base/aside.hpp"
 #include "base/log.hpp"
-#include "daemon/app.hpp"
 #include "daemon/config_check.hpp"
 
 namespace lcrig {
@@ -27,14 +27,14 @@ void log_lines(std::string_view text) {
 }  // namespace
 
 // Beside the loop: a disk that takes its time holds up no run.
-Task<> App::reload() {
-  if (!load_config_ || shutting_down_) co_return;
-  notifier_.reloading(clock_.now());
-  auto wanted = co_await run_aside(io_.get_executor(), clock_, load_config_);
+Task<> ConfigTaker::reload() {
+  if (!parts_.load || parts_.use.is_ending()) co_return;
+  parts_.notifier.reloading(clock_.now());
+  auto wanted = co_await run_aside(executor_, clock_, parts_.load);
   // A daemon that ends meanwhile has said so, and is not ready again.
-  if (shutting_down_) co_return;
+  if (parts_.use.is_ending()) co_return;
   if (wanted) {
-    take_config(std::move(*wanted));
+    take(std::move(*wanted));
   } else {
     const Error& why = wanted.error();
     spdlog::error("{}", why.what);
@@ -42,26 +42,33 @@ Task<> App::reload() {
     spdlog::error("the config file is not taken: lcrigd goes on with what it had");
     reload_.refuse(why.what);
   }
-  notifier_.ready();
-  if (use_ == Use::idle) notifier_.status(wanted ? "idle" : "idle; the config file is not taken");
+  parts_.notifier.ready();
+  if (!parts_.use.is_idle()) co_return;
+  parts_.notifier.status(wanted ? "idle" : "idle; the config file is not taken");
 }
 
-void App::take_config(Config wanted) {
+void ConfigTaker::take(Config wanted) {
   const std::string file = wanted.file;
   for (const auto& warning : config_warnings(wanted, file)) spdlog::warn("{}", warning);
-  const auto told = reload_.take(std::move(wanted), use_ == Use::idle);
+  const auto told = reload_.take(std::move(wanted), parts_.use.is_idle());
   spdlog::info("{}: read again{}", file, told.empty() ? ": nothing is different" : "");
   for (const auto& line : told) spdlog::info("config: {}", line);
-  config_changed();
+  changed();
 }
 
-void App::config_changed() {
-  set_log_level(config_.log_level);
-  if (use_ == Use::idle) {
-    plans_.forget_rigs();  // the fixture may be another one
-    if (real_ != nullptr) real_->config_changed();
+void ConfigTaker::take_when_idle() {
+  const auto taken = reload_.take_when_idle();
+  for (const auto& line : taken) spdlog::info("config: {}", line);
+  if (!taken.empty()) changed();
+}
+
+void ConfigTaker::changed() {
+  set_log_level(parts_.config.log_level);
+  if (parts_.use.is_idle()) {
+    parts_.plans.forget_rigs();  // the fixture may be another one
+    parts_.rig.config_changed();
   }
-  changed_.notify_all();
+  parts_.use.tell();
 }
 
 }  // namespace lcrig

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/queue/times.hpp"
+#include "base/day_time.hpp"
 
 #include <fmt/chrono.h>
 
@@ -12,14 +12,6 @@ namespace lcrig {
 namespace {
 
 constexpr int kMinutes = 24 * 60;
-
-std::optional<int> parse_minute(std::string_view text) {
-  if (text.size() != 5 || text[2] != ':') return std::nullopt;
-  const auto hour = number_from<int>(text.substr(0, 2));
-  const auto minute = number_from<int>(text.substr(3));
-  if (!hour || !minute || *hour < 0 || *hour > 23 || *minute < 0 || *minute > 59) return {};
-  return *hour * 60 + *minute;
-}
 
 int minute_of(std::int64_t unix_s) {
   const std::tm local = fmt::localtime(static_cast<std::time_t>(unix_s));
@@ -35,10 +27,19 @@ bool is_inside(int minute, const DayWindow& window) {
 
 }  // namespace
 
+std::optional<int> parse_minute_of_day(std::string_view text) {
+  if (text.size() != 5 || text[2] != ':') return std::nullopt;
+  const auto hour = number_from<int>(text.substr(0, 2));
+  const auto minute = number_from<int>(text.substr(3));
+  if (!hour || !minute || *hour < 0 || *hour > 23 || *minute < 0 || *minute > 59) return {};
+  return *hour * 60 + *minute;
+}
+
 std::optional<DayWindow> parse_day_window(std::string_view text) {
   const auto dash = text.find('-');
   if (dash == text.npos) return std::nullopt;
-  const auto from = parse_minute(text.substr(0, dash)), to = parse_minute(text.substr(dash + 1));
+  const auto from = parse_minute_of_day(text.substr(0, dash));
+  const auto to = parse_minute_of_day(text.substr(dash + 1));
   if (!from || !to || *from == *to) return std::nullopt;
   DayWindow out;
   out.from_min = *from;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads and compares times of day, in the local time of the computer, for the terms that say when
-// an entry may begin.
+// Reads and compares times of day, in the local time of the computer. The terms of the queue use
+// it, and the command line, which reads them from people.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,9 @@
 #include <string_view>
 
 namespace lcrig {
+
+// "18:00", in minutes after midnight.
+std::optional<int> parse_minute_of_day(std::string_view text);
 
 // Minutes after midnight. Where `from` is later than `to` it passes midnight.
 struct DayWindow {

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// The people at the control socket: their names, and a row in the run for what they asked of it.
+// The parts of App that serve requests use it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "daemon/control/server.hpp"
+#include "daemon/record/recorder.hpp"
+
+namespace lcrig {
+
+class Callers {
+ public:
+  // `recorder` is empty while no database is open.
+  Callers(Clock& clock, ControlServer& server, const std::unique_ptr<Recorder>& recorder)
+      : clock_(clock), server_(server), recorder_(recorder) {}
+
+  Task<std::string> name_of(const PeerCredentials& peer);
+  // A stop is not held up by a name: waits only as long as one takes that stands in a file.
+  Task<std::string> name_for_stop(const PeerCredentials& peer);
+  void note(std::string_view request, const PeerCredentials& peer, std::string_view why = {});
+
+ private:
+  Clock& clock_;
+  ControlServer& server_;
+  const std::unique_ptr<Recorder>& recorder_;
+};
+
+}  // namespace lcrig

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ten times a second, on the thread that does the work: the status to watchers and to the service
+// manager, and systemd's watchdog, which is fed only while every part moves. App owns it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/app/news.hpp"
+#include "daemon/liveness.hpp"
+#include "daemon/record/recorder.hpp"
+#include "daemon/rig/instruments.hpp"
+
+namespace lcrig {
+
+class Heartbeat {
+ public:
+  // What App shares with it; all outlive it.
+  struct Parts {
+    const std::unique_ptr<Recorder>& recorder;
+    const InstrumentFactory& rig;
+    const RigUse& use;
+    const ServiceNotifier& notifier;
+    const News& news;
+  };
+  Heartbeat(Clock& clock, const Parts& parts);
+
+  Task<> run();  // until the daemon ends and no session is left
+  // Of the event loop, since the daemon began.
+  Duration worst_lateness() const { return lag_.worst(); }
+
+ private:
+  bool is_working();
+  void tell_service(bool working) const;
+  void tell_lag(Duration late);
+
+  Clock& clock_;
+  Parts parts_;
+  Liveness liveness_;
+  LoopLag lag_{std::chrono::milliseconds(200)};
+  std::vector<std::string> stuck_;
+  MonoTime lag_told_;
+};
+
+}  // namespace lcrig

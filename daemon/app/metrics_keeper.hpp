@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon's health for who asks, and as a file for node-exporter. App owns it.
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "daemon/app/heartbeat.hpp"
+#include "daemon/config.hpp"
+#include "daemon/metrics.hpp"
+
+namespace lcrig {
+
+class MetricsKeeper {
+ public:
+  // What App shares with it; all outlive it.
+  struct Parts {
+    const Config& config;
+    const std::unique_ptr<Recorder>& recorder;
+    const Heartbeat& heartbeat;
+    RigUse& use;
+    std::function<DaemonStatus()> status;
+  };
+  MetricsKeeper(asio::any_io_executor executor, Clock& clock, Parts parts)
+      : executor_(std::move(executor)), clock_(clock), parts_(std::move(parts)), free_(clock) {}
+
+  void count(const RunEvent& event) { ++events_[std::string(to_string(event.kind.kind()))]; }
+  Task<Result<std::string>> text();
+  Task<> write();  // the file, until the daemon ends
+
+ private:
+  asio::any_io_executor executor_;
+  Clock& clock_;
+  Parts parts_;
+  std::map<std::string, std::uint64_t> events_;  // by kind, of all runs
+  Condition free_;
+  bool measuring_ = false;  // beside the loop, one after the other
+};
+
+}  // namespace lcrig

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/app/news.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include "base/text.hpp"
+#include "daemon/run_words.hpp"
+#include "events/event_words.hpp"
+
+namespace lcrig {
+
+namespace {
+
+// Events of a run that the journal shows beside its begin, its end, and instruments that were lost
+// (protocols/run/losses.cpp).
+bool is_for_journal(EventKind kind) {
+  return kind == EventKind::limit || kind == EventKind::stop_failed || kind == EventKind::loaded;
+}
+
+std::string for_whom(const std::string& operator_name) {
+  return operator_name.empty() ? "" : ", for " + printable(operator_name);
+}
+
+}  // namespace
+
+void News::run_begins(std::int64_t run) const {
+  const Session& session = *use_.session();
+  const RunProgress begun = use_.live_run()->progress();
+  spdlog::info("{} begins: {} on {}{}", run_words(session.simulated(), run),
+               printable(begun.protocol), printable(begun.specimen),
+               for_whom(session.operator_name()));
+}
+
+void News::status() const {
+  if (server_.watched() && use_.live_run() != nullptr) {
+    server_.publish_status(use_.session()->status());
+  }
+}
+
+void News::service_status() const {
+  if (use_.live_run() != nullptr) notifier_.status(service_line(use_.session()->status()));
+}
+
+void News::event(const RunEvent& event) const {
+  for (const auto& watcher : watchers_) watcher(event);
+  if (!server_.is_listening()) return;
+  RunEventNote note;
+  note.run = use_.live_run() != nullptr ? use_.live_run()->progress().run : 0;
+  if (is_for_journal(event.kind.kind())) {
+    spdlog::warn("run {}: {}: {}", note.run, event.kind.word(),
+                 printable(event_words(event.detail)));
+  }
+  note.event = event;
+  server_.publish_event(note);
+}
+
+void News::run_ended(const RunOutcome& ended) const {
+  server_.publish_run_ended(ended);
+  spdlog::info("{}", ended_line(ended));
+}
+
+void News::queue_changed(const QueueStatus& status) const {
+  server_.publish_queue(status);
+  if (use_.live_run() != nullptr) return;
+  notifier_.status(status.prompt.empty() ? "idle" : "the queue waits: " + status.prompt);
+}
+
+}  // namespace lcrig

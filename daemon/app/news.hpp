@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tells what happens in a run: the watchers at the control socket, the journal, the line of the
+// service manager, and the parts of App that count events. The parts of App that know something new
+// call it.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "daemon/app/rig_use.hpp"
+#include "daemon/control/server.hpp"
+#include "daemon/service.hpp"
+
+namespace lcrig {
+
+class News {
+ public:
+  News(ControlServer& server, const ServiceNotifier& notifier, const RigUse& use)
+      : server_(server), notifier_(notifier), use_(use) {}
+  // Of every run.
+  void on_event(std::function<void(const RunEvent&)> watcher) {
+    watchers_.push_back(std::move(watcher));
+  }
+
+  void run_begins(std::int64_t run) const;
+  void status() const;  // of the run that goes on, to those who watch
+  void service_status() const;  // the same, to `systemctl status`
+  void event(const RunEvent& event) const;
+  void run_ended(const RunOutcome& ended) const;
+  void queue_changed(const QueueStatus& status) const;
+
+ private:
+  ControlServer& server_;
+  const ServiceNotifier& notifier_;
+  const RigUse& use_;
+  std::vector<std::function<void(const RunEvent&)>> watchers_;
+};
+
+}  // namespace lcrig

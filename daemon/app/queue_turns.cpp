@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/app/queue_turns.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+#include "base/aside.hpp"
+#include "daemon/continuation.hpp"
+#include "daemon/queue/at_rest.hpp"
+#include "protocols/expand.hpp"
+#include "storage/database.hpp"
+
+namespace lcrig {
+
+// Nothing starts by itself after a crash, or after any other end of the daemon.
+Result<> QueueTurns::open() {
+  auto db = open_read_write(parts_.database, parts_.vfs);
+  if (!db) return fail(db.error());
+  runner_ = std::make_unique<QueueRunner>(executor_, clock_, *this, parts_.database, parts_.vfs);
+  auto was_going = runner_->open(*db);
+  if (!was_going) return fail(was_going.error());
+  if (*was_going) {
+    spdlog::warn(
+        "the queue was going when the last daemon ended: it is held; look at the rig, then "
+        "lcrig queue list");
+  }
+  return {};
+}
+
+Task<> QueueTurns::run() {
+  co_await runner_->run();
+  parts_.use.tell();
+}
+
+// While a run goes on nothing is asked of the instruments: the rig is as it was seen last.
+Task<Result<Plan>> QueueTurns::plan_on_rig(const RunRequest& run, const PreparedRun& prepared,
+                                           PlanOn on) {
+  const auto& seen = parts_.plans.last_rig(prepared.places_weights);
+  if (seen && (!parts_.use.is_idle() || on == PlanOn::as_seen)) {
+    Rig rig = *seen;
+    const auto job = [&rig, &prepared] {
+      add_specimen(rig, prepared);
+      return make_plan(prepared.protocol, prepared.environment, rig);
+    };
+    co_return co_await run_aside(executor_, clock_, job);
+  }
+  RunRequest copy = run;
+  co_return co_await parts_.starter.plan(std::move(copy));
+}
+
+Task<Result<EntryPlan>> QueueTurns::plan_entry(RunRequest& run, PlanOn on) {
+  const auto read = [this, &run]() -> Result<PreparedRun> {
+    if (auto found = parts_.starter.find_texts(run); !found) return fail(found.error());
+    RunRequest copy = run;
+    return prepare_run(std::move(copy));
+  };
+  auto prepared = co_await run_aside(executor_, clock_, read);
+  if (!prepared) co_return fail(prepared.error());
+  run.protocol_name = prepared->protocol.name;  // clients send the name of its file
+  if (auto known = parts_.plans.find(run)) co_return *known;
+  const bool moves = commands_frame(prepared->protocol);
+  EntryPlan out;
+  out.moves = moves;
+  if (on == PlanOn::nothing) co_return out;
+  auto plan = co_await plan_on_rig(run, *prepared, on);
+  if (!plan && !is_no_refusal(plan.error().code)) co_return fail(plan.error());
+  if (!plan) {
+    out.why_not = plan.error().what;
+    co_return out;
+  }
+  out = entry_plan(*plan, moves);
+  parts_.plans.keep(run, out);
+  co_return out;
+}
+
+Task<Result<PreparedRun>> QueueTurns::prepare(TurnOfQueue turn) {
+  const auto read = [this, &turn]() -> Result<PreparedRun> {
+    auto db = open_read_only(parts_.database);
+    if (!db) return fail(db.error());
+    // The specimen of an interrupted run may still be pressed.
+    if (turn.resumes_run) return prepare_continuation(*db, *turn.resumes_run);
+    auto prepared = prepare_run(std::move(turn.run));
+    if (!prepared || !turn.compares) return prepared;
+    auto at_rest = expected_at_rest(*db, *prepared);
+    if (!at_rest) return fail(at_rest.error());
+    prepared->at_rest = std::move(*at_rest);
+    return prepared;
+  };
+  auto prepared = co_await run_aside(executor_, clock_, read);
+  if (!prepared) co_return prepared;
+  prepared->queue_entry = turn.entry;
+  if (turn.resumes_run) prepared->request.operator_name = turn.run.operator_name;
+  co_return prepared;
+}
+
+Task<TurnEnd> QueueTurns::take_turn(TurnOfQueue turn) {
+  TurnEnd end;
+  auto claimed = co_await parts_.use.claim(RigUse::State::starting);
+  if (!claimed) {
+    end.outcome = fail(claimed.error());
+    co_return end;
+  }
+  hazards_ = HazardWatch();
+  parts_.starter.forget_stranger();
+  auto prepared = co_await prepare(std::move(turn));
+  auto started = co_await parts_.starter.start(std::move(prepared));
+  if (started) {
+    const auto& last = parts_.use.last_run();
+    const auto over = [&last, run = started->run] { return last && last->run == run; };
+    co_await parts_.use.wait(over);
+    end.outcome = *last;
+    if (last->code) hazards_.take(hazard_of(*last->code));
+  } else {
+    end.outcome = fail(started.error());
+    hazards_.take(hazard_of(started.error().code));
+  }
+  end.hazard = hazards_.worst();
+  end.stranger = parts_.starter.stranger();
+  co_return end;
+}
+
+Result<> QueueTurns::may_begin(const Session& session) {
+  if (!session.is_turn_of_queue()) return {};
+  auto same = identities_.compare(session.meter_identity(), session.frame_identity(),
+                                  session.places_weights());
+  if (!same) hazards_.take(Hazard::other_instrument);
+  return same;
+}
+
+double QueueTurns::left_s() const {
+  const Run* run = parts_.use.live_run();
+  return run != nullptr ? run->progress().left_s : 0;
+}
+
+void QueueTurns::forget_identities() {
+  identities_.forget();
+  parts_.plans.forget();
+}
+
+}  // namespace lcrig

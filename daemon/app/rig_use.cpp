@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/app/rig_use.hpp"
+
+namespace lcrig {
+
+using namespace std::chrono_literals;
+
+Task<Result<>> RigUse::claim(State state) {
+  const MonoTime patience = clock_.now() + 30s;
+  const auto is_known = [this] {
+    return is_idle() || state_ == State::correcting || session_ != nullptr || ending_;
+  };
+  co_await changed_.wait(is_known, patience);
+  if (ending_) co_return fail(Errc::busy, "the daemon is shutting down");
+  if (const Run* run = live_run()) {
+    co_return fail(Errc::busy,
+                   "run {} is going on: one run at a time; `lcrig watch` shows it, "
+                   "`lcrig abort` ends it",
+                   run->progress().run);
+  }
+  if (state_ == State::correcting) {
+    co_return fail(Errc::busy,
+                   "the open or the short correction of the meter is being made: try again in two "
+                   "minutes");
+  }
+  if (!is_idle()) {
+    co_return fail(Errc::busy,
+                   "a run is being prepared, or the instruments are being asked who they are: try "
+                   "again in a minute");
+  }
+  enter(state);
+  co_return Result<>();
+}
+
+void RigUse::enter(State state) {
+  stop_of_start_.reset();
+  state_ = state;
+  if (is_idle() && listener_.idle) listener_.idle();
+  changed_.notify_all();
+  if (listener_.entered) listener_.entered();
+}
+
+void RigUse::give_back() {
+  session_.reset();
+  enter(State::idle);
+}
+
+void RigUse::take(std::unique_ptr<Session> session) {
+  session_ = std::move(session);
+  changed_.notify_all();
+}
+
+Result<Run*> RigUse::running() const {
+  if (Run* run = live_run()) return run;
+  return fail(Errc::invalid_request, "no run is going on");
+}
+
+void RigUse::end_run(RunOutcome outcome) {
+  last_run_ = std::move(outcome);
+  give_back();
+}
+
+Result<> RigUse::may_go_on() const {
+  if (ending_) return fail(Errc::aborted, "the daemon is stopping");
+  if (!stop_of_start_) return {};
+  return fail(Errc::aborted, "stopped while it was being prepared ({}): nothing has moved",
+              stop_of_start_->why);
+}
+
+void RigUse::end() {
+  ending_ = true;
+  changed_.notify_all();
+}
+
+}  // namespace lcrig

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon's App in a world of its own: virtual time, simulated instruments, no socket. The
+// rehearsals of a run (rehearse.cpp) and of a batch (rehearse_batch.cpp) derive from it.
+#pragma once
+
+#include <exception>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "daemon/app.hpp"
+
+namespace lcrig {
+
+// Its instruments are made by a function.
+class RehearsalRig final : public InstrumentFactory {
+ public:
+  using Make = std::function<Result<std::unique_ptr<Instruments>>(const InstrumentsRequest&)>;
+  explicit RehearsalRig(Make make) : make_(std::move(make)) {}
+  Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
+
+ private:
+  Make make_;
+};
+
+class Rehearsal {
+ public:
+  // Called on the calling thread whenever the status changed; may be empty.
+  using Progress = std::function<void(const RunStatus&)>;
+  explicit Rehearsal(const Progress& progress, VirtualClock clock = VirtualClock())
+      : clock_(std::move(clock)), progress_(progress) {}
+  virtual ~Rehearsal() = default;
+  Rehearsal(const Rehearsal&) = delete;
+  Rehearsal& operator=(const Rehearsal&) = delete;
+
+ protected:
+  // What the clients and the people would do. App is shut down after it.
+  virtual Task<> act() = 0;
+  // Runs `act` to its end. Errors: bug.
+  Result<> play();
+
+  RealClock wall_;
+  VirtualClock clock_;
+  asio::io_context io_{1};
+  std::unique_ptr<App> app_;
+
+ private:
+  Task<> act_and_end();
+  void show();
+
+  const Progress& progress_;
+  bool is_over_ = false;
+  std::exception_ptr bug_;
+  MonoTime next_show_{};
+};
+
+}  // namespace lcrig
