@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "analysis/hum.hpp"
 #include "analysis/metrics.hpp"
 #include "analysis/remarks.hpp"
 
@@ -24,21 +25,30 @@ Result<> check(const AnalysisOptions& options) {
   return {};
 }
 
-}  // namespace
+// The readings by themselves: what is under load, what rests, the levels.
+struct Stretches {
+  Stretches(const RunData& data, const AnalysisOptions& options)
+      : view(look_at(data, options)),
+        rests(find_rests(view, find_loadings(view))),
+        measured(measure_levels(view, rests)) {}
+  RunView view;
+  Rests rests;
+  MeasuredLevels measured;
+};
 
-Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options) {
-  if (auto ok = check(options); !ok) return fail(ok.error());
-  const RunView view = look_at(data, options);
-  const auto rests = find_rests(view, find_loadings(view));
-  const auto measured = measure_levels(view, rests);
-  const Scene scene(view, rests, measured);
+RunAnalysis analyse_stretches(const Stretches& in) {
+  const RunData& data = in.view.data;
+  const AnalysisOptions& options = in.view.options;
+  const MeasuredLevels& measured = in.measured;
+  const Scene scene(in.view, in.rests, measured);
   const auto holds = calc_holds(scene);
   const auto baseline = calc_baseline(scene, measured);
   const auto levels = calc_levels(scene, measured, baseline.c0);
   const auto curve = calc_curve(levels, baseline.c0, options.confidence);
+  const auto highest = calc_highest_level(scene, levels, curve, baseline.c0);
   const auto cycles = calc_cycles(scene, holds, baseline.c0);
   const auto hysteresis = calc_hysteresis(scene, cycles.cycles, holds);
-  const SlopeBasis basis{scene, holds, baseline, levels, curve, cycles, hysteresis};
+  const SlopeBasis basis{scene, holds, baseline, levels, curve, highest, cycles, hysteresis};
   const auto sensitivity = calc_sensitivity(basis);
   const RunFacts facts{data.run,      data.row.protocol_name, data.row.specimen_name,
                        data.function, data.row.simulated,     data.listing.exit_status,
@@ -48,13 +58,29 @@ Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options)
                   baseline,
                   levels,
                   curve,
+                  highest,
                   cycles,
                   holds,
                   sensitivity,
                   hysteresis,
                   calc_uncertainties(basis, sensitivity),
-                  calc_notes(scene, measured, holds)};
+                  calc_notes(scene, measured, holds),
+                  {}};
   add_remarks(scene, out);
+  return out;
+}
+
+}  // namespace
+
+Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options) {
+  if (auto ok = check(options); !ok) return fail(ok.error());
+  const Stretches stretches(data, options);
+  const auto hum = find_hum(stretches.view, stretches.rests, stretches.measured);
+  if (!hum) return analyse_stretches(stretches);
+  const RunData steady = without(*hum, data);
+  RunAnalysis out = analyse_stretches(Stretches(steady, options));
+  out.hum = hum;
+  out.notes.push_back(note_on(*hum));
   return out;
 }
 
@@ -69,7 +95,7 @@ std::vector<const Metric*> RunAnalysis::metrics() const {
   std::vector<const Metric*> list{&c0, &noise, &drift};
   for (const RangeResult& r : ranges) list.push_back(&r.sensitivity);
   for (const Metric* m :
-       {&linearity, &linearity_terminal, &repeatability_range, &repeatability_2sigma,
+       {&linearity, &linearity_terminal, &repeatability_range, &repeatability_2sigma, &delta_C,
         &dynamic_range, &dynamic_range_drift, &force_sensitivity, &hysteresis.largest_gap,
         &hysteresis.area, &mullins, &creep, &settling, &limit_of_detection}) {
     list.push_back(m);

@@ -4,9 +4,11 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json_fwd.hpp>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -47,17 +49,25 @@ struct Estimate {
   std::optional<double> standard_error;
   std::optional<std::array<double, 2>> interval;  // of AnalysisOptions::confidence
   std::optional<double> degrees_of_freedom;  // of standard_error
+  bool is_deviation = false;  // a standard deviation: the interval is that of chi-square
 };
 
 struct Metric {
   std::string name;  // with its unit, as in the JSON: "C0_pF"
   std::string definition;
   std::optional<Estimate> estimate;
+  std::string estimand;  // which branch and time, where there is a choice; else empty
   std::string reason;  // why there is none, or what to bear in mind; may be empty
   std::int64_t rows = 0;  // readings used
 
   explicit operator bool() const { return estimate.has_value(); }
   double value() const { return estimate->value; }  // only when there is one
+};
+
+// A part of the standard error of a result.
+struct SlopePart {
+  double se = 0;  // in its unit
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();
 };
 
 // Where the capacitance at the peak of a cycle is from: a curve through the readings about it, the
@@ -100,7 +110,7 @@ struct LevelResults {
 };
 
 // A reading far from the median of its level or rest, or of its neighbours in a loading; kept in
-// every result but the robust ones and the drift.
+// every result but the robust ones, the noise and the drift.
 struct Outlier {
   double t_s = 0;
   std::int32_t level = 0, index = 0;  // level 0: of a rest or of a loading
@@ -138,23 +148,23 @@ struct CurveResult {
   Metric repeatability_2sigma;  // repeatability_2sigma_percent
 };
 
+// The change of capacitance from C0 to the highest level.
+struct HighestLevelResult {
+  Metric delta_C;  // delta_C_at_top_fF
+  double top_kPa = 0;
+  std::vector<SlopePart> parts_of_delta_C;  // scatter, C0, drift, recovery
+};
+
 // The same least squares over Huber's locations instead of means.
 struct RobustSlope {
   double slope_fF_per_kPa = 0, standard_error = 0;
   std::int32_t down_weighted = 0;  // readings with less than half of their weight
 };
 
-// A part of the standard error of a slope.
-struct SlopePart {
-  double se = 0;  // fF/kPa
-  double degrees_of_freedom = std::numeric_limits<double>::infinity();
-};
-
 // One range. `sensitivity.estimate` is absent when it cannot be computed; reason says why.
 struct RangeResult {
   PressureRange range;
   Metric sensitivity;  // sensitivity_fF_per_kPa
-  std::string estimand;  // which branch, and how long after the load was reached
   std::optional<double> r_squared;  // absent when nothing changes
   std::optional<double> intercept_fF;  // of delta C (of C - mean C without a C0) at zero pressure
   std::optional<double> mean_kPa, mean_delta_C_fF;  // the line passes through it
@@ -203,6 +213,7 @@ struct Loading {
   std::int64_t loaded_readings = 0;
   std::size_t first = 0, last = 0;  // loaded readings: [first, last) of RunData::readings
   PeakMethod peak_method = PeakMethod::fit;
+  std::size_t plateau_first = 0, plateau_last = 0;  // its outermost readings, where there is one
 };
 // With the rest before it.
 struct RestedLoading : Loading {
@@ -227,6 +238,9 @@ struct CycleResults {
   Metric dynamic_range_drift;  // dynamic_range_drift_percent_per_cycle
   Metric force_sensitivity;  // force_sensitivity_fF_per_N, of the loading branches
   Metric mullins;  // mullins_index_percent
+  std::vector<SlopePart> parts_of_force_sensitivity;  // scatter, drift
+  // Change of the rate of force with force, and the largest standard uncertainty of an instant.
+  double force_rate_tilt_per_s = 0, instant_s = 0;
 };
 
 // Loading against unloading, all cycles together, on a grid of force.
@@ -274,6 +288,19 @@ struct HoldResults {
   Metric settling;  // settling_time_s
 };
 
+// A sine that no specimen makes, as the meter's beat with the mains is. It was found in the
+// readings and is subtracted from all of them before anything else is computed.
+struct Hum {
+  double frequency_Hz = 0;
+  double cosine_fF = 0, sine_fF = 0;
+  double period_s() const { return 1 / frequency_Hz; }
+  double amplitude_fF() const { return std::hypot(cosine_fF, sine_fF); }
+  double at(double t_s) const {
+    const double phase = 2 * std::numbers::pi * frequency_Hz * t_s;
+    return cosine_fF * std::cos(phase) + sine_fF * std::sin(phase);
+  }
+};
+
 // Facts about a run that are known before its rows are read.
 struct RunFacts {
   std::int64_t run = 0;
@@ -289,17 +316,23 @@ struct RunAnalysis : RunFacts,
                      BaselineResult,
                      LevelResults,
                      CurveResult,
+                     HighestLevelResult,
                      CycleResults,
                      HoldResults,
                      SensitivityResult {
   Hysteresis hysteresis;
-  // The uncertainties of every sensitivity (again), C0, dynamic range, delta C at the highest level
-  // and hysteresis.
+  // The uncertainties of every sensitivity (again), C0, dynamic range, force sensitivity, delta C
+  // at the highest level and hysteresis.
   std::vector<Uncertainty> uncertainties;
   std::vector<std::string> notes;  // what a reader must know: gaps, overloads, assumptions
+  std::optional<Hum> hum;  // absent: none was found
 
   // Every metric above that is a Metric, ranges included, in the order of a table.
   std::vector<const Metric*> metrics() const;
+  // Those beside the ranges that depend on the choice of a branch or of a time.
+  std::vector<const Metric*> chosen() const {
+    return {&dynamic_range, &force_sensitivity, &delta_C};
+  }
 };
 
 // Errors: those of load_run_data; options that make no sense. A metric that the run cannot give is

@@ -34,14 +34,17 @@ json error_of(const Metric& m) {
 json ci95(const Metric& m) {
   if (!m || !m.estimate->standard_error || !m.estimate->degrees_of_freedom) return nullptr;
   const Estimate& e = *m.estimate;
+  if (e.is_deviation) {
+    return pair(estimate_of_deviation(e.value, *e.degrees_of_freedom, 0.95).interval);
+  }
   return pair(estimate(e.value, *e.standard_error, *e.degrees_of_freedom, 0.95).interval);
 }
 
 json of(const Metric& m) {
-  json j = {{"value", value_of(m)}, {"standard_error", error_of(m)},
-            {"ci95", ci95(m)},      {"degrees_of_freedom", nullptr},
-            {"readings", m.rows},   {"definition", m.definition},
-            {"remark", m.reason}};
+  json j = {{"value", value_of(m)},   {"standard_error", error_of(m)},
+            {"ci95", ci95(m)},        {"degrees_of_freedom", nullptr},
+            {"readings", m.rows},     {"definition", m.definition},
+            {"estimand", m.estimand}, {"remark", m.reason}};
   if (m) j["degrees_of_freedom"] = number(m.estimate->degrees_of_freedom);
   return j;
 }
@@ -52,7 +55,7 @@ json of(const RangeResult& r) {
             {"sensitivity_fF_per_kPa", value_of(r.sensitivity)},
             {"standard_error", error_of(r.sensitivity)},
             {"ci95", ci95(r.sensitivity)},
-            {"estimand", r.estimand},
+            {"estimand", r.sensitivity.estimand},
             {"degrees_of_freedom", nullptr},
             {"r_squared", number(r.r_squared)},
             {"intercept_fF", number(r.intercept_fF)},
@@ -215,6 +218,7 @@ json to_json(const Uncertainty& b) {
   }
   return {{"quantity", b.quantity},
           {"unit", b.unit},
+          {"estimand", b.estimand},
           {"value", number(b.value)},
           {"parts", std::move(parts)},
           {"combined_standard_uncertainty", number(b.combined)},
@@ -265,6 +269,9 @@ json to_json(const RunAnalysis& a) {
           {"holds", list(a.holds)},
           {"outliers", list(a.outliers)},
           {"outlier_count", a.outlier_count},
+          {"hum", a.hum ? json{{"period_s", number(a.hum->period_s())},
+                               {"amplitude_fF", number(a.hum->amplitude_fF())}}
+                        : json(nullptr)},
           {"uncertainty", std::move(uncertainties)},
           {"confidence", number(a.options.confidence)},
           {"meaning", {{"ci95", kOfScatter}, {"expanded_uncertainty", kOfAll}}},

@@ -42,12 +42,12 @@ void append_metric(std::string& out, const std::string& name, const Metric& m) {
                      with_error(m.value(), m.estimate->standard_error), interval_text(*m.estimate),
                      m.rows);
   if (!m.reason.empty()) out += fmt::format("  {:<38}   {}\n", "", m.reason);
+  if (!m.estimand.empty()) out += fmt::format("    {}\n", m.estimand);
 }
 
 void append_range(std::string& out, const RangeResult& r) {
   append_metric(out, fmt::format("sensitivity {}, fF/kPa", range_text(r.range)), r.sensitivity);
   if (!r.sensitivity) return;
-  if (!r.estimand.empty()) out += fmt::format("    {}\n", r.estimand);
   const std::string r2 = r.r_squared ? fmt::format("{:.4f}", *r.r_squared) : "-";
   out += fmt::format("    {} points, {} pressures, R2 {}; {}\n", r.points, r.pressures, r2,
                      r.residual_pattern);
@@ -85,6 +85,7 @@ void append_cycles(std::string& out, const RunAnalysis& a) {
 
 void append_uncertainty(std::string& out, const Uncertainty& b) {
   out += fmt::format("\nUncertainty of {}: {:.6g} {}\n", b.quantity, b.value, b.unit);
+  if (!b.estimand.empty()) out += fmt::format("  {}\n", b.estimand);
   for (const UncertaintyPart& p : b.parts) {
     const std::string freedom =
         std::isfinite(p.degrees_of_freedom) ? fmt::format("{:.0f}", p.degrees_of_freedom) : "inf";

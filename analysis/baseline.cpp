@@ -19,7 +19,7 @@ constexpr const char* kC0 =
     "readings without a load tell it";
 constexpr const char* kNoise =
     "standard deviation of one reading of the baseline, from the differences of neighbours (drift "
-    "cancels)";
+    "cancels) without those of outliers";
 constexpr const char* kDrift =
     "slope of the unloaded capacitance over the run: the baseline, and of every rest after a "
     "loading "
@@ -29,7 +29,7 @@ constexpr std::int64_t kTells = 10;  // readings: fewer do not tell their own no
 
 struct Unloaded {
   RunningMean capacitance, steady;  // F; the second without the drift
-  double square_differences = 0;  // of neighbours, F2
+  std::vector<double> differences;  // of neighbours, F
   std::vector<double> values;  // the first ones, for the batches
 };
 constexpr std::size_t kForBatches = 100000;
@@ -38,7 +38,7 @@ constexpr std::size_t kForBatches = 100000;
 void take(Unloaded& b, double capacitance_F, double drift_F, std::optional<double>& before) {
   b.capacitance.add(capacitance_F);
   b.steady.add(capacitance_F - drift_F);
-  if (before) b.square_differences += (capacitance_F - *before) * (capacitance_F - *before);
+  if (before) b.differences.push_back(capacitance_F - *before);
   before = capacitance_F;
   if (b.values.size() < kForBatches) b.values.push_back(capacitance_F - drift_F);
 }
@@ -143,18 +143,51 @@ void calc_c0(const Scene& scene, const Unloaded& b, const Outliers& outliers, Ba
   }
 }
 
-// The scatter within the levels, when there is no baseline to tell it.
+struct Noise {
+  double variance = 0, freedom = 0;
+  std::int64_t left_out = 0;  // differences that no normal noise makes
+};
+
+// Few differences tell their own spread badly, so the limit is wider for them.
+Noise noise_of(const std::vector<double>& differences) {
+  const auto all = static_cast<double>(differences.size());
+  std::vector<double> sizes;
+  sizes.reserve(differences.size());
+  for (const double d : differences) sizes.push_back(std::abs(d));
+  const double sigma = 1.4826 * median(std::move(sizes));  // about 0, not about their own median
+  const double limit = limit_of_outliers(differences.size()) * (1 + 3 / std::sqrt(all)) * sigma;
+  Noise out;
+  double squares = 0, n = 0;
+  for (const double d : differences) {
+    if (sigma > 0 && std::abs(d) > limit) {
+      ++out.left_out;
+    } else {
+      squares += d * d;
+      n += 1;
+    }
+  }
+  out.variance = squares / (2 * n);
+  out.freedom = n / 1.5;  // of mean squared differences (von Neumann 1941)
+  return out;
+}
+
+// The scatter within the levels, when there is no baseline to tell it; without the levels that have
+// outliers.
 void calc_noise(const Unloaded& b, const MeasuredLevels& measured, double confidence,
                 BaselineResult& out) {
   double variance = 0, freedom = 0;
   if (b.capacitance.count >= kTells) {
-    const auto n = static_cast<double>(b.capacitance.count);
-    variance = b.square_differences / (2 * (n - 1));
-    freedom = (n - 1) / 1.5;  // of mean squared differences (von Neumann 1941)
+    const Noise noise = noise_of(b.differences);
+    variance = noise.variance;
+    freedom = noise.freedom;
     out.noise.rows = b.capacitance.count;
+    if (noise.left_out > 0) {
+      out.noise.reason = fmt::format(
+          "{} differences that no normal noise makes are left out: of outliers", noise.left_out);
+    }
   } else {
     for (const MeasuredLevel& l : measured.levels) {
-      if (!l.scatter_fF) continue;
+      if (!l.scatter_fF || l.outliers > 0) continue;
       const double f = l.readings - 1;
       variance += f * *l.scatter_fF * *l.scatter_fF * 1e-30;
       freedom += f;
@@ -168,7 +201,7 @@ void calc_noise(const Unloaded& b, const MeasuredLevels& measured, double confid
     out.noise.reason = "from the scatter within the levels: there is no baseline";
   }
   const double sigma = std::sqrt(variance) * 1e15;
-  out.noise.estimate = estimate(sigma, sigma / std::sqrt(2 * freedom), freedom, confidence);
+  out.noise.estimate = estimate_of_deviation(sigma, freedom, confidence);
 }
 
 void calc_drift(const Scene& scene, double confidence, BaselineResult& out) {

@@ -17,12 +17,14 @@ constexpr const char* kSensitivity = "sensitivity_fF_per_kPa";
 constexpr const char* kOfCycles =
     "slope of C against pressure: least squares over the readings of the loading branches in the "
     "range, one level for each cycle and one bend for all, by which it is the slope of pressures "
-    "evenly over the range; the interval from the scatter between cycles";
+    "evenly over the range; the interval from the scatter between cycles and from the drift that "
+    "is "
+    "subtracted";
 
 // Readings of one loading branch.
 struct Branch {
   std::vector<LinePoint> points;
-  std::vector<LinePoint> rates;  // y: kPa/s
+  std::vector<LinePoint> rates, times;  // y: kPa/s, s
   double instant_s = 0;
 };
 Branch branch(const Scene& scene, const CycleResult& c, const PressureRange& range,
@@ -36,6 +38,7 @@ Branch branch(const Scene& scene, const CycleResult& c, const PressureRange& ran
     if (!is_inside(range, kPa)) continue;
     b.points.push_back({kPa, scene.fF(r) - rest_fF, 1});
     b.rates.push_back({kPa, *scene.kPa(r.force_rate_N_s), 1});
+    b.times.push_back({kPa, r.t_s, 1});
     b.instant_s = std::max(b.instant_s, static_cast<double>(r.alignment_s));
   }
   return b;
@@ -44,7 +47,7 @@ Branch branch(const Scene& scene, const CycleResult& c, const PressureRange& ran
 struct CycleBranches {
   std::vector<LineFit> lines;
   double sxx = 0, sxy = 0, syy = 0, residual_ss = 0, weight = 0, x = 0, y = 0;
-  double rate_sxy = 0, instant_s = 0;
+  double rate_sxy = 0, time_sxy = 0, instant_s = 0;
   double unit_variance_of_bend = 0;
 };
 
@@ -81,6 +84,7 @@ CycleBranches fit_branches(const SlopeBasis& basis, const PressureRange& range) 
     const Branch readings = branch(basis.scene, c, range, moving);
     if (!slopes.add(readings.points)) continue;
     b.rate_sxy += fit_line(readings.rates)->sxy;
+    b.time_sxy += fit_line(readings.times)->sxy;
     b.instant_s = std::max(b.instant_s, readings.instant_s);
   }
   b.lines = slopes.lines();
@@ -137,6 +141,12 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   const PureError error = branch_error(basis.scene, b, slope);
   r.parts_of_error = {{std::sqrt(error.variance * (1 / b.sxx + b.unit_variance_of_bend)),
                        error.degrees_of_freedom}};
+  // The drift that is subtracted errs alike in all loadings: their scatter does not show it.
+  const Drift& drift = basis.scene.drift;
+  if (drift.known()) {
+    r.parts_of_error.push_back(
+        {std::abs(b.time_sxy / b.sxx) * drift.rate_se_fF_s(), drift.rate_freedom()});
+  }
   r.sensitivity.estimate =
       estimate_of_parts(slope, r.parts_of_error, basis.scene.options.confidence);
   if (b.lines.size() == 1) {
@@ -153,7 +163,7 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   r.rate_tilt_per_s = b.rate_sxy / b.sxx;
   r.instant_s = b.instant_s;
   r.residual_pattern = "continuous loading: see the loops";
-  r.estimand = name_estimand(basis.scene, basis.levels, range) + reach_of(basis, range);
+  r.sensitivity.estimand = name_estimand(basis.scene, basis.levels, range) + reach_of(basis, range);
   return r;
 }
 

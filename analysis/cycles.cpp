@@ -108,19 +108,20 @@ bool peak_of_plateau(const RunView& view, Loading& c) {
   const bool level_only = level_is_plateau(view, c);
   RunningMean capacitance, force, time;
   std::vector<double> forces_N;
-  double first = 0, last = 0;
   for (std::size_t i = c.first; i < c.last; ++i) {
     const RunReading& r = view.data.readings[i];
     if (!on_plateau(view, c, r) || (level_only && r.index <= 0)) continue;
-    if (capacitance.count == 0) first = r.t_s;
-    last = r.t_s;
+    if (capacitance.count == 0) c.plateau_first = i;
+    c.plateau_last = i;
     capacitance.add(r.capacitance_F * 1e12);
     force.add(view.above_rest_N(r));
     forces_N.push_back(view.above_rest_N(r));
     time.add(r.t_s);
   }
   if (capacitance.count < kPlateauReadings) return false;
-  if (!is_held(view, last - first, forces_N, c.peak_force_N)) return false;
+  const auto& readings = view.data.readings;
+  const double seconds = readings[c.plateau_last].t_s - readings[c.plateau_first].t_s;
+  if (!is_held(view, seconds, forces_N, c.peak_force_N)) return false;
   c.peak_pF = capacitance.mean;
   c.peak_se_fF = capacitance.mean_se() * 1e3;
   c.peak_freedom = static_cast<double>(capacitance.count - 1);
@@ -329,28 +330,35 @@ void calc_force_sensitivity(const Scene& scene, CycleResults& out) {
   if (slopes.size() == 1) out.force_sensitivity.reason = kOneCycle;
 }
 
-// The drift that is subtracted errs alike in all loadings: their scatter does not show it.
-void add_drift_to_force_sensitivity(const Scene& scene, const HoldResults& holds,
-                                    CycleResults& out) {
-  if (!out.force_sensitivity.estimate || !scene.drift.known()) return;
+// The drift that is subtracted and the instant of a reading err alike in all loadings: their
+// scatter does not show it.
+void add_common_errors_of_force_sensitivity(const Scene& scene, const HoldResults& holds,
+                                            CycleResults& out) {
+  if (!out.force_sensitivity || !out.force_sensitivity.estimate->standard_error) return;
   const Estimate& e = *out.force_sensitivity.estimate;
-  if (!e.standard_error) return;
-  RunningMean s_per_N;
+  RunningMean s_per_N, tilt;
   Moving moving(scene, holds);
   for (const CycleResult& c : out.cycles) {
-    RunningLine time;
+    RunningLine time, rate;
     for (std::size_t i = c.first; i < c.last; ++i) {
       const RunReading& r = scene.data.readings[i];
-      if (moving(i) && r.t_s <= c.peak_s) time.add(scene.above_rest_N(r), r.t_s);
+      if (!moving(i) || r.t_s > c.peak_s || spans_turn(c, r)) continue;
+      time.add(scene.above_rest_N(r), r.t_s);
+      rate.add(scene.above_rest_N(r), r.force_rate_N_s);
+      out.instant_s = std::max(out.instant_s, static_cast<double>(r.alignment_s));
     }
-    if (time.count() >= 3 && time.sxx() > 0) s_per_N.add(time.slope());
+    if (time.count() < 3 || !(time.sxx() > 0)) continue;
+    s_per_N.add(time.slope());
+    tilt.add(rate.slope());
   }
+  out.force_rate_tilt_per_s = tilt.mean;
   const SlopePart scatter{*e.standard_error, e.degrees_of_freedom.value_or(kExact)};
-  const SlopePart drift{scene.drift.rate_se_fF_s() * std::abs(s_per_N.mean),
-                        scene.drift.rate_freedom()};
-  if (!(drift.se > 0) || s_per_N.count == 0) return;
+  out.parts_of_force_sensitivity = {scatter};
+  const double drift_se = scene.drift.rate_se_fF_s() * std::abs(s_per_N.mean);
+  if (!scene.drift.known() || !(drift_se > 0)) return;
+  out.parts_of_force_sensitivity.push_back({drift_se, scene.drift.rate_freedom()});
   out.force_sensitivity.estimate =
-      estimate_of_parts(e.value, {scatter, drift}, scene.options.confidence);
+      estimate_of_parts(e.value, out.parts_of_force_sensitivity, scene.options.confidence);
 }
 
 // A turn overshoots, and not always by the same: the last loading at the force of the first.
@@ -431,8 +439,9 @@ CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Met
   } else {
     calc_mullins(scene.options.confidence, out);
   }
-  add_drift_to_force_sensitivity(scene, holds, out);
+  add_common_errors_of_force_sensitivity(scene, holds, out);
   set_mullins_to_equal_force(scene, out);
+  name_estimands(scene, out);
   return out;
 }
 

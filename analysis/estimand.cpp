@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which slope it is where the specimen creeps or has a hysteresis, and how far the slope of the
-// other choice lies from it.
+// Which branch and which time under load a result is of, where the specimen creeps or has a
+// hysteresis, and how far the result of the other choice lies from it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,10 +13,15 @@ namespace lcrig {
 namespace {
 
 constexpr double kReached = 0.02;  // of the load: this near, it is reached
+constexpr double kNear = 0.02;  // of the pressure: the same one
 constexpr double kShows = 2.6;  // standard errors: one creep in a hundred by chance
 
 bool in_range(const LevelResult& l, const PressureRange& range, Direction direction) {
   return l.direction == direction && is_inside(range, l.target_kPa.value_or(l.pressure_kPa));
+}
+
+bool is_near(double kPa, double to_kPa) {
+  return std::abs(kPa - to_kPa) <= kNear * std::abs(to_kPa);
 }
 
 // Since when the load of the reading is there.
@@ -36,10 +41,11 @@ struct Window {
   RunningMean from_s, to_s;  // after the load was reached
 };
 
-Window window_of(const Scene& scene, const LevelResults& levels, const PressureRange& range) {
+template <class Wanted>
+Window window_of(const Scene& scene, const LevelResults& levels, Wanted is_wanted) {
   std::vector<bool> wanted(scene.data.levels.size() + 1, false);
   for (const LevelResult& l : levels.levels) {
-    if (in_range(l, range, levels.line_direction)) wanted[static_cast<std::size_t>(l.level)] = true;
+    if (is_wanted(l)) wanted[static_cast<std::size_t>(l.level)] = true;
   }
   Window w;
   std::int32_t level = 0;
@@ -66,6 +72,27 @@ Window window_of(const Scene& scene, const LevelResults& levels, const PressureR
   return w;
 }
 
+std::string with_window(std::string name, const Window& w) {
+  if (w.from_s.count == 0 || w.to_s.count == 0) return name;
+  return fmt::format("{}, from {:.1f} to {:.1f} s after the load was reached", name, w.from_s.mean,
+                     w.to_s.mean);
+}
+
+const char* name_of(Direction direction) {
+  return direction == Direction::up ? "loading branch" : "unloading branch";
+}
+
+// Time under load of the readings of the plateaus.
+Window window_of_plateaus(const Scene& scene, const std::vector<CycleResult>& cycles) {
+  Window w;
+  for (const CycleResult& c : cycles) {
+    const double reached = reached_s(scene, c.plateau_first);
+    w.from_s.add(scene.data.readings[c.plateau_first].t_s - reached);
+    w.to_s.add(scene.data.readings[c.plateau_last].t_s - reached);
+  }
+  return w;
+}
+
 // Runs that are compared make the same choice.
 UncertaintyPart other_choice(std::string name, double difference, std::string basis) {
   return shared(part(std::move(name), rectangular(difference), std::move(basis)));
@@ -83,26 +110,36 @@ std::optional<double> gap_of_levels(const LevelResults& levels, const RangeResul
   return line->slope - r.sensitivity.value();
 }
 
-// The same from the branches of the loadings.
-std::optional<double> gap_of_loop(const SlopeBasis& basis, const RangeResult& r) {
+// The same from the branches of the loadings, against `x_of` a force.
+template <class XOf>
+std::optional<double> gap_of_loop(const SlopeBasis& basis, XOf x_of) {
   if (!basis.hysteresis.in_readings) return std::nullopt;
   std::vector<LinePoint> points;
   for (const LoopPoint& p : basis.hysteresis.loop) {
-    const double kPa = basis.scene.kPa(p.force_N).value_or(-1);
-    if (is_inside(r.range, kPa)) points.push_back({kPa, p.down_fF - p.up_fF, 1});
+    if (const std::optional<double> x = x_of(p.force_N)) {
+      points.push_back({*x, p.down_fF - p.up_fF, 1});
+    }
   }
   const auto line = fit_line(points);
   return line ? std::optional(line->slope) : std::nullopt;
 }
 
+constexpr const char* kMeet = "both branches meet at the largest load";
+constexpr const char* kNoUnloading =
+    "the unloading was not measured, or does not stand out: a hysteresis is not in the uncertainty";
+
 void add_branch(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b) {
   auto gap = gap_of_levels(basis.levels, r);
   const char* from = "levels";
-  if (!gap) gap = gap_of_loop(basis, r), from = "ramps";
   if (!gap) {
-    b.parts.push_back(other_choice("other branch", 0,
-                                   "the unloading was not measured, or does not stand out: a "
-                                   "hysteresis is not in the uncertainty"));
+    from = "ramps";
+    gap = gap_of_loop(basis, [&](double force_N) {
+      const auto kPa = basis.scene.kPa(force_N);
+      return kPa && is_inside(r.range, *kPa) ? kPa : std::nullopt;
+    });
+  }
+  if (!gap) {
+    b.parts.push_back(other_choice("other branch", 0, kNoUnloading));
     return;
   }
   b.parts.push_back(other_choice(
@@ -110,7 +147,7 @@ void add_branch(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b) {
       fmt::format("the slope of the other branch differs by {:.3g} ({}): limits", *gap, from)));
 }
 
-void add_time(const Metric& creep, const RangeResult& r, Uncertainty& b) {
+void add_time(const Metric& creep, Uncertainty& b) {
   if (!creep.estimate || !creep.estimate->standard_error) {
     b.parts.push_back(other_choice("another time", 0, "creep is not known: no steady load"));
     return;
@@ -118,7 +155,7 @@ void add_time(const Metric& creep, const RangeResult& r, Uncertainty& b) {
   const double rate = creep.value() / 100, error = *creep.estimate->standard_error / 100;
   const bool shows = std::abs(rate) > kShows * error;
   b.parts.push_back(other_choice(
-      "another time", (shows ? rate : 0) * r.sensitivity.value(),
+      "another time", (shows ? rate : 0) * b.value,
       fmt::format("creep of {:.2g} % per decade of time{}", rate * 100,
                   shows ? ": limits of a decade sooner or later" : " does not stand out")));
 }
@@ -127,18 +164,82 @@ void add_time(const Metric& creep, const RangeResult& r, Uncertainty& b) {
 
 std::string name_estimand(const Scene& scene, const LevelResults& levels,
                           const PressureRange& range) {
-  const bool up = levels.line_direction == Direction::up;
-  std::string name = up ? "loading branch" : "unloading branch";
-  if (levels.levels.empty()) return name + ", while the load grows";
-  const Window w = window_of(scene, levels, range);
-  if (w.from_s.count == 0 || w.to_s.count == 0) return name;
-  return fmt::format("{}, from {:.1f} to {:.1f} s after the load was reached", name, w.from_s.mean,
-                     w.to_s.mean);
+  const Direction direction = levels.line_direction;
+  const std::string branch = name_of(direction);
+  if (levels.levels.empty()) return branch + ", while the load grows";
+  return with_window(branch, window_of(scene, levels, [&](const LevelResult& l) {
+                       return in_range(l, range, direction);
+                     }));
+}
+
+std::string name_estimand(const Scene& scene, const LevelResults& levels, const CurvePoint& level) {
+  const auto is_it = [&](const LevelResult& l) {
+    return l.direction == level.direction && is_near(l.pressure_kPa, level.pressure_kPa);
+  };
+  return with_window(fmt::format("at {:.4g} kPa, {}", level.pressure_kPa, name_of(level.direction)),
+                     window_of(scene, levels, is_it)) +
+         ", less C0";
+}
+
+// A slope against force is that of the ramps; the peak is held, or it is the turn.
+void name_estimands(const Scene& scene, CycleResults& out) {
+  RunningMean peak_N;
+  for (const CycleResult& c : out.cycles) peak_N.add(c.peak_force_N);
+  if (out.force_sensitivity) {
+    out.force_sensitivity.estimand = fmt::format(
+        "loading branch, while the load grows, from {:.3g} N ({:g} % of the largest force) up to "
+        "the peak of {:.3g} N",
+        kCycleEdge * peak_N.mean, kCycleEdge * 100, peak_N.mean);
+  }
+  if (!out.dynamic_range) return;
+  const PeakMethod method = out.cycles.front().peak_method;
+  const bool alike = std::ranges::all_of(
+      out.cycles, [&](const CycleResult& c) { return c.peak_method == method; });
+  std::string name = fmt::format("at the peak of {:.3g} N", peak_N.mean);
+  if (!alike) {
+    name += ", which some cycles hold and others pass";
+  } else if (method == PeakMethod::plateau) {
+    name = with_window(std::move(name), window_of_plateaus(scene, out.cycles));
+  } else {
+    name += ", where the load turns";
+  }
+  out.dynamic_range.estimand = name + ", less the rest before the cycle";
 }
 
 void add_other_choices(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b) {
   add_branch(basis, r, b);
-  add_time(basis.holds.creep, r, b);
+  add_time(basis.holds.creep, b);
+}
+
+void add_other_choices_of_force_sensitivity(const SlopeBasis& basis, Uncertainty& b) {
+  const auto gap = gap_of_loop(basis, [](double force_N) { return std::optional(force_N); });
+  b.parts.push_back(
+      gap ? other_choice("other branch", *gap,
+                         fmt::format("the slope of the other branch differs by {:.3g} (ramps): "
+                                     "limits",
+                                     *gap))
+          : other_choice("other branch", 0, kNoUnloading));
+  add_time(basis.holds.creep, b);
+}
+
+void add_other_choices_of_dynamic_range(const SlopeBasis& basis, Uncertainty& b) {
+  b.parts.push_back(other_choice("other branch", 0, kMeet));
+  add_time(basis.holds.creep, b);
+}
+
+void add_other_choices_of_highest_level(const SlopeBasis& basis, Uncertainty& b) {
+  UncertaintyPart branch = other_choice("other branch", 0, kMeet);
+  const double top_kPa = basis.highest.top_kPa;
+  for (const CurvePoint& c : basis.curve.curve) {
+    if (c.direction == basis.levels.line_direction || !c.delta_C_fF) continue;
+    if (!is_near(c.pressure_kPa, top_kPa)) continue;
+    const double gap = *c.delta_C_fF - b.value;
+    branch =
+        other_choice("other branch", gap,
+                     fmt::format("the level of the other branch differs by {:.3g}: limits", gap));
+  }
+  b.parts.push_back(std::move(branch));
+  add_time(basis.holds.creep, b);
 }
 
 }  // namespace lcrig

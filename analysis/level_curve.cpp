@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "analysis/replicates.hpp"
 
@@ -16,6 +17,7 @@ struct Point {
   double variance_of_sum = 0;  // of weighted_pF, from the scatter of the readings
   std::int64_t readings = 0;
   double low_pF = 0, high_pF = 0;
+  std::map<std::int32_t, double> of_repeat;  // pF
 };
 
 std::map<LevelKey, Point> group(const LevelResults& levels) {
@@ -26,6 +28,7 @@ std::map<LevelKey, Point> group(const LevelResults& levels) {
     p.low_pF = std::min(p.low_pF, l.capacitance_pF);
     p.high_pF = std::max(p.high_pF, l.capacitance_pF);
     p.capacitance.add(l.capacitance_pF);
+    p.of_repeat[l.repeat] = l.capacitance_pF;
     p.weighted_pF += l.readings * l.capacitance_pF;
     p.weighted_kPa += l.readings * l.pressure_kPa;
     const double se = l.standard_error_fF.value_or(0) * 1e-3 * l.readings;
@@ -132,6 +135,35 @@ void calc_linearity(Direction direction, CurveResult& out) {
   }
 }
 
+// What differs between repeats moves their levels alike, so the levels together tell the scatter
+// between repeats hardly better than one of them. Degrees of freedom of the pooled variance:
+// n (tr V)^2 / tr(V^2), for the covariance V of the levels and n = repeats - 1. Both traces are
+// estimated without bias from the n (Huynh and Feldt, J. Educ. Stat. 1 (1976) 69). Two repeats do
+// not tell them: the least is taken.
+double freedom_of_repeats(const std::map<LevelKey, Point>& points, double independent) {
+  std::map<std::pair<std::int32_t, std::int32_t>, double> products;  // of deviations, over levels
+  std::set<std::int32_t> repeats;
+  for (const auto& [key, p] : points) {
+    for (const auto& [a, of_a] : p.of_repeat) {
+      repeats.insert(a);
+      for (const auto& [b, of_b] : p.of_repeat) {
+        products[{a, b}] += (of_a - p.capacitance.mean) * (of_b - p.capacitance.mean);
+      }
+    }
+  }
+  const double n = std::max(1.0, static_cast<double>(repeats.size()) - 1);
+  double trace = 0, squares = 0;
+  for (const auto& [pair, product] : products) {
+    if (pair.first == pair.second) trace += product / n;
+    squares += product / n * product / n;
+  }
+  if (n < 2 || !(squares > 0)) return n;
+  const double of_square = (squares - trace * trace / n) / (1 + 1 / n - 2 / (n * n));
+  if (!(of_square > 0)) return independent;
+  return std::clamp(n * (trace * trace - 2 * of_square / n) / of_square, n,
+                    std::max(n, independent));
+}
+
 void calc_repeatability(const std::map<LevelKey, Point>& points, double confidence,
                         CurveResult& out) {
   out.repeatability_range = metric("repeatability_range_percent",
@@ -158,7 +190,7 @@ void calc_repeatability(const std::map<LevelKey, Point>& points, double confiden
   const double two_sigma = 2 * std::sqrt(squares / freedom) * 1e3 / span * 100;
   out.repeatability_range.estimate = Estimate(range * 1e3 / span * 100);
   out.repeatability_2sigma.estimate =
-      estimate(two_sigma, two_sigma / std::sqrt(2 * freedom), freedom, confidence);
+      estimate_of_deviation(two_sigma, freedom_of_repeats(points, freedom), confidence);
   out.repeatability_range.rows = out.repeatability_2sigma.rows = rows;
 }
 

@@ -2,6 +2,7 @@
 #include "analysis/line_fit.hpp"
 
 #include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
@@ -163,6 +164,10 @@ double f_tail(double f, double dof1, double dof2) {
   if (!(f > 0)) return 1;
   if (!std::isfinite(f)) return 0;
   return boost::math::cdf(boost::math::complement(boost::math::fisher_f(dof1, dof2), f));
+}
+
+double chi_square_quantile(double probability, double degrees_of_freedom) {
+  return boost::math::quantile(boost::math::chi_squared(degrees_of_freedom), probability);
 }
 
 double normal_quantile(double probability) {

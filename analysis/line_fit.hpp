@@ -46,6 +46,8 @@ double student_t_quantile(double probability, double degrees_of_freedom);
 double coverage_factor(double confidence, double degrees_of_freedom);
 // Its inverse, by halving: 1 to a million.
 double freedom_of_factor(double factor, double confidence);
+// Of a sum of squares of `degrees_of_freedom` normal numbers.
+double chi_square_quantile(double probability, double degrees_of_freedom);
 // P(F > f); f_tail(-..., ...) is 1.
 double f_tail(double f, double dof1, double dof2);
 double normal_quantile(double probability);

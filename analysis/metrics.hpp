@@ -81,6 +81,8 @@ HoldResults calc_holds(const Scene& scene);
 BaselineResult calc_baseline(const Scene& scene, const MeasuredLevels& measured);
 LevelResults calc_levels(const Scene& scene, const MeasuredLevels& measured, const Metric& c0);
 CurveResult calc_curve(const LevelResults& levels, const Metric& c0, double confidence);
+HighestLevelResult calc_highest_level(const Scene& scene, const LevelResults& levels,
+                                      const CurveResult& curve, const Metric& c0);
 CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Metric& c0);
 // Slope of C against force at the peak, of one loading at least.
 double slope_at_peak_fF_per_N(const Scene& scene, const std::vector<CycleResult>& cycles);
@@ -94,6 +96,7 @@ struct SlopeBasis {
   const BaselineResult& baseline;
   const LevelResults& levels;
   const CurveResult& curve;
+  const HighestLevelResult& highest;
   const CycleResults& cycles;
   const Hysteresis& hysteresis;
 };
@@ -110,6 +113,9 @@ Metric metric(std::string name, std::string definition);
 Estimate estimate(double value, double standard_error, double degrees_of_freedom,
                   double confidence);
 
+// Of a standard deviation: from the chi-square distribution.
+Estimate estimate_of_deviation(double value, double degrees_of_freedom, double confidence);
+
 // Root sum of squares of the parts; Welch and Satterthwaite's degrees of freedom, truncated. They
 // promise too much where a part has one or two degrees of freedom, as two or three repeats have,
 // beside one that is known better: a 95 % interval holds in 87 % then. Adding the squares of the
@@ -122,8 +128,14 @@ UncertaintyPart shared(UncertaintyPart p);  // by the runs on this rig
 // "loading branch, from 1.1 to 4.6 s after the load was reached"
 std::string name_estimand(const Scene& scene, const LevelResults& levels,
                           const PressureRange& range);
-// Adds the differences that the other branch and another time would make, as systematic parts.
+// Of the level at this pressure.
+std::string name_estimand(const Scene& scene, const LevelResults& levels, const CurvePoint& level);
+void name_estimands(const Scene& scene, CycleResults& cycles);
+// Add the differences that the other branch and another time would make, as systematic parts.
 void add_other_choices(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b);
+void add_other_choices_of_force_sensitivity(const SlopeBasis& basis, Uncertainty& b);
+void add_other_choices_of_dynamic_range(const SlopeBasis& basis, Uncertainty& b);
+void add_other_choices_of_highest_level(const SlopeBasis& basis, Uncertainty& b);
 
 // Readings of a branch: of a cycle, with a force, under the settings, not in a hold. Call with
 // growing numbers.

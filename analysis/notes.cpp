@@ -139,8 +139,8 @@ Notes calc_notes(const Scene& scene, const MeasuredLevels& measured, const HoldR
   add_certified_range(scene, measured, notes);
   add_missing_levels(data, measured, notes);
   add_count(measured.outliers.outlier_count,
-            "{} outliers among the readings: listed, and kept in every result but the robust ones "
-            "and the drift that is subtracted",
+            "{} outliers among the readings: listed, and kept in every result but the robust "
+            "ones, the noise and the drift that is subtracted",
             notes);
   return notes;
 }

@@ -17,9 +17,10 @@ namespace {
 constexpr double kGross = 20;  // standard deviations: one such outlier moves a mean by its error
 
 std::vector<Metric*> under_load(RunAnalysis& a) {
-  std::vector<Metric*> list{&a.dynamic_range, &a.dynamic_range_drift, &a.force_sensitivity,
-                            &a.mullins,       &a.hysteresis.area,     &a.hysteresis.largest_gap,
-                            &a.creep,         &a.limit_of_detection};
+  std::vector<Metric*> list{
+      &a.delta_C,           &a.dynamic_range,   &a.dynamic_range_drift,    &a.force_sensitivity,
+      &a.mullins,           &a.hysteresis.area, &a.hysteresis.largest_gap, &a.creep,
+      &a.limit_of_detection};
   if (!a.levels.empty()) return list;  // slopes of levels have a remark with a figure
   for (RangeResult& r : a.ranges) list.push_back(&r.sensitivity);
   return list;
@@ -48,14 +49,11 @@ void remark_on_outliers(RunAnalysis& a) {
     }
   }
   if (resting > 0) {
-    for (Metric* m : {&a.noise, &a.limit_of_detection}) {
-      add(*m, fmt::format("{} outliers among the readings without load are in the noise, whose "
-                          "interval takes all for normal",
-                          resting));
-    }
+    add(a.limit_of_detection,
+        fmt::format("{} outliers among the readings without load are not in the noise", resting));
   }
   if (resting_gross > 0) {
-    for (Metric* m : {&a.dynamic_range, &a.mullins, &a.creep}) {
+    for (Metric* m : {&a.dynamic_range, &a.mullins, &a.creep, &a.delta_C}) {
       add(*m,
           fmt::format("{} gross outliers among the readings without load move it", resting_gross));
     }
@@ -87,7 +85,7 @@ void remark_on_few_levels(RunAnalysis& a) {
 }
 
 void remark_on_no_scatter(RunAnalysis& a) {
-  std::vector<Metric*> list{&a.c0, &a.drift, &a.dynamic_range, &a.force_sensitivity};
+  std::vector<Metric*> list{&a.c0, &a.drift, &a.delta_C, &a.dynamic_range, &a.force_sensitivity};
   if (a.levels.empty()) {
     for (RangeResult& r : a.ranges) list.push_back(&r.sensitivity);
   }
@@ -160,7 +158,7 @@ void add_digit(const Scene& scene, RunAnalysis& a) {
       "the readings scatter by less than the meter's digit of {:g} fF: the interval knows nothing "
       "of it, the expanded uncertainty does",
       digit_fF);
-  for (Metric* m : {&a.c0, &a.dynamic_range}) add(*m, words);
+  for (Metric* m : {&a.c0, &a.dynamic_range, &a.delta_C}) add(*m, words);
   add_resolution(find(a.uncertainties, "C0"), error_fF * 1e-3, digit_fF);
   add_resolution(find(a.uncertainties, "delta C"), std::sqrt(2.0) * error_fF, digit_fF);
   if (a.c0 && a.c0.value() != 0) {

@@ -154,7 +154,7 @@ bool spans_turn(const Loading& c, const RunReading& r) {
 }
 
 Metric metric(std::string name, std::string definition) {
-  return {std::move(name), std::move(definition), {}, {}, 0};
+  return {std::move(name), std::move(definition), {}, {}, {}, 0};
 }
 
 Estimate estimate(double value, double standard_error, double degrees_of_freedom,
@@ -164,6 +164,19 @@ Estimate estimate(double value, double standard_error, double degrees_of_freedom
   e.standard_error = standard_error;
   e.interval = {value - half, value + half};
   e.degrees_of_freedom = degrees_of_freedom;
+  return e;
+}
+
+Estimate estimate_of_deviation(double value, double degrees_of_freedom, double confidence) {
+  const auto end = [&](double probability) {
+    return value *
+           std::sqrt(degrees_of_freedom / chi_square_quantile(probability, degrees_of_freedom));
+  };
+  Estimate e(value);
+  e.standard_error = value / std::sqrt(2 * degrees_of_freedom);
+  e.interval = {end((1 + confidence) / 2), end((1 - confidence) / 2)};
+  e.degrees_of_freedom = degrees_of_freedom;
+  e.is_deviation = true;
   return e;
 }
 

@@ -268,7 +268,7 @@ RangeResult of_levels(const SlopeBasis& basis, const PressureRange& range) {
   add_robust(basis, in, r);
   remark_on_outliers(levels, in, r);
   add_shared(levels, in, *line, scatter, r);
-  r.estimand = name_estimand(scene, levels, range);
+  r.sensitivity.estimand = name_estimand(scene, levels, range);
   return r;
 }
 

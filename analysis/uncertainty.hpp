@@ -27,6 +27,7 @@ struct UncertaintyPart {
 struct Uncertainty {
   std::string quantity;  // "sensitivity 0-30 kPa"
   std::string unit;  // "fF/kPa"
+  std::string estimand;  // that of the result
   double value = 0;
   std::vector<UncertaintyPart> parts;
   // Filled by combine().

@@ -105,17 +105,16 @@ double tilt(const LevelResults& levels, const RangeResult& r, Of of) {
   return line ? line->slope : 0;
 }
 
-// Error that is left after the drift was subtracted.
-void add_drift(const Metric& drift, const RangeResult& r, Uncertainty& b) {
+// Error that is left after the drift was subtracted. `left` is 0 where it is in the scatter.
+void add_drift_part(const Metric& drift, const SlopePart& left, Uncertainty& b) {
   if (!drift.estimate) {
     b.parts.push_back(part("drift of C0", 0, "not known: no rests to tell it by"));
     return;
   }
-  const bool apart = r.parts_of_error.size() > 1 && r.parts_of_error[1].se > 0;
   b.parts.push_back(type_a(
-      "drift of C0", apart ? r.parts_of_error[1] : SlopePart(),
+      "drift of C0", left,
       fmt::format("{:.3g} fF/h between the rests, subtracted; what their own scatter leaves{}",
-                  drift.value(), apart ? "" : " is within the scatter")));
+                  drift.value(), left.se > 0 ? "" : " is within the scatter")));
 }
 
 void add_shared(const RangeResult& r, Uncertainty& b) {
@@ -206,18 +205,20 @@ double turn_percent(const Scene& scene, const std::vector<CycleResult>& cycles, 
   return sum_fF / static_cast<double>(cycles.size()) / (c0_pF * 1e3) * 100;
 }
 
-void uncertainty_of_dynamic_range(const Scene& scene, const CycleResults& out, const Metric& c0,
-                                  std::vector<Uncertainty>& list) {
+void uncertainty_of_dynamic_range(const SlopeBasis& basis, std::vector<Uncertainty>& list) {
+  const Scene& scene = basis.scene;
+  const CycleResults& out = basis.cycles;
   if (!out.dynamic_range || !out.dynamic_range.estimate->standard_error) return;
   Uncertainty b;
   b.quantity = "dynamic range";
   b.unit = "%";
+  b.estimand = out.dynamic_range.estimand;
   b.value = out.dynamic_range.value();
   b.least = half_width(out.dynamic_range);
   const bool several = out.cycles.size() > 1;
   b.parts.push_back(scatter(*out.dynamic_range.estimate,
                             several ? "scatter between cycles" : "scatter of the readings"));
-  const double c0_pF = c0.value();
+  const double c0_pF = basis.baseline.c0.value();
   if (const auto meter = accuracy(scene, c0_pF)) {
     b.parts.push_back(part("meter offset in C0",
                            rectangular(meter->offset_F) / (c0_pF * 1e-12) * b.value,
@@ -232,6 +233,7 @@ void uncertainty_of_dynamic_range(const Scene& scene, const CycleResults& out, c
   const char* slope = ", times the slope of the curve at the peak";
   b.parts.push_back(shared(part("force at the peak", percent * force.u, force.basis + slope)));
   b.parts.push_back(shared(part("area of the probe", percent * probe.u, probe.basis + slope)));
+  add_other_choices_of_dynamic_range(basis, b);
   if (const double turn = turn_percent(scene, out.cycles, c0_pF); turn > 0) {
     b.parts.push_back(part("turn within a window", turn,
                            "the meter's mean over a window that reaches over the peak: a twelfth "
@@ -243,52 +245,77 @@ void uncertainty_of_dynamic_range(const Scene& scene, const CycleResults& out, c
 
 // Slope against pressure at the highest level: that at the peaks, or of the curve's upper half when
 // the force is not known. It does not depend on the ranges that were asked for.
-double slope_at_top(const Scene& scene, const std::vector<CycleResult>& cycles,
-                    const std::vector<CurvePoint>& curve, const CurvePoint& top) {
+double slope_at_top(const Scene& scene, const std::vector<CycleResult>& cycles, Direction direction,
+                    const std::vector<CurvePoint>& curve, const HighestLevelResult& top) {
   if (!cycles.empty() && scene.data.area_m2) {
     return slope_at_peak_fF_per_N(scene, cycles) * *scene.data.area_m2 * 1e3;
   }
   std::vector<LinePoint> points;
   for (const CurvePoint& c : curve) {
-    if (c.direction == top.direction && 2 * c.pressure_kPa >= top.pressure_kPa) {
+    if (c.direction == direction && 2 * c.pressure_kPa >= top.top_kPa) {
       points.push_back({c.pressure_kPa, c.capacitance_pF * 1e3, 1});
     }
   }
   const auto line = fit_line(points);
-  return line ? line->slope : *top.delta_C_fF / top.pressure_kPa;
+  return line ? line->slope : top.delta_C.value() / top.top_kPa;
 }
 
-void uncertainty_of_highest_level(const Scene& scene, const BaselineResult& out,
-                                  const std::vector<CurvePoint>& curve,
-                                  const std::vector<CycleResult>& cycles,
-                                  std::vector<Uncertainty>& list) {
-  if (curve.empty() || !out.c0) return;
-  const auto& top = *std::max_element(
-      curve.begin(), curve.end(),
-      [](const CurvePoint& a, const CurvePoint& b) { return a.pressure_kPa < b.pressure_kPa; });
-  if (!top.standard_error_fF || !top.delta_C_fF) return;
+void uncertainty_of_highest_level(const SlopeBasis& basis, std::vector<Uncertainty>& list) {
+  const Scene& scene = basis.scene;
+  const HighestLevelResult& top = basis.highest;
+  if (top.parts_of_delta_C.empty()) return;
   Uncertainty b;
-  b.quantity = fmt::format("delta C at {:.4g} kPa", top.pressure_kPa);
+  b.quantity = fmt::format("delta C at {:.4g} kPa", top.top_kPa);
   b.unit = "fF";
-  b.value = *top.delta_C_fF;
-  const double freedom = top.repeats > 1 ? top.repeats - 1 : static_cast<double>(top.readings - 1);
-  b.parts.push_back(scatter(estimate(b.value, *top.standard_error_fF, freedom, 0.95),
-                            top.repeats > 1 ? "scatter between repeats" : "scatter of readings"));
-  if (out.c0.estimate->standard_error) {
-    Estimate c0 = *out.c0.estimate;
-    *c0.standard_error *= 1e3;
-    b.parts.push_back(scatter(c0, "scatter of the baseline; all levels share it"));
-    b.parts.back().name = "C0";
-  }
-  add_meter_gain(accuracy(scene, out.c0.value()), b.value, b);
-  const double change = slope_at_top(scene, cycles, curve, top) * top.pressure_kPa;
+  b.estimand = top.delta_C.estimand;
+  b.value = top.delta_C.value();
+  b.least = half_width(top.delta_C);
+  b.parts.push_back(scatter(top.parts_of_delta_C[0], "between repeats; of one, of its readings"));
+  b.parts.push_back(scatter(top.parts_of_delta_C[1], "of the baseline; all levels share it"));
+  b.parts.back().name = "C0";
+  add_meter_gain(accuracy(scene, basis.baseline.c0.value()), b.value, b);
+  const double change = slope_at_top(scene, basis.cycles.cycles, basis.levels.line_direction,
+                                     basis.curve.curve, top) *
+                        top.top_kPa;
   const Relative force = force_class(scene), probe = area(scene);
   b.parts.push_back(shared(part("force", change * force.u, force.basis)));
   b.parts.push_back(shared(part("area of the probe", change * probe.u, probe.basis)));
-  if (out.drift_of_baseline_fF) {
-    b.parts.push_back(part("drift of C0", rectangular(*out.drift_of_baseline_fF),
-                           "last stretch without load against the first, rectangular"));
-  }
+  add_drift_part(basis.baseline.drift, top.parts_of_delta_C[2], b);
+  b.parts.push_back(part("recovery at the rests", top.parts_of_delta_C[3].se,
+                         "what of the drift may be a specimen that has not recovered yet: limits, "
+                         "rectangular"));
+  add_other_choices_of_highest_level(basis, b);
+  combine(b, scene.options.confidence);
+  list.push_back(std::move(b));
+}
+
+void uncertainty_of_force_sensitivity(const SlopeBasis& basis, std::vector<Uncertainty>& list) {
+  const Scene& scene = basis.scene;
+  const CycleResults& out = basis.cycles;
+  if (out.parts_of_force_sensitivity.empty()) return;
+  Uncertainty b;
+  b.quantity = "force sensitivity";
+  b.unit = "fF/N";
+  b.estimand = out.force_sensitivity.estimand;
+  b.value = out.force_sensitivity.value();
+  b.least = half_width(out.force_sensitivity);
+  b.parts.push_back(scatter(
+      out.parts_of_force_sensitivity.front(),
+      out.cycles.size() > 1 ? "scatter between cycles" : "scatter about the line of one cycle"));
+  const Metric& c0 = basis.baseline.c0;
+  if (c0) add_meter_gain(accuracy(scene, c0.value()), b.value, b);
+  const Relative force = force_class(scene);
+  b.parts.push_back(shared(part("force", force.u * b.value, force.basis)));
+  b.parts.push_back(part("alignment of the clocks",
+                         b.value * out.force_rate_tilt_per_s * out.instant_s,
+                         fmt::format("instant of a reading +-{:.3g} ms; the rate of force changes "
+                                     "by {:.3g} N/s per N",
+                                     out.instant_s * 1e3, out.force_rate_tilt_per_s)));
+  add_drift_part(
+      basis.baseline.drift,
+      out.parts_of_force_sensitivity.size() > 1 ? out.parts_of_force_sensitivity[1] : SlopePart(),
+      b);
+  add_other_choices_of_force_sensitivity(basis, b);
   combine(b, scene.options.confidence);
   list.push_back(std::move(b));
 }
@@ -317,6 +344,7 @@ Uncertainty uncertainty_of(const SlopeBasis& basis, const RangeResult& r) {
   Uncertainty b;
   b.quantity = fmt::format("sensitivity {}", range_text(r.range));
   b.unit = "fF/kPa";
+  b.estimand = r.sensitivity.estimand;
   if (!r.sensitivity.estimate) return b;
   const double slope = r.sensitivity.value();
   b.value = slope;
@@ -341,7 +369,10 @@ Uncertainty uncertainty_of(const SlopeBasis& basis, const RangeResult& r) {
   } else {
     add_alignment_of_cycles(slope, r, b);
   }
-  add_drift(basis.baseline.drift, r, b);
+  add_drift_part(
+      basis.baseline.drift,
+      r.parts_of_error.size() > 1 && r.parts_of_error[1].se > 0 ? r.parts_of_error[1] : SlopePart(),
+      b);
   if (!levels.empty()) add_shared(r, b);
   add_other_choices(basis, r, b);
   b.least = half_width(r.sensitivity);
@@ -356,9 +387,9 @@ std::vector<Uncertainty> calc_uncertainties(const SlopeBasis& basis,
     if (!r.uncertainty.parts.empty()) list.push_back(r.uncertainty);
   }
   uncertainty_of_c0(basis.scene, basis.baseline, list);
-  uncertainty_of_dynamic_range(basis.scene, basis.cycles, basis.baseline.c0, list);
-  uncertainty_of_highest_level(basis.scene, basis.baseline, basis.curve.curve, basis.cycles.cycles,
-                               list);
+  uncertainty_of_dynamic_range(basis, list);
+  uncertainty_of_force_sensitivity(basis, list);
+  uncertainty_of_highest_level(basis, list);
   uncertainty_of_hysteresis(basis.scene, basis.hysteresis, list);
   return list;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks the budget: compares its predicted standard errors with the scatter of seeded rehearsals,
-// and its half-widths with those that `analyze` gives. It does so for a short static test and for
-// the dynamic test with each aperture, and for what the budget proposes for 1 %. Run it from the
-// source tree; by default it makes 400 rehearsals of each.
+// and standard errors and half-widths with those that `analyze` gives. It does so for a short
+// static test and for the dynamic test with each aperture, and for what the budget proposes for 1
+// %. Run it from the source tree; by default it makes 400 rehearsals of each.
 //   build/bin/budget_scatter_bench [REHEARSALS [PROTOCOL|proposed]]
 #include <fmt/format.h>
 #include <unistd.h>
@@ -15,6 +15,7 @@
 #include <random>
 #include <sstream>
 
+#include "base/log.hpp"
 #include "budget/planned_run.hpp"
 #include "budget/search.hpp"
 #include "daemon/rehearse.hpp"
@@ -161,7 +162,8 @@ Result<> compare_case(const Case& c, int rehearsals, const std::string& folder) 
   const std::string specimen_text = read("model/library/paper-1.json");
   auto predictions = predict(c, specimen_text);
   if (!predictions) return fail(predictions.error());
-  std::vector<Moments> observed(predictions->size()), half(predictions->size());
+  std::vector<Moments> observed(predictions->size()), printed(predictions->size()),
+      half(predictions->size());
   for (int seed = 1; seed <= rehearsals; ++seed) {
     const std::string db = folder + "/runs.db";
     auto metrics = rehearse_once(c, specimen_text, static_cast<std::uint64_t>(seed), db);
@@ -170,6 +172,7 @@ Result<> compare_case(const Case& c, int rehearsals, const std::string& folder) 
     for (std::size_t i = 0; i < metrics->size(); ++i) {
       const Metric& m = (*metrics)[i];
       if (m) observed[i].add(m.value());
+      if (m && m.estimate->standard_error) printed[i].add(std::pow(*m.estimate->standard_error, 2));
       if (m && m.estimate->interval) half[i].add((*m.estimate->interval)[1] - m.value());
     }
   }
@@ -178,10 +181,11 @@ Result<> compare_case(const Case& c, int rehearsals, const std::string& folder) 
     if (!p.reason.empty()) continue;
     const Moments& o = observed[i];
     fmt::print(
-        "{:15} {:7} {:24} {:>10.4g} {:>10.4g} {:>11.4g} {:>11.4g} {:>7.3f} +-{:.3f} {:>8.3f}\n",
+        "{:15} {:7} {:24} {:>10.4g} {:>10.4g} {:>11.4g} {:>11.4g} {:>7.3f} +-{:.3f} {:>8.3f} "
+        "{:>8.3f}\n",
         c.protocol, to_string(c.aperture), p.quantity, p.value, o.mean, p.standard_error,
         o.deviation(), p.standard_error / o.deviation(), 1 / std::sqrt(2 * (o.n - 1)),
-        p.half_width / half[i].mean);
+        p.standard_error / std::sqrt(printed[i].mean), p.half_width / half[i].mean);
   }
   return {};
 }
@@ -206,11 +210,13 @@ std::vector<Case> cases() {
 }
 
 int run(int rehearsals, const std::string& protocol) {
+  set_up_logging("warn");
   const auto folder = std::filesystem::temp_directory_path() /
                       fmt::format("lcrig-budget-{}", static_cast<long>(::getpid()));
   std::filesystem::create_directories(folder);
-  fmt::print("{:15} {:7} {:24} {:>10} {:>10} {:>11} {:>11} {:>15} {:>8}\n", "protocol", "speed",
-             "result", "expected", "mean", "predicted", "observed", "ratio", "of half");
+  fmt::print("{:15} {:7} {:24} {:>10} {:>10} {:>11} {:>11} {:>15} {:>8} {:>8}\n", "protocol",
+             "speed", "result", "expected", "mean", "predicted", "observed", "ratio", "of SE",
+             "of half");
   int status = 0;
   std::vector<Case> list = cases();
   if (protocol == "proposed") {

@@ -90,16 +90,22 @@ void measure(const Specimen& specimen, const LevelChoice& choice, const std::vec
     std::mt19937_64 random(static_cast<std::uint64_t>(seed) * 7919 + 3);
     std::normal_distribution<double> normal;
     const double c0_error_F = world.noise_F / std::sqrt(kBaseline) * normal(random);
+    // As the readings before contact tell their own scatter.
+    constexpr double kFreedom = kBaseline - 1;
+    const double told =
+        std::sqrt(std::chi_squared_distribution<double>(kFreedom)(random) / kFreedom);
+    const C0Error c0_error(told * world.noise_F / std::sqrt(kBaseline), kFreedom);
     std::vector<FitPoint> points;
     for (int repeat = 1; repeat <= kRepeats; ++repeat) {
       const double factor = 1 + world.slope_sd * normal(random);
       for (int i = 0; i < kLevels; ++i) {
         const double noise_F = world.noise_F / std::sqrt(kReadings) * normal(random);
         const double delta_F = truth[static_cast<std::size_t>(i)] * factor - c0_error_F + noise_F;
-        points.emplace_back(pressure_Pa(i), delta_F, 1e-15 / std::sqrt(kReadings), repeat);
+        points.emplace_back(pressure_Pa(i), delta_F, told * world.noise_F / std::sqrt(kReadings),
+                            repeat);
       }
     }
-    const auto fit = fit_response(specimen, choice.settings, points, 1e-15 / std::sqrt(kBaseline));
+    const auto fit = fit_response(specimen, choice.settings, points, c0_error);
     if (!fit) {
       ++refused;
       continue;

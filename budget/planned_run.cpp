@@ -162,15 +162,16 @@ class Walk {
   void measure(double count, double seconds) {
     if (force_ > edge_) {
       (force_ > last_level_ ? levels : falling_)
-          .push_back({kPa(force_), count, static_cast<int>(cycles.size()) + 1});
+          .push_back(
+              {kPa(force_), count, static_cast<int>(cycles.size()) + 1, time_s_ + seconds / 2});
       last_level_ = force_;
     }
-    stay(count, seconds);
+    stay(count, seconds, true);
   }
 
-  void stay(double readings, double seconds) {
+  void stay(double readings, double seconds, bool is_level = false) {
     if (force_ > edge_) {
-      rise({kPa(force_), kPa(force_), readings, seconds});
+      rise({kPa(force_), kPa(force_), readings, seconds, is_level});
     } else {
       rest_until(time_s_, time_s_ + seconds, readings);
     }

@@ -10,11 +10,14 @@
 #include <optional>
 
 #include "analysis/line_fit.hpp"
+#include "analysis/metrics.hpp"
 #include "budget/scatter.hpp"
 
 namespace lcrig {
 
 namespace {
+
+constexpr const char* kDrift = "drift of C0";  // alike in all repeats
 
 void add(Uncertainty& uncertainty, std::string name, double size, UncertaintyKind kind,
          std::string basis) {
@@ -58,13 +61,17 @@ Prediction predicted(std::string quantity, std::string unit, const Scatter& part
   p.quantity = p.uncertainty.quantity = std::move(quantity);
   p.unit = p.uncertainty.unit = std::move(unit);
   p.value = p.uncertainty.value = parts.value;
-  p.standard_error = std::hypot(parts.meter, parts.force, parts.instants);
+  p.standard_error = std::hypot(std::hypot(parts.meter, parts.force, parts.instants), parts.drift);
   add(p.uncertainty, "scatter of the readings", parts.meter, UncertaintyKind::a, run.noise_basis);
   add(p.uncertainty, "scatter of the force", parts.force, UncertaintyKind::a,
       "noise of the load cell");
   if (parts.instants > 0) {
     add(p.uncertainty, "instants of the readings", parts.instants, UncertaintyKind::a,
         "where on a loading the readings fall, and when it turns");
+  }
+  if (parts.drift > 0) {
+    add(p.uncertainty, kDrift, parts.drift, UncertaintyKind::a,
+        "what the scatter of the rests leaves of it");
   }
   return p;
 }
@@ -77,16 +84,32 @@ Prediction not_predicted(std::string quantity, std::string unit, std::string rea
   return p;
 }
 
+// A standard deviation that is estimated from `repeats` is a little too small in the mean.
+double mean_deviation(int repeats) {
+  if (repeats < 2) return 1;
+  const double freedom = repeats - 1;
+  return std::sqrt(2 / freedom) * std::exp(std::lgamma(repeats / 2.0) - std::lgamma(freedom / 2));
+}
+
 // The interval, and all parts together: as the analysis has them, which knows of the scatter only
 // what the repeats tell.
 void finish(int repeats, double confidence, Prediction& p) {
+  double drift = 0;
+  for (const UncertaintyPart& part : p.uncertainty.parts) {
+    if (part.name == kDrift) drift = part.standard_uncertainty;
+  }
+  SlopePart own{std::sqrt(std::max(0.0, p.standard_error * p.standard_error - drift * drift))};
+  if (repeats >= 2) own.degrees_of_freedom = repeats - 1;
   p.repeats = repeats;
-  p.half_width = p.standard_error * expected_half_width(repeats, confidence);
+  const Estimate printed = estimate_of_parts(
+      0, {{own.se * mean_deviation(repeats), own.degrees_of_freedom}, {drift}}, confidence);
+  p.half_width = (*printed.interval)[1];
   Uncertainty told = p.uncertainty;
-  std::erase_if(told.parts,
-                [](const UncertaintyPart& part) { return part.kind == UncertaintyKind::a; });
-  add(told, "scatter", p.standard_error, UncertaintyKind::a, "");
-  if (repeats >= 2) told.parts.back().degrees_of_freedom = repeats - 1;
+  std::erase_if(told.parts, [](const UncertaintyPart& part) {
+    return part.kind == UncertaintyKind::a && part.name != kDrift;
+  });
+  add(told, "scatter", own.se, UncertaintyKind::a, "");
+  told.parts.back().degrees_of_freedom = own.degrees_of_freedom;
   told.least = p.half_width;
   combine(told, confidence);
   told.parts = std::move(p.uncertainty.parts);
@@ -156,12 +179,8 @@ Prediction predict_range(const PlannedRun& run, const MeterAccuracy& meter,
 }  // namespace
 
 double expected_half_width(int repeats, double confidence) {
-  if (repeats < 2) return coverage_factor(confidence, std::numeric_limits<double>::infinity());
-  const double freedom = repeats - 1;
-  // A standard deviation that is estimated is a little too small in the mean.
-  const double mean_deviation =
-      std::sqrt(2 / freedom) * std::exp(std::lgamma(repeats / 2.0) - std::lgamma(freedom / 2));
-  return coverage_factor(confidence, freedom) * mean_deviation;
+  const double freedom = repeats < 2 ? std::numeric_limits<double>::infinity() : repeats - 1;
+  return coverage_factor(confidence, freedom) * mean_deviation(repeats);
 }
 
 Result<std::vector<Prediction>> predict_errors(const PlannedRun& run,

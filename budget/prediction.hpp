@@ -18,12 +18,14 @@ struct PlannedLevel {
   double pressure_kPa = 0;
   double readings = 0;
   int repeat = 1;
+  double t_s = 0;  // mean time of them
 };
 
 // A part of a loading: readings evenly over its forces.
 struct PlannedStretch {
   double from_kPa = 0, to_kPa = 0;
   double readings = 0, seconds = 0;
+  bool is_level = false;  // readings of a `measure` step
   bool operator==(const PlannedStretch&) const = default;
 };
 
@@ -66,7 +68,9 @@ struct Prediction {
   std::string unit;
   std::string reason;  // why there is none; empty: the rest is filled
   double value = 0;  // what the model lets expect
-  double standard_error = 0;  // of the scatter: what repeated runs would show
+  // As `analyze` is expected to print it. The mean of quick cycles scatters a little less between
+  // runs, because the readings of one cycle fall between those of the others.
+  double standard_error = 0;
   // Half of the interval that `analyze` is expected to print: of few repeats it is much more than
   // two standard errors, because they must tell their own scatter.
   double half_width = 0;

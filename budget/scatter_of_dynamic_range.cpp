@@ -93,14 +93,16 @@ double scatter_of_turn_kPa(const PlannedRun& run, const PlannedCycle& cycle) {
 // Scatter of the mean of a plateau, or of the fit where there is none. nullopt: no reading is under
 // load.
 std::optional<PeakScatter> scatter_of_peak(const PlannedRun& run, const PlannedCycle& cycle) {
-  double readings = 0, seconds = 0, held = 0, all = 0;
+  double readings = 0, seconds = 0, held = 0, all = 0, of_level = 0;
   for (const PlannedStretch& s : cycle.rising) {
     const double share = share_of_plateau(s, cycle.peak_kPa);
     readings += share * s.readings;
     seconds += share * s.seconds;
     if (s.from_kPa == s.to_kPa) held += share * s.readings;
+    if (s.is_level) of_level += share * s.readings;
     all += s.readings;
   }
+  if (of_level >= static_cast<double>(kPlateauReadings)) return PeakScatter{1 / of_level, 0, 0};
   const bool steady = seconds >= kPlateauTime_s || held >= kHeld * readings;
   if (readings >= static_cast<double>(kPlateauReadings) && steady) {
     return PeakScatter{1 / readings, 0, 0};

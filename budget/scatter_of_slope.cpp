@@ -23,13 +23,16 @@ Scatter slope_of(const PlannedRun& run, double sxx, double sxy) {
 }
 
 std::optional<Scatter> slope_of_levels(const PlannedRun& run, const PressureRange& range) {
-  RunningLine line;  // a level of n readings has weight n
+  RunningLine line, time;  // a level of n readings has weight n
   for (const PlannedLevel& l : run.levels) {
     if (!is_inside(range, l.pressure_kPa) || l.readings <= 0) continue;
     line.add(l.pressure_kPa, run.delta_C_fF(l.pressure_kPa), l.readings);
+    time.add(l.pressure_kPa, l.t_s, l.readings);
   }
   if (!(line.sxx() > 1e-12 * line.weights() * line.x_mean() * line.x_mean())) return std::nullopt;
-  return slope_of(run, line.sxx(), line.sxy());
+  Scatter out = slope_of(run, line.sxx(), line.sxy());
+  out.drift = std::abs(time.slope()) * rate_error_fF_s(run);
+  return out;
 }
 
 // Slope of one loading, and what makes it uncertain.
@@ -77,29 +80,36 @@ LoadingSlope slope_of_loading(const PlannedRun& run, const PressureRange& range,
   return out;
 }
 
-// How much the rate of pressure changes with pressure, over the readings of the range.
-double tilt_of_rate(const PlannedRun& run, const PressureRange& range, const PlannedCycle& c) {
+// Over the readings of the range: how much the rate of pressure, and the time, change with
+// pressure.
+struct Tilt {
+  double of_rate_per_s = 0, s_per_kPa = 0;
+};
+Tilt tilt_of(const PlannedRun& run, const PressureRange& range, const PlannedCycle& c) {
   const LoadingPath loading(run, c.peak_kPa, c.loading_s);
   const double nearest_s = loading.first_s(0.5);
   const auto kPa = loading.kPa(nearest_s);
-  RunningLine line;
+  RunningLine rate, time;
   for (std::size_t i = 0; i < kPa.size() && kPa[i] > kCycleEdge * c.peak_kPa; ++i) {
     if (!is_inside(range, kPa[i])) continue;
-    line.add(kPa[i], loading.rate_kPa_s(nearest_s + static_cast<double>(i) * run.interval_s));
+    const double before_peak_s = nearest_s + static_cast<double>(i) * run.interval_s;
+    rate.add(kPa[i], loading.rate_kPa_s(before_peak_s));
+    time.add(kPa[i], -before_peak_s);
   }
-  return line.sxx() > 0 ? line.sxy() / line.sxx() : 0;
+  if (!(rate.sxx() > 0)) return {};
+  return {rate.slope(), time.slope()};
 }
 
 std::optional<Scatter> slope_of_loadings(const PlannedRun& run, const PressureRange& range) {
   double sxx = 0, sxy = 0, by_chance = 0, bend = 0;
   LoadingSlope one;
-  double tilt_per_s = 0;
+  Tilt tilt;
   const PlannedCycle* before = nullptr;
   for (const PlannedCycle& c : run.cycles) {
     if (c.loading_s <= 0) continue;
     if (before == nullptr || !same_loading(*before, c)) {
       one = slope_of_loading(run, range, c);
-      tilt_per_s = tilt_of_rate(run, range, c);
+      tilt = tilt_of(run, range, c);
     }
     before = &c;
     sxx += one.sxx;
@@ -113,7 +123,8 @@ std::optional<Scatter> slope_of_loadings(const PlannedRun& run, const PressureRa
   // The bend that all loadings share is known from the same readings, as badly.
   const double with_bend = std::sqrt(1 + bend / sxx);
   for (double* part : {&out.meter, &out.force, &out.instants}) *part *= with_bend;
-  out.alignment = std::abs(out.value * tilt_per_s) * instant_s(run);
+  out.alignment = std::abs(out.value * tilt.of_rate_per_s) * instant_s(run);
+  out.drift = std::abs(tilt.s_per_kPa) * rate_error_fF_s(run);
   return out;
 }
 
@@ -129,6 +140,14 @@ double even_slope(const PlannedRun& run, const PressureRange& range, double peak
     line.add(kPa, run.delta_C_fF(kPa));
   }
   return line.sxy() / line.sxx();
+}
+
+double rate_error_fF_s(const PlannedRun& run) {
+  RunningLine line;
+  for (const PlannedRest& r : run.rests) {
+    if (r.readings >= static_cast<double>(kLeastOfRest)) line.add(r.t_s, 0, r.readings);
+  }
+  return line.sxx() > 0 ? run.reading_noise_F * 1e15 / std::sqrt(line.sxx()) : 0;
 }
 
 double window_s(const PlannedRun& run) {

@@ -91,6 +91,7 @@ class RunRehearsal final : public Rehearsal {
     if (!bench) return fail(bench.error());
     SimRequest sim(std::move(*bench), instruments_for(prepared));
     if (request_.errors) sim.bench.errors = request_.errors;
+    sim.bench.rig_seed = request_.rig_seed;
     if (request_.seed) sim.seed = static_cast<std::int64_t>(*request_.seed);
     sim.drill = drill_.get();
     if (!request_.answers_text.empty()) {

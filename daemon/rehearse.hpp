@@ -21,6 +21,7 @@ struct RehearseRequest : RunRequest {
   std::string bench_text;  // of the bench file; empty: `bench` is one that the program knows
   std::optional<std::uint64_t> seed;  // absent: the bench's own
   std::optional<ErrorScope> errors;  // absent: as the bench file says
+  std::optional<std::uint64_t> rig_seed;  // of the errors that last; absent: `seed`
   std::string db_path;
   // Fault script (docs/faults.md); an empty text: nothing goes wrong.
   std::string faults_name, faults_text;

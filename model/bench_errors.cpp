@@ -20,19 +20,21 @@ constexpr double kCreep = 0.01;  // of the load
 constexpr double kHysteresis = 0.01;  // of delta C
 constexpr double kHum_F = 0.2e-15;  // beat with the mains, of 5 to 10 s
 // Standard deviations.
-constexpr double kSlope = 0.01, kSeating_F = 1e-15;  // of each loading
 constexpr double kWalk_F = 0.02e-15;  // in a second; grows with the root of time
 constexpr double kFlicker_F = 0.1e-15;  // 1/f: in each octave of time constants
-constexpr int kOctaves = 13;  // from 0.2 s
+constexpr int kOctaves = 13;
+constexpr double kShortest_s = 0.2;  // time constant
 constexpr double kOutlierShare = 0.002, kOutlier_F = 40e-15;
 
+constexpr std::uint64_t kSalt = 0x6c637269676572ULL;
 constexpr double kStep_s = 0.1;
 constexpr double kTouch_N = 0.01;
 
 }  // namespace
 
-BenchErrors::BenchErrors(std::uint64_t seed, ErrorScope scope)
-    : scope_(scope), random_(seed ^ 0x6c637269676572ULL) {
+BenchErrors::BenchErrors(std::uint64_t seed, ErrorScope scope,
+                         std::optional<std::uint64_t> rig_seed)
+    : scope_(scope), random_(rig_seed.value_or(seed) ^ kSalt) {
   const auto within = [this](double limit) {
     return std::uniform_real_distribution<double>(-limit, limit)(random_);
   };
@@ -47,6 +49,7 @@ BenchErrors::BenchErrors(std::uint64_t seed, ErrorScope scope)
   hum_F_ = within(kHum_F);
   hum_s_ = 7.5 + within(2.5);
   cell_zero_N_ = within(kCellZero_N);
+  if (rig_seed) random_.seed(seed ^ kSalt);
   std::normal_distribution<double> normal;
   for (int k = 0; k < kOctaves; ++k) flicker_F_.push_back(kFlicker_F * normal(random_));
   if (scope_ != ErrorScope::specimen) return;
@@ -68,6 +71,14 @@ void BenchErrors::apply(PlantConfig& config) const {
   for (double& noise_F : config.capacitance_noise_F) noise_F /= 10;
 }
 
+double BenchErrors::noise_between_neighbours_F(double interval_s) {
+  double variance_F2 = 0, time_s = kShortest_s;
+  for (int k = 0; k < kOctaves; ++k, time_s *= 2) {
+    variance_F2 += kFlicker_F * kFlicker_F * -std::expm1(-interval_s / time_s);
+  }
+  return std::sqrt(variance_F2);
+}
+
 nlohmann::json BenchErrors::to_json() const {
   return {{"meter_gain", meter_gain_},
           {"meter_offset", meter_offset_},
@@ -85,7 +96,7 @@ double BenchErrors::background_F(double t_s) {
   const auto wanted = static_cast<std::size_t>(std::max(0.0, t_s) / kStep_s);
   std::normal_distribution<double> normal;
   while (background_.size() <= wanted) {
-    double sum = walk_F_, time_s = 0.2;
+    double sum = walk_F_, time_s = kShortest_s;
     walk_F_ += kWalk_F * std::sqrt(kStep_s) * normal(random_);
     for (double& octave : flicker_F_) {
       sum += octave;

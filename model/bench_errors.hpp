@@ -26,12 +26,20 @@ enum class ErrorScope {
 
 class BenchErrors {
  public:
-  explicit BenchErrors(std::uint64_t seed, ErrorScope scope = ErrorScope::everything);
+  // Standard deviations of each loading.
+  static constexpr double kSlope = 0.01, kSeating_F = 1e-15;
+
+  // `rig_seed`: draws what lasts from it, so that runs with other seeds are on the same rig.
+  explicit BenchErrors(std::uint64_t seed, ErrorScope scope = ErrorScope::everything,
+                       std::optional<std::uint64_t> rig_seed = {});
 
   // Mounts what the plant and the meter themselves can do: gain and offset of the meter, class and
   // zero of the cell, probe, creep. Outside `everything` it takes nearly all noise away.
   void apply(PlantConfig& config) const;
   double clock_ppm() const { return clock_ppm_; }
+  // Standard deviation that the 1/f noise adds to a reading, as the differences of neighbours show
+  // it.
+  static double noise_between_neighbours_F(double interval_s);
   // The values drawn once for the whole run, for code that judges an interval.
   nlohmann::json to_json() const;
 

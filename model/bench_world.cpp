@@ -7,14 +7,15 @@ namespace lcrig {
 
 Result<std::unique_ptr<BenchWorld>> BenchWorld::make(const Specimen& specimen, double tolerance,
                                                      Force max_force, PlantConfig mounting,
-                                                     std::optional<ErrorScope> scope) {
+                                                     std::optional<ErrorScope> scope,
+                                                     std::optional<std::uint64_t> rig_seed) {
   const Pressure max_pressure = Pressure::from_si(max_force.si() / specimen.area_m2());
   if (specimen.creep) {
     mounting.creep_fraction = specimen.creep->fraction;
     mounting.creep_time_s = specimen.creep->time_s;
   }
   std::optional<BenchErrors> errors;
-  if (scope) errors.emplace(mounting.seed, *scope);
+  if (scope) errors.emplace(mounting.seed, *scope, rig_seed);
   if (errors) errors->apply(mounting);
   auto choice = choose_level(specimen, tolerance, max_pressure);
   if (!choice) {

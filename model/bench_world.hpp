@@ -18,12 +18,15 @@ class BenchWorld {
  public:
   // Tabulates the specimen from 0 to max_force at the cheapest level whose relative error in delta
   // C is within `tolerance`, and mounts it as `mounting` says. With `scope` the bench errs as a
-  // real one, drawn from the mounting's seed. Errors: as choose_level and make_response.
+  // real one, drawn from the mounting's seed, and what lasts from `rig_seed` where there is one.
+  // Errors: as choose_level and make_response.
   static Result<std::unique_ptr<BenchWorld>> make(const Specimen& specimen, double tolerance,
                                                   Force max_force, PlantConfig mounting,
-                                                  std::optional<ErrorScope> scope = {});
+                                                  std::optional<ErrorScope> scope = {},
+                                                  std::optional<std::uint64_t> rig_seed = {});
 
   Plant& plant() { return plant_; }
+  const Plant& plant() const { return plant_; }
   // Values that the meter is shown at that instant: the plant's, with the errors of the bench.
   Electrical electrical(MonoTime t);
   const std::optional<BenchErrors>& errors() const { return errors_; }

@@ -76,9 +76,9 @@ struct Fitter {
   const std::vector<FitPoint>& points;
   double scale_Pa;  // of the offset
   double scale_F;  // of the shift
-  double c0_error_F;  // 0: C0 is not fitted
+  C0Error c0;
 
-  bool with_c0() const { return c0_error_F > 0; }
+  bool with_c0() const { return c0.standard_error_F > 0; }
   Eigen::Index parameters() const { return with_c0() ? 3 : 2; }
   double weight(const FitPoint& p) const {
     return p.standard_error_F > 0 ? 1 / (p.standard_error_F * p.standard_error_F) : 1e30;
@@ -87,7 +87,7 @@ struct Fitter {
   Result<double> chi2(const Place& at) const {
     auto values = curve.at(at.mu_Pa, at.offset_Pa);
     if (!values) return fail(values.error());
-    double sum = with_c0() ? std::pow(at.shift_F / c0_error_F, 2) : 0;
+    double sum = with_c0() ? std::pow(at.shift_F / c0.standard_error_F, 2) : 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double r = points[i].delta_capacitance_F - (*values)[i] - at.shift_F;
       sum += weight(points[i]) * r * r;
@@ -119,17 +119,16 @@ struct Fitter {
     }
     if (with_c0()) {
       l.slopes(n, 2) = scale_F;
-      l.weights(n) = 1 / (c0_error_F * c0_error_F);
+      l.weights(n) = 1 / (c0.standard_error_F * c0.standard_error_F);
       l.residuals(n) = -at.shift_F;
     }
     return l;
   }
 };
 
-// Treats the repeats as a sample: what each of them adds to the parameters, plus the error of C0,
-// which all of them share.
+// Treats the repeats as a sample: what each of them adds to the parameters.
 Eigen::MatrixXd variance_of_repeats(const Fitter& fitter, const Linear& l,
-                                    const Eigen::MatrixXd& inverse, double scatter, int& repeats) {
+                                    const Eigen::MatrixXd& inverse, int& repeats) {
   std::map<std::int32_t, Eigen::VectorXd> scores;
   for (std::size_t k = 0; k < fitter.points.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
@@ -140,29 +139,52 @@ Eigen::MatrixXd variance_of_repeats(const Fitter& fitter, const Linear& l,
   repeats = static_cast<int>(scores.size());
   Eigen::MatrixXd middle = Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
   if (repeats < 2) return middle;
+  // The weight of C0 holds the fit off the points: all repeats have a part of that alike.
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(l.slopes.cols());
+  for (const auto& [repeat, score] : scores) mean += score / repeats;
   for (const auto& [repeat, score] : scores) {
-    middle += score * score.transpose() * repeats / (repeats - 1.0);
-  }
-  if (fitter.with_c0()) {
-    const Eigen::Index last = l.slopes.rows() - 1;
-    middle += scatter * l.weights(last) * l.slopes.row(last).transpose() * l.slopes.row(last);
+    middle += (score - mean) * (score - mean).transpose() * repeats / (repeats - 1.0);
   }
   return inverse * middle * inverse;
 }
 
+// What the error of C0, which all repeats share, adds to the parameters. Their scatter does not
+// show it, and it is known however much they differ.
+Eigen::MatrixXd variance_of_c0(const Fitter& fitter, const Linear& l,
+                               const Eigen::MatrixXd& inverse) {
+  if (!fitter.with_c0()) return Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
+  const Eigen::Index last = l.slopes.rows() - 1;
+  return inverse * l.slopes.row(last).transpose() * l.weights(last) * l.slopes.row(last) * inverse;
+}
+
 struct Spread {
-  Eigen::MatrixXd of_residuals, of_repeats;
+  Eigen::MatrixXd of_residuals, of_repeats, of_c0;
   Eigen::VectorXd per_model_error;
-  int freedom = 1, repeats = 0;
+  int freedom = 1, repeats = 0, freedom_of_c0 = 1;
 };
+
+// Half-width of two independent parts: Welch and Satterthwaite's degrees of freedom, truncated (GUM
+// G.4.1). With one or two in the first they promise too much: there the squares of the half-widths
+// are added (Banerjee 1960), which never holds less than it says.
+double half_width(double first, int freedom, double second, int freedom_of_second) {
+  const double t = student_t975(freedom), t_of_second = student_t975(freedom_of_second);
+  const double variance = first + second;
+  if (freedom < 3) return std::sqrt(t * t * first + t_of_second * t_of_second * second);
+  if (!(variance > 0)) return 0;
+  const double welch =
+      variance * variance / (first * first / freedom + second * second / freedom_of_second);
+  return student_t975(static_cast<int>(std::min(welch, 1e6))) * std::sqrt(variance);
+}
 
 // `unit` converts a step of the parameter to the unit of the value.
 FitValue value_of(double value, Eigen::Index k, double unit, const Spread& s) {
-  const double residuals = s.of_residuals(k, k), between = s.of_repeats(k, k);
   const bool sample = s.repeats >= 2;
-  const double error = unit * std::sqrt(sample ? between : residuals);
-  const double half = student_t975(sample ? s.repeats - 1 : s.freedom) * error;
-  return {value, error, value - half, value + half, unit * s.per_model_error(k)};
+  const double between = sample ? s.of_repeats(k, k) : s.of_residuals(k, k);
+  const double c0 = sample ? s.of_c0(k, k) : 0;  // the residuals have it
+  const double half =
+      unit * half_width(between, sample ? s.repeats - 1 : s.freedom, c0, s.freedom_of_c0);
+  return {value, unit * std::sqrt(between + c0), value - half, value + half,
+          unit * s.per_model_error(k)};
 }
 
 Fit summarize(const Fitter& fitter, const Linear& l, const Place& at, int iterations) {
@@ -174,7 +196,9 @@ Fit summarize(const Fitter& fitter, const Linear& l, const Place& at, int iterat
   const double scatter = l.chi2() / s.freedom;
   const Eigen::MatrixXd inverse = l.normal().inverse();
   s.of_residuals = inverse * scatter;
-  s.of_repeats = variance_of_repeats(fitter, l, inverse, scatter, s.repeats);
+  s.of_repeats = variance_of_repeats(fitter, l, inverse, s.repeats);
+  s.of_c0 = variance_of_c0(fitter, l, inverse);
+  s.freedom_of_c0 = std::max(1, static_cast<int>(std::min(fitter.c0.degrees_of_freedom, 1e6)));
   s.per_model_error = -inverse * (l.slopes.transpose() * (l.weights.asDiagonal() * l.values));
   fit.repeats = s.repeats >= 2 ? s.repeats : 0;
   fit.shear_modulus_Pa = value_of(at.mu_Pa, 0, at.mu_Pa, s);
@@ -225,9 +249,9 @@ double student_t975(int degrees_of_freedom) {
 }
 
 Result<Fit> fit_response(const Specimen& specimen, const LevelSettings& settings,
-                         const std::vector<FitPoint>& points, double c0_standard_error_F) {
+                         const std::vector<FitPoint>& points, const C0Error& c0) {
   if (auto ok = check_specimen(specimen); !ok) return fail(ok.error());
-  const std::size_t least = c0_standard_error_F > 0 ? 5 : 4;
+  const std::size_t least = c0.standard_error_F > 0 ? 5 : 4;
   if (points.size() < least) {
     return fail(Errc::invalid_request, "fit: {} points, at least {} are needed", points.size(),
                 least);
@@ -243,8 +267,7 @@ Result<Fit> fit_response(const Specimen& specimen, const LevelSettings& settings
     largest = std::max(largest, std::abs(p.delta_capacitance_F));
   }
   const Curve2 curve(specimen, settings, *soft, points);
-  const Fitter fitter{curve, points, std::max(highest, 1.0), std::max(largest, 1e-18),
-                      c0_standard_error_F};
+  const Fitter fitter{curve, points, std::max(highest, 1.0), std::max(largest, 1e-18), c0};
   Place at{specimen.materials[*soft].shear_modulus_Pa(), 0, 0};
   for (int i = 1; i <= kMostIterations; ++i) {
     const auto l = fitter.linear(at);

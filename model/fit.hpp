@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "base/quantity.hpp"
@@ -21,6 +22,14 @@ struct FitPoint {
   double delta_capacitance_F = 0;
   double standard_error_F = 0;  // > 0: gives the weight; 0 for all points: equal weights
   std::int32_t repeat = 0;  // points of one repeat may share errors
+};
+
+struct C0Error {
+  C0Error() = default;
+  explicit C0Error(double error, double freedom = std::numeric_limits<double>::infinity())
+      : standard_error_F(error), degrees_of_freedom(freedom) {}
+  double standard_error_F = 0;  // 0: C0 is not fitted
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();
 };
 
 struct FitValue {
@@ -47,13 +56,13 @@ struct Fit {
 
 // Fits delta C(P) = model(max(P - offset, 0); mu) + shift by Gauss-Newton. The specimen must have
 // exactly one soft material: not rigid, and not a hundred times stiffer than another.
-// `c0_standard_error_F` belongs to the C0 that delta C was taken from, in the unit of the points'
-// weights. Above 0 the shift is fitted, because all points share this error. Standard errors come
-// from the repeats as a sample, with one repeat from the residuals. Errors: fewer than four points
+// `c0` is the error of the C0 that delta C was taken from. Above 0 the shift is fitted, because all
+// points share this error. Standard errors come from the repeats as a sample and from that of C0,
+// with one repeat from the residuals. Errors: fewer than four points
 // (five with a shift); several soft materials; no convergence; a level that has no answer near the
 // data.
 Result<Fit> fit_response(const Specimen& specimen, const LevelSettings& settings,
-                         const std::vector<FitPoint>& points, double c0_standard_error_F = 0);
+                         const std::vector<FitPoint>& points, const C0Error& c0 = {});
 
 // 97.5 % quantile of Student's t, degrees of freedom >= 1, to 1e-3.
 double student_t975(int degrees_of_freedom);

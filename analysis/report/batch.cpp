@@ -66,15 +66,14 @@ std::string label_of(const RunAnalysis& analysis, const Metric& metric) {
   return report::metric_label(metric.name);
 }
 
-// Which slope each run means, each once.
+// Which branch and time each run means, each once.
 std::vector<std::string> estimands_of(const std::vector<const RunAnalysis*>& runs,
                                       std::size_t metric) {
   std::vector<std::string> out;
   for (const RunAnalysis* run : runs) {
-    for (const RangeResult& r : run->ranges) {
-      if (&r.sensitivity != run->metrics().at(metric) || r.estimand.empty()) continue;
-      if (std::ranges::find(out, r.estimand) == out.end()) out.push_back(r.estimand);
-    }
+    const std::string& estimand = run->metrics().at(metric)->estimand;
+    if (estimand.empty() || std::ranges::find(out, estimand) != out.end()) continue;
+    out.push_back(estimand);
   }
   return out;
 }

@@ -26,7 +26,7 @@ struct BatchedResult {
 // One result of several runs that ought to be equal.
 struct BetweenRuns {
   std::string label;  // "sensitivity 0–30 kPa, fF/kPa"
-  std::vector<std::string> estimands;  // which slope it is; more than one: the runs differ
+  std::vector<std::string> estimands;  // which branch and time; more than one: the runs differ
   std::size_t runs = 0;  // that have it
   double mean = 0;
   std::optional<double> scatter;  // standard deviation between runs; two at least

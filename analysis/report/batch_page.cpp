@@ -31,9 +31,7 @@ std::string group_name(const BatchGroup& group) {
 // Runs whose slopes are not the same slope are told apart.
 std::string label_with_estimands(const BetweenRuns& q) {
   std::string out = text(q.label);
-  for (const std::string& estimand : q.estimands) {
-    out += "<br/><small>" + text(estimand) + "</small>";
-  }
+  for (const std::string& estimand : q.estimands) out += estimand_line(estimand);
   return out;
 }
 

@@ -37,20 +37,15 @@ std::string results_table(std::span<const ReportRun> runs) {
   const auto reference = runs.front().analysis.metrics();
   for (std::size_t i = 0; i < reference.size(); ++i) {
     std::string label = text(metric_label(reference[i]->name));
-    std::optional<std::size_t> range;
-    for (std::size_t k = 0; k < runs.front().analysis.ranges.size(); ++k) {
-      const RangeResult& r = runs.front().analysis.ranges[k];
-      if (&r.sensitivity != reference[i]) continue;
-      label = "sensitivity " + range_name(r.range) + ", fF/kPa";
-      range = k;
+    for (const RangeResult& r : runs.front().analysis.ranges) {
+      if (&r.sensitivity == reference[i]) label = "sensitivity " + range_name(r.range) + ", fF/kPa";
     }
     bool anywhere = false;
     for (const ReportRun& r : runs) anywhere = anywhere || *r.analysis.metrics().at(i);
     if (!anywhere) continue;
-    row(label, [i, range](const ReportRun& r) {
+    row(label, [i](const ReportRun& r) {
       const Metric& m = *r.analysis.metrics().at(i);
-      if (!m || !range) return m ? measured(m) : no_number();
-      return Cell(measured(m) + estimand_line(r.analysis.ranges[*range]), Cell::Kind::number);
+      return m ? Cell(measured(m) + estimand_line(m.estimand), Cell::Kind::number) : no_number();
     });
   }
   return table.html() + two_truths();

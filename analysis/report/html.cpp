@@ -120,8 +120,8 @@ std::string interval_head(double confidence) {
                      confidence * 100);
 }
 
-std::string estimand_line(const RangeResult& r) {
-  return r.estimand.empty() ? std::string() : "<br/><small>" + text(r.estimand) + "</small>";
+std::string estimand_line(const std::string& estimand) {
+  return estimand.empty() ? std::string() : "<br/><small>" + text(estimand) + "</small>";
 }
 
 std::string two_truths() {

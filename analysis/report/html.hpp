@@ -41,8 +41,8 @@ Cell interval(const std::optional<std::array<double, 2>>& ends,
               std::optional<double> standard_error);
 // "95 % interval", and what it is for.
 std::string interval_head(double confidence);
-// Which slope it is, under its number. Empty: nothing.
-std::string estimand_line(const RangeResult& r);
+// Which branch and time a result is of, under its number. Empty: nothing.
+std::string estimand_line(const std::string& estimand);
 // What intervals and expanded uncertainties are for: once on a page with results.
 std::string two_truths();
 Cell percent(double fraction_percent);  // with its sign: "+235.7 %"

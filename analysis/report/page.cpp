@@ -47,14 +47,15 @@ std::string summary(const ReportRun& run) {
   const RunAnalysis& a = run.analysis;
   Table table{"", "value ± standard error", ""};
   const auto row = [&table](const std::string& label, const Metric& m) {
-    table.row({label, m ? measured(m) : no_number(), text(m.reason)});
+    table.row({label + estimand_line(m.estimand), m ? measured(m) : no_number(), text(m.reason)});
   };
   row("C0, pF", a.c0);
   for (const RangeResult& r : a.ranges) {
-    row("sensitivity " + range_name(r.range) + ", fF/kPa" + estimand_line(r), r.sensitivity);
+    row("sensitivity " + range_name(r.range) + ", fF/kPa", r.sensitivity);
   }
-  for (const Metric* m : {&a.dynamic_range, &a.force_sensitivity, &a.hysteresis.largest_gap,
-                          &a.repeatability_2sigma, &a.creep, &a.limit_of_detection}) {
+  for (const Metric* m :
+       {&a.delta_C, &a.dynamic_range, &a.force_sensitivity, &a.hysteresis.largest_gap,
+        &a.repeatability_2sigma, &a.creep, &a.limit_of_detection}) {
     if (*m) row(text(metric_label(m->name)), *m);
   }
   return table.html() + two_truths() + notes_list(run);

@@ -35,6 +35,7 @@ void write_heads(const RunAnalysis& analysis, CsvWriter& out) {
     out.word(name + "_r_squared");
     out.word(name + "_estimand");
   }
+  for (const Metric* metric : analysis.chosen()) out.word(metric->name + "_estimand");
 }
 
 constexpr int kDigits = 9;  // of what has no standard error
@@ -77,8 +78,9 @@ void write_run(const ReportRun& run, CsvWriter& out) {
     const bool known = !r.uncertainty.parts.empty();
     out.significant(known ? std::optional(r.uncertainty.expanded) : std::nullopt, 3);
     out.significant(r.r_squared, kDigits);
-    out.text(r.estimand);
+    out.text(r.sensitivity.estimand);
   }
+  for (const Metric* metric : run.analysis.chosen()) out.text(metric->estimand);
 }
 
 }  // namespace

@@ -64,10 +64,9 @@ std::string metrics_table(const RunAnalysis& analysis) {
   for (const Metric* m : analysis.metrics()) {
     std::string label = text(metric_label(m->name));
     for (const RangeResult& r : analysis.ranges) {
-      if (&r.sensitivity == m) {
-        label = "sensitivity " + range_name(r.range) + ", fF/kPa" + estimand_line(r);
-      }
+      if (&r.sensitivity == m) label = "sensitivity " + range_name(r.range) + ", fF/kPa";
     }
+    label += estimand_line(m->estimand);
     const bool known = static_cast<bool>(*m);
     std::string definition = text(m->definition);
     if (known && !m->reason.empty()) definition += " <i>" + text(m->reason) + "</i>";
@@ -96,7 +95,8 @@ std::string range_table(const RunAnalysis& analysis) {
     }
     const auto& estimate = *r.sensitivity.estimate;
     table.row(
-        {range_name(r.range) + estimand_line(r), measured(estimate.value, estimate.standard_error),
+        {range_name(r.range) + estimand_line(r.sensitivity.estimand),
+         measured(estimate.value, estimate.standard_error),
          interval(estimate.interval, estimate.standard_error),
          r.uncertainty.parts.empty() ? no_number()
                                      : number(r.uncertainty.expanded, r.uncertainty.combined),
@@ -218,7 +218,7 @@ std::string outlier_table(const RunAnalysis& analysis) {
                number(o.deviation_fF), number(o.deviations)});
   }
   return paragraph(fmt::format("{} readings lie far from the median of their level. They are kept "
-                               "in every result but the robust ones.",
+                               "in every result but the robust ones, the noise and the drift.",
                                analysis.outlier_count)) +
          table.html() + rows_left_out(static_cast<std::size_t>(analysis.outlier_count));
 }
@@ -231,6 +231,7 @@ std::string uncertainty_tables(const std::vector<Uncertainty>& uncertainties) {
     out += "<h4>" + text(b.quantity) + ": " + number(b.value, b.combined) + " " + text(b.unit) +
            " ± " + number(b.expanded, b.combined) +
            fmt::format(" ({:.0f} %, k = {})", b.confidence * 100, plain_number(k)) + "</h4>\n";
+    if (!b.estimand.empty()) out += paragraph(text(b.estimand), "small");
     Table table{"part",
                 "standard uncertainty, " + text(b.unit),
                 "of the variance, %",

@@ -33,6 +33,7 @@ struct Bench {
   PlantConfig plant;
   double frame_rate_max_Hz = 500;  // the fastest samples of its gateway
   std::optional<ErrorScope> errors;  // drawn from the seed; absent: white noise only
+  std::optional<std::uint64_t> rig_seed;  // of the errors that last; absent: as the others
   Duration operator_reaction = std::chrono::seconds(2);
 };
 Result<Bench> parse_bench(std::string_view text, const std::string& name);

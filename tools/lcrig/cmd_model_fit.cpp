@@ -58,10 +58,11 @@ Outcome<std::vector<LevelMean>> level_means(const Database& db, std::int64_t run
 
 struct FitData {
   std::vector<FitPoint> points;
-  double c0_error_F = 0;  // in the unit of the points' weights; 0: C0 is not fitted
+  C0Error c0;
 };
 
-// Levels as the analysis has them: drift subtracted, weights by the number of readings.
+// Levels as the analysis has them: drift subtracted, weights by the number of readings. C0 has the
+// error that the analysis finds, slow noise included; where nothing scatters, only its weight.
 std::optional<FitData> fit_data_of_levels(const Database& db, std::int64_t run,
                                           const Specimen& specimen) {
   const auto data = load_run_data(db, run);
@@ -69,12 +70,17 @@ std::optional<FitData> fit_data_of_levels(const Database& db, std::int64_t run,
   const auto analysis = analyse(*data);
   if (!analysis || !analysis->c0 || analysis->c0.rows < 1) return std::nullopt;
   FitData out;
+  const auto& c0 = *analysis->c0.estimate;
+  const bool scatters = analysis->noise && analysis->noise.value() > 0 &&
+                        c0.standard_error.value_or(0) > 0 && c0.degrees_of_freedom;
+  const double noise_F = scatters ? analysis->noise.value() * 1e-15 : 1e-15;
   for (const LevelResult& l : analysis->levels) {
     if (!l.delta_C_fF || !(l.pressure_kPa > 0)) continue;
     const double Pa = l.pressure_kPa * 1e3 * *data->area_m2 / specimen.area_m2();
-    out.points.emplace_back(Pa, *l.delta_C_fF * 1e-15, 1e-15 / std::sqrt(l.readings), l.repeat);
+    out.points.emplace_back(Pa, *l.delta_C_fF * 1e-15, noise_F / std::sqrt(l.readings), l.repeat);
   }
-  out.c0_error_F = 1e-15 / std::sqrt(static_cast<double>(analysis->c0.rows));
+  out.c0 = scatters ? C0Error(*c0.standard_error * 1e-12, *c0.degrees_of_freedom)
+                    : C0Error(noise_F / std::sqrt(static_cast<double>(analysis->c0.rows)));
   return out.points.size() >= kLeastWithC0 ? std::optional(std::move(out)) : std::nullopt;
 }
 
@@ -223,7 +229,7 @@ class FitCommand final : public Command {
       level = choice->settings;
       model_error = choice->error_estimate;
     }
-    auto fit = fit_response(*specimen, level, data->points, data->c0_error_F);
+    auto fit = fit_response(*specimen, level, data->points, data->c0);
     if (!fit) return Failure(fit.error(), next_command(context.global, {"runs", "show", run_}));
     const FittedRun of{id, row->simulated, chain->intact};
     const RigError rig =

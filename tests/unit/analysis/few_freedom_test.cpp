@@ -86,6 +86,19 @@ double comparison_holds(int from_freedom, int to_freedom, double percent) {
 }
 
 // A run of two repeats against one that is known well; two runs of two repeats, and of three.
+// GUM G.4.1, as elsewhere: 6.25 degrees of freedom of the two count as 6.
+TEST(FewFreedom, IncreaseTruncatesItsDegreesOfFreedom) {
+  const double few = 0.01, other = 0.005;
+  const double variance = few * few + other * other;
+  const double welch = 4 * variance * variance / std::pow(few, 4);
+  ASSERT_NEAR(welch, 6.25, 1e-9);
+  const RunAnalysis runs[] = {run_with(4, few), run_with(kInfinite, other)};
+  const auto c = compare(runs);
+  ASSERT_EQ(c.size(), 1U);
+  const double half = coverage_factor(0.95, 6) * std::sqrt(variance) / 100;
+  EXPECT_NEAR((*c[0].interval_percent)[1], (std::exp(half) - 1) * 100, 1e-9);
+}
+
 TEST(FewFreedom, IncreaseBetweenRunsHolds) {
   for (const double percent : {0.1, 0.3, 1.0, 3.0}) {
     EXPECT_GT(comparison_holds(1, 9, percent), 92.5) << percent;

@@ -10,7 +10,9 @@
 #include "analysis/analysis_text.hpp"
 #include "analysis/correlation.hpp"
 #include "analysis/drift.hpp"
+#include "analysis/metrics.hpp"
 #include "tests/unit/analysis/analysed.hpp"
+#include "tests/unit/analysis/disturbed_run.hpp"
 
 namespace lcrig {
 namespace {
@@ -64,6 +66,26 @@ TEST(Honest, OneRepeatSaysWhatItCannotKnow) {
   const auto a = of_static(s);
   EXPECT_THAT(a.ranges[0].sensitivity.reason, HasSubstr("one repeat"));
   EXPECT_TRUE(holds(a.ranges[0].sensitivity, 6));
+}
+
+// The noise of the load cell is white and adds to that of the capacitance as such, also where the
+// latter is correlated: here to 1.15 times the standard error, as the sizes say.
+TEST(Honest, TheForceOfOneRepeatScattersWithItsOwnCorrelation) {
+  Disturbed quiet;
+  quiet.correlation = 0.8;
+  quiet.slopes = {1};
+  Disturbed noisy = quiet;
+  noisy.force_noise_N = 1e-3;
+  double without_it = 0, with_it = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const auto error = [seed](const Disturbed& d) {
+      const auto a = analyse(DisturbedRun(d, 5'200'000 + seed).data).value();
+      return *a.ranges[1].sensitivity.estimate->standard_error;
+    };
+    without_it += error(quiet), with_it += error(noisy);
+  }
+  EXPECT_GT(with_it, 1.05 * without_it);
+  EXPECT_LT(with_it, 1.3 * without_it);
 }
 
 TEST(Honest, ADriftIsSubtractedAndItsErrorStays) {
@@ -204,6 +226,91 @@ TEST(Honest, ABaselineOfThreeReadingsGivesAnInterval) {
   const auto a = of_static(s);
   ASSERT_TRUE(a.c0);
   EXPECT_TRUE(a.ranges[0].sensitivity);
+}
+
+// Two readings 40 fF off in a hundred: the noise is that of the others, and holds as often.
+TEST(Honest, OutliersAreNotInTheNoise) {
+  int held = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SyntheticRun::Static s;
+    s.noise_F = 0.44e-15;
+    s.seed = seed;
+    s.repeats = 1;
+    s.kPa = {10, 20};
+    s.readings = 3;
+    int n = 0;
+    s.capacitance_F = [&n](double kPa) {
+      ++n;
+      const double off_F = n == 30 ? 40e-15 : n == 70 ? -40e-15 : 0;
+      return 3.65e-12 + 6e-15 * kPa + off_F;
+    };
+    const auto a = of_static(s);
+    EXPECT_NEAR(a.noise.value(), 0.44, 0.15) << seed;
+    held += holds(a.noise, 0.44) ? 1 : 0;
+  }
+  EXPECT_GE(held, 34);
+}
+
+TEST(Honest, NoiseWithoutABaselineIsThatOfLevelsWithoutOutliers) {
+  SyntheticRun::Static s;
+  s.noise_F = 0.44e-15;
+  s.baseline = 3;
+  s.spoil = [](int level, int reading, double v) {
+    return std::optional(level == 4 && reading == 7 ? v + 40e-15 : v);
+  };
+  const auto a = of_static(s);
+  EXPECT_EQ(a.outlier_count, 1);
+  EXPECT_NEAR(a.noise.value(), 0.44, 0.03);
+}
+
+// Slopes of the repeats differ: all levels move alike, and four repeats tell three numbers only.
+TEST(Honest, RepeatabilityOfLevelsThatMoveAlike) {
+  int held = 0, wide = 0;
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    double factor[4];
+    for (double& f : factor) f = 1 + 0.02 * normal(random);
+    SyntheticRun::Static s;
+    s.noise_F = 0.44e-15;
+    s.readings = 3;
+    s.seed = seed;
+    s.spoil = [&factor](int level, int, double v) {
+      return std::optional(3.65e-12 + (v - 3.65e-12) * factor[(level - 1) / 10]);
+    };
+    const auto a = of_static(s);
+    const Estimate& e = *a.repeatability_2sigma.estimate;
+    // Root mean square of 60 to 600 fF, 2 %, over the span of 540 fF.
+    const double truth = 2 * 0.02 * 60 * std::sqrt(385 / 10.0) / 540 * 100;
+    held += holds(a.repeatability_2sigma, truth) ? 1 : 0;
+    wide += *e.degrees_of_freedom < 5 ? 1 : 0;
+  }
+  EXPECT_GE(held, 51) << "of 60: 99.9 % limit of 95 %";
+  EXPECT_GE(wide, 55);
+}
+
+TEST(Honest, RepeatabilityOfLevelsThatScatterOnTheirOwnIsKnownBetter) {
+  double freedom = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SyntheticRun::Static s;
+    s.readings = 3;
+    s.seed = seed;
+    freedom += *of_static(s).repeatability_2sigma.estimate->degrees_of_freedom / 20;
+  }
+  EXPECT_GT(freedom, 15) << "of 30";
+}
+
+TEST(Honest, TheIntervalOfAStandardDeviationIsThatOfChiSquare) {
+  const Estimate e = estimate_of_deviation(1, 3, 0.95);
+  EXPECT_NEAR((*e.interval)[0], 0.5665, 1e-3);
+  EXPECT_NEAR((*e.interval)[1], 3.7287, 1e-3);
+  SyntheticRun::Static s;
+  AnalysisOptions options;
+  options.confidence = 0.8;
+  const auto a = of_static(s, options);
+  const double freedom = *a.noise.estimate->degrees_of_freedom;
+  const auto ci95 = *estimate_of_deviation(a.noise.value(), freedom, 0.95).interval;
+  EXPECT_NEAR(to_json(a)["metrics"]["noise_fF"]["ci95"][1], ci95[1], 1e-9);
 }
 
 TEST(Honest, TouchesOfASearchAreNotPartOfTheBaseline) {

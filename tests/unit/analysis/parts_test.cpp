@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "analysis/analysis_text.hpp"
 #include "tests/unit/analysis/analysed.hpp"
@@ -93,7 +94,9 @@ TEST(Parts, OutliersOfTheBaselineDoNotTurnTheDrift) {
   EXPECT_NEAR(a.ranges[0].robust->slope_fF_per_kPa, 6, 0.05);
   EXPECT_NEAR(a.ranges[0].sensitivity.value(), 6, 0.05);
   EXPECT_THAT(a.limit_of_detection.reason, HasSubstr("outliers among the readings without load"));
-  EXPECT_THAT(a.noise.reason, HasSubstr("outliers"));
+  EXPECT_THAT(a.noise.reason, HasSubstr("are left out: of outliers"));
+  EXPECT_NEAR(a.noise.value(), 0.4, 0.06);
+  EXPECT_NEAR(*a.noise.estimate->degrees_of_freedom, (99 - 4) / 1.5, 1e-9);
   EXPECT_THAT(a.dynamic_range.reason, HasSubstr("gross outliers"));
 }
 
@@ -164,6 +167,105 @@ TEST(Parts, ForceSensitivityHasTheDrift) {
   EXPECT_TRUE(holds(a.force_sensitivity, truth)) << a.force_sensitivity.value();
 }
 
+double part_of(const RunAnalysis& a, const char* quantity, const char* name, double& freedom) {
+  for (const Uncertainty& u : a.uncertainties) {
+    for (const UncertaintyPart& p : u.parts) {
+      if (u.quantity != quantity || p.name != name) continue;
+      freedom = p.degrees_of_freedom;
+      return p.standard_uncertainty;
+    }
+  }
+  return -1;
+}
+
+// A loading of 20 s to 1 N: an error of the drift's rate turns each slope by 20 s/N.
+TEST(Parts, TheDriftOfTheForceSensitivityIsItsRateTimesTheTimeOfALoading) {
+  SyntheticRun run;
+  run.reading_s = 0.065;
+  run.begin();
+  SyntheticRun::Dynamic d;
+  d.noise_F = 0.5e-15;
+  d.branch_s = 20;
+  run.play(d);
+  run.end();
+  const auto a = analysed(run);
+  double freedom = 0;
+  const double drift = part_of(a, "force sensitivity", "drift of C0", freedom);
+  // Five rests of some 38 readings after the baseline of 308, 45 s apart: the rate of a line.
+  const double t[] = {10, 63.5, 108.5, 153.5, 198.5, 243.5}, n[] = {308, 38, 38, 38, 38, 38};
+  double weights = 0, mean = 0, sxx = 0;
+  for (int k = 0; k < 6; ++k) weights += n[k], mean += n[k] * t[k];
+  mean /= weights;
+  for (int k = 0; k < 6; ++k) sxx += n[k] * (t[k] - mean) * (t[k] - mean);
+  const double rate_fF_s = 0.5 / std::sqrt(sxx);
+  EXPECT_NEAR(drift / (20 * rate_fF_s), 1, 0.25);
+  const auto& parts = a.parts_of_force_sensitivity;
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_NEAR(*a.force_sensitivity.estimate->standard_error, std::hypot(parts[0].se, parts[1].se),
+              1e-12);
+  // The same of a slope against pressure: 20 s for 79.6 kPa.
+  for (const RangeResult& r : a.ranges) {
+    ASSERT_EQ(r.parts_of_error.size(), 2U);
+    EXPECT_NEAR(r.parts_of_error[1].se / (20 / 79.577 * rate_fF_s), 1, 0.25);
+  }
+}
+
+// A turn overshoots: the last peak is 2 % higher, and the specimen gives 5 % less there.
+TEST(Parts, MullinsIsAtEqualForce) {
+  SyntheticRun run;
+  run.reading_s = 0.065;
+  run.begin();
+  SyntheticRun::Dynamic d;
+  d.noise_F = 0.2e-15;
+  d.baseline_s = 10;
+  d.cycles = 1;
+  const double heights[] = {1, 0.95};
+  for (const double height : heights) {
+    d.peak_N = height < 1 ? 1.015 : 1;
+    d.capacitance_F = [height](double kPa, bool) {
+      return 3.65e-12 + height * (bent_F(kPa) - bent_F(0));
+    };
+    run.play(d);
+  }
+  run.end();
+  const auto a = analysed(run);
+  ASSERT_EQ(a.cycles.size(), 2U);
+  ASSERT_TRUE(a.mullins) << a.mullins.reason;
+  EXPECT_NEAR(a.mullins.value(), 5, 0.2) << "not " << (1 - 0.95 * 1.007) * 100;
+  EXPECT_TRUE(holds(a.mullins, 5));
+}
+
+// The ramp to the level comes within 2 % of its force half a second before it.
+TEST(Parts, AHeldPeakIsThatOfTheLevelWithoutItsRamp) {
+  SyntheticRun run;
+  run.begin();
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  const auto at = [&](double force_N) {
+    run.reading(bent_F(force_N / SyntheticRun::area_m2() * 1e-3) + 0.05e-15 * normal(random),
+                force_N);
+  };
+  for (int i = 0; i < 100; ++i) at(0);
+  run.event("contact", R"({"travel_m":0.003,"force_N":0.02,"rest_force_N":0})");
+  const double top_N = 100e3 * SyntheticRun::area_m2();
+  for (int repeat = 1; repeat <= 3; ++repeat) {
+    for (const double part : {0.3, 0.6}) at(part * top_N);
+    for (int i = 0; i < 12; ++i) at((0.981 + 0.001 * i) * top_N);
+    run.level(repeat, 1, 100, 20);
+    for (int i = 0; i < 20; ++i) at(top_N);
+    run.end_level();
+    for (int i = 0; i < 20; ++i) at(0);
+  }
+  run.end();
+  const auto a = analysed(run);
+  ASSERT_EQ(a.cycles.size(), 3U);
+  for (const CycleResult& c : a.cycles) {
+    EXPECT_EQ(c.peak_method, PeakMethod::plateau);
+    EXPECT_NEAR(c.delta_C_fF, (bent_F(100) - bent_F(0)) * 1e15, 0.1) << "1 fF less with the ramp";
+    EXPECT_NEAR(c.peak_force_N / top_N, 1, 1e-6);
+  }
+}
+
 TEST(Parts, TheEstimandOfCyclesNamesBothEnds) {
   SyntheticRun run;
   run.reading_s = 0.065;
@@ -171,8 +273,9 @@ TEST(Parts, TheEstimandOfCyclesNamesBothEnds) {
   run.play(SyntheticRun::Dynamic());
   run.end();
   const auto a = analysed(run);
-  EXPECT_THAT(a.ranges[0].estimand, HasSubstr("from 3.97 kPa (5 % of the largest force) on"));
-  EXPECT_THAT(a.ranges[1].estimand, HasSubstr("up to the peak of 79.4 kPa"));
+  EXPECT_THAT(a.ranges[0].sensitivity.estimand,
+              HasSubstr("from 3.97 kPa (5 % of the largest force) on"));
+  EXPECT_THAT(a.ranges[1].sensitivity.estimand, HasSubstr("up to the peak of 79.4 kPa"));
 }
 
 // A digit of 1 fF, and less noise.

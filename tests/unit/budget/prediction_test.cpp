@@ -60,6 +60,30 @@ TEST(Budget, SlopeOfThreeLevelsIsTheTextbooks) {
   EXPECT_THAT(p[0].standard_error, DoubleNear(10 / std::sqrt(200), 1e-12));
 }
 
+// A level of 10 kPa more comes 5 s later: an error of the rate of drift turns the slope by half of
+// it, alike in all repeats.
+TEST(Budget, SlopeHasTheErrorOfTheDriftThatIsSubtracted) {
+  PlannedRun run = static_run(1600, 4);
+  for (std::size_t i = 0; i < run.levels.size(); ++i) {
+    const auto repeat = static_cast<double>(i / 3), level = static_cast<double>(i % 3);
+    run.levels[i].t_s = 100 + 40 * repeat + 5 * level;
+    run.levels[i].repeat = static_cast<int>(i / 3) + 1;
+  }
+  for (std::size_t k = 0; k < run.rests.size(); ++k) {
+    run.rests[k] = {80 + 40 * static_cast<double>(k), 100};
+  }
+  const Prediction p = predict(run)[0];
+  const double own = 1 / std::sqrt(4 * 200.0);
+  const double rate_fF_s = 40 / std::sqrt(100 * (60 * 60 + 20 * 20) * 2.0);
+  EXPECT_THAT(p.standard_error, DoubleNear(std::hypot(own, 0.5 * rate_fF_s), 1e-12));
+  // It is known, so the interval is narrower than if the repeats had to tell it.
+  EXPECT_LT(p.half_width, p.standard_error * expected_half_width(4, 0.95));
+  EXPECT_GT(p.half_width, 1.96 * p.standard_error);
+  EXPECT_GE(p.uncertainty.expanded, p.half_width);
+  run.rests.resize(1);
+  EXPECT_THAT(predict(run)[0].standard_error, DoubleNear(own, 1e-12)) << "nothing is subtracted";
+}
+
 TEST(Budget, RepeatsAndReadingsShrinkItByTheirRoot) {
   const double once = predict(static_run(16, 1))[0].standard_error;
   EXPECT_THAT(predict(static_run(16, 9))[0].standard_error, DoubleNear(once / 3, 1e-12));
@@ -98,6 +122,17 @@ TEST(Budget, WhatTheRestsErrByIsTakenForDrift) {
   const double variance = 1600 * (1 / 25.0 + (0.5 * 0.5 + 0.5 * 0.5) / 100);
   EXPECT_THAT(predict(run).back().standard_error,
               DoubleNear(std::sqrt(variance) / 4000 * 100, 1e-9));
+}
+
+// As in the analysis: the readings of a level that has ten, without those of the hold before it.
+TEST(Budget, APlateauIsThatOfItsLevel) {
+  PlannedRun run = static_run(25, 1);
+  run.cycles[0].rising.back().is_level = true;
+  const double alone = predict(run).back().standard_error;
+  run.cycles[0].rising.push_back({30, 30, 100, 10});
+  EXPECT_THAT(predict(run).back().standard_error, DoubleNear(alone, 1e-12));
+  run.cycles[0].rising[2].is_level = false;
+  EXPECT_LT(predict(run).back().standard_error, alone);
 }
 
 // The analysis takes no mean of fewer than ten readings: the fit's value is less certain.

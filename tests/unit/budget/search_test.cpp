@@ -45,5 +45,29 @@ TEST(Search, OneCycleThatIsAskedForSaysWhatItCannotKnow) {
   EXPECT_FALSE(b.settings[0].planned.meets(0.5));
 }
 
+// One range of three lies beyond every peak; the others are met.
+TEST(Search, AResultThatCannotBePredictedIsUnmet) {
+  const auto protocol = load_protocol("protocols/library/dynamic-cycles.json").value();
+  const auto environment = bind_parameters(protocol, {}).value();
+  const Rig rig = frame_rig();
+  SpecimenCurve curve;
+  curve.c0_F = 4e-12;
+  curve.delta_C_fF = [](double kPa) { return 600 * kPa / (kPa + 60); };
+  AnalysisOptions options;
+  options.ranges.push_back({500, 600});  // no cycle comes there
+  const Budget b =
+      reckon_budget({protocol, environment, rig, curve, {Aperture::fast}, {100e3}, 0.5, options});
+  const BudgetPoint& planned = b.settings[0].planned;
+  EXPECT_THAT(planned.not_predicted, testing::ElementsAre("sensitivity 500-600 kPa"));
+  EXPECT_LE(planned.worst_half_width, 0.5);
+  EXPECT_FALSE(planned.meets(0.5));
+  EXPECT_FALSE(b.settings[0].to_target);
+  EXPECT_FALSE(b.cheapest);
+  options.ranges.pop_back();
+  EXPECT_TRUE(
+      reckon_budget({protocol, environment, rig, curve, {Aperture::fast}, {100e3}, 0.5, options})
+          .cheapest);
+}
+
 }  // namespace
 }  // namespace lcrig

@@ -42,7 +42,7 @@ TEST(FitShared, AnErrorOfC0IsFoundAndDoesNotMoveTheOthers) {
   const auto points = shifted_run(shift_F, 1);
   const auto blind = fit_response(paper_1(), {}, points).value();
   EXPECT_GT(std::abs(blind.contact_offset_Pa.value - kOffset_Pa), 50);
-  const auto fit = fit_response(paper_1(), {}, points, 1e-12).value();
+  const auto fit = fit_response(paper_1(), {}, points, C0Error(1e-12)).value();
   EXPECT_NEAR(fit.shear_modulus_Pa.value / kMu_Pa, 1, 1e-3);
   EXPECT_NEAR(fit.contact_offset_Pa.value, kOffset_Pa, 5);
   EXPECT_NEAR(fit.c0_shift_F.value, shift_F, 2e-17);
@@ -56,6 +56,20 @@ TEST(FitShared, RepeatsThatDifferWidenTheInterval) {
             100 * std::abs(alike.shear_modulus_Pa.standard_error));
   EXPECT_LT(differ.shear_modulus_Pa.ci95_low, kMu_Pa);
   EXPECT_GT(differ.shear_modulus_Pa.ci95_high, kMu_Pa);
+}
+
+// Repeats that are alike do not show what all of them share.
+TEST(FitShared, TheErrorOfC0StaysWhereRepeatsAreAlike) {
+  const double known_F = 0.01e-15;
+  const auto fit = fit_response(paper_1(), {}, shifted_run(0, 1), C0Error(known_F)).value();
+  const FitValue& c0 = fit.c0_shift_F;
+  EXPECT_GT(c0.standard_error, 0.5 * known_F);
+  EXPECT_LE(c0.standard_error, 1.01 * known_F);
+  EXPECT_NEAR((c0.ci95_high - c0.ci95_low) / 2 / c0.standard_error, 1.96, 0.01);
+  EXPECT_GT(fit.contact_offset_Pa.standard_error, 0.01);
+  const auto few = fit_response(paper_1(), {}, shifted_run(0, 1), C0Error(known_F, 2)).value();
+  EXPECT_NEAR((few.c0_shift_F.ci95_high - few.c0_shift_F.ci95_low) / 2 / c0.standard_error, 4.303,
+              0.01);
 }
 
 TEST(FitShared, AModelThatIsWrongMovesTheModulusByAboutAsMuch) {

@@ -70,8 +70,20 @@ TEST_F(BudgetCommand, SlopeOfTheShippedStaticTestByHand) {
   double sxx = 0;
   for (int i = 0; i < 10; ++i) sxx += std::pow((i - 4.5) * step, 2);
   const double expected = 44 / std::sqrt(30 * 4 * sxx);
-  EXPECT_EQ(row(out, "medium")["results"][1]["quantity"], "sensitivity 35-100 kPa");
-  EXPECT_NEAR(row(out, "medium")["results"][1]["standard_error"], expected, 1e-3 * expected);
+  const json& result = row(out, "medium")["results"][1];
+  EXPECT_EQ(result["quantity"], "sensitivity 35-100 kPa");
+  double variance = 0;
+  for (const json& part : result["parts"]) {
+    const double size = part["standard_uncertainty"];
+    if (part["kind"] == "A") variance += size * size;
+    if (part["part"] == "scatter of the readings") {
+      EXPECT_NEAR(size, expected, 1e-3 * expected);
+    }
+    if (part["part"] == "drift of C0") {
+      EXPECT_NEAR(size / expected, 0.18, 0.03);
+    }
+  }
+  EXPECT_NEAR(result["standard_error"], std::sqrt(variance), 1e-9);
 }
 
 TEST_F(BudgetCommand, AConversionThatDoesNotFitGetsItsTime) {

@@ -165,7 +165,7 @@ TEST(HostileReport, IsWellFormedAndHoldsNothingForeign) {
   ASSERT_TRUE(add_run_note(run.db(), id, "Ada", "<script>\x1b[31m", 0));
   auto loaded = load_report_run(run.db(), id);
   ASSERT_TRUE(loaded) << loaded.error().what;
-  expect_harmless_on_a_terminal(to_text(loaded->analysis), 100, "lcrig analyze");
+  expect_harmless_on_a_terminal(to_text(loaded->analysis), 140, "lcrig analyze");
   const std::vector<ReportRun> one(1, *loaded), two(2, *loaded);
   for (const std::string& html : {report_html(one), report_html(two)}) {
     EXPECT_EQ(XmlCheck::fault(html, {"meta"}), "");

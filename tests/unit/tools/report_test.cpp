@@ -3,10 +3,12 @@
 // outside, nothing that a text in the database could smuggle in.
 #include <gmock/gmock.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "analysis/report/report.hpp"
+#include "storage/corrections.hpp"
 #include "storage/database.hpp"
 #include "tests/support/cli_fixture.hpp"
 #include "tests/support/xml.hpp"
@@ -116,6 +118,28 @@ TEST_F(Report, OfAStaticRunHasEverySection) {
   expect_harmless(html);
 }
 
+TEST_F(Report, TellsTheMetersCorrectionsInOneLine) {
+  EXPECT_THAT(page({"1"}), HasSubstr("open: on, not made through lcrig; short: on, not made"));
+  const std::string copy = cli.dir.file("copy.db");
+  std::filesystem::copy_file(db, copy);
+  StoredCorrection made;
+  made.meter = "LCR-6100 SIM000001";
+  made.operator_name = kHostile;
+  made.made_unix_ns = 1'000'000'000;
+  ASSERT_TRUE(add_correction(open_read_write(copy).value(), made));
+  must(short_static(copy));
+  ASSERT_EQ(cli.run({"--db", copy, "report", "last", "-o", file}), 0) << cli.err.str();
+  const std::string html = read(file);
+  EXPECT_THAT(html, HasSubstr("open: on, made 1970-01-01 00:00 UTC by &lt;script&gt;"));
+  expect_harmless(html);
+  ASSERT_EQ(cli.run({"--db", copy, "runs", "show", "last", "--json"}), 0) << cli.err.str();
+  const auto shown = nlohmann::json::parse(cli.out.str());
+  EXPECT_EQ(shown["correction"]["open"]["made_unix_ns"], 1'000'000'000);
+  ASSERT_EQ(cli.run({"--db", copy, "export", "last", "-o", cli.dir.file("csv")}), 0);
+  const auto package = nlohmann::json::parse(read(cli.dir.file("csv/datapackage.json")));
+  EXPECT_EQ(package["lcrig"]["correction"], shown["correction"]);
+}
+
 TEST_F(Report, ItsNumbersAreThoseOfTheAnalysis) {
   for (const std::int64_t run : {1, 2}) {
     const std::string html = page({std::to_string(run)});
@@ -142,8 +166,17 @@ TEST_F(Report, SaysWhichSlopeItIsAndWhatItsIntervalIsFor) {
   const std::string results =
       html.substr(html.find("<section id='results'>"),
                   html.find("<section id='pressure'>") - html.find("<section id='results'>"));
-  EXPECT_THAT(results, AllOf(HasSubstr(analysis(1).ranges[0].estimand), HasSubstr(kOfTheRig),
-                             HasSubstr("the specimen's own")));
+  EXPECT_THAT(results, AllOf(HasSubstr(analysis(1).ranges[0].sensitivity.estimand),
+                             HasSubstr(kOfTheRig), HasSubstr("the specimen's own")));
+  const RunAnalysis a = analysis(1);
+  for (const Metric* m : a.chosen()) {
+    if (*m) {
+      EXPECT_THAT(results, HasSubstr(m->estimand)) << m->name;
+    }
+  }
+  const std::string uncertainty = html.substr(html.find("<section id='uncertainty'>"));
+  EXPECT_THAT(uncertainty,
+              AllOf(HasSubstr(a.delta_C.estimand), HasSubstr(a.dynamic_range.estimand)));
   const std::string pressure =
       html.substr(html.find("<section id='pressure'>"),
                   html.find("<section id='time'>") - html.find("<section id='pressure'>"));
@@ -158,6 +191,14 @@ TEST_F(Report, OfSeveralRunsSaysWhichSlopesItCompares) {
   const std::string results = html.substr(0, html.find("<section id='increase'>"));
   EXPECT_THAT(results, AllOf(HasSubstr(kLoading), HasSubstr(kOfTheRig),
                              HasSubstr("loading branch, while the load grows")));
+  for (const std::int64_t run : {1, 2}) {
+    const RunAnalysis a = analysis(run);
+    for (const Metric* m : a.chosen()) {
+      if (*m) {
+        EXPECT_THAT(results, HasSubstr(m->estimand)) << m->name;
+      }
+    }
+  }
 }
 
 TEST_F(Report, OfABatchSaysWhichSlopesItsMeansAreOf) {
@@ -170,10 +211,14 @@ TEST_F(Report, OfABatchSaysWhichSlopesItsMeansAreOf) {
   cli.day = &rehearse_batch;
   ASSERT_EQ(cli.run({"rehearse", "--batch", table, "--db", runs}), 0) << cli.err.str();
   ASSERT_EQ(cli.run({"--db", runs, "report", "--batch", "day", "-o", file}), 0) << cli.err.str();
-  EXPECT_THAT(read(file), AllOf(HasSubstr(kLoading), HasSubstr(kOfTheRig)));
+  constexpr const char* kPeak = "at the peak of 1.26 N, from ";
+  constexpr const char* kRamps = "loading branch, while the load grows, from 0.0628 N";
+  constexpr const char* kTop = "loading branch, from 1";
+  EXPECT_THAT(read(file), AllOf(HasSubstr(kLoading), HasSubstr(kOfTheRig), HasSubstr(kPeak),
+                                HasSubstr(kRamps), HasSubstr(kTop)));
   expect_harmless(read(file));
   ASSERT_EQ(cli.run({"--db", runs, "report", "--batch", "day", "-o", file, "--json"}), 0);
-  EXPECT_THAT(cli.out.str(), HasSubstr(kLoading));
+  EXPECT_THAT(cli.out.str(), AllOf(HasSubstr(kLoading), HasSubstr(kPeak), HasSubstr(kRamps)));
 }
 
 TEST_F(Report, OfADynamicRunShowsCyclesAndStaysSmall) {
@@ -206,7 +251,16 @@ TEST_F(Report, TableHasOneRowARun) {
   EXPECT_EQ(std::ranges::count(text, '\n'), 3);
   EXPECT_THAT(text, AllOf(HasSubstr("sensitivity_0_to_30_kPa_fF_per_kPa"), HasSubstr("paper-1")));
   EXPECT_THAT(text, AllOf(HasSubstr("sensitivity_0_to_30_kPa_fF_per_kPa_estimand"),
-                          HasSubstr('"' + analysis(1).ranges[0].estimand + '"')));
+                          HasSubstr('"' + analysis(1).ranges[0].sensitivity.estimand + '"')));
+  for (const std::int64_t run : {1, 2}) {
+    const RunAnalysis a = analysis(run);
+    for (const Metric* m : a.chosen()) {
+      EXPECT_THAT(text, HasSubstr(m->name + "_estimand"));
+      if (*m) {
+        EXPECT_THAT(text, HasSubstr('"' + m->estimand + '"')) << m->name;
+      }
+    }
+  }
   // To the third digit of its standard error of some 6 fF.
   const Estimate c0 = *analysis(1).c0.estimate;
   ASSERT_GE(*c0.standard_error, 0.001);
