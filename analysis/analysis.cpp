@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "analysis/hum.hpp"
 #include "analysis/metrics.hpp"
 #include "analysis/remarks.hpp"
 
@@ -24,14 +25,22 @@ Result<> check(const AnalysisOptions& options) {
   return {};
 }
 
-}  // namespace
+// The readings by themselves: what is under load, what rests, the levels.
+struct Stretches {
+  Stretches(const RunData& data, const AnalysisOptions& options)
+      : view(look_at(data, options)),
+        rests(find_rests(view, find_loadings(view))),
+        measured(measure_levels(view, rests)) {}
+  RunView view;
+  Rests rests;
+  MeasuredLevels measured;
+};
 
-Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options) {
-  if (auto ok = check(options); !ok) return fail(ok.error());
-  const RunView view = look_at(data, options);
-  const auto rests = find_rests(view, find_loadings(view));
-  const auto measured = measure_levels(view, rests);
-  const Scene scene(view, rests, measured);
+RunAnalysis analyse_stretches(const Stretches& in) {
+  const RunData& data = in.view.data;
+  const AnalysisOptions& options = in.view.options;
+  const MeasuredLevels& measured = in.measured;
+  const Scene scene(in.view, in.rests, measured);
   const auto holds = calc_holds(scene);
   const auto baseline = calc_baseline(scene, measured);
   const auto levels = calc_levels(scene, measured, baseline.c0);
@@ -55,8 +64,23 @@ Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options)
                   sensitivity,
                   hysteresis,
                   calc_uncertainties(basis, sensitivity),
-                  calc_notes(scene, measured, holds)};
+                  calc_notes(scene, measured, holds),
+                  {}};
   add_remarks(scene, out);
+  return out;
+}
+
+}  // namespace
+
+Result<RunAnalysis> analyse(const RunData& data, const AnalysisOptions& options) {
+  if (auto ok = check(options); !ok) return fail(ok.error());
+  const Stretches stretches(data, options);
+  const auto hum = find_hum(stretches.view, stretches.rests, stretches.measured);
+  if (!hum) return analyse_stretches(stretches);
+  const RunData steady = without(*hum, data);
+  RunAnalysis out = analyse_stretches(Stretches(steady, options));
+  out.hum = hum;
+  out.notes.push_back(note_on(*hum));
   return out;
 }
 

@@ -4,9 +4,11 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json_fwd.hpp>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -286,6 +288,19 @@ struct HoldResults {
   Metric settling;  // settling_time_s
 };
 
+// A sine that no specimen makes, as the meter's beat with the mains is. It was found in the
+// readings and is subtracted from all of them before anything else is computed.
+struct Hum {
+  double frequency_Hz = 0;
+  double cosine_fF = 0, sine_fF = 0;
+  double period_s() const { return 1 / frequency_Hz; }
+  double amplitude_fF() const { return std::hypot(cosine_fF, sine_fF); }
+  double at(double t_s) const {
+    const double phase = 2 * std::numbers::pi * frequency_Hz * t_s;
+    return cosine_fF * std::cos(phase) + sine_fF * std::sin(phase);
+  }
+};
+
 // Facts about a run that are known before its rows are read.
 struct RunFacts {
   std::int64_t run = 0;
@@ -310,6 +325,7 @@ struct RunAnalysis : RunFacts,
   // at the highest level and hysteresis.
   std::vector<Uncertainty> uncertainties;
   std::vector<std::string> notes;  // what a reader must know: gaps, overloads, assumptions
+  std::optional<Hum> hum;  // absent: none was found
 
   // Every metric above that is a Metric, ranges included, in the order of a table.
   std::vector<const Metric*> metrics() const;

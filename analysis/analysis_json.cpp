@@ -269,6 +269,9 @@ json to_json(const RunAnalysis& a) {
           {"holds", list(a.holds)},
           {"outliers", list(a.outliers)},
           {"outlier_count", a.outlier_count},
+          {"hum", a.hum ? json{{"period_s", number(a.hum->period_s())},
+                               {"amplitude_fF", number(a.hum->amplitude_fF())}}
+                        : json(nullptr)},
           {"uncertainty", std::move(uncertainties)},
           {"confidence", number(a.options.confidence)},
           {"meaning", {{"ci95", kOfScatter}, {"expanded_uncertainty", kOfAll}}},

@@ -121,37 +121,66 @@ struct Squares {
   double mean() const { return sum / freedom; }
 };
 
-// Noise of the readings in the range, relative to that of all levels: the correlation comes from
-// all levels, the noise from this range. Readings deviate from the line, so the scatter of the
-// force counts, too.
-double noise_ratio(const std::vector<RangePoint>& range, const std::vector<RangePoint>& whole_run,
-                   double slope) {
-  Squares here, all;
-  for (const RangePoint& p : range) {
-    here.sum += std::max(0.0, reading_ss(p, slope) - p.trend_ss);
-    here.freedom += static_cast<double>(p.readings - 2);
+// Mean squares of the readings of a range about their levels' trends, and of what the force's
+// scatter adds to them beside the line: negative where the capacitance follows the force.
+struct LevelSquares {
+  Squares capacitance, force;
+};
+LevelSquares squares_of(const std::vector<RangePoint>& points, double slope) {
+  LevelSquares out;
+  for (const RangePoint& p : points) {
+    out.capacitance.sum += p.reading_ss - p.trend_ss;
+    out.capacitance.freedom += static_cast<double>(p.readings - 2);
+    out.force.sum += reading_ss(p, slope) - p.reading_ss;
+    out.force.freedom += static_cast<double>(p.readings - 1);
   }
-  for (const RangePoint& p : whole_run) {
-    all.sum += p.reading_ss - p.trend_ss;
-    all.freedom += static_cast<double>(p.readings - 2);
-  }
-  return all.sum > 0 ? here.mean() / all.mean() : 1;
+  return out;
 }
 
+// Of the force within the levels of the run.
+Correlation correlation_of_force(const Scene& scene) {
+  std::vector<EvenStretch> levels(scene.data.levels.size());
+  for (EvenStretch& level : levels) level.trend = true;
+  for (const RunReading& r : scene.data.readings) {
+    const auto k = static_cast<std::size_t>(r.level) - 1;
+    if (r.index > 0 && r.level > 0 && k < levels.size() && r.has_force() && scene.uses(r)) {
+      levels[k].add(r.force_N);
+    }
+  }
+  return fit_correlation(levels);
+}
+
+// The correlation comes from all levels, the noise from this range. Readings deviate from the line,
+// so the scatter of the force counts, too, with its own correlation: that of a load cell is white
+// where that of the capacitance is not.
 std::optional<PureError> error_of_readings(const Scene& scene, const std::vector<RangePoint>& range,
                                            const std::vector<RangePoint>& whole_run,
                                            const LineFit& line) {
-  double freedom = 0;
-  for (const RangePoint& p : range) freedom += static_cast<double>(p.readings - 2);
   const Correlation& c = scene.correlation;
+  LevelSquares here = squares_of(range, line.slope);
+  const LevelSquares all = squares_of(whole_run, line.slope);
+  const double freedom = here.capacitance.freedom;
   if (freedom < 2 || c.freedom <= 0) return std::nullopt;
+  const double spacing_s = spacing_of(scene);
   std::vector<Term> terms;
   add_readings(scene, range, line, terms);
+  double of_force = 0;
+  if (here.force.sum > 0) {
+    of_force = here.force.mean() * unit_variance(terms, correlation_of_force(scene).rho, spacing_s);
+  } else {
+    here.capacitance.sum = std::max(0.0, here.capacitance.sum + here.force.sum);
+  }
   add_rests(scene, range, line, terms);
-  const double variance = c.variance * noise_ratio(range, whole_run, line.slope) *
-                          unit_variance(std::move(terms), c.rho, spacing_of(scene));
+  const double ratio =
+      all.capacitance.sum > 0 ? here.capacitance.mean() / all.capacitance.mean() : 1;
+  const double of_capacitance =
+      c.variance * ratio * unit_variance(std::move(terms), c.rho, spacing_s);
+  const double variance = of_capacitance + of_force;
+  const double own = c.degrees_of_freedom(freedom);
+  const double denominator =
+      of_capacitance * of_capacitance / own + of_force * of_force / here.force.freedom;
   return PureError{
-      variance * line.sxx, c.degrees_of_freedom(freedom),
+      variance * line.sxx, denominator > 0 ? variance * variance / denominator : own,
       fmt::format("readings of one repeat, whose neighbours correlate by {:.2f}", c.rho)};
 }
 

@@ -21,6 +21,9 @@ constexpr int kFlickerFrom = -8, kFlickerTo = 8, kWalkFrom = -11, kWalkTo = 7;
 // Weights before the run is looked at, of no slow noise at all and of each size of one kind alone;
 // of each pair of sizes: 1. The single kinds together weigh three times as much as all pairs.
 constexpr double kNone = 150, kOneKind = 30;
+// Five rests hardly tell a walk from 1/f noise, under which a line through them is known better. So
+// for the rate of a drift the walk alone weighs more.
+constexpr double kWalkOfDrift = 480;
 constexpr double kLeastFreedom = 6;
 constexpr double kNegligible = 1e-5;
 
@@ -184,13 +187,14 @@ void SlowNoise::weigh(AfterLoad after_load) {
   if (!(length > 0)) return;
   const auto flickers = sizes(shares_.mean(), kFlickerFrom, kFlickerTo);
   const auto walks = sizes(shares_.mean() / length, kWalkFrom, kWalkTo);
+  const double walk_alone = after_load == AfterLoad::alike ? kWalkOfDrift : kOneKind;
   for (const double f : flickers) {
     Matrix fixed = f * flicker_;
     fixed.diagonal() += shares_;
     const Whitened whitened(fixed, walk_, x, y);
     for (const double w : walks) {
       const Restricted r = whitened.at(w);
-      const double before = f == 0 && w == 0 ? kNone : f == 0 || w == 0 ? kOneKind : 1;
+      const double before = f > 0 && w > 0 ? 1 : f > 0 ? kOneKind : w > 0 ? walk_alone : kNone;
       candidates_.push_back(
           {r.log_likelihood + std::log(before), r.scale, f * r.scale, w * r.scale});
     }

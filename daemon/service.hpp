@@ -12,7 +12,7 @@
 namespace lcrig {
 
 // What a daemon that stops asks for at a time (extend_timeout), while all its parts move.
-constexpr Duration kStopExtension = std::chrono::seconds(30);
+inline constexpr Duration kStopExtension = std::chrono::seconds(30);
 
 class ServiceNotifier {
  public:

@@ -56,12 +56,6 @@ void visit(const RunData& shape, const World& world, std::uint64_t first, Tally&
   }
 }
 
-// Under a random walk, five rests hardly tell it from 1/f noise, under which a line through them is
-// known better: the rate of drift holds less often then (docs/analysis.md says how often).
-bool is_known_to_miss(const std::string& cell) {
-  return cell.starts_with("random walk") && cell.ends_with("drift");
-}
-
 // One run cannot exclude that its noise has a slow part. Where it has none, the intervals of C0 and
 // drift are too wide, and take no part in the upper limit. Nor do increases between runs: they have
 // a part for the instants of the readings, in which the bench does not err.
@@ -73,7 +67,6 @@ bool may_be_wide(const std::string& cell) {
 void judge_sum(const Tally& tally) {
   Count sum, narrow;
   for (const auto& [cell, count] : tally.scatter) {
-    if (is_known_to_miss(cell)) continue;
     sum.add(count);
     if (!may_be_wide(cell)) narrow.add(count);
     EXPECT_GE(count.held, limit(count.runs, kLeast, kChance)) << cell;

@@ -12,6 +12,7 @@
 #include "analysis/drift.hpp"
 #include "analysis/metrics.hpp"
 #include "tests/unit/analysis/analysed.hpp"
+#include "tests/unit/analysis/disturbed_run.hpp"
 
 namespace lcrig {
 namespace {
@@ -65,6 +66,26 @@ TEST(Honest, OneRepeatSaysWhatItCannotKnow) {
   const auto a = of_static(s);
   EXPECT_THAT(a.ranges[0].sensitivity.reason, HasSubstr("one repeat"));
   EXPECT_TRUE(holds(a.ranges[0].sensitivity, 6));
+}
+
+// The noise of the load cell is white and adds to that of the capacitance as such, also where the
+// latter is correlated: here to 1.15 times the standard error, as the sizes say.
+TEST(Honest, TheForceOfOneRepeatScattersWithItsOwnCorrelation) {
+  Disturbed quiet;
+  quiet.correlation = 0.8;
+  quiet.slopes = {1};
+  Disturbed noisy = quiet;
+  noisy.force_noise_N = 1e-3;
+  double without_it = 0, with_it = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const auto error = [seed](const Disturbed& d) {
+      const auto a = analyse(DisturbedRun(d, 5'200'000 + seed).data).value();
+      return *a.ranges[1].sensitivity.estimate->standard_error;
+    };
+    without_it += error(quiet), with_it += error(noisy);
+  }
+  EXPECT_GT(with_it, 1.05 * without_it);
+  EXPECT_LT(with_it, 1.3 * without_it);
 }
 
 TEST(Honest, ADriftIsSubtractedAndItsErrorStays) {

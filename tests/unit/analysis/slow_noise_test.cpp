@@ -87,6 +87,34 @@ TEST(SlowNoise, IntervalsOfTheBaselineHoldUnderOneOverFNoiseOfAnySize) {
   }
 }
 
+// The rate of a line through baseline and rests; five rests hardly tell a walk from 1/f noise.
+TEST(SlowNoise, IntervalsOfTheRateHoldUnderARandomWalk) {
+  for (const double walk : {0.1, 0.4}) {
+    int held = 0;
+    for (int run = 0; run < kRuns; ++run) {
+      const MadeUp made({0.5, walk, 0}, 4'400'000 + static_cast<std::uint64_t>(run));
+      std::vector<LinePoint> nodes{{12, 0, 1}};
+      for (std::size_t k = 1; k <= 5; ++k)
+        nodes.push_back({60.0 * static_cast<double>(k) + 1, 0, 1});
+      for (std::size_t i = 0; i < made.blocks.size(); ++i) {
+        LinePoint& node = i < 24 ? nodes[0] : nodes[1 + (i - 24) / 2];
+        node.y += made.blocks[i].fF / (i < 24 ? 24 : 2);
+      }
+      const auto line = fit_line(nodes);
+      std::vector<double> factor;
+      for (std::size_t i = 0; i < made.blocks.size(); ++i) {
+        const double t_s = i < 24 ? nodes[0].x : nodes[1 + (i - 24) / 2].x;
+        factor.push_back((t_s - line->x_mean) / line->sxx / (i < 24 ? 24 : 2));
+      }
+      const SlopePart error =
+          SlowNoise(made.blocks, kRun_s, AfterLoad::alike).error_of(factor, 0, 0.95);
+      const double half = coverage_factor(0.95, error.degrees_of_freedom) * error.se;
+      held += std::abs(line->slope) <= half ? 1 : 0;
+    }
+    EXPECT_GE(held, 0.95 * kRuns) << walk;
+  }
+}
+
 // The price: nobody can exclude slow noise from one run.
 TEST(SlowNoise, WhiteNoiseAloneGivesAnIntervalFourTimesAsWideAtMost) {
   const Held held = hold_baseline({});
