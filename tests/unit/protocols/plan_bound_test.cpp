@@ -134,6 +134,19 @@ TEST(Plan, AStepOfTwoMotionsTakesAsLongAsBoth) {
   EXPECT_NEAR(out.seconds, 3, 1e-9);
 }
 
+// No file can say this: a travel that is held asks nothing of the frame.
+TEST(Plan, AStepThatMovesThoughItsFactsDenyItIsABug) {
+  Protocol protocol =
+      parse_protocol(with_steps(R"({"id":"h","do":"hold","hold":"force","force_N":1,"for_s":1})"),
+                     "t.json")
+          .value();
+  ASSERT_TRUE(plan_of(protocol, frame_rig()));
+  std::get<HoldStep>(protocol.steps.front().action).mode = HoldMode::travel;
+  const auto plan = plan_of(protocol, frame_rig());
+  ASSERT_FALSE(plan);
+  EXPECT_THAT(plan.error().what, HasSubstr("/steps/0 (h): a bug: its plan moves the frame"));
+}
+
 TEST(Plan, WhatTheUnloadedCellShowsBelowZeroIsMissingUpToTheLimit) {
   const auto shows = [](double rest_force_N, double noise_N) {
     Rig rig = frame_rig();
