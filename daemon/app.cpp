@@ -46,6 +46,8 @@ App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
       queue_(executor_, clock, {config_.database, vfs_, use_, starter_, plans_, callers_, news_}),
       requests_(executor_, clock,
                 {config_.database, *rig_, use_, callers_, writes_, starter_, queue_}),
+      meter_({executor_, clock, *rig_, known_, config_.database, vfs_},
+             {use_, callers_, queue_, notifier_}),
       stops_(clock, use_, callers_),
       answers_(use_, callers_, person_, queue_, recorder_),
       rescue_(config_.database, *rig_, recorder_, writes_),
@@ -146,6 +148,7 @@ Task<bool> App::shut_down(std::string why) {
   if (use_.is_ending()) co_return true;
   use_.end();
   if (QueueRunner* queue = queue_.runner()) queue->end();
+  meter_.give_up();
   notifier_.stopping();
   const auto is_settled = [this] {
     return use_.is_idle() || use_.state() == RigUse::State::running;

@@ -15,6 +15,7 @@
 #include "daemon/app/database_writes.hpp"
 #include "daemon/app/frame_rescue.hpp"
 #include "daemon/app/heartbeat.hpp"
+#include "daemon/app/meter_requests.hpp"
 #include "daemon/app/metrics_keeper.hpp"
 #include "daemon/app/news.hpp"
 #include "daemon/app/queue_turns.hpp"
@@ -75,6 +76,7 @@ class App final : public ControlHandler {
   StopHandler& stops() override { return stops_; }
   AnswerHandler& answers() override { return answers_; }
   StoreHandler& store() override { return writes_; }
+  MeterHandler& meter() override { return meter_; }
   QueueHandler* queue() override { return queue_.runner(); }
   DaemonStatus status() const override;
   ConfigView config_view() const override { return config_taker_.view(); }
@@ -103,6 +105,7 @@ class App final : public ControlHandler {
   RunStarter starter_;
   QueueTurns queue_;
   RunRequests requests_;
+  MeterRequests meter_;
   Stops stops_;
   AnswerTaker answers_;
   FrameRescue rescue_;

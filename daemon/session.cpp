@@ -11,6 +11,7 @@
 #include "base/text.hpp"
 #include "daemon/record/room.hpp"
 #include "daemon/rig/bench_door.hpp"
+#include "daemon/rig/corrector.hpp"
 #include "daemon/run_row.hpp"
 #include "model/specimen_file.hpp"
 #include "model/specimen_stiffness.hpp"
@@ -171,6 +172,8 @@ RunRow Session::make_row() const {
                        .settings = settings_event(settings_, conversion)};
   RunRow row = make_run_row(facts, clock_);
   row.queue_entry = prepared_.queue_entry;
+  row.corrections = corrections_of(
+      meter_identity_, instruments_->info().simulated || meter_identity_.simulated, corrections_);
   return row;
 }
 
@@ -215,6 +218,24 @@ Task<Result<>> Session::require_room_for_plan() {
   co_return co_await run_aside(executor_, clock_, job);
 }
 
+// The settings come last: readings follow.
+Task<Result<>> Session::set_up_meter() {
+  LcrMeter& meter = instruments_->meter();
+  Result<> done;
+  if (instruments_->info().tells_corrections) {
+    auto on = co_await meter.corrections();
+    if (on) corrections_ = *on;
+    if (!on) done = fail(on.error());
+  }
+  if (done) {
+    auto configured = co_await meter.configure(plan_.lcr);
+    if (configured) settings_ = std::move(*configured);
+    if (!configured) done = fail(configured.error());
+  }
+  if (!done) learn(Instrument::lcr, fail(done.error()));
+  co_return done;
+}
+
 Task<Result<std::int64_t>> Session::open() {
   auto planned = co_await preview();
   if (!planned) co_return fail(planned.error());
@@ -223,13 +244,8 @@ Task<Result<std::int64_t>> Session::open() {
   if (going && listener_.goes_on) going = listener_.goes_on();
   if (going) going = co_await take_command();
   if (!going) co_return fail(going.error());
-  auto configured = co_await instruments_->meter().configure(plan_.lcr);
-  if (!configured) {
-    learn(Instrument::lcr, fail(configured.error()));
-    co_return fail(configured.error());
-  }
-  settings_ = std::move(*configured);
-  going = co_await compare_at_rest();
+  going = co_await set_up_meter();
+  if (going) going = co_await compare_at_rest();
   if (going && listener_.goes_on) going = listener_.goes_on();
   if (!going) co_return fail(going.error());
   auto row = make_row();

@@ -108,6 +108,7 @@ class Session {
   Task<Result<>> look();
   Task<Result<>> plan();
   Task<Result<>> require_room_for_plan();
+  Task<Result<>> set_up_meter();
   Task<Result<>> take_command();
   Task<Result<>> compare_at_rest();
   void learn(Instrument which, const Result<Identity>& answer);
@@ -138,6 +139,7 @@ class Session {
   std::optional<Forecast> forecast_;
   Plan plan_;
   LcrSettings settings_;  // as read back
+  CorrectionsOn corrections_;
   std::optional<std::string> stranger_;
   std::optional<std::int64_t> lost_run_;
   RunRecord acknowledged_;

@@ -71,6 +71,10 @@ Task<Result<LcrSettings>> LcrMeter::restore(LcrSettings settings) {
   co_return co_await configure(std::move(settings));
 }
 
+Task<Result<CorrectionsOn>> LcrMeter::corrections() {
+  co_return CorrectionsOn();
+}
+
 Task<Result<LcrSettings>> LcrMeter::reconnect() {
   co_return fail(Errc::invalid_request, "the meter has no port that could be opened again");
 }

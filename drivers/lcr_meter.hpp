@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/correction_kind.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
 #include "base/task.hpp"
@@ -105,6 +106,11 @@ struct LcrReading {
   MonoTime asked, first_byte, last_byte;
 };
 
+// nullopt: the meter cannot say.
+struct CorrectionsOn {
+  std::optional<bool> open, short_circuit;
+};
+
 class LcrMeter {
  public:
   virtual ~LcrMeter() = default;
@@ -119,9 +125,12 @@ class LcrMeter {
   // One reading with the current settings: a new conversion (bus trigger), or the next answer to a
   // poll (internal trigger; check `fresh`).
   virtual Task<Result<LcrReading>> measure() = 0;
-  // Open or short correction, after a person has prepared the fixture. Takes minutes.
-  enum class Correction { open, short_circuit };
-  virtual Task<Result<>> correct(Correction kind) = 0;
+  // Open or short correction, after a person has prepared the fixture; it is on then. Takes
+  // minutes. The meter has to be configured again. Errors: refused (the meter's own verdict, or it
+  // does not switch the correction on); after any other one it may still be busy.
+  virtual Task<Result<>> correct(CorrectionKind kind) = 0;
+  // Which corrections it applies now.
+  virtual Task<Result<CorrectionsOn>> corrections();
   // Call after a cancelled or failed exchange, so that no late answer is taken for a later one.
   virtual Task<Result<>> resync() = 0;
   // Leaves the meter ready for use by hand: continuous trigger, keys unlocked.

@@ -33,7 +33,8 @@ class ReopeningMeter final : public LcrMeter {
   Task<Result<LcrSettings>> configure(LcrSettings settings) override;
   Task<Result<LcrSettings>> restore(LcrSettings settings) override;
   Task<Result<LcrReading>> measure() override { return inner_->measure(); }
-  Task<Result<>> correct(Correction kind) override { return inner_->correct(kind); }
+  Task<Result<>> correct(CorrectionKind kind) override { return inner_->correct(kind); }
+  Task<Result<CorrectionsOn>> corrections() override { return inner_->corrections(); }
   Task<Result<>> resync() override { return inner_->resync(); }
   Task<Result<>> make_safe() override { return inner_->make_safe(); }
   Task<Result<LcrSettings>> reconnect() override;

@@ -68,22 +68,22 @@ Result<> count_rows_so_far(const Database& db, RunListing& open_run) {
   return {};
 }
 
-// It may have ended since its row was read: then the row is read again.
-Result<> tell_whether_it_goes_on(const Database& db, RunListing& listing) {
+// A run without an end may have ended since its row was read: then the row is read again.
+Result<> complete_open_run(const Database& db, RunListing& listing) {
   if (listing.exit_status) return {};
-  if (auto r = count_rows_so_far(db, listing); !r) return r;
   const auto goes_on = is_being_recorded(db.path(), listing.run);
   if (!goes_on) return fail(goes_on.error());
   listing.goes_on = *goes_on;
-  if (*goes_on) return {};
-  auto sql = listing_sql(db);
-  if (!sql) return fail(sql.error());
-  auto again = db.first(*sql + " WHERE run.id = ?", read_listing, listing.run);
-  if (!again) return fail(again.error());
-  if (!*again) return {};
-  if (!**again) return fail((*again)->error());
-  listing = std::move(***again);
-  return {};
+  if (!*goes_on) {
+    auto sql = listing_sql(db);
+    if (!sql) return fail(sql.error());
+    auto again = db.first(*sql + " WHERE run.id = ?", read_listing, listing.run);
+    if (!again) return fail(again.error());
+    if (!*again) return {};
+    if (!**again) return fail((*again)->error());
+    listing = std::move(***again);
+  }
+  return listing.exit_status ? Result<>() : count_rows_so_far(db, listing);
 }
 
 Error no_run(const Database& db, std::int64_t run) {
@@ -164,7 +164,7 @@ Result<std::vector<RunListing>> list_runs(const Database& db, const RunFilter& f
   for (auto& listing : *all) {
     if (!listing) return fail(listing.error());
     if (const auto own = tags->find(listing->run); own != tags->end()) listing->tags = own->second;
-    if (auto r = tell_whether_it_goes_on(db, *listing); !r) return fail(r.error());
+    if (auto r = complete_open_run(db, *listing); !r) return fail(r.error());
     if (!filter.status.empty() && status_of(*listing) != filter.status) continue;
     out.push_back(std::move(*listing));
   }
@@ -179,7 +179,7 @@ Result<RunListing> get_run_listing(const Database& db, std::int64_t run) {
   if (!*found) return fail(no_run(db, run));
   Result<RunListing> listing = std::move(**found);
   if (!listing) return listing;
-  if (auto r = tell_whether_it_goes_on(db, *listing); !r) return fail(r.error());
+  if (auto r = complete_open_run(db, *listing); !r) return fail(r.error());
   auto tags = get_tags_of(db, run);
   if (!tags) return fail(tags.error());
   listing->tags = std::move(*tags);

@@ -22,9 +22,18 @@ namespace lcrig {
 
 namespace {
 
+Result<std::string> correction_text(const Database& db, const RunRow& row) {
+  if (!row.corrections) return row.correction_json;
+  MeterCorrections meter = *row.corrections;
+  if (auto found = look_up_corrections(db, meter); !found) return fail(found.error());
+  return to_json(meter);
+}
+
 Result<> write_run(const Database& db, std::int64_t id, const RunRow& r, RowHash& hash) {
   auto writer = RowWriter::prepare(db, "run");
   if (!writer) return fail(writer.error());
+  const auto correction = correction_text(db, r);
+  if (!correction) return fail(correction.error());
   const std::string sha256 = sha256_hex(r.protocol_text);
   const auto optional_text = [&](const std::optional<std::string>& text) {
     if (text) {
@@ -37,7 +46,7 @@ Result<> write_run(const Database& db, std::int64_t id, const RunRow& r, RowHash
   writer->add(r.parameters_json).add(r.specimen_id).add(r.specimen_name).add(r.specimen_text);
   writer->add(r.probe_diameter_m).add(r.lcr_identity).add(r.frame_identity);
   writer->add(r.lcr_settings_json).add(r.frame_capabilities_json).add(r.frame_limits_json);
-  writer->add(r.correction_json).add(r.bench_name).add(r.bench_text);
+  writer->add(*correction).add(r.bench_name).add(r.bench_text);
   writer->add(std::int64_t{r.simulated ? 1 : 0}).add(r.seed);
   optional_text(r.model_level);
   optional_text(r.model_error_json);

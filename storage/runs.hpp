@@ -14,6 +14,7 @@
 #include "base/time.hpp"
 #include "storage/anchor.hpp"
 #include "storage/copied_from.hpp"
+#include "storage/corrections.hpp"
 #include "storage/sqlite.hpp"
 
 namespace lcrig {
@@ -29,7 +30,9 @@ struct RunRow {
   std::string lcr_identity, frame_identity;  // replies exactly as sent
   std::string lcr_settings_json = "{}";  // as read back from the meter
   std::string frame_capabilities_json = "{}", frame_limits_json = "{}";
-  std::string correction_json = "{}";
+  std::string correction_json = "{}";  // MeterCorrections
+  // Of a new run: insert_run makes correction_json of it, with when each was made last.
+  std::optional<MeterCorrections> corrections;
   std::string bench_name, bench_text;
   bool simulated = false;
   std::optional<std::int64_t> seed;

@@ -44,6 +44,13 @@ std::string flat_json(const std::string& stored) {
   return out.empty() ? "nothing is known" : out;
 }
 
+std::string correction_text(const RunRow& row) {
+  const auto meter = parse_corrections(row.correction_json);
+  if (!meter) return flat_json(row.correction_json);
+  return text(fmt::format("open: {}; short: {}", correction_words(meter->open, row.started_unix_ns),
+                          correction_words(meter->short_circuit, row.started_unix_ns)));
+}
+
 std::string chain_text(const ChainReport& chain) {
   if (!chain.intact) return "<b>BROKEN: " + text(chain.finding) + "</b>";
   return fmt::format("verified: {} rows in {} links are those that were recorded{}", chain.rows,
@@ -182,7 +189,7 @@ std::string provenance_table(const ReportRun& run) {
   table.row({"note", or_dash(row.note)});
   table.row({"LCR meter", or_dash(row.lcr_identity)});
   table.row({"settings as read back", flat_json(row.lcr_settings_json)});
-  table.row({"open and short correction", flat_json(row.correction_json)});
+  table.row({"open and short correction", correction_text(row)});
   table.row({"load frame", or_dash(row.frame_identity)});
   table.row({"frame limits", flat_json(row.frame_limits_json)});
   table.row({"frame capabilities", flat_json(row.frame_capabilities_json)});

@@ -7,7 +7,9 @@ using namespace std::chrono_literals;
 
 Task<Result<>> RigUse::claim(State state) {
   const MonoTime patience = clock_.now() + 30s;
-  const auto is_known = [this] { return is_idle() || session_ != nullptr || ending_; };
+  const auto is_known = [this] {
+    return is_idle() || state_ == State::correcting || session_ != nullptr || ending_;
+  };
   co_await changed_.wait(is_known, patience);
   if (ending_) co_return fail(Errc::busy, "the daemon is shutting down");
   if (const Run* run = live_run()) {
@@ -15,6 +17,11 @@ Task<Result<>> RigUse::claim(State state) {
                    "run {} is going on: one run at a time; `lcrig watch` shows it, "
                    "`lcrig abort` ends it",
                    run->progress().run);
+  }
+  if (state_ == State::correcting) {
+    co_return fail(Errc::busy,
+                   "the open or the short correction of the meter is being made: try again in two "
+                   "minutes");
   }
   if (!is_idle()) {
     co_return fail(Errc::busy,

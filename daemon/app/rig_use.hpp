@@ -20,6 +20,7 @@ class RigUse {
   enum class State {
     idle,
     asking,  // who they are, or what a plan needs to know
+    correcting,  // the meter
     starting,  // a run is prepared: until its row exists, nothing moves
     running,  // until its row and the ports are closed
   };

@@ -12,6 +12,7 @@
 #include "daemon/control/config_view.hpp"
 #include "daemon/control/messages.hpp"
 #include "protocols/plan/plan.hpp"
+#include "storage/corrections.hpp"
 
 namespace lcrig {
 
@@ -79,6 +80,18 @@ class StoreHandler {
   virtual Task<Result<std::string>> add_specimen(std::string text, PeerCredentials peer) = 0;
 };
 
+// The meter without a run.
+class MeterHandler {
+ public:
+  virtual ~MeterHandler() = default;
+  // Makes the open or the short correction of the meter, whose probes a person has prepared. Takes
+  // minutes. Errors: busy (a run, or a queue that goes), refused (the meter's verdict), whatever
+  // the meter said.
+  virtual Task<Result<MeterCorrections>> correct(CorrectionKind kind, PeerCredentials peer) = 0;
+  // Asks the meter which corrections it applies. Errors: busy, whatever the meter said.
+  virtual Task<Result<MeterCorrections>> look() = 0;
+};
+
 class ControlHandler {
  public:
   virtual ~ControlHandler() = default;
@@ -86,6 +99,7 @@ class ControlHandler {
   virtual StopHandler& stops() = 0;
   virtual AnswerHandler& answers() = 0;
   virtual StoreHandler& store() = 0;
+  virtual MeterHandler& meter() = 0;
   virtual QueueHandler* queue() { return nullptr; }  // nullptr: it has none
   virtual DaemonStatus status() const = 0;
   virtual ConfigView config_view() const = 0;

@@ -40,6 +40,9 @@ json result_json(const std::string& text) {
 json result_json(std::int64_t number) {
   return number;
 }
+json result_json(const MeterCorrections& meter) {
+  return json::parse(to_json(meter));
+}
 json result_json(const std::vector<QueueAct>& acts) {
   json out = json::array();
   for (const QueueAct& act : acts) out.push_back(to_json(act));
@@ -68,6 +71,7 @@ Owner* owner_of(ControlHandler& handler, R (Owner::*)(Args...)) {
   if constexpr (std::is_same_v<Owner, StopHandler>) return &handler.stops();
   if constexpr (std::is_same_v<Owner, AnswerHandler>) return &handler.answers();
   if constexpr (std::is_same_v<Owner, StoreHandler>) return &handler.store();
+  if constexpr (std::is_same_v<Owner, MeterHandler>) return &handler.meter();
   if constexpr (std::is_same_v<Owner, ControlHandler>) return &handler;
 }
 
@@ -172,6 +176,16 @@ Result<bool> force_param(const json& params) {
   return read_params<bool>(params, [](ParamsReader& in, bool& out) { in.boolean("force", out); });
 }
 
+Result<CorrectionKind> kind_param(const json& params) {
+  return read_params<CorrectionKind>(params, [](ParamsReader& in, CorrectionKind& out) {
+    std::string word;
+    in.text("kind", word, true);
+    const auto known = parse_word(word, CorrectionKind::short_circuit);
+    if (known) out = *known;
+    if (!known) in.refuse("kind", "expected open or short");
+  });
+}
+
 // "head": the choice for an entry that was interrupted or failed.
 Result<HeadChoice> head_param(const json& params) {
   return read_params<HeadChoice>(params, [](ParamsReader& in, HeadChoice& out) {
@@ -251,6 +265,7 @@ MethodAnswer on_tag(ControlHandler& handler, json params, PeerCredentials peer) 
 constexpr HintWords kCheck{
     "change what the message names; --dry-run tries it again and moves nothing", "", ""};
 constexpr HintWords kLook{"", "lcrig status", "what goes on"};
+constexpr HintWords kSeeMeter{"", "lcrig lcr show", "what is known of the meter's corrections"};
 constexpr HintWords kSeeQueue{"", "lcrig queue list", "shows what waits, and for what"};
 constexpr HintWords kTryIt{
     "change what the message names; lcrig run ... --dry-run tries it and moves nothing", "", ""};
@@ -280,6 +295,8 @@ constexpr ControlMethod kMethods[] = {
     {"run.note", on_note, kRunsThatEnded, "run"},
     {"run.tag", on_tag, kRuns},
     {"specimen.add", call_method<text_param, &StoreHandler::add_specimen>, kGoodSpecimen, "name"},
+    {"lcr.correct", call_method<kind_param, &MeterHandler::correct>, kSeeMeter},
+    {"lcr.show", call_method<no_params, &MeterHandler::look>, kSeeMeter},
     {"queue.add", call_method<parse_queue_add, &QueueHandler::add>, kTryIt},
     {"queue.add_batch", call_method<parse_batch_add, &QueueHandler::add_batch>, kRehearseIt},
     {"queue.list", call_method<page_params, &QueueHandler::list>, kSeeQueue},

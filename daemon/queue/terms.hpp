@@ -10,9 +10,9 @@
 #include <string>
 #include <string_view>
 
+#include "base/day_time.hpp"
 #include "base/queue_words.hpp"
 #include "base/result.hpp"
-#include "base/day_time.hpp"
 #include "protocols/batch/batch.hpp"
 
 namespace lcrig {

@@ -9,6 +9,10 @@ Task<> InstrumentFactory::ask() {
   co_return;
 }
 
+Task<Result<std::unique_ptr<LoneMeter>>> InstrumentFactory::open_lone_meter() {
+  co_return fail(Errc::unsupported, "this rig has no meter that could be used without a run");
+}
+
 Task<> InstrumentFactory::ask_meter() {
   co_return;
 }

@@ -36,6 +36,7 @@ struct InstrumentsInfo {
   // Facts about the specimen, for the plan; empty: not known. See Rig.
   std::function<double(double force_N)> specimen_least_m, compression_m;
   std::optional<Length> expected_contact;
+  bool tells_corrections = true;  // false: a recording does not know those of its meter
 };
 
 class Instruments {
@@ -59,6 +60,15 @@ class Instruments {
   InstrumentsInfo info_;
 };
 
+// The meter alone, for what is no run.
+class LoneMeter {
+ public:
+  virtual ~LoneMeter() = default;
+  virtual LcrMeter& meter() = 0;
+  // As that of Instruments.
+  virtual Task<> close() = 0;
+};
+
 // The instruments that a run wants.
 struct InstrumentsRequest {
   const Specimen* specimen = nullptr;  // nullptr: not known (a replay)
@@ -76,6 +86,8 @@ class InstrumentFactory {
   virtual Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) = 0;
   // Asks both who they are; nothing at the frame changes. What comes of it is known then.
   virtual Task<> ask();
+  // Errors: as `open`; unsupported.
+  virtual Task<Result<std::unique_ptr<LoneMeter>>> open_lone_meter();
   // The instruments are there without this program, and stay as it leaves them. App looks after
   // them while no run does.
   virtual bool is_real() const { return false; }

@@ -37,6 +37,19 @@ class RealInstruments final : public Instruments {
   Operator& person_;
 };
 
+class MeterAtPort final : public LoneMeter {
+ public:
+  explicit MeterAtPort(std::unique_ptr<LcrMeter> meter) : meter_(std::move(meter)) {}
+  LcrMeter& meter() override { return *meter_; }
+  Task<> close() override {
+    meter_->close();
+    co_return;
+  }
+
+ private:
+  std::unique_ptr<LcrMeter> meter_;
+};
+
 // `busy` tells a client that a run goes on; a port that another program holds is a fault of the
 // rig.
 Error as_rig_fault(Error error) {
@@ -165,6 +178,13 @@ Task<bool> RealRig::watch_ports() {
   const bool lcr = known_.set_port_there(Instrument::lcr, there->first);
   const bool frame = known_.set_port_there(Instrument::frame, there->second);
   co_return lcr || frame;
+}
+
+Task<Result<std::unique_ptr<LoneMeter>>> RealRig::open_lone_meter() {
+  auto meter = co_await open_meter(Log::looks);
+  if (!meter) co_return fail(meter.error());
+  std::unique_ptr<LoneMeter> out = std::make_unique<MeterAtPort>(std::move(*meter));
+  co_return out;
 }
 
 Task<> RealRig::ask() {

@@ -25,6 +25,7 @@ class RealRig final : public InstrumentFactory {
 
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
   Task<> ask() override;
+  Task<Result<std::unique_ptr<LoneMeter>>> open_lone_meter() override;
   bool is_real() const override { return true; }
   Task<> ask_meter() override;
   Task<bool> make_frame_safe() override;

@@ -23,6 +23,7 @@ class ReplayInstruments final : public SimulatedInstruments {
     recording_ = std::move(*recording);
     info_.bench_name = replay_bench(directory);
     info_.simulated = true;
+    info_.tells_corrections = false;
     // The simulated person confirms one second after the recording ends.
     simulated_person_ =
         std::make_unique<SimOperator>(clock_, from_seconds(recording_.duration_s() + 1));

@@ -95,6 +95,7 @@ class BenchInstruments final : public SimulatedInstruments {
     config.gain_error = plant.meter_gain_error;
     config.offset_error = plant.meter_offset_error;
     config.seed = static_cast<std::uint64_t>(request.seed);
+    config.corrected = true;
     const auto source = [this](MonoTime t) { return world_->electrical(t); };
     meter_sim_ = std::make_unique<lcr6100::Lcr6100Sim>(std::move(pair->far), clock_, config,
                                                        lcr6100::Lcr6100Sim::Source(source));
@@ -133,6 +134,39 @@ class BenchInstruments final : public SimulatedInstruments {
   std::shared_ptr<BenchWorld> world_;
   std::unique_ptr<PlantScene> scene_;
   DeadWeightFrame* rod_ = nullptr;
+};
+
+// That of every bench, with nothing between its probes.
+class BenchMeter final : public LoneMeter {
+ public:
+  BenchMeter(asio::any_io_executor executor, Clock& clock, TransportPair wire) : clock_(clock) {
+    lcr6100::SimConfig config;
+    config.corrected = true;
+    const auto nothing = [](MonoTime) {
+      Electrical stray;
+      stray.capacitance_F = 1e-13;
+      return stray;
+    };
+    sim_ = std::make_unique<lcr6100::Lcr6100Sim>(std::move(wire.far), clock, config,
+                                                 lcr6100::Lcr6100Sim::Source(nothing));
+    meter_ = std::make_unique<lcr6100::Lcr6100>(std::move(wire.near), clock);
+    asio::co_spawn(executor, sim_->run(), [this](std::exception_ptr error) {
+      runs_ = false;
+      if (error) std::rethrow_exception(error);
+    });
+  }
+  LcrMeter& meter() override { return *meter_; }
+  Task<> close() override {
+    meter_->close();
+    sim_->close();
+    while (runs_) co_await clock_.wait_for(std::chrono::milliseconds(1));
+  }
+
+ private:
+  Clock& clock_;
+  bool runs_ = true;
+  std::unique_ptr<lcr6100::Lcr6100Sim> sim_;
+  std::unique_ptr<lcr6100::Lcr6100> meter_;
 };
 
 }  // namespace
@@ -191,6 +225,17 @@ Task<> SimulatedRig::ask() {
   for (const Instrument which : {Instrument::lcr, Instrument::frame}) {
     known_.answered(which, Identity(), Learned(LearnedBy::look));
   }
+}
+
+Task<Result<std::unique_ptr<LoneMeter>>> SimulatedRig::open_lone_meter() {
+  if (replay_directory(bench_)) {
+    co_return fail(Errc::unsupported, "a recording is played here: it has no meter to ask");
+  }
+  auto wire = wire_for(clock_)(executor_, clock_, "sim:lcr");
+  if (!wire) co_return fail(wire.error());
+  std::unique_ptr<LoneMeter> out =
+      std::make_unique<BenchMeter>(executor_, clock_, std::move(*wire));
+  co_return out;
 }
 
 Task<Result<std::unique_ptr<Instruments>>> SimulatedRig::open(InstrumentsRequest request) {

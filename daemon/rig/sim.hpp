@@ -52,6 +52,7 @@ class SimulatedRig final : public InstrumentFactory {
                Operator& person);
   Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) override;
   Task<> ask() override;  // looks whether the bench or the recording can be read
+  Task<Result<std::unique_ptr<LoneMeter>>> open_lone_meter() override;
   bool is_reckoning() const override { return is_reckoning_; }
 
  private:

@@ -39,6 +39,9 @@ std::string format_parameter(double value);
 // with a known unit.
 std::optional<double> parse_with_unit(std::string_view text);
 
+// `on`, `off`, `1` or `0`, in any case. nullopt: something else.
+std::optional<bool> parse_switch(std::string_view reply);
+
 enum class SettingId {
   page,
   function,

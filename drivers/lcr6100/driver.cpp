@@ -305,12 +305,18 @@ Task<Result<>> Lcr6100::await_verdict(std::string_view command) {
     line = co_await link_.next_line(command, end - clock_.now());
   }
   link_.mark_dirty();
-  co_return fail(line.error());
+  if (line.error().code != Errc::no_reply) co_return fail(line.error());
+  co_return fail(
+      Errc::no_reply,
+      "{}: {} -> no verdict in {} s; the meter may still measure: wait until its display "
+      "says that it is done, then repeat it",
+      link_.name(), command, kCorrectionTime / 1s);
 }
 
-Task<Result<>> Lcr6100::correct(Correction kind) {
+Task<Result<>> Lcr6100::correct(CorrectionKind kind) {
   co_await wake();
-  const std::string node = kind == Correction::open ? "CORR:OPEN" : "CORR:SHOR";
+  configured_ = false;  // it shows another page, and the person may have used its keys
+  const std::string node = kind == CorrectionKind::open ? "CORR:OPEN" : "CORR:SHOR";
   const std::string command = node + ":LCR";
   link_.set_patience(kCorrectionTime);
   auto verdict = co_await await_verdict(command);
@@ -321,6 +327,31 @@ Task<Result<>> Lcr6100::correct(Correction kind) {
   const Setting state(SettingId::correction, "correction state", node + ":STAT", "ON");
   LcrSettings unused;
   co_return co_await establish(state, unused);
+}
+
+// A meter without such a setting leaves the question unanswered; nullopt then.
+Task<Result<std::optional<bool>>> Lcr6100::ask_switch(std::string_view query) {
+  for (int i = 0; i < kTries; ++i) {
+    auto reply = co_await link_.query(query, kReplyTime);
+    if (!reply && is_fatal(reply.error().code)) co_return fail(reply.error());
+    if (!reply) continue;
+    if (const auto on = parse_switch(reply->text)) co_return on;
+    link_.mark_dirty();
+  }
+  co_return std::nullopt;
+}
+
+Task<Result<CorrectionsOn>> Lcr6100::corrections() {
+  co_await wake();
+  CorrectionsOn out;
+  auto open = co_await ask_switch("CORR:OPEN:STAT?");
+  if (!open) co_return fail(open.error());
+  out.open = *open;
+  if (!out.open) co_return out;  // it does not know the other question either
+  auto short_circuit = co_await ask_switch("CORR:SHOR:STAT?");
+  if (!short_circuit) co_return fail(short_circuit.error());
+  out.short_circuit = *short_circuit;
+  co_return out;
 }
 
 Task<Result<>> Lcr6100::resync() {

@@ -26,7 +26,8 @@ class Lcr6100 final : public LcrMeter {
   // pauses after set commands.
   Task<Result<LcrSettings>> restore(LcrSettings settings) override;
   Task<Result<LcrReading>> measure() override;
-  Task<Result<>> correct(Correction kind) override;
+  Task<Result<>> correct(CorrectionKind kind) override;
+  Task<Result<CorrectionsOn>> corrections() override;
   Task<Result<>> resync() override;
   Task<Result<>> make_safe() override;
   void close() override { link_.close(); }
@@ -42,6 +43,7 @@ class Lcr6100 final : public LcrMeter {
   Task<Result<LcrReading>> trigger();
   Task<Result<LcrReading>> poll();
   Task<Result<>> await_verdict(std::string_view command);
+  Task<Result<std::optional<bool>>> ask_switch(std::string_view query);
   Result<> check(const LcrSettings& settings) const;
   Result<LcrReading> reading(const Reply& reply, std::string_view command, bool& fresh);
   MonoTime next_poll(MonoTime now) const;

@@ -63,6 +63,13 @@ std::vector<Setting> settings_for(const LcrSettings& s) {
   return out;
 }
 
+std::optional<bool> parse_switch(std::string_view reply) {
+  reply = trimmed(reply);
+  if (same_word(reply, "ON") || reply == "1") return true;
+  if (same_word(reply, "OFF") || reply == "0") return false;
+  return std::nullopt;
+}
+
 bool matches(const Setting& setting, std::string_view reply) {
   reply = trimmed(reply);
   const auto wanted = parse_with_unit(setting.wanted);
@@ -72,7 +79,8 @@ bool matches(const Setting& setting, std::string_view reply) {
   }
   if (setting.id == SettingId::aperture) return same_word(field(reply, 0), setting.wanted);
   if (setting.id == SettingId::average) return field(reply, 1) == setting.wanted;
-  if (setting.id == SettingId::correction && reply == "1") return setting.wanted == "ON";
+  if (setting.id == SettingId::correction)
+    return parse_switch(reply) == parse_switch(setting.wanted);
   if (setting.id == SettingId::page) return same_word(reply.substr(0, 4), setting.wanted);
   return same_word(reply, setting.wanted);
 }

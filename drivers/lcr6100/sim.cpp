@@ -262,12 +262,12 @@ Task<> Lcr6100Sim::stream() {
   co_await answer(reading_ + std::string(kWords));
 }
 
-Task<> Lcr6100Sim::correct(std::string state_header) {
+// Sweeps all frequencies, and hears nothing meanwhile. Whether the correction is applied is another
+// setting, which stays as it is.
+Task<> Lcr6100Sim::correct() {
   co_await answer("Correction running");
   co_await clock_.wait_for(kSweepTime);
-  const bool failed = faults_.correction_fails;
-  if (!failed) set(state_header, "ON");
-  const std::string verdict = failed ? "fail" : "pass";
+  const std::string verdict = faults_.correction_fails ? "fail" : "pass";
   co_await answer(verdict);
   restart_grid();
 }

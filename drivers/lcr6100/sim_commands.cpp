@@ -154,6 +154,7 @@ void Lcr6100Sim::reset() {
   for (std::size_t i = 0; i < values_.size(); ++i) {
     values_[i].word = parameters()[i].word;
     values_[i].number = parameters()[i].number;
+    if (config_.corrected && parameters()[i].header.starts_with("CORR:")) values_[i].word = "ON";
   }
 }
 
@@ -201,7 +202,7 @@ Task<> Lcr6100Sim::command(std::string_view text) {
   if (header == "*TRG" || header == "TRIG") {
     co_await trigger(header == "*TRG");
   } else if (header == "CORR:OPEN:LCR" || header == "CORR:SHOR:LCR") {
-    co_await correct(header.substr(0, 10) + "STAT");
+    co_await correct();
   } else if (header == "UNLOCK" || header == "LOCAL" || header == "DISP:LINE") {
     co_return;
   } else if (faults_.lose_sets > 0) {

@@ -125,7 +125,7 @@ TEST_P(Meter, KeepsItsPromises) {
   EXPECT_EQ(run(meter->configure(impossible)).error().code, Errc::invalid_request);
 
   EXPECT_TRUE(run(meter->resync()));
-  EXPECT_TRUE(run(meter->correct(LcrMeter::Correction::open)));
+  EXPECT_TRUE(run(meter->correct(CorrectionKind::open)));
   EXPECT_TRUE(run(meter->make_safe()));
   meter->close();
   const auto closed = run(meter->resync());

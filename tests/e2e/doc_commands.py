@@ -18,9 +18,11 @@ from pathlib import Path
 OURS = re.compile(r"^(build/bin/|tools/gateway/)?(lcrig|lcrigd|lcrig-sim|lcrig-gateway|"
                   r"check_gateway\.py|sqlite3)( |$)")
 TALKS_TO_DAEMON = re.compile(r"lcrig (run|status|watch|pause|resume|stop|abort|freeze|confirm|answer|"
-                             r"queue|runs)( |$)")
+                             r"queue|runs|lcr)( |$)")
 # A run in real time takes a quarter of an hour; its plan asks the same instruments.
 REAL_TIME = re.compile(r"^lcrig run ")
+# So does a correction, which also needs a person: correction_test.cpp makes one.
+WITH_A_PERSON = re.compile(r"^lcrig lcr correct ")
 YOURS = ("my_machine:",)  # a program that the reader writes
 SERVERS = ("lcrig-sim", "lcrig-gateway")
 PATIENCE_S = 30  # for a program that starts
@@ -97,6 +99,8 @@ class Pages:
             words[i] = word.replace("/tmp/", f"{self.folder}/")
         if REAL_TIME.match(command):
             words.append("--dry-run")
+        if WITH_A_PERSON.match(command):
+            words.append("--help")
         if words[1:] == ["config", "check"]:  # of the example, which the page installs before
             words.append(str(Path("systemd/lcrigd.example.json").resolve()))
         if name == "lcrigd":

@@ -19,12 +19,14 @@ class IdleHandler final : public ControlHandler,
                           public RunHandler,
                           public StopHandler,
                           public AnswerHandler,
-                          public StoreHandler {
+                          public StoreHandler,
+                          public MeterHandler {
  public:
   RunHandler& runs() override { return *this; }
   StopHandler& stops() override { return *this; }
   AnswerHandler& answers() override { return *this; }
   StoreHandler& store() override { return *this; }
+  MeterHandler& meter() override { return *this; }
   Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials) override {
     start = std::move(request);
     co_return RunStarted();
@@ -59,6 +61,10 @@ class IdleHandler final : public ControlHandler,
   Task<Result<std::string>> add_specimen(std::string text, PeerCredentials) override {
     co_return text;
   }
+  Task<Result<MeterCorrections>> correct(CorrectionKind, PeerCredentials) override {
+    co_return MeterCorrections();
+  }
+  Task<Result<MeterCorrections>> look() override { co_return MeterCorrections(); }
   DaemonStatus status() const override { return DaemonStatus(); }
   Task<Result<std::string>> metrics() override { co_return std::string(); }
   std::optional<RunRequest> start;

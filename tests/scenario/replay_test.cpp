@@ -16,6 +16,7 @@
 #include "daemon/rehearse.hpp"
 #include "daemon/rig/recording.hpp"
 #include "storage/database.hpp"
+#include "storage/runs.hpp"
 #include "tests/support/protocol_text.hpp"
 #include "tests/support/temp_dir.hpp"
 
@@ -67,6 +68,10 @@ void expect_played_exactly(const std::string& directory) {
   ASSERT_EQ(result->exit_status, ExitStatus::success) << result->reason;
   const auto db = open_read_only(request.db_path);
   ASSERT_TRUE(db);
+  const auto corrections = parse_corrections(get_run(*db, result->run).value().correction_json);
+  ASSERT_TRUE(corrections);
+  EXPECT_FALSE(corrections->open.on) << "the recording does not tell";
+  EXPECT_FALSE(corrections->short_circuit.on);
   ExportOptions options;
   options.directory = dir.file("csv");
   ASSERT_TRUE(export_run(*db, result->run, options));

@@ -18,12 +18,14 @@ class FakeHandler : public ControlHandler,
                     public RunHandler,
                     public StopHandler,
                     public AnswerHandler,
-                    public StoreHandler {
+                    public StoreHandler,
+                    public MeterHandler {
  public:
   RunHandler& runs() override { return *this; }
   StopHandler& stops() override { return *this; }
   AnswerHandler& answers() override { return *this; }
   StoreHandler& store() override { return *this; }
+  MeterHandler& meter() override { return *this; }
   Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials peer) override {
     calls.push_back("start " + request.protocol_name + " by " + request.operator_name);
     last_start = request;
@@ -99,6 +101,16 @@ class FakeHandler : public ControlHandler,
     if (next_error) co_return fail(*next_error);
     co_return std::string("paper-9");
   }
+  Task<Result<MeterCorrections>> correct(CorrectionKind kind, PeerCredentials) override {
+    auto ok = done("correct " + std::string(to_string(kind)));
+    if (!ok) co_return fail(ok.error());
+    co_return corrections;
+  }
+  Task<Result<MeterCorrections>> look() override {
+    auto ok = done("look at corrections");
+    if (!ok) co_return fail(ok.error());
+    co_return corrections;
+  }
   DaemonStatus status() const override { return state; }
   Task<Result<std::string>> metrics() override {
     auto ok = done("metrics");
@@ -110,6 +122,7 @@ class FakeHandler : public ControlHandler,
   RunRequest last_start, last_plan;
   PeerCredentials last_peer;
   DaemonStatus state;
+  MeterCorrections corrections;
   std::optional<Error> next_error;
   bool hold_start = false;
   std::function<void()> after_start;  // called before the answer is sent

@@ -31,7 +31,7 @@ class StubMeter final : public LcrMeter {
     co_return LcrReading();
   }
   Task<Result<LcrSettings>> reconnect() override { co_return LcrSettings(); }
-  Task<Result<>> correct(Correction) override { co_return Result<>(); }
+  Task<Result<>> correct(CorrectionKind) override { co_return Result<>(); }
   Task<Result<>> resync() override { co_return Result<>(); }
   Task<Result<>> make_safe() override {
     ++made_safe;

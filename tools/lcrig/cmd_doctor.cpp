@@ -86,7 +86,7 @@ class DoctorCommand final : public Command {
  private:
   // The instruments as the daemon knows them; without a daemon nobody opens their ports.
   Finding look_at_daemon(Context& context, BundleParts& parts, Findings& findings,
-                         std::string& its_file) const {
+                         std::string& its_file) {
     const std::string mend =
         "systemctl status lcrigd; " + doc_page("troubleshooting") + ", \"The daemon\"";
     const auto silent = [&](const Failure& why) {
@@ -111,6 +111,10 @@ class DoctorCommand final : public Command {
     if (!status) return silent(Failure(status.error()));
     look_at_instruments(*status, findings);
     its_file = status->database;
+    if (ask_) {
+      auto seen = client->call("lcr.show", json::object(), std::chrono::minutes(1));
+      if (seen) corrections_ = parse_corrections(json_line(*seen));
+    }
     const auto words = fmt::format("lcrigd {} answers", printable(status->version, kLongestName));
     if (status->version == program_version()) return {"daemon", Health::ok, words};
     return {"daemon", Health::warn,
@@ -130,8 +134,8 @@ class DoctorCommand final : public Command {
     look_at_modules(machine, *config, findings);
   }
 
-  static void look_at_data(const Context& context, const Machine& machine, BundleParts& parts,
-                           Findings& findings, const std::string& daemons_file) {
+  void look_at_data(const Context& context, const Machine& machine, BundleParts& parts,
+                    Findings& findings, const std::string& daemons_file) const {
     const auto path = context.db_path();
     if (path && *path == daemons_file) {
       if (auto replaced = look_whether_replaced(machine, *path)) findings.push_back(*replaced);
@@ -147,10 +151,12 @@ class DoctorCommand final : public Command {
     findings.push_back(look_at_disk(*db, context.clock.unix_ns()));
     findings.push_back(look_at_plans(*db));
     look_at_meter_settings(*db, findings);
+    look_at_corrections(*db, corrections_, context.clock.unix_ns(), findings);
     look_at_memory(machine, writer_of(*path), findings);
   }
 
   std::string bundle_;
+  std::optional<MeterCorrections> corrections_;  // as the meter says now
   bool ask_ = false, with_data_ = false;
 };
 

@@ -148,6 +148,7 @@ json show_json(const RunListing& listing, const RunRow& row, const std::vector<R
   out["lcr_identity"] = row.lcr_identity;
   out["frame_identity"] = row.frame_identity;
   out["lcr_settings"] = parsed(row.lcr_settings_json);
+  out["correction"] = parsed(row.correction_json);
   out["bench"] = row.bench_name;
   out["seed"] = row.seed ? json(*row.seed) : json(nullptr);
   out["model_level"] = row.model_level ? json(*row.model_level) : json(nullptr);

@@ -44,6 +44,7 @@ enum class Proposes {
   tag,
   batch,
   entry,  // of the queue
+  correction,  // of the meter
 };
 
 // What stands for a value in help and manual: "FILE".

@@ -21,7 +21,8 @@ std::vector<std::unique_ptr<Command>> make_commands() {
       kAnalyzeCommand,      kReportCommand,        kBudgetCommand,       kVerifyCommand,
       kModelCurveCommand,   kModelDesignCommand,   kModelLadderCommand,  kModelCompareCommand,
       kModelFitCommand,     kBackupCommand,        kRestoreCommand,      kDoctorCommand,
-      kConfigCheckCommand,  kConfigShowCommand,    kMetricsCommand,
+      kConfigCheckCommand,  kConfigShowCommand,    kMetricsCommand,      kLcrCorrectCommand,
+      kLcrShowCommand,
   };
   std::vector<std::unique_ptr<Command>> out;
   for (const auto factory : factories) out.push_back(factory());

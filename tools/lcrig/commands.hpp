@@ -16,6 +16,7 @@ extern const CommandFactory kRunCommand, kRehearseCommand, kStatusCommand, kWatc
     kQueueAddCommand, kQueueListCommand, kQueueShowCommand, kQueueMoveCommand, kQueueRemoveCommand,
     kQueueHoldCommand, kQueueStartCommand, kQueueClearCommand, kQueueHistoryCommand,
     kQueueLockCommand, kQueueUnlockCommand, kQueueAnswerCommand, kBackupCommand, kRestoreCommand,
-    kDoctorCommand, kMetricsCommand, kConfigCheckCommand, kConfigShowCommand;
+    kDoctorCommand, kMetricsCommand, kConfigCheckCommand, kConfigShowCommand, kLcrCorrectCommand,
+    kLcrShowCommand;
 
 }  // namespace lcrig::cli

@@ -184,6 +184,10 @@ void Completion::add_values(const Argument& a) {
     case Proposes::tag: return add_of_runs("SELECT tag, max(run) FROM v_tag");
     case Proposes::batch: return add_batches();
     case Proposes::entry: return add_entries();
+    case Proposes::correction:
+      candidates_.add("open", "nothing between the probes");
+      candidates_.add("short", "probes joined");
+      break;
   }
 }
 

@@ -34,6 +34,12 @@ void Console::note(std::string_view words) {
   err.flush();
 }
 
+bool Console::wait_for_enter(std::string_view words) {
+  err << words;
+  err.flush();
+  return enter && enter();
+}
+
 void Console::print_file(std::string_view text) {
   if (out_tty) {
     out << printable_lines(text);
@@ -60,6 +66,10 @@ Console real_console(const ProcessEnv& env) {
   console.err_tty = ::isatty(STDERR_FILENO) == 1 && term != "dumb";
   console.color = console.err_tty && !env.get("NO_COLOR");
   console.width = terminal_width;
+  console.enter = [] {
+    std::string line;
+    return static_cast<bool>(std::getline(std::cin, line));
+  };
   return console;
 }
 

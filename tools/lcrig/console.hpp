@@ -25,10 +25,13 @@ struct Console {
   bool out_tty = false;  // a terminal shows `out`: a file goes there without escape codes
   bool color = false;
   std::function<int()> width;  // columns of the terminal behind `err`
+  std::function<bool()> enter;  // waits until a person typed a line; false: nobody ever will
 
   void print(const Failure& failure);
   void note(std::string_view words);  // what a person may want to know; one line of `err`
   void next(std::string_view command);  // what to type now
+  // Asks a person at a terminal to press Enter. False: the terminal is gone.
+  bool wait_for_enter(std::string_view words);
   // A file to `out`: byte by byte, unless a terminal would obey some of them.
   void print_file(std::string_view text);
 };

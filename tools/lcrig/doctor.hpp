@@ -12,6 +12,7 @@
 
 #include "base/time.hpp"
 #include "daemon/control/messages.hpp"
+#include "storage/corrections.hpp"
 #include "storage/sqlite.hpp"
 
 namespace lcrig::cli {
@@ -67,6 +68,9 @@ Finding look_at_disk(const Database& db, std::int64_t now_unix_ns);
 Finding look_at_plans(const Database& db);
 // The meter's, as it was read back in the last run with instruments; nothing without such a run.
 void look_at_meter_settings(const Database& db, Findings& findings);
+// Open and short correction of the meter that said so now, else of the last run with instruments.
+void look_at_corrections(const Database& db, const std::optional<MeterCorrections>& asked,
+                         std::int64_t now_unix_ns, Findings& findings);
 // Of the file that the daemon says it has: nullopt unless it has another one open, of this name.
 std::optional<Finding> look_whether_replaced(const Machine& machine, const std::string& database);
 // Process that holds the writer's lock; nullopt: none, or it cannot be told.

@@ -149,22 +149,16 @@ Finding look_at_plans(const Database& db) {
 }
 
 void look_at_meter_settings(const Database& db, Findings& findings) {
-  struct Last {
-    std::int64_t run;
-    std::string settings, correction;
-  };
-  const auto last = db.first(
-      "SELECT id, lcr_settings_json, correction_json FROM run WHERE simulated = 0"
-      " ORDER BY id DESC LIMIT 1",
-      [](const Statement& row) {
-        return Last{row.integer(0), std::string(row.text(1)), std::string(row.text(2))};
-      });
+  using Last = std::pair<std::int64_t, std::string>;
+  const auto last =
+      db.first("SELECT id, lcr_settings_json FROM run WHERE simulated = 0 ORDER BY id DESC LIMIT 1",
+               [](const Statement& row) { return Last(row.integer(0), row.text(1)); });
   if (!last) {
     findings.push_back(unreadable(last.error()));
     return;
   }
   if (!*last) return;
-  const auto& [run, settings, correction] = **last;
+  const auto& [run, settings] = **last;
   const auto read_back = listed(settings);
   if (read_back.empty()) {
     findings.emplace_back("meter settings", Health::warn,
@@ -174,12 +168,6 @@ void look_at_meter_settings(const Database& db, Findings& findings) {
     findings.emplace_back("meter settings", Health::ok,
                           fmt::format("read back in run {}: {}", run, read_back));
   }
-  const auto corrected = listed(correction);
-  findings.emplace_back(
-      "correction", Health::ok,
-      corrected.empty() ? "open and short correction are not known to lcrig, nor how old they are:"
-                          " look at the meter's CORR page"
-                        : fmt::format("stored with run {}: {}", run, corrected));
 }
 
 namespace {

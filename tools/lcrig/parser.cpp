@@ -365,6 +365,12 @@ std::string Parser::help_of(const Command* command, const std::string& group) co
   return fmt::format("Example: lcrig rehearse static-frame --specimen paper-1\n\n{}", app.help());
 }
 
+// What a group does without a verb; "": it needs one.
+std::string usual_verb(std::string_view group) {
+  if (group == "runs") return "list";
+  return group == "lcr" ? "show" : "";
+}
+
 // `lcrig help run` is `lcrig run --help`, and `lcrig runs` lists them.
 std::vector<std::string> as_parsed(const Parser& parser, std::vector<std::string> args) {
   const auto at = parser.first_word(args, 0);
@@ -373,9 +379,10 @@ std::vector<std::string> as_parsed(const Parser& parser, std::vector<std::string
     args.emplace_back("--help");
     return args;
   }
-  if (at == args.size() || args[at] != "runs" || asks_for(args, "--help", "-h")) return args;
+  const auto verb = at == args.size() ? std::string() : usual_verb(args[at]);
+  if (verb.empty() || asks_for(args, "--help", "-h")) return args;
   if (parser.first_word(args, at + 1) < args.size()) return args;
-  args.insert(args.begin() + static_cast<std::ptrdiff_t>(at) + 1, "list");
+  args.insert(args.begin() + static_cast<std::ptrdiff_t>(at) + 1, verb);
   return args;
 }
 

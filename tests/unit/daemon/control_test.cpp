@@ -28,10 +28,20 @@ TEST_F(Control, EveryMethodReachesItsHandler) {
     EXPECT_TRUE(client.call(request("run.tag", wrong)).contains("error")) << wrong;
   }
   const auto added = client.call(request("specimen.add", R"({"text":"{}"})"));
+  handler.corrections.meter = "LCR-6100 A";
+  handler.corrections.open.on = true;
+  const auto corrected = client.call(request("lcr.correct", R"({"kind":"short"})"));
+  client.call(request("lcr.show"));
+  for (const char* wrong : {"{}", R"({"kind":"load"})", R"({"kind":1})"}) {
+    EXPECT_TRUE(client.call(request("lcr.correct", wrong)).contains("error")) << wrong;
+  }
   EXPECT_THAT(handler.calls,
               ElementsAre("pause", "resume present", "resume 12", "resume 12 confirmed",
                           "abort smoke", "freeze look", "confirm", "note 3 dusty", "tag 3 a b",
-                          "untag 3 a", "specimen {}"));
+                          "untag 3 a", "specimen {}", "correct short", "look at corrections"));
+  EXPECT_EQ(corrected["result"]["meter"], "LCR-6100 A");
+  EXPECT_EQ(corrected["result"]["open"]["on"], true);
+  EXPECT_TRUE(corrected["result"]["short"]["on"].is_null());
   EXPECT_EQ(tagged["result"]["tags"].dump(), R"(["a","b"])");
   EXPECT_EQ(noted["result"]["run"], 3);
   EXPECT_EQ(resumed["result"]["run"], 13) << "the run that goes on";

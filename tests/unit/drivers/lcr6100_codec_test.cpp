@@ -30,6 +30,14 @@ TEST(ReadingLine, AnOverloadIsNoNumber) {
   EXPECT_EQ(both->flags, lcr_flag::kPrimaryOverload | lcr_flag::kSecondaryOverload);
 }
 
+TEST(Switch, IsOnOrOffInAnyDialect) {
+  for (const char* on : {"on", "ON", "1", " On "}) EXPECT_EQ(parse_switch(on), true) << on;
+  for (const char* off : {"off", "OFF", "0"}) EXPECT_EQ(parse_switch(off), false) << off;
+  for (const char* neither : {"", "2", "onn", "+1.00000e+00"}) {
+    EXPECT_EQ(parse_switch(neither), std::nullopt) << neither;
+  }
+}
+
 TEST(ReadingLine, DcrHasOneNumberAndNoAuxiliaryWord) {
   const auto r = parse_reading("+4.92312e+03,OUT ,OK");
   ASSERT_TRUE(r);

@@ -281,13 +281,78 @@ TEST(Lcr6100, AMeterThatBecameSlowIsSetUpAgain) {
 TEST(Lcr6100, CorrectionsEndWithPassOrWithTheMetersWord) {
   MeterBench bench;
   ASSERT_TRUE(bench.run(bench.meter->identify()));
-  EXPECT_TRUE(bench.run(bench.meter->correct(LcrMeter::Correction::open)));
-  EXPECT_TRUE(bench.run(bench.meter->correct(LcrMeter::Correction::short_circuit)));
+  auto on = bench.run(bench.meter->corrections());
+  ASSERT_TRUE(on) << on.error().what;
+  EXPECT_EQ(on->open, false);
+  EXPECT_EQ(on->short_circuit, false);
+  const double begin = bench.seconds();
+  EXPECT_TRUE(bench.run(bench.meter->correct(CorrectionKind::open)));
+  EXPECT_GT(bench.seconds(), begin + 20) << "it measures at all its frequencies";
+  on = bench.run(bench.meter->corrections());
+  EXPECT_EQ(on->open, true);
+  EXPECT_EQ(on->short_circuit, false) << "one does not switch the other on";
+  EXPECT_TRUE(bench.run(bench.meter->correct(CorrectionKind::short_circuit)));
+  EXPECT_EQ(bench.run(bench.meter->corrections())->short_circuit, true);
   bench.sim->faults().correction_fails = true;
-  const auto failed = bench.run(bench.meter->correct(LcrMeter::Correction::open));
+  const auto failed = bench.run(bench.meter->correct(CorrectionKind::open));
   ASSERT_FALSE(failed);
   EXPECT_EQ(failed.error().code, Errc::refused);
+  EXPECT_FALSE(bench.run(bench.meter->measure())) << "it has to be set up again";
   EXPECT_TRUE(bench.run(bench.meter->configure(LcrSettings())));
+}
+
+// The meter measures, and leaves it to a command of its own whether the result is used.
+TEST(Lcr6100, ACorrectionThatTheMeterDoesNotSwitchOnIsRefused) {
+  MeterBench bench;
+  ASSERT_TRUE(bench.run(bench.meter->identify()));
+  bench.sim->faults().lose_sets = 3;
+  const auto made = bench.run(bench.meter->correct(CorrectionKind::open));
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().code, Errc::refused) << made.error().what;
+  EXPECT_EQ(bench.run(bench.meter->corrections())->open, false);
+}
+
+TEST(Lcr6100, AVerdictThatNeverComesIsNoReplyAndALateOneIsNoReading) {
+  MeterBench bench;
+  ASSERT_TRUE(bench.run(bench.meter->identify()));
+  bench.sim->faults().replies = {Fault(Kind::none), Fault(Kind::drop)};
+  const auto made = bench.run(bench.meter->correct(CorrectionKind::open));
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().code, Errc::no_reply);
+  Fault late(Kind::none);
+  late.delay = 150s;
+  bench.sim->faults().replies = {Fault(Kind::none), late};
+  EXPECT_FALSE(bench.run(bench.meter->correct(CorrectionKind::short_circuit)));
+  ASSERT_TRUE(bench.run(bench.meter->configure(LcrSettings())));
+  const auto r = bench.run(bench.meter->measure());
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_NEAR(r->primary.value_or(0), 7.2914e-12, 1e-12);
+}
+
+TEST(Lcr6100, AMeterThatDoesNotKnowTheQuestionLeavesItsCorrectionsUnknown) {
+  MeterBench bench;
+  ASSERT_TRUE(bench.run(bench.meter->identify()));
+  bench.sim->faults().replies = {Fault(Kind::drop), Fault(Kind::none), Fault(Kind::drop),
+                                 Fault(Kind::none), Fault(Kind::drop)};
+  const auto on = bench.run(bench.meter->corrections());
+  ASSERT_TRUE(on) << on.error().what;
+  EXPECT_FALSE(on->open);
+  EXPECT_FALSE(on->short_circuit);
+  ASSERT_TRUE(bench.run(bench.meter->configure(LcrSettings())));
+  EXPECT_TRUE(bench.run(bench.meter->measure()));
+  bench.sim->close();
+  EXPECT_EQ(bench.run(bench.meter->corrections()).error().code, Errc::disconnected);
+}
+
+// A power cut takes no correction away from a meter that keeps them.
+TEST(Lcr6100, ACorrectedMeterStaysCorrected) {
+  SimConfig config;
+  config.corrected = true;
+  MeterBench bench("", config);
+  ASSERT_TRUE(bench.run(bench.meter->identify()));
+  EXPECT_EQ(bench.run(bench.meter->corrections())->open, true);
+  bench.sim->power_on();
+  EXPECT_EQ(bench.run(bench.meter->corrections())->short_circuit, true);
 }
 
 // The pause between two questions was taken for a slow meter.

@@ -40,7 +40,7 @@ class SlowMeter final : public LcrMeter {
     co_return reading;
   }
   Task<Result<LcrSettings>> reconnect() override { co_return LcrSettings(); }
-  Task<Result<>> correct(Correction) override { co_return Result<>(); }
+  Task<Result<>> correct(CorrectionKind) override { co_return Result<>(); }
   Task<Result<>> resync() override { co_return Result<>(); }
   Task<Result<>> make_safe() override { co_return Result<>(); }
   void close() override {}

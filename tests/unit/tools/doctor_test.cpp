@@ -272,15 +272,110 @@ TEST_F(Doctor, TellsTheSettingsOfTheLastRunWithInstruments) {
   row.lcr_settings_json = R"({"function":"CPD","frequency_Hz":1000.0})";
   ASSERT_TRUE(insert_run(db, row));
   look_at_meter_settings(db, findings);
-  ASSERT_EQ(findings.size(), 2U);
+  ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(worst_of(findings), Health::ok);
   EXPECT_EQ(findings[0].what, "read back in run 2: frequency_Hz 1000.0, function CPD");
-  EXPECT_THAT(findings[1].what, HasSubstr("not known to lcrig"));
   row.lcr_settings_json = "{}";
   ASSERT_TRUE(insert_run(db, row));
   findings.clear();
   look_at_meter_settings(db, findings);
   EXPECT_EQ(worst_of(findings), Health::warn);
+}
+
+constexpr std::int64_t kDay_ns = 86'400'000'000'000;
+
+// A database with a run at day 100, and what doctor says of the corrections.
+class DoctorOnCorrections : public ::testing::Test {
+ protected:
+  void record(std::optional<bool> open, std::optional<bool> short_circuit, bool simulated = false) {
+    RunRow row;
+    row.simulated = simulated;
+    row.started_unix_ns = 100 * kDay_ns;
+    row.corrections.emplace();
+    row.corrections->meter = "LCR-6100 A";
+    row.corrections->open.on = open;
+    row.corrections->short_circuit.on = short_circuit;
+    ASSERT_TRUE(insert_run(db, row));
+  }
+  void store(CorrectionKind kind, std::int64_t day, const std::string& meter = "LCR-6100 A") {
+    StoredCorrection made;
+    made.kind = kind;
+    made.meter = meter;
+    made.operator_name = "Ada";
+    made.made_unix_ns = day * kDay_ns;
+    ASSERT_TRUE(add_correction(db, made));
+  }
+  Findings found(std::int64_t today,
+                 const std::optional<MeterCorrections>& asked = std::nullopt) const {
+    Findings out;
+    look_at_corrections(db, asked, today * kDay_ns, out);
+    return out;
+  }
+  const TempDir dir;
+  Database db = open_read_write(dir.file("rig.db")).value();
+};
+
+TEST_F(DoctorOnCorrections, FreshOnesThatAreOnAreInOrder) {
+  EXPECT_TRUE(found(1).empty()) << "no meter was ever seen";
+  record(true, true, true);
+  EXPECT_TRUE(found(1).empty()) << "of a bench";
+  store(CorrectionKind::open, 90);
+  store(CorrectionKind::short_circuit, 90);
+  record(true, true);
+  const auto now = found(110);
+  ASSERT_EQ(now.size(), 2U);
+  EXPECT_EQ(worst_of(now), Health::ok);
+  EXPECT_EQ(now[0].what,
+            "open: on, made 1970-04-01 00:00 UTC by Ada (20 days ago); LCR-6100 A, as run 2 found "
+            "it");
+  EXPECT_EQ(now[0].mend, "");
+  EXPECT_THAT(now[1].what, HasSubstr("short: on"));
+}
+
+TEST_F(DoctorOnCorrections, OldOnesAndThoseOfAnotherMeterAreWarnedOf) {
+  store(CorrectionKind::open, 90);
+  store(CorrectionKind::short_circuit, 99, "LCR-6100 B");
+  record(true, true);
+  EXPECT_EQ(found(120)[0].health, Health::ok);
+  const auto later = found(121);
+  EXPECT_EQ(later[0].health, Health::warn);
+  EXPECT_THAT(later[0].what, HasSubstr("31 days ago); LCR-6100 A"));
+  EXPECT_THAT(later[0].what, HasSubstr("older than 30 days"));
+  EXPECT_EQ(later[0].mend, "lcrig lcr correct open");
+  EXPECT_EQ(later[1].health, Health::warn);
+  EXPECT_THAT(later[1].what, HasSubstr("short: on, not made through lcrig"));
+  EXPECT_EQ(later[1].mend, "lcrig lcr correct short");
+}
+
+TEST_F(DoctorOnCorrections, OneThatIsOffIsWarnedOfUntilItIsMadeAnewOrTheMeterSaysOtherwise) {
+  store(CorrectionKind::open, 90);
+  store(CorrectionKind::short_circuit, 90);
+  record(false, std::nullopt);
+  EXPECT_EQ(found(101)[0].health, Health::warn);
+  EXPECT_THAT(found(101)[0].what, HasSubstr("open: off"));
+  EXPECT_EQ(found(101)[1].health, Health::ok) << "a meter that cannot say";
+  MeterCorrections asked;
+  asked.meter = "LCR-6100 A";
+  asked.open.on = true;
+  asked.open.made_unix_ns = 90 * kDay_ns;
+  asked.short_circuit.on = false;
+  EXPECT_EQ(found(101, asked)[0].health, Health::ok);
+  EXPECT_THAT(found(101, asked)[0].what, HasSubstr("LCR-6100 A, asked now"));
+  EXPECT_EQ(found(101, asked)[1].health, Health::warn);
+  asked.simulated = true;
+  EXPECT_EQ(found(101, asked)[0].health, Health::warn) << "a bench is no news of the meter";
+  store(CorrectionKind::open, 101);
+  EXPECT_EQ(found(102)[0].health, Health::ok) << "read back as on after the run";
+}
+
+TEST_F(DoctorOnCorrections, OfAnOlderLcrigNothingIsKnown) {
+  ASSERT_TRUE(insert_run(db, RunRow()));
+  const auto now = found(1);
+  EXPECT_EQ(worst_of(now), Health::warn);
+  EXPECT_EQ(now.at(0).what, "open: not known; run 1 is of an older lcrig");
+  store(CorrectionKind::open, 1, "LCR-6100 B");
+  EXPECT_EQ(found(1).at(0).health, Health::ok);
+  EXPECT_THAT(found(1).at(1).what, HasSubstr("short: not known; LCR-6100 B"));
 }
 
 class DoctorCommandLine : public ::testing::Test {

@@ -3,10 +3,12 @@
 // outside, nothing that a text in the database could smuggle in.
 #include <gmock/gmock.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "analysis/report/report.hpp"
+#include "storage/corrections.hpp"
 #include "storage/database.hpp"
 #include "tests/support/cli_fixture.hpp"
 #include "tests/support/xml.hpp"
@@ -114,6 +116,28 @@ TEST_F(Report, OfAStaticRunHasEverySection) {
   EXPECT_THAT(html, AllOf(HasSubstr("SIMULATED"), HasSubstr("verified:"), HasSubstr("paper-1"),
                           HasSubstr("Residuals of the fits"), HasSubstr("seed 7")));
   expect_harmless(html);
+}
+
+TEST_F(Report, TellsTheMetersCorrectionsInOneLine) {
+  EXPECT_THAT(page({"1"}), HasSubstr("open: on, not made through lcrig; short: on, not made"));
+  const std::string copy = cli.dir.file("copy.db");
+  std::filesystem::copy_file(db, copy);
+  StoredCorrection made;
+  made.meter = "LCR-6100 SIM000001";
+  made.operator_name = kHostile;
+  made.made_unix_ns = 1'000'000'000;
+  ASSERT_TRUE(add_correction(open_read_write(copy).value(), made));
+  must(short_static(copy));
+  ASSERT_EQ(cli.run({"--db", copy, "report", "last", "-o", file}), 0) << cli.err.str();
+  const std::string html = read(file);
+  EXPECT_THAT(html, HasSubstr("open: on, made 1970-01-01 00:00 UTC by &lt;script&gt;"));
+  expect_harmless(html);
+  ASSERT_EQ(cli.run({"--db", copy, "runs", "show", "last", "--json"}), 0) << cli.err.str();
+  const auto shown = nlohmann::json::parse(cli.out.str());
+  EXPECT_EQ(shown["correction"]["open"]["made_unix_ns"], 1'000'000'000);
+  ASSERT_EQ(cli.run({"--db", copy, "export", "last", "-o", cli.dir.file("csv")}), 0);
+  const auto package = nlohmann::json::parse(read(cli.dir.file("csv/datapackage.json")));
+  EXPECT_EQ(package["lcrig"]["correction"], shown["correction"]);
 }
 
 TEST_F(Report, ItsNumbersAreThoseOfTheAnalysis) {

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Requests of people about the corrections of the meter, which need the rig for themselves. App
+// owns it; the control socket calls it.
+#pragma once
+
+#include "daemon/app/callers.hpp"
+#include "daemon/app/queue_turns.hpp"
+#include "daemon/app/rig_use.hpp"
+#include "daemon/control/handler.hpp"
+#include "daemon/rig/corrector.hpp"
+#include "daemon/service.hpp"
+
+namespace lcrig {
+
+class MeterRequests final : public MeterHandler {
+ public:
+  // What App shares with it; all outlive it.
+  struct Parts {
+    RigUse& use;
+    Callers& callers;
+    const QueueTurns& queue;
+    const ServiceNotifier& notifier;
+  };
+  MeterRequests(const Corrector::Parts& corrector, const Parts& parts)
+      : corrector_(corrector), parts_(parts) {}
+
+  Task<Result<MeterCorrections>> correct(CorrectionKind kind, PeerCredentials peer) override;
+  Task<Result<MeterCorrections>> look() override;
+  // The daemon ends.
+  void give_up() { corrector_.give_up(); }
+
+ private:
+  Corrector corrector_;
+  Parts parts_;
+};
+
+}  // namespace lcrig
