@@ -17,19 +17,27 @@ Task<Result<>> AnswerTaker::confirm(PeerCredentials peer) {
     if (!answered) co_return fail(answered.error());
     co_return Result<>();
   }
-  peer.user = co_await callers_.name_of(peer);
-  const bool confirmed = person_.confirmed();
+  const std::string asked = person_.prompt();
   QueueRunner* const queue = queue_.runner();
-  if (!confirmed && queue != nullptr && queue->awaits_consent()) {
-    co_return co_await queue->answer("yes", std::nullopt, std::move(peer));
+  const bool at_gate = queue != nullptr && queue->awaits_consent();
+  const auto entry = at_gate ? queue->status().entry : std::nullopt;
+  peer.user = co_await callers_.name_of(peer);
+  const bool confirmed = person_.prompt() == asked && person_.confirmed();
+  if (!confirmed && at_gate) {
+    co_return co_await queue->answer("yes", entry, std::move(peer));
   }
   if (!confirmed) co_return fail(Errc::invalid_request, "nothing waits for confirmation");
   callers_.note("run.confirm", peer);
   co_return Result<>();
 }
 
-// An answer that a client is told to be taken is in the database.
+// An answer that a client is told to be taken is in the database. It is for the question that was
+// asked when it came: another one may be asked once the name of the peer is known.
 Task<Result<Answered>> AnswerTaker::answer(AnswerRequest request, PeerCredentials peer) {
+  const Run* asking = use_.live_run();
+  if (!request.question && asking != nullptr && asking->question()) {
+    request.question = asking->question()->number;
+  }
   peer.user = co_await callers_.name_of(peer);
   auto live = use_.running();
   if (!live) co_return fail(live.error());

@@ -44,22 +44,23 @@ bool Heartbeat::is_working() {
   if (!is_news) return stuck_.empty();
   if (stuck_.empty()) {
     spdlog::info("every part moves again");
+    parts_.notifier.status("every part moves again");
     return true;
   }
   spdlog::critical("{}; systemd's watchdog is not fed any more", stuck_.front());
-  parts_.notifier.status("stuck: " + stuck_.front());
   if (Run* run = parts_.use.live_run()) {
     run->interrupt(InterruptRequest(Interrupt::fault, Error(Errc::bug, stuck_.front())));
   }
   return false;
 }
 
-// Updates the line that `systemctl status` shows. A stop may take as long as `finally` does, while
-// all parts move.
+// Updates the line that `systemctl status` shows. That a part is stuck is more than what the run
+// does. A stop may take as long as `finally` does, while all parts move.
 void Heartbeat::tell_service(bool working) const {
+  if (!working) return parts_.notifier.status("stuck: " + stuck_.front());
   parts_.news.service_status();
   if (parts_.rig.is_reckoning()) parts_.notifier.status("reckons the simulated specimen");
-  if (parts_.use.is_ending() && parts_.use.session() != nullptr && working) {
+  if (parts_.use.is_ending() && parts_.use.session() != nullptr) {
     parts_.notifier.extend_timeout(kStopExtension);
   }
 }

@@ -30,6 +30,8 @@ class MeterRequests final : public MeterHandler {
   void give_up() { corrector_.give_up(); }
 
  private:
+  Result<> not_of_queue() const;
+
   Corrector corrector_;
   Parts parts_;
 };

@@ -26,15 +26,21 @@ Task<> RunRequests::tell_refusal(std::string wanted, PeerCredentials peer, Error
                printable(error.what, kLongestReason));
 }
 
-// A queue that goes leaves the rig to nobody.
+// A queue that goes leaves the rig to nobody. It may be started while a claim waits.
 Task<Result<>> RunRequests::claim_for_person() {
-  if (parts_.queue.goes()) {
-    co_return fail(
-        Errc::busy,
-        "the queue goes, and runs what is next in it: `lcrig run --next` puts a run at its "
-        "front, `lcrig queue hold` holds it");
-  }
-  co_return co_await parts_.use.claim(RigUse::State::starting);
+  if (auto free = not_of_queue(); !free) co_return free;
+  auto claimed = co_await parts_.use.claim(RigUse::State::starting);
+  if (!claimed) co_return claimed;
+  auto still_free = not_of_queue();
+  if (!still_free) parts_.use.give_back();
+  co_return still_free;
+}
+
+Result<> RunRequests::not_of_queue() const {
+  if (!parts_.queue.goes()) return {};
+  return fail(Errc::busy,
+              "the queue goes, and runs what is next in it: `lcrig run --next` puts a run at its "
+              "front, `lcrig queue hold` holds it");
 }
 
 Task<Result<RunStarted>> RunRequests::start_run(RunRequest request, PeerCredentials peer) {

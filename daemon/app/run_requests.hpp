@@ -37,6 +37,7 @@ class RunRequests final : public RunHandler {
 
  private:
   Task<Result<>> claim_for_person();
+  Result<> not_of_queue() const;
   Task<Result<RunStarted>> begin(RunRequest request, PeerCredentials& peer);
   Task<Result<RunStarted>> continue_run(std::int64_t run, bool confirmed, PeerCredentials peer);
   Task<Result<RunStarted>> begin_continuation(std::int64_t run, bool confirmed,

@@ -54,6 +54,7 @@ const Number* end_of_sweep(const Steps& steps, const Number& n, Rounding to,
 
 std::vector<Change> change_of(const Number& n, double si, Rounding to, const Asked& asked) {
   if (n.name.empty()) {
+    if (n.pointer.empty()) return {};  // it was reckoned, and stands nowhere
     const double value = rounded(si / n.to_si, to, false);
     return {Change(n.pointer, value, false)};
   }

@@ -41,7 +41,7 @@ struct Asked {
 };
 // The change that makes `number` at most, or at least, `si`: rounded to three digits, towards the
 // values that are good. For a sweep's variable it changes the end that goes furthest. None when the
-// value is out of the parameter's range.
+// value is out of the parameter's range, or when `number` stands nowhere in the file.
 std::vector<Change> at_most(const Number& number, double si, const Asked& asked);
 std::vector<Change> at_least(const Number& number, double si, const Asked& asked);
 

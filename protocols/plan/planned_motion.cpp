@@ -52,7 +52,7 @@ Refusal PlannedMotion::too_fast(const std::string& why, const Number& speed, dou
 Refusal PlannedMotion::too_strong(const std::string& why, double felt, const Number& speed,
                                   const Number& target) {
   const double limit = rig_.limits().force_max_N, none = rig_.felt_N(0);
-  const double v = rig_.get(speed), slowest = std::max(rig_.frame().speed_min.si(), 1e-6);
+  const double v = speed_of(speed), slowest = std::max(rig_.frame().speed_min.si(), 1e-6);
   const auto largest = [&](double speed_m_s) {
     double good = none, bad = felt;
     for (int i = 0; i < 40; ++i) {
@@ -74,7 +74,7 @@ Refusal PlannedMotion::too_strong(const std::string& why, double felt, const Num
 // possible, and on the one that the specimen's model expects.
 void PlannedMotion::check_stop(double felt, const Number& speed,
                                const std::optional<Number>& allowed, const Number* target) {
-  const double v = rig_.get(speed), limit = rig_.limits().force_max_N;
+  const double v = speed_of(speed), limit = rig_.limits().force_max_N;
   double worst = rig_.stop_N(felt, v);
   constexpr double kNone = std::numeric_limits<double>::infinity();
   const double measured =
@@ -110,7 +110,7 @@ void PlannedMotion::check_stop(double felt, const Number& speed,
 // The step's own allowance is judged by what is expected, or, without a model, by the worst.
 void PlannedMotion::check_expected(double force, const Number& speed,
                                    const std::optional<Number>& allowed) {
-  const double v = rig_.get(speed);
+  const double v = speed_of(speed);
   const auto expected = rig_.forecast().expected_stop_N(force, v);
   const double end = expected ? *expected : rig_.forecast().stop_N(force, v);
   if (expected) rig_.expect_overshoot(end - force);
@@ -126,19 +126,36 @@ void PlannedMotion::check_expected(double force, const Number& speed,
 
 // A travel inside the specimen. The device is told to stop at a force from which it cannot go
 // beyond the limit, and that must be more than the travel is expected to take.
-void PlannedMotion::check_pressing(double depth, double expected_N, const Number& speed) {
-  const double v = rig_.get(speed), limit = rig_.limits().force_max_N;
+void PlannedMotion::check_pressing(double depth, const Target& to, const Number& speed) {
+  const double v = speed_of(speed), limit = rig_.limits().force_max_N;
   // Gap zero is where the search stood, which is pressed already.
-  const double worst = rig_.forecast().bound().force_after_N(rig_.contact_N(), depth);
+  const auto worst_N = [&](double deep) {
+    return rig_.forecast().bound().force_after_N(rig_.contact_N(), deep);
+  };
+  const auto needed_N = [&](double deep) {
+    return 1.2 * rig_.force_at(rig_.contact_m() + deep) +
+           least_trip_N(rig_.frame(), force_noise_N(rig_.known()).value_or(0));
+  };
+  const double worst = worst_N(depth);
   if (!exceeds(worst, limit)) return rig_.foresee(worst, v);
-  const double needed =
-      1.2 * expected_N + least_trip_N(rig_.frame(), force_noise_N(rig_.known()).value_or(0));
-  if (rig_.forecast().trip_N(v, limit) >= needed) return rig_.foresee(limit, v);
+  const double needed = needed_N(depth), trip = rig_.forecast().trip_N(v, limit);
+  if (trip >= needed) return rig_.foresee(limit, v);
   const std::string why = fmt::format(
       "{:.4g} mm/s, {:.4g} um deep into the specimen: a stop at {:.3g} N may end beyond the limit "
       "of {:.4g} N",
       v * 1e3, depth * 1e6, needed, limit);
-  out_.refuse(too_fast(why, speed, rig_.forecast().fastest_m_s(needed, limit), false));
+  const double fastest = rig_.forecast().fastest_m_s(needed, limit);
+  double good = 0, bad = depth;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (good + bad);
+    (exceeds(worst_N(middle), limit) && trip < needed_N(middle) ? bad : good) = middle;
+  }
+  const bool is_too_slow = fastest <= 0 || fastest < rig_.frame().speed_min.si();
+  if (!is_too_slow || !(good > 0)) return out_.refuse(too_fast(why, speed, fastest, false));
+  const bool is_gap = to.kind == TargetKind::gap;
+  out_.refuse(Refusal(fmt::format("{}: at most {:.3g} um deep, or a higher limit", why, good * 1e6),
+                      is_gap ? at_least(to.value, -good, rig_.asked())
+                             : at_most(to.value, rig_.contact_m() + good, rig_.asked())));
 }
 
 // Towards a specimen that may be anywhere: the device stops at a force of its own, which must be
@@ -173,7 +190,7 @@ void PlannedMotion::to_travel(const Target& to, const Number& speed) {
   }
   const double target = is_gap ? rig_.contact_m() - value : value;
   way_m_ = std::abs(target - rig_.travel_m());
-  out_.seconds = way_m_ / v;
+  out_.seconds += way_m_ / v;
   add_remark(out_.note, fmt::format("{:.4g} mm at {:.4g} mm/s", way_m_ * 1e3, v * 1e3));
   // Without a known place of contact no force is expected: the gap is a guess, used only for times.
   const bool somewhere =
@@ -184,7 +201,7 @@ void PlannedMotion::to_travel(const Target& to, const Number& speed) {
   if (!away && rig_.contact() == PlannedRig::Contact::unknown) {
     check_blind(speed);
   } else if (!away && (is_gap || rig_.is_placed())) {
-    if (target > rig_.contact_m()) check_pressing(target - rig_.contact_m(), expected, speed);
+    if (target > rig_.contact_m()) check_pressing(target - rig_.contact_m(), to, speed);
   } else if (!is_gap && !rig_.is_placed() && rig_.contact() == PlannedRig::Contact::found) {
     add_remark(out_.note, "checked when the contact was found");
   }
@@ -201,7 +218,7 @@ void PlannedMotion::to_force(const Target& to, const Number& speed) {
   const double force = rig_.force_of(to), v = rig_.get(speed);
   const double target = rig_.travel_at(force);
   way_m_ = std::abs(target - rig_.travel_m());
-  out_.seconds = way_m_ / v;
+  out_.seconds += way_m_ / v;
   add_remark(out_.note,
              fmt::format("{:.4g} mm at {:.4g} mm/s to {:.4g} N", way_m_ * 1e3, v * 1e3, force));
   rig_.go_to_travel(target, nullptr, out_);

@@ -19,9 +19,12 @@ class PlannedMotion {
   PlannedMotion(PlannedRig& rig, const Number& timeout, StepPlan& out)
       : rig_(rig), timeout_(timeout), out_(out) {}
 
+  // Each adds its time to `out.seconds`: a step may have several motions.
   void to_travel(const Target& to, const Number& speed);
   void to_force(const Target& to, const Number& speed);
   void search(double way_m) { way_m_ = way_m; }
+  // Judged at this speed from now on, whatever the step states; advice still names its place.
+  void slow_to(double speed_m_s) { slowed_m_s_ = speed_m_s; }
   // A motion that the device stops when the specimen feels `felt_N`. `allowed`: the overshoot that
   // the step allows. `target`: the force that the step names, if a smaller one would do as well.
   void check_stop(double felt_N, const Number& speed, const std::optional<Number>& allowed,
@@ -30,7 +33,7 @@ class PlannedMotion {
 
  private:
   void check_expected(double force_N, const Number& speed, const std::optional<Number>& allowed);
-  void check_pressing(double depth_m, double expected_N, const Number& speed);
+  void check_pressing(double depth_m, const Target& to, const Number& speed);
   void check_blind(const Number& speed);
   Refusal too_fast(const std::string& why, const Number& speed, double fastest_m_s,
                    bool may_take_longer);
@@ -38,11 +41,13 @@ class PlannedMotion {
   // this speed stops in time.
   Refusal too_strong(const std::string& why, double felt_N, const Number& speed,
                      const Number& target);
+  double speed_of(const Number& speed) const { return slowed_m_s_.value_or(rig_.get(speed)); }
 
   PlannedRig& rig_;
   const Number& timeout_;
   StepPlan& out_;
   double way_m_ = 0;
+  std::optional<double> slowed_m_s_;
 };
 
 // Whether the frame's force loop can hold the contact at this force.

@@ -118,8 +118,8 @@ void PlannedRig::go_to_travel(double travel, const Target* to, StepPlan& out) {
       out.refuse(Refusal(no->why, suggest(no->end)));
     }
   }
-  if (!moved_) plan_.travel_min_m = plan_.travel_max_m = travel_;
-  moved_ = true;
+  if (!has_moved()) plan_.travel_min_m = plan_.travel_max_m = travel_;
+  ++motions_;
   travel_ = travel;
   plan_.travel_min_m = std::min(plan_.travel_min_m, travel);
   plan_.travel_max_m = std::max(plan_.travel_max_m, travel);

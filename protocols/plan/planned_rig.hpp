@@ -64,7 +64,8 @@ class PlannedRig {
   Contact contact() const { return contact_state_; }
   bool can_be_measured() const { return contact_state_ == Contact::found; }
   bool is_placed() const { return placed_; }
-  bool has_moved() const { return moved_; }
+  bool has_moved() const { return motions_ > 0; }
+  std::int64_t motions() const { return motions_; }  // so far
   double fastest_m_s() const { return fastest_m_s_; }
   double pressed_m_s() const { return pressed_m_s_; }
   // With the specimen as its model expects it.
@@ -110,7 +111,7 @@ class PlannedRig {
   double fastest_m_s_ = 0, pressed_m_s_ = 0;  // of all motions; of those that may press
   Contact contact_state_ = Contact::unknown;
   bool placed_ = false;  // travel of the machine and place of contact are known together
-  bool moved_ = false;
+  std::int64_t motions_ = 0;
 };
 
 }  // namespace lcrig

@@ -225,7 +225,15 @@ StepPlan Planner::visit(const Step& step) {
     out.refuse(Refusal(std::move(*why)));
     return out;
   }
-  return std::visit([this](const auto& s) { return s.plan(rig_); }, step.action);
+  const std::int64_t before = rig_.motions();
+  StepPlan out = std::visit([this](const auto& s) { return s.plan(rig_); }, step.action);
+  // What commands the frame is asked of the facts alone: a frame that is only observed is not
+  // stopped either.
+  if (rig_.motions() != before && !facts_of(step).commands_frame()) {
+    out.why =
+        Refusal("a bug: its plan moves the frame, its facts say that it commands none: report it");
+  }
+  return out;
 }
 
 }  // namespace lcrig

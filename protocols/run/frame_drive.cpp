@@ -86,6 +86,11 @@ void FrameDrive::keep_hands_off(std::string why, Errc code) {
 }
 
 Result<> FrameDrive::may_move() const {
+  if (!setup_.commands) {
+    return fail(Errc::bug,
+                "this run only observes the frame, and a step wants to move it: the facts of the "
+                "step are wrong");
+  }
   if (!hands_off_) return {};
   return fail(hands_off_->code, "{}: nothing is moved any more", hands_off_->what);
 }

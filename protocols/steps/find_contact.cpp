@@ -81,7 +81,8 @@ StepPlan FindContactStep::plan(PlannedRig& rig) const {
   rig.begin_search();
   rig.go_to_force(rise, &force, out);
   motion.search(approach);
-  motion.check_stop(rise, v < most ? Number(v) : speed, overshoot);
+  motion.slow_to(v);
+  motion.check_stop(rise, speed, overshoot);
   motion.check_timeout();
   rig.find_contact(rise, v);
   rig.go_to_travel(rig.travel_at(rise), nullptr, out);

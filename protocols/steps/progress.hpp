@@ -24,10 +24,14 @@ struct StepProgress {
   StepProgress(const StepProgress&) = delete;
   StepProgress& operator=(const StepProgress&) = delete;
   virtual ~StepProgress() = default;
+  // The run that this one continues was cut off in this step. By default the step begins as if it
+  // had never run.
   virtual void go_on_from(const LeftOff& /*before*/) {}
-  // The step does not go on now; the time until it does again is not its own.
+  // The step does not go on now; the time until it does again is not its own. By default nothing
+  // changes: a step that measures time from a moment that it keeps here has to override it.
   virtual void interrupt(MonoTime /*now*/) {}
-  // After a loss it does not go on but begins anew.
+  // After a loss it does not go on but begins anew. By default nothing is forgotten: a step that
+  // keeps what it has done here has to override it, or it takes up where it was.
   virtual void begin_again(RunParts& /*run*/) {}
 };
 

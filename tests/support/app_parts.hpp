@@ -36,6 +36,9 @@ class ToldRig final : public InstrumentFactory {
   bool hangs = false;  // its ports open slowly
   std::optional<Error> refuses;  // they do not open
   bool stands = true;  // the frame confirms a STOP
+  Operator* person = nullptr;  // confirms and answers; nullptr: a simulated one
+  // Around the instruments; may be empty.
+  std::function<std::unique_ptr<Instruments>(std::unique_ptr<Instruments>)> wrap;
   std::function<void()> asked;  // the meter was
   int opened = 0, asks = 0, stops = 0, looks = 0, configs = 0;
 
@@ -43,8 +46,11 @@ class ToldRig final : public InstrumentFactory {
     ++opened;
     while (hangs) co_await clock_.wait_for(std::chrono::milliseconds(10));
     if (refuses) co_return fail(*refuses);
-    const SimRequest sim(*find_bench("paper"), wanted);
-    co_return make_sim_instruments(executor_, clock_, sim);
+    SimRequest sim(*find_bench("paper"), wanted);
+    sim.person = person;
+    auto made = make_sim_instruments(executor_, clock_, sim);
+    if (made && wrap) co_return wrap(std::move(*made));
+    co_return made;
   }
   bool is_real() const override { return real; }
   Task<> ask_meter() override {

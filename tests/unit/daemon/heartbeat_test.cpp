@@ -84,6 +84,91 @@ TEST_F(Beat, TellsTheManagerWhatTheRunDoes) {
   clock.run(io, [this] { return use.is_idle(); });
 }
 
+// A driver with a bug: it stops the frame in its own time.
+class StuckFrame final : public LoadFrame {
+ public:
+  StuckFrame(LoadFrame& inner, Clock& clock, const bool& stuck)
+      : inner_(inner), clock_(clock), stuck_(stuck) {}
+
+  const FrameCapabilities& capabilities() const override { return inner_.capabilities(); }
+  std::optional<std::string> origin() const override { return inner_.origin(); }
+  Task<Result<Identity>> identify() override { return inner_.identify(); }
+  Task<Result<Identity>> observe(double rate_Hz) override { return inner_.observe(rate_Hz); }
+  Task<Result<>> arm(FrameLimits limits) override { return inner_.arm(limits); }
+  Task<Result<>> set_sample_rate(double rate_Hz) override {
+    return inner_.set_sample_rate(rate_Hz);
+  }
+  Task<Result<MotionOutcome>> move_to(Length travel, Velocity speed) override {
+    return inner_.move_to(travel, speed);
+  }
+  Task<Result<MotionOutcome>> move_until_force(Force force, Velocity speed, Length guard) override {
+    return inner_.move_until_force(force, speed, guard);
+  }
+  Task<Result<MotionOutcome>> ramp_force(Force force, ForceRate rate) override {
+    return inner_.ramp_force(force, rate);
+  }
+  Task<Result<>> hold_travel() override { return inner_.hold_travel(); }
+  Task<Result<>> hold_force(Force force) override { return inner_.hold_force(force); }
+  Task<Result<>> zero(bool force, bool travel) override { return inner_.zero(force, travel); }
+  Task<Result<MotionOutcome>> place_mass(Mass mass) override { return inner_.place_mass(mass); }
+  Task<Result<>> stop() override {
+    while (stuck_) co_await clock_.wait_for(10ms);
+    co_return co_await inner_.stop();
+  }
+  Task<Result<>> resync() override { return inner_.resync(); }
+  Task<Result<Identity>> reconnect() override { return inner_.reconnect(); }
+  void close() override { inner_.close(); }
+  void set_listener(Listener* listener) override { inner_.set_listener(listener); }
+
+ private:
+  LoadFrame& inner_;
+  Clock& clock_;
+  const bool& stuck_;
+};
+
+class StuckInstruments final : public Instruments {
+ public:
+  StuckInstruments(std::unique_ptr<Instruments> inner, Clock& clock, const bool& stuck)
+      : inner_(std::move(inner)), frame_(inner_->frame(), clock, stuck) {
+    info_ = inner_->info();
+  }
+  LcrMeter& meter() override { return inner_->meter(); }
+  LoadFrame& frame() override { return frame_; }
+  Operator& person() override { return inner_->person(); }
+  Task<> close() override { return inner_->close(); }
+
+ private:
+  std::unique_ptr<Instruments> inner_;
+  StuckFrame frame_;
+};
+
+TEST_F(Beat, SaysThatAPartIsStuckForAsLongAsItIs) {
+  bool stuck = false;
+  rig.wrap = [&](std::unique_ptr<Instruments> inner) {
+    return std::make_unique<StuckInstruments>(std::move(inner), clock, stuck);
+  };
+  auto starter = make_starter();
+  ASSERT_TRUE(run(use.claim(RigUse::State::starting)));
+  ASSERT_TRUE(run(starter.start(prepare_run(one_level()))));
+  begin(heartbeat_.run());
+  pass(2s);
+  stuck = true;
+  use.live_run()->interrupt(InterruptRequest(Interrupt::pause, "by ada"));
+  pass(25s);
+  static_cast<void>(manager_.take());
+  pass(10s);
+  const auto told = manager_.take();
+  EXPECT_THAT(told, testing::SizeIs(testing::Ge(9U)));
+  EXPECT_THAT(told, testing::Each(testing::StartsWith("STATUS=stuck: the runner")))
+      << "and the watchdog is not fed";
+  stuck = false;
+  clock.run(io, [this] { return use.is_idle(); });
+  EXPECT_THAT(use.last_run()->reason, HasSubstr("the runner")) << "it was not paused but ended";
+  EXPECT_THAT(manager_.take(), testing::IsSupersetOf({std::string("WATCHDOG=1"),
+                                                      std::string("STATUS=every part moves "
+                                                                  "again")}));
+}
+
 class Figures : public Beat {
  protected:
   Config config_;

@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 
+#include <future>
+
 #include "daemon/app/answer_taker.hpp"
 #include "daemon/app/queue_turns.hpp"
 #include "daemon/app/stops.hpp"
@@ -212,6 +214,95 @@ TEST_F(AppAnswers, ConfirmWhatAPersonIsAskedFor) {
   EXPECT_TRUE(run(answers.confirm(ada_)));
   clock.run(io, [&asked] { return asked.has_value(); });
   EXPECT_TRUE(*asked);
+}
+
+constexpr const char* kTwoQuestions = R"({ "format": "load-protocol/1", "name": "asks",
+  "limits": {},
+  "sample": { "lcr": { "function": "Cp-D", "frequency_Hz": 1000, "level_V": 1, "aperture": "fast" } },
+  "steps": [
+    { "id": "lid", "do": "ask", "text": "Close the lid.", "answer": "confirmation", "timeout_s": 600 },
+    { "id": "probe", "do": "ask", "text": "Lower the probe.", "answer": "confirmation", "timeout_s": 600 },
+    { "id": "rest", "do": "measure", "count": 3, "within_s": 2 } ],
+  "finally": [] })";
+
+// The name of one user is looked up until the test knows it.
+class SlowName : public AppAnswers {
+ protected:
+  SlowName() {
+    bob_.uid = 7;
+    EXPECT_TRUE(named_.listen(dir.file("socket")));
+  }
+  void TearDown() override {
+    begin(named_.close(1s));
+    AppAnswers::TearDown();
+  }
+  // Ends once `name_bob` was called.
+  void confirm_slowly() {
+    begin(keep(slow_.confirm(bob_), late_));
+    io.poll();
+    EXPECT_FALSE(late_);
+  }
+  Result<> name_bob() {
+    known_.set_value();
+    clock.run(io, [this] { return late_.has_value(); });
+    return *late_;
+  }
+  ControlOptions options() {
+    ControlOptions out;
+    out.user_name = [known = std::shared_future<void>(known_.get_future())](std::uint32_t) {
+      known.wait();
+      return std::optional<std::string>("bob");
+    };
+    return out;
+  }
+
+  std::promise<void> known_;
+  PeerCredentials bob_;
+  std::optional<Result<>> late_;
+  ControlServer named_{io.get_executor(), clock, handler, options()};
+  Callers slow_callers_{clock, named_, recorder};
+  AnswerTaker slow_{use, slow_callers_, person_, turns, recorder};
+};
+
+TEST_F(SlowName, ConfirmsTheQuestionThatWasAskedWhenItCame) {
+  rig.person = &person_;
+  RunRequest request = one_level();
+  request.protocol_text = kTwoQuestions;
+  ASSERT_TRUE(run(use.claim(RigUse::State::starting)));
+  const auto started = run(starter.start(prepare_run(std::move(request))));
+  ASSERT_TRUE(started) << started.error().what;
+  const auto asks = [this](std::int64_t number) {
+    const auto& open = use.live_run()->question();
+    return open && open->number == number;
+  };
+  clock.run(io, [&asks] { return asks(1); });
+  confirm_slowly();
+  ASSERT_TRUE(run(answers.confirm(ada_)));
+  clock.run(io, [&asks] { return asks(2); });
+  const auto late = name_bob();
+  ASSERT_FALSE(late);
+  EXPECT_THAT(late.error().what, HasSubstr("question 1 waits no more"));
+  EXPECT_TRUE(asks(2));
+  ASSERT_TRUE(run(answers.confirm(ada_)));
+  wait_for_end();
+  EXPECT_EQ(use.last_run()->exit_status, ExitStatus::success) << use.last_run()->reason;
+}
+
+TEST_F(SlowName, ConfirmsThePromptThatStoodWhenItCame) {
+  std::optional<Result<>> first, second;
+  begin(keep(person_.confirm("put 100 g on the rod"), first));
+  io.poll();
+  confirm_slowly();
+  ASSERT_TRUE(run(answers.confirm(ada_)));
+  clock.run(io, [&first] { return first.has_value(); });
+  begin(keep(person_.confirm("put 200 g on the rod"), second));
+  io.poll();
+  const auto late = name_bob();
+  ASSERT_FALSE(late);
+  EXPECT_THAT(late.error().what, HasSubstr("nothing waits"));
+  EXPECT_FALSE(second);
+  ASSERT_TRUE(run(answers.confirm(ada_)));
+  clock.run(io, [&second] { return second.has_value(); });
 }
 
 }  // namespace

@@ -42,6 +42,16 @@ TEST_F(Drive, AFrameOfSomebodyElseIsOnlyObserved) {
   EXPECT_EQ(drive().stands(), 1U) << "it counts as told";
 }
 
+TEST_F(Drive, NothingMovesAFrameOfSomebodyElse) {
+  setup().commands = false;
+  const auto may = drive().may_move();
+  ASSERT_FALSE(may);
+  EXPECT_EQ(may.error().code, Errc::bug);
+  EXPECT_FALSE(run(drive().arm(FrameLimits())));
+  EXPECT_FALSE(run(drive().hold_force(0.5)));
+  EXPECT_THAT(frame.commands, IsEmpty());
+}
+
 TEST_F(Drive, LimitsAreSentWhenTheyChange) {
   FrameLimits limits;
   EXPECT_TRUE(run(drive().arm(limits)));

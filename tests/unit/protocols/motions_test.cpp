@@ -78,6 +78,14 @@ TEST_F(Motion, DoesNotBeginOnceHandsAreOff) {
   EXPECT_THAT(frame.commands, IsEmpty());
 }
 
+// A step whose facts are wrong.
+TEST_F(Motion, OfAFrameThatIsOnlyObservedIsABug) {
+  setup().commands = false;
+  EXPECT_EQ(to_travel(1e-3).error().code, Errc::bug);
+  EXPECT_EQ(run(parts().motions.to_force(0.1, 1e-5, 60)).error().code, Errc::bug);
+  EXPECT_THAT(frame.commands, IsEmpty());
+}
+
 TEST_F(Motion, ThatWouldPressTooHardIsRefusedBeforeAnythingMoves) {
   EXPECT_EQ(run(parts().motions.to_force(0.9, 0.01, 60)).error().code, Errc::invalid_request);
   EXPECT_THAT(frame.commands, IsEmpty());

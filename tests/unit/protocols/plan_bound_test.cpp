@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "protocols/plan/planned_motion.hpp"
 #include "tests/unit/protocols/planned.hpp"
 
 namespace lcrig {
@@ -12,6 +13,16 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
+using testing::IsEmpty;
+
+// The value that a refusal proposes for a place.
+std::string advised(const std::string& text, const std::string& place) {
+  const auto at = text.find(place + ": ");
+  EXPECT_NE(at, std::string::npos) << text;
+  if (at == std::string::npos) return "0";
+  const auto begin = at + place.size() + 2;
+  return text.substr(begin, text.find_first_of(",)", begin) - begin);
+}
 
 TEST(Plan, PredictedOvershootMustFitTheAllowanceAndTheLimit) {
   // dF = k (v tau + v^2 / 2a) = 60e3 * (1e-3 * 1e-3 + 1e-6 / 0.1) = 0.66 N at 1 mm/s.
@@ -44,13 +55,96 @@ TEST(Plan, AForceTooNearToTheLimitIsAnsweredByOneThatIsAccepted) {
   // 60e3 * (0.016e-3 * 1e-3 + 0.016e-3^2 / 0.1) = 0.00111 N beyond.
   const std::string text = refusal(load("1.5"), frame_rig());
   EXPECT_THAT(text, HasSubstr("to 1.5 N may end at 1.50111 N"));
-  const std::string place = "(/steps/0/until/force_N: ";
-  const auto at = text.find(place);
-  ASSERT_NE(at, std::string::npos) << text;
-  const auto begin = at + place.size();
-  const std::string advised = text.substr(begin, text.find(')', begin) - begin);
-  EXPECT_GT(std::stod(advised), 1.4);
-  EXPECT_EQ(refusal(load(advised), frame_rig()), "planned");
+  const std::string value = advised(text, "/steps/0/until/force_N");
+  EXPECT_GT(std::stod(value), 1.4);
+  EXPECT_EQ(refusal(load(value), frame_rig()), "planned");
+}
+
+TEST(Plan, ADepthAtWhichNoSpeedIsSlowEnoughIsAnsweredByOneThatIsAccepted) {
+  Rig rig = frame_rig();
+  rig.frame_stiffness_N_m = 600e3;  // ten times as stiff as the model expects
+  rig.start_travel = Length::from_si(-2e-3);
+  rig.start_gap = 2.0_mm;
+  const auto press = [](const std::string& to) {
+    return R"({"id":"p","do":"ramp","to":{)" + to + R"(},"speed_mm_s":0.1,"timeout_s":400})";
+  };
+  // 1.2 times the 1.32 N that are expected there is more than the limit.
+  const std::string gap = refusal(press(R"("gap_um":-22)"), rig);
+  EXPECT_THAT(gap, HasSubstr("22 um deep into the specimen"));
+  const std::string gap_um = advised(gap, "/steps/0/to/gap_um");
+  EXPECT_LT(std::stod(gap_um), -15);
+  EXPECT_EQ(refusal(press(R"("gap_um":)" + gap_um), rig), "planned");
+  const std::string travel_um =
+      advised(refusal(press(R"("travel_um":22)"), rig), "/steps/0/to/travel_um");
+  EXPECT_DOUBLE_EQ(std::stod(travel_um), -std::stod(gap_um));
+  EXPECT_EQ(refusal(press(R"("travel_um":)" + travel_um), rig), "planned");
+  // Where a slower motion would do, the depth stays.
+  EXPECT_THAT(advised(refusal(R"({"id":"p","do":"ramp","to":{"gap_um":-15},"speed_mm_s":1,)"
+                              R"("timeout_s":400})",
+                              rig),
+                      "/steps/0/speed_mm_s"),
+              testing::StartsWith("0."));
+}
+
+TEST(Plan, ASearchThatIsSlowedDownStillNamesItsSpeed) {
+  const auto search = [](const std::string& speed, const std::string& timeout_s) {
+    return R"({"id":"c","do":"find_contact","speed_mm_s":)" + speed +
+           R"(,"force_N":0.02,"back_off_mm":0.1,"slow_down":true,"overshoot_mN":0.1,)"
+           R"("timeout_s":)" +
+           timeout_s + "}";
+  };
+  // Slowed down for the limit, but not for the step's own allowance.
+  const std::string text = refusal(search("2", "60"), frame_rig());
+  EXPECT_THAT(text, HasSubstr("the step allows 0.0001 N"));
+  const std::string speed = advised(text, "/steps/0/speed_mm_s");
+  EXPECT_EQ(speed, "0.00163");
+  EXPECT_EQ(refusal(search(speed, advised(text, "/steps/0/timeout_s")), frame_rig()), "planned");
+
+  std::string named = with_steps(search(R"("$v_mm_s")", "4000"));
+  named.insert(1, R"("parameters":{"v_mm_s":{"default":2,"min":0.0001,"max":9}},)");
+  EXPECT_THAT(plan_of(parse_protocol(named, "t.json").value(), frame_rig()).error().what,
+              HasSubstr("(-p v_mm_s=0.00163)"));
+}
+
+TEST(Plan, ANumberThatStandsNowhereIsNothingToChange) {
+  const Protocol protocol = load_protocol("protocols/library/creep.json").value();
+  const Environment environment;
+  EXPECT_THAT(at_most(Number(1e-3), 1e-4, Asked{protocol, environment}), IsEmpty());
+  EXPECT_THAT(at_least(Number(1e-3), 1e-2, Asked{protocol, environment}), IsEmpty());
+}
+
+TEST(Plan, AStepOfTwoMotionsTakesAsLongAsBoth) {
+  const Protocol protocol =
+      parse_protocol(with_steps(R"({"id":"m","do":"measure","count":1,"within_s":5})"), "t.json")
+          .value();
+  const Environment environment;
+  const Rig rig = frame_rig();
+  Plan plan;
+  PlannedRig planned(protocol, environment, rig,
+                     bind_limits(protocol, environment, rig.frame).value(), plan);
+  StepPlan out;
+  const Number timeout(100), speed(1e-3);
+  PlannedMotion motion(planned, timeout, out);
+  Target to;
+  to.kind = TargetKind::travel;
+  to.value = Number(-1e-3);  // 2 mm from where the frame is assumed to stand
+  motion.to_travel(to, speed);
+  to.value = Number(-2e-3);
+  motion.to_travel(to, speed);
+  EXPECT_NEAR(out.seconds, 3, 1e-9);
+}
+
+// No file can say this: a travel that is held asks nothing of the frame.
+TEST(Plan, AStepThatMovesThoughItsFactsDenyItIsABug) {
+  Protocol protocol =
+      parse_protocol(with_steps(R"({"id":"h","do":"hold","hold":"force","force_N":1,"for_s":1})"),
+                     "t.json")
+          .value();
+  ASSERT_TRUE(plan_of(protocol, frame_rig()));
+  std::get<HoldStep>(protocol.steps.front().action).mode = HoldMode::travel;
+  const auto plan = plan_of(protocol, frame_rig());
+  ASSERT_FALSE(plan);
+  EXPECT_THAT(plan.error().what, HasSubstr("/steps/0 (h): a bug: its plan moves the frame"));
 }
 
 TEST(Plan, WhatTheUnloadedCellShowsBelowZeroIsMissingUpToTheLimit) {
