@@ -120,10 +120,10 @@ class AnalyzeCommand final : public Command {
       auto analysis = analyse(*db, *run, wanted_);
       if (!analysis) {
         const auto look = next_command(context.global, {"runs", "show", text});
-        return Failure(analysis.error(), next_after(analysis.error(), *db, look));
+        return Failure(analysis.error(), next_after(analysis.error(), look));
       }
       const auto chain = checked.get();
-      if (!chain) return Failure(chain.error(), next_after(chain.error(), *db));
+      if (!chain) return Failure(chain.error(), next_after(chain.error()));
       if (!chain->intact) analysis->notes.insert(analysis->notes.begin(), remark_on(*chain));
       out.push_back(std::move(*analysis));
     }
