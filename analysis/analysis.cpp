@@ -103,4 +103,11 @@ std::vector<const Metric*> RunAnalysis::metrics() const {
   return list;
 }
 
+const RangeResult* RunAnalysis::range_of(const Metric& metric) const {
+  for (const RangeResult& r : ranges) {
+    if (&r.sensitivity == &metric) return &r;
+  }
+  return nullptr;
+}
+
 }  // namespace lcrig

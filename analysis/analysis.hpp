@@ -37,7 +37,7 @@ struct RigAccuracy {
 struct AnalysisOptions {
   std::vector<PressureRange> ranges{{0, 30}, {35, 100}};
   bool search_regions = false;  // look for the two linear regions of the curve, too
-  double confidence = 0.95;
+  double confidence = kConfidence;
   RigAccuracy rig;
 };
 
@@ -329,6 +329,8 @@ struct RunAnalysis : RunFacts,
 
   // Every metric above that is a Metric, ranges included, in the order of a table.
   std::vector<const Metric*> metrics() const;
+  // Whose sensitivity it is; null: a metric of the whole run.
+  const RangeResult* range_of(const Metric& metric) const;
   // Those beside the ranges that depend on the choice of a branch or of a time.
   std::vector<const Metric*> chosen() const {
     return {&dynamic_range, &force_sensitivity, &delta_C};

@@ -30,14 +30,15 @@ json error_of(const Metric& m) {
   return m ? number(m.estimate->standard_error) : json(nullptr);
 }
 
-// Always of 95 %, whatever was asked for.
+constexpr double kOfCi95 = 0.95;  // whatever was asked for
+
 json ci95(const Metric& m) {
   if (!m || !m.estimate->standard_error || !m.estimate->degrees_of_freedom) return nullptr;
   const Estimate& e = *m.estimate;
   if (e.is_deviation) {
-    return pair(estimate_of_deviation(e.value, *e.degrees_of_freedom, 0.95).interval);
+    return pair(estimate_of_deviation(e.value, *e.degrees_of_freedom, kOfCi95).interval);
   }
-  return pair(estimate(e.value, *e.standard_error, *e.degrees_of_freedom, 0.95).interval);
+  return pair(estimate(e.value, *e.standard_error, *e.degrees_of_freedom, kOfCi95).interval);
 }
 
 json of(const Metric& m) {
@@ -244,7 +245,7 @@ json to_json(const Comparison& c) {
 json to_json(const RunAnalysis& a) {
   json metrics = json::object();
   for (const Metric* m : a.metrics()) {
-    if (m->name != "sensitivity_fF_per_kPa") metrics[m->name] = of(*m);
+    if (a.range_of(*m) == nullptr) metrics[m->name] = of(*m);
   }
   json uncertainties = json::array();
   for (const Uncertainty& b : a.uncertainties) uncertainties.push_back(to_json(b));

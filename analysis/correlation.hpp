@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Readings that know of their neighbours: a first-order process in stretches with unknown means, by
-// restricted maximum likelihood. Private to analysis/.
+// How much a reading resembles the one before it, from all stretches in which the specimen is left
+// alone: a standard error that takes readings as independent is too small by that. Each stretch has
+// a mean of its own (a first-order process, restricted maximum likelihood). Private to analysis/.
 #pragma once
 
 #include <cstdint>

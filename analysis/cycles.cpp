@@ -20,8 +20,6 @@ constexpr double kExact = std::numeric_limits<double>::infinity();  // degrees o
 constexpr const char* kOneCycle =
     "one cycle: the interval knows nothing of what differs between cycles";
 
-constexpr const char* kEqualForce = "of delta C at equal peak force";
-
 void close_loading(const RunView& view, Loading& c, double highest, std::vector<Loading>& out) {
   if (highest < kCounts * view.peak_N) return;
   c.number = static_cast<std::int32_t>(out.size()) + 1;
@@ -288,8 +286,19 @@ SlopePart error_of_mullins(const CycleResults& out) {
   return error;
 }
 
+// A turn overshoots, and not always by the same: the last loading at the force of the first.
+void set_mullins_to_equal_force(const Scene& scene, CycleResults& out) {
+  const CycleResult &first = out.cycles.front(), &last = out.cycles.back();
+  const double more_fF =
+      slope_at_peak_fF_per_N(scene, out.cycles) * (last.peak_force_N - first.peak_force_N);
+  const double percent = more_fF / first.delta_C_fF * 100;
+  out.mullins.estimate->value += percent;
+  if (!out.mullins.estimate->interval) return;
+  for (double& end : *out.mullins.estimate->interval) end += percent;
+}
+
 // Delta C at equal peak force, or force at equal peak travel.
-void calc_mullins(double confidence, CycleResults& out) {
+void calc_mullins(const Scene& scene, CycleResults& out) {
   std::vector<double> forces, travels;
   for (const CycleResult& c : out.cycles) {
     forces.push_back(c.peak_force_N);
@@ -300,8 +309,10 @@ void calc_mullins(double confidence, CycleResults& out) {
   if (spread(forces) <= 0.02 && first.delta_C_fF != 0) {
     const double percent = (1 - last.delta_C_fF / first.delta_C_fF) * 100;
     const auto [se, freedom] = error_of_mullins(out);
-    out.mullins.estimate = se > 0 ? estimate(percent, se, freedom, confidence) : Estimate(percent);
-    out.mullins.reason = kEqualForce;
+    out.mullins.estimate =
+        se > 0 ? estimate(percent, se, freedom, scene.options.confidence) : Estimate(percent);
+    set_mullins_to_equal_force(scene, out);
+    out.mullins.reason = "of delta C at equal peak force";
     if (out.cycles.size() == 2) {
       add_note(out.mullins.reason, "two cycles: the interval knows nothing of what else differs");
     }
@@ -359,18 +370,6 @@ void add_common_errors_of_force_sensitivity(const Scene& scene, const HoldResult
   out.parts_of_force_sensitivity.push_back({drift_se, scene.drift.rate_freedom()});
   out.force_sensitivity.estimate =
       estimate_of_parts(e.value, out.parts_of_force_sensitivity, scene.options.confidence);
-}
-
-// A turn overshoots, and not always by the same: the last loading at the force of the first.
-void set_mullins_to_equal_force(const Scene& scene, CycleResults& out) {
-  const CycleResult &first = out.cycles.front(), &last = out.cycles.back();
-  if (!out.mullins.estimate || !out.mullins.reason.starts_with(kEqualForce)) return;
-  const double more_fF =
-      slope_at_peak_fF_per_N(scene, out.cycles) * (last.peak_force_N - first.peak_force_N);
-  const double percent = more_fF / first.delta_C_fF * 100;
-  out.mullins.estimate->value += percent;
-  if (!out.mullins.estimate->interval) return;
-  for (double& end : *out.mullins.estimate->interval) end += percent;
 }
 
 void name_metrics(CycleResults& out) {
@@ -437,10 +436,9 @@ CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Met
   if (out.cycles.size() < 2) {
     out.mullins.reason = "it takes two cycles";
   } else {
-    calc_mullins(scene.options.confidence, out);
+    calc_mullins(scene, out);
   }
   add_common_errors_of_force_sensitivity(scene, holds, out);
-  set_mullins_to_equal_force(scene, out);
   name_estimands(scene, out);
   return out;
 }

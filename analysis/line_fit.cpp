@@ -10,7 +10,7 @@
 #include <cmath>
 #include <ranges>
 
-#include "analysis/online.hpp"
+#include "base/online.hpp"
 
 namespace lcrig {
 

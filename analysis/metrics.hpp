@@ -10,7 +10,7 @@
 #include "analysis/correlation.hpp"
 #include "analysis/drift.hpp"
 #include "analysis/line_fit.hpp"
-#include "analysis/online.hpp"
+#include "base/online.hpp"
 
 namespace lcrig {
 

@@ -120,9 +120,8 @@ double digit_F(const std::vector<RunReading>& readings) {
   return 0;
 }
 
-Uncertainty* find(std::vector<Uncertainty>& list, const std::string& begin) {
-  const auto it = std::ranges::find_if(
-      list, [&](const Uncertainty& u) { return u.quantity.starts_with(begin); });
+Uncertainty* find(std::vector<Uncertainty>& list, UncertainResult result) {
+  const auto it = std::ranges::find(list, result, &Uncertainty::result);
   return it == list.end() ? nullptr : &*it;
 }
 
@@ -159,11 +158,12 @@ void add_digit(const Scene& scene, RunAnalysis& a) {
       "of it, the expanded uncertainty does",
       digit_fF);
   for (Metric* m : {&a.c0, &a.dynamic_range, &a.delta_C}) add(*m, words);
-  add_resolution(find(a.uncertainties, "C0"), error_fF * 1e-3, digit_fF);
-  add_resolution(find(a.uncertainties, "delta C"), std::sqrt(2.0) * error_fF, digit_fF);
+  add_resolution(find(a.uncertainties, UncertainResult::c0), error_fF * 1e-3, digit_fF);
+  add_resolution(find(a.uncertainties, UncertainResult::delta_C), std::sqrt(2.0) * error_fF,
+                 digit_fF);
   if (a.c0 && a.c0.value() != 0) {
     const double percent = std::sqrt(2.0) * error_fF / std::abs(a.c0.value() * 1e3) * 100;
-    add_resolution(find(a.uncertainties, "dynamic range"), percent, digit_fF);
+    add_resolution(find(a.uncertainties, UncertainResult::dynamic_range), percent, digit_fF);
   }
   if (a.levels.empty()) return;
   for (RangeResult& r : a.ranges) {
@@ -171,7 +171,9 @@ void add_digit(const Scene& scene, RunAnalysis& a) {
     const double tilt = tilt_of_digit(a, r.range, error_fF);
     if (r.uncertainty.parts.empty()) continue;
     add_resolution(&r.uncertainty, tilt, digit_fF);
-    if (Uncertainty* u = find(a.uncertainties, r.uncertainty.quantity)) *u = r.uncertainty;
+    const auto told =
+        std::ranges::find(a.uncertainties, r.uncertainty.quantity, &Uncertainty::quantity);
+    if (told != a.uncertainties.end()) *told = r.uncertainty;
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pure error: the scatter of points that ought to be equal, whatever the shape of the curve.
-// Private to analysis/.
+// How well a level and a slope are known from what was measured more than once: levels of several
+// repeats, and readings within a level. The passes over levels and ranges use it. Private to
+// analysis/.
 #pragma once
 
 #include <map>

@@ -24,7 +24,14 @@ struct UncertaintyPart {
   std::string basis;  // "class 1: limits of 1 % of reading, rectangular; assumed"
 };
 
+// Of an interval and of an expanded uncertainty, where nobody asks for another one.
+inline constexpr double kConfidence = 0.95;
+
+// The results whose uncertainty the meter's digit adds to, beside the sensitivities.
+enum class UncertainResult { other, c0, delta_C, dynamic_range };
+
 struct Uncertainty {
+  UncertainResult result = UncertainResult::other;
   std::string quantity;  // "sensitivity 0-30 kPa"
   std::string unit;  // "fF/kPa"
   std::string estimand;  // that of the result
@@ -36,7 +43,7 @@ struct Uncertainty {
   double coverage_factor = 2;
   double expanded = 0;  // combined times coverage factor; not below `least`
   double least = 0;  // half-width of the interval of scatter alone
-  double confidence = 0.95;
+  double confidence = kConfidence;
 
   const UncertaintyPart* dominating() const;  // null: no parts
 };
@@ -44,7 +51,7 @@ struct Uncertainty {
 // Root sum of squares, Welch and Satterthwaite's degrees of freedom (truncated to a whole number,
 // as GUM G.4.1 has it), Student's t; never less than the half-width of the scatter alone. The parts
 // are not correlated with each other; what is common to the readings is already inside each part.
-void combine(Uncertainty& uncertainty, double confidence = 0.95);
+void combine(Uncertainty& uncertainty, double confidence = kConfidence);
 
 // Standard uncertainty of limits +-a, all values between them alike (GUM 4.3.7).
 double rectangular(double half_width);

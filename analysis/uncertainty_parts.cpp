@@ -168,6 +168,7 @@ void uncertainty_of_c0(const Scene& scene, const BaselineResult& out,
                        std::vector<Uncertainty>& list) {
   if (!out.c0 || !out.c0.estimate->standard_error) return;
   Uncertainty b;
+  b.result = UncertainResult::c0;
   b.quantity = "C0";
   b.unit = "pF";
   b.value = out.c0.value();
@@ -210,6 +211,7 @@ void uncertainty_of_dynamic_range(const SlopeBasis& basis, std::vector<Uncertain
   const CycleResults& out = basis.cycles;
   if (!out.dynamic_range || !out.dynamic_range.estimate->standard_error) return;
   Uncertainty b;
+  b.result = UncertainResult::dynamic_range;
   b.quantity = "dynamic range";
   b.unit = "%";
   b.estimand = out.dynamic_range.estimand;
@@ -265,6 +267,7 @@ void uncertainty_of_highest_level(const SlopeBasis& basis, std::vector<Uncertain
   const HighestLevelResult& top = basis.highest;
   if (top.parts_of_delta_C.empty()) return;
   Uncertainty b;
+  b.result = UncertainResult::delta_C;
   b.quantity = fmt::format("delta C at {:.4g} kPa", top.top_kPa);
   b.unit = "fF";
   b.estimand = top.delta_C.estimand;

@@ -16,6 +16,8 @@ constexpr bool ended_well(ExitStatus status) {
   return status == ExitStatus::success || status == ExitStatus::stopped;
 }
 std::string_view to_string(ExitStatus status);
+// Words for a run without an end: it goes on, or nobody records it.
+inline constexpr std::string_view kRunGoesOn = "running", kRunCutOff = "cut off";
 // `absent` stands for a run that has not ended.
 std::string_view to_string(std::optional<ExitStatus> status, std::string_view absent);
 std::optional<ExitStatus> parse_exit_status(std::string_view word);  // nullopt: no such word

@@ -26,7 +26,7 @@ inline constexpr const char* kLogLevelWords = "trace, debug, info, warn, error, 
 // escaped by `printable`.
 bool set_up_logging(std::string_view level);
 
-// The same words, while messages are logged.
+// Changes the level after set_up_logging, also while other threads log. False: no such word.
 bool set_log_level(std::string_view level);
 
 // While it lives, messages are written by a thread of their own: a journal, terminal or disk that

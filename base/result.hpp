@@ -38,6 +38,7 @@ struct Error {
   Errc code = Errc::bug;
   std::string what;
   std::string detail;  // more lines for a person at a terminal, such as the wrong line of a file
+  std::string database;  // path of the one that it is about; empty: it is about something else
 };
 
 // A value or an Error. Only this class knows that tl::expected is behind it, so that std::expected

@@ -25,6 +25,7 @@ constexpr Duration from_seconds(double s) {
 constexpr double to_seconds(Duration d) {
   return static_cast<double>(d.count()) * 1e-9;
 }
+inline constexpr double kLongestTime_s = 30 * 86400.0;  // that anybody may ask for: 30 days
 
 // Lets one coroutine end the wait of another on the same thread. It serves one waiter. A notify
 // without a waiter is remembered and ends the next wait at once. A wait may also end without a

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "analysis/least_squares.hpp"
-#include "analysis/online.hpp"
 #include "analysis/peak_curve.hpp"
+#include "base/online.hpp"
 #include "budget/loading_path.hpp"
 #include "budget/scatter.hpp"
 

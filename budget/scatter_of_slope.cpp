@@ -4,7 +4,7 @@
 #include <iterator>
 
 #include "analysis/even_slope.hpp"
-#include "analysis/online.hpp"
+#include "base/online.hpp"
 #include "budget/loading_path.hpp"
 #include "budget/scatter.hpp"
 

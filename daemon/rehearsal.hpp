@@ -13,7 +13,7 @@
 
 namespace lcrig {
 
-// Its instruments are made by a function.
+// The rig of a rehearsal: a function makes the instruments when the run opens them.
 class RehearsalRig final : public InstrumentFactory {
  public:
   using Make = std::function<Result<std::unique_ptr<Instruments>>(const InstrumentsRequest&)>;

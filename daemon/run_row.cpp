@@ -51,7 +51,7 @@ std::string parameters_json(const Environment& environment) {
 
 }  // namespace
 
-RunRow make_run_row(const RunFacts& facts, const Clock& clock) {
+RunRow make_run_row(const RowFacts& facts, const Clock& clock) {
   RunRow row;
   row.protocol_name = facts.protocol.name;
   row.protocol_text = facts.request.protocol_text;

@@ -11,7 +11,7 @@
 
 namespace lcrig {
 
-struct RunFacts {
+struct RowFacts {
   const RunRequest& request;
   const Protocol& protocol;
   const Environment& environment;
@@ -24,6 +24,6 @@ struct RunFacts {
   SettingsEvent settings;  // as read back
 };
 // It begins now.
-RunRow make_run_row(const RunFacts& facts, const Clock& clock);
+RunRow make_run_row(const RowFacts& facts, const Clock& clock);
 
 }  // namespace lcrig

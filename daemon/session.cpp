@@ -160,7 +160,7 @@ bool Session::simulated() const {
 
 RunRow Session::make_row() const {
   const Duration conversion = instruments_->meter().capabilities().conversion_time(settings_);
-  const RunFacts facts{.request = prepared_.request,
+  const RowFacts facts{.request = prepared_.request,
                        .protocol = prepared_.protocol,
                        .environment = prepared_.environment,
                        .info = instruments_->info(),

@@ -28,11 +28,13 @@ struct Limits {
   std::optional<Number> speed_max;  // m/s
 };
 
+inline constexpr double kFrameRate_Hz = 50;  // when a protocol does not say
+
 struct Sampling {
   LcrSettings lcr;
   bool aperture_auto = false;  // "auto": the plan chooses and says why; lcr.aperture is not meant
   bool lcr_continuous = true;  // record between `measure` steps too
-  double frame_rate_Hz = 50;
+  double frame_rate_Hz = kFrameRate_Hz;
 };
 
 enum class OnLoss { abort, wait, repeat_step };

@@ -90,17 +90,27 @@ class RunCopy {
     const auto twice = std::ranges::unique(runs);
     runs.erase(twice.begin(), twice.end());
     if (auto r = open_source(runs); !r) return fail(r.error());
-    if (auto r = require_possible(from_, to_); !r) return fail(r.error());
-    if (auto r = look_at_target(); !r) return fail(r.error());
+    if (auto r = require_possible(from_, to_); !r) return fail(of_target(r.error()));
+    if (auto r = look_at_target(); !r) return fail(of_target(r.error()));
     auto lock = WriterLock::acquire(to_);
-    if (!lock) return fail(lock.error());
+    if (!lock) return fail(of_target(lock.error()));
     auto copied = copy_all(runs);
     target_ = Database();
-    if (!copied && created_) remove_target();
-    return copied;
+    if (copied) return copied;
+    if (created_) remove_target();
+    return fail(of_target(copied.error()));
   }
 
  private:
+  // Once the runs were seen to be sound, all is about the target but a stop, and a source that
+  // cannot be read any more. SQLite's errors may name a file by its full path.
+  Error of_target(Error error) const {
+    std::error_code unknown;
+    const bool of_source = fs::equivalent(error.database, from_, unknown);
+    if (error.code != Errc::aborted && !of_source) error.database = to_;
+    return error;
+  }
+
   // All reads see one state; in it the runs are sound.
   Result<> open_source(const std::vector<std::int64_t>& runs) {
     auto source = open_read_only(from_);

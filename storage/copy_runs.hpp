@@ -28,7 +28,7 @@ struct CopiedRun {
 // `to` is created when nothing is there. The chains are verified before and after. Errors, after
 // each of which `to` is as it was: invalid_request (no such run, a broken or open one, one that is
 // there already, a place that is no database of this schema, the database itself), busy (a daemon
-// records into `to`), io, aborted.
+// records into `to`), io, aborted. Error::database is `to` when another one would help.
 Result<std::vector<CopiedRun>> copy_runs(const std::string& from, std::vector<std::int64_t> runs,
                                          const std::string& to, RunCopyOptions options);
 

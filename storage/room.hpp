@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The room on the disk that stays free beside a planned run. The recorder refuses a run by it, and
+// `lcrig doctor` warns by it.
 #pragma once
 
 #include <cstdint>

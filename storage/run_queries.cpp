@@ -129,7 +129,7 @@ RunRow read_run(const Statement& s) {
 }  // namespace
 
 std::string_view status_of(const RunListing& listing) {
-  return to_string(listing.exit_status, listing.goes_on ? "running" : "cut off");
+  return to_string(listing.exit_status, listing.goes_on ? kRunGoesOn : kRunCutOff);
 }
 
 Result<std::optional<std::int64_t>> last_run_end_unix_ns(const Database& db) {

@@ -42,15 +42,19 @@ Advice advice_for(int extended_code) {
 Error make_error(sqlite3* handle, std::string_view path, std::string_view doing) {
   const int code = handle != nullptr ? sqlite3_extended_errcode(handle) : SQLITE_NOMEM;
   const Advice advice = advice_for(code);
+  Error out(advice.code, {});
+  out.database = path;
   // Neither the statement nor SQLite's words tell more about a file like that.
   if (const int kind = code & 0xff; kind == SQLITE_NOTADB || kind == SQLITE_CORRUPT ||
                                     kind == SQLITE_BUSY || kind == SQLITE_LOCKED) {
-    return Error(advice.code, fmt::format("{}: {} ({})", path, advice.text, code));
+    out.what = fmt::format("{}: {} ({})", path, advice.text, code);
+    return out;
   }
   const char* message = handle != nullptr ? sqlite3_errmsg(handle) : "out of memory";
   constexpr std::size_t kShown = 60;  // of a statement; enough to recognise it
-  return Error(advice.code, fmt::format("{}: {}: {} ({}){}", path, doing.substr(0, kShown), message,
-                                        code, advice.text));
+  out.what =
+      fmt::format("{}: {}: {} ({}){}", path, doing.substr(0, kShown), message, code, advice.text);
+  return out;
 }
 
 // SQLite reads a name that begins with "file:" or ":" as an address, which may lead to another file

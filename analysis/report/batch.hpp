@@ -42,7 +42,7 @@ struct BatchGroup {
 
 struct BatchReport {
   StoredBatch batch;
-  double confidence = 0.95;
+  double confidence = kConfidence;
   std::vector<BatchedResult> results;
   std::vector<BatchGroup> groups;  // in the order of their first row; points into `results`
 };

@@ -63,8 +63,8 @@ std::string metrics_table(const RunAnalysis& analysis) {
               "rows", "definition"};
   for (const Metric* m : analysis.metrics()) {
     std::string label = text(metric_label(m->name));
-    for (const RangeResult& r : analysis.ranges) {
-      if (&r.sensitivity == m) label = "sensitivity " + range_name(r.range) + ", fF/kPa";
+    if (const RangeResult* r = analysis.range_of(*m)) {
+      label = "sensitivity " + range_name(r->range) + ", fF/kPa";
     }
     label += estimand_line(m->estimand);
     const bool known = static_cast<bool>(*m);

@@ -18,7 +18,9 @@ class FrameRescue {
               const std::unique_ptr<Recorder>& recorder, DatabaseWrites& writes)
       : database_(database), rig_(rig), recorder_(recorder), writes_(writes) {}
 
-  // Before the database is open, which may have to wait for a disk or for another program.
+  // Both are for the time before the database is open: to open it may mean to wait for a disk or
+  // for another program. True: the frame is real, and a run without an end may have left it moving,
+  // or the database did not tell within a second.
   bool may_be_left() const;
   Task<> stop_first();
 

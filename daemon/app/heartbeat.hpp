@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ten times a second, on the thread that does the work: the status to watchers and to the service
-// manager, and systemd's watchdog, which is fed only while every part moves. App owns it.
+// Shows ten times a second that the daemon works. Watchers get the status, and the service manager
+// too. systemd's watchdog is fed only while runner, sampler and recorder move. It runs on the
+// thread that does the work, so that a stuck thread is seen. App owns it.
 #pragma once
 
 #include <memory>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks after real instruments while no run uses them: makes the frame safe after a crash, asks the
-// meter now and then who it is, watches the nodes of the ports. App owns it.
+// Two loops that look after real instruments while no run uses them. One makes the frame safe after
+// a crash, and asks the meter again and again who it is. The other watches the nodes of the ports.
+// App owns it.
 #pragma once
 
 #include "daemon/app/frame_rescue.hpp"
@@ -15,10 +16,11 @@ class RigWatch {
            FrameRescue& rescue)
       : clock_(clock), rig_(rig), known_(known), use_(use), rescue_(rescue) {}
 
-  // Both return when the daemon ends. The frame is not asked, because other people may be working
-  // with it.
+  // Asks the meter. The frame is not asked, because other people may be working with it. Returns
+  // when the daemon ends.
   Task<> ask();
-  // Not in a run, which notices by itself. A look that never ends keeps neither the watchdog from
+  // Looks at the ports once a second until the daemon ends; not in a run, which notices by itself
+  // that an instrument is gone. A look that never ends keeps neither the watchdog from
   // being fed nor the daemon from ending.
   Task<> watch_ports();
 

@@ -108,10 +108,9 @@ tl::expected<ControlCall, std::string> parse_control_call(std::string_view line)
 
 Task<std::optional<std::string>> answer_control_call(ControlHandler& handler, ControlCall call,
                                                      PeerCredentials peer) {
-  const auto methods = control_methods();
-  const auto method = std::ranges::find(methods, call.method, &ControlMethod::name);
+  const ControlMethod* const method = find_control_method(call.method);
   std::string line;
-  if (method == methods.end()) {
+  if (method == nullptr) {
     line = error_line(*call.id,
                       RpcError(rpc_code::kMethodNotFound,
                                fmt::format("unknown method '{}'", printable(call.method, 60)),

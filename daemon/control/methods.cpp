@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/methods.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <tuple>
 #include <type_traits>
@@ -278,7 +279,7 @@ constexpr HintWords kGoodSpecimen{
 
 constexpr ControlMethod kMethods[] = {
     {"status", show_now<&ControlHandler::status>, kLook},
-    {"watch", show_now<&ControlHandler::status>, kLook},  // the session subscribes
+    {"watch", show_now<&ControlHandler::status>, kLook, nullptr, true},
     {"version", on_version, kLook, "version"},
     {"metrics", call_method<no_params, &ControlHandler::metrics>, kLook, "text"},
     {"config.show", show_now<&ControlHandler::config_view>, kLook},
@@ -315,6 +316,11 @@ constexpr ControlMethod kMethods[] = {
 
 std::span<const ControlMethod> control_methods() {
   return kMethods;
+}
+
+const ControlMethod* find_control_method(std::string_view name) {
+  const auto* const found = std::ranges::find(kMethods, name, &ControlMethod::name);
+  return found == std::end(kMethods) ? nullptr : found;
 }
 
 }  // namespace lcrig

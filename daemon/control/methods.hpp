@@ -20,7 +20,9 @@ struct ControlMethod {
   MethodAnswer (*run)(ControlHandler&, nlohmann::json, PeerCredentials);
   HintWords hint;  // when the handler calls the request invalid
   const char* member = nullptr;  // of the answer, for the result; nullptr: the result alone
+  bool watches = false;  // the session sends its client each change of the status from now on
 };
 std::span<const ControlMethod> control_methods();
+const ControlMethod* find_control_method(std::string_view name);  // nullptr: there is none
 
 }  // namespace lcrig

@@ -15,6 +15,7 @@
 #include "base/either.hpp"
 #include "daemon/control/audit.hpp"
 #include "daemon/control/dispatch.hpp"
+#include "daemon/control/methods.hpp"
 
 namespace lcrig {
 
@@ -155,7 +156,8 @@ void ControlSession::on_line(std::string_view line) {
                                                "of all clients, are under way",
                                                "wait for their answers")));
   }
-  if (call->method == "watch") watching_ = true;
+  const ControlMethod* const method = find_control_method(call->method);
+  if (method != nullptr && method->watches) watching_ = true;
   asio::co_spawn(socket_.get_executor(), answer(std::move(*call)),
                  [self = shared_from_this(), bytes = line.size()](const std::exception_ptr& error) {
                    --self->calls_;

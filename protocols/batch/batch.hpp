@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/queue_words.hpp"
+#include "base/time.hpp"
 #include "protocols/batch/table.hpp"
 #include "protocols/file/parse.hpp"
 
@@ -22,7 +23,7 @@ namespace lcrig {
 inline constexpr std::array<std::string_view, 6> kBatchTermColumns{
     "on_failure", "failures_max", "unattended", "rest_s", "probe", "fixture"};
 inline constexpr std::int64_t kMostFailuresInRow = 100;
-inline constexpr double kLongestRest_s = 30 * 86400.0;
+inline constexpr double kLongestRest_s = kLongestTime_s;
 inline constexpr std::int64_t kBatchRunsMax = 10'000;
 
 struct BatchTerms {

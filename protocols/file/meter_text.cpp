@@ -85,7 +85,8 @@ Result<std::string> aperture_literal(const ParameterValues::mapped_type& value) 
 }  // namespace
 
 Result<std::string> with_meter_values(std::string_view text, const std::string& name,
-                                      ParameterValues& values) {
+                                      ParameterValues& values, MeterValue* wrong) {
+  if (wrong != nullptr) *wrong = MeterValue::none;
   const auto document = JsonDocument::parse(text, name);
   if (!document) return fail(document.error());
   // A key that stands twice is ambiguous; the parser refuses the text.
@@ -99,6 +100,9 @@ Result<std::string> with_meter_values(std::string_view text, const std::string& 
     const bool number = what != "aperture";
     const auto literal =
         number ? frequency_literal(value->second) : aperture_literal(value->second);
+    if (!literal && wrong != nullptr) {
+      *wrong = number ? MeterValue::frequency : MeterValue::aperture;
+    }
     if (!literal) return fail(literal.error());
     const std::string member = fmt::format(R"("{}": {})", what, *literal);
     if (auto ok = change(out, name, number ? "frequency_" : what, member); !ok) {

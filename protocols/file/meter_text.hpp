@@ -11,10 +11,13 @@
 
 namespace lcrig {
 
+enum class MeterValue { none, frequency, aperture };
+
 // Takes `frequency_Hz` and `aperture` out of `values` and puts them into "sample"."lcr" of `text`;
 // not those that the protocol has as its own parameters. Errors: invalid_request, as
-// parse_protocol. The parser of the new text checks the values.
+// parse_protocol; `*wrong` then is the value that was refused, or none where the text itself is
+// bad. The parser of the new text checks the values.
 Result<std::string> with_meter_values(std::string_view text, const std::string& name,
-                                      ParameterValues& values);
+                                      ParameterValues& values, MeterValue* wrong = nullptr);
 
 }  // namespace lcrig

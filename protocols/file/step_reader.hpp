@@ -6,12 +6,13 @@
 #include <optional>
 #include <string_view>
 
+#include "base/time.hpp"
 #include "protocols/file/scope.hpp"
 #include "protocols/steps/facts.hpp"
 
 namespace lcrig {
 
-inline constexpr Range kTimes{0, 30 * 86400.0, true};  // s
+inline constexpr Range kTimes{0, kLongestTime_s, true};  // s
 inline constexpr Range kSpeeds{0, 1, true};  // m/s
 inline constexpr Range kForces{-1e6, 1e6};  // N
 inline constexpr Range kPositiveForces{0, 1e6, true};

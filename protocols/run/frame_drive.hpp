@@ -50,7 +50,8 @@ class FrameDrive {
   void keep_hands_off(std::string why, Errc code = Errc::frame_fault);
   const std::optional<Error>& hands_off() const { return hands_off_; }
   Result<> may_move() const;  // asked before every motion of the frame
-  // `why` is the reason for `hands_off`, as a stop or as a motion that was refused tells it.
+  // True when `why` is the text of hands_off(), or the text with which may_move() refuses for it:
+  // such a reason is told once.
   bool is_hands_off(std::string_view why) const;
 
   // Something may have been asked of the instruments: `finally` has to run.

@@ -47,7 +47,7 @@ struct RunSetup {
   // False: the protocol asks nothing of the frame, which belongs to somebody else. It is only
   // observed, and never stopped.
   bool commands = true;
-  double frame_rate_Hz = 50;  // of the samples
+  double frame_rate_Hz = kFrameRate_Hz;  // of the samples
   std::optional<Pressing> pressing;  // what bounds the force; of a frame that moves
   std::optional<double> start_gap_m;  // as a person stated it
   std::string plan_json;  // figures and assumptions of the plan, stored with the run

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/either.hpp"
+#include "base/enum_words.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
@@ -103,24 +104,16 @@ void check_default(const StepReader& r, const AskStep& ask) {
   }
 }
 
-constexpr std::pair<std::string_view, AnswerType> kTypes[] = {
-    {"confirmation", AnswerType::confirmation},
-    {"choice", AnswerType::choice},
-    {"number", AnswerType::number},
-    {"line", AnswerType::line}};
-constexpr std::pair<std::string_view, OnTimeout> kOnTimeout[] = {
-    {"abort", OnTimeout::abort}, {"wait", OnTimeout::wait}, {"default", OnTimeout::use_default}};
-
 }  // namespace
 
 AskStep AskStep::parse(const StepReader& r) {
   AskStep out;
   out.text = one_line(r.json.at("text"), kTextMax);
   const JsonReader type = r.json.at("answer");
-  out.type = type.word<AnswerType>(kTypes);
+  out.type = type.word<AnswerType>(word_table(AnswerType::line));
   out.timeout = r.timeout();
   if (const auto what = r.json.find("on_timeout")) {
-    out.on_timeout = what->word<OnTimeout>(kOnTimeout);
+    out.on_timeout = what->word<OnTimeout>(word_table(OnTimeout::use_default));
   }
   if (!type.sound()) {  // nobody knows which of these it has
     for (const std::string& key : r.json.keys()) r.json.has(key);

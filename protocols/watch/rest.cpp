@@ -64,15 +64,11 @@ void Rest::add(std::span<const FrameSample> samples) {
     }
     if (!s.force_N) continue;
     compare_digits(*s.force_N);
-    ++n_;
     forces_seen_.add(t, *s.force_N);
-    const auto n = static_cast<double>(n_);
-    const double d = *s.force_N - mean_, dt = t - time_mean_s_;
-    mean_ += d / n;
-    time_mean_s_ += dt / n;
-    squares_ += d * (*s.force_N - mean_);
-    time_squares_ += dt * (t - time_mean_s_);
-    products_ += dt * (*s.force_N - mean_);
+    const double dt = t - time_.mean;
+    time_.add(t);
+    force_.add(*s.force_N);
+    products_ += dt * (*s.force_N - force_.mean);
   }
 }
 
@@ -87,7 +83,7 @@ void Rest::compare_digits(double force_N) {
 }
 
 double Rest::scatter_N() const {
-  return n_ > 1 ? std::sqrt(squares_ / static_cast<double>(n_ - 1)) : 0;
+  return forces() > 1 ? std::sqrt(force_.variance()) : 0;
 }
 
 void Rest::know_drift(const Rest& before, Duration ago) {
@@ -98,14 +94,15 @@ void Rest::know_drift(const Rest& before, Duration ago) {
 
 double Rest::drift_N_s() const {
   if (known_drift_N_s_) return *known_drift_N_s_;
-  return n_ > 2 && time_squares_ > 0 ? products_ / time_squares_ : 0;
+  return forces() > 2 && time_.sum_squares > 0 ? products_ / time_.sum_squares : 0;
 }
 
 double Rest::drift_error_N_s() const {
   if (known_drift_N_s_) return known_drift_error_N_s_;
-  if (n_ < 3 || !(time_squares_ > 0)) return std::numeric_limits<double>::infinity();
-  const double left = std::max(0.0, squares_ - products_ * products_ / time_squares_);
-  const double error = std::sqrt(left / static_cast<double>(n_ - 2) / time_squares_);
+  const double tt = time_.sum_squares;
+  if (forces() < 3 || !(tt > 0)) return std::numeric_limits<double>::infinity();
+  const double left = std::max(0.0, force_.sum_squares - products_ * products_ / tt);
+  const double error = std::sqrt(left / static_cast<double>(forces() - 2) / tt);
   return std::max(correlation() * error, disunity_N_s());
 }
 

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "base/online.hpp"
 #include "drivers/load_frame.hpp"
 
 namespace lcrig {
@@ -22,11 +23,13 @@ class Rest {
   void add(std::span<const FrameSample> samples);
 
   std::optional<MonoTime> begin() const { return begin_; }  // of its first sample
-  std::int64_t forces() const { return n_; }
-  double force_N() const { return mean_; }
+  std::int64_t forces() const { return force_.count; }
+  double force_N() const { return force_.mean; }
   double scatter_N() const;  // standard deviation of a sample; 0 for fewer than two
   // Standard error of the mean.
-  double error_N() const { return n_ > 0 ? scatter_N() / std::sqrt(static_cast<double>(n_)) : 0; }
+  double error_N() const {
+    return forces() > 0 ? scatter_N() / std::sqrt(static_cast<double>(forces())) : 0;
+  }
   // How fast its mean goes away, by a straight line through the samples, and how well that is known
   // (standard error); 0 and infinite for fewer than three.
   double drift_N_s() const;
@@ -36,7 +39,7 @@ class Rest {
   // The drift follows better from the rest `before`, taken so long ago.
   void know_drift(const Rest& before, Duration ago);
   // Moves the mean to what the drift will make of it after some time.
-  void shift(double force_N) { mean_ += force_N; }
+  void shift(double force_N) { force_.mean += force_N; }
   // No real cell repeats its last digit for ever; one that does is frozen, or not connected.
   bool is_alive() const { return different_ > 0; }
   double digit_N() const { return digit_N_; }  // least difference of two samples; 0: none
@@ -56,14 +59,14 @@ class Rest {
   double disunity_N_s() const;
   double correlation() const;  // error of the mean over that of independent samples
 
-  std::int64_t n_ = 0, different_ = 0;
+  std::int64_t different_ = 0;
   std::int64_t run_ = 0, longest_run_ = 0;
   double digit_N_ = 0;
-  double mean_ = 0, squares_ = 0;  // Welford
+  RunningMean force_, time_;  // of the samples that have a force; N, s
+  double products_ = 0;  // of both about their means, N s
   std::optional<MonoTime> begin_;
   std::optional<double> known_drift_N_s_;
   double known_drift_error_N_s_ = 0;
-  double time_mean_s_ = 0, time_squares_ = 0, products_ = 0;  // the same, of the times
   std::optional<double> last_N_;
   std::int64_t travels_ = 0;
   double travel_sum_m_ = 0, travel_min_m_ = 0, travel_max_m_ = 0;

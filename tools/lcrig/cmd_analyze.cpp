@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // analyze: the results of runs, with their uncertainty.
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include "analysis/analysis.hpp"
@@ -49,7 +51,8 @@ class AnalyzeCommand final : public Command {
                  "Range of pressure in kPa for a sensitivity (default: 0:30 and 35:100)");
     list.flag("--regions", wanted_.search_regions,
               "Look for the two linear regions of the curve, too");
-    list.number("--confidence", wanted_.confidence, "P", "Of the intervals (0.95)");
+    const auto confidence = fmt::format("Of the intervals ({})", kConfidence);
+    list.number("--confidence", wanted_.confidence, "P", confidence.c_str());
     list.number("--force-class", wanted_.rig.force_class_percent, "PERCENT",
                 "Of the load cell: 0.5, 1, 2 or 3 percent of reading, ISO 7500-1 (assumed: 1)");
     list.number("--certified-from-N", wanted_.rig.force_certified_from_N, "N",
@@ -120,10 +123,10 @@ class AnalyzeCommand final : public Command {
       auto analysis = analyse(*db, *run, wanted_);
       if (!analysis) {
         const auto look = next_command(context.global, {"runs", "show", text});
-        return Failure(analysis.error(), next_after(analysis.error(), *db, look));
+        return Failure(analysis.error(), next_after(analysis.error(), look));
       }
       const auto chain = checked.get();
-      if (!chain) return Failure(chain.error(), next_after(chain.error(), *db));
+      if (!chain) return Failure(chain.error(), next_after(chain.error()));
       if (!chain->intact) analysis->notes.insert(analysis->notes.begin(), remark_on(*chain));
       out.push_back(std::move(*analysis));
     }

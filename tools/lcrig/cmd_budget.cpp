@@ -141,10 +141,10 @@ class BudgetCommand final : public Command {
     const auto seen = measured_noise(*db, *run);
     if (!seen) {
       const auto look = next_command(context.global, {"analyze", std::to_string(*run)});
-      return Failure(seen.error(), next_after(seen.error(), *db, look));
+      return Failure(seen.error(), next_after(seen.error(), look));
     }
     const auto chain = checked.get();
-    if (!chain) return Failure(chain.error(), next_after(chain.error(), *db));
+    if (!chain) return Failure(chain.error(), next_after(chain.error()));
     note_if_changed(context, *chain, *run);
     const MeterSetting& m = seen->meter;
     const auto speed = static_cast<std::size_t>(m.speed);

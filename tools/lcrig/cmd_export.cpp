@@ -55,9 +55,9 @@ class ExportCommand final : public Command {
     context.console.out.flush();
     auto checked = verify_aside(db, run);
     auto done = export_layout(db, run, *layout, STDOUT_FILENO, "standard output");
-    if (!done) return Failure(done.error(), next_after(done.error(), db));
+    if (!done) return Failure(done.error(), next_after(done.error()));
     const auto chain = checked.get();
-    if (!chain) return Failure(chain.error(), next_after(chain.error(), db));
+    if (!chain) return Failure(chain.error(), next_after(chain.error()));
     remark(*chain, context, run);
     return kOk;
   }
@@ -71,7 +71,7 @@ class ExportCommand final : public Command {
     if (!done) {
       const bool fits = options.license.empty() || check_license(options.license);
       const auto next = elsewhere(context, run, fits ? license_ : "CC-BY-4.0");
-      return Failure(done.error(), next_after(done.error(), db, next));
+      return Failure(done.error(), next_after(done.error(), next));
     }
     remark(done->chain, context, run);
     const json all{{"run", run},

@@ -217,7 +217,7 @@ class FitCommand final : public Command {
     auto data = fit_data(context, db, id, *specimen);
     if (!data) return data.error();
     const auto chain = checked.get();
-    if (!chain) return Failure(chain.error(), next_after(chain.error(), db));
+    if (!chain) return Failure(chain.error(), next_after(chain.error()));
     note_if_changed(context, *chain, id);
     LevelSettings level;
     double model_error = 0;  // relative, of delta C; a level that was asked for has no estimate

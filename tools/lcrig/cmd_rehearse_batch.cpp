@@ -20,8 +20,6 @@ using nlohmann::json;
 
 namespace {
 
-constexpr std::string_view kCutOff = "cut off";  // a run without an end
-
 // The runs of a specimen and a protocol with the same parameters.
 struct BatchKind {
   const BatchEntry* row = nullptr;
@@ -91,7 +89,7 @@ json to_json(const RehearsedEntry& e) {
            {"protocol", e.protocol},
            {"specimen", e.specimen},
            {"state", to_string(e.state)},
-           {"exit_status", e.run ? to_string(e.exit_status, kCutOff) : ""},
+           {"exit_status", e.run ? to_string(e.exit_status, kRunCutOff) : ""},
            {"reason", e.reason},
            {"measure_readings", e.measure_readings},
            {"duration_s", e.duration_s},
@@ -205,7 +203,7 @@ void print_day(std::ostream& out, const RehearseBatchResult& r, const BatchReque
     if (entry.exit_status == ExitStatus::success) continue;
     if (bad++ == 0) fmt::print(out, "what goes wrong\n");
     fmt::print(out, "  entry {} (line {}, repeat {}): {}{}\n", entry.entry, entry.line,
-               entry.repeat, entry.run ? to_string(entry.exit_status, kCutOff) : "no run",
+               entry.repeat, entry.run ? to_string(entry.exit_status, kRunCutOff) : "no run",
                entry.reason.empty() ? "" : ", " + printable(entry.reason, kLongestWords));
   }
   if (bad == 0) fmt::print(out, "nothing goes wrong\n");

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "base/enum_words.hpp"
 #include "base/near_word.hpp"
 #include "base/text.hpp"
 #include "storage/database.hpp"
@@ -71,9 +72,9 @@ class RunsListCommand final : public Command {
     list.option("--specimen", specimen_, {"NAME", Proposes::run_specimen}, "Only of this specimen");
     list.option("--protocol", protocol_, {"NAME", Proposes::run_protocol}, "Only of this protocol");
     list.option("--operator", operator_, kOperatorWord, "Only of this person");
-    list.one_of("--status", status_,
-                {"success", "stopped", "abort", "fail", "interrupted", "running", "cut-off"},
-                "Only those that ended so");
+    auto statuses = words_up_to(ExitStatus::stopped);
+    statuses.insert(statuses.end(), {std::string(kRunGoesOn), kCutOffAsTyped});
+    list.one_of("--status", status_, statuses, "Only those that ended so");
     list.option("--tag", tag_, kTagWord, "Only those that have it");
     list.option("--since", since_, "TIME", "Begun then or later: 2026-01-31, \"2026-01-31 18:00\"");
   }
@@ -100,7 +101,7 @@ class RunsListCommand final : public Command {
     out.protocol = protocol_;
     out.operator_name = operator_;
     out.tag = tag_;
-    out.status = status_ == "cut-off" ? "cut off" : status_;
+    out.status = status_ == kCutOffAsTyped ? kRunCutOff : status_;
     if (since_.empty()) return out;
     const auto since_s = unix_time_of(since_, context.clock.unix_ns() / kSecond_ns);
     if (!since_s || since_.size() < kDay) {
@@ -130,6 +131,7 @@ class RunsListCommand final : public Command {
     }
   }
 
+  static constexpr const char* kCutOffAsTyped = "cut-off";  // kRunCutOff without a blank
   static constexpr std::int64_t kSecond_ns = 1'000'000'000;
   static constexpr std::size_t kDay = 10;  // characters; an hour alone means the next one
   std::string specimen_, protocol_, operator_, status_, tag_, since_;

@@ -58,11 +58,11 @@ class RunsCopyCommand final : public Command {
   }
 
   Failure refusal(const Context& context, const Error& error) const {
-    if (error.what.starts_with(to_)) return Failure(error, "give another --to");
+    if (error.database == to_) return Failure(error, "give another --to");
     if (error.code == Errc::invalid_request) {
       return Failure(error, next_command(context.global, {"runs"}, "lists them"));
     }
-    Failure out(error, "lcrig runs copy --help");
+    Failure out(error, next_after(error, "lcrig runs copy --help"));
     if (error.code == Errc::aborted) out.code = kInterrupted;
     return out;
   }

@@ -38,7 +38,7 @@ class VerifyCommand final : public Command {
     auto run = open_run(context, run_);
     if (!run) return run.error();
     auto report = verify_chain(run->db, run->number, anchor);
-    if (!report) return Failure(report.error(), next_after(report.error(), run->db));
+    if (!report) return Failure(report.error(), next_after(report.error()));
     if (context.global.json) {
       const auto keep = anchor_of(*report);
       print_json(context.console.out, json{{"run", run->number},

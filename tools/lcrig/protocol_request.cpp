@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "base/doc_page.hpp"
-#include "base/strict_json.hpp"
 #include "protocols/file/meter_text.hpp"
 #include "storage/database.hpp"
 #include "tools/lcrig/command.hpp"
@@ -23,13 +22,13 @@ Outcome<ProtocolRequest> find_protocol(const LibraryPath& library, const std::st
   out.typed = protocol;
   out.file = std::move(*file);
   out.parameters = std::move(*parameters);
-  auto text = with_meter_values(out.file.text, out.file.path.string(), out.parameters);
+  MeterValue wrong = MeterValue::none;
+  auto text = with_meter_values(out.file.text, out.file.path.string(), out.parameters, &wrong);
   if (!text) {
-    const bool readable = JsonDocument::parse(out.file.text, out.file.name).has_value();
-    if (!readable) return file_refused(text.error());
-    const bool aperture = text.error().what.starts_with("aperture");
-    Failure refused(text.error(), aperture ? "give -p aperture=auto, or one that it lists"
-                                           : "give the number alone, in Hz");
+    if (wrong == MeterValue::none) return file_refused(text.error());
+    Failure refused(text.error(), wrong == MeterValue::aperture
+                                      ? "give -p aperture=auto, or one that it lists"
+                                      : "give the number alone, in Hz");
     refused.code = kProtocol;
     return refused;
   }

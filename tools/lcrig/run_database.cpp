@@ -70,8 +70,8 @@ Outcome<NamedRun> open_run(const Context& context, const std::string& text) {
   return NamedRun{std::move(*db), *number};
 }
 
-std::string next_after(const Error& error, const Database& db, std::string otherwise) {
-  const bool of_database = error.code == Errc::io && error.what.starts_with(db.path());
+std::string next_after(const Error& error, std::string otherwise) {
+  const bool of_database = error.code == Errc::io && !error.database.empty();
   return of_database ? "lcrig restore --help   (puts a backup in its place)" : otherwise;
 }
 

@@ -22,9 +22,9 @@ struct NamedRun {
   std::int64_t number = 0;
 };
 Outcome<NamedRun> open_run(const Context& context, const std::string& text);
-// The hint that fits `error`: to put a backup in its place when the file is damaged or cannot be
-// read, else `otherwise`.
-std::string next_after(const Error& error, const Database& db, std::string otherwise = {});
+// The hint that fits `error`: to put a backup in its place when the database is damaged or cannot
+// be read, else `otherwise`.
+std::string next_after(const Error& error, std::string otherwise = {});
 // For commands that use the numbers of a run without showing its chain.
 void note_if_changed(const Context& context, const ChainReport& chain, std::int64_t run);
 // "2026-01-31T12:00:00Z"

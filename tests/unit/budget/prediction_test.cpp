@@ -9,7 +9,7 @@
 
 #include "analysis/even_slope.hpp"
 #include "analysis/line_fit.hpp"
-#include "analysis/online.hpp"
+#include "base/online.hpp"
 
 namespace lcrig {
 namespace {

@@ -66,12 +66,17 @@ TEST(MeterText, FindsItsPlaceWhateverEndsALine) {
 
 TEST(MeterText, WhatIsNoFrequencyIsRefused) {
   ParameterValues values{{"frequency_Hz", R"(1, "bias_V": 2)"}};
-  const auto changed = with_meter_values(kText, "look", values);
+  MeterValue wrong = MeterValue::none;
+  const auto changed = with_meter_values(kText, "look", values, &wrong);
   ASSERT_FALSE(changed);
+  EXPECT_EQ(wrong, MeterValue::frequency);
   EXPECT_THAT(changed.error().what, HasSubstr("is no number"));
   ParameterValues word{{"aperture", "quick"}};
-  const auto refused = with_meter_values(kText, "look", word);
+  const auto refused = with_meter_values(kText, "look", word, &wrong);
   ASSERT_FALSE(refused);
+  EXPECT_EQ(wrong, MeterValue::aperture);
+  ASSERT_FALSE(with_meter_values("{", "look", word, &wrong));
+  EXPECT_EQ(wrong, MeterValue::none);
   EXPECT_EQ(refused.error().what, "aperture: \"quick\", expected one of fast, medium, slow, auto");
   ParameterValues comma{{"frequency_Hz", "1,5"}};
   EXPECT_EQ(with_meter_values(kText, "look", comma).error().what,

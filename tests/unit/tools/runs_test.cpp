@@ -329,12 +329,30 @@ TEST_F(Runs, OfADamagedFileABackupIsProposed) {
   file << std::string(kPage, '\xff');
   file.close();
   for (const auto& words : std::vector<std::vector<std::string>>{
-           {"export", "1", "-o", cli.dir.file("out")}, {"verify", "1"}, {"analyze", "1"}}) {
+           {"export", "1", "-o", cli.dir.file("out")},
+           {"verify", "1"},
+           {"analyze", "1"},
+           {"runs", "copy", "1", "--to", cli.dir.file("copy.db")}}) {
     EXPECT_EQ(cli.run(words), kFailed) << words[0];
     EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("is damaged"), HasSubstr("next: lcrig restore"),
                                      Not(HasSubstr("ANOTHER-FOLDER"))))
         << words[0];
   }
+}
+
+// What a message begins with decides nothing: here it is the name of the database, and `--to`.
+TEST_F(Runs, AreAdvisedOnByWhatIsWrongNotByItsWords) {
+  const auto taken = path + "-out";
+  std::ofstream(taken) << "a file";
+  EXPECT_EQ(cli.run({"export", "1", "-o", taken}), kFailed);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr(taken), Not(HasSubstr("restore"))));
+  EXPECT_EQ(cli.run({"runs", "copy", "1", "--to", taken}), kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("next: give another --to"));
+  change("UPDATE run_end SET reason = 'fine'");
+  EXPECT_EQ(cli.run({"runs", "copy", "1", "--to", "run"}), kFailed);
+  EXPECT_THAT(cli.err.str(),
+              AllOf(HasSubstr("run 1 is not as it was recorded"), Not(HasSubstr("another --to"))));
+  EXPECT_FALSE(std::filesystem::exists("run"));
 }
 
 TEST_F(Runs, ANoteWaitsForWhoHoldsTheFile) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fed value by value they say what a fit to all values at once says.
-#include "analysis/online.hpp"
+#include "base/online.hpp"
 
 #include <gtest/gtest.h>
 

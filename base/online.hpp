@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Estimators that are fed value by value and keep none of them: a mean and a straight line with
-// their scatter. The analysis and the budget use them; the daemon may, for what it decides while a
-// run goes on.
+// their scatter. The analysis and the budget use them, and what a run decides while it goes on.
 #pragma once
 
 #include <cstdint>

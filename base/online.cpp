@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/online.hpp"
+#include "base/online.hpp"
 
 #include <cmath>
 
