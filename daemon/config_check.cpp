@@ -27,7 +27,8 @@ bool is_folder(const fs::path& path) {
 // systemd makes those of the defaults (StateDirectory, RuntimeDirectory) when the service starts.
 Result<> check_folder(const std::string& file, const char* key, const std::string& path,
                       const std::string& made_by_systemd) {
-  const fs::path folder = fs::absolute(path).parent_path();
+  std::error_code unknown;
+  const fs::path folder = fs::absolute(path, unknown).parent_path();
   if (is_folder(folder) || path == made_by_systemd) return {};
   return fail(Errc::invalid_request,
               "{}: `{}` is {}, but there is no folder {}; make it, or correct `{}`", file, key,

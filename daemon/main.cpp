@@ -58,7 +58,10 @@ void override_by(const Options& options, Config& config) {
 }
 
 Result<Config> effective_config(const Options& options) {
-  if (!std::filesystem::exists(options.config)) {
+  // Reading it says why a file that is there cannot be read.
+  std::error_code unreachable;
+  const auto there = std::filesystem::status(options.config, unreachable);
+  if (there.type() == std::filesystem::file_type::not_found) {
     return fail(Errc::invalid_request,
                 "{}: there is no config file; copy lcrigd.example.json (share/doc/lcrig/examples) "
                 "there and say in it which instruments you have",
@@ -67,7 +70,15 @@ Result<Config> effective_config(const Options& options) {
   auto config = load_config(options.config);
   if (!config) return config;
   override_by(options, *config);
-  config->database = std::filesystem::absolute(config->database);  // clients are told
+  std::error_code no_folder;  // that a relative path begins in
+  const auto database = std::filesystem::absolute(config->database, no_folder);
+  if (no_folder) {
+    return fail(Errc::invalid_request,
+                "{}: `database` is {}, and the folder that it begins in cannot be told ({}); name "
+                "the database from / on",
+                options.config, config->database, no_folder.message());
+  }
+  config->database = database;  // clients are told
   return config;
 }
 

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "storage/database.hpp"
 
+#include <spdlog/spdlog.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 
+#include "base/text.hpp"
 #include "storage/migrations.hpp"
 #include "storage/writer_lock.hpp"
 
@@ -109,6 +112,15 @@ Result<Database::Mode> reading_mode(const std::string& path) {
   return has_log && log_bytes > 0 ? Database::Mode::private_index : Database::Mode::immutable;
 }
 
+// An older lcrig cannot open the file any more, so programs that log warnings only say it, too.
+void tell_migration(const std::string& path, std::int64_t before) {
+  const int now = shipped_migrations().back().version;
+  if (before == 0 || before == now) return;  // a new file, or nothing was changed
+  const auto level =
+      spdlog::should_log(spdlog::level::info) ? spdlog::level::info : spdlog::level::warn;
+  spdlog::log(level, "database {}: schema {} -> {}", printable(path), before, now);
+}
+
 }  // namespace
 
 Result<> require_safe_to_create(const std::string& path) {
@@ -121,6 +133,15 @@ Result<> require_safe_to_create(const std::string& path) {
                 path, std::filesystem::read_symlink(path, unknown).string());
   }
   return require_database_of_log(path);
+}
+
+Result<> require_one_name(const std::string& path) {
+  struct stat file{};
+  if (::stat(path.c_str(), &file) != 0 || file.st_nlink <= 1) return {};
+  return fail(Errc::invalid_request,
+              "{}: this file has {} names (hard links), and whoever opens it by another one does "
+              "not see what is written here: remove the others, which `find -samefile {}` lists",
+              path, file.st_nlink, path);
 }
 
 Result<Database> open_read_write(const std::string& path, const std::string& vfs) {
@@ -139,7 +160,10 @@ Result<Database> open_read_write(const std::string& path, const std::string& vfs
   // limit, which nothing of ours reaches, is what makes SQLite cut it.
   db->keep_companions();
   if (auto r = db->execute("PRAGMA journal_size_limit = 67108864"); !r) return fail(r.error());
+  const auto before = db->integer("PRAGMA user_version");
+  if (!before) return fail(before.error());
   if (auto r = migrate(*db); !r) return fail(r.error());
+  tell_migration(path, *before);
   return db;
 }
 

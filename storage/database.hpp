@@ -16,15 +16,20 @@ constexpr std::int32_t kApplicationId = 0x6c637267;  // "lcrg", in the file's he
 // and writers block each other.
 inline constexpr const char* kInMemory = "memdb";
 
-// Creates or migrates the file; sets WAL, synchronous=FULL and foreign keys. Its -wal and -shm stay
-// beside it for good, for readers who may not create them. Refuses a file that is not a database,
-// belongs to another program, or has a newer schema than this program.
+// Creates or migrates the file (which is logged); sets WAL, synchronous=FULL and foreign keys. Its
+// -wal and -shm stay beside it for good, for readers who may not create them. Refuses a file that
+// is not a database, belongs to another program, or has a newer schema than this program.
 Result<Database> open_read_write(const std::string& path, const std::string& vfs = "");
 
 // Asked by whoever may create the file, before anything is created. Errors: the log of a database
 // lies there without its database, which would empty it; or the name is a link to nothing, beside
 // which the log and the lock would get other names than beside the file.
 Result<> require_safe_to_create(const std::string& path);
+
+// Asked by the only writer. The lock and the log of a database are named after its path: under a
+// second name they would be others, and two programs would write the same file
+// (sqlite.org/howtocorrupt.html, 2.5).
+Result<> require_one_name(const std::string& path);
 
 // For analysis and export, whether a daemon runs, was stopped or was killed. Creates and deletes no
 // file, so read access to the database and to what is beside it is enough, also on a read-only

@@ -223,7 +223,9 @@ Aftermath aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std
   }
   if (outcome.status == ExitStatus::success) return after;
   if (outcome.status != ExitStatus::fail || outcome.code == Errc::aborted) {
-    return held(std::move(after), HoldCause::aborted, reason_of(outcome));
+    const auto* const how = outcome.status == ExitStatus::stopped ? "stopped" : "aborted";
+    return held(std::move(after), HoldCause::aborted,
+                fmt::format("the run was {}: {}", how, reason_of(outcome)));
   }
   // Only a person may confirm again that the specimen was not touched, so a continuation that did
   // not begin stays interrupted.

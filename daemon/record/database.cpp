@@ -2,7 +2,6 @@
 #include "daemon/record/database.hpp"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <chrono>
 #include <utility>
@@ -10,21 +9,6 @@
 #include "storage/runs.hpp"
 
 namespace lcrig {
-
-namespace {
-
-// The lock and the log of a database are named after its path: under a second name they would be
-// others, and two programs would write the same file (sqlite.org/howtocorrupt.html, 2.5).
-Result<> require_one_name(const std::string& path) {
-  struct stat file{};
-  if (::stat(path.c_str(), &file) != 0 || file.st_nlink <= 1) return {};
-  return fail(Errc::invalid_request,
-              "{}: this file has {} names (hard links), and whoever opens it by another one does "
-              "not see what is written here: remove the others, which `find -samefile {}` lists",
-              path, file.st_nlink, path);
-}
-
-}  // namespace
 
 Result<OwnedDatabase> open_as_owner(const std::string& path, std::int64_t now_unix_ns,
                                     const std::string& vfs) {

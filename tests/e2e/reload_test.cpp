@@ -95,6 +95,24 @@ TEST_F(ReloadedDaemon, APipeInTheFilesPlaceIsRefusedAndHoldsUpNothing) {
   EXPECT_THAT(checked.err, HasSubstr("a pipe or a device"));
 }
 
+// Such as the file of an editor that cut the last link of a chain, or a folder that was closed.
+TEST_F(ReloadedDaemon, AFileThatCannotBeReachedIsRefusedAndEndsNoRun) {
+  Control client = control();
+  client.call("watch");
+  ASSERT_TRUE(start_run(client, kQuickProtocol).contains("result"));
+  client.wait_for("status", [](const json& s) { return s.value("step", "") == "load"; });
+  std::filesystem::remove(file("d1.json"));
+  std::filesystem::create_symlink("d1.json", file("d1.json"));
+  daemon_->signal(SIGHUP);
+  expect_logged("the config file is not taken: lcrigd goes on");
+  EXPECT_THAT(view()["refused"].dump(), HasSubstr("Too many levels of symbolic links"));
+  EXPECT_EQ(client.run_ended().value("exit_status", ""), "success") << daemon_->log();
+  const auto checked =
+      program({LCRIG_BIN "/lcrigd", "--check-config", "--config", file("d1.json")}, 15s);
+  EXPECT_EQ(checked.code, 2) << checked.err;
+  EXPECT_THAT(checked.err, HasSubstr("Too many levels of symbolic links"));
+}
+
 TEST_F(ReloadedDaemon, NamesWhatNeedsARestart) {
   config_["socket"] = file("other.sock");
   config_["meter"]["port"] = "/dev/no-such-port";

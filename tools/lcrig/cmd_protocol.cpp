@@ -39,11 +39,9 @@ class ProtocolListCommand final : public Command {
       }
     }
     if (context.global.json) print_json(context.console.out, json{{"protocols", rows}});
-    if (rows.empty()) {
-      context.console.note(
-          "no protocol is installed; LCRIG_DATA may name a folder that holds protocols/");
-    }
-    return kOk;
+    if (!rows.empty()) return kOk;
+    return Failure(kFailed, "no protocol is installed",
+                   "LCRIG_DATA may name a folder that holds protocols/");
   }
 };
 

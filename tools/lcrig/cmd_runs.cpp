@@ -211,9 +211,9 @@ class NoteCommand final : public Command {
   Outcome<ExitCode> run(Context& context) override {
     auto db = context.database_to_write(typed());
     if (!db) return db.error();
-    auto run = open_run(context, run_);
+    const auto run = number_of_run(context, run_);
     if (!run) return run.error();
-    const auto number = run->number;
+    const auto number = *run;
     auto noted =
         db->daemon_writes ? through_daemon(context, number) : into(context, db->path, number);
     if (!noted) return noted.error();
@@ -257,9 +257,9 @@ class TagCommand final : public Command {
   Outcome<ExitCode> run(Context& context) override {
     auto db = context.database_to_write(typed());
     if (!db) return db.error();
-    auto run = open_run(context, change_run_);
+    const auto run = number_of_run(context, change_run_);
     if (!run) return run.error();
-    change_.run = run->number;
+    change_.run = *run;
     auto tags = db->daemon_writes ? through_daemon(context) : into(context, db->path);
     if (!tags) return tags.error();
     return show(context, json{{"run", change_.run}, {"tags", *tags}}, [&](std::ostream& out) {

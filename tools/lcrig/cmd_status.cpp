@@ -149,7 +149,8 @@ class StatusCommand final : public Command {
     auto answer = client->call(ask_ ? "instruments.ask" : "status", json::object(), patience);
     if (!answer && ask_) answer = client->call("status", json::object(), patience);  // in a run
     if (!answer) {
-      out.verdict = Verdict::critical;
+      const bool silent = answer.error().no_daemon && !answer.error().not_lcrigd;
+      out.verdict = silent ? Verdict::critical : Verdict::unknown;
       out.words = answer.error().what;
       return out;
     }

@@ -39,6 +39,7 @@ struct Candidates {
 struct Typed {
   Command* command = nullptr;
   std::string group;  // "queue" without its verb
+  bool unknown = false;  // a word that no command begins with
   std::vector<std::string> positionals;
   const Argument* awaits_value = nullptr;  // the option that the word belongs to
   std::string db;
@@ -104,11 +105,16 @@ void Completion::read_word(const std::string& word) {
     typed_.positionals.push_back(word);
     return;
   }
+  if (word == "help" && typed_.group.empty()) return;  // `lcrig help run`
   const auto name = typed_.group.empty() ? word : typed_.group + " " + word;
   for (const auto& command : commands_) {
     if (command->name == name) return set_command(*command);
-    if (std::string_view(command->name).starts_with(word + " ")) typed_.group = word;
   }
+  const auto in_group = [&name](const auto& command) {
+    return std::string_view(command->name).starts_with(name + " ");
+  };
+  typed_.unknown = !typed_.group.empty() || std::ranges::none_of(commands_, in_group);
+  if (!typed_.unknown) typed_.group = word;
 }
 
 void Completion::read(const std::vector<std::string>& before) {
@@ -127,6 +133,7 @@ void Completion::read(const std::vector<std::string>& before) {
 }
 
 void Completion::complete_word(const std::string& word) {
+  if (typed_.unknown) return;
   if (typed_.awaits_value != nullptr) return add_values(*typed_.awaits_value);
   const auto equals = word.find('=');
   if (word.starts_with("--") && equals != std::string::npos) {
@@ -148,8 +155,11 @@ void Completion::add_commands() {
     const std::string name = command->name;
     const auto space = name.find(' ');
     const auto first = name.substr(0, space);
-    if (typed_.group.empty()) {
-      candidates_.add(first, space == std::string::npos ? command->summary : "");
+    if (typed_.group.empty() && space == std::string::npos) {
+      candidates_.add(first, command->summary);
+    } else if (typed_.group.empty()) {  // as the help says it: its verbs
+      auto& what = candidates_.words[first];
+      what += (what.empty() ? "" : ", ") + name.substr(space + 1);
     } else if (first == typed_.group) {
       candidates_.add(name.substr(space + 1), command->summary);
     }

@@ -162,7 +162,9 @@ Outcome<std::int64_t> ControlClient::State::send(std::string_view method, const 
 Outcome<json> ControlClient::State::parse(const std::string& line) const {
   auto message = json::parse(line, nullptr, false);
   if (message.is_object()) return message;
-  return unreachable(path, "it does not speak JSON-RPC; is this lcrigd's socket?");
+  Failure other = unreachable(path, "it does not speak JSON-RPC; is this lcrigd's socket?");
+  other.not_lcrigd = true;
+  return other;
 }
 
 Outcome<bool> ControlClient::State::receive() {

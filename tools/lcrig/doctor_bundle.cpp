@@ -16,6 +16,7 @@
 #include "base/strict_json.hpp"
 #include "base/whole_file.hpp"
 #include "storage/backup.hpp"
+#include "storage/database.hpp"
 #include "tools/lcrig/output_file.hpp"
 #include "tools/lcrig/tarball.hpp"
 #include "tools/lcrig/without_values.hpp"
@@ -73,6 +74,17 @@ class ScratchFolder {
   std::string path_;
 };
 
+constexpr const char* kMakeRoom = "df -h; free some space, or name a file on another disk";
+
+// It can be read, so a copy that failed could not be written.
+bool is_sound(const std::string& database) {
+  const auto db = open_read_only(database);
+  if (!db) return false;
+  const auto words = db->first("PRAGMA quick_check(1)",
+                               [](const Statement& row) { return std::string(row.text(0)); });
+  return words && *words && **words == "ok";
+}
+
 class Bundle {
  public:
   Bundle(Console& console, fs::path folder) : console_(console), folder_(std::move(folder)) {}
@@ -85,7 +97,17 @@ class Bundle {
     if (file.empty()) return;
     std::error_code failed;
     fs::copy_file(file, folder_ / name, failed);
-    if (failed) left_out(fmt::format("{}: {}", file.string(), failed.message()));
+    if (!failed) return;
+    const auto words = fmt::format("{}: {}", file.string(), failed.message());
+    if (failed != std::errc::no_space_on_device) return left_out(words);
+    if (done_) done_ = Failure(kFailed, words, kMakeRoom);
+  }
+  void copy_database_of(const std::string& database) {
+    if (!done_) return;
+    const auto copied = copy_database(database, (folder_ / "lcrig.db").string());
+    if (copied) return;
+    if (!is_sound(database)) return left_out(copied.error().what);
+    done_ = Failure(kFailed, copied.error().what, kMakeRoom);
   }
   Outcome<void> result() && { return std::move(done_); }
 
@@ -113,8 +135,7 @@ Outcome<void> fill(Console& console, const Machine& machine, const fs::path& fol
     bundle.copy(log, log.filename().c_str());
   }
   if (parts.with_data && !parts.database.empty()) {
-    const auto copied = copy_database(parts.database, (folder / "lcrig.db").string());
-    if (!copied) bundle.left_out(copied.error().what);
+    bundle.copy_database_of(parts.database);
   }
   return std::move(bundle).result();
 }

@@ -8,6 +8,7 @@
 #include "base/doc_page.hpp"
 #include "base/text.hpp"
 #include "storage/chain.hpp"
+#include "storage/database.hpp"
 #include "storage/queue.hpp"
 #include "storage/room.hpp"
 #include "storage/writer_lock.hpp"
@@ -75,6 +76,11 @@ void look_at_database(const Database& db, Findings& findings) {
     return;
   }
   findings.push_back(look_at_pages(db, *bytes));
+  if (const auto one = require_one_name(db.path()); !one) {
+    findings.emplace_back("database", Health::bad, printable(one.error().what, kLongestWords),
+                          "remove the other names: lcrigd refuses the file until then; " +
+                              doc_page("troubleshooting") + ", \"The data\"");
+  }
   const auto last = db.integer("SELECT coalesce(max(id), 0) FROM run");
   if (!last || *last == 0) return;
   const auto chain = verify_chain(db, *last);

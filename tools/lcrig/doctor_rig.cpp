@@ -141,8 +141,8 @@ void look_at_port(const Machine& machine, const std::string& about, const std::s
 std::optional<RigConfig> look_at_config(const std::string& file, Findings& findings) {
   constexpr const char* kMend = "lcrig config check says what is wrong in it";
   if (::access(file.c_str(), R_OK) != 0) {
-    findings.emplace_back("config", Health::warn,
-                          fmt::format("{}: {}", printable(file), std::strerror(errno)),
+    const std::string why = std::strerror(errno);  // before anything else looks at files
+    findings.emplace_back("config", Health::warn, fmt::format("{}: {}", printable(file), why),
                           doc_page("lab-setup") + ", \"Service\"; or --config FILE");
     return std::nullopt;
   }

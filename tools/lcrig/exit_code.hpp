@@ -44,6 +44,7 @@ struct Failure {
   std::string next;  // empty: nothing to suggest
   std::string detail;  // lines below the message
   bool no_daemon = false;  // none answers, or not as one
+  bool not_lcrigd = false;  // something answers that does not speak its language
   bool refused_request = false;  // the daemon called the request itself wrong
   bool busy = false;  // another program or run has what is wanted
 };

@@ -70,6 +70,12 @@ Outcome<NamedRun> open_run(const Context& context, const std::string& text) {
   return NamedRun{std::move(*db), *number};
 }
 
+Outcome<std::int64_t> number_of_run(const Context& context, const std::string& text) {
+  auto run = open_run(context, text);
+  if (!run) return run.error();
+  return run->number;
+}
+
 std::string next_after(const Error& error, std::string otherwise) {
   const bool of_database = error.code == Errc::io && !error.database.empty();
   return of_database ? "lcrig restore --help   (puts a backup in its place)" : otherwise;

@@ -22,6 +22,9 @@ struct NamedRun {
   std::int64_t number = 0;
 };
 Outcome<NamedRun> open_run(const Context& context, const std::string& text);
+// Its number alone. For a command that writes afterwards: a reader that stays open would keep what
+// is written in the log.
+Outcome<std::int64_t> number_of_run(const Context& context, const std::string& text);
 // The hint that fits `error`: to put a backup in its place when the database is damaged or cannot
 // be read, else `otherwise`.
 std::string next_after(const Error& error, std::string otherwise = {});

@@ -262,6 +262,7 @@ TEST(Aftermath, WhatAPersonStoppedHolds) {
     EntryOutcome outcome = failed(Errc::aborted, true);
     outcome.status = ExitStatus::abort;
     EXPECT_EQ(aftermath_of(outcome, terms_of(policy), 1, 0).hold, HoldCause::aborted);
+    EXPECT_EQ(aftermath_of(outcome, terms_of(policy), 1, 0).why, "the run was aborted: the reason");
     EXPECT_EQ(aftermath_of(failed(Errc::aborted, false), terms_of(policy), 0, 0).hold,
               HoldCause::aborted);
   }

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,7 +13,9 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <span>
+#include <sstream>
 
 #include "storage/chain.hpp"
 #include "storage/migrations.hpp"
@@ -337,6 +341,25 @@ TEST(Migrate, RunsOnlyWhatIsMissing) {
   ASSERT_TRUE(migrate(db, migrations));
   ASSERT_TRUE(migrate(db, migrations));
   EXPECT_EQ(integer(db, "PRAGMA user_version"), 2);
+}
+
+TEST(Migrate, IsToldAlsoWhereOnlyWarningsAre) {
+  TempDir dir;
+  constexpr std::size_t kOld = 8;
+  ASSERT_TRUE(migrate(raw(dir.file("old.db")), shipped_migrations().first(kOld)));
+  std::ostringstream said;
+  const auto logger = std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(said));
+  logger->set_level(spdlog::level::warn);
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(logger);
+  const bool opened = open_read_write(dir.file("new.db")) && open_read_write(dir.file("old.db"));
+  const bool again = open_read_write(dir.file("old.db")).has_value();
+  spdlog::set_default_logger(before);
+  EXPECT_TRUE(opened && again);
+  EXPECT_THAT(said.str(), HasSubstr(fmt::format("old.db: schema {} -> {}", kOld,
+                                                shipped_migrations().back().version)));
+  EXPECT_EQ(std::ranges::count(said.str(), '\n'), 1) << said.str();
 }
 
 TEST(Transaction, RollsBackWhatIsNotCommitted) {

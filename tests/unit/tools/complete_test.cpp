@@ -41,6 +41,17 @@ TEST_F(Completion, ProposesTheEntriesOfTheQueue) {
   EXPECT_EQ(offered({"queue", "show", "--db", cli.dir.file("none.db"), ""}), "none\n");
 }
 
+TEST_F(Completion, SaysWhatGroupsKnowAndNothingBehindUnknownWords) {
+  using ::testing::HasSubstr;
+  const auto all = offered({""});
+  EXPECT_THAT(all, HasSubstr("\nconfig\tcheck, show\n"));
+  EXPECT_THAT(all, HasSubstr("\nlcr\tcorrect, show\n"));
+  EXPECT_EQ(offered({"help", ""}), all);
+  EXPECT_EQ(offered({"bogus", ""}), "none\n");
+  EXPECT_EQ(offered({"queue", "bogus", ""}), "none\n");
+  EXPECT_THAT(offered({"queue", ""}), HasSubstr("\nhold\t"));
+}
+
 TEST_F(Completion, ProposesNothingWhereAnythingMayStand) {
   EXPECT_EQ(offered({"run", "press", "--note", ""}), "none\n");
   EXPECT_EQ(offered({"export", "--license", ""}), "none\n");

@@ -3,8 +3,10 @@
 #include "tools/lcrig/doctor.hpp"
 
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <csignal>
 #include <nlohmann/json.hpp>
 
 #include "base/whole_file.hpp"
@@ -169,6 +171,9 @@ TEST_F(Doctor, ReadsTheConfig) {
   EXPECT_FALSE(look_at_config(dir.file("none.json"), findings));
   EXPECT_EQ(worst_of(findings), Health::warn);
   file("empty.json", "");
+  findings.clear();
+  EXPECT_FALSE(look_at_config(dir.file("empty.json/rig.json"), findings));
+  EXPECT_THAT(findings.front().what, HasSubstr("Not a directory")) << "and no other errno";
   EXPECT_FALSE(look_at_config(dir.file("empty.json"), findings));
   EXPECT_EQ(worst_of(findings), Health::bad);
   file("rig.json", R"({"format": "lcrigd-config/1", "meter": {"port": "serial:2184:005f"},
@@ -215,6 +220,20 @@ TEST_F(Doctor, ChecksPagesChainAndDisk) {
   Findings findings;
   look_at_database(*damaged, findings);
   EXPECT_EQ(findings.front().health, Health::bad);
+}
+
+TEST_F(Doctor, FindsADatabaseOfTwoNamesAsLcrigdDoes) {
+  const auto path = dir.file("rig.db");
+  const auto db = open_read_write(path).value();
+  Findings findings;
+  look_at_database(db, findings);
+  EXPECT_EQ(worst_of(findings), Health::ok);
+  fs::create_hard_link(path, dir.file("other.db"));
+  findings.clear();
+  look_at_database(db, findings);
+  EXPECT_EQ(worst_of(findings), Health::bad);
+  EXPECT_THAT(findings.back().what, HasSubstr("2 names (hard links)"));
+  EXPECT_THAT(findings.back().mend, HasSubstr("remove the other names"));
 }
 
 TEST_F(Doctor, NoticesThatTheDaemonHasAnotherFileOpen) {
@@ -478,6 +497,35 @@ TEST_F(DoctorCommandLine, LeavesNothingBehindWhenABundleFails) {
   EXPECT_THAT(names_in(folder), ::testing::ElementsAre("b.tar.gz"));
   EXPECT_FALSE(write_bundle(console, machine, folder + "/none/b.tar.gz", BundleParts()));
   EXPECT_THAT(names_in(folder), ::testing::ElementsAre("b.tar.gz"));
+}
+
+// All but the database is below the limit.
+TEST_F(DoctorCommandLine, LeavesNoBundleBehindWithoutTheDatabaseThatDidNotFit) {
+  const std::string folder = cli.dir.file("packed");
+  fs::create_directories(folder);
+  Machine machine = real_machine();
+  machine.output = [](const std::vector<std::string>&) { return std::optional<std::string>(); };
+  BundleParts parts;
+  parts.database = path;
+  parts.with_data = true;
+  std::ostringstream out, err;
+  Console console(out, err);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit low = before;
+  low.rlim_cur = 65536;
+  ASSERT_LT(low.rlim_cur, fs::file_size(path));
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &low), 0);
+  const auto written = write_bundle(console, machine, folder + "/b.tar.gz", parts);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, handler);
+  ASSERT_FALSE(written);
+  EXPECT_THAT(written.error().what, HasSubstr("lcrig.db"));
+  EXPECT_TRUE(names_in(folder).empty());
+  std::ofstream(path, std::ios::trunc) << "no database";
+  EXPECT_TRUE(write_bundle(console, machine, folder + "/b.tar.gz", parts));
+  EXPECT_THAT(err.str(), HasSubstr("left out: "));
 }
 
 TEST_F(DoctorCommandLine, SaysWhatTarSaid) {

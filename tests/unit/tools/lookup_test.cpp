@@ -47,6 +47,13 @@ TEST_F(Lookup, DataFolderFirstThenSourceTreeThenInstalled) {
   EXPECT_EQ(library().list(LibraryKind::protocol).size(), 1U);
 }
 
+TEST_F(Lookup, WithoutAnyProtocolTheListFails) {
+  EXPECT_EQ(cli.run({"protocol", "list"}), kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("no protocol is installed"));
+  cli.add_data("protocols/a.json", "{}");
+  EXPECT_EQ(cli.run({"protocol", "list"}), kOk);
+}
+
 // By this name runs are found again, reports are titled, and the queue knows what is on the rig.
 TEST_F(Lookup, ASpecimenOfAFileIsCalledAsItSaysItself) {
   std::ifstream in("model/library/paper-1.json");

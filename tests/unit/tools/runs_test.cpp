@@ -129,6 +129,7 @@ TEST_F(Runs, AreFoundByTheirTagsAndTheirUuid) {
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0]["tags"].dump(), R"(["good","thesis"])");
   const auto uuid = found[0]["uuid"].get<std::string>();
+  EXPECT_EQ(cli.run({"runs", "list", "--tag", ""}), kUsage);
   ASSERT_EQ(cli.run({"runs", "list", "--tag", "good"}), 0);
   EXPECT_THAT(cli.out.str(), AllOf(HasSubstr("#good  #thesis"), Not(HasSubstr("open-end"))));
   ASSERT_EQ(cli.run({"runs", "tag", "--remove", uuid, "good", "--json"}), 0) << cli.err.str();
@@ -353,6 +354,14 @@ TEST_F(Runs, AreAdvisedOnByWhatIsWrongNotByItsWords) {
   EXPECT_THAT(cli.err.str(),
               AllOf(HasSubstr("run 1 is not as it was recorded"), Not(HasSubstr("another --to"))));
   EXPECT_FALSE(std::filesystem::exists("run"));
+}
+
+TEST_F(Runs, ChangesAreInTheFileItselfWithoutADaemon) {
+  const auto log_bytes = [this] { return std::filesystem::file_size(path + "-wal"); };
+  ASSERT_EQ(cli.run({"runs", "tag", "1", "thesis"}), 0) << cli.err.str();
+  EXPECT_EQ(log_bytes(), 0U);
+  ASSERT_EQ(cli.run({"runs", "note", "1", "dusty"}), 0) << cli.err.str();
+  EXPECT_EQ(log_bytes(), 0U);
 }
 
 TEST_F(Runs, ANoteWaitsForWhoHoldsTheFile) {

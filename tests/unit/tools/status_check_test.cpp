@@ -4,7 +4,10 @@
 
 #include <gmock/gmock.h>
 
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/write.hpp>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "tests/unit/tools/served.hpp"
 
@@ -111,6 +114,24 @@ TEST(StatusCheckWithoutADaemon, IsCritical) {
   EXPECT_THAT(cli.out.str(), HasSubstr("LCRIG CRITICAL: "));
   EXPECT_EQ(cli.run({"status", "--check", "--json"}), 2);
   EXPECT_EQ(json::parse(cli.out.str())["check"], "CRITICAL");
+}
+
+TEST(StatusCheckOfAnotherProgram, IsUnknown) {
+  support::Cli cli;
+  const std::string path = cli.env.daemon_socket.string();
+  asio::io_context io;
+  asio::local::stream_protocol::acceptor acceptor(io, asio::local::stream_protocol::endpoint(path));
+  std::thread other([&] {
+    asio::local::stream_protocol::socket peer(io);
+    acceptor.accept(peer);
+    asio::write(peer, asio::buffer("garbage\n", 8));
+    boost::system::error_code closed;
+    char request[4096];
+    while (peer.read_some(asio::buffer(request), closed) > 0) continue;
+  });
+  EXPECT_EQ(cli.run({"status", "--check"}), 3);
+  other.join();
+  EXPECT_THAT(cli.out.str(), HasSubstr("LCRIG UNKNOWN: "));
 }
 
 using StatusCheckOfADaemon = support::Served;
