@@ -137,6 +137,7 @@ DaemonStatus App::status() const {
     s.run = use_.session()->status();
     run = s.run->run;
   }
+  s.correcting = use_.state() == RigUse::State::correcting;
   s.last_run = use_.last_run();
   s.resumable = starter_.resumable();
   if (const QueueRunner* queue = queue_.runner()) s.queue = queue->status();

@@ -120,15 +120,20 @@ std::int64_t days_between(std::int64_t made_unix_ns, std::int64_t at_unix_ns) {
   return std::max<std::int64_t>(0, at_unix_ns / kDay_ns - made_unix_ns / kDay_ns);
 }
 
+bool is_in_future(const CorrectionState& state, std::int64_t at_unix_ns) {
+  return state.made_unix_ns.value_or(at_unix_ns) > at_unix_ns;
+}
+
 std::string correction_words(const CorrectionState& state, std::int64_t at_unix_ns,
                              std::string_view before) {
   const char* const on = !state.on ? "not known whether on" : *state.on ? "on" : "off";
-  if (!state.on && !state.made_unix_ns) return "not known";
+  if (!state.on && !state.made_unix_ns) return "never made through lcrig";
   if (!state.made_unix_ns) return fmt::format("{}, not made through lcrig", on);
   const auto days = days_between(*state.made_unix_ns, at_unix_ns);
-  const auto age = days == 0   ? std::string("the same day")
-                   : days == 1 ? fmt::format("a day {}", before)
-                               : fmt::format("{} days {}", days, before);
+  const auto age = is_in_future(state, at_unix_ns) ? std::string("the date is in the future")
+                   : days == 0                     ? std::string("the same day")
+                   : days == 1                     ? fmt::format("a day {}", before)
+                                                   : fmt::format("{} days {}", days, before);
   return fmt::format("{}, made {} UTC by {} ({})", on,
                      iso_time(*state.made_unix_ns).replace(10, 1, " ").substr(0, 16), state.made_by,
                      age);

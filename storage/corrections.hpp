@@ -52,9 +52,11 @@ std::string to_json(const MeterCorrections& meter);
 // nullopt: a run of an older lcrig, which knew nothing of them.
 std::optional<MeterCorrections> parse_corrections(std::string_view json);
 
-// "on, made 2026-01-31 12:00 UTC by ada (12 days before)"; `at_unix_ns`: when it was so.
+// "on, made 2026-01-31 12:00 UTC by ada (12 days before)"; `at_unix_ns`: when it was so. A date
+// after that is told as one in the future: a clock was wrong.
 std::string correction_words(const CorrectionState& state, std::int64_t at_unix_ns,
                              std::string_view before = "before");
+bool is_in_future(const CorrectionState& state, std::int64_t at_unix_ns);
 // From date to date; never negative, whatever was done to the clock.
 std::int64_t days_between(std::int64_t made_unix_ns, std::int64_t at_unix_ns);
 

@@ -21,7 +21,8 @@ Advice advice_for(int extended_code) {
     return {Errc::io, "; the disk did not confirm what was written: check it, then `lcrig verify`"};
   }
   switch (extended_code & 0xff) {
-    case SQLITE_FULL: return {Errc::io, "; free some space on this disk"};
+    case SQLITE_FULL:
+      return {Errc::io, "no space is left on its disk, which is full: free some space"};
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       return {Errc::busy, "another program holds it, and it is locked: stop that one or wait"};
@@ -46,7 +47,8 @@ Error make_error(sqlite3* handle, std::string_view path, std::string_view doing)
   out.database = path;
   // Neither the statement nor SQLite's words tell more about a file like that.
   if (const int kind = code & 0xff; kind == SQLITE_NOTADB || kind == SQLITE_CORRUPT ||
-                                    kind == SQLITE_BUSY || kind == SQLITE_LOCKED) {
+                                    kind == SQLITE_BUSY || kind == SQLITE_LOCKED ||
+                                    kind == SQLITE_FULL) {
     out.what = fmt::format("{}: {} ({})", path, advice.text, code);
     return out;
   }

@@ -19,9 +19,10 @@ Task<Result<>> RigUse::claim(State state) {
                    run->progress().run);
   }
   if (state_ == State::correcting) {
-    co_return fail(Errc::busy,
-                   "the open or the short correction of the meter is being made: try again in two "
-                   "minutes");
+    co_return fail(
+        Errc::busy,
+        "the open or the short correction of the meter is being made, which takes up to two "
+        "minutes: try again then");
   }
   if (!is_idle()) {
     co_return fail(Errc::busy,

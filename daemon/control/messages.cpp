@@ -40,7 +40,7 @@ constexpr std::array<ErrcRow, 14> kErrcs{{
     {Errc::disconnected,
      -32005,
      {"see to what the message names, then: ", "lcrig status --ask", ""}},
-    {Errc::busy, -32006, {"", "lcrig status", "what goes on; lcrig abort ends it"}},
+    {Errc::busy, -32006, {"", "lcrig status", "what goes on"}},
     {Errc::limit_tripped,
      -32007,
      {"a limit was reached: check specimen and limits, then run again", "", ""}},
@@ -258,6 +258,7 @@ void fields(F& f, Of<F, DaemonStatus>& s) {
   f.text("database", s.database);
   f.list("instruments", s.instruments);
   f.object("run", s.run);
+  f.boolean("correcting", s.correcting);
   f.object("last_run", s.last_run);
   f.object("queue", s.queue);
   f.list("resumable", s.resumable);

@@ -113,6 +113,7 @@ struct DaemonStatus {
   std::string version, database;
   std::vector<InstrumentState> instruments;
   std::optional<RunStatus> run;  // the run that is going on
+  bool correcting = false;  // the meter's open or short correction is being made
   std::optional<RunOutcome> last_run;  // the last one of this daemon's life
   std::vector<ResumableRun> resumable;  // cut off since any other run began; oldest first
   std::optional<QueueStatus> queue;

@@ -263,6 +263,23 @@ MethodAnswer on_tag(ControlHandler& handler, json params, PeerCredentials peer) 
   co_return out;
 }
 
+// Its queue, or its disk, is what a person has to see to first.
+MethodAnswer on_correct(ControlHandler& handler, json params, PeerCredentials peer) {
+  const json kind = params.is_object() ? params.value("kind", json()) : json();
+  auto answer = co_await call_method<kind_param, &MeterHandler::correct>(handler, params, peer);
+  if (answer) co_return answer;
+  const auto queue = handler.status().queue;
+  RpcError& error = answer.error();
+  if (error.errc == Errc::busy && queue && queue->going) {
+    error.hint = HintWords{"", "lcrig queue hold", "then make it again"};
+  }
+  if (error.errc == Errc::io && kind.is_string()) {
+    error.hint = HintWords{"see to what the message names, then: ", "", ""};
+    error.hint.command = "lcrig lcr correct " + kind.get<std::string>();
+  }
+  co_return answer;
+}
+
 constexpr HintWords kCheck{
     "change what the message names; --dry-run tries it again and moves nothing", "", ""};
 constexpr HintWords kLook{"", "lcrig status", "what goes on"};
@@ -296,7 +313,7 @@ constexpr ControlMethod kMethods[] = {
     {"run.note", on_note, kRunsThatEnded, "run"},
     {"run.tag", on_tag, kRuns},
     {"specimen.add", call_method<text_param, &StoreHandler::add_specimen>, kGoodSpecimen, "name"},
-    {"lcr.correct", call_method<kind_param, &MeterHandler::correct>, kSeeMeter},
+    {"lcr.correct", on_correct, kSeeMeter},
     {"lcr.show", call_method<no_params, &MeterHandler::look>, kSeeMeter},
     {"queue.add", call_method<parse_queue_add, &QueueHandler::add>, kTryIt},
     {"queue.add_batch", call_method<parse_batch_add, &QueueHandler::add_batch>, kRehearseIt},

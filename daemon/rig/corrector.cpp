@@ -8,6 +8,7 @@
 #include "base/aside.hpp"
 #include "base/text.hpp"
 #include "daemon/control/audit.hpp"
+#include "daemon/record/room.hpp"
 #include "daemon/rig/known.hpp"
 #include "storage/database.hpp"
 
@@ -97,8 +98,16 @@ Task<Result<>> Corrector::correct(LcrMeter& meter, CorrectionKind kind) {
   co_return made;
 }
 
-Task<Result<MeterCorrections>> Corrector::make(CorrectionKind kind, PeerCredentials peer) {
+Task<Result<MeterCorrections>> Corrector::correct_if_room(CorrectionKind kind) {
+  const auto look = [this] { return require_room(parts_.database, parts_.bytes); };
+  auto room = co_await run_aside(parts_.executor, parts_.clock, look);
+  if (!room) co_return fail(room.error());
   auto meter = co_await with_meter(kind);
+  co_return meter;
+}
+
+Task<Result<MeterCorrections>> Corrector::make(CorrectionKind kind, PeerCredentials peer) {
+  auto meter = co_await correct_if_room(kind);
   const auto words = fmt::format("the {} correction, for {}", to_string(kind), peer_words(peer));
   if (!meter) {
     spdlog::warn("{}: {}", words, printable(meter.error().what));
@@ -120,8 +129,7 @@ Task<Result<MeterCorrections>> Corrector::make(CorrectionKind kind, PeerCredenti
   };
   auto stored = co_await run_aside(parts_.executor, parts_.clock, store);
   if (!stored) {
-    co_return fail(stored.error().code,
-                   "the meter took the {} correction, but that it was made is not stored: {}",
+    co_return fail(stored.error().code, "the {} correction is on at the meter, but not stored: {}",
                    to_string(kind), stored.error().what);
   }
   spdlog::info("{}: made with {}", words, printable(meter->meter));

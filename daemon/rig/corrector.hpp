@@ -4,6 +4,7 @@
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -29,11 +30,14 @@ class Corrector {
     KnownRig& known;
     const std::string& database;
     const std::string& vfs;  // of SQLite, for the database
+    std::int64_t bytes = 1 << 20;  // that storing one may take: the disk has room for it, or none
+                                   // is made
   };
   explicit Corrector(const Parts& parts) : parts_(parts) {}
 
   // The person has prepared the probes. Returns what is on then, and when it was made. Errors: what
-  // port and meter say; refused (the meter's own verdict); io: it was made, but is not stored.
+  // port and meter say; refused (the meter's own verdict); io: the disk has no room for it, or it
+  // was made, but is not stored, as the words say.
   Task<Result<MeterCorrections>> make(CorrectionKind kind, PeerCredentials peer);
   // Asks the meter which ones it applies.
   Task<Result<MeterCorrections>> look();
@@ -41,6 +45,7 @@ class Corrector {
   void give_up();
 
  private:
+  Task<Result<MeterCorrections>> correct_if_room(CorrectionKind kind);
   // Without a kind it is only asked.
   Task<Result<MeterCorrections>> with_meter(std::optional<CorrectionKind> kind);
   Task<Result<MeterCorrections>> use(LcrMeter& meter, std::optional<CorrectionKind> kind);

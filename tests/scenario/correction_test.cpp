@@ -10,6 +10,7 @@
 #include "drivers/memory_pipe.hpp"
 #include "storage/chain.hpp"
 #include "storage/corrections.hpp"
+#include "storage/faulty_disk.hpp"
 #include "storage/runs.hpp"
 #include "tests/support/daemon_world.hpp"
 #include "tests/support/protocol_text.hpp"
@@ -20,7 +21,9 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 using support::PlainClient;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 class CorrectedDaemon : public support::DaemonWorld {
  protected:
@@ -93,13 +96,17 @@ TEST_F(CorrectedDaemon, IsRefusedInARunAndARunIsRefusedMeanwhile) {
   const MonoTime asked = clock.now();
   const json start = answer(client, "run.start", start_request());
   EXPECT_EQ(start["error"]["data"]["errc"], "busy");
-  EXPECT_THAT(start["error"]["message"].get<std::string>(), HasSubstr("correction"));
+  EXPECT_THAT(start["error"]["message"].get<std::string>(),
+              AllOf(HasSubstr("correction"), HasSubstr("up to two minutes: try again then")));
+  EXPECT_EQ(start["error"]["data"]["hint"], "lcrig status   (what goes on)");
+  EXPECT_EQ(answer(client, "status")["result"]["correcting"], true);
   EXPECT_LT(clock.now() - asked, 5s) << "at once";
   const json twice = correct(client, "open");
   EXPECT_EQ(twice["error"]["data"]["errc"], "busy") << twice;
   const json made = wait_for(other, [](const json& m) { return m.contains("id"); });
   EXPECT_TRUE(made.contains("result")) << made;
   EXPECT_EQ(stored(), 1);
+  EXPECT_EQ(answer(client, "status")["result"]["correcting"], false);
   EXPECT_TRUE(answer(client, "run.start", start_request()).contains("result"));
   end_run(client);
 }
@@ -110,7 +117,8 @@ TEST_F(CorrectedDaemon, IsRefusedWhileTheQueueGoes) {
   ASSERT_TRUE(answer(client, "queue.start").contains("result"));
   const json refused = correct(client, "open");
   EXPECT_EQ(refused["error"]["data"]["errc"], "busy") << refused;
-  EXPECT_THAT(refused["error"]["message"].get<std::string>(), HasSubstr("lcrig queue hold"));
+  EXPECT_THAT(refused["error"]["message"].get<std::string>(), HasSubstr("hold it first"));
+  EXPECT_EQ(refused["error"]["data"]["command"], "lcrig queue hold");
   ASSERT_TRUE(answer(client, "queue.hold").contains("result"));
   clock.run_for(io, 1s);
   EXPECT_TRUE(correct(client, "open").contains("result"));
@@ -224,6 +232,53 @@ TEST_F(FaultyMeter, ThatGivesNoVerdictEndsAfterTwoMinutes) {
 TEST_F(FaultyMeter, WhosePortIsNotThereIsToldAsTheportSaysIt) {
   rig->refuses = Error(Errc::disconnected, "/dev/lcr: no such port");
   EXPECT_EQ(refusal("disconnected"), "/dev/lcr: no such port");
+}
+
+TEST(CorrectorAlone, MakesNoneThatTheDiskHasNoRoomFor) {
+  const TempDir dir;
+  VirtualClock clock;
+  asio::io_context io{1};
+  MeterOnly rig(io.get_executor(), clock);
+  rig.refuses = Error(Errc::unsupported, "the meter was used");
+  KnownRig known(clock);
+  const std::string database = dir.file("a.db"), vfs;
+  Corrector corrector({io.get_executor(), clock, rig, known, database, vfs, std::int64_t{1} << 60});
+  std::optional<Result<MeterCorrections>> made;
+  asio::co_spawn(io, corrector.make(CorrectionKind::open, PeerCredentials()),
+                 [&](const std::exception_ptr&, Result<MeterCorrections> got) { made = got; });
+  EXPECT_TRUE(clock.run(io, [&] { return made.has_value(); }));
+  ASSERT_FALSE(*made);
+  EXPECT_EQ(made->error().code, Errc::io);
+  EXPECT_THAT(made->error().what, HasSubstr("MB are free, but"));
+}
+
+class DaemonWithAFullDisk : public CorrectedDaemon {
+ protected:
+  AppParts parts() override {
+    AppParts out;
+    out.vfs = disk.name();
+    return out;
+  }
+  FaultyDisk disk;
+};
+
+TEST_F(DaemonWithAFullDisk, SaysThatTheCorrectionIsOnButNotStored) {
+  PlainClient client(socket_path());
+  client.call("lcr.correct", {{"kind", "open"}});
+  clock.run_for(io, 5s);
+  disk.set_full(true);
+  disk.fail_operation(0, FaultyDisk::Failure::full);
+  const json refused = wait_for(client, [](const json& m) { return m.contains("id"); });
+  EXPECT_EQ(refused["error"]["data"]["errc"], "io") << refused;
+  EXPECT_THAT(refused["error"]["message"].get<std::string>(),
+              AllOf(HasSubstr("the open correction is on at the meter, but not stored: "),
+                    HasSubstr("no space is left on its disk"), Not(HasSubstr("INSERT"))));
+  EXPECT_EQ(refused["error"]["data"]["hint"],
+            "see to what the message names, then: lcrig lcr correct open");
+  EXPECT_EQ(stored(), 0);
+  disk.set_full(false);
+  EXPECT_TRUE(correct(client, "open").contains("result"));
+  EXPECT_EQ(stored(), 1);
 }
 
 class ReplayingDaemon : public CorrectedDaemon {

@@ -58,7 +58,7 @@ class Cli {
     console.in_tty = tty;
     console.color = tty && !variables.contains("NO_COLOR");
     console.width = [] { return 80; };
-    console.enter = [this] { return enters; };
+    console.enter = [this] { return typed; };
     cli::DaemonParts daemon;
     daemon.rehearse = rehearsal;
     daemon.bench_rig = bench_rig;
@@ -81,7 +81,7 @@ class Cli {
   RealClock clock;
   std::ostringstream out, err;
   bool tty = false;
-  bool enters = false;  // the person presses Enter
+  std::optional<std::string> typed;  // what the person types before Enter; nullopt: nobody is there
   Result<RehearseResult> (*rehearsal)(const RehearseRequest&) = &FakeRehearsal::run;
   Result<Rig> (*bench_rig)(const BenchRequest&) = nullptr;
   Result<RehearseBatchResult> (*day)(const RehearseBatchRequest&) = nullptr;

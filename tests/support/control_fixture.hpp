@@ -104,6 +104,8 @@ class FakeHandler : public ControlHandler,
   Task<Result<MeterCorrections>> correct(CorrectionKind kind, PeerCredentials) override {
     auto ok = done("correct " + std::string(to_string(kind)));
     if (!ok) co_return fail(ok.error());
+    if (after_start) after_start();
+    while (hold_start) co_await clock.wait_for(std::chrono::milliseconds(1));
     co_return corrections;
   }
   Task<Result<MeterCorrections>> look() override {

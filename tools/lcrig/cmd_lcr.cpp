@@ -9,11 +9,12 @@
 #include "base/enum_words.hpp"
 #include "base/text.hpp"
 #include "storage/corrections.hpp"
-#include "storage/database.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
+#include "tools/lcrig/follow_run.hpp"
 #include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/print_json.hpp"
+#include "tools/lcrig/run_database.hpp"
 
 namespace lcrig::cli {
 
@@ -56,9 +57,13 @@ class LcrCorrectCommand final : public Command {
     auto client = ControlClient::connect(context);
     if (!client) return without_rehearsal(client.error());
     if (auto ready = wait_for_person(context, *kind); !ready) return ready.error();
-    context.console.note("the meter measures at all its frequencies: up to two minutes");
+    StopSignals signals;
+    client->leave_on(signals.fd());
+    context.console.note(
+        "if it is accepted, the meter measures at all its frequencies: up to two minutes");
     constexpr Duration kLongest = std::chrono::seconds(200);
     auto answer = client->call("lcr.correct", json{{"kind", word_}}, kLongest);
+    signals.take();  // else it ends this process before it said anything
     if (!answer) return not_made(context, answer.error());
     auto meter = corrections_in(*answer);
     if (!meter) return meter.error();
@@ -81,13 +86,22 @@ class LcrCorrectCommand final : public Command {
         kind == CorrectionKind::open
             ? "Take the specimen away: leads and probes as in a run, and nothing between them."
             : "Join the probes with a piece of metal: leads as in a run, and nothing else there.";
-    if (context.console.wait_for_enter(fmt::format("{} Press Enter when it is so. ", how))) {
-      return true;
-    }
-    return Failure(kInterrupted, "nobody said so: nothing was done", again);
+    const auto line =
+        context.console.wait_for_line(fmt::format("{} Press Enter when it is so. ", how));
+    if (!line) return Failure(kInterrupted, "nobody said so: nothing was done", again);
+    if (line->empty() || *line == "y" || *line == "yes") return true;
+    return Failure(kFailed,
+                   fmt::format("'{}' is no yes: nothing was done", printable(*line, kLongestName)),
+                   again);
   }
 
   Failure not_made(const Context& context, Failure why) const {
+    if (why.code == kInterrupted) {
+      return Failure(kInterrupted,
+                     "left: the meter goes on; the correction will be stored; make it again when "
+                     "something lay between the probes",
+                     next_command(context.global, {"lcr"}, "what is stored, in two minutes"));
+    }
     if (why.code == kInstrument) {
       why.next = "see to what the message names, then: " +
                  next_command(context.global, {"lcr", "correct", word_});
@@ -146,9 +160,12 @@ class LcrShowCommand final : public Command {
     auto path = context.db_path();
     if (!path) return path.error();
     std::error_code ignored;
-    if (!std::filesystem::exists(*path, ignored)) return std::vector<MeterCorrections>();
-    auto db = open_read_only(*path);
-    if (!db) return Failure(db.error(), "give another --db");
+    // Nobody has made one yet; a person who names a database has mistyped it.
+    if (context.global.db.empty() && !std::filesystem::exists(*path, ignored)) {
+      return std::vector<MeterCorrections>();
+    }
+    auto db = open_runs(context);
+    if (!db) return db.error();
     auto meters = list_corrections(*db);
     if (!meters) return Failure(meters.error());
     return *meters;

@@ -86,6 +86,9 @@ void print_status(std::ostream& out, const DaemonStatus& s, const GlobalOptions&
     }
     return;
   }
+  if (s.correcting) {
+    fmt::print(out, "the meter's open or short correction is being made: up to two minutes\n");
+  }
   fmt::print(out, "no run goes on\n");
   for (const auto& r : s.resumable) {
     fmt::print(out, "interrupted: {}; {} continues it\n", words_of(r),

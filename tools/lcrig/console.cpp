@@ -34,10 +34,10 @@ void Console::note(std::string_view words) {
   err.flush();
 }
 
-bool Console::wait_for_enter(std::string_view words) {
+std::optional<std::string> Console::wait_for_line(std::string_view words) {
   err << words;
   err.flush();
-  return enter && enter();
+  return enter ? enter() : std::nullopt;
 }
 
 void Console::print_file(std::string_view text) {
@@ -66,9 +66,10 @@ Console real_console(const ProcessEnv& env) {
   console.err_tty = ::isatty(STDERR_FILENO) == 1 && term != "dumb";
   console.color = console.err_tty && !env.get("NO_COLOR");
   console.width = terminal_width;
-  console.enter = [] {
+  console.enter = []() -> std::optional<std::string> {
     std::string line;
-    return static_cast<bool>(std::getline(std::cin, line));
+    if (!std::getline(std::cin, line)) return std::nullopt;
+    return line;
   };
   return console;
 }

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <ostream>
+#include <string>
 #include <string_view>
 
 #include "tools/lcrig/exit_code.hpp"
@@ -25,13 +27,14 @@ struct Console {
   bool out_tty = false;  // a terminal shows `out`: a file goes there without escape codes
   bool color = false;
   std::function<int()> width;  // columns of the terminal behind `err`
-  std::function<bool()> enter;  // waits until a person typed a line; false: nobody ever will
+  // Waits until a person typed a line; nullopt: nobody ever will.
+  std::function<std::optional<std::string>()> enter;
 
   void print(const Failure& failure);
   void note(std::string_view words);  // what a person may want to know; one line of `err`
   void next(std::string_view command);  // what to type now
-  // Asks a person at a terminal to press Enter. False: the terminal is gone.
-  bool wait_for_enter(std::string_view words);
+  // Asks a person at a terminal for a line. nullopt: the terminal is gone.
+  std::optional<std::string> wait_for_line(std::string_view words);
   // A file to `out`: byte by byte, unless a terminal would obey some of them.
   void print_file(std::string_view text);
 };

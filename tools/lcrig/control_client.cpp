@@ -135,6 +135,7 @@ struct ControlClient::State {
   Console* console = nullptr;  // gets kStopByHand, once, at hint_at
   MonoTime hint_at{};
   int fd = -1;
+  int leave_fd = -1;  // readable: whoever waits leaves; -1: nothing does that
   std::int64_t last_id = 0;
   std::string in;
   std::deque<json> backlog;
@@ -185,9 +186,10 @@ Outcome<bool> ControlClient::State::receive() {
 Outcome<bool> ControlClient::State::wait(MonoTime end) {
   const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - clock.now());
   if (left.count() <= 0) return false;
-  pollfd wanted{fd, POLLIN, 0};
-  const int n = ::poll(&wanted, 1, static_cast<int>(left.count()) + 1);
+  std::array<pollfd, 2> wanted{{{fd, POLLIN, 0}, {leave_fd, POLLIN, 0}}};
+  const int n = ::poll(wanted.data(), wanted.size(), static_cast<int>(left.count()) + 1);
   if (n < 0 && errno != EINTR) return unreachable(path, std::strerror(errno));
+  if (n > 0 && wanted[0].revents == 0) return Failure(kInterrupted, "interrupted", "");
   return true;
 }
 
@@ -212,6 +214,10 @@ std::optional<json> ControlClient::State::take_answer(std::int64_t id) {
 ControlClient::ControlClient(std::unique_ptr<State> state) : state_(std::move(state)) {}
 ControlClient::ControlClient(ControlClient&&) noexcept = default;
 ControlClient::~ControlClient() = default;
+
+void ControlClient::leave_on(int fd) {
+  state_->leave_fd = fd;
+}
 
 int ControlClient::fd() const {
   return state_->fd;

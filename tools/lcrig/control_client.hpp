@@ -52,6 +52,9 @@ class ControlClient {
   // For who stops the frame: as the last, and whoever waits is told once how to stop it by hand.
   static Outcome<ControlClient> connect_to_stop(const Context& context);
   void tell_other_database(const Context& context);
+  // From now on `call` fails as interrupted when `fd` becomes readable (StopSignals), which
+  // outlives the calls.
+  void leave_on(int fd);
   ControlClient(ControlClient&&) noexcept;
   ~ControlClient();
 

@@ -21,39 +21,41 @@ struct Known {
 };
 
 struct LastRun {
-  std::int64_t run = 0, started_unix_ns = 0;
+  std::int64_t run = 0;
   std::string correction;
 };
 
-// What was made after the last run began was read back as on.
-Known since_run(MeterCorrections meter, const LastRun& run) {
+// What was made since was read back as on: `then` did not know of it. No clock decides, as one may
+// have been wrong.
+void turn_on_what_is_new(MeterCorrections& meter, MeterCorrections then) {
   for (const auto kind : {CorrectionKind::open, CorrectionKind::short_circuit}) {
     CorrectionState& state = meter.of(kind);
-    if (state.made_unix_ns && *state.made_unix_ns > run.started_unix_ns) state.on = true;
+    if (state.made_unix_ns && state.made_unix_ns != then.of(kind).made_unix_ns) state.on = true;
   }
-  auto from = printable(meter.meter, kLongestName);
-  if (run.run != 0) from += fmt::format(", as run {} found it", run.run);
-  return Known{std::move(meter), std::move(from)};
 }
 
 // nullopt: nothing is known of any meter.
 Result<std::optional<Known>> look_up(const Database& db) {
   auto last = db.first(
-      "SELECT id, started_unix_ns, correction_json FROM run WHERE simulated = 0"
-      " ORDER BY id DESC LIMIT 1",
-      [](const Statement& row) {
-        return LastRun{row.integer(0), row.integer(1), std::string(row.text(2))};
-      });
+      "SELECT id, correction_json FROM run WHERE simulated = 0 ORDER BY id DESC LIMIT 1",
+      [](const Statement& row) { return LastRun{row.integer(0), std::string(row.text(1))}; });
   if (!last) return fail(last.error());
   const LastRun run = last->value_or(LastRun());
   if (auto meter = parse_corrections(run.correction)) {
+    const MeterCorrections then = *meter;
     if (auto found = look_up_corrections(db, *meter); !found) return fail(found.error());
-    return since_run(std::move(*meter), run);
+    turn_on_what_is_new(*meter, then);
+    auto from =
+        fmt::format("{}, as run {} found it", printable(meter->meter, kLongestName), run.run);
+    return Known{std::move(*meter), std::move(from)};
   }
   auto all = list_corrections(db);
   if (!all) return fail(all.error());
   const auto real = std::ranges::find(*all, false, &MeterCorrections::simulated);
-  if (real != all->end()) return since_run(*real, LastRun());
+  if (real != all->end()) {
+    turn_on_what_is_new(*real, MeterCorrections());
+    return Known{*real, printable(real->meter, kLongestName)};
+  }
   if (run.run == 0) return std::nullopt;
   return Known{MeterCorrections(), fmt::format("run {} is of an older lcrig", run.run)};
 }
@@ -62,11 +64,14 @@ Finding finding_of(CorrectionKind kind, Known& known, std::int64_t now_unix_ns) 
   const CorrectionState& state = known.meter.of(kind);
   const auto days = state.made_unix_ns ? days_between(*state.made_unix_ns, now_unix_ns) : 0;
   const bool old = days > kOldFrom_days;
-  auto words = fmt::format("{}: {}; {}", to_string(kind),
-                           printable(correction_words(state, now_unix_ns, "ago"), kLongestWords),
-                           known.from);
+  const bool future = is_in_future(state, now_unix_ns);
+  const auto what =
+      known.meter.meter.empty() ? "not known" : correction_words(state, now_unix_ns, "ago");
+  auto words =
+      fmt::format("{}: {}; {}", to_string(kind), printable(what, kLongestWords), known.from);
   if (old) words += fmt::format("; older than {} days", kOldFrom_days);
-  if (state.made_unix_ns && !old && state.on.value_or(true)) {
+  if (future) words += "; look at the clock of this computer, then make it again";
+  if (state.made_unix_ns && !old && !future && state.on.value_or(true)) {
     return {"correction", Health::ok, std::move(words)};
   }
   return {"correction", Health::warn, std::move(words),

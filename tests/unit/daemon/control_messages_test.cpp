@@ -37,6 +37,7 @@ TEST(ControlMessages, EveryStructSurvivesTheWire) {
   open.question.on_timeout = OnTimeout::use_default;
   s.run->question_left_s = 12.5;
   s.run->stops_after = "level";
+  s.correcting = true;
   s.last_run.emplace();
   s.last_run->exit_status = ExitStatus::fail;
   s.last_run->code = Errc::no_reply;
@@ -49,6 +50,7 @@ TEST(ControlMessages, EveryStructSurvivesTheWire) {
   EXPECT_EQ(to_json(*back), to_json(s));
   EXPECT_EQ(back->run->travel_m, -1.25e-4);
   EXPECT_EQ(back->run->force_N, std::nullopt);
+  EXPECT_TRUE(back->correcting);
   EXPECT_EQ(back->instruments[0].which, Instrument::frame);
   EXPECT_EQ(back->queue->cause, HoldCause::too_many_failures);
   EXPECT_EQ(back->queue->gate, QueueGate::time);

@@ -119,7 +119,7 @@ TEST(CorrectionsOfBefore, AnOlderDatabaseIsBroughtUpToDateAndItsRunsStayIntact) 
 
 TEST(CorrectionWords, TellStateMakerAndAge) {
   CorrectionState state;
-  EXPECT_EQ(correction_words(state, 0), "not known");
+  EXPECT_EQ(correction_words(state, 0), "never made through lcrig");
   state.on = false;
   EXPECT_EQ(correction_words(state, 0), "off, not made through lcrig");
   state.on = true;
@@ -127,8 +127,12 @@ TEST(CorrectionWords, TellStateMakerAndAge) {
   state.made_by = "Ada";
   const std::string made = "on, made 2026-01-31 12:00 UTC by Ada ";
   EXPECT_EQ(correction_words(state, *state.made_unix_ns), made + "(the same day)");
-  EXPECT_EQ(correction_words(state, *state.made_unix_ns - 3 * kDay), made + "(the same day)")
+  EXPECT_EQ(correction_words(state, *state.made_unix_ns - 3 * kDay),
+            made + "(the date is in the future)")
       << "somebody set the clock back";
+  EXPECT_TRUE(is_in_future(state, *state.made_unix_ns - 1));
+  EXPECT_FALSE(is_in_future(state, *state.made_unix_ns));
+  EXPECT_FALSE(is_in_future(CorrectionState(), 0)) << "none was made";
   EXPECT_EQ(correction_words(state, *state.made_unix_ns + 13 * 3600 * kSecond),
             made + "(a day before)");
   EXPECT_EQ(correction_words(state, *state.made_unix_ns + 12 * kDay, "ago"),

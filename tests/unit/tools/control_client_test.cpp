@@ -231,8 +231,8 @@ TEST_F(Served, TheCommandOfAHintGetsTheOptionsThatReachThisDaemon) {
     EXPECT_NE(cli.run({"pause", "--socket", path}), 0);
     return cli.err.str();
   };
-  EXPECT_THAT(next_of(Errc::busy), HasSubstr("next: lcrig status --socket " + path +
-                                             "   (what goes on; lcrig abort ends it)\n"));
+  EXPECT_THAT(next_of(Errc::busy),
+              HasSubstr("next: lcrig status --socket " + path + "   (what goes on)\n"));
   EXPECT_THAT(next_of(Errc::reply_cut_off),
               HasSubstr("next: check the cable, then: lcrig status --socket " + path + "\n"));
   EXPECT_THAT(next_of(Errc::limit_tripped), HasSubstr("limits, then run again\n"));

@@ -387,6 +387,23 @@ TEST_F(DoctorOnCorrections, OneThatIsOffIsWarnedOfUntilItIsMadeAnewOrTheMeterSay
   EXPECT_EQ(found(102)[0].health, Health::ok) << "read back as on after the run";
 }
 
+// The clock was ahead when it was made, and when a run began.
+TEST_F(DoctorOnCorrections, ADateInTheFutureIsWarnedOfAndHidesNothing) {
+  store(CorrectionKind::open, 400);
+  store(CorrectionKind::short_circuit, 400);
+  record(true, false);
+  const auto now = found(101);
+  EXPECT_EQ(now[0].health, Health::warn);
+  EXPECT_THAT(now[0].what, AllOf(HasSubstr("open: on"), HasSubstr("(the date is in the future)"),
+                                 HasSubstr("look at the clock of this computer")));
+  EXPECT_EQ(now[0].mend, "lcrig lcr correct open");
+  EXPECT_THAT(now[1].what, HasSubstr("short: off")) << "the run is younger, as its number says";
+  EXPECT_THAT(found(401)[1].what, HasSubstr("short: off"));
+  store(CorrectionKind::short_circuit, 99);
+  EXPECT_THAT(found(101)[1].what, HasSubstr("short: on")) << "it is younger than the run";
+  EXPECT_EQ(found(101)[1].health, Health::ok);
+}
+
 TEST_F(DoctorOnCorrections, OfAnOlderLcrigNothingIsKnown) {
   ASSERT_TRUE(insert_run(db, RunRow()));
   const auto now = found(1);
@@ -394,7 +411,7 @@ TEST_F(DoctorOnCorrections, OfAnOlderLcrigNothingIsKnown) {
   EXPECT_EQ(now.at(0).what, "open: not known; run 1 is of an older lcrig");
   store(CorrectionKind::open, 1, "LCR-6100 B");
   EXPECT_EQ(found(1).at(0).health, Health::ok);
-  EXPECT_THAT(found(1).at(1).what, HasSubstr("short: not known; LCR-6100 B"));
+  EXPECT_THAT(found(1).at(1).what, HasSubstr("short: never made through lcrig; LCR-6100 B"));
 }
 
 class DoctorCommandLine : public ::testing::Test {

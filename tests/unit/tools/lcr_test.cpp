@@ -2,6 +2,7 @@
 // `lcrig lcr` against a real control server in another thread, and without one.
 #include <gmock/gmock.h>
 
+#include <csignal>
 #include <nlohmann/json.hpp>
 
 #include "storage/corrections.hpp"
@@ -58,7 +59,12 @@ TEST_F(LcrCommands, ACorrectionIsMadeOncePeopleSayThatTheProbesAreReady) {
   cli.tty = true;
   EXPECT_EQ(cli.run({"lcr", "correct", "open"}), kInterrupted) << "nobody pressed Enter";
   EXPECT_THAT(calls(), IsEmpty());
-  cli.enters = true;
+  cli.typed = "n";
+  EXPECT_EQ(cli.run({"lcr", "correct", "open"}), kFailed);
+  EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("'n' is no yes: nothing was done"),
+                                   HasSubstr("lcrig lcr correct open --yes")));
+  EXPECT_THAT(calls(), IsEmpty());
+  cli.typed = "";
   EXPECT_EQ(cli.run({"lcr", "correct", "open"}), kOk) << cli.err.str();
   EXPECT_THAT(cli.err.str(), AllOf(HasSubstr("nothing between them. Press Enter"),
                                    HasSubstr("next: lcrig lcr correct short")));
@@ -66,10 +72,33 @@ TEST_F(LcrCommands, ACorrectionIsMadeOncePeopleSayThatTheProbesAreReady) {
               AllOf(HasSubstr("the open correction is made and on, and stored"),
                     HasSubstr("LCR-6100 A\nopen   on, made "), HasSubstr("by Ada (the same day)\n"),
                     HasSubstr("short  off, not made through lcrig\n")));
+  cli.typed = "yes";
+  EXPECT_EQ(cli.run({"lcr", "correct", "open"}), kOk) << cli.err.str();
   cli.tty = false;
   EXPECT_EQ(cli.run({"lcr", "correct", "short", "--yes", "--json"}), kOk) << cli.err.str();
   EXPECT_EQ(json::parse(cli.out.str())["meter"], "LCR-6100 A");
-  EXPECT_THAT(calls(), ElementsAre("correct open", "correct short"));
+  EXPECT_THAT(calls(), ElementsAre("correct open", "correct open", "correct short"));
+}
+
+TEST_F(LcrCommands, WhoLeavesIsToldThatTheMeterGoesOn) {
+  on_server([this, waits = ::pthread_self()] {
+    handler.hold_start = true;
+    handler.after_start = [waits] { ::pthread_kill(waits, SIGINT); };
+  });
+  EXPECT_EQ(cli.run({"lcr", "correct", "open", "--yes"}), kInterrupted);
+  EXPECT_THAT(cli.err.str(),
+              AllOf(HasSubstr("the meter goes on; the correction will be stored; make it again "
+                              "when something lay between the probes"),
+                    HasSubstr("next: lcrig lcr ")));
+  on_server([this] { handler.hold_start = false; });
+}
+
+TEST_F(LcrCommands, StatusSaysThatACorrectionGoesOn) {
+  EXPECT_EQ(cli.run({"status"}), kOk);
+  EXPECT_THAT(cli.out.str(), Not(HasSubstr("correction")));
+  on_server([this] { handler.state.correcting = true; });
+  EXPECT_EQ(cli.run({"status"}), kOk);
+  EXPECT_THAT(cli.out.str(), HasSubstr("correction is being made: up to two minutes\n"));
 }
 
 TEST_F(LcrCommands, ARefusalSaysWhatToDoNext) {
@@ -104,6 +133,13 @@ TEST_F(LcrCommands, AMeterThatCannotBeAskedIsShownAsItIsStored) {
   EXPECT_EQ(cli.run({"lcr", "show"}), kOk);
   EXPECT_THAT(cli.err.str(), HasSubstr("the meter was not asked: run 3 is going on"));
   EXPECT_THAT(cli.out.str(), HasSubstr("open   not known whether on, made 1970-01-01"));
+}
+
+TEST(LcrWithoutDaemon, AMistypedDatabaseIsRefused) {
+  Cli cli;
+  const std::string none = cli.dir.file("nonexist.db");
+  EXPECT_EQ(cli.run({"lcr", "--db", none}), kFailed);
+  EXPECT_THAT(cli.err.str(), HasSubstr("there is no database at " + none));
 }
 
 TEST(LcrWithoutDaemon, IsShownFromTheDatabaseAndCorrectsNothing) {
