@@ -14,6 +14,9 @@
 
 namespace lcrig {
 
+inline constexpr CorrectionKind kCorrectionKinds[] = {CorrectionKind::open,
+                                                      CorrectionKind::short_circuit};
+
 // One that the meter accepted.
 struct StoredCorrection {
   CorrectionKind kind = CorrectionKind::open;

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// What corrections.hpp declares without a database: the JSON of a run's row, and words for people.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/iso_time.hpp"
+#include "storage/corrections.hpp"
+
+namespace lcrig {
+
+using nlohmann::json;
+
+namespace {
+
+json state_json(const CorrectionState& state) {
+  return {{"on", state.on ? json(*state.on) : json()},
+          {"made_unix_ns", state.made_unix_ns ? json(*state.made_unix_ns) : json()},
+          {"made_by", state.made_unix_ns ? json(state.made_by) : json()}};
+}
+
+CorrectionState read_state(const json& all, CorrectionKind kind) {
+  CorrectionState out;
+  const auto found = all.find(to_string(kind));
+  if (found == all.end() || !found->is_object()) return out;
+  const auto member = [&found](const char* name) {
+    const auto it = found->find(name);
+    return it == found->end() ? json() : *it;
+  };
+  if (const json on = member("on"); on.is_boolean()) out.on = on.get<bool>();
+  if (const json made = member("made_unix_ns"); made.is_number_integer()) {
+    out.made_unix_ns = made.get<std::int64_t>();
+  }
+  if (const json by = member("made_by"); by.is_string()) out.made_by = by.get<std::string>();
+  return out;
+}
+
+}  // namespace
+
+std::string to_json(const MeterCorrections& meter) {
+  const json out{{"meter", meter.meter},
+                 {"simulated", meter.simulated},
+                 {"open", state_json(meter.open)},
+                 {"short", state_json(meter.short_circuit)}};
+  return out.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+std::optional<MeterCorrections> parse_corrections(std::string_view text) {
+  const json all = json::parse(text, nullptr, false);
+  if (!all.is_object()) return std::nullopt;
+  const auto name = all.find("meter");
+  if (name == all.end() || !name->is_string()) return std::nullopt;
+  MeterCorrections out;
+  out.meter = name->get<std::string>();
+  const auto simulated = all.find("simulated");
+  out.simulated = simulated != all.end() && *simulated == true;
+  for (const CorrectionKind kind : kCorrectionKinds) out.of(kind) = read_state(all, kind);
+  return out;
+}
+
+std::int64_t days_between(std::int64_t made_unix_ns, std::int64_t at_unix_ns) {
+  constexpr std::int64_t kDay_ns = 86'400'000'000'000;
+  return std::max<std::int64_t>(0, at_unix_ns / kDay_ns - made_unix_ns / kDay_ns);
+}
+
+bool is_in_future(const CorrectionState& state, std::int64_t at_unix_ns) {
+  return state.made_unix_ns.value_or(at_unix_ns) > at_unix_ns;
+}
+
+std::string correction_words(const CorrectionState& state, std::int64_t at_unix_ns,
+                             std::string_view before) {
+  const char* const on = !state.on ? "not known whether on" : *state.on ? "on" : "off";
+  if (!state.on && !state.made_unix_ns) return "never made through lcrig";
+  if (!state.made_unix_ns) return fmt::format("{}, not made through lcrig", on);
+  const auto days = days_between(*state.made_unix_ns, at_unix_ns);
+  const auto age = is_in_future(state, at_unix_ns) ? std::string("the date is in the future")
+                   : days == 0                     ? std::string("the same day")
+                   : days == 1                     ? fmt::format("a day {}", before)
+                                                   : fmt::format("{} days {}", days, before);
+  return fmt::format("{}, made {} UTC by {} ({})", on,
+                     iso_time(*state.made_unix_ns).replace(10, 1, " ").substr(0, 16), state.made_by,
+                     age);
+}
+
+}  // namespace lcrig
