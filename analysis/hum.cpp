@@ -345,8 +345,7 @@ RunData without(const Hum& hum, const RunData& data) {
 std::string note_on(const Hum& hum) {
   return fmt::format(
       "a beat of {:.3g} s, {:.2g} fF was subtracted from all readings: it goes on through loads "
-      "and "
-      "rests alike, which no specimen does; look for the mains, or for what else turns at that "
+      "and rests alike, which no specimen does; look for the mains, or for what else turns at that "
       "rate",
       hum.period_s(), hum.amplitude_fF());
 }
