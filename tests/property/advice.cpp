@@ -15,6 +15,8 @@ namespace {
 
 using json = nlohmann::ordered_json;
 constexpr int kPatience = 25;  // most refusals of one protocol
+// Less than any rig of these tests needs to press.
+constexpr double kGentleDepth_mm = 1e-4, kGentleForce_N = 1e-4, kGentlePressure_kPa = 1e-3;
 
 bool has(const std::string& text, std::string_view words) {
   return text.find(words) != std::string::npos;
@@ -25,6 +27,7 @@ struct Draft {
   json protocol;
   ParameterValues parameters;
   double gap_m = 0, speed_m_s = 0;
+  int ramps = 0;  // that were put before a hold
 };
 
 // "/steps/2/speed_mm_s: 0.864" and "-p speed_mm_s=0.864"
@@ -68,6 +71,17 @@ bool follow_words(const std::string& text, Draft& draft) {
     at["hold"] = "travel";
     return true;
   }
+  if (has(text, "ramp to a force first")) {
+    const json::json_pointer place(pointer);
+    json ramp{{"id", fmt::format("first{}", draft.ramps++)}, {"do", "ramp"}, {"timeout_s", 3600}};
+    for (const char* key : {"force_N", "pressure_kPa"}) {
+      if (at.contains(key)) ramp["to"][key] = at[key];
+    }
+    ramp["speed_mm_s"] = draft.speed_m_s * 1e3;
+    json& steps = draft.protocol[place.parent_pointer()];
+    steps.insert(steps.begin() + std::stoi(place.back()), ramp);
+    return true;
+  }
   if (has(text, "use ramp or move_until")) {
     at = {{"id", at.at("id")}, {"do", "mark"}, {"text", "no weights"}};
     return true;
@@ -77,6 +91,33 @@ bool follow_words(const std::string& text, Draft& draft) {
   if (!std::regex_search(text, m, offers)) return false;
   at[m[1] == "frequency" ? "frequency_Hz" : "level_V"] = std::stod(m[2]);
   return true;
+}
+
+// Every number of a step, made as gentle as a person could write it for this rig.
+void make_gentle(json& at, double speed_mm_s) {
+  if (!at.is_structured()) return;
+  for (auto& [key, value] : at.items()) {
+    if (key == "speed_mm_s") value = speed_mm_s;
+    if (key == "gap_mm" && value.is_number() && value < 0) value = -kGentleDepth_mm;
+    if (key == "force_N") value = kGentleForce_N;
+    if (key == "pressure_kPa") value = kGentlePressure_kPa;
+    make_gentle(value, speed_mm_s);
+  }
+}
+
+// "No change can help" is true only while the gentlest form of the step is refused at that step.
+Broken truly_nothing_helps(const Case& c, Draft draft, const std::string& text) {
+  const std::string pointer = pointer_of(text);
+  if (pointer.empty()) return {};
+  make_gentle(draft.protocol[json::json_pointer(pointer)],
+              c.make_rig().declared().speed_min.si() * 1e3);
+  Case gentle = c;
+  gentle.protocol = draft.protocol.dump();
+  Trial t(gentle);
+  t.plan_only(draft.parameters);
+  if (!t.is_accepted() && pointer_of(t.world().refused->what) == pointer) return {};
+  return {
+      fmt::format("advice: said that no change helps, but a gentle step is accepted: {}", text)};
 }
 
 }  // namespace
@@ -99,7 +140,7 @@ Broken advice_is_good(const Case& c, Counters& counters) {
     const std::string text = t.world().refused->what;
     if (has(text, "no change of the protocol can help")) {
       ++counters["refused: no change helps"];
-      return {};
+      return truly_nothing_helps(c, std::move(draft), text);
     }
     if (++told[pointer_of(text)] > 5) {
       return {fmt::format("advice: followed five times, and still refused: {}", text)};
