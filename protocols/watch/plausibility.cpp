@@ -182,6 +182,7 @@ std::optional<Contradiction> Plausibility::check_direction(double travel_m) {
 
 std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_N) {
   if (!force_believed_) return std::nullopt;
+  if (!std::exchange(motion_.force_known, true)) motion_.force_N = force_N;
   const double allowed_N = motion_.against_N + motion_.drift_N_s * to_seconds(t - since_);
   // The largest force that was felt twice in this motion, and what is far below it.
   const double felt_N = std::min(force_N, before_N_.value_or(force_N));

@@ -112,6 +112,25 @@ TEST_F(Truth, ALoadedMotionIsAllowedMoreThanAnUnloadedOne) {
   EXPECT_LT(truth().motion_now(-1, 1e-5).against_N, loaded_N);
 }
 
+// The force before an overload says nothing of the way back from it.
+TEST_F(Truth, OnTheWayBackFromAnOverloadTheForceMayBeAsHighAsItIs) {
+  truth().learn_rest(rest_between(0.010, 0.012));
+  show(0.5, 1e-3);
+  FrameSample dark = frame.sample();
+  dark.force_N.reset();
+  dark.flags = frame_flag::kForceOverload;
+  parts().view.add(std::span(&dark, 1));
+  EXPECT_TRUE(truth().motion_now(1, 1e-5).force_known) << "towards the specimen nothing is excused";
+  truth().begin(truth().motion_now(-1, 1e-5));
+  const auto check = [this](double force_N, double travel_m) {
+    show(force_N, travel_m);
+    return truth().check(frame.sample());
+  };
+  EXPECT_FALSE(check(4.6, 0.9e-3));
+  EXPECT_FALSE(check(3.0, 0.8e-3));
+  EXPECT_TRUE(check(5.2, 0.7e-3)) << "now it rises";
+}
+
 TEST_F(Truth, AFrameThatThisRunDoesNotMoveIsBelieved) {
   setup().commands = false;
   EXPECT_FALSE(truth().needs_look());
