@@ -201,7 +201,9 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
             force_N, before_N,
             force_N < limit_N ? "is connected the wrong way, lost its zero" : "shows too little"));
   }
-  if (motion_.direction < 0 && force_N > motion_.force_N + allowed_N) {
+  // A specimen that sticks pulls until it lets go; then the cell shows what it does at rest.
+  const double most_N = std::max(motion_.force_N, motion_.rest_N) + allowed_N;
+  if (motion_.direction < 0 && force_N > most_N) {
     return Contradiction(
         Disbelief::drive,
         fmt::format("the force rises against the command, which leads away from the specimen: "
