@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
 #include "tests/support/run_fixture.hpp"
 
 namespace lcrig {
@@ -51,6 +53,28 @@ TEST_F(Truth, ACellThatHasFrozenTeachesNothing) {
   truth().learn_rest(rest_between(0.010, 0.012));
   truth().learn_rest(rest_between(0.5, 0.5));
   EXPECT_NEAR(truth().rest_N(), 0.011, 1e-12);
+}
+
+// Later the frame may creep, and that is no noise.
+TEST_F(Truth, HowTheTravelScattersIsLearnedAtTheFirstLook) {
+  const auto look = [](double scatter_m) {
+    Rest rest;
+    for (int i = 0; i < 30; ++i) {
+      FrameSample s;
+      s.received = MonoTime(i * 100ms);
+      s.force_N = i % 2 == 0 ? 0.010 : 0.012;
+      s.travel_m = scatter_m * (i % 3 - 1);
+      rest.add(std::span(&s, 1));
+    }
+    return rest;
+  };
+  const auto told_mm = [this] {
+    return nlohmann::json::parse(sink.events.back().detail).at("travel_noise_mm").get<double>();
+  };
+  truth().learn_rest(look(2e-6));
+  EXPECT_NEAR(told_mm(), 1.6e-3, 0.1e-3);
+  truth().learn_rest(look(20e-6));
+  EXPECT_NEAR(told_mm(), 1.6e-3, 0.1e-3);
 }
 
 TEST_F(Truth, ARestThatMayTouchIsNotTheBareCell) {
