@@ -36,13 +36,6 @@ constexpr double kSmooth = 0.2;  // the weight of a new sample
 constexpr double kSmoothSquare = 0.05;  // ... and of its square
 constexpr double kLeastLook_s = 0.5;  // at a force that may relax
 
-// The median ignores a few spikes.
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 }  // namespace
 
 void Plausibility::begin(const Motion& motion, MonoTime now) {
@@ -338,7 +331,7 @@ std::optional<Contradiction> Plausibility::check_step(MonoTime t, double force_N
     if (t - s.t <= kShort) new_N.push_back(s.force_N);
   }
   if (old_N.size() < 2 || new_N.size() < 2) return std::nullopt;
-  const double before = median(old_N), after = median(new_N);
+  const double before = middle(old_N), after = middle(new_N);
   const double felt_N = std::max(std::abs(before), std::abs(after));
   const double allowed_N =
       std::max(2 * figures_.contact_force_N, figures_.order_force_N) + kJump * felt_N;
