@@ -120,9 +120,11 @@ TEST(RealRig, AnOverloadIsLeftByTheWayItCame) {
 // The cell shows nothing at the turn. The first force on the way back is higher than the last one
 // before it.
 TEST(RealRig, AnOverloadOfTheCellIsLeftByTheWayItCame) {
-  SessionWorld world(with(kLoad, R"("until": { "force_N": 0.5 }, "speed_mm_s": 0.01)",
-                          R"("until": { "force_N": 0.9 }, "speed_mm_s": 0.1)"));
-  world.bench.plant.force_nominal_N = 2;
+  const std::string fast = with(kLoad, R"("until": { "force_N": 0.5 }, "speed_mm_s": 0.01)",
+                                R"("until": { "force_N": 0.3 }, "speed_mm_s": 0.5)");
+  SessionWorld world(
+      with(fast, R"("gap_mm": 2 }, "speed_mm_s": 0.5)", R"("gap_mm": 0.5 }, "speed_mm_s": 0.05)"));
+  world.bench.plant.force_nominal_N = 1.3;
   stop_late(world, "load", 0.3);
   const auto r = world.run();
   ASSERT_TRUE(r) << r.error().what;
