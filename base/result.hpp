@@ -57,4 +57,12 @@ inline tl::unexpected<Error> fail(Error error) {
   return tl::unexpected<Error>(std::move(error));
 }
 
+// Moves a value to where it is kept.
+template <class T, class Kept>
+Result<> keep(Result<T> from, Kept& to) {
+  if (!from) return fail(std::move(from.error()));
+  to = std::move(*from);
+  return {};
+}
+
 }  // namespace lcrig

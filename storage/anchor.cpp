@@ -5,6 +5,7 @@
 
 #include "base/number.hpp"
 #include "base/text.hpp"
+#include "storage/database.hpp"
 
 namespace lcrig {
 
@@ -21,13 +22,6 @@ std::optional<unsigned> hex_digit(char c) {
   if (c >= 'a' && c <= 'f') return static_cast<unsigned>(c - 'a') + 10;
   if (c >= 'A' && c <= 'F') return static_cast<unsigned>(c - 'A') + 10;
   return std::nullopt;
-}
-
-// False: its schema is older than anchors.
-Result<bool> stores_anchors(const Database& db) {
-  auto tables = db.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'run_anchor'");
-  if (!tables) return fail(tables.error());
-  return *tables > 0;
 }
 
 Anchor read_anchor(const Statement& s) {
@@ -67,10 +61,9 @@ Result<Anchor> parse_anchor(std::string_view text) {
 }
 
 Result<std::optional<Anchor>> get_anchor(const Database& db, std::int64_t run) {
-  auto stores = stores_anchors(db);
-  if (!stores) return fail(stores.error());
-  if (!*stores) return std::nullopt;
-  return db.first("SELECT links, sha256 FROM run_anchor WHERE run_id = ?", read_anchor, run);
+  return read_if(has_table(db, "run_anchor"), [&] {
+    return db.first("SELECT links, sha256 FROM run_anchor WHERE run_id = ?", read_anchor, run);
+  });
 }
 
 Result<std::optional<Anchor>> get_earlier_anchor(const Database& db, std::int64_t run) {
@@ -81,12 +74,11 @@ Result<std::optional<Anchor>> get_earlier_anchor(const Database& db, std::int64_
 }
 
 Result<std::optional<std::int64_t>> find_run_of(const Database& db, const Anchor& anchor) {
-  auto stores = stores_anchors(db);
-  if (!stores) return fail(stores.error());
-  if (!*stores) return std::nullopt;
-  return db.first(
-      "SELECT run_id FROM run_anchor WHERE links = ? AND lower(hex(sha256)) = ?",
-      [](const Statement& s) { return s.integer(0); }, anchor.links, to_hex(anchor.hash));
+  return read_if(has_table(db, "run_anchor"), [&] {
+    return db.first<std::int64_t>(
+        "SELECT run_id FROM run_anchor WHERE links = ? AND lower(hex(sha256)) = ?", anchor.links,
+        to_hex(anchor.hash));
+  });
 }
 
 }  // namespace lcrig

@@ -176,8 +176,8 @@ class Copy {
     auto copy = open_read_only(name);
     if (!copy) return fail(copy.error());
     if (auto sound = check_pages(*copy); !sound) return why_damaged(sound);
-    auto runs = copy->rows("SELECT id FROM run UNION SELECT run_id FROM chain ORDER BY 1",
-                           [](const Statement& row) { return row.integer(0); });
+    auto runs =
+        copy->rows<std::int64_t>("SELECT id FROM run UNION SELECT run_id FROM chain ORDER BY 1");
     if (!runs) return fail(runs.error());
     report_.runs = static_cast<std::int64_t>(runs->size());
     for (const std::int64_t run : *runs) {

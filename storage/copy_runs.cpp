@@ -253,23 +253,19 @@ class RunCopy {
     for (int i = 1; i < rows->columns(); ++i) places += ",?";
     auto insert = target_.prepare(fmt::format("INSERT INTO {} VALUES ({})", table, places));
     if (!insert) return fail(insert.error());
-    for (;;) {
-      auto row = rows->step();
-      if (!row) return fail(row.error());
-      if (!*row) return {};
+    return rows->each([&](const Statement& row) -> Result<> {
       insert->bind(0, number);
-      for (int i = 1; i < rows->columns(); ++i) {
+      for (int i = 1; i < row.columns(); ++i) {
         // The run has the specimen's text; its row is another database's.
-        if (row_of_run && sqlite3_column_name(rows->handle(), i) == kSpecimen) {
+        if (row_of_run && sqlite3_column_name(row.handle(), i) == kSpecimen) {
           insert->bind_null(i);
         } else {
-          sqlite3_bind_value(insert->handle(), i + 1, sqlite3_column_value(rows->handle(), i));
+          sqlite3_bind_value(insert->handle(), i + 1, sqlite3_column_value(row.handle(), i));
         }
       }
       if (auto r = insert->run(); !r) return r;
-      if (++rows_ % kRowsOfStep != 0) continue;
-      if (auto r = take_breath(); !r) return r;
-    }
+      return ++rows_ % kRowsOfStep == 0 ? take_breath() : Result<>();
+    });
   }
 
   // A run that is copied again is still from where it was recorded.

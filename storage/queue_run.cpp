@@ -73,9 +73,7 @@ Result<> apply_choice(const Database& db, HeadChoice choice, const QueueListing&
 
 // How the last attempt of an entry ended, as far as its run knows.
 Result<EntryState> settled_state(const Database& db, std::int64_t run) {
-  auto end = db.first(
-      "SELECT exit_status FROM run_end WHERE run_id = ?",
-      [](const Statement& s) { return std::string(s.text(0)); }, run);
+  auto end = db.first<std::string>("SELECT exit_status FROM run_end WHERE run_id = ?", run);
   if (!end) return fail(end.error());
   if (!*end || **end == to_string(ExitStatus::interrupted)) return EntryState::interrupted;
   return **end == to_string(ExitStatus::success) ? EntryState::done : EntryState::failed;
@@ -84,9 +82,7 @@ Result<EntryState> settled_state(const Database& db, std::int64_t run) {
 Result<> settle_head(const Database& db, const QueueListing& head, const QueueActor& who) {
   EntryState state = EntryState::interrupted;
   if (head.last_run) {
-    auto found = settled_state(db, *head.last_run);
-    if (!found) return fail(found.error());
-    state = *found;
+    if (auto r = keep(settled_state(db, *head.last_run), state); !r) return r;
   }
   if (auto r = set_entry_state(db, head.entry, state); !r) return r;
   return append_queue_act(db, "settle", head.entry,
