@@ -39,9 +39,7 @@ class BatchRehearsal final : public Rehearsal {
 
  private:
   Result<> make_app() {
-    auto bench = bench_of(request_.bench, request_.bench_text);
-    if (!bench) return fail(bench.error());
-    bench_ = std::move(*bench);
+    if (auto r = keep(bench_of(request_.bench, request_.bench_text), bench_); !r) return r;
     if (request_.errors) bench_.errors = request_.errors;
     bench_.operator_reaction = from_seconds(PlannedRig::kByHand_s);  // as plans say
     Config config;
