@@ -114,9 +114,7 @@ class Copy {
   Result<CopyReport> make() {
     if (auto free = require_free_name(from_, to_); !free) return fail(free.error());
     if (auto free = require_free_companions(from_, to_); !free) return fail(free.error());
-    auto original = open_read_only(from_);
-    if (!original) return fail(original.error());
-    original_ = std::move(*original);
+    if (auto r = keep(open_read_only(from_), original_); !r) return fail(r.error());
     if (options_.check_original) {
       if (auto sound = check_pages(original_); !sound) return fail(sound.error());
     }

@@ -113,9 +113,7 @@ class RunCopy {
 
   // All reads see one state; in it the runs are sound.
   Result<> open_source(const std::vector<std::int64_t>& runs) {
-    auto source = open_read_only(from_);
-    if (!source) return fail(source.error());
-    source_ = std::move(*source);
+    if (auto r = keep(open_read_only(from_), source_); !r) return r;
     if (auto r = require_same_schema(source_, schema_); !r) return r;
     auto snapshot = Transaction::begin_read(source_);
     if (!snapshot) return fail(snapshot.error());
@@ -167,9 +165,7 @@ class RunCopy {
   }
 
   Result<std::vector<CopiedRun>> copy_all(const std::vector<std::int64_t>& runs) {
-    auto target = open_read_write(to_, options_.vfs);
-    if (!target) return fail(target.error());
-    target_ = std::move(*target);
+    if (auto r = keep(open_read_write(to_, options_.vfs), target_); !r) return fail(r.error());
     auto transaction = Transaction::begin(target_);
     if (!transaction) return fail(transaction.error());
     if (auto r = require_new(runs); !r) return fail(r.error());

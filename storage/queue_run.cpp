@@ -7,12 +7,6 @@ namespace lcrig {
 
 namespace {
 
-QueueActor itself(std::int64_t now_unix_ns) {
-  QueueActor out;
-  out.now_unix_ns = now_unix_ns;
-  return out;
-}
-
 Result<> set_held(const Database& db, HoldCause cause, std::string_view why) {
   return db.change("UPDATE queue_state SET going = 0, held_cause = ?, held_why = ?",
                    to_string(cause), why);
@@ -109,7 +103,8 @@ Result<> claim_queue_entry(const Database& db, std::int64_t entry, std::int64_t 
   auto stored = db.change("INSERT INTO queue_attempt (entry_id, attempt, run_id) VALUES (?,?,?)",
                           entry, attempt, run);
   if (!stored) return stored;
-  return append_queue_act(db, "begin", entry, fmt::format("run {}", run), itself(now_unix_ns));
+  return append_queue_act(db, "begin", entry, fmt::format("run {}", run),
+                          QueueActor::itself(now_unix_ns));
 }
 
 Result<> note_specimen_of_run(const Database& db, std::string_view specimen) {
@@ -165,7 +160,7 @@ Result<> hold_queue(const Database& db, HoldCause cause, std::string_view why,
 }
 
 Result<bool> settle_queue(const Database& db, std::int64_t now_unix_ns) {
-  const QueueActor who = itself(now_unix_ns);
+  const QueueActor who = QueueActor::itself(now_unix_ns);
   auto transaction = Transaction::begin(db);
   if (!transaction) return fail(transaction.error());
   auto queue = get_queue_state(db);

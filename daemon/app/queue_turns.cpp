@@ -33,6 +33,14 @@ Task<> QueueTurns::run() {
   parts_.use.tell();
 }
 
+Task<Result<>> QueueTurns::claim_for_person(RigUse::State state, std::string if_it_goes) {
+  if (goes()) co_return fail(Errc::busy, "{}", if_it_goes);
+  auto claimed = co_await parts_.use.claim(state);
+  if (!claimed || !goes()) co_return claimed;
+  parts_.use.give_back();  // it was started while the claim waited
+  co_return fail(Errc::busy, "{}", if_it_goes);
+}
+
 // While a run goes on nothing is asked of the instruments: the rig is as it was seen last.
 Task<Result<Plan>> QueueTurns::plan_on_rig(const RunRequest& run, const PreparedRun& prepared,
                                            PlanOn on) {
@@ -82,9 +90,8 @@ Task<Result<PreparedRun>> QueueTurns::prepare(TurnOfQueue turn) {
     if (turn.resumes_run) return prepare_continuation(*db, *turn.resumes_run);
     auto prepared = prepare_run(std::move(turn.run));
     if (!prepared || !turn.compares) return prepared;
-    auto at_rest = expected_at_rest(*db, *prepared);
-    if (!at_rest) return fail(at_rest.error());
-    prepared->at_rest = std::move(*at_rest);
+    auto known = keep(expected_at_rest(*db, *prepared), prepared->at_rest);
+    if (!known) return fail(known.error());
     return prepared;
   };
   auto prepared = co_await run_aside(executor_, clock_, read);
@@ -134,7 +141,7 @@ double QueueTurns::left_s() const {
 }
 
 void QueueTurns::forget_identities() {
-  identities_.forget();
+  identities_ = KnownIdentities();
   parts_.plans.forget();
 }
 

@@ -28,12 +28,6 @@ std::int64_t wall_offset_ns(const Clock& clock) {
   return clock.unix_ns() - clock.now().time_since_epoch().count();
 }
 
-QueueActor itself(const Clock& clock) {
-  QueueActor out;
-  out.now_unix_ns = clock.unix_ns();
-  return out;
-}
-
 Result<RunRequest> request_of(const QueuedRun& stored) {
   RunRequest out;
   out.protocol_name = stored.protocol_name;
@@ -117,18 +111,11 @@ Task<> QueueRunner::run() {
 
 Result<QueueRunner::Look> QueueRunner::look_at(const Database& db) {
   Look out;
-  auto state = get_queue_state(db);
-  if (!state) return fail(state.error());
-  out.state = std::move(*state);
-  auto count = count_queue(db);
-  if (!count) return fail(count.error());
-  out.count = *count;
-  auto head = queue_head(db);
-  if (!head) return fail(head.error());
-  out.head = std::move(*head);
-  auto end = last_run_end_unix_ns(db);
-  if (!end) return fail(end.error());
-  out.last_end_unix_ns = *end;
+  auto read = keep(get_queue_state(db), out.state);
+  if (read) read = keep(count_queue(db), out.count);
+  if (read) read = keep(queue_head(db), out.head);
+  if (read) read = keep(last_run_end_unix_ns(db), out.last_end_unix_ns);
+  if (!read) return fail(read.error());
   return out;
 }
 
@@ -271,7 +258,7 @@ Task<> QueueRunner::hold_by_itself(HoldCause cause, std::string why) {
   if (cause != HoldCause::empty) {
     spdlog::warn("the queue holds ({}): {}", to_string(cause), printable(why, kLongestReason));
   }
-  const QueueActor who = itself(clock_);
+  const QueueActor who = QueueActor::itself(clock_.unix_ns());
   const auto job = [cause, why, who](const Database& db) {
     return hold_queue(db, cause, why, who);
   };
@@ -328,7 +315,7 @@ Task<> QueueRunner::take_turn(std::int64_t entry) {
 // Until it is stored, the entry is at the head and nothing else begins.
 Task<> QueueRunner::store_end(std::int64_t entry, TurnEnd end) {
   for (;;) {
-    const QueueActor who = itself(clock_);
+    const QueueActor who = QueueActor::itself(clock_.unix_ns());
     const auto job = [entry, &end, &who](const Database& db) {
       return settle_turn(db, entry, end, who);
     };

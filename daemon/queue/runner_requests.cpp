@@ -23,6 +23,12 @@ Result<> not_locked(const Database& db, const QueueActor& who) {
               lock.user, lock.why.empty() ? "" : " (" + printable(lock.why, 200) + ")");
 }
 
+Result<> QueueRunner::may_add(const Database& db, const QueueActor& who, std::int64_t bytes) const {
+  if (auto free = not_locked(db, who); !free) return free;
+  auto waiting = planned_bytes(db);
+  return waiting ? store_.check_room(*waiting + bytes) : fail(waiting.error());
+}
+
 QueuedRun stored_form(const RunRequest& run, const QueueTerms& terms, const EntryPlan& plan) {
   QueuedRun out;
   out.protocol_name = run.protocol_name;
@@ -74,12 +80,7 @@ Task<Result<QueueAdded>> QueueRunner::add(QueueAdd wanted, PeerCredentials peer)
   out.plan = std::move(*plan);
   const std::vector<QueuedRun> runs(1, stored_form(wanted.run, wanted.terms, out.plan));
   const auto job = [&](const Database& db) -> Result<std::vector<std::int64_t>> {
-    if (auto free = not_locked(db, who); !free) return fail(free.error());
-    auto waiting = planned_bytes(db);
-    if (!waiting) return fail(waiting.error());
-    if (auto room = store_.check_room(*waiting + out.plan.bytes); !room) {
-      return fail(room.error());
-    }
+    if (auto may = may_add(db, who, out.plan.bytes); !may) return fail(may.error());
     return add_to_queue(db, runs, wanted.place, who);
   };
   auto entries = co_await store_.with(job);
@@ -110,10 +111,7 @@ Task<Result<>> QueueRunner::remove(std::int64_t entry, PeerCredentials peer) {
 Task<Result<std::int64_t>> QueueRunner::clear(PeerCredentials peer) {
   std::int64_t removed = 0;
   const auto job = [&removed](const Database& db, const QueueActor& who) -> Result<> {
-    auto count = clear_queue(db, who);
-    if (!count) return fail(count.error());
-    removed = *count;
-    return {};
+    return keep(clear_queue(db, who), removed);
   };
   auto done = co_await change(job, std::move(peer));
   co_await tell_change();
