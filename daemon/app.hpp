@@ -71,8 +71,7 @@ class App final : public ControlHandler {
   const ControlServer& control() const { return control_; }
 
   RunHandler& runs() override { return requests_; }
-  StopHandler& stops() override { return steering_; }
-  AnswerHandler& answers() override { return steering_; }
+  SteeringHandler& steering() override { return steering_; }
   StoreHandler& store() override { return writes_; }
   MeterHandler& meter() override { return meter_; }
   QueueHandler* queue() override { return queue_.runner(); }

@@ -2,6 +2,7 @@
 #include "storage/anchor.hpp"
 
 #include <algorithm>
+#include <charconv>
 
 #include "base/number.hpp"
 #include "base/text.hpp"
@@ -16,13 +17,6 @@ constexpr std::string_view kAnchorForm =
     "the report show it";
 
 constexpr std::size_t kAnchorShown = 100;  // of what somebody typed
-
-std::optional<unsigned> hex_digit(char c) {
-  if (c >= '0' && c <= '9') return static_cast<unsigned>(c - '0');
-  if (c >= 'a' && c <= 'f') return static_cast<unsigned>(c - 'a') + 10;
-  if (c >= 'A' && c <= 'F') return static_cast<unsigned>(c - 'A') + 10;
-  return std::nullopt;
-}
 
 Anchor read_anchor(const Statement& s) {
   Anchor anchor;
@@ -53,9 +47,10 @@ Result<Anchor> parse_anchor(std::string_view text) {
     return wrong(fmt::format("the hash has {} digits", digits.size()));
   }
   for (std::size_t i = 0; i < anchor.hash.size(); ++i) {
-    const auto high = hex_digit(digits[2 * i]), low = hex_digit(digits[2 * i + 1]);
-    if (!high || !low) return wrong("the hash has a character that is no hex digit");
-    anchor.hash[i] = static_cast<unsigned char>(*high << 4U | *low);
+    const char* const end = digits.data() + 2 * i + 2;
+    if (std::from_chars(end - 2, end, anchor.hash[i], 16).ptr != end) {
+      return wrong("the hash has a character that is no hex digit");
+    }
   }
   return anchor;
 }

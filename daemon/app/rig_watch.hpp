@@ -15,6 +15,15 @@
 
 namespace lcrig {
 
+// False when the protocol of the run commands no frame. What cannot be read counts as one that
+// does.
+bool commanded_frame(const Database& db, std::int64_t run);
+
+// False when it is known that nothing was left: there was no database, or every run without an end
+// commanded no frame or is being recorded by another process. True also when nobody can tell within
+// `patience`.
+bool may_have_left_motion(const std::string& database, Duration patience);
+
 class RigWatch {
  public:
   // What App shares with it; all outlive it.

@@ -15,7 +15,7 @@
 
 namespace lcrig {
 
-class RunSteering final : public StopHandler, public AnswerHandler {
+class RunSteering final : public SteeringHandler {
  public:
   // What App shares with it; all outlive it.
   struct Parts {

@@ -69,8 +69,7 @@ template <class Owner, class R, class... Args>
 Owner* owner_of(ControlHandler& handler, R (Owner::*)(Args...)) {
   if constexpr (std::is_same_v<Owner, QueueHandler>) return handler.queue();
   if constexpr (std::is_same_v<Owner, RunHandler>) return &handler.runs();
-  if constexpr (std::is_same_v<Owner, StopHandler>) return &handler.stops();
-  if constexpr (std::is_same_v<Owner, AnswerHandler>) return &handler.answers();
+  if constexpr (std::is_same_v<Owner, SteeringHandler>) return &handler.steering();
   if constexpr (std::is_same_v<Owner, StoreHandler>) return &handler.store();
   if constexpr (std::is_same_v<Owner, MeterHandler>) return &handler.meter();
   if constexpr (std::is_same_v<Owner, ControlHandler>) return &handler;
@@ -223,10 +222,10 @@ MethodAnswer on_pause(ControlHandler& handler, json params, PeerCredentials peer
   in.refuse_unknown();
   if (auto ok = in.finish(); !ok) co_return bad_params(ok.error());
   if (at) {
-    auto later = co_await handler.stops().pause_at(*at, std::move(peer));
+    auto later = co_await handler.steering().pause_at(*at, std::move(peer));
     co_return answer_of(later);
   }
-  auto done = co_await handler.stops().pause(std::move(peer));
+  auto done = co_await handler.steering().pause(std::move(peer));
   co_return answer_of(done);
 }
 
@@ -293,11 +292,11 @@ constexpr ControlMethod kMethods[] = {
     {"instruments.ask", on_ask, kLook},
     {"run.pause", on_pause, kLook},
     {"run.resume", call_method<resume_params, &RunHandler::resume>, kLook, "run"},
-    {"run.stop", call_method<stop_params, &StopHandler::stop_after>, kLook},
-    {"run.abort", call_method<why_param, &StopHandler::abort>, kLook},
-    {"run.freeze", call_method<why_param, &StopHandler::freeze>, kLook},
-    {"run.confirm", call_method<no_params, &AnswerHandler::confirm>, kLook},
-    {"run.answer", call_method<parse_answer_request, &AnswerHandler::answer>, kLook},
+    {"run.stop", call_method<stop_params, &SteeringHandler::stop_after>, kLook},
+    {"run.abort", call_method<why_param, &SteeringHandler::abort>, kLook},
+    {"run.freeze", call_method<why_param, &SteeringHandler::freeze>, kLook},
+    {"run.confirm", call_method<no_params, &SteeringHandler::confirm>, kLook},
+    {"run.answer", call_method<parse_answer_request, &SteeringHandler::answer>, kLook},
     {"run.note", on_note, kRunsThatEnded, "run"},
     {"run.tag", on_tag, kRuns},
     {"specimen.add", call_method<text_param, &StoreHandler::add_specimen>, kGoodSpecimen, "name"},

@@ -60,8 +60,8 @@ EntryOutcome outcome_of(const TurnEnd& end, const QueueListing& entry) {
 }
 
 // Stores what follows from an outcome. nullopt: somebody held the queue before the entry began.
-Result<std::optional<Aftermath>> settle_turn(const Database& db, std::int64_t entry,
-                                             const TurnEnd& end, const QueueActor& who) {
+Result<std::optional<EntryEnd>> settle_turn(const Database& db, std::int64_t entry,
+                                            const TurnEnd& end, const QueueActor& who) {
   auto listing = get_queue_entry(db, entry);
   if (!listing) return fail(listing.error());
   auto state = get_queue_state(db);
@@ -70,16 +70,10 @@ Result<std::optional<Aftermath>> settle_turn(const Database& db, std::int64_t en
   if (!terms) return fail(terms.error());
   const EntryOutcome outcome = outcome_of(end, *listing);
   if (!outcome.begun && !state->going && !outcome.hazard && !outcome.resumes) {
-    return std::optional<Aftermath>();
+    return std::optional<EntryEnd>();
   }
   auto after = aftermath_of(outcome, *terms, listing->attempts, state->failures_in_row);
-  EntryEnd stored;
-  stored.state = after.entry;
-  stored.hold = after.hold;
-  stored.why = after.why;
-  stored.failures_in_row = after.failures_in_row;
-  stored.detail = outcome.reason;
-  if (auto r = end_queue_entry(db, entry, stored, who); !r) return fail(r.error());
+  if (auto r = end_queue_entry(db, entry, after, who); !r) return fail(r.error());
   return std::optional(std::move(after));
 }
 
@@ -333,7 +327,7 @@ Task<> QueueRunner::store_end(std::int64_t entry, TurnEnd end) {
       person_seen_.reset();
       spdlog::warn("the queue holds ({}): {}", to_string(*(*after)->hold),
                    printable((*after)->why, kLongestReason));
-    } else if ((*after)->entry == EntryState::waiting) {
+    } else if ((*after)->state == EntryState::waiting) {
       co_await wait_for_change(seen, kBetweenTries);
     }
     co_return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests of clients that change the queue, and their answers at a gate.
+// Requests of clients to the queue, and their answers at a gate.
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
@@ -7,6 +7,7 @@
 
 #include "base/text.hpp"
 #include "daemon/control/queue_messages.hpp"
+#include "daemon/queue/pages.hpp"
 #include "daemon/queue/runner.hpp"
 #include "daemon/queue/runner_batch.hpp"
 
@@ -213,6 +214,26 @@ Task<Result<>> QueueRunner::store_answer(Gate gate, PeerCredentials peer) {
     vouched_ = gate.entry;
   }
   co_return stored;
+}
+
+Task<Result<QueuePage>> QueueRunner::list(std::int64_t skip, std::int64_t most) {
+  const std::int64_t now = clock_.unix_ns();
+  const double left_s = host_.left_s();
+  const auto job = [=](const Database& db) { return read_queue_page(db, now, left_s, skip, most); };
+  co_return co_await store_.with(job);
+}
+
+Task<Result<ListedEntry>> QueueRunner::show(std::int64_t entry) {
+  const std::int64_t now = clock_.unix_ns();
+  const double left_s = host_.left_s();
+  const auto job = [=](const Database& db) { return read_listed_entry(db, now, left_s, entry); };
+  co_return co_await store_.with(job);
+}
+
+Task<Result<std::vector<QueueAct>>> QueueRunner::history(std::optional<std::int64_t> entry,
+                                                         std::int64_t before, std::int64_t most) {
+  const auto job = [=](const Database& db) { return queue_history(db, entry, before, most); };
+  co_return co_await store_.with(job);
 }
 
 }  // namespace lcrig

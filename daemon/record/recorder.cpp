@@ -64,8 +64,7 @@ Recorder::~Recorder() {
 }
 
 CommitStats Recorder::stats() const {
-  const std::lock_guard lock(mutex_);
-  return stats_;
+  return locked([this] { return stats_; });
 }
 
 std::optional<std::uint64_t> Recorder::beats() const {
@@ -76,8 +75,7 @@ std::optional<std::uint64_t> Recorder::beats() const {
 }
 
 std::uint64_t Recorder::progress() const {
-  const std::lock_guard lock(mutex_);
-  return stats_.commits + attempts_;
+  return locked([this] { return stats_.commits + attempts_; });
 }
 
 // On the io_context's thread, unless the recorder is gone by then.
@@ -214,10 +212,7 @@ bool Recorder::take(std::vector<std::shared_ptr<Request>>& requests) {
 }
 
 void Recorder::commit_taken() {
-  {
-    const std::lock_guard lock(mutex_);
-    if (fault_) return;
-  }
+  if (has_fault()) return;
   if (auto r = commit(writing_, nullptr); !r) {
     set_fault(r.error());
   } else {
@@ -246,12 +241,7 @@ Result<> Recorder::commit(const Batch& batch, const RunEnd* end) {
 }
 
 void Recorder::tell_locked(Duration waited) {
-  std::size_t rows = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    ++attempts_;
-    rows = queued_;
-  }
+  const std::size_t rows = locked([this] { return ++attempts_, queued_; });
   tell(&Listener::locked, waited, rows);
 }
 

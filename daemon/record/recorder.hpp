@@ -118,6 +118,16 @@ class Recorder final : public RunSink {
   void push(std::size_t rows, Add add);
   Task<Result<>> submit(std::shared_ptr<Request> request);
   Task<> commit_soon(std::weak_ptr<int> alive);
+  // What `read` finds under the mutex.
+  template <class Read>
+  auto locked(Read read) const {
+    const std::lock_guard lock(mutex_);
+    return read();
+  }
+  bool has_fault() const {
+    return locked([this] { return fault_.has_value(); });
+  }
+  void forget_rows();
   template <class Call, class... Args>
   void tell(Call Listener::* call, Args... args);
 

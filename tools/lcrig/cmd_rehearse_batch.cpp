@@ -86,8 +86,8 @@ json to_json(const RehearsedEntry& e) {
            {"entry", e.entry},
            {"line", e.line},
            {"repeat", e.repeat},
-           {"protocol", e.protocol},
-           {"specimen", e.specimen},
+           {"protocol", e.protocol_name},
+           {"specimen", e.specimen_name},
            {"state", to_string(e.state)},
            {"exit_status", e.run ? to_string(e.exit_status, kRunCutOff) : ""},
            {"reason", e.reason},
@@ -189,8 +189,8 @@ void print_day(std::ostream& out, const RehearseBatchResult& r, const BatchReque
   for (const RehearsedEntry& entry : r.entries) {
     if (entry.acts == 0) continue;
     fmt::print(out, "  inside entry {} ({} on {}): {} weights or answers\n", entry.entry,
-               printable(entry.protocol, kLongestName), printable(entry.specimen, kLongestName),
-               entry.acts);
+               printable(entry.protocol_name, kLongestName),
+               printable(entry.specimen_name, kLongestName), entry.acts);
   }
   fmt::print(out, "what it measures\n");
   for (const BatchKind& kind : kinds) print_kind(out, kind);
