@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/doc_page.hpp"
+#include "base/json_or_null.hpp"
 #include "base/text.hpp"
 #include "budget/search.hpp"
 #include "tools/lcrig/cmd_budget_scene.hpp"
@@ -76,11 +77,6 @@ void predict(const Context& context, const std::string& bench, BatchKind& kind) 
   kind.predictions = planned.predictions;
 }
 
-json number_or_null(const std::optional<std::int64_t>& value) {
-  if (!value) return nullptr;
-  return *value;
-}
-
 json to_json(const RehearsedEntry& e) {
   json out{{"position", e.position},
            {"entry", e.entry},
@@ -94,7 +90,7 @@ json to_json(const RehearsedEntry& e) {
            {"measure_readings", e.measure_readings},
            {"duration_s", e.duration_s},
            {"acts", e.acts}};
-  out["run"] = number_or_null(e.run);
+  out["run"] = json_or_null(e.run);
   return out;
 }
 
