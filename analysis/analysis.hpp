@@ -73,10 +73,13 @@ struct SlopePart {
 // Where the capacitance at the peak of a cycle is from: a curve through the readings about it, the
 // mean of those that stay there, or the reading nearest to it.
 enum class PeakMethod { fit, plateau, nearest };
-std::string_view to_string(PeakMethod m);
+template <>
+inline constexpr EnumWords<3> kWordsOf<PeakMethod>{"fit to the force", "mean of the plateau",
+                                                   "nearest reading"};
 
 enum class Direction { up, down };
-std::string_view to_string(Direction d);
+template <>
+inline constexpr EnumWords<2> kWordsOf<Direction>{"up", "down"};
 
 // One `measure` step as it was measured.
 struct MeasuredLevel {

@@ -160,31 +160,6 @@ std::optional<Dimension> foreign_rate(std::string_view suffix) {
 
 }  // namespace
 
-std::string_view to_string(Dimension d) {
-  switch (d) {
-    case Dimension::none: return "pure number";
-    case Dimension::length: return "length";
-    case Dimension::area: return "area";
-    case Dimension::mass: return "mass";
-    case Dimension::time: return "time";
-    case Dimension::speed: return "speed";
-    case Dimension::acceleration: return "acceleration";
-    case Dimension::force: return "force";
-    case Dimension::force_rate: return "force rate";
-    case Dimension::stiffness: return "stiffness";
-    case Dimension::pressure: return "pressure";
-    case Dimension::pressure_rate: return "pressure rate";
-    case Dimension::frequency: return "frequency";
-    case Dimension::voltage: return "voltage";
-    case Dimension::capacitance: return "capacitance";
-    case Dimension::capacitance_rate: return "capacitance rate";
-    case Dimension::resistance: return "resistance";
-    case Dimension::temperature_difference: return "temperature difference";
-    case Dimension::temperature: return "temperature";
-  }
-  return "pure number";
-}
-
 std::span<const Unit> all_units() {
   return kUnits;
 }

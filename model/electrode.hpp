@@ -3,15 +3,14 @@
 // finite-element levels (level.hpp).
 #pragma once
 
-#include <optional>
-#include <string_view>
+#include "base/enum_words.hpp"
 
 namespace lcrig {
 
 // reference: the printed disc. deformed: the stretched upper electrode, as a field solver on the
 // deformed mesh sees it.
 enum class ElectrodeArea { reference, deformed };
-std::string_view to_string(ElectrodeArea area);
-std::optional<ElectrodeArea> parse_electrode_area(std::string_view text);
+template <>
+inline constexpr EnumWords<2> kWordsOf<ElectrodeArea>{"reference", "deformed"};
 
 }  // namespace lcrig

@@ -4,7 +4,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "base/enum_words.hpp"
 #include "base/strict_json.hpp"
 #include "protocols/batch/batch.hpp"
 #include "protocols/batch/readers.hpp"
@@ -27,7 +26,7 @@ void judge(std::string_view column, const JsonReader& value) {
   } else if (column == "unattended") {
     value.boolean();
   } else if (column == "on_failure") {
-    value.word<OnFailure>(word_table(OnFailure::repeat));
+    value.word<OnFailure>();
   } else {
     value.string();
   }
@@ -41,7 +40,7 @@ class BatchJson {
     top_.expect_format("batch/1");
     out_.name = text_of("name");
     if (const auto order = top_.find("order")) {
-      order->word<BatchOrder>(word_table(BatchOrder::random));
+      order->word<BatchOrder>();
       out_.order = cell_of(*order);
     }
     if (const auto seed = top_.find("seed")) {

@@ -5,7 +5,6 @@
 #include <random>
 
 #include "base/doc_page.hpp"
-#include "base/enum_words.hpp"
 #include "base/number.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
@@ -89,7 +88,7 @@ void BatchOptions::declare(ArgumentList& list) {
   const std::string help = "A table of runs, CSV or JSON (" + doc_page("batch-file") + ")";
   list.option("--batch", file_, kFileWord, help.c_str());
   list.option("--name", name_, "NAME", "Of the batch (default: that of the file)");
-  list.one_of("--order", order_, words_up_to(BatchOrder::random),
+  list.one_of("--order", order_, all_words<BatchOrder>(),
               "Of its runs; blocks: a specimen's together, by chance within (default: given)");
 }
 
@@ -112,7 +111,7 @@ Outcome<bool> BatchOptions::put_order(const BatchTable& table, std::optional<std
                                       BatchRequest& out) const {
   std::optional<std::int64_t> seed;
   for (const std::string& word : {table.order ? table.order->text : std::string(), order_}) {
-    out.order = parse_word(word, BatchOrder::random).value_or(out.order);
+    out.order = parse_word<BatchOrder>(word).value_or(out.order);
   }
   if (table.seed) seed = number_from<std::int64_t>(table.seed->text);
   if (given && *given > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "base/enum_words.hpp"
 #include "base/text.hpp"
 #include "storage/corrections.hpp"
 #include "tools/lcrig/commands.hpp"
@@ -49,7 +48,7 @@ class LcrCorrectCommand final : public Command {
   }
 
   Outcome<ExitCode> run(Context& context) override {
-    const auto kind = parse_word(word_, CorrectionKind::short_circuit);
+    const auto kind = parse_word<CorrectionKind>(word_);
     if (!kind) {
       return Failure(kUsage, fmt::format("KIND '{}': it takes open or short", printable(word_)),
                      "lcrig lcr correct --help");

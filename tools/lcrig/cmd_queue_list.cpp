@@ -4,7 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "base/enum_words.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "tools/lcrig/commands.hpp"
@@ -63,7 +62,7 @@ class QueueListCommand final : public Command {
       if (!status || source->is_at_rest()) return;
       std::optional<EntryState> head;
       if (!entries.empty()) {
-        head = parse_word(text_of(entries.front(), "state"), EntryState::removed);
+        head = parse_word<EntryState>(text_of(entries.front(), "state"));
       }
       if (const auto next = next_for_queue(context.global, *status, head); !next.empty()) {
         context.console.next(next);

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
-#include "base/enum_words.hpp"
 #include "base/near_word.hpp"
 #include "base/text.hpp"
 #include "storage/database.hpp"
@@ -72,7 +71,7 @@ class RunsListCommand final : public Command {
     list.option("--specimen", specimen_, {"NAME", Proposes::run_specimen}, "Only of this specimen");
     list.option("--protocol", protocol_, {"NAME", Proposes::run_protocol}, "Only of this protocol");
     list.option("--operator", operator_, kOperatorWord, "Only of this person");
-    auto statuses = words_up_to(ExitStatus::stopped);
+    auto statuses = all_words<ExitStatus>();
     statuses.insert(statuses.end(), {std::string(kRunGoesOn), kCutOffAsTyped});
     list.one_of("--status", status_, statuses, "Only those that ended so");
     list.option("--tag", tag_, kTagWord, "Only those that have it");

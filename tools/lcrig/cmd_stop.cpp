@@ -63,15 +63,6 @@ constexpr Verb kConfirm{"confirm", "run.confirm", "Tell the run that what it ask
 
 constexpr const char* kWholeRun = "run";  // finished, and the queue ends there
 
-std::vector<std::string> stop_places() {
-  std::vector<std::string> out;
-  for (const StopPlace place : {StopPlace::step, StopPlace::level, StopPlace::cycle,
-                                StopPlace::repeat, StopPlace::safe_point}) {
-    out.emplace_back(to_string(place));
-  }
-  return out;
-}
-
 class VerbCommand final : public Command {
  public:
   explicit VerbCommand(const Verb& verb)
@@ -79,7 +70,7 @@ class VerbCommand final : public Command {
   void declare(ArgumentList& list) override {
     if (verb_.takes_why) list.option("--why", why_, "TEXT", "Stored with the run");
     if (verb_.place != nullptr) {
-      auto places = stop_places();
+      auto places = all_words<StopPlace>();
       if (verb_.needs_place) places.emplace_back(kWholeRun);
       list.one_of(verb_.needs_place ? "--after" : "--at", place_, places, verb_.place_help);
     }

@@ -67,10 +67,8 @@ Failure failure_of(const json& error, const std::string& where) {
   out.next = hint_of(*data, where);
   out.detail = data->value("detail", "");
   const auto word = data->value("errc", "");
-  for (int i = 0; i <= static_cast<int>(Errc::bug); ++i) {
-    const auto errc = static_cast<Errc>(i);
-    if (to_string(errc) != word) continue;
-    out.code = exit_code_of(errc);
+  if (const auto errc = parse_word<Errc>(word)) {
+    out.code = exit_code_of(*errc);
     out.refused_request = errc == Errc::invalid_request;
     out.busy = errc == Errc::busy;
   }

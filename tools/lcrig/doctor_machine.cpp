@@ -59,12 +59,8 @@ std::string property(const std::string& shown, const std::string& key) {
 }  // namespace
 
 const char* to_string(Health health) {
-  switch (health) {
-    case Health::ok: return "ok";
-    case Health::warn: return "warn";
-    case Health::bad: return "bad";
-  }
-  return "";
+  constexpr const char* kWords[] = {"ok", "warn", "bad"};
+  return kWords[static_cast<std::size_t>(health)];
 }
 
 Health worst_of(const Findings& findings) {

@@ -6,7 +6,6 @@
 #include <tuple>
 
 #include "base/day_time.hpp"
-#include "base/enum_words.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "protocols/batch/batch.hpp"
@@ -25,7 +24,7 @@ Failure wrong(std::string what) {
 }  // namespace
 
 void TermsOptions::declare(ArgumentList& list) {
-  list.one_of("--on-failure", on_failure_, words_up_to(OnFailure::repeat),
+  list.one_of("--on-failure", on_failure_, all_words<OnFailure>(),
               "What the queue does when it fails (default: hold)");
   list.option("--failures-max", failures_max_, "N",
               "So many failures in a row hold the queue (default: 3)");
