@@ -54,6 +54,7 @@ struct Estimate {
 
 struct Metric {
   std::string name;  // with its unit, as in the JSON: "C0_pF"
+  std::string label;  // the same for people: "C0, pF"
   std::string definition;
   std::optional<Estimate> estimate;
   std::string estimand;  // which branch and time, where there is a choice; else empty
