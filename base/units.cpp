@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
 #include "base/text.hpp"
 
@@ -119,8 +118,7 @@ constexpr ForeignUnit kForeignUnits[] = {
 
 // Capitals make a unit another one: `force_kn` is not in kN.
 bool is_same_but_for_capitals(std::string_view a, std::string_view b) {
-  const auto lower = [](unsigned char c) { return std::tolower(c); };
-  return std::ranges::equal(a, b, {}, lower, lower);
+  return lower_case(a) == lower_case(b);
 }
 
 std::optional<Dimension> foreign_dimension(std::string_view suffix) {

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/level.hpp"
 
-#include <array>
-
 #include "model/bonded.hpp"
-#include "model/contact_gap.hpp"
 #include "model/fem_levels.hpp"
-#include "model/fringe_level.hpp"
-#include "model/layered.hpp"
+#include "model/level_parts.hpp"
 
 namespace lcrig {
 namespace {

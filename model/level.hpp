@@ -12,7 +12,6 @@
 #include "base/enum_words.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
-#include "model/electrode.hpp"
 #include "model/fem_mesh.hpp"
 #include "model/specimen.hpp"
 #include "model/stretch.hpp"

@@ -2,7 +2,6 @@
 #include "model/specimen.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>

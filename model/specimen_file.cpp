@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/specimen_file.hpp"
 
-#include <array>
 #include <utility>
 
 #include "base/near_word.hpp"

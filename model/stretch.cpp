@@ -4,7 +4,6 @@
 #include "model/stretch.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 

@@ -9,7 +9,6 @@
 
 #include "base/near_word.hpp"
 #include "base/number.hpp"
-#include "base/number_words.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {

@@ -2,8 +2,6 @@
 #include "drivers/faults/script.hpp"
 
 #include <fmt/format.h>
-#include <algorithm>
-#include <array>
 #include <iterator>
 #include <utility>
 

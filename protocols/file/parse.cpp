@@ -9,8 +9,8 @@
 #include "base/near_word.hpp"
 #include "base/text.hpp"
 #include "protocols/expand.hpp"
-#include "protocols/file/lcr_ranges.hpp"
 #include "protocols/file/parse_steps.hpp"
+#include "protocols/file/step_reader.hpp"
 
 namespace lcrig {
 

@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "base/either.hpp"
-#include "base/enum_words.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "protocols/file/lcr_ranges.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
 #include "protocols/run/run_parts.hpp"
