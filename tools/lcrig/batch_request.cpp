@@ -11,7 +11,6 @@
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
 #include "tools/lcrig/library_path.hpp"
-#include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
 
@@ -27,11 +26,7 @@ Error one_line(const Failure& failure) {
 }
 
 BatchFile as_batch_file(LibraryFile file) {
-  BatchFile out;
-  out.name = std::move(file.name);
-  out.path = file.path.string();
-  out.text = std::move(file.text);
-  return out;
+  return {std::move(file.name), file.path.string(), std::move(file.text)};
 }
 
 // Remembers the files that the cells name, for the request that queues them.

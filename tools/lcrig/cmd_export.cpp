@@ -6,9 +6,8 @@
 
 #include "analysis/export.hpp"
 #include "base/text.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
 namespace lcrig::cli {

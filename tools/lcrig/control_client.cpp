@@ -16,7 +16,7 @@
 #include <utility>
 
 #include "base/text.hpp"
-#include "tools/lcrig/next_command.hpp"
+#include "tools/lcrig/command_output.hpp"
 
 namespace lcrig::cli {
 
@@ -356,6 +356,13 @@ Outcome<std::optional<ControlNews>> ControlClient::take() {
     answer.failure = failure_of(*error, state_->where);
   }
   return ControlNews(std::move(answer));
+}
+
+Outcome<json> call_daemon(const Context& context, std::string_view method, const json& params,
+                          Duration timeout) {
+  auto client = ControlClient::connect(context);
+  if (!client) return client.error();
+  return client->call(method, params, timeout);
 }
 
 }  // namespace lcrig::cli

@@ -13,8 +13,8 @@
 #include "base/doc_page.hpp"
 #include "base/processor_ticks.hpp"
 #include "base/text.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/doctor.hpp"
-#include "tools/lcrig/next_command.hpp"
 
 namespace lcrig::cli {
 
@@ -70,10 +70,7 @@ Health worst_of(const Findings& findings) {
 }
 
 Machine real_machine() {
-  Machine out;
-  out.output = output_of;
-  out.clock_is_synchronised = kernel_clock;
-  return out;
+  return {.output = output_of, .clock_is_synchronised = kernel_clock};
 }
 
 Finding look_at_clock(const Machine& machine) {

@@ -8,8 +8,8 @@
 
 #include "base/number.hpp"
 #include "model/specimen_file.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/specimen_lookup.hpp"
+#include "tools/lcrig/command_output.hpp"
+#include "tools/lcrig/library_path.hpp"
 
 namespace lcrig::cli {
 
