@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/enum_words.hpp"
 #include "drivers/faults/bench.hpp"
 #include "drivers/line_fault.hpp"
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/clock.hpp"
+#include "base/text.hpp"
 #include "drivers/lcr6100/sim.hpp"
 
 namespace lcrig::lcr6100 {
