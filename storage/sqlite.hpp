@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -86,7 +87,7 @@ class Database {
     if (!statement) return fail(statement.error());
     return statement->run();
   }
-  // Calls `visit` with each row.
+  // Calls `visit` with each row. A visit that returns a Result can fail, which ends it.
   template <class Visit, class... Values>
   Result<> each(std::string_view sql, Visit visit, const Values&... values) const {
     auto statement = query(sql, values...);
@@ -95,7 +96,11 @@ class Database {
       auto row = statement->step();
       if (!row) return fail(row.error());
       if (!*row) return {};
-      visit(std::as_const(*statement));
+      if constexpr (std::is_void_v<decltype(visit(std::as_const(*statement)))>) {
+        visit(std::as_const(*statement));
+      } else if (Result<> visited = visit(std::as_const(*statement)); !visited) {
+        return visited;
+      }
     }
   }
   // All rows, or the first one if there is one, as `read` makes them of a Statement.

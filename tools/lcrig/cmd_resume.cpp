@@ -4,10 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "base/number.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
