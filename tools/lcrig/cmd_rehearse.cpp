@@ -11,17 +11,15 @@
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "daemon/rehearse.hpp"
-#include "daemon/rig/bench.hpp"
 #include "protocols/plan/check.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/cmd_rehearse_batch.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/live_line.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
-#include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
 

@@ -11,9 +11,8 @@
 #include "base/text.hpp"
 #include "budget/search.hpp"
 #include "tools/lcrig/cmd_budget_scene.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/live_line.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
