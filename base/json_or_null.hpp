@@ -3,14 +3,14 @@
 // it.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 
 namespace lcrig {
 
-template <class T>
-nlohmann::json json_or_null(const std::optional<T>& value) {
-  return value ? nlohmann::json(*value) : nlohmann::json();
+template <class T, class Json = nlohmann::json>
+Json json_or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
 }
 
 }  // namespace lcrig
