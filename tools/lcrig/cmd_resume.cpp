@@ -21,7 +21,8 @@ class ResumeCommand final : public Command {
   void declare(ArgumentList& list) override {
     list.positional(kRunWord, run_, "An interrupted run (default: the one that a crash left)",
                     false);
-    list.flag("--confirm-specimen", confirmed_, "With RUN: I looked, the specimen was not touched since");
+    list.flag("--confirm-specimen", confirmed_,
+              "With RUN: I looked, the specimen was not touched since");
   }
 
   Outcome<ExitCode> run(Context& context) override {
