@@ -3,9 +3,7 @@
 
 #include <cmath>
 
-#include "analysis/hum.hpp"
 #include "analysis/metrics.hpp"
-#include "analysis/remarks.hpp"
 
 namespace lcrig {
 

@@ -54,6 +54,7 @@ struct Estimate {
 
 struct Metric {
   std::string name;  // with its unit, as in the JSON: "C0_pF"
+  std::string label;  // the same for people: "C0, pF"
   std::string definition;
   std::optional<Estimate> estimate;
   std::string estimand;  // which branch and time, where there is a choice; else empty
@@ -73,10 +74,13 @@ struct SlopePart {
 // Where the capacitance at the peak of a cycle is from: a curve through the readings about it, the
 // mean of those that stay there, or the reading nearest to it.
 enum class PeakMethod { fit, plateau, nearest };
-std::string_view to_string(PeakMethod m);
+template <>
+inline constexpr EnumWords<3> kWordsOf<PeakMethod>{"fit to the force", "mean of the plateau",
+                                                   "nearest reading"};
 
 enum class Direction { up, down };
-std::string_view to_string(Direction d);
+template <>
+inline constexpr EnumWords<2> kWordsOf<Direction>{"up", "down"};
 
 // One `measure` step as it was measured.
 struct MeasuredLevel {

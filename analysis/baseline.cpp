@@ -137,9 +137,9 @@ void calc_c0(const Scene& scene, const Unloaded& b, const Outliers& outliers, Ba
   }
   const double robust = huber_location(b.values) * 1e12, se = e.standard_error.value_or(0);
   if (outliers.outlier_count > 0 && std::abs(e.value - robust) > 3 * se && se > 0) {
-    add_note(out.c0.reason, fmt::format("outliers move it: without their weight (robust) it is "
-                                        "{:.6g} pF",
-                                        robust));
+    add_remark(out.c0.reason, fmt::format("outliers move it: without their weight (robust) it is "
+                                          "{:.6g} pF",
+                                          robust));
   }
 }
 
@@ -226,9 +226,9 @@ void calc_drift(const Scene& scene, double confidence, BaselineResult& out) {
 BaselineResult calc_baseline(const Scene& scene, const MeasuredLevels& measured) {
   const Unloaded b = collect(scene);
   BaselineResult out;
-  out.c0 = metric("C0_pF", kC0);
-  out.noise = metric("noise_fF", kNoise);
-  out.drift = metric("baseline_drift_fF_per_h", kDrift);
+  out.c0 = metric("C0", "pF", kC0);
+  out.noise = metric("noise", "fF", kNoise);
+  out.drift = metric("baseline_drift", "fF/h", kDrift);
   if (b.capacitance.count > 0) {
     calc_c0(scene, b, measured.outliers, out);
   } else {

@@ -13,7 +13,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr const char* kSensitivity = "sensitivity_fF_per_kPa";
 constexpr const char* kOfCycles =
     "slope of C against pressure: least squares over the readings of the loading branches in the "
     "range, one level for each cycle and one bend for all, by which it is the slope of pressures "
@@ -126,7 +125,7 @@ PureError branch_error(const Scene& scene, const CycleBranches& b, double slope)
 RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range) {
   RangeResult r;
   r.range = range;
-  r.sensitivity = metric(kSensitivity, kOfCycles);
+  r.sensitivity = metric("sensitivity", "fF/kPa", kOfCycles);
   const CycleBranches b = fit_branches(basis, range);
   r.sensitivity.rows = static_cast<std::int64_t>(b.weight);
   r.points = static_cast<std::int32_t>(b.weight);
@@ -150,8 +149,8 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   r.sensitivity.estimate =
       estimate_of_parts(slope, r.parts_of_error, basis.scene.options.confidence);
   if (b.lines.size() == 1) {
-    add_note(r.sensitivity.reason,
-             "one cycle: the interval knows nothing of what differs between cycles");
+    add_remark(r.sensitivity.reason,
+               "one cycle: the interval knows nothing of what differs between cycles");
   }
   r.scatter_basis = error.basis;
   if (b.syy > 0) r.r_squared = std::max(0.0, 1 - b.residual_ss / b.syy);

@@ -314,7 +314,7 @@ void calc_mullins(const Scene& scene, CycleResults& out) {
     set_mullins_to_equal_force(scene, out);
     out.mullins.reason = "of delta C at equal peak force";
     if (out.cycles.size() == 2) {
-      add_note(out.mullins.reason, "two cycles: the interval knows nothing of what else differs");
+      add_remark(out.mullins.reason, "two cycles: the interval knows nothing of what else differs");
     }
   } else if (travels.size() == out.cycles.size() && spread(travels) <= 0.02) {
     out.mullins.estimate = Estimate((1 - last.peak_force_N / first.peak_force_N) * 100);
@@ -373,16 +373,16 @@ void add_common_errors_of_force_sensitivity(const Scene& scene, const HoldResult
 }
 
 void name_metrics(CycleResults& out) {
-  out.dynamic_range = metric("dynamic_range_percent",
+  out.dynamic_range = metric("dynamic_range", "%",
                              "mean over the cycles of (C at the largest force - C at rest before "
                              "the cycle) / C0; standard error from the scatter between cycles");
   out.dynamic_range_drift =
-      metric("dynamic_range_drift_percent_per_cycle", "slope of the dynamic range over the cycles");
-  out.mullins = metric("mullins_index_percent",
+      metric("dynamic_range_drift", "% per cycle", "slope of the dynamic range over the cycles");
+  out.mullins = metric("mullins_index", "%",
                        "(first peak - last peak) / first peak, of delta C at equal force or of the "
                        "force at equal travel");
   out.force_sensitivity =
-      metric("force_sensitivity_fF_per_N",
+      metric("force_sensitivity", "fF/N",
              "mean over the cycles of the least-squares slope of C against force while the load "
              "grows, over forces evenly up to the peak; standard error from the scatter between "
              "cycles and from the drift that is subtracted");

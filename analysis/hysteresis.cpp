@@ -303,7 +303,7 @@ void fill_result(const Source& from, const Branches& b, const Loop& loop, Hyster
   }
   if (from.cycles.size() == 1) {
     for (Metric* m : {&h.largest_gap, &h.area}) {
-      add_note(m->reason, "one cycle: the interval knows nothing of what differs between cycles");
+      add_remark(m->reason, "one cycle: the interval knows nothing of what differs between cycles");
     }
   }
   h.loop = loop.points;
@@ -318,8 +318,8 @@ void fill_result(const Source& from, const Branches& b, const Loop& loop, Hyster
 Hysteresis calc_hysteresis(const Scene& scene, const std::vector<CycleResult>& cycles,
                            const HoldResults& holds) {
   Hysteresis h;
-  h.largest_gap = metric("hysteresis_percent", kLargestGap);
-  h.area = metric("hysteresis_area_percent", kArea);
+  h.largest_gap = metric("hysteresis", "%", kLargestGap);
+  h.area = metric("hysteresis_area", "%", kArea);
   const Source from{scene, cycles, holds};
   if (cycles.empty()) {
     h.largest_gap.reason = h.area.reason = "no loading was found";

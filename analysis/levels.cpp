@@ -225,19 +225,6 @@ Outlier outlier_of(const RunReading& r, double middle_F, double sigma_F) {
   return {r.t_s, 0, 0, r.capacitance_F * 1e12, off * 1e15, off / sigma_F};
 }
 
-std::string_view to_string(PeakMethod m) {
-  switch (m) {
-    case PeakMethod::fit: return "fit to the force";
-    case PeakMethod::plateau: return "mean of the plateau";
-    case PeakMethod::nearest: return "nearest reading";
-  }
-  return "";
-}
-
-std::string_view to_string(Direction d) {
-  return d == Direction::up ? "up" : "down";
-}
-
 LevelKey key_of(const MeasuredLevel& level) {
   const std::int64_t what =
       level.target_kPa ? std::llround(*level.target_kPa * 1e4) : std::int64_t{level.index};

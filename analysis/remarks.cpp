@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Words at results whose interval does not know something about this run: gross outliers, the digit
 // of the meter, slow noise of a single repeat, few levels, readings without any scatter.
-#include "analysis/remarks.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/metrics.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
@@ -27,7 +27,7 @@ std::vector<Metric*> under_load(RunAnalysis& a) {
 }
 
 void add(Metric& m, const std::string& words) {
-  if (m.estimate) add_note(m.reason, words);
+  if (m.estimate) add_remark(m.reason, words);
 }
 
 bool is_under_load(const RunAnalysis& a, const Outlier& o) {
@@ -91,13 +91,13 @@ void remark_on_no_scatter(RunAnalysis& a) {
   }
   for (Metric* m : list) {
     if (m->estimate && m->estimate->standard_error == 0) {
-      add_note(m->reason,
-               "the readings do not scatter at all: an interval of no width says nothing");
+      add_remark(m->reason,
+                 "the readings do not scatter at all: an interval of no width says nothing");
     }
   }
   if (a.noise.estimate && a.noise.value() == 0) {
-    add_note(a.noise.reason,
-             "neighbouring readings are alike: a meter that measures shows its noise");
+    add_remark(a.noise.reason,
+               "neighbouring readings are alike: a meter that measures shows its noise");
   }
 }
 

@@ -14,7 +14,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr const char* kName = "sensitivity_fF_per_kPa";
 constexpr const char* kOfLevels =
     "slope of C against pressure: least squares over the levels' means in the range, weighted with "
     "their number of readings, sums about the means, drift subtracted; the interval for the "
@@ -73,8 +72,7 @@ std::vector<LinePoint> means(const std::vector<RangePoint>& points) {
   std::vector<LinePoint> out;
   out.reserve(groups.size());
   for (const auto& [key, g] : groups) out.push_back(g);
-  std::sort(out.begin(), out.end(),
-            [](const LinePoint& a, const LinePoint& b) { return a.x < b.x; });
+  std::ranges::sort(out, {}, &LinePoint::x);
   return out;
 }
 
@@ -114,9 +112,9 @@ void add_repeats(const Input& in, const SlopeScatter& scatter, RangeResult& r) {
   r.between_repeats_p = f_tail(slopes.variance / within->variance, slopes.degrees_of_freedom,
                                within->degrees_of_freedom);
   if (*r.between_repeats_p < 0.001) {
-    add_note(r.sensitivity.reason,
-             "the slopes of the repeats differ more than the readings scatter: the interval is "
-             "that of the repeats");
+    add_remark(r.sensitivity.reason,
+               "the slopes of the repeats differ more than the readings scatter: the interval is "
+               "that of the repeats");
   }
 }
 
@@ -170,10 +168,10 @@ void remark_on_outliers(const LevelResults& levels, const Input& in, RangeResult
   if (outliers == 0 || !r.robust || !r.sensitivity.estimate) return;
   const double moved = r.sensitivity.value() - r.robust->slope_fF_per_kPa;
   if (std::abs(moved) <= 2 * r.robust->standard_error) return;
-  add_note(r.sensitivity.reason,
-           fmt::format("{} outliers among its readings move it by {:.3g}: without their weight "
-                       "(robust) it is {:.6g} fF/kPa",
-                       outliers, moved, r.robust->slope_fF_per_kPa));
+  add_remark(r.sensitivity.reason,
+             fmt::format("{} outliers among its readings move it by {:.3g}: without their weight "
+                         "(robust) it is {:.6g} fF/kPa",
+                         outliers, moved, r.robust->slope_fF_per_kPa));
 }
 
 void set_slope(const Scene& scene, const Input& in, const LineFit& line,
@@ -199,13 +197,13 @@ void set_slope(const Scene& scene, const Input& in, const LineFit& line,
       estimate_of_parts(line.slope, r.parts_of_error, scene.options.confidence);
   r.scatter_basis = error.basis;
   if (!(*r.sensitivity.estimate->standard_error > 0)) {
-    add_note(r.sensitivity.reason,
-             "nothing scatters: an interval of no width is not an honest one, look at the "
-             "resolution of the readings");
+    add_remark(r.sensitivity.reason,
+               "nothing scatters: an interval of no width is not an honest one, look at the "
+               "resolution of the readings");
   }
   if (scatter->one_repeat) {
-    add_note(r.sensitivity.reason,
-             "one repeat: the interval knows nothing of what differs between repeats");
+    add_remark(r.sensitivity.reason,
+               "one repeat: the interval knows nothing of what differs between repeats");
   }
 }
 
@@ -244,7 +242,7 @@ RangeResult of_levels(const SlopeBasis& basis, const PressureRange& range) {
   const LevelResults& levels = basis.levels;
   RangeResult r;
   r.range = range;
-  r.sensitivity = metric(kName, kOfLevels);
+  r.sensitivity = metric("sensitivity", "fF/kPa", kOfLevels);
   const Input in = input_of(levels, range);
   r.points = static_cast<std::int32_t>(in.points.size());
   r.pressures = count_pressures(in.points);
@@ -278,7 +276,7 @@ RangeResult slope_in(const SlopeBasis& basis, const PressureRange& range) {
   if (data.area_m2 && !basis.cycles.cycles.empty()) return slope_of_cycles(basis, range);
   RangeResult r;
   r.range = range;
-  r.sensitivity = metric(kName, kOfLevels);
+  r.sensitivity = metric("sensitivity", "fF/kPa", kOfLevels);
   r.sensitivity.reason =
       !data.area_m2       ? "no pressures: the run knows no probe diameter (see force_sensitivity)"
       : !data.has_frame() ? "no pressures: no force was recorded"
@@ -322,7 +320,7 @@ RegionSearch search(const SlopeBasis& basis) {
 }
 
 Metric limit_of_detection(const SlopeBasis& basis, const std::vector<RangeResult>& ranges) {
-  Metric m = metric("limit_of_detection_kPa",
+  Metric m = metric("limit_of_detection", "kPa",
                     "three standard deviations of one reading over the sensitivity of 0-30 kPa "
                     "(without it, of the lowest range that was asked for)");
   // Always of the same range, so that asking for another one does not change it.
@@ -356,9 +354,9 @@ Metric limit_of_detection(const SlopeBasis& basis, const std::vector<RangeResult
   m.reason = fmt::format("with the slope of {}", range_text(lowest->range));
   if (slope.standard_error && lowest->slope_of_repeat.size() < 2) {
     const char* what = basis.levels.levels.empty() ? "cycle" : "repeat";
-    add_note(m.reason, fmt::format("one {0}: the interval knows nothing of what differs between "
-                                   "{0}s",
-                                   what));
+    add_remark(m.reason, fmt::format("one {0}: the interval knows nothing of what differs between "
+                                     "{0}s",
+                                     what));
   }
   return m;
 }

@@ -36,6 +36,24 @@ double half_width(const Metric& m) {
   return interval ? ((*interval)[1] - (*interval)[0]) / 2 : 0;
 }
 
+// The uncertainty of a result that has a value, without parts.
+Uncertainty begin(const Metric& m, std::string quantity, std::string unit,
+                  UncertainResult result = UncertainResult::other) {
+  Uncertainty b;
+  b.result = result;
+  b.quantity = std::move(quantity);
+  b.unit = std::move(unit);
+  b.estimand = m.estimand;
+  b.value = m.value();
+  b.least = half_width(m);
+  return b;
+}
+
+void finish(const Scene& scene, Uncertainty& b, std::vector<Uncertainty>& list) {
+  combine(b, scene.options.confidence);
+  list.push_back(std::move(b));
+}
+
 UncertaintyPart scatter(const SlopePart& of, const std::string& basis) {
   UncertaintyPart p = type_a("scatter", of, basis);
   p.shrinks = true;
@@ -167,12 +185,7 @@ void add_alignment_of_cycles(double slope, const RangeResult& r, Uncertainty& b)
 void uncertainty_of_c0(const Scene& scene, const BaselineResult& out,
                        std::vector<Uncertainty>& list) {
   if (!out.c0 || !out.c0.estimate->standard_error) return;
-  Uncertainty b;
-  b.result = UncertainResult::c0;
-  b.quantity = "C0";
-  b.unit = "pF";
-  b.value = out.c0.value();
-  b.least = half_width(out.c0);
+  Uncertainty b = begin(out.c0, "C0", "pF", UncertainResult::c0);
   b.parts.push_back(scatter(*out.c0.estimate, out.c0_basis));
   if (const auto meter = accuracy(scene, b.value)) {
     b.parts.push_back(shared(
@@ -183,8 +196,7 @@ void uncertainty_of_c0(const Scene& scene, const BaselineResult& out,
     b.parts.push_back(part("drift during the run", rectangular(*out.drift_of_baseline_fF * 1e-3),
                            "last stretch without load against the first, rectangular"));
   }
-  combine(b, scene.options.confidence);
-  list.push_back(std::move(b));
+  finish(scene, b, list);
 }
 
 // A window that reaches over the turn holds less force than its middle: rate x window / 4 less when
@@ -210,13 +222,7 @@ void uncertainty_of_dynamic_range(const SlopeBasis& basis, std::vector<Uncertain
   const Scene& scene = basis.scene;
   const CycleResults& out = basis.cycles;
   if (!out.dynamic_range || !out.dynamic_range.estimate->standard_error) return;
-  Uncertainty b;
-  b.result = UncertainResult::dynamic_range;
-  b.quantity = "dynamic range";
-  b.unit = "%";
-  b.estimand = out.dynamic_range.estimand;
-  b.value = out.dynamic_range.value();
-  b.least = half_width(out.dynamic_range);
+  Uncertainty b = begin(out.dynamic_range, "dynamic range", "%", UncertainResult::dynamic_range);
   const bool several = out.cycles.size() > 1;
   b.parts.push_back(scatter(*out.dynamic_range.estimate,
                             several ? "scatter between cycles" : "scatter of the readings"));
@@ -241,8 +247,7 @@ void uncertainty_of_dynamic_range(const SlopeBasis& basis, std::vector<Uncertain
                            "the meter's mean over a window that reaches over the peak: a twelfth "
                            "of rate times window less, in the mean"));
   }
-  combine(b, scene.options.confidence);
-  list.push_back(std::move(b));
+  finish(scene, b, list);
 }
 
 // Slope against pressure at the highest level: that at the peaks, or of the curve's upper half when
@@ -266,13 +271,8 @@ void uncertainty_of_highest_level(const SlopeBasis& basis, std::vector<Uncertain
   const Scene& scene = basis.scene;
   const HighestLevelResult& top = basis.highest;
   if (top.parts_of_delta_C.empty()) return;
-  Uncertainty b;
-  b.result = UncertainResult::delta_C;
-  b.quantity = fmt::format("delta C at {:.4g} kPa", top.top_kPa);
-  b.unit = "fF";
-  b.estimand = top.delta_C.estimand;
-  b.value = top.delta_C.value();
-  b.least = half_width(top.delta_C);
+  Uncertainty b = begin(top.delta_C, fmt::format("delta C at {:.4g} kPa", top.top_kPa), "fF",
+                        UncertainResult::delta_C);
   b.parts.push_back(scatter(top.parts_of_delta_C[0], "between repeats; of one, of its readings"));
   b.parts.push_back(scatter(top.parts_of_delta_C[1], "of the baseline; all levels share it"));
   b.parts.back().name = "C0";
@@ -288,20 +288,14 @@ void uncertainty_of_highest_level(const SlopeBasis& basis, std::vector<Uncertain
                          "what of the drift may be a specimen that has not recovered yet: limits, "
                          "rectangular"));
   add_other_choices_of_highest_level(basis, b);
-  combine(b, scene.options.confidence);
-  list.push_back(std::move(b));
+  finish(scene, b, list);
 }
 
 void uncertainty_of_force_sensitivity(const SlopeBasis& basis, std::vector<Uncertainty>& list) {
   const Scene& scene = basis.scene;
   const CycleResults& out = basis.cycles;
   if (out.parts_of_force_sensitivity.empty()) return;
-  Uncertainty b;
-  b.quantity = "force sensitivity";
-  b.unit = "fF/N";
-  b.estimand = out.force_sensitivity.estimand;
-  b.value = out.force_sensitivity.value();
-  b.least = half_width(out.force_sensitivity);
+  Uncertainty b = begin(out.force_sensitivity, "force sensitivity", "fF/N");
   b.parts.push_back(scatter(
       out.parts_of_force_sensitivity.front(),
       out.cycles.size() > 1 ? "scatter between cycles" : "scatter about the line of one cycle"));
@@ -319,23 +313,17 @@ void uncertainty_of_force_sensitivity(const SlopeBasis& basis, std::vector<Uncer
       out.parts_of_force_sensitivity.size() > 1 ? out.parts_of_force_sensitivity[1] : SlopePart(),
       b);
   add_other_choices_of_force_sensitivity(basis, b);
-  combine(b, scene.options.confidence);
-  list.push_back(std::move(b));
+  finish(scene, b, list);
 }
 
 void uncertainty_of_hysteresis(const Scene& scene, const Hysteresis& h,
                                std::vector<Uncertainty>& list) {
   if (!h.largest_gap || !h.largest_gap.estimate->standard_error) return;
-  Uncertainty b;
-  b.quantity = "hysteresis";
-  b.unit = "%";
-  b.value = h.largest_gap.value();
-  b.least = half_width(h.largest_gap);
+  Uncertainty b = begin(h.largest_gap, "hysteresis", "%");
   b.parts.push_back(scatter(*h.largest_gap.estimate, h.basis));
   b.parts.push_back(part("alignment of the clocks", h.alignment_percent.value_or(0),
                          "one error of the instant shifts loading and unloading apart"));
-  combine(b, scene.options.confidence);
-  list.push_back(std::move(b));
+  finish(scene, b, list);
 }
 
 }  // namespace

@@ -122,7 +122,7 @@ bool Finish::may_clear(bool frozen) {
     if (ended_well(result_.exit_status)) {  // every step had
       result_.exit_status = ExitStatus::fail;
       result_.code = why->code;
-      add_note(result_.reason, why->what);
+      add_remark(result_.reason, why->what);
     }
     tell_not_run(
         "the frame is not there; standstill is not confirmed: look at it, use the E-stop if it "
@@ -145,9 +145,9 @@ bool Finish::may_clear(bool frozen) {
   }
   if (run_.setup.commands && !run_.guard.is_distrusted() && run_.guard.is_pulled()) {
     tell_not_run(
-        fmt::format("the specimen pulls at the probe with {:.3f} N, and "
-                    "no way is known to be safe: free it by hand",
-                    -run_.view.force_N().value_or(0)));
+        fmt::format("the load cell shows {:.3f} N: the specimen pulls at the probe, or the zero of "
+                    "the cell has moved; no way is known to be safe: look at it, free it by hand",
+                    run_.view.force_N().value_or(0)));
     return false;
   }
   return true;
@@ -243,8 +243,8 @@ std::string Finish::load_left(const Result<Rest>& rest) const {
   }
   if (pulls) {
     return fmt::format(
-        "the specimen pulls at the probe with about {:.3f} N: free it by hand before the frame is "
-        "moved",
+        "the load cell shows about {:.3f} N less than unloaded: the specimen pulls at the probe, "
+        "or the zero of the cell has moved; look at it, free it by hand before the frame is moved",
         -felt_N);
   }
   if (obeys) return {};

@@ -85,6 +85,8 @@ Plausibility::Motion FrameTruth::motion_now(double direction, double speed_m_s) 
   m.direction = direction;
   m.speed_m_s = speed_m_s;
   m.force_N = view_.force_N().value_or(0);
+  // On the way into a specimen the last known force counts, however old it is.
+  m.force_known = direction >= 0 || view_.shows_force();
   m.rest_N = rest_N();
   const double felt_N = std::abs(m.force_N - m.rest_N);
   // A frame that hunts in contact wavers by more than its cell scatters.

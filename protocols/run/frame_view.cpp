@@ -15,6 +15,7 @@ using namespace std::chrono_literals;
 constexpr Duration kForceAge = 500ms;  // an older force says nothing of the way to go
 constexpr Duration kLifeTime = 3s;  // a live cell changes its last digit within this
 constexpr std::int64_t kRestSamples = 10;
+constexpr double kNewSamples = 2;  // a force that is older is not the one of now
 
 }  // namespace
 
@@ -26,6 +27,7 @@ void FrameView::add(std::span<const FrameSample> samples) {
   for (const FrameSample& s : samples) {
     if (s.force_N) force_N_ = shown_force_N_ = s.force_N, force_known_ = *last_sample_;
     if (s.travel_m) shown_travel_m_ = s.travel_m;
+    overloaded_ = (s.flags & frame_flag::kForceOverload) != 0;
   }
 }
 
@@ -47,6 +49,12 @@ Result<double> FrameView::present_force_N() const {
       "step {}: the last known force, {:.4f} N, is {:.1f} s old: nobody knows which way leads "
       "to less",
       log_.step_id(), *force_N_, to_seconds(age));
+}
+
+bool FrameView::shows_force() const {
+  if (!force_N_ || overloaded_) return false;
+  const Duration new_enough = from_seconds(kNewSamples / setup_.frame_rate_Hz);
+  return !last_sample_ || *last_sample_ - force_known_ <= new_enough;
 }
 
 void FrameView::forget(bool zeroed) {

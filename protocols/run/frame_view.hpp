@@ -30,6 +30,9 @@ class FrameView {
   // Errors: no_reply when the last known force is too old to tell which way leads to less.
   Result<double> present_force_N() const;
   std::optional<double> travel_m() const { return memory_.travel_m; }
+  // Whether the last known force is that of now: it is older in an overload of the cell, and when
+  // samples come without it.
+  bool shows_force() const;
   // From the last samples alone. The place that the frame reports at the end of a motion changes
   // force_N() and travel_m(), not these.
   std::optional<double> shown_force_N() const { return shown_force_N_; }
@@ -63,6 +66,7 @@ class FrameView {
   std::optional<MonoTime> last_sample_;
   std::optional<double> force_N_;
   MonoTime force_known_;
+  bool overloaded_ = false;  // the cell, at the last sample
   std::optional<double> shown_force_N_, shown_travel_m_, done_force_N_;
   std::optional<Rest> watched_;  // fed while somebody watches
   double wavers_N_ = 0;

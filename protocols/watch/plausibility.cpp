@@ -36,13 +36,6 @@ constexpr double kSmooth = 0.2;  // the weight of a new sample
 constexpr double kSmoothSquare = 0.05;  // ... and of its square
 constexpr double kLeastLook_s = 0.5;  // at a force that may relax
 
-// The median ignores a few spikes.
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 }  // namespace
 
 void Plausibility::begin(const Motion& motion, MonoTime now) {
@@ -182,6 +175,7 @@ std::optional<Contradiction> Plausibility::check_direction(double travel_m) {
 
 std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_N) {
   if (!force_believed_) return std::nullopt;
+  if (!std::exchange(motion_.force_known, true)) motion_.force_N = force_N;
   const double allowed_N = motion_.against_N + motion_.drift_N_s * to_seconds(t - since_);
   // The largest force that was felt twice in this motion, and what is far below it.
   const double felt_N = std::min(force_N, before_N_.value_or(force_N));
@@ -200,7 +194,9 @@ std::optional<Contradiction> Plausibility::check_force(MonoTime t, double force_
             force_N, before_N,
             force_N < limit_N ? "is connected the wrong way, lost its zero" : "shows too little"));
   }
-  if (motion_.direction < 0 && force_N > motion_.force_N + allowed_N) {
+  // A specimen that sticks pulls until it lets go; then the cell shows what it does at rest.
+  const double most_N = std::max(motion_.force_N, motion_.rest_N) + allowed_N;
+  if (motion_.direction < 0 && force_N > most_N) {
     return Contradiction(
         Disbelief::drive,
         fmt::format("the force rises against the command, which leads away from the specimen: "
@@ -335,7 +331,7 @@ std::optional<Contradiction> Plausibility::check_step(MonoTime t, double force_N
     if (t - s.t <= kShort) new_N.push_back(s.force_N);
   }
   if (old_N.size() < 2 || new_N.size() < 2) return std::nullopt;
-  const double before = median(old_N), after = median(new_N);
+  const double before = middle(old_N), after = middle(new_N);
   const double felt_N = std::max(std::abs(before), std::abs(after));
   const double allowed_N =
       std::max(2 * figures_.contact_force_N, figures_.order_force_N) + kJump * felt_N;

@@ -42,6 +42,7 @@ class Plausibility {
     double speed_m_s = 0;  // of the force loop: of its approach
     double rate_N_s = 0;  // of the force loop's ramp; 0: it holds
     double force_N = 0;  // at its begin, as it is shown
+    bool force_known = true;  // else the first force that is shown counts as the one at its begin
     double rest_N = 0;  // of an unloaded cell
     // Largest fall of the force allowed on the way towards the specimen, or rise on the way back;
     // and what is added to it with time, for a cell that is known to drift.

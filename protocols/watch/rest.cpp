@@ -17,6 +17,8 @@ constexpr double kLeastDigit_N = 1e-9;  // below any cell's
 constexpr std::size_t kBatches = 4;  // of samples that may be correlated
 constexpr std::size_t kInBatch = 3;  // at least
 constexpr double kTwoValues = 1.2;  // of a digit
+constexpr std::size_t kJitterSamples = 10;
+constexpr double kMiddleOfSteps = 0.954;  // sqrt(2) 0.6745: of a normal scatter
 
 // The straight line through values at times.
 struct Line {
@@ -51,6 +53,12 @@ double mean_square(const std::vector<double>& v) {
 }
 
 }  // namespace
+
+double middle(std::vector<double>& values) {
+  const auto at = values.begin() + std::ssize(values) / 2;
+  std::ranges::nth_element(values, at);
+  return *at;
+}
 
 void Rest::add(std::span<const FrameSample> samples) {
   for (const FrameSample& s : samples) {
@@ -149,8 +157,21 @@ std::optional<double> Rest::travel_m() const {
   return travel_sum_m_ / static_cast<double>(travels_);
 }
 
+// Standard deviation by the steps from sample to sample. A way that goes on adds nothing to it, and
+// no more does one jump.
+double Rest::travel_jitter_m() const {
+  const std::vector<double>& x = travels_seen_.value;
+  if (x.size() < kJitterSamples) return 0;
+  std::vector<double> steps(x.size() - 1);
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = x[i + 1] - x[i];
+  const double usual = middle(steps);
+  for (double& step : steps) step = std::abs(step - usual);
+  return middle(steps) / kMiddleOfSteps;
+}
+
 bool Rest::stands() const {
-  return !moving_ && travel_max_m_ - travel_min_m_ <= kStanding_m;
+  const double jitters_m = std::min(kNoiseSigmas * travel_jitter_m(), kStanding_m);
+  return !moving_ && travel_max_m_ - travel_min_m_ <= kStanding_m + jitters_m;
 }
 
 void TravelStep::add(std::optional<double> travel_m) {

@@ -18,6 +18,9 @@ constexpr double kNoiseSigmas = 5;  // of the noise of a cell: what no sample sh
 constexpr double kStanding_m = 10e-6;  // within this a frame that stood has not moved
 constexpr double kSureOfDrift = 3;  // standard errors
 
+// The median ignores a few spikes. Reorders the values, of which there is at least one.
+double middle(std::vector<double>& values);
+
 class Rest {
  public:
   void add(std::span<const FrameSample> samples);
@@ -48,13 +51,15 @@ class Rest {
   // Standard deviation about a straight line; 0 when the travel shows no more than two values, for
   // a last digit that flips is no scatter.
   double travel_scatter_m() const;
-  bool stands() const;  // within 10 um, and no flag says that it moves
+  // Within 10 um and what its travel jitters, and no flag says that it moves.
+  bool stands() const;
   template <EventKind kind>
   LookAtRest<kind> event() const {
     return {force_N(), scatter_N(), forces(), travel_m()};
   }
 
  private:
+  double travel_jitter_m() const;
   void compare_digits(double force_N);
   double disunity_N_s() const;
   double correlation() const;  // error of the mean over that of independent samples

@@ -61,6 +61,7 @@ void ForceScatter::add(const Rest& rest, std::optional<std::int64_t> frozen) {
   const bool habit = !alive || !frozen || now.longest_run <= *frozen / kRunsBefore;
   if (habit) longest_run = std::max(longest_run, now.longest_run);
   alive = alive || now.alive;
+  if (!travel_noise_m) travel_noise_m = now.travel_noise_m;
 }
 
 WatchFigures watch_figures(const FrameCapabilities& caps, const ForceBound& bound, double limit_N,
@@ -72,7 +73,7 @@ WatchFigures watch_figures(const FrameCapabilities& caps, const ForceBound& boun
     f.frozen_force_s = static_cast<double>(*f.frozen_samples) / rate_Hz;
   }
   f.stall_s = kStall_s + to_seconds(caps.reaction);
-  f.travel_noise_m = scatter ? scatter->travel_noise_m : 0;
+  f.travel_noise_m = scatter ? scatter->travel_noise_m.value_or(0) : 0;
   const double wanders_m = kTravelSigmas * f.travel_noise_m;
   f.against_m = kBesides_m + wanders_m;
   const double stiffness = bound.stiffness_N_m(limit_N);

@@ -24,7 +24,7 @@ struct ForceScatter {
   std::int64_t longest_run = 1;  // of equal ones
   bool alive = false;
   // Standard deviation, at the first look: later the frame may creep, and none is learned from.
-  double travel_noise_m = 0;
+  std::optional<double> travel_noise_m;
 };
 
 // A search that stops at fewer standard deviations of the cell finds its noise.

@@ -117,6 +117,22 @@ TEST(RealRig, AnOverloadIsLeftByTheWayItCame) {
   expect_unloaded(world);
 }
 
+// The cell shows nothing at the turn. The first force on the way back is higher than the last one
+// before it.
+TEST(RealRig, AnOverloadOfTheCellIsLeftByTheWayItCame) {
+  SessionWorld world(with(kLoad, R"("until": { "force_N": 0.5 }, "speed_mm_s": 0.01)",
+                          R"("until": { "force_N": 0.9 }, "speed_mm_s": 0.1)"));
+  world.bench.plant.force_nominal_N = 2;
+  stop_late(world, "load", 0.3);
+  const auto r = world.run();
+  ASSERT_TRUE(r) << r.error().what;
+  EXPECT_EQ(r->exit_status, ExitStatus::fail);
+  EXPECT_GT(world.count("SELECT COUNT(*) FROM frame_sample WHERE force_N IS NULL"), 0);
+  EXPECT_THAT(r->reason, Not(HasSubstr("in `finally`")));
+  EXPECT_EQ(world.count("SELECT COUNT(*) FROM event WHERE kind='contradiction'"), 0);
+  expect_unloaded(world);
+}
+
 TEST(RealRig, AnOverloadInTheSearchIsLeftThoughContactWasNeverFound) {
   SessionWorld world(kLoad);
   stop_late(world, "contact", 5);

@@ -194,6 +194,19 @@ TEST_F(End, WithASpecimenThatIsStillLoadedSaysSo) {
   EXPECT_EQ(events_of("loaded"), 1);
 }
 
+// Less than zero is a pull, or a zero that was taken while the probe pressed: nobody can tell.
+TEST_F(End, WithAForceBelowItsLimitMovesNothingAndBlamesNobody) {
+  frame.force_N = -1.2;
+  parts().view.add({});
+  const FrameSample s = frame.sample();
+  parts().guard.check(s);
+  const RunResult result = end_by(Interrupt::limit);
+  EXPECT_EQ(finallies, 0);
+  EXPECT_THAT(result.reason, HasSubstr("the load cell shows -1.200 N: the specimen pulls at the "
+                                       "probe, or the zero of the cell has moved"));
+  EXPECT_THAT(result.reason, HasSubstr("about 1.200 N less than unloaded"));
+}
+
 TEST_F(End, OfAFrameOfSomebodyElseCommandsNothing) {
   setup().commands = false;
   EXPECT_EQ(end_by(Interrupt::abort).exit_status, ExitStatus::abort);

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
 #include "tests/support/run_fixture.hpp"
 
 namespace lcrig {
@@ -51,6 +53,28 @@ TEST_F(Truth, ACellThatHasFrozenTeachesNothing) {
   truth().learn_rest(rest_between(0.010, 0.012));
   truth().learn_rest(rest_between(0.5, 0.5));
   EXPECT_NEAR(truth().rest_N(), 0.011, 1e-12);
+}
+
+// Later the frame may creep, and that is no noise.
+TEST_F(Truth, HowTheTravelScattersIsLearnedAtTheFirstLook) {
+  const auto look = [](double scatter_m) {
+    Rest rest;
+    for (int i = 0; i < 30; ++i) {
+      FrameSample s;
+      s.received = MonoTime(i * 100ms);
+      s.force_N = i % 2 == 0 ? 0.010 : 0.012;
+      s.travel_m = scatter_m * (i % 3 - 1);
+      rest.add(std::span(&s, 1));
+    }
+    return rest;
+  };
+  const auto told_mm = [this] {
+    return nlohmann::json::parse(sink.events.back().detail).at("travel_noise_mm").get<double>();
+  };
+  truth().learn_rest(look(2e-6));
+  EXPECT_NEAR(told_mm(), 1.6e-3, 0.1e-3);
+  truth().learn_rest(look(20e-6));
+  EXPECT_NEAR(told_mm(), 1.6e-3, 0.1e-3);
 }
 
 TEST_F(Truth, ARestThatMayTouchIsNotTheBareCell) {
@@ -110,6 +134,25 @@ TEST_F(Truth, ALoadedMotionIsAllowedMoreThanAnUnloadedOne) {
   const double loaded_N = truth().motion_now(1, 1e-5).against_N;
   EXPECT_GT(loaded_N, bare_N + 0.05);
   EXPECT_LT(truth().motion_now(-1, 1e-5).against_N, loaded_N);
+}
+
+// The force before an overload says nothing of the way back from it.
+TEST_F(Truth, OnTheWayBackFromAnOverloadTheForceMayBeAsHighAsItIs) {
+  truth().learn_rest(rest_between(0.010, 0.012));
+  show(0.5, 1e-3);
+  FrameSample dark = frame.sample();
+  dark.force_N.reset();
+  dark.flags = frame_flag::kForceOverload;
+  parts().view.add(std::span(&dark, 1));
+  EXPECT_TRUE(truth().motion_now(1, 1e-5).force_known) << "towards the specimen nothing is excused";
+  truth().begin(truth().motion_now(-1, 1e-5));
+  const auto check = [this](double force_N, double travel_m) {
+    show(force_N, travel_m);
+    return truth().check(frame.sample());
+  };
+  EXPECT_FALSE(check(4.6, 0.9e-3));
+  EXPECT_FALSE(check(3.0, 0.8e-3));
+  EXPECT_TRUE(check(5.2, 0.7e-3)) << "now it rises";
 }
 
 TEST_F(Truth, AFrameThatThisRunDoesNotMoveIsBelieved) {

@@ -34,6 +34,27 @@ TEST_F(View, WhereAMotionEndedIsNewerThanTheLastSample) {
   EXPECT_DOUBLE_EQ(*view().shown_travel_m(), 1e-3);
 }
 
+TEST_F(View, AnOverloadOrSamplesWithoutAForceHideTheOneOfNow) {
+  const auto dark = [this](std::uint32_t flags) {
+    FrameSample s = frame.sample();
+    s.force_N.reset();
+    s.flags = flags;
+    view().add(std::span(&s, 1));
+  };
+  EXPECT_FALSE(view().shows_force()) << "never seen";
+  show(0.5, 1e-3);
+  EXPECT_TRUE(view().shows_force());
+  dark(frame_flag::kForceOverload);
+  EXPECT_FALSE(view().shows_force());
+  show(4.6, 1e-3);
+  EXPECT_TRUE(view().shows_force());
+  dark(0);
+  EXPECT_TRUE(view().shows_force()) << "one sample without a force";
+  clock.run_for(io, 1s);
+  dark(0);
+  EXPECT_FALSE(view().shows_force());
+}
+
 TEST_F(View, ACellThatShowsOneValueIsNotAlive) {
   feed();
   EXPECT_EQ(run(view().living_rest()).error().code, Errc::refused);

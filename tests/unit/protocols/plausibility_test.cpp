@@ -162,6 +162,46 @@ TEST(Plausibility, AForceThatRisesOnTheWayAwayStopsTheDrive) {
   EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
 }
 
+// After an overload of the cell: 0.5 N was shown before it, 4.6 N is the first force on the way
+// back.
+TEST(Plausibility, OnAWayAwayThatBeganInTheDarkTheFirstForceIsItsBegin) {
+  FakeFrame frame;
+  Plausibility::Motion m = pressing(1e-5);
+  m.direction = -1;
+  m.force_N = 0.5;
+  m.force_known = false;
+  frame.eyes.begin(m, frame.t);
+  EXPECT_FALSE(frame.until_noticed(10, [](double s) {
+    return Place(-1e-5 * s, std::max(0.0, 4.6 - s));
+  })) << frame.found->why;
+  frame.eyes.begin(m, frame.t);
+  const auto rises = [](double s) { return Place(-1e-4 - 1e-5 * s, 4.6 + 0.1 * s); };
+  const auto after = frame.until_noticed(10, rises);
+  ASSERT_TRUE(after);
+  EXPECT_LE(*after, 0.4);
+  EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
+  EXPECT_THAT(frame.found->why, HasSubstr("rises against the command"));
+}
+
+TEST(Plausibility, ASpecimenThatSticksMayLetGoOnTheWayAway) {
+  FakeFrame frame;
+  Plausibility::Motion m = pressing(1e-5);
+  m.direction = -1;
+  m.force_N = -0.1;
+  m.rest_N = 0.012;
+  const auto lets_go = [](double end_N) {
+    return [end_N](double s) { return Place(-1e-5 * s, s < 3 ? -0.1 - 0.02 * s : end_N); };
+  };
+  frame.eyes.begin(m, frame.t);
+  EXPECT_FALSE(frame.until_noticed(10, lets_go(0.012))) << frame.found->why;
+  frame.eyes.begin(m, frame.t);
+  const auto after = frame.until_noticed(
+      10, [](double s) { return Place(-1e-4 - 1e-5 * s, s < 3 ? -0.1 : 0.06); });
+  ASSERT_TRUE(after) << "it presses";
+  EXPECT_NEAR(*after, 3, 0.1);
+  EXPECT_EQ(frame.found->disbelief, Disbelief::drive);
+}
+
 TEST(Plausibility, AFrameThatCreepsOrSaysThatItMovesIsNotStanding) {
   FakeFrame frame;
   frame.eyes.stand(frame.t);

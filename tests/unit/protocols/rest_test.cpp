@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <vector>
 
 namespace lcrig {
@@ -43,6 +44,27 @@ TEST(Rest, AFrameThatMovesDoesNotStand) {
   EXPECT_TRUE(rest.stands());
   rest.add(samples({0.1}, 1.02e-3));
   EXPECT_FALSE(rest.stands());
+}
+
+// Two micrometres of noise reach over more than ten in a few hundred samples.
+TEST(Rest, AFrameWhoseTravelJittersStandsAndOneThatGoesOrJumpsDoesNot) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 2e-6);
+  const auto stands = [&](double jitter, double way_m, double jump_m) {
+    Rest rest;
+    constexpr int kSamples = 200;
+    for (int i = 0; i < kSamples; ++i) {
+      const double at_m = way_m * i / kSamples + (i > kSamples / 2 ? jump_m : 0);
+      rest.add(samples({0.1}, at_m + jitter * noise(random)));
+    }
+    return rest.stands();
+  };
+  EXPECT_TRUE(stands(1, 0, 0));
+  EXPECT_FALSE(stands(0, 12e-6, 0));
+  EXPECT_FALSE(stands(0, 0, 12e-6));
+  EXPECT_FALSE(stands(1, 25e-6, 0));
+  EXPECT_FALSE(stands(1, 0, 25e-6));
+  EXPECT_FALSE(stands(10, 0, 0)) << "that is no noise of a sensor";
 }
 
 TEST(TravelStep, IsTheSmallestDifferenceSeen) {
