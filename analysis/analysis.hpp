@@ -238,6 +238,9 @@ struct CycleResult : RestedLoading {
 };
 struct CycleResults {
   std::vector<CycleResult> cycles;
+  // Loadings that the run broke off, or that have lower peaks: in no result. Why, in words.
+  std::vector<CycleResult> left_out;
+  std::string why_left_out;
   Metric dynamic_range;  // dynamic_range_percent
   Metric dynamic_range_drift;  // dynamic_range_drift_percent_per_cycle
   Metric force_sensitivity;  // force_sensitivity_fF_per_N, of the loading branches

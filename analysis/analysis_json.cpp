@@ -267,6 +267,7 @@ json to_json(const RunAnalysis& a) {
           {"levels", list(a.levels)},
           {"curve", list(a.curve)},
           {"cycles", list(a.cycles)},
+          {"cycles_left_out", list(a.left_out)},
           {"holds", list(a.holds)},
           {"outliers", list(a.outliers)},
           {"outlier_count", a.outlier_count},
