@@ -361,6 +361,7 @@ struct Comparison {
   double increase_percent = 0;
   std::optional<double> standard_error_percent;
   std::optional<std::array<double, 2>> interval_percent;
+  std::string remark;  // what else differs: pressures; may be empty
 };
 // Sensitivity in every range, C0 and dynamic range: each run with the one before it, and with the
 // first. Fewer than two runs: nothing.

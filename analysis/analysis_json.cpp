@@ -239,7 +239,8 @@ json to_json(const Comparison& c) {
           {"to_value", number(c.to_value)},
           {"increase_percent", number(c.increase_percent)},
           {"standard_error_percent", number(c.standard_error_percent)},
-          {"interval_percent", pair(c.interval_percent)}};
+          {"interval_percent", pair(c.interval_percent)},
+          {"remark", c.remark}};
 }
 
 json to_json(const RunAnalysis& a) {
