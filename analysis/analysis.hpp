@@ -238,6 +238,9 @@ struct CycleResult : RestedLoading {
 };
 struct CycleResults {
   std::vector<CycleResult> cycles;
+  // Loadings that the run broke off, or that have lower peaks: in no result. Why, in words.
+  std::vector<CycleResult> left_out;
+  std::string why_left_out;
   Metric dynamic_range;  // dynamic_range_percent
   Metric dynamic_range_drift;  // dynamic_range_drift_percent_per_cycle
   Metric force_sensitivity;  // force_sensitivity_fF_per_N, of the loading branches
@@ -358,6 +361,7 @@ struct Comparison {
   double increase_percent = 0;
   std::optional<double> standard_error_percent;
   std::optional<std::array<double, 2>> interval_percent;
+  std::string remark;  // what else differs: pressures; may be empty
 };
 // Sensitivity in every range, C0 and dynamic range: each run with the one before it, and with the
 // first. Fewer than two runs: nothing.

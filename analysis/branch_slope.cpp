@@ -152,6 +152,7 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
     add_remark(r.sensitivity.reason,
                "one cycle: the interval knows nothing of what differs between cycles");
   }
+  add_remark(r.sensitivity.reason, basis.cycles.why_left_out);
   r.scatter_basis = error.basis;
   if (b.syy > 0) r.r_squared = std::max(0.0, 1 - b.residual_ss / b.syy);
   r.residual_fF = std::sqrt(b.residual_ss / b.weight);

@@ -315,8 +315,9 @@ void fill_result(const Source& from, const Branches& b, const Loop& loop, Hyster
 
 }  // namespace
 
-Hysteresis calc_hysteresis(const Scene& scene, const std::vector<CycleResult>& cycles,
+Hysteresis calc_hysteresis(const Scene& scene, const CycleResults& results,
                            const HoldResults& holds) {
+  const std::vector<CycleResult>& cycles = results.cycles;
   Hysteresis h;
   h.largest_gap = metric("hysteresis", "%", kLargestGap);
   h.area = metric("hysteresis_area", "%", kArea);
@@ -336,6 +337,7 @@ Hysteresis calc_hysteresis(const Scene& scene, const std::vector<CycleResult>& c
   }
   set_errors(from, *loop);
   fill_result(from, b, *loop, h);
+  for (Metric* m : {&h.largest_gap, &h.area}) add_remark(m->reason, results.why_left_out);
   if (const auto late = make_loop(collect(from, true), peak_N)) {
     h.uncorrected_percent = std::abs(gap_fF(late->points[late->largest])) / span * 100;
   }

@@ -97,9 +97,12 @@ CurveResult calc_curve(const LevelResults& levels, const Metric& c0, double conf
 HighestLevelResult calc_highest_level(const Scene& scene, const LevelResults& levels,
                                       const CurveResult& curve, const Metric& c0);
 CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Metric& c0);
+void leave_out_other_loadings(const Scene& scene, CycleResults& cycles);
+// Travel at which the first loading touched. nullopt: no travel, or it began under load.
+std::optional<double> contact_mm(const Scene& scene);
 // Slope of C against force at the peak, of one loading at least.
 double slope_at_peak_fF_per_N(const Scene& scene, const std::vector<CycleResult>& cycles);
-Hysteresis calc_hysteresis(const Scene& scene, const std::vector<CycleResult>& cycles,
+Hysteresis calc_hysteresis(const Scene& scene, const CycleResults& cycles,
                            const HoldResults& holds);
 
 // Input of a slope against pressure and of its uncertainty.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "analysis/least_squares.hpp"
 #include "analysis/replicates.hpp"
@@ -16,7 +17,8 @@ namespace {
 
 constexpr const char* kOfLevels =
     "slope of C against pressure: least squares over the levels' means in the range, weighted with "
-    "their number of readings, sums about the means, drift subtracted; the interval for the "
+    "their planned number of readings, sums about the means, drift subtracted; the interval for "
+    "the "
     "least-squares slope of the curve that this rig would show at the same pressures without "
     "noise, "
     "drift and difference of repeats; the expanded uncertainty for the specimen's own";
@@ -34,8 +36,9 @@ struct Input {
 
 void set_points(Input& in, std::vector<RangePoint> points) {
   in.points = without_offsets(std::move(points));
+  weigh_as_planned(in.points);
   in.line.clear();
-  for (const RangePoint& p : in.points) in.line.push_back(p.at);
+  for (const RangePoint& p : in.points) in.line.push_back({p.at.x, p.at.y, p.line_weight});
 }
 
 // The pressure that was asked for decides: its reading scatters about the edge of a range.
@@ -174,6 +177,44 @@ void remark_on_outliers(const LevelResults& levels, const Input& in, RangeResult
                          outliers, moved, r.robust->slope_fF_per_kPa));
 }
 
+// A level that the run lacks altogether makes it the slope of another part of the curve.
+void remark_on_missing_levels(const SlopeBasis& basis, const Input& in, RangeResult& r) {
+  std::map<LevelKey, int> repeats_with;
+  std::set<std::int32_t> repeats;
+  for (const RangePoint& p : in.points) {
+    ++repeats_with[p.key];
+    repeats.insert(p.repeat);
+  }
+  constexpr double kDigit_kPa = 1e-4;  // of a pressure that is asked for
+  std::set<std::int64_t> known, without;
+  for (const LevelResult& l : basis.levels.levels) {
+    if (l.target_kPa) known.insert(std::llround(*l.target_kPa / kDigit_kPa));
+  }
+  for (const LevelRow& row : basis.scene.data.levels) {
+    if (!row.target_pressure_Pa || !is_inside(r.range, *row.target_pressure_Pa * 1e-3)) continue;
+    const std::int64_t what = std::llround(*row.target_pressure_Pa * 1e-3 / kDigit_kPa);
+    if (!known.contains(what)) without.insert(what);
+  }
+  std::string absent;
+  for (const std::int64_t what : without) {
+    absent +=
+        fmt::format("{}{:g}", absent.empty() ? "" : ", ", static_cast<double>(what) * kDigit_kPa);
+  }
+  if (!absent.empty()) {
+    add_remark(
+        r.sensitivity.reason,
+        fmt::format("no reading at {} kPa: the slope is that of the other pressures", absent));
+  }
+  const auto lacking = std::ranges::count_if(
+      repeats_with, [&](const auto& level) { return level.second < std::ssize(repeats); });
+  if (lacking > 0) {
+    add_remark(r.sensitivity.reason,
+               fmt::format("{} of {} pressures are missing in some repeats: they count as much as "
+                           "the others",
+                           lacking, repeats_with.size()));
+  }
+}
+
 void set_slope(const Scene& scene, const Input& in, const LineFit& line,
                const std::optional<SlopeScatter>& scatter, RangeResult& r) {
   if (!scatter) {
@@ -187,7 +228,7 @@ void set_slope(const Scene& scene, const Input& in, const LineFit& line,
   if (!scatter->one_repeat && scene.drift.known()) {  // else the rests are in the scatter already
     std::vector<LinePoint> times;
     times.reserve(in.points.size());
-    for (const RangePoint& p : in.points) times.push_back({p.at.x, p.t_s, p.at.weight});
+    for (const RangePoint& p : in.points) times.push_back({p.at.x, p.t_s, p.line_weight});
     const double s_per_kPa = fit_line(times)->slope;
     drift = {std::abs(s_per_kPa) * scene.drift.rate_se_fF_s() * (1 - scene.drift.followed()),
              scene.drift.rate_freedom()};
@@ -230,7 +271,7 @@ void add_shared(const LevelResults& results, const Input& in, const LineFit& lin
   const double shared = std::max(0.0, fit->residual_ss / fit->freedom - scatter_of_mean);
   std::map<LevelKey, double> factor;
   for (const RangePoint& p : in.points) {
-    factor[p.key] += p.at.weight * (p.at.x - line.x_mean) / line.sxx;
+    factor[p.key] += p.line_weight * (p.at.x - line.x_mean) / line.sxx;
   }
   double unit = 0;
   for (const auto& [key, f] : factor) unit += f * f;
@@ -265,6 +306,7 @@ RangeResult of_levels(const SlopeBasis& basis, const PressureRange& range) {
   if (scatter) add_repeats(in, *scatter, r);
   add_robust(basis, in, r);
   remark_on_outliers(levels, in, r);
+  remark_on_missing_levels(basis, in, r);
   add_shared(levels, in, *line, scatter, r);
   r.sensitivity.estimand = name_estimand(scene, levels, range);
   return r;

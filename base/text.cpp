@@ -95,7 +95,7 @@ std::string lower_case(std::string_view text) {
 }
 
 void add_remark(std::string& sentence, std::string_view more) {
-  if (!sentence.empty()) sentence += "; ";
+  if (!sentence.empty() && !more.empty()) sentence += "; ";
   sentence += more;
 }
 

@@ -58,7 +58,8 @@ std::string increase_table(std::span<const ReportRun> runs) {
               fmt::format("{:g} % interval, %", runs.front().analysis.options.confidence * 100)};
   for (const Comparison& c : compare(analyses)) {
     const auto se = c.standard_error_percent;
-    table.row({text(c.quantity), fmt::format("run {}, {}", c.from_run, text(c.from_specimen)),
+    table.row({text(c.quantity) + estimand_line(c.remark),
+               fmt::format("run {}, {}", c.from_run, text(c.from_specimen)),
                fmt::format("run {}, {}", c.to_run, text(c.to_specimen)), number(c.from_value),
                number(c.to_value), percent(c.increase_percent), se ? number(*se, se) : no_number(),
                interval(c.interval_percent, se)});
