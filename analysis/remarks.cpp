@@ -197,6 +197,7 @@ void drop_what_is_no_number(RunAnalysis& a) {
 }  // namespace
 
 void add_remarks(const Scene& scene, RunAnalysis& a) {
+  if (!a.noise.reason.empty()) add(a.limit_of_detection, "its noise: " + a.noise.reason);
   remark_on_outliers(a);
   remark_on_one_repeat(a);
   remark_on_few_levels(a);
