@@ -149,6 +149,39 @@ TEST(Honest, OutliersOfTheBaselineAreListed) {
   EXPECT_EQ(a.outliers[0].level, 0);
 }
 
+// One run in a hundred, however few readings a level has: their scatter about their own median is
+// less than that of a reading, and few readings tell it badly.
+TEST(Honest, FewReadingsOfALevelAreNoOutliers) {
+  struct Case {
+    int readings, levels;
+  };
+  for (const Case c : {Case{4, 3}, Case{4, 10}, Case{5, 5}, Case{10, 5}}) {
+    int with = 0;
+    SyntheticRun::Static s;
+    s.readings = c.readings;
+    s.kPa.resize(static_cast<std::size_t>(c.levels));
+    s.repeats = 1;
+    s.baseline = 20;
+    for (s.seed = 1; s.seed <= 30; ++s.seed) {
+      const auto a = of_static(s);
+      with += std::ranges::any_of(a.outliers, [](const Outlier& o) { return o.level > 0; }) ? 1 : 0;
+    }
+    EXPECT_LE(with, 3) << c.readings << " readings of " << c.levels << " levels";
+  }
+}
+
+TEST(Honest, AnOutlierOfAFewReadingsIsListed) {
+  SyntheticRun::Static s;
+  s.readings = 5;
+  s.spoil = [&s](int level, int reading, double v) {
+    return std::optional(level == 4 && reading == 2 ? s.capacitance_F(40) + 400e-15 : v);
+  };
+  const auto a = of_static(s);
+  ASSERT_EQ(a.outlier_count, 1);
+  EXPECT_EQ(a.outliers[0].level, 4);
+  EXPECT_NEAR(a.outliers[0].deviations, 400 / 44.0, 2);
+}
+
 TEST(Honest, FlaggedReadingsAreLeftOut) {
   SyntheticRun run;
   run.begin();
