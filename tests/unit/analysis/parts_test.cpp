@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parts of the uncertainty that a result must have, and words for what its interval does not know.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -268,6 +269,24 @@ TEST(Parts, TheDigitOfTheMeterIsAPart) {
   EXPECT_NEAR(part_of(a, "sensitivity 35-100", "resolution of the meter"),
               1 / std::sqrt(12) / std::sqrt(2800), 1e-6);
   EXPECT_EQ(part_of(of_static(SyntheticRun::Static()), "C0", "resolution of the meter"), -1);
+}
+
+TEST(Parts, TheDigitOfTheMeterIsItsStep) {
+  for (const double step_fF : {2.0, 2.5, 5.0, 20.0}) {
+    SyntheticRun run;
+    run.begin();
+    SyntheticRun::Static s;
+    s.noise_F = 0;
+    s.capacitance_F = [&](double kPa) {
+      return std::round(bent_F(kPa) * 1e15 / step_fF) * step_fF * 1e-15;
+    };
+    run.play(s);
+    run.end();
+    const auto a = analysed(run);
+    EXPECT_THAT(a.c0.reason,
+                HasSubstr(fmt::format("less than the meter's digit of {:g} fF", step_fF)));
+    EXPECT_NEAR(part_of(a, "C0", "resolution of the meter"), step_fF * 1e-3 / std::sqrt(12), 1e-6);
+  }
 }
 
 TEST(Parts, FewLevelsSayWhatIsMissing) {
