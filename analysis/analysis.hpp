@@ -186,9 +186,9 @@ struct RangeResult {
   // in the expanded uncertainty only. Absent with fewer than six levels.
   std::optional<SlopePart> shared;
   std::optional<double> between_repeats_p;  // F test: small says that the repeats differ
-  // For a continuous loading: change of the rate of pressure with pressure, and the largest
-  // standard uncertainty of a reading's instant.
-  double rate_tilt_per_s = 0, instant_s = 0;
+  // For a continuous loading: change of the rate of pressure with pressure, the largest standard
+  // uncertainty of a reading's instant, and how much a second of it would move the slope.
+  double rate_tilt_per_s = 0, instant_s = 0, moved_per_s = 0;
   Uncertainty uncertainty;  // empty parts without a sensitivity
 };
 

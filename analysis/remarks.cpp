@@ -101,20 +101,23 @@ void remark_on_no_scatter(RunAnalysis& a) {
   }
 }
 
-// The digit of the readings: the largest power of ten, below a thousandth of the largest, that all
-// are multiples of. 0: none, or too small to matter.
+// The step of the readings: the largest of 1, 2, 2.5 and 5 times a power of ten, below a hundredth
+// of the largest reading, that all are multiples of. 0: none, or too small to matter.
 double digit_F(const std::vector<RunReading>& readings) {
   double most = 0;
   for (const RunReading& r : readings) most = std::max(most, std::abs(r.capacitance_F));
   if (!(most > 0) || readings.size() < 10) return 0;
-  const int top = static_cast<int>(std::floor(std::log10(most))) - 3;
-  for (int exponent = top; exponent > top - 5; --exponent) {
-    const double digit = std::pow(10.0, exponent);
-    if (std::ranges::all_of(readings, [digit](const RunReading& r) {
-          const double steps = r.capacitance_F / digit;
-          return std::abs(steps - std::round(steps)) < 1e-5;
-        })) {
-      return digit;
+  const int top = static_cast<int>(std::floor(std::log10(most))) - 2;
+  for (int exponent = top; exponent > top - 6; --exponent) {
+    for (const double steps_of : {5.0, 2.5, 2.0, 1.0}) {
+      const double digit = steps_of * std::pow(10.0, exponent);
+      if (digit * 100 > most) continue;
+      if (std::ranges::all_of(readings, [digit](const RunReading& r) {
+            const double steps = r.capacitance_F / digit;
+            return std::abs(steps - std::round(steps)) < 1e-5;
+          })) {
+        return digit;
+      }
     }
   }
   return 0;
@@ -197,6 +200,7 @@ void drop_what_is_no_number(RunAnalysis& a) {
 }  // namespace
 
 void add_remarks(const Scene& scene, RunAnalysis& a) {
+  if (!a.noise.reason.empty()) add(a.limit_of_detection, "its noise: " + a.noise.reason);
   remark_on_outliers(a);
   remark_on_one_repeat(a);
   remark_on_few_levels(a);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "analysis/metrics.hpp"
+#include "analysis/moved_slope.hpp"
 
 namespace lcrig {
 
@@ -106,23 +107,6 @@ void add_meter_gain(const std::optional<MeterAccuracy>& a, double value, Uncerta
                   a->gain * 100, a->note.empty() ? "" : "; ", a->note))));
 }
 
-// How much a disturbance tilts the line, when it goes with time or with the rate of force. `of`
-// gives the disturbance of a level in the unit of x or y.
-template <class Of>
-double tilt(const LevelResults& levels, const RangeResult& r, Of of) {
-  std::vector<LinePoint> points;
-  double offset = 0;
-  std::int32_t repeat = -1;
-  for (const LevelResult& l : levels.levels) {
-    const double kPa = l.target_kPa.value_or(l.pressure_kPa);
-    if (l.direction != levels.line_direction || !is_inside(r.range, kPa)) continue;
-    if (l.repeat != repeat) offset = of(l), repeat = l.repeat;
-    points.push_back({l.pressure_kPa, of(l) - offset, static_cast<double>(l.readings)});
-  }
-  const auto line = fit_line(points);
-  return line ? line->slope : 0;
-}
-
 // Error that is left after the drift was subtracted. `left` is 0 where it is in the scatter.
 void add_drift_part(const Metric& drift, const SlopePart& left, Uncertainty& b) {
   if (!drift.estimate) {
@@ -147,39 +131,60 @@ void add_shared(const RangeResult& r, Uncertainty& b) {
       "repeats: seating, probe, electrode, and the shape that a cubic does not have"));
 }
 
-// One error of the instant, the same in all readings, moves each pressure by its rate: what tilts
-// the line is how the rate changes with pressure.
-void add_alignment(const SlopeBasis& basis, double slope, const RangeResult& r, Uncertainty& b) {
+// One error of the instant, the same in all readings, moves each pressure by its rate.
+void add_alignment(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b) {
   const Scene& scene = basis.scene;
-  std::vector<double> rate(scene.data.levels.size() + 1), time(scene.data.levels.size() + 1);
-  std::vector<int> count(rate.size());
+  std::vector<RunningMean> rate(scene.data.levels.size() + 1);
+  std::vector<double> time(rate.size());
   for (const RunReading& x : scene.data.readings) {
     if (x.index <= 0 || static_cast<std::size_t>(x.level) >= rate.size()) continue;
     const auto k = static_cast<std::size_t>(x.level);
-    rate[k] += x.force_rate_N_s;
+    rate[k].add(x.force_rate_N_s);
     time[k] = std::max(time[k], static_cast<double>(x.alignment_s));
-    ++count[k];
   }
   const double area_m2 = scene.data.area_m2.value_or(1);
   double u_s = 0;
-  const double tilt_kPa_s = tilt(basis.levels, r, [&](const LevelResult& l) {
+  MovedSlope moved;
+  std::int32_t repeat = -1;
+  for (const LevelResult& l : basis.levels.levels) {
+    const double kPa = l.target_kPa.value_or(l.pressure_kPa);
+    if (l.direction != basis.levels.line_direction || !is_inside(r.range, kPa)) continue;
+    if (l.repeat != repeat) moved.begin_group();
+    repeat = l.repeat;
     const auto k = static_cast<std::size_t>(l.level);
     u_s = std::max(u_s, time[k]);
-    return count[k] > 0 ? rate[k] / count[k] / area_m2 * 1e-3 : 0;
-  });
-  b.parts.push_back(part("alignment of the clocks", slope * tilt_kPa_s * u_s,
+    moved.add(l.pressure_kPa, l.capacitance_pF * 1e3, rate[k].mean / area_m2 * 1e-3);
+  }
+  b.parts.push_back(part("alignment of the clocks", moved.per_s() * u_s,
                          fmt::format("instant of a reading +-{:.3g} ms (window and spacing of the "
                                      "frame's samples), rate of force at the levels",
                                      u_s * 1e3)));
 }
 
-// Likewise of a loading, where the rate grows as the specimen stiffens.
-void add_alignment_of_cycles(double slope, const RangeResult& r, Uncertainty& b) {
+// Likewise of a loading, where the rate grows as the specimen stiffens, and the curve bends.
+void add_alignment_of_cycles(const RangeResult& r, Uncertainty& b) {
   b.parts.push_back(
-      part("alignment of the clocks", slope * r.rate_tilt_per_s * r.instant_s,
+      part("alignment of the clocks", r.moved_per_s * r.instant_s,
            fmt::format("instant of a reading +-{:.3g} ms (window and spacing of the frame's "
-                       "samples); the rate of pressure changes by {:.3g} kPa/s per kPa",
-                       r.instant_s * 1e3, r.rate_tilt_per_s)));
+                       "samples); it moves the slope by {:.3g} fF/kPa a second: the rate of "
+                       "pressure changes by {:.3g} kPa/s per kPa, and the curve bends",
+                       r.instant_s * 1e3, r.moved_per_s, r.rate_tilt_per_s)));
+}
+
+// fF/N per second, over the loading branches.
+double moved_force_sensitivity_per_s(const SlopeBasis& basis) {
+  const Scene& scene = basis.scene;
+  MovedSlope moved;
+  Moving moving(scene, basis.holds);
+  for (const CycleResult& c : basis.cycles.cycles) {
+    moved.begin_group();
+    for (std::size_t i = c.first; i < c.last; ++i) {
+      const RunReading& r = scene.data.readings[i];
+      if (!moving(i) || r.t_s > c.peak_s || spans_turn(c, r)) continue;
+      moved.add(scene.above_rest_N(r), scene.fF(r), r.force_rate_N_s);
+    }
+  }
+  return moved.per_s();
 }
 
 void uncertainty_of_c0(const Scene& scene, const BaselineResult& out,
@@ -304,9 +309,9 @@ void uncertainty_of_force_sensitivity(const SlopeBasis& basis, std::vector<Uncer
   const Relative force = force_class(scene);
   b.parts.push_back(shared(part("force", force.u * b.value, force.basis)));
   b.parts.push_back(part("alignment of the clocks",
-                         b.value * out.force_rate_tilt_per_s * out.instant_s,
+                         moved_force_sensitivity_per_s(basis) * out.instant_s,
                          fmt::format("instant of a reading +-{:.3g} ms; the rate of force changes "
-                                     "by {:.3g} N/s per N",
+                                     "by {:.3g} N/s per N, and the curve bends",
                                      out.instant_s * 1e3, out.force_rate_tilt_per_s)));
   add_drift_part(
       basis.baseline.drift,
@@ -356,9 +361,9 @@ Uncertainty uncertainty_of(const SlopeBasis& basis, const RangeResult& r) {
   b.parts.push_back(shared(part("force", force.u * slope, force.basis)));
   b.parts.push_back(shared(part("area of the probe", probe.u * slope, probe.basis)));
   if (!levels.empty()) {
-    add_alignment(basis, slope, r, b);
+    add_alignment(basis, r, b);
   } else {
-    add_alignment_of_cycles(slope, r, b);
+    add_alignment_of_cycles(r, b);
   }
   add_drift_part(
       basis.baseline.drift,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parts of the uncertainty that a result must have, and words for what its interval does not know.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -91,7 +92,7 @@ TEST(Parts, OutliersOfTheBaselineDoNotTurnTheDrift) {
   EXPECT_THAT(a.limit_of_detection.reason, HasSubstr("outliers among the readings without load"));
   EXPECT_THAT(a.noise.reason, HasSubstr("are left out: of outliers"));
   EXPECT_NEAR(a.noise.value(), 0.4, 0.06);
-  EXPECT_NEAR(*a.noise.estimate->degrees_of_freedom, (99 - 4) / 1.5, 1e-9);
+  EXPECT_NEAR(*a.noise.estimate->degrees_of_freedom, (99 - 4) / 1.5, 1.5) << "chance correlates";
   EXPECT_THAT(a.dynamic_range.reason, HasSubstr("gross outliers"));
 }
 
@@ -268,6 +269,24 @@ TEST(Parts, TheDigitOfTheMeterIsAPart) {
   EXPECT_NEAR(part_of(a, "sensitivity 35-100", "resolution of the meter"),
               1 / std::sqrt(12) / std::sqrt(2800), 1e-6);
   EXPECT_EQ(part_of(of_static(SyntheticRun::Static()), "C0", "resolution of the meter"), -1);
+}
+
+TEST(Parts, TheDigitOfTheMeterIsItsStep) {
+  for (const double step_fF : {2.0, 2.5, 5.0, 20.0}) {
+    SyntheticRun run;
+    run.begin();
+    SyntheticRun::Static s;
+    s.noise_F = 0;
+    s.capacitance_F = [&](double kPa) {
+      return std::round(bent_F(kPa) * 1e15 / step_fF) * step_fF * 1e-15;
+    };
+    run.play(s);
+    run.end();
+    const auto a = analysed(run);
+    EXPECT_THAT(a.c0.reason,
+                HasSubstr(fmt::format("less than the meter's digit of {:g} fF", step_fF)));
+    EXPECT_NEAR(part_of(a, "C0", "resolution of the meter"), step_fF * 1e-3 / std::sqrt(12), 1e-6);
+  }
 }
 
 TEST(Parts, FewLevelsSayWhatIsMissing) {
