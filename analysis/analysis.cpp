@@ -3,9 +3,7 @@
 
 #include <cmath>
 
-#include "analysis/hum.hpp"
 #include "analysis/metrics.hpp"
-#include "analysis/remarks.hpp"
 
 namespace lcrig {
 
@@ -47,7 +45,7 @@ RunAnalysis analyse_stretches(const Stretches& in) {
   const auto curve = calc_curve(levels, baseline.c0, options.confidence);
   const auto highest = calc_highest_level(scene, levels, curve, baseline.c0);
   const auto cycles = calc_cycles(scene, holds, baseline.c0);
-  const auto hysteresis = calc_hysteresis(scene, cycles.cycles, holds);
+  const auto hysteresis = calc_hysteresis(scene, cycles, holds);
   const SlopeBasis basis{scene, holds, baseline, levels, curve, highest, cycles, hysteresis};
   const auto sensitivity = calc_sensitivity(basis);
   const RunFacts facts{data.run,      data.row.protocol_name, data.row.specimen_name,

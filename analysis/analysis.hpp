@@ -54,6 +54,7 @@ struct Estimate {
 
 struct Metric {
   std::string name;  // with its unit, as in the JSON: "C0_pF"
+  std::string label;  // the same for people: "C0, pF"
   std::string definition;
   std::optional<Estimate> estimate;
   std::string estimand;  // which branch and time, where there is a choice; else empty
@@ -73,10 +74,13 @@ struct SlopePart {
 // Where the capacitance at the peak of a cycle is from: a curve through the readings about it, the
 // mean of those that stay there, or the reading nearest to it.
 enum class PeakMethod { fit, plateau, nearest };
-std::string_view to_string(PeakMethod m);
+template <>
+inline constexpr EnumWords<3> kWordsOf<PeakMethod>{"fit to the force", "mean of the plateau",
+                                                   "nearest reading"};
 
 enum class Direction { up, down };
-std::string_view to_string(Direction d);
+template <>
+inline constexpr EnumWords<2> kWordsOf<Direction>{"up", "down"};
 
 // One `measure` step as it was measured.
 struct MeasuredLevel {
@@ -182,9 +186,9 @@ struct RangeResult {
   // in the expanded uncertainty only. Absent with fewer than six levels.
   std::optional<SlopePart> shared;
   std::optional<double> between_repeats_p;  // F test: small says that the repeats differ
-  // For a continuous loading: change of the rate of pressure with pressure, and the largest
-  // standard uncertainty of a reading's instant.
-  double rate_tilt_per_s = 0, instant_s = 0;
+  // For a continuous loading: change of the rate of pressure with pressure, the largest standard
+  // uncertainty of a reading's instant, and how much a second of it would move the slope.
+  double rate_tilt_per_s = 0, instant_s = 0, moved_per_s = 0;
   Uncertainty uncertainty;  // empty parts without a sensitivity
 };
 
@@ -234,6 +238,9 @@ struct CycleResult : RestedLoading {
 };
 struct CycleResults {
   std::vector<CycleResult> cycles;
+  // Loadings that the run broke off, or that have lower peaks: in no result. Why, in words.
+  std::vector<CycleResult> left_out;
+  std::string why_left_out;
   Metric dynamic_range;  // dynamic_range_percent
   Metric dynamic_range_drift;  // dynamic_range_drift_percent_per_cycle
   Metric force_sensitivity;  // force_sensitivity_fF_per_N, of the loading branches
@@ -354,6 +361,7 @@ struct Comparison {
   double increase_percent = 0;
   std::optional<double> standard_error_percent;
   std::optional<std::array<double, 2>> interval_percent;
+  std::string remark;  // what else differs: pressures; may be empty
 };
 // Sensitivity in every range, C0 and dynamic range: each run with the one before it, and with the
 // first. Fewer than two runs: nothing.

@@ -239,7 +239,8 @@ json to_json(const Comparison& c) {
           {"to_value", number(c.to_value)},
           {"increase_percent", number(c.increase_percent)},
           {"standard_error_percent", number(c.standard_error_percent)},
-          {"interval_percent", pair(c.interval_percent)}};
+          {"interval_percent", pair(c.interval_percent)},
+          {"remark", c.remark}};
 }
 
 json to_json(const RunAnalysis& a) {
@@ -267,6 +268,7 @@ json to_json(const RunAnalysis& a) {
           {"levels", list(a.levels)},
           {"curve", list(a.curve)},
           {"cycles", list(a.cycles)},
+          {"cycles_left_out", list(a.left_out)},
           {"holds", list(a.holds)},
           {"outliers", list(a.outliers)},
           {"outlier_count", a.outlier_count},

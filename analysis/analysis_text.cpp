@@ -156,6 +156,7 @@ std::string to_text(const std::vector<Comparison>& comparisons) {
           fmt::format("  [{:+.2f}, {:+.2f}]", (*c.interval_percent)[0], (*c.interval_percent)[1]);
     }
     out += '\n';
+    if (!c.remark.empty()) out += fmt::format("    {}\n", c.remark);
   }
   return out;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "analysis/metrics.hpp"
 #include "analysis/quiet_blocks.hpp"
@@ -19,7 +20,7 @@ constexpr const char* kC0 =
     "readings without a load tell it";
 constexpr const char* kNoise =
     "standard deviation of one reading of the baseline, from the differences of neighbours (drift "
-    "cancels) without those of outliers";
+    "cancels) without those of outliers, and from the correlation of neighbours";
 constexpr const char* kDrift =
     "slope of the unloaded capacitance over the run: the baseline, and of every rest after a "
     "loading "
@@ -137,29 +138,69 @@ void calc_c0(const Scene& scene, const Unloaded& b, const Outliers& outliers, Ba
   }
   const double robust = huber_location(b.values) * 1e12, se = e.standard_error.value_or(0);
   if (outliers.outlier_count > 0 && std::abs(e.value - robust) > 3 * se && se > 0) {
-    add_note(out.c0.reason, fmt::format("outliers move it: without their weight (robust) it is "
-                                        "{:.6g} pF",
-                                        robust));
+    add_remark(out.c0.reason, fmt::format("outliers move it: without their weight (robust) it is "
+                                          "{:.6g} pF",
+                                          robust));
   }
 }
 
 struct Noise {
   double variance = 0, freedom = 0;
   std::int64_t left_out = 0;  // differences that no normal noise makes
+  double rho = 0;  // correlation of neighbours, in the variance
+  bool correlated = false,
+       slower = false;  // beyond chance: `rho`; noise that is no such correlation
 };
 
+// A deviance by which white noise alone exceeds it in one run of 200.
+constexpr double kCorrelated = 6.6;
+
+// Share of the degrees of freedom that a variance of correlated readings has.
+double share_of_freedom(double rho) {
+  return (1 - rho * rho) / (1 + rho * rho);
+}
+
+// Neighbours that are correlated differ by less than two readings do. A walk is told from that:
+// it has no variance, and what is beside it has the differences of white noise.
+void add_correlation(const Unloaded& b, double limit, Noise& out) {
+  std::vector<std::vector<double>> stretches(1);  // between outliers
+  for (std::size_t i = 0; i < b.values.size(); ++i) {
+    if (i > 0 && std::abs(b.differences[i - 1]) > limit) stretches.emplace_back();
+    stretches.back().push_back((b.values[i] - b.values[0]) * 1e15);
+  }
+  std::vector<EvenStretch> even(stretches.size());
+  for (std::size_t k = 0; k < even.size(); ++k) {
+    even[k].trend = true;
+    for (const double v : stretches[k]) even[k].add(v);
+  }
+  const Correlation c = fit_correlation(even);
+  if (c.freedom <= 0 || out.variance <= 0) return;
+  const double walk = deviance_of_walk(stretches);
+  out.slower = walk < c.deviance && c.deviance_of_white - walk > kCorrelated;
+  if (walk < c.deviance) return;
+  out.rho = c.rho;
+  out.correlated = c.deviance_of_white - c.deviance > kCorrelated;
+  out.variance /= 1 - c.rho;
+  // Of a likelihood, where there is a correlation; from our own simulation (docs/analysis.md).
+  const double more = 1.5 / (1.5 - 0.25 * std::min(1.0, c.rho / 0.3));
+  out.freedom = std::max(1.0, out.freedom * more * share_of_freedom(c.rho) - 4 * c.rho);
+}
+
 // Few differences tell their own spread badly, so the limit is wider for them.
-Noise noise_of(const std::vector<double>& differences) {
+Noise noise_of(const Unloaded& b) {
+  const std::vector<double>& differences = b.differences;
   const auto all = static_cast<double>(differences.size());
   std::vector<double> sizes;
   sizes.reserve(differences.size());
   for (const double d : differences) sizes.push_back(std::abs(d));
   const double sigma = 1.4826 * median(std::move(sizes));  // about 0, not about their own median
-  const double limit = limit_of_outliers(differences.size()) * (1 + 3 / std::sqrt(all)) * sigma;
+  const double limit =
+      sigma > 0 ? limit_of_outliers(differences.size()) * (1 + 3 / std::sqrt(all)) * sigma
+                : std::numeric_limits<double>::infinity();
   Noise out;
   double squares = 0, n = 0;
   for (const double d : differences) {
-    if (sigma > 0 && std::abs(d) > limit) {
+    if (std::abs(d) > limit) {
       ++out.left_out;
     } else {
       squares += d * d;
@@ -168,40 +209,60 @@ Noise noise_of(const std::vector<double>& differences) {
   }
   out.variance = squares / (2 * n);
   out.freedom = n / 1.5;  // of mean squared differences (von Neumann 1941)
+  add_correlation(b, limit, out);
   return out;
 }
 
 // The scatter within the levels, when there is no baseline to tell it; without the levels that have
 // outliers.
-void calc_noise(const Unloaded& b, const MeasuredLevels& measured, double confidence,
+Noise noise_within(const Scene& scene, const MeasuredLevels& measured, std::int64_t& rows) {
+  const Correlation& c = scene.correlation;
+  Noise out;
+  double shown = 0;  // degrees of freedom, as far as the means leave the variance in the scatter
+  for (const MeasuredLevel& l : measured.levels) {
+    if (!l.scatter_fF || l.outliers > 0) continue;
+    const double f = l.readings - 1;
+    out.variance += f * *l.scatter_fF * *l.scatter_fF * 1e-30;
+    out.freedom += f;
+    shown += f * c.of_square(l.readings);
+    rows += l.readings;
+  }
+  if (out.freedom < 3) return {};
+  out.rho = c.rho;
+  out.correlated = c.deviance_of_white - c.deviance > kCorrelated;
+  out.variance /= shown;
+  out.freedom = std::max(1.0, out.freedom * share_of_freedom(c.rho));
+  return out;
+}
+
+void calc_noise(const Scene& scene, const Unloaded& b, const MeasuredLevels& measured,
                 BaselineResult& out) {
-  double variance = 0, freedom = 0;
+  Noise noise;
   if (b.capacitance.count >= kTells) {
-    const Noise noise = noise_of(b.differences);
-    variance = noise.variance;
-    freedom = noise.freedom;
+    noise = noise_of(b);
     out.noise.rows = b.capacitance.count;
     if (noise.left_out > 0) {
       out.noise.reason = fmt::format(
           "{} differences that no normal noise makes are left out: of outliers", noise.left_out);
     }
   } else {
-    for (const MeasuredLevel& l : measured.levels) {
-      if (!l.scatter_fF || l.outliers > 0) continue;
-      const double f = l.readings - 1;
-      variance += f * *l.scatter_fF * *l.scatter_fF * 1e-30;
-      freedom += f;
-      out.noise.rows += l.readings;
-    }
-    if (freedom < 3) {
+    noise = noise_within(scene, measured, out.noise.rows);
+    if (noise.freedom <= 0) {
       out.noise.reason = "fewer than ten readings before contact, and no scatter within levels";
       return;
     }
-    variance /= freedom;
     out.noise.reason = "from the scatter within the levels: there is no baseline";
   }
-  const double sigma = std::sqrt(variance) * 1e15;
-  out.noise.estimate = estimate_of_deviation(sigma, freedom, confidence);
+  if (noise.correlated) {
+    add_remark(
+        out.noise.reason,
+        fmt::format("neighbouring readings are correlated ({:.2g}), which is in it", noise.rho));
+  }
+  if (noise.slower) {
+    add_remark(out.noise.reason, "there is noise slower than a reading, which is not in it");
+  }
+  const double sigma = std::sqrt(noise.variance) * 1e15;
+  out.noise.estimate = estimate_of_deviation(sigma, noise.freedom, scene.options.confidence);
 }
 
 void calc_drift(const Scene& scene, double confidence, BaselineResult& out) {
@@ -226,9 +287,9 @@ void calc_drift(const Scene& scene, double confidence, BaselineResult& out) {
 BaselineResult calc_baseline(const Scene& scene, const MeasuredLevels& measured) {
   const Unloaded b = collect(scene);
   BaselineResult out;
-  out.c0 = metric("C0_pF", kC0);
-  out.noise = metric("noise_fF", kNoise);
-  out.drift = metric("baseline_drift_fF_per_h", kDrift);
+  out.c0 = metric("C0", "pF", kC0);
+  out.noise = metric("noise", "fF", kNoise);
+  out.drift = metric("baseline_drift", "fF/h", kDrift);
   if (b.capacitance.count > 0) {
     calc_c0(scene, b, measured.outliers, out);
   } else {
@@ -236,7 +297,7 @@ BaselineResult calc_baseline(const Scene& scene, const MeasuredLevels& measured)
                         ? "no reading was taken before contact under the settings of the run"
                         : "no reading without load comes before the first loading";
   }
-  calc_noise(b, measured, scene.options.confidence, out);
+  calc_noise(scene, b, measured, out);
   calc_drift(scene, scene.options.confidence, out);
   return out;
 }

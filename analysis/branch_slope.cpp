@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "analysis/even_slope.hpp"
+#include "analysis/moved_slope.hpp"
 #include "analysis/replicates.hpp"
 #include "base/text.hpp"
 
@@ -13,7 +14,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr const char* kSensitivity = "sensitivity_fF_per_kPa";
 constexpr const char* kOfCycles =
     "slope of C against pressure: least squares over the readings of the loading branches in the "
     "range, one level for each cycle and one bend for all, by which it is the slope of pressures "
@@ -47,7 +47,7 @@ Branch branch(const Scene& scene, const CycleResult& c, const PressureRange& ran
 struct CycleBranches {
   std::vector<LineFit> lines;
   double sxx = 0, sxy = 0, syy = 0, residual_ss = 0, weight = 0, x = 0, y = 0;
-  double rate_sxy = 0, time_sxy = 0, instant_s = 0;
+  double rate_sxy = 0, time_sxy = 0, instant_s = 0, moved_per_s = 0;
   double unit_variance_of_bend = 0;
 };
 
@@ -79,6 +79,7 @@ std::string reach_of(const SlopeBasis& basis, const PressureRange& range) {
 CycleBranches fit_branches(const SlopeBasis& basis, const PressureRange& range) {
   CycleBranches b;
   EvenSlopes slopes = even_slopes(basis, range);
+  MovedSlope moved;
   Moving moving(basis.scene, basis.holds);
   for (const CycleResult& c : basis.cycles.cycles) {
     const Branch readings = branch(basis.scene, c, range, moving);
@@ -86,7 +87,12 @@ CycleBranches fit_branches(const SlopeBasis& basis, const PressureRange& range) 
     b.rate_sxy += fit_line(readings.rates)->sxy;
     b.time_sxy += fit_line(readings.times)->sxy;
     b.instant_s = std::max(b.instant_s, readings.instant_s);
+    moved.begin_group();
+    for (std::size_t i = 0; i < readings.points.size(); ++i) {
+      moved.add(readings.points[i].x, readings.points[i].y, readings.rates[i].y);
+    }
   }
+  b.moved_per_s = moved.per_s();
   b.lines = slopes.lines();
   b.unit_variance_of_bend = slopes.unit_variance_of_bend();
   for (const LineFit& l : b.lines) {
@@ -126,7 +132,7 @@ PureError branch_error(const Scene& scene, const CycleBranches& b, double slope)
 RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range) {
   RangeResult r;
   r.range = range;
-  r.sensitivity = metric(kSensitivity, kOfCycles);
+  r.sensitivity = metric("sensitivity", "fF/kPa", kOfCycles);
   const CycleBranches b = fit_branches(basis, range);
   r.sensitivity.rows = static_cast<std::int64_t>(b.weight);
   r.points = static_cast<std::int32_t>(b.weight);
@@ -150,9 +156,10 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   r.sensitivity.estimate =
       estimate_of_parts(slope, r.parts_of_error, basis.scene.options.confidence);
   if (b.lines.size() == 1) {
-    add_note(r.sensitivity.reason,
-             "one cycle: the interval knows nothing of what differs between cycles");
+    add_remark(r.sensitivity.reason,
+               "one cycle: the interval knows nothing of what differs between cycles");
   }
+  add_remark(r.sensitivity.reason, basis.cycles.why_left_out);
   r.scatter_basis = error.basis;
   if (b.syy > 0) r.r_squared = std::max(0.0, 1 - b.residual_ss / b.syy);
   r.residual_fF = std::sqrt(b.residual_ss / b.weight);
@@ -162,6 +169,7 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
   for (const LineFit& l : b.lines) r.slope_of_repeat.push_back(l.slope);
   r.rate_tilt_per_s = b.rate_sxy / b.sxx;
   r.instant_s = b.instant_s;
+  r.moved_per_s = b.moved_per_s;
   r.residual_pattern = "continuous loading: see the loops";
   r.sensitivity.estimand = name_estimand(basis.scene, basis.levels, range) + reach_of(basis, range);
   return r;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "analysis/metrics.hpp"
+#include "base/text.hpp"
 
 namespace lcrig {
 
@@ -31,13 +32,17 @@ Quantity quantity(const RunAnalysis& a, const std::string& name, double value) {
   return q;
 }
 
+std::string sensitivity_name(const RangeResult& r) {
+  return fmt::format("sensitivity {}", range_text(r.range));
+}
+
 std::vector<Quantity> quantities(const RunAnalysis& a) {
   std::vector<Quantity> out;
   const auto add = [&](const std::string& name, const Metric& m) {
     if (m) out.push_back(quantity(a, name, m.value()));
   };
   for (const RangeResult& r : a.ranges) {
-    add(fmt::format("sensitivity {}", range_text(r.range)), r.sensitivity);
+    add(sensitivity_name(r), r.sensitivity);
   }
   add("C0", a.c0);
   add("dynamic range", a.dynamic_range);
@@ -57,6 +62,45 @@ void add_interval(const Quantity& from, const Quantity& to, double confidence, C
   c.interval_percent = {(ratio * std::exp(low) - 1) * 100, (ratio * std::exp(high) - 1) * 100};
 }
 
+std::vector<double> pressures_of(const RunAnalysis& a, const PressureRange& range) {
+  std::vector<double> out;
+  for (const LevelResult& l : a.levels) {
+    const double kPa = l.target_kPa.value_or(l.pressure_kPa);
+    if (l.direction == a.line_direction && is_inside(range, kPa)) out.push_back(kPa);
+  }
+  return out;
+}
+
+// The pressures of one run that the other has no level near to.
+std::string lacks(const RunAnalysis& run, const PressureRange& range,
+                  std::vector<double> of_other) {
+  constexpr double kNearby = 0.02;  // of the pressure: the same level
+  const auto own = pressures_of(run, range);
+  std::ranges::sort(of_other);
+  std::string out;
+  double last = -1;
+  for (const double kPa : of_other) {
+    const auto is_near = [&](double p) { return std::abs(p - kPa) <= kNearby * kPa; };
+    if (is_near(last) || std::ranges::any_of(own, is_near)) continue;
+    out += fmt::format("{}{:.4g}", out.empty() ? "" : ", ", kPa);
+    last = kPa;
+  }
+  return out.empty() ? out : fmt::format("run {} has no level at {} kPa", run.run, out);
+}
+
+// The slope of a bent curve depends on the pressures.
+std::string remark_on_pressures(const RunAnalysis& from, const RunAnalysis& to,
+                                const std::string& name) {
+  std::string out;
+  for (const RangeResult& r : from.ranges) {
+    if (name != sensitivity_name(r) || from.levels.empty() || to.levels.empty()) continue;
+    out = lacks(from, r.range, pressures_of(to, r.range));
+    add_remark(out, lacks(to, r.range, pressures_of(from, r.range)));
+    if (!out.empty()) out += ": part of the difference may be that of the pressures";
+  }
+  return out;
+}
+
 void compare_two(const RunAnalysis& from, const RunAnalysis& to, std::vector<Comparison>& out) {
   const auto of_to = quantities(to);
   for (const Quantity& a : quantities(from)) {
@@ -71,6 +115,7 @@ void compare_two(const RunAnalysis& from, const RunAnalysis& to, std::vector<Com
       c.from_value = a.value;
       c.to_value = b.value;
       c.increase_percent = (b.value / a.value - 1) * 100;
+      c.remark = remark_on_pressures(from, to, a.name);
       add_interval(a, b, from.options.confidence, c);
       out.push_back(std::move(c));
     }

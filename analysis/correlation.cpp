@@ -62,6 +62,35 @@ double deviance(const std::vector<EvenStretch>& stretches, double rho) {
   return likelihood(stretches, rho).deviance;
 }
 
+// Steps of a random walk from one reading to the next, in standard deviations of the white noise.
+constexpr double kLeastStep = 1e-3, kMostStep = 32, kStepRatio = 1.7;
+
+// Kalman's filter for white noise of variance 1 and a walk of `step2` a reading, whose level is
+// not known at first. It whitens the values and the column of the slope.
+double walk_deviance(const std::vector<std::vector<double>>& stretches, double step2) {
+  double ss = 0, terms = 0, freedom = 0;
+  for (const auto& y : stretches) {
+    if (y.size() < 4) continue;
+    double level = y[0], slope_level = 0, variance = 1, yy = 0, yt = 0, tt = 0, product = 1;
+    for (std::size_t i = 1; i < y.size(); ++i) {
+      const double before = variance + step2, all = before + 1, gain = before / all;
+      const double v = y[i] - level, u = static_cast<double>(i) - slope_level;
+      yy += v * v / all;
+      yt += v * u / all;
+      tt += u * u / all;
+      product *= all;
+      if (product > 1e200) terms += std::log(product), product = 1;
+      level += gain * v;
+      slope_level += gain * u;
+      variance = gain;
+    }
+    ss += yy - yt * yt / tt;
+    terms += std::log(product) + std::log(tt);
+    freedom += static_cast<double>(y.size() - 2);
+  }
+  return freedom * std::log(std::max(ss, 1e-300)) + terms;
+}
+
 }  // namespace
 
 void EvenStretch::add(double y) {
@@ -126,9 +155,20 @@ Correlation fit_correlation(const std::vector<EvenStretch>& stretches) {
     }
   }
   out.rho = (low + high) / 2;
-  if (deviance(stretches, 0) <= deviance(stretches, out.rho)) out.rho = 0;
-  out.variance = likelihood(stretches, out.rho).variance;
+  out.deviance_of_white = deviance(stretches, 0);
+  if (out.deviance_of_white <= deviance(stretches, out.rho)) out.rho = 0;
+  const Likelihood best = likelihood(stretches, out.rho);
+  out.variance = best.variance;
+  out.deviance = best.deviance;
   return out;
+}
+
+double deviance_of_walk(const std::vector<std::vector<double>>& stretches) {
+  double best = walk_deviance(stretches, 0);
+  for (double step = kLeastStep; step <= kMostStep; step *= kStepRatio) {
+    best = std::min(best, walk_deviance(stretches, step * step));
+  }
+  return best;
 }
 
 double variance_of_batches(const std::vector<double>& values, std::size_t batches) {

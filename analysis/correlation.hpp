@@ -23,6 +23,8 @@ struct Correlation {
   double rho = 0;  // of neighbours, 0 or more
   double variance = 0;  // of one reading
   double freedom = 0;  // values less stretches that rho is from; 0: nothing is known
+  // -2 log of the restricted likelihood, and what it would be without a correlation.
+  double deviance = 0, deviance_of_white = 0;
 
   // Variance of the mean of `count` readings, for unit variance of one.
   double of_mean(double count) const;
@@ -37,6 +39,10 @@ struct Correlation {
   double widening() const;
 };
 Correlation fit_correlation(const std::vector<EvenStretch>& stretches);
+
+// The same deviance, on the same scale, of white noise beside a random walk, for stretches that
+// have a mean and a slope each. The most likely walk of some twenty sizes is taken.
+double deviance_of_walk(const std::vector<std::vector<double>>& stretches);
 
 // Variance of the mean from the means of `batches` equal parts: sees what is slower than one
 // reading to the next. Nothing is assumed, so it has few degrees of freedom. 0: too few values.

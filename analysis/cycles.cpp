@@ -260,7 +260,7 @@ void calc_dynamic_range(const Scene& scene, double c0_pF, CycleResults& out) {
 
 double spread(const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  return (*high - *low) / std::abs(*high);
+  return *high > 0 ? (*high - *low) / *high : kExact;
 }
 
 // Standard error of the index from the fits of both peaks, or from the scatter of all peaks about a
@@ -297,12 +297,13 @@ void set_mullins_to_equal_force(const Scene& scene, CycleResults& out) {
   for (double& end : *out.mullins.estimate->interval) end += percent;
 }
 
-// Delta C at equal peak force, or force at equal peak travel.
+// Delta C at equal peak force, or force at equal peak travel since contact.
 void calc_mullins(const Scene& scene, CycleResults& out) {
-  std::vector<double> forces, travels;
+  const auto contact = contact_mm(scene);
+  std::vector<double> forces, travels;  // since contact: the machine's zero lies anywhere
   for (const CycleResult& c : out.cycles) {
     forces.push_back(c.peak_force_N);
-    if (c.peak_travel_mm) travels.push_back(*c.peak_travel_mm);
+    if (contact && c.peak_travel_mm) travels.push_back(std::abs(*c.peak_travel_mm - *contact));
   }
   const CycleResult &first = out.cycles.front(), &last = out.cycles.back();
   out.mullins.rows = first.loaded_readings + last.loaded_readings;
@@ -314,7 +315,7 @@ void calc_mullins(const Scene& scene, CycleResults& out) {
     set_mullins_to_equal_force(scene, out);
     out.mullins.reason = "of delta C at equal peak force";
     if (out.cycles.size() == 2) {
-      add_note(out.mullins.reason, "two cycles: the interval knows nothing of what else differs");
+      add_remark(out.mullins.reason, "two cycles: the interval knows nothing of what else differs");
     }
   } else if (travels.size() == out.cycles.size() && spread(travels) <= 0.02) {
     out.mullins.estimate = Estimate((1 - last.peak_force_N / first.peak_force_N) * 100);
@@ -373,16 +374,16 @@ void add_common_errors_of_force_sensitivity(const Scene& scene, const HoldResult
 }
 
 void name_metrics(CycleResults& out) {
-  out.dynamic_range = metric("dynamic_range_percent",
+  out.dynamic_range = metric("dynamic_range", "%",
                              "mean over the cycles of (C at the largest force - C at rest before "
                              "the cycle) / C0; standard error from the scatter between cycles");
   out.dynamic_range_drift =
-      metric("dynamic_range_drift_percent_per_cycle", "slope of the dynamic range over the cycles");
-  out.mullins = metric("mullins_index_percent",
+      metric("dynamic_range_drift", "% per cycle", "slope of the dynamic range over the cycles");
+  out.mullins = metric("mullins_index", "%",
                        "(first peak - last peak) / first peak, of delta C at equal force or of the "
                        "force at equal travel");
   out.force_sensitivity =
-      metric("force_sensitivity_fF_per_N",
+      metric("force_sensitivity", "fF/N",
              "mean over the cycles of the least-squares slope of C against force while the load "
              "grows, over forces evenly up to the peak; standard error from the scatter between "
              "cycles and from the drift that is subtracted");
@@ -426,6 +427,7 @@ CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Met
   for (const auto& loading : scene.loadings) {
     out.cycles.push_back(against_rest(scene, loading, c0));
   }
+  leave_out_other_loadings(scene, out);
   set_branch_slopes(scene, holds, out.cycles);
   calc_force_sensitivity(scene, out);
   if (c0 && c0.value() != 0) {
@@ -439,6 +441,10 @@ CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Met
     calc_mullins(scene, out);
   }
   add_common_errors_of_force_sensitivity(scene, holds, out);
+  for (Metric* m :
+       {&out.dynamic_range, &out.dynamic_range_drift, &out.mullins, &out.force_sensitivity}) {
+    add_remark(m->reason, out.why_left_out);
+  }
   name_estimands(scene, out);
   return out;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "analysis/pieces.hpp"
 
@@ -52,26 +53,20 @@ void add(ClockStretch& s, std::int64_t received_ns, std::optional<double> device
 Result<std::vector<ClockStretch>> read_stretches(const Database& db, std::int64_t run) {
   const auto last = last_seq(db, "frame_sample", run);
   if (!last) return fail(last.error());
-  auto rows = db.prepare(
-      "SELECT received_mono_ns, device_time_s FROM frame_sample WHERE run_id = ?"
-      " AND seq BETWEEN ? AND ? ORDER BY seq");
-  if (!rows) return fail(rows.error());
   std::vector<ClockStretch> out;
   const std::int64_t step = std::max(kStretchRows, *last / kMostStretches);
   for (std::int64_t seq = 1; seq <= *last; seq += step) {
-    rows->reset();
-    rows->bind(0, run);
-    rows->bind(1, seq);
-    rows->bind(2, seq + kStretchRows - 1);
     ClockStretch s;
     bool any = false;
-    for (;; any = true) {
-      auto row = rows->step();
-      if (!row) return fail(row.error());
-      if (!*row) break;
-      if (!any) s.first_ns = rows->integer(0);
-      add(s, rows->integer(0), rows->optional_real(1));
-    }
+    const auto take = [&](const Statement& row) {
+      if (!std::exchange(any, true)) s.first_ns = row.integer(0);
+      add(s, row.integer(0), row.optional_real(1));
+    };
+    auto all = db.each(
+        "SELECT received_mono_ns, device_time_s FROM frame_sample WHERE run_id = ?"
+        " AND seq BETWEEN ? AND ? ORDER BY seq",
+        take, run, seq, seq + kStretchRows - 1);
+    if (!all) return fail(all.error());
     if (any) out.push_back(s);
   }
   return out;

@@ -6,7 +6,6 @@
 #include <cctype>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "analysis/export_context.hpp"
@@ -21,16 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-struct LayoutName {
-  std::string_view word, file;
-};
-// In the order of Layout.
-constexpr std::array<LayoutName, 6> kLayouts{{{"readings", "lcr.csv"},
-                                              {"frame", "frame.csv"},
-                                              {"levels", "levels.csv"},
-                                              {"events", "events.csv"},
-                                              {"aligned", "aligned.csv"},
-                                              {"answers", "answers.csv"}}};
+constexpr std::array<Layout, 6> kLayouts{Layout::readings, Layout::frame,   Layout::levels,
+                                         Layout::events,   Layout::aligned, Layout::answers};
 constexpr const char* kPackage = "datapackage.json";
 
 // Identity of a run among all runs, also those of other databases.
@@ -59,7 +50,7 @@ Result<> prepare_folder(const fs::path& folder, const ExportContext& c, bool for
   return fail(Errc::invalid_request,
               "{}: holds other files; give an empty folder, or --force to replace {}, frame.csv, "
               "levels.csv, events.csv, aligned.csv, answers.csv and {}",
-              folder.string(), kLayouts[0].file, kPackage);
+              folder.string(), file_name(Layout::readings), kPackage);
 }
 
 json fields_of(const ExportContext& c, Layout layout) {
@@ -74,9 +65,8 @@ json fields_of(const ExportContext& c, Layout layout) {
 }
 
 json resource_of(const ExportContext& c, Layout layout) {
-  const auto& [word, file] = kLayouts[static_cast<std::size_t>(layout)];
-  return {{"name", word},
-          {"path", file},
+  return {{"name", to_string(layout)},
+          {"path", file_name(layout)},
           {"profile", "tabular-data-resource"},
           {"format", "csv"},
           {"mediatype", "text/csv"},
@@ -164,23 +154,16 @@ Result<> check_license(std::string_view text) {
               printable(text, 60));
 }
 
-std::optional<Layout> parse_layout(std::string_view word) {
-  for (std::size_t i = 0; i < kLayouts.size(); ++i) {
-    if (kLayouts[i].word == word) return static_cast<Layout>(i);
-  }
-  return std::nullopt;
-}
-
 std::string_view file_name(Layout layout) {
-  return kLayouts[static_cast<std::size_t>(layout)].file;
+  constexpr std::string_view kFiles[] = {"lcr.csv",    "frame.csv",   "levels.csv",
+                                         "events.csv", "aligned.csv", "answers.csv"};
+  return kFiles[static_cast<std::size_t>(layout)];
 }
 
 std::string data_package(const ExportContext& c, const RunListing& listing,
                          const std::string& license, const ChainReport* chain) {
   json resources = json::array();
-  for (std::size_t i = 0; i < kLayouts.size(); ++i) {
-    resources.push_back(resource_of(c, static_cast<Layout>(i)));
-  }
+  for (const Layout layout : kLayouts) resources.push_back(resource_of(c, layout));
   json j = {{"name", fmt::format("lcrig-run-{}", c.id)},
             {"title", fmt::format("{}run {}: {} on {}", c.run.simulated ? "SIMULATED " : "", c.id,
                                   c.run.protocol_name, c.run.specimen_name)},
@@ -235,12 +218,11 @@ Result<ExportedRun> export_run(const Database& db, std::int64_t run, const Expor
   // First, so that an export that was cut short is known as ours.
   if (auto r = write_package(nullptr); !r) return fail(r.error());
   out.files.push_back((folder / kPackage).string());
-  for (std::size_t i = 0; i < kLayouts.size(); ++i) {
-    auto r = write(kLayouts[i].file, [&](CsvWriter& to) {
-      return write_layout(db, *context, static_cast<Layout>(i), to);
-    });
+  for (const Layout layout : kLayouts) {
+    auto r = write(file_name(layout),
+                   [&](CsvWriter& to) { return write_layout(db, *context, layout, to); });
     if (!r) return fail(r.error());
-    out.files.push_back((folder / kLayouts[i].file).string());
+    out.files.push_back((folder / file_name(layout)).string());
   }
   auto chain = checked.get();
   if (!chain) return fail(chain.error());

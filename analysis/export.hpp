@@ -9,14 +9,16 @@
 #include <string_view>
 #include <vector>
 
+#include "base/enum_words.hpp"
 #include "storage/chain.hpp"
 #include "storage/sqlite.hpp"
 
 namespace lcrig {
 
 enum class Layout { readings, frame, levels, events, aligned, answers };
-// "readings", "frame", "levels", "events", "aligned", "answers".
-std::optional<Layout> parse_layout(std::string_view word);
+template <>
+inline constexpr EnumWords<6> kWordsOf<Layout>{"readings", "frame",   "levels",
+                                               "events",   "aligned", "answers"};
 // "lcr.csv", "frame.csv", ...
 std::string_view file_name(Layout layout);
 

@@ -36,19 +36,15 @@ constexpr std::array<ValueColumn, 7> kValues{{
 
 // Capacitance always; the others when a function of the run fills them.
 Result<> load_value_columns(const Database& db, ExportContext& c) {
-  auto s = db.prepare("SELECT DISTINCT function FROM lcr_reading WHERE run_id = ?");
-  if (!s) return fail(s.error());
-  s->bind(0, c.id);
   std::array<bool, kValues.size()> used{true};
-  for (;;) {
-    auto row = s->step();
-    if (!row) return fail(row.error());
-    if (!*row) break;
-    const std::string function = fmt::format(" {} ", s->text(0));
+  const auto take = [&used](const Statement& row) {
+    const std::string function = fmt::format(" {} ", row.text(0));
     for (std::size_t i = 0; i < kValues.size(); ++i) {
       if (kValues[i].functions.find(function) != std::string_view::npos) used[i] = true;
     }
-  }
+  };
+  auto all = db.each("SELECT DISTINCT function FROM lcr_reading WHERE run_id = ?", take, c.id);
+  if (!all) return all;
   for (std::size_t i = 0; i < kValues.size(); ++i) {
     if (!used[i]) continue;
     c.value_columns.push_back(kValues[i].column);
@@ -56,22 +52,6 @@ Result<> load_value_columns(const Database& db, ExportContext& c) {
     c.value_sql += fmt::format(", {}", kValues[i].sql);
   }
   return {};
-}
-
-// Each event of a kind, in order: at(mono_ns, detail).
-template <class At>
-Result<> for_each_event(const Database& db, std::int64_t run, EventKind kind, At at) {
-  auto s =
-      db.prepare("SELECT at_mono_ns, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq");
-  if (!s) return fail(s.error());
-  s->bind(0, run);
-  s->bind(1, to_string(kind));
-  for (;;) {
-    auto row = s->step();
-    if (!row) return fail(row.error());
-    if (!*row) return {};
-    at(s->integer(0), s->text(1));
-  }
 }
 
 void add_settings(ExportContext& c, std::int64_t at, std::string_view stored) {
@@ -82,15 +62,17 @@ void add_settings(ExportContext& c, std::int64_t at, std::string_view stored) {
 
 // Old runs may have a text for people where newer ones have a payload.
 Result<> load_events(const Database& db, ExportContext& c) {
-  auto contacts =
-      for_each_event(db, c.id, EventKind::contact, [&](std::int64_t at, std::string_view detail) {
-        const auto contact = from_json<ContactEvent>(detail);
-        if (contact) c.contacts.push_back({at, contact->travel_m});
-      });
+  constexpr const char* kEvents =
+      "SELECT at_mono_ns, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq";
+  const auto take_contact = [&c](const Statement& row) {
+    const auto contact = from_json<ContactEvent>(row.text(1));
+    if (contact) c.contacts.push_back({row.integer(0), contact->travel_m});
+  };
+  auto contacts = db.each(kEvents, take_contact, c.id, to_string(EventKind::contact));
   if (!contacts) return contacts;
-  return for_each_event(
-      db, c.id, EventKind::settings,
-      [&](std::int64_t at, std::string_view detail) { add_settings(c, at, detail); });
+  return db.each(
+      kEvents, [&c](const Statement& row) { add_settings(c, row.integer(0), row.text(1)); }, c.id,
+      to_string(EventKind::settings));
 }
 
 // A sample of a simulated or a dead weight has as many digits as a double; nothing is known better

@@ -81,21 +81,13 @@ void append_values(CsvWriter& out, const ExportContext& c, const Statement& row,
 template <class Line>
 Result<> for_each_row(const Database& db, const ExportContext& c, const std::string& sql,
                       CsvWriter& out, Line line, std::optional<Piece> piece = {}) {
-  auto rows = db.prepare(sql);
-  if (!rows) return fail(rows.error());
-  rows->bind(0, c.id);
-  if (piece) {
-    rows->bind(1, piece->first_seq);
-    rows->bind(2, piece->last_seq);
-  }
-  for (;;) {
-    auto row = rows->step();
-    if (!row) return fail(row.error());
-    if (!*row) return {};
-    if (Result<> r = line(*rows); !r) return r;
+  const auto take = [&](const Statement& row) -> Result<> {
+    if (Result<> r = line(row); !r) return r;
     if (c.run.simulated) out.word("true");
-    if (auto r = out.end_row(); !r) return r;
-  }
+    return out.end_row();
+  };
+  if (!piece) return db.each(sql, take, c.id);
+  return db.each(sql, take, c.id, piece->first_seq, piece->last_seq);
 }
 
 Result<> write_readings(const Database& db, const ExportContext& c, Piece piece, CsvWriter& out) {
@@ -219,35 +211,44 @@ void append_uncertainty(CsvWriter& out, const Aligned& a) {
   out.significant(std::abs(a.state.force_rate_N_s) * a.uncertainty_s, kUncertaintyDigits);
 }
 
+// Columns 0 to 3 of the query: seq, asked, first byte, step. `write` puts the rest of the row.
+template <class Write>
+Result<> for_each_reading(const Database& db, const ExportContext& c, const std::string& sql,
+                          CsvWriter& out, const Write& write) {
+  auto track = FrameTrack::open(db, c.id, c.hold_force, c.clock);
+  if (!track) return fail(track.error());
+  WindowBefore before = c.before;
+  return for_each_row(db, c, sql, out, [&](const Statement& row) -> Result<> {
+    const auto a = align(*track, before.at(row.integer(1)), row.integer(1), row.integer(2));
+    if (!a) return fail(a.error());
+    out.integer(row.integer(0));
+    out.decimal(a->middle_ns - c.start_ns, -9);
+    out.text(row.text(3));
+    write(row, *a);
+    return {};
+  });
+}
+
 Result<> write_aligned(const Database& db, const ExportContext& c, CsvWriter& out) {
   const auto sql = fmt::format(
       "SELECT seq, asked_mono_ns, first_byte_mono_ns, step_id, repeat, level, reading_index, "
       "flags{}"
       " FROM lcr_reading WHERE run_id = ? AND fresh = 1 ORDER BY seq",
       c.value_sql);
-  auto track = FrameTrack::open(db, c.id, c.hold_force, c.clock);
-  if (!track) return fail(track.error());
   Follow contact(c.contacts);
-  WindowBefore before = c.before;
   std::string scratch;
-  return for_each_row(db, c, sql, out, [&](const Statement& row) -> Result<> {
-    auto a = align(*track, before.at(row.integer(1)), row.integer(1), row.integer(2));
-    if (!a) return fail(a.error());
-    out.integer(row.integer(0));
-    out.decimal(a->middle_ns - c.start_ns, -9);
-    out.text(row.text(3));
+  return for_each_reading(db, c, sql, out, [&](const Statement& row, const Aligned& a) {
     out.integer(row.integer(4));
     out.integer(row.optional_integer(5));
     out.integer(row.optional_integer(6));
     append_flags(out, scratch, row.integer(7), kLcrFlagWords);
     append_values(out, c, row, 8);
-    out.rounded(a->state.force_N, c.ends.force_N);
-    out.rounded(a->state.travel_m, c.ends.travel_m, 3);
-    append_gap(out, c, a->state.travel_m, contact.at(a->middle_ns));
-    append_pressure(out, c, a->state.force_N);
-    append_uncertainty(out, *a);
+    out.rounded(a.state.force_N, c.ends.force_N);
+    out.rounded(a.state.travel_m, c.ends.travel_m, 3);
+    append_gap(out, c, a.state.travel_m, contact.at(a.middle_ns));
+    append_pressure(out, c, a.state.force_N);
+    append_uncertainty(out, a);
     out.integer(row.optional_integer(5));
-    return {};
   });
 }
 
@@ -269,24 +270,15 @@ Result<> write_levels(const Database& db, const ExportContext& c, CsvWriter& out
       " WHERE e.run_id = r.run_id AND e.kind = '{}'"
       " AND json_extract(e.detail, '$.level') = r.level) ORDER BY r.seq",
       c.value_sql, to_string(EventKind::level_abandoned));
-  auto track = FrameTrack::open(db, c.id, c.hold_force, c.clock);
-  if (!track) return fail(track.error());
-  WindowBefore before = c.before;
   std::string scratch;
-  return for_each_row(db, c, sql, out, [&](const Statement& row) -> Result<> {
-    auto a = align(*track, before.at(row.integer(1)), row.integer(1), row.integer(2));
-    if (!a) return fail(a.error());
-    out.integer(row.integer(0));
-    out.decimal(a->middle_ns - c.start_ns, -9);
-    out.text(row.text(3));
+  return for_each_reading(db, c, sql, out, [&](const Statement& row, const Aligned& a) {
     for (int i = 4; i <= 7; ++i) out.integer(row.integer(i));
     append_targets(out, row.optional_real(8), row.optional_real(9));
-    out.rounded(a->state.force_N, c.ends.force_N);
-    append_pressure(out, c, a->state.force_N);
+    out.rounded(a.state.force_N, c.ends.force_N);
+    append_pressure(out, c, a.state.force_N);
     append_values(out, c, row, 11);
     append_flags(out, scratch, row.integer(10), kLcrFlagWords);
     for (int i = 5; i <= 6; ++i) out.integer(row.integer(i));
-    return {};
   });
 }
 

@@ -24,12 +24,11 @@ Result<FrameRows> FrameRows::open(const Database& db, std::int64_t run) {
     reader->own = std::move(*own);
   }
   auto rows = (ahead ? reader->own : db)
-                  .prepare(
+                  .query(
                       "SELECT received_mono_ns, device_seq, device_time_s, force_N, travel_m, flags"
-                      " FROM frame_sample WHERE run_id = ? AND seq <= ? ORDER BY seq");
+                      " FROM frame_sample WHERE run_id = ? AND seq <= ? ORDER BY seq",
+                      run, *last);
   if (!rows) return fail(rows.error());
-  rows->bind(0, run);
-  rows->bind(1, *last);
   reader->rows = std::move(*rows);
   FrameRows out(std::move(reader));
   out.ahead_ = ahead;

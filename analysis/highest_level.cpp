@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The change of capacitance from C0 to the highest level.
-#include <algorithm>
 #include <cmath>
 
 #include "analysis/metrics.hpp"
-#include "base/text.hpp"
 
 namespace lcrig {
 
@@ -68,7 +66,7 @@ SlopePart recovery(const Scene& scene, const std::vector<double>& times_s) {
 HighestLevelResult calc_highest_level(const Scene& scene, const LevelResults& levels,
                                       const CurveResult& curve, const Metric& c0) {
   HighestLevelResult out;
-  out.delta_C = metric("delta_C_at_top_fF",
+  out.delta_C = metric("delta_C_at_top", "fF",
                        "capacitance at the highest level less C0: mean of its repeats, drift "
                        "subtracted; standard error from the scatter between repeats, and from the "
                        "errors of C0 and of the drift, which all repeats share");

@@ -271,10 +271,10 @@ void calc_settling(double confidence, HoldResults& out) {
 
 HoldResults calc_holds(const Scene& scene) {
   HoldResults out;
-  out.creep = metric("creep_percent_per_decade",
+  out.creep = metric("creep", "% per decade",
                      "slope of C against the logarithm of time under steady load, over delta C of "
                      "that load; mean over the holds, weighted with their standard errors");
-  out.settling = metric("settling_time_s",
+  out.settling = metric("settling_time", "s",
                         "time until C stays within 2 % of its final change from rest, from one "
                         "exponential through each hold that shows creep; mean over the holds");
   for (const RestedLoading& c : scene.loadings) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/hum.hpp"
-
+// The sine in the readings that no specimen makes.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -8,6 +7,8 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+
+#include "analysis/metrics.hpp"
 
 namespace lcrig {
 

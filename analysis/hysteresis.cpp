@@ -275,16 +275,19 @@ double mean_peak_N(const std::vector<CycleResult>& cycles) {
   return sum / static_cast<double>(cycles.size());
 }
 
-// A common error of the instant shifts loading and unloading apart: 2 (dC/dF) (dF/dt) u.
-double alignment_fF(const Branches& b, const Loop& loop, double peak_N) {
-  const LoopPoint &first = loop.points.front(), &last = loop.points.back();
-  const double slope = (last.up_fF - first.up_fF) / ((kTo - kFrom) * peak_N);
+// A common error of the instant shifts loading and unloading apart: 2 (dC/dF) (dF/dt) u, with the
+// slope of the curve where the gap is largest, from both branches.
+double alignment_fF(const Branches& b, const Loop& loop) {
+  const LoopPoint& before = loop.points[loop.largest - (loop.largest > 0 ? 1 : 0)];
+  const LoopPoint& after = loop.points[std::min(loop.largest + 1, loop.points.size() - 1)];
+  const double slope = (after.up_fF - before.up_fF + after.down_fF - before.down_fF) / 2 /
+                       (after.force_N - before.force_N);
   const double force = std::sqrt(b.square_rate_error / static_cast<double>(b.counts));
   return 2 * std::abs(slope) * force;
 }
 
 void fill_result(const Source& from, const Branches& b, const Loop& loop, Hysteresis& h) {
-  const double span = mean_height_fF(from.cycles), peak = mean_peak_N(from.cycles);
+  const double span = mean_height_fF(from.cycles);
   const LoopPoint& at = loop.points[loop.largest];
   const double freedom = loop.freedom, confidence = from.scene.options.confidence;
   h.largest_gap.estimate =
@@ -292,18 +295,20 @@ void fill_result(const Source& from, const Branches& b, const Loop& loop, Hyster
   h.area.estimate = estimate(loop.area / span * 100, std::sqrt(loop.area_variance) / span * 100,
                              freedom, confidence);
   h.largest_gap.rows = h.area.rows = b.counts;
-  h.alignment_percent = alignment_fF(b, loop, peak) / span * 100;
+  h.alignment_percent = alignment_fF(b, loop) / span * 100;
   // The largest of many points of a fit stands out by chance more often than one.
   const double noise = coverage_factor(0.99, freedom) * *h.largest_gap.estimate->standard_error;
   const double limit = std::hypot(noise, 2 * *h.alignment_percent);
   h.resolved = h.largest_gap.value() > limit;
   if (!h.resolved) {
+    double& low = h.largest_gap.estimate->interval->front();
+    low = std::min(low, 0.0);  // which of the branches lies above is not known
     h.largest_gap.reason = fmt::format(
         "not resolved: noise and the instant of the readings alone can make {:.2g} %", limit);
   }
   if (from.cycles.size() == 1) {
     for (Metric* m : {&h.largest_gap, &h.area}) {
-      add_note(m->reason, "one cycle: the interval knows nothing of what differs between cycles");
+      add_remark(m->reason, "one cycle: the interval knows nothing of what differs between cycles");
     }
   }
   h.loop = loop.points;
@@ -315,11 +320,12 @@ void fill_result(const Source& from, const Branches& b, const Loop& loop, Hyster
 
 }  // namespace
 
-Hysteresis calc_hysteresis(const Scene& scene, const std::vector<CycleResult>& cycles,
+Hysteresis calc_hysteresis(const Scene& scene, const CycleResults& results,
                            const HoldResults& holds) {
+  const std::vector<CycleResult>& cycles = results.cycles;
   Hysteresis h;
-  h.largest_gap = metric("hysteresis_percent", kLargestGap);
-  h.area = metric("hysteresis_area_percent", kArea);
+  h.largest_gap = metric("hysteresis", "%", kLargestGap);
+  h.area = metric("hysteresis_area", "%", kArea);
   const Source from{scene, cycles, holds};
   if (cycles.empty()) {
     h.largest_gap.reason = h.area.reason = "no loading was found";
@@ -336,6 +342,7 @@ Hysteresis calc_hysteresis(const Scene& scene, const std::vector<CycleResult>& c
   }
   set_errors(from, *loop);
   fill_result(from, b, *loop, h);
+  for (Metric* m : {&h.largest_gap, &h.area}) add_remark(m->reason, results.why_left_out);
   if (const auto late = make_loop(collect(from, true), peak_N)) {
     h.uncorrected_percent = std::abs(gap_fF(late->points[late->largest])) / span * 100;
   }

@@ -109,10 +109,10 @@ double largest_deviation(const std::vector<LinePoint>& points, double slope, dou
 }
 
 void calc_linearity(Direction direction, CurveResult& out) {
-  out.linearity = metric("linearity_percent",
+  out.linearity = metric("linearity", "%",
                          "largest deviation of the curve from its best straight line over all "
                          "levels, over the span of the curve");
-  out.linearity_terminal = metric("linearity_terminal_percent",
+  out.linearity_terminal = metric("linearity_terminal", "%",
                                   "the same against the line through the first and last level");
   const auto points = line_points(out, direction);
   const auto line = fit_line(points);
@@ -163,10 +163,10 @@ double freedom_of_repeats(const std::map<LevelKey, Point>& points) {
 
 void calc_repeatability(const std::map<LevelKey, Point>& points, double confidence,
                         CurveResult& out) {
-  out.repeatability_range = metric("repeatability_range_percent",
+  out.repeatability_range = metric("repeatability_range", "%",
                                    "largest difference between repeats at one level (max - min of "
                                    "the levels' means), over the span of the curve");
-  out.repeatability_2sigma = metric("repeatability_2sigma_percent",
+  out.repeatability_2sigma = metric("repeatability_2sigma", "%",
                                     "twice the standard deviation of a level's mean between "
                                     "repeats (pooled over the levels), over the span of the curve");
   double squares = 0, freedom = 0, range = 0;

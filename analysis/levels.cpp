@@ -102,10 +102,27 @@ std::optional<double> scatter_with(Drift drift, const MeasuredLevels& measured, 
   return error ? std::optional(error->variance) : std::nullopt;
 }
 
+// Readings lie nearer to the median of their own few than to the middle of all: how much larger
+// their standard deviation is than 1.4826 times the median of their distances. From 400,000 sets of
+// normal numbers for each size; from ten on within 1.2 %.
+double robust_sigma_factor(std::int32_t readings) {
+  constexpr std::array kOfFew = {1.390, 1.375, 1.277, 1.223, 1.197, 1.158};  // 4 to 9
+  const auto k = static_cast<std::size_t>(readings - 4);
+  return k < kOfFew.size() ? kOfFew[k] : readings / (readings - 1.3);
+}
+
+// How much farther than `limit_of_outliers` the farthest of `all` readings, `each` a level, lies in
+// one run of a hundred: their median may be off, and the scatter is known badly. From 1500 to
+// 20,000 runs of normal numbers for 4 to 50 readings of 3 to 80 levels; within 5 %.
+double limit_of_few(double all, double each) {
+  return 1 + (0.7 + 4 / each) / std::sqrt(all) + (2 + 33 / each) / all;
+}
+
 // Every reading against the median of its level, in pooled robust standard deviations.
 void find_outliers(const RunView& view, MeasuredLevels& out) {
   const auto& readings = view.data.readings;
   std::vector<double> medians(out.levels.size()), all, values;
+  double judged = 0;  // levels
   for (std::size_t k = 0; k < medians.size(); ++k) {
     const MeasuredLevel& l = out.levels[k];
     if (l.readings < 4) continue;
@@ -114,11 +131,14 @@ void find_outliers(const RunView& view, MeasuredLevels& out) {
       if (counts(view, readings[i])) values.push_back(readings[i].capacitance_F);
     }
     medians[k] = median(values);
-    for (const double v : values) all.push_back(v - medians[k]);
+    const double factor = robust_sigma_factor(l.readings);
+    for (const double v : values) all.push_back(factor * (v - medians[k]));
+    judged += 1;
   }
   const double sigma = robust_sigma(all);
   if (sigma <= 0) return;
-  const double limit = limit_of_outliers(all.size());
+  const auto count = static_cast<double>(all.size());
+  const double limit = limit_of_outliers(all.size()) * limit_of_few(count, count / judged);
   for (std::size_t k = 0; k < medians.size(); ++k) {
     MeasuredLevel& l = out.levels[k];
     for (std::size_t i = l.first; i < l.last && l.readings >= 4; ++i) {
@@ -223,19 +243,6 @@ double limit_of_outliers(std::size_t readings) {
 Outlier outlier_of(const RunReading& r, double middle_F, double sigma_F) {
   const double off = r.capacitance_F - middle_F;
   return {r.t_s, 0, 0, r.capacitance_F * 1e12, off * 1e15, off / sigma_F};
-}
-
-std::string_view to_string(PeakMethod m) {
-  switch (m) {
-    case PeakMethod::fit: return "fit to the force";
-    case PeakMethod::plateau: return "mean of the plateau";
-    case PeakMethod::nearest: return "nearest reading";
-  }
-  return "";
-}
-
-std::string_view to_string(Direction d) {
-  return d == Direction::up ? "up" : "down";
 }
 
 LevelKey key_of(const MeasuredLevel& level) {

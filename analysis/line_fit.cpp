@@ -209,8 +209,7 @@ RunsTest runs_test(std::span<const double> residuals) {
 
 Result<TwoRegions> find_two_regions(std::span<const LinePoint> points, int least) {
   std::vector<LinePoint> sorted(points.begin(), points.end());
-  std::sort(sorted.begin(), sorted.end(),
-            [](const LinePoint& a, const LinePoint& b) { return a.x < b.x; });
+  std::ranges::sort(sorted, {}, &LinePoint::x);
   auto one = fit_line(sorted);
   if (!one) return fail(one.error());
   const std::size_t cut = best_cut(sorted, *one, least);

@@ -12,14 +12,9 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::array<std::string_view, 3> kSpeeds{"fast", "medium", "slow"};
 // Scatter of one conversion at 1 kHz and 1 V, F: 3 fF at 20 kHz, FAST, of recordings, on the law
 // 1/(f V) and less by the root of the time ratio.
 constexpr std::array<double, 3> kNoise_F{60e-15, 44e-15, 25e-15};
-
-std::size_t index_of(MeterSpeed s) {
-  return static_cast<std::size_t>(s);
-}
 
 // Ka and Kb below 100 Hz, up to 100 kHz, and above; Z in ohm, Vs in mV.
 struct Coefficients {
@@ -65,21 +60,10 @@ Result<double> temperature_factor(double celsius) {
 
 }  // namespace
 
-std::string_view to_string(MeterSpeed s) {
-  return kSpeeds[index_of(s)];
-}
-
-std::optional<MeterSpeed> parse_meter_speed(std::string_view word) {
-  for (std::size_t i = 0; i < kSpeeds.size(); ++i) {
-    if (kSpeeds[i] == word) return static_cast<MeterSpeed>(i);
-  }
-  return std::nullopt;
-}
-
 std::optional<MeterSetting> parse_meter_setting(std::string_view json_text) {
   const auto stored = from_json<SettingsEvent>(json_text);
   if (!stored || !stored->aperture) return std::nullopt;
-  const auto speed = parse_meter_speed(*stored->aperture);
+  const auto speed = parse_word<MeterSpeed>(*stored->aperture);
   MeterSetting out;
   out.frequency_Hz = stored->frequency_Hz.value_or(0);
   out.level_V = stored->level_V.value_or(0);
@@ -119,7 +103,8 @@ Result<MeterAccuracy> meter_accuracy(const MeterSetting& s, const MeterPlace& pl
 }
 
 double meter_noise_F(const MeterSetting& s) {
-  return kNoise_F[index_of(s.speed)] * (1000 / s.frequency_Hz) / s.level_V / std::sqrt(s.average);
+  return kNoise_F[static_cast<std::size_t>(s.speed)] * (1000 / s.frequency_Hz) / s.level_V /
+         std::sqrt(s.average);
 }
 
 }  // namespace lcrig

@@ -18,8 +18,8 @@
 namespace lcrig {
 
 enum class MeterSpeed { fast, medium, slow };
-std::string_view to_string(MeterSpeed s);  // "fast", "medium", "slow"
-std::optional<MeterSpeed> parse_meter_speed(std::string_view word);
+template <>
+inline constexpr EnumWords<3> kWordsOf<MeterSpeed>{"fast", "medium", "slow"};
 
 struct MeterSetting {
   double frequency_Hz = 1000;

@@ -68,6 +68,19 @@ struct MeasuredLevels {
 };
 MeasuredLevels measure_levels(const RunView& view, const Rests& rests);
 
+// A sine in the readings that no specimen makes: the meter's beat with the mains (hum.cpp).
+// Looks in the stretches in which the load rests: the baseline, the levels, the later halves of
+// rests. Of each only what differs from its mean counts, and of levels and rests only what is
+// neither alike in all of them nor proportional to the capacitance of the level, so that creep and
+// recovery are no sine. nullopt: there is none, or the run is too short or too long to tell.
+std::optional<Hum> find_hum(const RunView& view, const Rests& rests,
+                            const MeasuredLevels& measured);
+
+// The run with the sine subtracted from every reading.
+RunData without(const Hum& hum, const RunData& data);
+
+std::string note_on(const Hum& hum);
+
 // The run without the drift of the unloaded capacitance: what every result under load starts from.
 struct Scene : RunView, Rests {
   // The levels decide what part of the rests' deviations from a line is subtracted: a capacitance
@@ -84,9 +97,12 @@ CurveResult calc_curve(const LevelResults& levels, const Metric& c0, double conf
 HighestLevelResult calc_highest_level(const Scene& scene, const LevelResults& levels,
                                       const CurveResult& curve, const Metric& c0);
 CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Metric& c0);
+void leave_out_other_loadings(const Scene& scene, CycleResults& cycles);
+// Travel at which the first loading touched. nullopt: no travel, or it began under load.
+std::optional<double> contact_mm(const Scene& scene);
 // Slope of C against force at the peak, of one loading at least.
 double slope_at_peak_fF_per_N(const Scene& scene, const std::vector<CycleResult>& cycles);
-Hysteresis calc_hysteresis(const Scene& scene, const std::vector<CycleResult>& cycles,
+Hysteresis calc_hysteresis(const Scene& scene, const CycleResults& cycles,
                            const HoldResults& holds);
 
 // Input of a slope against pressure and of its uncertainty.
@@ -105,10 +121,13 @@ RangeResult slope_of_cycles(const SlopeBasis& basis, const PressureRange& range)
 Uncertainty uncertainty_of(const SlopeBasis& basis, const RangeResult& r);
 std::vector<Uncertainty> calc_uncertainties(const SlopeBasis& basis,
                                             const SensitivityResult& sensitivity);
+// Adds to the reasons of the metrics, and what the meter's digit adds to the uncertainties.
+void add_remarks(const Scene& scene, RunAnalysis& analysis);
 std::vector<std::string> calc_notes(const Scene& scene, const MeasuredLevels& measured,
                                     const HoldResults& holds);
 
-Metric metric(std::string name, std::string definition);
+// `unit` as people write it: "% per cycle", "fF/kPa".
+Metric metric(std::string_view what, std::string_view unit, std::string definition);
 // Student's t interval about a value.
 Estimate estimate(double value, double standard_error, double degrees_of_freedom,
                   double confidence);

@@ -19,12 +19,11 @@ constexpr unsigned kMostThreads = 4;
 }  // namespace
 
 Result<std::int64_t> last_seq(const Database& db, std::string_view table, std::int64_t run) {
-  auto s = db.prepare(fmt::format("SELECT max(seq) FROM {} WHERE run_id = ?", table));
-  if (!s) return fail(s.error());
-  s->bind(0, run);
-  auto row = s->step();
-  if (!row) return fail(row.error());
-  return *row ? s->optional_integer(0).value_or(0) : 0;
+  auto last = db.first(
+      fmt::format("SELECT max(seq) FROM {} WHERE run_id = ?", table),
+      [](const Statement& row) { return row.optional_integer(0).value_or(0); }, run);
+  if (!last) return fail(last.error());
+  return last->value_or(0);
 }
 
 Result<> in_pieces(const Database& db, std::int64_t last_seq, std::int64_t piece_rows,

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Words at results whose interval does not know something about this run: gross outliers, the digit
 // of the meter, slow noise of a single repeat, few levels, readings without any scatter.
-#include "analysis/remarks.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/metrics.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
@@ -27,7 +27,7 @@ std::vector<Metric*> under_load(RunAnalysis& a) {
 }
 
 void add(Metric& m, const std::string& words) {
-  if (m.estimate) add_note(m.reason, words);
+  if (m.estimate) add_remark(m.reason, words);
 }
 
 bool is_under_load(const RunAnalysis& a, const Outlier& o) {
@@ -91,30 +91,33 @@ void remark_on_no_scatter(RunAnalysis& a) {
   }
   for (Metric* m : list) {
     if (m->estimate && m->estimate->standard_error == 0) {
-      add_note(m->reason,
-               "the readings do not scatter at all: an interval of no width says nothing");
+      add_remark(m->reason,
+                 "the readings do not scatter at all: an interval of no width says nothing");
     }
   }
   if (a.noise.estimate && a.noise.value() == 0) {
-    add_note(a.noise.reason,
-             "neighbouring readings are alike: a meter that measures shows its noise");
+    add_remark(a.noise.reason,
+               "neighbouring readings are alike: a meter that measures shows its noise");
   }
 }
 
-// The digit of the readings: the largest power of ten, below a thousandth of the largest, that all
-// are multiples of. 0: none, or too small to matter.
+// The step of the readings: the largest of 1, 2, 2.5 and 5 times a power of ten, below a hundredth
+// of the largest reading, that all are multiples of. 0: none, or too small to matter.
 double digit_F(const std::vector<RunReading>& readings) {
   double most = 0;
   for (const RunReading& r : readings) most = std::max(most, std::abs(r.capacitance_F));
   if (!(most > 0) || readings.size() < 10) return 0;
-  const int top = static_cast<int>(std::floor(std::log10(most))) - 3;
-  for (int exponent = top; exponent > top - 5; --exponent) {
-    const double digit = std::pow(10.0, exponent);
-    if (std::ranges::all_of(readings, [digit](const RunReading& r) {
-          const double steps = r.capacitance_F / digit;
-          return std::abs(steps - std::round(steps)) < 1e-5;
-        })) {
-      return digit;
+  const int top = static_cast<int>(std::floor(std::log10(most))) - 2;
+  for (int exponent = top; exponent > top - 6; --exponent) {
+    for (const double steps_of : {5.0, 2.5, 2.0, 1.0}) {
+      const double digit = steps_of * std::pow(10.0, exponent);
+      if (digit * 100 > most) continue;
+      if (std::ranges::all_of(readings, [digit](const RunReading& r) {
+            const double steps = r.capacitance_F / digit;
+            return std::abs(steps - std::round(steps)) < 1e-5;
+          })) {
+        return digit;
+      }
     }
   }
   return 0;
@@ -197,6 +200,7 @@ void drop_what_is_no_number(RunAnalysis& a) {
 }  // namespace
 
 void add_remarks(const Scene& scene, RunAnalysis& a) {
+  if (!a.noise.reason.empty()) add(a.limit_of_detection, "its noise: " + a.noise.reason);
   remark_on_outliers(a);
   remark_on_one_repeat(a);
   remark_on_few_levels(a);

@@ -102,6 +102,25 @@ std::vector<RangePoint> without_offsets(std::vector<RangePoint> points) {
   return points;
 }
 
+void weigh_as_planned(std::vector<RangePoint>& points) {
+  struct Level {
+    double repeats = 0, planned = 0, weight = 0;
+  };
+  std::map<LevelKey, Level> levels;
+  for (const RangePoint& p : points) {
+    Level& l = levels[p.key];
+    l.repeats += 1;
+    l.planned += static_cast<double>(p.planned);
+    l.weight += p.at.weight;
+  }
+  double planned = 0, weight = 0;  // of a repeat; of all points
+  for (const auto& [key, l] : levels) planned += l.planned / l.repeats, weight += l.weight;
+  for (RangePoint& p : points) {
+    const Level& l = levels.at(p.key);
+    p.line_weight = p.at.weight * (l.planned / l.repeats * weight) / (l.weight * planned);
+  }
+}
+
 std::optional<PureError> error_between_repeats(const std::vector<RangePoint>& points,
                                                double slope) {
   const AdditiveFit fit = fit_additive(points, slope);
@@ -133,6 +152,8 @@ RangePoint point_of(const MeasuredLevel& l, double fF) {
   p.level = l.level;
   p.t_s = l.t_s;
   p.readings = l.readings;
+  p.planned = l.readings + l.missing;
+  p.line_weight = p.at.weight;
   const double s = l.scatter_fF.value_or(0);
   p.reading_ss = (l.readings - 1) * s * s;
   p.trend_ss = l.trend_ss_fF2;

@@ -19,7 +19,10 @@ struct RangePoint {
   LevelKey key;
   std::int32_t repeat = 0, level = 0;
   double t_s = 0;
-  std::int64_t readings = 0;
+  std::int64_t readings = 0, planned = 0;
+  // In the slope. Whatever a repeat lacks, the levels count as they were planned, so that the slope
+  // is that of the same curve.
+  double line_weight = 0;
   double reading_ss = 0;  // sum of squares of the readings about their mean, fF2
   double trend_ss = 0;  // of which a straight line in time explains
   double pressure_ss = 0, cross_ss = 0;  // likewise of the pressures, kPa2, and with them, fF kPa
@@ -46,6 +49,8 @@ AdditiveFit fit_additive(const std::vector<RangePoint>& points, double slope);
 // The points less the effects of their repeats: a C0 that moved between repeats turns no slope,
 // also where a repeat lacks a level.
 std::vector<RangePoint> without_offsets(std::vector<RangePoint> points);
+// Sets the weights in the slope from the planned readings; all together they weigh what they did.
+void weigh_as_planned(std::vector<RangePoint>& points);
 
 // From levels that were measured in several repeats: what is left after the effect of the level and
 // of the repeat (a C0 that moved between repeats does no harm to a slope). `slope` takes out that

@@ -17,6 +17,13 @@ struct Rest {
   RunningMean capacitance, time;  // pF, s; of what counts
   bool any = false;
   bool by_force = true;  // its readings are those whose force rests; else all
+
+  void add(const RunReading& r, std::size_t i) {
+    if (capacitance.count == 0) first = i;
+    last = i + 1;
+    capacitance.add(r.capacitance_F * 1e12);
+    time.add(r.t_s);
+  }
 };
 
 template <class Visit>
@@ -45,12 +52,7 @@ std::vector<Rest> collect_rests(const RunView& view, const std::vector<Loading>&
     rests[k].from_s = (rests[k].from_s + rests[k].to_s) / 2;
   }
   each_resting(view, loadings, [&](std::size_t k, std::size_t i) {
-    Rest& r = rests[k];
-    if (readings[i].t_s < r.from_s) return;
-    if (r.capacitance.count == 0) r.first = i;
-    r.last = i + 1;
-    r.capacitance.add(readings[i].capacitance_F * 1e12);
-    r.time.add(readings[i].t_s);
+    if (readings[i].t_s >= rests[k].from_s) rests[k].add(readings[i], i);
   });
   return rests;
 }
@@ -61,11 +63,7 @@ Rest baseline_of(const RunView& view, const std::vector<Rest>& rests) {
   Rest out;
   const auto& readings = view.data.readings;
   for (std::size_t i = 0; i < readings.size() && readings[i].t_s < *view.touch_s; ++i) {
-    if (!view.uses(readings[i])) continue;
-    if (out.capacitance.count == 0) out.first = i;
-    out.last = i + 1;
-    out.capacitance.add(readings[i].capacitance_F * 1e12);
-    out.time.add(readings[i].t_s);
+    if (view.uses(readings[i])) out.add(readings[i], i);
   }
   out.by_force = false;
   return out;

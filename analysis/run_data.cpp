@@ -120,50 +120,42 @@ class Loader {
   }
 
   Result<> load_levels() {
-    auto s = db_.prepare(
-        "SELECT level, repeat, level_index, step_id, target_force_N, target_pressure_Pa,"
-        " planned_readings, begin_mono_ns FROM level WHERE run_id = ? ORDER BY level");
-    if (!s) return fail(s.error());
-    s->bind(0, out_.run);
-    for (;;) {
-      auto row = s->step();
-      if (!row) return fail(row.error());
-      if (!*row) return {};
+    const auto take = [this](const Statement& s) {
       LevelRow l;
-      l.level = static_cast<std::int32_t>(s->integer(0));
-      l.repeat = static_cast<std::int32_t>(s->integer(1));
-      l.index = static_cast<std::int32_t>(s->integer(2));
-      l.step_id = s->text(3);
-      l.target_force_N = s->optional_real(4);
-      l.target_pressure_Pa = s->optional_real(5);
-      l.planned_readings = static_cast<std::int32_t>(s->integer(6));
-      l.begin_s = seconds(s->integer(7));
-      while (static_cast<std::int64_t>(out_.levels.size()) + 1 < s->integer(0)) {
+      l.level = static_cast<std::int32_t>(s.integer(0));
+      l.repeat = static_cast<std::int32_t>(s.integer(1));
+      l.index = static_cast<std::int32_t>(s.integer(2));
+      l.step_id = s.text(3);
+      l.target_force_N = s.optional_real(4);
+      l.target_pressure_Pa = s.optional_real(5);
+      l.planned_readings = static_cast<std::int32_t>(s.integer(6));
+      l.begin_s = seconds(s.integer(7));
+      while (static_cast<std::int64_t>(out_.levels.size()) + 1 < s.integer(0)) {
         out_.levels.emplace_back();  // so that a level is found by its number
       }
       out_.levels.push_back(std::move(l));
-    }
+    };
+    return db_.each(
+        "SELECT level, repeat, level_index, step_id, target_force_N, target_pressure_Pa,"
+        " planned_readings, begin_mono_ns FROM level WHERE run_id = ? ORDER BY level",
+        take, out_.run);
   }
 
   Result<> load_events() {
-    auto s = db_.prepare(
-        "SELECT at_mono_ns, kind, step_id, detail FROM event WHERE run_id = ? ORDER BY seq");
-    if (!s) return fail(s.error());
-    s->bind(0, out_.run);
-    for (;;) {
-      auto row = s->step();
-      if (!row) return fail(row.error());
-      if (!*row) return {};
-      EventRow e{seconds(s->integer(0)), EventName(std::string(s->text(1))),
-                 std::string(s->text(2)), std::string(s->text(3))};
+    const auto take = [this](const Statement& s) {
+      EventRow e{seconds(s.integer(0)), EventName(std::string(s.text(1))), std::string(s.text(2)),
+                 std::string(s.text(3))};
       if (e.kind == EventKind::settings) {
-        before_.add(s->integer(0), e.detail);
+        before_.add(s.integer(0), e.detail);
         if (const auto m = parse_meter_setting(e.detail)) out_.settings.push_back({e.t_s, *m});
       }
       if (e.kind == EventKind::level_abandoned) abandon(e.detail);
       out_.duration_s = std::max(out_.duration_s, e.t_s);
       out_.events.push_back(std::move(e));
-    }
+    };
+    return db_.each(
+        "SELECT at_mono_ns, kind, step_id, detail FROM event WHERE run_id = ? ORDER BY seq", take,
+        out_.run);
   }
 
   void abandon(const std::string& detail) {
@@ -186,17 +178,11 @@ class Loader {
     if (!track) return fail(track.error());
     Thinner thinner(out_, start_ns_);
     track->set_listener([&thinner](const FrameTrack::Sample& s) { thinner.take(s); });
-    auto rows = db_.prepare(
+    auto taken = db_.each(
         "SELECT asked_mono_ns, first_byte_mono_ns, fresh, capacitance_F, step_id, repeat, level,"
-        " reading_index, flags, function FROM lcr_reading WHERE run_id = ? ORDER BY seq");
-    if (!rows) return fail(rows.error());
-    rows->bind(0, out_.run);
-    for (;;) {
-      auto row = rows->step();
-      if (!row) return fail(row.error());
-      if (!*row) break;
-      if (auto r = take(*rows, *track); !r) return r;
-    }
+        " reading_index, flags, function FROM lcr_reading WHERE run_id = ? ORDER BY seq",
+        [&](const Statement& row) { return take(row, *track); }, out_.run);
+    if (!taken) return taken;
     if (auto r = track->drain(); !r) return r;
     thinner.end_stretch();
     if (!out_.frame.empty()) out_.duration_s = std::max(out_.duration_s, out_.frame.back().t_s);

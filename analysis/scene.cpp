@@ -153,8 +153,14 @@ bool spans_turn(const Loading& c, const RunReading& r) {
   return std::abs(r.t_s - c.peak_s) < r.half_window_s();
 }
 
-Metric metric(std::string name, std::string definition) {
-  return {std::move(name), std::move(definition), {}, {}, {}, 0};
+Metric metric(std::string_view what, std::string_view unit, std::string definition) {
+  std::string label = fmt::format("{}, {}", what, unit), name = fmt::format("{}_", what);
+  std::ranges::replace(label, '_', ' ');
+  for (const char c : unit) {
+    const std::string other(1, c == ' ' ? '_' : c);
+    name += c == '%' ? "percent" : c == '/' ? "_per_" : other;
+  }
+  return {std::move(name), std::move(label), std::move(definition), {}, {}, {}, 0};
 }
 
 Estimate estimate(double value, double standard_error, double degrees_of_freedom,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "analysis/least_squares.hpp"
 #include "analysis/replicates.hpp"
@@ -14,10 +15,10 @@ namespace lcrig {
 
 namespace {
 
-constexpr const char* kName = "sensitivity_fF_per_kPa";
 constexpr const char* kOfLevels =
     "slope of C against pressure: least squares over the levels' means in the range, weighted with "
-    "their number of readings, sums about the means, drift subtracted; the interval for the "
+    "their planned number of readings, sums about the means, drift subtracted; the interval for "
+    "the "
     "least-squares slope of the curve that this rig would show at the same pressures without "
     "noise, "
     "drift and difference of repeats; the expanded uncertainty for the specimen's own";
@@ -35,8 +36,9 @@ struct Input {
 
 void set_points(Input& in, std::vector<RangePoint> points) {
   in.points = without_offsets(std::move(points));
+  weigh_as_planned(in.points);
   in.line.clear();
-  for (const RangePoint& p : in.points) in.line.push_back(p.at);
+  for (const RangePoint& p : in.points) in.line.push_back({p.at.x, p.at.y, p.line_weight});
 }
 
 // The pressure that was asked for decides: its reading scatters about the edge of a range.
@@ -73,8 +75,7 @@ std::vector<LinePoint> means(const std::vector<RangePoint>& points) {
   std::vector<LinePoint> out;
   out.reserve(groups.size());
   for (const auto& [key, g] : groups) out.push_back(g);
-  std::sort(out.begin(), out.end(),
-            [](const LinePoint& a, const LinePoint& b) { return a.x < b.x; });
+  std::ranges::sort(out, {}, &LinePoint::x);
   return out;
 }
 
@@ -114,9 +115,9 @@ void add_repeats(const Input& in, const SlopeScatter& scatter, RangeResult& r) {
   r.between_repeats_p = f_tail(slopes.variance / within->variance, slopes.degrees_of_freedom,
                                within->degrees_of_freedom);
   if (*r.between_repeats_p < 0.001) {
-    add_note(r.sensitivity.reason,
-             "the slopes of the repeats differ more than the readings scatter: the interval is "
-             "that of the repeats");
+    add_remark(r.sensitivity.reason,
+               "the slopes of the repeats differ more than the readings scatter: the interval is "
+               "that of the repeats");
   }
 }
 
@@ -170,10 +171,48 @@ void remark_on_outliers(const LevelResults& levels, const Input& in, RangeResult
   if (outliers == 0 || !r.robust || !r.sensitivity.estimate) return;
   const double moved = r.sensitivity.value() - r.robust->slope_fF_per_kPa;
   if (std::abs(moved) <= 2 * r.robust->standard_error) return;
-  add_note(r.sensitivity.reason,
-           fmt::format("{} outliers among its readings move it by {:.3g}: without their weight "
-                       "(robust) it is {:.6g} fF/kPa",
-                       outliers, moved, r.robust->slope_fF_per_kPa));
+  add_remark(r.sensitivity.reason,
+             fmt::format("{} outliers among its readings move it by {:.3g}: without their weight "
+                         "(robust) it is {:.6g} fF/kPa",
+                         outliers, moved, r.robust->slope_fF_per_kPa));
+}
+
+// A level that the run lacks altogether makes it the slope of another part of the curve.
+void remark_on_missing_levels(const SlopeBasis& basis, const Input& in, RangeResult& r) {
+  std::map<LevelKey, int> repeats_with;
+  std::set<std::int32_t> repeats;
+  for (const RangePoint& p : in.points) {
+    ++repeats_with[p.key];
+    repeats.insert(p.repeat);
+  }
+  constexpr double kDigit_kPa = 1e-4;  // of a pressure that is asked for
+  std::set<std::int64_t> known, without;
+  for (const LevelResult& l : basis.levels.levels) {
+    if (l.target_kPa) known.insert(std::llround(*l.target_kPa / kDigit_kPa));
+  }
+  for (const LevelRow& row : basis.scene.data.levels) {
+    if (!row.target_pressure_Pa || !is_inside(r.range, *row.target_pressure_Pa * 1e-3)) continue;
+    const std::int64_t what = std::llround(*row.target_pressure_Pa * 1e-3 / kDigit_kPa);
+    if (!known.contains(what)) without.insert(what);
+  }
+  std::string absent;
+  for (const std::int64_t what : without) {
+    absent +=
+        fmt::format("{}{:g}", absent.empty() ? "" : ", ", static_cast<double>(what) * kDigit_kPa);
+  }
+  if (!absent.empty()) {
+    add_remark(
+        r.sensitivity.reason,
+        fmt::format("no reading at {} kPa: the slope is that of the other pressures", absent));
+  }
+  const auto lacking = std::ranges::count_if(
+      repeats_with, [&](const auto& level) { return level.second < std::ssize(repeats); });
+  if (lacking > 0) {
+    add_remark(r.sensitivity.reason,
+               fmt::format("{} of {} pressures are missing in some repeats: they count as much as "
+                           "the others",
+                           lacking, repeats_with.size()));
+  }
 }
 
 void set_slope(const Scene& scene, const Input& in, const LineFit& line,
@@ -189,7 +228,7 @@ void set_slope(const Scene& scene, const Input& in, const LineFit& line,
   if (!scatter->one_repeat && scene.drift.known()) {  // else the rests are in the scatter already
     std::vector<LinePoint> times;
     times.reserve(in.points.size());
-    for (const RangePoint& p : in.points) times.push_back({p.at.x, p.t_s, p.at.weight});
+    for (const RangePoint& p : in.points) times.push_back({p.at.x, p.t_s, p.line_weight});
     const double s_per_kPa = fit_line(times)->slope;
     drift = {std::abs(s_per_kPa) * scene.drift.rate_se_fF_s() * (1 - scene.drift.followed()),
              scene.drift.rate_freedom()};
@@ -199,13 +238,13 @@ void set_slope(const Scene& scene, const Input& in, const LineFit& line,
       estimate_of_parts(line.slope, r.parts_of_error, scene.options.confidence);
   r.scatter_basis = error.basis;
   if (!(*r.sensitivity.estimate->standard_error > 0)) {
-    add_note(r.sensitivity.reason,
-             "nothing scatters: an interval of no width is not an honest one, look at the "
-             "resolution of the readings");
+    add_remark(r.sensitivity.reason,
+               "nothing scatters: an interval of no width is not an honest one, look at the "
+               "resolution of the readings");
   }
   if (scatter->one_repeat) {
-    add_note(r.sensitivity.reason,
-             "one repeat: the interval knows nothing of what differs between repeats");
+    add_remark(r.sensitivity.reason,
+               "one repeat: the interval knows nothing of what differs between repeats");
   }
 }
 
@@ -232,7 +271,7 @@ void add_shared(const LevelResults& results, const Input& in, const LineFit& lin
   const double shared = std::max(0.0, fit->residual_ss / fit->freedom - scatter_of_mean);
   std::map<LevelKey, double> factor;
   for (const RangePoint& p : in.points) {
-    factor[p.key] += p.at.weight * (p.at.x - line.x_mean) / line.sxx;
+    factor[p.key] += p.line_weight * (p.at.x - line.x_mean) / line.sxx;
   }
   double unit = 0;
   for (const auto& [key, f] : factor) unit += f * f;
@@ -244,7 +283,7 @@ RangeResult of_levels(const SlopeBasis& basis, const PressureRange& range) {
   const LevelResults& levels = basis.levels;
   RangeResult r;
   r.range = range;
-  r.sensitivity = metric(kName, kOfLevels);
+  r.sensitivity = metric("sensitivity", "fF/kPa", kOfLevels);
   const Input in = input_of(levels, range);
   r.points = static_cast<std::int32_t>(in.points.size());
   r.pressures = count_pressures(in.points);
@@ -267,6 +306,7 @@ RangeResult of_levels(const SlopeBasis& basis, const PressureRange& range) {
   if (scatter) add_repeats(in, *scatter, r);
   add_robust(basis, in, r);
   remark_on_outliers(levels, in, r);
+  remark_on_missing_levels(basis, in, r);
   add_shared(levels, in, *line, scatter, r);
   r.sensitivity.estimand = name_estimand(scene, levels, range);
   return r;
@@ -278,7 +318,7 @@ RangeResult slope_in(const SlopeBasis& basis, const PressureRange& range) {
   if (data.area_m2 && !basis.cycles.cycles.empty()) return slope_of_cycles(basis, range);
   RangeResult r;
   r.range = range;
-  r.sensitivity = metric(kName, kOfLevels);
+  r.sensitivity = metric("sensitivity", "fF/kPa", kOfLevels);
   r.sensitivity.reason =
       !data.area_m2       ? "no pressures: the run knows no probe diameter (see force_sensitivity)"
       : !data.has_frame() ? "no pressures: no force was recorded"
@@ -322,7 +362,7 @@ RegionSearch search(const SlopeBasis& basis) {
 }
 
 Metric limit_of_detection(const SlopeBasis& basis, const std::vector<RangeResult>& ranges) {
-  Metric m = metric("limit_of_detection_kPa",
+  Metric m = metric("limit_of_detection", "kPa",
                     "three standard deviations of one reading over the sensitivity of 0-30 kPa "
                     "(without it, of the lowest range that was asked for)");
   // Always of the same range, so that asking for another one does not change it.
@@ -356,9 +396,9 @@ Metric limit_of_detection(const SlopeBasis& basis, const std::vector<RangeResult
   m.reason = fmt::format("with the slope of {}", range_text(lowest->range));
   if (slope.standard_error && lowest->slope_of_repeat.size() < 2) {
     const char* what = basis.levels.levels.empty() ? "cycle" : "repeat";
-    add_note(m.reason, fmt::format("one {0}: the interval knows nothing of what differs between "
-                                   "{0}s",
-                                   what));
+    add_remark(m.reason, fmt::format("one {0}: the interval knows nothing of what differs between "
+                                     "{0}s",
+                                     what));
   }
   return m;
 }

@@ -2,6 +2,7 @@
 // Which scatter a slope has: between repeats, or within the only one.
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -24,7 +25,7 @@ std::vector<LineFit> lines_of_repeats(const std::vector<RangePoint>& range, doub
     const auto level = additive.of_level.find(p.key);
     if (level == additive.of_level.end()) continue;
     const double y = additive.above_line(p) - level->second;
-    repeats[p.repeat].push_back({p.at.x, y, p.at.weight});
+    repeats[p.repeat].push_back({p.at.x, y, p.line_weight});
   }
   std::vector<LineFit> lines;
   for (const auto& [repeat, points] : repeats) {
@@ -40,6 +41,89 @@ PureError error_of_slopes(const std::vector<LineFit>& lines) {
   for (const LineFit& l : lines) ss += l.sxx * (l.slope - mean) * (l.slope - mean);
   const auto freedom = static_cast<double>(lines.size()) - 1;
   return {ss / freedom, freedom, fmt::format("the slopes of {} repeats as a sample", lines.size())};
+}
+
+// What each repeat adds to the slope, where one lacks a level: their shares in it are unequal then.
+// The slope is a sum over the points of c y. `c` is what the line makes of the levels' effects,
+// less what that takes from the repeats' offsets; with w the weights of the additive fit, c/w is
+// the sum of an effect of the level and one of the repeat, too.
+struct Shares {
+  Eigen::MatrixXd of_slopes;  // (r, k): what repeat r adds when repeat k has a slope of 1 more
+  Eigen::VectorXd added;  // by the readings, fF/kPa
+  double square_sum = 0;  // of the shares of the repeats in the slope
+};
+
+std::optional<Shares> shares_in(const std::vector<RangePoint>& range, const LineFit& line) {
+  std::map<LevelKey, Eigen::Index> levels;
+  std::map<std::int32_t, Eigen::Index> repeats;
+  for (const RangePoint& p : range) {
+    levels.try_emplace(p.key, std::ssize(levels));
+    repeats.try_emplace(p.repeat, std::ssize(repeats));
+  }
+  const Eigen::Index of_levels = std::ssize(levels), of_repeats = std::ssize(repeats);
+  const Eigen::Index all = of_levels + of_repeats, what_is_there = of_repeats + 1;
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(all, all);
+  // Right sides: of c, of a slope of 1 in each repeat, of what is beside the line.
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(all, of_repeats + 2);
+  const auto beside = [&](const RangePoint& p) { return p.at.y - line.at(p.at.x); };
+  for (const RangePoint& p : range) {
+    const Eigen::Index l = levels.at(p.key), k = repeats.at(p.repeat), r = of_levels + k;
+    const double w = p.at.weight, x = p.at.x - line.x_mean;
+    normal(l, l) += w, normal(r, r) += w, normal(l, r) += w, normal(r, l) += w;
+    right(l, 0) += p.line_weight * x / line.sxx;
+    right(l, k + 1) += w * x, right(r, k + 1) += w * x;
+    right(l, what_is_there) += w * beside(p), right(r, what_is_there) += w * beside(p);
+  }
+  const Eigen::MatrixXd effects = normal.completeOrthogonalDecomposition().solve(right);
+  // Repeats that share no level with the others: their offsets are in the slope.
+  if ((normal * effects - right).norm() > 1e-9 * right.norm()) return std::nullopt;
+  Shares out{Eigen::MatrixXd::Zero(of_repeats, of_repeats), Eigen::VectorXd::Zero(of_repeats)};
+  Eigen::VectorXd share = Eigen::VectorXd::Zero(of_repeats);
+  for (const RangePoint& p : range) {
+    const Eigen::Index l = levels.at(p.key), k = repeats.at(p.repeat);
+    const double c = p.at.weight * (effects(l, 0) + effects(of_levels + k, 0));
+    share(k) += c * (p.at.x - line.x_mean);
+    out.added(k) += c * (beside(p) - effects(l, what_is_there));
+    for (Eigen::Index j = 0; j < of_repeats; ++j) out.of_slopes(k, j) -= c * effects(l, j + 1);
+  }
+  out.of_slopes.diagonal() += share;
+  out.square_sum = share.squaredNorm();
+  return out;
+}
+
+// The same sample where repeats have unequal shares: what each adds, squared, times what makes the
+// sum right for slopes that differ; the degrees of freedom are Satterthwaite's for these. A repeat
+// with two of six levels hardly counts in either (Bell and McCaffrey, Survey Methodology 28 (2002)
+// 169). With equal shares it is the sample above.
+std::optional<PureError> error_of_unequal_repeats(const std::vector<RangePoint>& range,
+                                                  const LineFit& line) {
+  constexpr double kNothing = 1e-6;  // of the shares
+  const auto shares = shares_in(range, line);
+  if (!shares) return std::nullopt;
+  const double seen = shares->of_slopes.squaredNorm();
+  if (!(seen > kNothing * shares->square_sum)) return std::nullopt;
+  const Eigen::MatrixXd covariance = shares->of_slopes * shares->of_slopes.transpose();
+  return PureError{shares->added.squaredNorm() * shares->square_sum / seen * line.sxx,
+                   seen * seen / covariance.squaredNorm(),
+                   fmt::format("the slopes of {} repeats as a sample, by their unequal shares",
+                               shares->added.size())};
+}
+
+// All levels in all repeats, with as many readings: equal shares.
+bool is_balanced(const std::vector<RangePoint>& range, std::size_t repeats) {
+  std::map<LevelKey, std::vector<double>> weights;
+  for (const RangePoint& p : range) weights[p.key].push_back(p.at.weight);
+  return std::ranges::all_of(weights, [&](const auto& level) {
+    const auto& [key, w] = level;
+    return w.size() == repeats && std::ranges::count(w, w.front()) == std::ssize(w);
+  });
+}
+
+std::optional<PureError> error_of_repeats(const std::vector<RangePoint>& range,
+                                          const std::vector<LineFit>& lines, const LineFit& line) {
+  if (lines.size() < 2) return std::nullopt;
+  if (is_balanced(range, lines.size())) return error_of_slopes(lines);
+  return error_of_unequal_repeats(range, line);
 }
 
 std::optional<PureError> pooled(const std::vector<RangePoint>& range,
@@ -61,7 +145,8 @@ void add_readings(const Scene& scene, const std::vector<RangePoint>& range, cons
                   std::vector<Term>& terms) {
   std::vector<double> factor(scene.data.levels.size() + 1, 0.0);
   for (const RangePoint& p : range) {
-    factor[static_cast<std::size_t>(p.level)] = (p.at.x - line.x_mean) / line.sxx;
+    factor[static_cast<std::size_t>(p.level)] =
+        p.line_weight / p.at.weight * (p.at.x - line.x_mean) / line.sxx;
   }
   for (const RunReading& r : scene.data.readings) {
     const auto level = static_cast<std::size_t>(r.level);
@@ -78,7 +163,7 @@ void add_rests(const Scene& scene, const std::vector<RangePoint>& range, const L
   std::vector<double> factor(nodes.size(), 0.0);
   for (const RangePoint& p : range) {
     const auto influence = scene.drift.influence(p.t_s);
-    const double part = p.at.weight * (p.at.x - line.x_mean) / line.sxx;
+    const double part = p.line_weight * (p.at.x - line.x_mean) / line.sxx;
     for (std::size_t k = 0; k < nodes.size(); ++k) factor[k] -= part * influence[k];
   }
   for (std::size_t k = 0; k < nodes.size(); ++k) {
@@ -194,8 +279,9 @@ std::optional<SlopeScatter> scatter_of_slope(const Scene& scene,
   const auto lines = lines_of_repeats(range, line.slope);
   for (const LineFit& l : lines) out.slopes.push_back(line.slope + l.slope);
   if (lines.empty()) out.slopes.push_back(line.slope);
-  if (lines.size() >= 2) {
-    out.of_slopes = out.error = error_of_slopes(lines);
+  const auto error = error_of_repeats(range, lines, line);
+  if (error) {
+    out.of_slopes = out.error = *error;
     out.of_levels = pooled(range, whole_run, line.slope);
     return out;
   }

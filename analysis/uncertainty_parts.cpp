@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "analysis/metrics.hpp"
+#include "analysis/moved_slope.hpp"
 
 namespace lcrig {
 
@@ -34,6 +35,24 @@ UncertaintyPart type_a(std::string name, const SlopePart& of, std::string basis)
 double half_width(const Metric& m) {
   const auto& interval = m.estimate->interval;
   return interval ? ((*interval)[1] - (*interval)[0]) / 2 : 0;
+}
+
+// The uncertainty of a result that has a value, without parts.
+Uncertainty begin(const Metric& m, std::string quantity, std::string unit,
+                  UncertainResult result = UncertainResult::other) {
+  Uncertainty b;
+  b.result = result;
+  b.quantity = std::move(quantity);
+  b.unit = std::move(unit);
+  b.estimand = m.estimand;
+  b.value = m.value();
+  b.least = half_width(m);
+  return b;
+}
+
+void finish(const Scene& scene, Uncertainty& b, std::vector<Uncertainty>& list) {
+  combine(b, scene.options.confidence);
+  list.push_back(std::move(b));
 }
 
 UncertaintyPart scatter(const SlopePart& of, const std::string& basis) {
@@ -88,23 +107,6 @@ void add_meter_gain(const std::optional<MeterAccuracy>& a, double value, Uncerta
                   a->gain * 100, a->note.empty() ? "" : "; ", a->note))));
 }
 
-// How much a disturbance tilts the line, when it goes with time or with the rate of force. `of`
-// gives the disturbance of a level in the unit of x or y.
-template <class Of>
-double tilt(const LevelResults& levels, const RangeResult& r, Of of) {
-  std::vector<LinePoint> points;
-  double offset = 0;
-  std::int32_t repeat = -1;
-  for (const LevelResult& l : levels.levels) {
-    const double kPa = l.target_kPa.value_or(l.pressure_kPa);
-    if (l.direction != levels.line_direction || !is_inside(r.range, kPa)) continue;
-    if (l.repeat != repeat) offset = of(l), repeat = l.repeat;
-    points.push_back({l.pressure_kPa, of(l) - offset, static_cast<double>(l.readings)});
-  }
-  const auto line = fit_line(points);
-  return line ? line->slope : 0;
-}
-
 // Error that is left after the drift was subtracted. `left` is 0 where it is in the scatter.
 void add_drift_part(const Metric& drift, const SlopePart& left, Uncertainty& b) {
   if (!drift.estimate) {
@@ -129,50 +131,66 @@ void add_shared(const RangeResult& r, Uncertainty& b) {
       "repeats: seating, probe, electrode, and the shape that a cubic does not have"));
 }
 
-// One error of the instant, the same in all readings, moves each pressure by its rate: what tilts
-// the line is how the rate changes with pressure.
-void add_alignment(const SlopeBasis& basis, double slope, const RangeResult& r, Uncertainty& b) {
+// One error of the instant, the same in all readings, moves each pressure by its rate.
+void add_alignment(const SlopeBasis& basis, const RangeResult& r, Uncertainty& b) {
   const Scene& scene = basis.scene;
-  std::vector<double> rate(scene.data.levels.size() + 1), time(scene.data.levels.size() + 1);
-  std::vector<int> count(rate.size());
+  std::vector<RunningMean> rate(scene.data.levels.size() + 1);
+  std::vector<double> time(rate.size());
   for (const RunReading& x : scene.data.readings) {
     if (x.index <= 0 || static_cast<std::size_t>(x.level) >= rate.size()) continue;
     const auto k = static_cast<std::size_t>(x.level);
-    rate[k] += x.force_rate_N_s;
+    rate[k].add(x.force_rate_N_s);
     time[k] = std::max(time[k], static_cast<double>(x.alignment_s));
-    ++count[k];
   }
   const double area_m2 = scene.data.area_m2.value_or(1);
   double u_s = 0;
-  const double tilt_kPa_s = tilt(basis.levels, r, [&](const LevelResult& l) {
+  MovedSlope moved;
+  std::int32_t repeat = -1;
+  for (const LevelResult& l : basis.levels.levels) {
+    const double kPa = l.target_kPa.value_or(l.pressure_kPa);
+    if (l.direction != basis.levels.line_direction || !is_inside(r.range, kPa)) continue;
+    if (l.repeat != repeat) moved.begin_group();
+    repeat = l.repeat;
     const auto k = static_cast<std::size_t>(l.level);
     u_s = std::max(u_s, time[k]);
-    return count[k] > 0 ? rate[k] / count[k] / area_m2 * 1e-3 : 0;
-  });
-  b.parts.push_back(part("alignment of the clocks", slope * tilt_kPa_s * u_s,
+    moved.add(l.pressure_kPa, l.capacitance_pF * 1e3, rate[k].mean / area_m2 * 1e-3);
+  }
+  b.parts.push_back(part("alignment of the clocks", moved.per_s() * u_s,
                          fmt::format("instant of a reading +-{:.3g} ms (window and spacing of the "
                                      "frame's samples), rate of force at the levels",
                                      u_s * 1e3)));
 }
 
-// Likewise of a loading, where the rate grows as the specimen stiffens.
-void add_alignment_of_cycles(double slope, const RangeResult& r, Uncertainty& b) {
+// Likewise of a loading, where the rate grows as the specimen stiffens, and the curve bends.
+void add_alignment_of_cycles(const RangeResult& r, Uncertainty& b) {
   b.parts.push_back(
-      part("alignment of the clocks", slope * r.rate_tilt_per_s * r.instant_s,
+      part("alignment of the clocks", r.moved_per_s * r.instant_s,
            fmt::format("instant of a reading +-{:.3g} ms (window and spacing of the frame's "
-                       "samples); the rate of pressure changes by {:.3g} kPa/s per kPa",
-                       r.instant_s * 1e3, r.rate_tilt_per_s)));
+                       "samples); it moves the slope by {:.3g} fF/kPa a second: the rate of "
+                       "pressure changes by {:.3g} kPa/s per kPa, and the curve bends",
+                       r.instant_s * 1e3, r.moved_per_s, r.rate_tilt_per_s)));
+}
+
+// fF/N per second, over the loading branches.
+double moved_force_sensitivity_per_s(const SlopeBasis& basis) {
+  const Scene& scene = basis.scene;
+  MovedSlope moved;
+  Moving moving(scene, basis.holds);
+  for (const CycleResult& c : basis.cycles.cycles) {
+    moved.begin_group();
+    for (std::size_t i = c.first; i < c.last; ++i) {
+      const RunReading& r = scene.data.readings[i];
+      if (!moving(i) || r.t_s > c.peak_s || spans_turn(c, r)) continue;
+      moved.add(scene.above_rest_N(r), scene.fF(r), r.force_rate_N_s);
+    }
+  }
+  return moved.per_s();
 }
 
 void uncertainty_of_c0(const Scene& scene, const BaselineResult& out,
                        std::vector<Uncertainty>& list) {
   if (!out.c0 || !out.c0.estimate->standard_error) return;
-  Uncertainty b;
-  b.result = UncertainResult::c0;
-  b.quantity = "C0";
-  b.unit = "pF";
-  b.value = out.c0.value();
-  b.least = half_width(out.c0);
+  Uncertainty b = begin(out.c0, "C0", "pF", UncertainResult::c0);
   b.parts.push_back(scatter(*out.c0.estimate, out.c0_basis));
   if (const auto meter = accuracy(scene, b.value)) {
     b.parts.push_back(shared(
@@ -183,8 +201,7 @@ void uncertainty_of_c0(const Scene& scene, const BaselineResult& out,
     b.parts.push_back(part("drift during the run", rectangular(*out.drift_of_baseline_fF * 1e-3),
                            "last stretch without load against the first, rectangular"));
   }
-  combine(b, scene.options.confidence);
-  list.push_back(std::move(b));
+  finish(scene, b, list);
 }
 
 // A window that reaches over the turn holds less force than its middle: rate x window / 4 less when
@@ -210,13 +227,7 @@ void uncertainty_of_dynamic_range(const SlopeBasis& basis, std::vector<Uncertain
   const Scene& scene = basis.scene;
   const CycleResults& out = basis.cycles;
   if (!out.dynamic_range || !out.dynamic_range.estimate->standard_error) return;
-  Uncertainty b;
-  b.result = UncertainResult::dynamic_range;
-  b.quantity = "dynamic range";
-  b.unit = "%";
-  b.estimand = out.dynamic_range.estimand;
-  b.value = out.dynamic_range.value();
-  b.least = half_width(out.dynamic_range);
+  Uncertainty b = begin(out.dynamic_range, "dynamic range", "%", UncertainResult::dynamic_range);
   const bool several = out.cycles.size() > 1;
   b.parts.push_back(scatter(*out.dynamic_range.estimate,
                             several ? "scatter between cycles" : "scatter of the readings"));
@@ -241,8 +252,7 @@ void uncertainty_of_dynamic_range(const SlopeBasis& basis, std::vector<Uncertain
                            "the meter's mean over a window that reaches over the peak: a twelfth "
                            "of rate times window less, in the mean"));
   }
-  combine(b, scene.options.confidence);
-  list.push_back(std::move(b));
+  finish(scene, b, list);
 }
 
 // Slope against pressure at the highest level: that at the peaks, or of the curve's upper half when
@@ -266,13 +276,8 @@ void uncertainty_of_highest_level(const SlopeBasis& basis, std::vector<Uncertain
   const Scene& scene = basis.scene;
   const HighestLevelResult& top = basis.highest;
   if (top.parts_of_delta_C.empty()) return;
-  Uncertainty b;
-  b.result = UncertainResult::delta_C;
-  b.quantity = fmt::format("delta C at {:.4g} kPa", top.top_kPa);
-  b.unit = "fF";
-  b.estimand = top.delta_C.estimand;
-  b.value = top.delta_C.value();
-  b.least = half_width(top.delta_C);
+  Uncertainty b = begin(top.delta_C, fmt::format("delta C at {:.4g} kPa", top.top_kPa), "fF",
+                        UncertainResult::delta_C);
   b.parts.push_back(scatter(top.parts_of_delta_C[0], "between repeats; of one, of its readings"));
   b.parts.push_back(scatter(top.parts_of_delta_C[1], "of the baseline; all levels share it"));
   b.parts.back().name = "C0";
@@ -288,20 +293,14 @@ void uncertainty_of_highest_level(const SlopeBasis& basis, std::vector<Uncertain
                          "what of the drift may be a specimen that has not recovered yet: limits, "
                          "rectangular"));
   add_other_choices_of_highest_level(basis, b);
-  combine(b, scene.options.confidence);
-  list.push_back(std::move(b));
+  finish(scene, b, list);
 }
 
 void uncertainty_of_force_sensitivity(const SlopeBasis& basis, std::vector<Uncertainty>& list) {
   const Scene& scene = basis.scene;
   const CycleResults& out = basis.cycles;
   if (out.parts_of_force_sensitivity.empty()) return;
-  Uncertainty b;
-  b.quantity = "force sensitivity";
-  b.unit = "fF/N";
-  b.estimand = out.force_sensitivity.estimand;
-  b.value = out.force_sensitivity.value();
-  b.least = half_width(out.force_sensitivity);
+  Uncertainty b = begin(out.force_sensitivity, "force sensitivity", "fF/N");
   b.parts.push_back(scatter(
       out.parts_of_force_sensitivity.front(),
       out.cycles.size() > 1 ? "scatter between cycles" : "scatter about the line of one cycle"));
@@ -310,32 +309,26 @@ void uncertainty_of_force_sensitivity(const SlopeBasis& basis, std::vector<Uncer
   const Relative force = force_class(scene);
   b.parts.push_back(shared(part("force", force.u * b.value, force.basis)));
   b.parts.push_back(part("alignment of the clocks",
-                         b.value * out.force_rate_tilt_per_s * out.instant_s,
+                         moved_force_sensitivity_per_s(basis) * out.instant_s,
                          fmt::format("instant of a reading +-{:.3g} ms; the rate of force changes "
-                                     "by {:.3g} N/s per N",
+                                     "by {:.3g} N/s per N, and the curve bends",
                                      out.instant_s * 1e3, out.force_rate_tilt_per_s)));
   add_drift_part(
       basis.baseline.drift,
       out.parts_of_force_sensitivity.size() > 1 ? out.parts_of_force_sensitivity[1] : SlopePart(),
       b);
   add_other_choices_of_force_sensitivity(basis, b);
-  combine(b, scene.options.confidence);
-  list.push_back(std::move(b));
+  finish(scene, b, list);
 }
 
 void uncertainty_of_hysteresis(const Scene& scene, const Hysteresis& h,
                                std::vector<Uncertainty>& list) {
   if (!h.largest_gap || !h.largest_gap.estimate->standard_error) return;
-  Uncertainty b;
-  b.quantity = "hysteresis";
-  b.unit = "%";
-  b.value = h.largest_gap.value();
-  b.least = half_width(h.largest_gap);
+  Uncertainty b = begin(h.largest_gap, "hysteresis", "%");
   b.parts.push_back(scatter(*h.largest_gap.estimate, h.basis));
   b.parts.push_back(part("alignment of the clocks", h.alignment_percent.value_or(0),
                          "one error of the instant shifts loading and unloading apart"));
-  combine(b, scene.options.confidence);
-  list.push_back(std::move(b));
+  finish(scene, b, list);
 }
 
 }  // namespace
@@ -368,9 +361,9 @@ Uncertainty uncertainty_of(const SlopeBasis& basis, const RangeResult& r) {
   b.parts.push_back(shared(part("force", force.u * slope, force.basis)));
   b.parts.push_back(shared(part("area of the probe", probe.u * slope, probe.basis)));
   if (!levels.empty()) {
-    add_alignment(basis, slope, r, b);
+    add_alignment(basis, r, b);
   } else {
-    add_alignment_of_cycles(slope, r, b);
+    add_alignment_of_cycles(r, b);
   }
   add_drift_part(
       basis.baseline.drift,

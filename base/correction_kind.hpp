@@ -3,13 +3,12 @@
 // the words.
 #pragma once
 
-#include <string_view>
+#include "base/enum_words.hpp"
 
 namespace lcrig {
 
 enum class CorrectionKind { open, short_circuit };
-constexpr std::string_view to_string(CorrectionKind kind) {
-  return kind == CorrectionKind::open ? "open" : "short";
-}
+template <>
+inline constexpr EnumWords<2> kWordsOf<CorrectionKind>{"open", "short"};
 
 }  // namespace lcrig

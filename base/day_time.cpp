@@ -41,10 +41,7 @@ std::optional<DayWindow> parse_day_window(std::string_view text) {
   const auto from = parse_minute_of_day(text.substr(0, dash));
   const auto to = parse_minute_of_day(text.substr(dash + 1));
   if (!from || !to || *from == *to) return std::nullopt;
-  DayWindow out;
-  out.from_min = *from;
-  out.to_min = *to;
-  return out;
+  return DayWindow{.from_min = *from, .to_min = *to};
 }
 
 std::string to_string(const DayWindow& w) {

@@ -32,10 +32,4 @@ std::optional<DecimalPlaces> decimal_places(double value);
 // places. 0.12566666666999998 with -5 and 0 gives 0.12567.
 void append_rounded(std::string& out, double value, int place, int power);
 
-inline std::string decimal_shift(double value, int power) {
-  std::string out;
-  append_decimal_shift(out, value, power);
-  return out;
-}
-
 }  // namespace lcrig

@@ -1,8 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the words of enumerations: those whose values count from 0 and have a `to_string`. Readers
-// of the control socket, of batch files and of the database use it. `last`: the last value.
+// The words of enumerations, which stand in files, messages, rows and on the command line. An enum
+// whose values count from 0 has one list of them beside it:
+//
+//   template <>
+//   inline constexpr EnumWords<2> kWordsOf<Lateral>{"free", "confined"};
+//
+// By it `to_string` and everything here know the enum.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,7 +18,20 @@
 
 namespace lcrig {
 
-// nullopt: no value has this word.
+template <std::size_t n>
+using EnumWords = std::array<std::string_view, n>;
+template <class E>
+inline constexpr EnumWords<0> kWordsOf{};  // of an enum without words
+template <class E>
+concept HasWords = !kWordsOf<E>.empty();
+
+template <HasWords E>
+constexpr std::string_view to_string(E value) {
+  return kWordsOf<E>[static_cast<std::size_t>(value)];
+}
+
+// Also of an enum with a `to_string` of its own; `last`: its last value. nullopt: no value has this
+// word.
 template <class E>
 std::optional<E> parse_word(std::string_view word, E last) {
   for (int i = 0; i <= static_cast<int>(last); ++i) {
@@ -19,13 +39,17 @@ std::optional<E> parse_word(std::string_view word, E last) {
   }
   return std::nullopt;
 }
+template <HasWords E>
+std::optional<E> parse_word(std::string_view word) {
+  return parse_word(word, static_cast<E>(kWordsOf<E>.size() - 1));
+}
 
 // For JsonReader::word.
-template <class E>
-std::vector<std::pair<std::string_view, E>> word_table(E last) {
+template <HasWords E>
+std::vector<std::pair<std::string_view, E>> word_table() {
   std::vector<std::pair<std::string_view, E>> out;
-  for (int i = 0; i <= static_cast<int>(last); ++i) {
-    out.emplace_back(to_string(static_cast<E>(i)), static_cast<E>(i));
+  for (std::size_t i = 0; i < kWordsOf<E>.size(); ++i) {
+    out.emplace_back(kWordsOf<E>[i], static_cast<E>(i));
   }
   return out;
 }
@@ -35,6 +59,10 @@ std::vector<std::string> words_up_to(E last) {
   std::vector<std::string> out;
   for (int i = 0; i <= static_cast<int>(last); ++i) out.emplace_back(to_string(static_cast<E>(i)));
   return out;
+}
+template <HasWords E>
+std::vector<std::string> all_words() {
+  return {kWordsOf<E>.begin(), kWordsOf<E>.end()};
 }
 
 }  // namespace lcrig

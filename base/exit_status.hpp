@@ -6,6 +6,8 @@
 #include <optional>
 #include <string_view>
 
+#include "base/enum_words.hpp"
+
 namespace lcrig {
 
 // `interrupted`: its daemon died, the next one closed the run. `stopped`: it finished what it was
@@ -15,11 +17,18 @@ enum class ExitStatus { success, abort, fail, interrupted, stopped };
 constexpr bool ended_well(ExitStatus status) {
   return status == ExitStatus::success || status == ExitStatus::stopped;
 }
-std::string_view to_string(ExitStatus status);
+template <>
+inline constexpr EnumWords<5> kWordsOf<ExitStatus>{"success", "abort", "fail", "interrupted",
+                                                   "stopped"};
 // Words for a run without an end: it goes on, or nobody records it.
 inline constexpr std::string_view kRunGoesOn = "running", kRunCutOff = "cut off";
 // `absent` stands for a run that has not ended.
-std::string_view to_string(std::optional<ExitStatus> status, std::string_view absent);
-std::optional<ExitStatus> parse_exit_status(std::string_view word);  // nullopt: no such word
+inline std::string_view to_string(std::optional<ExitStatus> status, std::string_view absent) {
+  return status ? to_string(*status) : absent;
+}
+// nullopt: no such word
+inline std::optional<ExitStatus> parse_exit_status(std::string_view word) {
+  return parse_word<ExitStatus>(word);
+}
 
 }  // namespace lcrig

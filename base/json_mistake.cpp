@@ -15,9 +15,6 @@ namespace lcrig {
 
 namespace {
 
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
 bool is_letter(char c) {
   return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_';
 }
@@ -250,8 +247,7 @@ class Walk {
     const bool number = is_digit(word[0]) || word[0] == '-' || word[0] == '+' || word[0] == '.';
     if (number) return this->number(word);
     if (word != "true" && word != "false" && word != "null") {
-      std::string small(word);
-      std::ranges::transform(small, small.begin(), [](unsigned char c) { return std::tolower(c); });
+      const std::string small = lower_case(word);
       if (small == "true" || small == "false" || small == "null" || small == "none") {
         return wrong(word_at_,
                      fmt::format("`{}`: JSON writes {}", word, small == "none" ? "null" : small));

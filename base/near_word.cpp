@@ -30,12 +30,6 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return d[a.size()][b.size()];
 }
 
-std::string lower_case(std::string_view word) {
-  std::string out(word);
-  std::ranges::transform(out, out.begin(), [](unsigned char c) { return std::tolower(c); });
-  return out;
-}
-
 // "Cp-D" is "Cp" and "D", "paper-12" is "paper" and "12".
 std::vector<std::string_view> parts_of(std::string_view word) {
   enum class Kind { mark, digit, letter };

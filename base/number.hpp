@@ -39,4 +39,8 @@ inline std::string comma_words(std::string_view text) {
   return "a decimal number is written with a point: " + first + "." + second;
 }
 
+// Why `text` is no number, where people write it as one: "−5", "+5", "1e999", "1,5", "12 um" (only
+// with the unit `unit`). "": no such reason is known.
+std::string number_words(std::string_view text, std::string_view unit = {});
+
 }  // namespace lcrig

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/number_words.hpp"
+#include "base/number.hpp"
 
 #include <charconv>
 

@@ -15,10 +15,8 @@ std::optional<ProcessorTicks> read_processor_ticks(const std::filesystem::path& 
   file >> word;
   for (double& value : ticks) file >> value;
   if (!file || word != "cpu") return std::nullopt;
-  ProcessorTicks out;
-  out.all = std::accumulate(ticks.begin(), ticks.end(), 0.0);
-  out.steal = ticks.back();
-  return out;
+  const double all = std::accumulate(ticks.begin(), ticks.end(), 0.0);
+  return ProcessorTicks{.all = all, .steal = ticks.back()};
 }
 
 }  // namespace lcrig

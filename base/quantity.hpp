@@ -64,12 +64,9 @@ inline namespace literals {
   }
 LCRIG_UNIT(m, Length, 1.0)
 LCRIG_UNIT(mm, Length, 1e-3)
-LCRIG_UNIT(um, Length, 1e-6)
-LCRIG_UNIT(kg, Mass, 1.0)
 LCRIG_UNIT(mm_s, Velocity, 1e-3)
 LCRIG_UNIT(m_s2, Acceleration, 1.0)
 LCRIG_UNIT(N, Force, 1.0)
-LCRIG_UNIT(mN, Force, 1e-3)
 LCRIG_UNIT(N_s, ForceRate, 1.0)
 LCRIG_UNIT(N_mm, Stiffness, 1e3)
 LCRIG_UNIT(kPa, Pressure, 1e3)

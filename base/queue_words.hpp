@@ -4,14 +4,16 @@
 // are part of their formats.
 #pragma once
 
-#include <string_view>
+#include "base/enum_words.hpp"
 
 namespace lcrig {
 
 // State of an entry. In the queue: the first four. `running`, `interrupted` and `failed` are at its
 // head only.
 enum class EntryState { waiting, running, interrupted, failed, done, skipped, removed };
-std::string_view to_string(EntryState state);
+template <>
+inline constexpr EnumWords<7> kWordsOf<EntryState>{"waiting", "running", "interrupted", "failed",
+                                                   "done",    "skipped", "removed"};
 
 // The reason why the queue does not go.
 enum class HoldCause {
@@ -31,7 +33,12 @@ enum class HoldCause {
   clock_step,  // somebody set the clock while an entry waited for a time
   bug
 };
-std::string_view to_string(HoldCause cause);
+template <>
+inline constexpr EnumWords<15> kWordsOf<HoldCause>{
+    "not_started",       "person",      "restart",     "empty",
+    "not_standing",      "left_loaded", "frame_fault", "limit",
+    "other_instrument",  "aborted",     "failure",     "look",
+    "too_many_failures", "clock_step",  "bug"};
 
 // Something that the first entry waits for while the queue goes.
 enum class QueueGate {
@@ -42,11 +49,14 @@ enum class QueueGate {
   person,  // be there while the frame moves, and type "yes"
   time  // nobody need act
 };
-std::string_view to_string(QueueGate gate);
+template <>
+inline constexpr EnumWords<6> kWordsOf<QueueGate>{"specimen", "probe",  "fixture",
+                                                  "stranger", "person", "time"};
 
 // The choice for a head that was interrupted or failed.
 enum class HeadChoice { none, resume, repeat, skip };
-std::string_view to_string(HeadChoice choice);
+template <>
+inline constexpr EnumWords<4> kWordsOf<HeadChoice>{"none", "resume", "repeat", "skip"};
 
 // The policy after an entry failed.
 enum class OnFailure {
@@ -55,7 +65,8 @@ enum class OnFailure {
   look,  // hold; once a person has looked, `queue start` repeats the entry, once
   repeat  // at once, and only after what did not touch the specimen
 };
-std::string_view to_string(OnFailure policy);
+template <>
+inline constexpr EnumWords<4> kWordsOf<OnFailure>{"hold", "skip", "look", "repeat"};
 
 // The order in which the runs of a batch are queued.
 enum class BatchOrder {
@@ -63,6 +74,7 @@ enum class BatchOrder {
   blocks,  // a specimen's runs together, specimens as in the table; by chance within
   random
 };
-std::string_view to_string(BatchOrder order);
+template <>
+inline constexpr EnumWords<3> kWordsOf<BatchOrder>{"given", "blocks", "random"};
 
 }  // namespace lcrig

@@ -6,9 +6,10 @@
 #include <fmt/core.h>
 
 #include <string>
-#include <string_view>
 #include <tl/expected.hpp>
 #include <utility>
+
+#include "base/enum_words.hpp"
 
 namespace lcrig {
 
@@ -29,7 +30,21 @@ enum class Errc {
   io,  // the operating system refused: read the message
   bug,  // a bug of lcrig: report it with the wire log
 };
-std::string_view to_string(Errc code);
+template <>
+inline constexpr EnumWords<14> kWordsOf<Errc>{"no_reply",
+                                              "reply_cut_off",
+                                              "garbled",
+                                              "refused",
+                                              "unsupported",
+                                              "disconnected",
+                                              "busy",
+                                              "limit_tripped",
+                                              "not_standing",
+                                              "frame_fault",
+                                              "invalid_request",
+                                              "aborted",
+                                              "io",
+                                              "bug"};
 
 struct Error {
   Error() = default;
@@ -55,6 +70,14 @@ tl::unexpected<Error> fail(Errc code, fmt::format_string<Args...> format, Args&&
 }
 inline tl::unexpected<Error> fail(Error error) {
   return tl::unexpected<Error>(std::move(error));
+}
+
+// Moves a value to where it is kept.
+template <class T, class Kept>
+Result<> keep(Result<T> from, Kept& to) {
+  if (!from) return fail(std::move(from.error()));
+  to = std::move(*from);
+  return {};
 }
 
 }  // namespace lcrig

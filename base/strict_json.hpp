@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/enum_words.hpp"
 #include "base/range.hpp"
 #include "base/result.hpp"
 #include "base/text_place.hpp"
@@ -109,6 +110,10 @@ class JsonReader {
   std::vector<JsonReader> items(std::size_t min = 0, std::size_t max = SIZE_MAX) const;
   template <class E>
   E word(std::span<const std::pair<std::string_view, E>> table) const;
+  template <HasWords E>
+  E word() const {
+    return word<E>(word_table<E>());
+  }
 
   // Members of this object. Asking for a key makes it known to `no_other_keys`.
   bool has(std::string_view key) const;
@@ -130,6 +135,10 @@ class JsonReader {
   template <class E>
   E word(std::string_view key, std::span<const std::pair<std::string_view, E>> table) const {
     return at(key).word(table);
+  }
+  template <HasWords E>
+  E word(std::string_view key) const {
+    return at(key).word<E>();
   }
 
   // A number whose key ends in a unit: quantity("thickness", Dimension::length) takes

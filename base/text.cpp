@@ -4,6 +4,7 @@
 #include <utf8.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <iterator>
 
@@ -75,11 +76,6 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
 }
 
-void add_note(std::string& notes, std::string_view more) {
-  if (!notes.empty()) notes += "; ";
-  notes += more;
-}
-
 bool names_a_file(std::string_view typed) {
   return typed.find('/') != typed.npos || typed.ends_with(".json");
 }
@@ -92,8 +88,14 @@ bool is_steering(char32_t c) {
   return control || separates || reorders;
 }
 
+std::string lower_case(std::string_view text) {
+  std::string out(text);
+  std::ranges::transform(out, out.begin(), [](unsigned char c) { return std::tolower(c); });
+  return out;
+}
+
 void add_remark(std::string& sentence, std::string_view more) {
-  if (!sentence.empty()) sentence += "; ";
+  if (!sentence.empty() && !more.empty()) sentence += "; ";
   sentence += more;
 }
 

@@ -25,6 +25,11 @@ bool ends_line(std::string_view text, std::size_t at);
 // Where the line after the one of `from` begins; the size of `text` when there is none.
 std::size_t next_line(std::string_view text, std::size_t from);
 
+constexpr bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+std::string lower_case(std::string_view text);  // of ASCII letters
+
 // Removes blanks, tabs and line ends at both ends.
 std::string_view trimmed(std::string_view text);
 
@@ -43,8 +48,6 @@ std::string printable(std::string_view text);
 std::string printable(std::string_view text, std::size_t most);
 // For showing a file on a terminal: line feeds and tabs stay.
 std::string printable_lines(std::string_view text);
-
-void add_note(std::string& notes, std::string_view more);  // after a semicolon
 
 // True when a typed word means a file and not a name that the program knows: it has a '/', or ends
 // in ".json".

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
 #include "base/text.hpp"
 
@@ -119,8 +118,7 @@ constexpr ForeignUnit kForeignUnits[] = {
 
 // Capitals make a unit another one: `force_kn` is not in kN.
 bool is_same_but_for_capitals(std::string_view a, std::string_view b) {
-  const auto lower = [](unsigned char c) { return std::tolower(c); };
-  return std::ranges::equal(a, b, {}, lower, lower);
+  return lower_case(a) == lower_case(b);
 }
 
 std::optional<Dimension> foreign_dimension(std::string_view suffix) {
@@ -159,31 +157,6 @@ std::optional<Dimension> foreign_rate(std::string_view suffix) {
 }
 
 }  // namespace
-
-std::string_view to_string(Dimension d) {
-  switch (d) {
-    case Dimension::none: return "pure number";
-    case Dimension::length: return "length";
-    case Dimension::area: return "area";
-    case Dimension::mass: return "mass";
-    case Dimension::time: return "time";
-    case Dimension::speed: return "speed";
-    case Dimension::acceleration: return "acceleration";
-    case Dimension::force: return "force";
-    case Dimension::force_rate: return "force rate";
-    case Dimension::stiffness: return "stiffness";
-    case Dimension::pressure: return "pressure";
-    case Dimension::pressure_rate: return "pressure rate";
-    case Dimension::frequency: return "frequency";
-    case Dimension::voltage: return "voltage";
-    case Dimension::capacitance: return "capacitance";
-    case Dimension::capacitance_rate: return "capacitance rate";
-    case Dimension::resistance: return "resistance";
-    case Dimension::temperature_difference: return "temperature difference";
-    case Dimension::temperature: return "temperature";
-  }
-  return "pure number";
-}
 
 std::span<const Unit> all_units() {
   return kUnits;

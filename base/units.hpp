@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/enum_words.hpp"
+
 namespace lcrig {
 
 enum class Dimension {
@@ -32,7 +34,17 @@ enum class Dimension {
   temperature_difference,
   temperature,  // degC throughout: a factor alone makes no kelvin of it
 };
-std::string_view to_string(Dimension d);  // "length", "force rate"; none: "pure number"
+template <>
+inline constexpr EnumWords<19> kWordsOf<Dimension>{"pure number",  "length",
+                                                   "area",         "mass",
+                                                   "time",         "speed",
+                                                   "acceleration", "force",
+                                                   "force rate",   "stiffness",
+                                                   "pressure",     "pressure rate",
+                                                   "frequency",    "voltage",
+                                                   "capacitance",  "capacitance rate",
+                                                   "resistance",   "temperature difference",
+                                                   "temperature"};
 
 struct Unit {
   std::string_view suffix;  // "mm_s"

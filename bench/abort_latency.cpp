@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -272,7 +273,7 @@ void measure(const std::string& folder, int aborts) {
   config.database = folder + "/bench.db";
   config.socket = folder + "/bench.sock";
   config.log_level = "warn";
-  config.meter_driver = find_meter_driver("lcr6100");
+  config.meter_driver = std::ranges::find(kMeterDrivers, "lcr6100", &MeterDriver::name);
   config.meter_port = sims.meter_url();
   config.frame_port = sims.frame_url();
   const Daemon daemon(config);

@@ -9,7 +9,7 @@
 
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
-#include "tools/lcrig/run_listing_line.hpp"
+#include "tools/lcrig/run_database.hpp"
 
 namespace lcrig {
 namespace {

@@ -123,6 +123,7 @@ class Walk {
     const double force = target_force_N(at, environment_, rig_);
     if (force <= edge_) end_cycle();
     force_ = force;
+    if (force_ <= 0) begin_repeat();
   }
 
   void go(const Target& to, double speed, double seconds) {
@@ -148,6 +149,7 @@ class Walk {
     falling_s_ = falling;
     end_cycle();
     force_ = 0;
+    begin_repeat();
     rest(time_s_ + falling, seconds - falling);
   }
 
@@ -157,22 +159,30 @@ class Walk {
     // The person takes the time before the load is there.
     if (force_ <= edge_) rest(time_s_, seconds);
     force_ = force;
+    if (force_ <= 0) begin_repeat();
   }
 
+  // A level below the edge of a cycle is one, too.
   void measure(double count, double seconds) {
-    if (force_ > edge_) {
+    if (force_ > 0) {
+      if (force_ > edge_ && cycle_ended_) begin_repeat();
       (force_ > last_level_ ? levels : falling_)
-          .push_back(
-              {kPa(force_), count, static_cast<int>(cycles.size()) + 1, time_s_ + seconds / 2});
+          .push_back({kPa(force_), count, repeat_, time_s_ + seconds / 2});
       last_level_ = force_;
     }
     stay(count, seconds, true);
   }
 
+  void begin_repeat() {
+    if (last_level_ > 0) ++repeat_;
+    last_level_ = 0;
+    cycle_ended_ = false;
+  }
+
   void stay(double readings, double seconds, bool is_level = false) {
     if (force_ > edge_) {
       rise({kPa(force_), kPa(force_), readings, seconds, is_level});
-    } else {
+    } else if (force_ <= 0) {
       rest_until(time_s_, time_s_ + seconds, readings);
     }
   }
@@ -196,11 +206,11 @@ class Walk {
   }
 
   void end_cycle() {
-    last_level_ = 0;
     const double peak_kPa = std::max(peak_kPa_, loading_s_ > 0 ? kPa(force_) : 0.0);
     if (peak_kPa > kPa(edge_)) {
       end_rest();
       cycles.push_back({peak_kPa, peak_s_, std::move(rising_), loading_s_, falling_s_});
+      cycle_ended_ = true;
     }
     rising_.clear();
     peak_kPa_ = loading_s_ = falling_s_ = 0;
@@ -226,6 +236,8 @@ class Walk {
   bool continuous_ = true;
   double time_s_ = 0;  // at the begin of the step
   double force_ = 0, last_level_ = 0;
+  int repeat_ = 1;
+  bool cycle_ended_ = false;  // and no level since then
   double peak_kPa_ = 0, peak_s_ = 0, loading_s_ = 0, falling_s_ = 0;  // of the cycle so far
   std::vector<PlannedStretch> rising_;
   Rest rest_;

@@ -80,24 +80,27 @@ LoadingSlope slope_of_loading(const PlannedRun& run, const PressureRange& range,
   return out;
 }
 
-// Over the readings of the range: how much the rate of pressure, and the time, change with
-// pressure.
+// Over the readings of the range: how much a second would move the slope, and how much the time
+// changes with pressure.
 struct Tilt {
-  double of_rate_per_s = 0, s_per_kPa = 0;
+  double moved_per_s = 0, s_per_kPa = 0;
 };
 Tilt tilt_of(const PlannedRun& run, const PressureRange& range, const PlannedCycle& c) {
   const LoadingPath loading(run, c.peak_kPa, c.loading_s);
   const double nearest_s = loading.first_s(0.5);
   const auto kPa = loading.kPa(nearest_s);
-  RunningLine rate, time;
+  RunningLine moved, time;
   for (std::size_t i = 0; i < kPa.size() && kPa[i] > kCycleEdge * c.peak_kPa; ++i) {
     if (!is_inside(range, kPa[i])) continue;
     const double before_peak_s = nearest_s + static_cast<double>(i) * run.interval_s;
-    rate.add(kPa[i], loading.rate_kPa_s(before_peak_s));
+    const double step_kPa = 1e-3 * c.peak_kPa;
+    const double slope =
+        (run.delta_C_fF(kPa[i] + step_kPa) - run.delta_C_fF(kPa[i] - step_kPa)) / (2 * step_kPa);
+    moved.add(kPa[i], slope * loading.rate_kPa_s(before_peak_s));
     time.add(kPa[i], -before_peak_s);
   }
-  if (!(rate.sxx() > 0)) return {};
-  return {rate.slope(), time.slope()};
+  if (!(moved.sxx() > 0)) return {};
+  return {moved.slope(), time.slope()};
 }
 
 std::optional<Scatter> slope_of_loadings(const PlannedRun& run, const PressureRange& range) {
@@ -123,7 +126,7 @@ std::optional<Scatter> slope_of_loadings(const PlannedRun& run, const PressureRa
   // The bend that all loadings share is known from the same readings, as badly.
   const double with_bend = std::sqrt(1 + bend / sxx);
   for (double* part : {&out.meter, &out.force, &out.instants}) *part *= with_bend;
-  out.alignment = std::abs(out.value * tilt.of_rate_per_s) * instant_s(run);
+  out.alignment = std::abs(tilt.moved_per_s) * instant_s(run);
   out.drift = std::abs(tilt.s_per_kPa) * rate_error_fF_s(run);
   return out;
 }

@@ -158,7 +158,7 @@ class Search {
     }
     if (!any) out.refused = out.predictions.front().reason;
     if (any && !out.tells_repeats()) {
-      add_note(out.note, run->levels.empty() ? kOneCycle : kOneRepeat);
+      add_remark(out.note, run->levels.empty() ? kOneCycle : kOneRepeat);
     }
   }
 

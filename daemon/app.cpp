@@ -48,10 +48,8 @@ App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
                 {config_.database, *rig_, use_, callers_, writes_, starter_, queue_}),
       meter_({executor_, clock, *rig_, known_, config_.database, vfs_},
              {use_, callers_, queue_, notifier_}),
-      stops_(clock, use_, callers_),
-      answers_(use_, callers_, person_, queue_, recorder_),
-      rescue_(config_.database, *rig_, recorder_, writes_),
-      watch_(clock, *rig_, known_, use_, rescue_),
+      steering_(clock, {use_, callers_, person_, queue_, recorder_}),
+      watch_(clock, {config_.database, *rig_, known_, use_, recorder_, writes_}),
       heartbeat_(clock, {recorder_, *rig_, use_, notifier_, news_}),
       metrics_(executor_, clock,
                {config_, recorder_, heartbeat_, use_, [this] { return status(); }}),
@@ -82,10 +80,7 @@ Result<> App::open() {
   Recorder::Options options(config_.database);
   options.vfs = vfs_;
   options.sync_each_commit = sync_each_commit_;
-  auto recorder = Recorder::open(io_, clock_, std::move(options));
-  if (!recorder) return fail(recorder.error());
-  recorder_ = std::move(*recorder);
-  return {};
+  return keep(Recorder::open(io_, clock_, std::move(options)), recorder_);
 }
 
 Result<> App::open_with_queue() {
@@ -98,7 +93,7 @@ Result<> App::open_with_queue() {
 
 Result<> App::start() {
   if (auto opened = open(); !opened) return opened;
-  rescue_.look_at_orphans();
+  watch_.look_at_orphans();
   starter_.look_for_resumable();
   if (auto ready = queue_.open(); !ready) return ready;
   if (auto listening = control_.listen(config_.socket); !listening) return listening;

@@ -9,11 +9,9 @@
 #include <memory>
 #include <string>
 
-#include "daemon/app/answer_taker.hpp"
 #include "daemon/app/callers.hpp"
 #include "daemon/app/config_taker.hpp"
 #include "daemon/app/database_writes.hpp"
-#include "daemon/app/frame_rescue.hpp"
 #include "daemon/app/heartbeat.hpp"
 #include "daemon/app/meter_requests.hpp"
 #include "daemon/app/metrics_keeper.hpp"
@@ -23,7 +21,7 @@
 #include "daemon/app/rig_watch.hpp"
 #include "daemon/app/run_requests.hpp"
 #include "daemon/app/run_starter.hpp"
-#include "daemon/app/stops.hpp"
+#include "daemon/app/run_steering.hpp"
 #include "daemon/config.hpp"
 #include "daemon/control/server.hpp"
 #include "daemon/record/recorder.hpp"
@@ -68,13 +66,12 @@ class App final : public ControlHandler {
   // answers.
   void save_wire_logs() { rig_->finish_wire_logs(std::chrono::seconds(2)); }
 
-  FrameRescue& rescue() { return rescue_; }  // before `start`
+  RigWatch& rig_watch() { return watch_; }  // before `start`
   ConfigTaker& config_taker() { return config_taker_; }  // SIGHUP
   const ControlServer& control() const { return control_; }
 
   RunHandler& runs() override { return requests_; }
-  StopHandler& stops() override { return stops_; }
-  AnswerHandler& answers() override { return answers_; }
+  SteeringHandler& steering() override { return steering_; }
   StoreHandler& store() override { return writes_; }
   MeterHandler& meter() override { return meter_; }
   QueueHandler* queue() override { return queue_.runner(); }
@@ -106,9 +103,7 @@ class App final : public ControlHandler {
   QueueTurns queue_;
   RunRequests requests_;
   MeterRequests meter_;
-  Stops stops_;
-  AnswerTaker answers_;
-  FrameRescue rescue_;
+  RunSteering steering_;
   RigWatch watch_;
   Heartbeat heartbeat_;
   MetricsKeeper metrics_;

@@ -28,40 +28,48 @@ ConfigValue text(const std::string& value) {
   return value;
 }
 
+template <auto member>
+ConfigValue text_of(const Config& c) {
+  return text(c.*member);
+}
+
 ConfigValue scaled(const std::optional<double>& si, double to_unit) {
   if (!si) return {};
   return *si * to_unit;
 }
 
-template <class Read>
-ConfigValue of_loop(const Config& c, Read read) {
+double si_of(Duration time) {
+  return to_seconds(time);
+}
+template <class Quantity>
+double si_of(Quantity q) {
+  return q.si();
+}
+template <auto member, double to_unit = 1.0>
+ConfigValue of_loop(const Config& c) {
   if (!c.frame.force_loop) return {};
-  return read(*c.frame.force_loop);
+  return si_of((*c.frame.force_loop).*member) * to_unit;
 }
 
-void take_frame(Config& in_force, const Config& wanted) {
-  in_force.frame = wanted.frame;
-}
-void take_fixture(Config& in_force, const Config& wanted) {
-  in_force.fixture = wanted.fixture;
+template <auto member>
+void take(Config& in_force, const Config& wanted) {
+  in_force.*member = wanted.*member;
 }
 
 constexpr auto kNow = ConfigEffect::at_once;
 constexpr auto kIdle = ConfigEffect::when_idle;
 constexpr auto kRestart = ConfigEffect::restart;
+constexpr auto kTakeFrame = take<&Config::frame>;
+constexpr auto kTakeFixture = take<&Config::fixture>;
 
 // lint: table
 constexpr Key kKeys[] = {
-    {"database", Part::daemon, Needs::nothing, kRestart,
-     [](const Config& c) { return text(c.database); }, nullptr},
-    {"socket", Part::daemon, Needs::nothing, kRestart,
-     [](const Config& c) { return text(c.socket); }, nullptr},
-    {"log_level", Part::daemon, Needs::nothing, kNow,
-     [](const Config& c) { return text(c.log_level); },
-     [](Config& c, const Config& w) { c.log_level = w.log_level; }},
-    {"metrics_file", Part::daemon, Needs::nothing, kNow,
-     [](const Config& c) { return text(c.metrics_file); },
-     [](Config& c, const Config& w) { c.metrics_file = w.metrics_file; }},
+    {"database", Part::daemon, Needs::nothing, kRestart, text_of<&Config::database>, nullptr},
+    {"socket", Part::daemon, Needs::nothing, kRestart, text_of<&Config::socket>, nullptr},
+    {"log_level", Part::daemon, Needs::nothing, kNow, text_of<&Config::log_level>,
+     take<&Config::log_level>},
+    {"metrics_file", Part::daemon, Needs::nothing, kNow, text_of<&Config::metrics_file>,
+     take<&Config::metrics_file>},
     {"bench", Part::rig, Needs::bench, kRestart,
      [](const Config& c) { return text(c.bench.value_or("")); }, nullptr},
     {"meter.driver", Part::rig, Needs::ports, kRestart,
@@ -69,56 +77,40 @@ constexpr Key kKeys[] = {
        return text(c.meter_driver == nullptr ? "" : std::string(c.meter_driver->name));
      },
      nullptr},
-    {"meter.port", Part::rig, Needs::ports, kRestart,
-     [](const Config& c) { return text(c.meter_port); }, nullptr},
-    {"meter.serial_number", Part::rig, Needs::ports, kIdle,
-     [](const Config& c) { return text(c.meter_serial_number); },
-     [](Config& c, const Config& w) { c.meter_serial_number = w.meter_serial_number; }},
+    {"meter.port", Part::rig, Needs::ports, kRestart, text_of<&Config::meter_port>, nullptr},
+    {"meter.serial_number", Part::rig, Needs::ports, kIdle, text_of<&Config::meter_serial_number>,
+     take<&Config::meter_serial_number>},
     {"frame.driver", Part::rig, Needs::ports, kRestart,
      [](const Config& c) {
        if (c.bench) return ConfigValue();
        return text(c.frame_driver == FrameDriver::zwick ? "zwick" : "dead_weight");
      },
      nullptr},
-    {"frame.port", Part::rig, Needs::machine, kRestart,
-     [](const Config& c) { return text(c.frame_port); }, nullptr},
+    {"frame.port", Part::rig, Needs::machine, kRestart, text_of<&Config::frame_port>, nullptr},
     {"frame.stiffness_N_mm", Part::rig, Needs::machine, kIdle,
-     [](const Config& c) { return scaled(c.frame.stiffness_N_m, 1e-3); }, take_frame},
+     [](const Config& c) { return scaled(c.frame.stiffness_N_m, 1e-3); }, kTakeFrame},
     {"frame.start_gap_mm", Part::rig, Needs::machine, kIdle,
-     [](const Config& c) { return scaled(c.frame.start_gap_m, 1e3); }, take_frame},
+     [](const Config& c) { return scaled(c.frame.start_gap_m, 1e3); }, kTakeFrame},
     {"frame.force_class", Part::rig, Needs::machine, kIdle,
-     [](const Config& c) { return ConfigValue(c.frame.force_class_percent); }, take_frame},
+     [](const Config& c) { return ConfigValue(c.frame.force_class_percent); }, kTakeFrame},
     {"frame.force_loop.approach_mm_s", Part::rig, Needs::force_loop, kIdle,
-     [](const Config& c) {
-       return of_loop(c, [](const ForceLoop& l) { return l.approach.si() * 1e3; });
-     },
-     take_frame},
+     of_loop<&ForceLoop::approach, 1e3>, kTakeFrame},
     {"frame.force_loop.contact_N", Part::rig, Needs::force_loop, kIdle,
-     [](const Config& c) { return of_loop(c, [](const ForceLoop& l) { return l.contact.si(); }); },
-     take_frame},
+     of_loop<&ForceLoop::contact>, kTakeFrame},
     {"frame.force_loop.rate_max_N_s", Part::rig, Needs::force_loop, kIdle,
-     [](const Config& c) { return of_loop(c, [](const ForceLoop& l) { return l.rate_max.si(); }); },
-     take_frame},
-    {"frame.force_loop.lag_s", Part::rig, Needs::force_loop, kIdle,
-     [](const Config& c) {
-       return of_loop(c, [](const ForceLoop& l) { return to_seconds(l.lag); });
-     },
-     take_frame},
-    {"frame.force_loop.ripple_N", Part::rig, Needs::force_loop, kIdle,
-     [](const Config& c) { return of_loop(c, [](const ForceLoop& l) { return l.ripple.si(); }); },
-     take_frame},
+     of_loop<&ForceLoop::rate_max>, kTakeFrame},
+    {"frame.force_loop.lag_s", Part::rig, Needs::force_loop, kIdle, of_loop<&ForceLoop::lag>,
+     kTakeFrame},
+    {"frame.force_loop.ripple_N", Part::rig, Needs::force_loop, kIdle, of_loop<&ForceLoop::ripple>,
+     kTakeFrame},
     {"frame.force_loop.stiffness_max_N_mm", Part::rig, Needs::force_loop, kIdle,
-     [](const Config& c) {
-       return of_loop(c, [](const ForceLoop& l) { return l.stiffness_max.si() * 1e-3; });
-     },
-     take_frame},
+     of_loop<&ForceLoop::stiffness_max, 1e-3>, kTakeFrame},
     {"fixture.probe_diameter_mm", Part::rig, Needs::ports, kIdle,
-     [](const Config& c) { return scaled(c.fixture.probe_diameter_m, 1e3); }, take_fixture},
+     [](const Config& c) { return scaled(c.fixture.probe_diameter_m, 1e3); }, kTakeFixture},
     {"fixture.local_gravity_m_s2", Part::rig, Needs::ports, kIdle,
-     [](const Config& c) { return ConfigValue(c.fixture.local_gravity_m_s2); }, take_fixture},
-    {"wire_log_directory", Part::daemon, Needs::ports, kIdle,
-     [](const Config& c) { return text(c.wire_log_directory); },
-     [](Config& c, const Config& w) { c.wire_log_directory = w.wire_log_directory; }},
+     [](const Config& c) { return ConfigValue(c.fixture.local_gravity_m_s2); }, kTakeFixture},
+    {"wire_log_directory", Part::daemon, Needs::ports, kIdle, text_of<&Config::wire_log_directory>,
+     take<&Config::wire_log_directory>},
 };
 
 bool applies(const Key& key, const Config& config) {
@@ -151,11 +143,6 @@ ConfigSource source_of(const Config& config, std::string_view key) {
   return is_given(config.given, key) ? ConfigSource::file : ConfigSource::built_in;
 }
 
-// All keys of the rig belong together.
-bool is_of_rig(const Key& key) {
-  return key.part != Part::daemon;
-}
-
 }  // namespace
 
 std::vector<ConfigKeyView> keys_of(const Config& config) {
@@ -180,13 +167,14 @@ std::vector<ConfigChange> changes_of(const Config& in_force, const Config& wante
     change.to = key.value(wanted);
     change.effect = key.effect;
     if (change.from == change.to) continue;
-    other_rig = other_rig || (is_of_rig(key) && key.effect == kRestart);
+    other_rig = other_rig || (key.part == Part::rig && key.effect == kRestart);
     out.push_back(std::move(change));
   }
   if (!other_rig) return out;
+  // All keys of the rig belong together.
   for (ConfigChange& change : out) {
     const auto key = std::ranges::find(kKeys, change.key, &Key::name);
-    if (is_of_rig(*key)) change.effect = kRestart;
+    if (key->part == Part::rig) change.effect = kRestart;
   }
   return out;
 }

@@ -20,15 +20,18 @@ struct StoredEvent {
   std::string step_id, detail;
 };
 
+StoredEvent read_event(const Statement& row) {
+  StoredEvent out;
+  row.read(out.step_id, out.detail);
+  return out;
+}
+
 // The last of its kind; nullopt: none.
 Result<std::optional<StoredEvent>> last_event(const Database& db, std::int64_t run,
                                               EventKind kind) {
-  const auto read = [](const Statement& row) {
-    return StoredEvent{std::string(row.text(0)), std::string(row.text(1))};
-  };
   return db.first(
-      "SELECT step_id, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq DESC", read,
-      run, to_string(kind));
+      "SELECT step_id, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq DESC",
+      read_event, run, to_string(kind));
 }
 
 Result<> check_interrupted(const Database& db, std::int64_t run) {
@@ -51,10 +54,10 @@ Result<> check_interrupted(const Database& db, std::int64_t run) {
                 run, (*copied)->file, (*copied)->run);
   }
   // The events of a copied run name the numbers of another database.
-  auto next = db.integer(fmt::format(
-      "SELECT coalesce(max(run_id), 0) FROM event WHERE kind = '{}' AND run_id > {} AND "
-      "json_extract(detail, '$.run') = {} AND run_id NOT IN (SELECT run_id FROM run_copy)",
-      to_string(EventKind::continues), run, run));
+  auto next = db.integer(
+      "SELECT max(run_id) FROM event WHERE kind = ?1 AND run_id > ?2 AND "
+      "json_extract(detail, '$.run') = ?2 AND run_id NOT IN (SELECT run_id FROM run_copy)",
+      to_string(EventKind::continues), run);
   if (!next) return fail(next.error());
   if (*next == 0) return {};
   return fail(Errc::invalid_request, "run {} was continued by run {}: continue that one", run,
@@ -64,10 +67,7 @@ Result<> check_interrupted(const Database& db, std::int64_t run) {
 Result<FrameMemory> last_samples(const Database& db, std::int64_t run) {
   const auto read = [](const Statement& row) {
     FrameSample s;
-    s.device_time_s = row.optional_real(0);
-    s.force_N = row.optional_real(1);
-    s.travel_m = row.optional_real(2);
-    s.flags = static_cast<std::uint32_t>(row.integer(3));
+    row.read(s.device_time_s, s.force_N, s.travel_m, s.flags);
     return s;
   };
   auto samples = db.rows(
@@ -82,17 +82,13 @@ Result<FrameMemory> last_samples(const Database& db, std::int64_t run) {
 }
 
 Result<std::vector<StoredAnswer>> answers_of(const Database& db, std::int64_t run) {
-  struct Row {
-    std::string step_id, detail;
-  };
-  auto rows = db.rows(
-      "SELECT step_id, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq",
-      [](const Statement& row) { return Row{std::string(row.text(0)), std::string(row.text(1))}; },
-      run, to_string(EventKind::answer));
+  auto rows =
+      db.rows("SELECT step_id, detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq",
+              read_event, run, to_string(EventKind::answer));
   if (!rows) return fail(rows.error());
   std::vector<StoredAnswer> out;
   out.reserve(rows->size());
-  for (Row& row : *rows) {
+  for (StoredEvent& row : *rows) {
     auto answer = from_json<AnswerEvent>(row.detail);
     if (!answer) return fail(answer.error());
     out.push_back(StoredAnswer{std::move(row.step_id), std::move(*answer)});
@@ -173,10 +169,8 @@ Result<PreparedRun> prepare_continuation(const Database& db, std::int64_t run) {
   if (!point) return fail(point.error());
   auto frame = last_samples(db, run);
   if (!frame) return fail(frame.error());
-  auto answers = answers_of(db, run);
-  if (!answers) return fail(answers.error());
   Continuation from;
-  from.answers = std::move(*answers);
+  if (auto r = keep(answers_of(db, run), from.answers); !r) return fail(r.error());
   from.run = run;
   from.step_id = (*state)->step_id;
   from.point = *point;

@@ -131,7 +131,7 @@ void tell(const Error& error, const Options& options) {
 
 void make_frame_safe(asio::io_context& io, App& app) {
   bool over = false;
-  asio::co_spawn(io, app.rescue().stop_first(), [&over](std::exception_ptr bug) {
+  asio::co_spawn(io, app.rig_watch().stop_first(), [&over](std::exception_ptr bug) {
     if (bug) std::rethrow_exception(bug);
     over = true;
   });
@@ -155,7 +155,7 @@ int serve(const Options& options, const Config& config) {
   parts.notifier = ServiceNotifier::from_environment();
   parts.load_config = [options] { return checked_config(options); };
   App app(io, clock, config, std::move(parts));
-  if (app.rescue().may_be_left()) make_frame_safe(io, app);
+  if (app.rig_watch().may_be_left()) make_frame_safe(io, app);
   if (auto good = check_surroundings(config, options.config); !good) {
     log.reset();
     tell(good.error(), options);

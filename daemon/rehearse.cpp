@@ -41,9 +41,7 @@ class RunRehearsal final : public Rehearsal {
 
   Result<RehearseResult> run() {
     const MonoTime begin = wall_.now();
-    auto prepared = prepare_run(request_);
-    if (!prepared) return fail(prepared.error());
-    prepared_ = std::move(*prepared);
+    if (auto read = keep(prepare_run(request_), prepared_); !read) return fail(read.error());
     if (auto made = make_app(); !made) return fail(made.error());
     if (auto played = play(); !played) return fail(played.error());
     if (!outcome_) return fail(outcome_.error());
@@ -56,13 +54,10 @@ class RunRehearsal final : public Rehearsal {
   Result<> make_app() {
     if (!request_.faults_text.empty()) {
       auto drill = FaultDrill::make(clock_, request_.faults_text, request_.faults_name);
-      if (!drill) return fail(drill.error());
-      drill_ = std::move(*drill);
+      if (auto made = keep(std::move(drill), drill_); !made) return made;
     }
     // Before there is a database: what is wrong leaves none behind.
-    auto instruments = make_instruments(prepared_);
-    if (!instruments) return fail(instruments.error());
-    instruments_ = std::move(*instruments);
+    if (auto made = keep(make_instruments(prepared_), instruments_); !made) return made;
     AppParts parts;
     parts.rig = std::make_unique<RehearsalRig>(
         [this](const InstrumentsRequest&) { return std::move(instruments_); });
@@ -97,8 +92,7 @@ class RunRehearsal final : public Rehearsal {
     if (!request_.answers_text.empty()) {
       auto answers = parse_answers(request_.answers_text, request_.answers_name, prepared.protocol,
                                    prepared.environment);
-      if (!answers) return fail(answers.error());
-      sim.answers = std::move(*answers);
+      if (auto r = keep(std::move(answers), sim.answers); !r) return fail(r.error());
     }
     return make_sim_instruments(io_.get_executor(), clock_, sim);
   }
@@ -123,11 +117,10 @@ class RunRehearsal final : public Rehearsal {
     out.frame_samples = summary->frame_samples;
     out.duration_s = summary->duration_s.value_or(0);
     out.peak_force_N = summary->peak_force_N;
-    const auto words = [](const Statement& row) { return std::string(row.text(0)); };
-    auto remarks = db->rows("SELECT detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq",
-                            words, out.run, to_string(EventKind::extrapolated));
-    if (!remarks) return fail(remarks.error());
-    out.remarks = std::move(*remarks);
+    auto remarks =
+        db->rows<std::string>("SELECT detail FROM event WHERE run_id = ? AND kind = ? ORDER BY seq",
+                              out.run, to_string(EventKind::extrapolated));
+    if (auto r = keep(std::move(remarks), out.remarks); !r) return fail(r.error());
     if (auto answered = add_answers(*db, out); !answered) return fail(answered.error());
     if (summary->c0_F) out.c0_pF = *summary->c0_F * 1e12;
     if (summary->delta_at_peak_F) out.delta_C_fF_at_peak = *summary->delta_at_peak_F * 1e15;

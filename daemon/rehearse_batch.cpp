@@ -39,9 +39,7 @@ class BatchRehearsal final : public Rehearsal {
 
  private:
   Result<> make_app() {
-    auto bench = bench_of(request_.bench, request_.bench_text);
-    if (!bench) return fail(bench.error());
-    bench_ = std::move(*bench);
+    if (auto r = keep(bench_of(request_.bench, request_.bench_text), bench_); !r) return r;
     if (request_.errors) bench_.errors = request_.errors;
     bench_.operator_reaction = from_seconds(PlannedRig::kByHand_s);  // as plans say
     Config config;
@@ -76,9 +74,8 @@ class BatchRehearsal final : public Rehearsal {
                   "another --db",
                   request_.db_path, entries->size(), entry.added_by);
     }
-    QueueActor who;
+    QueueActor who = QueueActor::itself(clock_.unix_ns());
     who.user = kRehearser;
-    who.now_unix_ns = clock_.unix_ns();
     auto cleared = clear_queue(*db, who);
     if (!cleared) return fail(cleared.error());
     return free_name(*db);
@@ -196,13 +193,7 @@ class BatchRehearsal final : public Rehearsal {
 
   Result<> add_entry(const Database& db, const BatchListing& listing) {
     RehearsedEntry out;
-    out.position = listing.position;
-    out.entry = listing.entry;
-    out.line = listing.line;
-    out.repeat = listing.repeat;
-    out.protocol = listing.protocol_name;
-    out.specimen = listing.specimen_name;
-    out.state = listing.state;
+    static_cast<BatchListing&>(out) = listing;
     for (const std::int64_t run : listing.runs) {
       auto summary = summarise_run(db, run);
       if (!summary) return fail(summary.error());
@@ -213,9 +204,8 @@ class BatchRehearsal final : public Rehearsal {
       out.reason = stored->reason;
       out.measure_readings += summary->measure_readings;
       out.duration_s += summary->duration_s.value_or(0);
-      auto acts = db.integer(
-          fmt::format("SELECT count(*) FROM event WHERE run_id = {} AND kind IN ('{}', '{}')", run,
-                      to_string(EventKind::confirm), to_string(EventKind::answer)));
+      auto acts = db.integer("SELECT count(*) FROM event WHERE run_id = ? AND kind IN (?, ?)", run,
+                             to_string(EventKind::confirm), to_string(EventKind::answer));
       if (!acts) return fail(acts.error());
       out.acts += *acts;
     }

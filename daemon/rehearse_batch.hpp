@@ -33,10 +33,7 @@ struct HandTime {
   std::optional<QueueGate> gate;  // nullopt: the queue held
   std::string prompt;
 };
-struct RehearsedEntry {
-  std::int64_t position = 0, entry = 0, line = 0, repeat = 0;
-  std::string protocol, specimen;
-  EntryState state = EntryState::waiting;  // of the entry at the end
+struct RehearsedEntry : BatchListing {  // at the end
   std::optional<std::int64_t> run;
   std::optional<ExitStatus> exit_status;  // of the run
   std::string reason;

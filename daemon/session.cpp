@@ -11,8 +11,6 @@
 #include "base/text.hpp"
 #include "daemon/record/room.hpp"
 #include "daemon/rig/bench_door.hpp"
-#include "daemon/rig/corrector.hpp"
-#include "daemon/run_row.hpp"
 #include "model/specimen_file.hpp"
 #include "model/specimen_stiffness.hpp"
 #include "protocols/expand.hpp"
@@ -59,17 +57,12 @@ double largest_force_N(const Protocol& protocol, const Environment& environment)
 Result<PreparedRun> prepare_run(RunRequest request) {
   if (auto good = check_words(request); !good) return fail(good.error());
   PreparedRun out;
-  auto protocol = parse_protocol(request.protocol_text, request.protocol_name);
-  if (!protocol) return fail(protocol.error());
-  out.protocol = std::move(*protocol);
-  auto environment = bind_parameters(out.protocol, request.parameters);
-  if (!environment) return fail(environment.error());
-  out.environment = std::move(*environment);
-  if (!request.specimen_text.empty()) {
-    auto specimen = parse_specimen(request.specimen_text, request.specimen_name);
-    if (!specimen) return fail(specimen.error());
-    out.specimen = std::move(*specimen);
+  auto read = keep(parse_protocol(request.protocol_text, request.protocol_name), out.protocol);
+  if (read) read = keep(bind_parameters(out.protocol, request.parameters), out.environment);
+  if (read && !request.specimen_text.empty()) {
+    read = keep(parse_specimen(request.specimen_text, request.specimen_name), out.specimen);
   }
+  if (!read) return fail(read.error());
   out.places_weights = places_weights(out.protocol.steps);
   out.max_force_N = largest_force_N(out.protocol, out.environment);
   out.request = std::move(request);
@@ -132,9 +125,7 @@ Task<Result<>> Session::plan() {
     return make_plan(prepared_.protocol, prepared_.environment, rig_);
   };
   auto plan = co_await run_aside(executor_, clock_, job);
-  if (!plan) co_return fail(plan.error());
-  plan_ = std::move(*plan);
-  co_return Result<>();
+  co_return keep(std::move(plan), plan_);
 }
 
 // The same plan, with contact where it was found: before anything is pressed.
@@ -156,25 +147,6 @@ Task<Result<Plan>> Session::preview() {
 
 bool Session::simulated() const {
   return instruments_->info().simulated || frame_identity_.simulated || meter_identity_.simulated;
-}
-
-RunRow Session::make_row() const {
-  const Duration conversion = instruments_->meter().capabilities().conversion_time(settings_);
-  const RowFacts facts{.request = prepared_.request,
-                       .protocol = prepared_.protocol,
-                       .environment = prepared_.environment,
-                       .info = instruments_->info(),
-                       .meter = meter_identity_,
-                       .frame = frame_identity_,
-                       .simulated = simulated(),
-                       .abilities = instruments_->frame().capabilities(),
-                       .limits = plan_.limits,
-                       .settings = settings_event(settings_, conversion)};
-  RunRow row = make_run_row(facts, clock_);
-  row.queue_entry = prepared_.queue_entry;
-  row.corrections = corrections_of(
-      meter_identity_, instruments_->info().simulated || meter_identity_.simulated, corrections_);
-  return row;
 }
 
 // Nothing is shown before it is stored.
@@ -224,13 +196,11 @@ Task<Result<>> Session::set_up_meter() {
   Result<> done;
   if (instruments_->info().tells_corrections) {
     auto on = co_await meter.corrections();
-    if (on) corrections_ = *on;
-    if (!on) done = fail(on.error());
+    done = keep(std::move(on), corrections_);
   }
   if (done) {
     auto configured = co_await meter.configure(plan_.lcr);
-    if (configured) settings_ = std::move(*configured);
-    if (!configured) done = fail(configured.error());
+    done = keep(std::move(configured), settings_);
   }
   if (!done) learn(Instrument::lcr, fail(done.error()));
   co_return done;
@@ -252,14 +222,19 @@ Task<Result<std::int64_t>> Session::open() {
   auto number = co_await recorder_.begin_run(std::move(row));
   if (!number) co_return fail(number.error());
   run_ = std::make_unique<Run>(executor_, make_setup(*number));
-  recorder_.on_committed([this](const Committed& c) { acknowledge(c); });
-  recorder_.on_fault(
-      [this](const Error& e) { run_->interrupt(InterruptRequest(Interrupt::fault, e)); });
-  recorder_.on_locked([this](Duration waited, std::size_t rows) { tell_locked(waited, rows); });
-  recorder_.on_moved([this] { tell_moved(); });
+  recorder_.set_listener(recorder_listener());
   instruments_->begin_run(recorder_);
   learn_of_run(*number);
   co_return *number;
+}
+
+Recorder::Listener Session::recorder_listener() {
+  Recorder::Listener out;
+  out.committed = [this](const Committed& c) { acknowledge(c); };
+  out.fault = [this](const Error& e) { run_->interrupt(InterruptRequest(Interrupt::fault, e)); };
+  out.locked = [this](Duration waited, std::size_t rows) { tell_locked(waited, rows); };
+  out.moved = [this] { tell_moved(); };
+  return out;
 }
 
 RunSetup Session::make_setup(std::int64_t run) {
@@ -344,10 +319,7 @@ Task<RunResult> Session::execute() {
   std::string reason = result.reason;
   ending_ = true;
   auto closed = co_await recorder_.end_run(result.exit_status, std::move(reason));
-  recorder_.on_moved({});
-  recorder_.on_fault({});
-  recorder_.on_locked({});
-  recorder_.on_committed({});
+  recorder_.set_listener(Recorder::Listener());
   if (closed && closed->anchor) anchor_ = to_string(*closed->anchor);
   if (!closed) {
     result.exit_status = ExitStatus::fail;

@@ -116,6 +116,7 @@ class Session {
   void on_loss(Instrument which, const Error* lost);
   Result<> compare_origin();
   Task<Result<>> check_at_contact(double start_travel_m, double contact_travel_m);
+  Recorder::Listener recorder_listener();
   RunSetup make_setup(std::int64_t run);
   RunRow make_row() const;
   void tell_locked(Duration waited, std::size_t rows);

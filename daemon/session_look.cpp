@@ -76,12 +76,7 @@ void Session::report_to(KnownRig& known, LearnedBy why) {
 }
 
 void Session::learn(Instrument which, const Result<Identity>& answer) {
-  if (known_ == nullptr) return;
-  if (answer) {
-    known_->answered(which, *answer, learned_);
-  } else {
-    known_->failed(which, answer.error(), learned_);
-  }
+  if (known_ != nullptr) known_->learned(which, answer, learned_);
 }
 
 // From here on the things learned belong to this run.

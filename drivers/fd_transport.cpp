@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/fd_transport.hpp"
 
-#include <fcntl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -139,10 +138,9 @@ Result<TransportPair> make_socketpair(asio::any_io_executor executor, Clock& clo
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, fds) != 0) {
     return fail(Errc::io, "{}: socketpair: {}", name, std::strerror(errno));
   }
-  TransportPair pair;
-  pair.near = std::make_unique<FdTransport>(executor, clock, fds[0], name);
-  pair.far = std::make_unique<FdTransport>(executor, clock, fds[1], name + " (far end)");
-  return pair;
+  auto near = std::make_unique<FdTransport>(executor, clock, fds[0], name);
+  auto far = std::make_unique<FdTransport>(executor, clock, fds[1], name + " (far end)");
+  return TransportPair{.near = std::move(near), .far = std::move(far)};
 }
 
 }  // namespace lcrig

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The conversions between enumerations and words that lcr_meter.hpp and load_frame.hpp declare.
-#include <algorithm>
-#include <array>
+// What every meter and every frame does, unless it says otherwise.
 #include <utility>
 
 #include "base/clock.hpp"
@@ -10,38 +8,6 @@
 #include "drivers/load_frame.hpp"
 
 namespace lcrig {
-
-namespace {
-
-template <class Setting, std::size_t N>
-std::string_view word_of(const SettingWords<Setting, N>& table, Setting setting) {
-  const auto* const it =
-      std::ranges::find(table, setting, &std::pair<std::string_view, Setting>::second);
-  return it == table.end() ? std::string_view("?") : it->first;
-}
-
-}  // namespace
-
-std::string_view to_string(LcrFunction f) {
-  return word_of(kFunctionWords, f);
-}
-std::string_view to_string(Aperture a) {
-  return word_of(kApertureWords, a);
-}
-std::string_view to_string(LcrTrigger t) {
-  return word_of(kTriggerWords, t);
-}
-
-std::string_view to_string(MotionEnd e) {
-  switch (e) {
-    case MotionEnd::target: return "target";
-    case MotionEnd::force_limit: return "force_limit";
-    case MotionEnd::travel_limit: return "travel_limit";
-    case MotionEnd::stopped: return "stopped";
-    case MotionEnd::fault: return "fault";
-  }
-  return "fault";
-}
 
 std::optional<std::string_view> frame_fault_words(EventKind kind) {
   switch (kind) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/correction_kind.hpp"
+#include "base/enum_words.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
 #include "base/task.hpp"
@@ -26,34 +27,22 @@ struct Identity {
   bool simulated = false;  // the instrument says that it is simulated
 };
 
-// The words of settings in a protocol file, in the order in which messages list them; run rows and
-// events have the same.
-template <class Setting, std::size_t N>
-using SettingWords = std::array<std::pair<std::string_view, Setting>, N>;
-
 // The impedance functions of the LCR-6000 dialect that the rig uses (reference manual: FUNCtion).
 // The words are the instrument's own.
-enum class LcrFunction { CsRs, CsD, CpRp, CpD, RX, ZThr, ZThd };
-inline constexpr SettingWords<LcrFunction, 7> kFunctionWords{{{"Cp-D", LcrFunction::CpD},
-                                                              {"Cp-Rp", LcrFunction::CpRp},
-                                                              {"Cs-D", LcrFunction::CsD},
-                                                              {"Cs-Rs", LcrFunction::CsRs},
-                                                              {"R-X", LcrFunction::RX},
-                                                              {"Z-thr", LcrFunction::ZThr},
-                                                              {"Z-thd", LcrFunction::ZThd}}};
-std::string_view to_string(LcrFunction f);
+enum class LcrFunction { CpD, CpRp, CsD, CsRs, RX, ZThr, ZThd };
+template <>
+inline constexpr EnumWords<7> kWordsOf<LcrFunction>{"Cp-D", "Cp-Rp", "Cs-D", "Cs-Rs",
+                                                    "R-X",  "Z-thr", "Z-thd"};
 
 enum class Aperture { fast, medium, slow };
-inline constexpr SettingWords<Aperture, 3> kApertureWords{
-    {{"fast", Aperture::fast}, {"medium", Aperture::medium}, {"slow", Aperture::slow}}};
-std::string_view to_string(Aperture a);
+template <>
+inline constexpr EnumWords<3> kWordsOf<Aperture>{"fast", "medium", "slow"};
 
 // bus: one conversion per request (*TRG), which is certainly newer than the request.
 // internal: the meter converts continuously and is polled (FETC?); fastest.
 enum class LcrTrigger { bus, internal };
-inline constexpr SettingWords<LcrTrigger, 2> kTriggerWords{
-    {{"bus", LcrTrigger::bus}, {"internal", LcrTrigger::internal}}};
-std::string_view to_string(LcrTrigger t);
+template <>
+inline constexpr EnumWords<2> kWordsOf<LcrTrigger>{"bus", "internal"};
 
 struct LcrSettings {
   LcrFunction function = LcrFunction::CpD;

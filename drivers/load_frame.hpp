@@ -75,7 +75,9 @@ struct FrameSample {
 
 // Why a motion ended.
 enum class MotionEnd { target, force_limit, travel_limit, stopped, fault };
-std::string_view to_string(MotionEnd e);
+template <>
+inline constexpr EnumWords<5> kWordsOf<MotionEnd>{"target", "force_limit", "travel_limit",
+                                                  "stopped", "fault"};
 
 struct MotionOutcome {
   MotionEnd reason = MotionEnd::target;

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
 #include <utility>
 
-#include "base/as_result.hpp"
 #include "base/clock.hpp"
 
 namespace lcrig {
@@ -110,10 +110,7 @@ TransportPair make_memory_pipe(asio::any_io_executor executor, Clock& clock,
   auto near = std::make_unique<MemoryPipeEnd>(executor, clock, name);
   auto far = std::make_unique<MemoryPipeEnd>(executor, clock, name + " (far end)");
   near->join(*far);
-  TransportPair pair;
-  pair.near = std::move(near);
-  pair.far = std::move(far);
-  return pair;
+  return {.near = std::move(near), .far = std::move(far)};
 }
 
 }  // namespace lcrig

@@ -28,7 +28,4 @@ inline constexpr std::array kMeterDrivers{
     MeterDriver{"lcr6100", "GW Instek LCR-6000 series", make_lcr6100},
 };
 
-// nullptr: no such driver.
-const MeterDriver* find_meter_driver(std::string_view name);
-
 }  // namespace lcrig

@@ -2,7 +2,6 @@
 #include "drivers/wire_log_writer.hpp"
 
 #include <fcntl.h>
-#include <pthread.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/contact_gap.hpp"
+#include "model/level_parts.hpp"
 
 #include <utility>
 #include <vector>

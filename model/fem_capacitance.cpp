@@ -77,14 +77,6 @@ Result<double> change_of(const StackSpace& space, const Profile& profile, Electr
 
 }  // namespace
 
-std::string_view to_string(ElectrodeArea area) {
-  return area == ElectrodeArea::reference ? "reference" : "deformed";
-}
-std::optional<ElectrodeArea> parse_electrode_area(std::string_view text) {
-  if (text == "reference") return ElectrodeArea::reference;
-  return text == "deformed" ? std::optional(ElectrodeArea::deformed) : std::nullopt;
-}
-
 Result<std::vector<double>> capacitance_changes(
     const StackSpace& space, const std::vector<StackSpace::Capacitor>& capacitors,
     const std::vector<double>& u, double scale, ElectrodeArea area) {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "model/electrode.hpp"
 #include "model/fem_space.hpp"
 
 namespace lcrig {

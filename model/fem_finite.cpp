@@ -8,7 +8,7 @@
 
 #include "model/fem_capacitance.hpp"
 #include "model/fem_levels.hpp"
-#include "model/fem_prolong.hpp"
+#include "model/fem_system.hpp"
 
 namespace lcrig {
 namespace {

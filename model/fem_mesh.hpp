@@ -8,12 +8,19 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/enum_words.hpp"
 #include "model/mesh_limit.hpp"
 
 namespace lcrig {
 
 // As many as fit into half of the machine's memory, and never more than a few minutes of work.
 std::size_t affordable_unknowns();
+
+// The area that carries the charge when an electrode is stretched. reference: the printed disc.
+// deformed: the stretched upper electrode, as a field solver on the deformed mesh sees it.
+enum class ElectrodeArea { reference, deformed };
+template <>
+inline constexpr EnumWords<2> kWordsOf<ElectrodeArea>{"reference", "deformed"};
 
 // How fine the mesh is. `model ladder` shows 0 to 3; 1 is the default.
 struct MeshSettings {

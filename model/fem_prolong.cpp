@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/fem_prolong.hpp"
+#include "model/fem_system.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace lcrig {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/fringe_level.hpp"
+#include "model/level_parts.hpp"
 
 #include <array>
 #include <cmath>

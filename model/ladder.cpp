@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "model/error_estimate.hpp"
-#include "model/fem_levels.hpp"
 
 namespace lcrig {
 namespace {

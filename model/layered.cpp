@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/layered.hpp"
+#include "model/level_parts.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/level.hpp"
 
-#include <array>
-
 #include "model/bonded.hpp"
-#include "model/contact_gap.hpp"
 #include "model/fem_levels.hpp"
-#include "model/fringe_level.hpp"
-#include "model/layered.hpp"
+#include "model/level_parts.hpp"
 
 namespace lcrig {
 namespace {
-
-constexpr std::array kLevelNames{"linear", "hyperelastic", "bonded", "fem_linear", "fem_finite"};
 
 Result<double> linear_strain(const Material& m, Pressure pressure) {
   const double strain = pressure.si() / m.youngs_modulus_Pa;
@@ -100,17 +94,6 @@ Result<std::unique_ptr<LevelModel>> make_plain(const Specimen& specimen,
 }
 
 }  // namespace
-
-std::string_view to_string(Level level) {
-  return kLevelNames[static_cast<std::size_t>(level)];
-}
-
-std::optional<Level> parse_level(std::string_view text) {
-  for (std::size_t i = 0; i < kLevelNames.size(); ++i) {
-    if (text == kLevelNames[i]) return static_cast<Level>(i);
-  }
-  return std::nullopt;
-}
 
 double delta_capacitance_F(double c0_F, double gap_m, double closing_m) {
   return c0_F * closing_m / (gap_m - closing_m);

@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
+#include "base/enum_words.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
-#include "model/electrode.hpp"
 #include "model/fem_mesh.hpp"
 #include "model/specimen.hpp"
 #include "model/stretch.hpp"
@@ -19,8 +19,9 @@
 namespace lcrig {
 
 enum class Level { linear, hyperelastic, bonded, fem_linear, fem_finite };  // cheapest first
-std::string_view to_string(Level level);
-std::optional<Level> parse_level(std::string_view text);
+template <>
+inline constexpr EnumWords<5> kWordsOf<Level>{"linear", "hyperelastic", "bonded", "fem_linear",
+                                              "fem_finite"};
 
 struct LevelSettings {
   Level level = Level::hyperelastic;

@@ -2,7 +2,6 @@
 #include "model/specimen.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -10,17 +9,7 @@
 namespace lcrig {
 namespace {
 
-constexpr std::array kFacesNames{"free", "bonded_base", "bonded_laminate"};
-constexpr std::array kTopNames{"pressure", "plate", "bonded_plate"};
 constexpr std::size_t kMostLayers = 1000;
-
-template <class Enum, std::size_t N>
-std::optional<Enum> find_name(const std::array<const char*, N>& names, std::string_view text) {
-  for (std::size_t i = 0; i < N; ++i) {
-    if (text == names[i]) return static_cast<Enum>(i);
-  }
-  return std::nullopt;
-}
 
 bool positive(double value) {
   return std::isfinite(value) && value > 0;
@@ -74,19 +63,6 @@ Result<> check_capacitor(const Specimen& s, std::size_t index) {
 }
 
 }  // namespace
-
-std::string_view to_string(Faces faces) {
-  return kFacesNames[static_cast<std::size_t>(faces)];
-}
-std::optional<Faces> parse_faces(std::string_view text) {
-  return find_name<Faces>(kFacesNames, text);
-}
-std::string_view to_string(Top top) {
-  return kTopNames[static_cast<std::size_t>(top)];
-}
-std::optional<Top> parse_top(std::string_view text) {
-  return find_name<Top>(kTopNames, text);
-}
 
 double Material::shear_modulus_Pa() const {
   return given_shear_modulus_Pa.value_or(youngs_modulus_Pa / (2 * (1 + poisson_ratio)));

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/enum_words.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
 
@@ -25,13 +26,13 @@ enum class Faces {
   // films listed as layers, otherwise its electrodes, which are then rigid and without thickness.
   bonded_laminate,
 };
-std::string_view to_string(Faces faces);
-std::optional<Faces> parse_faces(std::string_view text);
+template <>
+inline constexpr EnumWords<3> kWordsOf<Faces>{"free", "bonded_base", "bonded_laminate"};
 
 // The thing that presses on the top face. It matters for the FEM levels only.
 enum class Top { pressure, plate, bonded_plate };  // uniform pressure; frictionless; bonded
-std::string_view to_string(Top top);
-std::optional<Top> parse_top(std::string_view text);
+template <>
+inline constexpr EnumWords<3> kWordsOf<Top>{"pressure", "plate", "bonded_plate"};
 
 struct Material {
   std::string name;

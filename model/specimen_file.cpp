@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/specimen_file.hpp"
 
-#include <array>
 #include <utility>
 
 #include "base/near_word.hpp"
@@ -9,13 +8,6 @@
 
 namespace lcrig {
 namespace {
-
-constexpr std::array<std::pair<std::string_view, Faces>, 3> kFaces{
-    {{"free", Faces::free},
-     {"bonded_base", Faces::bonded_base},
-     {"bonded_laminate", Faces::bonded_laminate}}};
-constexpr std::array<std::pair<std::string_view, Top>, 3> kTops{
-    {{"pressure", Top::pressure}, {"plate", Top::plate}, {"bonded_plate", Top::bonded_plate}}};
 
 constexpr Range kPermittivity{1, 1e6, false};
 constexpr Range kModulus{1e-3, 1e15, false};  // Pa
@@ -82,8 +74,8 @@ Specimen read_specimen(const JsonReader& reader) {
   reader.expect_format("specimen/1");
   s.name = reader.at("name").nonempty_string();
   s.disc_diameter_m = reader.quantity("disc_diameter", Dimension::length, kSize);
-  s.faces = reader.word<Faces>("faces", kFaces);
-  if (const auto top = reader.find("top")) s.top = top->word<Top>(kTops);
+  s.faces = reader.word<Faces>("faces");
+  if (const auto top = reader.find("top")) s.top = top->word<Top>();
   const JsonReader materials = reader.object("materials");
   for (const auto& material : materials.members()) {
     s.materials.push_back(read_material(material));

@@ -4,14 +4,11 @@
 #include "model/stretch.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
 namespace lcrig {
 namespace {
-
-constexpr std::array kFormNames{"I", "A", "B", "C", "D", "E"};
 
 struct Law {
   EnergyForm form;
@@ -149,23 +146,6 @@ bool in_range(double mu, double nu, double p) {
 }
 
 }  // namespace
-
-std::string_view to_string(EnergyForm form) {
-  return kFormNames[static_cast<std::size_t>(form)];
-}
-std::optional<EnergyForm> parse_energy_form(std::string_view text) {
-  for (std::size_t i = 0; i < kFormNames.size(); ++i) {
-    if (text == kFormNames[i]) return static_cast<EnergyForm>(i);
-  }
-  return std::nullopt;
-}
-std::string_view to_string(PressureKind kind) {
-  return kind == PressureKind::dead ? "dead" : "true";
-}
-std::optional<PressureKind> parse_pressure_kind(std::string_view text) {
-  if (text == "dead") return PressureKind::dead;
-  return text == "true" ? std::optional(PressureKind::true_area) : std::nullopt;
-}
 
 Result<Stretch> solve_stretch(Pressure shear_modulus, double nu, EnergyForm form, Lateral lateral,
                               PressureKind kind, Pressure pressure) {

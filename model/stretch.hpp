@@ -6,6 +6,7 @@
 #include <optional>
 #include <string_view>
 
+#include "base/enum_words.hpp"
 #include "base/quantity.hpp"
 #include "base/result.hpp"
 
@@ -20,13 +21,15 @@ enum class EnergyForm {
   d,  // mu/2 (J^(-2/3) I1 - 3) + K/4 (J^2 - 1 - 2 ln J)
   e,  // mu/2 (I1 - 3 - 2 ln J) + lambda/4 (J^2 - 1 - 2 ln J)
 };
-std::string_view to_string(EnergyForm form);  // "I", "A" to "E"
-std::optional<EnergyForm> parse_energy_form(std::string_view text);
+template <>
+inline constexpr EnumWords<6> kWordsOf<EnergyForm>{"I", "A", "B", "C", "D", "E"};
 
 enum class Lateral { free, confined };  // uniaxial stress; uniaxial strain
+template <>
+inline constexpr EnumWords<2> kWordsOf<Lateral>{"free", "confined"};
 enum class PressureKind { dead, true_area };  // force over reference or over current area
-std::string_view to_string(PressureKind kind);  // "dead", "true"
-std::optional<PressureKind> parse_pressure_kind(std::string_view text);
+template <>
+inline constexpr EnumWords<2> kWordsOf<PressureKind>{"dead", "true"};
 
 struct Stretch {
   double strain = 0;  // e = 1 - lambda_z, to full relative precision at any pressure

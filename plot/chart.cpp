@@ -250,19 +250,14 @@ std::string draw_panel(const Panel& panel, const PanelLayout& at, double x, doub
 }  // namespace
 
 Style line_style(std::size_t n) {
-  Style s;
-  s.color = kColors[n % kColors.size()];
-  s.dash = kDashes[n % kDashes.size()];
-  return s;
+  return {.color = kColors[n % kColors.size()], .dash = kDashes[n % kDashes.size()]};
 }
 
 Style mark_style(std::size_t n) {
-  Style s;
-  s.color = kColors[n % kColors.size()];
-  s.marker = kMarkers[n % kMarkers.size()];
-  s.filled = n % 2 == 0;
-  s.line = false;
-  return s;
+  return {.color = kColors[n % kColors.size()],
+          .marker = kMarkers[n % kMarkers.size()],
+          .line = false,
+          .filled = n % 2 == 0};
 }
 
 std::string to_svg(const Figure& figure, bool embedded) {

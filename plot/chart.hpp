@@ -32,6 +32,15 @@ struct Series {
   std::vector<double> x, y;
   std::vector<double> error;  // half length of the error bars; empty: none
   Style style;
+
+  void add(double at_x, double at_y) {
+    x.push_back(at_x);
+    y.push_back(at_y);
+  }
+  void add(double at_x, double at_y, double its_error) {
+    add(at_x, at_y);
+    error.push_back(its_error);
+  }
 };
 
 struct Band {  // between two curves

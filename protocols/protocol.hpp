@@ -38,6 +38,8 @@ struct Sampling {
 };
 
 enum class OnLoss { abort, wait, repeat_step };
+template <>
+inline constexpr EnumWords<3> kWordsOf<OnLoss>{"abort", "wait", "repeat_step"};
 
 struct Protocol {
   std::string name, title, description;

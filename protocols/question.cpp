@@ -9,7 +9,6 @@
 
 #include "base/near_word.hpp"
 #include "base/number.hpp"
-#include "base/number_words.hpp"
 #include "base/text.hpp"
 
 namespace lcrig {
@@ -77,21 +76,6 @@ Result<AnswerValue> read_line(const Question& q, const AnswerValue& given) {
 }
 
 }  // namespace
-
-std::string_view to_string(AnswerType type) {
-  constexpr std::string_view kWords[] = {"confirmation", "choice", "number", "line"};
-  return kWords[static_cast<std::size_t>(type)];
-}
-
-std::string_view to_string(OnTimeout what) {
-  constexpr std::string_view kWords[] = {"abort", "wait", "default"};
-  return kWords[static_cast<std::size_t>(what)];
-}
-
-std::string_view to_string(AnswerSource source) {
-  constexpr std::string_view kWords[] = {"person", "default", "file", "made_up"};
-  return kWords[static_cast<std::size_t>(source)];
-}
 
 std::string expected_words(const Question& q) {
   switch (q.type) {

@@ -16,7 +16,8 @@
 namespace lcrig {
 
 enum class AnswerType { confirmation, choice, number, line };
-std::string_view to_string(AnswerType type);  // the word in files, messages and rows
+template <>
+inline constexpr EnumWords<4> kWordsOf<AnswerType>{"confirmation", "choice", "number", "line"};
 
 // An answer, as it was typed or as its value: true for a confirmation, a number in the unit of the
 // question, one of its choices, or a line of text.
@@ -24,7 +25,8 @@ using AnswerValue = std::variant<bool, double, std::string>;
 
 // What happens when nobody answers a question in time.
 enum class OnTimeout { abort, wait, use_default };
-std::string_view to_string(OnTimeout what);
+template <>
+inline constexpr EnumWords<3> kWordsOf<OnTimeout>{"abort", "wait", "default"};
 
 struct Question {
   std::string step_id, text;
@@ -55,7 +57,8 @@ enum class AnswerSource {
   file,  // of answers for a rehearsal
   made_up  // by a rehearsal, which had neither
 };
-std::string_view to_string(AnswerSource source);
+template <>
+inline constexpr EnumWords<4> kWordsOf<AnswerSource>{"person", "default", "file", "made_up"};
 
 struct GivenAnswer {
   AnswerValue value;

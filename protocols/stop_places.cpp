@@ -14,9 +14,6 @@ namespace lcrig {
 
 namespace {
 
-constexpr std::array<std::string_view, 5> kPlaceWords{"step", "level", "cycle", "repeat",
-                                                      "safe_point"};
-
 // The loads that one pass of a loop goes to. Two different ones: it loads and unloads, if only by
 // beginning again.
 class Loads {
@@ -100,22 +97,12 @@ bool measures_next(StepCursor& cursor, const Step* step) {
 
 }  // namespace
 
-std::string_view to_string(StopPlace place) {
-  return kPlaceWords.at(static_cast<std::size_t>(place));
-}
-
-std::optional<StopPlace> parse_stop_place(std::string_view word) {
-  const auto* const found = std::ranges::find(kPlaceWords, word);
-  if (found == kPlaceWords.end()) return std::nullopt;
-  return static_cast<StopPlace>(found - kPlaceWords.begin());
-}
-
 std::string place_words(StopPlace place) {
   return place == StopPlace::safe_point ? "safe point" : std::string(to_string(place));
 }
 
 std::string stop_place_words() {
-  return fmt::format("{}", fmt::join(kPlaceWords, ", "));
+  return fmt::format("{}", fmt::join(kWordsOf<StopPlace>, ", "));
 }
 
 bool begins_level(const Step& step) {

@@ -17,8 +17,11 @@ namespace lcrig {
 // level: one `measure` with the motion before it. cycle: one pass of the innermost loop that loads
 // and unloads. repeat: one pass of the outermost loop.
 enum class StopPlace { step, level, cycle, repeat, safe_point };
-std::string_view to_string(StopPlace place);
-std::optional<StopPlace> parse_stop_place(std::string_view word);
+template <>
+inline constexpr EnumWords<5> kWordsOf<StopPlace>{"step", "level", "cycle", "repeat", "safe_point"};
+inline std::optional<StopPlace> parse_stop_place(std::string_view word) {
+  return parse_word<StopPlace>(word);
+}
 std::string place_words(StopPlace place);  // "safe point"
 std::string stop_place_words();  // "step, level, cycle, repeat, safe_point"
 

@@ -2,9 +2,11 @@
 #include "storage/anchor.hpp"
 
 #include <algorithm>
+#include <charconv>
 
 #include "base/number.hpp"
 #include "base/text.hpp"
+#include "storage/database.hpp"
 
 namespace lcrig {
 
@@ -15,20 +17,6 @@ constexpr std::string_view kAnchorForm =
     "the report show it";
 
 constexpr std::size_t kAnchorShown = 100;  // of what somebody typed
-
-std::optional<unsigned> hex_digit(char c) {
-  if (c >= '0' && c <= '9') return static_cast<unsigned>(c - '0');
-  if (c >= 'a' && c <= 'f') return static_cast<unsigned>(c - 'a') + 10;
-  if (c >= 'A' && c <= 'F') return static_cast<unsigned>(c - 'A') + 10;
-  return std::nullopt;
-}
-
-// False: its schema is older than anchors.
-Result<bool> stores_anchors(const Database& db) {
-  auto tables = db.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'run_anchor'");
-  if (!tables) return fail(tables.error());
-  return *tables > 0;
-}
 
 Anchor read_anchor(const Statement& s) {
   Anchor anchor;
@@ -59,18 +47,18 @@ Result<Anchor> parse_anchor(std::string_view text) {
     return wrong(fmt::format("the hash has {} digits", digits.size()));
   }
   for (std::size_t i = 0; i < anchor.hash.size(); ++i) {
-    const auto high = hex_digit(digits[2 * i]), low = hex_digit(digits[2 * i + 1]);
-    if (!high || !low) return wrong("the hash has a character that is no hex digit");
-    anchor.hash[i] = static_cast<unsigned char>(*high << 4U | *low);
+    const char* const end = digits.data() + 2 * i + 2;
+    if (std::from_chars(end - 2, end, anchor.hash[i], 16).ptr != end) {
+      return wrong("the hash has a character that is no hex digit");
+    }
   }
   return anchor;
 }
 
 Result<std::optional<Anchor>> get_anchor(const Database& db, std::int64_t run) {
-  auto stores = stores_anchors(db);
-  if (!stores) return fail(stores.error());
-  if (!*stores) return std::nullopt;
-  return db.first("SELECT links, sha256 FROM run_anchor WHERE run_id = ?", read_anchor, run);
+  return read_if(has_table(db, "run_anchor"), [&] {
+    return db.first("SELECT links, sha256 FROM run_anchor WHERE run_id = ?", read_anchor, run);
+  });
 }
 
 Result<std::optional<Anchor>> get_earlier_anchor(const Database& db, std::int64_t run) {
@@ -81,12 +69,11 @@ Result<std::optional<Anchor>> get_earlier_anchor(const Database& db, std::int64_
 }
 
 Result<std::optional<std::int64_t>> find_run_of(const Database& db, const Anchor& anchor) {
-  auto stores = stores_anchors(db);
-  if (!stores) return fail(stores.error());
-  if (!*stores) return std::nullopt;
-  return db.first(
-      "SELECT run_id FROM run_anchor WHERE links = ? AND lower(hex(sha256)) = ?",
-      [](const Statement& s) { return s.integer(0); }, anchor.links, to_hex(anchor.hash));
+  return read_if(has_table(db, "run_anchor"), [&] {
+    return db.first<std::int64_t>(
+        "SELECT run_id FROM run_anchor WHERE links = ? AND lower(hex(sha256)) = ?", anchor.links,
+        to_hex(anchor.hash));
+  });
 }
 
 }  // namespace lcrig

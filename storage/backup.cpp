@@ -114,9 +114,7 @@ class Copy {
   Result<CopyReport> make() {
     if (auto free = require_free_name(from_, to_); !free) return fail(free.error());
     if (auto free = require_free_companions(from_, to_); !free) return fail(free.error());
-    auto original = open_read_only(from_);
-    if (!original) return fail(original.error());
-    original_ = std::move(*original);
+    if (auto r = keep(open_read_only(from_), original_); !r) return fail(r.error());
     if (options_.check_original) {
       if (auto sound = check_pages(original_); !sound) return fail(sound.error());
     }
@@ -176,8 +174,8 @@ class Copy {
     auto copy = open_read_only(name);
     if (!copy) return fail(copy.error());
     if (auto sound = check_pages(*copy); !sound) return why_damaged(sound);
-    auto runs = copy->rows("SELECT id FROM run UNION SELECT run_id FROM chain ORDER BY 1",
-                           [](const Statement& row) { return row.integer(0); });
+    auto runs =
+        copy->rows<std::int64_t>("SELECT id FROM run UNION SELECT run_id FROM chain ORDER BY 1");
     if (!runs) return fail(runs.error());
     report_.runs = static_cast<std::int64_t>(runs->size());
     for (const std::int64_t run : *runs) {

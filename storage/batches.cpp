@@ -5,6 +5,7 @@
 
 #include "base/enum_words.hpp"
 #include "base/text.hpp"
+#include "storage/database.hpp"
 #include "storage/queue_rows.hpp"
 
 namespace lcrig {
@@ -16,21 +17,14 @@ constexpr std::string_view kBatchColumns =
 
 StoredBatch read_batch(const Statement& s) {
   StoredBatch out;
-  out.batch = s.integer(0);
-  out.name = s.text(1);
-  out.file_name = s.text(2);
-  out.order = parse_word(s.text(3), BatchOrder::random).value_or(BatchOrder::random);
-  out.seed = s.optional_integer(4);
-  out.added_by = s.text(5);
-  out.added_unix_ns = s.integer(6);
+  std::string order;
+  s.read(out.batch, out.name, out.file_name, order, out.seed, out.added_by, out.added_unix_ns);
+  out.order = parse_word(order, BatchOrder::random).value_or(BatchOrder::random);
   return out;
 }
 
-// False: its schema is older than batches.
 Result<bool> stores_batches(const Database& db) {
-  auto tables = db.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'batch_entry'");
-  if (!tables) return fail(tables.error());
-  return *tables > 0;
+  return has_table(db, "batch_entry");
 }
 
 Result<std::int64_t> insert_batch(const Database& db, const StoredBatch& batch,
@@ -49,16 +43,11 @@ Result<std::int64_t> insert_batch(const Database& db, const StoredBatch& batch,
 
 BatchListing read_batch_listing(const Statement& s) {
   BatchListing out;
-  out.position = s.integer(0);
-  out.line = s.integer(1);
-  out.repeat = s.integer(2);
-  out.entry = s.integer(3);
-  out.state = read_entry_state(s.text(4));
-  out.protocol_name = s.text(5);
-  out.parameters_json = s.text(6);
-  out.specimen_name = s.text(7);
-  out.note = s.text(8);
-  const auto runs = nlohmann::json::parse(s.text(9), nullptr, false);
+  std::string state, runs_json;
+  s.read(out.position, out.line, out.repeat, out.entry, state, out.protocol_name,
+         out.parameters_json, out.specimen_name, out.note, runs_json);
+  out.state = read_entry_state(state);
+  const auto runs = nlohmann::json::parse(runs_json, nullptr, false);
   for (const auto& run : runs) out.runs.push_back(run.get<std::int64_t>());
   return out;
 }
@@ -97,19 +86,17 @@ Result<> check_batch_name(const Database& db, std::string_view name) {
 }
 
 Result<std::optional<StoredBatch>> find_batch(const Database& db, std::string_view name) {
-  auto known = stores_batches(db);
-  if (!known) return fail(known.error());
-  if (!*known) return std::nullopt;
-  return db.first(fmt::format("SELECT {} FROM batch AS b WHERE name = ?", kBatchColumns),
-                  read_batch, name);
+  return read_if(stores_batches(db), [&] {
+    return db.first(fmt::format("SELECT {} FROM batch AS b WHERE name = ?", kBatchColumns),
+                    read_batch, name);
+  });
 }
 
 Result<std::vector<StoredBatch>> list_batches(const Database& db) {
-  auto known = stores_batches(db);
-  if (!known) return fail(known.error());
-  if (!*known) return std::vector<StoredBatch>();
-  return db.rows(fmt::format("SELECT {} FROM batch AS b ORDER BY id DESC", kBatchColumns),
-                 read_batch);
+  return read_if(stores_batches(db), [&] {
+    return db.rows(fmt::format("SELECT {} FROM batch AS b ORDER BY id DESC", kBatchColumns),
+                   read_batch);
+  });
 }
 
 Result<std::vector<BatchListing>> batch_entries(const Database& db, std::int64_t batch) {
@@ -122,9 +109,6 @@ Result<std::vector<BatchListing>> batch_entries(const Database& db, std::int64_t
 }
 
 Result<std::optional<EntryBatch>> batch_of_entry(const Database& db, std::int64_t entry) {
-  auto known = stores_batches(db);
-  if (!known) return fail(known.error());
-  if (!*known) return std::nullopt;
   const auto read = [](const Statement& s) {
     EntryBatch out;
     out.batch = read_batch(s);
@@ -134,12 +118,14 @@ Result<std::optional<EntryBatch>> batch_of_entry(const Database& db, std::int64_
     out.of = s.integer(10);
     return out;
   };
-  return db.first(fmt::format("SELECT {}, e.position, e.line, e.repeat,"
-                              " (SELECT count(*) FROM batch_entry WHERE batch_id = b.id)"
-                              " FROM batch_entry AS e JOIN batch AS b ON b.id = e.batch_id"
-                              " WHERE e.entry_id = ?",
-                              kBatchColumns),
-                  read, entry);
+  return read_if(stores_batches(db), [&] {
+    return db.first(fmt::format("SELECT {}, e.position, e.line, e.repeat,"
+                                " (SELECT count(*) FROM batch_entry WHERE batch_id = b.id)"
+                                " FROM batch_entry AS e JOIN batch AS b ON b.id = e.batch_id"
+                                " WHERE e.entry_id = ?",
+                                kBatchColumns),
+                    read, entry);
+  });
 }
 
 }  // namespace lcrig

@@ -79,6 +79,22 @@ void hash_value(RowHash& hash, const Statement& row, int column) {
   }
 }
 
+constexpr std::string_view kLinks =
+    "SELECT seq, level_seq, event_seq, lcr_reading_seq, frame_sample_seq, run_note_seq, run_end,"
+    " sha256 FROM chain WHERE run_id = ? ORDER BY seq";
+
+void read_link(const Statement& row, ChainHead& out) {
+  auto& [level, event, reading, sample, note] = out.last;
+  row.read(out.seq, level, event, reading, sample, note, out.ended);
+  const auto hash = row.blob(7);
+  if (hash.size() == out.hash.size())
+    std::ranges::copy(hash, out.hash.begin());  // else it is wrong
+}
+
+Result<bool> has_end(const Database& db, std::int64_t run) {
+  return db.holds("SELECT count(*) FROM run_end WHERE run_id = ?", run);
+}
+
 // Walks the chain of one run and hashes the stored rows again, in the order of their keys.
 class Verifier {
  public:
@@ -87,17 +103,15 @@ class Verifier {
 
   Result<ChainReport> verify() {
     if (auto r = prepare(); !r) return fail(r.error());
-    auto links = db_.query(
-        "SELECT seq, level_seq, event_seq, lcr_reading_seq, frame_sample_seq, run_note_seq, "
-        "run_end,"
-        " sha256 FROM chain WHERE run_id = ? ORDER BY seq",
-        run_);
+    auto links = db_.query(kLinks, run_);
     if (!links) return fail(links.error());
     while (report_.finding.empty()) {
       auto row = links->step();
       if (!row) return fail(row.error());
       if (!*row) break;
-      if (auto r = check_link(*links); !r) return fail(r.error());
+      ChainHead link;
+      read_link(*links, link);
+      if (auto r = check_link(link); !r) return fail(r.error());
     }
     if (report_.head.links == 0) find("the run has no chain");
     if (report_.finding.empty()) {
@@ -106,9 +120,7 @@ class Verifier {
     if (auto r = check_anchors(); !r) return fail(r.error());
     report_.intact = report_.finding.empty();
     if (!report_.intact) {  // its links were not read to the end
-      auto ended = has_end();
-      if (!ended) return fail(ended.error());
-      report_.ended = *ended;
+      if (auto r = keep(has_end(db_, run_), report_.ended); !r) return fail(r.error());
     }
     return report_;
   }
@@ -122,13 +134,8 @@ class Verifier {
       if (!s) return fail(s.error());
       rows_.push_back(std::move(*s));
     }
-    auto copied = get_copied_from(db_, run_);
-    if (!copied) return fail(copied.error());
-    copied_ = std::move(*copied);
-    auto uuid = get_uuid(db_, run_);
-    if (!uuid) return fail(uuid.error());
-    uuid_ = std::move(*uuid);
-    return {};
+    if (auto r = keep(get_copied_from(db_, run_), copied_); !r) return r;
+    return keep(get_uuid(db_, run_), uuid_);
   }
 
   // The first column of every table is the number of the run: a copied one is hashed with the
@@ -155,10 +162,9 @@ class Verifier {
     return hash_single(in_link ? kTables[kRunSpec] : run_without_uuid(), "id");
   }
 
-  // The columns of `link`: seq, the last seqs of the five tables, run_end, sha256.
-  Result<> check_link(const Statement& link) {
+  Result<> check_link(const ChainHead& link) {
     Anchor& head = report_.head;
-    if (link.integer(0) != head.links + 1) {
+    if (link.seq != head.links + 1) {
       find(fmt::format("link {} is missing", head.links + 1));
       return {};
     }
@@ -167,17 +173,16 @@ class Verifier {
       if (auto r = hash_run_row(); !r) return r;
     }
     for (std::size_t i = 0; i < kRunTables && report_.finding.empty(); ++i) {
-      if (auto r = hash_range(i, link.integer(static_cast<int>(i) + 1)); !r) return r;
+      if (auto r = hash_range(i, link.last[i]); !r) return r;
     }
-    const bool ended = link.integer(6) != 0;
-    const bool ends = ended && !report_.ended;
+    const bool ends = link.ended && !report_.ended;
     if (ends) {
       if (auto r = hash_single(kTables[kEndSpec], "run_id"); !r) return r;
     }
-    report_.ended = ended;
+    report_.ended = link.ended;
     head.hash = hash_.finish();
     if (ends) end_ = head;
-    if (!std::ranges::equal(link.blob(7), head.hash)) {
+    if (link.hash != head.hash) {
       find(fmt::format("link {} does not match its rows: a value was changed", head.links));
     } else if (head.links == 1 && uuid_ && is_of_link(*uuid_) &&
                *uuid_ != uuid_of_link(head.hash)) {
@@ -248,16 +253,10 @@ class Verifier {
       if (*row) find(fmt::format("{} {} is in no link", kTables[i].name, rows_[i].integer(1)));
     }
     if (report_.ended) return {};
-    auto ended = has_end();
+    auto ended = has_end(db_, run_);
     if (!ended) return fail(ended.error());
     if (*ended) find("the run_end row is in no link");
     return {};
-  }
-
-  Result<bool> has_end() const {
-    auto ends = db_.integer(fmt::format("SELECT count(*) FROM run_end WHERE run_id = {}", run_));
-    if (!ends) return fail(ends.error());
-    return *ends != 0;
   }
 
   void find(std::string finding) {
@@ -284,13 +283,12 @@ Result<ChainReport> verify_snapshot(const Database& db, std::int64_t run,
     if (!begun) return fail(begun.error());
     snapshot.emplace(std::move(*begun));
   }
-  auto runs = db.integer(fmt::format("SELECT count(*) FROM run WHERE id = {}", run));
-  if (!runs) return fail(runs.error());
-  auto links = db.integer(fmt::format("SELECT count(*) FROM chain WHERE run_id = {}", run));
-  if (!links) return fail(links.error());
-  if (*runs == 0 && *links == 0) {
-    return fail(Errc::invalid_request, "{}: no run {}; see `lcrig runs`", db.path(), run);
-  }
+  auto known = db.holds(
+      "SELECT EXISTS (SELECT 1 FROM run WHERE id = ?1) OR EXISTS"
+      " (SELECT 1 FROM chain WHERE run_id = ?1)",
+      run);
+  if (!known) return fail(known.error());
+  if (!*known) return fail(no_such_run(db, run));
   return Verifier(db, run, anchor).verify();
 }
 
@@ -314,45 +312,31 @@ RowWriter& RowWriter::begin(RowHash& hash) {
   return *this;
 }
 
-RowWriter& RowWriter::add(std::int64_t value) {
-  return add_number(value, value);
-}
-
 RowWriter& RowWriter::add_number(std::int64_t stored, std::int64_t hashed) {
   statement_.bind(next_++, stored);
   hash_->integer(hashed);
   return *this;
 }
 
-RowWriter& RowWriter::add(double value) {
-  if (std::isnan(value)) return null();  // as SQLite stores it
+void RowWriter::put(double value) {
+  if (std::isnan(value)) return put_null();  // as SQLite stores it
   value += 0.0;  // SQLite stores -0.0 as 0.0
   statement_.bind(next_++, value);
   hash_->real(value);
-  return *this;
 }
 
-RowWriter& RowWriter::add(std::string_view text) {
+void RowWriter::put(std::string_view text) {
   statement_.bind(next_++, text);
   hash_->text(text);
-  return *this;
 }
 
-RowWriter& RowWriter::add(std::optional<double> value) {
-  return value ? add(*value) : null();
-}
-RowWriter& RowWriter::add(std::optional<std::int64_t> value) {
-  return value ? add(*value) : null();
-}
-RowWriter& RowWriter::null() {
+void RowWriter::put_null() {
   statement_.bind_null(next_++);
   hash_->null();
-  return *this;
 }
+
 Result<ChainWriter> ChainWriter::prepare(const Database& db) {
-  auto head = db.prepare(
-      "SELECT seq, level_seq, event_seq, lcr_reading_seq, frame_sample_seq, run_note_seq, run_end,"
-      " sha256 FROM chain WHERE run_id = ? ORDER BY seq DESC LIMIT 1");
+  auto head = db.prepare(fmt::format("{} DESC LIMIT 1", kLinks));
   if (!head) return fail(head.error());
   auto append = db.prepare("INSERT INTO chain VALUES (?,?,?,?,?,?,?,?,?)");
   if (!append) return fail(append.error());
@@ -371,14 +355,7 @@ Result<ChainHead> ChainWriter::head(std::int64_t run) {
   head_.bind(0, run);
   auto row = head_.step();
   if (!row) return fail(row.error());
-  if (*row) {
-    out.seq = head_.integer(0);
-    for (std::size_t i = 0; i < kRunTables; ++i) {
-      out.last[i] = head_.integer(static_cast<int>(i) + 1);
-    }
-    out.ended = head_.integer(6) != 0;
-    std::ranges::copy(head_.blob(7), out.hash.begin());
-  }
+  if (*row) read_link(head_, out);
   head_.reset();
   return out;
 }
@@ -408,13 +385,12 @@ Result<ChainReport> verify_chain(const Database& db, std::int64_t run,
   for (;;) {
     auto report = verify_snapshot(db, run, anchor);
     if (!report || !report->intact || report->ended) return report;
-    const auto goes_on = is_being_recorded(db.path(), run);
-    if (!goes_on) return fail(goes_on.error());
-    report->goes_on = *goes_on;
-    if (*goes_on) return report;
-    auto ends = db.integer(fmt::format("SELECT count(*) FROM run_end WHERE run_id = {}", run));
-    if (!ends) return fail(ends.error());
-    if (*ends != 0) continue;  // it ended while it was checked
+    auto asked = keep(is_being_recorded(db.path(), run), report->goes_on);
+    if (!asked) return fail(asked.error());
+    if (report->goes_on) return report;
+    auto ended = has_end(db, run);
+    if (!ended) return fail(ended.error());
+    if (*ended) continue;  // it ended while it was checked
     report->intact = false;
     report->not_closed = true;
     report->finding =

@@ -6,6 +6,7 @@
 // (docs/database.md).
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 #include <future>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <string_view>
 
 #include "base/result.hpp"
+#include "base/time.hpp"
 #include "storage/anchor.hpp"
 #include "storage/row_hash.hpp"
 #include "storage/sqlite.hpp"
@@ -33,22 +35,32 @@ struct ChainHead {
   std::int64_t& last_of(RunTable t) { return last[static_cast<std::size_t>(t)]; }
 };
 
-// Inserts rows into one table and hashes them. Add the values in the order of the table's columns.
+// Inserts rows into one table and hashes them.
 class RowWriter {
  public:
   static Result<RowWriter> prepare(const Database& db, std::string_view table);
   RowWriter& begin(RowHash& hash);
-  RowWriter& add(std::int64_t value);
+  // The values of the next columns, in their order. Texts must live until `insert`.
+  template <class... Values>
+  RowWriter& add(const Values&... values) {
+    (put(values), ...);
+    return *this;
+  }
   // For a run that was copied: its number here, and the one that its chain covers.
   RowWriter& add_number(std::int64_t stored, std::int64_t hashed);
-  RowWriter& add(double value);
-  RowWriter& add(std::string_view text);  // must live until `insert`
-  RowWriter& add(std::optional<double> value);
-  RowWriter& add(std::optional<std::int64_t> value);
   Result<> insert() { return statement_.run(); }
 
  private:
-  RowWriter& null();
+  void put(std::integral auto value) { add_number(value, value); }
+  void put(double value);
+  void put(std::string_view text);
+  void put(MonoTime t) { put(t.time_since_epoch().count()); }
+  template <class T>
+  void put(const std::optional<T>& value) {
+    if (value) return put(*value);
+    put_null();
+  }
+  void put_null();
   Statement statement_;
   char tag_ = 0;
   int next_ = 0;

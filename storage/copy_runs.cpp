@@ -113,9 +113,7 @@ class RunCopy {
 
   // All reads see one state; in it the runs are sound.
   Result<> open_source(const std::vector<std::int64_t>& runs) {
-    auto source = open_read_only(from_);
-    if (!source) return fail(source.error());
-    source_ = std::move(*source);
+    if (auto r = keep(open_read_only(from_), source_); !r) return r;
     if (auto r = require_same_schema(source_, schema_); !r) return r;
     auto snapshot = Transaction::begin_read(source_);
     if (!snapshot) return fail(snapshot.error());
@@ -167,9 +165,7 @@ class RunCopy {
   }
 
   Result<std::vector<CopiedRun>> copy_all(const std::vector<std::int64_t>& runs) {
-    auto target = open_read_write(to_, options_.vfs);
-    if (!target) return fail(target.error());
-    target_ = std::move(*target);
+    if (auto r = keep(open_read_write(to_, options_.vfs), target_); !r) return fail(r.error());
     auto transaction = Transaction::begin(target_);
     if (!transaction) return fail(transaction.error());
     if (auto r = require_new(runs); !r) return fail(r.error());
@@ -253,23 +249,19 @@ class RunCopy {
     for (int i = 1; i < rows->columns(); ++i) places += ",?";
     auto insert = target_.prepare(fmt::format("INSERT INTO {} VALUES ({})", table, places));
     if (!insert) return fail(insert.error());
-    for (;;) {
-      auto row = rows->step();
-      if (!row) return fail(row.error());
-      if (!*row) return {};
+    return rows->each([&](const Statement& row) -> Result<> {
       insert->bind(0, number);
-      for (int i = 1; i < rows->columns(); ++i) {
+      for (int i = 1; i < row.columns(); ++i) {
         // The run has the specimen's text; its row is another database's.
-        if (row_of_run && sqlite3_column_name(rows->handle(), i) == kSpecimen) {
+        if (row_of_run && sqlite3_column_name(row.handle(), i) == kSpecimen) {
           insert->bind_null(i);
         } else {
-          sqlite3_bind_value(insert->handle(), i + 1, sqlite3_column_value(rows->handle(), i));
+          sqlite3_bind_value(insert->handle(), i + 1, sqlite3_column_value(row.handle(), i));
         }
       }
       if (auto r = insert->run(); !r) return r;
-      if (++rows_ % kRowsOfStep != 0) continue;
-      if (auto r = take_breath(); !r) return r;
-    }
+      return ++rows_ % kRowsOfStep == 0 ? take_breath() : Result<>();
+    });
   }
 
   // A run that is copied again is still from where it was recorded.

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/iso_time.hpp"
+#include "base/json_or_null.hpp"
 #include "storage/corrections.hpp"
 
 namespace lcrig {
@@ -15,8 +16,8 @@ using nlohmann::json;
 namespace {
 
 json state_json(const CorrectionState& state) {
-  return {{"on", state.on ? json(*state.on) : json()},
-          {"made_unix_ns", state.made_unix_ns ? json(*state.made_unix_ns) : json()},
+  return {{"on", json_or_null(state.on)},
+          {"made_unix_ns", json_or_null(state.made_unix_ns)},
           {"made_by", state.made_unix_ns ? json(state.made_by) : json()}};
 }
 

@@ -194,4 +194,8 @@ Result<bool> has_uuids(const Database& db) {
   return *schema >= kFirstWithUuids;
 }
 
+Result<bool> has_table(const Database& db, std::string_view name) {
+  return db.holds("SELECT count(*) FROM sqlite_schema WHERE name = ?", name);
+}
+
 }  // namespace lcrig

@@ -38,5 +38,20 @@ Result<Database> open_read_only(const std::string& path, const std::string& vfs 
 
 // Runs have a uuid and tags, and may have been copied. False: its schema is older.
 Result<bool> has_uuids(const Database& db);
+Result<bool> has_table(const Database& db, std::string_view name);
+// What `read` finds; nothing where the schema is older than what it reads (`is_known`).
+template <class Read>
+auto read_if(const Result<bool>& is_known, Read read) -> std::invoke_result_t<Read&> {
+  if (!is_known) return fail(is_known.error());
+  if (!*is_known) return typename std::invoke_result_t<Read&>::value_type();
+  return read();
+}
+
+// `run`: its number, or the text that somebody typed for it.
+template <class Run>
+Error no_such_run(const Database& db, const Run& run) {
+  return Error(Errc::invalid_request,
+               fmt::format("{}: no run {}; see `lcrig runs`", db.path(), run));
+}
 
 }  // namespace lcrig

@@ -40,46 +40,31 @@ struct ForwardingMethods {
     return m;
   }
 
-  static sqlite3_io_methods make() {
-    sqlite3_io_methods m{};
-    m.iVersion = 2;  // version 2 has no xFetch: no writes through mapped memory
-    m.xClose = [](sqlite3_file* f) { return real_of(f)->pMethods->xClose(real_of(f)); };
-    m.xRead = [](sqlite3_file* f, void* to, int n, sqlite3_int64 at) {
-      return real_of(f)->pMethods->xRead(real_of(f), to, n, at);
+  using Methods = sqlite3_io_methods;
+
+  // Those that are no concern of a derived class call the real file's.
+  template <auto method, class R, class... Args>
+  static void pass_on(Methods& m, R (*Methods::*)(sqlite3_file*, Args...)) {
+    m.*method = [](sqlite3_file* f, Args... args) -> R {
+      return (real_of(f)->pMethods->*method)(real_of(f), args...);
     };
+  }
+  template <auto... methods>
+  static void pass_on(Methods& m) {
+    (pass_on<methods>(m, methods), ...);
+  }
+
+  static Methods make() {
+    Methods m{};
+    m.iVersion = 2;  // version 2 has no xFetch: no writes through mapped memory
     m.xWrite = &write;
     m.xTruncate = &truncate;
     m.xSync = &sync;
-    m.xFileSize = [](sqlite3_file* f, sqlite3_int64* n) {
-      return real_of(f)->pMethods->xFileSize(real_of(f), n);
-    };
-    m.xLock = [](sqlite3_file* f, int l) { return real_of(f)->pMethods->xLock(real_of(f), l); };
-    m.xUnlock = [](sqlite3_file* f, int l) { return real_of(f)->pMethods->xUnlock(real_of(f), l); };
-    m.xCheckReservedLock = [](sqlite3_file* f, int* out) {
-      return real_of(f)->pMethods->xCheckReservedLock(real_of(f), out);
-    };
-    m.xFileControl = [](sqlite3_file* f, int op, void* a) {
-      return real_of(f)->pMethods->xFileControl(real_of(f), op, a);
-    };
-    m.xSectorSize = [](sqlite3_file* f) { return real_of(f)->pMethods->xSectorSize(real_of(f)); };
-    m.xDeviceCharacteristics = [](sqlite3_file* f) {
-      return real_of(f)->pMethods->xDeviceCharacteristics(real_of(f));
-    };
-    add_shared_memory(m);
+    pass_on<&Methods::xClose, &Methods::xRead, &Methods::xFileSize, &Methods::xLock,
+            &Methods::xUnlock, &Methods::xCheckReservedLock, &Methods::xFileControl,
+            &Methods::xSectorSize, &Methods::xDeviceCharacteristics>(m);
+    pass_on<&Methods::xShmMap, &Methods::xShmLock, &Methods::xShmBarrier, &Methods::xShmUnmap>(m);
     return m;
-  }
-
-  static void add_shared_memory(sqlite3_io_methods& m) {
-    m.xShmMap = [](sqlite3_file* f, int page, int size, int extend, void volatile** to) {
-      return real_of(f)->pMethods->xShmMap(real_of(f), page, size, extend, to);
-    };
-    m.xShmLock = [](sqlite3_file* f, int at, int n, int flags) {
-      return real_of(f)->pMethods->xShmLock(real_of(f), at, n, flags);
-    };
-    m.xShmBarrier = [](sqlite3_file* f) { real_of(f)->pMethods->xShmBarrier(real_of(f)); };
-    m.xShmUnmap = [](sqlite3_file* f, int del) {
-      return real_of(f)->pMethods->xShmUnmap(real_of(f), del);
-    };
   }
 };
 

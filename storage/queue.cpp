@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/enum_words.hpp"
 #include "base/text.hpp"
 #include "storage/queue_rows.hpp"
 #include "storage/row_hash.hpp"
@@ -15,9 +16,7 @@ namespace {
 constexpr std::int64_t kStep = std::int64_t{1} << 20U;
 
 Result<EntryState> state_of(std::string_view word) {
-  for (int i = 0; i <= static_cast<int>(EntryState::removed); ++i) {
-    if (to_string(static_cast<EntryState>(i)) == word) return static_cast<EntryState>(i);
-  }
+  if (const auto known = parse_word(word, EntryState::removed)) return *known;
   return fail(Errc::garbled, "the queue holds an entry in state \"{}\"", printable(word, 40));
 }
 
@@ -31,41 +30,35 @@ struct Gap {
   std::optional<std::int64_t> behind, before;
 };
 
-Result<std::optional<std::int64_t>> place_of(const Database& db, std::string_view sql,
-                                             std::int64_t a, std::int64_t b) {
-  auto found = db.first(sql, [](const Statement& s) { return s.optional_integer(0); }, a, b);
-  if (!found) return fail(found.error());
-  return found->value_or(std::nullopt);
-}
-
 // `moved`: the entry that is looked for a place; it is in nobody's way.
 Result<Gap> find_gap(const Database& db, QueuePlace to, std::int64_t moved) {
   using Where = QueuePlace::Where;
+  using Place = std::int64_t;
   Gap gap;
-  Result<std::optional<std::int64_t>> at;
+  Result<std::optional<Place>> at;
   if (to.where == Where::last) {
-    at = place_of(db, "SELECT max(place) FROM queue_entry WHERE id <> ?1 AND ?2 = 0", moved, 0);
+    at = db.first<Place>("SELECT max(place) FROM queue_entry WHERE id <> ?", moved);
     if (!at) return fail(at.error());
     gap.behind = *at;
     return gap;
   }
   if (to.where == Where::first) {
-    at = place_of(db,
-                  "SELECT min(place) FROM queue_entry WHERE id <> ?1 AND ?2 = 0"
-                  " AND id NOT IN (SELECT entry_id FROM queue_attempt)",
-                  moved, 0);
+    at = db.first<Place>(
+        "SELECT min(place) FROM queue_entry WHERE id <> ?"
+        " AND id NOT IN (SELECT entry_id FROM queue_attempt)",
+        moved);
     if (at && !*at) return find_gap(db, QueuePlace(), moved);
   } else {
-    at = place_of(db, "SELECT place FROM queue_entry WHERE id = ?1 AND ?2 = 0", to.entry, 0);
+    at = db.first<Place>("SELECT place FROM queue_entry WHERE id = ?", to.entry);
     if (at && !*at) return fail(no_entry(to.entry));
   }
   if (!at) return fail(at.error());
   const std::int64_t place = **at;
   const bool after = to.where == Where::after;
-  auto other = place_of(db,
-                        after ? "SELECT min(place) FROM queue_entry WHERE place > ?1 AND id <> ?2"
-                              : "SELECT max(place) FROM queue_entry WHERE place < ?1 AND id <> ?2",
-                        place, moved);
+  auto other =
+      db.first<Place>(after ? "SELECT min(place) FROM queue_entry WHERE place > ? AND id <> ?"
+                            : "SELECT max(place) FROM queue_entry WHERE place < ? AND id <> ?",
+                      place, moved);
   if (!other) return fail(other.error());
   gap.behind = after ? std::optional(place) : *other;
   gap.before = after ? *other : std::optional(place);
@@ -74,8 +67,8 @@ Result<Gap> find_gap(const Database& db, QueuePlace to, std::int64_t moved) {
 
 // Behind all that are there, in their order: no two have the same place on the way.
 Result<> number_anew(const Database& db) {
-  auto entries = db.rows("SELECT id FROM queue_entry WHERE place IS NOT NULL ORDER BY place",
-                         [](const Statement& s) { return s.integer(0); });
+  auto entries =
+      db.rows<std::int64_t>("SELECT id FROM queue_entry WHERE place IS NOT NULL ORDER BY place");
   if (!entries) return fail(entries.error());
   auto most = db.integer("SELECT coalesce(max(place), 0) FROM queue_entry");
   if (!most) return fail(most.error());
@@ -137,10 +130,9 @@ Result<EntryState> state_in_queue(const Database& db, std::int64_t entry) {
 Result<> has_not_begun(const Database& db, std::int64_t entry, std::string_view so) {
   auto state = state_in_queue(db, entry);
   if (!state) return fail(state.error());
-  auto attempts =
-      db.integer(fmt::format("SELECT count(*) FROM queue_attempt WHERE entry_id = {}", entry));
-  if (!attempts) return fail(attempts.error());
-  if (*attempts == 0) return {};
+  auto begun = db.holds("SELECT count(*) FROM queue_attempt WHERE entry_id = ?", entry);
+  if (!begun) return fail(begun.error());
+  if (!*begun) return {};
   return fail(Errc::invalid_request, "entry {} {}: {}", entry,
               *state == EntryState::waiting ? "is about to be begun again" : words_of(*state), so);
 }
@@ -264,9 +256,8 @@ Result<> remove_from_queue(const Database& db, std::int64_t entry, const QueueAc
 Result<std::int64_t> clear_queue(const Database& db, const QueueActor& who) {
   auto transaction = Transaction::begin(db);
   if (!transaction) return fail(transaction.error());
-  auto entries = db.rows(
-      "SELECT id FROM queue_entry WHERE place IS NOT NULL AND state <> 'running' ORDER BY place",
-      [](const Statement& s) { return s.integer(0); });
+  auto entries = db.rows<std::int64_t>(
+      "SELECT id FROM queue_entry WHERE place IS NOT NULL AND state <> 'running' ORDER BY place");
   if (!entries) return fail(entries.error());
   for (const std::int64_t entry : *entries) {
     if (auto r = append_queue_act(db, "remove", entry, "clear", who); !r) return fail(r.error());

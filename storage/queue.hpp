@@ -30,6 +30,12 @@ struct QueueActor {
   std::string user = "lcrigd";
   std::optional<std::int64_t> uid;
   std::int64_t now_unix_ns = 0;
+
+  static QueueActor itself(std::int64_t now_unix_ns) {
+    QueueActor out;
+    out.now_unix_ns = now_unix_ns;
+    return out;
+  }
 };
 
 // An entry without its texts.

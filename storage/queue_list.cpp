@@ -19,62 +19,38 @@ constexpr std::string_view kQueueListing =
 
 QueueListing read_queue_listing(const Statement& s) {
   QueueListing out;
-  out.entry = s.integer(0);
-  out.state = read_entry_state(s.text(1));
-  out.protocol_name = s.text(2);
-  out.parameters_json = s.text(3);
-  out.specimen_name = s.text(4);
-  out.operator_name = s.text(5);
-  out.note = s.text(6);
-  out.terms_json = s.text(7);
-  out.plan_json = s.text(8);
-  out.added_by = s.text(9);
-  out.added_unix_ns = s.integer(10);
-  out.resumes_run = s.optional_integer(11);
-  out.attempts = s.integer(12);
-  out.last_run = s.optional_integer(13);
+  std::string state;
+  s.read(out.entry, state, out.protocol_name, out.parameters_json, out.specimen_name,
+         out.operator_name, out.note, out.terms_json, out.plan_json, out.added_by,
+         out.added_unix_ns, out.resumes_run, out.attempts, out.last_run);
+  out.state = read_entry_state(state);
   return out;
 }
 
 QueueAct read_queue_act(const Statement& s) {
   QueueAct out;
-  out.seq = s.integer(0);
-  out.at_unix_ns = s.integer(1);
-  out.act = s.text(2);
-  out.entry = s.optional_integer(3);
-  out.user = s.text(4);
-  out.uid = s.optional_integer(5);
-  out.detail = s.text(6);
+  s.read(out.seq, out.at_unix_ns, out.act, out.entry, out.user, out.uid, out.detail);
   return out;
 }
 
 QueueState read_queue_state(const Statement& s) {
   QueueState out;
-  out.going = s.integer(0) != 0;
-  out.held = parse_word(s.text(1), HoldCause::bug);
-  out.held_why = s.text(2);
-  out.failures_in_row = s.integer(3);
-  if (!s.is_null(4)) out.on_rig = s.text(4);
-  if (!s.is_null(5)) {
-    out.lock.emplace();
-    out.lock->user = s.text(5);
-    out.lock->uid = s.integer(6);
-    out.lock->why = s.text(7);
-  }
+  std::string held;
+  std::optional<std::string> locked_by;
+  QueueLock lock;
+  s.read(out.going, held, out.held_why, out.failures_in_row, out.on_rig, locked_by, lock.uid,
+         lock.why);
+  out.held = parse_word(held, HoldCause::bug);
+  if (!locked_by) return out;
+  lock.user = std::move(*locked_by);
+  out.lock = std::move(lock);
   return out;
 }
 
 QueuedRun read_queued_run(const Statement& s) {
   QueuedRun out;
-  out.protocol_name = s.text(0);
-  out.protocol_text = s.text(1);
-  out.parameters_json = s.text(2);
-  out.specimen_name = s.text(3);
-  out.specimen_text = s.text(4);
-  out.operator_name = s.text(5);
-  out.note = s.text(6);
-  out.terms_json = s.text(7);
-  out.plan_json = s.text(8);
+  s.read(out.protocol_name, out.protocol_text, out.parameters_json, out.specimen_name,
+         out.specimen_text, out.operator_name, out.note, out.terms_json, out.plan_json);
   return out;
 }
 
@@ -118,9 +94,9 @@ Result<std::int64_t> planned_bytes(const Database& db) {
 
 Result<std::int64_t> count_before(const Database& db, std::int64_t entry) {
   return db.integer(
-      fmt::format("SELECT count(*) FROM queue_entry WHERE place <"
-                  " (SELECT place FROM queue_entry WHERE id = {})",
-                  entry));
+      "SELECT count(*) FROM queue_entry WHERE place <"
+      " (SELECT place FROM queue_entry WHERE id = ?)",
+      entry);
 }
 
 Result<std::optional<QueueListing>> queue_head(const Database& db) {
@@ -152,16 +128,10 @@ Result<QueuedRun> get_queued_run(const Database& db, std::int64_t entry) {
 Result<std::vector<QueueAct>> queue_history(const Database& db, std::optional<std::int64_t> entry,
                                             std::int64_t before, std::int64_t most) {
   if (before <= 0) before = std::numeric_limits<std::int64_t>::max();
-  constexpr std::string_view kColumns = "seq, at_unix_ns, act, entry_id, user, uid, detail";
-  if (entry) {
-    return db.rows(fmt::format("SELECT {} FROM queue_act WHERE entry_id = ? AND seq < ?"
-                               " ORDER BY seq DESC LIMIT ?",
-                               kColumns),
-                   read_queue_act, *entry, before, most);
-  }
   return db.rows(
-      fmt::format("SELECT {} FROM queue_act WHERE seq < ? ORDER BY seq DESC LIMIT ?", kColumns),
-      read_queue_act, before, most);
+      "SELECT seq, at_unix_ns, act, entry_id, user, uid, detail FROM queue_act"
+      " WHERE (?1 IS NULL OR entry_id = ?1) AND seq < ?2 ORDER BY seq DESC LIMIT ?3",
+      read_queue_act, entry, before, most);
 }
 
 }  // namespace lcrig

@@ -7,12 +7,6 @@ namespace lcrig {
 
 namespace {
 
-QueueActor itself(std::int64_t now_unix_ns) {
-  QueueActor out;
-  out.now_unix_ns = now_unix_ns;
-  return out;
-}
-
 Result<> set_held(const Database& db, HoldCause cause, std::string_view why) {
   return db.change("UPDATE queue_state SET going = 0, held_cause = ?, held_why = ?",
                    to_string(cause), why);
@@ -73,9 +67,7 @@ Result<> apply_choice(const Database& db, HeadChoice choice, const QueueListing&
 
 // How the last attempt of an entry ended, as far as its run knows.
 Result<EntryState> settled_state(const Database& db, std::int64_t run) {
-  auto end = db.first(
-      "SELECT exit_status FROM run_end WHERE run_id = ?",
-      [](const Statement& s) { return std::string(s.text(0)); }, run);
+  auto end = db.first<std::string>("SELECT exit_status FROM run_end WHERE run_id = ?", run);
   if (!end) return fail(end.error());
   if (!*end || **end == to_string(ExitStatus::interrupted)) return EntryState::interrupted;
   return **end == to_string(ExitStatus::success) ? EntryState::done : EntryState::failed;
@@ -84,9 +76,7 @@ Result<EntryState> settled_state(const Database& db, std::int64_t run) {
 Result<> settle_head(const Database& db, const QueueListing& head, const QueueActor& who) {
   EntryState state = EntryState::interrupted;
   if (head.last_run) {
-    auto found = settled_state(db, *head.last_run);
-    if (!found) return fail(found.error());
-    state = *found;
+    if (auto r = keep(settled_state(db, *head.last_run), state); !r) return r;
   }
   if (auto r = set_entry_state(db, head.entry, state); !r) return r;
   return append_queue_act(db, "settle", head.entry,
@@ -113,7 +103,8 @@ Result<> claim_queue_entry(const Database& db, std::int64_t entry, std::int64_t 
   auto stored = db.change("INSERT INTO queue_attempt (entry_id, attempt, run_id) VALUES (?,?,?)",
                           entry, attempt, run);
   if (!stored) return stored;
-  return append_queue_act(db, "begin", entry, fmt::format("run {}", run), itself(now_unix_ns));
+  return append_queue_act(db, "begin", entry, fmt::format("run {}", run),
+                          QueueActor::itself(now_unix_ns));
 }
 
 Result<> note_specimen_of_run(const Database& db, std::string_view specimen) {
@@ -169,7 +160,7 @@ Result<> hold_queue(const Database& db, HoldCause cause, std::string_view why,
 }
 
 Result<bool> settle_queue(const Database& db, std::int64_t now_unix_ns) {
-  const QueueActor who = itself(now_unix_ns);
+  const QueueActor who = QueueActor::itself(now_unix_ns);
   auto transaction = Transaction::begin(db);
   if (!transaction) return fail(transaction.error());
   auto queue = get_queue_state(db);

@@ -30,51 +30,31 @@ Result<std::string> listing_sql(const Database& db) {
 
 Result<RunListing> read_listing(const Statement& s) {
   RunListing out;
-  out.run = s.integer(0);
-  out.protocol_name = s.text(1);
-  out.specimen_name = s.text(2);
-  out.operator_name = s.text(3);
-  out.simulated = s.integer(4) != 0;
-  out.started_unix_ns = s.integer(5);
-  if (!s.is_null(6)) {
-    out.exit_status = parse_exit_status(s.text(6));
-    if (!out.exit_status) {
-      return fail(Errc::garbled, "run {}: ended with an unknown word, `{}`", out.run, s.text(6));
-    }
-  }
-  out.reason = s.text(7);
-  out.ended_unix_ns = s.optional_integer(8);
-  out.lcr_readings = s.integer(9);
-  out.frame_samples = s.integer(10);
-  out.levels = s.integer(11);
-  out.events = s.integer(12);
-  out.uuid = s.text(13);
-  return out;
+  std::optional<std::string> end;
+  s.read(out.run, out.protocol_name, out.specimen_name, out.operator_name, out.simulated,
+         out.started_unix_ns, end, out.reason, out.ended_unix_ns, out.lcr_readings,
+         out.frame_samples, out.levels, out.events, out.uuid);
+  if (end) out.exit_status = parse_exit_status(*end);
+  if (!end || out.exit_status) return out;
+  return fail(Errc::garbled, "run {}: ended with an unknown word, `{}`", out.run, *end);
 }
 
 Result<> count_rows_so_far(const Database& db, RunListing& open_run) {
-  const auto counted = db.first(
+  return db.each(
       "SELECT lcr_reading_seq, frame_sample_seq, level_seq, event_seq FROM chain WHERE run_id = ?"
       " ORDER BY seq DESC LIMIT 1",
-      [&open_run](const Statement& s) {
-        open_run.lcr_readings = s.integer(0);
-        open_run.frame_samples = s.integer(1);
-        open_run.levels = s.integer(2);
-        open_run.events = s.integer(3);
-        return true;
+      [&r = open_run](const Statement& s) {
+        s.read(r.lcr_readings, r.frame_samples, r.levels, r.events);
       },
       open_run.run);
-  if (!counted) return fail(counted.error());
-  return {};
 }
 
 // A run without an end may have ended since its row was read: then the row is read again.
 Result<> complete_open_run(const Database& db, RunListing& listing) {
   if (listing.exit_status) return {};
-  const auto goes_on = is_being_recorded(db.path(), listing.run);
-  if (!goes_on) return fail(goes_on.error());
-  listing.goes_on = *goes_on;
-  if (!*goes_on) {
+  auto asked = keep(is_being_recorded(db.path(), listing.run), listing.goes_on);
+  if (!asked) return asked;
+  if (!listing.goes_on) {
     auto sql = listing_sql(db);
     if (!sql) return fail(sql.error());
     auto again = db.first(*sql + " WHERE run.id = ?", read_listing, listing.run);
@@ -86,43 +66,15 @@ Result<> complete_open_run(const Database& db, RunListing& listing) {
   return listing.exit_status ? Result<>() : count_rows_so_far(db, listing);
 }
 
-Error no_run(const Database& db, std::int64_t run) {
-  return Error(Errc::invalid_request,
-               fmt::format("{}: no run {}; see `lcrig runs`", db.path(), run));
-}
-
-std::optional<std::string> optional_text(const Statement& s, int column) {
-  if (s.is_null(column)) return std::nullopt;
-  return std::string(s.text(column));
-}
-
 RunRow read_run(const Statement& s) {
   RunRow r;
-  r.protocol_name = s.text(0);
-  r.protocol_text = s.text(1);
-  r.parameters_json = s.text(2);
-  r.specimen_id = s.optional_integer(3);
-  r.specimen_name = s.text(4);
-  r.specimen_text = s.text(5);
-  r.probe_diameter_m = s.optional_real(6);
-  r.lcr_identity = s.text(7);
-  r.frame_identity = s.text(8);
-  r.lcr_settings_json = s.text(9);
-  r.frame_capabilities_json = s.text(10);
-  r.frame_limits_json = s.text(11);
-  r.correction_json = s.text(12);
-  r.bench_name = s.text(13);
-  r.bench_text = s.text(14);
-  r.simulated = s.integer(15) != 0;
-  r.seed = s.optional_integer(16);
-  r.model_level = optional_text(s, 17);
-  r.model_error_json = optional_text(s, 18);
-  r.software_version = s.text(19);
-  r.operator_name = s.text(20);
-  r.note = s.text(21);
-  r.started_unix_ns = s.integer(22);
-  r.started = MonoTime(Duration(s.integer(23)));
-  r.boot_id = s.text(24);
+  std::int64_t started_ns = 0;
+  s.read(r.protocol_name, r.protocol_text, r.parameters_json, r.specimen_id, r.specimen_name,
+         r.specimen_text, r.probe_diameter_m, r.lcr_identity, r.frame_identity, r.lcr_settings_json,
+         r.frame_capabilities_json, r.frame_limits_json, r.correction_json, r.bench_name,
+         r.bench_text, r.simulated, r.seed, r.model_level, r.model_error_json, r.software_version,
+         r.operator_name, r.note, r.started_unix_ns, started_ns, r.boot_id);
+  r.started = MonoTime(Duration(started_ns));
   return r;
 }
 
@@ -134,10 +86,9 @@ std::string_view status_of(const RunListing& listing) {
 
 Result<std::optional<std::int64_t>> last_run_end_unix_ns(const Database& db) {
   // The rig did nothing for a run that was copied from elsewhere.
-  return db.first(
+  return db.first<std::int64_t>(
       "SELECT ended_unix_ns FROM run_end WHERE run_id NOT IN (SELECT run_id FROM run_copy)"
-      " ORDER BY run_id DESC LIMIT 1",
-      [](const Statement& s) { return s.integer(0); });
+      " ORDER BY run_id DESC LIMIT 1");
 }
 
 Result<std::vector<RunListing>> list_runs(const Database& db, const RunFilter& filter) {
@@ -176,13 +127,11 @@ Result<RunListing> get_run_listing(const Database& db, std::int64_t run) {
   if (!sql) return fail(sql.error());
   auto found = db.first(*sql + " WHERE run.id = ?", read_listing, run);
   if (!found) return fail(found.error());
-  if (!*found) return fail(no_run(db, run));
+  if (!*found) return fail(no_such_run(db, run));
   Result<RunListing> listing = std::move(**found);
   if (!listing) return listing;
   if (auto r = complete_open_run(db, *listing); !r) return fail(r.error());
-  auto tags = get_tags_of(db, run);
-  if (!tags) return fail(tags.error());
-  listing->tags = std::move(*tags);
+  if (auto r = keep(get_tags_of(db, run), listing->tags); !r) return fail(r.error());
   return listing;
 }
 
@@ -195,23 +144,20 @@ Result<RunRow> get_run(const Database& db, std::int64_t run) {
       " started_unix_ns, started_mono_ns, boot_id FROM run WHERE id = ?",
       read_run, run);
   if (!found) return fail(found.error());
-  if (!*found) return fail(no_run(db, run));
+  if (!*found) return fail(no_such_run(db, run));
+  RunRow& row = **found;
   auto uuid = get_uuid(db, run);
   if (!uuid) return fail(uuid.error());
-  (*found)->uuid = uuid->value_or("");
-  auto copied = get_copied_from(db, run);
+  row.uuid = uuid->value_or("");
+  auto copied = keep(get_copied_from(db, run), row.copied_from);
   if (!copied) return fail(copied.error());
-  (*found)->copied_from = std::move(*copied);
-  return std::move(**found);
+  return std::move(row);
 }
 
 Result<std::vector<RunNote>> get_run_notes(const Database& db, std::int64_t run) {
   const auto read = [](const Statement& s) {
     RunNote note;
-    note.seq = s.integer(0);
-    note.operator_name = s.text(1);
-    note.text = s.text(2);
-    note.added_unix_ns = s.integer(3);
+    s.read(note.seq, note.operator_name, note.text, note.added_unix_ns);
     return note;
   };
   return db.rows(

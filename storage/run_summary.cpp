@@ -8,13 +8,6 @@ namespace lcrig {
 
 namespace {
 
-// First column of the only row; nullopt for NULL or no row.
-Result<std::optional<double>> real(const Database& db, std::string_view sql, std::int64_t run) {
-  auto value = db.first(sql, [](const Statement& s) { return s.optional_real(0); }, run);
-  if (!value) return fail(value.error());
-  return value->value_or(std::nullopt);
-}
-
 // The times of largest force, one for each excursion above half of the peak.
 Result<std::vector<std::int64_t>> peaks(const Database& db, std::int64_t run, double peak_N) {
   std::vector<std::int64_t> out;
@@ -42,20 +35,12 @@ Result<std::vector<std::int64_t>> peaks(const Database& db, std::int64_t run, do
 Result<std::optional<double>> mean_near(const Database& db, std::int64_t run,
                                         const std::vector<std::int64_t>& instants) {
   constexpr std::int64_t kNear_ns = 200'000'000;
-  auto readings = db.query(
-      "SELECT (asked_mono_ns + last_byte_mono_ns) / 2, capacitance_F FROM lcr_reading "
-      "WHERE run_id = ? AND fresh AND capacitance_F IS NOT NULL ORDER BY seq",
-      run);
-  if (!readings) return fail(readings.error());
   double sum = 0;
   int count = 0;
   std::size_t next = 0;
   std::optional<std::pair<std::int64_t, double>> before;
-  while (next < instants.size()) {
-    auto row = readings->step();
-    if (!row) return fail(row.error());
-    if (!*row) break;
-    const std::pair<std::int64_t, double> here(readings->integer(0), readings->real(1));
+  const auto take = [&](const Statement& row) {
+    const std::pair<std::int64_t, double> here(row.integer(0), row.real(1));
     for (; next < instants.size() && instants[next] <= here.first; ++next) {
       const std::int64_t t = instants[next];
       const bool earlier = before && t - before->first < here.first - t;
@@ -65,19 +50,24 @@ Result<std::optional<double>> mean_near(const Database& db, std::int64_t run,
       ++count;
     }
     before = here;
-  }
+  };
+  auto all = db.each(
+      "SELECT (asked_mono_ns + last_byte_mono_ns) / 2, capacitance_F FROM lcr_reading "
+      "WHERE run_id = ? AND fresh AND capacitance_F IS NOT NULL ORDER BY seq",
+      take, run);
+  if (!all) return fail(all.error());
   return count > 0 ? std::optional<double>(sum / count) : std::nullopt;
 }
 
 Result<std::optional<double>> capacitance_at_peak(const Database& db, std::int64_t run,
                                                   double peak_N) {
-  auto level = real(db,
-                    "SELECT AVG(capacitance_F) FROM lcr_reading JOIN level USING (run_id, level) "
-                    "WHERE run_id = ?1 AND reading_index IS NOT NULL AND level NOT IN (SELECT "
-                    "json_extract(detail, '$.level') FROM event WHERE run_id = ?1 AND kind = "
-                    "'level_abandoned') AND target_force_N > 0.999 * "
-                    "(SELECT MAX(target_force_N) FROM level WHERE run_id = ?1)",
-                    run);
+  auto level = db.first<double>(
+      "SELECT AVG(capacitance_F) FROM lcr_reading JOIN level USING (run_id, level) "
+      "WHERE run_id = ?1 AND reading_index IS NOT NULL AND level NOT IN (SELECT "
+      "json_extract(detail, '$.level') FROM event WHERE run_id = ?1 AND kind = "
+      "'level_abandoned') AND target_force_N > 0.999 * "
+      "(SELECT MAX(target_force_N) FROM level WHERE run_id = ?1)",
+      run);
   if (!level || *level) return level;
   auto instants = peaks(db, run, peak_N);
   if (!instants) return fail(instants.error());
@@ -86,9 +76,7 @@ Result<std::optional<double>> capacitance_at_peak(const Database& db, std::int64
 
 Result<> add_counts(const Database& db, std::int64_t run, RunSummary& out) {
   const auto read = [&out](const Statement& s) {
-    out.lcr_readings = s.integer(0);
-    out.measure_readings = s.integer(1);
-    out.frame_samples = s.integer(2);
+    s.read(out.lcr_readings, out.measure_readings, out.frame_samples);
   };
   return db.each(
       "SELECT (SELECT COUNT(*) FROM lcr_reading WHERE run_id = ?1 AND fresh),"
@@ -101,11 +89,11 @@ Result<> add_counts(const Database& db, std::int64_t run, RunSummary& out) {
 }
 
 Result<std::optional<double>> c0_of(const Database& db, std::int64_t run) {
-  return real(db,
-              "SELECT AVG(capacitance_F) FROM lcr_reading WHERE run_id = ?1 AND fresh AND "
-              "last_byte_mono_ns < (SELECT MIN(at_mono_ns) - 1000000000 FROM event "
-              "WHERE run_id = ?1 AND kind IN ('contact', 'confirm'))",
-              run);
+  return db.first<double>(
+      "SELECT AVG(capacitance_F) FROM lcr_reading WHERE run_id = ?1 AND fresh AND "
+      "last_byte_mono_ns < (SELECT MIN(at_mono_ns) - 1000000000 FROM event "
+      "WHERE run_id = ?1 AND kind IN ('contact', 'confirm'))",
+      run);
 }
 
 }  // namespace
@@ -113,11 +101,11 @@ Result<std::optional<double>> c0_of(const Database& db, std::int64_t run) {
 Result<std::optional<LastC0>> last_c0(const Database& db, std::string_view specimen,
                                       double frequency_Hz) {
   // A passive recording has no contact, and so no C0: the one before it may have.
-  auto runs = db.rows(
+  auto runs = db.rows<std::int64_t>(
       "SELECT run.id FROM run JOIN run_end ON run_id = id WHERE specimen_name = ? AND exit_status ="
       " 'success' AND json_extract(lcr_settings_json, '$.frequency_Hz') = ?"
       " ORDER BY started_unix_ns DESC, id DESC LIMIT 5",
-      [](const Statement& s) { return s.integer(0); }, specimen, frequency_Hz);
+      specimen, frequency_Hz);
   if (!runs) return fail(runs.error());
   for (const std::int64_t run : *runs) {
     auto c0 = c0_of(db, run);
@@ -134,23 +122,18 @@ Result<std::optional<LastC0>> last_c0(const Database& db, std::string_view speci
 Result<RunSummary> summarise_run(const Database& db, std::int64_t run) {
   RunSummary out;
   if (auto counted = add_counts(db, run, out); !counted) return fail(counted.error());
-  auto duration = real(db,
-                       "SELECT (ended_mono_ns - started_mono_ns) * 1e-9 FROM run JOIN run_end "
-                       "ON run_id = id WHERE id = ?",
-                       run);
-  if (!duration) return fail(duration.error());
-  out.duration_s = *duration;
-  auto c0 = c0_of(db, run);
-  if (!c0) return fail(c0.error());
-  out.c0_F = *c0;
+  auto read = keep(db.first<double>("SELECT (ended_mono_ns - started_mono_ns) * 1e-9 FROM run JOIN"
+                                    " run_end ON run_id = id WHERE id = ?",
+                                    run),
+                   out.duration_s);
+  if (read) read = keep(c0_of(db, run), out.c0_F);
   // A peak between two samples is only in the device's report at the end of the motion.
-  auto peak = real(db,
-                   "SELECT MAX(f) FROM (SELECT MAX(force_N) AS f FROM frame_sample WHERE run_id = "
-                   "?1 UNION ALL SELECT MAX(json_extract(detail, '$.force_N')) FROM event WHERE "
-                   "run_id = ?1 AND kind = 'motion')",
-                   run);
-  if (!peak) return fail(peak.error());
-  out.peak_force_N = *peak;
+  constexpr std::string_view kPeak =
+      "SELECT MAX(f) FROM (SELECT MAX(force_N) AS f FROM frame_sample WHERE run_id = ?1 UNION ALL"
+      " SELECT MAX(json_extract(detail, '$.force_N')) FROM event WHERE run_id = ?1 AND kind ="
+      " 'motion')";
+  if (read) read = keep(db.first<double>(kPeak, run), out.peak_force_N);
+  if (!read) return fail(read.error());
   if (!out.c0_F || !out.peak_force_N) return out;
   auto top = capacitance_at_peak(db, run, *out.peak_force_N);
   if (!top) return fail(top.error());

@@ -35,30 +35,14 @@ Result<> write_run(const Database& db, std::int64_t id, const RunRow& r, RowHash
   const auto correction = correction_text(db, r);
   if (!correction) return fail(correction.error());
   const std::string sha256 = sha256_hex(r.protocol_text);
-  const auto optional_text = [&](const std::optional<std::string>& text) {
-    if (text) {
-      writer->add(std::string_view(*text));
-    } else {
-      writer->add(std::optional<std::int64_t>());
-    }
-  };
-  writer->begin(hash).add(id).add(r.protocol_name).add(r.protocol_text).add(sha256);
-  writer->add(r.parameters_json).add(r.specimen_id).add(r.specimen_name).add(r.specimen_text);
-  writer->add(r.probe_diameter_m).add(r.lcr_identity).add(r.frame_identity);
-  writer->add(r.lcr_settings_json).add(r.frame_capabilities_json).add(r.frame_limits_json);
-  writer->add(*correction).add(r.bench_name).add(r.bench_text);
-  writer->add(std::int64_t{r.simulated ? 1 : 0}).add(r.seed);
-  optional_text(r.model_level);
-  optional_text(r.model_error_json);
-  writer->add(r.software_version).add(r.operator_name).add(r.note).add(r.started_unix_ns);
   const std::string uuid = r.uuid.empty() ? random_uuid() : r.uuid;
-  writer->add(std::int64_t{r.started.time_since_epoch().count()}).add(r.boot_id).add(uuid);
+  writer->begin(hash).add(id, r.protocol_name, r.protocol_text, sha256, r.parameters_json);
+  writer->add(r.specimen_id, r.specimen_name, r.specimen_text, r.probe_diameter_m);
+  writer->add(r.lcr_identity, r.frame_identity, r.lcr_settings_json, r.frame_capabilities_json);
+  writer->add(r.frame_limits_json, *correction, r.bench_name, r.bench_text, r.simulated, r.seed);
+  writer->add(r.model_level, r.model_error_json, r.software_version, r.operator_name, r.note);
+  writer->add(r.started_unix_ns, r.started, r.boot_id, uuid);
   return writer->insert();
-}
-
-std::optional<std::int64_t> mono_ns(const std::optional<MonoTime>& t) {
-  if (!t) return std::nullopt;
-  return t->time_since_epoch().count();
 }
 
 // Adds a row to a run in one transaction: its first column is the run, `write(writer, head)` fills
@@ -73,9 +57,7 @@ Result<> append_row(const Database& db, std::int64_t run, std::string_view table
   if (!chain) return fail(chain.error());
   auto head = chain->head(run);
   if (!head) return fail(head.error());
-  if (head->seq == 0) {
-    return fail(Errc::invalid_request, "{}: no run {}; see `lcrig runs`", db.path(), run);
-  }
+  if (head->seq == 0) return fail(no_such_run(db, run));
   auto copied = get_copied_from(db, run);
   if (!copied) return fail(copied.error());
   RowHash hash;
@@ -108,10 +90,10 @@ Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
         "next start",
         (*ended)->links);
   }
-  auto force_N = db.first(
+  auto force_N = db.first<double>(
       "SELECT force_N FROM frame_sample WHERE run_id=? AND force_N IS NOT NULL "
       "ORDER BY seq DESC LIMIT 1",
-      [](const Statement& s) { return s.real(0); }, run);
+      run);
   if (!force_N) return fail(force_N.error());
   if (*force_N) {
     reason += fmt::format(
@@ -121,25 +103,19 @@ Result<std::string> reason_of_orphan(const Database& db, std::int64_t run) {
   return reason;
 }
 
-Error no_such(const Database& db, std::string_view run) {
-  return Error(Errc::invalid_request,
-               fmt::format("{}: no run {}; see `lcrig runs`", db.path(), run));
-}
-
 Result<std::int64_t> find_by_uuid(const Database& db, std::string_view beginning) {
   auto known = has_uuids(db);
   if (!known) return fail(known.error());
-  if (!*known) return fail(no_such(db, beginning));
+  if (!*known) return fail(no_such_run(db, beginning));
   std::string first(beginning);
   std::ranges::transform(first, first.begin(), [](char c) {
     return c >= 'A' && c <= 'F' ? static_cast<char>(c + 32) : c;
   });
   const std::string after_last = first + "g";  // behind every hex digit
-  auto found = db.rows(
-      "SELECT id FROM run WHERE uuid >= ? AND uuid < ? ORDER BY id LIMIT 2",
-      [](const Statement& s) { return s.integer(0); }, first, after_last);
+  auto found = db.rows<std::int64_t>(
+      "SELECT id FROM run WHERE uuid >= ? AND uuid < ? ORDER BY id LIMIT 2", first, after_last);
   if (!found) return fail(found.error());
-  if (found->empty()) return fail(no_such(db, beginning));
+  if (found->empty()) return fail(no_such_run(db, beginning));
   if (found->size() == 1) return found->front();
   return fail(Errc::invalid_request,
               "{}: the uuids of several runs begin with {}, among them those of runs {} and {}; "
@@ -200,8 +176,7 @@ Result<std::int64_t> insert_run(const Database& db, const RunRow& row) {
 Result<> insert_run_end(const Database& db, std::int64_t run, const RunEnd& end) {
   return append_row(db, run, "run_end", [&](RowWriter& row, ChainHead& head) {
     head.ended = true;
-    row.add(to_string(end.status)).add(end.reason);
-    row.add(mono_ns(end.ended)).add(end.ended_unix_ns);
+    row.add(to_string(end.status), end.reason, end.ended, end.ended_unix_ns);
   });
 }
 
@@ -210,24 +185,22 @@ Result<> add_run_note(const Database& db, std::int64_t run, std::string_view ope
   if (text.empty()) return fail(Errc::invalid_request, "a note needs a text");
   if (auto good = check_text("note", text, kNoteMax); !good) return good;
   if (auto good = check_text("operator", operator_name, kNameMax); !good) return good;
-  auto open = db.integer(fmt::format(
-      "SELECT count(*) FROM run WHERE id = {0} AND {0} NOT IN (SELECT run_id FROM run_end)", run));
+  auto open = db.holds(
+      "SELECT count(*) FROM run WHERE id = ?1 AND ?1 NOT IN (SELECT run_id FROM run_end)", run);
   if (!open) return fail(open.error());
-  if (*open != 0) {
+  if (*open) {
     return fail(Errc::invalid_request, "run {} {}: add the note when it has ended", run,
                 is_being_recorded(db.path(), run).value_or(true)
                     ? "is still going on"
                     : "was cut off, and lcrigd closes it at its next start");
   }
   return append_row(db, run, "run_note", [&](RowWriter& row, ChainHead& head) {
-    const std::int64_t seq = ++head.last_of(RunTable::run_note);
-    row.add(seq).add(operator_name).add(text).add(now_unix_ns);
+    row.add(++head.last_of(RunTable::run_note), operator_name, text, now_unix_ns);
   });
 }
 
 Result<std::vector<std::int64_t>> unfinished_runs(const Database& db) {
-  return db.rows("SELECT id FROM run WHERE id NOT IN (SELECT run_id FROM run_end)",
-                 [](const Statement& s) { return s.integer(0); });
+  return db.rows<std::int64_t>("SELECT id FROM run WHERE id NOT IN (SELECT run_id FROM run_end)");
 }
 
 Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db,
@@ -238,9 +211,7 @@ Result<std::vector<std::int64_t>> close_orphaned_runs(const Database& db,
   end.status = ExitStatus::interrupted;
   end.ended_unix_ns = now_unix_ns;
   for (const std::int64_t run : *orphans) {
-    auto reason = reason_of_orphan(db, run);
-    if (!reason) return fail(reason.error());
-    end.reason = std::move(*reason);
+    if (auto r = keep(reason_of_orphan(db, run), end.reason); !r) return fail(r.error());
     if (auto r = insert_run_end(db, run, end); !r) return fail(r.error());
   }
   return orphans;
@@ -260,9 +231,9 @@ Result<std::int64_t> find_run(const Database& db, std::string_view text) {
                 "\"{}\": a run is a number, the beginning of its uuid, or `last`; see `lcrig runs`",
                 text);
   }
-  auto found = db.integer(fmt::format("SELECT count(*) FROM run WHERE id = {}", *number));
+  auto found = db.holds("SELECT count(*) FROM run WHERE id = ?", *number);
   if (!found) return fail(found.error());
-  if (*found == 0) return fail(no_such(db, text));
+  if (!*found) return fail(no_such_run(db, text));
   return *number;
 }
 

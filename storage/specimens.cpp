@@ -11,23 +11,8 @@ constexpr std::string_view kColumns = "id, name, version, sha256, text, added_un
 
 StoredSpecimen read_row(const Statement& s) {
   StoredSpecimen out;
-  out.id = s.integer(0);
-  out.name = s.text(1);
-  out.version = s.integer(2);
-  out.sha256 = s.text(3);
-  out.text = s.text(4);
-  out.added_unix_ns = s.integer(5);
+  s.read(out.id, out.name, out.version, out.sha256, out.text, out.added_unix_ns);
   return out;
-}
-
-Result<> insert(const Database& db, StoredSpecimen& specimen) {
-  auto s = db.query(
-      "INSERT INTO specimen (name, version, sha256, text, added_unix_ns) VALUES (?,?,?,?,?)",
-      specimen.name, specimen.version, specimen.sha256, specimen.text, specimen.added_unix_ns);
-  if (!s) return fail(s.error());
-  if (auto r = s->run(); !r) return r;
-  specimen.id = db.last_insert_id();
-  return {};
 }
 
 }  // namespace
@@ -46,7 +31,11 @@ Result<StoredSpecimen> add_specimen(const Database& db, const std::string& name,
   specimen.version = *newest ? (*newest)->version + 1 : 1;
   specimen.text = text;
   specimen.added_unix_ns = now_unix_ns;
-  if (auto r = insert(db, specimen); !r) return fail(r.error());
+  auto stored = db.change(
+      "INSERT INTO specimen (name, version, sha256, text, added_unix_ns) VALUES (?,?,?,?,?)",
+      specimen.name, specimen.version, specimen.sha256, specimen.text, specimen.added_unix_ns);
+  if (!stored) return fail(stored.error());
+  specimen.id = db.last_insert_id();
   if (auto r = transaction->commit(); !r) return fail(r.error());
   return specimen;
 }

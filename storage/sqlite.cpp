@@ -226,15 +226,6 @@ Result<> Database::execute(const std::string& sql) const {
   return {};
 }
 
-Result<std::int64_t> Database::integer(std::string_view sql) const {
-  auto statement = prepare(sql);
-  if (!statement) return fail(statement.error());
-  auto row = statement->step();
-  if (!row) return fail(row.error());
-  if (!*row) return fail(Errc::bug, "{}: no row from {}", path_, sql);
-  return statement->integer(0);
-}
-
 std::int64_t Database::last_insert_id() const {
   return sqlite3_last_insert_rowid(handle_.get());
 }

@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -37,6 +38,20 @@ class Statement {
   Result<bool> step();  // true: a row is there
   Result<> run();  // runs to the end, then resets
   void reset();
+  // Calls `visit` with each row; where it returns a Result, an error ends it.
+  template <class Visit>
+  Result<> each(Visit visit) {
+    for (;;) {
+      auto row = step();
+      if (!row) return fail(row.error());
+      if (!*row) return {};
+      if constexpr (std::is_void_v<std::invoke_result_t<Visit&, const Statement&>>) {
+        visit(std::as_const(*this));
+      } else if (auto r = visit(std::as_const(*this)); !r) {
+        return r;
+      }
+    }
+  }
 
   int columns() const;
   bool is_null(int column) const;
@@ -47,6 +62,12 @@ class Statement {
   // Valid until the next step, run or reset.
   std::string_view text(int column) const;
   std::span<const unsigned char> blob(int column) const;
+  // Columns into variables of their types, from the first on. An optional takes NULL.
+  template <class... Values>
+  void read(Values&... out) const {
+    int column = 0;
+    (get(column++, out), ...);
+  }
   sqlite3_stmt* handle() const { return handle_.get(); }
 
  private:
@@ -55,6 +76,21 @@ class Statement {
     void operator()(sqlite3_stmt* s) const;
   };
   explicit Statement(sqlite3_stmt* handle) : handle_(handle) {}
+  template <class T>
+  void get(int column, T& out) const {
+    if constexpr (std::is_integral_v<T>) {
+      out = static_cast<T>(integer(column));
+    } else if constexpr (std::is_same_v<T, double>) {
+      out = real(column);
+    } else {
+      out = text(column);
+    }
+  }
+  template <class T>
+  void get(int column, std::optional<T>& out) const {
+    out.reset();
+    if (!is_null(column)) get(column, out.emplace());
+  }
 
   std::unique_ptr<sqlite3_stmt, Finalize> handle_;
 };
@@ -86,17 +122,10 @@ class Database {
     if (!statement) return fail(statement.error());
     return statement->run();
   }
-  // Calls `visit` with each row.
   template <class Visit, class... Values>
   Result<> each(std::string_view sql, Visit visit, const Values&... values) const {
     auto statement = query(sql, values...);
-    if (!statement) return fail(statement.error());
-    for (;;) {
-      auto row = statement->step();
-      if (!row) return fail(row.error());
-      if (!*row) return {};
-      visit(std::as_const(*statement));
-    }
+    return statement ? statement->each(std::move(visit)) : fail(statement.error());
   }
   // All rows, or the first one if there is one, as `read` makes them of a Statement.
   template <class Read, class... Values>
@@ -118,8 +147,41 @@ class Database {
     if (*row) out.emplace(read(*statement));
     return out;
   }
+  // The first column alone; of `first` nullopt also for NULL.
+  template <class T, class... Values>
+  Result<std::vector<T>> rows(std::string_view sql, const Values&... values) const {
+    std::vector<T> out;
+    auto all = each(sql, [&out](const Statement& row) { row.read(out.emplace_back()); }, values...);
+    if (!all) return fail(all.error());
+    return out;
+  }
+  template <class T, class... Values>
+  Result<std::optional<T>> first(std::string_view sql, const Values&... values) const {
+    const auto read = [](const Statement& row) {
+      std::optional<T> value;
+      row.read(value);
+      return value;
+    };
+    auto found = first(sql, read, values...);
+    if (!found) return fail(found.error());
+    return found->value_or(std::nullopt);
+  }
   Result<> execute(const std::string& sql) const;  // any number of statements; rows are ignored
-  Result<std::int64_t> integer(std::string_view sql) const;  // first column of the first row
+  // The first column of the first row; 0 for NULL. Errors: also bug, there is none.
+  template <class... Values>
+  Result<std::int64_t> integer(std::string_view sql, const Values&... values) const {
+    auto found = first(sql, [](const Statement& row) { return row.integer(0); }, values...);
+    if (!found) return fail(found.error());
+    if (!*found) return fail(Errc::bug, "{}: no row from {}", path_, sql);
+    return **found;
+  }
+  // The same, asked as a question.
+  template <class... Values>
+  Result<bool> holds(std::string_view sql, const Values&... values) const {
+    auto value = integer(sql, values...);
+    if (!value) return fail(value.error());
+    return *value != 0;
+  }
   std::int64_t last_insert_id() const;
   bool in_transaction() const;
   const std::string& path() const { return path_; }

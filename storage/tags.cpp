@@ -10,12 +10,6 @@ namespace lcrig {
 
 namespace {
 
-Result<bool> is_there(const Database& db, std::int64_t run) {
-  auto runs = db.integer(fmt::format("SELECT count(*) FROM run WHERE id = {}", run));
-  if (!runs) return fail(runs.error());
-  return *runs > 0;
-}
-
 // White space of Unicode beyond ASCII, and what has no width: two tags would look the same.
 bool is_wide_or_hidden_blank(char32_t c) {
   const bool space = c == 0xA0 || c == 0x1680 || c == 0x202F || c == 0x205F || c == 0x3000;
@@ -51,11 +45,9 @@ Result<std::vector<std::string>> change_tags(const Database& db, const TagChange
   if (auto good = check_text("operator", operator_name, kNameMax); !good) return fail(good.error());
   auto transaction = Transaction::begin(db);
   if (!transaction) return fail(transaction.error());
-  auto there = is_there(db, change.run);
+  auto there = db.holds("SELECT count(*) FROM run WHERE id = ?", change.run);
   if (!there) return fail(there.error());
-  if (!*there) {
-    return fail(Errc::invalid_request, "{}: no run {}; see `lcrig runs`", db.path(), change.run);
-  }
+  if (!*there) return fail(no_such_run(db, change.run));
   for (const auto& tag : change.tags) {
     auto now = get_tags_of(db, change.run);
     if (!now) return now;
@@ -79,12 +71,9 @@ Result<std::vector<std::string>> change_tags(const Database& db, const TagChange
 }
 
 Result<std::vector<std::string>> get_tags_of(const Database& db, std::int64_t run) {
-  auto known = has_uuids(db);
-  if (!known) return fail(known.error());
-  if (!*known) return std::vector<std::string>();
-  return db.rows(
-      "SELECT tag FROM v_tag WHERE run = ? ORDER BY tag",
-      [](const Statement& s) { return std::string(s.text(0)); }, run);
+  return read_if(has_uuids(db), [&] {
+    return db.rows<std::string>("SELECT tag FROM v_tag WHERE run = ? ORDER BY tag", run);
+  });
 }
 
 Result<std::map<std::int64_t, std::vector<std::string>>> get_tags(const Database& db) {

@@ -7,7 +7,6 @@
 #include <tuple>
 
 #include "analysis/line_fit.hpp"
-#include "analysis/report/html.hpp"
 #include "analysis/report/tables.hpp"
 #include "base/near_word.hpp"
 #include "base/text.hpp"
@@ -57,15 +56,6 @@ Result<BatchedResult> result_of(const Database& db, BatchListing listing,
   return out;
 }
 
-std::string label_of(const RunAnalysis& analysis, const Metric& metric) {
-  for (const RangeResult& r : analysis.ranges) {
-    if (&r.sensitivity == &metric) {
-      return "sensitivity " + report::range_name(r.range) + ", fF/kPa";
-    }
-  }
-  return report::metric_label(metric.name);
-}
-
 // Which branch and time each run means, each once.
 std::vector<std::string> estimands_of(const std::vector<const RunAnalysis*>& runs,
                                       std::size_t metric) {
@@ -93,7 +83,7 @@ void compare_runs_of(BatchGroup& group, double confidence) {
     }
     if (values.empty()) continue;
     group.quantities.push_back(between_runs(values, confidence));
-    group.quantities.back().label = label_of(*good.front(), *reference[i]);
+    group.quantities.back().label = report::metric_label(*good.front(), *reference[i]);
     group.quantities.back().estimands = estimands_of(good, i);
   }
 }

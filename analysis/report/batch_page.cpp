@@ -64,7 +64,7 @@ std::string run_table(const BatchGroup& group) {
   std::vector<std::string> heads{"run",      "repeat", "position",
                                  "ended as", "C0, pF", "drift of C0, fF/h"};
   for (const RangeResult& r : first.ranges) {
-    heads.push_back("sensitivity " + range_name(r.range) + ", fF/kPa");
+    heads.push_back(metric_label(first, r.sensitivity));
   }
   heads.emplace_back("dynamic range, %");
   Table table(heads);

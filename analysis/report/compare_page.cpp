@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "analysis/report/compare_page.hpp"
-
 #include <fmt/format.h>
 
 #include "analysis/report/figures.hpp"
@@ -36,14 +34,10 @@ std::string results_table(std::span<const ReportRun> runs) {
   });
   const auto reference = runs.front().analysis.metrics();
   for (std::size_t i = 0; i < reference.size(); ++i) {
-    std::string label = text(metric_label(reference[i]->name));
-    for (const RangeResult& r : runs.front().analysis.ranges) {
-      if (&r.sensitivity == reference[i]) label = "sensitivity " + range_name(r.range) + ", fF/kPa";
-    }
     bool anywhere = false;
     for (const ReportRun& r : runs) anywhere = anywhere || *r.analysis.metrics().at(i);
     if (!anywhere) continue;
-    row(label, [i](const ReportRun& r) {
+    row(text(metric_label(runs.front().analysis, *reference[i])), [i](const ReportRun& r) {
       const Metric& m = *r.analysis.metrics().at(i);
       return m ? Cell(measured(m) + estimand_line(m.estimand), Cell::Kind::number) : no_number();
     });
@@ -64,7 +58,7 @@ std::string increase_table(std::span<const ReportRun> runs) {
               fmt::format("{:g} % interval, %", runs.front().analysis.options.confidence * 100)};
   for (const Comparison& c : compare(analyses)) {
     const auto se = c.standard_error_percent;
-    table.row({text(metric_label(c.quantity)),
+    table.row({text(c.quantity) + estimand_line(c.remark),
                fmt::format("run {}, {}", c.from_run, text(c.from_specimen)),
                fmt::format("run {}, {}", c.to_run, text(c.to_specimen)), number(c.from_value),
                number(c.to_value), percent(c.increase_percent), se ? number(*se, se) : no_number(),
@@ -77,27 +71,13 @@ std::string increase_table(std::span<const ReportRun> runs) {
          table.html();
 }
 
-std::string uncertainties(std::span<const ReportRun> runs) {
+// What `part` says of each run, under its name.
+template <class Part>
+std::string each_run(std::span<const ReportRun> runs, Part part) {
   std::string out;
   for (const ReportRun& run : runs) {
-    const auto tables = uncertainty_tables(run.analysis.uncertainties);
-    if (!tables.empty()) out += "<h3>" + text(run_label(run)) + "</h3>\n" + tables;
-  }
-  return out;
-}
-
-std::string each_provenance(std::span<const ReportRun> runs) {
-  std::string out;
-  for (const ReportRun& run : runs) {
-    out += "<h3>" + text(run_label(run)) + "</h3>\n" + notes_list(run) + provenance_table(run);
-  }
-  return out;
-}
-
-std::string events(std::span<const ReportRun> runs) {
-  std::string out;
-  for (const ReportRun& run : runs) {
-    out += "<h3>" + text(run_label(run)) + "</h3>\n" + event_table(run);
+    const std::string body = part(run);
+    if (!body.empty()) out += "<h3>" + text(run_label(run)) + "</h3>\n" + body;
   }
   return out;
 }
@@ -120,9 +100,12 @@ std::string comparison_page(std::span<const ReportRun> runs) {
   add(body, "increase", "Increase", increase_table(runs));
   add(body, "pressure", "ΔC against pressure", overlay_figure(runs) + side_by_side_figure(runs));
   add(body, "cycles", "ΔC/C0 over the cycles", cycles_side_by_side_figure(runs));
-  add(body, "uncertainty", "Uncertainty", uncertainties(runs));
-  add(body, "events", "Events and gaps", events(runs));
-  add(body, "provenance", "Provenance", each_provenance(runs));
+  add(body, "uncertainty", "Uncertainty", each_run(runs, [](const ReportRun& run) {
+        return uncertainty_tables(run.analysis.uncertainties);
+      }));
+  add(body, "events", "Events and gaps", each_run(runs, event_table));
+  add(body, "provenance", "Provenance",
+      each_run(runs, [](const ReportRun& run) { return notes_list(run) + provenance_table(run); }));
   return page(title, "<h1>" + text(title) + "</h1>\n" + marks + body);
 }
 

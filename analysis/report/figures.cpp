@@ -15,11 +15,7 @@ namespace {
 constexpr std::string_view kGrey = "#8a8a8a";
 
 plot::Style dots(std::string_view color) {
-  plot::Style style;
-  style.color = color;
-  style.marker = plot::Marker::dot;
-  style.line = false;
-  return style;
+  return {.color = color, .marker = plot::Marker::dot, .line = false};
 }
 
 plot::Style marks(Direction direction) {
@@ -46,8 +42,7 @@ void add_single_points(const ReportRun& run, plot::Panel& panel) {
   if (!run.analysis.levels.empty()) {
     for (const auto& level : run.analysis.levels) {
       if (!level.delta_C_fF) continue;
-      up.x.push_back(level.pressure_kPa);
-      up.y.push_back(*level.delta_C_fF);
+      up.add(level.pressure_kPa, *level.delta_C_fF);
     }
     up.label = "each level of each repeat";
     up.style = dots(kGrey);
@@ -55,8 +50,7 @@ void add_single_points(const ReportRun& run, plot::Panel& panel) {
     if (!run.data.area_m2) return;
     each_loaded(run, [&](double force_N, double delta_fF, bool loading) {
       plot::Series& to = loading ? up : down;
-      to.x.push_back(force_N / *run.data.area_m2 * 1e-3);
-      to.y.push_back(delta_fF);
+      to.add(force_N / *run.data.area_m2 * 1e-3, delta_fF);
     });
     up.label = "loading, each reading";
     up.style = plot::mark_style(0);
@@ -73,13 +67,7 @@ void add_means(const ReportRun& run, plot::Panel& panel) {
     plot::Series series;
     series.style = marks(direction);
     series.label = direction == Direction::up ? "mean, rising pressure" : "mean, falling pressure";
-    for (const CurvePoint& p : run.analysis.curve) {
-      if (p.direction != direction || !p.delta_C_fF) continue;
-      series.x.push_back(p.pressure_kPa);
-      series.y.push_back(*p.delta_C_fF);
-      series.error.push_back(p.standard_error_fF.value_or(0));
-    }
-    if (!series.x.empty()) panel.series.push_back(std::move(series));
+    add_curve(run, direction, std::move(series), panel);
   }
 }
 
@@ -155,9 +143,7 @@ plot::Panel residual_panel(const ReportRun& run) {
     series.label = range_name(r.range);
     const auto add = [&](double kPa, double delta_fF, double error) {
       if (kPa < r.range.from_kPa || kPa > r.range.to_kPa) return;
-      series.x.push_back(kPa);
-      series.y.push_back(delta_fF - line_at(r, kPa));
-      series.error.push_back(error);
+      series.add(kPa, delta_fF - line_at(r, kPa), error);
     };
     for (const auto& l : run.analysis.levels) {
       if (l.delta_C_fF) add(l.pressure_kPa, *l.delta_C_fF, l.standard_error_fF.value_or(0));
@@ -179,10 +165,25 @@ std::string run_label(const ReportRun& run) {
                      run.data.row.simulated ? " (simulated)" : "");
 }
 
+void add_curve(const ReportRun& run, Direction direction, plot::Series series, plot::Panel& panel) {
+  for (const CurvePoint& p : run.analysis.curve) {
+    if (p.direction != direction || !p.delta_C_fF) continue;
+    series.add(p.pressure_kPa, *p.delta_C_fF, p.standard_error_fF.value_or(0));
+  }
+  if (!series.x.empty()) panel.series.push_back(std::move(series));
+}
+
 std::string figure_html(const plot::Figure& figure, const std::string& caption) {
   return "<figure>\n" + plot::to_svg(figure, true) +
          (caption.empty() ? "" : "<figcaption>" + paragraph(caption, "small") + "</figcaption>\n") +
          "</figure>\n";
+}
+
+std::string figure_html(plot::Panel panel, std::string description, const std::string& caption) {
+  plot::Figure figure;
+  figure.description = std::move(description);
+  figure.panels.push_back(std::move(panel));
+  return figure_html(figure, caption);
 }
 
 plot::Panel curve_panel(const ReportRun& run, Labels labels) {
@@ -233,17 +234,14 @@ std::string model_figure(const ReportRun& run) {
     for (std::size_t i = 0; i < run.analysis.curve.size(); ++i) {
       const CurvePoint& p = run.analysis.curve[i];
       if (p.direction != direction || !p.delta_C_fF) continue;
-      series.x.push_back(p.pressure_kPa);
-      series.y.push_back(*p.delta_C_fF - run.model->delta_C_fF[i]);
-      series.error.push_back(p.standard_error_fF.value_or(0));
+      series.add(p.pressure_kPa, *p.delta_C_fF - run.model->delta_C_fF[i],
+                 p.standard_error_fF.value_or(0));
     }
     if (!series.x.empty()) panel.series.push_back(std::move(series));
   }
   if (panel.series.empty()) return {};
-  plot::Figure figure;
-  figure.description = "Measured minus modelled change of capacitance";
-  figure.panels.push_back(std::move(panel));
-  return figure_html(figure, "Bars are one standard error of the scatter.");
+  return figure_html(std::move(panel), "Measured minus modelled change of capacitance",
+                     "Bars are one standard error of the scatter.");
 }
 
 namespace {
@@ -255,8 +253,7 @@ plot::Series branch(const ReportRun& run, bool loading) {
   series.style = dots(loading ? "#7f9cc9" : "#dba27c");
   each_loaded(run, [&](double force_N, double delta_fF, bool is_loading) {
     if (is_loading != loading) return;
-    series.x.push_back(force_N);
-    series.y.push_back(delta_fF);
+    series.add(force_N, delta_fF);
   });
   return series;
 }
@@ -269,10 +266,8 @@ void add_loop_means(const std::vector<LoopPoint>& loop, plot::Panel& panel) {
   down.style = plot::line_style(1);
   up.style.width = down.style.width = 2;
   for (const LoopPoint& p : loop) {
-    up.x.push_back(p.force_N);
-    down.x.push_back(p.force_N);
-    up.y.push_back(p.up_fF);
-    down.y.push_back(p.down_fF);
+    up.add(p.force_N, p.up_fF);
+    down.add(p.force_N, p.down_fF);
   }
   panel.series.push_back(std::move(up));
   panel.series.push_back(std::move(down));
@@ -291,8 +286,7 @@ plot::Panel gap_panel(const std::vector<LoopPoint>& loop) {
   line.style = plot::line_style(0);
   for (const LoopPoint& p : loop) {
     const double gap = p.down_fF - p.up_fF;
-    line.x.push_back(p.force_N);
-    line.y.push_back(gap);
+    line.add(p.force_N, gap);
     band.x.push_back(p.force_N);
     band.low.push_back(gap - 2 * p.gap_se_fF);
     band.high.push_back(gap + 2 * p.gap_se_fF);

@@ -32,7 +32,10 @@ std::string cycles_side_by_side_figure(std::span<const ReportRun> runs);
 enum class Labels { whole, brief };  // brief: ranges without unit, fits without their errors
 plot::Panel curve_panel(const ReportRun& run, Labels labels = Labels::whole);
 plot::Panel cycle_panel(const ReportRun& run);
+// The means of the repeats in one direction of the pressure.
+void add_curve(const ReportRun& run, Direction direction, plot::Series series, plot::Panel& panel);
 std::string figure_html(const plot::Figure& figure, const std::string& caption);
+std::string figure_html(plot::Panel panel, std::string description, const std::string& caption);
 std::string run_label(const ReportRun& run);  // "run 3, paper-2 (simulated)"; plain text
 
 }  // namespace lcrig::report

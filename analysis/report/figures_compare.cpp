@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "analysis/report/figures.hpp"
-#include "analysis/report/html.hpp"
 
 namespace lcrig::report {
 
@@ -62,19 +61,11 @@ std::string overlay_figure(std::span<const ReportRun> runs) {
     series.style.dash = plot::line_style(n).dash;
     series.style.line = true;
     ++n;
-    for (const CurvePoint& p : run.analysis.curve) {
-      if (p.direction != Direction::up || !p.delta_C_fF) continue;
-      series.x.push_back(p.pressure_kPa);
-      series.y.push_back(*p.delta_C_fF);
-      series.error.push_back(p.standard_error_fF.value_or(0));
-    }
-    if (!series.x.empty()) panel.series.push_back(std::move(series));
+    add_curve(run, Direction::up, std::move(series), panel);
   }
   if (panel.series.empty()) return {};
-  plot::Figure figure;
-  figure.description = "Change of capacitance against pressure of all runs";
-  figure.panels.push_back(std::move(panel));
-  return figure_html(figure, "Rising pressure, means of the repeats.");
+  return figure_html(std::move(panel), "Change of capacitance against pressure of all runs",
+                     "Rising pressure, means of the repeats.");
 }
 
 std::string side_by_side_figure(std::span<const ReportRun> runs) {

@@ -36,11 +36,9 @@ plot::Series over_time(const ReportRun& run, Value value) {
   double before = -INFINITY;
   for (const RunReading& r : run.data.readings) {
     if (r.t_s - before > most && !series.x.empty()) {
-      series.x.push_back(r.t_s);
-      series.y.push_back(kBreak);
+      series.add(r.t_s, kBreak);
     }
-    series.x.push_back(r.t_s);
-    series.y.push_back(value(r));
+    series.add(r.t_s, value(r));
     before = r.t_s;
   }
   series.style = plot::line_style(0);
@@ -52,11 +50,9 @@ plot::Series force_over_time(const RunData& data) {
   plot::Series series;
   for (const FramePoint& p : data.frame) {
     if (p.after_gap && !series.x.empty()) {
-      series.x.push_back(p.t_s);
-      series.y.push_back(kBreak);
+      series.add(p.t_s, kBreak);
     }
-    series.x.push_back(p.t_s);
-    series.y.push_back(p.force_N);
+    series.add(p.t_s, p.force_N);
   }
   series.style = plot::line_style(0);
   series.style.width = 1.2;
@@ -83,10 +79,8 @@ void add_extrema(const ReportRun& run, double c0_pF, plot::Panel& panel) {
   panel.y.low = lowest - 0.12 * (highest - lowest);
   panel.y.high = highest + 0.16 * (highest - lowest);
   for (const CycleResult& c : run.analysis.cycles) {
-    peak.x.push_back(c.peak_s);
-    peak.y.push_back(percent_of(c.peak_pF));
-    rest.x.push_back(c.rest_s);
-    rest.y.push_back(percent_of(c.rest_pF));
+    peak.add(c.peak_s, percent_of(c.peak_pF));
+    rest.add(c.rest_s, percent_of(c.rest_pF));
     if (run.analysis.cycles.size() > kMostTags) continue;
     plot::Tag tag;
     tag.x = c.peak_s;
@@ -117,11 +111,10 @@ plot::Panel cycle_panel(const ReportRun& run) {
 }
 
 std::string cycle_figure(const ReportRun& run) {
-  plot::Figure figure;
-  figure.description = "Relative change of capacitance over time with the extrema of each cycle";
-  figure.panels.push_back(cycle_panel(run));
-  if (figure.panels[0].series.empty()) return {};
-  return figure_html(figure,
+  auto panel = cycle_panel(run);
+  if (panel.series.empty()) return {};
+  return figure_html(std::move(panel),
+                     "Relative change of capacitance over time with the extrema of each cycle",
                      "The numbers are the dynamic range of each cycle: at the largest force less "
                      "at rest, over C0.");
 }
@@ -159,8 +152,7 @@ plot::Series hold_series(const ReportRun& run, const HoldResult& hold) {
   for (const RunReading& r : run.data.readings) {
     if (r.t_s <= hold.begin_s || r.t_s > hold.end_s) continue;
     if (std::isnan(first)) first = r.capacitance_F;
-    series.x.push_back(r.t_s - hold.begin_s);
-    series.y.push_back((r.capacitance_F - first) * 1e15);
+    series.add(r.t_s - hold.begin_s, (r.capacitance_F - first) * 1e15);
   }
   series.label = fmt::format("{} at {:.0f} s, {} N", hold.step_id, hold.begin_s,
                              plain_number(hold.mean_force_N));
@@ -190,10 +182,8 @@ std::string hold_figure(const ReportRun& run) {
     if (!series.x.empty()) panel.series.push_back(std::move(series));
   }
   if (panel.series.empty()) return {};
-  plot::Figure figure;
-  figure.description = "Capacitance during holds against the logarithm of time";
-  figure.panels.push_back(std::move(panel));
-  return figure_html(figure, "The longest holds whose change is larger than the noise.");
+  return figure_html(std::move(panel), "Capacitance during holds against the logarithm of time",
+                     "The longest holds whose change is larger than the noise.");
 }
 
 }  // namespace lcrig::report

@@ -18,7 +18,7 @@ constexpr int kSmoothPoints = 40;
 
 // The level that the bench chose. Its other settings are in the JSON that it stored.
 std::optional<LevelSettings> stored_settings(const ModelRequest& request) {
-  const auto level = request.level ? parse_level(*request.level) : std::nullopt;
+  const auto level = request.level ? parse_word<Level>(*request.level) : std::nullopt;
   if (!level) return std::nullopt;
   LevelSettings out;
   out.level = *level;
@@ -28,7 +28,7 @@ std::optional<LevelSettings> stored_settings(const ModelRequest& request) {
     out.mesh.refinement = mesh->get<int>();
   }
   if (const auto form = json.find("form"); form != json.end() && form->is_string()) {
-    out.form = parse_energy_form(form->get<std::string>()).value_or(out.form);
+    out.form = parse_word<EnergyForm>(form->get<std::string>()).value_or(out.form);
   }
   return out;
 }

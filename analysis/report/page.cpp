@@ -2,7 +2,6 @@
 // The report of one run.
 #include <fmt/format.h>
 
-#include "analysis/report/compare_page.hpp"
 #include "analysis/report/figures.hpp"
 #include "analysis/report/html.hpp"
 #include "analysis/report/tables.hpp"
@@ -51,12 +50,12 @@ std::string summary(const ReportRun& run) {
   };
   row("C0, pF", a.c0);
   for (const RangeResult& r : a.ranges) {
-    row("sensitivity " + range_name(r.range) + ", fF/kPa", r.sensitivity);
+    row(metric_label(a, r.sensitivity), r.sensitivity);
   }
   for (const Metric* m :
        {&a.delta_C, &a.dynamic_range, &a.force_sensitivity, &a.hysteresis.largest_gap,
         &a.repeatability_2sigma, &a.creep, &a.limit_of_detection}) {
-    if (*m) row(text(metric_label(m->name)), *m);
+    if (*m) row(text(m->label), *m);
   }
   return table.html() + two_truths() + notes_list(run);
 }

@@ -4,9 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <utility>
 
 #include "analysis/report/html.hpp"
 
@@ -15,28 +13,6 @@ namespace lcrig::report {
 namespace {
 
 constexpr std::size_t kMostRows = 200;  // of a table; the CSV export has all
-
-// Suffix of a metric's name -> unit as written. The first match counts: longer ones first.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kUnits{{
-    {"_percent_per_cycle", "% per cycle"},
-    {"_percent_per_decade", "% per decade"},
-    {"_fF_per_kPa", "fF/kPa"},
-    {"_fF_per_N", "fF/N"},
-    {"_fF_per_h", "fF/h"},
-    {"_percent", "%"},
-    {"_kPa", "kPa"},
-    {"_pF", "pF"},
-    {"_fF", "fF"},
-    {"_mm", "mm"},
-    {"_N", "N"},
-    {"_s", "s"},
-}};
-
-std::string with_blanks(std::string_view words) {
-  std::string out(words);
-  std::ranges::replace(out, '_', ' ');
-  return out;
-}
 
 Cell count(std::int64_t n) {
   return number(n);
@@ -49,24 +25,16 @@ std::string rows_left_out(std::size_t all) {
 
 }  // namespace
 
-std::string metric_label(const std::string& name) {
-  for (const auto& [suffix, unit] : kUnits) {
-    if (!name.ends_with(suffix)) continue;
-    const auto stem = std::string_view(name).substr(0, name.size() - suffix.size());
-    return with_blanks(stem) + ", " + std::string(unit);
-  }
-  return with_blanks(name);
+std::string metric_label(const RunAnalysis& analysis, const Metric& metric) {
+  const RangeResult* r = analysis.range_of(metric);
+  return r == nullptr ? metric.label : "sensitivity " + range_name(r->range) + ", fF/kPa";
 }
 
 std::string metrics_table(const RunAnalysis& analysis) {
   Table table{"result", "value ± standard error", interval_head(analysis.options.confidence),
               "rows", "definition"};
   for (const Metric* m : analysis.metrics()) {
-    std::string label = text(metric_label(m->name));
-    if (const RangeResult* r = analysis.range_of(*m)) {
-      label = "sensitivity " + range_name(r->range) + ", fF/kPa";
-    }
-    label += estimand_line(m->estimand);
+    const std::string label = text(metric_label(analysis, *m)) + estimand_line(m->estimand);
     const bool known = static_cast<bool>(*m);
     std::string definition = text(m->definition);
     if (known && !m->reason.empty()) definition += " <i>" + text(m->reason) + "</i>";

@@ -17,7 +17,8 @@ std::string cycle_table(const RunAnalysis& analysis);
 std::string hold_table(const RunAnalysis& analysis);
 std::string outlier_table(const RunAnalysis& analysis);
 std::string uncertainty_tables(const std::vector<Uncertainty>& uncertainties);
-std::string metric_label(const std::string& name);  // "C0_pF" -> "C0, pF"
+// "C0, pF"; of a range "sensitivity 0–30 kPa, fF/kPa".
+std::string metric_label(const RunAnalysis& analysis, const Metric& metric);
 
 // provenance.cpp
 bool is_simulated(const ReportRun& run);
@@ -29,5 +30,8 @@ std::string answer_table(const ReportRun& run);  // what people answered
 std::string event_table(const ReportRun& run);  // what went otherwise than planned
 std::string provenance_table(const ReportRun& run);
 std::string files(const ReportRun& run);  // specimen, parameters, protocol as stored
+
+// compare_page.cpp: the report of several runs
+std::string comparison_page(std::span<const ReportRun> runs);
 
 }  // namespace lcrig::report

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/control/audit.hpp"
 #include "daemon/control/server.hpp"
 #include "daemon/record/recorder.hpp"
 
@@ -18,10 +19,16 @@ class Callers {
   Callers(Clock& clock, ControlServer& server, const std::unique_ptr<Recorder>& recorder)
       : clock_(clock), server_(server), recorder_(recorder) {}
 
-  Task<std::string> name_of(const PeerCredentials& peer);
+  Task<std::string> name_of(const PeerCredentials& peer) {
+    return server_.user_name(peer, std::chrono::seconds(2));
+  }
   // A stop is not held up by a name: waits only as long as one takes that stands in a file.
-  Task<std::string> name_for_stop(const PeerCredentials& peer);
-  void note(std::string_view request, const PeerCredentials& peer, std::string_view why = {});
+  Task<std::string> name_for_stop(const PeerCredentials& peer) {
+    return server_.user_name(peer, std::chrono::milliseconds(20));
+  }
+  void note(std::string_view request, const PeerCredentials& peer, std::string_view why = {}) {
+    recorder_->event(request_event(clock_.now(), request, peer, why));
+  }
 
  private:
   Clock& clock_;

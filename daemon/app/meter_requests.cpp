@@ -7,22 +7,13 @@
 
 namespace lcrig {
 
-Result<> MeterRequests::not_of_queue() const {
-  if (!parts_.queue.goes()) return {};
-  return fail(Errc::busy,
-              "the queue goes, and its next run may begin at any moment: hold it first "
-              "(`lcrig queue hold`)");
-}
-
 Task<Result<MeterCorrections>> MeterRequests::correct(CorrectionKind kind, PeerCredentials peer) {
-  if (auto free = not_of_queue(); !free) co_return fail(free.error());
-  auto claimed = co_await parts_.use.claim(RigUse::State::correcting);
+  std::string if_it_goes(
+      "the queue goes, and its next run may begin at any moment: hold it first "
+      "(`lcrig queue hold`)");
+  auto claimed =
+      co_await parts_.queue.claim_for_person(RigUse::State::correcting, std::move(if_it_goes));
   if (!claimed) co_return fail(claimed.error());
-  // It may have been started while the claim waited.
-  if (auto free = not_of_queue(); !free) {
-    parts_.use.give_back();
-    co_return fail(free.error());
-  }
   parts_.notifier.status("makes a correction of the meter");
   peer.user = co_await parts_.callers.name_of(peer);
   auto made = co_await corrector_.make(kind, std::move(peer));

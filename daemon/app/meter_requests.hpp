@@ -18,7 +18,7 @@ class MeterRequests final : public MeterHandler {
   struct Parts {
     RigUse& use;
     Callers& callers;
-    const QueueTurns& queue;
+    QueueTurns& queue;
     const ServiceNotifier& notifier;
   };
   MeterRequests(const Corrector::Parts& corrector, const Parts& parts)
@@ -30,8 +30,6 @@ class MeterRequests final : public MeterHandler {
   void give_up() { corrector_.give_up(); }
 
  private:
-  Result<> not_of_queue() const;
-
   Corrector corrector_;
   Parts parts_;
 };

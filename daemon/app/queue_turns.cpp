@@ -7,11 +7,43 @@
 
 #include "base/aside.hpp"
 #include "daemon/continuation.hpp"
-#include "daemon/queue/at_rest.hpp"
 #include "protocols/expand.hpp"
 #include "storage/database.hpp"
+#include "storage/run_summary.hpp"
 
 namespace lcrig {
+
+namespace {
+
+// Leads that lie otherwise than in the last run change the strays by about this much; a file knows
+// neither strays nor fringe, and its permittivity is a data sheet's.
+constexpr double kOwnPart = 0.03, kOwnStray_F = 0.1e-12;
+constexpr double kFilePart = 0.30, kFileStray_F = 1e-12;
+
+ExpectedAtRest expected(double c0_F, double part, double stray_F, std::string source) {
+  ExpectedAtRest out;
+  out.capacitance_F = c0_F;
+  out.tolerance_F = part * c0_F + stray_F;
+  out.source = std::move(source);
+  return out;
+}
+
+// The capacitance that a specimen should show before anything presses it: from its last run at this
+// frequency that ended well, else from its file. nullopt: neither says anything. Errors: an
+// unreadable database.
+Result<std::optional<ExpectedAtRest>> expected_at_rest(const Database& db, const PreparedRun& run) {
+  const double frequency_Hz = run.protocol.sample.lcr.frequency.si();
+  auto last = last_c0(db, run.request.specimen_name, frequency_Hz);
+  if (!last) return fail(last.error());
+  if (*last) {
+    return std::optional(
+        expected((*last)->c0_F, kOwnPart, kOwnStray_F, fmt::format("in run {}", (*last)->run)));
+  }
+  if (!run.specimen || run.specimen->c0_F() <= 0) return std::optional<ExpectedAtRest>();
+  return std::optional(expected(run.specimen->c0_F(), kFilePart, kFileStray_F, "by its file"));
+}
+
+}  // namespace
 
 // Nothing starts by itself after a crash, or after any other end of the daemon.
 Result<> QueueTurns::open() {
@@ -31,6 +63,14 @@ Result<> QueueTurns::open() {
 Task<> QueueTurns::run() {
   co_await runner_->run();
   parts_.use.tell();
+}
+
+Task<Result<>> QueueTurns::claim_for_person(RigUse::State state, std::string if_it_goes) {
+  if (goes()) co_return fail(Errc::busy, "{}", if_it_goes);
+  auto claimed = co_await parts_.use.claim(state);
+  if (!claimed || !goes()) co_return claimed;
+  parts_.use.give_back();  // it was started while the claim waited
+  co_return fail(Errc::busy, "{}", if_it_goes);
 }
 
 // While a run goes on nothing is asked of the instruments: the rig is as it was seen last.
@@ -82,9 +122,8 @@ Task<Result<PreparedRun>> QueueTurns::prepare(TurnOfQueue turn) {
     if (turn.resumes_run) return prepare_continuation(*db, *turn.resumes_run);
     auto prepared = prepare_run(std::move(turn.run));
     if (!prepared || !turn.compares) return prepared;
-    auto at_rest = expected_at_rest(*db, *prepared);
-    if (!at_rest) return fail(at_rest.error());
-    prepared->at_rest = std::move(*at_rest);
+    auto known = keep(expected_at_rest(*db, *prepared), prepared->at_rest);
+    if (!known) return fail(known.error());
     return prepared;
   };
   auto prepared = co_await run_aside(executor_, clock_, read);
@@ -134,7 +173,7 @@ double QueueTurns::left_s() const {
 }
 
 void QueueTurns::forget_identities() {
-  identities_.forget();
+  identities_ = KnownIdentities();
   parts_.plans.forget();
 }
 

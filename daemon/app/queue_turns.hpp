@@ -11,7 +11,6 @@
 #include "daemon/app/news.hpp"
 #include "daemon/app/run_starter.hpp"
 #include "daemon/queue/host.hpp"
-#include "daemon/queue/identities.hpp"
 #include "daemon/queue/plans.hpp"
 #include "daemon/queue/runner.hpp"
 
@@ -38,6 +37,8 @@ class QueueTurns final : public QueueHost {
   Task<> run();  // until the runner ended
   bool goes() const { return runner_ && runner_->goes(); }
   bool over() const { return !runner_ || runner_->over(); }
+  // Claims the rig for a person. A queue that goes leaves it to nobody: busy, with `if_it_goes`.
+  Task<Result<>> claim_for_person(RigUse::State state, std::string if_it_goes);
   // The use of the rig is another one.
   void wake() {
     if (goes()) runner_->wake();

@@ -16,6 +16,9 @@ namespace lcrig {
 namespace {
 
 constexpr std::size_t kLongestReason = 500;  // characters in the journal
+constexpr const char* kQueueGoes =
+    "the queue goes, and runs what is next in it: `lcrig run --next` puts a run at its front, "
+    "`lcrig queue hold` holds it";
 
 }  // namespace
 
@@ -26,23 +29,6 @@ Task<> RunRequests::tell_refusal(std::string wanted, PeerCredentials peer, Error
                printable(error.what, kLongestReason));
 }
 
-// A queue that goes leaves the rig to nobody. It may be started while a claim waits.
-Task<Result<>> RunRequests::claim_for_person() {
-  if (auto free = not_of_queue(); !free) co_return free;
-  auto claimed = co_await parts_.use.claim(RigUse::State::starting);
-  if (!claimed) co_return claimed;
-  auto still_free = not_of_queue();
-  if (!still_free) parts_.use.give_back();
-  co_return still_free;
-}
-
-Result<> RunRequests::not_of_queue() const {
-  if (!parts_.queue.goes()) return {};
-  return fail(Errc::busy,
-              "the queue goes, and runs what is next in it: `lcrig run --next` puts a run at its "
-              "front, `lcrig queue hold` holds it");
-}
-
 Task<Result<RunStarted>> RunRequests::start_run(RunRequest request, PeerCredentials peer) {
   auto wanted = fmt::format("{} on {}", request.protocol_name, request.specimen_name);
   auto started = co_await begin(std::move(request), peer);
@@ -51,7 +37,7 @@ Task<Result<RunStarted>> RunRequests::start_run(RunRequest request, PeerCredenti
 }
 
 Task<Result<RunStarted>> RunRequests::begin(RunRequest request, PeerCredentials& peer) {
-  auto claimed = co_await claim_for_person();
+  auto claimed = co_await parts_.queue.claim_for_person(RigUse::State::starting, kQueueGoes);
   if (!claimed) co_return fail(claimed.error());
   peer.user = co_await parts_.callers.name_of(peer);
   if (request.operator_name.empty()) request.operator_name = peer.user;
@@ -90,7 +76,7 @@ Task<Result<RunStarted>> RunRequests::continue_run(std::int64_t run, bool confir
 
 Task<Result<RunStarted>> RunRequests::begin_continuation(std::int64_t run, bool confirmed,
                                                          PeerCredentials& peer) {
-  auto claimed = co_await claim_for_person();
+  auto claimed = co_await parts_.queue.claim_for_person(RigUse::State::starting, kQueueGoes);
   if (!claimed) co_return fail(claimed.error());
   peer.user = co_await parts_.callers.name_of(peer);
   const auto read = [this, run, confirmed, &peer]() -> Result<PreparedRun> {

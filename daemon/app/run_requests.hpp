@@ -24,7 +24,7 @@ class RunRequests final : public RunHandler {
     Callers& callers;
     DatabaseWrites& writes;
     RunStarter& starter;
-    const QueueTurns& queue;
+    QueueTurns& queue;
   };
   RunRequests(asio::any_io_executor executor, Clock& clock, const Parts& parts)
       : executor_(std::move(executor)), clock_(clock), parts_(parts) {}
@@ -36,8 +36,6 @@ class RunRequests final : public RunHandler {
   Task<Result<>> ask_instruments(PeerCredentials peer) override;
 
  private:
-  Task<Result<>> claim_for_person();
-  Result<> not_of_queue() const;
   Task<Result<RunStarted>> begin(RunRequest request, PeerCredentials& peer);
   Task<Result<RunStarted>> continue_run(std::int64_t run, bool confirmed, PeerCredentials peer);
   Task<Result<RunStarted>> begin_continuation(std::int64_t run, bool confirmed,

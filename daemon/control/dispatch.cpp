@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "base/clock.hpp"
@@ -16,12 +15,6 @@
 namespace lcrig {
 
 using nlohmann::json;
-
-ControlCall::ControlCall()
-    : id(std::make_unique<json>()), params(std::make_unique<json>(json::object())) {}
-ControlCall::~ControlCall() = default;
-ControlCall::ControlCall(ControlCall&&) noexcept = default;
-ControlCall& ControlCall::operator=(ControlCall&&) noexcept = default;
 
 namespace {
 
@@ -68,20 +61,20 @@ tl::expected<ControlCall, std::string> call_of(json&& message) {
     if (!id->is_string() && !id->is_number()) {
       return tl::unexpected(refuse(nullptr, "/id: expected a string or a number"));
     }
-    *call.id = *id;
+    call.id = *id;
     call.wants_answer = true;
   }
   const auto version = message.find("jsonrpc");
   if (version == message.end() || *version != "2.0") {
-    return tl::unexpected(refuse(*call.id, "/jsonrpc: expected \"2.0\""));
+    return tl::unexpected(refuse(call.id, "/jsonrpc: expected \"2.0\""));
   }
   const auto method = message.find("method");
   if (method == message.end() || !method->is_string()) {
-    return tl::unexpected(refuse(*call.id, "/method: expected a string"));
+    return tl::unexpected(refuse(call.id, "/method: expected a string"));
   }
   call.method = method->get<std::string>();
   if (const auto params = message.find("params"); params != message.end()) {
-    *call.params = std::move(*params);
+    call.params = std::move(*params);
   }
   return call;
 }
@@ -111,19 +104,19 @@ Task<std::optional<std::string>> answer_control_call(ControlHandler& handler, Co
   const ControlMethod* const method = find_control_method(call.method);
   std::string line;
   if (method == nullptr) {
-    line = error_line(*call.id,
-                      RpcError(rpc_code::kMethodNotFound,
-                               fmt::format("unknown method '{}'", printable(call.method, 60)),
-                               fmt::format("methods: {}", fmt::join(method_names(), ", "))));
+    line =
+        error_line(call.id, RpcError(rpc_code::kMethodNotFound,
+                                     fmt::format("unknown method '{}'", printable(call.method, 60)),
+                                     fmt::format("methods: {}", fmt::join(method_names(), ", "))));
   } else {
-    auto answer = co_await method->run(handler, std::move(*call.params), std::move(peer));
+    auto answer = co_await method->run(handler, std::move(call.params), std::move(peer));
     if (!answer && answer.error().code == rpc_code_of(Errc::invalid_request)) {
       answer.error().hint = method->hint;
     }
     if (answer && method->member != nullptr) {
       *answer = json::object({{method->member, std::move(*answer)}});
     }
-    line = answer ? answer_line(*call.id, *answer) : error_line(*call.id, answer.error());
+    line = answer ? answer_line(call.id, *answer) : error_line(call.id, answer.error());
   }
   if (!call.wants_answer) co_return std::nullopt;
   co_return line;

@@ -2,8 +2,7 @@
 // One line of the control socket to one call of the handler and one line back.
 #pragma once
 
-#include <memory>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,14 +12,11 @@
 namespace lcrig {
 
 struct ControlCall {
-  ControlCall();
-  ~ControlCall();
-  ControlCall(ControlCall&&) noexcept;
-  ControlCall& operator=(ControlCall&&) noexcept;
+  ControlCall() = default;  // not an aggregate: g++ 12 coroutines
   bool wants_answer = false;  // false: a notification, never answered
   std::string method;
-  std::unique_ptr<nlohmann::json> id;  // string or number; null without `wants_answer`
-  std::unique_ptr<nlohmann::json> params;
+  nlohmann::json id;  // string or number; null without `wants_answer`
+  nlohmann::json params = nlohmann::json::object();
 };
 
 // A call, or the error line that answers `line`.

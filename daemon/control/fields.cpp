@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/decimal.hpp"
+#include "base/json_or_null.hpp"
 
 namespace lcrig {
 
@@ -34,7 +35,7 @@ void FieldWriter::integer(const char* key, std::int64_t v, bool) {
 }
 
 void FieldWriter::integer(const char* key, const std::optional<std::int64_t>& v) {
-  out_[key] = v ? json(*v) : json();
+  out_[key] = json_or_null(v);
 }
 
 void FieldWriter::number(const char* key, double v, bool) {

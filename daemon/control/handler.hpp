@@ -41,9 +41,10 @@ class RunHandler {
   virtual Task<Result<>> ask_instruments(PeerCredentials peer) = 0;
 };
 
-class StopHandler {
+// The run that goes on: its stops, and what it waits for from a person.
+class SteeringHandler {
  public:
-  virtual ~StopHandler() = default;
+  virtual ~SteeringHandler() = default;
   virtual Task<Result<>> pause(PeerCredentials peer) = 0;
   // The same, and a stop, at the end of what is under way. Return at once, with when that will be.
   // Errors: invalid_request.
@@ -54,12 +55,6 @@ class StopHandler {
   // instead: `finally` goes on, a run that was being prepared does not begin. Errors: not_standing.
   virtual Task<Result<StopAnswer>> abort(std::string why, PeerCredentials peer) = 0;
   virtual Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials peer) = 0;
-};
-
-// What a run waits for from a person.
-class AnswerHandler {
- public:
-  virtual ~AnswerHandler() = default;
   virtual Task<Result<>> confirm(PeerCredentials peer) = 0;
   // Answers the question that waits; returns when the answer is stored. Errors: invalid_request (it
   // does not fit, nothing waits, another question does), io.
@@ -96,8 +91,7 @@ class ControlHandler {
  public:
   virtual ~ControlHandler() = default;
   virtual RunHandler& runs() = 0;
-  virtual StopHandler& stops() = 0;
-  virtual AnswerHandler& answers() = 0;
+  virtual SteeringHandler& steering() = 0;
   virtual StoreHandler& store() = 0;
   virtual MeterHandler& meter() = 0;
   virtual QueueHandler* queue() { return nullptr; }  // nullptr: it has none

@@ -69,8 +69,7 @@ template <class Owner, class R, class... Args>
 Owner* owner_of(ControlHandler& handler, R (Owner::*)(Args...)) {
   if constexpr (std::is_same_v<Owner, QueueHandler>) return handler.queue();
   if constexpr (std::is_same_v<Owner, RunHandler>) return &handler.runs();
-  if constexpr (std::is_same_v<Owner, StopHandler>) return &handler.stops();
-  if constexpr (std::is_same_v<Owner, AnswerHandler>) return &handler.answers();
+  if constexpr (std::is_same_v<Owner, SteeringHandler>) return &handler.steering();
   if constexpr (std::is_same_v<Owner, StoreHandler>) return &handler.store();
   if constexpr (std::is_same_v<Owner, MeterHandler>) return &handler.meter();
   if constexpr (std::is_same_v<Owner, ControlHandler>) return &handler;
@@ -95,40 +94,42 @@ auto begin_call(Owner& owner, Method method, Arg& arg, PeerCredentials& peer) {
   return begin_call(owner, method, args, peer);
 }
 
+// Params as a function here reads them, or as the messages parse them.
+template <class T>
+Result<T> params_by(void (*read)(ParamsReader&, T&), const json& params) {
+  return read_params<T>(params, read);
+}
+template <class T>
+Result<T> params_by(Result<T> (*parse)(const json&), const json& params) {
+  return parse(params);
+}
+
 // Most methods: reads the params with `parse`, and calls `method` of the handler or the queue.
 template <auto parse, auto method>
 MethodAnswer call_method(ControlHandler& handler, json params, PeerCredentials peer) {
   auto* const owner = owner_of(handler, method);
   if (owner == nullptr) co_return refused(Error(Errc::unsupported, "there is no queue here"));
-  auto args = parse(params);
+  auto args = params_by(parse, params);
   if (!args) co_return bad_params(args.error());
   auto result = co_await begin_call(*owner, method, *args, peer);
   co_return answer_of(result);
 }
 
-Result<std::tuple<>> no_params(const json& params) {
-  return read_params<std::tuple<>>(params, [](ParamsReader&, std::tuple<>&) {});
+void no_params(ParamsReader&, std::tuple<>&) {}
+
+void why_param(ParamsReader& in, std::string& why) {
+  in.text("why", why, false, kWhyMax);
 }
 
-Result<std::string> why_param(const json& params) {
-  return read_params<std::string>(
-      params, [](ParamsReader& in, std::string& why) { in.text("why", why, false, kWhyMax); });
+void text_param(ParamsReader& in, std::string& text) {
+  in.text("text", text, true, kControlLineLimit);
 }
 
-Result<std::string> text_param(const json& params) {
-  return read_params<std::string>(params, [](ParamsReader& in, std::string& text) {
-    in.text("text", text, true, kControlLineLimit);
-  });
-}
-
-using ResumeParams = std::tuple<std::optional<std::int64_t>, bool>;
-Result<ResumeParams> resume_params(const json& params) {
-  return read_params<ResumeParams>(params, [](ParamsReader& in, ResumeParams& out) {
-    auto& [run, confirmed] = out;
-    in.integer("run", run);
-    in.boolean("confirm_specimen", confirmed);
-    if (confirmed && !run) in.refuse("confirm_specimen", "needs `run`");
-  });
+void resume_params(ParamsReader& in, std::tuple<std::optional<std::int64_t>, bool>& out) {
+  auto& [run, confirmed] = out;
+  in.integer("run", run);
+  in.boolean("confirm_specimen", confirmed);
+  if (confirmed && !run) in.refuse("confirm_specimen", "needs `run`");
 }
 
 // The place that a member names.
@@ -144,19 +145,20 @@ std::optional<StopPlace> place_of(ParamsReader& in, const char* key, bool requir
   return place;
 }
 
-using StopParams = std::tuple<StopPlace, std::string>;
-Result<StopParams> stop_params(const json& params) {
-  return read_params<StopParams>(params, [](ParamsReader& in, StopParams& out) {
-    const auto after = place_of(in, "after", true);
-    in.text("why", std::get<std::string>(out), false, kWhyMax);
-    if (after) std::get<StopPlace>(out) = *after;
-    if (!after) in.refuse("after", "is empty");
-  });
+void stop_params(ParamsReader& in, std::tuple<StopPlace, std::string>& out) {
+  const auto after = place_of(in, "after", true);
+  in.text("why", std::get<std::string>(out), false, kWhyMax);
+  if (after) std::get<StopPlace>(out) = *after;
+  if (!after) in.refuse("after", "is empty");
 }
 
-Result<std::int64_t> entry_param(const json& params) {
-  return read_params<std::int64_t>(
-      params, [](ParamsReader& in, std::int64_t& entry) { in.integer("entry", entry, true); });
+void note_params(ParamsReader& in, std::tuple<std::int64_t, std::string>& out) {
+  in.integer("run", std::get<std::int64_t>(out), true);
+  in.text("text", std::get<std::string>(out), true, kNoteMax);
+}
+
+void entry_param(ParamsReader& in, std::int64_t& entry) {
+  in.integer("entry", entry, true);
 }
 
 using PageParams = std::tuple<std::int64_t, std::int64_t>;
@@ -173,53 +175,42 @@ Result<HistoryParams> history_params(const json& params) {
   return HistoryParams(range->entry, range->from, range->most);
 }
 
-Result<bool> force_param(const json& params) {
-  return read_params<bool>(params, [](ParamsReader& in, bool& out) { in.boolean("force", out); });
+void force_param(ParamsReader& in, bool& force) {
+  in.boolean("force", force);
 }
 
-Result<CorrectionKind> kind_param(const json& params) {
-  return read_params<CorrectionKind>(params, [](ParamsReader& in, CorrectionKind& out) {
-    std::string word;
-    in.text("kind", word, true);
-    const auto known = parse_word(word, CorrectionKind::short_circuit);
-    if (known) out = *known;
-    if (!known) in.refuse("kind", "expected open or short");
-  });
+void kind_param(ParamsReader& in, CorrectionKind& kind) {
+  in.word("kind", kind, CorrectionKind::short_circuit, true);
 }
 
 // "head": the choice for an entry that was interrupted or failed.
-Result<HeadChoice> head_param(const json& params) {
-  return read_params<HeadChoice>(params, [](ParamsReader& in, HeadChoice& out) {
-    std::string word(to_string(HeadChoice::none));
-    in.text("head", word);
-    const auto known = parse_word(word, HeadChoice::skip);
-    if (known) out = *known;
-    if (!known) in.refuse("head", "expected resume, repeat or skip");
-  });
+void head_param(ParamsReader& in, HeadChoice& out) {
+  std::string word(to_string(HeadChoice::none));
+  in.text("head", word);
+  const auto known = parse_word(word, HeadChoice::skip);
+  if (known) out = *known;
+  if (!known) in.refuse("head", "expected resume, repeat or skip");
 }
 
-using GateParams = std::tuple<std::string, std::optional<std::int64_t>>;
-Result<GateParams> gate_params(const json& params) {
-  return read_params<GateParams>(params, [](ParamsReader& in, GateParams& out) {
-    in.text("text", std::get<0>(out), true, kNameMax);
-    in.integer("entry", std::get<1>(out));
-  });
+void gate_params(ParamsReader& in, std::tuple<std::string, std::optional<std::int64_t>>& out) {
+  in.text("text", std::get<0>(out), true, kNameMax);
+  in.integer("entry", std::get<1>(out));
 }
 
 // A method that the handler answers at once.
 template <auto look>
 MethodAnswer show_now(ControlHandler& handler, json params, PeerCredentials) {
-  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
+  if (auto ok = params_by(no_params, params); !ok) co_return bad_params(ok.error());
   co_return to_json((handler.*look)());
 }
 
 MethodAnswer on_version(ControlHandler& handler, json params, PeerCredentials) {
-  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
+  if (auto ok = params_by(no_params, params); !ok) co_return bad_params(ok.error());
   co_return handler.status().version;
 }
 
 MethodAnswer on_ask(ControlHandler& handler, json params, PeerCredentials peer) {
-  if (auto ok = no_params(params); !ok) co_return bad_params(ok.error());
+  if (auto ok = params_by(no_params, params); !ok) co_return bad_params(ok.error());
   auto asked = co_await handler.runs().ask_instruments(std::move(peer));
   if (!asked) co_return refused(asked.error());
   co_return to_json(handler.status());
@@ -231,21 +222,17 @@ MethodAnswer on_pause(ControlHandler& handler, json params, PeerCredentials peer
   in.refuse_unknown();
   if (auto ok = in.finish(); !ok) co_return bad_params(ok.error());
   if (at) {
-    auto later = co_await handler.stops().pause_at(*at, std::move(peer));
+    auto later = co_await handler.steering().pause_at(*at, std::move(peer));
     co_return answer_of(later);
   }
-  auto done = co_await handler.stops().pause(std::move(peer));
+  auto done = co_await handler.steering().pause(std::move(peer));
   co_return answer_of(done);
 }
 
 MethodAnswer on_note(ControlHandler& handler, json params, PeerCredentials peer) {
-  std::int64_t run = 0;
-  std::string text;
-  ParamsReader in(params, "/params");
-  in.integer("run", run, true);
-  in.text("text", text, true, kNoteMax);
-  in.refuse_unknown();
-  if (auto ok = in.finish(); !ok) co_return bad_params(ok.error());
+  auto asked = params_by(note_params, params);
+  if (!asked) co_return bad_params(asked.error());
+  auto& [run, text] = *asked;
   auto noted = co_await handler.store().note_run(run, std::move(text), std::move(peer));
   if (!noted) co_return refused(noted.error());
   co_return result_json(run);
@@ -305,11 +292,11 @@ constexpr ControlMethod kMethods[] = {
     {"instruments.ask", on_ask, kLook},
     {"run.pause", on_pause, kLook},
     {"run.resume", call_method<resume_params, &RunHandler::resume>, kLook, "run"},
-    {"run.stop", call_method<stop_params, &StopHandler::stop_after>, kLook},
-    {"run.abort", call_method<why_param, &StopHandler::abort>, kLook},
-    {"run.freeze", call_method<why_param, &StopHandler::freeze>, kLook},
-    {"run.confirm", call_method<no_params, &AnswerHandler::confirm>, kLook},
-    {"run.answer", call_method<parse_answer_request, &AnswerHandler::answer>, kLook},
+    {"run.stop", call_method<stop_params, &SteeringHandler::stop_after>, kLook},
+    {"run.abort", call_method<why_param, &SteeringHandler::abort>, kLook},
+    {"run.freeze", call_method<why_param, &SteeringHandler::freeze>, kLook},
+    {"run.confirm", call_method<no_params, &SteeringHandler::confirm>, kLook},
+    {"run.answer", call_method<parse_answer_request, &SteeringHandler::answer>, kLook},
     {"run.note", on_note, kRunsThatEnded, "run"},
     {"run.tag", on_tag, kRuns},
     {"specimen.add", call_method<text_param, &StoreHandler::add_specimen>, kGoodSpecimen, "name"},

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/json_or_null.hpp"
 #include "base/text.hpp"
 #include "daemon/control/fields.hpp"
 
@@ -11,12 +12,6 @@ namespace lcrig {
 using nlohmann::json;
 
 namespace {
-
-template <class T>
-json or_null(const std::optional<T>& value) {
-  if (!value) return nullptr;
-  return *value;
-}
 
 json json_of(const std::string& text) {
   json value = json::parse(text, nullptr, false);
@@ -35,8 +30,8 @@ json to_json(const QueueListing& e) {
            {"added_by", e.added_by},
            {"added_unix_ns", e.added_unix_ns},
            {"attempts", e.attempts}};
-  out["run"] = or_null(e.last_run);
-  out["resumes_run"] = or_null(e.resumes_run);
+  out["run"] = json_or_null(e.last_run);
+  out["resumes_run"] = json_or_null(e.resumes_run);
   return out;
 }
 
@@ -48,7 +43,7 @@ json to_json(const EntryBatch& b) {
            {"of", b.of},
            {"line", b.line},
            {"repeat", b.repeat}};
-  out["seed"] = or_null(b.batch.seed);
+  out["seed"] = json_or_null(b.batch.seed);
   return out;
 }
 
@@ -129,8 +124,8 @@ json to_json(const ListedEntry& e) {
   json out = to_json(e.listing);
   out["plan"] = to_json(e.plan);
   if (e.batch) out["batch"] = to_json(*e.batch);
-  out["planned_begin_unix_ns"] = or_null(e.planned.begin_unix_ns);
-  out["planned_end_unix_ns"] = or_null(e.planned.end_unix_ns);
+  out["planned_begin_unix_ns"] = json_or_null(e.planned.begin_unix_ns);
+  out["planned_end_unix_ns"] = json_or_null(e.planned.end_unix_ns);
   return out;
 }
 
@@ -148,8 +143,8 @@ json to_json(const QueueAct& a) {
            {"act", a.act},
            {"user", a.user},
            {"detail", a.detail}};
-  out["entry"] = or_null(a.entry);
-  out["uid"] = or_null(a.uid);
+  out["entry"] = json_or_null(a.entry);
+  out["uid"] = json_or_null(a.uid);
   return out;
 }
 

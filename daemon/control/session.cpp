@@ -151,10 +151,10 @@ void ControlSession::on_line(std::string_view line) {
   auto call = parse_control_call(line);
   if (!call) return send(std::move(call.error()));
   if (!take_call(line.size())) {
-    return send(error_line(*call->id, RpcError(rpc_code::kTooManyCalls,
-                                               "too many calls of this client, or too many bytes "
-                                               "of all clients, are under way",
-                                               "wait for their answers")));
+    return send(error_line(call->id, RpcError(rpc_code::kTooManyCalls,
+                                              "too many calls of this client, or too many bytes "
+                                              "of all clients, are under way",
+                                              "wait for their answers")));
   }
   const ControlMethod* const method = find_control_method(call->method);
   if (method != nullptr && method->watches) watching_ = true;

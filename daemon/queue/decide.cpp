@@ -44,7 +44,7 @@ std::string reason_of(const EntryOutcome& outcome) {
   return std::string(to_string(outcome.status));
 }
 
-Aftermath held(Aftermath after, HoldCause cause, std::string why) {
+EntryEnd held(EntryEnd after, HoldCause cause, std::string why) {
   after.hold = cause;
   after.why = std::move(why);
   return after;
@@ -98,9 +98,9 @@ std::optional<WaitUntil> wait_of(const QueueFacts& facts, const HeadFacts& head)
   return out;
 }
 
-// Aftermath of a failure that the terms may decide on.
-Aftermath as_terms_say(const EntryOutcome& outcome, const QueueTerms& terms, std::int64_t attempts,
-                       Aftermath after) {
+// EntryEnd of a failure that the terms may decide on.
+EntryEnd as_terms_say(const EntryOutcome& outcome, const QueueTerms& terms, std::int64_t attempts,
+                      EntryEnd after) {
   const std::string reason = reason_of(outcome);
   if (after.failures_in_row >= terms.failures_max && terms.on_failure != OnFailure::hold) {
     return held(
@@ -108,10 +108,10 @@ Aftermath as_terms_say(const EntryOutcome& outcome, const QueueTerms& terms, std
         fmt::format("{} failures in a row; the last one: {}", after.failures_in_row, reason));
   }
   switch (terms.on_failure) {
-    case OnFailure::skip: after.entry = EntryState::skipped; return after;
+    case OnFailure::skip: after.state = EntryState::skipped; return after;
     case OnFailure::repeat:
       if (!may_be_repeated_at_once(outcome)) break;
-      after.entry = EntryState::waiting;
+      after.state = EntryState::waiting;
       return after;
     case OnFailure::look:
       if (attempts > 1) break;  // it was repeated already
@@ -204,18 +204,19 @@ NextAct next_act(const QueueFacts& facts) {
   return Begin{head.entry};
 }
 
-Aftermath aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std::int64_t attempts,
-                       std::int64_t failures_in_row) {
-  Aftermath after;
+EntryEnd aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std::int64_t attempts,
+                      std::int64_t failures_in_row) {
+  EntryEnd after;
+  after.detail = outcome.reason;
   // An entry that a hazard or a stop kept from beginning still waits. An entry that its terms
   // decide on has failed.
-  after.entry = outcome.begun ? EntryState::failed : EntryState::waiting;
+  after.state = outcome.begun ? EntryState::failed : EntryState::waiting;
   after.failures_in_row = failures_in_row + 1;
   if (outcome.status == ExitStatus::success) {
-    after.entry = EntryState::done;
+    after.state = EntryState::done;
     after.failures_in_row = 0;
   } else if (outcome.status == ExitStatus::interrupted) {
-    after.entry = EntryState::interrupted;
+    after.state = EntryState::interrupted;
   }
   if (outcome.hazard) {
     return held(std::move(after), cause_of(*outcome.hazard),
@@ -229,8 +230,8 @@ Aftermath aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std
   }
   // Only a person may confirm again that the specimen was not touched, so a continuation that did
   // not begin stays interrupted.
-  after.entry = outcome.resumes && !outcome.begun ? EntryState::interrupted : EntryState::failed;
-  if (!may_be_skipped(outcome) || after.entry == EntryState::interrupted) {
+  after.state = outcome.resumes && !outcome.begun ? EntryState::interrupted : EntryState::failed;
+  if (!may_be_skipped(outcome) || after.state == EntryState::interrupted) {
     return held(std::move(after), HoldCause::failure, reason_of(outcome));
   }
   return as_terms_say(outcome, terms, attempts, std::move(after));

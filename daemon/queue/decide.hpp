@@ -13,6 +13,7 @@
 #include "base/queue_words.hpp"
 #include "daemon/queue/hazard.hpp"
 #include "daemon/queue/terms.hpp"
+#include "storage/queue_run.hpp"
 
 namespace lcrig {
 
@@ -83,15 +84,9 @@ struct EntryOutcome {
   std::string reason;
   std::optional<Hazard> hazard;
 };
-// Consequences of an outcome for the entry and the queue.
-struct Aftermath {
-  EntryState entry = EntryState::failed;
-  std::optional<HoldCause> hold;  // nullopt: the queue goes on
-  std::string why;  // it holds
-  std::int64_t failures_in_row = 0;
-};
-// `attempts`: of this entry, with this one if it begun.
-Aftermath aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std::int64_t attempts,
-                       std::int64_t failures_in_row);
+// Consequences of an outcome for the entry and the queue. `attempts`: of this entry, with this one
+// if it begun.
+EntryEnd aftermath_of(const EntryOutcome& outcome, const QueueTerms& terms, std::int64_t attempts,
+                      std::int64_t failures_in_row);
 
 }  // namespace lcrig

@@ -82,9 +82,7 @@ ListedEntry listed(QueueListing listing, PlannedClock& time) {
 Result<QueuePage> read_queue_page(const Database& db, std::int64_t now_unix_ns, double left_s,
                                   std::int64_t skip, std::int64_t most) {
   QueuePage page;
-  auto count = count_queue(db);
-  if (!count) return fail(count.error());
-  page.count = *count;
+  if (auto r = keep(count_queue(db), page.count); !r) return fail(r.error());
   auto time = clock_behind(db, now_unix_ns, left_s, skip);
   if (!time) return fail(time.error());
   auto entries = list_queue(db, skip, most);
@@ -108,9 +106,7 @@ Result<ListedEntry> read_listed_entry(const Database& db, std::int64_t now_unix_
   auto time = clock_behind(db, now_unix_ns, left_s, *ahead);
   if (!time) return fail(time.error());
   ListedEntry out = listed(std::move(*found), *time);
-  auto batch = batch_of_entry(db, entry);
-  if (!batch) return fail(batch.error());
-  out.batch = std::move(*batch);
+  if (auto r = keep(batch_of_entry(db, entry), out.batch); !r) return fail(r.error());
   if (out.listing.state == EntryState::done || out.listing.state == EntryState::skipped ||
       out.listing.state == EntryState::removed) {
     out.planned = PlannedTime();
@@ -119,14 +115,12 @@ Result<ListedEntry> read_listed_entry(const Database& db, std::int64_t now_unix_
 }
 
 Result<QueueStatus> read_queue_at_rest(const Database& db) {
+  QueueStatus out;
   auto state = get_queue_state(db);
   if (!state) return fail(state.error());
-  auto count = count_queue(db);
-  if (!count) return fail(count.error());
+  if (auto r = keep(count_queue(db), out.count); !r) return fail(r.error());
   auto head = queue_head(db);
   if (!head) return fail(head.error());
-  QueueStatus out;
-  out.count = *count;
   if (*head) out.entry = (*head)->entry;
   out.cause = state->going ? HoldCause::restart : state->held;
   out.why = state->going ? "lcrigd does not run" : state->held_why;

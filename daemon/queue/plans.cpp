@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "drivers/reopening.hpp"
 #include "storage/row_hash.hpp"
 
 namespace lcrig {
@@ -18,7 +19,18 @@ std::string key_of(const RunRequest& run) {
   return sha256_hex(run.protocol_text) + sha256_hex(parameters) + sha256_hex(run.specimen_text);
 }
 
+Result<> compare_or_keep(std::optional<Identity>& known, const Identity& now) {
+  if (known) return compare_identity(*known, now);
+  known = now;
+  return {};
+}
+
 }  // namespace
+
+Result<> KnownIdentities::compare(const Identity& meter, const Identity& frame, bool rod) {
+  if (auto same = compare_or_keep(meter_, meter); !same) return same;
+  return compare_or_keep(rod ? rod_ : frame_, frame);
+}
 
 // The facts about a specimen belong to one that is not on the rig any more.
 void QueuePlans::see(Rig rig, bool with_weights) {

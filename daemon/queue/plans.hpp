@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plans of queue entries. Keeps the rig as it was last seen, to plan on while a run goes on, and
-// the plans already made, because a queue may repeat the same run a thousand times. App owns it.
+// What the queue keeps of the rig. QueuePlans: the rig as it was last seen, to plan on while a run
+// goes on, and the plans already made, because a queue may repeat the same run a thousand times;
+// App owns it. KnownIdentities: the instruments of the turns before; QueueTurns has it.
 #pragma once
 
 #include <map>
@@ -8,6 +9,7 @@
 #include <string>
 
 #include "daemon/control/queue_handler.hpp"
+#include "drivers/lcr_meter.hpp"
 #include "protocols/plan/check.hpp"
 #include "protocols/plan/plan.hpp"
 
@@ -34,6 +36,18 @@ class QueuePlans {
  private:
   std::optional<Rig> frame_, rod_;
   std::map<std::string, EntryPlan> plans_;
+};
+
+// Remembers which instruments answered at the first turn after a person started the queue. Each
+// later turn is compared with them: no other instrument is commanded without a person's word.
+class KnownIdentities {
+ public:
+  // Errors: refused; says who answered instead of whom. `rod`: weights stand for the frame, which
+  // is another instrument than the frame that moves.
+  Result<> compare(const Identity& meter, const Identity& frame, bool rod);
+
+ private:
+  std::optional<Identity> meter_, frame_, rod_;
 };
 
 EntryPlan entry_plan(const Plan& plan, bool moves);

@@ -28,12 +28,6 @@ std::int64_t wall_offset_ns(const Clock& clock) {
   return clock.unix_ns() - clock.now().time_since_epoch().count();
 }
 
-QueueActor itself(const Clock& clock) {
-  QueueActor out;
-  out.now_unix_ns = clock.unix_ns();
-  return out;
-}
-
 Result<RunRequest> request_of(const QueuedRun& stored) {
   RunRequest out;
   out.protocol_name = stored.protocol_name;
@@ -66,8 +60,8 @@ EntryOutcome outcome_of(const TurnEnd& end, const QueueListing& entry) {
 }
 
 // Stores what follows from an outcome. nullopt: somebody held the queue before the entry began.
-Result<std::optional<Aftermath>> settle_turn(const Database& db, std::int64_t entry,
-                                             const TurnEnd& end, const QueueActor& who) {
+Result<std::optional<EntryEnd>> settle_turn(const Database& db, std::int64_t entry,
+                                            const TurnEnd& end, const QueueActor& who) {
   auto listing = get_queue_entry(db, entry);
   if (!listing) return fail(listing.error());
   auto state = get_queue_state(db);
@@ -76,16 +70,10 @@ Result<std::optional<Aftermath>> settle_turn(const Database& db, std::int64_t en
   if (!terms) return fail(terms.error());
   const EntryOutcome outcome = outcome_of(end, *listing);
   if (!outcome.begun && !state->going && !outcome.hazard && !outcome.resumes) {
-    return std::optional<Aftermath>();
+    return std::optional<EntryEnd>();
   }
   auto after = aftermath_of(outcome, *terms, listing->attempts, state->failures_in_row);
-  EntryEnd stored;
-  stored.state = after.entry;
-  stored.hold = after.hold;
-  stored.why = after.why;
-  stored.failures_in_row = after.failures_in_row;
-  stored.detail = outcome.reason;
-  if (auto r = end_queue_entry(db, entry, stored, who); !r) return fail(r.error());
+  if (auto r = end_queue_entry(db, entry, after, who); !r) return fail(r.error());
   return std::optional(std::move(after));
 }
 
@@ -117,18 +105,11 @@ Task<> QueueRunner::run() {
 
 Result<QueueRunner::Look> QueueRunner::look_at(const Database& db) {
   Look out;
-  auto state = get_queue_state(db);
-  if (!state) return fail(state.error());
-  out.state = std::move(*state);
-  auto count = count_queue(db);
-  if (!count) return fail(count.error());
-  out.count = *count;
-  auto head = queue_head(db);
-  if (!head) return fail(head.error());
-  out.head = std::move(*head);
-  auto end = last_run_end_unix_ns(db);
-  if (!end) return fail(end.error());
-  out.last_end_unix_ns = *end;
+  auto read = keep(get_queue_state(db), out.state);
+  if (read) read = keep(count_queue(db), out.count);
+  if (read) read = keep(queue_head(db), out.head);
+  if (read) read = keep(last_run_end_unix_ns(db), out.last_end_unix_ns);
+  if (!read) return fail(read.error());
   return out;
 }
 
@@ -271,7 +252,7 @@ Task<> QueueRunner::hold_by_itself(HoldCause cause, std::string why) {
   if (cause != HoldCause::empty) {
     spdlog::warn("the queue holds ({}): {}", to_string(cause), printable(why, kLongestReason));
   }
-  const QueueActor who = itself(clock_);
+  const QueueActor who = QueueActor::itself(clock_.unix_ns());
   const auto job = [cause, why, who](const Database& db) {
     return hold_queue(db, cause, why, who);
   };
@@ -328,7 +309,7 @@ Task<> QueueRunner::take_turn(std::int64_t entry) {
 // Until it is stored, the entry is at the head and nothing else begins.
 Task<> QueueRunner::store_end(std::int64_t entry, TurnEnd end) {
   for (;;) {
-    const QueueActor who = itself(clock_);
+    const QueueActor who = QueueActor::itself(clock_.unix_ns());
     const auto job = [entry, &end, &who](const Database& db) {
       return settle_turn(db, entry, end, who);
     };
@@ -346,7 +327,7 @@ Task<> QueueRunner::store_end(std::int64_t entry, TurnEnd end) {
       person_seen_.reset();
       spdlog::warn("the queue holds ({}): {}", to_string(*(*after)->hold),
                    printable((*after)->why, kLongestReason));
-    } else if ((*after)->entry == EntryState::waiting) {
+    } else if ((*after)->state == EntryState::waiting) {
       co_await wait_for_change(seen, kBetweenTries);
     }
     co_return;

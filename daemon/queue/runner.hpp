@@ -81,6 +81,8 @@ class QueueRunner final : public QueueHandler {
   Task<Result<>> plan_batch(WantedBatch& batch);
   Task<Result<>> store_answer(Gate gate, PeerCredentials peer);
   Task<QueueActor> actor(PeerCredentials peer);
+  // Nobody else locked it, and the disk has room for what waits and for so much more.
+  Result<> may_add(const Database& db, const QueueActor& who, std::int64_t bytes) const;
   // Changes the queue unless somebody else locked it. `tell_change` follows.
   template <class Job>
   Task<Result<>> change(Job job, PeerCredentials peer);

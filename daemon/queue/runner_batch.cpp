@@ -47,9 +47,8 @@ std::string key_of_row(const BatchEntry& row) {
 // A specimen without a text is one that the daemon may know.
 Result<WantedBatch> read_wanted_batch(const BatchAdd& wanted) {
   WantedBatch out;
-  auto table = read_batch_table(wanted.table, wanted.file_name);
-  if (!table) return fail(table.error());
-  out.table = std::move(*table);
+  auto read = keep(read_batch_table(wanted.table, wanted.file_name), out.table);
+  if (!read) return fail(read.error());
   BatchLookup lookup;
   lookup.protocol = [&wanted](const std::string& word) {
     return sent_file(wanted.protocols, "protocol", word);
@@ -60,9 +59,7 @@ Result<WantedBatch> read_wanted_batch(const BatchAdd& wanted) {
     named.name = word;
     return Result<BatchFile>(named);
   };
-  auto rows = check_batch(out.table, lookup);
-  if (!rows) return fail(rows.error());
-  out.rows = std::move(*rows);
+  if (auto good = keep(check_batch(out.table, lookup), out.rows); !good) return fail(good.error());
   out.turns = order_batch(out.rows, wanted.order, static_cast<std::uint64_t>(wanted.seed));
   std::map<std::string, std::size_t> kinds;
   for (const BatchEntry& row : out.rows) {
@@ -167,12 +164,7 @@ Task<Result<BatchAdded>> QueueRunner::add_batch(BatchAdd wanted, PeerCredentials
   if (!planned) co_return fail(planned.error());
   BatchAdded out = sum_of_batch(*batch);
   const auto store = [&](const Database& db) -> Result<std::vector<std::int64_t>> {
-    if (auto free = not_locked(db, who); !free) return fail(free.error());
-    auto waiting = planned_bytes(db);
-    if (!waiting) return fail(waiting.error());
-    if (auto room = store_.check_room(*waiting + out.bytes); !room) {
-      return fail(room.error());
-    }
+    if (auto may = may_add(db, who, out.bytes); !may) return fail(may.error());
     return store_batch(db, wanted, *batch, who);
   };
   auto entries = co_await store_.with(store);

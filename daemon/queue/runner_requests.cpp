@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests of clients that change the queue, and their answers at a gate.
+// Requests of clients to the queue, and their answers at a gate.
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
@@ -7,6 +7,7 @@
 
 #include "base/text.hpp"
 #include "daemon/control/queue_messages.hpp"
+#include "daemon/queue/pages.hpp"
 #include "daemon/queue/runner.hpp"
 #include "daemon/queue/runner_batch.hpp"
 
@@ -21,6 +22,12 @@ Result<> not_locked(const Database& db, const QueueActor& who) {
               "the queue is locked by {}{}: nobody else changes it; `lcrig queue unlock --force` "
               "unlocks it all the same",
               lock.user, lock.why.empty() ? "" : " (" + printable(lock.why, 200) + ")");
+}
+
+Result<> QueueRunner::may_add(const Database& db, const QueueActor& who, std::int64_t bytes) const {
+  if (auto free = not_locked(db, who); !free) return free;
+  auto waiting = planned_bytes(db);
+  return waiting ? store_.check_room(*waiting + bytes) : fail(waiting.error());
 }
 
 QueuedRun stored_form(const RunRequest& run, const QueueTerms& terms, const EntryPlan& plan) {
@@ -74,12 +81,7 @@ Task<Result<QueueAdded>> QueueRunner::add(QueueAdd wanted, PeerCredentials peer)
   out.plan = std::move(*plan);
   const std::vector<QueuedRun> runs(1, stored_form(wanted.run, wanted.terms, out.plan));
   const auto job = [&](const Database& db) -> Result<std::vector<std::int64_t>> {
-    if (auto free = not_locked(db, who); !free) return fail(free.error());
-    auto waiting = planned_bytes(db);
-    if (!waiting) return fail(waiting.error());
-    if (auto room = store_.check_room(*waiting + out.plan.bytes); !room) {
-      return fail(room.error());
-    }
+    if (auto may = may_add(db, who, out.plan.bytes); !may) return fail(may.error());
     return add_to_queue(db, runs, wanted.place, who);
   };
   auto entries = co_await store_.with(job);
@@ -110,10 +112,7 @@ Task<Result<>> QueueRunner::remove(std::int64_t entry, PeerCredentials peer) {
 Task<Result<std::int64_t>> QueueRunner::clear(PeerCredentials peer) {
   std::int64_t removed = 0;
   const auto job = [&removed](const Database& db, const QueueActor& who) -> Result<> {
-    auto count = clear_queue(db, who);
-    if (!count) return fail(count.error());
-    removed = *count;
-    return {};
+    return keep(clear_queue(db, who), removed);
   };
   auto done = co_await change(job, std::move(peer));
   co_await tell_change();
@@ -215,6 +214,26 @@ Task<Result<>> QueueRunner::store_answer(Gate gate, PeerCredentials peer) {
     vouched_ = gate.entry;
   }
   co_return stored;
+}
+
+Task<Result<QueuePage>> QueueRunner::list(std::int64_t skip, std::int64_t most) {
+  const std::int64_t now = clock_.unix_ns();
+  const double left_s = host_.left_s();
+  const auto job = [=](const Database& db) { return read_queue_page(db, now, left_s, skip, most); };
+  co_return co_await store_.with(job);
+}
+
+Task<Result<ListedEntry>> QueueRunner::show(std::int64_t entry) {
+  const std::int64_t now = clock_.unix_ns();
+  const double left_s = host_.left_s();
+  const auto job = [=](const Database& db) { return read_listed_entry(db, now, left_s, entry); };
+  co_return co_await store_.with(job);
+}
+
+Task<Result<std::vector<QueueAct>>> QueueRunner::history(std::optional<std::int64_t> entry,
+                                                         std::int64_t before, std::int64_t most) {
+  const auto job = [=](const Database& db) { return queue_history(db, entry, before, most); };
+  co_return co_await store_.with(job);
 }
 
 }  // namespace lcrig

@@ -54,13 +54,7 @@ class QueueStore {
   Result<> check_room(std::int64_t bytes) const { return require_room(path_, bytes); }
 
  private:
-  Result<> connect() {
-    if (db_) return {};
-    auto db = open_read_write(path_, vfs_);
-    if (!db) return fail(db.error());
-    db_ = std::move(*db);
-    return {};
-  }
+  Result<> connect() { return db_ ? Result<>() : keep(open_read_write(path_, vfs_), db_); }
 
   asio::any_io_executor executor_;
   Clock& clock_;

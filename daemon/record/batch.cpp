@@ -18,9 +18,6 @@ static_assert(kFrameFlagWords[2] == "force_overload" && frame_flag::kForceOverlo
 static_assert(kFrameFlagWords[3] == "after_gap" && frame_flag::kAfterGap == 1U << 3U);
 static_assert(frame_flag::kAfterGap == kFrameAfterGap);
 
-std::int64_t ns(MonoTime t) {
-  return t.time_since_epoch().count();
-}
 std::optional<std::int64_t> positive(std::int64_t value) {
   if (value <= 0) return std::nullopt;
   return value;
@@ -119,48 +116,32 @@ Result<> BatchWriter::write_rows(std::int64_t run, const Batch& batch, ChainHead
 }
 
 Result<> BatchWriter::write_level(std::int64_t run, std::int64_t seq, const LoadLevel& l) {
-  levels_->begin(hash_).add(run).add(seq).add(l.level).add(l.step_id).add(l.repeat).add(l.index);
-  levels_->add(l.target_force_N).add(l.target_pressure_Pa).add(l.planned_readings).add(ns(l.begin));
-  return levels_->insert();
+  levels_->begin(hash_).add(run, seq, l.level, l.step_id, l.repeat, l.index, l.target_force_N);
+  return levels_->add(l.target_pressure_Pa, l.planned_readings, l.begin).insert();
 }
 
 Result<> BatchWriter::write_event(std::int64_t run, std::int64_t seq, const RunEvent& e) {
-  events_->begin(hash_)
-      .add(run)
-      .add(seq)
-      .add(ns(e.t))
-      .add(e.kind.word())
-      .add(e.step_id)
-      .add(e.detail);
-  return events_->insert();
+  return events_->begin(hash_).add(run, seq, e.t, e.kind.word(), e.step_id, e.detail).insert();
 }
 
 Result<> BatchWriter::write_reading(std::int64_t run, std::int64_t seq,
                                     const Batch::TaggedReading& row) {
   const auto& [r, tag] = row;
-  std::optional<std::int64_t> planned;
-  if (tag.planned) planned = ns(*tag.planned);
   const Values v = values_of(r);
   RowWriter& w = readings_->begin(hash_);
-  w.add(run).add(seq).add(ns(r.asked)).add(ns(r.first_byte)).add(ns(r.last_byte)).add(planned);
-  w.add(tag.step_id).add(tag.repeat).add(positive(tag.level)).add(positive(tag.index));
-  w.add(std::int64_t{r.fresh ? 1 : 0}).add(std::int64_t{r.flags}).add(to_string(r.function));
-  w.add(r.status).add(v.capacitance).add(v.dissipation).add(v.resistance).add(v.reactance);
-  w.add(v.impedance).add(v.phase_rad).add(v.phase_deg);
-  return w.insert();
+  w.add(run, seq, r.asked, r.first_byte, r.last_byte, tag.planned, tag.step_id, tag.repeat);
+  w.add(positive(tag.level), positive(tag.index), r.fresh, r.flags, to_string(r.function));
+  w.add(r.status, v.capacitance, v.dissipation, v.resistance, v.reactance, v.impedance);
+  return w.add(v.phase_rad, v.phase_deg).insert();
 }
 
 Result<> BatchWriter::write_sample(std::int64_t run, std::int64_t seq, const FrameSample& s) {
-  samples_->begin(hash_).add(run).add(seq).add(ns(s.received)).add(s.device_seq);
-  samples_->add(s.device_time_s).add(s.force_N).add(s.travel_m).add(std::int64_t{s.flags});
-  return samples_->insert();
+  samples_->begin(hash_).add(run, seq, s.received, s.device_seq, s.device_time_s, s.force_N);
+  return samples_->add(s.travel_m, s.flags).insert();
 }
 
 Result<> BatchWriter::write_end(std::int64_t run, const RunEnd& end) {
-  std::optional<std::int64_t> ended;
-  if (end.ended) ended = ns(*end.ended);
-  ends_->begin(hash_).add(run).add(to_string(end.status)).add(end.reason);
-  ends_->add(ended).add(end.ended_unix_ns);
+  ends_->begin(hash_).add(run, to_string(end.status), end.reason, end.ended, end.ended_unix_ns);
   return ends_->insert();
 }
 

@@ -63,24 +63,8 @@ Recorder::~Recorder() {
   free_reserve();
 }
 
-void Recorder::on_committed(std::function<void(const Committed&)> callback) {
-  on_committed_ = std::move(callback);
-}
-void Recorder::on_fault(std::function<void(const Error&)> callback) {
-  on_fault_ = std::move(callback);
-}
-
-void Recorder::on_locked(std::function<void(Duration, std::size_t)> callback) {
-  on_locked_ = std::move(callback);
-}
-
-void Recorder::on_moved(std::function<void()> callback) {
-  on_moved_ = std::move(callback);
-}
-
 CommitStats Recorder::stats() const {
-  const std::lock_guard lock(mutex_);
-  return stats_;
+  return locked([this] { return stats_; });
 }
 
 std::optional<std::uint64_t> Recorder::beats() const {
@@ -91,15 +75,14 @@ std::optional<std::uint64_t> Recorder::beats() const {
 }
 
 std::uint64_t Recorder::progress() const {
-  const std::lock_guard lock(mutex_);
-  return stats_.commits + attempts_;
+  return locked([this] { return stats_.commits + attempts_; });
 }
 
-// `f` runs on the io_context's thread, unless the recorder is gone by then.
-template <class F>
-void Recorder::post(F f) {
-  asio::post(io_, [alive = std::weak_ptr<int>(alive_), f = std::move(f)]() mutable {
-    if (!alive.expired()) f();
+// On the io_context's thread, unless the recorder is gone by then.
+template <class Call, class... Args>
+void Recorder::tell(Call Listener::* call, Args... args) {
+  asio::post(io_, [this, alive = std::weak_ptr<int>(alive_), call, ... args = std::move(args)] {
+    if (!alive.expired() && listener_.*call) (listener_.*call)(args...);
   });
 }
 
@@ -229,10 +212,7 @@ bool Recorder::take(std::vector<std::shared_ptr<Request>>& requests) {
 }
 
 void Recorder::commit_taken() {
-  {
-    const std::lock_guard lock(mutex_);
-    if (fault_) return;
-  }
+  if (has_fault()) return;
   if (auto r = commit(writing_, nullptr); !r) {
     set_fault(r.error());
   } else {
@@ -261,23 +241,14 @@ Result<> Recorder::commit(const Batch& batch, const RunEnd* end) {
 }
 
 void Recorder::tell_locked(Duration waited) {
-  std::size_t rows = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    ++attempts_;
-    rows = queued_;
-  }
-  post([this, waited, rows] {
-    if (on_locked_) on_locked_(waited, rows);
-  });
+  const std::size_t rows = locked([this] { return ++attempts_, queued_; });
+  tell(&Listener::locked, waited, rows);
 }
 
 void Recorder::look_whether_moved() {
   if (moved_ || !owned_.db.has_moved()) return;
   moved_ = true;
-  post([this] {
-    if (on_moved_) on_moved_();
-  });
+  tell(&Listener::moved);
 }
 
 Result<> Recorder::commit_once(const Batch& batch, const RunEnd* end) {
@@ -304,15 +275,9 @@ Result<> Recorder::commit_once(const Batch& batch, const RunEnd* end) {
     stats_.commit.add(done - begin);
     if (batch.oldest) stats_.queued.add(done - *batch.oldest);
   }
-  if (batch.rows() > 0) acknowledge(std::move(summary));
+  if (batch.rows() > 0) tell(&Listener::committed, std::move(summary));
   look_whether_moved();
   return {};
-}
-
-void Recorder::acknowledge(Committed summary) {
-  post([this, summary = std::move(summary)] {
-    if (on_committed_) on_committed_(summary);
-  });
 }
 
 // From either thread; reported once.
@@ -322,9 +287,7 @@ void Recorder::set_fault(Error error) {
     if (fault_) return;
     fault_ = error;
   }
-  post([this, error = std::move(error)] {
-    if (on_fault_) on_fault_(error);
-  });
+  tell(&Listener::fault, std::move(error));
 }
 
 void Recorder::serve(Request& request) {

@@ -73,13 +73,18 @@ class Recorder final : public RunSink {
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  void on_committed(std::function<void(const Committed&)> callback);
-  void on_fault(std::function<void(const Error&)> callback);
-  // Another program holds the lock of the database, and rows wait. Told after each `lock_attempt`.
-  void on_locked(std::function<void(Duration waited, std::size_t rows)> callback);
-  // The file was moved, replaced or deleted in the run. Told once for each run, after the commit
-  // that noticed it; rows are still written to the file and to its log.
-  void on_moved(std::function<void()> callback);
+  // Calls to the owner; each may be empty.
+  struct Listener {
+    std::function<void(const Committed&)> committed;
+    std::function<void(const Error&)> fault;
+    // Another program holds the lock of the database, and rows wait. Told after each
+    // `lock_attempt`.
+    std::function<void(Duration waited, std::size_t rows)> locked;
+    // The file was moved, replaced or deleted in the run. Told once for each run, after the commit
+    // that noticed it; rows are still written to the file and to its log.
+    std::function<void()> moved;
+  };
+  void set_listener(Listener listener) { listener_ = std::move(listener); }
   const std::vector<std::int64_t>& interrupted_runs() const { return owned_.interrupted; }
 
   // The run row is committed when it returns the run's number. One run at a time.
@@ -113,8 +118,18 @@ class Recorder final : public RunSink {
   void push(std::size_t rows, Add add);
   Task<Result<>> submit(std::shared_ptr<Request> request);
   Task<> commit_soon(std::weak_ptr<int> alive);
-  template <class F>
-  void post(F f);
+  // What `read` finds under the mutex.
+  template <class Read>
+  auto locked(Read read) const {
+    const std::lock_guard lock(mutex_);
+    return read();
+  }
+  bool has_fault() const {
+    return locked([this] { return fault_.has_value(); });
+  }
+  void forget_rows();
+  template <class Call, class... Args>
+  void tell(Call Listener::* call, Args... args);
 
   // writer thread
   void write_loop();
@@ -124,7 +139,6 @@ class Recorder final : public RunSink {
   Result<> commit_once(const Batch& batch, const RunEnd* end);
   void tell_locked(Duration waited);
   void look_whether_moved();
-  void acknowledge(Committed summary);
   void set_fault(Error error);
   void serve(Request& request);
   Result<std::int64_t> begin_in_database(const RunRow& row);
@@ -146,10 +160,7 @@ class Recorder final : public RunSink {
   std::shared_ptr<int> alive_;  // callbacks that are still posted when this is gone do nothing
 
   // io_context's thread
-  std::function<void(const Committed&)> on_committed_;
-  std::function<void(const Error&)> on_fault_;
-  std::function<void(Duration, std::size_t)> on_locked_;
-  std::function<void()> on_moved_;
+  Listener listener_;
   Wakeup due_;  // of the next commit in virtual time
   bool is_due_ = false;  // there will be one
   bool accepting_ = false;

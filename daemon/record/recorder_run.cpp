@@ -22,12 +22,7 @@ Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
                 "the daemon before",
                 options_.path, beside_database(options_.path, "-wal"));
   }
-  bool repaired = false;
-  {
-    const std::lock_guard lock(mutex_);
-    repaired = fault_.has_value();
-  }
-  if (repaired) {  // the last run could not even be closed
+  if (has_fault()) {  // the last run could not even be closed
     if (auto r = reopen(); !r) return fail(r.error());
     if (auto r = close_orphaned_runs(owned_.db, row.started_unix_ns); !r) return fail(r.error());
   }
@@ -39,13 +34,19 @@ Result<std::int64_t> Recorder::begin_in_database(const RunRow& row) {
   moved_ = false;
   locked_since_.reset();
   if (auto r = sync_commits(options_.sync_each_commit); !r) return fail(r.error());
+  forget_rows();
+  const std::lock_guard lock(mutex_);
+  lost_ = 0;
+  stats_ = CommitStats();
+  return run;
+}
+
+void Recorder::forget_rows() {
   writing_.clear();
   const std::lock_guard lock(mutex_);
   incoming_.clear();
-  queued_ = lost_ = 0;
+  queued_ = 0;
   fault_.reset();
-  stats_ = CommitStats();
-  return run;
 }
 
 // The lock of a run is held from before its row can be seen until the run has ended.
@@ -61,13 +62,8 @@ Result<std::int64_t> Recorder::insert_claimed(const RunRow& row) {
 // Stores what a fault left in memory, then the rest and the end. Should that be impossible, the end
 // alone, which says so; but where another program holds the lock nothing can be stored.
 Result<> Recorder::end_in_database(RunEnd& end) {
-  std::size_t lost = 0;
-  bool faulted = false;
-  {
-    const std::lock_guard lock(mutex_);
-    lost = lost_;
-    faulted = fault_.has_value();
-  }
+  const bool faulted = has_fault();
+  const std::size_t lost = locked([this] { return lost_; });
   if (lost > 0) {
     end.status = ExitStatus::fail;
     end.reason += fmt::format("; {} rows were lost: the disk was too slow", lost);
@@ -84,11 +80,7 @@ Result<> Recorder::end_in_database(RunEnd& end) {
   // The run is as good without it: the anchor can be read from the database later.
   if (auto anchor = get_anchor(owned_.db, run_)) end.anchor = *anchor;
   end.moved = owned_.db.has_moved();
-  const std::lock_guard lock(mutex_);
-  incoming_.clear();
-  writing_.clear();
-  queued_ = 0;
-  fault_.reset();
+  forget_rows();
   return {};
 }
 
@@ -121,11 +113,7 @@ Result<> Recorder::store_rest(const RunEnd& end) {
 
 Result<> Recorder::store_end_alone(RunEnd& end, const Error& why) {
   if (auto r = repair(); !r) return r;
-  std::size_t unstored = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    unstored = queued_;
-  }
+  const std::size_t unstored = locked([this] { return queued_; });
   end.status = ExitStatus::fail;
   end.reason += fmt::format("; the last {} rows could not be stored: {}", unstored, why.what);
   return commit(Batch(), &end);

@@ -45,12 +45,8 @@ void Corrector::give_up() {
 
 Task<Result<Identity>> Corrector::identify(LcrMeter& meter) {
   auto identity = co_await meter.identify();
-  if (identity) {
-    parts_.known.answered(Instrument::lcr, *identity, Learned(LearnedBy::look));
-    identity_ = identity->text;
-  } else {
-    parts_.known.failed(Instrument::lcr, identity.error(), Learned(LearnedBy::look));
-  }
+  parts_.known.learned(Instrument::lcr, identity, Learned(LearnedBy::look));
+  if (identity) identity_ = identity->text;
   co_return identity;
 }
 

@@ -85,19 +85,21 @@ class InstrumentFactory {
   // `request.specimen` outlives the task. Errors: what a port or a simulated specimen has to say.
   virtual Task<Result<std::unique_ptr<Instruments>>> open(InstrumentsRequest request) = 0;
   // Asks both who they are; nothing at the frame changes. What comes of it is known then.
-  virtual Task<> ask();
+  virtual Task<> ask() { co_return; }
   // Errors: as `open`; unsupported.
-  virtual Task<Result<std::unique_ptr<LoneMeter>>> open_lone_meter();
+  virtual Task<Result<std::unique_ptr<LoneMeter>>> open_lone_meter() {
+    co_return fail(Errc::unsupported, "this rig has no meter that could be used without a run");
+  }
   // The instruments are there without this program, and stay as it leaves them. App looks after
   // them while no run does.
   virtual bool is_real() const { return false; }
-  virtual Task<> ask_meter();  // an absent instrument is a state, not a failure
+  virtual Task<> ask_meter() { co_return; }  // an absent instrument is a state, not a failure
   // STOP comes first, whatever else is wrong, and also with a gateway that answers no greeting.
   // True: the frame confirmed standstill.
-  virtual Task<bool> make_frame_safe();
+  virtual Task<bool> make_frame_safe() { co_return true; }
   // Looks whether the nodes of the serial ports are there, without opening them, on a thread of its
   // own. True: one came or went.
-  virtual Task<bool> watch_ports();
+  virtual Task<bool> watch_ports() { co_return false; }
   // No run goes on, and the config in force is another one.
   virtual void config_changed() {}
   // For a process that is about to end. False: the disk did not take all within this time.

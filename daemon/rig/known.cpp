@@ -66,6 +66,11 @@ void KnownRig::answered(Instrument which, const Identity& identity, const Learne
   learn(which, InstrumentCondition::ready, "", from);
 }
 
+void KnownRig::learned(Instrument which, const Result<Identity>& answer, const Learned& from) {
+  if (answer) return answered(which, *answer, from);
+  failed(which, answer.error(), from);
+}
+
 void KnownRig::failed(Instrument which, const Error& error, const Learned& from) {
   learn(which, condition_after(error), error.what, from);
 }

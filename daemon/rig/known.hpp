@@ -33,6 +33,8 @@ class KnownRig {
 
   // It said who it is; empty: a simulated bench was found to be in order.
   void answered(Instrument which, const Identity& identity, const Learned& from);
+  // One of the two.
+  void learned(Instrument which, const Result<Identity>& answer, const Learned& from);
   // The last question failed. What it said before stays known. `unsupported` is no fault: it cannot
   // be asked.
   void failed(Instrument which, const Error& error, const Learned& from);

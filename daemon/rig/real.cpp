@@ -79,14 +79,6 @@ void RealRig::config_changed() {
   if (!config_.wire_log_directory.empty() && !wire_logs_) wire_logs_.emplace();
 }
 
-void RealRig::learn(Instrument which, const Result<Identity>& answer, LearnedBy by) {
-  if (answer) {
-    known_.answered(which, *answer, Learned(by));
-  } else {
-    known_.failed(which, answer.error(), Learned(by));
-  }
-}
-
 bool RealRig::finish_wire_logs(Duration patience) {
   return !wire_logs_ || wire_logs_->finish(patience);
 }
@@ -199,7 +191,7 @@ Task<> RealRig::ask_meter() {
     co_return;
   }
   auto identity = co_await (*meter)->identify();
-  learn(Instrument::lcr, identity, LearnedBy::look);
+  known_.learned(Instrument::lcr, identity, Learned(LearnedBy::look));
   (*meter)->close();
 }
 
@@ -210,7 +202,7 @@ Task<> RealRig::ask_frame() {
     co_return;
   }
   auto identity = co_await (*frame)->observe(0);
-  learn(Instrument::frame, identity, LearnedBy::look);
+  known_.learned(Instrument::frame, identity, Learned(LearnedBy::look));
   (*frame)->close();
 }
 
@@ -223,10 +215,8 @@ Task<bool> RealRig::make_frame_safe() {
   auto stopped = co_await (*frame)->stop();
   auto identity = co_await (*frame)->identify();
   if (identity) stopped = co_await (*frame)->stop();
-  learn(Instrument::frame, identity, LearnedBy::rescue);
-  if (!stopped) {
-    known_.failed(Instrument::frame, stopped.error(), Learned(LearnedBy::rescue));
-  }
+  known_.learned(Instrument::frame, identity, Learned(LearnedBy::rescue));
+  if (!stopped) known_.failed(Instrument::frame, stopped.error(), Learned(LearnedBy::rescue));
   (*frame)->close();
   co_return stopped.has_value();
 }

@@ -44,7 +44,6 @@ class RealRig final : public InstrumentFactory {
   Task<Result<std::unique_ptr<LoadFrame>>> open_link(Log log);
   Task<Result<std::unique_ptr<LoadFrame>>> open_frame(Log log);
   Task<> ask_frame();
-  void learn(Instrument which, const Result<Identity>& answer, LearnedBy by);
 
   asio::any_io_executor executor_;
   Clock& clock_;

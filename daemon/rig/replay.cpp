@@ -18,9 +18,7 @@ class ReplayInstruments final : public SimulatedInstruments {
   using SimulatedInstruments::SimulatedInstruments;
 
   Result<> build(const std::string& directory) {
-    auto recording = load_recording(directory);
-    if (!recording) return fail(recording.error());
-    recording_ = std::move(*recording);
+    if (auto r = keep(load_recording(directory), recording_); !r) return r;
     info_.bench_name = replay_bench(directory);
     info_.simulated = true;
     info_.tells_corrections = false;

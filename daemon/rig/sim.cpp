@@ -63,9 +63,7 @@ class BenchInstruments final : public SimulatedInstruments {
   Result<> build_world(const SimRequest& request) {
     world_ = request.world;
     if (!world_) {
-      auto world = make_world(request);
-      if (!world) return fail(world.error());
-      world_ = std::move(*world);
+      if (auto made = keep(make_world(request), world_); !made) return made;
     }
     info_.fixture = request.bench.fixture;
     info_.bench_name = request.bench.name;

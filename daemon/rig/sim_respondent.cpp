@@ -23,9 +23,8 @@ Result<GivenAnswer> SimRespondent::choose(const Question& question) const {
   GivenAnswer out;
   const auto given = answers_.find(question.step_id);
   if (given != answers_.end()) {
-    auto value = read_answer(question, given->second);
-    if (!value) return fail(value.error());
-    out.value = std::move(*value);
+    auto fits = keep(read_answer(question, given->second), out.value);
+    if (!fits) return fail(fits.error());
     out.source = AnswerSource::file;
   } else if (question.fallback) {
     out.value = *question.fallback;

@@ -184,9 +184,4 @@ std::span<const FaultKind> fault_kinds() {
   return kKinds;
 }
 
-std::string_view to_string(FaultTarget target) {
-  constexpr std::string_view kWords[] = {"meter", "frame", "bench"};
-  return kWords[static_cast<std::size_t>(target)];
-}
-
 }  // namespace lcrig

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/enum_words.hpp"
 #include "drivers/faults/bench.hpp"
 #include "drivers/line_fault.hpp"
 
@@ -15,7 +16,8 @@ namespace lcrig {
 struct Fault;
 
 enum class FaultTarget { meter, frame, bench };
-std::string_view to_string(FaultTarget target);
+template <>
+inline constexpr EnumWords<3> kWordsOf<FaultTarget>{"meter", "frame", "bench"};
 
 // A counted fault hits single events, a lasting one goes on for a while, and one that happens once
 // has no end.

@@ -2,7 +2,6 @@
 #include "drivers/faults/player.hpp"
 
 #include <spdlog/spdlog.h>
-#include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <exception>
 #include <utility>

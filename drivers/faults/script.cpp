@@ -2,8 +2,6 @@
 #include "drivers/faults/script.hpp"
 
 #include <fmt/format.h>
-#include <algorithm>
-#include <array>
 #include <iterator>
 #include <utility>
 
@@ -17,9 +15,6 @@ namespace {
 using namespace fault_parameter;
 using S = FaultShape;
 using T = FaultTarget;
-
-constexpr std::array<std::pair<std::string_view, T>, 3> kTargets{
-    {{"meter", T::meter}, {"frame", T::frame}, {"bench", T::bench}}};
 
 constexpr double kLongest_s = 1e7;  // upper limit of every time, about four months
 constexpr Range kAnyTime{0, kLongest_s};
@@ -114,7 +109,7 @@ void read_repetition(const JsonReader& r, Fault& f) {
 
 Fault read_fault(const JsonReader& r) {
   Fault f;
-  const auto on = r.word<FaultTarget>("on", kTargets);
+  const auto on = r.word<FaultTarget>("on");
   const std::string name = r.string("fault");
   if (r.has("comment")) r.string("comment");
   f.kind = find_kind(r, on, name);

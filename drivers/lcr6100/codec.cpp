@@ -16,10 +16,6 @@ namespace {
 
 constexpr double kOverload = 9.9e19;  // the meter sends 1e20
 
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
-
 // Removes and returns the number at the beginning of `text`. Refuses "inf", "nan" and hex.
 std::optional<double> take_number(std::string_view& text) {
   std::string_view digits = text;

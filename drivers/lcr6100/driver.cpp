@@ -3,7 +3,6 @@
 
 #include <spdlog/spdlog.h>
 #include <algorithm>
-#include <cctype>
 #include <utility>
 
 #include "base/clock.hpp"
@@ -152,16 +151,10 @@ Task<Result<>> Lcr6100::establish(const Setting& setting, LcrSettings& got) {
 }
 
 Task<Result<LcrSettings>> Lcr6100::configure(LcrSettings settings) {
-  auto valid = check(settings);
-  if (!valid) co_return fail(valid.error());
-  co_await wake();
   co_return co_await set_up(settings, false);
 }
 
 Task<Result<LcrSettings>> Lcr6100::restore(LcrSettings settings) {
-  auto valid = check(settings);
-  if (!valid) co_return fail(valid.error());
-  co_await wake();
   co_return co_await set_up(settings, true);
 }
 
@@ -174,6 +167,9 @@ Task<Result<bool>> Lcr6100::is_established(const Setting& setting, LcrSettings& 
 }
 
 Task<Result<LcrSettings>> Lcr6100::set_up(LcrSettings settings, bool look_first) {
+  auto valid = check(settings);
+  if (!valid) co_return fail(valid.error());
+  co_await wake();
   LcrSettings got = settings;
   configured_ = false;
   const auto table = settings_for(settings);
@@ -293,10 +289,7 @@ Task<Result<>> Lcr6100::await_verdict(std::string_view command) {
   const MonoTime end = clock_.now() + kCorrectionTime;
   auto line = co_await link_.query(command, kCorrectionTime);
   while (line) {
-    std::string word = line->text;
-    std::ranges::transform(word, word.begin(), [](char c) {
-      return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    });
+    const std::string word = lower_case(line->text);
     if (word.find("pass") != word.npos) co_return Result<>();
     if (word.find("fail") != word.npos) {
       co_return fail(Errc::refused, "{}: {} -> \"{}\"; check fixture and leads, then repeat it",

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The set-up of the meter as a table: commands, wanted values, read-backs.
-#include <algorithm>
 #include <array>
 #include <cmath>
 

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "base/clock.hpp"
+#include "base/text.hpp"
 #include "drivers/lcr6100/sim.hpp"
-#include "drivers/lcr6100/words.hpp"
 
 namespace lcrig::lcr6100 {
 
@@ -45,14 +45,6 @@ std::string upper(std::string_view text) {
   std::string out(text);
   std::ranges::transform(out, out.begin(), [](char c) {
     return static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  });
-  return out;
-}
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  std::ranges::transform(out, out.begin(), [](char c) {
-    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   });
   return out;
 }
@@ -105,7 +97,7 @@ std::optional<double> parse_number(std::string_view argument) {
 }
 
 std::string shown(Reply reply, const std::string& word, double number) {
-  if (!word.empty()) return reply == Reply::lower ? lower(word) : word;
+  if (!word.empty()) return reply == Reply::lower ? lower_case(word) : word;
   switch (reply) {
     case Reply::frequency: return fmt::format("{:.6e}", number);
     case Reply::volt: return fmt::format("{:.3e}V", number);
@@ -269,10 +261,9 @@ std::optional<std::string> Lcr6100Sim::read(std::string_view header) const {
   if (header == "APER:RATE") return rate;
   if (header == "APER:AVG") return std::to_string(average_);
   if (header == "LEV:MODE") return "volt";
-  const auto& table = parameters();
-  const auto it = std::ranges::find(table, header, &Parameter::header);
-  if (it == table.end()) return std::nullopt;
-  const Value& v = values_[static_cast<std::size_t>(it - table.begin())];
+  const auto it = std::ranges::find(parameters(), header, &Parameter::header);
+  if (it == parameters().end()) return std::nullopt;
+  const Value& v = value(header);
   return it->reply == Reply::silent ? std::string() : shown(it->reply, v.word, v.number);
 }
 

@@ -3,8 +3,6 @@
 // codec, settings and simulator.
 #pragma once
 
-#include <algorithm>
-#include <cctype>
 #include <string_view>
 
 #include "base/text.hpp"
@@ -12,8 +10,7 @@
 namespace lcrig::lcr6100 {
 
 inline bool same_word(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-  return std::ranges::equal(a, b, {}, lower, lower);
+  return lower_case(a) == lower_case(b);
 }
 
 }  // namespace lcrig::lcr6100

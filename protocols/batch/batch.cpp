@@ -54,7 +54,7 @@ void take_word(const BatchCell& cell, std::string_view column, std::optional<std
 void take_term(const BatchCell& cell, std::string_view column, BatchTerms& out,
                BatchMistakes& wrong) {
   if (column == "on_failure") {
-    out.on_failure = parse_word(cell.text, OnFailure::repeat);
+    out.on_failure = parse_word<OnFailure>(cell.text);
     if (out.on_failure) return;
     wrong.add(cell.at, column,
               fmt::format("{}, expected hold, skip, look or repeat", quoted_cell(cell)));

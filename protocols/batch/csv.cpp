@@ -5,7 +5,7 @@
 #include <map>
 
 #include "base/text.hpp"
-#include "protocols/batch/readers.hpp"
+#include "protocols/batch/table.hpp"
 
 namespace lcrig {
 
@@ -153,10 +153,7 @@ void read_header(const std::vector<BatchCell>& cells, BatchTable& out, BatchMist
       wrong.add(cell.at, cell.text,
                 fmt::format("columns {} and {} have the same name", first->second + 1, i + 1));
     }
-    BatchColumn column;
-    column.name = cell.text;
-    column.at = cell.at;
-    out.columns.push_back(std::move(column));
+    out.columns.push_back({.name = cell.text, .at = cell.at});
   }
 }
 
@@ -194,10 +191,8 @@ Result<BatchTable> read_batch_csv(std::string_view text, const std::string& sour
       break;
     }
     cells.resize(out.columns.size());
-    BatchRow row;
-    row.at = cells.front().at;
-    row.cells = std::move(cells);
-    out.rows.push_back(std::move(row));
+    const TextPosition begin = cells.front().at;
+    out.rows.push_back({.at = begin, .cells = std::move(cells)});
   }
   if (out.columns.empty()) {
     wrong.add(TextPosition(), "",

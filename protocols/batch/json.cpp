@@ -4,10 +4,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "base/enum_words.hpp"
 #include "base/strict_json.hpp"
 #include "protocols/batch/batch.hpp"
-#include "protocols/batch/readers.hpp"
+#include "protocols/batch/table.hpp"
 
 namespace lcrig {
 
@@ -27,7 +26,7 @@ void judge(std::string_view column, const JsonReader& value) {
   } else if (column == "unattended") {
     value.boolean();
   } else if (column == "on_failure") {
-    value.word<OnFailure>(word_table(OnFailure::repeat));
+    value.word<OnFailure>();
   } else {
     value.string();
   }
@@ -41,7 +40,7 @@ class BatchJson {
     top_.expect_format("batch/1");
     out_.name = text_of("name");
     if (const auto order = top_.find("order")) {
-      order->word<BatchOrder>(word_table(BatchOrder::random));
+      order->word<BatchOrder>();
       out_.order = cell_of(*order);
     }
     if (const auto seed = top_.find("seed")) {
@@ -68,10 +67,8 @@ class BatchJson {
   std::optional<BatchCell> text_of(std::string_view key) {
     const auto found = top_.find(key);
     if (!found) return std::nullopt;
-    BatchCell out;
-    out.text = found->nonempty_string();
-    out.at = document_.value_position(found->pointer());
-    return out;
+    return BatchCell{.text = found->nonempty_string(),
+                     .at = document_.value_position(found->pointer())};
   }
   BatchCell cell_of(const JsonReader& value) const {
     BatchCell out;
@@ -91,11 +88,8 @@ class BatchJson {
     };
     auto found = std::ranges::find_if(out_.columns, same);
     if (found == out_.columns.end()) {
-      BatchColumn column;
-      column.name = name;
-      column.is_parameter = is_parameter;
-      column.at = document_.key_position(value.pointer());
-      found = out_.columns.insert(out_.columns.end(), std::move(column));
+      const auto at = document_.key_position(value.pointer());
+      found = out_.columns.insert(found, {.name = name, .at = at, .is_parameter = is_parameter});
     }
     if (!is_parameter) judge(name, value);
     const auto index = static_cast<std::size_t>(found - out_.columns.begin());

@@ -6,7 +6,6 @@
 
 #include "base/json_mistake.hpp"
 #include "base/text.hpp"
-#include "protocols/batch/readers.hpp"
 
 namespace lcrig {
 

@@ -61,4 +61,8 @@ class BatchMistakes {
 // Reads CSV, or JSON when the first character is `{`. Errors: invalid_request.
 Result<BatchTable> read_batch_table(std::string_view text, const std::string& source);
 
+// The two forms; read_batch_table chooses. `text` is UTF-8. Errors: invalid_request.
+Result<BatchTable> read_batch_csv(std::string_view text, const std::string& source);
+Result<BatchTable> read_batch_json(std::string_view text, const std::string& source);
+
 }  // namespace lcrig

@@ -4,7 +4,6 @@
 
 #include "base/key_words.hpp"
 #include "base/number.hpp"
-#include "base/number_words.hpp"
 #include "base/text.hpp"
 #include "base/units.hpp"
 #include "protocols/file/parse.hpp"

@@ -73,8 +73,7 @@ Result<std::string> aperture_literal(const ParameterValues::mapped_type& value) 
   const auto* const word = std::get_if<std::string>(&value);
   const std::string typed = word != nullptr ? *word : fmt::format("{}", std::get<double>(value));
   // Checked here: the parser would show a line that the file does not have.
-  std::vector<std::string> known;
-  for (const auto& [text, aperture] : kApertureWords) known.emplace_back(text);
+  std::vector<std::string> known = all_words<Aperture>();
   known.emplace_back("auto");
   if (std::ranges::find(known, typed) != known.end()) return json(typed).dump();
   const auto guess = did_you_mean(typed, known);

@@ -9,8 +9,8 @@
 #include "base/near_word.hpp"
 #include "base/text.hpp"
 #include "protocols/expand.hpp"
-#include "protocols/file/lcr_ranges.hpp"
 #include "protocols/file/parse_steps.hpp"
+#include "protocols/file/step_reader.hpp"
 
 namespace lcrig {
 
@@ -117,7 +117,7 @@ Limits parse_limits(const JsonReader& r, const Scope& scope) {
 void parse_aperture(const JsonReader& r, Sampling& out) {
   const JsonReader word = r.at("aperture");
   std::vector<std::pair<std::string_view, int>> words;
-  for (const auto& [text, aperture] : kApertureWords) {
+  for (const auto& [text, aperture] : word_table<Aperture>()) {
     words.emplace_back(text, static_cast<int>(aperture));
   }
   words.emplace_back("auto", -1);
@@ -127,7 +127,7 @@ void parse_aperture(const JsonReader& r, Sampling& out) {
 }
 
 void parse_lcr(const JsonReader& r, Sampling& out) {
-  out.lcr.function = r.word<LcrFunction>("function", kFunctionWords);
+  out.lcr.function = r.word<LcrFunction>("function");
   out.lcr.frequency =
       Frequency::from_si(r.quantity("frequency", Dimension::frequency, kFrequencyRange));
   out.lcr.level = Voltage::from_si(r.quantity("level", Dimension::voltage, kLevelRange));
@@ -136,7 +136,7 @@ void parse_lcr(const JsonReader& r, Sampling& out) {
   if (const auto bias = r.optional_quantity("bias", Dimension::voltage, kBiasRange)) {
     out.lcr.bias = Voltage::from_si(*bias);
   }
-  if (r.has("trigger")) out.lcr.trigger = r.word<LcrTrigger>("trigger", kTriggerWords);
+  if (r.has("trigger")) out.lcr.trigger = r.word<LcrTrigger>("trigger");
   if (const auto pause =
           r.optional_quantity("poll_interval", Dimension::time, Range{0.001, 3600})) {
     out.lcr.poll_interval = from_seconds(*pause);
@@ -157,12 +157,6 @@ Sampling parse_sample(const JsonReader& r) {
   }
   r.no_other_keys();
   return out;
-}
-
-OnLoss parse_on_loss(const JsonReader& r) {
-  static constexpr std::pair<std::string_view, OnLoss> kWords[] = {
-      {"abort", OnLoss::abort}, {"wait", OnLoss::wait}, {"repeat_step", OnLoss::repeat_step}};
-  return r.has("on_loss") ? r.word<OnLoss>("on_loss", kWords) : OnLoss::abort;
 }
 
 void parse_steps(const JsonReader& top, const Scope& scope, Protocol& out) {
@@ -203,7 +197,7 @@ void parse_top(const JsonReader& top, Protocol& out) {
   parse_parameters(top, out, scope);
   out.limits = parse_limits(top.object("limits"), scope);
   out.sample = parse_sample(top.object("sample"));
-  out.on_loss = parse_on_loss(top);
+  if (top.has("on_loss")) out.on_loss = top.word<OnLoss>("on_loss");
   if (const auto t = top.optional_quantity("on_loss_timeout", Dimension::time, Range{1, 604800})) {
     out.on_loss_timeout = from_seconds(*t);
   }

@@ -18,6 +18,12 @@ inline constexpr Range kForces{-1e6, 1e6};  // N
 inline constexpr Range kPositiveForces{0, 1e6, true};
 inline constexpr Range kPressures{0, 1e9};  // Pa
 inline constexpr std::int64_t kCountMax = 10'000'000;
+// Settings in `sample.lcr` and `set_lcr`: ranges that any meter could have; the plan checks the
+// limits of the instrument itself.
+inline constexpr Range kFrequencyRange{1, 1e8};
+inline constexpr Range kLevelRange{0, 20, true};
+inline constexpr Range kBiasRange{-100, 100};
+inline constexpr std::int64_t kAverageMax = 256;
 
 class StepsParser;
 

@@ -172,6 +172,20 @@ void PlannedMotion::check_blind(const Number& speed) {
   out_.refuse(too_fast(why, speed, rig_.forecast().fastest_m_s(trip, limit), false));
 }
 
+// Towards a specimen whose place is known, ending before it. Where the face has come up by more
+// than that gap, the device stops at the limit of the force, and goes on for its stopping way.
+void PlannedMotion::warn_of_the_face(double gap_m, double speed_m_s) {
+  const double limit = rig_.limits().force_max_N;
+  const double worst = rig_.forecast().stop_N(limit, speed_m_s);
+  if (!exceeds(worst, limit) || !rig_.forecast().bound().is_bounded()) return;
+  add_remark(out_.note,
+             fmt::format("a face that has come up by more than {:.3g} mm: up to {:.3g} N",
+                         gap_m * 1e3, worst));
+  rig_.assume(
+      "the specimen's face has not come up since its contact was found, by more than the gaps "
+      "at which motions in the air end");
+}
+
 void PlannedMotion::check_timeout() {
   const double most = rig_.get(timeout_);
   if (out_.why || out_.seconds <= most) return;
@@ -201,7 +215,11 @@ void PlannedMotion::to_travel(const Target& to, const Number& speed) {
   if (!away && rig_.contact() == PlannedRig::Contact::unknown) {
     check_blind(speed);
   } else if (!away && (is_gap || rig_.is_placed())) {
-    if (target > rig_.contact_m()) check_pressing(target - rig_.contact_m(), to, speed);
+    if (target > rig_.contact_m()) {
+      check_pressing(target - rig_.contact_m(), to, speed);
+    } else {
+      warn_of_the_face(rig_.contact_m() - target, v);
+    }
   } else if (!is_gap && !rig_.is_placed() && rig_.contact() == PlannedRig::Contact::found) {
     add_remark(out_.note, "checked when the contact was found");
   }

@@ -35,6 +35,7 @@ class PlannedMotion {
   void check_expected(double force_N, const Number& speed, const std::optional<Number>& allowed);
   void check_pressing(double depth_m, const Target& to, const Number& speed);
   void check_blind(const Number& speed);
+  void warn_of_the_face(double gap_m, double speed_m_s);
   Refusal too_fast(const std::string& why, const Number& speed, double fastest_m_s,
                    bool may_take_longer);
   // The refusal for a force at which no speed is slow enough. It names the largest force from which

@@ -122,7 +122,7 @@ bool Finish::may_clear(bool frozen) {
     if (ended_well(result_.exit_status)) {  // every step had
       result_.exit_status = ExitStatus::fail;
       result_.code = why->code;
-      add_note(result_.reason, why->what);
+      add_remark(result_.reason, why->what);
     }
     tell_not_run(
         "the frame is not there; standstill is not confirmed: look at it, use the E-stop if it "

@@ -5,8 +5,6 @@
 
 #include "base/as_result.hpp"
 #include "base/clock.hpp"
-#include "base/text.hpp"
-#include "protocols/run/answer_event.hpp"
 
 namespace lcrig {
 
@@ -14,12 +12,8 @@ Questions::Wait::Wait(Questions& questions, Question question, std::int64_t repe
     : questions_(questions) {
   while (questions.answers_.try_receive([](auto&&...) {})) {
   }
-  OpenQuestion open;
-  open.question = std::move(question);
-  open.number = ++questions.asked_;
-  open.until = until;
   questions.repeat_ = repeat;
-  questions.open_ = std::move(open);
+  questions.open_ = {.question = std::move(question), .number = ++questions.asked_, .until = until};
 }
 
 Result<Answered> Questions::answer(const AnswerValue& given, std::string by,
@@ -35,9 +29,7 @@ Result<Answered> Questions::answer(const AnswerValue& given, std::string by,
   }
   auto value = read_answer(open_->question, given);
   if (!value) return fail(value.error());
-  Answered taken;
-  taken.question = open_->question;
-  taken.value = *value;
+  Answered taken{.question = open_->question, .value = *value};
   accept(GivenAnswer{std::move(*value), AnswerSource::person, std::move(by)});
   return taken;
 }
@@ -70,6 +62,22 @@ Task<> Questions::answered() {
 
 bool Questions::take() {
   return std::exchange(answered_, false);
+}
+
+AnswerEvent answer_event(const Question& question, const GivenAnswer& answer, std::int64_t repeat) {
+  AnswerEvent out;
+  out.question = question.text;
+  out.type = to_string(question.type);
+  if (const auto* number = std::get_if<double>(&answer.value)) {
+    out.number = *number;
+    out.unit = question.unit;
+  } else if (const auto* text = std::get_if<std::string>(&answer.value)) {
+    out.text = *text;
+  }
+  out.source = to_string(answer.source);
+  if (!answer.by.empty()) out.by = answer.by;
+  out.repeat = repeat;
+  return out;
 }
 
 }  // namespace lcrig

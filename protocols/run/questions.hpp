@@ -63,4 +63,8 @@ class Questions {
   std::string last_;  // what became of the last question, in words
 };
 
+// The row that an answer is stored in. `repeat`: of the outermost loop around the question; 0:
+// none.
+AnswerEvent answer_event(const Question& question, const GivenAnswer& answer, std::int64_t repeat);
+
 }  // namespace lcrig

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/run/run.hpp"
 
-#include <algorithm>
 #include <utility>
 #include <variant>
 

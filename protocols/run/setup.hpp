@@ -16,11 +16,12 @@
 #include "protocols/protocol.hpp"
 #include "protocols/run/pace.hpp"
 #include "protocols/run/point.hpp"
-#include "protocols/run/questions.hpp"
 #include "protocols/run/sink.hpp"
 #include "protocols/watch/pressing.hpp"
 
 namespace lcrig {
+
+class Respondent;
 
 struct RunResult {
   ExitStatus exit_status = ExitStatus::fail;

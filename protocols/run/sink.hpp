@@ -40,7 +40,8 @@ class RunSink {
 };
 
 enum class Instrument { lcr, frame };
-std::string_view to_string(Instrument i);
+template <>
+inline constexpr EnumWords<2> kWordsOf<Instrument>{"lcr", "frame"};
 
 enum class RunState {
   preparing,
@@ -51,7 +52,10 @@ enum class RunState {
   finishing,
   ended
 };
-std::string_view to_string(RunState s);
+template <>
+inline constexpr EnumWords<7> kWordsOf<RunState>{
+    "preparing", "running", "paused", "waiting_for_operator", "waiting_for_instrument",
+    "finishing", "ended"};
 
 // Where a run stands. Only the runner writes it.
 struct RunProgress {

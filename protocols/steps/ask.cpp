@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "base/either.hpp"
-#include "base/enum_words.hpp"
 #include "base/number.hpp"
 #include "base/text.hpp"
 #include "protocols/file/step_reader.hpp"
@@ -110,10 +109,10 @@ AskStep AskStep::parse(const StepReader& r) {
   AskStep out;
   out.text = one_line(r.json.at("text"), kTextMax);
   const JsonReader type = r.json.at("answer");
-  out.type = type.word<AnswerType>(word_table(AnswerType::line));
+  out.type = type.word<AnswerType>();
   out.timeout = r.timeout();
   if (const auto what = r.json.find("on_timeout")) {
-    out.on_timeout = what->word<OnTimeout>(word_table(OnTimeout::use_default));
+    out.on_timeout = what->word<OnTimeout>();
   }
   if (!type.sound()) {  // nobody knows which of these it has
     for (const std::string& key : r.json.keys()) r.json.has(key);

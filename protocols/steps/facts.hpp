@@ -26,7 +26,9 @@ struct SweepStep;
 struct Step;
 using Steps = std::vector<Step>;
 
-enum class HoldMode { travel, force };
+enum class HoldMode { force, travel };
+template <>
+inline constexpr EnumWords<2> kWordsOf<HoldMode>{"force", "travel"};
 
 // The use of the frame by a step. Each kind of use takes all that it has to state. The pointers
 // lead into the step; nullptr: it has no such thing.

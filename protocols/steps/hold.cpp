@@ -17,10 +17,8 @@ constexpr double kNoGap_m = 1e-9;
 }  // namespace
 
 HoldStep HoldStep::parse(const StepReader& r) {
-  static constexpr std::pair<std::string_view, HoldMode> kModes[] = {{"force", HoldMode::force},
-                                                                     {"travel", HoldMode::travel}};
   HoldStep out;
-  out.mode = r.json.word<HoldMode>("hold", kModes);
+  out.mode = r.json.word<HoldMode>("hold");
   out.duration = r.required("for", Dimension::time, Range{0, kTimes.max});
   int given = 0;
   out.at = r.load(kForces, given);

@@ -12,10 +12,8 @@
 namespace lcrig {
 
 MeasureStep MeasureStep::parse(const StepReader& r) {
-  MeasureStep out;
-  out.count = r.count("count", 1, kCountMax);
-  out.within = r.required("within", Dimension::time, kTimes);
-  return out;
+  return {.count = r.count("count", 1, kCountMax),
+          .within = r.required("within", Dimension::time, kTimes)};
 }
 
 StepPlan MeasureStep::plan(PlannedRig& rig) const {

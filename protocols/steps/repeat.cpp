@@ -4,15 +4,11 @@
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
 #include "protocols/run/run_parts.hpp"
-#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 
 RepeatStep RepeatStep::parse(const StepReader& r) {
-  RepeatStep out;
-  out.count = r.count("count", 1, kCountMax);
-  out.steps = r.steps();
-  return out;
+  return {.count = r.count("count", 1, kCountMax), .steps = r.steps()};
 }
 
 // The plan meets the steps inside, one after the other.

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "protocols/file/lcr_ranges.hpp"
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
 #include "protocols/run/run_parts.hpp"
@@ -21,9 +20,9 @@ SetLcrStep SetLcrStep::parse(const StepReader& r) {
   }
   if (out.bias && out.bias_off) r.json.refuse("a bias voltage and \"off\", expected one of them");
   if (r.json.has("average")) out.average = r.count("average", 1, kAverageMax);
-  if (r.json.has("aperture")) out.aperture = r.json.word<Aperture>("aperture", kApertureWords);
-  if (r.json.has("function")) out.function = r.json.word<LcrFunction>("function", kFunctionWords);
-  if (r.json.has("trigger")) out.trigger = r.json.word<LcrTrigger>("trigger", kTriggerWords);
+  if (r.json.has("aperture")) out.aperture = r.json.word<Aperture>("aperture");
+  if (r.json.has("function")) out.function = r.json.word<LcrFunction>("function");
+  if (r.json.has("trigger")) out.trigger = r.json.word<LcrTrigger>("trigger");
   if (r.json.keys().size() < 3) r.json.refuse("no setting, expected at least one to change");
   return out;
 }

@@ -12,7 +12,6 @@
 #include "protocols/file/step_reader.hpp"
 #include "protocols/plan/planned_rig.hpp"
 #include "protocols/run/run_parts.hpp"
-#include "protocols/steps/step.hpp"
 
 namespace lcrig {
 

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include "protocols/watch/rest.hpp"
-
 namespace lcrig {
 
 namespace {
@@ -113,14 +111,23 @@ Result<Pressing::Permit> Pressing::ramp(const State& now, double force_N, double
   return permit;
 }
 
+double Pressing::stop_N(double felt_N, double stiffness_N_m, double force_N,
+                        double speed_m_s) const {
+  Forecast tried = forecast_;
+  tried.measured(felt_N, stiffness_N_m);
+  return tried.stop_N(force_N, speed_m_s);
+}
+
 void Pressing::begin(const Permit& permit) {
   open_ = permit;
   peak_N_.reset();
+  digit_.begin();
 }
 
 void Pressing::add(std::span<const FrameSample> samples) {
   if (!open_) return;
   for (const FrameSample& s : samples) {
+    if (s.travel_m) digit_.add(*s.travel_m);
     if (s.force_N) peak_N_ = std::max(peak_N_.value_or(*s.force_N), *s.force_N);
   }
 }

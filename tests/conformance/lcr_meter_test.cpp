@@ -4,6 +4,7 @@
 // the wire logs anew.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
@@ -31,8 +32,8 @@ std::string log_path(const Case& c) {
 class Meter : public ::testing::TestWithParam<Case> {
  protected:
   void SetUp() override {
-    const MeterDriver* driver = find_meter_driver(GetParam().driver);
-    ASSERT_NE(driver, nullptr);
+    const auto* driver = std::ranges::find(kMeterDrivers, GetParam().driver, &MeterDriver::name);
+    ASSERT_NE(driver, kMeterDrivers.end());
     std::unique_ptr<Transport> transport;
     if (GetParam().replay() && std::getenv("LCRIG_ACCEPT") == nullptr) {
       auto log = load_wire_log(log_path(GetParam()));

@@ -17,14 +17,12 @@ using nlohmann::json;
 
 class IdleHandler final : public ControlHandler,
                           public RunHandler,
-                          public StopHandler,
-                          public AnswerHandler,
+                          public SteeringHandler,
                           public StoreHandler,
                           public MeterHandler {
  public:
   RunHandler& runs() override { return *this; }
-  StopHandler& stops() override { return *this; }
-  AnswerHandler& answers() override { return *this; }
+  SteeringHandler& steering() override { return *this; }
   StoreHandler& store() override { return *this; }
   MeterHandler& meter() override { return *this; }
   Task<Result<RunStarted>> start_run(RunRequest request, PeerCredentials) override {

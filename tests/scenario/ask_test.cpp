@@ -62,19 +62,6 @@ class Asking : public support::DaemonWorld {
       return m.value("method", "") == "status" && m["params"]["step"] == step;
     });
   }
-  json wait_for_end(PlainClient& client) {
-    const json ended =
-        wait_for(client, [](const json& m) { return m.value("method", "") == "run_ended"; });
-    return ended.is_null() ? json() : ended["params"];
-  }
-  // The client has to read: one that does not is cut off.
-  void pass(PlainClient& client, Duration time) {
-    const MonoTime end = clock.now() + time;
-    clock.run(io, [&] {
-      client.take();
-      return clock.now() >= end;
-    });
-  }
   json say(PlainClient& client, const json& value) {
     return answer(client, "run.answer", {{"value", value}});
   }

@@ -51,19 +51,6 @@ class Stopping : public support::DaemonWorld {
       return m.value("method", "") == "status" && m["params"]["state"] == state;
     });
   }
-  json wait_for_end(PlainClient& client) {
-    const json ended =
-        wait_for(client, [](const json& m) { return m.value("method", "") == "run_ended"; });
-    return ended.is_null() ? json() : ended["params"];
-  }
-  // The client has to read: one that does not is cut off.
-  void pass(PlainClient& client, Duration time) {
-    const MonoTime end = clock.now() + time;
-    clock.run(io, [&] {
-      client.take();
-      return clock.now() >= end;
-    });
-  }
   json stop_after(PlainClient& client, const std::string& place) {
     return answer(client, "run.stop", {{"after", place}});
   }

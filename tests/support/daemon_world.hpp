@@ -147,6 +147,19 @@ class DaemonWorld : public testing::Test {
     EXPECT_FALSE(found.is_null());
     return found;
   }
+  json wait_for_end(PlainClient& client) {
+    const json ended =
+        wait_for(client, [](const json& m) { return m.value("method", "") == "run_ended"; });
+    return ended.is_null() ? json() : ended["params"];
+  }
+  // The client has to read: one that does not is cut off.
+  void pass(PlainClient& client, Duration time) {
+    const MonoTime end = clock.now() + time;
+    clock.run(io, [&] {
+      client.take();
+      return clock.now() >= end;
+    });
+  }
   json answer(PlainClient& client, const std::string& method, const json& params = json::object()) {
     client.call(method, params);
     return wait_for(client, [](const json& m) { return m.contains("id"); });

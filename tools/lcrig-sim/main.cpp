@@ -130,9 +130,8 @@ class SimBench {
     if (options_.faults.empty()) return {};
     auto script = load_fault_script(options_.faults);
     if (!script) return fail(script.error());
-    FaultStage stage;
-    stage.has_frame = frame_ != nullptr;
-    stage.knows_steps = stage.has_surroundings = false;
+    const FaultStage stage{
+        .has_frame = frame_ != nullptr, .knows_steps = false, .has_surroundings = false};
     if (auto fits = check_stage(*script, stage); !fits) return fits;
     ports_ = std::make_unique<PortBench>(*meter_, frame_.get());
     const auto logged_already = [](MonoTime, const std::string&) {};

@@ -200,15 +200,6 @@ void tell_specimen(Draw& draw, double true_N_m, RandomRig& rig) {
   rig.specimen_text = specimen.dump();
 }
 
-Lie drawn_lie(Draw& draw) {
-  const double stiffness = draw.scale(1.5, 20), reaction = draw.scale(1.5, 20);
-  const bool both = draw.chance(0.2), stiff = draw.chance(0.5);
-  Lie lie;
-  if (both || stiff) lie.stiffness = stiffness;
-  if (both || !stiff) lie.reaction = reaction;
-  return lie;
-}
-
 std::uint32_t draw_quirks(Draw& draw) {
   constexpr double kHowOften[] = {0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.3, 0.8, 0.7, 0.9, 0.25, 0.4};
   std::uint32_t quirks = 0, bit = 1;
@@ -277,7 +268,12 @@ RandomRig random_rig(std::uint64_t seed, const RigOptions& options) {
 
 Lie random_lie(std::uint64_t seed) {
   Draw draw(seed);
-  return drawn_lie(draw);
+  const double stiffness = draw.scale(1.5, 20), reaction = draw.scale(1.5, 20);
+  const bool both = draw.chance(0.2), stiff = draw.chance(0.5);
+  Lie lie;
+  if (both || stiff) lie.stiffness = stiffness;
+  if (both || !stiff) lie.reaction = reaction;
+  return lie;
 }
 
 Result<RandomRig> parse_rig(std::string_view text) {

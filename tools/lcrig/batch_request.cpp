@@ -5,14 +5,12 @@
 #include <random>
 
 #include "base/doc_page.hpp"
-#include "base/enum_words.hpp"
 #include "base/number.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "model/specimen_file.hpp"
 #include "storage/database.hpp"
 #include "tools/lcrig/library_path.hpp"
-#include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
 
@@ -28,11 +26,7 @@ Error one_line(const Failure& failure) {
 }
 
 BatchFile as_batch_file(LibraryFile file) {
-  BatchFile out;
-  out.name = std::move(file.name);
-  out.path = file.path.string();
-  out.text = std::move(file.text);
-  return out;
+  return {std::move(file.name), file.path.string(), std::move(file.text)};
 }
 
 // Remembers the files that the cells name, for the request that queues them.
@@ -89,7 +83,7 @@ void BatchOptions::declare(ArgumentList& list) {
   const std::string help = "A table of runs, CSV or JSON (" + doc_page("batch-file") + ")";
   list.option("--batch", file_, kFileWord, help.c_str());
   list.option("--name", name_, "NAME", "Of the batch (default: that of the file)");
-  list.one_of("--order", order_, words_up_to(BatchOrder::random),
+  list.one_of("--order", order_, all_words<BatchOrder>(),
               "Of its runs; blocks: a specimen's together, by chance within (default: given)");
 }
 
@@ -112,7 +106,7 @@ Outcome<bool> BatchOptions::put_order(const BatchTable& table, std::optional<std
                                       BatchRequest& out) const {
   std::optional<std::int64_t> seed;
   for (const std::string& word : {table.order ? table.order->text : std::string(), order_}) {
-    out.order = parse_word(word, BatchOrder::random).value_or(out.order);
+    out.order = parse_word<BatchOrder>(word).value_or(out.order);
   }
   if (table.seed) seed = number_from<std::int64_t>(table.seed->text);
   if (given && *given > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {

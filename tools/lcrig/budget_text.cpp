@@ -119,8 +119,7 @@ std::string unmet_text(const BudgetSetting& s) {
 plot::Series series_of(const std::vector<BudgetPoint>& points) {
   plot::Series out;
   for (const BudgetPoint& p : points) {
-    out.x.push_back(p.duration_s);
-    out.y.push_back(p.worst_half_width * 100);
+    out.add(p.duration_s, p.worst_half_width * 100);
   }
   return out;
 }
@@ -157,8 +156,7 @@ void add_settings(const Budget& budget, plot::Panel& panel) {
     ++n;
     if (!line.x.empty()) panel.series.push_back(std::move(line));
     if (!s.planned.possible()) continue;
-    planned.x.push_back(s.planned.duration_s);
-    planned.y.push_back(s.planned.worst_half_width * 100);
+    planned.add(s.planned.duration_s, s.planned.worst_half_width * 100);
   }
   panel.series.push_back(std::move(planned));
 }

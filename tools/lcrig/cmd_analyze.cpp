@@ -8,10 +8,9 @@
 #include "analysis/analysis_text.hpp"
 #include "base/force_class.hpp"
 #include "storage/chain.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
 namespace lcrig::cli {

@@ -11,10 +11,9 @@
 #include "base/text.hpp"
 #include "storage/backup.hpp"
 #include "storage/writer_lock.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/follow_run.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -70,27 +69,21 @@ Failure no_copy(const Error& error, std::string next) {
   return out;
 }
 
-class BackupCommand final : public Command {
- public:
-  BackupCommand()
-      : Command("backup", "Copy the database, also during a run, and check the copy",
-                "lcrig backup /media/backup/lcrig-2026-01-31.db") {}
-  void declare(ArgumentList& list) override {
-    list.positional(kFileWord, file_, "The copy; must not be there yet");
-  }
+Outcome<ExitCode> backup(Context& context, const std::string& file) {
+  auto from = context.db_path();
+  if (!from) return from.error();
+  const MonoTime begin = context.clock.now();
+  auto report = copy_until_stopped(*from, file, {});
+  if (!report) return no_copy(report.error(), "lcrig backup --help");
+  return tell(context, file, *report, to_seconds(context.clock.now() - begin));
+}
 
-  Outcome<ExitCode> run(Context& context) override {
-    auto from = context.db_path();
-    if (!from) return from.error();
-    const MonoTime begin = context.clock.now();
-    auto report = copy_until_stopped(*from, file_, {});
-    if (!report) return no_copy(report.error(), "lcrig backup --help");
-    return tell(context, file_, *report, to_seconds(context.clock.now() - begin));
-  }
-
- private:
-  std::string file_;
-};
+constexpr OneWord kBackup{"backup",
+                          "Copy the database, also during a run, and check the copy",
+                          "lcrig backup /media/backup/lcrig-2026-01-31.db",
+                          backup,
+                          kFileWord,
+                          "The copy; must not be there yet"};
 
 class RestoreCommand final : public Command {
  public:
@@ -140,7 +133,7 @@ class RestoreCommand final : public Command {
 
 }  // namespace
 
-const CommandFactory kBackupCommand = make_command<BackupCommand>;
+const CommandFactory kBackupCommand = make_command<OneWordCommand, kBackup>;
 const CommandFactory kRestoreCommand = make_command<RestoreCommand>;
 
 }  // namespace lcrig::cli

@@ -7,19 +7,16 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/measured_noise.hpp"
-#include "protocols/expand.hpp"
-#include "protocols/file/parse.hpp"
 #include "protocols/plan/limits.hpp"
 #include "tools/lcrig/budget_text.hpp"
 #include "tools/lcrig/cmd_budget_scene.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/model_options.hpp"
-#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/output_file.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
 #include "tools/lcrig/run_database.hpp"
-#include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
 

@@ -8,10 +8,9 @@
 
 #include "base/text.hpp"
 #include "daemon/control/config_view.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -57,65 +56,56 @@ ExitCode tell(Context& context, const ConfigView& view, const std::string& headl
   });
 }
 
-class ConfigCheckCommand final : public Command {
- public:
-  ConfigCheckCommand()
-      : Command("config check", "Check a config file of the daemon, as lcrigd --check-config does",
-                "lcrig config check /etc/lcrig/lcrigd.json") {}
-  void declare(ArgumentList& list) override {
-    list.positional(kJsonFileWord, file_, "Without it: --config, else /etc/lcrig/lcrigd.json",
-                    false);
-  }
-  Outcome<ExitCode> run(Context& context) override {
-    auto view = read_file(context, file_of(context, file_));
-    if (!view) return view.error();
-    return tell(context, *view, printable(view->file) + ": in order");
-  }
+Outcome<ExitCode> config_check(Context& context, const std::string& file) {
+  auto view = read_file(context, file_of(context, file));
+  if (!view) return view.error();
+  return tell(context, *view, printable(view->file) + ": in order");
+}
 
- private:
-  std::string file_;
-};
+constexpr OneWord kConfigCheck{"config check",
+                               "Check a config file of the daemon, as lcrigd --check-config does",
+                               "lcrig config check /etc/lcrig/lcrigd.json",
+                               config_check,
+                               kJsonFileWord,
+                               "Without it: --config, else /etc/lcrig/lcrigd.json",
+                               false};
 
-class ConfigShowCommand final : public Command {
- public:
-  ConfigShowCommand()
-      : Command("config show", "The configuration that is in force, and whence each value is",
-                "lcrig config show") {}
+Outcome<ConfigView> of_daemon(const Context& context) {
+  auto socket = context.socket_path();
+  if (!socket) return socket.error();
+  auto client = ControlClient::connect(*socket, context.clock, context.env.daemon_patience);
+  if (!client) return client.error();
+  auto answer = client->call("config.show", json::object());
+  if (!answer) return answer.error();
+  auto view = parse_config_view(*answer);
+  if (!view) return Failure(view.error());
+  return std::move(*view);
+}
 
-  Outcome<ExitCode> run(Context& context) override {
-    auto view = of_daemon(context);
-    if (!view && !view.error().no_daemon) return view.error();
-    if (view) {
-      if (!view->refused.empty()) {
-        context.console.note("the file was not taken when it was read again: " +
-                             printable(view->refused, kLongestWords));
-      }
-      return tell(context, *view, "in force, of " + printable(view->file));
+Outcome<ExitCode> config_show(Context& context, const std::string&) {
+  auto view = of_daemon(context);
+  if (!view && !view.error().no_daemon) return view.error();
+  if (view) {
+    if (!view->refused.empty()) {
+      context.console.note("the file was not taken when it was read again: " +
+                           printable(view->refused, kLongestWords));
     }
-    const auto file = file_of(context, "");
-    context.console.note(fmt::format("{}; this is what {} says", view.error().what, file));
-    view = read_file(context, file);
-    if (!view) return view.error();
-    return tell(context, *view, "of " + printable(view->file));
+    return tell(context, *view, "in force, of " + printable(view->file));
   }
+  const auto file = file_of(context, "");
+  context.console.note(fmt::format("{}; this is what {} says", view.error().what, file));
+  view = read_file(context, file);
+  if (!view) return view.error();
+  return tell(context, *view, "of " + printable(view->file));
+}
 
- private:
-  static Outcome<ConfigView> of_daemon(const Context& context) {
-    auto socket = context.socket_path();
-    if (!socket) return socket.error();
-    auto client = ControlClient::connect(*socket, context.clock, context.env.daemon_patience);
-    if (!client) return client.error();
-    auto answer = client->call("config.show", json::object());
-    if (!answer) return answer.error();
-    auto view = parse_config_view(*answer);
-    if (!view) return Failure(view.error());
-    return std::move(*view);
-  }
-};
+constexpr OneWord kConfigShow{"config show",
+                              "The configuration that is in force, and whence each value is",
+                              "lcrig config show", config_show};
 
 }  // namespace
 
-const CommandFactory kConfigCheckCommand = make_command<ConfigCheckCommand>;
-const CommandFactory kConfigShowCommand = make_command<ConfigShowCommand>;
+const CommandFactory kConfigCheckCommand = make_command<OneWordCommand, kConfigCheck>;
+const CommandFactory kConfigShowCommand = make_command<OneWordCommand, kConfigShow>;
 
 }  // namespace lcrig::cli

@@ -7,11 +7,11 @@
 #include "base/program_version.hpp"
 #include "base/text.hpp"
 #include "storage/database.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/doctor.hpp"
 #include "tools/lcrig/doctor_bundle.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/without_values.hpp"
 
 namespace lcrig::cli {

@@ -6,9 +6,8 @@
 
 #include "analysis/export.hpp"
 #include "base/text.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
 namespace lcrig::cli {
@@ -50,7 +49,7 @@ class ExportCommand final : public Command {
 
  private:
   Outcome<ExitCode> to_output(Context& context, const Database& db, std::int64_t run) const {
-    const auto layout = parse_layout(layout_.empty() ? "readings" : layout_);
+    const auto layout = parse_word<Layout>(layout_.empty() ? "readings" : layout_);
     if (!layout) return Failure(kUsage, "unknown --layout", "lcrig export --help");
     context.console.out.flush();
     auto checked = verify_aside(db, run);

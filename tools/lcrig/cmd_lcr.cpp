@@ -2,18 +2,15 @@
 // lcr correct, show.
 #include <fmt/ostream.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "base/enum_words.hpp"
 #include "base/text.hpp"
 #include "storage/corrections.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/follow_run.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
 namespace lcrig::cli {
@@ -49,7 +46,7 @@ class LcrCorrectCommand final : public Command {
   }
 
   Outcome<ExitCode> run(Context& context) override {
-    const auto kind = parse_word(word_, CorrectionKind::short_circuit);
+    const auto kind = parse_word<CorrectionKind>(word_);
     if (!kind) {
       return Failure(kUsage, fmt::format("KIND '{}': it takes open or short", printable(word_)),
                      "lcrig lcr correct --help");
@@ -122,59 +119,53 @@ class LcrCorrectCommand final : public Command {
   bool prepared_ = false;
 };
 
-class LcrShowCommand final : public Command {
- public:
-  LcrShowCommand()
-      : Command("lcr show", "The meter's open and short correction: on or off, and how old",
-                "lcrig lcr show") {}
+Outcome<MeterCorrections> ask(const Context& context) {
+  auto answer = call_daemon(context, "lcr.show", json::object(), std::chrono::minutes(1));
+  if (!answer) return answer.error();
+  return corrections_in(*answer);
+}
 
-  // Without a daemon, and in a run, the database still tells when they were made.
-  Outcome<ExitCode> run(Context& context) override {
-    auto meters = stored(context);
-    if (!meters) return meters.error();
-    auto asked = ask(context);
-    if (asked) {
-      std::erase_if(*meters, [&](const auto& one) { return one.meter == asked->meter; });
-      meters->insert(meters->begin(), *asked);
-    }
-    const std::string why_not = asked ? "" : asked.error().what;
-    json all{{"asked", asked.has_value()}, {"why_not", why_not}, {"meters", json::array()}};
-    for (const auto& meter : *meters) all["meters"].push_back(json::parse(to_json(meter)));
-    if (!asked) context.console.note("the meter was not asked: " + why_not);
-    return show(context, all, [&](std::ostream& out) {
-      for (const auto& meter : *meters) print_corrections(out, meter, context.clock.unix_ns());
-      if (meters->empty()) fmt::print(out, "no correction was made through lcrig\n");
-    });
+Outcome<std::vector<MeterCorrections>> stored(const Context& context) {
+  auto path = context.db_path();
+  if (!path) return path.error();
+  std::error_code ignored;
+  // Nobody has made one yet; a person who names a database has mistyped it.
+  if (context.global.db.empty() && !std::filesystem::exists(*path, ignored)) {
+    return std::vector<MeterCorrections>();
   }
+  auto db = open_runs(context);
+  if (!db) return db.error();
+  auto meters = list_corrections(*db);
+  if (!meters) return Failure(meters.error());
+  return *meters;
+}
 
- private:
-  static Outcome<MeterCorrections> ask(const Context& context) {
-    auto client = ControlClient::connect(context);
-    if (!client) return client.error();
-    auto answer = client->call("lcr.show", json::object(), std::chrono::minutes(1));
-    if (!answer) return answer.error();
-    return corrections_in(*answer);
+// Without a daemon, and in a run, the database still tells when they were made.
+Outcome<ExitCode> lcr_show(Context& context, const std::string&) {
+  auto meters = stored(context);
+  if (!meters) return meters.error();
+  auto asked = ask(context);
+  if (asked) {
+    std::erase_if(*meters, [&](const auto& one) { return one.meter == asked->meter; });
+    meters->insert(meters->begin(), *asked);
   }
+  const std::string why_not = asked ? "" : asked.error().what;
+  json all{{"asked", asked.has_value()}, {"why_not", why_not}, {"meters", json::array()}};
+  for (const auto& meter : *meters) all["meters"].push_back(json::parse(to_json(meter)));
+  if (!asked) context.console.note("the meter was not asked: " + why_not);
+  return show(context, all, [&](std::ostream& out) {
+    for (const auto& meter : *meters) print_corrections(out, meter, context.clock.unix_ns());
+    if (meters->empty()) fmt::print(out, "no correction was made through lcrig\n");
+  });
+}
 
-  static Outcome<std::vector<MeterCorrections>> stored(const Context& context) {
-    auto path = context.db_path();
-    if (!path) return path.error();
-    std::error_code ignored;
-    // Nobody has made one yet; a person who names a database has mistyped it.
-    if (context.global.db.empty() && !std::filesystem::exists(*path, ignored)) {
-      return std::vector<MeterCorrections>();
-    }
-    auto db = open_runs(context);
-    if (!db) return db.error();
-    auto meters = list_corrections(*db);
-    if (!meters) return Failure(meters.error());
-    return *meters;
-  }
-};
+constexpr OneWord kLcrShow{"lcr show",
+                           "The meter's open and short correction: on or off, and how old",
+                           "lcrig lcr show", lcr_show};
 
 }  // namespace
 
 const CommandFactory kLcrCorrectCommand = make_command<LcrCorrectCommand>;
-const CommandFactory kLcrShowCommand = make_command<LcrShowCommand>;
+const CommandFactory kLcrShowCommand = make_command<OneWordCommand, kLcrShow>;
 
 }  // namespace lcrig::cli

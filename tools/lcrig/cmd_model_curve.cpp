@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "model/curve.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
-#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 

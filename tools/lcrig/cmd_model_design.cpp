@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "model/design.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
-#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -48,9 +48,9 @@ class DesignCommand final : public Command {
     list.number("--least-mm", mm(wanted_.least_layer), "T",
                 "Thinnest layer that can be made (0.1)");
     list.number("--diameter-mm", mm(wanted_.disc_diameter), "D", "Of the disc (4)");
-    list.one_of("--faces", faces_, {"free", "bonded_base", "bonded_laminate"},
+    list.one_of("--faces", faces_, all_words<Faces>(),
                 "How layers are held sideways (bonded_base)");
-    list.one_of("--top", top_, {"pressure", "plate", "bonded_plate"}, "What presses (pressure)");
+    list.one_of("--top", top_, all_words<Top>(), "What presses (pressure)");
     list.number("--youngs-modulus-kPa", modulus, "E", "Of the layers (200)");
     list.number("--poisson-ratio", wanted_.material.poisson_ratio, "NU", "Of the layers (0.49)");
     list.number("--permittivity", wanted_.material.relative_permittivity, "EPS",
@@ -62,8 +62,8 @@ class DesignCommand final : public Command {
       return Failure(kUsage, "--capacitors: expected a whole number, 1 to 100", "");
     }
     wanted_.capacitors = static_cast<int>(count_);
-    wanted_.faces = parse_faces(faces_).value_or(wanted_.faces);
-    wanted_.top = parse_top(top_).value_or(wanted_.top);
+    wanted_.faces = parse_word<Faces>(faces_).value_or(wanted_.faces);
+    wanted_.top = parse_word<Top>(top_).value_or(wanted_.top);
     auto design = design_partition(wanted_);
     if (!design) return Failure(design.error(), "lcrig model design --help");
     return show(context, to_json(*design), [&](std::ostream& out) { print_text(out, *design); });

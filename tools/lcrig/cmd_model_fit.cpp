@@ -15,10 +15,9 @@
 #include "model/specimen_file.hpp"
 #include "storage/run_summary.hpp"
 #include "storage/runs.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
 namespace lcrig::cli {

@@ -8,10 +8,10 @@
 #include "model/compare.hpp"
 #include "model/ladder.hpp"
 #include "plot/chart.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/model_options.hpp"
 #include "tools/lcrig/output_file.hpp"
-#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -36,8 +36,7 @@ std::string picture(const Ladder& ladder) {
       added.style = plot::mark_style(panel.series.size());
       series = panel.series.insert(series, std::move(added));
     }
-    series->x.push_back(row.seconds);
-    series->y.push_back(row.relative_error);
+    series->add(row.seconds, row.relative_error);
     plot::Tag tag;
     tag.x = row.seconds;
     tag.y = row.relative_error;
@@ -81,25 +80,22 @@ class LadderCommand final : public Command {
   std::string svg_;
 };
 
-class CompareCommand final : public Command {
- public:
-  CompareCommand()
-      : Command("model compare", "The paper's numbers beside the model's", "lcrig model compare") {}
+Outcome<ExitCode> model_compare(Context& context, const std::string&) {
+  auto rows = compare_with_paper();
+  if (!rows) return Failure(rows.error());
+  return show(context, to_json(*rows), [&](std::ostream& out) {
+    fmt::print(out, "{}\nErrors and ambiguities of the paper:\n", to_table(*rows));
+    int number = 0;
+    for (const auto& text : paper_errata()) fmt::print(out, "{:>3}. {}\n", ++number, text);
+  });
+}
 
-  Outcome<ExitCode> run(Context& context) override {
-    auto rows = compare_with_paper();
-    if (!rows) return Failure(rows.error());
-    return show(context, to_json(*rows), [&](std::ostream& out) {
-      fmt::print(out, "{}\nErrors and ambiguities of the paper:\n", to_table(*rows));
-      int number = 0;
-      for (const auto& text : paper_errata()) fmt::print(out, "{:>3}. {}\n", ++number, text);
-    });
-  }
-};
+constexpr OneWord kModelCompare{"model compare", "The paper's numbers beside the model's",
+                                "lcrig model compare", model_compare};
 
 }  // namespace
 
 const CommandFactory kModelLadderCommand = make_command<LadderCommand>;
-const CommandFactory kModelCompareCommand = make_command<CompareCommand>;
+const CommandFactory kModelCompareCommand = make_command<OneWordCommand, kModelCompare>;
 
 }  // namespace lcrig::cli

@@ -6,17 +6,14 @@
 
 #include "budget/planned_run.hpp"
 #include "daemon/rehearse.hpp"
-#include "daemon/rig/bench.hpp"
 #include "protocols/expand.hpp"
-#include "protocols/file/parse.hpp"
 #include "protocols/plan/plan.hpp"
 #include "storage/runs.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
-#include "tools/lcrig/next_command.hpp"
+#include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/plan_text.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
-#include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
 

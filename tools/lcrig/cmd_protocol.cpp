@@ -6,10 +6,9 @@
 
 #include "base/text.hpp"
 #include "protocols/file/parse.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
 
 namespace lcrig::cli {
@@ -23,53 +22,46 @@ json parameter_json(const std::string& name, const Parameter& p) {
               {"max", p.max}, {"integer", p.integer},       {"description", p.description}};
 }
 
-class ProtocolListCommand final : public Command {
- public:
-  ProtocolListCommand()
-      : Command("protocol list", "The protocols that are installed", "lcrig protocol list") {}
-  Outcome<ExitCode> run(Context& context) override {
-    json rows = json::array();
-    for (const auto& file : LibraryPath(context.env).list(LibraryKind::protocol)) {
-      auto protocol = load_protocol(file.path.string());
-      const auto title = protocol ? protocol->title : "invalid: " + protocol.error().what;
-      rows.push_back(json{{"name", file.name}, {"path", file.path.string()}, {"title", title}});
-      if (!context.global.json) {
-        fmt::print(context.console.out, "{:18} {}\n", printable(file.name, kLongestName),
-                   printable(title, kLongestWords));
-      }
+Outcome<ExitCode> protocol_list(Context& context, const std::string&) {
+  json rows = json::array();
+  for (const auto& file : LibraryPath(context.env).list(LibraryKind::protocol)) {
+    auto protocol = load_protocol(file.path.string());
+    const auto title = protocol ? protocol->title : "invalid: " + protocol.error().what;
+    rows.push_back(json{{"name", file.name}, {"path", file.path.string()}, {"title", title}});
+    if (!context.global.json) {
+      fmt::print(context.console.out, "{:18} {}\n", printable(file.name, kLongestName),
+                 printable(title, kLongestWords));
     }
-    if (context.global.json) print_json(context.console.out, json{{"protocols", rows}});
-    if (!rows.empty()) return kOk;
-    return Failure(kFailed, "no protocol is installed",
-                   "LCRIG_DATA may name a folder that holds protocols/");
   }
-};
+  if (context.global.json) print_json(context.console.out, json{{"protocols", rows}});
+  if (!rows.empty()) return kOk;
+  return Failure(kFailed, "no protocol is installed",
+                 "LCRIG_DATA may name a folder that holds protocols/");
+}
 
-class ProtocolShowCommand final : public Command {
- public:
-  ProtocolShowCommand()
-      : Command("protocol show", "The text and the parameters of a protocol",
-                "lcrig protocol show dynamic-cycles") {}
-  void declare(ArgumentList& list) override {
-    list.positional(kProtocolWord, protocol_, "Name or file");
-  }
-  Outcome<ExitCode> run(Context& context) override {
-    auto file = LibraryPath(context.env).get(LibraryKind::protocol, protocol_);
-    if (!file) return file.error();
-    auto protocol = parse_protocol(file->text, file->path.string());
-    if (!protocol) return file_refused(protocol.error());
-    json parameters = json::array();
-    for (const auto& [key, p] : protocol->parameters) parameters.push_back(parameter_json(key, p));
-    json out{{"name", protocol->name}, {"title", protocol->title}, {"text", file->text}};
-    out["description"] = protocol->description;
-    out["path"] = file->path.string();
-    out["parameters"] = std::move(parameters);
-    return show(context, out, [&](std::ostream&) { context.console.print_file(file->text); });
-  }
+constexpr OneWord kProtocolList{"protocol list", "The protocols that are installed",
+                                "lcrig protocol list", protocol_list};
 
- private:
-  std::string protocol_;
-};
+Outcome<ExitCode> protocol_show(Context& context, const std::string& name) {
+  auto file = LibraryPath(context.env).get(LibraryKind::protocol, name);
+  if (!file) return file.error();
+  auto protocol = parse_protocol(file->text, file->path.string());
+  if (!protocol) return file_refused(protocol.error());
+  json parameters = json::array();
+  for (const auto& [key, p] : protocol->parameters) parameters.push_back(parameter_json(key, p));
+  json out{{"name", protocol->name}, {"title", protocol->title}, {"text", file->text}};
+  out["description"] = protocol->description;
+  out["path"] = file->path.string();
+  out["parameters"] = std::move(parameters);
+  return show(context, out, [&](std::ostream&) { context.console.print_file(file->text); });
+}
+
+constexpr OneWord kProtocolShow{"protocol show",
+                                "The text and the parameters of a protocol",
+                                "lcrig protocol show dynamic-cycles",
+                                protocol_show,
+                                kProtocolWord,
+                                "Name or file"};
 
 class CheckCommand final : public Command {
  public:
@@ -149,8 +141,8 @@ class CheckCommand final : public Command {
 
 }  // namespace
 
-const CommandFactory kProtocolListCommand = make_command<ProtocolListCommand>;
-const CommandFactory kProtocolShowCommand = make_command<ProtocolShowCommand>;
+const CommandFactory kProtocolListCommand = make_command<OneWordCommand, kProtocolList>;
+const CommandFactory kProtocolShowCommand = make_command<OneWordCommand, kProtocolShow>;
 const CommandFactory kProtocolCheckCommand = make_command<CheckCommand>;
 
 }  // namespace lcrig::cli

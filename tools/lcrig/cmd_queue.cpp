@@ -2,16 +2,15 @@
 // queue add, move, remove, clear, hold, start, lock, unlock, answer: what changes the queue.
 #include <fmt/ostream.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
 #include "tools/lcrig/queue_request.hpp"
-#include "tools/lcrig/queue_terms.hpp"
 
 namespace lcrig::cli {
 
@@ -79,9 +78,7 @@ class QueueAddCommand final : public Command {
     if (!batch) return batch.error();
     json params = batch_params(*batch);
     if (!operator_.empty()) params["operator"] = operator_;
-    if (auto ok = place_.put_into(params, context.global); !ok) return ok.error();
-    const std::int64_t now_unix_s = context.clock.unix_ns() / 1'000'000'000;
-    if (auto ok = terms_.put_into(params, now_unix_s); !ok) return ok.error();
+    if (auto ok = put_into(params, context); !ok) return ok.error();
     return queue_batch(context, params, *batch);
   }
 
@@ -91,10 +88,14 @@ class QueueAddCommand final : public Command {
     run->operator_name = operator_;
     run->note = note_;
     json out = to_json(*run);
-    if (auto ok = place_.put_into(out, context.global); !ok) return ok.error();
-    const std::int64_t now_unix_s = context.clock.unix_ns() / 1'000'000'000;
-    if (auto ok = terms_.put_into(out, now_unix_s); !ok) return ok.error();
+    if (auto ok = put_into(out, context); !ok) return ok.error();
     return out;
+  }
+
+  // Place and terms.
+  Outcome<bool> put_into(json& params, const Context& context) const {
+    if (auto ok = place_.put_into(params, context.global); !ok) return ok.error();
+    return terms_.put_into(params, context.clock.unix_ns() / 1'000'000'000);
   }
 
   std::string protocol_, specimen_, operator_, note_;
@@ -135,59 +136,113 @@ class QueueMoveCommand final : public Command {
   PlaceOptions place_;
 };
 
-class QueueRemoveCommand final : public Command {
- public:
-  QueueRemoveCommand()
-      : Command("queue remove", "Take an entry out of the queue", "lcrig queue remove 7") {}
-  void declare(ArgumentList& list) override {
-    list.positional(kEntryWord, entry_, "Its number in `lcrig queue list`");
-  }
-  Outcome<ExitCode> run(Context& context) override {
-    auto entry = entry_number(entry_, context.global);
-    if (!entry) return entry.error();
-    return call_queue(context, "queue.remove", json{{"entry", *entry}},
-                      [&](std::ostream& out, const json&) {
-                        fmt::print(out, "entry {} is out of the queue\n", *entry);
-                      });
-  }
-
- private:
-  std::string entry_;
+// A verb that is one call of the daemon.
+enum class QueueVerbTakes { nothing, entry, word, why, force };
+struct QueueVerb {
+  const char *name, *summary, *example;
+  std::string (*done)(const json& params, const json& answer);  // words for it
+  QueueVerbTakes takes = QueueVerbTakes::nothing;
+  const char* help = "";  // of what it takes
+  const char *next = nullptr, *next_note = "";  // the verb of the queue to type next
 };
 
-class QueueClearCommand final : public Command {
- public:
-  QueueClearCommand()
-      : Command("queue clear", "Take everything out that does not run", "lcrig queue clear") {}
-  Outcome<ExitCode> run(Context& context) override {
-    return call_queue(
-        context, "queue.clear", json::object(), [](std::ostream& out, const json& answer) {
-          const auto removed = answer.value("removed", std::int64_t{0});
-          fmt::print(out, "{} out of the queue\n",
-                     removed == 1 ? "1 entry is" : fmt::format("{} entries are", removed));
-        });
-  }
+constexpr QueueVerb kQueueRemove{
+    .name = "queue remove",
+    .summary = "Take an entry out of the queue",
+    .example = "lcrig queue remove 7",
+    .done =
+        [](const json& params, const json&) {
+          return fmt::format("entry {} is out of the queue", params["entry"].get<std::int64_t>());
+        },
+    .takes = QueueVerbTakes::entry,
+    .help = "Its number in `lcrig queue list`",
+};
+constexpr QueueVerb kQueueClear{
+    .name = "queue clear",
+    .summary = "Take everything out that does not run",
+    .example = "lcrig queue clear",
+    .done =
+        [](const json&, const json& answer) {
+          const auto n = answer.value("removed", std::int64_t{0});
+          return n == 1 ? "1 entry is out of the queue"
+                        : fmt::format("{} entries are out of the queue", n);
+        },
+};
+constexpr QueueVerb kQueueHold{
+    .name = "queue hold",
+    .summary = "Begin nothing more; a run that goes on is finished",
+    .example = "lcrig queue hold --why lunch",
+    .done = [](const json&, const json&) { return std::string("the queue is held"); },
+    .takes = QueueVerbTakes::why,
+    .help = "Shown to whoever looks",
+    .next = "start",
+    .next_note = "goes on",
+};
+constexpr QueueVerb kQueueLock{
+    .name = "queue lock",
+    .summary = "Nobody but you changes the queue from now on",
+    .example = "lcrig queue lock --why \"series of Ada\"",
+    .done =
+        [](const json&, const json&) {
+          return std::string("locked; everybody may still hold it, and answer at a gate");
+        },
+    .takes = QueueVerbTakes::why,
+    .help = "Shown to whoever is refused",
+    .next = "unlock",
+};
+constexpr QueueVerb kQueueUnlock{
+    .name = "queue unlock",
+    .summary = "Everybody may change the queue again",
+    .example = "lcrig queue unlock",
+    .done = [](const json&, const json&) { return std::string("unlocked"); },
+    .takes = QueueVerbTakes::force,
+    .help = "Also a lock of somebody else; the history says so",
+};
+constexpr QueueVerb kQueueAnswer{
+    .name = "queue answer",
+    .summary = "Say that what a gate asks for is done: type the word it names",
+    .example = "lcrig queue answer paper-2",
+    .done = [](const json&, const json&) { return std::string("the queue goes on"); },
+    .takes = QueueVerbTakes::word,
+    .help = "The name of the specimen that is on the rig, or yes",
 };
 
-class QueueHoldCommand final : public Command {
+class QueueVerbCommand final : public Command {
  public:
-  QueueHoldCommand()
-      : Command("queue hold", "Begin nothing more; a run that goes on is finished",
-                "lcrig queue hold --why lunch") {}
+  explicit QueueVerbCommand(const QueueVerb& verb)
+      : Command(verb.name, verb.summary, verb.example), verb_(verb) {}
   void declare(ArgumentList& list) override {
-    list.option("--why", why_, "TEXT", "Shown to whoever looks");
+    switch (verb_.takes) {
+      case QueueVerbTakes::nothing: return;
+      case QueueVerbTakes::entry: return list.positional(kEntryWord, text_, verb_.help);
+      case QueueVerbTakes::word: return list.positional("WORD", text_, verb_.help);
+      case QueueVerbTakes::why: return list.option("--why", text_, "TEXT", verb_.help);
+      case QueueVerbTakes::force: return list.flag("--force", force_, verb_.help);
+    }
   }
   Outcome<ExitCode> run(Context& context) override {
     json params = json::object();
-    if (!why_.empty()) params["why"] = why_;
-    return call_queue(context, "queue.hold", params, [&](std::ostream& out, const json&) {
-      fmt::print(out, "the queue is held\n");
-      context.console.next(next_command(context.global, {"queue", "start"}, "goes on"));
+    if (verb_.takes == QueueVerbTakes::entry) {
+      auto entry = entry_number(text_, context.global);
+      if (!entry) return entry.error();
+      params["entry"] = *entry;
+    }
+    if (verb_.takes == QueueVerbTakes::word) params["text"] = text_;
+    if (verb_.takes == QueueVerbTakes::why && !text_.empty()) params["why"] = text_;
+    if (force_) params["force"] = true;
+    std::string method = name;  // "queue.remove"
+    std::ranges::replace(method, ' ', '.');
+    return call_queue(context, method, params, [&](std::ostream& out, const json& answer) {
+      fmt::print(out, "{}\n", verb_.done(params, answer));
+      if (verb_.next == nullptr) return;
+      context.console.next(next_command(context.global, {"queue", verb_.next}, verb_.next_note));
     });
   }
 
  private:
-  std::string why_;
+  const QueueVerb& verb_;
+  std::string text_;
+  bool force_ = false;
 };
 
 class QueueStartCommand final : public Command {
@@ -219,73 +274,16 @@ class QueueStartCommand final : public Command {
   bool resume_ = false, repeat_ = false, skip_ = false;
 };
 
-class QueueLockCommand final : public Command {
- public:
-  QueueLockCommand()
-      : Command("queue lock", "Nobody but you changes the queue from now on",
-                "lcrig queue lock --why \"series of Ada\"") {}
-  void declare(ArgumentList& list) override {
-    list.option("--why", why_, "TEXT", "Shown to whoever is refused");
-  }
-  Outcome<ExitCode> run(Context& context) override {
-    json params = json::object();
-    if (!why_.empty()) params["why"] = why_;
-    return call_queue(context, "queue.lock", params, [&](std::ostream& out, const json&) {
-      fmt::print(out, "locked; everybody may still hold it, and answer at a gate\n");
-      context.console.next(next_command(context.global, {"queue", "unlock"}));
-    });
-  }
-
- private:
-  std::string why_;
-};
-
-class QueueUnlockCommand final : public Command {
- public:
-  QueueUnlockCommand()
-      : Command("queue unlock", "Everybody may change the queue again", "lcrig queue unlock") {}
-  void declare(ArgumentList& list) override {
-    list.flag("--force", force_, "Also a lock of somebody else; the history says so");
-  }
-  Outcome<ExitCode> run(Context& context) override {
-    json params = json::object();
-    if (force_) params["force"] = true;
-    return call_queue(context, "queue.unlock", params,
-                      [](std::ostream& out, const json&) { fmt::print(out, "unlocked\n"); });
-  }
-
- private:
-  bool force_ = false;
-};
-
-class QueueAnswerCommand final : public Command {
- public:
-  QueueAnswerCommand()
-      : Command("queue answer", "Say that what a gate asks for is done: type the word it names",
-                "lcrig queue answer paper-2") {}
-  void declare(ArgumentList& list) override {
-    list.positional("WORD", word_, "The name of the specimen that is on the rig, or yes");
-  }
-  Outcome<ExitCode> run(Context& context) override {
-    return call_queue(
-        context, "queue.answer", json{{"text", word_}},
-        [](std::ostream& out, const json&) { fmt::print(out, "the queue goes on\n"); });
-  }
-
- private:
-  std::string word_;
-};
-
 }  // namespace
 
 const CommandFactory kQueueAddCommand = make_command<QueueAddCommand>;
 const CommandFactory kQueueMoveCommand = make_command<QueueMoveCommand>;
-const CommandFactory kQueueRemoveCommand = make_command<QueueRemoveCommand>;
-const CommandFactory kQueueClearCommand = make_command<QueueClearCommand>;
-const CommandFactory kQueueHoldCommand = make_command<QueueHoldCommand>;
+const CommandFactory kQueueRemoveCommand = make_command<QueueVerbCommand, kQueueRemove>;
+const CommandFactory kQueueClearCommand = make_command<QueueVerbCommand, kQueueClear>;
+const CommandFactory kQueueHoldCommand = make_command<QueueVerbCommand, kQueueHold>;
 const CommandFactory kQueueStartCommand = make_command<QueueStartCommand>;
-const CommandFactory kQueueLockCommand = make_command<QueueLockCommand>;
-const CommandFactory kQueueUnlockCommand = make_command<QueueUnlockCommand>;
-const CommandFactory kQueueAnswerCommand = make_command<QueueAnswerCommand>;
+const CommandFactory kQueueLockCommand = make_command<QueueVerbCommand, kQueueLock>;
+const CommandFactory kQueueUnlockCommand = make_command<QueueVerbCommand, kQueueUnlock>;
+const CommandFactory kQueueAnswerCommand = make_command<QueueVerbCommand, kQueueAnswer>;
 
 }  // namespace lcrig::cli

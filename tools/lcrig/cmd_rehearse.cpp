@@ -7,31 +7,25 @@
 #include <system_error>
 
 #include "base/doc_page.hpp"
+#include "base/json_or_null.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
 #include "daemon/rehearse.hpp"
-#include "daemon/rig/bench.hpp"
 #include "protocols/plan/check.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "tools/lcrig/cmd_rehearse_batch.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
+#include "tools/lcrig/library_path.hpp"
 #include "tools/lcrig/live_line.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
-#include "tools/lcrig/specimen_lookup.hpp"
 
 namespace lcrig::cli {
 
 using nlohmann::json;
 
 namespace {
-
-json number_or_null(const std::optional<double>& value) {
-  if (!value) return nullptr;
-  return *value;
-}
 
 json to_json(const RehearseResult& r) {
   json out{{"run", r.run},
@@ -48,9 +42,9 @@ json to_json(const RehearseResult& r) {
            {"remarks", r.remarks}};
   out["anchor"] = r.anchor.empty() ? json() : json(r.anchor);
   out["code"] = r.code ? json(to_string(*r.code)) : json(nullptr);
-  out["C0_pF"] = number_or_null(r.c0_pF);
-  out["peak_force_N"] = number_or_null(r.peak_force_N);
-  out["delta_C_fF_at_peak"] = number_or_null(r.delta_C_fF_at_peak);
+  out["C0_pF"] = json_or_null(r.c0_pF);
+  out["peak_force_N"] = json_or_null(r.peak_force_N);
+  out["delta_C_fF_at_peak"] = json_or_null(r.delta_C_fF_at_peak);
   return out;
 }
 

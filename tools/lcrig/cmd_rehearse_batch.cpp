@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "base/doc_page.hpp"
+#include "base/json_or_null.hpp"
 #include "base/text.hpp"
 #include "budget/search.hpp"
 #include "tools/lcrig/cmd_budget_scene.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/live_line.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -76,25 +76,20 @@ void predict(const Context& context, const std::string& bench, BatchKind& kind) 
   kind.predictions = planned.predictions;
 }
 
-json number_or_null(const std::optional<std::int64_t>& value) {
-  if (!value) return nullptr;
-  return *value;
-}
-
 json to_json(const RehearsedEntry& e) {
   json out{{"position", e.position},
            {"entry", e.entry},
            {"line", e.line},
            {"repeat", e.repeat},
-           {"protocol", e.protocol},
-           {"specimen", e.specimen},
+           {"protocol", e.protocol_name},
+           {"specimen", e.specimen_name},
            {"state", to_string(e.state)},
            {"exit_status", e.run ? to_string(e.exit_status, kRunCutOff) : ""},
            {"reason", e.reason},
            {"measure_readings", e.measure_readings},
            {"duration_s", e.duration_s},
            {"acts", e.acts}};
-  out["run"] = number_or_null(e.run);
+  out["run"] = json_or_null(e.run);
   return out;
 }
 
@@ -189,8 +184,8 @@ void print_day(std::ostream& out, const RehearseBatchResult& r, const BatchReque
   for (const RehearsedEntry& entry : r.entries) {
     if (entry.acts == 0) continue;
     fmt::print(out, "  inside entry {} ({} on {}): {} weights or answers\n", entry.entry,
-               printable(entry.protocol, kLongestName), printable(entry.specimen, kLongestName),
-               entry.acts);
+               printable(entry.protocol_name, kLongestName),
+               printable(entry.specimen_name, kLongestName), entry.acts);
   }
   fmt::print(out, "what it measures\n");
   for (const BatchKind& kind : kinds) print_kind(out, kind);

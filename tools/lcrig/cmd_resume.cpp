@@ -4,10 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "base/number.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -22,7 +21,8 @@ class ResumeCommand final : public Command {
   void declare(ArgumentList& list) override {
     list.positional(kRunWord, run_, "An interrupted run (default: the one that a crash left)",
                     false);
-    list.flag("--confirm-specimen", confirmed_, "I looked: the specimen was not touched since");
+    list.flag("--confirm-specimen", confirmed_,
+              "With RUN: I looked, the specimen was not touched since");
   }
 
   Outcome<ExitCode> run(Context& context) override {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+// run, watch.
 #include <fmt/ostream.h>
 
 #include <nlohmann/json.hpp>
 
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/follow_run.hpp"
-#include "tools/lcrig/next_command.hpp"
 #include "tools/lcrig/plan_text.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/protocol_request.hpp"
 #include "tools/lcrig/queue_request.hpp"
 
@@ -113,10 +113,7 @@ class RunCommand final : public Command {
         context.console.next(next_command(context.global, {"watch"}));
       });
     }
-    FollowOptions options;
-    options.run = run;
-    options.owner = true;
-    auto end = follow_run(context, client, signals, options);
+    auto end = follow_run(context, client, signals, {.run = run, .owner = true});
     if (!end) return end.error();
     const auto code = print_run_end(context, client, end->run);
     return end->interrupted ? kInterrupted : code;
@@ -127,8 +124,31 @@ class RunCommand final : public Command {
   bool detach_ = false, dry_run_ = false, next_ = false;
 };
 
+Outcome<ExitCode> watch(Context& context, const std::string&) {
+  StopSignals signals;
+  auto client = ControlClient::connect(context);
+  if (!client) return client.error();
+  auto watching = client->call("watch", json::object());
+  if (!watching) return watching.error();
+  auto status = parse_daemon_status(*watching);
+  if (!status) return Failure(status.error());
+  FollowOptions options;
+  if (status->run) {
+    options.run = status->run->run;
+  } else {
+    fmt::print(context.console.err, "no run goes on; waiting for one (Ctrl-C leaves)\n");
+    context.console.err.flush();
+  }
+  auto end = follow_run(context, *client, signals, options);
+  if (!end) return end.error();
+  return print_run_end(context, *client, end->run);
+}
+
+constexpr OneWord kWatch{"watch", "Show the run that goes on until it ends", "lcrig watch", watch};
+
 }  // namespace
 
 const CommandFactory kRunCommand = make_command<RunCommand>;
+const CommandFactory kWatchCommand = make_command<OneWordCommand, kWatch>;
 
 }  // namespace lcrig::cli

@@ -4,22 +4,20 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <tuple>
 
-#include "base/enum_words.hpp"
 #include "base/near_word.hpp"
 #include "base/text.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "storage/tags.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/did_you_mean.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
-#include "tools/lcrig/run_listing_line.hpp"
 #include "tools/lcrig/when.hpp"
 
 namespace lcrig::cli {
@@ -72,7 +70,7 @@ class RunsListCommand final : public Command {
     list.option("--specimen", specimen_, {"NAME", Proposes::run_specimen}, "Only of this specimen");
     list.option("--protocol", protocol_, {"NAME", Proposes::run_protocol}, "Only of this protocol");
     list.option("--operator", operator_, kOperatorWord, "Only of this person");
-    auto statuses = words_up_to(ExitStatus::stopped);
+    auto statuses = all_words<ExitStatus>();
     statuses.insert(statuses.end(), {std::string(kRunGoesOn), kCutOffAsTyped});
     list.one_of("--status", status_, statuses, "Only those that ended so");
     list.option("--tag", tag_, kTagWord, "Only those that have it");
@@ -164,39 +162,60 @@ json show_json(const RunListing& listing, const RunRow& row, const std::vector<R
   return out;
 }
 
-class RunsShowCommand final : public Command {
- public:
-  RunsShowCommand()
-      : Command("runs show", "Everything known about a run", "lcrig runs show last") {}
-  void declare(ArgumentList& list) override { list.positional(kRunWord, run_, kWhichRun); }
+Outcome<ExitCode> runs_show(Context& context, const std::string& which) {
+  auto run = open_run(context, which);
+  if (!run) return run.error();
+  const auto& [db, number] = *run;
+  auto listing = get_run_listing(db, number);
+  if (!listing) return Failure(listing.error());
+  auto row = get_run(db, number);
+  if (!row) return Failure(row.error());
+  auto notes = get_run_notes(db, number);
+  if (!notes) return Failure(notes.error());
+  const auto all = show_json(*listing, *row, *notes);
+  return show(context, all, [&](std::ostream& out) {
+    for (const auto& [key, value] : all.items()) {
+      const auto text = value.is_string() ? value.get<std::string>() : dump(value);
+      fmt::print(out, "{:18} {}\n", key, printable(text, kLongestWords));
+    }
+  });
+}
 
-  Outcome<ExitCode> run(Context& context) override {
-    auto run = open_run(context, run_);
-    if (!run) return run.error();
-    const auto& [db, number] = *run;
-    auto listing = get_run_listing(db, number);
-    if (!listing) return Failure(listing.error());
-    auto row = get_run(db, number);
-    if (!row) return Failure(row.error());
-    auto notes = get_run_notes(db, number);
-    if (!notes) return Failure(notes.error());
-    const auto all = show_json(*listing, *row, *notes);
-    return show(context, all, [&](std::ostream& out) {
-      for (const auto& [key, value] : all.items()) {
-        const auto text = value.is_string() ? value.get<std::string>() : dump(value);
-        fmt::print(out, "{:18} {}\n", key, printable(text, kLongestWords));
-      }
-    });
-  }
+constexpr OneWord kRunsShow{
+    "runs show", "Everything known about a run", "lcrig runs show last", runs_show, kRunWord,
+    kWhichRun};
 
- private:
-  std::string run_;
+// A change of a run: the number of the run, and the daemon's answer or what `change` returned.
+struct ChangedRun {
+  std::int64_t run = 0;
+  json answer;
 };
 
-// A change of a run that was not made. `typed`: the command, without options that say where.
-Failure not_changed(const Context& context, Failure why, const Words& typed) {
-  if (why.busy) why.next = next_command(context.global, typed, "when the other program is done");
-  return why;
+// Makes it in the file, or lets the daemon do so that alone may write into it. `typed`: the
+// command, without options that say where.
+Outcome<ChangedRun> change_run(
+    const Context& context, const Words& typed, const std::string& run, const char* method,
+    json params, const std::function<Result<json>(Database& db, std::int64_t run)>& change) {
+  const auto not_changed = [&](Failure why) {
+    if (why.busy) why.next = next_command(context.global, typed, "when the other program is done");
+    return why;
+  };
+  auto chosen = context.database_to_write(typed);
+  if (!chosen) return chosen.error();
+  const auto number = number_of_run(context, run);
+  if (!number) return number.error();
+  if (chosen->daemon_writes) {
+    params["run"] = *number;
+    auto answer = call_daemon(context, method, params);
+    if (!answer) return not_changed(answer.error());
+    return ChangedRun{*number, std::move(*answer)};
+  }
+  auto db = open_read_write(chosen->path);
+  if (!db) return not_changed(Failure(db.error(), "give another --db"));
+  auto changed = change(*db, *number);
+  if (changed) return ChangedRun{*number, std::move(*changed)};
+  const auto look = next_command(context.global, {"runs", "show", std::to_string(*number)});
+  return not_changed(Failure(changed.error(), look));
 }
 
 class NoteCommand final : public Command {
@@ -209,38 +228,19 @@ class NoteCommand final : public Command {
     list.positional("TEXT", text_, "The note");
   }
   Outcome<ExitCode> run(Context& context) override {
-    auto db = context.database_to_write(typed());
-    if (!db) return db.error();
-    const auto run = number_of_run(context, run_);
-    if (!run) return run.error();
-    const auto number = *run;
-    auto noted =
-        db->daemon_writes ? through_daemon(context, number) : into(context, db->path, number);
+    const auto add = [&](Database& db, std::int64_t run) -> Result<json> {
+      auto noted = add_run_note(db, run, login_name(), text_, context.clock.unix_ns());
+      if (!noted) return fail(noted.error());
+      return json();
+    };
+    auto noted = change_run(context, {"runs", "note", run_, text_}, run_, "run.note",
+                            json{{"text", text_}}, add);
     if (!noted) return noted.error();
-    return show(context, json{{"run", number}},
-                [&](std::ostream& out) { fmt::print(out, "noted with run {}\n", number); });
+    return show(context, json{{"run", noted->run}},
+                [&](std::ostream& out) { fmt::print(out, "noted with run {}\n", noted->run); });
   }
 
  private:
-  Outcome<bool> through_daemon(Context& context, std::int64_t number) const {
-    auto client = ControlClient::connect(context);
-    if (!client) return client.error();
-    auto answer = client->call("run.note", json{{"run", number}, {"text", text_}});
-    if (!answer) return not_changed(context, answer.error(), typed());
-    return true;
-  }
-
-  Outcome<bool> into(const Context& context, const std::string& path, std::int64_t number) const {
-    auto db = open_read_write(path);
-    if (!db) return not_changed(context, Failure(db.error(), "give another --db"), typed());
-    auto noted = add_run_note(*db, number, login_name(), text_, context.clock.unix_ns());
-    if (noted) return true;
-    const auto look = next_command(context.global, {"runs", "show", std::to_string(number)});
-    return not_changed(context, Failure(noted.error(), look), typed());
-  }
-
-  Words typed() const { return {"runs", "note", run_, text_}; }
-
   std::string run_, text_;
 };
 
@@ -250,59 +250,39 @@ class TagCommand final : public Command {
       : Command("runs tag", "Put tags on a run, by which `runs list --tag` finds it",
                 "lcrig runs tag last thesis ageing") {}
   void declare(ArgumentList& list) override {
-    list.positional(kRunWord, change_run_, kWhichRun);
+    list.positional(kRunWord, run_, kWhichRun);
     list.words(kTagWord, change_.tags, "A word without blanks and commas", true);
     list.flag("--remove", change_.remove, "Take them off");
   }
   Outcome<ExitCode> run(Context& context) override {
-    auto db = context.database_to_write(typed());
-    if (!db) return db.error();
-    const auto run = number_of_run(context, change_run_);
-    if (!run) return run.error();
-    change_.run = *run;
-    auto tags = db->daemon_writes ? through_daemon(context) : into(context, db->path);
-    if (!tags) return tags.error();
-    return show(context, json{{"run", change_.run}, {"tags", *tags}}, [&](std::ostream& out) {
-      fmt::print(out, "run {}: {}\n", change_.run,
-                 tags->empty() ? "no tags" : fmt::format("{}", fmt::join(*tags, " ")));
+    Words typed{"runs", "tag", run_};
+    typed.insert(typed.end(), change_.tags.begin(), change_.tags.end());
+    add_flag(typed, "--remove", change_.remove);
+    const auto put = [&](Database& db, std::int64_t run) -> Result<json> {
+      change_.run = run;
+      auto tags = change_tags(db, change_, login_name(), context.clock.unix_ns());
+      if (!tags) return fail(tags.error());
+      return json{{"tags", *tags}};
+    };
+    auto changed = change_run(context, typed, run_, "run.tag",
+                              json{{"tags", change_.tags}, {"remove", change_.remove}}, put);
+    if (!changed) return changed.error();
+    const auto tags = changed->answer.value("tags", std::vector<std::string>());
+    return show(context, json{{"run", changed->run}, {"tags", tags}}, [&](std::ostream& out) {
+      fmt::print(out, "run {}: {}\n", changed->run,
+                 tags.empty() ? "no tags" : fmt::format("{}", fmt::join(tags, " ")));
     });
   }
 
  private:
-  using Tags = std::vector<std::string>;
-  Outcome<Tags> through_daemon(Context& context) const {
-    auto client = ControlClient::connect(context);
-    if (!client) return client.error();
-    auto answer = client->call(
-        "run.tag", json{{"run", change_.run}, {"tags", change_.tags}, {"remove", change_.remove}});
-    if (!answer) return not_changed(context, answer.error(), typed());
-    return answer->value("tags", Tags());
-  }
-
-  Outcome<Tags> into(const Context& context, const std::string& path) const {
-    auto db = open_read_write(path);
-    if (!db) return not_changed(context, Failure(db.error(), "give another --db"), typed());
-    auto tags = change_tags(*db, change_, login_name(), context.clock.unix_ns());
-    if (tags) return std::move(*tags);
-    const auto look = next_command(context.global, {"runs", "show", std::to_string(change_.run)});
-    return not_changed(context, Failure(tags.error(), look), typed());
-  }
-
-  Words typed() const {
-    Words out{"runs", "tag", change_run_};
-    out.insert(out.end(), change_.tags.begin(), change_.tags.end());
-    add_flag(out, "--remove", change_.remove);
-    return out;
-  }
-
-  std::string change_run_;
+  std::string run_;
   TagChange change_;
 };
 
 }  // namespace
 
 const CommandFactory kRunsListCommand = make_command<RunsListCommand>;
-const CommandFactory kRunsShowCommand = make_command<RunsShowCommand>;
+const CommandFactory kRunsShowCommand = make_command<OneWordCommand, kRunsShow>;
 const CommandFactory kRunsNoteCommand = make_command<NoteCommand>;
 const CommandFactory kRunsTagCommand = make_command<TagCommand>;
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+// status, metrics.
 #include <fmt/ostream.h>
 
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
 #include "tools/lcrig/live_line.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/queue_words.hpp"
 #include "tools/lcrig/status_check.hpp"
 
@@ -164,8 +164,21 @@ class StatusCommand final : public Command {
   bool ask_ = false, check_ = false;
 };
 
+Outcome<ExitCode> metrics(Context& context, const std::string&) {
+  auto client = ControlClient::connect_for_any_database(context);
+  if (!client) return client.error();
+  auto answer = client->call("metrics", json::object());
+  if (!answer) return answer.error();
+  return show(context, *answer,
+              [&](std::ostream& out) { out << answer->value("text", std::string()); });
+}
+
+constexpr OneWord kMetrics{"metrics", "The daemon's health, for Prometheus", "lcrig metrics",
+                           metrics};
+
 }  // namespace
 
 const CommandFactory kStatusCommand = make_command<StatusCommand>;
+const CommandFactory kMetricsCommand = make_command<OneWordCommand, kMetrics>;
 
 }  // namespace lcrig::cli

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// pause, stop, abort, freeze, confirm: one call each.
+// pause, stop, abort, freeze, confirm, answer: one call each.
 #include <fmt/ostream.h>
 
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
 #include "tools/lcrig/control_client.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -63,15 +62,6 @@ constexpr Verb kConfirm{"confirm", "run.confirm", "Tell the run that what it ask
 
 constexpr const char* kWholeRun = "run";  // finished, and the queue ends there
 
-std::vector<std::string> stop_places() {
-  std::vector<std::string> out;
-  for (const StopPlace place : {StopPlace::step, StopPlace::level, StopPlace::cycle,
-                                StopPlace::repeat, StopPlace::safe_point}) {
-    out.emplace_back(to_string(place));
-  }
-  return out;
-}
-
 class VerbCommand final : public Command {
  public:
   explicit VerbCommand(const Verb& verb)
@@ -79,7 +69,7 @@ class VerbCommand final : public Command {
   void declare(ArgumentList& list) override {
     if (verb_.takes_why) list.option("--why", why_, "TEXT", "Stored with the run");
     if (verb_.place != nullptr) {
-      auto places = stop_places();
+      auto places = all_words<StopPlace>();
       if (verb_.needs_place) places.emplace_back(kWholeRun);
       list.one_of(verb_.needs_place ? "--after" : "--at", place_, places, verb_.place_help);
     }
@@ -92,11 +82,6 @@ class VerbCommand final : public Command {
   const Verb& verb_;
   std::string why_, place_;
 };
-
-template <const Verb& verb>
-std::unique_ptr<Command> make_verb() {
-  return std::make_unique<VerbCommand>(verb);
-}
 
 // No proposal to rehearse here: the frame has to stop now.
 Failure VerbCommand::unheard(Failure failure) const {
@@ -147,12 +132,69 @@ Outcome<ExitCode> VerbCommand::run(Context& context) {
   });
 }
 
+class AnswerCommand final : public Command {
+ public:
+  AnswerCommand()
+      : Command("answer", "Answer the question that the run asks", "lcrig answer 125.5") {}
+  void declare(ArgumentList& list) override {
+    list.positional("VALUE", value_, "The answer, without its unit (a confirmation needs none)",
+                    false);
+  }
+
+  Outcome<ExitCode> run(Context& context) override {
+    auto client = ControlClient::connect(context);
+    if (!client) return without_rehearsal(client.error());
+    auto asked = question(*client);
+    if (!asked) return asked.error();
+    const bool confirms = !*asked || (*asked)->question.type == AnswerType::confirmation;
+    if (value_.empty() && !confirms) return missing(context.global, (*asked)->question);
+    AnswerRequest request;
+    if (!value_.empty()) request.value = value_;
+    // An answer is never taken for that of another question, which came up meanwhile.
+    if (*asked) request.question = (*asked)->number;
+    constexpr auto kPatience = std::chrono::seconds(30);  // it is stored first
+    auto answer = client->call("run.answer", to_json(request), kPatience);
+    if (!answer) return answer.error();
+    return show(context, *answer, [&](std::ostream& out) {
+      const json& value = answer->at("value");
+      const std::string said = value.is_string()   ? value.get<std::string>()
+                               : value.is_number() ? fmt::format("{}", value.get<double>())
+                                                   : std::string("confirmed");
+      const auto unit = answer->value("unit", std::string());
+      fmt::print(out, "step {}: {}{}{}\n",
+                 printable(answer->value("step", std::string()), kLongestName),
+                 printable(said, kLongestWords), unit.empty() ? "" : " ", unit);
+    });
+  }
+
+ private:
+  static Outcome<std::optional<OpenQuestion>> question(ControlClient& client) {
+    auto answer = client.call("status", json::object());
+    if (!answer) return answer.error();
+    auto status = parse_daemon_status(*answer);
+    if (!status) return Failure(status.error());
+    if (!status->run) return std::optional<OpenQuestion>();
+    return status->run->question;
+  }
+
+  static Failure missing(const GlobalOptions& global, const Question& q) {
+    return Failure(kUsage,
+                   fmt::format("VALUE is missing: step {} asks \"{}\", expected {}",
+                               printable(q.step_id, kLongestName), printable(q.text, kLongestWords),
+                               printable(expected_words(q), kLongestWords)),
+                   next_command(global, {"answer", "VALUE"}));
+  }
+
+  std::string value_;
+};
+
 }  // namespace
 
-const CommandFactory kPauseCommand = make_verb<kPause>;
-const CommandFactory kStopCommand = make_verb<kStop>;
-const CommandFactory kAbortCommand = make_verb<kAbort>;
-const CommandFactory kFreezeCommand = make_verb<kFreeze>;
-const CommandFactory kConfirmCommand = make_verb<kConfirm>;
+const CommandFactory kPauseCommand = make_command<VerbCommand, kPause>;
+const CommandFactory kStopCommand = make_command<VerbCommand, kStop>;
+const CommandFactory kAbortCommand = make_command<VerbCommand, kAbort>;
+const CommandFactory kFreezeCommand = make_command<VerbCommand, kFreeze>;
+const CommandFactory kConfirmCommand = make_command<VerbCommand, kConfirm>;
+const CommandFactory kAnswerCommand = make_command<AnswerCommand>;
 
 }  // namespace lcrig::cli

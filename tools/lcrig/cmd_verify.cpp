@@ -4,9 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "storage/chain.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/commands.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 #include "tools/lcrig/run_database.hpp"
 
 namespace lcrig::cli {

@@ -148,10 +148,38 @@ class Command {
 
   const char *const name, *const summary, *const example;
 };
+
+// A command that takes a word or none.
+struct OneWord {
+  const char *name, *summary, *example;
+  Outcome<ExitCode> (*run)(Context& context, const std::string& word);
+  Placeholder placeholder = "";
+  const char* help = nullptr;  // nullptr: it takes none
+  bool required = true;
+};
+class OneWordCommand final : public Command {
+ public:
+  explicit OneWordCommand(const OneWord& row)
+      : Command(row.name, row.summary, row.example), row_(row) {}
+  void declare(ArgumentList& list) override {
+    if (row_.help != nullptr) list.positional(row_.placeholder, word_, row_.help, row_.required);
+  }
+  Outcome<ExitCode> run(Context& context) override { return row_.run(context, word_); }
+
+ private:
+  const OneWord& row_;
+  std::string word_;
+};
+
 using CommandFactory = std::unique_ptr<Command> (*)();
 template <class C>
 std::unique_ptr<Command> make_command() {
   return std::make_unique<C>();
+}
+// The same for a class whose commands are rows of a table.
+template <class C, const auto& row>
+std::unique_ptr<Command> make_command() {
+  return std::make_unique<C>(row);
 }
 
 // Every command of `lcrig`, in the order of the help.

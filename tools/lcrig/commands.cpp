@@ -2,8 +2,7 @@
 #include "tools/lcrig/commands.hpp"
 
 #include "base/doc_page.hpp"
-#include "tools/lcrig/complete.hpp"
-#include "tools/lcrig/manual.hpp"
+#include "tools/lcrig/argument_table.hpp"
 
 namespace lcrig::cli {
 
@@ -40,12 +39,12 @@ std::optional<std::string> answer_to_program(const ProcessEnv& env,
 void declare_global(ArgumentList& list, GlobalOptions& global) {
   const std::string page = doc_page("cli-json");
   const std::string db = "Database file (default: $LCRIG_DB, the daemon's, yours; " + page + ")";
-  const std::string json = "Print results as JSON (" + page + ")";
+  const std::string as_json = "Print results as JSON (" + page + ")";
   list.option("--db", global.db, kFileWord, db.c_str());
   list.option("--socket", global.socket, {"PATH", Proposes::file}, "The daemon's control socket");
   list.option("--config", global.config, kFileWord,
               "Take both from the daemon's configuration file");
-  list.flag("--json", global.json, json.c_str());
+  list.flag("--json", global.json, as_json.c_str());
 }
 
 }  // namespace lcrig::cli

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/lcrig/complete.hpp"
-
 #include <algorithm>
 #include <map>
 #include <memory>

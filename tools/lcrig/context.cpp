@@ -9,8 +9,8 @@
 #include "base/strict_json.hpp"
 #include "storage/writer_lock.hpp"
 #include "tools/lcrig/command.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/control_client.hpp"
-#include "tools/lcrig/next_command.hpp"
 
 namespace lcrig::cli {
 

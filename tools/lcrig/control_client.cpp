@@ -16,7 +16,7 @@
 #include <utility>
 
 #include "base/text.hpp"
-#include "tools/lcrig/next_command.hpp"
+#include "tools/lcrig/command_output.hpp"
 
 namespace lcrig::cli {
 
@@ -67,10 +67,8 @@ Failure failure_of(const json& error, const std::string& where) {
   out.next = hint_of(*data, where);
   out.detail = data->value("detail", "");
   const auto word = data->value("errc", "");
-  for (int i = 0; i <= static_cast<int>(Errc::bug); ++i) {
-    const auto errc = static_cast<Errc>(i);
-    if (to_string(errc) != word) continue;
-    out.code = exit_code_of(errc);
+  if (const auto errc = parse_word<Errc>(word)) {
+    out.code = exit_code_of(*errc);
     out.refused_request = errc == Errc::invalid_request;
     out.busy = errc == Errc::busy;
   }
@@ -358,6 +356,13 @@ Outcome<std::optional<ControlNews>> ControlClient::take() {
     answer.failure = failure_of(*error, state_->where);
   }
   return ControlNews(std::move(answer));
+}
+
+Outcome<json> call_daemon(const Context& context, std::string_view method, const json& params,
+                          Duration timeout) {
+  auto client = ControlClient::connect(context);
+  if (!client) return client.error();
+  return client->call(method, params, timeout);
 }
 
 }  // namespace lcrig::cli

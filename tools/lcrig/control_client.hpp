@@ -79,4 +79,9 @@ class ControlClient {
   std::unique_ptr<State> state_;
 };
 
+// One call of the daemon that `connect` finds.
+Outcome<nlohmann::json> call_daemon(const Context& context, std::string_view method,
+                                    const nlohmann::json& params,
+                                    Duration timeout = std::chrono::seconds(15));
+
 }  // namespace lcrig::cli

@@ -13,8 +13,8 @@
 #include "base/doc_page.hpp"
 #include "base/processor_ticks.hpp"
 #include "base/text.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/doctor.hpp"
-#include "tools/lcrig/next_command.hpp"
 
 namespace lcrig::cli {
 
@@ -59,12 +59,8 @@ std::string property(const std::string& shown, const std::string& key) {
 }  // namespace
 
 const char* to_string(Health health) {
-  switch (health) {
-    case Health::ok: return "ok";
-    case Health::warn: return "warn";
-    case Health::bad: return "bad";
-  }
-  return "";
+  constexpr const char* kWords[] = {"ok", "warn", "bad"};
+  return kWords[static_cast<std::size_t>(health)];
 }
 
 Health worst_of(const Findings& findings) {
@@ -74,10 +70,7 @@ Health worst_of(const Findings& findings) {
 }
 
 Machine real_machine() {
-  Machine out;
-  out.output = output_of;
-  out.clock_is_synchronised = kernel_clock;
-  return out;
+  return {.output = output_of, .clock_is_synchronised = kernel_clock};
 }
 
 Finding look_at_clock(const Machine& machine) {

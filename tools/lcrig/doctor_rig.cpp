@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -15,8 +14,8 @@
 #include "base/doc_page.hpp"
 #include "base/strict_json.hpp"
 #include "base/text.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/doctor.hpp"
-#include "tools/lcrig/next_command.hpp"
 
 namespace lcrig::cli {
 
@@ -49,7 +48,7 @@ bool has_usb_ids(const fs::path& device, const std::string& vendor, const std::s
 std::string node_of(const Machine& machine, const std::string& port) {
   std::string rest = port.starts_with("serial:") ? port.substr(7) : port;
   if (rest.starts_with('/')) return rest;
-  std::ranges::transform(rest, rest.begin(), [](unsigned char c) { return std::tolower(c); });
+  rest = lower_case(rest);
   const auto colon = rest.find(':');
   if (colon == std::string::npos) return "";
   const auto vendor = rest.substr(0, colon);
@@ -82,7 +81,7 @@ Holders holders_of(const Machine& machine, const fs::path& node) {
   std::error_code unknown;
   for (const auto& process : fs::directory_iterator(machine.root / "proc", unknown)) {
     const auto pid = process.path().filename().string();
-    if (!std::ranges::all_of(pid, [](unsigned char c) { return std::isdigit(c) != 0; })) continue;
+    if (!std::ranges::all_of(pid, is_digit)) continue;
     if (!holds(process.path(), node, out.all_seen)) continue;
     out.names.push_back(
         fmt::format("{} (process {})", printable(first_line(process.path() / "comm")), pid));

@@ -16,9 +16,8 @@
 
 #include "base/text.hpp"
 #include "events/event_words.hpp"
+#include "tools/lcrig/command_output.hpp"
 #include "tools/lcrig/live_line.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/print_json.hpp"
 
 namespace lcrig::cli {
 
@@ -79,10 +78,7 @@ class Follower {
         if (auto ok = on_key(); !ok) return ok.error();
       }
     }
-    FollowEnd end;
-    end.run = std::move(*ended_);
-    end.interrupted = stops_ > 0;
-    return end;
+    return FollowEnd{.run = std::move(*ended_), .interrupted = stops_ > 0};
   }
 
   // Milliseconds until a stop counts as not answered; -1 when no stop waits.
@@ -177,9 +173,7 @@ class Follower {
     typed_.clear();
     if (!std::exchange(prompted_, false)) return 0;  // one Enter, one confirmation
     if (!question_) return client_.post("run.confirm", json::object());
-    AnswerRequest answer;
-    answer.value = line;
-    answer.question = question_->number;
+    const AnswerRequest answer{.value = line, .question = question_->number};
     return client_.post("run.answer", to_json(answer));
   }
 

@@ -13,6 +13,8 @@
 
 namespace lcrig::cli {
 
+struct Context;  // tools/lcrig/command.hpp
+
 enum class LibraryKind { protocol, specimen, bench };
 
 struct LibraryFile {
@@ -43,5 +45,10 @@ class LibraryPath {
   std::filesystem::path source_;  // empty: not run from a build tree
   std::filesystem::path installed_;
 };
+
+// A specimen by name: a file, one that was added to the database, or one that ships. Checked: its
+// text parses. The database is only read, and only when it exists.
+Outcome<LibraryFile> find_specimen_text(const Context& context, const std::string& db_path,
+                                        const std::string& what);
 
 }  // namespace lcrig::cli

@@ -13,11 +13,10 @@ int main(int argc, char** argv) {
     const auto env = cli::real_process_env();
     auto console = cli::real_console(env);
     const RealClock clock;
-    cli::DaemonParts daemon;
-    daemon.rehearse = &rehearse;
-    daemon.rehearse_batch = &rehearse_batch;
-    daemon.bench_rig = &bench_rig;
-    daemon.config = &look_at_config_file;
+    const cli::DaemonParts daemon{.rehearse = &rehearse,
+                                  .rehearse_batch = &rehearse_batch,
+                                  .bench_rig = &bench_rig,
+                                  .config = &look_at_config_file};
     cli::Context context(console, env, clock, daemon);
     return cli::run_cli(std::vector<std::string>(argv + 1, argv + argc), context);
   } catch (const std::exception& e) {

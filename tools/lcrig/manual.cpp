@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/lcrig/manual.hpp"
-
 #include <fmt/format.h>
 
 #include "tools/lcrig/argument_table.hpp"

@@ -8,29 +8,27 @@
 
 #include "base/number.hpp"
 #include "model/specimen_file.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/specimen_lookup.hpp"
+#include "tools/lcrig/command_output.hpp"
+#include "tools/lcrig/library_path.hpp"
 
 namespace lcrig::cli {
 
 void ModelOptions::declare_specimen(ArgumentList& list) {
   list.option("-s,--specimen", specimen_, kSpecimenWord,
               "What is pressed: a name or a specimen file", true);
-  list.one_of("--faces", faces_, {"free", "bonded_base", "bonded_laminate"},
-              "Other faces than the specimen's");
-  list.one_of("--top", top_, {"pressure", "plate", "bonded_plate"},
-              "Other top than the specimen's");
+  list.one_of("--faces", faces_, all_words<Faces>(), "Other faces than the specimen's");
+  list.one_of("--top", top_, all_words<Top>(), "Other top than the specimen's");
 }
 
 void ModelOptions::declare_level(ArgumentList& list) {
   list.one_of("--level", level_,
               {"auto", "linear", "hyperelastic", "bonded", "fem_linear", "fem_finite"},
               "Level of the model (default: the cheapest within the tolerance)");
-  list.one_of("--pressure-kind", kind_, {"dead", "true"},
+  list.one_of("--pressure-kind", kind_, all_words<PressureKind>(),
               "Force over the reference or the current area");
-  list.one_of("--form", form_, {"I", "A", "B", "C", "D", "E"}, "Strain energy (hyperelastic)");
-  list.one_of("--lateral", lateral_, {"free", "confined"}, "Sides of a layer (hyperelastic)");
-  list.one_of("--area", area_, {"reference", "deformed"}, "Electrode area (FEM levels)");
+  list.one_of("--form", form_, all_words<EnergyForm>(), "Strain energy (hyperelastic)");
+  list.one_of("--lateral", lateral_, all_words<Lateral>(), "Sides of a layer (hyperelastic)");
+  list.one_of("--area", area_, all_words<ElectrodeArea>(), "Electrode area (FEM levels)");
   list.one_of("--mesh", mesh_, {"0", "1", "2", "3"}, "Refinement, 0 coarse to 3 (FEM levels)");
   list.flag("--fringe", fringe_, "Add the field outside the gap (Love)");
 }
@@ -42,8 +40,8 @@ Outcome<Specimen> ModelOptions::specimen(const Context& context) const {
   if (!text) return text.error();
   auto specimen = parse_specimen(text->text, text->name);
   if (!specimen) return Failure(specimen.error());
-  if (!faces_.empty()) specimen->faces = parse_faces(faces_).value_or(specimen->faces);
-  if (!top_.empty()) specimen->top = parse_top(top_).value_or(specimen->top);
+  if (!faces_.empty()) specimen->faces = parse_word<Faces>(faces_).value_or(specimen->faces);
+  if (!top_.empty()) specimen->top = parse_word<Top>(top_).value_or(specimen->top);
   return *specimen;
 }
 
@@ -57,13 +55,13 @@ std::string ModelOptions::ladder_command(const Context& context, Pressure pressu
 
 Outcome<std::optional<LevelSettings>> ModelOptions::settings() const {
   LevelSettings settings;
-  settings.form = parse_energy_form(form_).value_or(settings.form);
-  settings.lateral = lateral_ == "confined" ? Lateral::confined : Lateral::free;
-  settings.pressure_kind = parse_pressure_kind(kind_).value_or(settings.pressure_kind);
-  settings.electrode_area = parse_electrode_area(area_).value_or(settings.electrode_area);
+  settings.form = parse_word<EnergyForm>(form_).value_or(settings.form);
+  settings.lateral = parse_word<Lateral>(lateral_).value_or(settings.lateral);
+  settings.pressure_kind = parse_word<PressureKind>(kind_).value_or(settings.pressure_kind);
+  settings.electrode_area = parse_word<ElectrodeArea>(area_).value_or(settings.electrode_area);
   settings.mesh.refinement = mesh_.front() - '0';
   settings.fringe = fringe_;
-  if (const auto level = parse_level(level_)) {
+  if (const auto level = parse_word<Level>(level_)) {
     settings.level = *level;
     return settings;
   }

@@ -252,8 +252,6 @@ std::vector<std::string> Parser::option_names(const CLI::App& sub) const {
   return names;
 }
 
-namespace {
-
 // A file, a socket, an anchor, a thing at the rig: nobody means an empty one. A note may be empty.
 bool names_something(std::string_view option) {
   constexpr std::array kOptions{"--db",      "--socket",  "--config", "--anchor",     "--specimen",
@@ -262,10 +260,6 @@ bool names_something(std::string_view option) {
                                 "--bundle",  "--output",  "-o",       "--csv",        "--svg"};
   return std::ranges::find(kOptions, option) != kOptions.end();
 }
-
-}  // namespace
-
-namespace {
 
 // The option that "-specimen" or "–specimen" (with the dash of a text program) means; "": none.
 std::string meant_option(const std::string& typed, const std::vector<std::string>& known) {
@@ -285,23 +279,21 @@ std::string meant_option(const std::string& typed, const std::vector<std::string
   return name.size() > 1 && std::ranges::find(known, meant) != known.end() ? meant : std::string();
 }
 
-}  // namespace
-
 // CLI11 blames the positional when an unknown option stands before it, and another one when an
 // option's value is missing.
 Outcome<Command*> Parser::check_options(Command* command, const std::vector<std::string>& args) {
   const auto& sub = *apps.at(command);
   std::set<const CLI::Option*> seen;
   const std::string* waits = nullptr;  // the option before, for its value
+  const auto wrong = [&](const std::string& what) {
+    return usage(fmt::format("lcrig {}: {}", command->name, what),
+                 fmt::format("lcrig {} --help", command->name));
+  };
   // An unset shell variable, and another file would be taken, or nothing compared.
   const auto empty = [&](const std::string& option) {
-    return usage(fmt::format("lcrig {}: {}: its value is empty", command->name, option),
-                 fmt::format("lcrig {} --help", command->name));
+    return wrong(option + ": its value is empty");
   };
-  const auto without_value = [&] {
-    return usage(fmt::format("lcrig {}: {}: its value is missing", command->name, *waits),
-                 fmt::format("lcrig {} --help", command->name));
-  };
+  const auto without_value = [&] { return wrong(*waits + ": its value is missing"); };
   for (const auto& arg : args) {
     if (waits != nullptr) {
       const bool option = arg.starts_with('-') && known_option(sub, arg) != nullptr;
@@ -312,33 +304,27 @@ Outcome<Command*> Parser::check_options(Command* command, const std::vector<std:
     }
     if (arg == "--") break;
     if (const auto meant = meant_option(arg, option_names(sub)); !meant.empty()) {
-      return usage(fmt::format("lcrig {}: {} is no option; did you mean '{}'?", command->name,
-                               arg.substr(0, arg.find('=')), meant),
-                   fmt::format("lcrig {} --help", command->name));
+      return wrong(
+          fmt::format("{} is no option; did you mean '{}'?", arg.substr(0, arg.find('=')), meant));
     }
     if (!arg.starts_with('-') || arg.size() < 2) continue;
     if (number_from<double>(arg)) continue;  // one below zero
     const auto* option = known_option(sub, arg);
     if (option == nullptr) {
-      return usage(fmt::format("lcrig {}: unknown option {}{}", command->name, arg,
-                               did_you_mean_option(arg, option_names(sub))),
-                   fmt::format("lcrig {} --help", command->name));
+      return wrong(
+          fmt::format("unknown option {}{}", arg, did_you_mean_option(arg, option_names(sub))));
     }
-    const auto wrong = [&](const char* words) {
-      return usage(
-          fmt::format("lcrig {}: {} {}", command->name, arg.substr(0, arg.find('=')), words),
-          fmt::format("lcrig {} --help", command->name));
-    };
+    const auto name = arg.substr(0, arg.find('='));
     const bool takes_value = option->get_items_expected_max() > 0;
     if (arg.ends_with('=') && names_something(arg.substr(0, arg.size() - 1))) {
       return empty(arg.substr(0, arg.size() - 1));
     }
     if (takes_value && arg.ends_with('=')) {  // `--note=` too: CLI11 takes no empty value there
-      return wrong("its value is missing");
+      return wrong(name + " its value is missing");
     }
-    if (!takes_value && arg.find('=') != std::string::npos) return wrong("takes no value");
+    if (!takes_value && arg.find('=') != std::string::npos) return wrong(name + " takes no value");
     const bool once = option->get_multi_option_policy() != CLI::MultiOptionPolicy::TakeAll;
-    if (takes_value && !seen.insert(option).second && once) return wrong("was given twice");
+    if (takes_value && !seen.insert(option).second && once) return wrong(name + " was given twice");
     const bool attached =
         arg.find('=') != std::string::npos || (!arg.starts_with("--") && arg.size() > 2);
     if (takes_value && !attached) waits = &arg;

@@ -7,8 +7,8 @@
 #include "protocols/file/meter_text.hpp"
 #include "storage/database.hpp"
 #include "tools/lcrig/command.hpp"
-#include "tools/lcrig/next_command.hpp"
-#include "tools/lcrig/specimen_lookup.hpp"
+#include "tools/lcrig/command_output.hpp"
+#include "tools/lcrig/library_path.hpp"
 
 namespace lcrig::cli {
 

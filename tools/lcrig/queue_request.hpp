@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by the commands of the queue: numbers of entries, places, one call of the daemon.
+// Shared by the commands of the queue: numbers of entries, places, terms, one call of the daemon.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +30,23 @@ class PlaceOptions {
   std::string before_, after_;
 };
 
+// The options of `lcrig queue add` for the terms on which an entry waits in the queue.
+class TermsOptions {
+ public:
+  void declare(ArgumentList& list);
+  // Members of queue.add. Failure: usage.
+  Outcome<bool> put_into(nlohmann::json& params, std::int64_t now_unix_s) const;
+
+ private:
+  Outcome<bool> put_times(nlohmann::json& params, std::int64_t now_unix_s) const;
+  std::string on_failure_, failures_max_, not_before_, not_after_, between_, probe_, fixture_;
+  std::string rest_;
+  bool unattended_ = false;
+};
+
 // One call; `text` prints its answer for people.
-Outcome<ExitCode> call_queue(Context& context, const char* method, const nlohmann::json& params,
+Outcome<ExitCode> call_queue(Context& context, std::string_view method,
+                             const nlohmann::json& params,
                              const std::function<void(std::ostream&, const nlohmann::json&)>& text);
 
 // queue.add, and what to say of it. `request` names the specimen as it was typed, `protocol` and

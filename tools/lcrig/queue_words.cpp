@@ -4,7 +4,7 @@
 #include <fmt/ostream.h>
 
 #include "base/text.hpp"
-#include "tools/lcrig/next_command.hpp"
+#include "tools/lcrig/command_output.hpp"
 
 namespace lcrig::cli {
 

@@ -7,6 +7,7 @@
 
 #include "storage/chain.hpp"
 #include "storage/database.hpp"
+#include "storage/runs.hpp"
 #include "tools/lcrig/command.hpp"
 
 namespace lcrig::cli {
@@ -32,5 +33,8 @@ std::string next_after(const Error& error, std::string otherwise = {});
 void note_if_changed(const Context& context, const ChainReport& chain, std::int64_t run);
 // "2026-01-31T12:00:00Z"
 std::string format_utc(std::int64_t unix_ns);
+// One run as a line of JSON, as docs/cli-json.md promises. No JSON value is made of it: ten
+// thousand of them take longer than reading the runs.
+std::string run_listing_line(const RunListing& run);
 
 }  // namespace lcrig::cli

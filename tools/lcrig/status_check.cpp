@@ -85,13 +85,8 @@ class Checker {
 }  // namespace
 
 const char* to_string(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::ok: return "OK";
-    case Verdict::warning: return "WARNING";
-    case Verdict::critical: return "CRITICAL";
-    case Verdict::unknown: return "UNKNOWN";
-  }
-  return "";
+  constexpr const char* kWords[] = {"OK", "WARNING", "CRITICAL", "UNKNOWN"};
+  return kWords[static_cast<std::size_t>(verdict)];
 }
 
 StatusCheck check_status(const DaemonStatus& status) {

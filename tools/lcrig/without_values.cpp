@@ -5,15 +5,12 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "base/text.hpp"
 namespace lcrig::cli {
 
 using nlohmann::json;
 
 namespace {
-
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
 
 bool is_of_name(char c) {
   return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';

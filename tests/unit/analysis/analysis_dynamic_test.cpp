@@ -11,15 +11,6 @@
 namespace lcrig {
 namespace {
 
-RunAnalysis of_dynamic(const SyntheticRun::Dynamic& d) {
-  SyntheticRun run;
-  run.reading_s = 0.065;
-  run.begin();
-  run.play(d);
-  run.end();
-  return analysed(run);
-}
-
 TEST(Analyse, DynamicRangeIsNotPulledUpByNoise) {
   // 60 fF of noise on 172 fF of change: the largest reading of a cycle would be far too large.
   SyntheticRun::Dynamic d;

@@ -189,18 +189,13 @@ TEST(Estimand, RecoveryThatIsTakenForDriftIsAPartOfTheHighestLevel) {
 
 // Unloading lies above: its slope differs most at the ends.
 TEST(Estimand, OfTheForceSensitivityIsTheLoadingWithTheOtherBranchAsAPart) {
-  SyntheticRun run;
-  run.reading_s = 0.065;
-  run.begin();
   SyntheticRun::Dynamic d;
   d.noise_F = 0.2e-15;
   d.branch_s = 20;
   d.capacitance_F = [](double kPa, bool up) {
     return 3.65e-12 + (up ? 2.0 : 1.9) * 1e-15 * kPa + (up ? 0 : 0.1e-15 * 79.577);
   };
-  run.play(d);
-  run.end();
-  const auto a = analysed(run);
+  const auto a = of_dynamic(d);
   EXPECT_EQ(a.force_sensitivity.estimand,
             "loading branch, while the load grows, from 0.05 N (5 % of the largest force) up to "
             "the peak of 1 N");

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -147,6 +149,39 @@ TEST(Honest, OutliersOfTheBaselineAreListed) {
   EXPECT_EQ(a.outliers[0].level, 0);
 }
 
+// One run in a hundred, however few readings a level has: their scatter about their own median is
+// less than that of a reading, and few readings tell it badly.
+TEST(Honest, FewReadingsOfALevelAreNoOutliers) {
+  struct Case {
+    int readings, levels;
+  };
+  for (const Case c : {Case{4, 3}, Case{4, 10}, Case{5, 5}, Case{10, 5}}) {
+    int with = 0;
+    SyntheticRun::Static s;
+    s.readings = c.readings;
+    s.kPa.resize(static_cast<std::size_t>(c.levels));
+    s.repeats = 1;
+    s.baseline = 20;
+    for (s.seed = 1; s.seed <= 30; ++s.seed) {
+      const auto a = of_static(s);
+      with += std::ranges::any_of(a.outliers, [](const Outlier& o) { return o.level > 0; }) ? 1 : 0;
+    }
+    EXPECT_LE(with, 3) << c.readings << " readings of " << c.levels << " levels";
+  }
+}
+
+TEST(Honest, AnOutlierOfAFewReadingsIsListed) {
+  SyntheticRun::Static s;
+  s.readings = 5;
+  s.spoil = [&s](int level, int reading, double v) {
+    return std::optional(level == 4 && reading == 2 ? s.capacitance_F(40) + 400e-15 : v);
+  };
+  const auto a = of_static(s);
+  ASSERT_EQ(a.outlier_count, 1);
+  EXPECT_EQ(a.outliers[0].level, 4);
+  EXPECT_NEAR(a.outliers[0].deviations, 400 / 44.0, 2);
+}
+
 TEST(Honest, FlaggedReadingsAreLeftOut) {
   SyntheticRun run;
   run.begin();
@@ -249,6 +284,88 @@ TEST(Honest, OutliersAreNotInTheNoise) {
     held += holds(a.noise, 0.44) ? 1 : 0;
   }
   EXPECT_GE(held, 34);
+}
+
+// Readings of a baseline of a minute, and of a few levels.
+RunAnalysis with_noise_of(const std::function<double()>& noise_fF, int baseline = 500) {
+  SyntheticRun::Static s;
+  s.noise_F = 0;
+  s.repeats = 1;
+  s.kPa = {10, 20};
+  s.baseline = baseline;
+  s.capacitance_F = [&](double kPa) { return 3.65e-12 + 6e-15 * kPa + noise_fF() * 1e-15; };
+  return of_static(s);
+}
+
+// First-order processes: neighbours differ by less than two readings do.
+TEST(Honest, NoiseOfReadingsThatAreCorrelatedIsThatOfOneReading) {
+  for (const double rho : {0.5, 0.9}) {
+    int held = 0;
+    double sum = 0;
+    for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+      std::mt19937_64 random(seed);
+      std::normal_distribution<double> normal;
+      double now = normal(random);
+      const auto a = with_noise_of([&] {
+        now = rho * now + std::sqrt(1 - rho * rho) * normal(random);
+        return 0.44 * now;
+      });
+      held += holds(a.noise, 0.44) ? 1 : 0;
+      sum += a.noise.value();
+      EXPECT_THAT(a.noise.reason, HasSubstr("neighbouring readings are correlated"));
+      EXPECT_THAT(a.limit_of_detection.reason, HasSubstr("its noise: neighbouring readings are"));
+    }
+    EXPECT_GE(held, 26) << rho;
+    EXPECT_NEAR(sum / 30, 0.44, 0.03) << rho;
+  }
+}
+
+TEST(Honest, AWalkIsNoCorrelationOfTheNoise) {
+  int held = 0, told = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    double walk = 0;
+    const auto a =
+        with_noise_of([&] { return (walk += 0.05 * normal(random)) + 0.44 * normal(random); });
+    held += holds(a.noise, 0.44) ? 1 : 0;
+    told += a.noise.reason == "there is noise slower than a reading, which is not in it" ? 1 : 0;
+  }
+  EXPECT_GE(held, 26);
+  EXPECT_GE(told, 28);
+}
+
+TEST(Honest, NoiseThatIsWhiteHasNoRemark) {
+  int held = 0, told = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    const auto a = with_noise_of([&] { return 0.44 * normal(random); });
+    held += holds(a.noise, 0.44) ? 1 : 0;
+    told += a.noise.reason.empty() ? 0 : 1;
+    const auto& i = *a.noise.estimate->interval;
+    EXPECT_NEAR((i[1] - i[0]) / 2 / a.noise.value(), 1.96 * std::sqrt(1.5 / 2 / 499), 0.006);
+  }
+  EXPECT_GE(held, 26);
+  EXPECT_LE(told, 1);
+}
+
+// Within levels the scatter about the mean is less than that of a reading.
+TEST(Honest, NoiseWithoutABaselineKnowsTheCorrelation) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  double now = 0;
+  SyntheticRun::Static s;
+  s.noise_F = 0;
+  s.baseline = 3;
+  s.capacitance_F = [&](double kPa) {
+    now = 0.8 * now + 0.6 * normal(random);
+    return 3.65e-12 + 6e-15 * kPa + 0.44e-15 * now;
+  };
+  const auto a = of_static(s);
+  EXPECT_NEAR(a.noise.value(), 0.44, 0.04);
+  EXPECT_TRUE(holds(a.noise, 0.44));
+  EXPECT_THAT(a.noise.reason, HasSubstr("correlated"));
 }
 
 TEST(Honest, NoiseWithoutABaselineIsThatOfLevelsWithoutOutliers) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // A sine that no specimen makes is found and subtracted; what a specimen does is left alone.
-#include "analysis/hum.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/analysis_text.hpp"
+#include "analysis/metrics.hpp"
 #include "tests/unit/analysis/disturbed_run.hpp"
 
 namespace lcrig {

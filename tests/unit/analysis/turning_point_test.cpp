@@ -83,5 +83,56 @@ TEST(TurningPoint, TheErrorOfTheInstantStandsInTheBudgetOfASlope) {
   }
 }
 
+// A specimen that softens the slope, loaded evenly; all readings are later than they seem.
+RunAnalysis of_late_readings(double late_s) {
+  SyntheticRun run;
+  run.reading_s = 0.1;
+  run.begin();
+  SyntheticRun::Dynamic d;
+  d.cycles = 5;
+  d.branch_s = 4;
+  d.anywhere = true;
+  d.noise_F = 1e-18;
+  d.capacitance_F = [&](double kPa, bool up) {
+    const double rate_kPa_s = d.peak_N / SyntheticRun::area_m2() * 1e-3 / d.branch_s;
+    const double then = std::max(0.0, kPa + (up ? -1 : 1) * rate_kPa_s * late_s);
+    return 3.65e-12 + 680e-15 * (1 - std::exp(-then / 66));
+  };
+  run.play(d);
+  run.end();
+  auto out = analyse(run.db(), run.run());
+  EXPECT_TRUE(out) << (out ? "" : out.error().what);
+  return out ? std::move(*out) : RunAnalysis();
+}
+
+// The rate is even, and the curve bends: the part is what one standard uncertainty does.
+TEST(TurningPoint, TheErrorOfTheInstantOfABentCurveMovesItsSlopes) {
+  const auto right = of_late_readings(0);
+  const double u_s = right.ranges.at(0).instant_s;
+  const auto late = of_late_readings(u_s);
+  const char* name = "alignment of the clocks";
+  for (const std::size_t k : {0U, 1U}) {
+    const double moved =
+        std::abs(late.ranges[k].sensitivity.value() - right.ranges[k].sensitivity.value());
+    EXPECT_GT(moved, 0.005 * right.ranges[k].sensitivity.value());
+    EXPECT_NEAR(size_of(right.uncertainties, right.ranges[k].uncertainty.quantity, name), moved,
+                0.15 * moved);
+  }
+  const double moved = std::abs(late.force_sensitivity.value() - right.force_sensitivity.value());
+  EXPECT_GT(moved, 0.005 * right.force_sensitivity.value());
+  EXPECT_NEAR(size_of(right.uncertainties, "force sensitivity", name), moved, 0.15 * moved);
+}
+
+TEST(TurningPoint, TheErrorOfTheInstantOpensALoopWhereTheCurveIsSteepest) {
+  const double u_s = of_late_readings(0).ranges.at(0).instant_s;
+  const auto late = of_late_readings(u_s);
+  const double gap = late.hysteresis.largest_gap.value();
+  EXPECT_NEAR(size_of(late.uncertainties, "hysteresis", "alignment of the clocks"), gap,
+              0.15 * gap);
+  EXPECT_FALSE(late.hysteresis.resolved);
+  EXPECT_LE(late.hysteresis.largest_gap.estimate->interval->front(), 0)
+      << "it may be none: " << late.hysteresis.largest_gap.reason;
+}
+
 }  // namespace
 }  // namespace lcrig

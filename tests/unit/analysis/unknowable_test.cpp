@@ -71,12 +71,7 @@ RunAnalysis of_one_cycle(double rho) {
     noise = rho * noise + std::sqrt(1 - rho * rho) * normal(random);
     return 3.65e-12 + 2.15e-15 * kPa + 2e-15 * noise;
   };
-  SyntheticRun run;
-  run.reading_s = 0.065;
-  run.begin();
-  run.play(d);
-  run.end();
-  return analysed(run);
+  return of_dynamic(d);
 }
 
 TEST(Unknowable, DifferencesBetweenCyclesOfTheOnlyOne) {

@@ -38,6 +38,25 @@ TEST(PlannedRunOf, AHoldThatGoesToItsForceMakesALevel) {
   EXPECT_NEAR(run.cycles[0].peak_kPa, 0.8 * kPa_per_N, 1e-9);
 }
 
+// Of 0.02 and 0.8 N, the first is below a twentieth of the largest: no loading yet, but a level.
+TEST(PlannedRunOf, ALevelBelowTheEdgeOfACycleIsOne) {
+  const std::string levels = R"({"id":"pass","do":"repeat","count":2,"steps":[
+        {"id":"low","do":"ramp","to":{"force_N":0.02},"force_rate_N_s":0.1,"timeout_s":60},
+        {"id":"m1","do":"measure","count":10,"within_s":10},
+        {"id":"high","do":"ramp","to":{"force_N":0.8},"force_rate_N_s":0.1,"timeout_s":60},
+        {"id":"m2","do":"measure","count":10,"within_s":10},
+        {"id":"up","do":"ramp","to":{"gap_mm":0.1},"speed_mm_s":0.05,"timeout_s":60},
+        {"id":"rest","do":"hold","hold":"travel","for_s":5}]})";
+  const PlannedRun run = readings_of(levels);
+  ASSERT_EQ(run.levels.size(), 4U);
+  const double kPa_per_N = 1e-3 / run.area_m2;
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_NEAR(run.levels[k].pressure_kPa, (k % 2 == 0 ? 0.02 : 0.8) * kPa_per_N, 1e-9);
+    EXPECT_EQ(run.levels[k].repeat, k < 2 ? 1 : 2);
+  }
+  EXPECT_EQ(run.cycles.size(), 2U);
+}
+
 TEST(PlannedRunOf, StepsInsideOfLoopsGetTheTimeThatTheirReadingsTake) {
   const auto protocol = parse_protocol(with_steps(R"({"id":"r","do":"repeat","count":2,"steps":[
         {"id":"s","do":"sweep","name":"n","values":[1,2],"steps":[

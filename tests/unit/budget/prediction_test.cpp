@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -322,6 +323,24 @@ TEST(Budget, CyclesHaveThePartsThatTheAnalysisHas) {
   const double tilt_per_s = (20 - 2 * std::sqrt(35)) / 65, instant_s = 0.1 / std::sqrt(12);
   EXPECT_NEAR(part(p[1], "alignment of the clocks"), 2 * tilt_per_s * instant_s, 2e-4);
   EXPECT_NEAR(part(p[2], "turn within a window"), 2 * 20 * 0.1 / 12 / 4000 * 100, 1e-4);
+}
+
+// The force grows evenly, and the curve bends: 10 kPa/s times the change of the slope.
+TEST(Budget, TheInstantMovesTheSlopeOfABentCurve) {
+  PlannedRun run = straight_run();
+  run.reading_noise_F = 1e-20;
+  run.compression_m = [](double force_N) { return 1e-3 * force_N; };
+  run.delta_C_fF = [](double kPa) { return 6 * kPa - 0.02 * kPa * kPa; };
+  PlannedCycle cycle;
+  cycle.peak_kPa = 100;
+  cycle.loading_s = cycle.falling_s = 10;
+  run.cycles = {cycle, cycle, cycle};
+  run.rests = {{0, 1000}, {0, 1000}, {0, 1000}};
+  const auto p = predict(run);
+  const auto& parts = p[1].uncertainty.parts;
+  const auto found = std::ranges::find(parts, "alignment of the clocks", &UncertaintyPart::name);
+  ASSERT_NE(found, parts.end());
+  EXPECT_NEAR(found->standard_uncertainty, 0.04 * 10 * 0.1 / std::sqrt(12), 2e-4);
 }
 
 TEST(Budget, TheWholeIsNoSmallerThanTheInterval) {

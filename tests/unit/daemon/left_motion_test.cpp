@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/left_motion.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -8,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 
+#include "daemon/app/rig_watch.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
 #include "storage/writer_lock.hpp"

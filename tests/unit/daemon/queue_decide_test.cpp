@@ -233,7 +233,7 @@ TEST(Aftermath, ASuccessGoesOnAndForgetsEarlierFailures) {
   outcome.begun = true;
   outcome.status = ExitStatus::success;
   const auto after = aftermath_of(outcome, terms_of(OnFailure::hold), 1, 2);
-  EXPECT_EQ(after.entry, EntryState::done);
+  EXPECT_EQ(after.state, EntryState::done);
   EXPECT_FALSE(after.hold);
   EXPECT_EQ(after.failures_in_row, 0);
 }
@@ -253,7 +253,7 @@ TEST(Aftermath, EveryHazardHoldsUnderEveryTermsWhateverTheStatus) {
               ASSERT_TRUE(after.hold);
               EXPECT_EQ(to_string(*after.hold), to_string(hazard));
               EXPECT_THAT(after.why, HasSubstr("the reason"));
-              EXPECT_NE(after.entry, EntryState::skipped);
+              EXPECT_NE(after.state, EntryState::skipped);
             }
 }
 
@@ -275,7 +275,7 @@ TEST(Aftermath, ByDefaultEveryFailureHolds) {
       EXPECT_TRUE(after.hold) << to_string(code);
       // A person who stopped it before it began did not say that it failed.
       const bool stopped = !begun && code == Errc::aborted;
-      EXPECT_EQ(after.entry, stopped ? EntryState::waiting : EntryState::failed) << to_string(code);
+      EXPECT_EQ(after.state, stopped ? EntryState::waiting : EntryState::failed) << to_string(code);
     }
 }
 
@@ -287,7 +287,7 @@ TEST(Aftermath, OnlyWhatDidNotBeginIsRepeatedAtOnceAndOnlyAfterALineThatWasDistu
       const bool repeats = !begun && std::ranges::find(kLine, code) != std::end(kLine);
       EXPECT_EQ(!after.hold, repeats) << to_string(code) << (begun ? ", begun" : "");
       if (repeats) {
-        EXPECT_EQ(after.entry, EntryState::waiting);
+        EXPECT_EQ(after.state, EntryState::waiting);
       }
     }
 }
@@ -297,7 +297,7 @@ TEST(Aftermath, SkipsOnlyWhatTermsMayDecideOn) {
                           Errc::invalid_request, Errc::unsupported}) {
     const auto after = aftermath_of(failed(code, true), terms_of(OnFailure::skip), 1, 0);
     EXPECT_FALSE(after.hold) << to_string(code);
-    EXPECT_EQ(after.entry, EntryState::skipped);
+    EXPECT_EQ(after.state, EntryState::skipped);
     EXPECT_EQ(after.failures_in_row, 1);
   }
   for (const Errc code : {Errc::refused, Errc::io, Errc::bug, Errc::limit_tripped,
@@ -332,7 +332,7 @@ TEST(Aftermath, AnInterruptedRunStaysInterrupted) {
   EntryOutcome outcome = failed(Errc::no_reply, true);
   outcome.status = ExitStatus::interrupted;
   const auto after = aftermath_of(outcome, terms_of(OnFailure::skip), 1, 0);
-  EXPECT_EQ(after.entry, EntryState::interrupted);
+  EXPECT_EQ(after.state, EntryState::interrupted);
   EXPECT_TRUE(after.hold);
 }
 
@@ -344,7 +344,7 @@ TEST(Aftermath, AResumptionThatDidNotBeginNeedsAnotherWord) {
       const auto after = aftermath_of(outcome, terms_of(policy), 1, 0);
       EXPECT_TRUE(after.hold) << to_string(code);
       if (code != Errc::aborted) {
-        EXPECT_EQ(after.entry, EntryState::interrupted);
+        EXPECT_EQ(after.state, EntryState::interrupted);
       }
     }
 }

@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "daemon/app/stops.hpp"
+#include "daemon/app/run_steering.hpp"
 #include "tests/support/app_parts.hpp"
 
 namespace lcrig::support {
@@ -62,7 +62,8 @@ class Requests : public AppPartsTest {
   RunStarter starter = make_starter();
   std::string vfs_;
   QueueTurns turns{io.get_executor(), clock, {database, vfs_, use, starter, plans, callers, news}};
-  Stops stops{clock, use, callers};
+  RemoteOperator person_{io.get_executor()};
+  RunSteering stops{clock, {use, callers, person_, turns, recorder}};
   RunRequests requests{
       io.get_executor(), clock, {database, rig, use, callers, writes, starter, turns}};
   PeerCredentials ada_;

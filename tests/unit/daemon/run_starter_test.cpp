@@ -6,9 +6,8 @@
 
 #include <future>
 
-#include "daemon/app/answer_taker.hpp"
 #include "daemon/app/queue_turns.hpp"
-#include "daemon/app/stops.hpp"
+#include "daemon/app/run_steering.hpp"
 #include "tests/support/app_parts.hpp"
 
 namespace lcrig::support {
@@ -34,7 +33,10 @@ class Starter : public AppPartsTest {
   std::int64_t runs() const { return count("SELECT count(*) FROM run"); }
 
   RunStarter starter = make_starter();
-  Stops stops{clock, use, callers};
+  std::string vfs_;
+  QueueTurns turns{io.get_executor(), clock, {database, vfs_, use, starter, plans, callers, news}};
+  RemoteOperator person_{io.get_executor()};
+  RunSteering stops{clock, {use, callers, person_, turns, recorder}};
   PeerCredentials ada_;
 };
 
@@ -143,8 +145,6 @@ class Turns : public Starter {
     out.compares = false;
     return out;
   }
-  std::string vfs_;
-  QueueTurns turns{io.get_executor(), clock, {database, vfs_, use, starter, plans, callers, news}};
 };
 
 TEST_F(Turns, OfAnEntryThatNobodyStartedBeginNothing) {
@@ -198,8 +198,7 @@ TEST_F(Turns, ArePlannedOnTheRigAsItWasSeenWhileItIsUsed) {
 
 class AppAnswers : public Turns {
  protected:
-  RemoteOperator person_{io.get_executor()};
-  AnswerTaker answers{use, callers, person_, turns, recorder};
+  RunSteering& answers = stops;
 };
 
 TEST_F(AppAnswers, WithoutAQuestionAreRefused) {
@@ -261,7 +260,7 @@ class SlowName : public AppAnswers {
   std::optional<Result<>> late_;
   ControlServer named_{io.get_executor(), clock, handler, options()};
   Callers slow_callers_{clock, named_, recorder};
-  AnswerTaker slow_{use, slow_callers_, person_, turns, recorder};
+  RunSteering slow_{clock, {use, slow_callers_, person_, turns, recorder}};
 };
 
 TEST_F(SlowName, ConfirmsTheQuestionThatWasAskedWhenItCame) {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/fem_prolong.hpp"
-
 #include <gtest/gtest.h>
 
 #include "model/fem_levels.hpp"
+#include "model/fem_system.hpp"
 #include "reference.hpp"
 
 namespace lcrig {

@@ -110,9 +110,9 @@ TEST(Hyperelastic, ChangeFollowsTheReferenceTable) {
   LCRIG_NEED_REFERENCE(rows, "r2_hyperelastic_1d.csv");
   for (const auto& row : rows) {
     LevelSettings settings;
-    settings.form = parse_energy_form(row[0]).value();
+    settings.form = parse_word<EnergyForm>(row[0]).value();
     settings.lateral = row[1] == "confined" ? Lateral::confined : Lateral::free;
-    settings.pressure_kind = parse_pressure_kind(row[2]).value_or(PressureKind::dead);
+    settings.pressure_kind = parse_word<PressureKind>(row[2]).value_or(PressureKind::dead);
     expect_relative(at(shipped("paper-1"), settings, row.number(3)).delta_capacitance_F,
                     row.number(8) * 1e-15, 2e-13, row[0] + row[1] + row[2] + " " + row[3]);
   }
@@ -124,9 +124,9 @@ TEST(Hyperelastic, StacksOfTheReference) {
     Specimen s = shipped("paper-1");
     s.capacitors.assign(static_cast<std::size_t>(row.number(0)), s.capacitors.front());
     LevelSettings settings;
-    settings.form = parse_energy_form(row[1]).value();
+    settings.form = parse_word<EnergyForm>(row[1]).value();
     settings.lateral = row[2] == "confined" ? Lateral::confined : Lateral::free;
-    settings.pressure_kind = parse_pressure_kind(row[3]).value_or(PressureKind::dead);
+    settings.pressure_kind = parse_word<PressureKind>(row[3]).value_or(PressureKind::dead);
     const auto state = at(s, settings, row.number(4));
     expect_relative(s.c0_F() + state.delta_capacitance_F, row.number(5) * 1e-12, 1e-12,
                     row[0] + row[1] + row[2] + row[3] + " " + row[4]);

@@ -101,8 +101,8 @@ TEST(Stretch, TruePressureIsForceOverCurrentArea) {
 TEST(Stretch, FollowsTheReferenceTable) {
   LCRIG_NEED_REFERENCE(rows, "r2_hyperelastic_1d.csv");
   for (const auto& row : rows) {
-    const auto form = parse_energy_form(row[0]);
-    const auto kind = parse_pressure_kind(row[2].substr(0, 4));
+    const auto form = parse_word<EnergyForm>(row[0]);
+    const auto kind = parse_word<PressureKind>(row[2].substr(0, 4));
     ASSERT_TRUE(form) << row[0];
     const auto lateral = row[1] == "confined" ? Lateral::confined : Lateral::free;
     const auto s = solve(*form, lateral, kind.value_or(PressureKind::dead),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/run/answer_event.hpp"
-
 #include <gtest/gtest.h>
+
+#include "protocols/run/questions.hpp"
 
 namespace lcrig {
 namespace {

@@ -195,5 +195,18 @@ TEST(Plan, BeforeContactIsFoundAWayIsNotJudgedByAGuessedGap) {
   ASSERT_TRUE(plan) << plan.error().what;
 }
 
+TEST(Plan, AFastWayToASmallGapSaysWhatAFaceThatCameUpWouldFeel) {
+  Rig rig = frame_rig();
+  rig.start_travel = Length::from_si(-5e-3);
+  rig.start_gap = 5.0_mm;
+  const auto plan = plan_steps(
+      R"({"id":"s","do":"ramp","to":{"gap_mm":0.01},"speed_mm_s":1,"timeout_s":700})", rig);
+  ASSERT_TRUE(plan) << plan.error().what;
+  // The device stops at the limit of 1.5 N: 60e3 * (1e-3 * 1e-3 + 1e-6 / 0.1) = 0.66 N beyond.
+  EXPECT_THAT(plan->steps.at(0).note,
+              HasSubstr("a face that has come up by more than 0.01 mm: up to 2.16 N"));
+  EXPECT_THAT(plan->assumptions, testing::Contains(HasSubstr("face has not come up")));
+}
+
 }  // namespace
 }  // namespace lcrig

@@ -21,10 +21,12 @@ namespace {
   auto recorder = Recorder::open(io, clock, Recorder::Options(path));
   if (!recorder) ::_exit(1);
   std::int64_t acknowledged = 0;
-  (*recorder)->on_committed([&](const Committed& c) {
+  Recorder::Listener listener;
+  listener.committed = [&](const Committed& c) {
     acknowledged += static_cast<std::int64_t>(c.readings);
     if (::write(fd, &acknowledged, sizeof acknowledged) < 0) ::_exit(2);
-  });
+  };
+  (*recorder)->set_listener(std::move(listener));
   if (!run_task(io, (*recorder)->begin_run(RunRow()))) ::_exit(3);
   for (;;) {
     for (int i = 0; i < 3; ++i) (*recorder)->reading(LcrReading(), ReadingTag());

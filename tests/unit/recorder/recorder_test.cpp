@@ -50,8 +50,9 @@ class RecorderTest : public testing::Test {
     auto r = Recorder::open(io_, clock_, std::move(options));
     ASSERT_TRUE(r) << r.error().what;
     recorder_ = std::move(*r);
-    recorder_->on_committed([this](const Committed& c) { acknowledged_ += c.readings; });
-    recorder_->on_fault([this](const Error& e) { faults_.push_back(e.what); });
+    listener_.committed = [this](const Committed& c) { acknowledged_ += c.readings; };
+    listener_.fault = [this](const Error& e) { faults_.push_back(e.what); };
+    recorder_->set_listener(listener_);
   }
   void open() { open(Recorder::Options(path_)); }
   std::int64_t begin() {
@@ -94,6 +95,7 @@ class RecorderTest : public testing::Test {
   asio::io_context io_;
   std::size_t acknowledged_ = 0;
   std::vector<std::string> faults_;
+  Recorder::Listener listener_;
   std::unique_ptr<Recorder> recorder_;
 };
 
@@ -428,7 +430,8 @@ TEST_F(RecorderTest, ADatabaseThatIsMovedInTheRunIsToldAndNothingOfItIsLost) {
   open();
   const auto run = begin();
   int told = 0;
-  recorder_->on_moved([&told] { ++told; });
+  listener_.moved = [&told] { ++told; };
+  recorder_->set_listener(listener_);
   const auto store = [this] {
     push_readings(1);
     EXPECT_TRUE(run_task(io_, clock_, recorder_->flush()));
@@ -475,12 +478,13 @@ class LockedRecorder : public RecorderTest {
 TEST_F(LockedRecorder, RowsWaitUntilTheOtherProgramLetsGo) {
   begin_with(60s);
   std::vector<std::size_t> waiting;
-  recorder_->on_locked([&](Duration, std::size_t rows) {
+  listener_.locked = [&](Duration, std::size_t rows) {
     waiting.push_back(rows);
     if (waiting.size() == 3) {
       EXPECT_TRUE(other_.execute("ROLLBACK"));
     }
-  });
+  };
+  recorder_->set_listener(listener_);
   push_readings(7);
   EXPECT_TRUE(flush());
   EXPECT_THAT(waiting, ElementsAre(7U, 7U, 7U));
@@ -509,12 +513,13 @@ TEST_F(LockedRecorder, TheEndOfARunMovesOnWhileItWaits) {
   begin_with(60s);
   push_readings(7);
   std::vector<std::uint64_t> progress{recorder_->progress()};
-  recorder_->on_locked([&](Duration, std::size_t) {
+  listener_.locked = [&](Duration, std::size_t) {
     progress.push_back(recorder_->progress());
     if (progress.size() == 4) {
       EXPECT_TRUE(other_.execute("ROLLBACK"));
     }
-  });
+  };
+  recorder_->set_listener(listener_);
   end(ExitStatus::success, "");
   ASSERT_GE(progress.size(), 4U);
   for (std::size_t i = 1; i < progress.size(); ++i) EXPECT_GT(progress[i], progress[i - 1]);
@@ -526,7 +531,8 @@ TEST_F(LockedRecorder, TheTimeOfALockIsCountedFromItsBeginningAlsoAtTheEnd) {
   begin_with(100ms);
   push_readings(7);
   std::vector<Duration> waited;
-  recorder_->on_locked([&](Duration since, std::size_t) { waited.push_back(since); });
+  listener_.locked = [&](Duration since, std::size_t) { waited.push_back(since); };
+  recorder_->set_listener(listener_);
   EXPECT_FALSE(flush());
   const auto in_the_run = waited.size();
   ASSERT_GT(in_the_run, 0U);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The commands of `next:` lines are typed into a shell here, and do what was asked for before.
-#include "tools/lcrig/next_command.hpp"
 
 #include <gmock/gmock.h>
 
@@ -12,6 +11,7 @@
 #include "base/text.hpp"
 #include "tests/support/shell.hpp"
 #include "tests/unit/tools/served.hpp"
+#include "tools/lcrig/command_output.hpp"
 
 namespace lcrig {
 namespace {

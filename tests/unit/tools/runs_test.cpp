@@ -9,8 +9,8 @@
 #include "storage/writer_lock.hpp"
 #include "tests/support/cli_fixture.hpp"
 #include "tests/support/without_rights.hpp"
-#include "tools/lcrig/print_json.hpp"
-#include "tools/lcrig/run_listing_line.hpp"
+#include "tools/lcrig/command_output.hpp"
+#include "tools/lcrig/run_database.hpp"
 
 namespace lcrig::cli {
 namespace {

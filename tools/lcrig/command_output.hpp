@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command that a `next:` line proposes. Somebody copies it and expects what they asked for so
-// far: it carries every option that decides what will happen, and the shell reads it as one
-// command.
+// What a command prints: its result, as one line of JSON or as words for people, and the command to
+// type next.
 #pragma once
 
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <ostream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +14,16 @@
 
 namespace lcrig::cli {
 
+// Bytes that are no UTF-8 (a file name, an instrument's words) are replaced.
+std::string json_line(const nlohmann::json& value);  // without the line's end
+void print_json(std::ostream& out, const nlohmann::json& value);
+// Prints `result`: with --json as one line, else as `text` writes it.
+ExitCode show(Context& context, const nlohmann::json& result,
+              const std::function<void(std::ostream&)>& text);
+
+// The command that a `next:` line proposes. Somebody copies it and expects what they asked for so
+// far: it carries every option that decides what will happen, and the shell reads it as one
+// command.
 using Words = std::vector<std::string>;
 
 // One word for a POSIX shell; what would steer a terminal becomes $'...', which bash and zsh know.

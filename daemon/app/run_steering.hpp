@@ -1,20 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests of people to stop or pause the run that goes on, at once or at the end of what is under
-// way. App owns it; the control socket calls it.
+// Requests of people to the run that goes on: to stop or pause it, at once or at the end of what is
+// under way, and the confirmation or the answer that it waits for. A confirmation also opens a gate
+// of the queue. App owns it; the control socket calls it.
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "daemon/app/callers.hpp"
+#include "daemon/app/queue_turns.hpp"
 #include "daemon/app/rig_use.hpp"
 #include "daemon/control/handler.hpp"
+#include "daemon/rig/operator.hpp"
 
 namespace lcrig {
 
-class Stops final : public StopHandler {
+class RunSteering final : public SteeringHandler {
  public:
-  Stops(Clock& clock, RigUse& use, Callers& callers)
-      : clock_(clock), use_(use), callers_(callers) {}
+  // What App shares with it; all outlive it.
+  struct Parts {
+    RigUse& use;
+    Callers& callers;
+    RemoteOperator& person;
+    const QueueTurns& queue;
+    const std::unique_ptr<Recorder>& recorder;
+  };
+  RunSteering(Clock& clock, const Parts& parts) : clock_(clock), parts_(parts) {}
 
   Task<Result<>> pause(PeerCredentials peer) override;
   Task<Result<StopAnswer>> pause_at(StopPlace place, PeerCredentials peer) override;
@@ -23,6 +34,9 @@ class Stops final : public StopHandler {
   Task<Result<StopAnswer>> abort(std::string why, PeerCredentials peer) override;
   Task<Result<StopAnswer>> freeze(std::string why, PeerCredentials peer) override;
 
+  Task<Result<>> confirm(PeerCredentials peer) override;
+  Task<Result<Answered>> answer(AnswerRequest request, PeerCredentials peer) override;
+
  private:
   Task<Result<StopAnswer>> stop_run(Interrupt kind, std::string why, PeerCredentials peer);
   Task<Result<StopAnswer>> ask_at(PlannedStops::Kind kind, StopPlace place, std::string why,
@@ -30,8 +44,7 @@ class Stops final : public StopHandler {
   Task<Result<StopAnswer>> confirm_stop(Run& run, std::uint64_t stands, std::uint64_t failures);
 
   Clock& clock_;
-  RigUse& use_;
-  Callers& callers_;
+  Parts parts_;
 };
 
 }  // namespace lcrig

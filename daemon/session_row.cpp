@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/run_row.hpp"
-
+// The row of a session's run: all that is known before its first reading.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/decimal.hpp"
 #include "base/units.hpp"
+#include "daemon/rig/corrector.hpp"
+#include "daemon/session.hpp"
 
 namespace lcrig {
 
@@ -51,30 +52,36 @@ std::string parameters_json(const Environment& environment) {
 
 }  // namespace
 
-RunRow make_run_row(const RowFacts& facts, const Clock& clock) {
+RunRow Session::make_row() const {
+  const RunRequest& request = prepared_.request;
+  const InstrumentsInfo& info = instruments_->info();
+  const Duration conversion = instruments_->meter().capabilities().conversion_time(settings_);
   RunRow row;
-  row.protocol_name = facts.protocol.name;
-  row.protocol_text = facts.request.protocol_text;
-  row.parameters_json = parameters_json(facts.environment);
-  row.specimen_name = facts.request.specimen_name;
-  row.specimen_text = facts.request.specimen_text;
-  row.probe_diameter_m = facts.info.fixture.probe_diameter_m;
-  row.lcr_identity = facts.meter.text;
-  row.frame_identity = facts.frame.text;
-  row.lcr_settings_json = to_json(facts.settings);
-  row.frame_capabilities_json = capabilities_json(facts.abilities);
-  row.frame_limits_json = limits_json(facts.limits);
-  row.bench_name = facts.info.bench_name;
-  row.bench_text = facts.info.bench_text;
-  row.simulated = facts.simulated;
-  row.seed = facts.info.seed;
-  row.model_level = facts.info.model_level;
-  row.model_error_json = facts.info.model_json;
-  row.operator_name = facts.request.operator_name;
-  row.note = facts.request.note;
-  row.started_unix_ns = clock.unix_ns();
-  row.started = clock.now();
+  row.protocol_name = prepared_.protocol.name;
+  row.protocol_text = request.protocol_text;
+  row.parameters_json = parameters_json(prepared_.environment);
+  row.specimen_name = request.specimen_name;
+  row.specimen_text = request.specimen_text;
+  row.probe_diameter_m = info.fixture.probe_diameter_m;
+  row.lcr_identity = meter_identity_.text;
+  row.frame_identity = frame_identity_.text;
+  row.lcr_settings_json = to_json(settings_event(settings_, conversion));
+  row.frame_capabilities_json = capabilities_json(instruments_->frame().capabilities());
+  row.frame_limits_json = limits_json(plan_.limits);
+  row.corrections =
+      corrections_of(meter_identity_, info.simulated || meter_identity_.simulated, corrections_);
+  row.bench_name = info.bench_name;
+  row.bench_text = info.bench_text;
+  row.simulated = simulated();
+  row.seed = info.seed;
+  row.model_level = info.model_level;
+  row.model_error_json = info.model_json;
+  row.operator_name = request.operator_name;
+  row.note = request.note;
+  row.started_unix_ns = clock_.unix_ns();
+  row.started = clock_.now();
   row.boot_id = read_boot_id();
+  row.queue_entry = prepared_.queue_entry;
   return row;
 }
 

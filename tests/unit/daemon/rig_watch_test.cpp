@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The frame after a daemon that died, and the instruments while nothing runs.
-#include "daemon/app/frame_rescue.hpp"
-
 #include "daemon/app/rig_watch.hpp"
+
 #include "storage/runs.hpp"
 #include "tests/support/app_parts.hpp"
 
@@ -24,53 +23,52 @@ class Rescue : public AppPartsTest {
     }
     AppPartsTest::SetUp();
     known.declare(Instrument::lcr, "serial:x", "not yet", false);
-    rescue.look_at_orphans();
+    watcher.look_at_orphans();
   }
   std::int64_t notes() const {
     return count("SELECT count(*) FROM run_note WHERE text LIKE '%confirmed standstill%'");
   }
-  void watch() { begin(rig_watch.ask()); }
+  void watch() { begin(watcher.ask()); }
 
-  FrameRescue rescue{database, rig, recorder, writes};
-  RigWatch rig_watch{clock, rig, known, use, rescue};
+  RigWatch watcher{clock, {database, rig, known, use, recorder, writes}};
 };
 
 TEST_F(Rescue, AsksTheFrameUntilItStandsAndNotesIt) {
   open(true);
   rig.stands = false;
-  EXPECT_FALSE(run(rescue.make_safe()));
+  EXPECT_FALSE(run(watcher.make_safe()));
   EXPECT_EQ(notes(), 0);
   rig.stands = true;
-  EXPECT_TRUE(run(rescue.make_safe()));
+  EXPECT_TRUE(run(watcher.make_safe()));
   EXPECT_EQ(notes(), 1);
-  EXPECT_TRUE(run(rescue.make_safe()));
+  EXPECT_TRUE(run(watcher.make_safe()));
   EXPECT_EQ(rig.stops, 2) << "it stands already";
 }
 
 TEST_F(Rescue, AsksNoFrameThatNobodyLeftMoving) {
   open(false);
-  EXPECT_TRUE(run(rescue.make_safe()));
+  EXPECT_TRUE(run(watcher.make_safe()));
   EXPECT_EQ(rig.stops, 0);
 }
 
 TEST_F(Rescue, AsksNoSimulatedFrame) {
   rig.real = false;
-  EXPECT_FALSE(rescue.may_be_left());
+  EXPECT_FALSE(watcher.may_be_left());
   open(true);
-  EXPECT_TRUE(run(rescue.make_safe()));
+  EXPECT_TRUE(run(watcher.make_safe()));
   EXPECT_EQ(rig.stops, 0);
 }
 
-Task<bool> stop_first(FrameRescue& rescue) {
-  co_await rescue.stop_first();
+Task<bool> stop_first(RigWatch& watcher) {
+  co_await watcher.stop_first();
   co_return true;
 }
 
 TEST_F(Rescue, BeforeTheDatabaseIsOpenCounts) {
-  run(stop_first(rescue));
+  run(stop_first(watcher));
   EXPECT_EQ(rig.stops, 1);
   open(true);
-  EXPECT_TRUE(run(rescue.make_safe()));
+  EXPECT_TRUE(run(watcher.make_safe()));
   EXPECT_EQ(rig.stops, 1) << "not twice";
   EXPECT_EQ(notes(), 1);
 }
@@ -107,7 +105,7 @@ TEST_F(Rescue, NobodyAsksWhileARunIsPreparedOrGoesOn) {
   open(false);
   rig.asked = [this] { known.answered(Instrument::lcr, Identity(), Learned(LearnedBy::look)); };
   watch();
-  begin(rig_watch.watch_ports());
+  begin(watcher.watch_ports());
   pass(1s);
   use.enter(RigUse::State::running);
   const int before = rig.asks;

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/app/run_steering.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace lcrig {
+
+using namespace std::chrono_literals;
+
+namespace {
+
+using Kind = PlannedStops::Kind;
+
+std::string at_words(const PlannedStop& stop) {
+  return fmt::format("the end of the {} (step {})", place_words(stop.place), stop.step_id);
+}
+
+// The thing that the run waits for before it can go on to that end; empty: nothing.
+std::string but_first(RunState state) {
+  switch (state) {
+    case RunState::paused: return "; it is paused, and goes on with `lcrig resume`";
+    case RunState::waiting_for_operator:
+      return "; it waits for a person first: `lcrig status` says for what";
+    case RunState::waiting_for_instrument: return "; it waits for an instrument first";
+    case RunState::preparing:
+    case RunState::running:
+    case RunState::finishing:
+    case RunState::ended: break;
+  }
+  return "";
+}
+
+std::string words_of(Kind kind, const PlannedStops::Asked& asked, RunState state) {
+  const char* stops = kind == Kind::stop ? "stops at" : "pauses at";
+  const std::string then = kind == Kind::stop ? ", then unloads" : "";
+  if (asked.was_nearer) {
+    return fmt::format("it {} {} already, which comes no later: that stands{}", stops,
+                       at_words(asked.stop), but_first(state));
+  }
+  std::string out = fmt::format("it {} {}, in about {:.0f} s{}", stops, at_words(asked.stop),
+                                asked.seconds, then);
+  if (asked.replaces) {
+    out += fmt::format("; that is nearer than {}, which was asked for before",
+                       at_words(*asked.replaces));
+  }
+  return out + but_first(state);
+}
+
+std::string reason_of(const std::string& why, const PeerCredentials& peer) {
+  return why.empty() ? "by " + peer.user : why + " (by " + peer.user + ")";
+}
+
+}  // namespace
+
+Task<Result<>> RunSteering::pause(PeerCredentials peer) {
+  peer.user = co_await parts_.callers.name_for_stop(peer);
+  auto run = parts_.use.running();
+  if (!run) co_return fail(run.error());
+  parts_.callers.note("run.pause", peer);
+  (*run)->interrupt(InterruptRequest(Interrupt::pause, reason_of("", peer)));
+  co_return Result<>();
+}
+
+Task<Result<StopAnswer>> RunSteering::stop_run(Interrupt kind, std::string why,
+                                               PeerCredentials peer) {
+  peer.user = co_await parts_.callers.name_for_stop(peer);
+  const std::string reason = reason_of(why, peer);
+  auto live = parts_.use.running();
+  if (!live && parts_.use.state() == RigUse::State::starting) {
+    // Nothing may move from here on; the start that is being prepared answers with an error.
+    parts_.use.stop_start(InterruptRequest(kind, reason));
+    co_return StopAnswer(StopState::not_begun,
+                         "the run that is being prepared does not begin: nothing moves");
+  }
+  if (!live) co_return fail(live.error());
+  Run& run = **live;
+  parts_.callers.note(kind == Interrupt::freeze ? "run.freeze" : "run.abort", peer, why);
+  const std::uint64_t stands = run.stands(), failures = run.failed_stops();
+  const Run::Taken taken = run.interrupt(InterruptRequest(kind, reason));
+  if (taken == Run::Taken::finally_goes_on) {
+    co_return StopAnswer(
+        StopState::finally,
+        "`finally` is running and goes on: the frame moves to unload the specimen; "
+        "lcrig freeze stops it at once");
+  }
+  co_return co_await confirm_stop(run, stands, failures);
+}
+
+// "Stopped" is said only of a frame that confirmed it after the request.
+Task<Result<StopAnswer>> RunSteering::confirm_stop(Run& run, std::uint64_t stands,
+                                                   std::uint64_t failures) {
+  const MonoTime limit = clock_.now() + 70s;  // two STOPs of the slowest machine
+  const auto is_known = [this, &run, stands, failures] {
+    return parts_.use.live_run() != &run || run.stands() != stands || run.failed_stops() > failures;
+  };
+  co_await parts_.use.wait(is_known, limit);
+  const bool gone = parts_.use.live_run() != &run;
+  const auto& ended = parts_.use.last_run();
+  const bool failed = gone ? ended && ended->code == Errc::not_standing : run.stands() == stands;
+  if (failed) co_return fail(Errc::not_standing, "standstill not confirmed: use the E-stop");
+  if (!gone && !run.commands()) {
+    co_return StopAnswer(StopState::not_ours,
+                         "the recording ends; the frame was only observed and is not stopped");
+  }
+  co_return StopAnswer(StopState::standing, "stopped");
+}
+
+Task<Result<StopAnswer>> RunSteering::abort(std::string why, PeerCredentials peer) {
+  return stop_run(Interrupt::abort, std::move(why), std::move(peer));
+}
+
+Task<Result<StopAnswer>> RunSteering::freeze(std::string why, PeerCredentials peer) {
+  auto stopped = co_await stop_run(Interrupt::freeze, std::move(why), std::move(peer));
+  if (stopped && stopped->state == StopState::standing) {
+    stopped->note = "stopped; the frame stays where it is";
+  }
+  co_return stopped;
+}
+
+Task<Result<StopAnswer>> RunSteering::ask_at(PlannedStops::Kind kind, StopPlace place,
+                                             std::string why, PeerCredentials peer) {
+  peer.user = co_await parts_.callers.name_for_stop(peer);
+  auto live = parts_.use.running();
+  if (!live && parts_.use.state() == RigUse::State::starting) {
+    co_return fail(Errc::invalid_request,
+                   "the run is still being prepared: `lcrig abort` keeps it from beginning");
+  }
+  if (!live) co_return fail(live.error());
+  Run& run = **live;
+  if (run.is_ending()) {
+    co_return StopAnswer(StopState::finally,
+                         "the run is ending already: `finally` runs, or is about to");
+  }
+  auto asked = run.ask_at(kind, place, reason_of(why, peer));
+  if (!asked) co_return fail(asked.error());
+  parts_.callers.note(kind == Kind::stop ? "run.stop" : "run.pause", peer, why);
+  co_return StopAnswer(StopState::later, words_of(kind, *asked, run.progress().state));
+}
+
+Task<Result<StopAnswer>> RunSteering::pause_at(StopPlace place, PeerCredentials peer) {
+  return ask_at(Kind::pause, place, std::string(), std::move(peer));
+}
+
+Task<Result<StopAnswer>> RunSteering::stop_after(StopPlace place, std::string why,
+                                                 PeerCredentials peer) {
+  return ask_at(Kind::stop, place, std::move(why), std::move(peer));
+}
+
+Task<Result<>> RunSteering::confirm(PeerCredentials peer) {
+  const Run* run = parts_.use.live_run();
+  if (run != nullptr && run->question()) {
+    const Question& question = run->question()->question;
+    if (question.type != AnswerType::confirmation) {
+      co_return fail(Errc::invalid_request, "step {} asks for {}: `lcrig answer VALUE`",
+                     question.step_id, expected_words(question));
+    }
+    auto answered = co_await answer(AnswerRequest(), std::move(peer));
+    if (!answered) co_return fail(answered.error());
+    co_return Result<>();
+  }
+  const std::string asked = parts_.person.prompt();
+  QueueRunner* const queue = parts_.queue.runner();
+  const bool at_gate = queue != nullptr && queue->awaits_consent();
+  const auto entry = at_gate ? queue->status().entry : std::nullopt;
+  peer.user = co_await parts_.callers.name_of(peer);
+  const bool confirmed = parts_.person.prompt() == asked && parts_.person.confirmed();
+  if (!confirmed && at_gate) {
+    co_return co_await queue->answer("yes", entry, std::move(peer));
+  }
+  if (!confirmed) co_return fail(Errc::invalid_request, "nothing waits for confirmation");
+  parts_.callers.note("run.confirm", peer);
+  co_return Result<>();
+}
+
+// An answer that a client is told to be taken is in the database. It is for the question that was
+// asked when it came: another one may be asked once the name of the peer is known.
+Task<Result<Answered>> RunSteering::answer(AnswerRequest request, PeerCredentials peer) {
+  const Run* asking = parts_.use.live_run();
+  if (!request.question && asking != nullptr && asking->question()) {
+    request.question = asking->question()->number;
+  }
+  peer.user = co_await parts_.callers.name_of(peer);
+  auto live = parts_.use.running();
+  if (!live) co_return fail(live.error());
+  Run& run = **live;
+  const std::int64_t number = run.progress().run;
+  if (!run.question() && !parts_.person.prompt().empty()) {
+    co_return fail(Errc::invalid_request,
+                   "run {} waits for a confirmation, not for an answer: `lcrig confirm`", number);
+  }
+  if (!run.question() && run.progress().state == RunState::paused) {
+    co_return fail(
+        Errc::invalid_request,
+        "run {} is paused and waits for no answer: `lcrig resume`; what it asked it asks "
+        "again then",
+        number);
+  }
+  auto answered = run.answer(request.value, peer.user, request.question);
+  if (!answered) co_return fail(answered.error());
+  answered->run = number;
+  parts_.callers.note("run.answer", peer);
+  auto stored = co_await parts_.recorder->flush();
+  if (!stored) co_return fail(stored.error());
+  co_return answered;
+}
+
+}  // namespace lcrig
