@@ -361,8 +361,8 @@ std::vector<Judged> judge(const MadeRun& run, const TrueSpecimen& specimen, cons
   }
   if (!a.levels.empty() && a.ranges[0].sensitivity) {
     const auto slope = judge_slope(run, specimen, world, a.ranges[0]);
-    if (slope && world.noise_per_kPa <= 0 && world.flicker_fF <= 0 && world.outlier_share <= 0 &&
-        world.hum_fF <= 0) {
+    if (slope && world.noise_per_kPa <= 0 && world.ar1 <= 0 && world.flicker_fF <= 0 &&
+        world.outlier_share <= 0 && world.hum_fF <= 0) {
       add(out, "limit of detection", a.limit_of_detection, std::nullopt,
           3 * world.noise_fF / slope->of_rig, 3 * world.noise_fF / slope->own);
     }

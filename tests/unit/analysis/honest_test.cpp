@@ -179,7 +179,7 @@ TEST(Honest, AnOutlierOfAFewReadingsIsListed) {
   const auto a = of_static(s);
   ASSERT_EQ(a.outlier_count, 1);
   EXPECT_EQ(a.outliers[0].level, 4);
-  EXPECT_NEAR(a.outliers[0].deviations, 400 / 44.0, 2);
+  EXPECT_NEAR(a.outliers[0].deviations, 400 / 44.0, 3);
 }
 
 TEST(Honest, FlaggedReadingsAreLeftOut) {
