@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "analysis/export.hpp"
-#include "base/decimal.hpp"
 #include "base/strict_json.hpp"
 #include "daemon/rehearse.hpp"
 #include "daemon/rig/recording.hpp"
 #include "storage/database.hpp"
 #include "storage/runs.hpp"
+#include "tests/support/decimal_text.hpp"
 #include "tests/support/protocol_text.hpp"
 #include "tests/support/temp_dir.hpp"
 

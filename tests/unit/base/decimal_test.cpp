@@ -9,14 +9,10 @@
 #include <limits>
 #include <random>
 
+#include "tests/support/decimal_text.hpp"
+
 namespace lcrig {
 namespace {
-
-std::string decimal_shift(double value, int power) {
-  std::string out;
-  append_decimal_shift(out, value, power);
-  return out;
-}
 
 TEST(DecimalShift, KeepsTheDigitsThatTheInstrumentSent) {
   EXPECT_EQ(decimal_shift(1.84249e-12, 12), "1.84249");
