@@ -91,11 +91,12 @@ std::optional<ContactSlope> slope_from_later(const WayBack& way, std::size_t tou
   return steepest;
 }
 
-// What the ways to these looks prove: no contact is softer.
-double least_N_m(const WayBack& way, std::size_t to, std::size_t end) {
+// No contact is softer. Where contact was lost on the way, it was stiffer still.
+double least_stiffness_N_m(const WayBack& way) {
   double least = 0;
-  for (; to < end; ++to) {
-    for (std::size_t from = 0; from < to; ++from) {
+  for (std::size_t to = 1; to < way.size(); ++to) {
+    const bool is_last = to + 1 == way.size();
+    for (std::size_t from = is_last ? 0 : 1; from < to; ++from) {
       least = std::max(least, way.drop(from, to).slope().at_least);
     }
   }
@@ -114,14 +115,10 @@ std::optional<ContactSlope> contact_slope(std::span<const Rest> looks, std::size
   auto whole = slope_from_contact(way, touching);
   const auto later = slope_from_later(way, touching);
   if (whole && later) whole->at_most = std::max(whole->at_most, later->about);
-  // On a part of the way to the look without contact nothing pressed: the contact is stiffer still.
-  const double pressed_N_m = least_N_m(way, 1, touching);
-  const double lost_N_m = least_N_m(way, touching, way.size());
-  if (whole && whole->at_most >= lost_N_m) {
-    whole->at_most = std::max(whole->at_most, pressed_N_m);
-    return whole;
+  const double least_N_m = least_stiffness_N_m(way);
+  for (const auto& slope : {whole, later}) {
+    if (slope && slope->at_most >= least_N_m) return slope;
   }
-  if (later && later->at_most >= std::max(pressed_N_m, lost_N_m)) return later;
   return std::nullopt;
 }
 

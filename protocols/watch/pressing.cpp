@@ -134,8 +134,6 @@ void Pressing::add(std::span<const FrameSample> samples) {
 
 std::optional<Pressing::Comparison> Pressing::end(const MotionOutcome& outcome, double noise_N) {
   const std::optional<Permit> permit = std::exchange(open_, std::nullopt);
-  // At one speed all steps are alike but the last one.
-  if (permit && outcome.travel_m) digit_.add(*outcome.travel_m);
   if (outcome.force_N) peak_N_ = std::max(peak_N_.value_or(*outcome.force_N), *outcome.force_N);
   if (!permit || !permit->presses || !peak_N_) return std::nullopt;
   Comparison c;

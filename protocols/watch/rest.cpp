@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kLeastStep_m = 1e-10;  // below any drive's resolution: rounding
 constexpr double kCoarsest_m = 12e-6;  // above any drive's resolution: the way between two samples
-constexpr int kSureSteps = 5;  // fewer may have a larger divisor by chance
 constexpr double kMultiple = 0.05;  // of a digit: what rounding leaves of a multiple
 constexpr double kLeastDigit_N = 1e-9;  // below any cell's
 constexpr std::size_t kBatches = 4;  // of samples that may be correlated
@@ -186,7 +185,6 @@ void TravelStep::add(std::optional<double> travel_m) {
 void TravelDigit::add(double travel_m) {
   double step = last_m_ ? std::abs(travel_m - *last_m_) : 0;
   last_m_ = travel_m;
-  if (step > kLeastStep_m) ++steps_;
   while (step > kLeastStep_m) {
     const double larger_m = std::max(common_m_, step);
     common_m_ = common_m_ > 0 ? std::min(common_m_, step) : step;
@@ -196,7 +194,7 @@ void TravelDigit::add(double travel_m) {
 }
 
 double TravelDigit::digit_m() const {
-  return steps_ >= kSureSteps && common_m_ <= kCoarsest_m ? common_m_ : 0;
+  return common_m_ <= kCoarsest_m ? common_m_ : 0;
 }
 
 }  // namespace lcrig

@@ -99,12 +99,11 @@ class TravelDigit {
  public:
   void begin() { last_m_.reset(); }  // the next travel is no step away from the last one
   void add(double travel_m);
-  double digit_m() const;  // 0: not known
+  double digit_m() const;  // 0: none was seen
 
  private:
   std::optional<double> last_m_;
   double common_m_ = 0;
-  int steps_ = 0;
 };
 
 }  // namespace lcrig

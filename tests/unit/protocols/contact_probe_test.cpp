@@ -107,7 +107,7 @@ TEST_F(Probe, StaysWithinTheLimitsOfTravel) {
 // It stands at 5.002 mm and shows 5.005: a place less than a digit in front of that lies deeper.
 TEST_F(Probe, OfACoarseTravelIsNoStepDeeper) {
   frame.digit_m = 7e-6;
-  show_digit({90e-6, 70e-6, 60e-6, 50e-6, 40e-6, 30e-6, 20e-6});
+  show_digit({60e-6, 30e-6, 20e-6});
   double highest_N = 0;
   touch([&](double travel_m) {
     highest_N = std::max(highest_N, spring(travel_m));

@@ -85,27 +85,6 @@ TEST(ContactSlope, IsNotToldWhereThePlayTookUpTheWay) {
   EXPECT_FALSE(WayBack(drive, 0.6, 1).slope());
 }
 
-// So little that only a very good cell sees it.
-TEST(ContactSlope, IsMeasuredOnAContactThatStiffens) {
-  const std::vector<double> forces_N{4.11852, 4.1181,  4.11706, 4.11623, 4.1126,  4.10702, 4.09427,
-                                     4.0694,  4.01919, 3.91969, 3.72102, 3.32477, 2.53623};
-  std::vector<Rest> looks;
-  double back_m = 0;
-  for (const double force_N : forces_N) {
-    std::vector<FrameSample> samples(kSamples);
-    for (std::size_t i = 0; i < kSamples; ++i) {
-      samples[i].force_N = force_N + (i % 2 == 0 ? 1.2e-3 : -1.2e-3);
-      samples[i].travel_m = 2e-3 - back_m;
-    }
-    looks.emplace_back().add(samples);
-    back_m = back_m > 0 ? 2 * back_m : 2e-7;
-  }
-  const auto slope = contact_slope(looks, looks.size(), forces_N.front(), 0);
-  ASSERT_TRUE(slope);
-  EXPECT_GE(slope->at_most, 3860) << "the whole way";
-  EXPECT_LT(slope->at_most, 3950);
-}
-
 TEST(ContactSlope, WithoutATravelIsNotTold) {
   FrameSample sample;
   sample.force_N = 1;
