@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "protocols/watch/rest.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -121,13 +123,11 @@ double Pressing::stop_N(double felt_N, double stiffness_N_m, double force_N,
 void Pressing::begin(const Permit& permit) {
   open_ = permit;
   peak_N_.reset();
-  digit_.begin();
 }
 
 void Pressing::add(std::span<const FrameSample> samples) {
   if (!open_) return;
   for (const FrameSample& s : samples) {
-    if (s.travel_m) digit_.add(*s.travel_m);
     if (s.force_N) peak_N_ = std::max(peak_N_.value_or(*s.force_N), *s.force_N);
   }
 }

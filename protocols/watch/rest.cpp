@@ -11,8 +11,6 @@ namespace lcrig {
 namespace {
 
 constexpr double kLeastStep_m = 1e-10;  // below any drive's resolution: rounding
-constexpr double kCoarsest_m = 12e-6;  // above any drive's resolution: the way between two samples
-constexpr double kMultiple = 0.05;  // of a digit: what rounding leaves of a multiple
 constexpr double kLeastDigit_N = 1e-9;  // below any cell's
 constexpr std::size_t kBatches = 4;  // of samples that may be correlated
 constexpr std::size_t kInBatch = 3;  // at least
@@ -179,22 +177,6 @@ void TravelStep::add(std::optional<double> travel_m) {
   const double step = last_m_ ? std::abs(*travel_m - *last_m_) : 0;
   last_m_ = travel_m;
   if (step > kLeastStep_m && (!step_m_ || step < *step_m_)) step_m_ = step;
-}
-
-// Euclid's greatest common divisor.
-void TravelDigit::add(double travel_m) {
-  double step = last_m_ ? std::abs(travel_m - *last_m_) : 0;
-  last_m_ = travel_m;
-  while (step > kLeastStep_m) {
-    const double larger_m = std::max(common_m_, step);
-    common_m_ = common_m_ > 0 ? std::min(common_m_, step) : step;
-    const double left_m = std::abs(std::remainder(larger_m, common_m_));
-    step = left_m > kMultiple * common_m_ ? left_m : 0;
-  }
-}
-
-double TravelDigit::digit_m() const {
-  return common_m_ <= kCoarsest_m ? common_m_ : 0;
 }
 
 }  // namespace lcrig

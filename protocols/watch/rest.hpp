@@ -94,16 +94,4 @@ class TravelStep {
   std::optional<double> last_m_, step_m_;
 };
 
-// The last digit of a travel: all steps so far are multiples of it.
-class TravelDigit {
- public:
-  void begin() { last_m_.reset(); }  // the next travel is no step away from the last one
-  void add(double travel_m);
-  double digit_m() const;  // 0: none was seen
-
- private:
-  std::optional<double> last_m_;
-  double common_m_ = 0;
-};
-
 }  // namespace lcrig

@@ -78,33 +78,5 @@ TEST(TravelStep, IsTheSmallestDifferenceSeen) {
   EXPECT_NEAR(step.step_m(), 1e-6, 1e-12);
 }
 
-double digit_of(const std::vector<double>& travels_um) {
-  TravelDigit digit;
-  for (const double x : travels_um) digit.add(x * 1e-6);
-  return digit.digit_m() * 1e6;
-}
-
-TEST(TravelDigit, IsWhatAllStepsAreMultiplesOf) {
-  EXPECT_NEAR(digit_of({100, 110, 140, 140, 120}), 10, 1e-6);
-  EXPECT_NEAR(digit_of({0, 15, 25, 25}), 5, 1e-6) << "less than any step";
-  EXPECT_NEAR(digit_of({0, 0.1, 4000.1, 4001.3}), 0.1, 1e-6) << "though the others are far longer";
-  EXPECT_NEAR(digit_of({0, 2.441, 4.883, 14.648, 13.428}), 1.22, 0.01) << "rounded to a nanometre";
-}
-
-TEST(TravelDigit, IsNotChangedByANewZero) {
-  TravelDigit digit;
-  for (const double x_um : {6000.0, 6010.0}) digit.add(x_um * 1e-6);
-  digit.begin();
-  digit.add(4.6e-6);
-  EXPECT_NEAR(digit.digit_m(), 10e-6, 1e-12);
-}
-
-TEST(TravelDigit, IsNotKnownAtFirst) {
-  EXPECT_EQ(digit_of({}), 0);
-  EXPECT_EQ(digit_of({4000}), 0);
-  EXPECT_EQ(digit_of({4000, 4000}), 0);
-  EXPECT_EQ(digit_of({4000, 4100}), 0) << "that was a way";
-}
-
 }  // namespace
 }  // namespace lcrig
