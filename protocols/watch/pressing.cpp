@@ -113,13 +113,6 @@ Result<Pressing::Permit> Pressing::ramp(const State& now, double force_N, double
   return permit;
 }
 
-double Pressing::stop_N(double felt_N, double stiffness_N_m, double force_N,
-                        double speed_m_s) const {
-  Forecast tried = forecast_;
-  tried.measured(felt_N, stiffness_N_m);
-  return tried.stop_N(force_N, speed_m_s);
-}
-
 void Pressing::begin(const Permit& permit) {
   open_ = permit;
   peak_N_.reset();

@@ -48,8 +48,6 @@ class Pressing {
 
   // A stiffness found at contact, on the way back from this force.
   void measured(double felt_N, double stiffness_N_m) { forecast_.measured(felt_N, stiffness_N_m); }
-  // Largest force at the end of a motion to `force_N`, all beyond rest, if that were measured.
-  double stop_N(double felt_N, double stiffness_N_m, double force_N, double speed_m_s) const;
   // A new zero of travel.
   void zero_travel(double travel_m) { caps_ = with_zero_at(caps_, travel_m); }
   const Forecast& forecast() const { return forecast_; }
