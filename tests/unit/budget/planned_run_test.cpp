@@ -40,12 +40,13 @@ TEST(PlannedRunOf, AHoldThatGoesToItsForceMakesALevel) {
 
 // Of 0.02 and 0.8 N, the first is below a twentieth of the largest: no loading yet, but a level.
 TEST(PlannedRunOf, ALevelBelowTheEdgeOfACycleIsOne) {
-  const std::string levels = R"({"id":"pass","do":"repeat","count":2,"steps":[
+  const std::string levels = R"({"id":"g","do":"set_gap","gap_mm":0.1},
+        {"id":"pass","do":"repeat","count":2,"steps":[
         {"id":"low","do":"ramp","to":{"force_N":0.02},"force_rate_N_s":0.1,"timeout_s":60},
         {"id":"m1","do":"measure","count":10,"within_s":10},
         {"id":"high","do":"ramp","to":{"force_N":0.8},"force_rate_N_s":0.1,"timeout_s":60},
         {"id":"m2","do":"measure","count":10,"within_s":10},
-        {"id":"up","do":"ramp","to":{"force_N":0},"force_rate_N_s":0.1,"timeout_s":60},
+        {"id":"up","do":"ramp","to":{"gap_mm":0.1},"speed_mm_s":0.05,"timeout_s":60},
         {"id":"rest","do":"hold","hold":"travel","for_s":5}]})";
   const PlannedRun run = readings_of(levels);
   ASSERT_EQ(run.levels.size(), 4U);
