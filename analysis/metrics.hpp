@@ -97,6 +97,8 @@ CurveResult calc_curve(const LevelResults& levels, const Metric& c0, double conf
 HighestLevelResult calc_highest_level(const Scene& scene, const LevelResults& levels,
                                       const CurveResult& curve, const Metric& c0);
 CycleResults calc_cycles(const Scene& scene, const HoldResults& holds, const Metric& c0);
+// Delta C at equal peak force, or force at equal peak travel since contact.
+void calc_mullins(const Scene& scene, CycleResults& cycles);
 void leave_out_other_loadings(const Scene& scene, CycleResults& cycles);
 // Travel at which the first loading touched. nullopt: no travel, or it began under load.
 std::optional<double> contact_mm(const Scene& scene);

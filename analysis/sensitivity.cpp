@@ -16,12 +16,11 @@ namespace lcrig {
 namespace {
 
 constexpr const char* kOfLevels =
-    "slope of C against pressure: least squares over the levels' means in the range, weighted with "
-    "their planned number of readings, sums about the means, drift subtracted; the interval for "
-    "the "
-    "least-squares slope of the curve that this rig would show at the same pressures without "
-    "noise, "
-    "drift and difference of repeats; the expanded uncertainty for the specimen's own";
+    "slope of C against pressure: least squares over the levels' means in the range, weighted "
+    "with their planned number of readings, sums about the means, drift subtracted; the interval "
+    "for the least-squares slope of the curve that this rig would show at the same pressures "
+    "without noise, drift and difference of repeats; the expanded uncertainty for the specimen's "
+    "own";
 // Huber's location gives such a reading less than half of its weight; in standard deviations.
 constexpr double kDownWeighted = 2.69;
 constexpr std::size_t kCurve = 4;  // parameters of the smooth curve: a cubic
