@@ -48,6 +48,10 @@ class Pressing {
 
   // A stiffness found at contact, on the way back from this force.
   void measured(double felt_N, double stiffness_N_m) { forecast_.measured(felt_N, stiffness_N_m); }
+  // Whether the force may have gone to `felt_N`, from where that was measured, in a motion that was
+  // to stop at `force_N`. All of them beyond rest.
+  bool explains(double felt_N, double stiffness_N_m, double force_N, double speed_m_s,
+                double noise_N) const;
   // A new zero of travel.
   void zero_travel(double travel_m) { caps_ = with_zero_at(caps_, travel_m); }
   const Forecast& forecast() const { return forecast_; }
