@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 constexpr Duration kStillArriving = 100ms;  // samples of the motion that still arrive after its end
 constexpr double kFirstStep_m = 0.2e-6;
 constexpr double kFastest_m_s = 10e-6;  // of the steps back
-constexpr int kSteps = 12;  // each twice as far: up to 0.8 mm
+constexpr double kFarthest_m = 0.5e-3;  // of them: each goes twice as far
 constexpr double kEnough = 0.3;  // of the force at contact: less left tells no more
 constexpr double kLeft = 0.1;  // ... and less than this may be none
 constexpr double kMore = 1.2;  // of it: what a cell may drift meanwhile
@@ -38,10 +38,10 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
   const FrameCapabilities caps = run_.contact.frame_capabilities();
   const double speed = std::clamp(kFastest_m_s, caps.speed_min.si(), caps.speed_max.si());
   const double end_m = device_limits(run_.guard.limits(), caps).travel_min.si();
-  double step_m = kFirstStep_m, left_N = felt_N();
-  for (int i = 0;
-       i < kSteps && std::abs(left_N) > kEnough * std::abs(felt_N()) && touched_m - step_m > end_m;
-       ++i, step_m *= 2) {
+  double step_m = first_step_m(), left_N = felt_N();
+  for (; step_m < kFarthest_m && std::abs(left_N) > kEnough * std::abs(felt_N()) &&
+         touched_m - step_m > end_m;
+       step_m *= 2) {
     auto moved = co_await run_.motions.to_travel(touched_m - step_m, speed, 60 + step_m / speed);
     if (!moved) co_return moved;
     co_await run_.setup.clock.wait_for(kStillArriving);
@@ -53,6 +53,13 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
     if (std::abs(left_N) > kMore * std::abs(felt_N()) + kContactSigmas * now->error_N()) break;
   }
   co_return Result<>();
+}
+
+// Where the travel is shown too large, by rounding or by chance, a place that is less far away than
+// that lies deeper in the specimen.
+double ContactProbe::first_step_m() const {
+  const double wavers_m = kSlopeSigmas * looks_.front().travel_scatter_m();
+  return std::max({kFirstStep_m, run_.pressing->travel_digit_m(), wavers_m});
 }
 
 bool ContactProbe::is_contact() const {

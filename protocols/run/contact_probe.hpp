@@ -37,6 +37,7 @@ class ContactProbe {
   void conclude_stiffness(const Rest& after, double speed_m_s) const;
 
  private:
+  double first_step_m() const;
   std::size_t touching(const Rest& after) const;  // so many of the looks, the first ones
   double felt_N() const { return touched_N() - before_.force_N(); }
 

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include "protocols/watch/rest.hpp"
-
 namespace lcrig {
 
 namespace {
@@ -127,17 +125,20 @@ bool Pressing::explains(double felt_N, double stiffness_N_m, double force_N, dou
 void Pressing::begin(const Permit& permit) {
   open_ = permit;
   peak_N_.reset();
+  digit_.begin();
 }
 
 void Pressing::add(std::span<const FrameSample> samples) {
   if (!open_) return;
   for (const FrameSample& s : samples) {
+    if (s.travel_m) digit_.add(*s.travel_m);
     if (s.force_N) peak_N_ = std::max(peak_N_.value_or(*s.force_N), *s.force_N);
   }
 }
 
 std::optional<Pressing::Comparison> Pressing::end(const MotionOutcome& outcome, double noise_N) {
   const std::optional<Permit> permit = std::exchange(open_, std::nullopt);
+  if (permit && outcome.travel_m) digit_.add(*outcome.travel_m);
   if (outcome.force_N) peak_N_ = std::max(peak_N_.value_or(*outcome.force_N), *outcome.force_N);
   if (!permit || !permit->presses || !peak_N_) return std::nullopt;
   Comparison c;

@@ -12,6 +12,7 @@
 #include "drivers/load_frame.hpp"
 #include "protocols/plan/forecast.hpp"
 #include "protocols/plan/limits.hpp"
+#include "protocols/watch/rest.hpp"
 
 namespace lcrig {
 
@@ -59,6 +60,8 @@ class Pressing {
   // The motion begins; every sample until `end` belongs to it.
   void begin(const Permit& permit);
   void add(std::span<const FrameSample> samples);
+  // The last digit of the travel, as far as motions showed it; 0: not known.
+  double travel_digit_m() const { return digit_.digit_m(); }
   struct Comparison {
     double threshold_N = 0, predicted_N = 0, observed_N = 0;
     std::optional<double> expected_N;
@@ -83,6 +86,7 @@ class Pressing {
   FrameCapabilities caps_;
   std::optional<Permit> open_;
   std::optional<double> peak_N_;
+  TravelDigit digit_;
   std::optional<std::string> broken_;
 };
 

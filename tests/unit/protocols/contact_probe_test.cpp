@@ -39,6 +39,16 @@ class Probe : public RunFixture {
     frame.travel_m = travel_m;
     return run(parts().view.watch_rest(ContactProbe::kLook)).value();
   }
+  // The approach, with samples so far from contact.
+  void show_digit(std::initializer_list<double> off_m) {
+    parts().pressing->begin(Pressing::Permit());
+    for (const double x : off_m) {
+      frame.travel_m = kContact_m - x;
+      const FrameSample s = frame.sample();
+      parts().pressing->add(std::span(&s, 1));
+    }
+    parts().pressing->end(MotionOutcome(), 0);
+  }
   const StiffnessEvent& stiffness() const { return *sink.events.back().as<StiffnessEvent>(); }
   static double spring(double travel_m) {
     return kStiffness_N_m * std::max(0.0, travel_m - kContact_m);
@@ -92,6 +102,21 @@ TEST_F(Probe, StaysWithinTheLimitsOfTravel) {
   EXPECT_TRUE(run(probe.step_back(1e-6)));
   EXPECT_GE(frame.travel_m, 0);
   EXPECT_EQ(std::ranges::count(frame.commands, "move_to"), 3) << "0.2, 0.4 and 0.8 um back";
+}
+
+// It stands at 5.002 mm and shows 5.005: a place less than a digit in front of that lies deeper.
+TEST_F(Probe, OfACoarseTravelIsNoStepDeeper) {
+  frame.digit_m = 7e-6;
+  show_digit({100e-6, 90e-6, 70e-6, 60e-6, 50e-6, 40e-6, 30e-6, 20e-6});
+  double highest_N = 0;
+  touch([&](double travel_m) {
+    highest_N = std::max(highest_N, spring(travel_m));
+    return spring(travel_m);
+  });
+  const auto stepped = run(probe.step_back(5.005e-3));
+  ASSERT_TRUE(stepped) << stepped.error().what;
+  EXPECT_LE(highest_N, spring(kTouched_m));
+  EXPECT_TRUE(probe.is_contact());
 }
 
 TEST_F(Probe, PassesOnThatTheFrameIsSilent) {
