@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/watch/contact_slope.hpp"
+
 namespace lcrig {
 
 namespace {
@@ -15,36 +17,15 @@ using namespace std::chrono_literals;
 constexpr Duration kStillArriving = 100ms;  // samples of the motion that still arrive after its end
 constexpr double kFirstStep_m = 0.2e-6;
 constexpr double kFastest_m_s = 10e-6;  // of the steps back
-constexpr int kSteps = 12;  // each twice as far: up to 0.8 mm
-constexpr double kSlopeSigmas = 3;
+constexpr double kFarthest_m = 0.5e-3;  // of them: each goes twice as far
 constexpr double kEnough = 0.3;  // of the force at contact: less left tells no more
 constexpr double kLeft = 0.1;  // ... and less than this may be none
 constexpr double kMore = 1.2;  // of it: what a cell may drift meanwhile
 constexpr double kLeastFelt = 0.2;  // of the threshold, once the frame stands
 constexpr double kGone = 0.05;  // of the threshold or what was felt, on the way back
 
-// Largest and least stiffness that a drop of the force on a way back allows, and the best guess,
-// N/m.
-struct Slope {
-  double about = 0, at_most = 0, at_least = 0;
-  double doubt() const { return at_most - at_least; }
-};
-
 double seconds_between(const Rest& a, const Rest& b) {
   return a.begin() && b.begin() ? std::abs(to_seconds(*b.begin() - *a.begin())) : 0;
-}
-
-// `drift_N_s`: how fast the cell's zero may go away, in either direction.
-std::optional<Slope> slope_of(const Rest& touched, const Rest& now, double resolution_m,
-                              double drift_N_s) {
-  const double error_N = kSlopeSigmas * std::hypot(touched.error_N(), now.error_N()) +
-                         drift_N_s * seconds_between(touched, now);
-  const double drop_N = touched.force_N() - now.force_N();
-  if (!touched.travel_m() || !now.travel_m() || drop_N < 3 * error_N) return std::nullopt;
-  const double way_m = *touched.travel_m() - *now.travel_m();
-  if (way_m <= resolution_m) return std::nullopt;
-  return Slope{drop_N / way_m, (drop_N + error_N) / (way_m - resolution_m),
-               (drop_N - error_N) / (way_m + resolution_m)};
 }
 
 }  // namespace
@@ -57,10 +38,10 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
   const FrameCapabilities caps = run_.contact.frame_capabilities();
   const double speed = std::clamp(kFastest_m_s, caps.speed_min.si(), caps.speed_max.si());
   const double end_m = device_limits(run_.guard.limits(), caps).travel_min.si();
-  double step_m = kFirstStep_m, left_N = felt_N();
-  for (int i = 0;
-       i < kSteps && std::abs(left_N) > kEnough * std::abs(felt_N()) && touched_m - step_m > end_m;
-       ++i, step_m *= 2) {
+  double step_m = first_step_m(), left_N = felt_N();
+  for (; step_m < kFarthest_m && std::abs(left_N) > kEnough * std::abs(felt_N()) &&
+         touched_m - step_m > end_m;
+       step_m *= 2) {
     auto moved = co_await run_.motions.to_travel(touched_m - step_m, speed, 60 + step_m / speed);
     if (!moved) co_return moved;
     co_await run_.setup.clock.wait_for(kStillArriving);
@@ -72,6 +53,13 @@ Task<Result<>> ContactProbe::step_back(double touched_m) {
     if (std::abs(left_N) > kMore * std::abs(felt_N()) + kContactSigmas * now->error_N()) break;
   }
   co_return Result<>();
+}
+
+// Where the travel is shown too large, by rounding or by chance, a place that is less far away than
+// that lies deeper in the specimen.
+double ContactProbe::first_step_m() const {
+  const double wavers_m = kSlopeSigmas * looks_.front().travel_scatter_m();
+  return std::max({kFirstStep_m, run_.pressing->travel_digit_m(), wavers_m});
 }
 
 bool ContactProbe::is_contact() const {
@@ -113,34 +101,38 @@ const Rest& ContactProbe::off_contact(const Rest& after) const {
 
 // A step on whose way contact was lost would tell of a contact that is softer than it is: what is
 // left must be more than the cell shows without any, before and afterwards, for its zero may have
-// drifted meanwhile. The slope that is known best counts: the least of several bounds would be the
-// one that noise made too small.
-void ContactProbe::conclude_stiffness(const Rest& after) const {
-  const Rest& touched = looks_.front();
+// drifted meanwhile.
+std::size_t ContactProbe::touching(const Rest& after) const {
   const double none_N = std::max(before_.force_N(), after.force_N());
+  const auto lost = std::find_if(looks_.begin() + 1, looks_.end(), [&](const Rest& now) {
+    const double noise_N = kSlopeSigmas * std::hypot(before_.error_N(), now.error_N());
+    return now.force_N() - none_N < std::max(2 * noise_N, kLeft * felt_N());
+  });
+  return static_cast<std::size_t>(lost - looks_.begin());
+}
+
+void ContactProbe::conclude_stiffness(const Rest& after, double speed_m_s) const {
+  const Rest& touched = looks_.front();
   const double passed_s = seconds_between(before_, after);
   const double drift_N_s =
       passed_s > 0 ? std::abs(after.force_N() - before_.force_N()) / passed_s : 0;
-  TravelStep resolution;
-  for (const Rest& look : looks_) resolution.add(look.travel_m());
-  std::optional<Slope> best;
-  for (auto now = looks_.begin() + 1; now != looks_.end(); ++now) {
-    const double noise_N = kSlopeSigmas * std::hypot(before_.error_N(), now->error_N());
-    if (now->force_N() - none_N < std::max(2 * noise_N, kLeft * felt_N())) break;
-    const auto slope = slope_of(touched, *now, resolution.step_m(), drift_N_s);
-    if (slope && (!best || slope->doubt() < best->doubt())) best = slope;
+  auto slope = contact_slope(looks_, touching(after), felt_N(), drift_N_s);
+  // The search itself shows how far the force rises while the frame stops.
+  const double noise_N = run_.truth.noise_N();
+  if (slope && !run_.pressing->explains(felt_N(), slope->at_most, rise_N_, speed_m_s, noise_N)) {
+    slope.reset();
   }
   StiffnessEvent measured;
   measured.force_N = touched.force_N();
-  if (best) {
-    measured.stiffness_N_m = best->about;
-    measured.at_most_N_m = best->at_most;
-    measured.at_least_N_m = best->at_least;
+  if (slope) {
+    measured.stiffness_N_m = slope->about;
+    measured.at_most_N_m = slope->at_most;
+    measured.at_least_N_m = slope->at_least;
   }
   run_.event(measured);
-  if (!best) return;
-  run_.pressing->measured(felt_N(), best->at_most);
-  if (touched.travel_m()) run_.truth.know_contact(*touched.travel_m(), felt_N(), best->at_least);
+  if (!slope) return;
+  run_.pressing->measured(felt_N(), slope->at_most);
+  if (touched.travel_m()) run_.truth.know_contact(*touched.travel_m(), felt_N(), slope->at_least);
 }
 
 }  // namespace lcrig

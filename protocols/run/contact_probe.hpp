@@ -3,6 +3,7 @@
 // micrometres of the way back, which cannot press harder. Used by the search.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "protocols/run/run_parts.hpp"
@@ -31,10 +32,13 @@ class ContactProbe {
   // away and shows less. After a search that overran its contact the way back may end too early,
   // with the probe still pressing.
   const Rest& off_contact(const Rest& after) const;
-  // `after`: the force off the contact. Tells the forecast and the watch of the force.
-  void conclude_stiffness(const Rest& after) const;
+  // `after`: the force off the contact. `speed_m_s`: of the search. Tells the forecast and the
+  // watch of the force.
+  void conclude_stiffness(const Rest& after, double speed_m_s) const;
 
  private:
+  double first_step_m() const;
+  std::size_t touching(const Rest& after) const;  // so many of the looks, the first ones
   double felt_N() const { return touched_N() - before_.force_N(); }
 
   RunParts& run_;

@@ -209,7 +209,7 @@ Task<Result<>> ContactSearch::take_contact(const MotionOutcome& touched,
   auto after = co_await run_.view.watch_rest(ContactProbe::kLook);
   if (!after) co_return fail(after.error());
   const Rest& bare = probe.off_contact(*after);
-  probe.conclude_stiffness(bare);
+  probe.conclude_stiffness(bare, speed_m_s());
   run_.truth.learn_rest(bare);  // its zero may have drifted on the way
   run_.guard.set_rest_force(bare.force_N(), bare.scatter_N());
   const auto start_m = run_.contact.start_travel_m();

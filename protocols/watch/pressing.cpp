@@ -5,13 +5,15 @@
 
 #include <algorithm>
 
-#include "protocols/watch/rest.hpp"
-
 namespace lcrig {
 
 namespace {
 
 constexpr double kClass = 0.01;  // of the force: what a cell of class 1 may be off by
+
+bool is_beyond(double observed_N, double predicted_N, double noise_N) {
+  return observed_N > predicted_N * (1 + kClass) + kNoiseSigmas * noise_N;
+}
 
 }  // namespace
 
@@ -113,20 +115,30 @@ Result<Pressing::Permit> Pressing::ramp(const State& now, double force_N, double
   return permit;
 }
 
+bool Pressing::explains(double felt_N, double stiffness_N_m, double force_N, double speed_m_s,
+                        double noise_N) const {
+  Forecast tried = forecast_;
+  tried.measured(felt_N, stiffness_N_m);
+  return !is_beyond(felt_N, tried.stop_N(force_N, speed_m_s), noise_N);
+}
+
 void Pressing::begin(const Permit& permit) {
   open_ = permit;
   peak_N_.reset();
+  digit_.begin();
 }
 
 void Pressing::add(std::span<const FrameSample> samples) {
   if (!open_) return;
   for (const FrameSample& s : samples) {
+    if (s.travel_m) digit_.add(*s.travel_m);
     if (s.force_N) peak_N_ = std::max(peak_N_.value_or(*s.force_N), *s.force_N);
   }
 }
 
 std::optional<Pressing::Comparison> Pressing::end(const MotionOutcome& outcome, double noise_N) {
   const std::optional<Permit> permit = std::exchange(open_, std::nullopt);
+  if (permit && outcome.travel_m) digit_.add(*outcome.travel_m);
   if (outcome.force_N) peak_N_ = std::max(peak_N_.value_or(*outcome.force_N), *outcome.force_N);
   if (!permit || !permit->presses || !peak_N_) return std::nullopt;
   Comparison c;
@@ -134,7 +146,7 @@ std::optional<Pressing::Comparison> Pressing::end(const MotionOutcome& outcome, 
   c.predicted_N = permit->worst_N;
   c.expected_N = permit->expected_N;
   c.observed_N = *peak_N_;
-  c.exceeded = c.observed_N > c.predicted_N * (1 + kClass) + kNoiseSigmas * noise_N;
+  c.exceeded = is_beyond(c.observed_N, c.predicted_N, noise_N);
   const bool there = permit->threshold_N && outcome.reason == MotionEnd::target;
   if (!there && !c.exceeded) return std::nullopt;
   if (c.exceeded) {

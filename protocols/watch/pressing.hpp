@@ -12,6 +12,7 @@
 #include "drivers/load_frame.hpp"
 #include "protocols/plan/forecast.hpp"
 #include "protocols/plan/limits.hpp"
+#include "protocols/watch/rest.hpp"
 
 namespace lcrig {
 
@@ -48,6 +49,10 @@ class Pressing {
 
   // A stiffness found at contact, on the way back from this force.
   void measured(double felt_N, double stiffness_N_m) { forecast_.measured(felt_N, stiffness_N_m); }
+  // Whether the force may have gone to `felt_N`, from where that was measured, in a motion that was
+  // to stop at `force_N`. All of them beyond rest.
+  bool explains(double felt_N, double stiffness_N_m, double force_N, double speed_m_s,
+                double noise_N) const;
   // A new zero of travel.
   void zero_travel(double travel_m) { caps_ = with_zero_at(caps_, travel_m); }
   const Forecast& forecast() const { return forecast_; }
@@ -55,6 +60,8 @@ class Pressing {
   // The motion begins; every sample until `end` belongs to it.
   void begin(const Permit& permit);
   void add(std::span<const FrameSample> samples);
+  // The last digit of the travel, as far as motions showed it; 0: not known.
+  double travel_digit_m() const { return digit_.digit_m(); }
   struct Comparison {
     double threshold_N = 0, predicted_N = 0, observed_N = 0;
     std::optional<double> expected_N;
@@ -79,6 +86,7 @@ class Pressing {
   FrameCapabilities caps_;
   std::optional<Permit> open_;
   std::optional<double> peak_N_;
+  TravelDigit digit_;
   std::optional<std::string> broken_;
 };
 

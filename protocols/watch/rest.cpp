@@ -11,6 +11,10 @@ namespace lcrig {
 namespace {
 
 constexpr double kLeastStep_m = 1e-10;  // below any drive's resolution: rounding
+constexpr double kCoarsest_m = 12e-6;  // above any drive's resolution: the way between two samples
+constexpr int kSureChanges = 5;  // fewer may have a larger divisor by chance
+constexpr double kLeastChange_m = 5e-9;  // less comes from travels that are told to a nanometre
+constexpr double kMultiple = 0.05;  // of a digit: what rounding leaves of a multiple
 constexpr double kLeastDigit_N = 1e-9;  // below any cell's
 constexpr std::size_t kBatches = 4;  // of samples that may be correlated
 constexpr std::size_t kInBatch = 3;  // at least
@@ -177,6 +181,26 @@ void TravelStep::add(std::optional<double> travel_m) {
   const double step = last_m_ ? std::abs(*travel_m - *last_m_) : 0;
   last_m_ = travel_m;
   if (step > kLeastStep_m && (!step_m_ || step < *step_m_)) step_m_ = step;
+}
+
+// Euclid's greatest common divisor.
+void TravelDigit::add(double travel_m) {
+  const std::optional<double> last_step_m = last_step_m_;
+  if (last_m_) last_step_m_ = travel_m - *last_m_;
+  last_m_ = travel_m;
+  double change_m = last_step_m ? std::abs(*last_step_m_ - *last_step_m) : 0;
+  if (change_m < kLeastChange_m) return;
+  ++changes_;
+  while (change_m > 0) {
+    const double larger_m = std::max(common_m_, change_m);
+    common_m_ = common_m_ > 0 ? std::min(common_m_, change_m) : change_m;
+    const double left_m = std::abs(std::remainder(larger_m, common_m_));
+    change_m = left_m > std::min(kMultiple * common_m_, 2 * kLeastChange_m) ? left_m : 0;
+  }
+}
+
+double TravelDigit::digit_m() const {
+  return changes_ >= kSureChanges && common_m_ <= kCoarsest_m ? common_m_ : 0;
 }
 
 }  // namespace lcrig

@@ -94,4 +94,18 @@ class TravelStep {
   std::optional<double> last_m_, step_m_;
 };
 
+// The last digit of a travel that moves: all changes from step to step are multiples of it. The
+// steps themselves say less: at one speed they may all be alike.
+class TravelDigit {
+ public:
+  void begin() { last_m_.reset(), last_step_m_.reset(); }  // a motion
+  void add(double travel_m);
+  double digit_m() const;  // 0: not known
+
+ private:
+  std::optional<double> last_m_, last_step_m_;
+  double common_m_ = 0;
+  int changes_ = 0;
+};
+
 }  // namespace lcrig

@@ -3,6 +3,7 @@
 // alone, without drivers and wires.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <span>
 #include <string>
@@ -62,6 +63,7 @@ class StubFrame final : public LoadFrame {
   MotionOutcome motion_says;  // of a travel: goes there instead of where it was told to
   double force_N = 0, travel_m = 0;  // of the samples
   std::function<double(double travel_m)> force_at;  // instead of `force_N`
+  double digit_m = 0;  // of the travel that is shown; 0: none
   double noise_N = 0;  // every other sample shows so much more
   bool never_ends = false;  // a motion
   std::optional<std::string> zero_of;  // origin
@@ -108,7 +110,7 @@ class StubFrame final : public LoadFrame {
   FrameSample sample() {
     FrameSample s;
     s.force_N = felt_N() + (++samples_ % 2 == 0 ? noise_N : 0);
-    s.travel_m = travel_m;
+    s.travel_m = shown_m();
     s.received = clock_.now();
     return s;
   }
@@ -130,12 +132,16 @@ class StubFrame final : public LoadFrame {
     commands.emplace_back(command);
     co_return Identity();
   }
+  double shown_m() const {
+    return digit_m > 0 ? std::round(travel_m / digit_m) * digit_m : travel_m;
+  }
   double felt_N() const { return force_at ? force_at(travel_m) : force_N; }
   Task<Result<MotionOutcome>> moved_after(const char* command, double to_m) {
     commands.emplace_back(command);
     if (never_ends) co_await clock_.wait_until(MonoTime::max());
     MotionOutcome outcome = motion_says;
-    outcome.travel_m = travel_m = motion_says.travel_m.value_or(to_m);
+    travel_m = motion_says.travel_m.value_or(to_m);
+    outcome.travel_m = shown_m();
     outcome.force_N = felt_N();
     co_return outcome;
   }

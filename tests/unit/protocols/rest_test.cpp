@@ -78,5 +78,35 @@ TEST(TravelStep, IsTheSmallestDifferenceSeen) {
   EXPECT_NEAR(step.step_m(), 1e-6, 1e-12);
 }
 
+double digit_of(const std::vector<double>& travels_um) {
+  TravelDigit digit;
+  for (const double x : travels_um) digit.add(x * 1e-6);
+  return digit.digit_m() * 1e6;
+}
+
+TEST(TravelDigit, IsWhatAllChangesOfAStepAreMultiplesOf) {
+  EXPECT_NEAR(digit_of({100, 110, 140, 140, 120, 100, 90, 110}), 10, 1e-6);
+  EXPECT_NEAR(digit_of({0, 15, 25, 25, 50, 60, 75}), 5, 1e-6) << "less than any step";
+  EXPECT_NEAR(digit_of({0, 0.1, 4000.1, 4001.3, 0.4, 0, 3}), 0.1, 1e-6) << "the steps are long";
+  EXPECT_NEAR(digit_of({0, 2.441, 4.883, 14.648, 13.428, 15.869, 17.090, 17.090}), 1.22, 0.01)
+      << "told to a nanometre";
+}
+
+TEST(TravelDigit, IsNotChangedByANewZero) {
+  TravelDigit digit;
+  for (const double x_um : {6000, 6010, 6010, 6030, 6030, 6070, 6080}) digit.add(x_um * 1e-6);
+  digit.begin();
+  for (const double x_um : {4.6, 14.6}) digit.add(x_um * 1e-6);
+  EXPECT_NEAR(digit.digit_m(), 10e-6, 1e-12);
+}
+
+TEST(TravelDigit, IsNotKnownAtFirst) {
+  EXPECT_EQ(digit_of({}), 0);
+  EXPECT_EQ(digit_of({4000}), 0);
+  EXPECT_EQ(digit_of({4000, 4010, 4010, 4020}), 0);
+  EXPECT_EQ(digit_of({0, 4, 8, 12, 16, 20, 24, 28, 32, 33}), 0) << "one speed, and where it ends";
+  EXPECT_EQ(digit_of({0, 100, 200, 400, 300, 400, 400, 500}), 0) << "steps of a fast motion";
+}
+
 }  // namespace
 }  // namespace lcrig

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/watch/contact_slope.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lcrig {
+
+namespace {
+
+constexpr double kRelaxes = 0.05;  // of the force: a specimen may lose this without any way
+constexpr double kClearDrop = 3;  // in units of its error: less tells no slope
+
+// From one look to a later one.
+struct Drop {
+  double force_N = 0, error_N = 0, way_m = 0, resolution_m = 0;
+
+  bool is_clear() const { return force_N >= kClearDrop * error_N && way_m > resolution_m; }
+  ContactSlope slope() const {
+    ContactSlope s;
+    if (way_m > 0) s.about = force_N / way_m;
+    if (way_m + resolution_m > 0) {
+      s.at_least = std::max(0.0, (force_N - error_N) / (way_m + resolution_m));
+    }
+    s.at_most = way_m > resolution_m ? (std::max(0.0, force_N) + error_N) / (way_m - resolution_m)
+                                     : std::numeric_limits<double>::infinity();
+    return s;
+  }
+};
+
+class WayBack {
+ public:
+  WayBack(std::span<const Rest> looks, double felt_N, double drift_N_s)
+      : looks_(looks), felt_N_(felt_N), drift_N_s_(drift_N_s) {
+    for (const Rest& look : looks_) resolution_.add(look.travel_m());
+  }
+  std::size_t size() const { return looks_.size(); }
+  Drop drop(std::size_t from, std::size_t to) const {
+    const Rest& a = looks_[from];
+    const Rest& b = looks_[to];
+    const double s = a.begin() && b.begin() ? std::abs(to_seconds(*b.begin() - *a.begin())) : 0;
+    Drop d;
+    d.force_N = a.force_N() - b.force_N();
+    d.error_N = kSlopeSigmas * std::hypot(a.error_N(), b.error_N()) + drift_N_s_ * s;
+    d.way_m = a.travel_m().value_or(0) - b.travel_m().value_or(0);
+    d.resolution_m = resolution_.step_m();
+    return d;
+  }
+  // Any lost motion was over at this look, for the force had fallen.
+  bool has_fallen(std::size_t look) const {
+    const Drop d = drop(0, look);
+    return d.force_N > std::max(d.error_N, kRelaxes * felt_N_);
+  }
+
+ private:
+  std::span<const Rest> looks_;
+  const double felt_N_, drift_N_s_;
+  TravelStep resolution_;
+};
+
+// From where it touched, if the force fell from the beginning: the one that is known best, for the
+// least of several bounds would be the one that noise made too small.
+std::optional<ContactSlope> slope_from_contact(const WayBack& way, std::size_t touching) {
+  std::optional<ContactSlope> best;
+  bool falls = true;  // before the look `to`
+  for (std::size_t to = 1; to < touching; ++to) {
+    const Drop drop = way.drop(0, to);
+    const ContactSlope slope = drop.slope();
+    if (falls && drop.is_clear() && (!best || slope.doubt() < best->doubt())) best = slope;
+    falls = way.has_fallen(to);
+    for (std::size_t later = to + 1; later < way.size(); ++later) {
+      if (slope.at_most < way.drop(to, later).slope().at_least) return std::nullopt;
+    }
+  }
+  return best;
+}
+
+// From where the force had fallen: the steepest.
+std::optional<ContactSlope> slope_from_later(const WayBack& way, std::size_t touching) {
+  std::optional<ContactSlope> steepest;
+  for (std::size_t from = 1; from < touching; ++from) {
+    if (!way.has_fallen(from)) continue;
+    for (std::size_t to = from + 1; to < touching; ++to) {
+      const Drop drop = way.drop(from, to);
+      const ContactSlope slope = drop.slope();
+      if (!drop.is_clear()) continue;
+      if (!steepest || slope.at_least > steepest->at_least) steepest = slope;
+    }
+  }
+  return steepest;
+}
+
+// What the ways to these looks prove: no contact is softer.
+double least_N_m(const WayBack& way, std::size_t to, std::size_t end) {
+  double least = 0;
+  for (; to < end; ++to) {
+    for (std::size_t from = 0; from < to; ++from) {
+      least = std::max(least, way.drop(from, to).slope().at_least);
+    }
+  }
+  return least;
+}
+
+}  // namespace
+
+std::optional<ContactSlope> contact_slope(std::span<const Rest> looks, std::size_t touching,
+                                          double felt_N, double drift_N_s) {
+  looks = looks.first(std::min(looks.size(), touching + 1));
+  touching = std::min(touching, looks.size());
+  const auto has_travel = [](const Rest& look) { return look.travel_m().has_value(); };
+  if (!std::ranges::all_of(looks, has_travel)) return std::nullopt;
+  const WayBack way(looks, felt_N, drift_N_s);
+  auto whole = slope_from_contact(way, touching);
+  const auto later = slope_from_later(way, touching);
+  if (whole && later) whole->at_most = std::max(whole->at_most, later->about);
+  // On a part of the way to the look without contact nothing pressed: the contact is stiffer still.
+  const double pressed_N_m = least_N_m(way, 1, touching);
+  const double lost_N_m = least_N_m(way, touching, way.size());
+  if (whole && whole->at_most >= lost_N_m) {
+    whole->at_most = std::max(whole->at_most, pressed_N_m);
+    return whole;
+  }
+  if (later && later->at_most >= std::max(pressed_N_m, lost_N_m)) return later;
+  return std::nullopt;
+}
+
+}  // namespace lcrig

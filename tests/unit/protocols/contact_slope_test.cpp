@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stiffness that looks at a frame tell, on drives with and without lost motion.
+#include "protocols/watch/contact_slope.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+namespace lcrig {
+namespace {
+
+constexpr std::size_t kSamples = 15;  // of a look
+constexpr double kNoContact_N = 0.1;  // of the force where it touched
+
+struct DriveWithPlay {
+  double stiffness_N_m = 41e3;
+  double play_m = 0, digit_m = 1e-7, noise_N = 5e-4;
+  double relaxes = 0;  // part of the force, in all looks together
+};
+
+// Steps back from `felt_N`, each twice as far, until a third of the force is left.
+class WayBack {
+ public:
+  WayBack(const DriveWithPlay& drive, double felt_N, unsigned seed) : drive_(drive), random_(seed) {
+    const double depth_m = felt_N / drive.stiffness_N_m;
+    look(felt_N, 0);
+    double left_N = felt_N;
+    for (double step_m = std::max(2e-7, drive.digit_m); left_N > felt_N / 3; step_m *= 2) {
+      const double back_m = std::max(0.0, step_m - drive.play_m);
+      left_N = drive.stiffness_N_m * std::max(0.0, depth_m - back_m);
+      look(left_N, step_m);
+      if (left_N > kNoContact_N * felt_N) ++touching_;
+    }
+  }
+  std::optional<ContactSlope> slope() const {
+    return contact_slope(looks_, touching_, looks_.front().force_N(), 0);
+  }
+
+ private:
+  void look(double force_N, double back_m) {
+    std::normal_distribution<double> noise(0, drive_.noise_N);
+    const double travel_m = std::round((6.01145e-3 - back_m) / drive_.digit_m) * drive_.digit_m;
+    const double relaxed = 1 - drive_.relaxes * static_cast<double>(looks_.size()) / 8;
+    std::vector<FrameSample> samples(kSamples);
+    for (FrameSample& s : samples) {
+      s.force_N = force_N * relaxed + noise(random_);
+      s.travel_m = travel_m;
+    }
+    looks_.emplace_back().add(samples);
+  }
+
+  const DriveWithPlay drive_;
+  std::mt19937 random_;
+  std::vector<Rest> looks_;
+  std::size_t touching_ = 1;
+};
+
+TEST(ContactSlope, IsMeasuredOnADriveWithoutPlay) {
+  const auto slope = WayBack(DriveWithPlay(), 0.35, 1).slope();
+  ASSERT_TRUE(slope);
+  EXPECT_NEAR(slope->about, 41e3, 2e3);
+  EXPECT_LE(slope->at_least, 41e3);
+  EXPECT_GE(slope->at_most, 41e3);
+  EXPECT_LT(slope->at_most, 1.1 * 41e3);
+}
+
+TEST(ContactSlope, IsMeasuredBehindThePlay) {
+  DriveWithPlay drive;
+  drive.play_m = 1.5e-6;
+  const auto slope = WayBack(drive, 0.35, 1).slope();
+  ASSERT_TRUE(slope);
+  EXPECT_LE(slope->at_least, 41e3);
+  EXPECT_GE(slope->at_most, 41e3);
+  EXPECT_LT(slope->at_most, 1.2 * 41e3);
+}
+
+// The force fell by a little on the first step after the play, and was gone after the next.
+TEST(ContactSlope, IsNotToldWhereThePlayTookUpTheWay) {
+  DriveWithPlay drive;
+  drive.stiffness_N_m = 280e3;
+  drive.play_m = 3e-6;
+  EXPECT_FALSE(WayBack(drive, 0.6, 1).slope());
+}
+
+// So little that only a very good cell sees it.
+TEST(ContactSlope, IsMeasuredOnAContactThatStiffens) {
+  const std::vector<double> forces_N{4.11852, 4.1181,  4.11706, 4.11623, 4.1126,  4.10702, 4.09427,
+                                     4.0694,  4.01919, 3.91969, 3.72102, 3.32477, 2.53623};
+  std::vector<Rest> looks;
+  double back_m = 0;
+  for (const double force_N : forces_N) {
+    std::vector<FrameSample> samples(kSamples);
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      samples[i].force_N = force_N + (i % 2 == 0 ? 1.2e-3 : -1.2e-3);
+      samples[i].travel_m = 2e-3 - back_m;
+    }
+    looks.emplace_back().add(samples);
+    back_m = back_m > 0 ? 2 * back_m : 2e-7;
+  }
+  const auto slope = contact_slope(looks, looks.size(), forces_N.front(), 0);
+  ASSERT_TRUE(slope);
+  EXPECT_GE(slope->at_most, 3860) << "the whole way";
+  EXPECT_LT(slope->at_most, 3950);
+}
+
+TEST(ContactSlope, WithoutATravelIsNotTold) {
+  FrameSample sample;
+  sample.force_N = 1;
+  std::vector<Rest> looks(2);
+  looks[0].add(std::span(&sample, 1));
+  sample.force_N = 0.5;
+  looks[1].add(std::span(&sample, 1));
+  EXPECT_FALSE(contact_slope(looks, 2, 1, 0));
+}
+
+// Of random drives: how many slopes were told, and how many of them were too low.
+class SlopesOfDrives : public testing::Test {
+ protected:
+  void try_drives(double most_play_m, double relaxes) {
+    std::mt19937 random(7);
+    const auto even = [&](double low, double high) {
+      return std::uniform_real_distribution(low, high)(random);
+    };
+    for (unsigned seed = 0; seed < kDrives; ++seed) {
+      DriveWithPlay drive;
+      drive.stiffness_N_m = std::exp(even(std::log(5e3), std::log(300e3)));
+      drive.play_m = even(0, most_play_m);
+      drive.digit_m = seed % 4 == 0 ? 1e-6 : 1e-7;
+      drive.noise_N = std::exp(even(std::log(1e-4), std::log(5e-3)));
+      drive.relaxes = even(0, relaxes);
+      const double felt_N = std::max(6 * drive.noise_N, even(0.05, 0.6));
+      const auto slope = WayBack(drive, felt_N, seed).slope();
+      if (!slope) continue;
+      ++told;
+      if (slope->at_most < 0.99 * drive.stiffness_N_m) ++too_low;
+      worst = std::min(worst, slope->at_most / drive.stiffness_N_m);
+    }
+  }
+  static constexpr unsigned kDrives = 5000;
+  int told = 0, too_low = 0;
+  double worst = 1;
+};
+
+TEST_F(SlopesOfDrives, WithoutPlayAreToldForMost) {
+  try_drives(0, 0);
+  EXPECT_GT(told, 0.6 * kDrives);
+  EXPECT_LT(too_low, 0.001 * kDrives);
+}
+
+TEST_F(SlopesOfDrives, WithPlayAreSeldomTooLowAndByLittle) {
+  try_drives(6e-6, 0.04);
+  EXPECT_GT(told, 0.5 * kDrives);
+  EXPECT_LT(too_low, 0.01 * kDrives);
+  EXPECT_GT(worst, 0.95) << "the forecast allows for half as much again";
+}
+
+}  // namespace
+}  // namespace lcrig
