@@ -45,7 +45,7 @@ class Runs : public ::testing::Test {
     row.protocol_name = "open-end";
     ASSERT_TRUE(insert_run(*db, row));
   }
-  // Run 2 goes on until the lock is gone.
+  // Keeps run 2 going until the lock is released.
   WriterLock record_the_second() const {
     auto lock = WriterLock::acquire(path).value();
     EXPECT_TRUE(lock.begin_run(2));
@@ -57,7 +57,7 @@ class Runs : public ::testing::Test {
     EXPECT_EQ(cli.run(args), code) << cli.err.str();
     return json::parse(cli.out.str(), nullptr, false);
   }
-  // As somebody would who gets around the triggers.
+  // Changes the database as somebody would who gets around the triggers.
   void change(const std::string& sql) const {
     auto db = Database::open(path, Database::Mode::read_write_create);
     ASSERT_TRUE(db);
