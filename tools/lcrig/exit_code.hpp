@@ -49,7 +49,6 @@ struct Failure {
   bool busy = false;  // another program or run uses what is needed
 };
 
-// A value or a Failure.
 template <class T>
 class [[nodiscard]] Outcome : public tl::expected<T, Failure> {
  public:
