@@ -15,20 +15,21 @@ namespace {
 
 // Everything but `target` keeps the protocol from going on.
 Result<MotionOutcome> judge_end(const std::string& step, MotionOutcome outcome) {
-  const std::string& detail = outcome.detail;
+  // The device's own words.
+  const std::string said = outcome.detail.empty() ? "" : ": " + outcome.detail;
   switch (outcome.reason) {
     case MotionEnd::target: return outcome;
     case MotionEnd::force_limit:
-      return fail(Errc::limit_tripped, "step {}: the frame stopped at its force limit {}", step,
-                  detail);
+      return fail(Errc::limit_tripped, "step {}: the frame stopped at its force limit{}", step,
+                  said);
     case MotionEnd::travel_limit:
-      return fail(Errc::limit_tripped, "step {}: the frame stopped at its travel limit {}", step,
-                  detail);
+      return fail(Errc::limit_tripped, "step {}: the frame stopped at its travel limit{}", step,
+                  said);
     case MotionEnd::stopped:
-      return fail(Errc::aborted, "step {}: the frame was stopped at the machine {}", step, detail);
+      return fail(Errc::aborted, "step {}: the frame was stopped at the machine{}", step, said);
     case MotionEnd::fault: break;
   }
-  return fail(Errc::refused, "step {}: the frame reports a fault {}", step, detail);
+  return fail(Errc::refused, "step {}: the frame reports a fault{}", step, said);
 }
 
 }  // namespace
