@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words of enumerations in files, messages, database rows and on the command line. An enum
-// whose values count from 0 has one list of words beside it:
+// Gives enumerations their words in files, messages, database rows and on the command line. Used by
+// every enum that is stored, sent or typed. An enum whose values count from 0 has one list of words
+// beside it:
 //
 //   template <>
 //   inline constexpr EnumWords<2> kWordsOf<Lateral>{"free", "confined"};

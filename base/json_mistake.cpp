@@ -343,7 +343,7 @@ class Walk {
     return false;
   }
 
-  // The value of the four hex digits behind the `u` at `at`.
+  // The value of the four hex digits after the `u` at `at`.
   std::optional<unsigned> hex_behind(std::size_t at) const {
     unsigned out = 0;
     for (std::size_t i = at + 1; i <= at + 4; ++i) {

@@ -48,8 +48,8 @@ std::string count_words(std::size_t min, std::size_t max) {
   return min == max ? fmt::format("{}", min) : fmt::format("{} to {}", min, max);
 }
 
-// JSON reads [-0.2, 1,5] as three numbers. Many people mean two, with a decimal comma; the missing
-// blank behind the comma gives them away.
+// JSON reads [-0.2, 1,5] as three numbers. Many people mean two, with a decimal comma. The missing
+// blank after the comma shows it.
 std::string comma_doubt(const JsonDocument& document, const std::string& list, std::size_t min,
                         std::size_t max) {
   const std::size_t size = document.root()[json::json_pointer(list)].size();

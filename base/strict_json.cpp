@@ -49,7 +49,7 @@ class TokenFollower {
     if (text_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
   }
 
-  // Returns where the next value or key starts, and moves behind it.
+  // Returns where the next value or key starts, and moves past it.
   TextPosition next() {
     skip_between();
     const TextPosition start = here_;

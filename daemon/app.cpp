@@ -60,7 +60,7 @@ App::App(asio::io_context& io, Clock& clock, Config config, AppParts parts)
 
 App::~App() = default;
 
-// Connects calls in the opposite direction: from parts to others that they do not know.
+// Sets the callbacks by which a part calls another one that it does not know.
 void App::connect() {
   RigUse::Listener listener;
   listener.idle = [this] {

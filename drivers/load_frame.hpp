@@ -75,7 +75,6 @@ struct FrameSample {
   MonoTime received;  // when the line that carried it was complete
 };
 
-// How a motion ended.
 enum class MotionEnd { target, force_limit, travel_limit, stopped, fault };
 template <>
 inline constexpr EnumWords<5> kWordsOf<MotionEnd>{"target", "force_limit", "travel_limit",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes wire logs (wire_log.hpp) on a thread of its own, so that a slow, full or missing disk does
 // not delay any byte on the wire. The queue is bounded. Entries that do not fit are dropped and
-// counted, and both the log and the journal say so.
+// counted, and both the log and the journal say so. Used by the real rig and by RecordingTransport.
 #pragma once
 
 #include <cstddef>

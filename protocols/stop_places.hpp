@@ -53,7 +53,6 @@ class StopPlaces {
   std::map<const Step*, bool> known_;  // whether each visited loop loads and unloads
 };
 
-// Whether this step begins a level.
 bool begins_level(const Step& step);
 
 }  // namespace lcrig

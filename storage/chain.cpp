@@ -89,7 +89,7 @@ void read_link(const Statement& row, ChainHead& out) {
   row.read(out.seq, level, event, reading, sample, note, out.ended);
   const auto hash = row.blob(7);
   if (hash.size() == out.hash.size())
-    std::ranges::copy(hash, out.hash.begin());  // else `out.hash` stays zero and does not match
+    std::ranges::copy(hash, out.hash.begin());  // else it keeps a hash that does not match
 }
 
 Result<bool> has_end(const Database& db, std::int64_t run) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A disk that fails on command, for rehearsed faults and tests: an SQLite VFS on top of the real
-// one. It returns the errors that a real failing disk would return.
+// A disk that fails on command: an SQLite VFS on top of the real one. It returns the errors of a
+// real failing disk. Used by rehearsed faults and tests.
 #pragma once
 
 #include <atomic>

@@ -13,7 +13,7 @@ namespace lcrig {
 namespace {
 
 // Distance between neighbours. About 20 entries fit between two of them before all places are
-// numbered anew.
+// renumbered.
 constexpr std::int64_t kStep = std::int64_t{1} << 20U;
 
 Result<EntryState> state_of(std::string_view word) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stored queue of runs: its entries, their order, and the history of all actions with their
 // users. Each writer is one transaction, so the queue survives a crash of the daemon. queue_run.hpp
-// begins and ends entries; the daemon decides who may do what, and when.
+// begins and ends entries; the daemon decides who may do what, and when. Used by the daemon's queue
+// and by `lcrig queue`.
 #pragma once
 
 #include <cstdint>

@@ -167,7 +167,7 @@ Result<bool> settle_queue(const Database& db, std::int64_t now_unix_ns) {
   if (!queue) return fail(queue.error());
   auto head = queue_head(db);
   if (!head) return fail(head.error());
-  // Includes a begun entry that waits to be repeated: nobody knows what happened meanwhile.
+  // Includes a begun entry that waits to be repeated, because nobody knows what happened meanwhile.
   const bool cut_off = *head && ((*head)->state == EntryState::running ||
                                  ((*head)->state == EntryState::waiting && (*head)->attempts > 0));
   if (cut_off) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// RAII over the SQLite C API, for storage/, the recorder and analysis. A connection and its
+// RAII over the SQLite C API. Used by storage/, the recorder and analysis. A connection and its
 // statements belong to one thread at a time.
 #pragma once
 

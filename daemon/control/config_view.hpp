@@ -16,7 +16,6 @@ namespace lcrig {
 using ConfigValue = std::variant<std::monostate, double, std::string>;  // monostate: no value
 std::string to_text(const ConfigValue& value);
 
-// Where a value comes from.
 enum class ConfigSource { built_in, file, command_line };
 std::string_view to_string(ConfigSource source);
 

@@ -31,7 +31,6 @@ tl::unexpected<RpcError> bad_params(const Error& error) {
   return tl::unexpected(std::move(out));
 }
 
-// Convert results to JSON.
 json result_json(const RunStarted& started) {
   return started.run;
 }

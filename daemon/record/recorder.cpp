@@ -185,7 +185,7 @@ Task<Result<RunEnd>> Recorder::end_run(ExitStatus status, std::string reason) {
   co_return request->end;
 }
 
-// --- writer thread ---
+// The functions from here on run on the writer thread.
 
 void Recorder::write_loop() {
   std::vector<std::shared_ptr<Request>> requests;

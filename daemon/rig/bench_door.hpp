@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Access to the inside of a simulated bench: for fault scripts, and for tests to the simulators and
-// the world behind them.
+// Access to the inside of a simulated bench: for fault scripts to the instruments and cables, and
+// for tests to the simulators and the simulated world.
 #pragma once
 
 #include "drivers/faults/bench.hpp"

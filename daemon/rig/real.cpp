@@ -50,8 +50,7 @@ class MeterAtPort final : public LoneMeter {
   std::unique_ptr<LcrMeter> meter_;
 };
 
-// `busy` would tell a client that a run goes on. A port that another program holds is a fault of
-// the rig instead.
+// `busy` means that a run goes on. A port that another program holds is a fault of the rig instead.
 Error as_rig_fault(Error error) {
   if (error.code == Errc::busy) error.code = Errc::disconnected;
   return error;

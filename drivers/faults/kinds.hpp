@@ -47,7 +47,6 @@ constexpr unsigned kOrigin = 1U << 15U;
 constexpr unsigned kNeedsEnd = 1U << 16U;  // not a parameter: for_s is required
 }  // namespace fault_parameter
 
-// The things that faults act on.
 struct FaultScene {
   FaultBench& bench;
   FaultSurroundings* around;  // nullptr: none, and its faults have no effect

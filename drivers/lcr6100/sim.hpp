@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulated LCR-6100 for rehearsals, lcrig-sim, replays and tests. It answers the bytes that the
-// real one would, from a source of electrical values or from recorded readings.
+// A simulated LCR-6100. It answers the bytes that the real one would, from a source of electrical
+// values or from recorded readings. Used by rehearsals, lcrig-sim, replays and tests.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Computes the values that the simulated meter (sim.cpp) derives from a capacitance: all functions
-// of its menu, and noise.
+// Computes the values that the simulated meter shows for a capacitance: all functions of its menu,
+// and noise. Used by sim.cpp.
 #pragma once
 
 #include <cstdint>

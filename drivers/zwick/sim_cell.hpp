@@ -32,7 +32,7 @@ class SimCell {
   double unloaded_N(MonoTime t) const { return offset_N(t) - tare_N_; }
   // The true force at which a cell that is not frozen shows `shown_N`.
   double raw_N(MonoTime t, double shown_N) const;
-  // When the cell first shows this value, whatever the drive does.
+  // When the cell first shows this value, even if the drive disobeys.
   std::optional<MonoTime> crossing(double shown_N, MonoTime from, MonoTime to) const;
 
   void tare(MonoTime t);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stands between ZwickSim and its SimMachine: passes orders on, and reports the ends of motions.
-// Normally at once and truthfully; as a fault late, early, or without any motion.
+// Passes orders from ZwickSim to its SimMachine, and reports the ends of motions back. Normally at
+// once and truthfully; as a fault late, early, or without any motion. Used by ZwickSim.
 #pragma once
 
 #include <cstdint>

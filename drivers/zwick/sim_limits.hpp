@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The capabilities of the simulated machine (sim_machine.hpp) and the limits that it was armed
-// with. It refuses requests beyond them.
+// The capabilities of the simulated machine and the limits that it was armed with. It refuses
+// requests beyond them. Used by SimMachine.
 #pragma once
 
 #include <optional>

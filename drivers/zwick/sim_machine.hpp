@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The machine behind the simulated gateway (sim.hpp): limits, motion with device-side stops, tare,
-// noise.
+// The simulated machine: limits, motion with device-side stops, tare, noise. Used by the simulated
+// gateway (sim.hpp).
 #pragma once
 
 #include <cstdint>

@@ -16,7 +16,8 @@ struct ScopeEntry {
   double min = 0, max = 0;  // SI; bounds of the values it can take
   bool integer = false;
   bool unit_known = true;  // false: its name ends in an unknown unit
-  bool bounded = true;  // false: its bounds in the file are wrong, so they are not checked against
+  bool bounded = true;  // false: its bounds in the file are wrong, so no use of it is checked
+                        // against them
 };
 
 class Scope {

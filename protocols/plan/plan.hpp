@@ -59,8 +59,8 @@ struct Plan {
   bool weights = false;  // placed by hand: no load cell and no drive that could fail
   ForceUncertainty force_uncertainty;  // of the load cell
   WatchFigures watch;  // what the run will distrust
-  // Largest force, beyond every limit, before a fault at the largest force is noticed: a frozen
-  // cell, or a drive that runs the wrong way. Infinite: unbounded.
+  // The force, possibly beyond every limit, by the time a fault is noticed: a frozen cell, or a
+  // drive that reverses where the force is largest. Infinite: unbounded.
   std::optional<double> frozen_force_N, reversed_force_N;
   double travel_min_m = 0, travel_max_m = 0;  // range of machine travel; 0 0 without motion
   bool travel_from_contact = false;  // the range counts from contact, whose place is unknown

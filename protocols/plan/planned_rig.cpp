@@ -74,7 +74,8 @@ double PlannedRig::travel_at(double force) const {
   return contact_ + (rig_.compression_m && force > 0 ? rig_.compression_m(force) : 0);
 }
 
-// The search ends at twice the largest allowed force: anything beyond is too much anyway.
+// The bisection ends at twice the largest allowed force, because anything beyond is too much
+// anyway.
 double PlannedRig::force_at(double travel) const {
   if (!rig_.compression_m || travel <= contact_) return 0;
   double low = 0, high = 2 * std::max(std::abs(limits_.force_max_N), 1e-3);

@@ -230,8 +230,8 @@ StepPlan Planner::visit(const Step& step) {
   }
   const std::int64_t before = rig_.motions();
   StepPlan out = std::visit([this](const auto& s) { return s.plan(rig_); }, step.action);
-  // Whether a step commands the frame is decided by its facts. A frame that is only observed would
-  // not be stopped.
+  // The facts of a step decide whether a run commands the frame. If they missed a motion, a frame
+  // that is only observed would move and never be stopped.
   if (rig_.motions() != before && !facts_of(step).commands_frame()) {
     out.why =
         Refusal("a bug: its plan moves the frame, its facts say that it commands none: report it");

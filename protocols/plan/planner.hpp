@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The walk behind make_plan: visits the steps in the order of execution, sums their times, and
-// keeps the first refusal. The effect of each step on the rig is in protocols/steps.
+// Walks through a protocol for make_plan: visits the steps in the order of execution, sums their
+// times, and keeps the first refusal. The effect of each step on the rig is in protocols/steps.
 #pragma once
 
 #include <map>

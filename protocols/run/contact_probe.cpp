@@ -23,7 +23,7 @@ constexpr double kEnough = 0.3;  // of the force at contact; below it further st
 constexpr double kLeft = 0.1;  // of the force at contact; below it the contact may be lost
 constexpr double kMore = 1.2;  // of the force at contact; allows for drift of the cell
 constexpr double kLeastFelt = 0.2;  // of the threshold, at standstill
-constexpr double kGone = 0.05;  // of the threshold or the felt force; less has not fallen
+constexpr double kGone = 0.05;  // of the threshold or the felt force; a smaller fall does not count
 
 double seconds_between(const Rest& a, const Rest& b) {
   return a.begin() && b.begin() ? std::abs(to_seconds(*b.begin() - *a.begin())) : 0;

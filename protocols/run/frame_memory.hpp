@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compares a frame that comes back (after a lost link, or after a crash of the daemon) with its
 // last known state. If it differs, somebody moved the frame or it lost its zero, and nothing may be
-// moved any more.
+// moved any more. Used after a loss and when a run is continued.
 #pragma once
 
 #include <functional>

@@ -76,7 +76,7 @@ class Losses {
 
   RunParts& run_;
   std::optional<Away> meter_, frame_;
-  std::optional<FrameMemory> memory_at_loss_;  // of the frame
+  std::optional<FrameMemory> memory_at_loss_;  // the frame's state before the loss
   std::optional<MonoTime> last_reading_;
   std::vector<MonoTime> losses_;  // in the last minute
   std::size_t losses_in_finally_ = 0;

@@ -34,7 +34,8 @@ class Pace {
   const Clock& clock_;
   const PlannedTimes& planned_;
   MonoTime start_{}, step_began_{};
-  double passed_s_ = 0, step_s_ = 0;  // planned times: before the current step, and of it
+  double passed_s_ = 0, step_s_ = 0;  // planned times of the steps before the current one, and of
+                                      // the current one
 };
 
 }  // namespace lcrig
