@@ -53,10 +53,8 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   // Only the newest status waits, so a slow watcher sees fewer of them.
   void send_status(const std::string& line);
   void send(std::string line);
-  void forget_status() {
-    status_.reset();
-  }  // the run has ended, so a waiting status is out of
-     // date
+  // When a run has ended: a status of it that still waits is out of date.
+  void forget_status() { status_.reset(); }
   // Reads no more, and ends when everything in progress and queued is answered and sent.
   void finish();
   void close();  // ends at once

@@ -27,10 +27,8 @@ class ContactPlace {
 
   // Makes this travel the new zero. Contact has to be found again.
   void zero_travel(double travel_m);
-  double zero_m() const {
-    return zero_m_;
-  }  // present zero, counted from the one at the start of
-     // the run
+  // The present zero, counted from the one at the start of the run.
+  double zero_m() const { return zero_m_; }
   FrameCapabilities frame_capabilities() const;  // with travel as samples show it now
 
   // Where the frame stood when the run began.

@@ -40,10 +40,8 @@ class FrameView {
   std::optional<double> shown_travel_m() const { return shown_travel_m_; }
   // The force where the last motion ended.
   std::optional<double> done_force_N() const { return done_force_N_; }
-  double wavers_N() const {
-    return wavers_N_;
-  }  // scatter of the force in the last measurement at
-     // rest
+  // Scatter of the force in the last measurement at rest.
+  double wavers_N() const { return wavers_N_; }
   std::optional<MonoTime> last_sample() const { return last_sample_; }
 
   // What is compared when the frame comes back after a loss.

@@ -31,11 +31,8 @@ class Losses {
 
   bool is_away() const { return meter_ || frame_; }
   bool meter_away() const { return meter_.has_value(); }
-  const Error* frame_away() const {
-    return frame_ ? &frame_->why : nullptr;
-  }  // the reason;
-     // nullptr: it is
-     // there
+  // The reason of the loss; nullptr: the frame is there.
+  const Error* frame_away() const { return frame_ ? &frame_->why : nullptr; }
   // True when the step failed because its instrument vanished. Then the step itself is not at
   // fault.
   bool is_of_loss(const Step& step, const Error& error) const;
